@@ -1,0 +1,456 @@
+//! [`CurveBatch`]: a ragged batch of point lists, what every method takes and what every sampling returns.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::constraint::{Constraints, retain_rows};
+use crate::error::{Error, Result};
+use crate::io::Origin;
+use crate::report::CurveStatus;
+
+/// A point of two or three coordinates: `[f64; 2]`, `[f64; 3]`, [`glam::DVec2`], [`glam::DVec3`].
+pub trait Point: Copy {
+    /// 2 or 3.
+    const DIMENSION: usize;
+    /// Appends the coordinates.
+    fn push_to(self, coords: &mut Vec<f64>);
+}
+
+impl Point for [f64; 2] {
+    const DIMENSION: usize = 2;
+    fn push_to(self, coords: &mut Vec<f64>) {
+        coords.extend(self);
+    }
+}
+
+impl Point for [f64; 3] {
+    const DIMENSION: usize = 3;
+    fn push_to(self, coords: &mut Vec<f64>) {
+        coords.extend(self);
+    }
+}
+
+impl Point for glam::DVec2 {
+    const DIMENSION: usize = 2;
+    fn push_to(self, coords: &mut Vec<f64>) {
+        coords.extend(self.to_array());
+    }
+}
+
+impl Point for glam::DVec3 {
+    const DIMENSION: usize = 3;
+    fn push_to(self, coords: &mut Vec<f64>) {
+        coords.extend(self.to_array());
+    }
+}
+
+/// Why a curve of a batch cannot be fitted: its status and a sentence that names the point, the value and the remedy.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// [`CurveStatus::Invalid`] or [`CurveStatus::Degenerate`].
+    pub status: CurveStatus,
+    /// What is wrong and what to do.
+    pub message: String,
+}
+
+/// A ragged batch of point lists: 2-D or 3-D, open or closed, with names, parameters, weights and constraints.
+///
+/// Coordinates are flat, point after point (`x y x y …`), and curve `i` owns the points
+/// `offsets[i] .. offsets[i + 1]`. A closed curve does not repeat its first point: [`closed`](Self::closed) and
+/// [`closed_auto`](Self::closed_auto) drop a repeated last point. Arrays that do not fit together are an error at
+/// once; a curve that cannot be fitted (NaN, decreasing parameters …) is kept, with a [`Problem`] of its own, and
+/// comes out of every fit as its input polyline.
+///
+/// ```
+/// use faircurve::CurveBatch;
+/// let zigzag = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]];
+/// let corner = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [4.0, 1.0]];
+/// let batch = CurveBatch::from_slices(&[&zigzag[..], &corner[..]])?;
+/// assert_eq!((batch.len(), batch.total_points(), batch.count(1)), (2, 7, 4));
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct CurveBatch {
+    dimension: usize,
+    coords: Vec<f64>,
+    offsets: Vec<usize>,
+    closed: Vec<bool>,
+    parameters: Option<Vec<f64>>,
+    closing_spans: Option<Vec<f64>>,
+    weights: Option<Vec<f64>>,
+    constraints: Constraints,
+    problems: BTreeMap<usize, Problem>,
+    origin: Arc<Origin>,
+}
+
+impl CurveBatch {
+    /// A batch of open curves from slices of points.
+    ///
+    /// # Errors
+    /// None today; the signature leaves room for limits.
+    pub fn from_slices<P: Point>(curves: &[&[P]]) -> Result<Self> {
+        let total: usize = curves.iter().map(|curve| curve.len()).sum();
+        let mut coords = Vec::with_capacity(total * P::DIMENSION);
+        let mut offsets = Vec::with_capacity(curves.len() + 1);
+        offsets.push(0);
+        for curve in curves {
+            curve.iter().for_each(|point| point.push_to(&mut coords));
+            offsets.push(coords.len() / P::DIMENSION);
+        }
+        Self::from_ragged(P::DIMENSION, coords, offsets)
+    }
+
+    /// A batch of open curves from flat coordinates and offsets: curve `i` is the points `offsets[i] .. offsets[i+1]`.
+    ///
+    /// # Errors
+    /// A dimension other than 2 or 3; offsets that are empty, do not start at 0, decrease, or do not end at the number of points.
+    pub fn from_ragged(dimension: usize, coords: Vec<f64>, offsets: Vec<usize>) -> Result<Self> {
+        if dimension != 2 && dimension != 3 {
+            return Err(Error::Batch(format!("points have {dimension} coordinates; 2 and 3 are possible")));
+        }
+        if !coords.len().is_multiple_of(dimension) {
+            let length = coords.len();
+            return Err(Error::Batch(format!("{length} coordinates are no whole number of {dimension}-D points")));
+        }
+        let points = coords.len() / dimension;
+        if offsets.first() != Some(&0) {
+            return Err(Error::Batch("offsets must start with 0 and hold one entry more than there are curves".into()));
+        }
+        if let Some(i) = offsets.windows(2).position(|pair| pair[1] < pair[0]) {
+            let (from, to) = (offsets[i], offsets[i + 1]);
+            return Err(Error::Batch(format!("offsets decrease at curve {i}: {from} is followed by {to}")));
+        }
+        let last = offsets[offsets.len() - 1];
+        if last != points {
+            return Err(Error::Batch(format!("offsets end at {last}, but there are {points} points")));
+        }
+        let curves = offsets.len() - 1;
+        let mut batch = CurveBatch {
+            dimension,
+            coords,
+            offsets,
+            closed: vec![false; curves],
+            parameters: None,
+            closing_spans: None,
+            weights: None,
+            constraints: Constraints::default(),
+            problems: BTreeMap::new(),
+            origin: Arc::default(),
+        };
+        batch.find_problems(|batch, i| {
+            let dimension = batch.dimension;
+            let bad = batch.points(i).iter().position(|x| !x.is_finite())?;
+            let (point, axis, value) = (bad / dimension, ["x", "y", "z"][bad % dimension], batch.points(i)[bad]);
+            Some((
+                point,
+                format!("{axis} is {value}; every coordinate must be a finite number: mend or remove the point"),
+            ))
+        });
+        Ok(batch)
+    }
+
+    /// Marks every curve as closed, or as open. A closed curve whose last point repeats its first loses the last.
+    pub fn closed(self, closed: bool) -> Self {
+        let flags = vec![closed; self.len()];
+        self.closed_each(flags).expect("one flag a curve")
+    }
+
+    /// Marks as closed the curves of at least three points whose last point equals their first, and drops the repetition.
+    pub fn closed_auto(self) -> Self {
+        let flags = (0..self.len()).map(|i| self.count(i) > 2 && self.repeats_first(i)).collect();
+        self.closed_each(flags).expect("one flag a curve")
+    }
+
+    /// Marks each curve as closed or open. A closed curve whose last point repeats its first loses the last; the
+    /// parameter of the point lost gives the parameter length of its closing span.
+    ///
+    /// # Errors
+    /// A number of flags other than the number of curves.
+    pub fn closed_each(mut self, closed: Vec<bool>) -> Result<Self> {
+        expect_length("closed flags", closed.len(), self.len(), "curve")?;
+        let repeated: Vec<usize> =
+            (0..self.len()).filter(|&i| closed[i] && self.count(i) > 1 && self.repeats_first(i)).collect();
+        self.closed = closed;
+        if !repeated.is_empty() {
+            self.drop_last_points(&repeated);
+        }
+        Ok(self)
+    }
+
+    /// Gives every point its parameter. They must increase along a curve; equal ones are possible where the points are equal too
+    /// (and, for smoothing, anywhere). A closed curve's first point may be repeated at its end to state the length
+    /// of the closing span: call this before [`closed`](Self::closed).
+    ///
+    /// # Errors
+    /// A number of parameters other than the number of points.
+    pub fn with_parameters(mut self, parameters: Vec<f64>) -> Result<Self> {
+        expect_length("parameters", parameters.len(), self.total_points(), "point")?;
+        self.parameters = Some(parameters);
+        self.find_problems(|batch, i| {
+            let t = batch.parameters(i)?;
+            if let Some(point) = t.iter().position(|t| !t.is_finite()) {
+                return Some((point, format!("its parameter is {}; parameters must be finite", t[point])));
+            }
+            let point = t.windows(2).position(|pair| pair[1] < pair[0])? + 1;
+            let (before, here) = (t[point - 1], t[point]);
+            Some((
+                point,
+                format!(
+                    "its parameter decreases from {before} to {here}: sort the points, or leave the parameters out"
+                ),
+            ))
+        });
+        Ok(self)
+    }
+
+    /// Gives every closed curve the parameter length of the span that closes it (ignored for open curves).
+    ///
+    /// # Errors
+    /// A number of lengths other than the number of curves.
+    pub fn with_closing_spans(mut self, lengths: Vec<f64>) -> Result<Self> {
+        expect_length("closing spans", lengths.len(), self.len(), "curve")?;
+        self.closing_spans = Some(lengths);
+        Ok(self)
+    }
+
+    /// Gives every point its weight, for smoothing; weights must be positive and finite.
+    ///
+    /// # Errors
+    /// A number of weights other than the number of points.
+    pub fn with_weights(mut self, weights: Vec<f64>) -> Result<Self> {
+        expect_length("weights", weights.len(), self.total_points(), "point")?;
+        self.weights = Some(weights);
+        self.find_problems(|batch, i| {
+            let weights = batch.weights(i)?;
+            let point = weights.iter().position(|&w| !(w > 0.0 && w.is_finite()))?;
+            let weight = weights[point];
+            Some((
+                point,
+                format!(
+                    "its weight is {weight}; weights must be positive and finite: remove the point to give it none"
+                ),
+            ))
+        });
+        Ok(self)
+    }
+
+    /// Gives the batch its constraints.
+    ///
+    /// # Errors
+    /// A column whose length is not the number of points (times the dimension, for vectors).
+    pub fn with_constraints(mut self, constraints: Constraints) -> Result<Self> {
+        let points = self.total_points();
+        for (what, column) in [("tangents", &constraints.tangents), ("curvature vectors", &constraints.curvatures)] {
+            if let Some(column) = column {
+                expect_length(what, column.len(), points * self.dimension, "coordinate")?;
+            }
+        }
+        if let Some(column) = &constraints.exponents {
+            expect_length("exponents", column.len(), points, "point")?;
+        }
+        if let Some(column) = &constraints.known {
+            expect_length("known flags", column.len(), points, "point")?;
+        }
+        self.constraints = constraints;
+        Ok(self)
+    }
+
+    /// Gives every curve a name (any text; it appears in reports, errors and files).
+    ///
+    /// # Errors
+    /// A number of names other than the number of curves.
+    pub fn with_names(self, names: Vec<String>) -> Result<Self> {
+        expect_length("names", names.len(), self.len(), "curve")?;
+        let mut origin = (*self.origin).clone();
+        origin.names = Some(names);
+        Ok(self.with_origin(Arc::new(origin)))
+    }
+
+    /// Where the batch came from: names, places in a file, properties to carry through.
+    pub(crate) fn with_origin(mut self, origin: Arc<Origin>) -> Self {
+        self.origin = origin;
+        self
+    }
+
+    /// Names, places and properties.
+    pub(crate) fn origin(&self) -> &Arc<Origin> {
+        &self.origin
+    }
+
+    /// Number of curves.
+    pub fn len(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Whether there is no curve at all.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// 2 or 3.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Number of points of all curves together.
+    pub fn total_points(&self) -> usize {
+        self.offsets[self.len()]
+    }
+
+    /// Number of points of curve `i` (a closed curve does not repeat its first).
+    pub fn count(&self, i: usize) -> usize {
+        self.offsets[i + 1] - self.offsets[i]
+    }
+
+    /// Number of spans of curve `i`: one fewer than its points, or as many for a closed curve.
+    pub fn spans(&self, i: usize) -> usize {
+        if self.closed[i] { self.count(i) } else { self.count(i).saturating_sub(1) }
+    }
+
+    /// All coordinates, point after point.
+    pub fn coords(&self) -> &[f64] {
+        &self.coords
+    }
+
+    /// First point of every curve, and the number of all points at the end.
+    pub fn offsets(&self) -> &[usize] {
+        &self.offsets
+    }
+
+    /// The coordinates of curve `i`, point after point.
+    pub fn points(&self, i: usize) -> &[f64] {
+        &self.coords[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
+    }
+
+    /// Whether curve `i` is closed.
+    pub fn is_closed(&self, i: usize) -> bool {
+        self.closed[i]
+    }
+
+    /// The parameters of curve `i`, if the batch has any.
+    pub fn parameters(&self, i: usize) -> Option<&[f64]> {
+        Some(&self.parameters.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
+    }
+
+    /// The parameter length of the span that closes curve `i`, where one was stated.
+    pub fn closing_span(&self, i: usize) -> Option<f64> {
+        self.closing_spans.as_ref().map(|spans| spans[i]).filter(|span| !span.is_nan())
+    }
+
+    /// The weights of curve `i`, if the batch has any.
+    pub fn weights(&self, i: usize) -> Option<&[f64]> {
+        Some(&self.weights.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
+    }
+
+    /// The constraints of the whole batch.
+    pub fn constraints(&self) -> &Constraints {
+        &self.constraints
+    }
+
+    /// The tangent asked for at point `k` of curve `i`, if one is.
+    pub fn tangent(&self, i: usize, k: usize) -> Option<&[f64]> {
+        let start = (self.offsets[i] + k) * self.dimension;
+        let tangent = &self.constraints.tangents.as_ref()?[start..start + self.dimension];
+        (!tangent[0].is_nan()).then_some(tangent)
+    }
+
+    /// The name of curve `i`: as given, or its number counted from 0.
+    pub fn name(&self, i: usize) -> Cow<'_, str> {
+        match &self.origin.names {
+            Some(names) => Cow::Borrowed(&names[i]),
+            None => Cow::Owned(i.to_string()),
+        }
+    }
+
+    /// Why curve `i` cannot be fitted, if it cannot.
+    pub fn problem(&self, i: usize) -> Option<&Problem> {
+        self.problems.get(&i)
+    }
+
+    /// A sentence about point `k` of curve `i` that starts with where it stands: file, line, curve, point.
+    pub fn sentence(&self, i: usize, k: usize, what: &str) -> String {
+        let place = self.origin.place(i, k);
+        format!("{place}curve {}, point {k}: {what}", self.name(i))
+    }
+
+    /// The batch with only the curves listed, in that order (names and constraints follow; carried documents do not).
+    pub fn select(&self, curves: &[usize]) -> Self {
+        fn rows<T: Copy>(column: &Option<Vec<T>>, width: usize, offsets: &[usize], curves: &[usize]) -> Option<Vec<T>> {
+            let column = column.as_ref()?;
+            Some(curves.iter().flat_map(|&i| &column[offsets[i] * width..offsets[i + 1] * width]).copied().collect())
+        }
+        let mut offsets = vec![0];
+        curves.iter().for_each(|&i| offsets.push(offsets[offsets.len() - 1] + self.count(i)));
+        let constraints = Constraints {
+            tangents: rows(&self.constraints.tangents, self.dimension, &self.offsets, curves),
+            curvatures: rows(&self.constraints.curvatures, self.dimension, &self.offsets, curves),
+            exponents: rows(&self.constraints.exponents, 1, &self.offsets, curves),
+            known: rows(&self.constraints.known, 1, &self.offsets, curves),
+        };
+        let names = curves.iter().map(|&i| self.name(i).into_owned()).collect();
+        let problems = curves.iter().enumerate().filter_map(|(to, i)| Some((to, self.problems.get(i)?.clone())));
+        CurveBatch {
+            dimension: self.dimension,
+            coords: curves.iter().flat_map(|&i| self.points(i)).copied().collect(),
+            offsets,
+            closed: curves.iter().map(|&i| self.closed[i]).collect(),
+            parameters: rows(&self.parameters, 1, &self.offsets, curves),
+            closing_spans: self.closing_spans.as_ref().map(|spans| curves.iter().map(|&i| spans[i]).collect()),
+            weights: rows(&self.weights, 1, &self.offsets, curves),
+            constraints,
+            problems: problems.collect(),
+            origin: Arc::new(Origin { names: Some(names), ..Origin::default() }),
+        }
+    }
+
+    /// Records the first problem that `find` sees in each curve that has none yet: the point and what is wrong with it.
+    fn find_problems(&mut self, find: impl Fn(&Self, usize) -> Option<(usize, String)>) {
+        for i in 0..self.len() {
+            if self.problems.contains_key(&i) {
+                continue;
+            }
+            if let Some((point, what)) = find(self, i) {
+                let message = self.sentence(i, point, &what);
+                self.problems.insert(i, Problem { status: CurveStatus::Invalid, message });
+            }
+        }
+    }
+
+    fn repeats_first(&self, i: usize) -> bool {
+        let points = self.points(i);
+        points.len() > self.dimension && points[..self.dimension] == points[points.len() - self.dimension..]
+    }
+
+    fn drop_last_points(&mut self, curves: &[usize]) {
+        if self.parameters.is_some() {
+            let mut spans = self.closing_spans.take().unwrap_or_else(|| vec![f64::NAN; self.len()]);
+            for &i in curves {
+                let t = self.parameters(i).expect("checked above");
+                spans[i] = t[t.len() - 1] - t[t.len() - 2];
+            }
+            self.closing_spans = Some(spans);
+        }
+        let mut keep = vec![true; self.total_points()];
+        curves.iter().for_each(|&i| keep[self.offsets[i + 1] - 1] = false);
+        let mut coords = Some(std::mem::take(&mut self.coords));
+        retain_rows(&mut coords, self.dimension, &keep);
+        self.coords = coords.expect("put there above");
+        retain_rows(&mut self.parameters, 1, &keep);
+        retain_rows(&mut self.weights, 1, &keep);
+        self.constraints.retain(self.dimension, &keep);
+        let mut dropped = curves.iter().peekable();
+        let mut lost = 0;
+        for i in 0..self.len() {
+            lost += usize::from(dropped.next_if(|&&d| d == i).is_some());
+            self.offsets[i + 1] -= lost;
+        }
+    }
+}
+
+fn expect_length(what: &str, found: usize, wanted: usize, unit: &str) -> Result<()> {
+    if found == wanted {
+        return Ok(());
+    }
+    Err(Error::Batch(format!("{found} {what} for {wanted} {unit}s: give one a {unit}")))
+}

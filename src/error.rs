@@ -1,0 +1,112 @@
+//! The one error type: every message is a sentence with the value, the limit and the remedy.
+//!
+//! An [`Error`] concerns a whole run (a file, an argument, a device). What concerns one curve never becomes an
+//! error: it becomes that curve's [`CurveStatus`](crate::CurveStatus), and its neighbours are fitted as if it were not there.
+
+use std::path::{Path, PathBuf};
+
+/// The crate's result type.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// What can stop a whole run.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file could not be read from the disk.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file could not be written; whatever stood at `path` before is untouched.
+    #[error("cannot write {}: {source}; nothing was left half-written", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The output exists and overwriting was not allowed.
+    #[error("{} exists already: give --force to replace it, or another name", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file was read but does not hold what its format promises.
+    #[error("{}: {message}", place(file, *line))]
+    Parse {
+        /// The file's name, or `-` for standard input.
+        file: String,
+        /// The line counted from 1, where the format has lines.
+        line: Option<u64>,
+        /// What is wrong, the value found, and the remedy.
+        message: String,
+    },
+    /// An option or an argument of a call makes no sense; the sentence names it, its value and what is allowed.
+    #[error("{0}")]
+    Argument(String),
+    /// The arrays that describe a batch do not fit together.
+    #[error("malformed batch: {0}")]
+    Batch(String),
+    /// A GPU was asked for and there is none that serves.
+    #[error("no usable GPU: {0}")]
+    NoGpu(String),
+    /// One piece of the work exceeds a hard limit of the device, however it is divided.
+    #[error("{what} needs {asked}, but the device allows {allowed}: {remedy}")]
+    Limit {
+        /// What was asked for.
+        what: String,
+        /// How much of it.
+        asked: u64,
+        /// What the device allows.
+        allowed: u64,
+        /// What to do.
+        remedy: String,
+    },
+    /// The device ran out of memory even after the chunk was halved.
+    #[error(
+        "the device ran out of memory at a chunk of {chunk_bytes} bytes, and again at half of it: close other programs, or use the CPU"
+    )]
+    OutOfMemory {
+        /// The chunk that failed first.
+        chunk_bytes: u64,
+    },
+    /// The device was lost; what had been finished before is kept by the caller.
+    #[error("the device was lost: {0}; run again, or use the CPU")]
+    DeviceLost(String),
+    /// The device did not answer in time.
+    #[error("the device did not answer within {seconds} s: it may hang; run again, or use the CPU")]
+    Timeout {
+        /// How long the host waited.
+        seconds: u64,
+    },
+    /// A kernel was refused by the shader compiler or the driver: a fault of faircurve or of the driver, never of the data.
+    #[error("kernel {kernel} was refused: {message}")]
+    Kernel {
+        /// The kernel's name.
+        kernel: String,
+        /// What the compiler said.
+        message: String,
+    },
+}
+
+fn place(file: &str, line: Option<u64>) -> String {
+    match line {
+        Some(line) => format!("{file}, line {line}"),
+        None => file.to_string(),
+    }
+}
+
+impl Error {
+    /// A parse error at a line of a file.
+    pub fn parse(file: &Path, line: impl Into<Option<u64>>, message: impl Into<String>) -> Self {
+        Error::Parse { file: file.display().to_string(), line: line.into(), message: message.into() }
+    }
+
+    /// An error about an option or argument.
+    pub fn argument(message: impl Into<String>) -> Self {
+        Error::Argument(message.into())
+    }
+}

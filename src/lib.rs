@@ -1,0 +1,21 @@
+//! faircurve: fair curves by the thousand.
+#![warn(missing_docs)]
+
+pub mod arclength;
+mod batch;
+mod constraint;
+mod curve;
+mod device;
+mod error;
+pub mod io;
+pub mod linalg;
+pub mod picture;
+mod report;
+pub mod spline;
+
+pub use batch::{CurveBatch, Point, Problem};
+pub use constraint::Constraints;
+pub use curve::{Curve, Jet, Sampling};
+pub use device::{Device, Precision};
+pub use error::{Error, Result};
+pub use report::{CurveReport, CurveSet, CurveStatus, Fit};

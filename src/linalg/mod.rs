@@ -1,0 +1,1 @@
+//! Batched tridiagonal systems.

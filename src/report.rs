@@ -1,0 +1,158 @@
+//! What a fit returns: curves, and one report a curve. Every status is explained here, once.
+
+use serde::Serialize;
+
+use crate::batch::CurveBatch;
+use crate::curve::{Curve, Sampling};
+
+/// How the fit of one curve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum CurveStatus {
+    /// The curve asked for. For a direct method (natural splines, smoothing with a given λ): the linear system was solved.
+    Converged,
+    /// The iteration limit, or a lost device, came before the stopping rule was met; the curve is the best one reached.
+    NotConverged,
+    /// The length runs away while the energy falls: there is no minimiser.
+    Unbounded,
+    /// No curve attains the least energy.
+    NoMinimiser,
+    /// Infinitely many curves attain the least energy; the smallest is returned.
+    NotUnique,
+    /// Too little to fit: fewer than two distinct points, or two different points at one parameter. Comes out as its input polyline.
+    Degenerate,
+    /// NaN, infinite, decreasing or otherwise impossible input. Comes out as its input polyline.
+    Invalid,
+}
+
+impl CurveStatus {
+    /// Whether the curve may be used as what was asked for.
+    pub fn is_usable(self) -> bool {
+        matches!(self, CurveStatus::Converged | CurveStatus::NotUnique)
+    }
+
+    /// The word used in reports and files.
+    pub fn word(self) -> &'static str {
+        match self {
+            CurveStatus::Converged => "converged",
+            CurveStatus::NotConverged => "not_converged",
+            CurveStatus::Unbounded => "unbounded",
+            CurveStatus::NoMinimiser => "no_minimiser",
+            CurveStatus::NotUnique => "not_unique",
+            CurveStatus::Degenerate => "degenerate",
+            CurveStatus::Invalid => "invalid",
+        }
+    }
+}
+
+/// The report of one curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurveReport {
+    /// How the fit ended.
+    pub status: CurveStatus,
+    /// Why, where the status needs a word: names the curve, the point, the value and the remedy.
+    pub message: Option<String>,
+    /// The energy minimised, in the units of the input: for the splines ∫|p''|² dt. NaN where nothing was fitted.
+    pub energy: f64,
+    /// Iterations used; 1 for a direct solve.
+    pub iterations: u32,
+    /// Size of the energy's gradient at the end, in the metric of the method; 0 for a direct solve.
+    pub gradient_norm: f64,
+    /// The λ used, for smoothing splines.
+    pub smoothing: Option<f64>,
+    /// Largest distance from a data point to the curve's point of the same parameter, in the units of the input.
+    pub max_deviation: f64,
+}
+
+impl CurveReport {
+    /// The report of a direct solve.
+    pub(crate) fn solved(energy: f64) -> Self {
+        CurveReport {
+            status: CurveStatus::Converged,
+            message: None,
+            energy,
+            iterations: 1,
+            gradient_norm: 0.0,
+            smoothing: None,
+            max_deviation: 0.0,
+        }
+    }
+
+    /// The report of a curve that was not fitted and comes out as its input polyline.
+    pub(crate) fn unfitted(status: CurveStatus, message: String) -> Self {
+        CurveReport { status, message: Some(message), energy: f64::NAN, iterations: 0, ..CurveReport::solved(0.0) }
+    }
+}
+
+/// The curves of a room, seen through the [`Curve`] trait: what [`Fit`] holds.
+pub trait CurveSet: Send + Sync {
+    /// Curve `i`.
+    fn curve(&self, i: usize) -> Box<dyn Curve + '_>;
+
+    /// All curves as polylines, in the batch's order, with the parameter of every point.
+    fn polylines(&self, sampling: Sampling) -> CurveBatch;
+}
+
+/// The result of a fit: one curve and one [`CurveReport`] for every curve of the batch, in its order.
+pub struct Fit {
+    curves: Box<dyn CurveSet>,
+    reports: Vec<CurveReport>,
+    device: String,
+}
+
+impl Fit {
+    /// Puts a fit together; `device` says what did the work.
+    pub(crate) fn new(curves: Box<dyn CurveSet>, reports: Vec<CurveReport>, device: String) -> Self {
+        Fit { curves, reports, device }
+    }
+
+    /// Number of curves.
+    pub fn len(&self) -> usize {
+        self.reports.len()
+    }
+
+    /// Whether there is no curve at all.
+    pub fn is_empty(&self) -> bool {
+        self.reports.is_empty()
+    }
+
+    /// Curve `i`.
+    pub fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
+        self.curves.curve(i)
+    }
+
+    /// One report a curve.
+    pub fn reports(&self) -> &[CurveReport] {
+        &self.reports
+    }
+
+    /// Which device did the work, and in which precision.
+    pub fn device(&self) -> &str {
+        &self.device
+    }
+
+    /// Number of curves whose status is usable.
+    pub fn usable(&self) -> usize {
+        self.reports.iter().filter(|report| report.status.is_usable()).count()
+    }
+
+    /// Every curve as a polyline: names, properties and closedness of the input, the parameter of every point.
+    pub fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        self.curves.polylines(sampling)
+    }
+
+    /// Curves and reports, in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (Box<dyn Curve + '_>, &CurveReport)> {
+        self.reports.iter().enumerate().map(|(i, report)| (self.curve(i), report))
+    }
+}
+
+impl<'a> IntoIterator for &'a Fit {
+    type Item = (Box<dyn Curve + 'a>, &'a CurveReport);
+    type IntoIter = Box<dyn ExactSizeIterator<Item = Self::Item> + 'a>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        Box::new(self.iter())
+    }
+}
