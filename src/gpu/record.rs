@@ -19,8 +19,9 @@ const TIMEOUT: Duration = Duration::from_secs(60);
 pub struct Recording<'g> {
     gpu: &'g Gpu,
     encoder: wgpu::CommandEncoder,
-    out_of_memory: wgpu::ErrorScopeGuard,
+    // Scopes close in the order opposite to their opening, and fields drop in the order written.
     validation: wgpu::ErrorScopeGuard,
+    out_of_memory: wgpu::ErrorScopeGuard,
     downloads: Vec<wgpu::Buffer>,
     timestamps: Vec<wgpu::QuerySet>,
     bytes: u64,

@@ -42,21 +42,21 @@ fn solve(
 
     // Short systems use a ring of fewer lanes, a power of two; the rest of the lanes idle.
     let ring = 1u << firstLeadingBit(min(LANES, system.rows));
-    let active = live && lane < ring;
-    let from = lane * system.rows / ring;
-    let rows = select(0u, (lane + 1u) * system.rows / ring - from, active);
+    let working = live && lane < ring;
+    let begin = lane * system.rows / ring;
+    let rows = select(0u, (lane + 1u) * system.rows / ring - begin, working);
 
     // Eliminate rows 1 … rows − 1 of the chunk; row 0 is kept.
     var excess = real(1);
     var left = real(0);
     var right = real(0);
     var rhs = columns();
-    if (active) {
-        let row = load_row(system, from);
+    if (working) {
+        let row = load_row(system, begin);
         excess = row.excess;
         left = row.left;
         right = row.right;
-        rhs = load_rhs(system, from);
+        rhs = load_rhs(system, begin);
     }
     var alpha = real(1); // share of the kept unknown in the last row eliminated
     var share = real(0); // its own excess over its pivot
@@ -66,11 +66,11 @@ fn solve(
     var gamma$i = real(0);
     var delta$i = columns();
     if ($iu < rows) {
-        let row = load_row(system, from + $iu);
+        let row = load_row(system, begin + $iu);
         let own = row.excess + row.left * share;
         let link = row.left * alpha;
         let r = real(1) / (own + link + row.right);
-        delta = (load_rhs(system, from + $iu) + row.left * delta) * r;
+        delta = (load_rhs(system, begin + $iu) + row.left * delta) * r;
         alpha = link * r;
         share = own * r;
         alpha$i = alpha;
@@ -99,7 +99,7 @@ fn solve(
     let delta_left = ring_rhs[previous];
     workgroupBarrier();
 //:end
-    if (active) {
+    if (working) {
         excess += left * share_left;
         rhs += left * delta_left;
         left *= alpha_left;
@@ -136,7 +136,7 @@ fn solve(
         let rhs_R = ring_rhs[R];
         workgroupBarrier();
 //:end
-        if (active && step < ring) {
+        if (working && step < ring) {
             let link_L = left * r_L;
             let link_R = right * r_R;
             excess += link_L * excess_L + link_R * excess_R;
@@ -163,11 +163,11 @@ fn solve(
 //:unroll i $Q..1
     if ($iu < rows) {
         x = delta$i + alpha$i * kept + gamma$i * x;
-        store(system, from + $iu, x);
+        store(system, begin + $iu, x);
     }
 //:end
-    if (active) {
-        store(system, from, kept);
+    if (working) {
+        store(system, begin, kept);
         if (lane == 0u) {
             status[system.index] = select(STATUS_SOLVED, STATUS_SINGULAR, excess == real(0));
         }

@@ -7,9 +7,9 @@
 const CHUNK: u32 = $CHUNKu;
 
 struct Chunk {
-    // Index of the system in the table; rows from … from + rows − 1 of it.
+    // Index of the system in the table; rows begin … begin + rows − 1 of it.
     system: u32,
-    from: u32,
+    begin: u32,
     rows: u32,
     // The chunk after it along its system (the first again after the last).
     next: u32,
@@ -38,19 +38,19 @@ fn reduce(
     }
     let chunk = chunks[params.first + task];
     let system = systems[chunk.system];
-    let row = load_row(system, chunk.from);
+    let row = load_row(system, chunk.begin);
     var excess = row.excess;
     var right = row.right;
-    var rhs = load_rhs(system, chunk.from);
+    var rhs = load_rhs(system, chunk.begin);
     var alpha = real(1);
     var share = real(0);
     var delta = columns();
     for (var i = 1u; i < chunk.rows; i++) {
-        let row = load_row(system, chunk.from + i);
+        let row = load_row(system, chunk.begin + i);
         let own = row.excess + row.left * share;
         let link = row.left * alpha;
         let r = real(1) / (own + link + row.right);
-        delta = (load_rhs(system, chunk.from + i) + row.left * delta) * r;
+        delta = (load_rhs(system, chunk.begin + i) + row.left * delta) * r;
         alpha = link * r;
         share = own * r;
         excess += right * share;
@@ -86,11 +86,11 @@ fn substitute(
     var share = real(0);
     var delta = columns();
     for (var i = 1u; i < chunk.rows; i++) {
-        let row = load_row(system, chunk.from + i);
+        let row = load_row(system, chunk.begin + i);
         let own = row.excess + row.left * share;
         let link = row.left * alpha;
         let r = real(1) / (own + link + row.right);
-        delta = (load_rhs(system, chunk.from + i) + row.left * delta) * r;
+        delta = (load_rhs(system, chunk.begin + i) + row.left * delta) * r;
         alpha = link * r;
         share = own * r;
         alphas[i] = alpha;
@@ -101,7 +101,7 @@ fn substitute(
     var x = load_kept(chunk.next);
     for (var i = chunk.rows - 1u; i > 0u; i--) {
         x = deltas[i] + alphas[i] * kept + gammas[i] * x;
-        store(system, chunk.from + i, x);
+        store(system, chunk.begin + i, x);
     }
-    store(system, chunk.from, kept);
+    store(system, chunk.begin, kept);
 }

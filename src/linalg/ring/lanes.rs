@@ -28,12 +28,12 @@ pub struct Reduced<T> {
 /// Eliminates all rows of a chunk but the first.
 pub fn eliminate<T: Real>(rows: &[Row<T>]) -> Reduced<T> {
     let mut kept = rows[0];
-    let (mut alpha, mut share, mut delta) = (T::one(), T::zero(), T::zero());
+    let (mut alpha, mut share, mut delta) = (T::ONE, T::ZERO, T::ZERO);
     let mut eliminated = Vec::with_capacity(rows.len() - 1);
     for row in &rows[1..] {
         let own = row.excess + row.left * share;
         let link = row.left * alpha;
-        let r = T::one() / (own + link + row.right);
+        let r = T::ONE / (own + link + row.right);
         delta = (row.rhs + row.left * delta) * r;
         alpha = link * r;
         share = own * r;
@@ -79,8 +79,8 @@ pub fn solve_lanes<T: Real>(rows: &[Row<T>], lanes: usize) -> (Vec<T>, bool) {
         let before = kept.clone();
         for (lane, row) in kept.iter_mut().enumerate() {
             let (l, r) = (before[(lane + ring - step) % ring], before[(lane + step) % ring]);
-            let link_l = row.left * (T::one() / (l.excess + l.left + l.right));
-            let link_r = row.right * (T::one() / (r.excess + r.left + r.right));
+            let link_l = row.left * (T::ONE / (l.excess + l.left + l.right));
+            let link_r = row.right * (T::ONE / (r.excess + r.left + r.right));
             row.excess = row.excess + (link_l * l.excess + link_r * r.excess);
             row.rhs = row.rhs + (link_l * l.rhs + link_r * r.rhs);
             row.left = link_l * l.left;
@@ -89,10 +89,10 @@ pub fn solve_lanes<T: Real>(rows: &[Row<T>], lanes: usize) -> (Vec<T>, bool) {
         step *= 2;
     }
 
-    let singular = kept[0].excess == T::zero();
-    let value = |row: &Row<T>| if row.excess == T::zero() { T::zero() } else { row.rhs / row.excess };
+    let singular = kept[0].excess == T::ZERO;
+    let value = |row: &Row<T>| if row.excess == T::ZERO { T::ZERO } else { row.rhs / row.excess };
     let values: Vec<T> = kept.iter().map(value).collect();
-    let mut x = vec![T::zero(); n];
+    let mut x = vec![T::ZERO; n];
     for (lane, chunk) in chunks.iter().enumerate() {
         chunk.substitute(values[lane], values[(lane + 1) % ring], &mut x[from(lane)..from(lane + 1)]);
     }

@@ -13,7 +13,7 @@ pub fn solve_long<T: Real>(rows: &[Row<T>], chunk: usize, lanes: usize) -> (Vec<
     let count = reduced.len();
     let kept: Vec<Row<T>> = (0..count).map(|j| reduced[j].coupled(&reduced[(j + count - 1) % count])).collect();
     let (unknowns, singular) = solve_lanes(&kept, lanes);
-    let mut x = vec![T::zero(); rows.len()];
+    let mut x = vec![T::ZERO; rows.len()];
     for (j, part) in x.chunks_mut(chunk).enumerate() {
         reduced[j].substitute(unknowns[j], unknowns[(j + 1) % count], part);
     }
@@ -71,7 +71,7 @@ fn divide(systems: &[System]) -> (Vec<Chunk>, Vec<System>) {
         let count = system.rows.div_ceil(LONG_CHUNK);
         chunks.extend((0..count).map(|j| Chunk {
             system: index as u32,
-            from: j * LONG_CHUNK,
+            begin: j * LONG_CHUNK,
             rows: LONG_CHUNK.min(system.rows - j * LONG_CHUNK),
             next: start + (j + 1) % count,
         }));

@@ -4,6 +4,7 @@
 //! [`RowSource`]: arrays for the public solver, or computed on the fly from the data of a spline. Which kernel serves
 //! which system is planned here, by its number of rows.
 
+mod batch;
 mod lanes;
 mod long;
 mod thread;
@@ -15,6 +16,7 @@ use crate::error::Result;
 use crate::gpu::source::Definitions;
 use crate::gpu::{KernelKey, Recording, plan};
 
+pub use batch::solve_on_gpu;
 pub use lanes::{Reduced, Row, eliminate, solve_lanes};
 pub use long::solve_long;
 pub use thread::solve_thread;
@@ -70,7 +72,7 @@ pub struct Chunk {
     /// Index of its system.
     pub system: u32,
     /// First row, within the system.
-    pub from: u32,
+    pub begin: u32,
     /// Number of rows.
     pub rows: u32,
     /// The chunk after it.
@@ -102,8 +104,9 @@ const SMALL_RING: u32 = 8;
 /// Lanes of the large ring, one system a workgroup.
 const LARGE_RING: u32 = 128;
 
-/// Rows a lane holds in registers, by bucket: unrolled in the kernel's text.
-const SMALL_CHUNKS: [u32; 6] = [1, 2, 4, 8, 16, 32];
+/// Rows a lane holds in registers, by bucket: unrolled in the kernel's text. Two at least, since a system shorter than
+/// the ring is spread over the largest power of two of lanes not above its rows.
+const SMALL_CHUNKS: [u32; 5] = [2, 4, 8, 16, 32];
 
 /// The same for the large ring.
 const LARGE_CHUNKS: [u32; 3] = [8, 16, 32];
