@@ -123,3 +123,22 @@ pub fn struct_layout(kernel: &str, wgsl: &str, name: &str) -> Result<StructLayou
         _ => Err(Error::Kernel { kernel: kernel.into(), message: format!("no struct {name}") }),
     }
 }
+
+/// Asserts that a Rust struct has the members, offsets and size of the WGSL struct of its name in a kernel.
+#[cfg(test)]
+macro_rules! assert_layout {
+    ($key:expr, $type:ident { $($field:ident),+ $(,)? }) => {{
+        let name = stringify!($type);
+        let (members, size) = $crate::gpu::reflect::struct_layout(&$key.name(), &$key.wgsl(), name).unwrap();
+        let zero: $type = bytemuck::Zeroable::zeroed();
+        let own = vec![$((
+            stringify!($field).to_string(),
+            std::mem::offset_of!($type, $field) as u32,
+            std::mem::size_of_val(&zero.$field) as u32,
+        )),+];
+        assert_eq!(members, own, "members of {name}: name, offset, bytes");
+        assert_eq!(size as usize, std::mem::size_of::<$type>(), "bytes of {name}");
+    }};
+}
+#[cfg(test)]
+pub(crate) use assert_layout;

@@ -2,9 +2,10 @@
 
 use super::lanes::{Reduced, Row, eliminate, solve_lanes};
 use super::{Chunk, GROUP, LONG_CHUNK, Params, RowSource, Solve, System, kernel_key, real_bytes};
+use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Recording, plan};
+use crate::gpu::{KernelKey, Recording, plan};
 use crate::linalg::Real;
 
 /// Solves one system by reducing chunks of `chunk` rows to one each, and what is left by [`solve_lanes`].
@@ -41,9 +42,7 @@ pub(super) fn record(
 
     let dispatch = |recording: &mut Recording<'_>, entry: &'static str| {
         solve.for_each_column_group(|column, together| {
-            let own = definitions([("GROUP", &GROUP), ("CHUNK", &LONG_CHUNK)]);
-            let key = kernel_key("linalg/ring/long.wgsl", entry, solve.precision, own, source, together);
-            let kernel = recording.gpu().kernel(&key)?;
+            let kernel = recording.gpu().kernel(&key(entry, solve.precision, source, together))?;
             let count = chunks.len();
             let params = recording.uniform(&Params { first: 0, count: count as u32, columns: solve.columns, column });
             let mut all = buffers.clone();
@@ -60,6 +59,12 @@ pub(super) fn record(
     let next = Solve { systems: &shorter, kernel: super::RingKernel::Auto, ..*solve };
     next.record(recording, &parts, &kept, status)?;
     dispatch(recording, "substitute")
+}
+
+/// One of the two kernels.
+pub(super) fn key(entry: &'static str, precision: Precision, source: &RowSource<'_>, columns: u32) -> KernelKey {
+    let own = definitions([("GROUP", &GROUP), ("CHUNK", &LONG_CHUNK)]);
+    kernel_key("linalg/ring/long.wgsl", entry, precision, own, source, columns)
 }
 
 /// The chunks of all systems, and the shorter systems made of their kept rows.

@@ -7,6 +7,7 @@
 mod batch;
 mod lanes;
 mod long;
+mod self_test;
 mod thread;
 
 use bytemuck::{Pod, Zeroable};
@@ -19,6 +20,7 @@ use crate::gpu::{KernelKey, Recording, plan};
 pub use batch::solve_on_gpu;
 pub use lanes::{Reduced, Row, eliminate, solve_lanes};
 pub use long::solve_long;
+pub use self_test::{SelfTest, self_test};
 pub use thread::solve_thread;
 
 /// The kernel that solves a batch. [`Auto`](Self::Auto) is right for all but tests and benches.
@@ -188,23 +190,11 @@ impl Solve<'_> {
         buffers.extend(scratch.as_ref().map(|scratch| ("scratch", scratch)));
         buffers.extend(&source.buffers);
         self.for_each_column_group(|column, together| {
-            let (path, mut definitions, group, per_group) = match variant {
-                Variant::Lanes { lanes, q, subgroup } => {
-                    let group = GROUP.max(lanes);
-                    let mut definitions = crate::gpu::source::definitions([("LANES", &lanes), ("Q", &q)]);
-                    if subgroup {
-                        definitions.insert("SUBGROUP".into(), "1".into());
-                    }
-                    ("linalg/ring/lanes.wgsl", definitions, group, group / lanes)
-                }
-                Variant::Thread => ("linalg/ring/thread.wgsl", Definitions::new(), GROUP, GROUP),
-                Variant::Long => unreachable!("recorded by its own module"),
-            };
-            definitions.insert("GROUP".into(), group.to_string());
+            let (path, definitions, per_group) = variant.kernel();
             let key = kernel_key(path, "solve", self.precision, definitions, source, together);
             let kernel = recording.gpu().kernel(&key)?;
             let count = self.systems.len();
-            let groups = plan::workgroups(count, per_group as usize, recording.gpu().limits())?;
+            let groups = plan::workgroups(count, per_group, recording.gpu().limits())?;
             let params = recording.uniform(&Params { first: 0, count: count as u32, columns: self.columns, column });
             let mut all = buffers.clone();
             all.push(("params", &params));
@@ -227,6 +217,19 @@ enum Variant {
 }
 
 impl Variant {
+    /// Path, definitions, and systems a workgroup, of the kernel that solves in one dispatch.
+    fn kernel(self) -> (&'static str, Definitions, usize) {
+        let Variant::Lanes { lanes, q, subgroup } = self else {
+            return ("linalg/ring/thread.wgsl", crate::gpu::source::definitions([("GROUP", &GROUP)]), GROUP as usize);
+        };
+        let group = GROUP.max(lanes);
+        let mut definitions = crate::gpu::source::definitions([("LANES", &lanes), ("Q", &q), ("GROUP", &group)]);
+        if subgroup {
+            definitions.insert("SUBGROUP".into(), "1".into());
+        }
+        ("linalg/ring/lanes.wgsl", definitions, (group / lanes) as usize)
+    }
+
     fn most_rows(self) -> u32 {
         match self {
             Variant::Lanes { lanes, q, .. } => lanes * q,
@@ -256,4 +259,48 @@ fn kernel_key(
         definitions.insert("R1".into(), "1".into());
     }
     KernelKey { path, entry, precision, definitions }
+}
+
+/// The row sources of this room.
+pub fn row_sources() -> Vec<(&'static str, Definitions)> {
+    let network = crate::gpu::source::definitions([("NETWORK", &1)]);
+    vec![
+        ("linalg/common_given.wgsl", Definitions::new()),
+        ("linalg/common_given.wgsl", network),
+        ("linalg/common_parts.wgsl", Definitions::new()),
+    ]
+}
+
+/// Every ring kernel in every form, for one row source.
+pub fn kernels(precision: Precision, rows: &'static str, definitions: &Definitions) -> Vec<KernelKey> {
+    let source = RowSource { path: rows, definitions: definitions.clone(), buffers: Vec::new() };
+    let small = [false, true].into_iter().flat_map(|subgroup| {
+        SMALL_CHUNKS.map(|q| Variant::Lanes { lanes: SMALL_RING, q, subgroup })
+    });
+    let large = LARGE_CHUNKS.map(|q| Variant::Lanes { lanes: LARGE_RING, q, subgroup: false });
+    let mut keys = Vec::new();
+    for columns in 1..=MAX_COLUMNS_TOGETHER {
+        for variant in small.clone().chain(large).chain([Variant::Thread]) {
+            let (path, own, _) = variant.kernel();
+            keys.push(kernel_key(path, "solve", precision, own, &source, columns));
+        }
+        for entry in ["reduce", "substitute"] {
+            keys.push(long::key(entry, precision, &source, columns));
+        }
+    }
+    keys
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::reflect::assert_layout;
+
+    #[test]
+    fn structs_shared_with_the_kernels_have_their_layout() {
+        let key = long::key("reduce", Precision::F32, &RowSource { path: "linalg/common_given.wgsl", definitions: Definitions::new(), buffers: vec![] }, 1);
+        assert_layout!(key, Params { first, count, columns, column });
+        assert_layout!(key, System { start, rows, flags, index });
+        assert_layout!(key, Chunk { system, begin, rows, next });
+    }
 }
