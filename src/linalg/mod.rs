@@ -6,6 +6,7 @@
 
 mod lanes;
 mod real;
+pub mod ring;
 mod singular;
 mod tasks;
 pub mod thomas;
