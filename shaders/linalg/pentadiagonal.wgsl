@@ -133,7 +133,7 @@ fn factor_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u
     let inverse = real(1) / corner.x;
     let factor = corner.y * inverse;
     let last = corner.z - factor * corner.y;
-    let noise = real(64) * EPSILON * largest;
+    let noise = NOISE * largest;
     if (!(last > -noise)) {
         return false;
     }

@@ -23,18 +23,24 @@ const STATUS_SOLVED: u32 = 1u;
 // Rounding got the better of it: the host fits this curve in f64.
 const STATUS_FAILED: u32 = 2u;
 
+// Products of constants are written out: naga does not multiply 64-bit ones.
+// NOISE = 64 ε; REFINED, below which a step of refinement is the last: 4096 ε in f64, in f32 16 ε, as much as it
+// resolves; FAILED, above which the last step may not be: 64 and 8 times that; KEPT = 1 − 64 ε, so that the host, which adds up in another order, finds no more than was allowed.
 //:if F64
-const EPSILON: real = real(2.220446049250313e-16);
+const NOISE: real = real(1.4210854715202004e-14);
+const REFINED: real = real(9.094947017729282e-13);
+const FAILED: real = real(5.820766091346741e-11);
+const KEPT: real = real(0.9999999999999858);
 const LEAST: real = real(1e-300);
 //:else
-const EPSILON: real = real(1.1920929e-7);
+const NOISE: real = real(7.6293945e-6);
+const REFINED: real = real(1.9073486e-6);
+const FAILED: real = real(1.5258789e-5);
+const KEPT: real = real(0.9999924);
 const LEAST: real = real(1e-36);
 //:end
 const LAMBDA_CAP: real = real(1e20);
 const MAX_REFINEMENTS: u32 = 4u;
-const REFINED_EPSILONS: real = real(4096);
-// In f32 the twin's bound would allow a tenth of the curve; here nothing coarser than 64 refined bounds passes.
-const FAILED_EPSILONS: real = real(64) * REFINED_EPSILONS;
 const STRIDE: real = real(8);
 const MAX_STRIDES: u32 = 80u;
 // A λ larger by this factor breaks the deviation.
@@ -237,11 +243,11 @@ fn solve_for(p: Problem, lambda: real) -> bool {
         if (broken) {
             return false;
         }
-        if (moved <= REFINED_EPSILONS * EPSILON) {
+        if (moved <= REFINED) {
             return true;
         }
     }
-    return moved <= FAILED_EPSILONS * EPSILON;
+    return moved <= FAILED;
 }
 
 // Largest squared distance between data and curve.
@@ -306,8 +312,7 @@ fn fit(
     if ((curve.flags & FLAG_DEVIATION) == 0u) {
         solved = solve_for(p, lambda);
     } else {
-        // So that the host, which adds up in another order, finds no more than was allowed.
-        let allowed = amount * (real(1) - real(64) * EPSILON);
+        let allowed = amount * KEPT;
         let allowed_square = allowed * allowed;
         solved = solve_for(p, real(0));
         lambda = clamp(amount / sqrt(max(square_pull(p, real(1)), LEAST)), LEAST, LAMBDA_CAP);

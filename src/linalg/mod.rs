@@ -5,6 +5,7 @@
 //! than one system after the other, with the same bits for each.
 
 mod lanes;
+mod pentadiagonal;
 mod real;
 pub mod ring;
 mod singular;
@@ -13,6 +14,9 @@ pub mod thomas;
 mod tridiagonal;
 
 pub(crate) use lanes::{Part, Scratch};
+pub use pentadiagonal::{
+    factor_cyclic_pentadiagonal, factor_pentadiagonal, solve_cyclic_pentadiagonal, solve_pentadiagonal,
+};
 pub use real::Real;
 pub(crate) use tasks::{take, tasks};
 pub use tridiagonal::{Cyclic, Matrix, Solutions, TridiagonalBatch, solve_tridiagonal_batch};
