@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::batch::{CurveBatch, Problem};
 use crate::error::{Error, Result};
+use crate::linalg::{take, tasks};
 use crate::report::CurveStatus;
 
 /// How the data points of a curve get their parameters t.
@@ -66,30 +67,6 @@ pub(crate) struct Knots {
     pub repeats: BTreeMap<usize, Vec<u32>>,
     /// Why curves own no entry.
     pub unfitted: BTreeMap<usize, Problem>,
-}
-
-/// Points a parallel task works on at least: some tens of microseconds of work.
-const POINTS_PER_TASK: usize = 4096;
-
-/// Divides the curves into runs of about [`POINTS_PER_TASK`] points.
-pub(crate) fn tasks(offsets: &[usize]) -> Vec<Range<usize>> {
-    let mut tasks = Vec::with_capacity(offsets[offsets.len() - 1] / POINTS_PER_TASK + 1);
-    let mut from = 0;
-    for to in 1..offsets.len() {
-        // Curves without points cost something too.
-        if offsets[to] - offsets[from] + (to - from) >= POINTS_PER_TASK || to == offsets.len() - 1 {
-            tasks.push(from..to);
-            from = to;
-        }
-    }
-    tasks
-}
-
-/// Cuts the first `count` entries off a slice that is handed out piece by piece.
-pub(crate) fn take<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
-    let (head, tail) = std::mem::take(rest).split_at_mut(count);
-    *rest = tail;
-    head
 }
 
 impl Knots {

@@ -19,12 +19,11 @@
 use rayon::prelude::*;
 
 use super::energy::{discrete_energy, exact_product};
-use super::knots::take;
 use super::subdivide::{refined_count, subdivide_rounds};
 use crate::batch::CurveBatch;
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch};
+use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch, take};
 
 /// Points that [`subdivide`] writes at most, over all curves: 1.6 GB in two dimensions.
 pub const MAX_POINTS: u64 = 100_000_000;
