@@ -3,13 +3,18 @@
 mod energy;
 mod gpu;
 pub(crate) mod knots;
+mod reinsch;
 mod sample;
+mod smoother;
+mod smoothing;
+mod stub;
 mod subdivide;
 pub mod uniform;
 mod uniform_gpu;
 
 pub(crate) use gpu::GROUP;
 pub use knots::Parametrisation;
+pub use smoothing::{Amount, LAMBDA_CAP, Smoothing};
 
 use crate::gpu::source::Definitions;
 

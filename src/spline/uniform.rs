@@ -25,8 +25,7 @@ use crate::batch::CurveBatch;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::linalg::take;
-use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch};
+use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch, take};
 
 /// Points that [`subdivide`] writes at most, over all curves: 1.6 GB in two dimensions.
 pub const MAX_POINTS: u64 = 100_000_000;
