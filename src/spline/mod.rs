@@ -7,6 +7,7 @@ mod reinsch;
 mod sample;
 mod smoother;
 mod smoothing;
+mod smoothing_gpu;
 mod stub;
 mod subdivide;
 pub mod uniform;
