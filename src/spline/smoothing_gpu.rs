@@ -14,7 +14,7 @@ use super::smoothing::Smoothing;
 use crate::batch::CurveBatch;
 use crate::device::Precision;
 use crate::error::{Error, Result};
-use crate::gpu::{Downloaded, Gpu, KernelKey, Recording, pipeline, plan};
+use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, pipeline, plan};
 use crate::linalg::Real;
 use crate::linalg::ring::real_bytes;
 use crate::report::CurveReport;
@@ -86,21 +86,19 @@ pub(super) fn fit_on_gpu(
             second: &mut second,
             reports: &mut reports,
         });
-        pipeline(
-            chunks.into_iter().map(|curves| (curves, std::cell::RefCell::new(Vec::new()))),
-            |(curves, sent)| {
-                let (recording, indices) = match precision {
-                    Precision::F64 => job.borrow_mut().record::<f64>(curves)?,
-                    _ => job.borrow_mut().record::<f32>(curves)?,
-                };
-                *sent.borrow_mut() = indices;
-                recording.submit()
+        let done = pipeline(
+            chunks,
+            |curves| match precision {
+                Precision::F64 => job.borrow_mut().record::<f64>(curves),
+                _ => job.borrow_mut().record::<f32>(curves),
             },
-            |(_, sent), results| match precision {
-                Precision::F64 => job.borrow_mut().unpack::<f64>(&sent.borrow(), results),
-                _ => job.borrow_mut().unpack::<f32>(&sent.borrow(), results),
+            |(pending, sent)| Ok((pending.wait()?, sent)),
+            |_, (results, sent)| match precision {
+                Precision::F64 => job.borrow_mut().unpack::<f64>(&sent, &results),
+                _ => job.borrow_mut().unpack::<f32>(&sent, &results),
             },
-        )
+        );
+        Ok(done?)
     });
     knots.values = values;
     fitted?;
@@ -143,7 +141,7 @@ impl<'a> Job<'a> {
         self.reports[i] = Some(report);
     }
 
-    fn record<S: Real + Pod>(&mut self, curves: &Range<usize>) -> Result<(Recording<'a>, Vec<Sent>)> {
+    fn record<S: Real + Pod>(&mut self, curves: &Range<usize>) -> Result<(Pending<'a>, Vec<Sent>)> {
         let d = self.knots.dimension;
         let (mut table, mut amounts, mut sent) = (Vec::new(), Vec::new(), Vec::new());
         let (mut spans, mut inverse_weights, mut data) = (Vec::<S>::new(), Vec::<S>::new(), Vec::<S>::new());
@@ -202,7 +200,7 @@ impl<'a> Job<'a> {
             ],
         )?;
         [&status, &outcomes, &scratch].into_iter().for_each(|buffer| recording.download(buffer));
-        Ok((recording, sent))
+        Ok((recording.submit()?, sent))
     }
 
     fn unpack<S: Real + Pod>(&mut self, sent: &[Sent], results: &[Downloaded]) -> Result<()> {
