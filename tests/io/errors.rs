@@ -1,9 +1,14 @@
 //! Bad files: every one is a sentence with the file, the place, the value and the remedy, or a status of one curve.
 
 use std::io::Write;
+use std::path::Path;
 
 use faircurve::io::{self, Closed, Columns, Format, ReadOptions, WriteOptions};
 use faircurve::{CurveBatch, CurveStatus};
+
+pub fn without_folder(sentence: &str, folder: &Path) -> String {
+    sentence.replace(&format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR), "")
+}
 
 /// Writes a file into a fresh folder and returns what reading it says, without the folder's name.
 pub fn complaint_with(name: &str, bytes: &[u8], options: &ReadOptions) -> String {
@@ -11,7 +16,7 @@ pub fn complaint_with(name: &str, bytes: &[u8], options: &ReadOptions) -> String
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).unwrap();
     let error = io::read_with(&path, options).expect_err("a bad file must not be read");
-    error.to_string().replace(&format!("{}/", folder.path().display()), "")
+    without_folder(&error.to_string(), folder.path())
 }
 
 fn complaint(name: &str, text: &str) -> String {
@@ -302,6 +307,11 @@ fn formats_that_cannot_be_known_are_asked_for() {
         "maybe".parse::<Closed>().unwrap_err().to_string(),
         "closed is \"maybe\": auto, yes and no are possible"
     );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_that_is_not_there_is_named() {
     let missing = io::read("no/such/file.csv").unwrap_err().to_string();
     assert_eq!(missing, "cannot read no/such/file.csv: No such file or directory (os error 2)");
 }

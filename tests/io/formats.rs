@@ -251,7 +251,7 @@ fn batches() -> impl Strategy<Value = CurveBatch> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(256))]
+    #![proptest_config(ProptestConfig::with_cases(128))]
 
     #[test]
     fn any_batch_survives_csv_npz_and_geojson(batch in batches()) {
