@@ -13,7 +13,7 @@ use std::io::{self, Write};
 use rayon::prelude::*;
 
 use crate::batch::CurveBatch;
-use crate::curve::{Curve, vector};
+use crate::curve::vector;
 use crate::report::{CurveStatus, Fit};
 use comb::Combs;
 use layout::{Bounds, Frame, Plane};
@@ -92,8 +92,7 @@ impl Picture {
     /// When `fit` has not one curve for every curve of `batch`.
     pub fn write(&self, batch: &CurveBatch, fit: &Fit, out: &mut dyn Write) -> io::Result<()> {
         assert_eq!(batch.len(), fit.len(), "a picture needs the batch that was fitted");
-        // NaN too becomes the least width.
-        let width = self.width.max(160.0).min(1e5);
+        let width = if self.width.is_nan() { 160.0 } else { self.width.clamp(160.0, 1e5) };
         let plane = Plane::of(batch);
         let mut bounds = Bounds::of(batch, fit, &plane);
         let combs = self.comb.map(|scale| Combs::of(fit, &plane, bounds.size(), scale));
@@ -193,7 +192,7 @@ impl Look {
         let room = (frame.area() / batch.total_points().max(1) as f64).sqrt();
         let dot = (0.05 * room).min(2.6);
         Look {
-            line: (0.035 * room).clamp(0.75, 1.8),
+            line: (0.035 * room).clamp(0.6, 1.8),
             thin: (0.02 * room).clamp(0.5, 0.9),
             dot: if points && dot >= 0.8 { dot } else { 0.0 },
             decimals: if batch.total_points() <= 20_000 { 2 } else { 1 },

@@ -5,7 +5,7 @@ use glam::DVec3;
 use roxmltree::{Document, Node};
 
 use super::*;
-use crate::curve::{Jet, Polygon, Sampling};
+use crate::curve::{Curve, Jet, Polygon, Sampling};
 use crate::report::{CurveReport, CurveSet};
 
 /// Cubics through the points with central differences as tangents; curves with a problem stay polygons.
