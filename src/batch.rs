@@ -106,6 +106,16 @@ impl CurveBatch {
     /// # Errors
     /// A dimension other than 2 or 3; offsets that are empty, do not start at 0, decrease, or do not end at the number of points.
     pub fn from_ragged(dimension: usize, coords: Vec<f64>, offsets: Vec<usize>) -> Result<Self> {
+        Self::from_file(dimension, coords, offsets, Arc::default())
+    }
+
+    /// The same for a batch read from a file, so that the problems found name the file, the line and the curve.
+    pub(crate) fn from_file(
+        dimension: usize,
+        coords: Vec<f64>,
+        offsets: Vec<usize>,
+        origin: Arc<Origin>,
+    ) -> Result<Self> {
         if dimension != 2 && dimension != 3 {
             return Err(Error::Batch(format!("points have {dimension} coordinates; 2 and 3 are possible")));
         }
@@ -136,7 +146,7 @@ impl CurveBatch {
             weights: None,
             constraints: Constraints::default(),
             problems: BTreeMap::new(),
-            origin: Arc::default(),
+            origin,
         };
         batch.find_problems(|batch, i| {
             let dimension = batch.dimension;

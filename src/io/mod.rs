@@ -1,4 +1,48 @@
 //! Files in and out: one file a format, chosen by extension.
+//!
+//! | format | curves | read | written |
+//! |---|---|---|---|
+//! | [CSV](Format::Csv) | rows with one name in `curve`, one after another | every column of [`Columns`] | `curve,x,y[,z],t` |
+//! | [GeoJSON](Format::GeoJson) | one a LineString or ring | lines and rings; points pass through | the document read, with new coordinates |
+//! | [SVG](Format::Svg) | one a subpath, polyline, polygon or line | vertices, after transforms | one path a curve, also cubic Béziers |
+//! | [NPZ](Format::Npz) | ragged arrays | `coords`, `offsets`, `t`, `weight`, `closed`, `names` | the same |
+//!
+//! Numbers are written as the shortest decimals that read back to the same bits. `.gz` after the extension compresses;
+//! compressed input is known by its first bytes. `-` is standard input or output and needs a format. Nothing is ever
+//! left half-written ([`write_atomically`]), and nothing is overwritten unless [`WriteOptions::overwrite`] is set.
+//!
+//! **Closed curves.** Polygon rings, SVG polygons and closed subpaths are always closed. Otherwise [`Closed::Auto`] closes
+//! a curve of three points or more whose last equals its first. GeoJSON rings repeat their first point, CSV and NPZ do not:
+//! NPZ holds a flag for each curve, while a CSV file read back needs [`Closed::Yes`].
+//!
+//! **Longitudes.** Where x is a longitude (GeoJSON; CSV with x mapped from a column `lon`, `long`, `lng` or `longitude`)
+//! and all of a curve lies within |x| ≤ 360, |y| ≤ 90, neighbours more than 180 apart are taken to cross the antimeridian,
+//! and ±360 is added from there on: curves run on past ±180, in the output too, and never tear. A line that winds round
+//! a pole becomes an open curve that ends 360 from its start; a polygon ring that does is left as it is.
+//! The holes of a polygon are brought to their shell.
+
+mod atomic;
+mod columns;
+mod csv;
+mod geojson;
+mod longitude;
+mod npz;
+mod source;
+mod svg;
+mod text;
+
+use std::fmt;
+use std::io::Write;
+use std::path::Path;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use crate::batch::CurveBatch;
+use crate::error::{Error, Result};
+
+pub use atomic::{Output, write_atomically};
+pub use columns::Columns;
+use source::Source;
 
 /// Where a batch came from: what is needed to name a place in an error, and to write the same document back.
 #[derive(Clone, Debug, Default)]
@@ -9,6 +53,12 @@ pub struct Origin {
     pub names: Option<Vec<String>>,
     /// The line of the first point of every curve, counted from 1, in formats that have one line a point.
     pub first_lines: Option<Vec<Option<u64>>>,
+    /// The curves whose longitudes were carried past ±180 because they cross the antimeridian.
+    pub unwrapped: Vec<usize>,
+    /// Those of them that wind round a pole, and so became open curves that end 360 degrees from their start.
+    pub round_pole: Vec<usize>,
+    /// The GeoJSON document without its coordinates.
+    document: Option<Arc<geojson::Document>>,
 }
 
 impl Origin {
@@ -19,4 +69,271 @@ impl Origin {
             self.first_lines.as_ref().and_then(|lines| lines[i]).map(|line| format!("line {}, ", line + k as u64));
         file + &line.unwrap_or_default()
     }
+}
+
+/// A file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Format {
+    /// Rows of text, one a point.
+    Csv,
+    /// GeoJSON, RFC 7946.
+    GeoJson,
+    /// Scalable Vector Graphics.
+    Svg,
+    /// NumPy's archive of arrays.
+    Npz,
+}
+
+impl Format {
+    /// The format that a file's extension names (`.gz` after it is passed over).
+    pub fn of_extension(path: impl AsRef<Path>) -> Option<Self> {
+        let path = path.as_ref();
+        let inner = if is_gzip(path) { path.with_extension("") } else { path.to_path_buf() };
+        inner.extension()?.to_str()?.parse().ok()
+    }
+
+    /// Refuses what the format cannot hold: three dimensions in SVG, Bézier curves in GeoJSON.
+    ///
+    /// # Errors
+    /// [`Error::Argument`], with the formats that can.
+    pub fn check(self, dimension: usize, beziers: bool) -> Result<()> {
+        match self {
+            Format::Svg if dimension == 3 => {
+                Err(Error::argument("SVG is flat, but the curves have 3 dimensions: write CSV, GeoJSON or NPZ"))
+            }
+            Format::GeoJson if beziers => Err(Error::argument(
+                "GeoJSON holds straight lines and no Bézier curves: write SVG, CSV or NPZ, or ask for polylines",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn of(path: &Path, given: Option<Format>, option: &str) -> Result<Self> {
+        if let Some(format) = given.or_else(|| Self::of_extension(path)) {
+            return Ok(format);
+        }
+        let words = "csv, geojson, svg or npz";
+        Err(Error::Argument(match path == Path::new("-") {
+            true => format!("- has no extension to tell its format: give {option} with {words}"),
+            false => {
+                format!("the format of {} is not known from its extension: give {option} with {words}", path.display())
+            }
+        }))
+    }
+}
+
+impl FromStr for Format {
+    type Err = Error;
+
+    /// From the words of `--from` and `--to`, which are the extensions too.
+    fn from_str(word: &str) -> Result<Self> {
+        match word.to_ascii_lowercase().as_str() {
+            "csv" => Ok(Format::Csv),
+            "geojson" | "json" => Ok(Format::GeoJson),
+            "svg" => Ok(Format::Svg),
+            "npz" => Ok(Format::Npz),
+            _ => Err(Error::Argument(format!("there is no format {word:?}: csv, geojson, svg and npz are possible"))),
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Format::Csv => "csv",
+            Format::GeoJson => "geojson",
+            Format::Svg => "svg",
+            Format::Npz => "npz",
+        })
+    }
+}
+
+/// Which curves are closed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Closed {
+    /// Those that the file marks, and those of three points or more whose last point equals their first.
+    #[default]
+    Auto,
+    /// All of them.
+    Yes,
+    /// None but polygon rings and closed subpaths.
+    No,
+}
+
+impl FromStr for Closed {
+    type Err = Error;
+
+    fn from_str(word: &str) -> Result<Self> {
+        match word {
+            "auto" => Ok(Closed::Auto),
+            "yes" => Ok(Closed::Yes),
+            "no" => Ok(Closed::No),
+            _ => Err(Error::Argument(format!("closed is {word:?}: auto, yes and no are possible"))),
+        }
+    }
+}
+
+/// How a file is read.
+#[derive(Clone, Debug, Default)]
+pub struct ReadOptions {
+    /// The format; by default that of the extension.
+    pub format: Option<Format>,
+    /// What the columns of a CSV file mean. In GeoJSON only `z=` has a meaning: altitudes are dropped.
+    pub columns: Columns,
+    /// Which curves are closed.
+    pub closed: Closed,
+}
+
+/// How a file is written.
+#[derive(Clone, Debug, Default)]
+pub struct WriteOptions {
+    /// The format; by default that of the extension.
+    pub format: Option<Format>,
+    /// Whether a file that exists is replaced; false by default.
+    pub overwrite: bool,
+    /// Whether the points of each curve are the control points of a chain of cubic Béziers: 3 a piece and one more,
+    /// the first repeated at the end of a closed chain. SVG draws the curves; CSV and NPZ hold the control points.
+    pub beziers: bool,
+}
+
+/// Reads curves from a file, by its extension.
+///
+/// ```
+/// let countries = faircurve::io::read("examples/data/countries-110m.geojson")?;
+/// assert_eq!((countries.len(), countries.dimension()), (595, 2));
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// # Errors
+/// A file that cannot be read or does not hold what its format promises. What concerns one curve (NaN, decreasing
+/// parameters) is no error but the curve's [`Problem`](crate::Problem).
+pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
+    read_with(path, &ReadOptions::default())
+}
+
+/// Reads curves from a file, or from standard input for `-` (then the format must be given).
+///
+/// # Errors
+/// As [`read`]; an unknown format.
+pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<CurveBatch> {
+    let path = path.as_ref();
+    let format = Format::of(path, options.format, "--from")?;
+    let mut source = Source::open(path)?;
+    let batch = match format {
+        Format::Csv => csv::read(&mut source, options),
+        Format::GeoJson => geojson::read(&mut source, options),
+        Format::Svg => svg::read(&mut source, options),
+        Format::Npz => npz::read(&mut source, options),
+    }?;
+    match batch.is_empty() {
+        true => Err(source.error(None, format!("no curve was found: {}", wanted(format)))),
+        false => Ok(batch),
+    }
+}
+
+fn wanted(format: Format) -> &'static str {
+    match format {
+        Format::Csv => "there is a header, but no row after it",
+        Format::GeoJson => "LineString, MultiLineString, Polygon and MultiPolygon geometries are read",
+        Format::Svg => "path, polyline, polygon and line elements are read",
+        Format::Npz => "offsets has one entry, and needs one more than there are curves",
+    }
+}
+
+/// Writes curves to a file, in the format of its extension; a file that exists is never replaced.
+///
+/// # Errors
+/// [`Error::Exists`]; [`Error::Write`], which leaves nothing behind; [`Error::Argument`] for what the format cannot hold.
+pub fn write(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<()> {
+    write_with(path, batch, &WriteOptions::default())
+}
+
+/// Writes curves to a file, or to standard output for `-` (then the format must be given).
+///
+/// A curve with a coordinate that is NaN or infinite stays what it is in CSV and NPZ; GeoJSON and SVG have no such
+/// numbers, so there it keeps its place and its name but has no points.
+///
+/// # Errors
+/// As [`write`]; an unknown format.
+pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
+    let path = path.as_ref();
+    let format = Format::of(path, options.format, "--to")?;
+    format.check(batch.dimension(), options.beziers)?;
+    if options.beziers {
+        check_chains(batch)?;
+    }
+    if format == Format::Csv {
+        csv::check_names(batch)?;
+    }
+    let fill = |out: &mut dyn Write| match format {
+        Format::Csv => csv::write(out, batch),
+        Format::GeoJson => geojson::write(out, batch),
+        Format::Svg => svg::write(out, batch, options.beziers),
+        Format::Npz => npz::write(out, batch),
+    };
+    write_atomically(path, options.overwrite, |out| {
+        if is_gzip(path) {
+            let mut zipped = flate2::write::GzEncoder::new(out, flate2::Compression::default());
+            fill(&mut zipped)?;
+            zipped.finish()?.flush()
+        } else if let (Format::Npz, Some(file)) = (format, out.seekable()) {
+            npz::write_seekable(file, batch)
+        } else {
+            fill(out)
+        }
+    })
+}
+
+/// Checks, before anything is computed, that an output can be written: its format is known and can hold what is asked
+/// for, its folder exists, and no file stands there unless overwriting is allowed.
+///
+/// # Errors
+/// Those of [`write_with`] that can be known without the curves.
+pub fn check_output(path: impl AsRef<Path>, options: &WriteOptions) -> Result<()> {
+    let path = path.as_ref();
+    Format::of(path, options.format, "--to")?.check(2, options.beziers)?;
+    atomic::check(path, options.overwrite)
+}
+
+fn is_gzip(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"))
+}
+
+fn check_chains(batch: &CurveBatch) -> Result<()> {
+    let odd = |&i: &usize| {
+        let points = batch.count(i) + usize::from(batch.is_closed(i));
+        points % 3 != 1 && batch.count(i) > 0
+    };
+    match (0..batch.len()).find(odd) {
+        None => Ok(()),
+        Some(i) => Err(Error::Argument(format!(
+            "curve {} has {} control points, but a chain of cubic Béziers has three a piece and one more",
+            batch.name(i),
+            batch.count(i)
+        ))),
+    }
+}
+
+/// Whether all coordinates of curve `i` are finite, as GeoJSON and SVG need them.
+fn is_finite(batch: &CurveBatch, i: usize) -> bool {
+    batch.points(i).iter().all(|x| x.is_finite())
+}
+
+/// Closes the curves that are marked, and by `closed` the others; `opened` are those that must stay open.
+fn close(batch: CurveBatch, closed: Closed, marked: &[bool], opened: &[usize]) -> Result<CurveBatch> {
+    let d = batch.dimension();
+    let repeats = |i: usize| {
+        let points = batch.points(i);
+        points.len() > 2 * d && points[..d] == points[points.len() - d..]
+    };
+    let mut flags: Vec<bool> = (0..batch.len())
+        .map(|i| match closed {
+            Closed::Auto => marked[i] || repeats(i),
+            Closed::Yes => true,
+            Closed::No => marked[i],
+        })
+        .collect();
+    opened.iter().for_each(|&i| flags[i] = false);
+    batch.closed_each(flags)
 }

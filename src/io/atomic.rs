@@ -1,0 +1,241 @@
+//! Files written whole or not at all.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+/// Where bytes go while a file is written.
+pub enum Output {
+    /// Standard output.
+    Stdout(io::Stdout),
+    /// A file that is not yet in its place, or a device or pipe.
+    File(File),
+}
+
+impl Output {
+    /// The file behind it, if it can seek.
+    pub(crate) fn seekable(&mut self) -> Option<&mut File> {
+        match self {
+            Output::File(file) if file.metadata().is_ok_and(|data| data.is_file()) => Some(file),
+            _ => None,
+        }
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Output::Stdout(out) => out.write(bytes),
+            Output::File(file) => file.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Output::Stdout(out) => out.flush(),
+            Output::File(file) => file.flush(),
+        }
+    }
+}
+
+/// Writes a file whole or not at all: into a temporary file in the same folder, flushed to the disk, then renamed.
+///
+/// Until the last step nothing is seen at `path`; after a failure nothing new is left in the folder and what stood at
+/// `path` is untouched. `-` is standard output; a device or a pipe is written straight, whatever `overwrite` says.
+/// A symbolic link is followed; a file replaced keeps its permissions.
+///
+/// ```
+/// # let folder = tempfile::tempdir().unwrap();
+/// # let path = folder.path().join("report.json");
+/// use std::io::Write;
+/// faircurve::io::write_atomically(&path, false, |out| out.write_all(b"{}"))?;
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Exists`] where `path` exists and `overwrite` is false; [`Error::Write`] with what the system or `fill` said.
+pub fn write_atomically(
+    path: impl AsRef<Path>,
+    overwrite: bool,
+    fill: impl FnOnce(&mut Output) -> io::Result<()>,
+) -> Result<()> {
+    let path = path.as_ref();
+    let failed = |source| Error::Write { path: path.to_path_buf(), source };
+    match target(path, overwrite)? {
+        Target::Stdout => {
+            let mut out = Output::Stdout(io::stdout());
+            fill(&mut out).and_then(|()| out.flush()).map_err(failed)
+        }
+        Target::Device => {
+            let mut out = Output::File(File::options().write(true).open(path).map_err(failed)?);
+            fill(&mut out).and_then(|()| out.flush()).map_err(failed)
+        }
+        Target::File(place) => replace(&place, overwrite, fill).map_err(|source| {
+            if source.kind() == io::ErrorKind::AlreadyExists && !overwrite {
+                Error::Exists { path: path.to_path_buf() }
+            } else {
+                failed(source)
+            }
+        }),
+    }
+}
+
+enum Target {
+    Stdout,
+    Device,
+    File(PathBuf),
+}
+
+/// What stands behind the path, or why it cannot be written: all that can be known before there are bytes to write.
+fn target(path: &Path, overwrite: bool) -> Result<Target> {
+    if path == Path::new("-") {
+        return Ok(Target::Stdout);
+    }
+    let failed = |source| Error::Write { path: path.to_path_buf(), source };
+    match std::fs::metadata(path) {
+        Ok(data) if data.is_dir() => Err(failed(io::ErrorKind::IsADirectory.into())),
+        Ok(data) if !data.is_file() => Ok(Target::Device),
+        Ok(_) if !overwrite => Err(Error::Exists { path: path.to_path_buf() }),
+        Ok(_) => std::fs::canonicalize(path).map(Target::File).map_err(failed),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let folder = folder(path);
+            match folder.is_dir() {
+                true => Ok(Target::File(path.to_path_buf())),
+                false => Err(failed(io::Error::new(
+                    io::ErrorKind::NotFound,
+                    format!("there is no folder {}", folder.display()),
+                ))),
+            }
+        }
+        Err(error) => Err(failed(error)),
+    }
+}
+
+/// Whether a file could be written there, before anything is computed.
+pub(super) fn check(path: &Path, overwrite: bool) -> Result<()> {
+    target(path, overwrite).map(drop)
+}
+
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
+}
+
+fn replace(place: &Path, overwrite: bool, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::Result<()> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".faircurve-").suffix(".part");
+    // What any new file gets, less the umask, instead of the private mode of temporary files.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let (file, temporary) = builder.tempfile_in(folder(place))?.into_parts();
+    let mut out = Output::File(file);
+    fill(&mut out)?;
+    let Output::File(file) = out else { unreachable!("made four lines above") };
+    file.sync_all()?;
+    if overwrite && let Ok(data) = std::fs::metadata(place) {
+        file.set_permissions(data.permissions())?;
+    }
+    drop(file);
+    if overwrite {
+        return temporary.persist(place).map_err(|error| error.error);
+    }
+    match temporary.persist_noclobber(place) {
+        // Some file systems cannot rename without clobbering: then look, and rename.
+        Err(error) if error.error.kind() != io::ErrorKind::AlreadyExists && !place.exists() => {
+            error.path.persist(place).map_err(|error| error.error)
+        }
+        result => result.map_err(|error| error.error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entries(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> =
+            std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_failure_leaves_nothing_behind_and_the_old_file_untouched() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.csv");
+        let fail = |out: &mut Output| {
+            out.write_all(b"half")?;
+            Err(io::ErrorKind::StorageFull.into())
+        };
+        let error = write_atomically(&path, false, fail).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            format!("cannot write {}: no storage space; nothing was left half-written", path.display())
+        );
+        assert!(entries(folder.path()).is_empty());
+        std::fs::write(&path, "old").unwrap();
+        assert!(matches!(write_atomically(&path, true, fail), Err(Error::Write { .. })));
+        assert_eq!((entries(folder.path()), std::fs::read(&path).unwrap()), (vec!["out.csv".into()], b"old".to_vec()));
+    }
+
+    #[test]
+    fn an_existing_file_is_replaced_only_when_allowed_even_if_it_appears_meanwhile() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.csv");
+        let racing = |out: &mut Output| {
+            std::fs::write(&path, "other")?;
+            out.write_all(b"mine")
+        };
+        let sentence = format!("{} exists already: give --force to replace it, or another name", path.display());
+        assert_eq!(write_atomically(&path, false, racing).unwrap_err().to_string(), sentence);
+        assert_eq!(write_atomically(&path, false, |_| Ok(())).unwrap_err().to_string(), sentence);
+        assert_eq!((entries(folder.path()).len(), std::fs::read(&path).unwrap()), (1, b"other".to_vec()));
+        write_atomically(&path, true, |out| out.write_all(b"mine")).unwrap();
+        assert_eq!((entries(folder.path()).len(), std::fs::read(&path).unwrap()), (1, b"mine".to_vec()));
+    }
+
+    #[test]
+    fn a_missing_folder_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("no").join("out.csv");
+        let sentence = format!(
+            "cannot write {}: there is no folder {}; nothing was left half-written",
+            path.display(),
+            folder.path().join("no").display()
+        );
+        assert_eq!(write_atomically(&path, false, |_| Ok(())).unwrap_err().to_string(), sentence);
+        assert_eq!(check(&path, true).unwrap_err().to_string(), sentence);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_permissions_kept_and_devices_written_straight() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let (path, link) = (folder.path().join("real"), folder.path().join("link"));
+        write_atomically(&path, false, |out| out.write_all(b"1")).unwrap();
+        let mode = |path: &Path| std::fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        assert_eq!(mode(&path) & 0o600, 0o600);
+        std::fs::set_permissions(&path, PermissionsExt::from_mode(0o640)).unwrap();
+        symlink(&path, &link).unwrap();
+        write_atomically(&link, true, |out| out.write_all(b"2")).unwrap();
+        assert!(link.is_symlink());
+        assert_eq!((std::fs::read(&path).unwrap(), mode(&path)), (b"2".to_vec(), 0o640));
+        write_atomically("/dev/null", false, |out| out.write_all(b"3")).unwrap();
+        assert!(!std::fs::metadata("/dev/null").unwrap().is_file());
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_a_sentence() {
+        let error = write_atomically("/dev/full", false, |out| out.write_all(b"1")).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "cannot write /dev/full: No space left on device (os error 28); nothing was left half-written"
+        );
+    }
+}

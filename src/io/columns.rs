@@ -1,0 +1,130 @@
+//! What the columns of a CSV file mean.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use crate::error::{Error, Result};
+
+/// The columns there are: the name of the curve, the point, its parameter and weight, its constraints.
+pub(super) const ROLES: [&str; 14] =
+    ["curve", "x", "y", "z", "t", "weight", "tx", "ty", "tz", "kx", "ky", "kz", "nu", "known"];
+
+/// Which column of a CSV file means what: `x=lon,y=lat,curve=id,t=hours`.
+///
+/// Columns called as what they mean (`curve x y z t weight tx ty tz kx ky kz nu known`) need no entry. `weight=`, with
+/// nothing after it, drops a column. As soon as one entry is given, columns that mean nothing are dropped; without any
+/// they are an error that names them, so that a misspelt name is not passed over.
+///
+/// ```
+/// let columns: faircurve::io::Columns = "x=lon,y=lat,curve=id,t=hours".parse()?;
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Columns {
+    entries: Vec<(usize, Option<String>)>,
+}
+
+impl FromStr for Columns {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let mut entries: Vec<(usize, Option<String>)> = Vec::new();
+        for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
+            let Some((role, column)) = entry.split_once('=') else {
+                return Err(Error::Argument(format!(
+                    "columns: {entry:?} has no \"=\": write what it means, \"=\", and the column's name, as in x=lon"
+                )));
+            };
+            let Some(role) = ROLES.iter().position(|known| *known == role.trim()) else {
+                return Err(Error::Argument(format!(
+                    "columns: there is no {:?} in {entry:?}: {} are possible",
+                    role.trim(),
+                    ROLES.join(", ")
+                )));
+            };
+            if entries.iter().any(|(other, _)| *other == role) {
+                return Err(Error::Argument(format!("columns: {} is given twice: once is enough", ROLES[role])));
+            }
+            let column = column.trim();
+            entries.push((role, (!column.is_empty()).then(|| column.to_string())));
+        }
+        Ok(Columns { entries })
+    }
+}
+
+/// Where each role stands in a row.
+#[derive(Clone, Copy)]
+pub(super) struct Table {
+    cells: [Option<usize>; ROLES.len()],
+    /// Whether x is a longitude.
+    pub longitude: bool,
+}
+
+impl Table {
+    /// The cell of a role.
+    pub fn cell(&self, role: &str) -> Option<usize> {
+        self.cells[ROLES.iter().position(|known| *known == role).expect("a role of the list")]
+    }
+}
+
+impl Columns {
+    /// Whether the role was dropped with `role=`.
+    pub(super) fn drops(&self, role: &str) -> bool {
+        self.entries.iter().any(|(entry, column)| ROLES[*entry] == role && column.is_none())
+    }
+
+    /// Finds the columns in a header.
+    pub(super) fn resolve(&self, file: &Path, header: &[String]) -> Result<Table> {
+        let wrong = |message: String| Err(Error::parse(file, 1, message));
+        let quoted = |names: &[String]| names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+        let mut cells = [None; ROLES.len()];
+        for (role, name) in ROLES.iter().enumerate() {
+            let given = self.entries.iter().find(|(entry, _)| *entry == role).map(|(_, column)| column.as_deref());
+            let Some(column) = given.unwrap_or(Some(*name)) else { continue };
+            let mut found = header.iter().enumerate().filter(|(_, heading)| *heading == column).map(|(cell, _)| cell);
+            cells[role] = found.next();
+            if found.next().is_some() {
+                return wrong(format!("two columns are called {column:?}: rename one of them"));
+            }
+            if cells[role].is_none() && given.is_some() {
+                let columns = quoted(header);
+                return wrong(format!("there is no column {column:?} for {name}: the columns are {columns}"));
+            }
+        }
+        let unknown: Vec<String> =
+            header.iter().filter(|heading| !ROLES.contains(&heading.as_str())).cloned().collect();
+        if self.entries.is_empty() && !unknown.is_empty() {
+            let separator = if header.len() == 1 { "separate columns by commas; " } else { "" };
+            return wrong(format!(
+                "unknown columns {}: {separator}map them with --columns, as in --columns x=lon,y=lat (which drops the \
+                 others); known are {}",
+                quoted(&unknown),
+                ROLES.join(", ")
+            ));
+        }
+        let table = Table { cells, longitude: false };
+        for needed in ["x", "y"] {
+            if table.cell(needed).is_none() {
+                return wrong(format!(
+                    "there is no column {needed}: the columns are {}; map one with --columns, as in --columns {needed}=…",
+                    quoted(header)
+                ));
+            }
+        }
+        for vector in ["t", "k"] {
+            let [x, y, z] = ["x", "y", "z"].map(|axis| table.cell(&format!("{vector}{axis}")).is_some());
+            let whole = x && y && z == table.cell("z").is_some();
+            if (x || y || z) && !whole {
+                let wanted = if table.cell("z").is_some() { "x, y and z" } else { "x and y" };
+                return wrong(format!(
+                    "the columns {vector}x, {vector}y, {vector}z do not fit the points: give {vector} for {wanted}"
+                ));
+            }
+        }
+        let longitude = self.entries.iter().any(|(role, column)| {
+            let column = column.as_deref().unwrap_or_default().to_ascii_lowercase();
+            ROLES[*role] == "x" && ["lon", "long", "lng", "longitude"].contains(&column.as_str())
+        });
+        Ok(Table { longitude, ..table })
+    }
+}

@@ -1,0 +1,297 @@
+//! CSV: one row a point, the curve's name in a column; rows of a curve stand together.
+
+use std::collections::HashMap;
+use std::io::{self, Write};
+use std::sync::Arc;
+
+use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
+
+use super::columns::Table;
+use super::source::Source;
+use super::text::Text;
+use super::{Origin, ReadOptions, close, longitude};
+use crate::batch::CurveBatch;
+use crate::constraint::Constraints;
+use crate::error::{Error, Result};
+
+/// Reads a CSV file row by row.
+pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
+    let reader = std::mem::replace(&mut source.reader, Box::new(io::empty()));
+    let mut csv = ReaderBuilder::new().trim(Trim::Headers).from_reader(reader);
+    let header: Vec<String> = match csv.byte_headers() {
+        Ok(header) => header.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect(),
+        Err(error) => return Err(row_error(source, error)),
+    };
+    if header.iter().all(String::is_empty) {
+        return Err(source.error(None, "the file is empty: there is nothing to read"));
+    }
+    let table = options.columns.resolve(&source.path, &header)?;
+    let mut rows = Rows::new(source, &table, &header);
+    let mut record = ByteRecord::new();
+    while csv.read_byte_record(&mut record).map_err(|error| row_error(source, error))? {
+        rows.push(&record)?;
+    }
+    rows.finish(options)
+}
+
+fn row_error(source: &Source, error: ::csv::Error) -> Error {
+    let line = error.position().map(|position| position.line());
+    match error.into_kind() {
+        ErrorKind::Io(error) => source.failed(error),
+        ErrorKind::UnequalLengths { expected_len, len, .. } => source.error(
+            line,
+            format!(
+                "the row has {len} cells, but the header has {expected_len}: add or remove a comma; a file cut off ends so"
+            ),
+        ),
+        other => source.error(line, format!("{other:?}: mend the row")),
+    }
+}
+
+/// One column of numbers: its cell, what an empty cell means, and its values.
+struct Numbers {
+    cell: usize,
+    empty: Option<f64>,
+    values: Vec<f64>,
+}
+
+impl Numbers {
+    fn new(cell: Option<usize>, empty: Option<f64>) -> Option<Self> {
+        cell.map(|cell| Numbers { cell, empty, values: Vec::new() })
+    }
+}
+
+/// The rows read so far.
+struct Rows<'a> {
+    source: &'a Source,
+    header: &'a [String],
+    curve: Option<usize>,
+    longitude: bool,
+    dimension: usize,
+    /// x, y, z; then tangents and curvature vectors, one column an axis.
+    coords: Vec<f64>,
+    axes: Vec<usize>,
+    vectors: [Vec<usize>; 2],
+    tangents: Vec<f64>,
+    curvatures: Vec<f64>,
+    t: Option<Numbers>,
+    weight: Option<Numbers>,
+    nu: Option<Numbers>,
+    known: Option<Numbers>,
+    offsets: Vec<usize>,
+    names: Vec<String>,
+    /// Curves by name, to find one that goes on after another began.
+    curves: HashMap<String, usize>,
+    /// First and last line of every curve.
+    lines: Vec<(u64, u64)>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(source: &'a Source, table: &Table, header: &'a [String]) -> Self {
+        let cells = |names: [&str; 3]| names.iter().filter_map(|name| table.cell(name)).collect::<Vec<_>>();
+        let axes = cells(["x", "y", "z"]);
+        Rows {
+            source,
+            header,
+            curve: table.cell("curve"),
+            longitude: table.longitude,
+            dimension: axes.len(),
+            coords: Vec::new(),
+            axes,
+            vectors: [cells(["tx", "ty", "tz"]), cells(["kx", "ky", "kz"])],
+            tangents: Vec::new(),
+            curvatures: Vec::new(),
+            t: Numbers::new(table.cell("t"), None),
+            weight: Numbers::new(table.cell("weight"), None),
+            nu: Numbers::new(table.cell("nu"), Some(f64::NAN)),
+            known: Numbers::new(table.cell("known"), None),
+            offsets: Vec::new(),
+            names: Vec::new(),
+            curves: HashMap::new(),
+            lines: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, record: &ByteRecord) -> Result<()> {
+        let line = record.position().map_or(0, |position| position.line());
+        self.begin_or_go_on(record, line)?;
+        let cells = Cells { record, line, source: self.source, header: self.header };
+        for &cell in &self.axes {
+            self.coords.push(cells.number(cell, None)?);
+        }
+        for (cells_of, values) in self.vectors.iter().zip([&mut self.tangents, &mut self.curvatures]) {
+            cells.vector(cells_of, values)?;
+        }
+        for column in [&mut self.t, &mut self.weight, &mut self.nu].into_iter().flatten() {
+            column.values.push(cells.number(column.cell, column.empty)?);
+        }
+        if let Some(column) = &mut self.known {
+            let value = cells.number(column.cell, None)?;
+            if value != 0.0 && value != 1.0 {
+                return Err(
+                    cells.wrong(column.cell, "which is neither 1 nor 0: write 1 for a given control point, 0 else")
+                );
+            }
+            column.values.push(value);
+        }
+        Ok(())
+    }
+
+    /// Starts a curve where the name changes.
+    fn begin_or_go_on(&mut self, record: &ByteRecord, line: u64) -> Result<()> {
+        let name = self.curve.map_or(&b"0"[..], |cell| &record[cell]);
+        if let (Some(last), Some(lines)) = (self.names.last(), self.lines.last_mut())
+            && last.as_bytes() == name
+        {
+            lines.1 = line;
+            return Ok(());
+        }
+        let name = std::str::from_utf8(name)
+            .map_err(|_| self.source.error(line, "the curve's name is not UTF-8 text: save the file as UTF-8"))?;
+        if let Some(&earlier) = self.curves.get(name) {
+            let (before, between) = (self.lines[earlier].1, self.lines[earlier + 1].0);
+            let other = &self.names[earlier + 1];
+            return Err(self.source.error(
+                line,
+                format!(
+                    "curve {name:?} goes on here, but its last row was line {before} and curve {other:?} begins on line \
+                     {between}: sort the rows by curve"
+                ),
+            ));
+        }
+        self.curves.insert(name.to_string(), self.names.len());
+        self.names.push(name.to_string());
+        self.lines.push((line, line));
+        self.offsets.push(self.coords.len() / self.dimension);
+        Ok(())
+    }
+
+    fn finish(mut self, options: &ReadOptions) -> Result<CurveBatch> {
+        self.offsets.push(self.coords.len() / self.dimension);
+        let d = self.dimension;
+        // Blank lines and names of several lines make the line of a point uncertain: then only the curve is named.
+        let first_line = |i: usize| {
+            let ((first, last), count) = (self.lines[i], self.offsets[i + 1] - self.offsets[i]);
+            (last - first + 1 == count as u64).then_some(first)
+        };
+        let mut origin = Origin {
+            file: Some(self.source.path.display().to_string()),
+            first_lines: Some((0..self.names.len()).map(first_line).collect()),
+            names: self.curve.map(|_| self.names),
+            ..Origin::default()
+        };
+        for i in 0..self.offsets.len() - 1 {
+            let points = &mut self.coords[self.offsets[i] * d..self.offsets[i + 1] * d];
+            if self.longitude
+                && longitude::is_geographic(points, d)
+                && let Some(turns) = longitude::turns(points, d)
+            {
+                let ring = points[..d] == points[points.len() - d..];
+                if ring && turns.last().is_some_and(|turn| *turn != 0.0) {
+                    origin.round_pole.push(i);
+                }
+                longitude::apply(points, d, &turns);
+                origin.unwrapped.push(i);
+            }
+        }
+        let round_pole = origin.round_pole.clone();
+        let mut batch = CurveBatch::from_file(d, self.coords, self.offsets, Arc::new(origin))?;
+        if let Some(t) = self.t {
+            batch = batch.with_parameters(t.values)?;
+        }
+        if let Some(weight) = self.weight {
+            batch = batch.with_weights(weight.values)?;
+        }
+        let [tangents, curvatures] =
+            [self.tangents, self.curvatures].map(|vectors| Some(vectors).filter(|v| !v.is_empty()));
+        let known = self.known.map(|column| column.values.iter().map(|&known| known == 1.0).collect());
+        let exponents = self.nu.map(|column| column.values);
+        batch = batch.with_constraints(Constraints { tangents, curvatures, exponents, known })?;
+        let marked = vec![false; batch.len()];
+        close(batch, options.closed, &marked, &round_pole)
+    }
+}
+
+/// One row, and what is needed to say what is wrong with it.
+struct Cells<'a> {
+    record: &'a ByteRecord,
+    line: u64,
+    source: &'a Source,
+    header: &'a [String],
+}
+
+impl Cells<'_> {
+    fn number(&self, cell: usize, empty: Option<f64>) -> Result<f64> {
+        let text = self.record[cell].trim_ascii();
+        if text.is_empty() {
+            return empty.ok_or_else(|| self.wrong(cell, "which is no number: fill it in, or remove the row"));
+        }
+        let number = std::str::from_utf8(text).ok().and_then(|text| text.parse().ok());
+        number.ok_or_else(|| self.wrong(cell, "which is no number: mend it, or remove the row"))
+    }
+
+    /// A tangent or curvature vector: all of it, or none.
+    fn vector(&self, cells: &[usize], values: &mut Vec<f64>) -> Result<()> {
+        let start = values.len();
+        for &cell in cells {
+            values.push(self.number(cell, Some(f64::NAN))?);
+        }
+        let free = values[start..].iter().filter(|x| x.is_nan()).count();
+        if free > 0 && free < cells.len() {
+            let cell = cells[values[start..].iter().position(|x| x.is_nan()).expect("counted above")];
+            return Err(self.wrong(cell, "but its vector has other components: give all of them, or none"));
+        }
+        Ok(())
+    }
+
+    fn wrong(&self, cell: usize, why: &str) -> Error {
+        let (column, text) = (&self.header[cell], String::from_utf8_lossy(&self.record[cell]));
+        self.source.error(self.line, format!("column {column:?} holds {text:?}, {why}"))
+    }
+}
+
+/// Refuses two curves of one name, which a file of rows could not tell apart.
+pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
+    if batch.origin().names.is_none() {
+        return Ok(());
+    }
+    let mut curves = HashMap::with_capacity(batch.len());
+    for i in 0..batch.len() {
+        if let Some(first) = curves.insert(batch.name(i), i) {
+            return Err(Error::Argument(format!(
+                "curves {first} and {i} are both called {:?}, and rows of CSV are told apart by the name alone: rename \
+                 one, or write GeoJSON, SVG or NPZ",
+                batch.name(i)
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Writes `curve,x,y[,z],t`; t is the parameter, or the number of the vertex where there is none.
+pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
+    let d = batch.dimension();
+    let mut text = Text::new(out);
+    text.push(if d == 2 { "curve,x,y,t\n" } else { "curve,x,y,z,t\n" })?;
+    for i in 0..batch.len() {
+        let name = quoted(&batch.name(i))?;
+        let parameters = batch.parameters(i);
+        for (k, point) in batch.points(i).chunks_exact(d).enumerate() {
+            text.push(&name)?;
+            text.point(point, ",")?;
+            text.push(",")?;
+            text.number(parameters.map_or(k as f64, |t| t[k]))?;
+            text.push("\n")?;
+        }
+    }
+    text.finish()
+}
+
+/// A name and a comma, quoted where it must be.
+fn quoted(name: &str) -> io::Result<Vec<u8>> {
+    let mut row = ::csv::WriterBuilder::new().buffer_capacity(64).from_writer(Vec::new());
+    row.write_record([name, ""])?;
+    let mut cell = row.into_inner().map_err(|error| error.into_error())?;
+    cell.truncate(cell.len().saturating_sub(1));
+    Ok(cell)
+}

@@ -1,0 +1,53 @@
+//! GeoJSON: read straight into flat coordinates, written back as the document read with other coordinates in it.
+//!
+//! The document's text is kept without its coordinates, so features, order, ids, properties, foreign members and even
+//! the layout come back unchanged, and neither reading nor writing builds a tree of numbers. (The `geojson` crate
+//! holds each position in a vector of its own and numbers of properties as f64; the tests use it as a second opinion.)
+
+mod read;
+mod write;
+
+pub(super) use read::read;
+pub(super) use write::write;
+
+/// A document without its coordinates.
+#[derive(Debug, Default)]
+pub(super) struct Document {
+    /// The text, with the coordinates of lines and rings taken out, and the bounding boxes around them.
+    text: String,
+    /// Where coordinates belong, in order.
+    slots: Vec<Slot>,
+    /// Number of curves of all slots together.
+    curves: usize,
+}
+
+/// Coordinates taken out.
+#[derive(Debug)]
+struct Slot {
+    /// Byte of the text before which they stood.
+    at: usize,
+    shape: Shape,
+}
+
+/// How the curves of one geometry nest.
+#[derive(Debug)]
+enum Shape {
+    /// LineString: one curve.
+    Line,
+    /// MultiLineString: so many.
+    Lines(usize),
+    /// Polygon: so many rings.
+    Polygon(usize),
+    /// MultiPolygon: the rings of each polygon.
+    Polygons(Vec<usize>),
+}
+
+impl Shape {
+    fn curves(&self) -> usize {
+        match self {
+            Shape::Line => 1,
+            Shape::Lines(curves) | Shape::Polygon(curves) => *curves,
+            Shape::Polygons(rings) => rings.iter().sum(),
+        }
+    }
+}

@@ -1,0 +1,435 @@
+//! Reading: a first pass finds the members of every object and checks the syntax, a second reads coordinates.
+
+use std::collections::HashSet;
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use serde::de::{DeserializeSeed, Deserializer, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde_json::value::RawValue;
+
+use super::{Document, Shape, Slot};
+use crate::batch::CurveBatch;
+use crate::error::{Error, Result};
+use crate::io::source::Source;
+use crate::io::{Origin, ReadOptions, close, longitude};
+
+/// Geometry collections nested deeper than this are refused.
+const MAX_NESTING: usize = 64;
+
+/// Reads a document: a feature collection, a feature or a geometry.
+pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
+    let text = source.text()?;
+    let root: &RawValue = serde_json::from_str(&text).map_err(|error| {
+        let (line, column) = (error.line() as u64, error.column());
+        let what = without_place(&error);
+        source.error(line, format!("column {column}: {what}: this is no JSON, or the file was cut off"))
+    })?;
+    let mut reader = Reader::new(source, &text);
+    reader.root(root)?;
+    reader.finish(options)
+}
+
+fn without_place(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    text.split(" at line ").next().unwrap_or_default().to_string()
+}
+
+/// A member of an object: its name with the quotation marks, and its value.
+type Member<'a> = (&'a str, &'a RawValue);
+
+struct Members<'a>(Vec<Member<'a>>);
+
+impl<'de> serde::Deserialize<'de> for Members<'de> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        struct Object;
+        impl<'de> Visitor<'de> for Object {
+            type Value = Members<'de>;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an object")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<Self::Value, A::Error> {
+                let mut members = Vec::with_capacity(4);
+                while let Some((name, value)) = map.next_entry::<&RawValue, &RawValue>()? {
+                    members.push((name.get(), value));
+                }
+                Ok(Members(members))
+            }
+        }
+        deserializer.deserialize_map(Object)
+    }
+}
+
+impl<'a> Members<'a> {
+    fn get(&self, name: &str) -> Option<&'a RawValue> {
+        self.0.iter().find(|(key, _)| key[1..key.len() - 1] == *name).map(|(_, value)| *value)
+    }
+}
+
+struct Reader<'a> {
+    source: &'a Source,
+    text: &'a str,
+    lines: Lines,
+    /// Whether coordinates are longitudes and latitudes: always, unless an old `crs` member says otherwise.
+    geographic: bool,
+    /// Parts of the text to leave out, and the coordinates that stood there.
+    cuts: Vec<(Range<usize>, Option<Shape>)>,
+    rings: Vec<bool>,
+    feature: usize,
+    /// By feature: its first curve, its name by the property `curve`.
+    features: Vec<(usize, Option<String>)>,
+    unwrapped: Vec<usize>,
+    round_pole: Vec<usize>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(source: &'a Source, text: &'a str) -> Self {
+        Reader {
+            source,
+            text,
+            lines: Lines { offsets: vec![0], ..Lines::default() },
+            geographic: true,
+            cuts: Vec::new(),
+            rings: Vec::new(),
+            feature: 0,
+            features: Vec::new(),
+            unwrapped: Vec::new(),
+            round_pole: Vec::new(),
+        }
+    }
+
+    fn wrong(&self, what: impl fmt::Display) -> Error {
+        self.source.error(None, format!("feature {}: {what}", self.feature))
+    }
+
+    fn root(&mut self, root: &'a RawValue) -> Result<()> {
+        let members = self.members(root, "the document")?;
+        self.geographic = members.get("crs").is_none_or(|crs| {
+            let crs = crs.get();
+            crs == "null" || ["CRS84", "4326", "WGS84", "WGS 84"].iter().any(|name| crs.contains(name))
+        });
+        match self.kind(&members)?.as_str() {
+            "FeatureCollection" => {
+                let Some(features) = members.get("features") else {
+                    return Err(self.source.error(None, "the FeatureCollection has no \"features\": add them"));
+                };
+                let features: Vec<&RawValue> = serde_json::from_str(features.get())
+                    .map_err(|_| self.source.error(None, "\"features\" is no list: make it one"))?;
+                for feature in features {
+                    let members = self.members(feature, "a feature")?;
+                    match self.kind(&members)?.as_str() {
+                        "Feature" => self.feature(&members)?,
+                        other => return Err(self.wrong(format!("its type is {other:?}: it must be \"Feature\""))),
+                    }
+                }
+                self.cut_bbox(&members, 0);
+                Ok(())
+            }
+            "Feature" => self.feature(&members),
+            _ => {
+                self.features.push((0, None));
+                self.geometry(root, 0)
+            }
+        }
+    }
+
+    fn feature(&mut self, members: &Members<'a>) -> Result<()> {
+        let first = self.rings.len();
+        let name = members.get("properties").and_then(property_curve);
+        self.features.push((first, name));
+        if let Some(geometry) = members.get("geometry").filter(|geometry| geometry.get() != "null") {
+            self.geometry(geometry, 0)?;
+        }
+        self.cut_bbox(members, first);
+        self.feature += 1;
+        Ok(())
+    }
+
+    fn geometry(&mut self, geometry: &'a RawValue, depth: usize) -> Result<()> {
+        if depth > MAX_NESTING {
+            return Err(self.wrong(format!("geometry collections nest deeper than {MAX_NESTING}: flatten them")));
+        }
+        let first = self.rings.len();
+        let members = self.members(geometry, "a geometry")?;
+        let kind = self.kind(&members)?;
+        let list = if kind == "GeometryCollection" { "geometries" } else { "coordinates" };
+        let value = || members.get(list).ok_or_else(|| self.wrong(format!("its {kind} has no {list:?}: add them")));
+        match kind.as_str() {
+            "Point" | "MultiPoint" => return Ok(()),
+            "LineString" => self.coordinates(value()?, 1, |_| Shape::Line)?,
+            "MultiLineString" => self.coordinates(value()?, 2, |counts| Shape::Lines(counts.iter().sum()))?,
+            "Polygon" => self.coordinates(value()?, 2, |counts| Shape::Polygon(counts.iter().sum()))?,
+            "MultiPolygon" => self.coordinates(value()?, 3, |counts| Shape::Polygons(counts.to_vec()))?,
+            "GeometryCollection" => {
+                let parts: Vec<&RawValue> = serde_json::from_str(value()?.get())
+                    .map_err(|_| self.wrong("\"geometries\" is no list: make it one"))?;
+                for part in parts {
+                    self.geometry(part, depth + 1)?;
+                }
+            }
+            other => {
+                return Err(self.wrong(format!(
+                    "the type {other:?} is none of GeoJSON's: FeatureCollection, Feature and the geometries are"
+                )));
+            }
+        }
+        self.cut_bbox(&members, first);
+        Ok(())
+    }
+
+    /// Reads coordinates that nest `depth` lists of positions, and takes them out of the text.
+    fn coordinates(&mut self, raw: &'a RawValue, depth: usize, shape: impl Fn(&[usize]) -> Shape) -> Result<()> {
+        let first = self.rings.len();
+        self.lines.counts.clear();
+        self.lines.feature = self.feature;
+        let mut json = serde_json::Deserializer::from_str(raw.get());
+        List { depth, lines: &mut self.lines }.deserialize(&mut json).map_err(|error| {
+            let what = without_place(&error);
+            self.wrong(format!("its coordinates do not nest as its type asks, or are no numbers: {what}"))
+        })?;
+        let shape = shape(&self.lines.counts);
+        let ring = matches!(shape, Shape::Polygon(_) | Shape::Polygons(_));
+        self.rings.resize(first + shape.curves(), ring);
+        match &shape {
+            Shape::Line | Shape::Lines(_) => (first..self.rings.len()).for_each(|i| self.unwrap(i, None)),
+            Shape::Polygon(rings) => self.unwrap_rings(first, &[*rings]),
+            Shape::Polygons(rings) => self.unwrap_rings(first, rings),
+        }
+        self.cuts.push((self.span(raw.get()), Some(shape)));
+        Ok(())
+    }
+
+    fn unwrap_rings(&mut self, mut shell: usize, polygons: &[usize]) {
+        for rings in polygons {
+            (shell..shell + rings).for_each(|i| self.unwrap(i, Some(shell)));
+            shell += rings;
+        }
+    }
+
+    /// Carries the longitudes of curve `i` past ±180 where it crosses; `shell` is the first ring of its polygon.
+    fn unwrap(&mut self, i: usize, shell: Option<usize>) {
+        let points = self.lines.range(i);
+        if !self.geographic || !longitude::is_geographic(&self.lines.xy[points.clone()], 2) {
+            return;
+        }
+        if let Some(shell) = shell.filter(|shell| *shell < i && self.unwrapped.contains(shell) && !points.is_empty()) {
+            let x = self.lines.xy[points.start];
+            let turn = longitude::turns_to_shell(&self.lines.xy[self.lines.range(shell)], x, 2);
+            longitude::apply(&mut self.lines.xy[points.clone()], 2, &vec![turn; points.len() / 2]);
+        }
+        let points = &mut self.lines.xy[points];
+        let Some(turns) = longitude::turns(points, 2) else { return };
+        let is_ring = points[..2] == points[points.len() - 2..];
+        let winds = is_ring && turns.last().is_some_and(|turn| *turn != 0.0);
+        if winds && shell.is_some() {
+            return;
+        }
+        if winds {
+            self.round_pole.push(i);
+        }
+        longitude::apply(points, 2, &turns);
+        self.unwrapped.push(i);
+    }
+
+    fn members(&self, raw: &'a RawValue, what: &str) -> Result<Members<'a>> {
+        serde_json::from_str(raw.get())
+            .map_err(|_| self.wrong(format!("{what} is no JSON object: GeoJSON needs one with a \"type\"")))
+    }
+
+    fn kind(&self, members: &Members) -> Result<String> {
+        let kind = members.get("type").and_then(|kind| serde_json::from_str(kind.get()).ok());
+        kind.ok_or_else(|| self.wrong("an object has no \"type\": GeoJSON needs one, such as \"Feature\""))
+    }
+
+    /// Takes out the bounding box of an object that has held curves since `first`, since its coordinates will change.
+    fn cut_bbox(&mut self, members: &Members<'a>, first: usize) {
+        let Some((name, value)) = members.0.iter().find(|(name, _)| *name == "\"bbox\"") else { return };
+        if self.rings.len() == first {
+            return;
+        }
+        let (mut start, mut end) = (self.span(name).start, self.span(value.get()).end);
+        let after = self.text[end..].trim_start();
+        if let Some(rest) = after.strip_prefix(',') {
+            end = self.text.len() - rest.trim_start().len();
+        } else {
+            let before = self.text[..start].trim_end();
+            start = before.strip_suffix(',').unwrap_or(before).len();
+        }
+        self.cuts.push((start..end, None));
+    }
+
+    /// Where a part of the text stands.
+    fn span(&self, part: &str) -> Range<usize> {
+        let start = part.as_ptr() as usize - self.text.as_ptr() as usize;
+        start..start + part.len()
+    }
+
+    fn finish(mut self, options: &ReadOptions) -> Result<CurveBatch> {
+        let (dimension, coords) = self.lines.interleave(options.columns.drops("z")).map_err(|(with, without)| {
+            self.source.error(
+                None,
+                format!(
+                    "feature {with} has altitudes, feature {without} has positions without one: give every position an \
+                     altitude, or drop all of them with --columns z="
+                ),
+            )
+        })?;
+        self.cuts.sort_by_key(|(span, _)| span.start);
+        let mut document = Document { curves: self.rings.len(), ..Document::default() };
+        let mut done = 0;
+        for (span, shape) in std::mem::take(&mut self.cuts) {
+            document.text.push_str(&self.text[done..span.start]);
+            document.slots.extend(shape.map(|shape| Slot { at: document.text.len(), shape }));
+            done = span.end;
+        }
+        document.text.push_str(&self.text[done..]);
+        let origin = Origin {
+            file: Some(self.source.path.display().to_string()),
+            names: Some(self.names()),
+            first_lines: None,
+            unwrapped: self.unwrapped,
+            round_pole: self.round_pole.clone(),
+            document: Some(Arc::new(document)),
+        };
+        let batch = CurveBatch::from_file(dimension, coords, self.lines.offsets, Arc::new(origin))?;
+        close(batch, options.closed, &self.rings, &self.round_pole)
+    }
+
+    /// The features' properties `curve` where they tell all features apart, else their numbers; `/part` where a
+    /// feature has several curves.
+    fn names(&self) -> Vec<String> {
+        let ends = self.features.iter().skip(1).map(|(first, _)| *first).chain([self.rings.len()]);
+        let holding: Vec<_> = self.features.iter().zip(ends).enumerate().collect();
+        let holding = holding.iter().filter(|(_, ((first, _), end))| end > first);
+        let mut seen = HashSet::new();
+        let named = holding.clone().all(|(_, ((_, name), _))| name.as_ref().is_some_and(|name| seen.insert(name)));
+        let mut names = Vec::with_capacity(self.rings.len());
+        for (number, ((first, name), end)) in holding {
+            let name = name.clone().filter(|_| named).unwrap_or_else(|| number.to_string());
+            match end - first {
+                1 => names.push(name),
+                parts => names.extend((0..parts).map(|part| format!("{name}/{part}"))),
+            }
+        }
+        names
+    }
+}
+
+/// The property `curve`, text or number.
+fn property_curve(properties: &RawValue) -> Option<String> {
+    let members: Members = serde_json::from_str(properties.get()).ok()?;
+    let value = members.get("curve")?.get();
+    match value.as_bytes()[0] {
+        b'"' => serde_json::from_str(value).ok(),
+        b'-' | b'0'..=b'9' => Some(value.to_string()),
+        _ => None,
+    }
+}
+
+/// Flat coordinates of lines, as they are read.
+#[derive(Default)]
+struct Lines {
+    xy: Vec<f64>,
+    z: Vec<f64>,
+    offsets: Vec<usize>,
+    /// Lines of each innermost list of lines of the geometry at hand.
+    counts: Vec<usize>,
+    feature: usize,
+    /// The first feature with an altitude, and the first without one.
+    with_z: Option<usize>,
+    without_z: Option<usize>,
+}
+
+impl Lines {
+    fn range(&self, i: usize) -> Range<usize> {
+        2 * self.offsets[i]..2 * self.offsets[i + 1]
+    }
+
+    /// The dimension and the coordinates; or the features with and without altitude, where they are mixed.
+    fn interleave(&mut self, drop_z: bool) -> std::result::Result<(usize, Vec<f64>), (usize, usize)> {
+        let xy = std::mem::take(&mut self.xy);
+        match (self.with_z.filter(|_| !drop_z), self.without_z) {
+            (None, _) => Ok((2, xy)),
+            (Some(with), Some(without)) => Err((with, without)),
+            (Some(_), None) => {
+                Ok((3, xy.chunks_exact(2).zip(&self.z).flat_map(|(xy, z)| [xy[0], xy[1], *z]).collect()))
+            }
+        }
+    }
+}
+
+/// Lists of lines: `depth` 1 is one line, a list of positions.
+struct List<'l> {
+    depth: usize,
+    lines: &'l mut Lines,
+}
+
+impl<'de> DeserializeSeed<'de> for List<'_> {
+    type Value = ();
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> std::result::Result<(), D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for List<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(["a position", "a list of positions", "a list of lines", "a list of polygons"][self.depth])
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> std::result::Result<(), A::Error> {
+        let List { depth, lines } = self;
+        if depth == 1 {
+            while list.next_element_seed(Position(lines))?.is_some() {}
+            lines.offsets.push(lines.xy.len() / 2);
+            return Ok(());
+        }
+        let mut count = 0;
+        while list.next_element_seed(List { depth: depth - 1, lines })?.is_some() {
+            count += 1;
+        }
+        if depth == 2 {
+            lines.counts.push(count);
+        }
+        Ok(())
+    }
+}
+
+/// A position: two numbers, an altitude perhaps; more are passed over, as RFC 7946 allows.
+struct Position<'l>(&'l mut Lines);
+
+impl<'de> DeserializeSeed<'de> for Position<'_> {
+    type Value = ();
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> std::result::Result<(), D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Position<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a position of two or three numbers")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> std::result::Result<(), A::Error> {
+        let Position(lines) = self;
+        let (Some(x), Some(y)) = (list.next_element::<f64>()?, list.next_element::<f64>()?) else {
+            return Err(A::Error::custom("a position has fewer than two numbers"));
+        };
+        lines.xy.extend([x, y]);
+        match list.next_element::<f64>()? {
+            Some(z) => {
+                lines.z.push(z);
+                lines.with_z.get_or_insert(lines.feature);
+            }
+            None => {
+                lines.without_z.get_or_insert(lines.feature);
+                return Ok(());
+            }
+        }
+        while list.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(())
+    }
+}

@@ -1,0 +1,82 @@
+//! Writing: the document read with new coordinates in their places, or a collection of one feature a curve.
+
+use std::io::{self, Write};
+
+use super::{Document, Shape};
+use crate::batch::CurveBatch;
+use crate::io::is_finite;
+use crate::io::text::Text;
+
+/// Writes the batch, into the document that it came from where there is one.
+pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
+    let mut text = Text::new(out);
+    match &batch.origin().document {
+        Some(document) if document.curves == batch.len() => fill(&mut text, document, batch)?,
+        _ => collect(&mut text, batch)?,
+    }
+    text.finish()
+}
+
+fn fill(text: &mut Text, document: &Document, batch: &CurveBatch) -> io::Result<()> {
+    let (mut done, mut i) = (0, 0);
+    for slot in &document.slots {
+        text.push(&document.text[done..slot.at])?;
+        done = slot.at;
+        match &slot.shape {
+            Shape::Line => line(text, batch, i, false)?,
+            Shape::Lines(count) => list(text, *count, |text, k| line(text, batch, i + k, false))?,
+            Shape::Polygon(rings) => list(text, *rings, |text, k| line(text, batch, i + k, true))?,
+            Shape::Polygons(polygons) => {
+                let mut first = i;
+                list(text, polygons.len(), |text, p| {
+                    list(text, polygons[p], |text, k| line(text, batch, first + k, true))?;
+                    first += polygons[p];
+                    Ok(())
+                })?;
+            }
+        }
+        i += slot.shape.curves();
+    }
+    text.push(&document.text[done..])
+}
+
+fn collect(text: &mut Text, batch: &CurveBatch) -> io::Result<()> {
+    text.push("{\"type\":\"FeatureCollection\",\"features\":[")?;
+    for i in 0..batch.len() {
+        text.push(if i == 0 { "\n" } else { ",\n" })?;
+        text.push("{\"type\":\"Feature\",\"properties\":{\"curve\":")?;
+        text.push(serde_json::to_string(&batch.name(i))?)?;
+        text.push("},\"geometry\":{\"type\":\"LineString\",\"coordinates\":")?;
+        line(text, batch, i, false)?;
+        text.push("}}")?;
+    }
+    text.push("\n]}\n")
+}
+
+fn list(text: &mut Text, count: usize, mut entry: impl FnMut(&mut Text, usize) -> io::Result<()>) -> io::Result<()> {
+    text.push("[")?;
+    for k in 0..count {
+        if k > 0 {
+            text.push(",")?;
+        }
+        entry(text, k)?;
+    }
+    text.push("]")
+}
+
+/// The positions of curve `i`, the first repeated where it is closed, or a ring that does not end where it began.
+/// JSON has no NaN: a curve with such a number gets no positions, which RFC 7946 reads as no geometry.
+fn line(text: &mut Text, batch: &CurveBatch, i: usize, ring: bool) -> io::Result<()> {
+    let (d, points) = (batch.dimension(), batch.points(i));
+    if points.is_empty() || !is_finite(batch, i) {
+        return text.push("[]");
+    }
+    let ends_where_it_began = points.len() > d && points[..d] == points[points.len() - d..];
+    let again = batch.is_closed(i) || (ring && !ends_where_it_began);
+    let count = points.len() / d;
+    list(text, count + usize::from(again), |text, k| {
+        text.push("[")?;
+        text.point(&points[k % count * d..][..d], ",")?;
+        text.push("]")
+    })
+}

@@ -1,0 +1,154 @@
+//! Reading: each subpath of `<path>`, and each `<polyline>`, `<polygon>` and `<line>`, is a curve.
+//!
+//! The vertices are the data points; of curved segments (C, S, Q, T, A) only the points on the curve are taken: the
+//! end of the segment, and for an arc also where kurbo divides it into Béziers. `transform` attributes are applied;
+//! `viewBox`, units and styles are not. What is only defined (`defs`, `symbol`, `clipPath`, `mask`, `marker`,
+//! `pattern`) is passed over.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use kurbo::{Affine, BezPath, PathEl, Point};
+use roxmltree::{Document, Node, ParsingOptions};
+
+use super::transform;
+use crate::batch::CurveBatch;
+use crate::error::{Error, Result};
+use crate::io::source::Source;
+use crate::io::{Origin, ReadOptions, close};
+
+/// Reads a drawing.
+pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
+    let text = source.text()?;
+    // Many drawing programs write a document type; entities in it are read, and limited, by roxmltree.
+    let allow = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(&text, allow).map_err(|error| {
+        let what = error.to_string();
+        let what = what.split(" at ").next().unwrap_or_default();
+        source.error(u64::from(error.pos().row), format!("{what}: this is no XML, or the file was cut off"))
+    })?;
+    let root = document.root_element();
+    if root.tag_name().name() != "svg" {
+        let name = root.tag_name().name();
+        return Err(source.error(None, format!("the document is <{name}>, and must be <svg>: give an SVG file")));
+    }
+    let mut curves =
+        Curves { source, text: &text, coords: Vec::new(), offsets: vec![0], closed: Vec::new(), ids: Vec::new() };
+    curves.walk(root)?;
+    let names = curves.names();
+    let origin = Origin { file: Some(source.path.display().to_string()), names: Some(names), ..Origin::default() };
+    let batch = CurveBatch::from_file(2, curves.coords, curves.offsets, Arc::new(origin))?;
+    close(batch, options.closed, &curves.closed, &[])
+}
+
+struct Curves<'a> {
+    source: &'a Source,
+    text: &'a str,
+    coords: Vec<f64>,
+    offsets: Vec<usize>,
+    closed: Vec<bool>,
+    /// The element's `id`, and its first curve.
+    ids: Vec<(Option<String>, usize)>,
+}
+
+impl Curves<'_> {
+    /// Goes through the elements in document order, without recursion: drawings nest as deep as their makers like.
+    fn walk(&mut self, root: Node) -> Result<()> {
+        let mut waiting = vec![(root, Affine::IDENTITY)];
+        while let Some((node, outer)) = waiting.pop() {
+            let name = node.tag_name().name();
+            if ["defs", "symbol", "clipPath", "mask", "marker", "pattern"].contains(&name) {
+                continue;
+            }
+            let affine = match node.attribute("transform") {
+                Some(text) => {
+                    outer * transform::parse(text).map_err(|what| self.wrong(node, &format!("transform: {what}")))?
+                }
+                None => outer,
+            };
+            let number = |name: &str| node.attribute(name).unwrap_or("0");
+            match name {
+                "path" => self.path(node, node.attribute("d").unwrap_or_default(), affine)?,
+                "polyline" => self.path(node, &vertices(node, ""), affine)?,
+                "polygon" => self.path(node, &vertices(node, "Z"), affine)?,
+                "line" => {
+                    let [x1, y1, x2, y2] = ["x1", "y1", "x2", "y2"].map(number);
+                    self.path(node, &format!("M{x1} {y1} L{x2} {y2}"), affine)?;
+                }
+                _ => {}
+            }
+            waiting.extend(node.children().rev().filter(Node::is_element).map(|child| (child, affine)));
+        }
+        Ok(())
+    }
+
+    fn path(&mut self, node: Node, data: &str, affine: Affine) -> Result<()> {
+        // kurbo stops at a letter it does not expect and returns what came before it.
+        let foreign =
+            |c: char| !(c.is_ascii_digit() || c.is_ascii_whitespace() || "+-.,eEMmLlHhVvCcSsQqTtAaZz".contains(c));
+        if let Some(c) = data.chars().find(|&c| foreign(c)) {
+            return Err(self.wrong(node, &format!("its path holds {c:?}, which is no path command: mend it")));
+        }
+        let path = BezPath::from_svg(data)
+            .map_err(|error| self.wrong(node, &format!("its path cannot be read ({error}): mend it")))?;
+        self.ids.push((node.attribute("id").map(str::to_string), self.closed.len()));
+        let mut open = false;
+        for element in path.elements() {
+            let point = match *element {
+                PathEl::MoveTo(point) => {
+                    self.end(&mut open, false);
+                    open = true;
+                    point
+                }
+                PathEl::LineTo(point) | PathEl::QuadTo(_, point) | PathEl::CurveTo(_, _, point) => point,
+                PathEl::ClosePath => {
+                    self.end(&mut open, true);
+                    continue;
+                }
+            };
+            let Point { x, y } = if affine == Affine::IDENTITY { point } else { affine * point };
+            self.coords.extend([x, y]);
+        }
+        self.end(&mut open, false);
+        Ok(())
+    }
+
+    fn end(&mut self, open: &mut bool, closed: bool) {
+        if std::mem::take(open) {
+            self.offsets.push(self.coords.len() / 2);
+            self.closed.push(closed);
+        }
+    }
+
+    /// Ids where every element has one of its own, else the elements' numbers; `/part` where a path has several subpaths.
+    fn names(&self) -> Vec<String> {
+        let ends = self.ids.iter().skip(1).map(|(_, first)| *first).chain([self.closed.len()]);
+        let elements: Vec<_> = self.ids.iter().zip(ends).filter(|((_, first), end)| end > first).collect();
+        let mut seen = HashSet::new();
+        let named = elements.iter().all(|((id, _), _)| id.as_ref().is_some_and(|id| seen.insert(id)));
+        let mut names = Vec::with_capacity(self.closed.len());
+        for (number, ((id, first), end)) in elements.into_iter().enumerate() {
+            let name = id.clone().filter(|_| named).unwrap_or_else(|| number.to_string());
+            match end - first {
+                1 => names.push(name),
+                parts => names.extend((0..parts).map(|part| format!("{name}/{part}"))),
+            }
+        }
+        names
+    }
+
+    fn wrong(&self, node: Node, what: &str) -> Error {
+        let line = u64::from(node.document().text_pos_at(node.range().start).row);
+        let id = node.attribute("id").map(|id| format!(" {id:?}")).unwrap_or_default();
+        debug_assert!(node.range().end <= self.text.len());
+        self.source.error(line, format!("<{}>{id}: {what}", node.tag_name().name()))
+    }
+}
+
+/// The attribute `points` as path data: its grammar is that of the points after a move.
+fn vertices(node: Node, end: &str) -> String {
+    match node.attribute("points").map(str::trim).unwrap_or_default() {
+        "" => String::new(),
+        points => format!("M{points}{end}"),
+    }
+}

@@ -1,0 +1,47 @@
+//! The attribute `transform`.
+
+use kurbo::{Affine, Vec2};
+
+/// Reads a list of transforms: `translate scale rotate matrix skewX skewY`, applied from right to left.
+pub(super) fn parse(text: &str) -> Result<Affine, String> {
+    let mut whole = Affine::IDENTITY;
+    let mut rest = text.trim_matches(separator);
+    while !rest.is_empty() {
+        let (name, after) = rest.split_once('(').ok_or_else(|| unknown(rest))?;
+        let (inner, after) = after.split_once(')').ok_or_else(|| format!("{rest:?} has no closing bracket"))?;
+        let numbers: Result<Vec<f64>, _> =
+            inner.split(separator).filter(|number| !number.is_empty()).map(str::parse).collect();
+        let numbers = numbers.map_err(|_| format!("{inner:?} is no list of numbers"))?;
+        whole *= single(name.trim(), &numbers)?;
+        rest = after.trim_start_matches(separator);
+    }
+    Ok(whole)
+}
+
+fn separator(c: char) -> bool {
+    c == ',' || c.is_ascii_whitespace()
+}
+
+fn unknown(name: &str) -> String {
+    format!("there is no transform {name:?}: translate, scale, rotate, matrix, skewX and skewY are possible")
+}
+
+fn single(name: &str, numbers: &[f64]) -> Result<Affine, String> {
+    Ok(match (name, numbers) {
+        ("translate", &[x]) => Affine::translate((x, 0.0)),
+        ("translate", &[x, y]) => Affine::translate((x, y)),
+        ("scale", &[s]) => Affine::scale(s),
+        ("scale", &[x, y]) => Affine::scale_non_uniform(x, y),
+        ("rotate", &[degrees]) => Affine::rotate(degrees.to_radians()),
+        ("rotate", &[degrees, x, y]) => {
+            Affine::translate((x, y)) * Affine::rotate(degrees.to_radians()) * Affine::translate(-Vec2::new(x, y))
+        }
+        ("matrix", &[a, b, c, d, e, f]) => Affine::new([a, b, c, d, e, f]),
+        ("skewX", &[degrees]) => Affine::skew(degrees.to_radians().tan(), 0.0),
+        ("skewY", &[degrees]) => Affine::skew(0.0, degrees.to_radians().tan()),
+        ("translate" | "scale" | "rotate" | "matrix" | "skewX" | "skewY", _) => {
+            return Err(format!("{name} has {} numbers, which is not how many it takes", numbers.len()));
+        }
+        _ => return Err(unknown(name)),
+    })
+}

@@ -1,0 +1,96 @@
+//! Writing: one `<path>` a curve, in the coordinates given (SVG's y points down), with a `viewBox` that fits them.
+
+use std::borrow::Cow;
+use std::io::{self, Write};
+
+use crate::batch::CurveBatch;
+use crate::io::is_finite;
+use crate::io::text::Text;
+
+/// Part of the drawing's larger side left free around it.
+const MARGIN: f64 = 0.02;
+
+/// Writes the batch; with `beziers` the points of each curve are a chain of cubic control points.
+pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, beziers: bool) -> io::Result<()> {
+    let mut text = Text::new(out);
+    text.push("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"")?;
+    text.point(&view_box(batch), " ")?;
+    text.push("\">\n<style>path{fill:none;stroke:#000;stroke-width:1px;vector-effect:non-scaling-stroke}</style>\n")?;
+    for i in 0..batch.len() {
+        text.push("<path id=\"")?;
+        text.push(escaped(&batch.name(i)).as_bytes())?;
+        text.push("\" d=\"")?;
+        if is_finite(batch, i) {
+            path(&mut text, batch, i, beziers)?;
+        }
+        text.push("\"/>\n")?;
+    }
+    text.push("</svg>\n")?;
+    text.finish()
+}
+
+fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Result<()> {
+    let points = batch.points(i);
+    for (k, point) in points.chunks_exact(2).enumerate() {
+        text.push(match (k, beziers) {
+            (0, _) => "M",
+            (1, false) => "L",
+            (1, true) => "C",
+            _ => " ",
+        })?;
+        text.point(point, ",")?;
+    }
+    let repeats = points.len() > 2 && points[..2] == points[points.len() - 2..];
+    match (beziers, batch.is_closed(i)) {
+        (true, true) => {
+            text.push(" ")?;
+            text.point(&points[..2], ",")?;
+            text.push("Z")
+        }
+        (true, false) if repeats => text.push("Z"),
+        (false, true) => text.push("Z"),
+        _ => Ok(()),
+    }
+}
+
+/// Left, top, width and height of what can be drawn.
+fn view_box(batch: &CurveBatch) -> [f64; 4] {
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for i in (0..batch.len()).filter(|&i| is_finite(batch, i)) {
+        for point in batch.points(i).chunks_exact(2) {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(point[axis]);
+                high[axis] = high[axis].max(point[axis]);
+            }
+        }
+    }
+    let size = [high[0] - low[0], high[1] - low[1]];
+    let larger = size[0].max(size[1]);
+    if !larger.is_finite() {
+        return [0.0, 0.0, 1.0, 1.0];
+    }
+    let margin = if larger > 0.0 { MARGIN * larger } else { 0.5 };
+    [low[0] - margin, low[1] - margin, size[0] + 2.0 * margin, size[1] + 2.0 * margin]
+}
+
+/// Text for an attribute: white space as references, since XML readers would make blanks of it; characters that XML
+/// cannot hold become U+FFFD.
+fn escaped(name: &str) -> Cow<'_, str> {
+    if name.chars().all(|c| c.is_ascii_alphanumeric() || "/_-. ".contains(c)) {
+        return Cow::Borrowed(name);
+    }
+    let mut text = String::with_capacity(name.len() + 8);
+    for c in name.chars() {
+        match c {
+            '&' => text.push_str("&amp;"),
+            '<' => text.push_str("&lt;"),
+            '"' => text.push_str("&quot;"),
+            '\t' => text.push_str("&#9;"),
+            '\n' => text.push_str("&#10;"),
+            '\r' => text.push_str("&#13;"),
+            '\0'..'\u{20}' | '\u{fffe}' | '\u{ffff}' => text.push('\u{fffd}'),
+            _ => text.push(c),
+        }
+    }
+    Cow::Owned(text)
+}
