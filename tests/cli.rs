@@ -159,7 +159,11 @@ fn an_output_that_exists_is_refused_before_anything_is_read_and_stays_as_it_is()
             _ => "-o new.csv --picture picture.svg",
         };
         // The input does not exist: that the sentence is about the output shows what is checked first.
-        refused(&folder, &format!("fit in.csv {options}"), &format!("{name} exists already: give --force to replace it"));
+        refused(
+            &folder,
+            &format!("fit in.csv {options}"),
+            &format!("{name} exists already: give --force to replace it"),
+        );
         assert_eq!(read(&folder, name), "precious");
     }
     fs::write(folder.path().join("in.csv"), TWO).unwrap();
@@ -198,10 +202,16 @@ fn options_out_of_range_are_sentences_with_the_value_and_an_example() {
         ("--spacing -2", "--spacing is -2; it must be a positive length in units of the input, such as --spacing 0.5"),
         ("--method smoothing", "give --smoothing λ (such as --smoothing 0.1) or --deviation D"),
         ("--method smoothing --smoothing -1", "--smoothing is -1; λ must be 0 or a positive number"),
-        ("--method smoothing --deviation 0", "--deviation is 0; it must be a positive number, such as --deviation 0.01"),
+        (
+            "--method smoothing --deviation 0",
+            "--deviation is 0; it must be a positive number, such as --deviation 0.01",
+        ),
         ("--smoothing 0.5", "--smoothing 0.5 belongs to --method smoothing; natural splines go through every point"),
         ("--pin none", "--pin none belongs to --method smoothing"),
-        ("--picture p.svg --comb 0", "--comb is 0; the scale of its quills must be a positive number, such as --comb 2"),
+        (
+            "--picture p.svg --comb 0",
+            "--comb is 0; the scale of its quills must be a positive number, such as --comb 2",
+        ),
     ] {
         refused(&folder, &format!("fit in.csv -o out.csv {options}"), sentence);
     }
@@ -249,8 +259,16 @@ fn the_report_has_one_line_a_curve_with_the_promised_keys() {
     assert_eq!((&report["totals"]["curves"], &report["totals"]["usable"]), (&3.into(), &2.into()));
 
     let promised = [
-        "curve", "status", "points_in", "points_out", "energy", "length", "iterations", "gradient_norm",
-        "max_curvature", "max_deviation",
+        "curve",
+        "status",
+        "points_in",
+        "points_out",
+        "energy",
+        "length",
+        "iterations",
+        "gradient_norm",
+        "max_curvature",
+        "max_deviation",
     ];
     let [a, bad, _] = &report["curves"].as_array().unwrap()[..] else { panic!("{report}") };
     assert_eq!(keys(a), promised);
@@ -324,7 +342,8 @@ fn columns_are_mapped_and_unknown_ones_named() {
     refused(&folder, "fit in.csv -o out.csv", "unknown columns");
     run(&folder, "fit in.csv -o out.csv --columns x=lon,y=lat,curve=id,t=hours --samples 2").code(0);
     let out = read(&folder, "out.csv");
-    let parameters: Vec<f64> = rows(&out, "a").iter().map(|row| row.split(',').nth(3).unwrap().parse().unwrap()).collect();
+    let parameters: Vec<f64> =
+        rows(&out, "a").iter().map(|row| row.split(',').nth(3).unwrap().parse().unwrap()).collect();
     assert_eq!(parameters, [0.0, 3.0, 6.0, 9.0, 12.0]);
 }
 
@@ -336,7 +355,8 @@ fn the_picture_shows_every_curve_and_the_comb_on_demand() {
     let (plain, comb) = (read(&folder, "plain.svg"), read(&folder, "comb.svg"));
     for text in [&plain, &comb] {
         let document = roxmltree::Document::parse(text).unwrap();
-        let titles: Vec<_> = document.descendants().filter(|n| n.has_tag_name("title")).filter_map(|n| n.text()).collect();
+        let titles: Vec<_> =
+            document.descendants().filter(|n| n.has_tag_name("title")).filter_map(|n| n.text()).collect();
         assert!(titles.contains(&"a") && titles.contains(&"b") && titles.iter().any(|t| t.starts_with("bad: invalid")));
     }
     assert!(!plain.contains("curvature comb") && comb.contains("curvature comb"));
@@ -367,6 +387,9 @@ fn compare_measures_every_curve_and_passes_where_the_bounds_hold() {
 fn doctor_tests_itself() {
     let folder = TempDir::new().unwrap();
     run(&folder, "doctor").code(0).stdout(
-        contains(env!("CARGO_PKG_VERSION")).and(contains("thread")).and(contains("passed")).and(contains("FAILED").not()),
+        contains(env!("CARGO_PKG_VERSION"))
+            .and(contains("thread"))
+            .and(contains("passed"))
+            .and(contains("FAILED").not()),
     );
 }

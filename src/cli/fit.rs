@@ -153,10 +153,9 @@ impl FitArgs {
     }
 
     fn draw(&self, path: &Path, batch: &CurveBatch, fit: &Fit) -> Result<()> {
-        let title = self.input.input.file_stem().filter(|_| !is_stdio(&self.input.input));
         let picture = Picture {
             comb: self.comb,
-            title: title.map(|title| title.to_string_lossy().into_owned()),
+            title: title(&self.input.input),
             method: self.method.title(),
             ..Picture::default()
         };
@@ -183,6 +182,13 @@ impl FitArgs {
             eprintln!("  and {} more: --report FILE.json and -v list them all", super::thousands(unusable - most));
         }
     }
+}
+
+/// The file's name without folder and extensions; none for standard input.
+fn title(input: &Path) -> Option<String> {
+    let zipped = input.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let stem = if zipped { Path::new(input.file_stem()?).file_stem()? } else { input.file_stem()? };
+    (!is_stdio(input)).then(|| stem.to_string_lossy().into_owned())
 }
 
 /// Whether this is standard input or output.

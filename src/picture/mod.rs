@@ -114,7 +114,9 @@ impl Picture {
             drawing.layer(out, COMB, look.thin, r#" stroke-opacity=".55""#, |i| drawing.quills(&combs.curves[i]))?;
             drawing.layer(out, COMB, 1.4 * look.thin, "", |i| drawing.envelope(&combs.curves[i]))?;
         }
-        drawing.layer(out, FITTED, look.line, "", |i| drawing.usable(i).then(|| drawing.fitted(i))?)?;
+        // Where many lines cross, their number shows as depth of colour.
+        let ink = if look.line < 1.0 { r#" stroke-opacity=".8""# } else { "" };
+        drawing.layer(out, FITTED, look.line, ink, |i| drawing.usable(i).then(|| drawing.fitted(i))?)?;
         let dashes = r#" stroke-dasharray="5 4""#;
         drawing.layer(out, NOT_USABLE, look.line.max(1.2), dashes, |i| {
             (!drawing.usable(i)).then(|| drawing.fitted(i))?
@@ -192,7 +194,7 @@ impl Look {
         let room = (frame.area() / batch.total_points().max(1) as f64).sqrt();
         let dot = (0.05 * room).min(2.6);
         Look {
-            line: (0.035 * room).clamp(0.6, 1.8),
+            line: (0.08 * room).clamp(0.55, 1.8),
             thin: (0.02 * room).clamp(0.5, 0.9),
             dot: if points && dot >= 0.8 { dot } else { 0.0 },
             decimals: if batch.total_points() <= 20_000 { 2 } else { 1 },
@@ -295,8 +297,8 @@ impl Drawing<'_> {
             (_, true) => self.look.tooltips.then(|| name.into_owned()),
         };
         let mut text = pen.finish();
-        if text.is_empty() && curve.spans() == 0 {
-            // A single point has no span, but a place.
+        if text.is_empty() {
+            // A single point, or one between two that cannot be drawn, has no line, but a place.
             let mut pen = Pen::new(self.look.decimals);
             self.points(i).flatten().for_each(|p| pen.dot(p));
             text = pen.finish();

@@ -68,7 +68,7 @@ impl Page<'_> {
         writeln!(out, "<title>{}</title>", escape(self.title.unwrap_or(caption)))?;
         writeln!(
             out,
-            "<style>path{{vector-effect:non-scaling-stroke}}text{{fill:{TEXT};stroke:none}}.g{{fill:#999}}</style>"
+            "<style>path{{vector-effect:non-scaling-stroke}}text{{fill:{TEXT};stroke:none}}.g{{fill:#999;stroke:#fff;stroke-width:3;paint-order:stroke}}</style>"
         )?;
         writeln!(out, r##"<rect width="{width}" height="{height}" fill="#FFFFFF"/>"##)?;
         if let Some(title) = self.title {
