@@ -1,7 +1,13 @@
 //! [`Device`]: the CPU or a GPU, the precision, and how `auto` chooses.
 
+use std::str::FromStr;
+use std::sync::Arc;
+
+use crate::error::{Error, Result};
+use crate::gpu::{self, Gpu};
+
 /// Precision of the arithmetic on the device.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Precision {
     /// f64 on the CPU. On a GPU f32 where the problem is well conditioned, else f64 if the adapter has it.
     #[default]
@@ -12,16 +18,111 @@ pub enum Precision {
     F64,
 }
 
+impl Precision {
+    /// `auto`, `f32` or `f64`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Precision::Auto => "auto",
+            Precision::F32 => "f32",
+            Precision::F64 => "f64",
+        }
+    }
+}
+
+/// Which device to use, as asked for on the command line: `auto`, `cpu`, `gpu` or `gpu:N`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Choice {
+    /// A hardware GPU where there is one and the batch is large enough to gain, else the CPU.
+    #[default]
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// The adapter of this number; hardware stands before software.
+    Gpu(usize),
+}
+
+impl FromStr for Choice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Choice::Auto),
+            "cpu" => Ok(Choice::Cpu),
+            "gpu" => Ok(Choice::Gpu(0)),
+            _ => {
+                let number = text.strip_prefix("gpu:").and_then(|number| number.parse().ok());
+                number.map(Choice::Gpu).ok_or_else(|| format!("'{text}' is no device: use auto, cpu, gpu, or gpu:N"))
+            }
+        }
+    }
+}
+
+/// Below this many points (read and written together) opening a GPU and the round trip to it cost more than the
+/// whole work on the CPU.
+pub const GPU_PAYS_ABOVE: usize = 100_000;
+
 /// What does the work.
 #[derive(Clone, Debug)]
 pub struct Device {
+    gpu: Option<Arc<Gpu>>,
     precision: Precision,
+    reason: String,
 }
 
 impl Device {
-    /// All threads of the CPU.
+    /// All threads of the CPU (as many as rayon's pool has).
     pub fn cpu() -> Self {
-        Device { precision: Precision::Auto }
+        Device { gpu: None, precision: Precision::Auto, reason: "as asked".into() }
+    }
+
+    /// The adapter of this number; [`gpu::adapters`] lists them.
+    ///
+    /// # Errors
+    /// [`Error::NoGpu`].
+    pub fn gpu(number: usize) -> Result<Self> {
+        Ok(Self::from_gpu(Gpu::open(number)?))
+    }
+
+    /// A GPU opened, or borrowed from the host program, by [`Gpu`].
+    pub fn from_gpu(gpu: Gpu) -> Self {
+        Device { gpu: Some(Arc::new(gpu)), precision: Precision::Auto, reason: "as asked".into() }
+    }
+
+    /// A hardware GPU where there is one, else the CPU; [`reason`](Self::reason) says why.
+    ///
+    /// # Errors
+    /// None today.
+    pub fn auto() -> Result<Self> {
+        Self::choose(Choice::Auto, usize::MAX)
+    }
+
+    /// The device asked for; `Auto` is decided for a batch of so many points, read and written together.
+    ///
+    /// # Errors
+    /// [`Error::NoGpu`] when a GPU was asked for and does not open.
+    pub fn choose(choice: Choice, points: usize) -> Result<Self> {
+        match choice {
+            Choice::Cpu => Ok(Self::cpu()),
+            Choice::Gpu(number) => Self::gpu(number),
+            Choice::Auto => Ok(Self::choose_automatically(points)),
+        }
+    }
+
+    fn choose_automatically(points: usize) -> Self {
+        let cpu = |reason: String| Device { reason, ..Self::cpu() };
+        if points < GPU_PAYS_ABOVE {
+            return cpu(format!("auto: {points} points are too few for a GPU to pay"));
+        }
+        match gpu::adapters().first() {
+            None => cpu("auto: there is no GPU".into()),
+            Some(first) if first.is_software() => {
+                cpu(format!("auto: the only adapter, {}, is software and slower than the CPU itself", first.name))
+            }
+            Some(_) => match Self::gpu(0) {
+                Ok(device) => Device { reason: "auto: a hardware GPU".into(), ..device },
+                Err(error) => cpu(format!("auto: {error}")),
+            },
+        }
     }
 
     /// The same device with another precision.
@@ -33,5 +134,41 @@ impl Device {
     /// The precision asked for.
     pub fn precision(&self) -> Precision {
         self.precision
+    }
+
+    /// The GPU, if it is one.
+    pub fn as_gpu(&self) -> Option<&Gpu> {
+        self.gpu.as_deref()
+    }
+
+    /// Why this device: what `auto` found, or that it was asked for.
+    pub fn reason(&self) -> &str {
+        &self.reason
+    }
+
+    /// `CPU, 2 threads` or the adapter's name and driver.
+    pub fn name(&self) -> String {
+        match self.as_gpu() {
+            Some(gpu) => format!("{} ({})", gpu.summary().name, gpu.summary().driver),
+            None => format!("CPU, {} threads", rayon::current_num_threads()),
+        }
+    }
+
+    /// The precision a kernel runs in: as asked for, or for `Auto` f32 where that is accurate enough for the
+    /// problem (`well_conditioned`) or all the adapter has.
+    ///
+    /// # Errors
+    /// [`Error::NoGpu`] when f64 was asked for and the adapter has none.
+    pub(crate) fn kernel_precision(&self, gpu: &Gpu, well_conditioned: bool) -> Result<Precision> {
+        let has_f64 = gpu.summary().has_f64;
+        match self.precision {
+            Precision::F64 if !has_f64 => {
+                let name = &gpu.summary().name;
+                Err(Error::NoGpu(format!("{name} has no 64-bit floats; use --precision f32, or --device cpu")))
+            }
+            Precision::Auto if has_f64 && !well_conditioned => Ok(Precision::F64),
+            Precision::Auto => Ok(Precision::F32),
+            asked => Ok(asked),
+        }
     }
 }

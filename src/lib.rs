@@ -7,6 +7,7 @@ mod constraint;
 mod curve;
 mod device;
 mod error;
+pub mod gpu;
 pub mod io;
 pub mod linalg;
 pub mod picture;

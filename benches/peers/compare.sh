@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# Times faircurve, SciPy and JAX on the same curves in the same run, and prints the ratios.
+#
+#   benches/peers/compare.sh [--runs 7]
+#
+# Leave the machine alone meanwhile: at a load above its number of cores the times mean little.
+# The JSON lines stay in benches/data/peers.jsonl.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+export PYTHONDONTWRITEBYTECODE=1
+
+benches/data.sh hanzi
+python=benches/peers/.venv/bin/python
+"$python" benches/peers/natural.py --write-random
+cargo build --release --quiet --locked --example peer_natural
+
+lines=benches/data/peers.jsonl
+"${CARGO_TARGET_DIR:-target}/release/examples/peer_natural" "$@" | tee "$lines"
+"$python" benches/peers/natural.py "$@" | tee -a "$lines"
+echo
+"$python" benches/peers/ratios.py "$lines"

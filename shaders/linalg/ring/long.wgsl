@@ -1,0 +1,107 @@
+// Systems longer than a workgroup holds, in three dispatches: `reduce` turns every chunk of rows into one row of a
+// shorter system, which is solved by any kernel (or reduced again), and `substitute` eliminates each chunk anew and
+// substitutes back between the two kept unknowns beside it. One thread a chunk. Twin: src/linalg/ring/long.rs.
+//:include linalg/common_rows.wgsl
+//:include $ROWS
+
+const CHUNK: u32 = $CHUNKu;
+
+struct Chunk {
+    // Index of the system in the table; rows begin … begin + rows − 1 of it.
+    system: u32,
+    begin: u32,
+    rows: u32,
+    // The chunk after it along its system (the first again after the last).
+    next: u32,
+}
+
+@group(0) @binding(8) var<storage, read> chunks: array<Chunk>;
+// Five numbers a chunk: excess, left and right of the kept row, alpha and share of the last row eliminated …
+@group(0) @binding(9) var<storage, read_write> reduced: array<real>;
+// … two right-hand sides: that of the kept row, and delta of the last row …
+@group(0) @binding(10) var<storage, read_write> reduced_rhs: array<real>;
+// … and, once the shorter system is solved, the kept unknown.
+@group(0) @binding(11) var<storage, read> kept_unknowns: array<real>;
+
+//:include linalg/common_read.wgsl NAME=load_kept ARRAY=kept_unknowns
+//:include linalg/common_write.wgsl NAME=store_reduced ARRAY=reduced_rhs
+
+@compute @workgroup_size($GROUP)
+fn reduce(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let task = (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+    if (task >= params.count) {
+        return;
+    }
+    let chunk = chunks[params.first + task];
+    let system = systems[chunk.system];
+    let row = load_row(system, chunk.begin);
+    var excess = row.excess;
+    var right = row.right;
+    var rhs = load_rhs(system, chunk.begin);
+    var alpha = real(1);
+    var share = real(0);
+    var delta = columns();
+    for (var i = 1u; i < chunk.rows; i++) {
+        let row = load_row(system, chunk.begin + i);
+        let own = row.excess + row.left * share;
+        let link = row.left * alpha;
+        let r = real(1) / (own + link + row.right);
+        delta = (load_rhs(system, chunk.begin + i) + row.left * delta) * r;
+        alpha = link * r;
+        share = own * r;
+        excess += right * share;
+        rhs += right * delta;
+        right *= row.right * r;
+    }
+    let k = 5u * (params.first + task);
+    reduced[k] = excess;
+    reduced[k + 1u] = row.left;
+    reduced[k + 2u] = right;
+    reduced[k + 3u] = alpha;
+    reduced[k + 4u] = share;
+    store_reduced(2u * (params.first + task), rhs);
+    store_reduced(2u * (params.first + task) + 1u, delta);
+}
+
+@compute @workgroup_size($GROUP)
+fn substitute(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let task = (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+    if (task >= params.count) {
+        return;
+    }
+    let chunk = chunks[params.first + task];
+    let system = systems[chunk.system];
+    var alphas: array<real, CHUNK>;
+    var gammas: array<real, CHUNK>;
+    var deltas: array<columns, CHUNK>;
+    var alpha = real(1);
+    var share = real(0);
+    var delta = columns();
+    for (var i = 1u; i < chunk.rows; i++) {
+        let row = load_row(system, chunk.begin + i);
+        let own = row.excess + row.left * share;
+        let link = row.left * alpha;
+        let r = real(1) / (own + link + row.right);
+        delta = (load_rhs(system, chunk.begin + i) + row.left * delta) * r;
+        alpha = link * r;
+        share = own * r;
+        alphas[i] = alpha;
+        gammas[i] = row.right * r;
+        deltas[i] = delta;
+    }
+    let kept = load_kept(params.first + task);
+    var x = load_kept(chunk.next);
+    for (var i = chunk.rows - 1u; i > 0u; i--) {
+        x = deltas[i] + alphas[i] * kept + gammas[i] * x;
+        store(system, chunk.begin + i, x);
+    }
+    store(system, chunk.begin, kept);
+}

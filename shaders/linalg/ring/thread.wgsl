@@ -1,0 +1,61 @@
+// Batched tridiagonal systems, one thread a system: the ring of lanes.wgsl with a single lane, any number of rows.
+// The coefficients of the back-substitution go to scratch memory, two numbers a row; the intermediate right-hand
+// sides to the place of the solution. Twin: src/linalg/ring/thread.rs.
+//:include linalg/common_rows.wgsl
+//:include $ROWS
+
+@group(0) @binding(8) var<storage, read_write> scratch: array<real>;
+
+//:include linalg/common_read.wgsl NAME=load_at ARRAY=solution
+
+@compute @workgroup_size($GROUP)
+fn solve(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let task = (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+    if (task >= params.count) {
+        return;
+    }
+    let system = systems[params.first + task];
+    let row = load_row(system, 0u);
+    var excess = row.excess;
+    var right = row.right;
+    var rhs = load_rhs(system, 0u);
+    var alpha = real(1);
+    var share = real(0);
+    var delta = columns();
+    for (var i = 1u; i < system.rows; i++) {
+        let row = load_row(system, i);
+        let own = row.excess + row.left * share;
+        let link = row.left * alpha;
+        let r = real(1) / (own + link + row.right);
+        delta = (load_rhs(system, i) + row.left * delta) * r;
+        alpha = link * r;
+        share = own * r;
+        let gamma = row.right * r;
+        scratch[2u * (system.start + i)] = alpha;
+        scratch[2u * (system.start + i) + 1u] = gamma;
+        store_at(system.start + i, delta);
+        excess += right * share;
+        rhs += right * delta;
+        right *= gamma;
+    }
+    // Both neighbours of the kept row are the kept row itself: what couples to it leaves only its share.
+    excess += row.left * share;
+    rhs += row.left * delta;
+
+    var kept = columns();
+    if (excess != real(0)) {
+        kept = rhs / excess;
+    }
+    var x = kept;
+    for (var i = system.rows - 1u; i > 0u; i--) {
+        let k = 2u * (system.start + i);
+        x = load_at(system.start + i) + scratch[k] * kept + scratch[k + 1u] * x;
+        store(system, i, x);
+    }
+    store(system, 0u, kept);
+    status[system.index] = select(STATUS_SOLVED, STATUS_SINGULAR, excess == real(0));
+}

@@ -1,0 +1,51 @@
+// Curves on the integers: `count` points from `start` on, `dimension` numbers each.
+
+struct UniformParams {
+    // Curves of this dispatch, points of all of them together (with the room between them), numbers a point.
+    curves: u32,
+    points: u32,
+    dimension: u32,
+    padding: u32,
+}
+
+struct UniformCurve {
+    start: u32,
+    count: u32,
+    closed: u32,
+    padding: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: UniformParams;
+@group(0) @binding(1) var<storage, read> curves: array<UniformCurve>;
+@group(0) @binding(2) var<storage, read> points: array<real>;
+
+fn task_index(workgroup: vec3<u32>, workgroups: vec3<u32>, thread: u32) -> u32 {
+    return (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+}
+
+// The last curve that starts at or before a point.
+fn curve_of(point: u32) -> u32 {
+    var low = 0u;
+    var high = params.curves;
+    while (high - low > 1u) {
+        let middle = (low + high) / 2u;
+        if (curves[middle].start <= point) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+fn next_of(curve: UniformCurve, i: u32) -> u32 {
+    return curve.start + select(i + 1u, 0u, i + 1u == curve.count);
+}
+
+fn previous_of(curve: UniformCurve, i: u32) -> u32 {
+    return curve.start + select(i, curve.count, i == 0u) - 1u;
+}
+
+fn is_end(curve: UniformCurve, i: u32) -> bool {
+    return curve.closed == 0u && (i == 0u || i + 1u == curve.count);
+}

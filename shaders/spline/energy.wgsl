@@ -1,0 +1,72 @@
+// Discrete and exact bending energies of splines on the integers, one thread a curve. Twin: src/spline/energy.rs.
+//:include spline/common_uniform.wgsl
+
+// The second factor of an inner product; the same array again for an energy.
+@group(0) @binding(3) var<storage, read> others: array<real>;
+@group(0) @binding(4) var<storage, read_write> energies: array<real>;
+
+fn difference(curve: UniformCurve, i: u32, axis: u32) -> real {
+    if (is_end(curve, i)) {
+        return real(0);
+    }
+    let d = params.dimension;
+    let here = points[(curve.start + i) * d + axis];
+    return (points[next_of(curve, i) * d + axis] - here) - (here - points[previous_of(curve, i) * d + axis]);
+}
+
+fn other_difference(curve: UniformCurve, i: u32, axis: u32) -> real {
+    if (is_end(curve, i)) {
+        return real(0);
+    }
+    let d = params.dimension;
+    let here = others[(curve.start + i) * d + axis];
+    return (others[next_of(curve, i) * d + axis] - here) - (here - others[previous_of(curve, i) * d + axis]);
+}
+
+// Σ |d_i|²
+@compute @workgroup_size($GROUP)
+fn discrete_energy(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let task = task_index(workgroup, workgroups, thread);
+    if (task >= params.curves) {
+        return;
+    }
+    let curve = curves[task];
+    var sum = real(0);
+    for (var i = 0u; i < curve.count; i++) {
+        for (var axis = 0u; axis < params.dimension; axis++) {
+            let d = difference(curve, i, axis);
+            sum += d * d;
+        }
+    }
+    energies[task] = sum;
+}
+
+// Σ (4 d_i·e_i + d_i·e_{i+1} + d_{i+1}·e_i) / 6
+@compute @workgroup_size($GROUP)
+fn exact_product(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let task = task_index(workgroup, workgroups, thread);
+    if (task >= params.curves) {
+        return;
+    }
+    let curve = curves[task];
+    var sum = real(0);
+    for (var i = 0u; i < curve.count; i++) {
+        let next = next_of(curve, i) - curve.start;
+        for (var axis = 0u; axis < params.dimension; axis++) {
+            let d = difference(curve, i, axis);
+            let e = other_difference(curve, i, axis);
+            let d_next = difference(curve, next, axis);
+            let e_next = other_difference(curve, next, axis);
+            sum += real(4) * (d * e) + (d * e_next + d_next * e);
+        }
+    }
+    energies[task] = sum / real(6);
+}

@@ -1,0 +1,24 @@
+//! Every kernel there is, in every form it takes: what the shader tests compose, validate and lint.
+
+use crate::device::Precision;
+use crate::gpu::KernelKey;
+use crate::gpu::source::{Definitions, definitions};
+use crate::{linalg, spline};
+
+/// Every kernel in every form: paths, entry points, precisions, definitions.
+pub fn kernels() -> Vec<KernelKey> {
+    let mut keys = Vec::new();
+    for precision in [Precision::F32, Precision::F64] {
+        for (path, definitions) in spline::row_sources().into_iter().chain(linalg::ring::row_sources()) {
+            keys.extend(linalg::ring::kernels(precision, path, &definitions));
+        }
+        for (path, entries) in spline::KERNELS {
+            let definitions = definitions([("GROUP", &spline::GROUP)]);
+            keys.extend(entries.iter().map(|entry| KernelKey { path, entry, precision, definitions: definitions.clone() }));
+        }
+    }
+    keys
+}
+
+/// A shader file that gives the ring kernels their rows, with its definitions.
+pub type RowSourceFile = (&'static str, Definitions);

@@ -1,0 +1,86 @@
+//! Which adapters there are, in which order, and what each can do.
+
+use wgpu::{Adapter, DeviceType, Features, Instance};
+
+/// What an adapter is and can do.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AdapterSummary {
+    /// Name of the hardware.
+    pub name: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Vulkan, Metal or DirectX 12.
+    pub backend: String,
+    /// `discrete GPU`, `integrated GPU`, `software` …
+    pub kind: &'static str,
+    /// Bus address, where the backend knows it.
+    pub pci_bus_id: String,
+    /// Whether kernels can compute in f64.
+    pub has_f64: bool,
+    /// Whether lanes can exchange values without memory, eight or more at a time.
+    pub has_subgroups: bool,
+    /// Smallest and largest subgroup.
+    pub subgroup_sizes: (u32, u32),
+    /// Whether kernels can be timed on the device.
+    pub has_timestamps: bool,
+}
+
+impl AdapterSummary {
+    /// Whether this is a program on the CPU that only looks like a GPU.
+    pub fn is_software(&self) -> bool {
+        self.kind == "software"
+    }
+}
+
+/// Lanes a curve in the subgroup kernels: no subgroup may be smaller.
+pub(crate) const SUBGROUP_LANES: u32 = 8;
+
+pub(crate) fn instance() -> Instance {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    descriptor.backends = wgpu::Backends::PRIMARY;
+    descriptor.flags = wgpu::InstanceFlags::empty().with_env();
+    Instance::new(descriptor)
+}
+
+/// All adapters of the machine, hardware before software, faster kinds first, then by PCI bus address and name: the
+/// numbers that `gpu:N` and [`Device::gpu`](crate::Device::gpu) mean.
+pub(crate) fn sorted(instance: &Instance) -> Vec<Adapter> {
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    adapters.sort_by_cached_key(|adapter| {
+        let info = adapter.get_info();
+        let rank = match info.device_type {
+            DeviceType::DiscreteGpu => 0,
+            DeviceType::IntegratedGpu => 1,
+            DeviceType::VirtualGpu => 2,
+            DeviceType::Other => 3,
+            DeviceType::Cpu => 4,
+        };
+        (rank, info.device_pci_bus_id, info.name)
+    });
+    adapters
+}
+
+pub(crate) fn summarise(info: &wgpu::AdapterInfo, features: Features) -> AdapterSummary {
+    AdapterSummary {
+        name: info.name.clone(),
+        driver: format!("{} {}", info.driver, info.driver_info).trim().to_string(),
+        backend: info.backend.to_string(),
+        kind: match info.device_type {
+            DeviceType::DiscreteGpu => "discrete GPU",
+            DeviceType::IntegratedGpu => "integrated GPU",
+            DeviceType::VirtualGpu => "virtual GPU",
+            DeviceType::Cpu => "software",
+            DeviceType::Other => "other",
+        },
+        pci_bus_id: info.device_pci_bus_id.clone(),
+        has_f64: features.contains(Features::SHADER_F64),
+        has_subgroups: features.contains(Features::SUBGROUP) && info.subgroup_min_size >= SUBGROUP_LANES,
+        subgroup_sizes: (info.subgroup_min_size, info.subgroup_max_size),
+        has_timestamps: features.contains(Features::TIMESTAMP_QUERY),
+    }
+}
+
+/// What every adapter of the machine is and can do, in the order of `gpu:N`.
+pub fn adapters() -> Vec<AdapterSummary> {
+    sorted(&instance()).iter().map(|adapter| summarise(&adapter.get_info(), adapter.features())).collect()
+}

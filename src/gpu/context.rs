@@ -1,0 +1,148 @@
+//! [`Gpu`]: an open device with its limits, its compiled kernels, and what became of it.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock};
+
+use wgpu::{Adapter, Features};
+
+use super::adapter::{self, AdapterSummary};
+use super::capture::CapturedDispatch;
+use super::kernel::Kernel;
+use super::plan::Limits;
+use crate::error::{Error, Result};
+
+/// Workgroup memory the kernels are designed for: every WebGPU device has it.
+const DESIGN_WORKGROUP_BYTES: u32 = 16 * 1024;
+
+/// What the buffers of one chunk take together unless a caller says otherwise: small enough to keep two chunks in
+/// flight on a modest GPU, large enough to hide the round trip.
+const DESIGN_CHUNK_BYTES: u64 = 256 << 20;
+
+/// An open GPU.
+pub struct Gpu {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    summary: AdapterSummary,
+    limits: Limits,
+    lost: Arc<OnceLock<String>>,
+    pub(super) kernels: Mutex<HashMap<String, Arc<Kernel>>>,
+    pub(super) kernel_nanoseconds: Mutex<f64>,
+    pub(super) capture: Mutex<Option<Vec<CapturedDispatch>>>,
+}
+
+impl std::fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Gpu({}, {})", self.summary.name, self.summary.driver)
+    }
+}
+
+impl Gpu {
+    /// Opens adapter `number` of [`adapters`](super::adapters).
+    ///
+    /// # Errors
+    /// [`Error::NoGpu`] when there is no such adapter or it cannot be opened.
+    pub fn open(number: usize) -> Result<Self> {
+        let adapters = adapter::sorted(&adapter::instance());
+        let found = match adapters.len() {
+            0 => "this machine offers no Vulkan, Metal or DirectX 12 adapter; use --device cpu, or install a driver"
+                .to_string(),
+            n => format!(
+                "gpu:{number} was asked for, but the adapters are gpu:0 … gpu:{}; `faircurve doctor` lists them",
+                n - 1
+            ),
+        };
+        let adapter = adapters.into_iter().nth(number).ok_or(Error::NoGpu(found))?;
+        Self::from_adapter(&adapter)
+    }
+
+    fn from_adapter(adapter: &Adapter) -> Result<Self> {
+        let info = adapter.get_info();
+        let wanted = Features::SUBGROUP | Features::SHADER_F64 | Features::TIMESTAMP_QUERY;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("faircurve"),
+            required_features: adapter.features() & wanted,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let opened = pollster::block_on(adapter.request_device(&descriptor));
+        let (device, queue) = opened.map_err(|error| Error::NoGpu(format!("{} did not open: {error}", info.name)))?;
+        Ok(Self::from_wgpu(device, queue))
+    }
+
+    /// Borrows a device and queue that the host program opened itself. Features it did not enable are not used:
+    /// without `SUBGROUP` the workgroup-memory kernels run, without `SHADER_F64` only f32 is possible.
+    ///
+    /// The device's lost callback is set.
+    pub fn from_wgpu(device: wgpu::Device, queue: wgpu::Queue) -> Self {
+        let lost = Arc::new(OnceLock::new());
+        let note = Arc::clone(&lost);
+        device.set_device_lost_callback(move |reason, text| {
+            // Only the first reason counts; later ones are its echoes.
+            let _ = note.set(format!("{reason:?}: {text}").trim_end_matches([':', ' ']).to_string());
+        });
+        let granted = device.limits();
+        let limits = Limits {
+            binding_bytes: granted.max_storage_buffer_binding_size,
+            buffer_bytes: granted.max_buffer_size,
+            workgroup_bytes: granted.max_compute_workgroup_storage_size.min(DESIGN_WORKGROUP_BYTES),
+            workgroup_threads: granted.max_compute_invocations_per_workgroup.min(granted.max_compute_workgroup_size_x),
+            workgroups: granted.max_compute_workgroups_per_dimension,
+            chunk_bytes: DESIGN_CHUNK_BYTES,
+        };
+        Gpu {
+            summary: adapter::summarise(&device.adapter_info(), device.features()),
+            limits,
+            lost,
+            kernels: Mutex::default(),
+            kernel_nanoseconds: Mutex::new(0.0),
+            capture: Mutex::default(),
+            device,
+            queue,
+        }
+    }
+
+    /// The same GPU with smaller limits: for tests of chunking, and for sharing a device.
+    pub fn with_limits(mut self, limits: Limits) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// Treats the device as one without subgroups, so that the workgroup-memory kernels run.
+    pub fn without_subgroups(mut self) -> Self {
+        self.summary.has_subgroups = false;
+        self
+    }
+
+    /// What the adapter is and can do.
+    pub fn summary(&self) -> &AdapterSummary {
+        &self.summary
+    }
+
+    /// The limits that plans are made against.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// The wgpu device, for host programs that share it.
+    pub fn wgpu_device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// Why the device was lost, if it was.
+    pub fn lost(&self) -> Option<&str> {
+        self.lost.get().map(String::as_str)
+    }
+
+    /// Time the kernels ran on the device since the last call, in seconds, by its own clock; 0 where it has none.
+    pub fn take_kernel_seconds(&self) -> f64 {
+        std::mem::take(&mut *self.kernel_nanoseconds.lock().expect("no panic while held")) * 1e-9
+    }
+
+    /// The error behind a failed wait: a lost device with its reason, or else `otherwise`.
+    pub(super) fn failure(&self, otherwise: Error) -> Error {
+        match self.lost() {
+            Some(reason) => Error::DeviceLost(reason.to_string()),
+            None => otherwise,
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Compiled kernels: composed, reflected, checked against the device's limits, and cached.
+
+use std::sync::Arc;
+
+use super::context::Gpu;
+use super::reflect::{Reflection, reflect};
+use super::source::{Definitions, compose};
+use crate::device::Precision;
+use crate::error::{Error, Result};
+
+/// Which kernel: a shader file, an entry point, a precision, and its definitions.
+#[derive(Clone, Debug)]
+pub struct KernelKey {
+    /// Path below `shaders/`.
+    pub path: &'static str,
+    /// Entry point.
+    pub entry: &'static str,
+    /// f32 or f64.
+    pub precision: Precision,
+    /// Text definitions.
+    pub definitions: Definitions,
+}
+
+impl KernelKey {
+    /// A name that tells the kernel from every other.
+    pub fn name(&self) -> String {
+        let definitions: Vec<String> = self.definitions.iter().map(|(name, value)| format!("{name}={value}")).collect();
+        format!("{}:{} {:?} {}", self.path, self.entry, self.precision, definitions.join(" "))
+    }
+
+    /// The composed WGSL.
+    pub fn wgsl(&self) -> String {
+        compose(self.path, self.precision, &self.definitions)
+    }
+}
+
+/// A compiled kernel.
+pub struct Kernel {
+    pub(super) name: String,
+    pub(super) wgsl: String,
+    pub(super) entry: &'static str,
+    pub(super) pipeline: wgpu::ComputePipeline,
+    pub(super) reflection: Reflection,
+}
+
+impl Gpu {
+    /// Compiles a kernel, or finds it compiled.
+    ///
+    /// # Errors
+    /// [`Error::Kernel`] when the compiler refuses it; [`Error::Limit`] when it asks for more workgroup memory or
+    /// threads than the device has (which wgpu does not check for us).
+    pub fn kernel(&self, key: &KernelKey) -> Result<Arc<Kernel>> {
+        let name = key.name();
+        if let Some(kernel) = self.kernels.lock().expect("no panic while held").get(&name) {
+            return Ok(Arc::clone(kernel));
+        }
+        let kernel = Arc::new(self.compile(key, name.clone())?);
+        self.kernels.lock().expect("no panic while held").insert(name, Arc::clone(&kernel));
+        Ok(kernel)
+    }
+
+    fn compile(&self, key: &KernelKey, name: String) -> Result<Kernel> {
+        let wgsl = key.wgsl();
+        let reflection = reflect(&name, &wgsl, key.entry)?;
+        let limits = self.limits();
+        for (what, asked, allowed) in [
+            ("workgroup memory", reflection.workgroup_bytes, limits.workgroup_bytes),
+            ("threads a workgroup", reflection.workgroup_size, limits.workgroup_threads),
+        ] {
+            if asked > allowed {
+                let (what, remedy) = (format!("kernel {name}: {what}"), "use the CPU".into());
+                return Err(Error::Limit { what, asked: asked.into(), allowed: allowed.into(), remedy });
+            }
+        }
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(&name),
+            source: wgpu::ShaderSource::Wgsl(wgsl.as_str().into()),
+        });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(&name),
+            layout: None,
+            module: &module,
+            entry_point: Some(key.entry),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                // Every kernel writes its workgroup memory before it reads it.
+                zero_initialize_workgroup_memory: false,
+                ..Default::default()
+            },
+            cache: None,
+        });
+        if let Some(error) = pollster::block_on(scope.pop()) {
+            return Err(self.failure(Error::Kernel { kernel: name, message: error.to_string() }));
+        }
+        Ok(Kernel { name, wgsl, entry: key.entry, pipeline, reflection })
+    }
+}

@@ -1,0 +1,251 @@
+//! One submission: buffers up, dispatches, results back, with every failure turned into an [`Error`].
+
+use std::sync::mpsc;
+use std::time::Duration;
+
+use bytemuck::Pod;
+use wgpu::util::DeviceExt;
+use wgpu::{BufferUsages, ErrorFilter};
+
+use super::context::Gpu;
+use super::kernel::Kernel;
+use super::reflect::Access;
+use crate::error::{Error, Result};
+
+/// How long the host waits for one submission. Dispatches are kept far shorter; only a hung driver takes longer.
+const TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Work being recorded for one submission.
+pub struct Recording<'g> {
+    gpu: &'g Gpu,
+    encoder: wgpu::CommandEncoder,
+    // Scopes close in the order opposite to their opening, and fields drop in the order written.
+    validation: wgpu::ErrorScopeGuard,
+    out_of_memory: wgpu::ErrorScopeGuard,
+    downloads: Vec<wgpu::Buffer>,
+    timestamps: Vec<wgpu::QuerySet>,
+    bytes: u64,
+}
+
+/// A submission under way.
+pub struct Pending<'g> {
+    gpu: &'g Gpu,
+    downloads: Vec<wgpu::Buffer>,
+    mapped: Vec<mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>>,
+    index: wgpu::SubmissionIndex,
+    timestamps: Option<wgpu::Buffer>,
+}
+
+impl Gpu {
+    /// Starts a submission.
+    pub fn record(&self) -> Recording<'_> {
+        let out_of_memory = self.device.push_error_scope(ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(ErrorFilter::Validation);
+        let encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        Recording { gpu: self, encoder, out_of_memory, validation, downloads: vec![], timestamps: vec![], bytes: 0 }
+    }
+}
+
+impl<'g> Recording<'g> {
+    fn create(&mut self, contents: &[u8], usage: BufferUsages) -> wgpu::Buffer {
+        // A storage binding cannot be empty.
+        let contents = if contents.is_empty() { &[0; 16] } else { contents };
+        self.bytes += contents.len() as u64;
+        let usage = usage | BufferUsages::COPY_SRC;
+        self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
+    }
+
+    /// A read-only (or read-write) array with these contents.
+    pub fn upload<T: Pod>(&mut self, data: &[T]) -> wgpu::Buffer {
+        self.create(bytemuck::cast_slice(data), BufferUsages::STORAGE)
+    }
+
+    /// A uniform with these contents.
+    pub fn uniform<T: Pod>(&mut self, data: &T) -> wgpu::Buffer {
+        self.create(bytemuck::bytes_of(data), BufferUsages::UNIFORM)
+    }
+
+    /// An array the kernels write, zero at first.
+    pub fn storage(&mut self, bytes: u64) -> wgpu::Buffer {
+        let size = bytes.next_multiple_of(4).max(16);
+        self.bytes += size;
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
+        self.gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+    }
+
+    /// Dispatches a kernel with its buffers by name.
+    ///
+    /// # Errors
+    /// [`Error::Kernel`] when a buffer the kernel uses is not named, or too small for one element.
+    pub fn dispatch(&mut self, kernel: &Kernel, groups: [u32; 3], buffers: &[(&str, &wgpu::Buffer)]) -> Result<()> {
+        if groups.contains(&0) {
+            return Ok(());
+        }
+        let mut bound = Vec::with_capacity(kernel.reflection.bindings.len());
+        for binding in &kernel.reflection.bindings {
+            let found = buffers.iter().find(|(name, _)| *name == binding.name).map(|(_, buffer)| *buffer);
+            let fits = found.filter(|buffer| buffer.size() >= u64::from(binding.element_bytes));
+            let buffer = fits.ok_or_else(|| Error::Kernel {
+                kernel: kernel.name.clone(),
+                message: format!("buffer {} is missing or smaller than {} bytes", binding.name, binding.element_bytes),
+            })?;
+            bound.push((binding, buffer));
+        }
+        if self.gpu.capture.lock().expect("no panic while held").is_some() {
+            return self.dispatch_captured(kernel, groups, &bound);
+        }
+        let entries: Vec<_> = bound.iter().map(|(b, buffer)| entry(b.binding, buffer)).collect();
+        self.encode(kernel, groups, &entries);
+        Ok(())
+    }
+
+    pub(crate) fn gpu(&self) -> &'g Gpu {
+        self.gpu
+    }
+
+    pub(super) fn encode(&mut self, kernel: &Kernel, groups: [u32; 3], entries: &[wgpu::BindGroupEntry<'_>]) {
+        let device = &self.gpu.device;
+        let layout = &kernel.pipeline.get_bind_group_layout(0);
+        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries });
+        let times = self.gpu.summary().has_timestamps.then(|| {
+            device.create_query_set(&wgpu::QuerySetDescriptor { label: None, ty: wgpu::QueryType::Timestamp, count: 2 })
+        });
+        let timestamp_writes = times.as_ref().map(|query_set| wgpu::ComputePassTimestampWrites {
+            query_set,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        });
+        let descriptor = wgpu::ComputePassDescriptor { label: Some(&kernel.name), timestamp_writes };
+        let mut pass = self.encoder.begin_compute_pass(&descriptor);
+        pass.set_pipeline(&kernel.pipeline);
+        pass.set_bind_group(0, &bind_group, &[]);
+        pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
+        drop(pass);
+        self.timestamps.extend(times);
+    }
+
+    /// Submits what was recorded so far, so that its results can be read by another submission.
+    pub(super) fn flush(&mut self) {
+        let fresh = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let recorded = std::mem::replace(&mut self.encoder, fresh);
+        self.gpu.queue.submit([recorded.finish()]);
+    }
+
+    /// Asks for the contents of a buffer after the dispatches recorded so far; results come in the order of the calls.
+    pub fn download(&mut self, buffer: &wgpu::Buffer) {
+        let size = buffer.size();
+        self.bytes += size;
+        let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
+        let staging = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size,
+            usage,
+            mapped_at_creation: false,
+        });
+        self.encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
+        self.downloads.push(staging);
+    }
+
+    /// Submits. The work goes on while the host prepares the next.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`], [`Error::DeviceLost`], or [`Error::Kernel`] for what wgpu's validation refuses.
+    pub fn submit(mut self) -> Result<Pending<'g>> {
+        let timestamps = self.resolve_timestamps();
+        let index = self.gpu.queue.submit([self.encoder.finish()]);
+        let validation = pollster::block_on(self.validation.pop());
+        let out_of_memory = pollster::block_on(self.out_of_memory.pop());
+        if out_of_memory.is_some() {
+            return Err(self.gpu.failure(Error::OutOfMemory { chunk_bytes: self.bytes }));
+        }
+        if let Some(error) = validation {
+            let kernel = "submission".to_string();
+            return Err(self.gpu.failure(Error::Kernel { kernel, message: error.to_string() }));
+        }
+        let mapped = self.downloads.iter().chain(&timestamps).map(|staging| {
+            let (sender, receiver) = mpsc::channel();
+            // The receiver is gone only when nobody waits any more.
+            staging.map_async(wgpu::MapMode::Read, .., move |result| drop(sender.send(result)));
+            receiver
+        });
+        Ok(Pending { gpu: self.gpu, mapped: mapped.collect(), downloads: self.downloads, index, timestamps })
+    }
+
+    fn resolve_timestamps(&mut self) -> Option<wgpu::Buffer> {
+        if self.timestamps.is_empty() {
+            return None;
+        }
+        // Query results must land at multiples of this many bytes.
+        let stride = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
+        let size = stride * self.timestamps.len() as u64;
+        let create = |usage| {
+            self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: None,
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let resolved = create(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC);
+        let staging = create(BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+        for (k, times) in self.timestamps.iter().enumerate() {
+            self.encoder.resolve_query_set(times, 0..2, &resolved, k as u64 * stride);
+        }
+        self.encoder.copy_buffer_to_buffer(&resolved, 0, &staging, 0, size);
+        Some(staging)
+    }
+}
+
+pub(super) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {
+    wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
+}
+
+/// Whether a kernel may change a buffer bound so.
+pub(super) fn is_written(access: Access) -> bool {
+    access == Access::ReadWrite
+}
+
+impl Pending<'_> {
+    /// Waits, and gives the contents asked for.
+    ///
+    /// # Errors
+    /// [`Error::Timeout`] after a minute, [`Error::DeviceLost`].
+    pub fn wait(self) -> Result<Vec<Downloaded>> {
+        let timeout = Error::Timeout { seconds: TIMEOUT.as_secs() };
+        let wait = wgpu::PollType::Wait { submission_index: Some(self.index.clone()), timeout: Some(TIMEOUT) };
+        if self.gpu.device.poll(wait).is_err() {
+            return Err(self.gpu.failure(timeout));
+        }
+        for receiver in &self.mapped {
+            let result = receiver.recv_timeout(TIMEOUT).map_err(|_| Error::Timeout { seconds: TIMEOUT.as_secs() });
+            let lost = |message: String| self.gpu.failure(Error::DeviceLost(message));
+            result.map_err(|error| self.gpu.failure(error))?.map_err(|error| lost(error.to_string()))?;
+        }
+        let read = |buffer: &wgpu::Buffer| {
+            let range = buffer.slice(..).get_mapped_range();
+            range.map_err(|error| self.gpu.failure(Error::DeviceLost(error.to_string())))
+        };
+        if let Some(timestamps) = &self.timestamps {
+            self.add_kernel_time(&read(timestamps)?);
+        }
+        self.downloads.iter().map(|buffer| Ok(Downloaded(read(buffer)?))).collect()
+    }
+
+    fn add_kernel_time(&self, bytes: &[u8]) {
+        let period = f64::from(self.gpu.queue.get_timestamp_period());
+        let ticks = |pair: &[u8]| u64::from_le_bytes(pair.try_into().expect("eight bytes"));
+        let spans = bytes.chunks_exact(wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT as usize);
+        let total: u64 = spans.map(|span| ticks(&span[8..16]).saturating_sub(ticks(&span[..8]))).sum();
+        *self.gpu.kernel_nanoseconds.lock().expect("no panic while held") += total as f64 * period;
+    }
+}
+
+/// The contents of a buffer, mapped.
+pub struct Downloaded(wgpu::BufferView);
+
+impl Downloaded {
+    /// The contents as numbers.
+    pub fn as_slice<T: Pod>(&self) -> &[T] {
+        bytemuck::cast_slice(&self.0)
+    }
+}

@@ -1,0 +1,632 @@
+//! The fast path of the CPU: L systems side by side, one in each lane of the vector registers.
+//!
+//! Both forms of a matrix are eliminated from the first row down to
+//!
+//! ```text
+//! x_i = de_i + ga_i·x_{i+1} + al_i·x_0        (al only in a cyclic system, whose row 0 is kept for the end)
+//! ```
+//!
+//! and substituted back from the last row up. A lane's operations and their order depend on its own system only, and
+//! no products and sums are fused, so a system's bits depend neither on its neighbours nor on the processor.
+
+use std::ops::Range;
+
+use super::real::Real;
+use super::singular;
+use super::tridiagonal::{Matrix, TridiagonalBatch};
+use crate::report::CurveStatus;
+
+/// Rows that are carried between the arrays and the lanes at once: L·8 numbers of each array stay in the first cache.
+const BLOCK: usize = 8;
+
+/// A run of consecutive systems of a batch.
+pub(crate) struct Part<'a, T> {
+    /// The whole batch.
+    pub systems: &'a TridiagonalBatch<'a, T>,
+    /// The systems to solve.
+    pub range: Range<usize>,
+    /// The right-hand sides of the whole batch, row after row.
+    pub rhs: &'a [T],
+    /// Right-hand sides a row.
+    pub columns: usize,
+}
+
+/// What a thread keeps between parts, so that nothing is allocated for a system.
+#[derive(Default)]
+pub(crate) struct Scratch<T> {
+    order: Vec<u64>,
+    eliminated: Vec<T>,
+}
+
+/// Solves the systems of a part; `x` and `status` begin with its first system.
+pub(super) fn solve_part<T: Real, const L: usize>(
+    part: &Part<T>,
+    x: &mut [T],
+    status: &mut [CurveStatus],
+    scratch: &mut Scratch<T>,
+) {
+    let offsets = part.systems.offsets;
+    let length = |i: usize| offsets[i + 1] - offsets[i];
+    // Cyclic systems after open ones, short before long; then by number.
+    let mut order = std::mem::take(&mut scratch.order);
+    order.clear();
+    order.extend(part.range.clone().map(|i| {
+        let place = (i - part.range.start) as u64;
+        u64::from(part.systems.cyclic.contains(i)) << 63 | (length(i).min(i32::MAX as usize) as u64) << 32 | place
+    }));
+    if order.windows(2).any(|pair| pair[0] > pair[1]) {
+        order.sort_unstable();
+    }
+    let mut rest = &order[..];
+    while let Some(&last) = rest.last() {
+        let cyclic = last >> 63 == 1;
+        let system = |key: u64| part.range.start + (key & u64::from(u32::MAX)) as usize;
+        let longest = length(system(last));
+        let suits =
+            |&&key: &&u64| key >> 63 == last >> 63 && (2 * length(system(key)) >= longest || longest <= 2 * BLOCK);
+        let count = rest.iter().rev().take(L).take_while(suits).count();
+        let (before, members) = rest.split_at(rest.len() - count);
+        rest = before;
+        if longest == 0 {
+            continue;
+        }
+        if 4 * count <= L {
+            for &key in members {
+                Group::<1>::new(part, &[system(key)]).solve_scalar(part, cyclic, x, status, &mut scratch.eliminated);
+            }
+        } else {
+            let mut numbers = [0; L];
+            numbers.iter_mut().zip(members).for_each(|(number, &key)| *number = system(key));
+            let group = Group::<L>::new(part, &numbers[..count]);
+            group.solve_vector(part, cyclic, x, status, &mut scratch.eliminated);
+        }
+    }
+    scratch.order = order;
+}
+
+/// The systems that share a pass through the lanes. Lanes without a system have no rows.
+struct Group<const L: usize> {
+    system: [usize; L],
+    /// First row in the arrays.
+    start: [usize; L],
+    rows: [usize; L],
+    count: usize,
+    shortest: usize,
+    longest: usize,
+}
+
+impl<const L: usize> Group<L> {
+    fn new<T>(part: &Part<T>, members: &[usize]) -> Self {
+        let offsets = part.systems.offsets;
+        let mut group =
+            Group { system: [0; L], start: [0; L], rows: [0; L], count: members.len(), shortest: 0, longest: 0 };
+        for (lane, &i) in members.iter().enumerate() {
+            group.system[lane] = i;
+            group.start[lane] = offsets[i];
+            group.rows[lane] = offsets[i + 1] - offsets[i];
+        }
+        group.longest = group.rows.iter().copied().max().unwrap_or(0);
+        group.shortest = group.rows.iter().copied().min().unwrap_or(0);
+        group
+    }
+
+    fn solve_vector<T: Real>(
+        &self,
+        part: &Part<T>,
+        cyclic: bool,
+        x: &mut [T],
+        status: &mut [CurveStatus],
+        eliminated: &mut Vec<T>,
+    ) {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || self.solve(part, cyclic, x, status, eliminated),
+        );
+    }
+
+    fn solve_scalar<T: Real>(
+        &self,
+        part: &Part<T>,
+        cyclic: bool,
+        x: &mut [T],
+        status: &mut [CurveStatus],
+        eliminated: &mut Vec<T>,
+    ) {
+        self.solve(part, cyclic, x, status, eliminated);
+    }
+
+    #[inline(always)]
+    fn solve<T: Real>(
+        &self,
+        part: &Part<T>,
+        cyclic: bool,
+        x: &mut [T],
+        status: &mut [CurveStatus],
+        eliminated: &mut Vec<T>,
+    ) {
+        // ga, at most three columns of de, and al.
+        let streams = 1 + part.columns.min(3) + usize::from(cyclic);
+        let needed = self.longest.next_multiple_of(BLOCK) * L * streams;
+        if eliminated.len() < needed {
+            eliminated.resize(needed, T::ZERO);
+        }
+        let mut sound = [T::ZERO; L];
+        let mut column = 0;
+        while column < part.columns {
+            let width = (part.columns - column).min(3);
+            match part.systems.matrix {
+                Matrix::Bands { lower, diagonal, upper } => {
+                    let form = Bands { lower, diagonal, upper };
+                    self.columns(&form, part, cyclic, column, width, x, eliminated, &mut sound);
+                }
+                Matrix::Network { excess, weights } => {
+                    let form = Network { excess, weights };
+                    self.columns(&form, part, cyclic, column, width, x, eliminated, &mut sound);
+                }
+            }
+            column += width;
+        }
+        for lane in 0..self.count {
+            let (i, columns) = (self.system[lane], part.columns);
+            let first = part.systems.offsets[part.range.start];
+            let rows = (self.start[lane] - first) * columns..(self.start[lane] - first + self.rows[lane]) * columns;
+            // Every non-finite number on the way has made this NaN.
+            status[i - part.range.start] =
+                if sound[lane] == T::ZERO { CurveStatus::Converged } else { singular::solve(part, i, &mut x[rows]) };
+        }
+    }
+
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
+    fn columns<T: Real, F: Form<T>>(
+        &self,
+        form: &F,
+        part: &Part<T>,
+        cyclic: bool,
+        column: usize,
+        width: usize,
+        x: &mut [T],
+        eliminated: &mut [T],
+        sound: &mut [T; L],
+    ) {
+        match (width, cyclic) {
+            (1, false) => self.pass::<T, F, 1, false>(form, part, column, x, eliminated, sound),
+            (1, true) => self.pass::<T, F, 1, true>(form, part, column, x, eliminated, sound),
+            (2, false) => self.pass::<T, F, 2, false>(form, part, column, x, eliminated, sound),
+            (2, true) => self.pass::<T, F, 2, true>(form, part, column, x, eliminated, sound),
+            (_, false) => self.pass::<T, F, 3, false>(form, part, column, x, eliminated, sound),
+            (_, true) => self.pass::<T, F, 3, true>(form, part, column, x, eliminated, sound),
+        }
+    }
+
+    /// Eliminates and substitutes back C columns, from `column` on.
+    #[inline(always)]
+    fn pass<T: Real, F: Form<T>, const C: usize, const CYCLIC: bool>(
+        &self,
+        form: &F,
+        part: &Part<T>,
+        column: usize,
+        x: &mut [T],
+        eliminated: &mut [T],
+        sound: &mut [T; L],
+    ) {
+        let columns = part.columns;
+        let streams = C + 1 + usize::from(CYCLIC);
+        let blocks = self.longest.div_ceil(BLOCK);
+        let mut matrix = [[[T::ONE; L]; BLOCK]; 3];
+        let mut rhs = [[[T::ZERO; L]; BLOCK]; C];
+        let mut carry = Carry::<T, L, C>::default();
+        let (stored, _) = eliminated[..blocks * BLOCK * streams * L].as_chunks_mut::<L>();
+        for block in 0..blocks {
+            let row = block * BLOCK;
+            form.load::<L, CYCLIC>(self, row, &mut matrix);
+            for (c, rhs) in rhs.iter_mut().enumerate() {
+                self.gather(part.rhs, columns, column + c, row, 0, rhs);
+            }
+            if block == 0 && CYCLIC {
+                form.keep(&mut carry, &matrix, &rhs);
+            }
+            let from = usize::from(CYCLIC && block == 0);
+            let to = BLOCK.min(self.longest - row);
+            let rows = &mut stored[row * streams..(row + to) * streams];
+            let masked = row + BLOCK > self.shortest;
+            for (b, out) in rows.chunks_exact_mut(streams).enumerate().skip(from) {
+                let lanes = [&matrix[0][b], &matrix[1][b], &matrix[2][b]];
+                let d: [&[T; L]; C] = std::array::from_fn(|c| &rhs[c][b]);
+                let before = if masked { carry } else { Carry::default() };
+                let (ga, al, de) = form.eliminate::<L, C, CYCLIC>(&mut carry, lanes, d);
+                if masked {
+                    carry.restore(&before, &self.rows.map(|rows| row + b < rows));
+                }
+                out[0] = ga;
+                out[1..=C].copy_from_slice(&de);
+                if CYCLIC {
+                    out[C + 1] = al;
+                }
+            }
+        }
+        let mut first = [[T::ZERO; L]; C];
+        if CYCLIC {
+            first = form.close(&mut carry);
+        }
+        // x_n is x_0 in a cyclic system, and multiplied by 0 in an open one. The sum makes −0 to +0.
+        let mut current = first.map(|x| x.map(|x| x + T::ZERO));
+        let mut finite = carry.sound;
+        let mut solution = [[[T::ZERO; L]; BLOCK]; C];
+        for block in (0..blocks).rev() {
+            let row = block * BLOCK;
+            let from = usize::from(CYCLIC && block == 0);
+            let to = BLOCK.min(self.longest - row);
+            let rows = &stored[row * streams..(row + to) * streams];
+            let masked = row + BLOCK > self.shortest;
+            for (b, saved) in rows.chunks_exact(streams).enumerate().skip(from).rev() {
+                for c in 0..C {
+                    let mut next = current[c];
+                    for j in 0..L {
+                        next[j] = saved[1 + c][j] + saved[0][j] * next[j];
+                    }
+                    if CYCLIC {
+                        for j in 0..L {
+                            next[j] += saved[C + 1][j] * first[c][j];
+                        }
+                    }
+                    if masked {
+                        for j in 0..L {
+                            next[j] = if row + b < self.rows[j] { next[j] } else { current[c][j] };
+                        }
+                    }
+                    for j in 0..L {
+                        finite[j] += next[j] * T::ZERO;
+                    }
+                    current[c] = next;
+                    solution[c][b] = next;
+                }
+            }
+            if from == 1 {
+                for c in 0..C {
+                    solution[c][0] = first[c];
+                    for j in 0..L {
+                        finite[j] += first[c][j] * T::ZERO;
+                    }
+                }
+            }
+            let start = part.systems.offsets[part.range.start];
+            for (c, solution) in solution.iter().enumerate() {
+                self.scatter(solution, x, columns, column + c, row, start);
+            }
+        }
+        for j in 0..L {
+            sound[j] += finite[j];
+        }
+    }
+
+    /// Reads up to [`BLOCK`] rows from `row` on of every system into the lanes. `missing` rows at a system's end are
+    /// not there to be read.
+    #[inline(always)]
+    fn gather<T: Real>(
+        &self,
+        source: &[T],
+        stride: usize,
+        column: usize,
+        row: usize,
+        missing: usize,
+        lanes: &mut [[T; L]; BLOCK],
+    ) {
+        for j in 0..L {
+            let rows = (self.rows[j].saturating_sub(missing)).saturating_sub(row).min(BLOCK);
+            let from = (self.start[j] + row) * stride + column;
+            if rows == BLOCK {
+                let source = &source[from..from + (BLOCK - 1) * stride + 1];
+                for b in 0..BLOCK {
+                    lanes[b][j] = source[b * stride];
+                }
+            } else {
+                for b in 0..rows {
+                    lanes[b][j] = source[from + b * stride];
+                }
+            }
+        }
+    }
+
+    /// The way back of [`gather`](Self::gather) into an array that begins with row `start`.
+    #[inline(always)]
+    fn scatter<T: Real>(
+        &self,
+        lanes: &[[T; L]; BLOCK],
+        target: &mut [T],
+        stride: usize,
+        column: usize,
+        row: usize,
+        start: usize,
+    ) {
+        for j in 0..L {
+            let rows = self.rows[j].saturating_sub(row).min(BLOCK);
+            if rows == 0 {
+                continue;
+            }
+            let from = (self.start[j] - start + row) * stride + column;
+            if rows == BLOCK {
+                let target = &mut target[from..from + (BLOCK - 1) * stride + 1];
+                for b in 0..BLOCK {
+                    target[b * stride] = lanes[b][j];
+                }
+            } else {
+                for b in 0..rows {
+                    target[from + b * stride] = lanes[b][j];
+                }
+            }
+        }
+    }
+}
+
+/// What elimination hands from row to row, and the kept row 0 of a cyclic system.
+#[derive(Clone, Copy)]
+struct Carry<T, const L: usize, const C: usize> {
+    /// Bands: ga of the row before. Network: the excess passed on by it.
+    a: [T; L],
+    /// Bands: al of the row before. Network: the weight of the edge to row 0.
+    b: [T; L],
+    /// Bands: de of the row before. Network: the right-hand side passed on by it.
+    d: [[T; L]; C],
+    /// Diagonal (bands) or excess (network) of row 0.
+    kept: [T; L],
+    /// Bands: row 0's coefficient of the row before it, x_{n−1}.
+    corner: [T; L],
+    /// Bands: row 0's coefficient of the next row not eliminated yet.
+    next: [T; L],
+    /// Right-hand side of row 0.
+    kept_d: [[T; L]; C],
+    /// 0 as long as every pivot is finite, and NaN from then on.
+    sound: [T; L],
+}
+
+impl<T: Real, const L: usize, const C: usize> Default for Carry<T, L, C> {
+    #[inline(always)]
+    fn default() -> Self {
+        let zero = [T::ZERO; L];
+        Carry { a: zero, b: zero, d: [zero; C], kept: zero, corner: zero, next: zero, kept_d: [zero; C], sound: zero }
+    }
+}
+
+impl<T: Real, const L: usize, const C: usize> Carry<T, L, C> {
+    /// Takes back what a row did to lanes whose system has ended.
+    #[inline(always)]
+    fn restore(&mut self, before: &Self, active: &[bool; L]) {
+        let keep = |now: &mut [T; L], before: &[T; L]| {
+            for j in 0..L {
+                now[j] = if active[j] { now[j] } else { before[j] };
+            }
+        };
+        keep(&mut self.a, &before.a);
+        keep(&mut self.b, &before.b);
+        keep(&mut self.kept, &before.kept);
+        keep(&mut self.next, &before.next);
+        keep(&mut self.sound, &before.sound);
+        for c in 0..C {
+            keep(&mut self.d[c], &before.d[c]);
+            keep(&mut self.kept_d[c], &before.kept_d[c]);
+        }
+    }
+}
+
+/// How one form of a matrix is read and eliminated.
+trait Form<T: Real> {
+    /// Reads a block of rows. What an open system ignores becomes 0.
+    fn load<const L: usize, const CYCLIC: bool>(&self, group: &Group<L>, row: usize, matrix: &mut [[[T; L]; BLOCK]; 3]);
+
+    /// Keeps row 0 of a cyclic system.
+    fn keep<const L: usize, const C: usize>(
+        &self,
+        carry: &mut Carry<T, L, C>,
+        matrix: &[[[T; L]; BLOCK]; 3],
+        rhs: &[[[T; L]; BLOCK]; C],
+    );
+
+    /// Eliminates a row: (ga, al, de).
+    #[allow(clippy::type_complexity)]
+    fn eliminate<const L: usize, const C: usize, const CYCLIC: bool>(
+        &self,
+        carry: &mut Carry<T, L, C>,
+        row: [&[T; L]; 3],
+        rhs: [&[T; L]; C],
+    ) -> ([T; L], [T; L], [[T; L]; C]);
+
+    /// x_0 of a cyclic system, after its other rows have been eliminated.
+    fn close<const L: usize, const C: usize>(&self, carry: &mut Carry<T, L, C>) -> [[T; L]; C];
+}
+
+/// The three bands: Thomas elimination.
+struct Bands<'a, T> {
+    lower: &'a [T],
+    diagonal: &'a [T],
+    upper: &'a [T],
+}
+
+impl<T: Real> Form<T> for Bands<'_, T> {
+    #[inline(always)]
+    fn load<const L: usize, const CYCLIC: bool>(
+        &self,
+        group: &Group<L>,
+        row: usize,
+        matrix: &mut [[[T; L]; BLOCK]; 3],
+    ) {
+        group.gather(self.lower, 1, 0, row, 0, &mut matrix[0]);
+        group.gather(self.diagonal, 1, 0, row, 0, &mut matrix[1]);
+        group.gather(self.upper, 1, 0, row, 0, &mut matrix[2]);
+        if !CYCLIC {
+            if row == 0 {
+                matrix[0][0] = [T::ZERO; L];
+            }
+            if row + BLOCK >= group.shortest {
+                for j in 0..L {
+                    let last = group.rows[j].wrapping_sub(row + 1);
+                    if last < BLOCK {
+                        matrix[2][last][j] = T::ZERO;
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn keep<const L: usize, const C: usize>(
+        &self,
+        carry: &mut Carry<T, L, C>,
+        matrix: &[[[T; L]; BLOCK]; 3],
+        rhs: &[[[T; L]; BLOCK]; C],
+    ) {
+        carry.corner = matrix[0][0];
+        carry.kept = matrix[1][0];
+        carry.next = matrix[2][0];
+        for c in 0..C {
+            carry.kept_d[c] = rhs[c][0];
+        }
+        // x_0 = 0 + 0·x_1 + 1·x_0
+        carry.b = [T::ONE; L];
+    }
+
+    #[inline(always)]
+    fn eliminate<const L: usize, const C: usize, const CYCLIC: bool>(
+        &self,
+        carry: &mut Carry<T, L, C>,
+        [lower, diagonal, upper]: [&[T; L]; 3],
+        rhs: [&[T; L]; C],
+    ) -> ([T; L], [T; L], [[T; L]; C]) {
+        let (mut ga, mut al, mut de, mut r) = ([T::ZERO; L], [T::ZERO; L], [[T::ZERO; L]; C], [T::ZERO; L]);
+        for j in 0..L {
+            let pivot = diagonal[j] + lower[j] * carry.a[j];
+            carry.sound[j] += pivot * T::ZERO;
+            r[j] = T::ONE / pivot;
+            ga[j] = -(upper[j] * r[j]);
+        }
+        for c in 0..C {
+            for j in 0..L {
+                de[c][j] = (rhs[c][j] - lower[j] * carry.d[c][j]) * r[j];
+            }
+        }
+        if CYCLIC {
+            for j in 0..L {
+                let coupling = -(lower[j] * carry.b[j]) * r[j];
+                al[j] = if coupling.abs() < T::SMALLEST_NORMAL { T::ZERO } else { coupling };
+                carry.kept[j] += carry.next[j] * al[j];
+            }
+            for c in 0..C {
+                for j in 0..L {
+                    carry.kept_d[c][j] -= carry.next[j] * de[c][j];
+                }
+            }
+            for j in 0..L {
+                let next = carry.next[j] * ga[j];
+                carry.next[j] = if next.abs() < T::SMALLEST_NORMAL { T::ZERO } else { next };
+            }
+        }
+        carry.a = ga;
+        carry.b = al;
+        carry.d = de;
+        (ga, al, de)
+    }
+
+    #[inline(always)]
+    fn close<const L: usize, const C: usize>(&self, carry: &mut Carry<T, L, C>) -> [[T; L]; C] {
+        let mut first = [[T::ZERO; L]; C];
+        for j in 0..L {
+            let pivot = carry.kept[j] + carry.next[j] + carry.corner[j] * (carry.a[j] + carry.b[j]);
+            carry.sound[j] += pivot * T::ZERO;
+            for c in 0..C {
+                first[c][j] = (carry.kept_d[c][j] - carry.corner[j] * carry.d[c][j]) / pivot;
+            }
+        }
+        first
+    }
+}
+
+/// Excess and weights: star-mesh elimination of a resistor network, without any subtraction.
+struct Network<'a, T> {
+    excess: &'a [T],
+    weights: &'a [T],
+}
+
+impl<T: Real> Form<T> for Network<'_, T> {
+    /// Per row its excess and the weight of the edge to the next row; the third array carries row 0's own weight.
+    #[inline(always)]
+    fn load<const L: usize, const CYCLIC: bool>(
+        &self,
+        group: &Group<L>,
+        row: usize,
+        matrix: &mut [[[T; L]; BLOCK]; 3],
+    ) {
+        group.gather(self.excess, 1, 0, row, 0, &mut matrix[0]);
+        // Shifted by one row: the slice from 1 on, of which a system's last row has no entry.
+        group.gather(self.weights.get(1..).unwrap_or(&[]), 1, 0, row, 1, &mut matrix[1]);
+        if row + BLOCK >= group.shortest {
+            for j in 0..L {
+                let last = group.rows[j].wrapping_sub(row + 1);
+                if last < BLOCK {
+                    matrix[1][last][j] = if CYCLIC { self.weights[group.start[j]] } else { T::ZERO };
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn keep<const L: usize, const C: usize>(
+        &self,
+        carry: &mut Carry<T, L, C>,
+        matrix: &[[[T; L]; BLOCK]; 3],
+        rhs: &[[[T; L]; BLOCK]; C],
+    ) {
+        carry.kept = matrix[0][0];
+        carry.b = matrix[1][0];
+        for c in 0..C {
+            carry.kept_d[c] = rhs[c][0];
+        }
+    }
+
+    #[inline(always)]
+    fn eliminate<const L: usize, const C: usize, const CYCLIC: bool>(
+        &self,
+        carry: &mut Carry<T, L, C>,
+        [excess, next, _]: [&[T; L]; 3],
+        rhs: [&[T; L]; C],
+    ) -> ([T; L], [T; L], [[T; L]; C]) {
+        let (mut ga, mut al, mut de, mut r) = ([T::ZERO; L], [T::ZERO; L], [[T::ZERO; L]; C], [T::ZERO; L]);
+        for j in 0..L {
+            let e = excess[j] + carry.a[j];
+            let pivot = if CYCLIC { e + carry.b[j] + next[j] } else { e + next[j] };
+            carry.sound[j] += pivot * T::ZERO;
+            r[j] = T::ONE / pivot;
+            ga[j] = next[j] * r[j];
+            carry.a[j] = ga[j] * e;
+            if CYCLIC {
+                al[j] = carry.b[j] * r[j];
+                carry.kept[j] += al[j] * e;
+                let coupling = carry.b[j] * ga[j];
+                carry.b[j] = if coupling.abs() < T::SMALLEST_NORMAL { T::ZERO } else { coupling };
+            }
+        }
+        for c in 0..C {
+            for j in 0..L {
+                let d = rhs[c][j] + carry.d[c][j];
+                de[c][j] = d * r[j];
+                carry.d[c][j] = ga[j] * d;
+                if CYCLIC {
+                    carry.kept_d[c][j] += al[j] * d;
+                }
+            }
+        }
+        (ga, al, de)
+    }
+
+    #[inline(always)]
+    fn close<const L: usize, const C: usize>(&self, carry: &mut Carry<T, L, C>) -> [[T; L]; C] {
+        let mut first = [[T::ZERO; L]; C];
+        for j in 0..L {
+            let pivot = carry.kept[j] + carry.a[j];
+            carry.sound[j] += pivot * T::ZERO;
+            for c in 0..C {
+                first[c][j] = (carry.kept_d[c][j] + carry.d[c][j]) / pivot;
+            }
+        }
+        first
+    }
+}

@@ -1,0 +1,154 @@
+//! The public solver on the GPU: arrays up, one submission a chunk, solutions back.
+
+use std::ops::Range;
+
+use bytemuck::Pod;
+
+use super::{FLAG_CYCLIC, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, Solve, System, real_bytes};
+use crate::CurveStatus;
+use crate::device::Precision;
+use crate::error::{Error, Result};
+use crate::gpu::source::Definitions;
+use crate::gpu::{Gpu, Recording, plan};
+use crate::linalg::tridiagonal::solve_on_cpu;
+use crate::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch};
+
+/// Solves a batch on a GPU with the kernel asked for, in f32 or f64 (the arrays are converted where they differ).
+///
+/// # Errors
+/// Those of [`Gpu::kernel`] and of submissions; [`Error::Limit`] when a single system exceeds the device's largest array.
+pub fn solve_on_gpu<T: Real>(
+    gpu: &Gpu,
+    precision: Precision,
+    kernel: RingKernel,
+    systems: &TridiagonalBatch<'_, T>,
+    rhs: &[T],
+    columns: usize,
+) -> Result<Solutions<T>> {
+    let count = systems.offsets.len() - 1;
+    let mut solutions = Solutions { x: vec![T::ZERO; rhs.len()], status: vec![CurveStatus::Converged; count] };
+    let real = real_bytes(precision);
+    let rows = systems.offsets.windows(2).map(|pair| pair[1] - pair[0]);
+    // Three bands, right-hand sides and solution with its copy for reading, and two numbers of scratch.
+    let chunks = plan::chunks(rows, real * columns.max(2) as u64, real * (5 + 3 * columns as u64), gpu.limits())?;
+    let job = Job { precision, kernel, systems, rhs, columns };
+    crate::gpu::pipeline(
+        chunks,
+        |chunk| match precision {
+            Precision::F64 => job.record::<f64>(gpu, chunk)?.submit(),
+            _ => job.record::<f32>(gpu, chunk)?.submit(),
+        },
+        |chunk, results| {
+            match precision {
+                Precision::F64 => job.unpack(chunk, results[0].as_slice::<f64>(), results[1].as_slice(), &mut solutions),
+                _ => job.unpack(chunk, results[0].as_slice::<f32>(), results[1].as_slice(), &mut solutions),
+            }
+        },
+    )?;
+    Ok(solutions)
+}
+
+struct Job<'a, T> {
+    precision: Precision,
+    kernel: RingKernel,
+    systems: &'a TridiagonalBatch<'a, T>,
+    rhs: &'a [T],
+    columns: usize,
+}
+
+impl<T: Real> Job<'_, T> {
+    fn rows(&self, chunk: &Range<usize>) -> Range<usize> {
+        self.systems.offsets[chunk.start]..self.systems.offsets[chunk.end]
+    }
+
+    fn table(&self, chunk: &Range<usize>) -> Vec<System> {
+        let offsets = self.systems.offsets;
+        let first = offsets[chunk.start];
+        chunk
+            .clone()
+            .filter(|&i| offsets[i + 1] > offsets[i])
+            .map(|i| System {
+                start: (offsets[i] - first) as u32,
+                rows: (offsets[i + 1] - offsets[i]) as u32,
+                flags: if self.systems.cyclic.contains(i) { FLAG_CYCLIC } else { 0 },
+                index: (i - chunk.start) as u32,
+            })
+            .collect()
+    }
+
+    fn record<'g, S: Real + Pod>(&self, gpu: &'g Gpu, chunk: &Range<usize>) -> Result<Recording<'g>> {
+        let mut recording = gpu.record();
+        let rows = self.rows(chunk);
+        let mut up = |array: &[T]| {
+            let converted: Vec<S> = array.iter().map(|&x| S::from_f64(x.to_f64())).collect();
+            recording.upload(&converted)
+        };
+        let (names, arrays): ([&str; 3], _) = match self.systems.matrix {
+            Matrix::Bands { lower, diagonal, upper } => {
+                (["lower", "diagonal", "upper"], vec![up(&lower[rows.clone()]), up(&diagonal[rows.clone()]), up(&upper[rows.clone()])])
+            }
+            Matrix::Network { excess, weights } => {
+                (["excesses", "weights", ""], vec![up(&excess[rows.clone()]), up(&weights[rows.clone()])])
+            }
+        };
+        let columns = self.columns;
+        let rhs = up(&self.rhs[rows.start * columns..rows.end * columns]);
+        let mut buffers: Vec<_> = names.into_iter().zip(&arrays).collect();
+        buffers.push(("right_hand_sides", &rhs));
+        let mut definitions = Definitions::new();
+        if matches!(self.systems.matrix, Matrix::Network { .. }) {
+            definitions.insert("NETWORK".into(), "1".into());
+        }
+        let source = RowSource { path: "linalg/common_given.wgsl", definitions, buffers };
+        let solution = recording.storage((rows.len() * columns) as u64 * real_bytes(self.precision));
+        let status = recording.storage(4 * chunk.len() as u64);
+        let table = self.table(chunk);
+        let solve = Solve { systems: &table, columns: columns as u32, precision: self.precision, kernel: self.kernel };
+        solve.record(&mut recording, &source, &solution, &status)?;
+        recording.download(&solution);
+        recording.download(&status);
+        Ok(recording)
+    }
+
+    fn unpack<S: Real>(&self, chunk: &Range<usize>, x: &[S], status: &[u32], out: &mut Solutions<T>) -> Result<()> {
+        let offsets = self.systems.offsets;
+        let first = offsets[chunk.start] * self.columns;
+        for i in chunk.clone() {
+            let range = offsets[i] * self.columns..offsets[i + 1] * self.columns;
+            let part = &x[range.start - first..range.end - first];
+            let solution = &mut out.x[range];
+            solution.iter_mut().zip(part).for_each(|(to, &from)| *to = T::from_f64(from.to_f64()));
+            match status[i - chunk.start] {
+                _ if solution.is_empty() => {}
+                STATUS_SOLVED if solution.iter().all(|x| x.is_finite()) => {}
+                STATUS_SOLVED | STATUS_SINGULAR => out.status[i] = self.solve_again(i, solution),
+                word => {
+                    let message = format!("system {i} has the status word {word}: no kernel wrote it");
+                    return Err(Error::Kernel { kernel: "linalg/ring".into(), message });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A system that is singular, or whose solution is not finite, is rare: the CPU says what it is.
+    fn solve_again(&self, i: usize, solution: &mut [T]) -> CurveStatus {
+        let rows = self.systems.offsets[i]..self.systems.offsets[i + 1];
+        let matrix = match self.systems.matrix {
+            Matrix::Bands { lower, diagonal, upper } => Matrix::Bands {
+                lower: &lower[rows.clone()],
+                diagonal: &diagonal[rows.clone()],
+                upper: &upper[rows.clone()],
+            },
+            Matrix::Network { excess, weights } => {
+                Matrix::Network { excess: &excess[rows.clone()], weights: &weights[rows.clone()] }
+            }
+        };
+        let cyclic = if self.systems.cyclic.contains(i) { Cyclic::All } else { Cyclic::None };
+        let single = TridiagonalBatch { matrix, offsets: &[0, rows.len()], cyclic };
+        let rhs = &self.rhs[rows.start * self.columns..rows.end * self.columns];
+        let again = solve_on_cpu(&single, rhs, self.columns);
+        solution.copy_from_slice(&again.x);
+        again.status[0]
+    }
+}

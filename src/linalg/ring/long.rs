@@ -1,0 +1,86 @@
+//! Twin of `shaders/linalg/ring/long.wgsl`, and the dispatches it takes: systems longer than a workgroup holds.
+
+use super::lanes::{Reduced, Row, eliminate, solve_lanes};
+use super::{Chunk, GROUP, LONG_CHUNK, Params, RowSource, Solve, System, kernel_key, real_bytes};
+use crate::device::Precision;
+use crate::error::Result;
+use crate::gpu::source::{Definitions, definitions};
+use crate::gpu::{KernelKey, Recording, plan};
+use crate::linalg::Real;
+
+/// Solves one system by reducing chunks of `chunk` rows to one each, and what is left by [`solve_lanes`].
+pub fn solve_long<T: Real>(rows: &[Row<T>], chunk: usize, lanes: usize) -> (Vec<T>, bool) {
+    let reduced: Vec<Reduced<T>> = rows.chunks(chunk).map(eliminate).collect();
+    let count = reduced.len();
+    let kept: Vec<Row<T>> = (0..count).map(|j| reduced[j].coupled(&reduced[(j + count - 1) % count])).collect();
+    let (unknowns, singular) = solve_lanes(&kept, lanes);
+    let mut x = vec![T::ZERO; rows.len()];
+    for (j, part) in x.chunks_mut(chunk).enumerate() {
+        reduced[j].substitute(unknowns[j], unknowns[(j + 1) % count], part);
+    }
+    (x, singular)
+}
+
+/// Records reduction, solution of the shorter systems (by any kernel, perhaps this again) and substitution.
+pub(super) fn record(
+    solve: &Solve<'_>,
+    recording: &mut Recording<'_>,
+    source: &RowSource<'_>,
+    solution: &wgpu::Buffer,
+    status: &wgpu::Buffer,
+) -> Result<()> {
+    let (chunks, shorter) = divide(solve.systems);
+    let bytes = chunks.len() as u64 * real_bytes(solve.precision);
+    let reduced = recording.storage(5 * bytes);
+    let reduced_rhs = recording.storage(2 * bytes * u64::from(solve.columns));
+    let kept = recording.storage(bytes * u64::from(solve.columns));
+    let (systems, table) = (recording.upload(solve.systems), recording.upload(&chunks));
+    let own = [("systems", &systems), ("chunks", &table), ("reduced", &reduced), ("reduced_rhs", &reduced_rhs)];
+    let mut buffers = own.to_vec();
+    buffers.extend([("kept_unknowns", &kept), ("solution", solution)]);
+    buffers.extend(&source.buffers);
+
+    let dispatch = |recording: &mut Recording<'_>, entry: &'static str| {
+        solve.for_each_column_group(|column, together| {
+            let kernel = recording.gpu().kernel(&key(entry, solve.precision, source, together))?;
+            let count = chunks.len();
+            let params = recording.uniform(&Params { first: 0, count: count as u32, columns: solve.columns, column });
+            let mut all = buffers.clone();
+            all.push(("params", &params));
+            recording.dispatch(&kernel, plan::workgroups(count, GROUP as usize, recording.gpu().limits())?, &all)
+        })
+    };
+    dispatch(recording, "reduce")?;
+    let parts = RowSource {
+        path: "linalg/common_parts.wgsl",
+        definitions: Definitions::new(),
+        buffers: vec![("parts", &reduced), ("part_rhs", &reduced_rhs)],
+    };
+    let next = Solve { systems: &shorter, kernel: super::RingKernel::Auto, ..*solve };
+    next.record(recording, &parts, &kept, status)?;
+    dispatch(recording, "substitute")
+}
+
+/// One of the two kernels.
+pub(super) fn key(entry: &'static str, precision: Precision, source: &RowSource<'_>, columns: u32) -> KernelKey {
+    let own = definitions([("GROUP", &GROUP), ("CHUNK", &LONG_CHUNK)]);
+    kernel_key("linalg/ring/long.wgsl", entry, precision, own, source, columns)
+}
+
+/// The chunks of all systems, and the shorter systems made of their kept rows.
+fn divide(systems: &[System]) -> (Vec<Chunk>, Vec<System>) {
+    let mut chunks = Vec::new();
+    let mut shorter = Vec::with_capacity(systems.len());
+    for (index, system) in systems.iter().enumerate() {
+        let start = chunks.len() as u32;
+        let count = system.rows.div_ceil(LONG_CHUNK);
+        chunks.extend((0..count).map(|j| Chunk {
+            system: index as u32,
+            begin: j * LONG_CHUNK,
+            rows: LONG_CHUNK.min(system.rows - j * LONG_CHUNK),
+            next: start + (j + 1) % count,
+        }));
+        shorter.push(System { start, rows: count, ..*system });
+    }
+    (chunks, shorter)
+}

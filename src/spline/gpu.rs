@@ -1,0 +1,329 @@
+//! Splines on the GPU: every curve normalised in f64, one submission a chunk that fits and samples, results mapped back.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::knots::Knots;
+use super::sample::Sites;
+use crate::device::Precision;
+use crate::error::{Error, Result};
+use crate::gpu::source::{Definitions, definitions};
+use crate::gpu::{Downloaded, Gpu, KernelKey, Recording, pipeline, plan};
+use crate::linalg::Real;
+use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System, real_bytes};
+
+/// Threads a workgroup of the sampling kernels.
+pub(super) const GROUP: u32 = 64;
+
+/// Flags of `natural.wgsl` beside [`FLAG_CYCLIC`].
+const FLAG_CLAMPED_START: u32 = 2;
+const FLAG_CLAMPED_END: u32 = 4;
+
+/// `SampleParams` of `sample.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct SampleParams {
+    pub count: u32,
+    pub per_span: u32,
+    pub dimension: u32,
+    pub padding: u32,
+}
+
+/// How a curve is normalised: y = center + size · y′, and t by its mean span, so that all numbers on the device are
+/// of order 1 and f32 loses nothing to an offset or a unit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub center: [f64; 3],
+    pub size: f64,
+    mean_span: f64,
+}
+
+impl Frame {
+    fn of(knots: &Knots, i: usize) -> Self {
+        let t = knots.t(i);
+        let mean_span = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
+        Frame { mean_span, ..Self::of_points(knots.values(i), knots.dimension) }
+    }
+
+    /// For points on the integers: every span has length 1.
+    pub fn of_points(points: &[f64], d: usize) -> Self {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for point in points.chunks_exact(d) {
+            for c in 0..d {
+                (low[c], high[c]) = (low[c].min(point[c]), high[c].max(point[c]));
+            }
+        }
+        let mut center = [0.0; 3];
+        let mut size = 0.0_f64;
+        for c in 0..d {
+            // Halves, so that nothing overflows.
+            center[c] = 0.5 * low[c] + 0.5 * high[c];
+            size = size.max(0.5 * high[c] - 0.5 * low[c]);
+        }
+        Frame { center, size: if size > 0.0 { size } else { 1.0 }, mean_span: 1.0 }
+    }
+
+    /// Normalised coordinates in the units of the input.
+    pub fn map_back<S: Real>(&self, to: &mut [f64], from: &[S], d: usize) {
+        for (to, from) in to.chunks_exact_mut(d).zip(from.chunks_exact(d)) {
+            for c in 0..d {
+                to[c] = self.center[c] + self.size * from[c].to_f64();
+            }
+        }
+    }
+}
+
+/// Derivatives at the ends of clamped curves, in input units.
+pub(crate) trait EndDerivatives: Sync {
+    /// At the first (`end` 0) or last (1) knot of curve `i`; `None` where the end is natural.
+    fn end_derivative(&self, i: usize, end: usize) -> Option<&[f64]>;
+}
+
+/// Which samples to take on the device in the submission that fits.
+pub(crate) enum Samples<'a> {
+    /// None.
+    None,
+    /// So many a span, and a last one for open curves.
+    PerSpan(usize),
+    /// At sites of their own.
+    At(&'a Sites),
+}
+
+/// What comes back from the device.
+pub(crate) struct Fitted {
+    /// Second derivatives at all knots, in input units.
+    pub second: Vec<f64>,
+    /// Samples of curve `i` from `offsets[i]` on, knot by knot: coordinates in input units.
+    pub samples: Vec<f64>,
+    /// Curves whose numbers left the range of the device's floats: the CPU must fit them.
+    pub overflowed: Vec<usize>,
+}
+
+/// Where samples of each curve start in [`Fitted::samples`], in points.
+pub(crate) fn sample_offsets(knots: &Knots, samples: &Samples<'_>) -> Vec<usize> {
+    let mut offsets = Vec::with_capacity(knots.len() + 1);
+    offsets.push(0);
+    for i in 0..knots.len() {
+        let spans = knots.range(i).len().saturating_sub(1);
+        let count = match samples {
+            Samples::None => 0,
+            Samples::PerSpan(n) => n * spans + usize::from(spans > 0 && !knots.closed[i]),
+            Samples::At(sites) => sites.offsets[i + 1] - sites.offsets[i],
+        };
+        offsets.push(offsets[i] + count);
+    }
+    offsets
+}
+
+/// Fits (and samples) all curves.
+///
+/// # Errors
+/// Those of submissions; [`Error::Limit`] for a curve larger than the device's largest array.
+pub(crate) fn fit(
+    gpu: &Gpu,
+    precision: Precision,
+    knots: &Knots,
+    ends: &dyn EndDerivatives,
+    samples: &Samples<'_>,
+) -> Result<Fitted> {
+    let d = knots.dimension;
+    let offsets = sample_offsets(knots, samples);
+    let mut fitted = Fitted {
+        second: vec![0.0; knots.t.len() * d],
+        samples: vec![0.0; offsets[knots.len()] * d],
+        overflowed: Vec::new(),
+    };
+    let real = real_bytes(precision);
+    // The largest array holds either the points or the samples; of both there is a copy to be read.
+    let per_knot = match samples {
+        Samples::PerSpan(n) => *n,
+        _ => 1,
+    };
+    let points = (0..knots.len()).map(|i| match samples {
+        Samples::At(sites) => knots.range(i).len().max(sites.offsets[i + 1] - sites.offsets[i]),
+        _ => knots.range(i).len(),
+    });
+    let largest = real * (d * per_knot) as u64;
+    let chunks = plan::chunks(points, largest, real * (2 + 3 * d) as u64 + 2 * largest, gpu.limits())?;
+    let job = Job { gpu, precision, knots, ends, samples, sample_offsets: &offsets };
+    pipeline(
+        chunks,
+        |curves| match precision {
+            Precision::F64 => job.record::<f64>(curves)?.submit(),
+            _ => job.record::<f32>(curves)?.submit(),
+        },
+        |curves, results| match precision {
+            Precision::F64 => job.unpack::<f64>(curves, results, &mut fitted),
+            _ => job.unpack::<f32>(curves, results, &mut fitted),
+        },
+    )?;
+    Ok(fitted)
+}
+
+struct Job<'a> {
+    gpu: &'a Gpu,
+    precision: Precision,
+    knots: &'a Knots,
+    ends: &'a dyn EndDerivatives,
+    samples: &'a Samples<'a>,
+    sample_offsets: &'a [usize],
+}
+
+impl<'a> Job<'a> {
+    fn fitted_curves(&self, curves: &Range<usize>) -> impl Iterator<Item = usize> {
+        curves.clone().filter(|&i| !self.knots.range(i).is_empty())
+    }
+
+    fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
+        let (knots, d) = (self.knots, self.knots.dimension);
+        let first = knots.offsets[curves.start];
+        let entries = knots.offsets[curves.end] - first;
+        let mut spans = vec![S::ZERO; entries];
+        let mut values = vec![S::ZERO; entries * d];
+        let mut end_derivatives = Vec::new();
+        let mut systems = Vec::with_capacity(curves.len());
+        for i in self.fitted_curves(curves) {
+            let frame = Frame::of(knots, i);
+            let range = knots.offsets[i] - first..knots.offsets[i + 1] - first;
+            let t = knots.t(i);
+            for (span, pair) in spans[range.clone()].iter_mut().zip(t.windows(2)) {
+                *span = S::from_f64((pair[1] - pair[0]) / frame.mean_span);
+            }
+            let coords = values[range.start * d..range.end * d].chunks_exact_mut(d);
+            for (to, from) in coords.zip(knots.values(i).chunks_exact(d)) {
+                for c in 0..d {
+                    to[c] = S::from_f64((from[c] - frame.center[c]) / frame.size);
+                }
+            }
+            let mut flags = if knots.closed[i] { FLAG_CYCLIC } else { 0 };
+            for (end, flag) in [FLAG_CLAMPED_START, FLAG_CLAMPED_END].into_iter().enumerate() {
+                if let Some(derivative) = self.ends.end_derivative(i, end) {
+                    flags |= flag;
+                    end_derivatives.resize(2 * d * curves.len(), S::ZERO);
+                    let to = &mut end_derivatives[(2 * (i - curves.start) + end) * d..][..d];
+                    let scaled = derivative.iter().map(|v| S::from_f64(v * (frame.mean_span / frame.size)));
+                    to.iter_mut().zip(scaled).for_each(|(to, v)| *to = v);
+                }
+            }
+            systems.push(System {
+                start: range.start as u32,
+                rows: (range.len() - usize::from(knots.closed[i])) as u32,
+                flags,
+                index: (i - curves.start) as u32,
+            });
+        }
+
+        let mut recording = self.gpu.record();
+        let spans = recording.upload(&spans);
+        let values = recording.upload(&values);
+        let end_derivatives = recording.upload(&end_derivatives);
+        let second = recording.storage((entries * d) as u64 * real_bytes(self.precision));
+        let status = recording.storage(4 * curves.len() as u64);
+        let buffers = vec![("spans", &spans), ("values", &values), ("end_derivatives", &end_derivatives)];
+        let source = RowSource { path: "spline/natural.wgsl", definitions: Definitions::new(), buffers };
+        let columns = d as u32;
+        let solve = Solve { systems: &systems, columns, precision: self.precision, kernel: RingKernel::Auto };
+        solve.record(&mut recording, &source, &second, &status)?;
+        recording.download(&second);
+        recording.download(&status);
+        self.record_samples::<S>(&mut recording, curves, [&spans, &values, &second])?;
+        Ok(recording)
+    }
+
+    fn record_samples<S: Real + Pod>(
+        &self,
+        recording: &mut Recording<'_>,
+        curves: &Range<usize>,
+        [spans, values, second]: [&wgpu::Buffer; 3],
+    ) -> Result<()> {
+        let (knots, d) = (self.knots, self.knots.dimension);
+        let first = knots.offsets[curves.start];
+        let (entry, count, per_span, site_knots, site_fractions) = match self.samples {
+            Samples::None => return Ok(()),
+            Samples::PerSpan(n) => ("per_span", n * (knots.offsets[curves.end] - first), *n, vec![], vec![]),
+            Samples::At(sites) => {
+                let range = sites.offsets[curves.start]..sites.offsets[curves.end];
+                let mut site_knots = Vec::with_capacity(range.len());
+                for i in curves.clone() {
+                    let base = (knots.offsets[i] - first) as u32;
+                    site_knots.extend(sites.knots[sites.offsets[i]..sites.offsets[i + 1]].iter().map(|k| base + k));
+                }
+                let fractions: Vec<S> = sites.fractions[range.clone()].iter().map(|&u| S::from_f64(u)).collect();
+                ("at_sites", range.len(), 1, site_knots, fractions)
+            }
+        };
+        let definitions = definitions([("GROUP", &GROUP)]);
+        let key = KernelKey { path: "spline/sample.wgsl", entry, precision: self.precision, definitions };
+        let kernel = self.gpu.kernel(&key)?;
+        let (count32, per_span) = (count as u32, per_span as u32);
+        let params = recording.uniform(&SampleParams { count: count32, per_span, dimension: d as u32, padding: 0 });
+        let samples = recording.storage((count * d) as u64 * real_bytes(self.precision));
+        let (site_knots, site_fractions) = (recording.upload(&site_knots), recording.upload(&site_fractions));
+        let groups = plan::workgroups(count, GROUP as usize, self.gpu.limits())?;
+        recording.dispatch(
+            &kernel,
+            groups,
+            &[
+                ("params", &params),
+                ("spans", spans),
+                ("values", values),
+                ("second", second),
+                ("samples", &samples),
+                ("site_knots", &site_knots),
+                ("site_fractions", &site_fractions),
+            ],
+        )?;
+        recording.download(&samples);
+        Ok(())
+    }
+
+    fn unpack<S: Real + Pod>(&self, curves: &Range<usize>, results: &[Downloaded], out: &mut Fitted) -> Result<()> {
+        let (knots, d) = (self.knots, self.knots.dimension);
+        let first = knots.offsets[curves.start];
+        let (second, status) = (results[0].as_slice::<S>(), results[1].as_slice::<u32>());
+        for i in self.fitted_curves(curves) {
+            if status[i - curves.start] == 0 {
+                let message = format!("curve {i} has no status word: no kernel wrote it");
+                return Err(Error::Kernel { kernel: "spline/natural".into(), message });
+            }
+            let frame = Frame::of(knots, i);
+            let scale = frame.size / (frame.mean_span * frame.mean_span);
+            let range = knots.offsets[i] * d..knots.offsets[i + 1] * d;
+            let part = &second[range.start - first * d..range.end - first * d];
+            let mut finite = true;
+            for (to, from) in out.second[range].iter_mut().zip(part) {
+                *to = from.to_f64() * scale;
+                finite &= to.is_finite();
+            }
+            if !finite {
+                out.overflowed.push(i);
+                continue;
+            }
+            let to = &mut out.samples[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d];
+            match self.samples {
+                Samples::None => {}
+                Samples::PerSpan(n) => {
+                    let from = &results[2].as_slice::<S>()[(knots.offsets[i] - first) * n * d..];
+                    frame.map_back(to, from, d);
+                    // The data points themselves are known better than any device computes them.
+                    for (to, from) in to.chunks_mut(n * d).zip(knots.values(i).chunks_exact(d)) {
+                        to[..d].copy_from_slice(from);
+                    }
+                }
+                Samples::At(sites) => {
+                    let start = sites.offsets[curves.start];
+                    let own = sites.offsets[i]..sites.offsets[i + 1];
+                    frame.map_back(to, &results[2].as_slice::<S>()[(own.start - start) * d..], d);
+                    for ((to, &knot), &u) in to.chunks_exact_mut(d).zip(&sites.knots[own.clone()]).zip(&sites.fractions[own]) {
+                        if u == 0.0 || u == 1.0 {
+                            let knot = knot as usize + usize::from(u == 1.0);
+                            to.copy_from_slice(&knots.values(i)[knot * d..(knot + 1) * d]);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,511 @@
+//! [`Knots`]: the distinct knots of every curve of a batch, ready to be fitted on the CPU or on a GPU.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::batch::{CurveBatch, Problem};
+use crate::error::{Error, Result};
+use crate::linalg::{take, tasks};
+use crate::report::CurveStatus;
+
+/// How the data points of a curve get their parameters t.
+///
+/// Points that follow each other at one parameter become one knot where they are equal, so that repeated points do no
+/// harm under chord length. Different points at one parameter cannot be interpolated ([`CurveStatus::Degenerate`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Parametrisation {
+    /// The batch's parameters where it has any, else chord length.
+    #[default]
+    Auto,
+    /// 0, 1, 2, …; a closed curve's last span has length 1 as well.
+    Uniform,
+    /// Steps of t equal to the distances between points: close to arc length, so p″ is close to curvature.
+    ChordLength,
+    /// Steps of t equal to the square roots of the distances: turns more gently at sharp corners.
+    Centripetal,
+    /// The batch's parameters; an error where it has none. The closing span of a closed curve is as long as the batch
+    /// says; where it says nothing, the closing chord times the mean parameter length per unit of chord of the
+    /// other spans.
+    Given,
+}
+
+/// What becomes of different points at one parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Coincident {
+    /// The curve is degenerate: no curve interpolates them.
+    Refuse,
+    /// One knot at their weighted mean that carries the sum of their weights: for a sum of weighted squares this
+    /// changes the objective by a constant only, so the minimiser is the same.
+    Average,
+}
+
+/// The knots of all curves, flat.
+///
+/// Curve `i` owns the entries `offsets[i] .. offsets[i + 1]`: none where it cannot be fitted, and otherwise at least
+/// two. A closed curve's first knot is repeated as its last entry, one period later, so that the spans of every
+/// curve lie between consecutive entries.
+#[derive(Clone, Debug)]
+pub(crate) struct Knots {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// First entry of every curve, and the number of all entries at the end.
+    pub offsets: Vec<usize>,
+    /// Parameters, strictly increasing within a curve.
+    pub t: Vec<f64>,
+    /// The points at the knots, `dimension` numbers each.
+    pub values: Vec<f64>,
+    /// The weights at the knots, 1 a data point where the batch has none; only with [`Coincident::Average`].
+    pub weights: Option<Vec<f64>>,
+    /// Whether the last entry repeats the first.
+    pub closed: Vec<bool>,
+    /// For curves whose data points are not one to one with their entries: the entry (counted within the curve) of
+    /// every data point, and for a closed curve of its first point again at the end.
+    pub repeats: BTreeMap<usize, Vec<u32>>,
+    /// Why curves own no entry.
+    pub unfitted: BTreeMap<usize, Problem>,
+}
+
+impl Knots {
+    /// The knots of every curve of a batch.
+    ///
+    /// # Errors
+    /// [`Parametrisation::Given`] for a batch without parameters.
+    pub fn new(batch: &CurveBatch, parametrisation: Parametrisation, coincident: Coincident) -> Result<Self> {
+        let has_parameters = !batch.is_empty() && batch.parameters(0).is_some();
+        let rule = match parametrisation {
+            Parametrisation::Auto if has_parameters => Parametrisation::Given,
+            Parametrisation::Auto => Parametrisation::ChordLength,
+            Parametrisation::Given if !has_parameters && !batch.is_empty() => {
+                return Err(Error::argument(
+                    "the given parametrisation needs a parameter for every point, but the batch has none: \
+                     add a column t, or choose chord length",
+                ));
+            }
+            other => other,
+        };
+        let d = batch.dimension();
+        let closed: Vec<bool> = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
+        // Room for every data point; curves that need less are moved together afterwards, which is rare.
+        let mut offsets = Vec::with_capacity(batch.len() + 1);
+        offsets.push(0);
+        for i in 0..batch.len() {
+            let room = if batch.count(i) > 0 { batch.count(i) + usize::from(closed[i]) } else { 0 };
+            offsets.push(offsets[i] + room);
+        }
+        let total = offsets[batch.len()];
+        let average = coincident == Coincident::Average;
+        let mut t = vec![0.0; total];
+        let mut values = vec![0.0; total * d];
+        let mut weights = vec![0.0; if average { total } else { 0 }];
+        let (mut t_rest, mut values_rest, mut weights_rest) = (&mut t[..], &mut values[..], &mut weights[..]);
+        let mut work = Vec::new();
+        for curves in tasks(&offsets) {
+            let room = offsets[curves.end] - offsets[curves.start];
+            work.push((
+                curves,
+                take(&mut t_rest, room),
+                take(&mut values_rest, room * d),
+                take(&mut weights_rest, if average { room } else { 0 }),
+            ));
+        }
+        let exceptions: Vec<(usize, Result<(usize, Vec<u32>), Problem>)> = work
+            .into_par_iter()
+            .flat_map_iter(|(curves, mut t, mut values, mut weights)| {
+                let mut exceptions = Vec::new();
+                for i in curves {
+                    let room = offsets[i + 1] - offsets[i];
+                    let slots = Slots {
+                        t: take(&mut t, room),
+                        values: take(&mut values, room * d),
+                        weights: average.then(|| take(&mut weights, room)),
+                    };
+                    match slots.fill(batch, i, rule) {
+                        Ok(None) => {}
+                        Ok(Some(merged)) => exceptions.push((i, Ok(merged))),
+                        Err(problem) => exceptions.push((i, Err(problem))),
+                    }
+                }
+                exceptions
+            })
+            .collect();
+        let mut knots = Knots {
+            dimension: d,
+            offsets,
+            t,
+            values,
+            weights: average.then_some(weights),
+            closed,
+            repeats: BTreeMap::new(),
+            unfitted: BTreeMap::new(),
+        };
+        knots.compact(exceptions);
+        Ok(knots)
+    }
+
+    /// Moves the curves together where some use less than their room.
+    fn compact(&mut self, exceptions: Vec<(usize, Result<(usize, Vec<u32>), Problem>)>) {
+        let Some(first) = exceptions.first().map(|(i, _)| *i) else { return };
+        let mut exceptions = exceptions.into_iter().peekable();
+        let (d, mut end) = (self.dimension, self.offsets[first]);
+        let mut from = end;
+        for i in first..self.closed.len() {
+            let next = self.offsets[i + 1];
+            let count = match exceptions.next_if(|(curve, _)| *curve == i) {
+                Some((_, Ok((count, entries)))) => {
+                    self.repeats.insert(i, entries);
+                    count
+                }
+                Some((_, Err(problem))) => {
+                    self.unfitted.insert(i, problem);
+                    0
+                }
+                None => next - from,
+            };
+            self.t.copy_within(from..from + count, end);
+            self.values.copy_within(from * d..(from + count) * d, end * d);
+            if let Some(weights) = &mut self.weights {
+                weights.copy_within(from..from + count, end);
+            }
+            end += count;
+            self.offsets[i + 1] = end;
+            from = next;
+        }
+        self.t.truncate(end);
+        self.values.truncate(end * d);
+        if let Some(weights) = &mut self.weights {
+            weights.truncate(end);
+        }
+    }
+
+    /// Number of curves.
+    pub fn len(&self) -> usize {
+        self.closed.len()
+    }
+
+    /// The entries of curve `i`.
+    pub fn range(&self, i: usize) -> Range<usize> {
+        self.offsets[i]..self.offsets[i + 1]
+    }
+
+    /// The parameters of curve `i`'s entries.
+    pub fn t(&self, i: usize) -> &[f64] {
+        &self.t[self.range(i)]
+    }
+
+    /// The points at curve `i`'s entries.
+    pub fn values(&self, i: usize) -> &[f64] {
+        &self.values[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
+    }
+
+    /// The parameter of every data point of curve `i`, repeated ones repeated; a closed curve's end included.
+    pub fn data_parameters(&self, i: usize) -> Cow<'_, [f64]> {
+        let t = self.t(i);
+        match self.repeats.get(&i) {
+            None => Cow::Borrowed(t),
+            Some(entries) => Cow::Owned(entries.iter().map(|&entry| t[entry as usize]).collect()),
+        }
+    }
+}
+
+/// Distance between two points that neither overflows nor underflows on the way.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let (mut largest, mut sum) = (0.0_f64, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        let step = (b - a).abs();
+        largest = largest.max(step);
+        sum += step * step;
+    }
+    // Squares of such numbers are normal, and so is the sum of three of them.
+    if (1e-140..1e150).contains(&largest) {
+        return sum.sqrt();
+    }
+    if largest == 0.0 || largest.is_infinite() {
+        return largest;
+    }
+    let scaled: f64 = a.iter().zip(b).map(|(a, b)| ((b - a) / largest).powi(2)).sum();
+    largest * scaled.sqrt()
+}
+
+/// The room of one curve in the flat arrays.
+struct Slots<'a> {
+    t: &'a mut [f64],
+    values: &'a mut [f64],
+    weights: Option<&'a mut [f64]>,
+}
+
+impl Slots<'_> {
+    /// Writes the knots of curve `i`; where data points were merged, says how many entries are left and which entry
+    /// every data point belongs to.
+    fn fill(
+        mut self,
+        batch: &CurveBatch,
+        i: usize,
+        rule: Parametrisation,
+    ) -> Result<Option<(usize, Vec<u32>)>, Problem> {
+        if let Some(problem) = batch.problem(i) {
+            return Err(problem.clone());
+        }
+        let points = batch.points(i);
+        let degenerate =
+            |k: usize, what: &str| Problem { status: CurveStatus::Degenerate, message: batch.sentence(i, k, what) };
+        if points.is_empty() {
+            return Err(degenerate(0, "the curve has no point; it needs two distinct ones: add them, or remove it"));
+        }
+        self.parameters(batch, i, rule)?;
+        let (n, entries, d) = (batch.count(i), self.t.len(), batch.dimension());
+        let merged = if self.t.windows(2).all(|pair| pair[0] < pair[1]) {
+            self.values[..points.len()].copy_from_slice(points);
+            self.values.copy_within(0..(entries - n) * d, points.len());
+            if let Some(weights) = &mut self.weights {
+                match batch.weights(i) {
+                    Some(given) => weights[..n].copy_from_slice(given),
+                    None => weights[..n].fill(1.0),
+                }
+                weights.copy_within(0..entries - n, n);
+            }
+            None
+        } else {
+            Some(self.merge(batch, i)?)
+        };
+        let count = merged.as_ref().map_or(entries, |(count, _)| *count);
+        if count - (entries - n) < 2 {
+            let what = if n == 1 {
+                "the curve has this point only; it needs two distinct ones: add one, or remove the curve"
+            } else {
+                "all points of the curve are one and the same; it needs two distinct ones: remove the curve"
+            };
+            return Err(degenerate(0, what));
+        }
+        Ok(merged)
+    }
+
+    /// Writes the parameter of every data point and, for a closed curve, of its end.
+    fn parameters(&mut self, batch: &CurveBatch, i: usize, rule: Parametrisation) -> Result<(), Problem> {
+        let (n, d, points) = (batch.count(i), batch.dimension(), batch.points(i));
+        let invalid =
+            |k: usize, what: &str| Problem { status: CurveStatus::Invalid, message: batch.sentence(i, k, what) };
+        let point = |k: usize| &points[k * d..(k + 1) * d];
+        let chord = |k: usize| distance(point(k), point(if k + 1 == n { 0 } else { k + 1 }));
+        let entries = self.t.len();
+        match (rule, batch.parameters(i)) {
+            (Parametrisation::Given | Parametrisation::Auto, Some(given)) => {
+                self.t[..n].copy_from_slice(given);
+                if entries > n {
+                    let length = match batch.closing_span(i) {
+                        Some(length) if length >= 0.0 && length.is_finite() => length,
+                        Some(length) => {
+                            let what = format!(
+                                "the parameter length of the span that closes the curve is {length}; it must be positive and finite"
+                            );
+                            return Err(invalid(n - 1, &what));
+                        }
+                        None => match chord(n - 1) {
+                            // The last point is the first one again: its parameter is where the curve closes.
+                            0.0 => 0.0,
+                            closing => {
+                                let chords: f64 = (0..n - 1).map(chord).sum();
+                                closing * ((given[n - 1] - given[0]) / chords)
+                            }
+                        },
+                    };
+                    self.t[n] = given[n - 1] + length;
+                }
+            }
+            (Parametrisation::Uniform, _) => {
+                self.t.iter_mut().enumerate().for_each(|(k, t)| *t = k as f64);
+            }
+            _ => {
+                self.t[0] = 0.0;
+                for k in 0..entries - 1 {
+                    let step = chord(k);
+                    self.t[k + 1] = self.t[k] + if rule == Parametrisation::Centripetal { step.sqrt() } else { step };
+                }
+            }
+        }
+        let length = self.t[entries - 1] - self.t[0];
+        if !length.is_finite() {
+            let what = format!(
+                "the parameter length of the curve is {length}; it must stay below 1.8e308: divide the numbers by a common factor"
+            );
+            return Err(invalid(0, &what));
+        }
+        Ok(())
+    }
+
+    /// Makes one knot of the data points at each parameter.
+    fn merge(&mut self, batch: &CurveBatch, i: usize) -> Result<(usize, Vec<u32>), Problem> {
+        let (n, d, points) = (batch.count(i), batch.dimension(), batch.points(i));
+        let weight = |k: usize| batch.weights(i).map_or(1.0, |weights| weights[k]);
+        let mut at = Vec::with_capacity(self.t.len());
+        let mut last = 0;
+        self.values[..d].copy_from_slice(&points[..d]);
+        if let Some(weights) = &mut self.weights {
+            weights[0] = weight(0);
+        }
+        at.push(0);
+        for k in 1..self.t.len() {
+            let new = self.t[k] > self.t[last];
+            last += usize::from(new);
+            self.t[last] = self.t[k];
+            at.push(last as u32);
+            if k == n {
+                // The first point again.
+                if !new {
+                    let point: Vec<f64> = self.values[last * d..(last + 1) * d].to_vec();
+                    let weight = self.weights.as_ref().map_or(1.0, |weights| weights[last]);
+                    if last > 0 {
+                        self.absorb(batch, (i, n - 1), 0, &point, weight)?;
+                    }
+                }
+                self.values.copy_within(..d, last * d);
+                if let Some(weights) = &mut self.weights {
+                    weights[last] = weights[0];
+                }
+            } else if new {
+                self.values[last * d..(last + 1) * d].copy_from_slice(&points[k * d..(k + 1) * d]);
+                if let Some(weights) = &mut self.weights {
+                    weights[last] = weight(k);
+                }
+            } else {
+                self.absorb(batch, (i, k), last, &points[k * d..(k + 1) * d], weight(k))?;
+            }
+        }
+        Ok((last + 1, at))
+    }
+
+    /// Takes data point `k` of curve `i`, or the mean of several up to it, into a knot at the same parameter.
+    fn absorb(
+        &mut self,
+        batch: &CurveBatch,
+        (i, k): (usize, usize),
+        knot: usize,
+        point: &[f64],
+        weight: f64,
+    ) -> Result<(), Problem> {
+        let d = point.len();
+        let value = &mut self.values[knot * d..(knot + 1) * d];
+        match &mut self.weights {
+            Some(weights) => {
+                weights[knot] += weight;
+                let share = weight / weights[knot];
+                // This form leaves the bits alone where the points are equal.
+                value.iter_mut().zip(point).for_each(|(value, x)| *value += share * (x - *value));
+                Ok(())
+            }
+            None if value == point => Ok(()),
+            None => {
+                let what = format!(
+                    "a different point stands at the same parameter {}: remove one of them, or use --method smoothing, which averages them",
+                    self.t[knot]
+                );
+                Err(Problem { status: CurveStatus::Degenerate, message: batch.sentence(i, k, &what) })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn knots(batch: &CurveBatch, parametrisation: Parametrisation) -> Knots {
+        Knots::new(batch, parametrisation, Coincident::Refuse).unwrap()
+    }
+
+    #[test]
+    fn each_parametrisation_follows_its_rule() {
+        let points = [[0.0, 0.0], [3.0, 4.0], [3.0, 8.0], [3.0, 8.0]];
+        let batch = CurveBatch::from_slices(&[&points[..], &points[..3]]).unwrap();
+        let chord = knots(&batch, Parametrisation::Auto);
+        assert_eq!((chord.t(0), chord.t(1)), (&[0.0, 5.0, 9.0][..], &[0.0, 5.0, 9.0][..]));
+        assert_eq!(chord.repeats, BTreeMap::from([(0, vec![0, 1, 2, 2])]));
+        assert_eq!(chord.data_parameters(0), &[0.0, 5.0, 9.0, 9.0][..]);
+        assert_eq!(chord.values(1), &points.as_flattened()[..6]);
+        assert_eq!(knots(&batch, Parametrisation::Centripetal).t(1), &[0.0, 5_f64.sqrt(), 5_f64.sqrt() + 2.0]);
+        assert_eq!(knots(&batch, Parametrisation::Uniform).t(0), &[0.0, 1.0, 2.0, 3.0]);
+        let batch = batch.with_parameters(vec![1.0, 2.0, 5.0, 5.0, -1.0, 0.5, 9.0]).unwrap();
+        let given = knots(&batch, Parametrisation::Auto);
+        assert_eq!((given.t(0), given.t(1)), (&[1.0, 2.0, 5.0][..], &[-1.0, 0.5, 9.0][..]));
+    }
+
+    #[test]
+    fn a_closed_curve_repeats_its_first_knot_one_period_later() {
+        let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [0.0, 2.0], [0.0, 0.0], [0.0, 0.0]];
+        let batch = CurveBatch::from_slices(&[&square[..]]).unwrap().closed(true);
+        let chord = knots(&batch, Parametrisation::Auto);
+        assert_eq!(chord.t(0), &[0.0, 2.0, 4.0, 6.0, 8.0]);
+        assert_eq!(chord.values(0)[8..], [0.0, 0.0]);
+        // Six data points are left; the last is where the curve closes.
+        assert_eq!(chord.repeats[&0], [0, 1, 2, 3, 3, 4, 4]);
+        let bare = CurveBatch::from_slices(&[&square[..4]]).unwrap().with_parameters(vec![0.0, 1.0, 2.0, 3.0]).unwrap();
+        assert_eq!(knots(&bare.clone().closed(true), Parametrisation::Auto).t(0), &[0.0, 1.0, 2.0, 3.0, 4.0]);
+        let stated = bare.with_closing_spans(vec![0.25]).unwrap().closed(true);
+        assert_eq!(knots(&stated, Parametrisation::Auto).t(0)[4], 3.25);
+    }
+
+    #[test]
+    fn different_points_at_one_parameter_are_refused_or_averaged() {
+        let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 3.0], [2.0, 0.0]];
+        let batch = CurveBatch::from_slices(&[&points[..], &points[..2]]).unwrap();
+        let batch = batch.with_parameters(vec![0.0, 1.5, 1.5, 2.0, 0.0, 1.0]).unwrap();
+        let refused = knots(&batch, Parametrisation::Given);
+        assert_eq!(refused.unfitted[&0].status, CurveStatus::Degenerate);
+        assert_eq!(
+            refused.unfitted[&0].message,
+            "curve 0, point 2: a different point stands at the same parameter 1.5: \
+             remove one of them, or use --method smoothing, which averages them"
+        );
+        assert_eq!((refused.offsets.as_slice(), refused.t(1)), (&[0, 0, 2][..], &[0.0, 1.0][..]));
+        assert_eq!(refused.values(1), &[0.0, 0.0, 1.0, 0.0]);
+        let batch = batch.with_weights(vec![1.0, 1.0, 2.0, 1.0, 5.0, 6.0]).unwrap();
+        let averaged = Knots::new(&batch, Parametrisation::Given, Coincident::Average).unwrap();
+        assert_eq!(averaged.t(0), &[0.0, 1.5, 2.0]);
+        assert_eq!(averaged.values(0), &[0.0, 0.0, 1.0, 2.0, 2.0, 0.0]);
+        assert_eq!(averaged.weights.unwrap(), [1.0, 3.0, 1.0, 5.0, 6.0]);
+    }
+
+    #[test]
+    fn a_closed_curve_whose_ends_coincide_averages_them_at_both_entries() {
+        let points = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 2.0]];
+        let batch = CurveBatch::from_slices(&[&points[..]]).unwrap().with_parameters(vec![0.0, 1.0, 2.0, 3.0]).unwrap();
+        let batch = batch.with_closing_spans(vec![0.0]).unwrap().closed(true);
+        let averaged = Knots::new(&batch, Parametrisation::Given, Coincident::Average).unwrap();
+        assert_eq!(averaged.t(0), &[0.0, 1.0, 2.0, 3.0]);
+        assert_eq!(averaged.values(0), &[0.0, 1.0, 4.0, 0.0, 4.0, 4.0, 0.0, 1.0]);
+        assert_eq!(averaged.weights.as_deref(), Some(&[2.0, 1.0, 1.0, 2.0][..]));
+        assert_eq!(knots(&batch, Parametrisation::Given).unfitted[&0].status, CurveStatus::Degenerate);
+    }
+
+    #[test]
+    fn curves_with_too_little_own_no_knot_and_say_why() {
+        let (one, same) = ([[1.0, 1.0]], [[1.0, 1.0]; 3]);
+        let far = [[-1.7e308, 0.0], [1.7e308, 0.0]];
+        let batch = CurveBatch::from_slices(&[&one[..], &same[..], &[], &far[..]]).unwrap();
+        let none = knots(&batch, Parametrisation::Auto);
+        let says = |i: usize| (none.unfitted[&i].status, none.unfitted[&i].message.as_str());
+        assert_eq!(none.offsets, [0; 5]);
+        assert_eq!(says(0).0, CurveStatus::Degenerate);
+        assert!(says(0).1.contains("has this point only"), "{}", says(0).1);
+        assert!(says(1).1.contains("one and the same"), "{}", says(1).1);
+        assert!(says(2).1.contains("has no point"), "{}", says(2).1);
+        assert_eq!(says(3).0, CurveStatus::Invalid);
+        assert!(says(3).1.contains("divide the numbers by a common factor"), "{}", says(3).1);
+        let error = Knots::new(&batch, Parametrisation::Given, Coincident::Refuse).unwrap_err().to_string();
+        assert!(error.contains("add a column t, or choose chord length"), "{error}");
+        let closed = knots(&batch.closed(true), Parametrisation::Auto);
+        assert_eq!((closed.unfitted.len(), closed.t.len()), (4, 0));
+    }
+
+    #[test]
+    fn chords_neither_overflow_nor_underflow() {
+        for scale in [1e-300, 1e-150, 1.0, 1e150, 1e300] {
+            let points = [[0.0, 0.0, 0.0], [2.0 * scale, 3.0 * scale, 6.0 * scale]];
+            let t = knots(&CurveBatch::from_slices(&[&points[..]]).unwrap(), Parametrisation::ChordLength).t;
+            assert!((t[1] / scale - 7.0).abs() < 1e-14, "{scale}: {}", t[1]);
+        }
+    }
+}

@@ -1,0 +1,141 @@
+#!/usr/bin/env bash
+# Runs every check of the project, the GPU tests included: on Vulkan in software (lavapipe) where there is no GPU.
+#
+#   tests/run.sh
+#
+# Needs a Rust toolchain with rustfmt and clippy, and a C linker. Installs what else is missing where it can: lavapipe
+# by apt, and for the browser check Chromium by apt and playwright-core by npm. Without those two the browser check is
+# skipped with a notice; without lavapipe the run fails, since a GPU test must never be skipped unseen.
+#
+# VK_DRIVER_FILES   set it to the driver file (ICD) of a real GPU to test that one instead of lavapipe
+# CARGO_TARGET_DIR  as cargo takes it
+# CHROMIUM          a Chromium other than /usr/bin/chromium
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+heading=''
+heading_start=0
+close_section() {
+  [[ -z $heading ]] || echo "--- $heading: $((SECONDS - heading_start)) s"
+}
+section() {
+  close_section
+  heading=$1 heading_start=$SECONDS
+  printf '\n=== %s\n' "$heading"
+}
+notices=()
+notice() {
+  notices+=("$1")
+  echo "NOTICE: $1"
+}
+fail() {
+  echo "FAILED: $1" >&2
+  exit 1
+}
+on_exit() {
+  local status=$?
+  ((status == 0)) || printf '\nFAILED in: %s (exit status %s)\n' "$heading" "$status" >&2
+}
+trap on_exit EXIT
+
+has() { command -v "$1" >/dev/null; }
+
+# apt_install PACKAGE…: false where there is no apt, no right to use it, or no such package.
+apt_lists_fresh=no
+apt_install() {
+  has apt-get || return 1
+  local root=()
+  if ((EUID != 0)); then
+    has sudo || return 1
+    root=(sudo)
+  fi
+  if [[ $apt_lists_fresh == no ]]; then
+    "${root[@]}" apt-get update -qq || echo "apt-get update failed; trying with the package lists as they are"
+    apt_lists_fresh=yes
+  fi
+  "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" </dev/null >/dev/null
+}
+
+# The driver file of lavapipe for this processor, or nothing.
+lavapipe_icd() {
+  local folder file
+  for folder in /usr/share/vulkan/icd.d /usr/local/share/vulkan/icd.d /etc/vulkan/icd.d; do
+    for file in "$folder/lvp_icd.$(uname -m).json" "$folder"/lvp_icd*.json; do
+      if [[ -e $file ]]; then
+        echo "$file"
+        return
+      fi
+    done
+  done
+}
+
+has_vulkan_loader() {
+  compgen -G '/usr/lib/*/libvulkan.so.1' >/dev/null || compgen -G '/usr/lib*/libvulkan.so.1' >/dev/null ||
+    compgen -G '/usr/local/lib*/libvulkan.so.1' >/dev/null
+}
+
+section 'Tools'
+has cargo || fail 'there is no cargo: install Rust (https://rustup.rs)'
+cargo fmt --version && cargo clippy --version || fail 'rustfmt or clippy is missing: rustup component add rustfmt clippy'
+if [[ -z ${VK_DRIVER_FILES:-} ]]; then
+  if [[ -z $(lavapipe_icd) ]] || ! has_vulkan_loader; then
+    apt_install mesa-vulkan-drivers libvulkan1 ||
+      fail 'lavapipe is missing and apt cannot install it: install the Vulkan loader and the Vulkan drivers of Mesa'
+  fi
+  VK_DRIVER_FILES=$(lavapipe_icd)
+  [[ -n $VK_DRIVER_FILES ]] || fail 'the Vulkan drivers of Mesa are installed, but hold no lvp_icd*.json'
+fi
+export VK_DRIVER_FILES
+echo "Vulkan driver: $VK_DRIVER_FILES"
+export FAIRCURVE_REQUIRE_GPU=1
+
+browser=yes
+if [[ -z ${CHROMIUM:-} ]] && ! has chromium && ! apt_install chromium; then
+  notice 'no browser check: there is no Chromium and apt cannot install it'
+  browser=no
+elif ! has node || ! has npm; then
+  notice 'no browser check: there is no node or no npm'
+  browser=no
+elif ! (cd tests/browser && npm ls --silent >/dev/null 2>&1) &&
+  ! npm ci --prefix tests/browser --no-audit --no-fund --loglevel=error; then
+  notice 'no browser check: npm cannot install playwright-core'
+  browser=no
+fi
+
+# In CI every crate is built once, so incremental files would only cost disk.
+[[ -z ${CI:-} ]] || export CARGO_INCREMENTAL=0
+# Dispatches that the tests capture for the browser check.
+target=${CARGO_TARGET_DIR:-target}
+export FAIRCURVE_CAPTURE_DIR=$PWD/$target/captures
+[[ $target != /* ]] || FAIRCURVE_CAPTURE_DIR=$target/captures
+rm -rf "$FAIRCURVE_CAPTURE_DIR"
+mkdir -p "$FAIRCURVE_CAPTURE_DIR"
+
+section 'Format'
+cargo fmt --all --check
+
+section 'Lints'
+cargo clippy --locked --all-targets --quiet -- -D warnings
+
+section 'Documentation'
+RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --quiet
+
+# One profile for all: optimised, with debug assertions (profile.test). Criterion runs each bench once here, as a test.
+section 'Tests, examples, and benches in test mode'
+cargo test --locked --all-targets --no-fail-fast
+
+section 'Documentation examples'
+cargo test --locked --doc
+
+section 'Browser: kernels in a second WGSL compiler'
+if [[ $browser == yes ]]; then
+  captures=(tests/browser/smoke.json)
+  mapfile -t -O 1 captures < <(find "$FAIRCURVE_CAPTURE_DIR" -name '*.json' | sort)
+  ((${#captures[@]} > 1)) || notice 'no test captured a dispatch, so the browser saw only the smoke capture'
+  # Status 77 (no adapter) counts as a failure: Chromium brings its own.
+  node tests/browser/run.mjs "${captures[@]}"
+fi
+
+close_section
+printf '\nAll checks passed in %s s.\n' "$SECONDS"
+for text in ${notices[@]+"${notices[@]}"}; do echo "NOTICE: $text"; done
