@@ -1,7 +1,7 @@
 //! CSV: one row a point, the curve's name in a column; rows of a curve stand together.
 
 use std::collections::HashMap;
-use std::io::{self, Write};
+use std::io::{self, BufRead, Read, Write};
 use std::sync::Arc;
 
 use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
@@ -16,11 +16,15 @@ use crate::error::{Error, Result};
 
 /// Reads a CSV file row by row.
 pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
-    let reader = std::mem::replace(&mut source.reader, Box::new(io::empty()));
-    let mut csv = ReaderBuilder::new().trim(Trim::Headers).from_reader(reader);
+    let mut reader = std::mem::replace(&mut source.reader, Box::new(io::empty()));
+    let mut first_line = Vec::new();
+    reader.read_until(b'\n', &mut first_line).map_err(|error| source.failed(error))?;
+    let endings = if first_line.ends_with(b"\r\n") { Endings::CrLf } else { Endings::Lf };
+    let whole = io::Cursor::new(first_line).chain(reader).chain(endings.text());
+    let mut csv = ReaderBuilder::new().trim(Trim::Headers).from_reader(whole);
     let header: Vec<String> = match csv.byte_headers() {
         Ok(header) => header.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect(),
-        Err(error) => return Err(row_error(source, error)),
+        Err(error) => return Err(row_error(source, error, 1)),
     };
     if header.iter().all(String::is_empty) {
         return Err(source.error(None, "the file is empty: there is nothing to read"));
@@ -28,14 +32,45 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     let table = options.columns.resolve(&source.path, &header)?;
     let mut rows = Rows::new(source, &table, &header);
     let mut record = ByteRecord::new();
-    while csv.read_byte_record(&mut record).map_err(|error| row_error(source, error))? {
-        rows.push(&record)?;
+    loop {
+        let read = csv.read_byte_record(&mut record);
+        let line = endings.line(csv.position().line(), &record);
+        if !read.map_err(|error| row_error(source, error, line))? {
+            return rows.finish(options);
+        }
+        rows.push(&record, line)?;
     }
-    rows.finish(options)
 }
 
-fn row_error(source: &Source, error: ::csv::Error) -> Error {
-    let line = error.position().map(|position| position.line());
+/// How lines end, to tell the line that a row begins on: the csv crate counts from before the blank lines ahead of
+/// a row, and takes the second byte of CR LF for one of them.
+#[derive(Clone, Copy)]
+enum Endings {
+    Lf,
+    CrLf,
+}
+
+impl Endings {
+    /// Put after the file, so that its last row ends like the others.
+    fn text(self) -> &'static [u8] {
+        match self {
+            Endings::Lf => b"\n",
+            Endings::CrLf => b"\r\n",
+        }
+    }
+
+    /// The first line of a row after which the reader stands at line `after`.
+    fn line(self, after: u64, row: &ByteRecord) -> u64 {
+        let within = row.as_slice().iter().filter(|&&byte| byte == b'\n').count() as u64;
+        let last = match self {
+            Endings::Lf => after.saturating_sub(1),
+            Endings::CrLf => after,
+        };
+        last.saturating_sub(within)
+    }
+}
+
+fn row_error(source: &Source, error: ::csv::Error, line: u64) -> Error {
     match error.into_kind() {
         ErrorKind::Io(error) => source.failed(error),
         ErrorKind::UnequalLengths { expected_len, len, .. } => source.error(
@@ -112,8 +147,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    fn push(&mut self, record: &ByteRecord) -> Result<()> {
-        let line = record.position().map_or(0, |position| position.line());
+    fn push(&mut self, record: &ByteRecord, line: u64) -> Result<()> {
         self.begin_or_go_on(record, line)?;
         let cells = Cells { record, line, source: self.source, header: self.header };
         for &cell in &self.axes {

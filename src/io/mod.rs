@@ -58,7 +58,7 @@ pub struct Origin {
     /// Those of them that wind round a pole, and so became open curves that end 360 degrees from their start.
     pub round_pole: Vec<usize>,
     /// The GeoJSON document without its coordinates.
-    document: Option<Arc<geojson::Document>>,
+    pub(crate) document: Option<Arc<geojson::Document>>,
 }
 
 impl Origin {

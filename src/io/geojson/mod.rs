@@ -12,7 +12,7 @@ pub(super) use write::write;
 
 /// A document without its coordinates.
 #[derive(Debug, Default)]
-pub(super) struct Document {
+pub(crate) struct Document {
     /// The text, with the coordinates of lines and rings taken out, and the bounding boxes around them.
     text: String,
     /// Where coordinates belong, in order.

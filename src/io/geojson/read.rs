@@ -253,7 +253,7 @@ impl<'a> Reader<'a> {
             end = self.text.len() - rest.trim_start().len();
         } else {
             let before = self.text[..start].trim_end();
-            start = before.strip_suffix(',').unwrap_or(before).len();
+            start = before.strip_suffix(',').unwrap_or(before).trim_end().len();
         }
         self.cuts.push((start..end, None));
     }

@@ -80,3 +80,60 @@ fn line(text: &mut Text, batch: &CurveBatch, i: usize, ring: bool) -> io::Result
         text.push("]")
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io;
+
+    /// Every span as `n` segments, as a fit returns its polylines: new points, the same origin.
+    fn sampled(batch: &CurveBatch, n: usize) -> CurveBatch {
+        let (mut coords, mut offsets) = (Vec::new(), vec![0]);
+        for i in 0..batch.len() {
+            let (points, count) = (batch.points(i), batch.count(i));
+            for span in 0..batch.spans(i) {
+                let (a, b) = (&points[2 * span..][..2], &points[(span + 1) % count * 2..][..2]);
+                let between = (0..n).map(|k| k as f64 / n as f64);
+                coords.extend(between.flat_map(|u| [a[0] + (b[0] - a[0]) * u, a[1] + (b[1] - a[1]) * u]));
+            }
+            if !batch.is_closed(i) {
+                coords.extend_from_slice(&points[points.len() - 2..]);
+            }
+            offsets.push(coords.len() / 2);
+        }
+        let sampled = CurveBatch::from_file(2, coords, offsets, batch.origin().clone()).unwrap();
+        sampled.closed_each((0..batch.len()).map(|i| batch.is_closed(i)).collect()).unwrap()
+    }
+
+    #[test]
+    fn sampled_curves_go_back_into_the_document_that_they_came_from() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("fair.geojson");
+        let start = std::time::Instant::now();
+        let batch = io::read("examples/data/countries-50m.geojson.gz").unwrap();
+        eprintln!("read {:?}", start.elapsed());
+        let fair = sampled(&batch, 16);
+        assert!(fair.total_points() > 1_250_000, "{}", fair.total_points());
+        let start = std::time::Instant::now();
+        io::write(&path, &fair).unwrap();
+        eprintln!("write {:?}", start.elapsed());
+        for e in ["csv", "npz", "svg"] {
+            let start = std::time::Instant::now();
+            io::write(path.with_extension(e), &fair).unwrap();
+            eprintln!("write {e} {:?}", start.elapsed());
+            let start = std::time::Instant::now();
+            io::read(path.with_extension(e)).unwrap();
+            eprintln!("read {e} {:?}", start.elapsed());
+        }
+        let start = std::time::Instant::now();
+        write(&mut std::io::sink(), &fair).unwrap();
+        eprintln!("format only {:?}", start.elapsed());
+        let start = std::time::Instant::now();
+        let again = io::read(&path).unwrap();
+        eprintln!("read back {:?}", start.elapsed());
+        assert_eq!((again.offsets(), again.coords()), (fair.offsets(), fair.coords()));
+        assert!((0..again.len()).all(|i| again.name(i) == i.to_string() && again.is_closed(i) == fair.is_closed(i)));
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text.matches("\"properties\":{\"arc\":").count(), 1959);
+    }
+}

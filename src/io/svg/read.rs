@@ -25,7 +25,9 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
     let document = Document::parse_with_options(&text, allow).map_err(|error| {
         let what = error.to_string();
         let what = what.split(" at ").next().unwrap_or_default();
-        source.error(u64::from(error.pos().row), format!("{what}: this is no XML, or the file was cut off"))
+        // At the end of the document roxmltree has no place to tell and says 1:1.
+        let line = Some(u64::from(error.pos().row)).filter(|_| (error.pos().row, error.pos().col) != (1, 1));
+        source.error(line, format!("{what}: this is no XML, or the file was cut off"))
     })?;
     let root = document.root_element();
     if root.tag_name().name() != "svg" {

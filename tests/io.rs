@@ -1,0 +1,459 @@
+//! Files in and out: what is written reads back to the same bits, and real data comes in whole.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use faircurve::CurveBatch;
+use faircurve::io::{self, Closed, Format, ReadOptions, WriteOptions};
+use proptest::prelude::*;
+
+const FORMATS: [&str; 8] = ["csv", "geojson", "svg", "npz", "csv.gz", "geojson.gz", "svg.gz", "npz.gz"];
+
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|x| x.to_bits()).collect()
+}
+
+/// Same dimension, same curves, same names, same coordinates to the last bit; closed ones alike, but for CSV, which does not tell.
+fn assert_same(found: &CurveBatch, wanted: &CurveBatch, closed_too: bool, what: &str) {
+    assert_eq!(found.dimension(), wanted.dimension(), "{what}");
+    assert_eq!(found.offsets(), wanted.offsets(), "{what}");
+    assert_eq!(bits(found.coords()), bits(wanted.coords()), "{what}");
+    for i in 0..wanted.len() {
+        assert_eq!(found.name(i), wanted.name(i), "{what}, curve {i}");
+        assert!(!closed_too || found.is_closed(i) == wanted.is_closed(i), "{what}, curve {i}");
+    }
+}
+
+fn through(folder: &Path, batch: &CurveBatch, extension: &str) -> CurveBatch {
+    let path = folder.join(format!("batch.{extension}"));
+    io::write_with(&path, batch, &WriteOptions { overwrite: true, ..WriteOptions::default() }).unwrap();
+    io::read(&path).unwrap()
+}
+
+/// Zigzags far from round numbers: an open one, a closed one, a single point, a pair.
+fn figures() -> CurveBatch {
+    let wave: Vec<[f64; 2]> = (0..7).map(|k| [f64::from(k) / 3.0, (f64::from(k) * 1.1).sin() * 1e-7]).collect();
+    let ring: Vec<[f64; 2]> =
+        (0..5).map(|k| [(f64::from(k) * 1.2566).cos() * 1e5, (f64::from(k) * 1.2566).sin()]).collect();
+    let (point, pair) = ([[0.1 + 0.2, -0.0]], [[1e300, 5e-324], [f64::MAX, f64::MIN_POSITIVE]]);
+    let batch = CurveBatch::from_slices(&[&wave[..], &ring[..], &point[..], &pair[..]]).unwrap();
+    let names = ["plain", "a \"quoted\", <odd> & \n two-line näme 曲线", "12/0", " spaces "];
+    let batch = batch.with_names(names.map(String::from).to_vec()).unwrap();
+    batch.closed_each(vec![false, true, false, false]).unwrap()
+}
+
+#[test]
+fn every_pair_of_formats_keeps_every_bit_and_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let figures = figures();
+    for first in FORMATS {
+        let once = through(folder.path(), &figures, first);
+        assert_same(&once, &figures, !first.starts_with("csv"), first);
+        for second in FORMATS {
+            let twice = through(folder.path(), &once, second);
+            let closed_too = !first.starts_with("csv") && !second.starts_with("csv");
+            assert_same(&twice, &figures, closed_too, &format!("{first} then {second}"));
+        }
+    }
+}
+
+#[test]
+fn parameters_and_weights_survive_where_the_format_holds_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = [[0.0, 0.0, 1.0], [1.0, 0.5, 1.0], [2.0, 0.0, 1.0]];
+    let batch = CurveBatch::from_slices(&[&points[..], &points[1..]]).unwrap();
+    let t = vec![0.1, 0.7, 2.3, -1.0, 1e-9];
+    let weight = vec![1.0, 1.0 / 3.0, 2.0, 5.0, 7.0];
+    let batch = batch.with_parameters(t).unwrap().with_weights(weight).unwrap();
+    let npz = through(folder.path(), &batch, "npz");
+    let csv = through(folder.path(), &batch, "csv");
+    for i in 0..2 {
+        assert_eq!((npz.parameters(i), npz.weights(i)), (batch.parameters(i), batch.weights(i)));
+        assert_eq!((csv.parameters(i), csv.weights(i)), (batch.parameters(i), None));
+    }
+}
+
+#[test]
+fn csv_is_written_in_rows_with_parameters_or_vertex_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    let batch = CurveBatch::from_slices(&[&[[0.5, 1.0], [2.0, -3.25]][..], &[[1.0, 1.0]][..]]).unwrap();
+    let batch = batch.with_names(vec!["a,b".into(), "c".into()]).unwrap();
+    io::write(&path, &batch).unwrap();
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "curve,x,y,t\n\"a,b\",0.5,1,0\n\"a,b\",2,-3.25,1\nc,1,1,0\n");
+    let path = folder.path().join("b.csv");
+    let batch = CurveBatch::from_slices(&[&[[0.5, 1.0, 2.0], [2.0, -3.25, 0.1]][..]]).unwrap();
+    io::write(&path, &batch.with_parameters(vec![0.25, 0.75]).unwrap()).unwrap();
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "curve,x,y,z,t\n0,0.5,1,2,0.25\n0,2,-3.25,0.1,0.75\n");
+}
+
+#[test]
+fn csv_columns_become_parameters_weights_and_constraints() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    let header = "nu,known,curve,ty,tx,x,y,kx,ky,t,weight\n";
+    let rows = ",1, s p ,0.5,2, 1 ,2,,,0,1\n1.5,0, s p ,,,3,4,7,8,1,2\n";
+    std::fs::write(&path, format!("{header}{rows}")).unwrap();
+    let batch = io::read(&path).unwrap();
+    assert_eq!((batch.name(0).as_ref(), batch.points(0)), (" s p ", &[1.0, 2.0, 3.0, 4.0][..]));
+    assert_eq!((batch.parameters(0), batch.weights(0)), (Some(&[0.0, 1.0][..]), Some(&[1.0, 2.0][..])));
+    let constraints = batch.constraints();
+    let free = f64::NAN.to_bits();
+    let tangents = bits(constraints.tangents.as_ref().unwrap());
+    assert_eq!(tangents, [2.0f64.to_bits(), 0.5f64.to_bits(), free, free]);
+    let curvatures = bits(constraints.curvatures.as_ref().unwrap());
+    assert_eq!(curvatures, [free, free, 7.0f64.to_bits(), 8.0f64.to_bits()]);
+    assert_eq!(bits(constraints.exponents.as_ref().unwrap()), [free, 1.5f64.to_bits()]);
+    assert_eq!(constraints.known, Some(vec![true, false]));
+}
+
+#[test]
+fn csv_without_a_curve_column_is_one_curve_and_columns_can_be_mapped_or_dropped() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    std::fs::write(&path, "x,y,weight,east,north\n9,9,0,1,2\n9,9,0,3,4\n").unwrap();
+    let columns = "x=east, y=north, weight=".parse().unwrap();
+    let batch = io::read_with(&path, &ReadOptions { columns, ..ReadOptions::default() }).unwrap();
+    assert_eq!((batch.len(), batch.points(0), batch.weights(0)), (1, &[1.0, 2.0, 3.0, 4.0][..], None));
+}
+
+#[test]
+fn closed_curves_are_those_marked_those_that_return_and_those_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    let rows = "curve,x,y,t\na,0,0,0\na,1,0,1\na,1,1,2\na,0,0,3.5\nb,0,0,0\nb,1,1,1\n";
+    std::fs::write(&path, rows).unwrap();
+    let read = |closed| io::read_with(&path, &ReadOptions { closed, ..ReadOptions::default() }).unwrap();
+    let flags = |batch: &CurveBatch| (0..batch.len()).map(|i| (batch.is_closed(i), batch.count(i))).collect::<Vec<_>>();
+    assert_eq!(flags(&read(Closed::Auto)), [(true, 3), (false, 2)]);
+    assert_eq!(read(Closed::Auto).closing_span(0), Some(1.5));
+    assert_eq!(flags(&read(Closed::Yes)), [(true, 3), (true, 2)]);
+    assert_eq!(flags(&read(Closed::No)), [(false, 4), (false, 2)]);
+
+    let path = folder.path().join("a.geojson");
+    let polygon = r#"{"type":"Polygon","coordinates":[[[0,0],[1,0],[1,1],[0,0]]]}"#;
+    std::fs::write(&path, polygon).unwrap();
+    let read = |closed| io::read_with(&path, &ReadOptions { closed, ..ReadOptions::default() }).unwrap();
+    assert_eq!(flags(&read(Closed::No)), [(true, 3)], "polygon rings are always closed");
+    let opened = read(Closed::Auto).closed(false);
+    io::write(folder.path().join("b.geojson"), &opened).unwrap();
+    assert_eq!(std::fs::read_to_string(folder.path().join("b.geojson")).unwrap(), polygon, "and are written so");
+}
+
+#[test]
+fn a_geojson_document_comes_back_with_all_it_held_but_the_bounding_boxes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, out) = (folder.path().join("a.geojson"), folder.path().join("b.geojson"));
+    let bbox = r#""bbox": [0, 0, 9, 9]"#;
+    let text = |bbox: &str, after: &str| {
+        format!(
+            r#"{{"name": "odd \u00e9", {bbox}"type": "FeatureCollection", "features": [
+  {{"type": "Feature", "id": 12345678901234567890, "properties": {{"n": 1.10, "curve": null}}, {bbox}"tail": [1, {{"a": []}}],
+   "geometry": {{"coordinates": [[0,0],[1,2.5],[2,0]], "type": "LineString"{after}}}}},
+  {{"type": "Feature", "properties": {{"bbox": "kept"}}, "geometry": {{"type": "Point", "coordinates": [1.50, 2.0], "bbox": [1,2,1,2]}}}},
+  {{"type": "Feature", "properties": null, "geometry": null}},
+  {{"type": "Feature", "properties": {{}}, "geometry": {{"type": "MultiLineString", "coordinates": [[[0,0],[1,1]],[[5,5],[6,6],[7,5],[5,5]]]}}}},
+  {{"type": "Feature", "properties": {{}}, "geometry": {{"type": "Polygon", "coordinates": [[[0,0],[9,0],[9,9],[0,0]],[[5,4],[6,5],[6,4],[5,4]]]}}}},
+  {{"type": "Feature", "properties": {{}}, "geometry": {{"type": "GeometryCollection", "geometries": [
+    {{"type": "MultiPoint", "coordinates": [[3.0, 4.0]]}},
+    {{"type": "MultiPolygon", "coordinates": [[[[0,0],[1,0],[1,1],[0,0]]],[[[2,2],[3,2],[3,3],[2,2]],[[2.5,2.25],[2.75,2.5],[2.75,2.25],[2.5,2.25]]]]}}]}}}}
+], "foreign": true}}
+"#
+        )
+    };
+    std::fs::write(&path, text(&format!("{bbox} , "), &format!(" , {bbox}"))).unwrap();
+    let batch = io::read(&path).unwrap();
+    let names: Vec<_> = (0..batch.len()).map(|i| batch.name(i).into_owned()).collect();
+    assert_eq!(names, ["0", "3/0", "3/1", "4/0", "4/1", "5/0", "5/1", "5/2"]);
+    let closed: Vec<_> = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
+    assert_eq!(closed, [false, false, true, true, true, true, true, true]);
+    io::write(&out, &batch).unwrap();
+    assert_eq!(std::fs::read_to_string(&out).unwrap(), text("", ""));
+    // A second opinion on what was written.
+    let parsed: geojson::GeoJson = std::fs::read_to_string(&out).unwrap().parse().unwrap();
+    assert!(matches!(parsed, geojson::GeoJson::FeatureCollection(collection) if collection.features.len() == 6));
+}
+
+#[test]
+fn features_and_geometries_alone_altitudes_and_more_numbers_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let through = |text: &str| {
+        let (path, out) = (folder.path().join("a.json"), folder.path().join("b.json"));
+        std::fs::write(&path, text).unwrap();
+        let batch = io::read(&path).unwrap();
+        io::write_with(&out, &batch, &WriteOptions { overwrite: true, ..WriteOptions::default() }).unwrap();
+        (batch, std::fs::read_to_string(&out).unwrap())
+    };
+    let geometry = r#"{"type":"LineString","coordinates":[[0,0,7],[1,2.5,8]]}"#;
+    let (batch, out) = through(geometry);
+    assert_eq!((batch.dimension(), batch.coords(), out.as_str()), (3, &[0.0, 0.0, 7.0, 1.0, 2.5, 8.0][..], geometry));
+    let feature = format!(r#"{{"type":"Feature","geometry":{geometry},"properties":{{"curve":"name"}}}}"#);
+    let (batch, out) = through(&feature);
+    assert_eq!((batch.name(0).as_ref(), out.as_str()), ("name", feature.as_str()));
+    let (batch, out) = through(r#"{"type":"LineString","coordinates":[[0,0,7,1e3,"x"],[1,2.5,8]]}"#);
+    assert_eq!((batch.dimension(), out.as_str()), (3, geometry));
+    let (batch, out) = through(r#"{"type":"MultiLineString","coordinates":[[],[[0,1]]]}"#);
+    assert_eq!((batch.count(0), batch.count(1)), (0, 1));
+    assert_eq!(out, r#"{"type":"MultiLineString","coordinates":[[],[[0,1]]]}"#);
+}
+
+#[test]
+fn curves_that_geojson_and_svg_cannot_hold_keep_their_place_and_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    std::fs::write(&path, "curve,x,y\na,0,0\na,1,nan\nb,0,0\nb,1,1\nc,inf,0\nd,2,2\n").unwrap();
+    let batch = io::read(&path).unwrap();
+    let geojson = through(folder.path(), &batch, "geojson");
+    let counts: Vec<_> = (0..geojson.len()).map(|i| (geojson.name(i).into_owned(), geojson.count(i))).collect();
+    assert_eq!(counts, [("a".into(), 0), ("b".into(), 2), ("c".into(), 0), ("d".into(), 1)]);
+    let svg = through(folder.path(), &batch, "svg");
+    assert_eq!((svg.len(), svg.name(0).as_ref(), svg.points(0)), (2, "b", &[0.0, 0.0, 1.0, 1.0][..]));
+    let drawn = std::fs::read_to_string(folder.path().join("batch.svg")).unwrap();
+    assert!(drawn.contains("<path id=\"a\" d=\"\"/>"), "{drawn}");
+    for exact in ["csv", "npz"] {
+        let same = through(folder.path(), &batch, exact);
+        assert_eq!(same.offsets(), batch.offsets());
+        assert!(same.coords()[3].is_nan() && same.coords()[8] == f64::INFINITY, "{exact}");
+    }
+}
+
+#[test]
+fn svg_vertices_come_from_every_element_through_its_transforms() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.svg");
+    let text = r##"<?xml version="1.0"?><!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.1//EN" "http://www.w3.org/Graphics/SVG/1.1/DTD/svg11.dtd">
+<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><defs><path id="unused" d="M0,0L1,1"/></defs>
+<path id="a" d="M1 2 h2 v3 l-1-1 M10,10 C11,11 12,11 13,10 S15,9 16,10 Q17,8 18,10 z m1 1 L2,2"/>
+<g transform="translate(10,20) scale(2)"><polyline id="b" points="0,0 1,0, 1-1"/>
+  <polygon id="c" points="0 0 1 0 1 1" transform="matrix(0 1 -1 0 0 0)"/></g>
+<line id="d" x2="4" y2="3" transform="rotate(90 1 1)"/><rect width="3" height="2"/></svg>"##;
+    std::fs::write(&path, text).unwrap();
+    let batch = io::read(&path).unwrap();
+    let curves: Vec<_> =
+        (0..batch.len()).map(|i| (batch.name(i).into_owned(), batch.is_closed(i), batch.points(i).to_vec())).collect();
+    let expected: [(&str, bool, &[f64]); 6] = [
+        ("a/0", false, &[1., 2., 3., 2., 3., 5., 2., 4.]),
+        ("a/1", true, &[10., 10., 13., 10., 16., 10., 18., 10.]),
+        ("a/2", false, &[11., 11., 2., 2.]),
+        ("b", false, &[10., 20., 12., 20., 12., 18.]),
+        ("c", true, &[10., 20., 10., 22., 8., 22.]),
+        ("d", false, &[2., 0., -1., 4.]),
+    ];
+    assert_eq!(curves.len(), expected.len());
+    for ((name, closed, points), wanted) in curves.iter().zip(expected) {
+        assert_eq!((name.as_str(), *closed), (wanted.0, wanted.1));
+        assert_eq!(points.len(), wanted.2.len(), "{name}");
+        let furthest = points.iter().zip(wanted.2).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        assert!(furthest < 1e-14, "{name}: {points:?}");
+    }
+}
+
+#[test]
+fn bezier_chains_are_drawn_as_cubics_and_written_as_control_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let open = [[0.0, 0.0], [1.0, 2.0], [2.0, 2.0], [3.0, 0.0], [4.0, -2.0], [5.0, -2.0], [6.0, 0.0]];
+    let ring = [[0.0, 0.0], [1.0, 2.0], [2.0, 2.0], [0.0, 0.0]];
+    let batch = CurveBatch::from_slices(&[&open[..], &ring[..]]).unwrap();
+    let options = WriteOptions { beziers: true, ..WriteOptions::default() };
+    for name in ["a.svg", "a.csv", "a.npz"] {
+        io::write_with(folder.path().join(name), &batch, &options).unwrap();
+    }
+    let svg = std::fs::read_to_string(folder.path().join("a.svg")).unwrap();
+    let paths: Vec<&str> = svg.lines().filter(|line| line.starts_with("<path")).collect();
+    assert_eq!(
+        paths,
+        [r#"<path id="0" d="M0,0C1,2 2,2 3,0 4,-2 5,-2 6,0"/>"#, r#"<path id="1" d="M0,0C1,2 2,2 0,0Z"/>"#]
+    );
+    assert!(svg.contains(r#"viewBox="-0.12 -2.12 6.24 4.24""#), "{svg}");
+    let closed = batch.clone().closed_each(vec![false, true]).unwrap();
+    io::write_with(folder.path().join("b.svg"), &closed, &options).unwrap();
+    assert_eq!(std::fs::read_to_string(folder.path().join("b.svg")).unwrap(), svg);
+    for name in ["a.csv", "a.npz"] {
+        let options = ReadOptions { closed: Closed::No, ..ReadOptions::default() };
+        assert_same(&io::read_with(folder.path().join(name), &options).unwrap(), &batch, true, name);
+    }
+}
+
+fn data(name: &str) -> PathBuf {
+    Path::new("examples/data").join(name)
+}
+
+/// Curves with two neighbours more than 180 apart in x.
+fn torn(batch: &CurveBatch) -> Vec<usize> {
+    let jumps = |points: &[f64]| {
+        points.chunks_exact(2).zip(points[2..].chunks_exact(2)).any(|(a, b)| (b[0] - a[0]).abs() > 180.0)
+    };
+    (0..batch.len()).filter(|&i| batch.count(i) > 1 && jumps(batch.points(i))).collect()
+}
+
+#[test]
+fn the_borders_of_the_world_come_in_whole_and_untorn() {
+    // Repeated closing points are dropped, except of the rings round the pole, which become open curves.
+    let small = io::read(data("countries-110m.geojson")).unwrap();
+    let closed = |batch: &CurveBatch| (0..batch.len()).filter(|&i| batch.is_closed(i)).count();
+    assert_eq!((small.len(), small.total_points(), closed(&small)), (595, 8246 - 115, 115));
+    let large = io::read(data("countries-50m.geojson.gz")).unwrap();
+    assert_eq!((large.len(), large.total_points(), closed(&large)), (1959, 80617 - 1427, 1427));
+    assert_eq!((torn(&small), torn(&large)), (vec![], vec![]));
+    let beyond = |batch: &CurveBatch| -> Vec<usize> {
+        (0..batch.len()).filter(|&i| batch.points(i).chunks_exact(2).any(|point| point[0].abs() > 180.0)).collect()
+    };
+    assert_eq!(beyond(&small), [1, 161, 162]);
+    assert_eq!(beyond(&large), [554, 565, 1380, 1851]);
+    assert_eq!(small.points(0)[..2], [178.1244, -17.5056]);
+    // Round the South Pole: a whole turn from the first point to the last, at one latitude.
+    for (batch, i, turn) in [(&small, 569, 360.0), (&large, 1851, -360.0), (&large, 1852, 360.0)] {
+        let points = batch.points(i);
+        let last = &points[points.len() - 2..];
+        assert_eq!((batch.is_closed(i), last), (false, &[points[0] + turn, points[1]][..]), "curve {i}");
+    }
+}
+
+#[test]
+fn real_documents_come_back_with_properties_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let batch = io::read(data("countries-110m.geojson")).unwrap();
+    let again = through(folder.path(), &batch, "geojson");
+    assert_same(&again, &batch, true, "110m");
+    let value = |path: &Path| -> serde_json::Value { serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap() };
+    let (before, after) = (value(&data("countries-110m.geojson")), value(&folder.path().join("batch.geojson")));
+    let features = |value: &serde_json::Value| value["features"].as_array().unwrap().clone();
+    assert_eq!(features(&after).len(), 595);
+    for (i, (before, after)) in features(&before).iter().zip(&features(&after)).enumerate() {
+        assert_eq!(before["properties"], after["properties"]);
+        if ![1, 161, 162, 569].contains(&i) {
+            let line = |feature: &serde_json::Value| -> Vec<[f64; 2]> {
+                serde_json::from_value(feature["geometry"]["coordinates"].clone()).unwrap()
+            };
+            assert_eq!(line(before), line(after), "feature {i}");
+        }
+    }
+}
+
+#[test]
+fn storms_come_in_with_their_own_time_axis_and_wind_as_weight() {
+    let columns = "x=lon,y=lat,curve=id,t=hours,weight=wind".parse().unwrap();
+    let storms = io::read_with(data("storms.csv.gz"), &ReadOptions { columns, ..ReadOptions::default() }).unwrap();
+    assert_eq!((storms.len(), storms.total_points()), (654, 19537));
+    assert_eq!((storms.name(0).as_ref(), storms.points(0)[..4].to_vec()), ("1", vec![-79.0, 27.5, -79.0, 28.5]));
+    assert_eq!(storms.parameters(0).unwrap()[..4], [0.0, 6.0, 12.0, 18.0]);
+    assert_eq!(storms.weights(0).unwrap()[0], 25.0);
+    assert_eq!((0..storms.len()).filter(|&i| storms.problem(i).is_some()).count(), 0);
+}
+
+#[test]
+fn longitudes_are_carried_on_in_csv_too_but_only_where_x_is_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    std::fs::write(&path, "lon,lat\n179,0\n-179,1\n-178,2\n").unwrap();
+    let read = |columns: &str| {
+        let columns = columns.parse().unwrap();
+        io::read_with(&path, &ReadOptions { columns, ..ReadOptions::default() }).unwrap().coords().to_vec()
+    };
+    assert_eq!(read("x=lon,y=lat"), [179.0, 0.0, 181.0, 1.0, 182.0, 2.0]);
+    assert_eq!(read("y=lon,x=lat"), [0.0, 179.0, 1.0, -179.0, 2.0, -178.0]);
+}
+
+#[test]
+fn polygons_across_the_antimeridian_stay_whole_and_those_round_a_pole_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |text: &str| {
+        let path = folder.path().join("a.json");
+        std::fs::write(&path, text).unwrap();
+        let batch = io::read(&path).unwrap();
+        (0..batch.len())
+            .map(|i| batch.points(i).chunks_exact(2).map(|point| point[0]).collect())
+            .collect::<Vec<Vec<f64>>>()
+    };
+    let with_hole = r#"{"type":"Polygon","coordinates":[[[170,0],[-170,0],[-170,20],[170,20],[170,0]],
+        [[-178,5],[-176,5],[-177,6],[-178,5]]]}"#;
+    assert_eq!(read(with_hole), [vec![170.0, 190.0, 190.0, 170.0], vec![182.0, 184.0, 183.0]]);
+    let round = r#"{"type":"Polygon","coordinates":[[[0,80],[120,80],[-120,80],[0,80]]]}"#;
+    assert_eq!(read(round), [[0.0, 120.0, -120.0]]);
+    let metres = r#"{"type":"LineString","coordinates":[[0,2000],[300,2000]]}"#;
+    assert_eq!(read(metres), [[0.0, 300.0]]);
+    let projected = r#"{"type":"FeatureCollection","crs":{"properties":{"name":"urn:ogc:def:crs:EPSG::3857"}},"features":[
+        {"type":"Feature","geometry":{"type":"LineString","coordinates":[[0,20],[300,20]]}}]}"#;
+    assert_eq!(read(projected), [[0.0, 300.0]]);
+}
+
+#[test]
+fn numpy_reads_ours_and_we_read_numpys() {
+    for name in ["savez.npz", "savez_compressed.npz"] {
+        let batch = io::read(Path::new("tests/data").join(name)).unwrap();
+        assert_eq!((batch.len(), batch.dimension(), batch.offsets()), (2, 3, &[0, 2, 5][..]), "{name}");
+        let coords: Vec<f64> = (0..15).map(|k| f64::from(k) / 8.0).collect();
+        assert_eq!(batch.coords(), coords, "{name}");
+        assert_eq!((batch.name(0).as_ref(), batch.name(1).as_ref()), ("näme", ""), "{name}");
+        assert_eq!((batch.is_closed(0), batch.is_closed(1)), (false, true), "{name}");
+        assert_eq!(batch.parameters(1), Some(&[0.5, 1.0, 4.0][..]), "{name}");
+        assert_eq!(batch.weights(0), Some(&[1.0, 2.0][..]), "{name}");
+    }
+}
+
+#[test]
+fn equal_batches_give_equal_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    for extension in FORMATS {
+        let (a, b) = (folder.path().join(format!("a.{extension}")), folder.path().join(format!("b.{extension}")));
+        io::write(&a, &figures()).unwrap();
+        io::write(&b, &figures()).unwrap();
+        assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap(), "{extension}");
+    }
+}
+
+#[test]
+fn formats_are_known_by_extension_and_word() {
+    let of = |name: &str| Format::of_extension(name).map(|format| format.to_string());
+    let known = HashMap::from([
+        ("a.CSV", "csv"),
+        ("a.b.json", "geojson"),
+        ("a.geojson.gz", "geojson"),
+        ("x/a.Svg", "svg"),
+        ("a.npz.GZ", "npz"),
+    ]);
+    for (name, format) in known {
+        assert_eq!(of(name).as_deref(), Some(format), "{name}");
+    }
+    for unknown in ["a", "a.gz", "csv", "a.csv.zip", ".csv"] {
+        assert_eq!(of(unknown), None, "{unknown}");
+    }
+}
+
+/// Any finite number, bit patterns of all sizes among them; but none that GeoJSON takes for a longitude beyond ±180, since
+/// curves are carried across the antimeridian there.
+fn number() -> impl Strategy<Value = f64> {
+    let any = prop::num::f64::NORMAL | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO;
+    let any = any.prop_map(|x| if (90.0..=360.0).contains(&x.abs()) { x * 8.0 } else { x });
+    prop_oneof![-90.0..90.0f64, any]
+}
+
+fn batches() -> impl Strategy<Value = CurveBatch> {
+    (2..=3usize, 1..6usize)
+        .prop_flat_map(|(d, curves)| {
+            let curve = prop::collection::vec(number(), d..9 * d);
+            let names = prop::collection::hash_set("[^\u{0}]{0,8}", curves);
+            (Just(d), prop::collection::vec(curve, curves), names, prop::collection::vec(any::<bool>(), curves))
+        })
+        .prop_map(|(d, curves, names, closed)| {
+            let mut offsets = vec![0];
+            curves.iter().for_each(|curve| offsets.push(offsets[offsets.len() - 1] + curve.len() / d));
+            let coords = curves.iter().flat_map(|curve| &curve[..curve.len() / d * d]).copied().collect();
+            let batch = CurveBatch::from_ragged(d, coords, offsets).unwrap();
+            // A closed curve of one point cannot be told from a point in GeoJSON.
+            let closed = (0..batch.len()).map(|i| closed[i] && batch.count(i) > 1).collect();
+            batch.with_names(names.into_iter().collect()).unwrap().closed_each(closed).unwrap()
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    #[test]
+    fn any_batch_survives_csv_npz_and_geojson(batch in batches()) {
+        let folder = tempfile::tempdir().unwrap();
+        for extension in ["csv", "npz", "geojson"] {
+            assert_same(&through(folder.path(), &batch, extension), &batch, extension != "csv", extension);
+        }
+    }
+}
