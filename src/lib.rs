@@ -17,6 +17,6 @@ pub mod spline;
 pub use batch::{CurveBatch, Point, Problem};
 pub use constraint::Constraints;
 pub use curve::{Curve, Jet, Sampling};
-pub use device::{Device, Precision};
+pub use device::{Choice, Device, Precision};
 pub use error::{Error, Result};
 pub use report::{CurveReport, CurveSet, CurveStatus, Fit};

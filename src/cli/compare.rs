@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::device::{self, Description, DeviceArgs, PrecisionArg};
 use super::method::MethodArgs;
 use super::progress::Progress;
-use super::{InputArgs, Talk, count, output, thousands};
+use super::{InputArgs, Talk, count, output, show, thousands};
 
 /// Every fit runs this often and the fastest run counts: the first one also starts threads and builds kernels.
 const RUNS: usize = 2;
@@ -72,13 +72,6 @@ pub fn bound(precision: Precision) -> f64 {
     }
 }
 
-pub fn word(precision: Precision) -> &'static str {
-    match precision {
-        Precision::F32 => "f32",
-        Precision::F64 | Precision::Auto => "f64",
-    }
-}
-
 /// What a comparison found.
 #[derive(Debug, Serialize)]
 pub struct Outcome {
@@ -110,7 +103,7 @@ pub fn judge(batch: &CurveBatch, reference: &Run, run: &Run, precision: Precisio
     let at = differences.iter().position(|d| *d == Some(worst)).filter(|_| worst > 0.0);
     let bound = bound(precision);
     Outcome {
-        precision: word(precision),
+        precision: precision.word(),
         bound,
         pass: worst <= bound,
         worst,
@@ -172,27 +165,27 @@ pub fn run(args: &CompareArgs) -> Result<bool> {
     let mut outcomes = Vec::new();
     let mut described = None;
     for precision in args.precisions() {
-        progress.step(format!("fitting on the device in {}", word(precision)));
-        let opened = device::open(args.device.device, precision, batch.coords().len())
-            .and_then(|(device, why)| Ok((fit(&device)?, device, why)));
+        progress.step(format!("fitting on the device in {}", precision.word()));
+        let opened = device::open(args.device.device, precision, &batch, sampling)
+            .and_then(|device| Ok((fit(&device)?, device)));
         match opened {
-            Ok((run, device, why)) => {
+            Ok((run, device)) => {
                 if described.is_none() {
-                    args.talk.detail(format_args!("{} ({why})", run.fit.device()));
+                    args.talk.detail(format_args!("{} ({})", run.fit.device(), device.reason()));
                 }
                 outcomes.push(judge(&batch, &reference, &run, precision));
                 described = Some(device::describe(&device));
             }
             // Where both were to be tried, a device without f64 is still worth its f32.
             Err(error) if described.is_some() && args.device.precision == PrecisionArg::Auto => {
-                args.talk.say(format_args!("no comparison in {}: {error}", word(precision)));
+                args.talk.say(format_args!("no comparison in {}: {error}", precision.word()));
             }
             Err(error) => return Err(error),
         }
     }
     progress.finish();
     let described = described.unwrap_or_else(|| device::describe(&cpu));
-    args.print(&batch, &reference, &described, &outcomes, per_span);
+    args.print(&batch, &reference, &described, &outcomes, per_span)?;
     if let Some(path) = &args.report {
         let file = args.report(&batch, &reference, &described, &outcomes, per_span);
         output::write(path, args.force, |out| {
@@ -237,21 +230,28 @@ impl CompareArgs {
         }
     }
 
-    fn print(&self, batch: &CurveBatch, reference: &Run, device: &Description, outcomes: &[Outcome], per_span: usize) {
+    fn print(
+        &self,
+        batch: &CurveBatch,
+        reference: &Run,
+        device: &Description,
+        outcomes: &[Outcome],
+        per_span: usize,
+    ) -> Result<()> {
         let curves = batch.len();
         let rate = |seconds: f64| thousands((curves as f64 / seconds.max(1e-9)).round() as usize);
         let (size, points) = (count(curves, "curve"), count(batch.total_points(), "point"));
-        println!("{size}, {points}, --method {}, {} a span", self.method.word(), count(per_span, "sample"));
+        show(format_args!("{size}, {points}, --method {}, {} a span", self.method.word(), count(per_span, "sample")))?;
         let cpu = device::describe(&Device::cpu());
-        println!("reference: CPU f64, {} ({})", cpu.name, cpu.driver);
-        println!("device:    {}, {} ({})", device.kind.to_uppercase(), device.name, device.driver);
-        println!("differences are distances in units of the curve's size (the diagonal of its box)\n");
-        println!(
+        show(format_args!("reference: CPU f64, {} ({})", cpu.name, cpu.driver))?;
+        show(format_args!("device:    {}, {} ({})", device.kind.to_uppercase(), device.name, device.driver))?;
+        show(format_args!("differences are distances in units of the curve's size (the diagonal of its box)\n"))?;
+        show(format_args!(
             "{:<10} {:>9} {:>9} {:>9} {:>7}  {:<6} {:>10} {:>14}  worst curve",
             "", "worst", "median", "99 %", "bound", "result", "seconds", "curves/s"
-        );
+        ))?;
         let seconds = reference.seconds;
-        println!(
+        show(format_args!(
             "{:<10} {:>9} {:>9} {:>9} {:>7}  {:<6} {seconds:>10.6} {:>14}",
             "reference",
             "",
@@ -260,23 +260,24 @@ impl CompareArgs {
             "",
             "",
             rate(seconds)
-        );
+        ))?;
         for outcome in outcomes {
             let Outcome { precision, bound, pass, worst, median, percentile_99, seconds, .. } = outcome;
             let label = format!("{} {precision}", device.kind.to_uppercase());
             let result = if *pass { "pass" } else { "FAIL" };
             let name = outcome.worst_curve.as_deref().unwrap_or("all alike");
-            println!(
+            show(format_args!(
                 "{label:<10} {worst:>9.2e} {median:>9.2e} {percentile_99:>9.2e} {bound:>7.0e}  {result:<6} {seconds:>10.6} {:>14}  {name}",
                 rate(*seconds)
-            );
+            ))?;
         }
         if let Some(outcome) = outcomes.first().filter(|outcome| outcome.not_fitted > 0) {
-            println!(
+            show(format_args!(
                 "\n{} could be fitted by neither side and are in no statistic",
                 count(outcome.not_fitted, "curve")
-            );
+            ))?;
         }
+        Ok(())
     }
 
     fn report<'a>(

@@ -1,34 +1,8 @@
 //! Which device does the work: the choice on the command line, and the one place where it is opened.
 
-use std::str::FromStr;
-
 use clap::{Args, ValueEnum};
-use faircurve::{Device, Error, Precision, Result};
+use faircurve::{Choice, CurveBatch, Device, Fit, Precision, Result, Sampling};
 use serde::Serialize;
-
-/// `auto`, `cpu`, `gpu` or `gpu:N`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Choice {
-    Auto,
-    Cpu,
-    Gpu(Option<usize>),
-}
-
-impl FromStr for Choice {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "auto" => Ok(Choice::Auto),
-            "cpu" => Ok(Choice::Cpu),
-            "gpu" => Ok(Choice::Gpu(None)),
-            _ => match text.strip_prefix("gpu:").map(str::parse) {
-                Some(Ok(n)) => Ok(Choice::Gpu(Some(n))),
-                _ => Err("auto, cpu, gpu and gpu:N (N = 0, 1, … as `faircurve doctor` lists them) are possible".into()),
-            },
-        }
-    }
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum PrecisionArg {
@@ -60,19 +34,19 @@ pub struct DeviceArgs {
     pub precision: PrecisionArg,
 }
 
-/// The device asked for, and why it is this one. `work` is the number of coordinates of the batch.
+/// The device asked for. `auto` decides by the points that are read and written together.
 ///
 /// # Errors
 /// A GPU that was asked for and is not there.
-pub fn open(choice: Choice, precision: Precision, work: usize) -> Result<(Device, String)> {
-    let _ = work;
-    match choice {
-        Choice::Cpu => Ok((Device::cpu().with_precision(precision), "asked for with --device cpu".into())),
-        Choice::Auto => Ok((Device::cpu().with_precision(precision), "the only device of this version".into())),
-        Choice::Gpu(_) => {
-            Err(Error::NoGpu("this version computes on the CPU only: use --device cpu, or leave --device out".into()))
-        }
-    }
+pub fn open(choice: Choice, precision: Precision, batch: &CurveBatch, sampling: Sampling) -> Result<Device> {
+    let per_span = match sampling {
+        Sampling::PerSpan(n) => n,
+        // How many they will be is known only after the fit; this many is usual.
+        _ => 16,
+    };
+    let spans: usize = (0..batch.len()).map(|i| batch.spans(i)).sum();
+    let points = batch.total_points().saturating_add(spans.saturating_mul(per_span));
+    Ok(Device::choose(choice, points)?.with_precision(precision))
 }
 
 /// A device as the report names it.
@@ -86,15 +60,24 @@ pub struct Description {
 
 /// Names a device.
 pub fn describe(device: &Device) -> Description {
-    let _ = device;
-    Description { kind: "cpu", name: cpu_name(), driver: format!("{}, {}", super::count(threads(), "thread"), simd()) }
+    match device.as_gpu() {
+        None => Description {
+            kind: "cpu",
+            name: cpu_name(),
+            driver: format!("{}, {}", super::count(threads(), "thread"), simd()),
+        },
+        Some(gpu) => {
+            Description { kind: "gpu", name: gpu.summary().name.clone(), driver: gpu.summary().driver.clone() }
+        }
+    }
 }
 
-/// The precision a device computes in.
-pub fn precision_word(device: &Device) -> &'static str {
-    match device.precision() {
-        Precision::F32 => "f32",
-        Precision::F64 | Precision::Auto => "f64",
+/// The precision a fit was computed in. A GPU told to choose says it in the fit's own words.
+pub fn precision_word(device: &Device, fit: &Fit) -> &'static str {
+    match (device.precision(), device.as_gpu()) {
+        (Precision::Auto, Some(_)) if fit.device().contains("f32") => "f32",
+        (Precision::F32, _) => "f32",
+        _ => "f64",
     }
 }
 
@@ -131,20 +114,5 @@ pub fn simd() -> &'static str {
     #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
     {
         "no vector instructions known"
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn devices_are_parsed_and_others_refused() {
-        assert_eq!("auto".parse(), Ok(Choice::Auto));
-        assert_eq!("gpu".parse(), Ok(Choice::Gpu(None)));
-        assert_eq!("gpu:3".parse(), Ok(Choice::Gpu(Some(3))));
-        for wrong in ["gpu:", "gpu:-1", "GPU", "tpu", ""] {
-            assert!(wrong.parse::<Choice>().is_err_and(|why| why.contains("gpu:N")), "{wrong}");
-        }
     }
 }

@@ -77,7 +77,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         format.check(batch.dimension(), args.shape == Shape::Bezier)?;
     }
     seconds.read = progress.step("preparing the device");
-    let (device, why) = device::open(args.device.device, args.device.precision.precision(), batch.coords().len())?;
+    let device = device::open(args.device.device, args.device.precision.precision(), &batch, sampling)?;
     let size = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
     progress.step(format!("fitting {size}"));
     let fit = method.fit(&batch, &device)?;
@@ -95,7 +95,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
             faircurve: env!("CARGO_PKG_VERSION"),
             method: args.method.word(),
             device: device::describe(&device),
-            precision: device::precision_word(&device),
+            precision: device::precision_word(&device, &fit),
         };
         output::write(path, args.force, |out| {
             report::write(out, &head, &batch, &fit, &points_out, seconds, &progress)
@@ -103,7 +103,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     }
     progress.finish();
 
-    args.talk.say(format_args!("{size}: fitted on {} ({why})", fit.device()));
+    args.talk.say(format_args!("{size}: fitted on {} ({})", fit.device(), device.reason()));
     let Seconds { read, fit: fitted, write } = seconds;
     args.talk.detail(format_args!("read in {read:.3} s, fitted in {fitted:.3} s, written in {write:.3} s"));
     args.list_unusable(&batch, &fit);

@@ -11,6 +11,7 @@ mod output;
 mod progress;
 mod report;
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -82,6 +83,14 @@ impl Talk {
             eprintln!("faircurve: {line}");
         }
     }
+}
+
+/// Writes a line to standard output.
+///
+/// # Errors
+/// Nobody reads it any more, or it is a file on a full disk.
+fn show(line: impl std::fmt::Display) -> Result<()> {
+    writeln!(std::io::stdout(), "{line}").map_err(|source| Error::Write { path: "standard output".into(), source })
 }
 
 /// Runs the program; a `true` from a subcommand means that everything was as it should be.
