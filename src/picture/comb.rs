@@ -7,11 +7,14 @@ use super::layout::Plane;
 use crate::curve::Jet;
 use crate::report::Fit;
 
-/// A quill of the 95 % quantile of |κ| is this part of the larger side of the data.
-pub(super) const QUILL: f64 = 0.04;
+/// A quill of the 95 % quantile of |κ| is this part of the larger side of the data, for up to [`ROOMY`] curves.
+const QUILL: f64 = 0.04;
+
+/// With more curves than this each has less room, and quills shrink as its side does: with the root of their number.
+const ROOMY: f64 = 20.0;
 
 /// No quill is longer than this many times the quill of the quantile: cusps and kinks would leave the page.
-pub(super) const CLAMP: f64 = 3.0;
+const CLAMP: f64 = 3.0;
 
 /// The quantile of |κ| that sets the scale.
 const QUANTILE: f64 = 0.95;
@@ -26,7 +29,7 @@ pub(super) type Quills = Vec<Option<(DVec2, DVec2)>>;
 pub(super) struct Combs {
     /// One a curve; empty where the curve was not fitted.
     pub curves: Vec<Quills>,
-    /// The curvature, in 1/length, whose quill is `QUILL` of the picture (times the scale asked for).
+    /// The 95 % quantile of |κ|, in 1/length.
     pub curvature: f64,
 }
 
@@ -35,7 +38,7 @@ impl Combs {
     /// outside of every bend and changes sides at an inflection. `size` is the larger side of the data.
     pub fn of(fit: &Fit, plane: &Plane, size: f64, scale: f64) -> Self {
         let spans: usize = (0..fit.len()).into_par_iter().map(|i| fit.curve(i).spans()).sum();
-        let per_span = (MOST_QUILLS / spans.max(1)).clamp(1, 24);
+        let per_span = (MOST_QUILLS / spans.max(1)).clamp(1, 32);
         let roots: Vec<Vec<Option<(DVec3, DVec3)>>> =
             (0..fit.len()).into_par_iter().map(|i| roots(fit, i, per_span)).collect();
         let mut sizes: Vec<f64> = roots.par_iter().flatten_iter().flatten().map(|(_, k)| k.length()).collect();
@@ -46,15 +49,16 @@ impl Combs {
             let rank = ((sizes.len() - 1) as f64 * QUANTILE).round() as usize;
             *sizes.select_nth_unstable_by(rank, f64::total_cmp).1
         };
-        let unit = if curvature > 0.0 { scale * QUILL * size / curvature } else { 0.0 };
-        let longest = CLAMP * QUILL * size * scale.max(1.0);
-        let quill = |(point, curvature): (DVec3, DVec3)| {
+        let quill = QUILL * size * (ROOMY / fit.len() as f64).sqrt().min(1.0);
+        let unit = if curvature > 0.0 { scale * quill / curvature } else { 0.0 };
+        let longest = CLAMP * quill * scale.max(1.0);
+        let drawn = |(point, curvature): (DVec3, DVec3)| {
             let root = plane.project(point)?;
             let quill = plane.vector(-curvature * unit);
             let quill = quill.is_finite().then(|| quill.clamp_length_max(longest))?;
             Some((root, root + quill))
         };
-        let curves = roots.into_par_iter().map(|roots| roots.into_iter().map(|root| quill(root?)).collect()).collect();
+        let curves = roots.into_par_iter().map(|roots| roots.into_iter().map(|root| drawn(root?)).collect()).collect();
         Combs { curves, curvature }
     }
 }

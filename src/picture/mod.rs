@@ -55,8 +55,8 @@ pub struct Picture {
     /// Width in pixels; the height follows from the data. Default 1200, at least 160.
     pub width: f64,
     /// Draws curvature combs: quills away from the centre of curvature, |κ| long, with an envelope through their tips.
-    /// At scale 1 the 95 % quantile of |κ| makes a quill of 4 % of the picture; no quill is longer than three times
-    /// that. `None`, the default, draws none.
+    /// At scale 1 the 95 % quantile of |κ| makes a quill of 4 % of the picture (with more than 20 curves less, by the
+    /// root of their number); no quill is longer than three times that. `None`, the default, draws none.
     pub comb: Option<f64>,
     /// Whether the input is drawn: its points (where there is room for them) and the polyline through them. Default true.
     pub points: bool,
