@@ -414,6 +414,23 @@ impl CurveBatch {
         }
     }
 
+    /// The same curves (names, closedness, problems) with other points; parameters, weights and constraints are left behind.
+    pub(crate) fn with_points(&self, coords: Vec<f64>, offsets: Vec<usize>) -> Self {
+        debug_assert_eq!((offsets.len(), offsets[self.len()] * self.dimension), (self.offsets.len(), coords.len()));
+        CurveBatch {
+            coords,
+            offsets,
+            parameters: None,
+            closing_spans: None,
+            weights: None,
+            constraints: Constraints::default(),
+            closed: self.closed.clone(),
+            problems: self.problems.clone(),
+            origin: self.origin.clone(),
+            ..*self
+        }
+    }
+
     /// Records the first problem that `find` sees in each curve that has none yet: the point and what is wrong with it.
     fn find_problems(&mut self, find: impl Fn(&Self, usize) -> Option<(usize, String)>) {
         for i in 0..self.len() {

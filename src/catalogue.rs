@@ -13,8 +13,16 @@ pub fn kernels() -> Vec<KernelKey> {
             keys.extend(linalg::ring::kernels(precision, path, &definitions));
         }
         for (path, entries) in spline::KERNELS {
-            let definitions = definitions([("GROUP", &spline::GROUP)]);
-            keys.extend(entries.iter().map(|entry| KernelKey { path, entry, precision, definitions: definitions.clone() }));
+            let mut definitions = definitions([("GROUP", &spline::GROUP)]);
+            if precision == Precision::F64 {
+                definitions.insert("F64".into(), "1".into());
+            }
+            keys.extend(entries.iter().map(|entry| KernelKey {
+                path,
+                entry,
+                precision,
+                definitions: definitions.clone(),
+            }));
         }
     }
     keys

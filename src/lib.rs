@@ -3,6 +3,7 @@
 
 pub mod arclength;
 mod batch;
+mod catalogue;
 mod constraint;
 mod curve;
 mod device;
@@ -15,8 +16,9 @@ mod report;
 pub mod spline;
 
 pub use batch::{CurveBatch, Point, Problem};
+pub use catalogue::kernels;
 pub use constraint::Constraints;
 pub use curve::{Curve, Jet, Sampling};
-pub use device::{Choice, Device, Precision};
+pub use device::{Choice, Device, GPU_PAYS_ABOVE, Precision};
 pub use error::{Error, Result};
 pub use report::{CurveReport, CurveSet, CurveStatus, Fit};

@@ -5,13 +5,18 @@
 //! than one system after the other, with the same bits for each.
 
 mod lanes;
+mod pentadiagonal;
 mod real;
+pub mod ring;
 mod singular;
 mod tasks;
 pub mod thomas;
 mod tridiagonal;
 
 pub(crate) use lanes::{Part, Scratch};
+pub use pentadiagonal::{
+    factor_cyclic_pentadiagonal, factor_pentadiagonal, solve_cyclic_pentadiagonal, solve_pentadiagonal,
+};
 pub use real::Real;
 pub(crate) use tasks::{take, tasks};
 pub use tridiagonal::{Cyclic, Matrix, Solutions, TridiagonalBatch, solve_tridiagonal_batch};

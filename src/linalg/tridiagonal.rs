@@ -150,7 +150,7 @@ fn check<T>(systems: &TridiagonalBatch<T>, rhs: &[T], columns: usize) -> Result<
 }
 
 /// All threads of the CPU, a run of systems each at a time.
-fn solve_on_cpu<T: Real>(systems: &TridiagonalBatch<T>, rhs: &[T], columns: usize) -> Solutions<T> {
+pub(super) fn solve_on_cpu<T: Real>(systems: &TridiagonalBatch<T>, rhs: &[T], columns: usize) -> Solutions<T> {
     let offsets = systems.offsets;
     let mut x = vec![T::ZERO; rhs.len()];
     let mut status = vec![CurveStatus::Converged; offsets.len() - 1];

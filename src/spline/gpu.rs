@@ -14,7 +14,7 @@ use crate::linalg::Real;
 use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System, real_bytes};
 
 /// Threads a workgroup of the sampling kernels.
-pub(super) const GROUP: u32 = 64;
+pub(crate) const GROUP: u32 = 64;
 
 /// Flags of `natural.wgsl` beside [`FLAG_CYCLIC`].
 const FLAG_CLAMPED_START: u32 = 2;
@@ -36,7 +36,7 @@ pub(crate) struct SampleParams {
 pub(super) struct Frame {
     pub center: [f64; 3],
     pub size: f64,
-    mean_span: f64,
+    pub mean_span: f64,
 }
 
 impl Frame {
@@ -315,7 +315,9 @@ impl<'a> Job<'a> {
                     let start = sites.offsets[curves.start];
                     let own = sites.offsets[i]..sites.offsets[i + 1];
                     frame.map_back(to, &results[2].as_slice::<S>()[(own.start - start) * d..], d);
-                    for ((to, &knot), &u) in to.chunks_exact_mut(d).zip(&sites.knots[own.clone()]).zip(&sites.fractions[own]) {
+                    for ((to, &knot), &u) in
+                        to.chunks_exact_mut(d).zip(&sites.knots[own.clone()]).zip(&sites.fractions[own])
+                    {
                         if u == 0.0 || u == 1.0 {
                             let knot = knot as usize + usize::from(u == 1.0);
                             to.copy_from_slice(&knots.values(i)[knot * d..(knot + 1) * d]);

@@ -1,5 +1,32 @@
 //! Natural cubic splines (Warren & Weimer, *Subdivision Methods for Geometric Design*, chapter 6).
 
+mod energy;
+mod gpu;
 pub(crate) mod knots;
+mod reinsch;
+mod sample;
+mod smoother;
+mod smoothing;
+mod stub;
+mod subdivide;
+pub mod uniform;
+mod uniform_gpu;
 
+pub(crate) use gpu::GROUP;
 pub use knots::Parametrisation;
+pub use smoothing::{Amount, LAMBDA_CAP, Smoothing};
+
+use crate::gpu::source::Definitions;
+
+/// Shader files of this room that give the ring kernels their rows.
+pub(crate) fn row_sources() -> Vec<(&'static str, Definitions)> {
+    ["spline/natural.wgsl", "spline/uniform.wgsl"].map(|path| (path, Definitions::new())).to_vec()
+}
+
+/// The other kernels of this room: files and entry points.
+pub(crate) const KERNELS: [(&str, &[&str]); 4] = [
+    ("spline/sample.wgsl", &["per_span", "at_sites"]),
+    ("spline/subdivide.wgsl", &["subdivide", "interpolated"]),
+    ("spline/energy.wgsl", &["discrete_energy", "exact_product"]),
+    ("spline/reinsch.wgsl", &["fit"]),
+];

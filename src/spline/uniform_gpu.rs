@@ -104,17 +104,26 @@ impl<'a> Job<'a> {
         let d = self.batch.dimension();
         let frame = Frame::of_points(self.batch.points(i), d);
         match self.operation {
-            Operation::ExactProduct(other) => Frame { size: frame.size.max(Frame::of_points(other.points(i), d).size), ..frame },
+            Operation::ExactProduct(other) => {
+                Frame { size: frame.size.max(Frame::of_points(other.points(i), d).size), ..frame }
+            }
             _ => frame,
         }
     }
 
-    fn upload<S: Real + Pod>(&self, recording: &mut Recording<'_>, batch: &CurveBatch, curves: &Range<usize>) -> wgpu::Buffer {
+    fn upload<S: Real + Pod>(
+        &self,
+        recording: &mut Recording<'_>,
+        batch: &CurveBatch,
+        curves: &Range<usize>,
+    ) -> wgpu::Buffer {
         let d = batch.dimension();
         let mut points = Vec::with_capacity((batch.offsets()[curves.end] - batch.offsets()[curves.start]) * d);
         for i in curves.clone() {
             let frame = self.frame(i);
-            points.extend(batch.points(i).iter().enumerate().map(|(k, x)| S::from_f64((x - frame.center[k % d]) / frame.size)));
+            points.extend(
+                batch.points(i).iter().enumerate().map(|(k, x)| S::from_f64((x - frame.center[k % d]) / frame.size)),
+            );
         }
         recording.upload(&points)
     }
@@ -125,7 +134,12 @@ impl<'a> Job<'a> {
     }
 
     /// Curves and parameters at a round of subdivision.
-    fn tables(&self, recording: &mut Recording<'_>, curves: &Range<usize>, round: u32) -> (wgpu::Buffer, wgpu::Buffer, usize) {
+    fn tables(
+        &self,
+        recording: &mut Recording<'_>,
+        curves: &Range<usize>,
+        round: u32,
+    ) -> (wgpu::Buffer, wgpu::Buffer, usize) {
         let first = self.batch.offsets()[curves.start];
         let table: Vec<UniformCurve> = curves
             .clone()
@@ -182,8 +196,13 @@ impl<'a> Job<'a> {
                 let (table, params, _) = self.tables(&mut recording, curves, 0);
                 let energies = recording.storage(curves.len() as u64 * real);
                 let others = other.as_ref().unwrap_or(&points);
-                let buffers =
-                    [("params", &params), ("curves", &table), ("points", &points), ("others", others), ("energies", &energies)];
+                let buffers = [
+                    ("params", &params),
+                    ("curves", &table),
+                    ("points", &points),
+                    ("others", others),
+                    ("energies", &energies),
+                ];
                 recording.dispatch(&kernel, groups(curves.len())?, &buffers)?;
                 energies
             }
@@ -209,10 +228,14 @@ impl<'a> Job<'a> {
             })
             .collect();
         let d = self.batch.dimension();
-        let solution = recording.storage(((self.batch.offsets()[curves.end] - first) * d) as u64 * real_bytes(self.precision));
+        let solution =
+            recording.storage(((self.batch.offsets()[curves.end] - first) * d) as u64 * real_bytes(self.precision));
         let status = recording.storage(4 * curves.len() as u64);
-        let source =
-            RowSource { path: "spline/uniform.wgsl", definitions: Definitions::new(), buffers: vec![("values", points)] };
+        let source = RowSource {
+            path: "spline/uniform.wgsl",
+            definitions: Definitions::new(),
+            buffers: vec![("values", points)],
+        };
         let columns = d as u32;
         let solve = Solve { systems: &systems, columns, precision: self.precision, kernel: RingKernel::Auto };
         solve.record(recording, &source, &solution, &status)?;

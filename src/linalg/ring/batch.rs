@@ -38,11 +38,9 @@ pub fn solve_on_gpu<T: Real>(
             Precision::F64 => job.record::<f64>(gpu, chunk)?.submit(),
             _ => job.record::<f32>(gpu, chunk)?.submit(),
         },
-        |chunk, results| {
-            match precision {
-                Precision::F64 => job.unpack(chunk, results[0].as_slice::<f64>(), results[1].as_slice(), &mut solutions),
-                _ => job.unpack(chunk, results[0].as_slice::<f32>(), results[1].as_slice(), &mut solutions),
-            }
+        |chunk, results| match precision {
+            Precision::F64 => job.unpack(chunk, results[0].as_slice::<f64>(), results[1].as_slice(), &mut solutions),
+            _ => job.unpack(chunk, results[0].as_slice::<f32>(), results[1].as_slice(), &mut solutions),
         },
     )?;
     Ok(solutions)
@@ -84,9 +82,10 @@ impl<T: Real> Job<'_, T> {
             recording.upload(&converted)
         };
         let (names, arrays): ([&str; 3], _) = match self.systems.matrix {
-            Matrix::Bands { lower, diagonal, upper } => {
-                (["lower", "diagonal", "upper"], vec![up(&lower[rows.clone()]), up(&diagonal[rows.clone()]), up(&upper[rows.clone()])])
-            }
+            Matrix::Bands { lower, diagonal, upper } => (
+                ["lower", "diagonal", "upper"],
+                vec![up(&lower[rows.clone()]), up(&diagonal[rows.clone()]), up(&upper[rows.clone()])],
+            ),
             Matrix::Network { excess, weights } => {
                 (["excesses", "weights", ""], vec![up(&excess[rows.clone()]), up(&weights[rows.clone()])])
             }

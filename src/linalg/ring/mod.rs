@@ -274,9 +274,9 @@ pub fn row_sources() -> Vec<(&'static str, Definitions)> {
 /// Every ring kernel in every form, for one row source.
 pub fn kernels(precision: Precision, rows: &'static str, definitions: &Definitions) -> Vec<KernelKey> {
     let source = RowSource { path: rows, definitions: definitions.clone(), buffers: Vec::new() };
-    let small = [false, true].into_iter().flat_map(|subgroup| {
-        SMALL_CHUNKS.map(|q| Variant::Lanes { lanes: SMALL_RING, q, subgroup })
-    });
+    let small = [false, true]
+        .into_iter()
+        .flat_map(|subgroup| SMALL_CHUNKS.map(|q| Variant::Lanes { lanes: SMALL_RING, q, subgroup }));
     let large = LARGE_CHUNKS.map(|q| Variant::Lanes { lanes: LARGE_RING, q, subgroup: false });
     let mut keys = Vec::new();
     for columns in 1..=MAX_COLUMNS_TOGETHER {
@@ -298,7 +298,12 @@ mod tests {
 
     #[test]
     fn structs_shared_with_the_kernels_have_their_layout() {
-        let key = long::key("reduce", Precision::F32, &RowSource { path: "linalg/common_given.wgsl", definitions: Definitions::new(), buffers: vec![] }, 1);
+        let key = long::key(
+            "reduce",
+            Precision::F32,
+            &RowSource { path: "linalg/common_given.wgsl", definitions: Definitions::new(), buffers: vec![] },
+            1,
+        );
         assert_layout!(key, Params { first, count, columns, column });
         assert_layout!(key, System { start, rows, flags, index });
         assert_layout!(key, Chunk { system, begin, rows, next });

@@ -1,0 +1,170 @@
+// Symmetric pentadiagonal systems, open and cyclic, LDLᵀ in place: one thread a system, everything in the array
+// `scratch`. Positions in it are arguments: of the diagonal, the two bands beside it, the border of a cyclic system, and
+// the right-hand sides, `width` numbers a row. Included by the kernels that need it. Twin: src/linalg/pentadiagonal.rs.
+
+// False where a pivot is not positive.
+fn factor_pentadiagonal(diagonal: u32, first: u32, second: u32, n: u32) -> bool {
+    var l1 = real(0);
+    var l2 = real(0);
+    var l2_before = real(0);
+    var u1 = real(0);
+    var u2 = real(0);
+    var u2_before = real(0);
+    for (var i = 0u; i < n; i++) {
+        let pivot = scratch[diagonal + i] - l2_before * u2_before - l1 * u1;
+        if (!(pivot > real(0))) {
+            return false;
+        }
+        let inverse = real(1) / pivot;
+        scratch[diagonal + i] = inverse;
+        var u1_here = real(0);
+        var u2_here = real(0);
+        if (i + 1u < n) {
+            u1_here = scratch[first + i] - l1 * u2;
+        }
+        if (i + 2u < n) {
+            u2_here = scratch[second + i];
+        }
+        l2_before = l2;
+        u2_before = u2;
+        l1 = u1_here * inverse;
+        u1 = u1_here;
+        l2 = u2_here * inverse;
+        u2 = u2_here;
+        if (i + 1u < n) {
+            scratch[first + i] = l1;
+        }
+        if (i + 2u < n) {
+            scratch[second + i] = l2;
+        }
+    }
+    return true;
+}
+
+fn solve_pentadiagonal(diagonal: u32, first: u32, second: u32, n: u32, x: u32, width: u32) {
+    for (var c = 0u; c < width; c++) {
+        var one = real(0);
+        var two = real(0);
+        for (var i = 0u; i < n; i++) {
+            var here = scratch[x + i * width + c];
+            if (i >= 2u) {
+                here -= scratch[second + i - 2u] * two;
+            }
+            if (i >= 1u) {
+                here -= scratch[first + i - 1u] * one;
+            }
+            scratch[x + i * width + c] = here;
+            two = one;
+            one = here;
+        }
+        one = real(0);
+        two = real(0);
+        for (var k = n; k > 0u; k--) {
+            let i = k - 1u;
+            var here = scratch[x + i * width + c] * scratch[diagonal + i];
+            if (i + 2u < n) {
+                here -= scratch[second + i] * two;
+            }
+            if (i + 1u < n) {
+                here -= scratch[first + i] * one;
+            }
+            scratch[x + i * width + c] = here;
+            two = one;
+            one = here;
+        }
+    }
+}
+
+fn factor_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u32, n: u32) -> bool {
+    let m = n - 2u;
+    for (var i = 0u; i < 2u * m; i++) {
+        scratch[border + i] = real(0);
+    }
+    // The corner block of the last two unknowns: (m, m), (m, m + 1), (m + 1, m + 1).
+    var corner = vec3<real>(scratch[diagonal + m], real(0), scratch[diagonal + m + 1u]);
+    // Every band entry that touches one of them.
+    for (var k = max(m, 2u) - 2u; k < n; k++) {
+        for (var hop = 1u; hop <= 2u; hop++) {
+            let other = (k + hop) % n;
+            let low = min(k, other);
+            let high = max(k, other);
+            if (high < m) {
+                continue;
+            }
+            let x = scratch[select(second, first, hop == 1u) + k];
+            if (low < m) {
+                scratch[border + 2u * low + (high - m)] += x;
+            } else if (low == high) {
+                if (low == m) {
+                    corner.x += x + x;
+                } else {
+                    corner.z += x + x;
+                }
+            } else {
+                corner.y += x;
+            }
+        }
+    }
+    let largest = corner.z;
+    if (!factor_pentadiagonal(diagonal, first, second, m)) {
+        return false;
+    }
+    var one = vec2<real>();
+    var two = vec2<real>();
+    for (var i = 0u; i < m; i++) {
+        var y = vec2<real>(scratch[border + 2u * i], scratch[border + 2u * i + 1u]);
+        if (i >= 2u) {
+            y -= scratch[second + i - 2u] * two;
+        }
+        if (i >= 1u) {
+            y -= scratch[first + i - 1u] * one;
+        }
+        let inverse = scratch[diagonal + i];
+        corner.x -= y.x * y.x * inverse;
+        corner.y -= y.x * y.y * inverse;
+        corner.z -= y.y * y.y * inverse;
+        two = one;
+        one = y;
+    }
+    solve_pentadiagonal(diagonal, first, second, m, border, 2u);
+    if (!(corner.x > real(0))) {
+        return false;
+    }
+    let inverse = real(1) / corner.x;
+    let factor = corner.y * inverse;
+    let last = corner.z - factor * corner.y;
+    let noise = NOISE * largest;
+    if (!(last > -noise)) {
+        return false;
+    }
+    scratch[diagonal + m] = inverse;
+    scratch[first + m] = factor;
+    scratch[diagonal + m + 1u] = real(0);
+    if (last > noise) {
+        scratch[diagonal + m + 1u] = real(1) / last;
+    }
+    return true;
+}
+
+fn solve_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u32, n: u32, x: u32, width: u32) {
+    let m = n - 2u;
+    let tail = x + m * width;
+    for (var c = 0u; c < width; c++) {
+        var x0 = scratch[tail + c];
+        var x1 = scratch[tail + width + c];
+        for (var i = 0u; i < m; i++) {
+            x0 -= scratch[border + 2u * i] * scratch[x + i * width + c];
+            x1 -= scratch[border + 2u * i + 1u] * scratch[x + i * width + c];
+        }
+        x1 = (x1 - scratch[first + m] * x0) * scratch[diagonal + m + 1u];
+        scratch[tail + c] = x0 * scratch[diagonal + m] - scratch[first + m] * x1;
+        scratch[tail + width + c] = x1;
+    }
+    solve_pentadiagonal(diagonal, first, second, m, x, width);
+    for (var i = 0u; i < m; i++) {
+        for (var c = 0u; c < width; c++) {
+            scratch[x + i * width + c] -= scratch[border + 2u * i] * scratch[tail + c]
+                + scratch[border + 2u * i + 1u] * scratch[tail + width + c];
+        }
+    }
+}

@@ -1,0 +1,357 @@
+// Cubic smoothing splines after Reinsch, one thread a curve: for a given λ, or the largest λ that keeps a deviation.
+// Everything is normalised: parameter length 1, coordinates and largest weight of size 1. Twin: src/spline/reinsch.rs
+// (the search: src/spline/smoother.rs); the regression line and averaged points are the host's.
+
+struct SmoothingParams {
+    curves: u32,
+    dimension: u32,
+    padding: u32,
+    padding_too: u32,
+}
+
+struct SmoothingCurve {
+    // First knot, number of knots (a closed curve's first not repeated).
+    start: u32,
+    count: u32,
+    flags: u32,
+    padding: u32,
+}
+
+const FLAG_CLOSED: u32 = 1u;
+const FLAG_DEVIATION: u32 = 2u;
+const STATUS_SOLVED: u32 = 1u;
+// Rounding got the better of it: the host fits this curve in f64.
+const STATUS_FAILED: u32 = 2u;
+
+// Products of constants are written out: naga does not multiply 64-bit ones.
+// NOISE = 64 ε; REFINED, below which a step of refinement is the last: 4096 ε in f64, in f32 16 ε, as much as it
+// resolves; FAILED, above which the last step may not be: 64 and 8 times that; KEPT = 1 − 64 ε, so that the host, which adds up in another order, finds no more than was allowed.
+//:if F64
+const NOISE: real = real(1.4210854715202004e-14);
+const REFINED: real = real(9.094947017729282e-13);
+const FAILED: real = real(5.820766091346741e-11);
+const KEPT: real = real(0.9999999999999858);
+const LEAST: real = real(1e-300);
+//:else
+const NOISE: real = real(7.6293945e-6);
+const REFINED: real = real(1.9073486e-6);
+const FAILED: real = real(1.5258789e-5);
+const KEPT: real = real(0.9999924);
+const LEAST: real = real(1e-36);
+//:end
+const LAMBDA_CAP: real = real(1e20);
+const MAX_REFINEMENTS: u32 = 4u;
+const STRIDE: real = real(8);
+const MAX_STRIDES: u32 = 80u;
+// A λ larger by this factor breaks the deviation.
+const CLOSE: real = real(1.002);
+
+@group(0) @binding(0) var<uniform> params: SmoothingParams;
+@group(0) @binding(1) var<storage, read> curves: array<SmoothingCurve>;
+@group(0) @binding(2) var<storage, read_write> status: array<u32>;
+// λ, or the deviation to keep.
+@group(0) @binding(3) var<storage, read> amounts: array<real>;
+@group(0) @binding(4) var<storage, read> spans: array<real>;
+@group(0) @binding(5) var<storage, read> inverse_weights: array<real>;
+@group(0) @binding(6) var<storage, read> data: array<real>;
+// Of every curve in turn: diagonal, first, second (1 a knot each), border (2), moments, step, correction (dimension each).
+@group(0) @binding(7) var<storage, read_write> scratch: array<real>;
+// Four numbers a curve: λ, α, number of solves, squared deviation.
+@group(0) @binding(8) var<storage, read_write> outcomes: array<real>;
+
+//:include linalg/pentadiagonal.wgsl
+
+struct Problem {
+    start: u32,
+    n: u32,
+    d: u32,
+    closed: bool,
+    // Positions in `scratch`.
+    diagonal: u32,
+    first: u32,
+    second: u32,
+    border: u32,
+    moments: u32,
+    step: u32,
+    correction: u32,
+}
+
+fn before(p: Problem, k: u32) -> u32 {
+    return select(k, p.n, k == 0u) - 1u;
+}
+
+fn after(p: Problem, k: u32) -> u32 {
+    return select(k + 1u, 0u, k + 1u == p.n);
+}
+
+// A span that an open curve does not have counts as infinitely long.
+fn inverse_span(p: Problem, k: u32) -> real {
+    if (!p.closed && k + 1u == p.n) {
+        return real(0);
+    }
+    return real(1) / spans[p.start + k];
+}
+
+fn inverse_span_before(p: Problem, k: u32) -> real {
+    if (!p.closed && k == 0u) {
+        return real(0);
+    }
+    return real(1) / spans[p.start + before(p, k)];
+}
+
+fn unknowns(p: Problem) -> u32 {
+    return select(max(p.n, 2u) - 2u, p.n, p.closed);
+}
+
+fn data_difference(p: Problem, k: u32, c: u32) -> real {
+    let here = data[(p.start + k) * p.d + c];
+    return (data[(p.start + after(p, k)) * p.d + c] - here) * inverse_span(p, k)
+        - (here - data[(p.start + before(p, k)) * p.d + c]) * inverse_span_before(p, k);
+}
+
+fn scratch_difference(p: Problem, u: u32, k: u32, c: u32) -> real {
+    let here = scratch[u + k * p.d + c];
+    return (scratch[u + after(p, k) * p.d + c] - here) * inverse_span(p, k)
+        - (here - scratch[u + before(p, k) * p.d + c]) * inverse_span_before(p, k);
+}
+
+fn fitted(p: Problem, k: u32, c: u32) -> real {
+    return data[(p.start + k) * p.d + c] - scratch[p.correction + k * p.d + c];
+}
+
+fn fitted_difference(p: Problem, k: u32, c: u32) -> real {
+    let here = fitted(p, k, c);
+    return (fitted(p, after(p, k), c) - here) * inverse_span(p, k)
+        - (here - fitted(p, before(p, k), c)) * inverse_span_before(p, k);
+}
+
+fn fill_bands(p: Problem, alpha: real, beta: real) {
+    let skipped = select(1u, 0u, p.closed);
+    for (var j = 0u; j < unknowns(p); j++) {
+        let here = j + skipped;
+        let previous = before(p, here);
+        let next = after(p, here);
+        let h_before = spans[p.start + previous];
+        let h_here = spans[p.start + here];
+        let ih_before = real(1) / h_before;
+        let ih_here = real(1) / h_here;
+        let ih_next = inverse_span(p, next);
+        let w_before = inverse_weights[p.start + previous];
+        let w_here = inverse_weights[p.start + here];
+        let w_next = inverse_weights[p.start + next];
+        let centre = -(ih_before + ih_here);
+        let centre_next = -(ih_here + ih_next);
+        scratch[p.diagonal + j] = alpha * ((h_before + h_here) / real(3))
+            + beta * (w_before * (ih_before * ih_before) + w_here * (centre * centre) + w_next * (ih_here * ih_here));
+        scratch[p.first + j] = alpha * (h_here / real(6)) + beta * (ih_here * (w_here * centre + w_next * centre_next));
+        scratch[p.second + j] = beta * (w_next * (ih_here * ih_next));
+    }
+}
+
+fn solve_factored(p: Problem, x: u32) {
+    let d = p.d;
+    if (!p.closed) {
+        for (var c = 0u; c < d; c++) {
+            scratch[x + c] = real(0);
+            scratch[x + (p.n - 1u) * d + c] = real(0);
+        }
+        solve_pentadiagonal(p.diagonal, p.first, p.second, unknowns(p), x + d, d);
+        return;
+    }
+    solve_cyclic_pentadiagonal(p.diagonal, p.first, p.second, p.border, p.n, x, d);
+    // Second derivatives of a periodic spline integrate to 0, which large λ leaves undetermined.
+    for (var c = 0u; c < d; c++) {
+        var integral = real(0);
+        var length = real(0);
+        for (var k = 0u; k < p.n; k++) {
+            let share = spans[p.start + before(p, k)] + spans[p.start + k];
+            integral += share * scratch[x + k * d + c];
+            length += share;
+        }
+        let mean = integral / length;
+        for (var k = 0u; k < p.n; k++) {
+            scratch[x + k * d + c] -= mean;
+        }
+    }
+}
+
+// Residual of the system at the current moments, from the fitted values.
+fn refinement_rhs(p: Problem, alpha: real) {
+    let skipped = select(1u, 0u, p.closed);
+    for (var k = 0u; k < p.n; k++) {
+        let inside = k >= skipped && k + skipped < p.n;
+        for (var c = 0u; c < p.d; c++) {
+            var residual = fitted_difference(p, k, c);
+            if (inside) {
+                let left = spans[p.start + before(p, k)];
+                let right = spans[p.start + k];
+                let sum = left * scratch[p.moments + before(p, k) * p.d + c]
+                    + real(2) * (left + right) * scratch[p.moments + k * p.d + c]
+                    + right * scratch[p.moments + after(p, k) * p.d + c];
+                residual -= alpha * (sum / real(6));
+            }
+            scratch[p.step + k * p.d + c] = residual;
+        }
+    }
+}
+
+fn solve_for(p: Problem, lambda: real) -> bool {
+    let alpha = real(1) / (real(1) + lambda);
+    let beta = lambda / (real(1) + lambda);
+    let d = p.d;
+    fill_bands(p, alpha, beta);
+    var factored = true;
+    if (p.closed) {
+        factored = factor_cyclic_pentadiagonal(p.diagonal, p.first, p.second, p.border, p.n);
+    } else {
+        factored = factor_pentadiagonal(p.diagonal, p.first, p.second, unknowns(p));
+    }
+    if (!factored) {
+        return false;
+    }
+    for (var k = 0u; k < p.n; k++) {
+        for (var c = 0u; c < d; c++) {
+            scratch[p.moments + k * d + c] = data_difference(p, k, c);
+        }
+    }
+    solve_factored(p, p.moments);
+    for (var k = 0u; k < p.n; k++) {
+        let w = inverse_weights[p.start + k];
+        for (var c = 0u; c < d; c++) {
+            scratch[p.correction + k * d + c] = beta * (w * scratch_difference(p, p.moments, k, c));
+        }
+    }
+    if (beta == real(0) || unknowns(p) == 0u) {
+        return true;
+    }
+    var moved = real(0);
+    for (var refinement = 0u; refinement < MAX_REFINEMENTS; refinement++) {
+        refinement_rhs(p, alpha);
+        solve_factored(p, p.step);
+        moved = real(0);
+        var broken = false;
+        for (var k = 0u; k < p.n; k++) {
+            let w = inverse_weights[p.start + k];
+            for (var c = 0u; c < d; c++) {
+                scratch[p.moments + k * d + c] += scratch[p.step + k * d + c];
+                let change = beta * (w * scratch_difference(p, p.step, k, c));
+                scratch[p.correction + k * d + c] += change;
+                broken = broken || !(abs(change) < real(1e30));
+                moved = max(moved, abs(change));
+            }
+        }
+        if (broken) {
+            return false;
+        }
+        if (moved <= REFINED) {
+            return true;
+        }
+    }
+    return moved <= FAILED;
+}
+
+// Largest squared distance between data and curve.
+fn square_deviation(p: Problem) -> real {
+    var largest = real(0);
+    for (var k = 0u; k < p.n; k++) {
+        var square = real(0);
+        for (var c = 0u; c < p.d; c++) {
+            let x = scratch[p.correction + k * p.d + c];
+            square += x * x;
+        }
+        largest = max(largest, square);
+    }
+    return largest;
+}
+
+// Largest squared |ω_i (Qγ)_i| of the last solve: what a small λ is multiplied by to give the largest correction.
+fn square_pull(p: Problem, alpha: real) -> real {
+    var largest = real(0);
+    for (var k = 0u; k < p.n; k++) {
+        var square = real(0);
+        for (var c = 0u; c < p.d; c++) {
+            let pull = alpha * (inverse_weights[p.start + k] * scratch_difference(p, p.moments, k, c));
+            square += pull * pull;
+        }
+        largest = max(largest, square);
+    }
+    return largest;
+}
+
+@compute @workgroup_size($GROUP)
+fn fit(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let task = (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+    if (task >= params.curves) {
+        return;
+    }
+    let curve = curves[task];
+    let n = curve.count;
+    let d = params.dimension;
+    let base = curve.start * (5u + 3u * d);
+    var p: Problem;
+    p.start = curve.start;
+    p.n = n;
+    p.d = d;
+    p.closed = (curve.flags & FLAG_CLOSED) != 0u;
+    p.diagonal = base;
+    p.first = base + n;
+    p.second = base + 2u * n;
+    p.border = base + 3u * n;
+    p.moments = base + 5u * n;
+    p.step = p.moments + n * d;
+    p.correction = p.step + n * d;
+
+    let amount = amounts[task];
+    var lambda = amount;
+    var solves = 1u;
+    var solved = true;
+    if ((curve.flags & FLAG_DEVIATION) == 0u) {
+        solved = solve_for(p, lambda);
+    } else {
+        let allowed = amount * KEPT;
+        let allowed_square = allowed * allowed;
+        solved = solve_for(p, real(0));
+        lambda = clamp(amount / sqrt(max(square_pull(p, real(1)), LEAST)), LEAST, LAMBDA_CAP);
+        var low = real(0);
+        var high = real(0);
+        for (var stride = 0u; stride < MAX_STRIDES && solved; stride++) {
+            let usable = solve_for(p, lambda);
+            solves += 1u;
+            if (usable && square_deviation(p) <= allowed_square) {
+                low = lambda;
+                if (high > real(0) || lambda >= LAMBDA_CAP) {
+                    break;
+                }
+                lambda = min(lambda * STRIDE, LAMBDA_CAP);
+            } else {
+                high = lambda;
+                if (low > real(0) || lambda <= LEAST) {
+                    break;
+                }
+                lambda = max(lambda / STRIDE, LEAST);
+            }
+        }
+        while (solved && low > real(0) && high > low * CLOSE) {
+            let middle = sqrt(low) * sqrt(high);
+            let usable = solve_for(p, middle);
+            solves += 1u;
+            if (usable && square_deviation(p) <= allowed_square) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        lambda = low;
+        solved = solved && solve_for(p, lambda);
+        solves += 1u;
+    }
+    outcomes[4u * task] = lambda;
+    outcomes[4u * task + 1u] = real(1) / (real(1) + lambda);
+    outcomes[4u * task + 2u] = real(solves);
+    outcomes[4u * task + 3u] = square_deviation(p);
+    status[task] = select(STATUS_FAILED, STATUS_SOLVED, solved);
+}

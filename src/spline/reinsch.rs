@@ -1,0 +1,414 @@
+//! The penalised least-squares problem of one curve, normalised, after Reinsch: the arithmetic of the CPU and of the kernel.
+//!
+//! Knots s_0 < … < s_{n−1} with spans h_i, data y_i, inverse weights ω_i (0 pins a point). With the divided second
+//! difference (Qᵀu)_j = (u_{j+1} − u_j)/h_j − (u_j − u_{j−1})/h_{j−1} and the tridiagonal matrix R of rows
+//! h_{j−1}/6, (h_{j−1} + h_j)/3, h_j/6, a natural (or periodic) cubic spline of values g has second derivatives γ with
+//! Rγ = Qᵀg, and energy γᵀRγ. Minimising Σ |y_i − g_i|²/ω_i + λ γᵀRγ gives g = y − λ Ω Q γ and
+//!
+//! ```text
+//! (R + λ Qᵀ Ω Q) γ = Qᵀ y.
+//! ```
+//!
+//! So that no λ from 0 to ∞ overflows, both sides are divided by 1 + λ: with α = 1/(1 + λ), β = λ/(1 + λ) and v = γ/α,
+//! (αR + β QᵀΩQ) v = Qᵀy and g = y − βΩQv. The matrix grows ill-conditioned as n⁴ for large λ; one step of
+//! iterative refinement through g, which the ill-conditioned part of v hardly enters, restores full accuracy.
+//!
+//! C. H. Reinsch, Smoothing by spline functions, Numer. Math. 10 (1967) 177–183; P. J. Green, B. W. Silverman,
+//! Nonparametric Regression and Generalized Linear Models (1994), section 2.3.
+
+use crate::linalg::{
+    Real, factor_cyclic_pentadiagonal, factor_pentadiagonal, solve_cyclic_pentadiagonal, solve_pentadiagonal,
+};
+
+/// Steps of iterative refinement at most. One suffices below some 10,000 knots.
+const MAX_REFINEMENTS: usize = 6;
+
+/// Refinement stops once it moves no value by more than this many ε of the curve's size …
+const REFINED_EPSILONS: f64 = 256.0;
+
+/// … and has failed if the last step still moved one by more than this many: 2e-12 in f64.
+const FAILED_EPSILONS: f64 = 8192.0;
+
+/// The problem of one curve and its solution. The buffers are kept from curve to curve, so that none is allocated twice.
+#[derive(Default)]
+pub(crate) struct Reinsch<T> {
+    /// Number of knots; a closed curve's first is not repeated.
+    pub count: usize,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Periodic instead of natural ends.
+    pub closed: bool,
+    /// Length of the span that starts at each knot: `count` of a closed curve, one fewer of an open one.
+    pub spans: Vec<T>,
+    /// ω_i: inverse weights; 0 pins.
+    pub inverse_weights: Vec<T>,
+    /// y_i, of size about 1.
+    pub data: Vec<T>,
+    /// y_i − g_i of the last solve: exactly 0 where ω_i = 0.
+    pub correction: Vec<T>,
+    /// v_i = γ_i/α of the last solve, at all knots.
+    pub moments: Vec<T>,
+    /// α of the last solve.
+    pub alpha: T,
+    inverse_spans: Vec<T>,
+    rhs: Vec<T>,
+    step: Vec<T>,
+    fitted: Vec<T>,
+    bands: Vec<[T; 5]>,
+    /// Whether the bands are all finite.
+    representable: bool,
+    diagonal: Vec<T>,
+    first: Vec<T>,
+    second: Vec<T>,
+    border: Vec<T>,
+    /// Of a closed curve: the solution for a unit load on the last unknown.
+    influence: Vec<T>,
+}
+
+impl<T: Real + Default> Reinsch<T> {
+    /// Computes what does not depend on λ, once the public fields are set.
+    pub fn prepare(&mut self) {
+        let (n, d) = (self.count, self.dimension);
+        self.inverse_spans.clear();
+        self.inverse_spans.extend(self.spans.iter().map(|&h| T::ONE / h));
+        // An open curve has no span after its last knot: an infinite one.
+        self.inverse_spans.resize(n, T::ZERO);
+        for buffer in [&mut self.correction, &mut self.moments, &mut self.rhs, &mut self.step, &mut self.fitted] {
+            buffer.clear();
+            buffer.resize(n * d, T::ZERO);
+        }
+        let unknowns = self.unknowns();
+        for buffer in [&mut self.diagonal, &mut self.first, &mut self.second] {
+            buffer.clear();
+            buffer.resize(unknowns, T::ZERO);
+        }
+        self.border.clear();
+        self.border.resize(if self.closed { 2 * (n - 2) } else { 0 }, T::ZERO);
+        self.influence.clear();
+        self.influence.resize(if self.closed { n } else { 0 }, T::ZERO);
+        second_differences(&self.data, &self.inverse_spans, n, d, self.closed, |at, x| self.rhs[at] = x);
+        self.fill_bands();
+        self.representable = self.bands.iter().flatten().all(|x| x.is_finite());
+    }
+
+    /// Number of unknown second derivatives: those at the ends of an open curve are 0.
+    fn unknowns(&self) -> usize {
+        if self.closed { self.count } else { self.count.saturating_sub(2) }
+    }
+
+    /// The unknowns' part of an array over all knots.
+    fn inner(&self) -> std::ops::Range<usize> {
+        let skipped = usize::from(!self.closed);
+        skipped * self.dimension..(skipped + self.unknowns()) * self.dimension
+    }
+
+    /// Diagonal and band of R, diagonal and two bands of QᵀΩQ, at every unknown; those of a closed curve with all
+    /// indices modulo n, to be summed as `factor_cyclic_pentadiagonal` does.
+    fn fill_bands(&mut self) {
+        let (n, skipped) = (self.count, usize::from(!self.closed));
+        let wrap = |k: usize| if k >= n { k - n } else { k };
+        let (h, ih, w) = (&self.spans, &self.inverse_spans, &self.inverse_weights);
+        self.bands.clear();
+        for j in 0..self.unknowns() {
+            // The knot of this unknown and those around it.
+            let here = j + skipped;
+            let before = if here == 0 { n - 1 } else { here - 1 };
+            let next = wrap(here + 1);
+            let centre = -(ih[before] + ih[here]);
+            let centre_next = -(ih[here] + ih[next]);
+            self.bands.push([
+                (h[before] + h[here]) / T::from_f64(3.0),
+                h[here] / T::from_f64(6.0),
+                w[before] * (ih[before] * ih[before]) + w[here] * (centre * centre) + w[next] * (ih[here] * ih[here]),
+                ih[here] * (w[here] * centre + w[next] * centre_next),
+                // Of an open curve's last two unknowns this would couple with knots that have no unknown; it is not read.
+                w[next] * (ih[here] * ih[next]),
+            ]);
+        }
+    }
+
+    /// Solves for one λ ≥ 0, ∞ not included. False where the system is singular in this precision.
+    pub fn solve(&mut self, lambda: T) -> bool {
+        let (n, d, closed) = (self.count, self.dimension, self.closed);
+        // Both forms keep their relative accuracy for any λ.
+        let alpha = T::ONE / (T::ONE + lambda);
+        let beta = lambda / (T::ONE + lambda);
+        self.alpha = alpha;
+        if (beta > T::ZERO && !self.representable) || !self.factor(alpha, beta) {
+            return false;
+        }
+        let inner = self.inner();
+        self.moments.copy_from_slice(&self.rhs);
+        self.solve_factored(true);
+        if beta == T::ZERO || inner.is_empty() {
+            self.correction.fill(T::ZERO);
+            return true;
+        }
+        let mut moved = T::ZERO;
+        second_differences(&self.moments, &self.inverse_spans, n, d, closed, |at, x| {
+            self.correction[at] = beta * (self.inverse_weights[at / d] * x);
+        });
+        for _ in 0..MAX_REFINEMENTS {
+            for (at, g) in self.fitted.iter_mut().enumerate() {
+                *g = self.data[at] - self.correction[at];
+            }
+            second_differences(&self.fitted, &self.inverse_spans, n, d, closed, |at, x| self.step[at] = x);
+            self.subtract_bending(alpha);
+            self.solve_factored(false);
+            moved = T::ZERO;
+            for at in inner.clone() {
+                self.moments[at] = self.moments[at] + self.step[at];
+            }
+            second_differences(&self.step, &self.inverse_spans, n, d, closed, |at, x| {
+                let change = beta * (self.inverse_weights[at / d] * x);
+                self.correction[at] = self.correction[at] + change;
+                // NaN counts as the largest change.
+                if !(change.abs() <= moved) {
+                    moved = change.abs();
+                }
+            });
+            if moved <= T::from_f64(REFINED_EPSILONS) * T::EPSILON {
+                return true;
+            }
+        }
+        moved <= T::from_f64(FAILED_EPSILONS) * T::EPSILON
+    }
+
+    /// Factors αR + βQᵀΩQ, for a closed curve with its last diagonal entry doubled: constants are in the null space of Q,
+    /// so that for large λ the matrix itself is singular to rounding.
+    fn factor(&mut self, alpha: T, beta: T) -> bool {
+        for (j, band) in self.bands.iter().enumerate() {
+            // Without smoothing the penalty plays no part, even where it overflows.
+            let [_, _, two, three, four] = if beta > T::ZERO { *band } else { [T::ZERO; 5] };
+            self.diagonal[j] = alpha * band[0] + beta * two;
+            self.first[j] = alpha * band[1] + beta * three;
+            self.second[j] = beta * four;
+        }
+        if !self.closed {
+            return factor_pentadiagonal(&mut self.diagonal, &mut self.first, &mut self.second).is_ok();
+        }
+        let last = self.count - 1;
+        self.diagonal[last] = self.diagonal[last] + self.diagonal[last];
+        let (diagonal, first, second) = (&mut self.diagonal, &mut self.first, &mut self.second);
+        let factored = factor_cyclic_pentadiagonal(diagonal, first, second, &mut self.border).is_ok();
+        self.influence.fill(T::ZERO);
+        self.influence[last] = T::ONE;
+        solve_cyclic_pentadiagonal(diagonal, first, second, &self.border, &mut self.influence, 1);
+        factored
+    }
+
+    /// Solves with the factors, in place: `moments` or `step`.
+    ///
+    /// For a closed curve the factors are those of A + τeeᵀ, and the solution for A is x + κz, z = (A + τeeᵀ)⁻¹e. Second
+    /// derivatives of a periodic spline integrate to 0: that is 1ᵀA = α·1ᵀR and 1ᵀQᵀ = 0, and it determines κ for
+    /// every α, 0 included.
+    fn solve_factored(&mut self, moments: bool) {
+        let inner = self.inner();
+        let (n, d) = (self.count, self.dimension);
+        let x = if moments { &mut self.moments } else { &mut self.step };
+        if !self.closed {
+            let ends = [0..d, (n - 1) * d..n * d];
+            ends.into_iter().for_each(|end| x[end].fill(T::ZERO));
+            solve_pentadiagonal(&self.diagonal, &self.first, &self.second, &mut x[inner], d);
+            return;
+        }
+        solve_cyclic_pentadiagonal(&self.diagonal, &self.first, &self.second, &self.border, x, d);
+        let share = |k: usize| self.spans[if k == 0 { n - 1 } else { k - 1 }] + self.spans[k];
+        let unit = (0..n).fold(T::ZERO, |sum, k| sum + share(k) * self.influence[k]);
+        for axis in 0..d {
+            let integral = (0..n).fold(T::ZERO, |sum, k| sum + share(k) * x[k * d + axis]);
+            let factor = integral / unit;
+            (0..n).for_each(|k| x[k * d + axis] = x[k * d + axis] - factor * self.influence[k]);
+        }
+    }
+
+    /// `step` −= α R v at the unknowns.
+    fn subtract_bending(&mut self, alpha: T) {
+        let (n, d) = (self.count, self.dimension);
+        let (h, v) = (&self.spans, &self.moments);
+        let skipped = usize::from(!self.closed);
+        for k in skipped..n - skipped {
+            let before = if k == 0 { n - 1 } else { k - 1 };
+            let next = if k + 1 == n { 0 } else { k + 1 };
+            let (left, right) = (h[before], h[k]);
+            for axis in 0..d {
+                let at = |k: usize| v[k * d + axis];
+                let sum = left * at(before) + T::from_f64(2.0) * (left + right) * at(k) + right * at(next);
+                self.step[k * d + axis] = self.step[k * d + axis] - alpha * (sum / T::from_f64(6.0));
+            }
+        }
+    }
+
+    /// Largest |ω_i (Qγ)_i| of the last solve: what a small λ is multiplied by to give the largest correction.
+    pub fn largest_pull(&self) -> T {
+        let (n, d) = (self.count, self.dimension);
+        let (mut largest, mut square) = (T::ZERO, T::ZERO);
+        second_differences(&self.moments, &self.inverse_spans, n, d, self.closed, |at, x| {
+            let pull = self.alpha * (self.inverse_weights[at / d] * x);
+            square = if at % d == 0 { pull * pull } else { square + pull * pull };
+            if square > largest {
+                largest = square;
+            }
+        });
+        T::from_f64(largest.to_f64().sqrt())
+    }
+
+    /// γᵀRγ of the last solve, summed over the coordinates: ∫|p″|² of the normalised curve.
+    pub fn energy(&self) -> T {
+        let (n, d) = (self.count, self.dimension);
+        let mut sum = T::ZERO;
+        for (k, &h) in self.spans.iter().enumerate() {
+            let next = if k + 1 == n { 0 } else { k + 1 };
+            for axis in 0..d {
+                let (a, b) = (self.alpha * self.moments[k * d + axis], self.alpha * self.moments[next * d + axis]);
+                sum = sum + h * (a * a + a * b + b * b);
+            }
+        }
+        sum / T::from_f64(3.0)
+    }
+
+    /// The limit λ → ∞: the weighted regression line, through the ends that are pinned; of a closed curve the weighted
+    /// mean. Sets `correction`, and `moments` to 0.
+    pub fn solve_line(&mut self) {
+        let (n, d) = (self.count, self.dimension);
+        self.moments.fill(T::ZERO);
+        self.alpha = T::ZERO;
+        // Only both ends are ever pinned, and a pinned point outweighs all others.
+        let pinned = self.inverse_weights[0] == T::ZERO;
+        for axis in 0..d {
+            let y = |k: usize| self.data[k * d + axis];
+            let (centre, level, slope) = if pinned {
+                let length = self.spans.iter().fold(T::ZERO, |sum, &h| sum + h);
+                (T::ZERO, y(0), (y(n - 1) - y(0)) / length)
+            } else {
+                self.regression(axis)
+            };
+            let mut s = T::ZERO;
+            for k in 0..n {
+                let pinned_end = pinned && (k == 0 || k + 1 == n);
+                self.correction[k * d + axis] =
+                    if pinned_end { T::ZERO } else { y(k) - (level + slope * (s - centre)) };
+                if k + 1 < n {
+                    s = s + self.spans[k];
+                }
+            }
+        }
+    }
+
+    /// Weighted mean of the parameters, weighted mean of a coordinate, and slope (0 for closed curves).
+    fn regression(&self, axis: usize) -> (T, T, T) {
+        let (n, d) = (self.count, self.dimension);
+        let weight = |k: usize| T::ONE / self.inverse_weights[k];
+        let y = |k: usize| self.data[k * d + axis];
+        let parameter = |s: &mut T, k: usize| {
+            let here = *s;
+            *s = if k + 1 < n { here + self.spans[k] } else { here };
+            here
+        };
+        let (mut weights, mut centre, mut level, mut s) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
+        for k in 0..n {
+            let here = parameter(&mut s, k);
+            weights = weights + weight(k);
+            centre = centre + weight(k) * here;
+            level = level + weight(k) * y(k);
+        }
+        (centre, level) = (centre / weights, level / weights);
+        if self.closed {
+            return (centre, level, T::ZERO);
+        }
+        let (mut square, mut product, mut s) = (T::ZERO, T::ZERO, T::ZERO);
+        for k in 0..n {
+            let here = parameter(&mut s, k) - centre;
+            square = square + weight(k) * here * here;
+            product = product + weight(k) * here * (y(k) - level);
+        }
+        (centre, level, product / square)
+    }
+}
+
+/// (u_{j+1} − u_j)/h_j − (u_j − u_{j−1})/h_{j−1} at every knot, handed to `put` with its flat index. A span that an
+/// open curve does not have counts as infinitely long, which makes the operator its own transpose, Q and Qᵀ at once.
+fn second_differences<T: Real>(
+    u: &[T],
+    inverse_spans: &[T],
+    count: usize,
+    dimension: usize,
+    closed: bool,
+    mut put: impl FnMut(usize, T),
+) {
+    for k in 0..count {
+        let before = if k == 0 { count - 1 } else { k - 1 };
+        let next = if k + 1 == count { 0 } else { k + 1 };
+        let left = if k == 0 && !closed { T::ZERO } else { inverse_spans[before] };
+        let right = inverse_spans[k];
+        for axis in 0..dimension {
+            let at = |k: usize| u[k * dimension + axis];
+            put(k * dimension + axis, (at(next) - at(k)) * right - (at(k) - at(before)) * left);
+        }
+    }
+}
+#[cfg(test)]
+mod tests {
+    use rand::rngs::StdRng;
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    /// Uneven spans, inverse weights over four decades.
+    fn random_problem<T: Real>(n: usize, closed: bool, seed: u64) -> Reinsch<T> {
+        let mut random = StdRng::seed_from_u64(seed);
+        let spans: Vec<f64> = (0..n - usize::from(!closed)).map(|_| random.random_range(0.05..2.0)).collect();
+        let length: f64 = spans.iter().sum();
+        let mut problem = Reinsch {
+            count: n,
+            dimension: 2,
+            closed,
+            spans: spans.iter().map(|h| T::from_f64(h / length)).collect(),
+            inverse_weights: (0..n).map(|_| T::from_f64(10_f64.powf(random.random_range(0.0..4.0)))).collect(),
+            data: (0..2 * n).map(|_| T::from_f64(random.random_range(-1.0..1.0))).collect(),
+            ..Reinsch::default()
+        };
+        problem.prepare();
+        problem
+    }
+
+    fn worst<T: Real, U: Real>(a: &[T], b: &[U]) -> f64 {
+        assert_eq!(a.len(), b.len());
+        a.iter().zip(b).map(|(a, b)| (a.to_f64() - b.to_f64()).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_limit_of_large_lambda_is_the_line() {
+        for closed in [false, true] {
+            for seed in 0..50 {
+                for n in [3, 5, 27, 200] {
+                    let mut problem = random_problem::<f64>(n, closed, seed);
+                    problem.solve_line();
+                    let line = problem.correction.clone();
+                    for power in [4, 8, 12, 14, 16, 19, 100] {
+                        let lambda = 10_f64.powi(power);
+                        assert!(problem.solve(lambda), "{n} points, closed {closed}, λ 1e{power}, seed {seed}");
+                        let error = worst(&problem.correction, &line);
+                        // The smallest eigenvalue of the penalty is at least (3π/2)⁴/n, inverse weights being 1 and more.
+                        assert!(error < n as f64 / lambda + 1e-12, "{n}, closed {closed}, λ 1e{power}: {error}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn single_precision_follows_double_precision() {
+        for closed in [false, true] {
+            for n in [2, 3, 4, 10, 60] {
+                let (mut wide, mut narrow) = (random_problem::<f64>(n, closed, 1), random_problem::<f32>(n, closed, 1));
+                // Up to condition numbers of some 1e5, where the values of f32 still mean something.
+                for lambda in [0.0, 1e-9, 1e-7, 1e-5].map(|x| x * 1e4 / (n as f64).powi(2)) {
+                    assert!(wide.solve(lambda) && narrow.solve(lambda as f32), "{n} points, λ {lambda}");
+                    let error = worst(&wide.correction, &narrow.correction);
+                    assert!(error < 2e-6, "{n} points, closed {closed}, λ {lambda}: {error}");
+                }
+            }
+        }
+    }
+}

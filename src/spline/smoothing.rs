@@ -1,0 +1,147 @@
+//! [`Smoothing`]: cubic smoothing splines.
+
+use rayon::prelude::*;
+
+use super::knots::{Coincident, Knots, Parametrisation};
+use super::smoother::{Smoother, Target};
+use crate::batch::CurveBatch;
+use crate::device::Device;
+use crate::error::{Error, Result};
+use crate::linalg::{take, tasks};
+use crate::report::{CurveReport, Fit};
+
+/// How much to smooth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Amount {
+    /// The factor λ ≥ 0 of the bending energy, the same for every curve. 0 interpolates; larger is smoother. Its unit
+    /// is that of t³ times that of the weights.
+    Lambda(f64),
+    /// The largest distance D > 0 between a data point and the curve's point of the same parameter, in the units of the
+    /// coordinates: every curve gets the largest λ that keeps it. Smaller is closer.
+    Deviation(f64),
+}
+
+/// Cubic smoothing splines p that minimise Σ w_i |y_i − p(t_i)|² + λ ∫|p″|² dt, natural at the ends of an open curve,
+/// periodic for a closed one.
+///
+/// The weights w are the batch's, 1 where it has none. Data points at one parameter are one knot at their weighted mean
+/// that carries the sum of their weights, which leaves the minimiser as it is; reported deviations refer to the data
+/// points as given.
+///
+/// **Method.** Reinsch's system (R + λ QᵀW⁻¹Q) γ = Qᵀy for the second derivatives γ at the knots, pentadiagonal (cyclic
+/// for closed curves), values p = y − λ W⁻¹Q γ. Every curve is normalised first: parameters to length 1 (T), coordinates to half
+/// the size of their bounding box, weights by their largest ω. With s = t/T the bending energy is T⁻³ ∫|p_ss|² ds, so
+/// the normalised problem has λ′ = λ/(ω T³). Up to λ′ = [`LAMBDA_CAP`] any λ is fine; from there on the curve is, to
+/// rounding, the limit for λ → ∞, and that is returned: the weighted regression line, of a closed curve the weighted
+/// mean.
+///
+/// **A deviation kept.** λ is bracketed and closed in on until a λ larger by 0.2 % (1 % at most, where rounding interferes)
+/// breaks the deviation; the curve returned keeps it. The largest deviation grows with λ but for rare curves, where
+/// the λ found is the first to break it. If the regression line keeps it, the line is returned, with
+/// λ = [`LAMBDA_CAP`]·ωT³. The report says λ, the deviation reached and the number of solves.
+/// Points at one parameter that lie farther than D from their mean make a curve
+/// [`NotConverged`](crate::CurveStatus::NotConverged); it interpolates the means.
+///
+/// **Pinned ends.** With `pin_ends` an open curve starts and ends exactly at its first and last data point, bit for bit (their
+/// inverse weights are 0), so that curves that meet keep meeting. A closed curve has no ends.
+///
+/// ```
+/// use faircurve::{CurveBatch, Device, spline::{Amount, Smoothing}};
+/// let stairs = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [3.0, 2.0]];
+/// let batch = CurveBatch::from_slices(&[&stairs[..]])?;
+/// let smoothing = Smoothing { amount: Amount::Deviation(0.5), ..Smoothing::default() };
+/// let fit = smoothing.fit(&batch, &Device::cpu())?;
+/// let report = &fit.reports()[0];
+/// assert!(report.max_deviation <= 0.5 && report.smoothing > Some(0.0));
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Smoothing {
+    /// How much to smooth. Default: λ = 0, which interpolates.
+    pub amount: Amount,
+    /// Whether open curves keep their end points exactly. Default: no.
+    pub pin_ends: bool,
+    /// How the data points get their parameters. Default: the batch's, else chord length.
+    pub parametrisation: Parametrisation,
+}
+
+impl Default for Smoothing {
+    fn default() -> Self {
+        Smoothing { amount: Amount::Lambda(0.0), pin_ends: false, parametrisation: Parametrisation::Auto }
+    }
+}
+
+/// The normalised λ′ from which on a curve is its limit for λ → ∞ to rounding: for n knots the two differ by n·10⁻²³ of
+/// the curve's size at most.
+pub const LAMBDA_CAP: f64 = 1e20;
+
+impl Smoothing {
+    /// Fits every curve of a batch.
+    ///
+    /// Reports: energy ∫|p″|² dt, λ, largest deviation from a data point, number of solves. A curve that cannot be
+    /// fitted (see [`CurveBatch::problem`]; fewer than two different parameters) keeps its points and says why.
+    ///
+    /// # Errors
+    /// λ that is negative, infinite or NaN; a deviation that is not positive and finite; parameters asked for
+    /// ([`Parametrisation::Given`]) but absent; a batch with constraints, which smoothing cannot honour.
+    pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        self.check(batch)?;
+        let mut knots = Knots::new(batch, self.parametrisation, Coincident::Average)?;
+        let _ = device;
+        let (second, reports) = self.fit_on_cpu(batch, &mut knots);
+        Ok(Fit::new(Box::new(super::stub::Stub { knots, second, batch: batch.clone() }), reports, "CPU, f64".into()))
+    }
+
+    fn check(&self, batch: &CurveBatch) -> Result<()> {
+        match self.amount {
+            Amount::Lambda(lambda) if !(lambda >= 0.0 && lambda.is_finite()) => Err(Error::argument(format!(
+                "the smoothing factor λ is {lambda}; it must be finite and at least 0, where 0 interpolates: \
+                 give another, or a deviation"
+            ))),
+            Amount::Deviation(deviation) if !(deviation > 0.0 && deviation.is_finite()) => {
+                Err(Error::argument(format!(
+                    "the largest deviation allowed is {deviation}; it must be positive and finite: \
+                     to interpolate, give λ = 0 instead"
+                )))
+            }
+            _ if !batch.constraints().is_empty() => Err(Error::argument(
+                "smoothing splines cannot honour tangents, curvatures, exponents or known flags, but the batch has some: \
+                 leave these columns out, or pin the ends, or give weights",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// [`fit`](Self::fit) on all threads of the CPU. The values of the knots become those of the curves; second
+    /// derivatives at the knots and the reports are returned.
+    fn fit_on_cpu(&self, batch: &CurveBatch, knots: &mut Knots) -> (Vec<f64>, Vec<CurveReport>) {
+        let d = knots.dimension;
+        let mut values = std::mem::take(&mut knots.values);
+        let knots_only = &*knots;
+        let mut second = vec![0.0; values.len()];
+        let mut work = Vec::new();
+        let (mut values_rest, mut second_rest) = (&mut values[..], &mut second[..]);
+        for curves in tasks(&knots.offsets) {
+            let length = (knots.offsets[curves.end] - knots.offsets[curves.start]) * d;
+            work.push((curves, take(&mut values_rest, length), take(&mut second_rest, length)));
+        }
+        let reports: Vec<CurveReport> = work
+            .into_par_iter()
+            .map_init(Smoother::default, |smoother, (curves, mut values, mut second)| {
+                let fit_one = |i: usize| {
+                    let length = knots_only.range(i).len() * d;
+                    let (values, second) = (take(&mut values, length), take(&mut second, length));
+                    match knots_only.unfitted.get(&i) {
+                        Some(problem) => CurveReport::unfitted(problem.status, problem.message.clone()),
+                        None => smoother.fit(Target { batch, knots: knots_only, curve: i, values, second }, self),
+                    }
+                };
+                curves.map(fit_one).collect::<Vec<_>>()
+            })
+            .flatten_iter()
+            .collect();
+        knots.values = values;
+        (second, reports)
+    }
+}
