@@ -14,5 +14,5 @@ pub use adapter::{AdapterSummary, adapters};
 pub use capture::{CapturedBuffer, CapturedDispatch};
 pub use context::Gpu;
 pub use kernel::{Kernel, KernelKey};
-pub use pipeline::pipeline;
+pub use pipeline::{Interrupted, pipeline};
 pub use record::{Downloaded, Pending, Recording};

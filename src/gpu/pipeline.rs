@@ -1,28 +1,137 @@
 //! Chunks one after the other, the next being prepared and uploaded while the device works on the last.
 
-use super::record::{Downloaded, Pending};
-use crate::error::Result;
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use crate::error::{Error, Result};
 
 /// Chunks under way at once: one on the device, one on its way there.
 const IN_FLIGHT: usize = 2;
 
-/// Submits every chunk in order and finishes each as its results arrive.
+/// A run that ended early: everything before `finished` is done and kept.
+#[derive(Debug)]
+pub struct Interrupted {
+    /// What happened.
+    pub error: Error,
+    /// First curve that is not finished.
+    pub finished: usize,
+}
+
+impl From<Interrupted> for Error {
+    fn from(interrupted: Interrupted) -> Self {
+        interrupted.error
+    }
+}
+
+/// Submits the chunks (ranges of curves) in order and finishes each, in order, as its results arrive. When the device has
+/// no memory for a chunk, what is under way is finished and the chunks left are halved, once.
 ///
 /// # Errors
-/// The first of `submit`, of a submission, or of `finish`; chunks finished before stay finished.
-pub fn pipeline<'g, C>(
-    chunks: impl IntoIterator<Item = C>,
-    mut submit: impl FnMut(&C) -> Result<Pending<'g>>,
-    mut finish: impl FnMut(&C, &[Downloaded]) -> Result<()>,
-) -> Result<()> {
-    let mut under_way = std::collections::VecDeque::with_capacity(IN_FLIGHT);
-    for chunk in chunks {
-        let pending = submit(&chunk)?;
-        under_way.push_back((chunk, pending));
-        if under_way.len() == IN_FLIGHT {
-            let (chunk, pending) = under_way.pop_front().expect("it was just filled");
-            finish(&chunk, &pending.wait()?)?;
+/// The first error of `submit`, `wait` or `finish`, with the number of curves finished before.
+pub fn pipeline<P, R>(
+    chunks: Vec<Range<usize>>,
+    mut submit: impl FnMut(&Range<usize>) -> Result<P>,
+    mut wait: impl FnMut(P) -> Result<R>,
+    mut finish: impl FnMut(&Range<usize>, R) -> Result<()>,
+) -> Result<(), Interrupted> {
+    let mut finished = chunks.first().map_or(0, |chunk| chunk.start);
+    let mut waiting: VecDeque<Range<usize>> = chunks.into();
+    let mut under_way: VecDeque<(Range<usize>, P)> = VecDeque::with_capacity(IN_FLIGHT);
+    let mut halved = false;
+    loop {
+        if under_way.len() < IN_FLIGHT
+            && let Some(chunk) = waiting.pop_front()
+        {
+            match submit(&chunk) {
+                Ok(pending) => under_way.push_back((chunk, pending)),
+                Err(Error::OutOfMemory { .. }) if !halved => {
+                    halved = true;
+                    waiting.push_front(chunk);
+                    waiting = waiting.iter().flat_map(halves).collect();
+                    // Memory of the chunks under way is free again before the next is tried.
+                    drain(&mut under_way, &mut finished, &mut wait, &mut finish, 0)?;
+                }
+                Err(error) => {
+                    // What was submitted before may still end well.
+                    drain(&mut under_way, &mut finished, &mut wait, &mut finish, 0)?;
+                    return Err(Interrupted { error, finished });
+                }
+            }
+        } else if under_way.is_empty() {
+            return Ok(());
+        } else {
+            let left = under_way.len() - 1;
+            drain(&mut under_way, &mut finished, &mut wait, &mut finish, left)?;
         }
     }
-    under_way.into_iter().try_for_each(|(chunk, pending)| finish(&chunk, &pending.wait()?))
+}
+
+/// Finishes chunks until only `left` are under way.
+fn drain<P, R>(
+    under_way: &mut VecDeque<(Range<usize>, P)>,
+    finished: &mut usize,
+    wait: &mut impl FnMut(P) -> Result<R>,
+    finish: &mut impl FnMut(&Range<usize>, R) -> Result<()>,
+    left: usize,
+) -> Result<(), Interrupted> {
+    while under_way.len() > left {
+        let (chunk, pending) = under_way.pop_front().expect("there are more than are to be left");
+        let done = wait(pending).and_then(|results| finish(&chunk, results));
+        done.map_err(|error| Interrupted { error, finished: *finished })?;
+        *finished = chunk.end;
+    }
+    Ok(())
+}
+
+fn halves(chunk: &Range<usize>) -> Vec<Range<usize>> {
+    let middle = chunk.start + chunk.len().div_ceil(2);
+    [chunk.start..middle, middle..chunk.end].into_iter().filter(|half| !half.is_empty()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs chunks of ten curves on a device that has memory for `room` curves, and is lost before curve `lost`.
+    fn run(room: usize, lost: usize) -> (Result<(), Interrupted>, Vec<Range<usize>>) {
+        let mut done = Vec::new();
+        let result = pipeline(
+            vec![0..10, 10..20, 20..27],
+            |chunk| match chunk.len() <= room {
+                true => Ok(chunk.clone()),
+                false => Err(Error::OutOfMemory { chunk_bytes: chunk.len() as u64 }),
+            },
+            |chunk: Range<usize>| if chunk.end > lost { Err(Error::DeviceLost("gone".into())) } else { Ok(chunk) },
+            |chunk, results| {
+                assert_eq!(*chunk, results);
+                done.push(results);
+                Ok(())
+            },
+        );
+        (result, done)
+    }
+
+    #[test]
+    fn every_chunk_is_finished_once_and_in_order() {
+        let (result, done) = run(10, 100);
+        assert!(result.is_ok());
+        assert_eq!(done, [0..10, 10..20, 20..27]);
+    }
+
+    #[test]
+    fn chunks_are_halved_once_when_memory_runs_out() {
+        let (result, done) = run(5, 100);
+        assert!(result.is_ok());
+        assert_eq!(done, [0..5, 5..10, 10..15, 15..20, 20..24, 24..27]);
+        let (result, done) = run(4, 100);
+        assert!(matches!(result, Err(Interrupted { error: Error::OutOfMemory { .. }, finished: 0 })));
+        assert!(done.is_empty());
+    }
+
+    #[test]
+    fn what_was_finished_before_the_device_was_lost_is_kept() {
+        let (result, done) = run(10, 20);
+        assert!(matches!(result, Err(Interrupted { error: Error::DeviceLost(_), finished: 20 })));
+        assert_eq!(done, [0..10, 10..20]);
+    }
 }

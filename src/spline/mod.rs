@@ -1,19 +1,23 @@
 //! Natural cubic splines (Warren & Weimer, *Subdivision Methods for Geometric Design*, chapter 6).
 
+mod cubic;
 mod energy;
 mod gpu;
 pub(crate) mod knots;
+mod natural;
 mod reinsch;
 mod sample;
 mod smoother;
 mod smoothing;
-mod stub;
+mod smoothing_gpu;
 mod subdivide;
 pub mod uniform;
 mod uniform_gpu;
 
+pub use cubic::CubicSplines;
 pub(crate) use gpu::GROUP;
 pub use knots::Parametrisation;
+pub use natural::{Ends, Natural};
 pub use smoothing::{Amount, LAMBDA_CAP, Smoothing};
 
 use crate::gpu::source::Definitions;

@@ -29,6 +29,19 @@ pub(super) struct Target<'a> {
     pub second: &'a mut [f64],
 }
 
+/// What a kernel found: the normalised λ, 1/(1 + λ), and how many solves it took.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outcome {
+    pub lambda: f64,
+    pub alpha: f64,
+    pub solves: u32,
+}
+
+/// So that nobody who adds up the squares in another order finds more than was allowed.
+fn keeps(deviation: f64, allowed: f64) -> bool {
+    deviation <= allowed * (1.0 - 8.0 * f64::EPSILON)
+}
+
 /// What a thread keeps from curve to curve.
 #[derive(Default)]
 pub(super) struct Smoother {
@@ -66,6 +79,56 @@ impl Smoother {
                 CurveReport { smoothing: Some(lambda), ..self.keep(&mut target, normalised, deviation) }
             }
             Amount::Deviation(allowed) => self.search(&mut target, allowed),
+        }
+    }
+
+    /// Sets up the normalised problem of a curve for the kernel, and gives the amount in its terms: the normalised λ, or
+    /// the deviation in units of the size. `None` where the host must fit: the answer is the regression line or the
+    /// data themselves, or points were averaged, which the kernel does not know.
+    pub fn prepare_for_kernel(&mut self, target: &Target, options: &Smoothing) -> Option<f64> {
+        self.load(target, options.pin_ends);
+        match options.amount {
+            Amount::Lambda(lambda) => {
+                let normalised = lambda / self.weight / self.length / self.length / self.length;
+                (normalised > 0.0 && normalised < LAMBDA_CAP).then_some(normalised)
+            }
+            Amount::Deviation(allowed) => {
+                let averaged = target.knots.repeats.contains_key(&target.curve);
+                let is_line = !averaged && self.solve_line() && keeps(self.deviation(target).0, allowed);
+                (!averaged && !is_line).then_some(allowed / self.size)
+            }
+        }
+    }
+
+    /// The normalised problem set up last.
+    pub fn problem(&self) -> &Reinsch<f64> {
+        &self.problem
+    }
+
+    /// Takes over what a kernel solved, as if [`solve`](Self::solve) had; `None` where it is not finite or breaks the
+    /// deviation after all.
+    pub fn accept(
+        &mut self,
+        target: &mut Target,
+        options: &Smoothing,
+        outcome: Outcome,
+        moments: impl Iterator<Item = f64>,
+        correction: impl Iterator<Item = f64>,
+    ) -> Option<CurveReport> {
+        self.load(target, options.pin_ends);
+        self.problem.alpha = outcome.alpha;
+        self.problem.moments.iter_mut().zip(moments).for_each(|(to, from)| *to = from);
+        self.problem.correction.iter_mut().zip(correction).for_each(|(to, from)| *to = from);
+        if !self.finish_solve() {
+            return None;
+        }
+        self.solves = outcome.solves;
+        let deviation = self.deviation(target).0;
+        match options.amount {
+            Amount::Lambda(lambda) => {
+                Some(CurveReport { smoothing: Some(lambda), ..self.keep(target, outcome.lambda, deviation) })
+            }
+            Amount::Deviation(allowed) => (deviation <= allowed).then(|| self.keep(target, outcome.lambda, deviation)),
         }
     }
 
@@ -182,8 +245,7 @@ impl Smoother {
 
     /// The largest λ that keeps the deviation allowed.
     fn search(&mut self, target: &mut Target, allowed: f64) -> CurveReport {
-        // So that nobody who adds up the squares in another order finds more than was allowed.
-        let keeps = |deviation: f64| deviation <= allowed * (1.0 - 8.0 * f64::EPSILON);
+        let keeps = |deviation: f64| keeps(deviation, allowed);
         if self.solve_line() {
             let deviation = self.deviation(target).0;
             if keeps(deviation) {

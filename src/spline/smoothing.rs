@@ -88,8 +88,14 @@ impl Smoothing {
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
         let mut knots = Knots::new(batch, self.parametrisation, Coincident::Average)?;
-        let _ = device;
-        let (second, reports) = self.fit_on_cpu(batch, &mut knots);
+        let (second, reports) = match device.as_gpu() {
+            // The system is worse conditioned the larger λ: f64 where the adapter has it.
+            Some(gpu) => {
+                let precision = device.kernel_precision(gpu, false)?;
+                super::smoothing_gpu::fit_on_gpu(self, gpu, precision, batch, &mut knots)?
+            }
+            None => self.fit_on_cpu(batch, &mut knots),
+        };
         Ok(Fit::new(Box::new(super::stub::Stub { knots, second, batch: batch.clone() }), reports, "CPU, f64".into()))
     }
 

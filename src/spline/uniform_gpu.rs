@@ -9,7 +9,7 @@ use crate::batch::CurveBatch;
 use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Downloaded, Gpu, KernelKey, Recording, pipeline, plan};
+use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
 use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System, real_bytes};
 
@@ -80,10 +80,11 @@ pub(super) fn run(
             Precision::F64 => job.record::<f64>(curves)?.submit(),
             _ => job.record::<f32>(curves)?.submit(),
         },
+        Pending::wait,
         |curves, results| {
             match precision {
-                Precision::F64 => job.unpack::<f64>(curves, results, offsets, &mut out),
-                _ => job.unpack::<f32>(curves, results, offsets, &mut out),
+                Precision::F64 => job.unpack::<f64>(curves, &results, offsets, &mut out),
+                _ => job.unpack::<f32>(curves, &results, offsets, &mut out),
             }
             Ok(())
         },

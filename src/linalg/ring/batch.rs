@@ -9,7 +9,7 @@ use crate::CurveStatus;
 use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::source::Definitions;
-use crate::gpu::{Gpu, Recording, plan};
+use crate::gpu::{Gpu, Pending, Recording, plan};
 use crate::linalg::tridiagonal::solve_on_cpu;
 use crate::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch};
 

@@ -1,0 +1,236 @@
+//! Smoothing splines on the GPU: normalised and mapped back by the code of the CPU, solved by `reinsch.wgsl`.
+//!
+//! The host keeps what is not the kernel's: curves whose regression line is the answer, averaged points under a
+//! deviation, and curves that the device's precision cannot resolve, which it fits in f64.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::gpu::GROUP;
+use super::knots::Knots;
+use super::smoother::{Outcome, Smoother, Target};
+use super::smoothing::Smoothing;
+use crate::batch::CurveBatch;
+use crate::device::Precision;
+use crate::error::{Error, Result};
+use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, pipeline, plan};
+use crate::linalg::Real;
+use crate::linalg::ring::real_bytes;
+use crate::report::CurveReport;
+
+const FLAG_CLOSED: u32 = 1;
+const FLAG_DEVIATION: u32 = 2;
+const STATUS_SOLVED: u32 = 1;
+const STATUS_FAILED: u32 = 2;
+
+/// `SmoothingParams` of `reinsch.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct SmoothingParams {
+    pub curves: u32,
+    pub dimension: u32,
+    pub padding: u32,
+    pub padding_too: u32,
+}
+
+/// `SmoothingCurve` of `reinsch.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct SmoothingCurve {
+    pub start: u32,
+    pub count: u32,
+    pub flags: u32,
+    pub padding: u32,
+}
+
+/// The kernel in a precision.
+pub(super) fn kernel(precision: Precision) -> KernelKey {
+    let mut definitions = crate::gpu::source::definitions([("GROUP", &GROUP)]);
+    if precision == Precision::F64 {
+        definitions.insert("F64".into(), "1".into());
+    }
+    KernelKey { path: "spline/reinsch.wgsl", entry: "fit", precision, definitions }
+}
+
+/// Fits every curve: the values of the knots become those of the curves; second derivatives at the knots and the
+/// reports are returned.
+///
+/// # Errors
+/// Those of submissions; [`Error::Limit`] for a curve larger than the device's largest array.
+pub(super) fn fit_on_gpu(
+    options: &Smoothing,
+    gpu: &Gpu,
+    precision: Precision,
+    batch: &CurveBatch,
+    knots: &mut Knots,
+) -> Result<(Vec<f64>, Vec<CurveReport>)> {
+    let d = knots.dimension;
+    let mut values = std::mem::take(&mut knots.values);
+    let mut second = vec![0.0; values.len()];
+    let mut reports: Vec<Option<CurveReport>> = vec![None; knots.len()];
+    let real = real_bytes(precision);
+    let scratch = real * (5 + 3 * d) as u64;
+    let counts = (0..knots.len()).map(|i| knots.range(i).len());
+    let fitted = plan::chunks(counts, scratch, 2 * scratch + real * (2 + d) as u64, gpu.limits()).and_then(|chunks| {
+        let mut smoother = Smoother::default();
+        // Packing the next chunk and unpacking the last one take turns on this thread.
+        let job = std::cell::RefCell::new(Job {
+            options,
+            gpu,
+            precision,
+            batch,
+            knots,
+            smoother: &mut smoother,
+            values: &mut values,
+            second: &mut second,
+            reports: &mut reports,
+        });
+        let done = pipeline(
+            chunks,
+            |curves| match precision {
+                Precision::F64 => job.borrow_mut().record::<f64>(curves),
+                _ => job.borrow_mut().record::<f32>(curves),
+            },
+            |(pending, sent)| Ok((pending.wait()?, sent)),
+            |_, (results, sent)| match precision {
+                Precision::F64 => job.borrow_mut().unpack::<f64>(&sent, &results),
+                _ => job.borrow_mut().unpack::<f32>(&sent, &results),
+            },
+        );
+        Ok(done?)
+    });
+    knots.values = values;
+    fitted?;
+    Ok((second, reports.into_iter().map(|report| report.expect("every curve was fitted or refused")).collect()))
+}
+
+struct Job<'a> {
+    options: &'a Smoothing,
+    gpu: &'a Gpu,
+    precision: Precision,
+    batch: &'a CurveBatch,
+    knots: &'a Knots,
+    smoother: &'a mut Smoother,
+    values: &'a mut [f64],
+    second: &'a mut [f64],
+    reports: &'a mut [Option<CurveReport>],
+}
+
+/// A curve on its way: its index and where its knots start in the chunk's arrays.
+type Sent = (usize, usize);
+
+impl<'a> Job<'a> {
+    fn target(&mut self, i: usize) -> (Target<'_>, &mut Smoother) {
+        let d = self.knots.dimension;
+        let range = self.knots.offsets[i] * d..self.knots.offsets[i + 1] * d;
+        let target = Target {
+            batch: self.batch,
+            knots: self.knots,
+            curve: i,
+            values: &mut self.values[range.clone()],
+            second: &mut self.second[range],
+        };
+        (target, self.smoother)
+    }
+
+    fn fit_on_host(&mut self, i: usize) {
+        let options = self.options;
+        let (target, smoother) = self.target(i);
+        let report = smoother.fit(target, options);
+        self.reports[i] = Some(report);
+    }
+
+    fn record<S: Real + Pod>(&mut self, curves: &Range<usize>) -> Result<(Pending<'a>, Vec<Sent>)> {
+        let d = self.knots.dimension;
+        let (mut table, mut amounts, mut sent) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut spans, mut inverse_weights, mut data) = (Vec::<S>::new(), Vec::<S>::new(), Vec::<S>::new());
+        for i in curves.clone() {
+            if let Some(problem) = self.knots.unfitted.get(&i) {
+                self.reports[i] = Some(CurveReport::unfitted(problem.status, problem.message.clone()));
+                continue;
+            }
+            let options = self.options;
+            let (target, smoother) = self.target(i);
+            let Some(amount) = smoother.prepare_for_kernel(&target, options) else {
+                self.fit_on_host(i);
+                continue;
+            };
+            let problem = smoother.problem();
+            let start = inverse_weights.len();
+            let convert = |x: &f64| S::from_f64(*x);
+            spans.extend(problem.spans.iter().map(convert));
+            inverse_weights.extend(problem.inverse_weights.iter().map(convert));
+            data.extend(problem.data.iter().map(convert));
+            // An open curve has one span fewer than knots.
+            spans.resize(inverse_weights.len(), S::ZERO);
+            let mut flags = if problem.closed { FLAG_CLOSED } else { 0 };
+            let by_deviation = matches!(options.amount, super::Amount::Deviation(_));
+            flags |= if by_deviation { FLAG_DEVIATION } else { 0 };
+            table.push(SmoothingCurve { start: start as u32, count: problem.count as u32, flags, padding: 0 });
+            amounts.push(S::from_f64(amount));
+            sent.push((i, start));
+        }
+        let real = real_bytes(self.precision);
+        let kernel = self.gpu.kernel(&kernel(self.precision))?;
+        let mut recording = self.gpu.record();
+        let (count, dimension) = (table.len() as u32, d as u32);
+        let params = recording.uniform(&SmoothingParams { curves: count, dimension, padding: 0, padding_too: 0 });
+        let curves = recording.upload(&table);
+        let status = recording.storage(4 * u64::from(count));
+        let amounts = recording.upload(&amounts);
+        let knots = inverse_weights.len();
+        let (spans, weights, data) =
+            (recording.upload(&spans), recording.upload(&inverse_weights), recording.upload(&data));
+        let scratch = recording.storage((knots * (5 + 3 * d)) as u64 * real);
+        let outcomes = recording.storage(4 * u64::from(count) * real);
+        recording.dispatch(
+            &kernel,
+            plan::workgroups(table.len(), GROUP as usize, self.gpu.limits())?,
+            &[
+                ("params", &params),
+                ("curves", &curves),
+                ("status", &status),
+                ("amounts", &amounts),
+                ("spans", &spans),
+                ("inverse_weights", &weights),
+                ("data", &data),
+                ("scratch", &scratch),
+                ("outcomes", &outcomes),
+            ],
+        )?;
+        [&status, &outcomes, &scratch].into_iter().for_each(|buffer| recording.download(buffer));
+        Ok((recording.submit()?, sent))
+    }
+
+    fn unpack<S: Real + Pod>(&mut self, sent: &[Sent], results: &[Downloaded]) -> Result<()> {
+        let d = self.knots.dimension;
+        let (status, outcomes) = (results[0].as_slice::<u32>(), results[1].as_slice::<S>());
+        let scratch = results[2].as_slice::<S>();
+        for (k, &(i, start)) in sent.iter().enumerate() {
+            let accepted = match status[k] {
+                STATUS_SOLVED => {
+                    let count = self.knots.range(i).len() - usize::from(self.knots.closed[i]);
+                    let moments = start * (5 + 3 * d) + 5 * count;
+                    let correction = moments + 2 * count * d;
+                    let [lambda, alpha, solves] = [0, 1, 2].map(|field| outcomes[4 * k + field].to_f64());
+                    let outcome = Outcome { lambda, alpha, solves: solves as u32 };
+                    let options = self.options;
+                    let (mut target, smoother) = self.target(i);
+                    let numbers = |from: usize| scratch[from..from + count * d].iter().map(|x| x.to_f64());
+                    smoother.accept(&mut target, options, outcome, numbers(moments), numbers(correction))
+                }
+                STATUS_FAILED => None,
+                word => {
+                    let message = format!("curve {i} has the status word {word}: no kernel wrote it");
+                    return Err(Error::Kernel { kernel: "spline/reinsch".into(), message });
+                }
+            };
+            match accepted {
+                Some(report) => self.reports[i] = Some(report),
+                None => self.fit_on_host(i),
+            }
+        }
+        Ok(())
+    }
+}
