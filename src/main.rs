@@ -1,3 +1,7 @@
-//! The program `faircurve`.
+//! The program `faircurve`: fits fair curves to files full of points.
 
-fn main() {}
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::run()
+}

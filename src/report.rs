@@ -1,9 +1,11 @@
 //! What a fit returns: curves, and one report a curve. Every status is explained here, once.
 
+use glam::DVec3;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::batch::CurveBatch;
-use crate::curve::{Curve, Sampling};
+use crate::curve::{Curve, Sampling, vector};
 
 /// How the fit of one curve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -140,6 +142,32 @@ impl Fit {
     /// Every curve as a polyline: names, properties and closedness of the input, the parameter of every point.
     pub fn polylines(&self, sampling: Sampling) -> CurveBatch {
         self.curves.polylines(sampling)
+    }
+
+    /// Every curve as a chain of cubic Béziers within `tolerance` of it (units of the input): control points, three a
+    /// piece and one more; the chain of a closed curve does not repeat its first. Names and properties as [`polylines`](Self::polylines).
+    pub fn beziers(&self, tolerance: f64) -> CurveBatch {
+        let shape = self.polylines(Sampling::PerSpan(1));
+        let chain = |i: usize| {
+            let pieces = self.curve(i).beziers(tolerance);
+            let mut points: Vec<DVec3> = pieces.iter().flat_map(|piece| &piece[..3]).copied().collect();
+            match pieces.last() {
+                // The very first point, bit for bit: it is dropped where the chain is marked as closed.
+                Some(_) if shape.is_closed(i) => points.push(points[0]),
+                Some(piece) => points.push(piece[3]),
+                None => points.extend(shape.points(i).chunks_exact(shape.dimension()).map(vector).take(1)),
+            }
+            points
+        };
+        let chains: Vec<Vec<DVec3>> = (0..self.len()).into_par_iter().map(chain).collect();
+        let mut offsets = vec![0];
+        chains.iter().for_each(|chain| offsets.push(offsets[offsets.len() - 1] + chain.len()));
+        let coords = chains.iter().flatten().flat_map(|p| p.to_array().into_iter().take(shape.dimension())).collect();
+        let closed = (0..self.len()).map(|i| shape.is_closed(i)).collect();
+        CurveBatch::from_ragged(shape.dimension(), coords, offsets)
+            .and_then(|batch| batch.closed_each(closed))
+            .expect("offsets and flags were counted above")
+            .with_origin(shape.origin().clone())
     }
 
     /// Curves and reports, in order.

@@ -1,1 +1,351 @@
-//! SVG pictures of curves.
+//! SVG pictures of a fit: the points given, the curves fitted, and on demand their curvature combs.
+
+mod comb;
+mod layout;
+mod page;
+mod svg;
+
+#[cfg(test)]
+mod tests;
+
+use std::io::{self, Write};
+
+use rayon::prelude::*;
+
+use crate::batch::CurveBatch;
+use crate::curve::vector;
+use crate::report::{CurveStatus, Fit};
+use comb::Combs;
+use layout::{Bounds, Frame, Plane};
+use page::{Entry, Page};
+use svg::{Pen, escape};
+
+/// Okabe and Ito's palette: told apart by colour-blind eyes, and by their greys in print.
+const FITTED: &str = "#0072B2";
+const NOT_USABLE: &str = "#D55E00";
+const COMB: &str = "#CC79A7";
+const GIVEN: &str = "#A9A9A9";
+const DOTS: &str = "#333333";
+
+/// Béziers stray from the curve by at most this part of a pixel.
+const TOLERANCE_PX: f64 = 0.05;
+
+/// Curves are turned into text this many at a time: parallel, and without holding the whole picture.
+const CHUNK: usize = 2048;
+
+/// Up to this many curves carry their name as a tooltip.
+const MOST_TOOLTIPS: usize = 5000;
+
+/// How a fit is drawn: white page, input in grey, fitted curves in blue, combs in purple, and dashed in vermilion
+/// whatever curve is not usable. One scale for both axes, y up; 3-D curves are projected onto the two widest
+/// principal axes of their points. Lines keep their width when the picture is scaled.
+///
+/// Curves are cubic Béziers within 0.05 pixel of the fit; what is smaller than a pixel is merged, so that the file
+/// grows with what can be seen and not with the data.
+///
+/// ```no_run
+/// # use faircurve::{CurveBatch, Fit, picture::Picture};
+/// # fn show(batch: &CurveBatch, fit: &Fit) -> std::io::Result<()> {
+/// let picture = Picture { comb: Some(1.0), title: Some("Storms".into()), ..Picture::default() };
+/// std::fs::write("storms.svg", picture.draw(batch, fit))
+/// # }
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width in pixels; the height follows from the data. Default 1200, at least 160.
+    pub width: f64,
+    /// Draws curvature combs: quills away from the centre of curvature, |κ| long, with an envelope through their tips.
+    /// At scale 1 the 95 % quantile of |κ| makes a quill of 4 % of the picture (with more than 20 curves less, by the
+    /// root of their number); no quill is longer than three times that. `None`, the default, draws none.
+    pub comb: Option<f64>,
+    /// Whether the input is drawn: its points (where there is room for them) and the polyline through them. Default true.
+    pub points: bool,
+    /// A line above the picture. Default none.
+    pub title: Option<String>,
+    /// What the caption calls the method, such as "natural cubic splines". Default empty.
+    pub method: String,
+}
+
+impl Default for Picture {
+    fn default() -> Self {
+        Picture { width: 1200.0, comb: None, points: true, title: None, method: String::new() }
+    }
+}
+
+impl Picture {
+    /// The picture of `fit`, which was fitted to `batch`, as SVG text.
+    ///
+    /// # Panics
+    /// When `fit` has not one curve for every curve of `batch`.
+    pub fn draw(&self, batch: &CurveBatch, fit: &Fit) -> String {
+        let mut out = Vec::new();
+        self.write(batch, fit, &mut out).expect("a Vec takes all that is written to it");
+        String::from_utf8(out).expect("written from strings")
+    }
+
+    /// Writes the picture of `fit`, which was fitted to `batch`, piece by piece.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    ///
+    /// # Panics
+    /// When `fit` has not one curve for every curve of `batch`.
+    pub fn write(&self, batch: &CurveBatch, fit: &Fit, out: &mut dyn Write) -> io::Result<()> {
+        assert_eq!(batch.len(), fit.len(), "a picture needs the batch that was fitted");
+        let width = if self.width.is_nan() { 160.0 } else { self.width.clamp(160.0, 1e5) };
+        let plane = Plane::of(batch);
+        let mut bounds = Bounds::of(batch, fit, &plane);
+        let combs = self.comb.map(|scale| Combs::of(fit, &plane, bounds.size(), scale));
+        for (root, tip) in combs.iter().flat_map(|combs| &combs.curves).flatten().flatten() {
+            bounds = bounds.with(*root).with(*tip);
+        }
+        let top = if self.title.is_some() { 44.0 } else { 0.0 };
+        let frame = Frame::fit(bounds, width, top, 24.0);
+        let look = Look::of(batch, fit, &frame, self.points);
+        let drawing = Drawing { batch, fit, plane, frame, look };
+
+        let page = Page { frame: &frame, width, title: self.title.as_deref() };
+        page.open(out, &self.legend(&drawing, combs.as_ref()), &self.caption(batch, fit))?;
+        page.grid(out)?;
+        if self.points {
+            drawing.layer(out, GIVEN, look.thin, "", |i| drawing.given(i))?;
+        }
+        if let Some(combs) = &combs {
+            drawing.layer(out, COMB, look.thin, r#" stroke-opacity=".55""#, |i| drawing.quills(&combs.curves[i]))?;
+            drawing.layer(out, COMB, 1.4 * look.thin, "", |i| drawing.envelope(&combs.curves[i]))?;
+        }
+        // Where many lines cross, their number shows as depth of colour.
+        let ink = if look.line < 1.0 { r#" stroke-opacity=".8""# } else { "" };
+        drawing.layer(out, FITTED, look.line, ink, |i| drawing.usable(i).then(|| drawing.fitted(i))?)?;
+        let dashes = r#" stroke-dasharray="5 4""#;
+        drawing.layer(out, NOT_USABLE, look.line.max(1.2), dashes, |i| {
+            (!drawing.usable(i)).then(|| drawing.fitted(i))?
+        })?;
+        if look.dot > 0.0 {
+            drawing.layer(out, DOTS, 2.0 * look.dot, "", |i| drawing.dots(i))?;
+        }
+        page.close(out)
+    }
+
+    fn legend(&self, drawing: &Drawing, combs: Option<&Combs>) -> Vec<Entry> {
+        let (fit, look) = (drawing.fit, drawing.look);
+        let mut entries = Vec::new();
+        if self.points {
+            let dot = (look.dot > 0.0).then_some((DOTS, look.dot));
+            entries.push(Entry { colour: GIVEN, width: look.thin.max(1.0), dashed: false, dot, text: "input".into() });
+        }
+        let line = |colour, dashed, text| Entry { colour, width: look.line.max(1.2), dashed, dot: None, text };
+        if fit.usable() > 0 {
+            entries.push(line(FITTED, false, "fitted curve".into()));
+        }
+        if let Some(combs) = combs {
+            let text = format!("curvature comb (95 % of |κ| ≤ {})", page::short(combs.curvature));
+            entries.push(line(COMB, false, text));
+        }
+        if fit.usable() < fit.len() {
+            let text = format!("not usable: {}", words(fit));
+            entries.push(line(NOT_USABLE, true, text));
+        }
+        entries
+    }
+
+    fn caption(&self, batch: &CurveBatch, fit: &Fit) -> String {
+        let plural = |n: usize, what: &str| format!("{} {what}{}", page::thousands(n), if n == 1 { "" } else { "s" });
+        let mut parts = vec![format!("{}, {}", plural(batch.len(), "curve"), plural(batch.total_points(), "point"))];
+        parts.extend([&self.method[..], fit.device()].into_iter().filter(|part| !part.is_empty()).map(String::from));
+        if batch.dimension() == 3 {
+            parts.push("orthographic view onto the two widest principal axes".into());
+        }
+        parts.join(" · ")
+    }
+}
+
+/// The statuses that are not usable, with their counts: "2 invalid, 1 degenerate".
+fn words(fit: &Fit) -> String {
+    let mut counts: Vec<(CurveStatus, usize)> = Vec::new();
+    for status in fit.reports().iter().map(|report| report.status).filter(|status| !status.is_usable()) {
+        match counts.iter_mut().find(|(known, _)| *known == status) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((status, 1)),
+        }
+    }
+    let words = counts.iter().map(|(status, n)| format!("{} {}", page::thousands(*n), status.word().replace('_', " ")));
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// Widths that follow from how crowded the picture is.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    /// Of fitted curves, in pixels.
+    line: f64,
+    /// Of the input polyline and the quills.
+    thin: f64,
+    /// Radius of the dots; 0 draws none.
+    dot: f64,
+    /// Decimal places of a pixel.
+    decimals: usize,
+    /// Whether curves carry their names.
+    tooltips: bool,
+}
+
+impl Look {
+    fn of(batch: &CurveBatch, fit: &Fit, frame: &Frame, points: bool) -> Self {
+        // The side of the square of page that each point has to itself.
+        let room = (frame.area() / batch.total_points().max(1) as f64).sqrt();
+        let dot = (0.05 * room).min(2.6);
+        Look {
+            line: (0.08 * room).clamp(0.55, 1.8),
+            thin: (0.02 * room).clamp(0.5, 0.9),
+            dot: if points && dot >= 0.8 { dot } else { 0.0 },
+            decimals: if batch.total_points() <= 20_000 { 2 } else { 1 },
+            tooltips: fit.len() <= MOST_TOOLTIPS,
+        }
+    }
+}
+
+/// What the layers are drawn from.
+struct Drawing<'a> {
+    batch: &'a CurveBatch,
+    fit: &'a Fit,
+    plane: Plane,
+    frame: Frame,
+    look: Look,
+}
+
+impl Drawing<'_> {
+    /// One path a curve, in the batch's order, as a group of one style.
+    fn layer<F>(&self, out: &mut dyn Write, colour: &str, width: f64, style: &str, path: F) -> io::Result<()>
+    where
+        F: Fn(usize) -> Option<String> + Sync,
+    {
+        writeln!(out, r#"<g stroke="{colour}" stroke-width="{width:.2}"{style}>"#)?;
+        for start in (0..self.batch.len()).step_by(CHUNK) {
+            let end = self.batch.len().min(start + CHUNK);
+            let paths: Vec<_> = (start..end).into_par_iter().filter_map(&path).collect();
+            paths.iter().try_for_each(|path| out.write_all(path.as_bytes()))?;
+        }
+        writeln!(out, "</g>")
+    }
+
+    fn usable(&self, i: usize) -> bool {
+        self.fit.reports()[i].status.is_usable()
+    }
+
+    /// The points of curve `i` in pixels; `None` for one that cannot be drawn.
+    fn points(&self, i: usize) -> impl Iterator<Item = Option<glam::DVec2>> {
+        let points = self.batch.points(i).chunks_exact(self.batch.dimension());
+        points.map(|p| Some(self.frame.map(self.plane.project(vector(p))?)))
+    }
+
+    /// The input polyline, without vertices that stand less than half a pixel from the last one drawn.
+    fn given(&self, i: usize) -> Option<String> {
+        let mut pen = Pen::new(self.look.decimals);
+        let (mut last, mut skipped, mut drawn) = (None, None, 0);
+        for point in self.points(i) {
+            match (point, last) {
+                (Some(p), Some(from)) if p.distance_squared(from) < 0.25 => skipped = Some(p),
+                (Some(p), Some(_)) => {
+                    pen.line_to(p);
+                    (last, skipped, drawn) = (Some(p), None, drawn + 1);
+                }
+                (Some(p), None) => {
+                    pen.move_to(p);
+                    (last, skipped) = (Some(p), None);
+                }
+                (None, _) => last = None,
+            }
+        }
+        if let Some(p) = skipped {
+            pen.line_to(p);
+        }
+        if drawn > 0 && self.batch.is_closed(i) && self.points(i).all(|p| p.is_some()) {
+            pen.close();
+        }
+        path(pen.finish(), None)
+    }
+
+    fn dots(&self, i: usize) -> Option<String> {
+        let mut pen = Pen::new(1);
+        self.points(i).flatten().for_each(|p| pen.dot(p));
+        path(pen.finish(), None)
+    }
+
+    /// The fitted curve, or what stands in its place, with its name (and what went wrong) as a tooltip.
+    fn fitted(&self, i: usize) -> Option<String> {
+        let curve = self.fit.curve(i);
+        let mut pen = Pen::new(self.look.decimals);
+        let (mut end, mut whole) = (None, true);
+        for piece in curve.beziers(TOLERANCE_PX / self.frame.scale) {
+            let Some(piece) = self.project(piece) else {
+                (end, whole) = (None, false);
+                continue;
+            };
+            if end.is_none() {
+                pen.move_to(piece[0]);
+            }
+            pen.cubic(piece);
+            end = Some(piece[3]);
+        }
+        if curve.is_closed() && whole && end.is_some() {
+            pen.close();
+        }
+        let report = &self.fit.reports()[i];
+        let name = self.batch.name(i);
+        let tooltip = match (&report.message, report.status.is_usable()) {
+            (Some(message), false) => Some(format!("{name}: {} ({message})", report.status.word())),
+            (None, false) => Some(format!("{name}: {}", report.status.word())),
+            (_, true) => self.look.tooltips.then(|| name.into_owned()),
+        };
+        let mut text = pen.finish();
+        if text.is_empty() {
+            // A single point, or one between two that cannot be drawn, has no line, but a place.
+            let mut pen = Pen::new(self.look.decimals);
+            self.points(i).flatten().for_each(|p| pen.dot(p));
+            text = pen.finish();
+        }
+        path(text, tooltip)
+    }
+
+    /// The piece in pixels, or `None` when part of it cannot be drawn.
+    fn project(&self, piece: [glam::DVec3; 4]) -> Option<[glam::DVec2; 4]> {
+        let mut out = [glam::DVec2::ZERO; 4];
+        for (to, from) in out.iter_mut().zip(piece) {
+            *to = self.frame.map(self.plane.project(from)?);
+        }
+        Some(out)
+    }
+
+    fn quills(&self, quills: &comb::Quills) -> Option<String> {
+        let mut pen = Pen::new(1);
+        for (root, tip) in quills.iter().flatten() {
+            pen.move_to(self.frame.map(*root));
+            pen.line_to(self.frame.map(*tip));
+        }
+        path(pen.finish(), None)
+    }
+
+    fn envelope(&self, quills: &comb::Quills) -> Option<String> {
+        let mut pen = Pen::new(1);
+        let mut drawing = false;
+        for quill in quills {
+            match quill {
+                Some((_, tip)) if drawing => pen.line_to(self.frame.map(*tip)),
+                Some((_, tip)) => pen.move_to(self.frame.map(*tip)),
+                None => {}
+            }
+            drawing = quill.is_some();
+        }
+        path(pen.finish(), None)
+    }
+}
+
+/// A path element; nothing for empty data.
+fn path(data: String, tooltip: Option<String>) -> Option<String> {
+    if data.is_empty() {
+        return None;
+    }
+    Some(match tooltip {
+        Some(tooltip) => format!("<path d=\"{data}\"><title>{}</title></path>\n", escape(&tooltip)),
+        None => format!("<path d=\"{data}\"/>\n"),
+    })
+}

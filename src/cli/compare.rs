@@ -1,0 +1,307 @@
+//! `faircurve compare`: the same fit on the CPU in f64 and on the device, curve by curve.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use faircurve::{CurveBatch, Device, Fit, Precision, Result, Sampling};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::device::{self, Description, DeviceArgs, PrecisionArg};
+use super::method::MethodArgs;
+use super::progress::Progress;
+use super::{InputArgs, Talk, count, output, show, thousands};
+
+/// Every fit runs this often and the fastest run counts: the first one also starts threads and builds kernels.
+const RUNS: usize = 2;
+
+#[derive(Args, Debug)]
+pub struct CompareArgs {
+    #[command(flatten)]
+    input: InputArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    device: DeviceArgs,
+    /// Writes every curve's difference as JSON
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+    /// Replaces a report that exists
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    talk: Talk,
+}
+
+/// A fit with its samples and the seconds both took.
+pub struct Run {
+    fit: Fit,
+    samples: CurveBatch,
+    seconds: f64,
+}
+
+/// Fits and samples, [`RUNS`] times; the result of the last, the time of the fastest.
+pub fn fit(
+    batch: &CurveBatch,
+    sampling: Sampling,
+    device: &Device,
+    fit: impl Fn(&CurveBatch, &Device) -> Result<Fit>,
+) -> Result<Run> {
+    let once = || -> Result<Run> {
+        let started = Instant::now();
+        let fit = fit(batch, device)?;
+        let samples = fit.polylines(sampling);
+        Ok(Run { fit, samples, seconds: started.elapsed().as_secs_f64() })
+    };
+    let mut run = once()?;
+    for _ in 1..RUNS {
+        let fastest = run.seconds;
+        drop(run);
+        run = once()?;
+        run.seconds = run.seconds.min(fastest);
+    }
+    Ok(run)
+}
+
+/// Largest difference allowed between a device and the CPU in f64, in units of the curve's size.
+pub fn bound(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => 2e-6,
+        Precision::F64 | Precision::Auto => 1e-12,
+    }
+}
+
+/// What a comparison found.
+#[derive(Debug, Serialize)]
+pub struct Outcome {
+    pub precision: &'static str,
+    pub bound: f64,
+    pub pass: bool,
+    /// Largest difference; infinite (null in JSON) where one side fitted and the other did not.
+    pub worst: f64,
+    pub worst_curve: Option<String>,
+    pub median: f64,
+    pub percentile_99: f64,
+    pub seconds: f64,
+    /// Curves that neither side could fit: they come out as their input, bit for bit, and are in no statistic.
+    pub not_fitted: usize,
+    #[serde(skip)]
+    differences: Vec<Option<f64>>,
+}
+
+/// Compares two runs curve by curve.
+pub fn judge(batch: &CurveBatch, reference: &Run, run: &Run, precision: Precision) -> Outcome {
+    let differences: Vec<Option<f64>> =
+        (0..batch.len()).into_par_iter().map(|i| difference(batch, i, reference, run)).collect();
+    // A NaN that only one side has is a difference without bound, and sorts last.
+    let mut sorted: Vec<f64> = differences.iter().flatten().copied().collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let quantile =
+        |q: f64| if sorted.is_empty() { 0.0 } else { sorted[((sorted.len() - 1) as f64 * q).round() as usize] };
+    let worst = quantile(1.0);
+    let at = differences.iter().position(|d| *d == Some(worst)).filter(|_| worst > 0.0);
+    let bound = bound(precision);
+    Outcome {
+        precision: precision.word(),
+        bound,
+        pass: worst <= bound,
+        worst,
+        worst_curve: at.map(|i| batch.name(i).into_owned()),
+        median: quantile(0.5),
+        percentile_99: quantile(0.99),
+        seconds: run.seconds,
+        not_fitted: differences.iter().filter(|d| d.is_none()).count(),
+        differences,
+    }
+}
+
+/// Largest distance between samples of curve `i`, in units of the diagonal of its points' box. `None` where neither
+/// side fitted the curve and both say the same; infinite where they disagree about status, number or finiteness.
+fn difference(batch: &CurveBatch, i: usize, reference: &Run, run: &Run) -> Option<f64> {
+    let (status, other) = (reference.fit.reports()[i].status, run.fit.reports()[i].status);
+    let (a, b) = (reference.samples.points(i), run.samples.points(i));
+    if status != other || a.len() != b.len() {
+        return Some(f64::INFINITY);
+    }
+    if !reference.fit.curve(i).is_fitted() {
+        let same = a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+        return if same { None } else { Some(f64::INFINITY) };
+    }
+    let dimension = batch.dimension();
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for point in batch.points(i).chunks_exact(dimension) {
+        for (axis, &x) in point.iter().enumerate() {
+            (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));
+        }
+    }
+    let size = (0..dimension).map(|axis| (high[axis] - low[axis]).powi(2)).sum::<f64>().sqrt();
+    let distance = |(a, b): (&[f64], &[f64])| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    let mut largest = 0.0f64;
+    for d in a.chunks_exact(dimension).zip(b.chunks_exact(dimension)).map(distance) {
+        if !d.is_finite() {
+            return Some(f64::INFINITY);
+        }
+        largest = largest.max(d);
+    }
+    Some(if largest == 0.0 { 0.0 } else { largest / size })
+}
+
+pub fn run(args: &CompareArgs) -> Result<bool> {
+    let method = args.method.method()?;
+    let per_span = args.method.per_span()?;
+    let outputs: Vec<_> = args.report.as_deref().map(|path| ("--report", path)).into_iter().collect();
+    output::check(&outputs, args.force)?;
+
+    let mut progress = Progress::new(args.talk.quiet);
+    progress.step("reading");
+    let batch = args.input.read()?;
+    let sampling = Sampling::PerSpan(per_span);
+    let fit = |device: &Device| fit(&batch, sampling, device, |batch, device| method.fit(batch, device));
+    progress.step("fitting on the CPU in f64");
+    let cpu = Device::cpu().with_precision(Precision::F64);
+    let reference = fit(&cpu)?;
+
+    let mut outcomes = Vec::new();
+    let mut described = None;
+    for precision in args.precisions() {
+        progress.step(format!("fitting on the device in {}", precision.word()));
+        let opened = device::open(args.device.device, precision, &batch, sampling)
+            .and_then(|device| Ok((fit(&device)?, device)));
+        match opened {
+            Ok((run, device)) => {
+                if described.is_none() {
+                    args.talk.detail(format_args!("{} ({})", run.fit.device(), device.reason()));
+                }
+                outcomes.push(judge(&batch, &reference, &run, precision));
+                described = Some(device::describe(&device));
+            }
+            // Where both were to be tried, a device without f64 is still worth its f32.
+            Err(error) if described.is_some() && args.device.precision == PrecisionArg::Auto => {
+                args.talk.say(format_args!("no comparison in {}: {error}", precision.word()));
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    progress.finish();
+    let described = described.unwrap_or_else(|| device::describe(&cpu));
+    args.print(&batch, &reference, &described, &outcomes, per_span)?;
+    if let Some(path) = &args.report {
+        let file = args.report(&batch, &reference, &described, &outcomes, per_span);
+        output::write(path, args.force, |out| {
+            serde_json::to_writer_pretty(&mut *out, &file)?;
+            writeln!(out)
+        })?;
+    }
+    Ok(outcomes.iter().all(|outcome| outcome.pass))
+}
+
+#[derive(Serialize)]
+struct File<'a> {
+    faircurve: &'static str,
+    method: &'static str,
+    samples_per_span: usize,
+    reference: Reference,
+    device: &'a Description,
+    comparisons: &'a [Outcome],
+    curves: Vec<Line<'a>>,
+}
+
+#[derive(Serialize)]
+struct Reference {
+    device: Description,
+    precision: &'static str,
+    seconds: f64,
+}
+
+/// One curve: its status on the CPU, and its difference in each precision compared (null where neither side fitted it).
+#[derive(Serialize)]
+struct Line<'a> {
+    curve: String,
+    status: &'static str,
+    differences: std::collections::BTreeMap<&'a str, Option<f64>>,
+}
+
+impl CompareArgs {
+    fn precisions(&self) -> Vec<Precision> {
+        match self.device.precision {
+            PrecisionArg::Auto => vec![Precision::F32, Precision::F64],
+            one => vec![one.precision()],
+        }
+    }
+
+    fn print(
+        &self,
+        batch: &CurveBatch,
+        reference: &Run,
+        device: &Description,
+        outcomes: &[Outcome],
+        per_span: usize,
+    ) -> Result<()> {
+        let curves = batch.len();
+        let rate = |seconds: f64| thousands((curves as f64 / seconds.max(1e-9)).round() as usize);
+        let (size, points) = (count(curves, "curve"), count(batch.total_points(), "point"));
+        show(format_args!("{size}, {points}, --method {}, {} a span", self.method.word(), count(per_span, "sample")))?;
+        let cpu = device::describe(&Device::cpu());
+        show(format_args!("reference: CPU f64, {} ({})", cpu.name, cpu.driver))?;
+        show(format_args!("device:    {}, {} ({})", device.kind.to_uppercase(), device.name, device.driver))?;
+        show(format_args!("differences are distances in units of the curve's size (the diagonal of its box)\n"))?;
+        show(format_args!(
+            "{:<10} {:>9} {:>9} {:>9} {:>7}  {:<6} {:>10} {:>14}  worst curve",
+            "", "worst", "median", "99 %", "bound", "result", "seconds", "curves/s"
+        ))?;
+        let seconds = reference.seconds;
+        show(format_args!(
+            "{:<10} {:>9} {:>9} {:>9} {:>7}  {:<6} {seconds:>10.6} {:>14}",
+            "reference",
+            "",
+            "",
+            "",
+            "",
+            "",
+            rate(seconds)
+        ))?;
+        for outcome in outcomes {
+            let Outcome { precision, bound, pass, worst, median, percentile_99, seconds, .. } = outcome;
+            let label = format!("{} {precision}", device.kind.to_uppercase());
+            let result = if *pass { "pass" } else { "FAIL" };
+            let name = outcome.worst_curve.as_deref().unwrap_or("all alike");
+            show(format_args!(
+                "{label:<10} {worst:>9.2e} {median:>9.2e} {percentile_99:>9.2e} {bound:>7.0e}  {result:<6} {seconds:>10.6} {:>14}  {name}",
+                rate(*seconds)
+            ))?;
+        }
+        if let Some(outcome) = outcomes.first().filter(|outcome| outcome.not_fitted > 0) {
+            show(format_args!(
+                "\n{} could be fitted by neither side and are in no statistic",
+                count(outcome.not_fitted, "curve")
+            ))?;
+        }
+        Ok(())
+    }
+
+    fn report<'a>(
+        &self,
+        batch: &CurveBatch,
+        reference: &Run,
+        device: &'a Description,
+        comparisons: &'a [Outcome],
+        samples_per_span: usize,
+    ) -> File<'a> {
+        let line = |i: usize| Line {
+            curve: batch.name(i).into_owned(),
+            status: reference.fit.reports()[i].status.word(),
+            differences: comparisons.iter().map(|outcome| (outcome.precision, outcome.differences[i])).collect(),
+        };
+        let cpu = device::describe(&Device::cpu());
+        File {
+            faircurve: env!("CARGO_PKG_VERSION"),
+            method: self.method.word(),
+            samples_per_span,
+            reference: Reference { device: cpu, precision: "f64", seconds: reference.seconds },
+            device,
+            comparisons,
+            curves: (0..batch.len()).map(line).collect(),
+        }
+    }
+}

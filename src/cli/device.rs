@@ -1,0 +1,118 @@
+//! Which device does the work: the choice on the command line, and the one place where it is opened.
+
+use clap::{Args, ValueEnum};
+use faircurve::{Choice, CurveBatch, Device, Fit, Precision, Result, Sampling};
+use serde::Serialize;
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum PrecisionArg {
+    /// f64 on the CPU; on a GPU what the method can do with
+    Auto,
+    /// 32-bit floats
+    F32,
+    /// 64-bit floats
+    F64,
+}
+
+impl PrecisionArg {
+    pub fn precision(self) -> Precision {
+        match self {
+            PrecisionArg::Auto => Precision::Auto,
+            PrecisionArg::F32 => Precision::F32,
+            PrecisionArg::F64 => Precision::F64,
+        }
+    }
+}
+
+#[derive(Args, Clone, Copy, Debug)]
+pub struct DeviceArgs {
+    /// What does the work: auto, cpu, gpu or gpu:N
+    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    pub device: Choice,
+    /// Precision of the arithmetic
+    #[arg(long, value_enum, default_value_t = PrecisionArg::Auto)]
+    pub precision: PrecisionArg,
+}
+
+/// The device asked for. `auto` decides by the points that are read and written together.
+///
+/// # Errors
+/// A GPU that was asked for and is not there.
+pub fn open(choice: Choice, precision: Precision, batch: &CurveBatch, sampling: Sampling) -> Result<Device> {
+    let per_span = match sampling {
+        Sampling::PerSpan(n) => n,
+        // How many they will be is known only after the fit; this many is usual.
+        _ => 16,
+    };
+    let spans: usize = (0..batch.len()).map(|i| batch.spans(i)).sum();
+    let points = batch.total_points().saturating_add(spans.saturating_mul(per_span));
+    Ok(Device::choose(choice, points)?.with_precision(precision))
+}
+
+/// A device as the report names it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Description {
+    /// `cpu` or `gpu`.
+    pub kind: &'static str,
+    pub name: String,
+    pub driver: String,
+}
+
+/// Names a device.
+pub fn describe(device: &Device) -> Description {
+    match device.as_gpu() {
+        None => Description {
+            kind: "cpu",
+            name: cpu_name(),
+            driver: format!("{}, {}", super::count(threads(), "thread"), simd()),
+        },
+        Some(gpu) => {
+            Description { kind: "gpu", name: gpu.summary().name.clone(), driver: gpu.summary().driver.clone() }
+        }
+    }
+}
+
+/// The precision a fit was computed in. A GPU told to choose says it in the fit's own words.
+pub fn precision_word(device: &Device, fit: &Fit) -> &'static str {
+    match (device.precision(), device.as_gpu()) {
+        (Precision::Auto, Some(_)) if fit.device().contains("f32") => "f32",
+        (Precision::F32, _) => "f32",
+        _ => "f64",
+    }
+}
+
+/// Threads that share the work.
+pub fn threads() -> usize {
+    rayon::current_num_threads()
+}
+
+/// The processor's own name where the system tells it, else the architecture.
+pub fn cpu_name() -> String {
+    let told = std::fs::read_to_string("/proc/cpuinfo").ok();
+    let line = told.as_deref().and_then(|text| text.lines().find(|line| line.starts_with("model name")));
+    let name = line.and_then(|line| line.split_once(':')).map(|(_, name)| name.trim());
+    name.filter(|name| !name.is_empty()).unwrap_or(std::env::consts::ARCH).to_string()
+}
+
+/// The widest vector instructions this machine has among those that matter here.
+pub fn simd() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let fma = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+        if fma && is_x86_feature_detected!("avx512f") {
+            "AVX-512"
+        } else if fma {
+            "AVX2 and FMA"
+        } else {
+            "SSE2"
+        }
+    }
+    #[cfg(target_arch = "aarch64")]
+    {
+        "NEON"
+    }
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    {
+        "no vector instructions known"
+    }
+}

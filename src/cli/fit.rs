@@ -1,0 +1,208 @@
+//! `faircurve fit`: a file of points in, a file of curves out.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use faircurve::io::{self, Format, WriteOptions};
+use faircurve::picture::Picture;
+use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
+
+use super::device::{self, DeviceArgs};
+use super::method::{self, MethodArgs};
+use super::output;
+use super::progress::Progress;
+use super::report::{self, Head, Seconds};
+use super::{InputArgs, Talk, count};
+
+/// This many curves that are not usable are listed; --report and -v list them all.
+const MOST_LISTED: usize = 20;
+
+/// Béziers stray from the curve by at most this part of the data's size.
+const BEZIER_TOLERANCE: f64 = 1e-6;
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Shape {
+    /// Points along the curve
+    Polyline,
+    /// Chains of cubic Béziers: drawn in SVG, control points in CSV and NPZ
+    Bezier,
+}
+
+#[derive(Args, Debug)]
+pub struct FitArgs {
+    #[command(flatten)]
+    input: InputArgs,
+    /// File to write, in the format its extension says; - for standard output, with --to
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Format of the output, where its name does not say it
+    #[arg(long, value_name = "FORMAT")]
+    to: Option<Format>,
+    #[command(flatten)]
+    method: MethodArgs,
+    /// Samples at equal arc length, at most D apart (units of the input), in place of --samples
+    #[arg(long, value_name = "D", conflicts_with = "samples", allow_negative_numbers = true)]
+    spacing: Option<f64>,
+    #[command(flatten)]
+    device: DeviceArgs,
+    /// What is written of each curve
+    #[arg(long = "as", value_enum, default_value_t = Shape::Polyline, value_name = "SHAPE")]
+    shape: Shape,
+    /// Writes a report with one line a curve as JSON
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+    /// Draws input and curves as SVG
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+    /// Draws curvature combs into the picture; SCALE lengthens their quills [default: 1]
+    #[arg(long, value_name = "SCALE", requires = "picture", num_args = 0..=1, default_missing_value = "1")]
+    comb: Option<f64>,
+    /// Replaces outputs that exist
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    talk: Talk,
+}
+
+pub fn run(args: &FitArgs) -> Result<bool> {
+    let method = args.method.method()?;
+    let sampling = method::sampling(&args.method, args.spacing)?;
+    args.check()?;
+
+    let mut progress = Progress::new(args.talk.quiet);
+    let mut seconds = Seconds::default();
+    progress.step("reading");
+    let batch = args.input.read()?;
+    if let Some(format) = args.to.or_else(|| Format::of_extension(&args.output)) {
+        format.check(batch.dimension(), args.shape == Shape::Bezier)?;
+    }
+    seconds.read = progress.step("preparing the device");
+    let device = device::open(args.device.device, args.device.precision.precision(), &batch, sampling)?;
+    let size = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
+    progress.step(format!("fitting {size}"));
+    let fit = method.fit(&batch, &device)?;
+    seconds.fit = progress.step(format!("writing {}", args.output.display()));
+    let points_out = args.write_curves(&batch, &fit, sampling)?;
+    seconds.write = progress.step("drawing");
+    if let Some(path) = &args.picture {
+        args.draw(path, &batch, &fit)?;
+        let drawn = progress.step("");
+        args.talk.detail(format_args!("drew {} in {drawn:.3} s", path.display()));
+    }
+    if let Some(path) = &args.report {
+        progress.count("measuring", fit.len());
+        let head = Head {
+            faircurve: env!("CARGO_PKG_VERSION"),
+            method: args.method.word(),
+            device: device::describe(&device),
+            precision: device::precision_word(&device, &fit),
+        };
+        output::write(path, args.force, |out| {
+            report::write(out, &head, &batch, &fit, &points_out, seconds, &progress)
+        })?;
+    }
+    progress.finish();
+
+    args.talk.say(format_args!("{size}: fitted on {} ({})", fit.device(), device.reason()));
+    let Seconds { read, fit: fitted, write } = seconds;
+    args.talk.detail(format_args!("read in {read:.3} s, fitted in {fitted:.3} s, written in {write:.3} s"));
+    args.list_unusable(&batch, &fit);
+    Ok(fit.usable() == fit.len())
+}
+
+impl FitArgs {
+    /// Checks what can be checked before anything is read.
+    fn check(&self) -> Result<()> {
+        if self.shape == Shape::Bezier && (self.method.samples.is_some() || self.spacing.is_some()) {
+            let why = "--as bezier writes the curves themselves: leave --samples and --spacing out";
+            return Err(Error::argument(why));
+        }
+        if let Some(scale) = self.comb.filter(|&scale| !(scale > 0.0 && scale.is_finite())) {
+            return Err(Error::argument(format!(
+                "--comb is {scale}; the scale of its quills must be a positive number, such as --comb 2"
+            )));
+        }
+        let mut outputs = vec![("--output", &*self.output)];
+        outputs.extend(self.report.as_deref().map(|path| ("--report", path)));
+        if let Some(path) = self.picture.as_deref() {
+            let svg = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
+            if !svg && !is_stdio(path) {
+                let path = path.display();
+                return Err(Error::argument(format!(
+                    "--picture {path}: pictures are SVG, give a name that ends in .svg"
+                )));
+            }
+            outputs.push(("--picture", path));
+        }
+        io::check_output(&self.output, &self.write_options())?;
+        output::check(&outputs, self.force)
+    }
+
+    fn write_options(&self) -> WriteOptions {
+        WriteOptions { format: self.to, overwrite: self.force, beziers: self.shape == Shape::Bezier }
+    }
+
+    /// Writes the curves; returns how many points each became.
+    fn write_curves(&self, batch: &CurveBatch, fit: &Fit, sampling: Sampling) -> Result<Vec<usize>> {
+        let curves = match self.shape {
+            Shape::Polyline => fit.polylines(sampling),
+            Shape::Bezier => fit.beziers(BEZIER_TOLERANCE * size(batch)),
+        };
+        io::write_with(&self.output, &curves, &self.write_options())?;
+        Ok((0..curves.len()).map(|i| curves.count(i)).collect())
+    }
+
+    fn draw(&self, path: &Path, batch: &CurveBatch, fit: &Fit) -> Result<()> {
+        let picture = Picture {
+            comb: self.comb,
+            title: title(&self.input.input),
+            method: self.method.title(),
+            ..Picture::default()
+        };
+        output::write(path, self.force, |out| picture.write(batch, fit, out))
+    }
+
+    fn list_unusable(&self, batch: &CurveBatch, fit: &Fit) {
+        let unusable = fit.len() - fit.usable();
+        if unusable == 0 || self.talk.quiet {
+            return;
+        }
+        let (are, total) = (if unusable == 1 { "is" } else { "are" }, count(fit.len(), "curve"));
+        self.talk.say(format_args!("{unusable} of {total} {are} not usable:"));
+        let most = if self.talk.verbose { usize::MAX } else { MOST_LISTED };
+        let reports = fit.reports().iter().enumerate().filter(|(_, report)| !report.status.is_usable());
+        for (i, report) in reports.take(most) {
+            let word = report.status.word();
+            match &report.message {
+                Some(message) => eprintln!("  {word}: {message}"),
+                None => eprintln!("  {word}: curve {}", batch.name(i)),
+            }
+        }
+        if unusable > most {
+            eprintln!("  and {} more: --report FILE.json and -v list them all", super::thousands(unusable - most));
+        }
+    }
+}
+
+/// The file's name without folder and extensions; none for standard input.
+fn title(input: &Path) -> Option<String> {
+    let zipped = input.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let stem = if zipped { Path::new(input.file_stem()?).file_stem()? } else { input.file_stem()? };
+    (!is_stdio(input)).then(|| stem.to_string_lossy().into_owned())
+}
+
+/// Whether this is standard input or output.
+fn is_stdio(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Largest extent of the finite points of a batch along an axis.
+fn size(batch: &CurveBatch) -> f64 {
+    let mut size = 0.0f64;
+    for axis in 0..batch.dimension() {
+        let values = batch.coords().iter().skip(axis).step_by(batch.dimension()).filter(|x| x.is_finite());
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
+        size = size.max(high - low);
+    }
+    size
+}

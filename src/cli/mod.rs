@@ -1,0 +1,150 @@
+//! The command line: one file a subcommand, and what the subcommands share.
+//!
+//! Exit codes: 0 all curves usable, 1 some not, 2 the run failed. Results go to files or to stdout, every other word to stderr.
+
+mod compare;
+mod device;
+mod doctor;
+mod fit;
+mod method;
+mod output;
+mod progress;
+mod report;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+use faircurve::io::{self, Closed, Columns, Format, ReadOptions};
+use faircurve::{CurveBatch, Error, Result};
+
+/// Fair curves by the thousand: fits smooth curves to files full of points, on the GPU or on the CPU.
+#[derive(Debug, Parser)]
+#[command(name = "faircurve", version, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Fit a curve to every point list of a file
+    Fit(fit::FitArgs),
+    /// Fit on the CPU in f64 and on the device, and compare the curves one by one
+    Compare(compare::CompareArgs),
+    /// Say what this machine offers, and test that it computes correctly
+    Doctor(doctor::DoctorArgs),
+}
+
+/// What is read, and how.
+#[derive(Args, Debug)]
+struct InputArgs {
+    /// File to read (.csv, .geojson, .svg, .npz); - for standard input, with --from
+    input: PathBuf,
+    /// Format of the input, where its name does not say it
+    #[arg(long, value_name = "FORMAT")]
+    from: Option<Format>,
+    /// CSV columns by role, such as x=lon,y=lat,curve=id,t=hours; columns not named are dropped
+    #[arg(long, value_name = "ROLE=COLUMN,...")]
+    columns: Option<Columns>,
+    /// Whether curves are closed: auto closes those whose last point repeats their first
+    #[arg(long, value_name = "auto|yes|no", default_value = "auto")]
+    closed: Closed,
+}
+
+impl InputArgs {
+    fn read(&self) -> Result<CurveBatch> {
+        let columns = self.columns.clone().unwrap_or_default();
+        io::read_with(&self.input, &ReadOptions { format: self.from, columns, closed: self.closed })
+    }
+}
+
+/// How much is said on stderr.
+#[derive(Args, Clone, Copy, Debug)]
+struct Talk {
+    /// Say nothing but errors
+    #[arg(short, long, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Say more: times, and every curve that is not usable
+    #[arg(short, long)]
+    verbose: bool,
+}
+
+impl Talk {
+    fn say(self, line: impl std::fmt::Display) {
+        if !self.quiet {
+            eprintln!("faircurve: {line}");
+        }
+    }
+
+    fn detail(self, line: impl std::fmt::Display) {
+        if self.verbose {
+            eprintln!("faircurve: {line}");
+        }
+    }
+}
+
+/// Writes a line to standard output.
+///
+/// # Errors
+/// Nobody reads it any more, or it is a file on a full disk.
+fn show(line: impl std::fmt::Display) -> Result<()> {
+    writeln!(std::io::stdout(), "{line}").map_err(|source| Error::Write { path: "standard output".into(), source })
+}
+
+/// Runs the program; a `true` from a subcommand means that everything was as it should be.
+pub fn run() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Fit(args) => fit::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Doctor(args) => doctor::run(&args),
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        // Whoever reads our output has stopped reading: nothing is left to say.
+        Err(Error::Write { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::from(2),
+        Err(error) => {
+            eprintln!("faircurve: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// 12345 as "12,345".
+fn thousands(n: usize) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+/// "1 curve", "2,000 curves".
+fn count(n: usize, what: &str) -> String {
+    format!("{} {what}{}", thousands(n), if n == 1 { "" } else { "s" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_sound() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn counts_are_readable() {
+        assert_eq!(
+            [count(1, "curve"), count(0, "curve"), count(1234567, "point")],
+            ["1 curve", "0 curves", "1,234,567 points"]
+        );
+    }
+}
