@@ -1,12 +1,12 @@
 //! Natural cubic splines (Warren & Weimer, *Subdivision Methods for Geometric Design*, chapter 6).
 
 mod energy;
+mod fitted;
 pub(crate) mod knots;
 mod reinsch;
 
 mod smoother;
 mod smoothing;
-mod stub;
 mod subdivide;
 pub mod uniform;
 

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::fitted::FittedSplines;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::smoother::{Smoother, Target};
 use crate::batch::CurveBatch;
@@ -72,8 +73,8 @@ impl Default for Smoothing {
     }
 }
 
-/// The normalised λ′ from which on a curve is its limit for λ → ∞ to rounding: for n knots the two differ by n·10⁻²³ of
-/// the curve's size at most.
+/// The normalised λ′ from which on a curve is its limit for λ → ∞ to rounding: for n knots the two differ by n/λ′ of the
+/// curve's size at most.
 pub const LAMBDA_CAP: f64 = 1e20;
 
 impl Smoothing {
@@ -90,7 +91,7 @@ impl Smoothing {
         let mut knots = Knots::new(batch, self.parametrisation, Coincident::Average)?;
         let _ = device;
         let (second, reports) = self.fit_on_cpu(batch, &mut knots);
-        Ok(Fit::new(Box::new(super::stub::Stub { knots, second, batch: batch.clone() }), reports, "CPU, f64".into()))
+        Ok(Fit::new(Box::new(FittedSplines { knots, second, batch: batch.clone() }), reports, "CPU, f64".into()))
     }
 
     fn check(&self, batch: &CurveBatch) -> Result<()> {

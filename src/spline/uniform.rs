@@ -19,7 +19,7 @@
 use rayon::prelude::*;
 
 use super::energy::{discrete_energy, exact_product};
-use super::subdivide::{refined_count, subdivide_rounds};
+use super::subdivide::subdivide_rounds;
 use crate::batch::CurveBatch;
 use crate::device::Device;
 use crate::error::{Error, Result};
