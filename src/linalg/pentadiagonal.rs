@@ -49,18 +49,24 @@ pub fn factor_pentadiagonal<T: Real>(diagonal: &mut [T], first: &mut [T], second
 pub fn solve_pentadiagonal<T: Real>(diagonal: &[T], first: &[T], second: &[T], rhs: &mut [T], width: usize) {
     // The widths that curves have, with a known trip count for the inner loop.
     match width {
-        1 => solve_rows::<T, 1>(diagonal, first, second, rhs),
-        2 => solve_rows::<T, 2>(diagonal, first, second, rhs),
-        3 => solve_rows::<T, 3>(diagonal, first, second, rhs),
+        1 => solve_rows::<T, 1, false>(diagonal, first, second, rhs),
+        2 => solve_rows::<T, 2, false>(diagonal, first, second, rhs),
+        3 => solve_rows::<T, 3, false>(diagonal, first, second, rhs),
         _ => (0..width).for_each(|column| {
             let mut one: Vec<T> = rhs.iter().skip(column).step_by(width).copied().collect();
-            solve_rows::<T, 1>(diagonal, first, second, &mut one);
+            solve_rows::<T, 1, false>(diagonal, first, second, &mut one);
             rhs.iter_mut().skip(column).step_by(width).zip(one).for_each(|(to, x)| *to = x);
         }),
     }
 }
 
-fn solve_rows<T: Real, const W: usize>(diagonal: &[T], first: &[T], second: &[T], rhs: &mut [T]) {
+/// 0 for numbers that decay below what matters: the border of a long cyclic system does, and subnormal numbers are slow.
+fn settled<T: Real>(x: T) -> T {
+    if x.abs() < T::NEGLIGIBLE { T::ZERO } else { x }
+}
+
+/// `SETTLE`: numbers below [`Real::NEGLIGIBLE`] become 0.
+fn solve_rows<T: Real, const W: usize, const SETTLE: bool>(diagonal: &[T], first: &[T], second: &[T], rhs: &mut [T]) {
     let n = diagonal.len();
     let (rows, _) = rhs.as_chunks_mut::<W>();
     let (mut one_before, mut two_before) = ([T::ZERO; W], [T::ZERO; W]);
@@ -70,6 +76,7 @@ fn solve_rows<T: Real, const W: usize>(diagonal: &[T], first: &[T], second: &[T]
         let mut here = rows[i];
         for c in 0..W {
             here[c] = (here[c] - l2 * two_before[c]) - l1 * one_before[c];
+            here[c] = if SETTLE { settled(here[c]) } else { here[c] };
         }
         rows[i] = here;
         (two_before, one_before) = (one_before, here);
@@ -81,6 +88,7 @@ fn solve_rows<T: Real, const W: usize>(diagonal: &[T], first: &[T], second: &[T]
         let mut here = rows[i];
         for c in 0..W {
             here[c] = (here[c] * diagonal[i] - l2 * two_before[c]) - l1 * one_before[c];
+            here[c] = if SETTLE { settled(here[c]) } else { here[c] };
         }
         rows[i] = here;
         (two_before, one_before) = (one_before, here);
@@ -136,13 +144,13 @@ pub fn factor_cyclic_pentadiagonal<T: Real>(
     for i in 0..m {
         let l1 = if i >= 1 { first[i - 1] } else { T::ZERO };
         let l2 = if i >= 2 { second[i - 2] } else { T::ZERO };
-        let y = [0, 1].map(|c| (border[2 * i + c] - l2 * y2[c]) - l1 * y1[c]);
+        let y = [0, 1].map(|c| settled((border[2 * i + c] - l2 * y2[c]) - l1 * y1[c]));
         corner[0] -= y[0] * y[0] * diagonal[i];
         corner[1] -= y[0] * y[1] * diagonal[i];
         corner[2] -= y[1] * y[1] * diagonal[i];
         (y2, y1) = (y1, y);
     }
-    solve_rows::<T, 2>(&diagonal[..m], first, second, border);
+    solve_rows::<T, 2, true>(&diagonal[..m], first, second, border);
     let inverse = T::ONE / corner[0];
     let factor = corner[1] * inverse;
     let last = corner[2] - factor * corner[1];

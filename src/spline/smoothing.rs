@@ -36,6 +36,8 @@ pub enum Amount {
 /// the normalised problem has λ′ = λ/(ω T³). Up to λ′ = [`LAMBDA_CAP`] any λ is fine; from there on the curve is, to
 /// rounding, the limit for λ → ∞, and that is returned: the weighted regression line, of a closed curve the weighted
 /// mean.
+/// The system grows ill-conditioned as n⁴ below that cap: curves of some 20,000 knots and more can ask
+/// for a λ that 64 bits do not bear. They are [`NotConverged`](crate::CurveStatus::NotConverged) and say so.
 ///
 /// **A deviation kept.** λ is bracketed and closed in on until a λ larger by 0.2 % (1 % at most, where rounding interferes)
 /// breaks the deviation; the curve returned keeps it. The largest deviation grows with λ but for rare curves, where
