@@ -150,6 +150,32 @@ impl CurveBatch {
         Ok(batch)
     }
 
+    /// The samples of fitted curves, which need no check: `problems` are those of curves that were not fitted.
+    #[allow(clippy::too_many_arguments)]
+    pub(crate) fn sampled(
+        dimension: usize,
+        coords: Vec<f64>,
+        offsets: Vec<usize>,
+        closed: Vec<bool>,
+        parameters: Vec<f64>,
+        closing_spans: Option<Vec<f64>>,
+        problems: BTreeMap<usize, Problem>,
+        origin: Arc<Origin>,
+    ) -> Self {
+        CurveBatch {
+            dimension,
+            coords,
+            offsets,
+            closed,
+            parameters: Some(parameters),
+            closing_spans,
+            weights: None,
+            constraints: Constraints::default(),
+            problems,
+            origin,
+        }
+    }
+
     /// Marks every curve as closed, or as open. A closed curve whose last point repeats its first loses the last.
     pub fn closed(self, closed: bool) -> Self {
         let flags = vec![closed; self.len()];

@@ -154,12 +154,13 @@ fn assert_residuals<T: Real>(systems: &Systems<T>, solutions: &Solutions<T>, k: 
         let n = diagonal.len();
         for c in 0..systems.columns {
             let (x, b) = (systems.column(&solutions.x, i, c), systems.column(&systems.rhs, i, c));
+            let largest = x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             for row in 0..n {
                 let terms =
                     [lower[row] * x[(row + n - 1) % n], diagonal[row] * x[row], upper[row] * x[(row + 1) % n], -b[row]];
                 let (residual, size) = (terms.iter().sum::<f64>(), terms.iter().map(|x| x.abs()).sum::<f64>());
                 // The kept row of a cyclic system collects roundings of all others, of the size of the whole solution.
-                let largest = diagonal[row].abs() * x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                let largest = diagonal[row].abs() * largest;
                 assert!(
                     residual.abs() <= k * T::EPSILON.to_f64() * (size + largest),
                     "n = {n}, cyclic {}, row {row}: residual {residual:e} of {size:e}",

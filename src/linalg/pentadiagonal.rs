@@ -62,10 +62,10 @@ pub fn solve_pentadiagonal<T: Real>(diagonal: &[T], first: &[T], second: &[T], r
 
 /// 0 for numbers that decay below what matters: the border of a long cyclic system does, and subnormal numbers are slow.
 fn settled<T: Real>(x: T) -> T {
-    if x.abs() < T::NEGLIGIBLE { T::ZERO } else { x }
+    if x.abs() < T::SMALLEST_NORMAL { T::ZERO } else { x }
 }
 
-/// `SETTLE`: numbers below [`Real::NEGLIGIBLE`] become 0.
+/// `SETTLE`: subnormal numbers become 0.
 fn solve_rows<T: Real, const W: usize, const SETTLE: bool>(diagonal: &[T], first: &[T], second: &[T], rhs: &mut [T]) {
     let n = diagonal.len();
     let (rows, _) = rhs.as_chunks_mut::<W>();

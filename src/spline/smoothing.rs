@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::fitted::FittedSplines;
+use super::cubic::CubicSplines;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::smoother::{Smoother, Target};
 use crate::batch::CurveBatch;
@@ -89,11 +89,20 @@ impl Smoothing {
     /// λ that is negative, infinite or NaN; a deviation that is not positive and finite; parameters asked for
     /// ([`Parametrisation::Given`]) but absent; a batch with constraints, which smoothing cannot honour.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        let (splines, reports) = self.fit_splines(batch, device)?;
+        Ok(Fit::new(Box::new(splines), reports, "CPU, f64".into()))
+    }
+
+    /// As [`fit`](Self::fit), with the splines themselves.
+    ///
+    /// # Errors
+    /// As [`fit`](Self::fit).
+    pub fn fit_splines(&self, batch: &CurveBatch, device: &Device) -> Result<(CubicSplines, Vec<CurveReport>)> {
         self.check(batch)?;
         let mut knots = Knots::new(batch, self.parametrisation, Coincident::Average)?;
         let _ = device;
         let (second, reports) = self.fit_on_cpu(batch, &mut knots);
-        Ok(Fit::new(Box::new(FittedSplines { knots, second, batch: batch.clone() }), reports, "CPU, f64".into()))
+        Ok((CubicSplines::new(batch, knots, second), reports))
     }
 
     fn check(&self, batch: &CurveBatch) -> Result<()> {

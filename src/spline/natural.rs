@@ -1,0 +1,293 @@
+//! [`Natural`]: interpolating cubic splines with natural, clamped or periodic ends.
+//!
+//! Unknowns are the second derivatives M_i at the knots (de Boor, *A Practical Guide to Splines*, chapter IV). With
+//! h_i = t_{i+1} − t_i and slopes δ_i = (y_{i+1} − y_i)/h_i, continuity of the first derivative reads
+//!
+//! ```text
+//! μ_i M_{i−1} + 2 M_i + λ_i M_{i+1} = 6 (δ_i − δ_{i−1}) / (h_{i−1} + h_i),
+//! μ_i = h_{i−1} / (h_{i−1} + h_i),   λ_i = h_i / (h_{i−1} + h_i)
+//! ```
+//!
+//! one matrix for all coordinates, dominant by a factor of two for any knots. A natural end has M = 0, a clamped start
+//! 2 M_0 + M_1 = 6 (δ_0 − v) / h_0 for the derivative v asked for; a closed curve's rows go around.
+
+use rayon::prelude::*;
+
+use super::cubic::CubicSplines;
+use super::knots::{Coincident, Knots, Parametrisation};
+use crate::batch::{CurveBatch, Problem};
+use crate::device::Device;
+use crate::error::{Error, Result};
+use crate::linalg::{Cyclic, Matrix, Part, Real, Scratch, TridiagonalBatch, take, tasks};
+use crate::report::{CurveReport, CurveStatus, Fit};
+
+/// What holds at the two ends of an open curve. Closed curves are periodic, whatever is chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Ends {
+    /// Clamped at an end whose point has a tangent, natural at the other.
+    #[default]
+    Auto,
+    /// p″ = 0. A curve with tangents is refused.
+    Natural,
+    /// p′ is the tangent given at both ends; a curve without them is refused.
+    Clamped,
+}
+
+/// Interpolating cubic splines: the curve through the points with the least ∫|p″|² dt for the parameters chosen.
+///
+/// ```
+/// use faircurve::{Curve, CurveBatch, Device, Sampling, spline::Natural};
+/// let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 2.0], [3.0, 1.0]][..]])?;
+/// let fit = Natural::default().fit(&batch, &Device::cpu())?;
+/// assert_eq!(fit.polylines(Sampling::PerSpan(8)).count(0), 17);
+/// assert_eq!(fit.curve(0).jet(0, 0.0).second.length(), 0.0);
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Natural {
+    /// Conditions at the ends; by default clamped where a tangent is given, else natural.
+    pub ends: Ends,
+    /// Parameters of the points; by default those of the batch, else chord length.
+    pub parametrisation: Parametrisation,
+}
+
+/// Tangents asked for at the first and the last knot.
+type Tangents<'a> = [Option<&'a [f64]>; 2];
+
+/// What a thread keeps between tasks.
+#[derive(Default)]
+struct Assembly {
+    lower: Vec<f64>,
+    diagonal: Vec<f64>,
+    upper: Vec<f64>,
+    rhs: Vec<f64>,
+    offsets: Vec<usize>,
+    x: Vec<f64>,
+    status: Vec<CurveStatus>,
+    scratch: Scratch<f64>,
+}
+
+impl Natural {
+    /// Fits every curve of the batch.
+    ///
+    /// The second derivatives solve their system to a few units of rounding. Two-point curves are straight. A curve
+    /// that cannot be fitted comes out as its input polyline, with a status and a sentence in its report.
+    ///
+    /// # Errors
+    /// [`Parametrisation::Given`] without parameters; constraints no spline of this kind can meet (columns `nu` and
+    /// `known`).
+    pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        let (splines, reports) = self.fit_splines(batch, device)?;
+        Ok(Fit::new(Box::new(splines), reports, "CPU, f64".into()))
+    }
+
+    /// As [`fit`](Self::fit), with the splines themselves.
+    ///
+    /// # Errors
+    /// As [`fit`](Self::fit).
+    pub fn fit_splines(&self, batch: &CurveBatch, _device: &Device) -> Result<(CubicSplines, Vec<CurveReport>)> {
+        let constraints = batch.constraints();
+        if constraints.exponents.is_some() || constraints.known.is_some() {
+            return Err(Error::argument(
+                "cubic splines know neither exponents (column nu) nor known control points (column known): \
+                 leave the column out, or choose a method that uses it",
+            ));
+        }
+        let mut knots = Knots::new(batch, self.parametrisation, Coincident::Refuse)?;
+        if constraints.tangents.is_some() || constraints.curvatures.is_some() || self.ends == Ends::Clamped {
+            for i in 0..batch.len() {
+                if !knots.unfitted.contains_key(&i)
+                    && let Err(message) = self.tangents(batch, &knots, i)
+                {
+                    knots.unfitted.insert(i, Problem { status: CurveStatus::Invalid, message });
+                }
+            }
+        }
+        let mut second = vec![0.0; knots.values.len()];
+        let failed = self.solve(batch, &knots, &mut second);
+        for i in failed {
+            let what = "its spline leaves the range of the numbers: the spans are too short or too uneven, or the \
+                        coordinates too large; scale the curve, or remove points that almost coincide";
+            let message = batch.sentence(i, 0, what);
+            knots.unfitted.entry(i).or_insert(Problem { status: CurveStatus::Invalid, message });
+        }
+        let splines = CubicSplines::new(batch, knots, second);
+        let reports = (0..batch.len())
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|i| match splines.knots().unfitted.get(&i) {
+                None => CurveReport::solved(splines.energy(i)),
+                Some(problem) => CurveReport::unfitted(problem.status, problem.message.clone()),
+            })
+            .collect();
+        Ok((splines, reports))
+    }
+
+    /// The tangents at the ends of curve `i`, or why it is refused.
+    fn tangents<'a>(&self, batch: &'a CurveBatch, knots: &Knots, i: usize) -> Result<Tangents<'a>, String> {
+        let (n, d, closed) = (batch.count(i), batch.dimension(), batch.is_closed(i));
+        if let Some(curvatures) = &batch.constraints().curvatures {
+            let first = batch.offsets()[i];
+            if let Some(k) = (0..n).find(|k| !curvatures[(first + k) * d].is_nan()) {
+                return Err(batch.sentence(i, k, "a cubic spline cannot meet a curvature vector: leave it out"));
+            }
+        }
+        let entries = knots.repeats.get(&i);
+        let last = knots.range(i).len() - 1;
+        let mut ends: Tangents = [None, None];
+        for k in 0..n {
+            let Some(tangent) = batch.tangent(i, k) else { continue };
+            let knot = entries.map_or(k, |entries| entries[k] as usize);
+            let what = match knot {
+                _ if closed => "a closed spline is periodic and cannot meet a tangent: leave it out",
+                _ if self.ends == Ends::Natural => {
+                    "natural ends leave no room for a tangent: leave it out, or clamp the ends"
+                }
+                0 => {
+                    ends[0].get_or_insert(tangent);
+                    continue;
+                }
+                _ if knot == last => {
+                    ends[1].get_or_insert(tangent);
+                    continue;
+                }
+                _ => "a cubic spline meets tangents at its two ends only: leave this one out, or split the curve here",
+            };
+            return Err(batch.sentence(i, k, what));
+        }
+        if self.ends == Ends::Clamped && !closed {
+            for (end, k) in ends.iter().zip([0, n - 1]) {
+                if end.is_none() {
+                    return Err(batch.sentence(
+                        i,
+                        k,
+                        "clamped ends need a tangent here: give one, or let the ends be natural",
+                    ));
+                }
+            }
+        }
+        Ok(ends)
+    }
+
+    /// Second derivatives of all curves; returns those whose solution is not finite.
+    fn solve(&self, batch: &CurveBatch, knots: &Knots, second: &mut [f64]) -> Vec<usize> {
+        let mut rest = second;
+        let work: Vec<_> = tasks(&knots.offsets)
+            .into_iter()
+            .map(|curves| {
+                let entries = knots.offsets[curves.end] - knots.offsets[curves.start];
+                (curves, take(&mut rest, entries * knots.dimension))
+            })
+            .collect();
+        let clamped = batch.constraints().tangents.is_some();
+        let ends = |i: usize| match clamped && !knots.unfitted.contains_key(&i) {
+            true => self.tangents(batch, knots, i).unwrap_or_default(),
+            false => [None, None],
+        };
+        work.into_par_iter()
+            .map_init(Assembly::default, |assembly, (curves, second)| {
+                let mut failed = Vec::new();
+                match knots.dimension {
+                    2 => assembly.solve::<2>(knots, curves, &ends, second, &mut failed),
+                    _ => assembly.solve::<3>(knots, curves, &ends, second, &mut failed),
+                }
+                failed
+            })
+            .flatten_iter()
+            .collect()
+    }
+}
+
+impl Assembly {
+    /// Assembles and solves the systems of a run of curves.
+    fn solve<'a, const D: usize>(
+        &mut self,
+        knots: &Knots,
+        curves: std::ops::Range<usize>,
+        ends: &impl Fn(usize) -> Tangents<'a>,
+        second: &mut [f64],
+        failed: &mut Vec<usize>,
+    ) {
+        let first = knots.offsets[curves.start];
+        self.offsets.clear();
+        self.offsets.push(0);
+        let mut rows = 0;
+        for i in curves.clone() {
+            // The repeated entry of a closed curve is no unknown.
+            let entries = knots.range(i).len();
+            rows += entries - usize::from(knots.closed[i] && entries > 0);
+            self.offsets.push(rows);
+        }
+        for column in [&mut self.lower, &mut self.diagonal, &mut self.upper] {
+            column.resize(rows, 0.0);
+        }
+        self.rhs.resize(rows * D, 0.0);
+        self.status.clear();
+        self.status.resize(curves.len(), CurveStatus::Converged);
+        for (place, i) in curves.clone().enumerate() {
+            let (from, to) = (self.offsets[place], self.offsets[place + 1]);
+            if from == to {
+                continue;
+            }
+            let (t, values) = (knots.t(i), knots.values(i).as_chunks::<D>().0);
+            let rhs = self.rhs[from * D..to * D].as_chunks_mut::<D>().0;
+            let bands = [&mut self.lower[from..to], &mut self.diagonal[from..to], &mut self.upper[from..to]];
+            assemble(t, values, knots.closed[i], ends(i), bands, rhs);
+        }
+        let matrix = Matrix::Bands { lower: &self.lower, diagonal: &self.diagonal, upper: &self.upper };
+        let cyclic = Cyclic::Each(&knots.closed[curves.clone()]);
+        let systems = TridiagonalBatch { matrix, offsets: &self.offsets, cyclic };
+        let part = Part { systems: &systems, range: 0..curves.len(), rhs: &self.rhs, columns: D };
+        if rows * D == second.len() {
+            f64::solve_part(&part, second, &mut self.status, &mut self.scratch);
+        } else {
+            self.x.resize(rows * D, 0.0);
+            f64::solve_part(&part, &mut self.x, &mut self.status, &mut self.scratch);
+            for (place, i) in curves.clone().enumerate() {
+                let x = &self.x[self.offsets[place] * D..self.offsets[place + 1] * D];
+                let out = &mut second[(knots.offsets[i] - first) * D..(knots.offsets[i + 1] - first) * D];
+                out[..x.len()].copy_from_slice(x);
+                out.copy_within(0..out.len() - x.len(), x.len());
+            }
+        }
+        failed.extend(curves.zip(&self.status).filter(|(_, status)| !status.is_usable()).map(|(i, _)| i));
+    }
+}
+
+/// The rows of one curve.
+#[inline]
+fn assemble<const D: usize>(
+    t: &[f64],
+    values: &[[f64; D]],
+    closed: bool,
+    ends: Tangents,
+    [lower, diagonal, upper]: [&mut [f64]; 3],
+    rhs: &mut [[f64; D]],
+) {
+    let last = t.len() - 1;
+    let slope = |k: usize| -> (f64, [f64; D]) {
+        let h = t[k + 1] - t[k];
+        (h, std::array::from_fn(|c| (values[k + 1][c] - values[k][c]) / h))
+    };
+    diagonal.fill(2.0);
+    let (mut before, mut slope_before) = slope(if closed { last - 1 } else { 0 });
+    if !closed {
+        // Row 0 and the last are natural, 1·M = 0, unless a tangent is asked for.
+        let (after, slope_after) = slope(last - 1);
+        let row = |h: f64, sign: f64, slope: &[f64; D], tangent: Option<&[f64]>| match tangent {
+            None => (1.0, 0.0, [0.0; D]),
+            Some(v) => (2.0, 1.0, std::array::from_fn(|c| sign * 6.0 * (slope[c] - v[c]) / h)),
+        };
+        (diagonal[0], upper[0], rhs[0]) = row(before, 1.0, &slope_before, ends[0]);
+        (diagonal[last], lower[last], rhs[last]) = row(after, -1.0, &slope_after, ends[1]);
+    }
+    for k in usize::from(!closed)..last {
+        let (h, slope) = slope(k);
+        let sum = 1.0 / (before + h);
+        lower[k] = before * sum;
+        upper[k] = h * sum;
+        rhs[k] = std::array::from_fn(|c| 6.0 * (slope[c] - slope_before[c]) * sum);
+        (before, slope_before) = (h, slope);
+    }
+}
