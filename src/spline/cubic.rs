@@ -442,12 +442,13 @@ impl Spline<'_> {
         let (p, q, m, n) = (self.value(k), self.value(k + 1), second(k), second(k + 1));
         let (start, end) = (h * (h * m), h * (h * n));
         let (a, b, c) = (q - p - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0);
-        let point = match u {
-            0.0 => p,
-            1.0 => q,
-            _ => p + u * (a + u * (b + u * c)),
+        // Both ends exactly, so that neighbouring spans agree in every bit.
+        let (point, second) = match u {
+            0.0 => (p, m),
+            1.0 => (q, n),
+            _ => (p + u * (a + u * (b + u * c)), m + u * (n - m)),
         };
-        Jet { point, first: (a + u * (2.0 * b + u * (3.0 * c))) / h, second: m + u * (n - m), third: (n - m) / h }
+        Jet { point, first: (a + u * (2.0 * b + u * (3.0 * c))) / h, second, third: (n - m) / h }
     }
 }
 
