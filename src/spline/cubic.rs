@@ -79,6 +79,8 @@ impl CubicSplines {
 
     fn spline(&self, i: usize) -> Spline<'_> {
         Spline {
+            knots: &self.knots,
+            i,
             t: self.knots.t(i),
             values: self.knots.values(i),
             second: self.second_derivatives(i),
@@ -340,6 +342,8 @@ impl CubicSplines {
 
 /// One fitted curve.
 struct Spline<'a> {
+    knots: &'a Knots,
+    i: usize,
     t: &'a [f64],
     values: &'a [f64],
     second: &'a [f64],
@@ -462,10 +466,7 @@ impl Curve for Spline<'_> {
     }
 
     fn knots(&self) -> Cow<'_, [f64]> {
-        match self.entries {
-            None => Cow::Borrowed(self.t),
-            Some(entries) => Cow::Owned(entries.iter().map(|&k| self.t[k as usize]).collect()),
-        }
+        self.knots.data_parameters(self.i)
     }
 
     fn spans(&self) -> usize {
