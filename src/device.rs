@@ -154,6 +154,18 @@ impl Device {
         }
     }
 
+    /// Name and precision, for reports: `CPU, 2 threads, f64`.
+    ///
+    /// # Errors
+    /// As [`kernel_precision`](Self::kernel_precision).
+    pub(crate) fn describe(&self, well_conditioned: bool) -> Result<String> {
+        let precision = match self.as_gpu() {
+            Some(gpu) => self.kernel_precision(gpu, well_conditioned)?,
+            None => Precision::F64,
+        };
+        Ok(format!("{}, {}", self.name(), precision.word()))
+    }
+
     /// The precision a kernel runs in: as asked for, or for `Auto` f32 where that is accurate enough for the
     /// problem (`well_conditioned`) or all the adapter has.
     ///

@@ -76,7 +76,7 @@ has_vulkan_loader() {
 
 section 'Tools'
 has cargo || fail 'there is no cargo: install Rust (https://rustup.rs)'
-cargo fmt --version && cargo clippy --version || fail 'rustfmt or clippy is missing: rustup component add rustfmt clippy'
+{ cargo fmt --version && cargo clippy --version; } || fail 'rustfmt or clippy is missing: rustup component add rustfmt clippy'
 if [[ -z ${VK_DRIVER_FILES:-} ]]; then
   if [[ -z $(lavapipe_icd) ]] || ! has_vulkan_loader; then
     apt_install mesa-vulkan-drivers libvulkan1 ||
@@ -90,7 +90,10 @@ echo "Vulkan driver: $VK_DRIVER_FILES"
 export FAIRCURVE_REQUIRE_GPU=1
 
 browser=yes
-if [[ -z ${CHROMIUM:-} ]] && ! has chromium && ! apt_install chromium; then
+[[ -n ${CHROMIUM:-} ]] || has chromium || apt_install chromium || true
+: "${CHROMIUM:=$(command -v chromium || true)}"
+export CHROMIUM
+if [[ -z $CHROMIUM ]]; then
   notice 'no browser check: there is no Chromium and apt cannot install it'
   browser=no
 elif ! has node || ! has npm; then
@@ -104,12 +107,13 @@ fi
 
 # In CI every crate is built once, so incremental files would only cost disk.
 [[ -z ${CI:-} ]] || export CARGO_INCREMENTAL=0
-# Dispatches that the tests capture for the browser check.
-target=${CARGO_TARGET_DIR:-target}
-export FAIRCURVE_CAPTURE_DIR=$PWD/$target/captures
-[[ $target != /* ]] || FAIRCURVE_CAPTURE_DIR=$target/captures
-rm -rf "$FAIRCURVE_CAPTURE_DIR"
-mkdir -p "$FAIRCURVE_CAPTURE_DIR"
+
+if [[ $browser == yes ]]; then
+  section 'Browser: the smoke capture'
+  # Status 77 (no adapter) counts as a failure from here on: Chromium brings its own adapter.
+  node tests/browser/run.mjs tests/browser/smoke.json
+  export FAIRCURVE_REQUIRE_BROWSER=1
+fi
 
 section 'Format'
 cargo fmt --all --check
@@ -121,20 +125,12 @@ section 'Documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --quiet
 
 # One profile for all: optimised, with debug assertions (profile.test). Criterion runs each bench once here, as a test.
+# tests/browser.rs captures dispatches of every kernel and runs them in Chromium too.
 section 'Tests, examples, and benches in test mode'
 cargo test --locked --all-targets --no-fail-fast
 
 section 'Documentation examples'
 cargo test --locked --doc
-
-section 'Browser: kernels in a second WGSL compiler'
-if [[ $browser == yes ]]; then
-  captures=(tests/browser/smoke.json)
-  mapfile -t -O 1 captures < <(find "$FAIRCURVE_CAPTURE_DIR" -name '*.json' | sort)
-  ((${#captures[@]} > 1)) || notice 'no test captured a dispatch, so the browser saw only the smoke capture'
-  # Status 77 (no adapter) counts as a failure: Chromium brings its own.
-  node tests/browser/run.mjs "${captures[@]}"
-fi
 
 close_section
 printf '\nAll checks passed in %s s.\n' "$SECONDS"

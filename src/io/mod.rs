@@ -215,7 +215,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
 /// Reads curves from a file, or from standard input for `-` (then the format must be given).
 ///
 /// # Errors
-/// As [`read`]; an unknown format.
+/// As [`read()`]; an unknown format.
 pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<CurveBatch> {
     let path = path.as_ref();
     let format = Format::of(path, options.format, "--from")?;
@@ -255,7 +255,7 @@ pub fn write(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<()> {
 /// numbers, so there it keeps its place and its name but has no points.
 ///
 /// # Errors
-/// As [`write`]; an unknown format.
+/// As [`write()`]; an unknown format.
 pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let path = path.as_ref();
     let format = Format::of(path, options.format, "--to")?;

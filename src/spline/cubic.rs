@@ -14,9 +14,14 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::gpu::Samples;
 use super::knots::Knots;
+use super::sample::Sites;
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
+use crate::device::Precision;
+use crate::error::Result;
+use crate::gpu::Gpu;
 use crate::io::Origin;
 use crate::linalg::{take, tasks};
 use crate::report::CurveSet;
@@ -132,6 +137,115 @@ impl CubicSplines {
         CurveBatch::sampled(self.knots.dimension, coords, offsets, closed, t, spans, problems, self.origin.clone())
     }
 
+    /// Samples of all curves by a GPU.
+    ///
+    /// # Errors
+    /// Those of submissions.
+    pub(crate) fn sample_on_gpu(&self, gpu: &Gpu, precision: Precision, sampling: Sampling) -> Result<CurveBatch> {
+        let sites = match sampling {
+            Sampling::PerSpan(_) => None,
+            Sampling::Count(n) => Some(Sites::evenly(&self.knots, n)),
+            Sampling::Spacing(_) => Some(self.sites_by_spacing(sampling)),
+        };
+        let wanted = match (sampling, &sites) {
+            (Sampling::PerSpan(n), _) => Samples::PerSpan(n),
+            (_, Some(sites)) => Samples::At(sites),
+            _ => Samples::None,
+        };
+        let samples = super::gpu::sample(gpu, precision, &self.knots, &self.second, &wanted)?;
+        Ok(match &sites {
+            Some(sites) if matches!(sampling, Sampling::Spacing(_)) => self.polylines_at(sites, samples),
+            _ => self.polylines_of(sampling, samples),
+        })
+    }
+
+    /// Sites at equal arc length along every curve, as knots and fractions.
+    fn sites_by_spacing(&self, sampling: Sampling) -> Sites {
+        let of_curves: Vec<Vec<(usize, f64)>> = (0..self.len())
+            .into_par_iter()
+            .map(|i| if self.unfitted.contains_key(&i) { Vec::new() } else { self.curve(i).sites(sampling) })
+            .collect();
+        let mut sites = Sites { offsets: vec![0], knots: Vec::new(), fractions: Vec::new() };
+        for (i, of_curve) in of_curves.into_iter().enumerate() {
+            for (span, u) in of_curve {
+                // No sample falls into a span without length, but at the very end.
+                let (k, u) = match self.spline(i).span(span) {
+                    (k, true) => (k, u),
+                    (k, false) if k + 1 < self.knots.range(i).len() => (k, 0.0),
+                    (k, false) => (k - 1, 1.0),
+                };
+                sites.knots.push(k as u32);
+                sites.fractions.push(u);
+            }
+            sites.offsets.push(sites.knots.len());
+        }
+        sites
+    }
+
+    /// Polylines of samples taken elsewhere at sites; unfitted curves are their data points.
+    fn polylines_at(&self, sites: &Sites, samples: Vec<f64>) -> CurveBatch {
+        let d = self.knots.dimension;
+        let (mut coords, mut t, mut offsets) = (Vec::with_capacity(samples.len()), Vec::new(), vec![0]);
+        for i in 0..self.len() {
+            let own = sites.offsets[i]..sites.offsets[i + 1];
+            match self.unfitted.get(&i) {
+                Some(points) => {
+                    coords.extend_from_slice(points);
+                    t.extend((0..points.len() / d).map(|k| k as f64));
+                }
+                None => {
+                    coords.extend_from_slice(&samples[own.start * d..own.end * d]);
+                    let knots = self.knots.t(i);
+                    let at = |(&k, &u): (&u32, &f64)| {
+                        let (from, to) = (knots[k as usize], knots[k as usize + 1]);
+                        (from + u * (to - from)).min(to)
+                    };
+                    t.extend(sites.knots[own.clone()].iter().zip(&sites.fractions[own]).map(at));
+                }
+            }
+            offsets.push(t.len());
+        }
+        self.assemble(coords, t, offsets)
+    }
+
+    /// Polylines of samples taken elsewhere: by knots, so many a span, or so many a curve.
+    pub(crate) fn polylines_of(&self, sampling: Sampling, samples: Vec<f64>) -> CurveBatch {
+        let mut polylines = self.polylines_on_cpu(sampling);
+        let d = self.knots.dimension;
+        let Sampling::PerSpan(n) = sampling else {
+            // Curve after curve, but for those that were not fitted.
+            let mut rest = &samples[..];
+            for i in (0..self.len()).filter(|i| !self.unfitted.contains_key(i)) {
+                let to = polylines.points_mut(i);
+                to.copy_from_slice(&rest[..to.len()]);
+                rest = &rest[to.len()..];
+            }
+            return polylines;
+        };
+        let mut from = 0;
+        for i in (0..self.len()).filter(|i| !self.knots.range(*i).is_empty()) {
+            let spans = self.knots.range(i).len() - 1;
+            let own = &samples[from..from + (n * spans + usize::from(!self.knots.closed[i])) * d];
+            from += own.len();
+            if self.unfitted.contains_key(&i) {
+                continue;
+            }
+            let spline = self.spline(i);
+            let to = polylines.points_mut(i);
+            if spline.entries.is_none() {
+                to.copy_from_slice(own);
+                continue;
+            }
+            // Spans without length repeat their data point; the CPU's are right as they are.
+            for (span, to) in to.chunks_exact_mut(n * d).enumerate() {
+                if let (k, true) = spline.span(span) {
+                    to.copy_from_slice(&own[k * n * d..(k + 1) * n * d]);
+                }
+            }
+        }
+        polylines
+    }
+
     /// Samples by equal arc length.
     fn by_spacing(&self, sampling: Sampling) -> CurveBatch {
         let d = self.knots.dimension;
@@ -171,6 +285,12 @@ impl CurveSet for CubicSplines {
     }
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        self.polylines_on_cpu(sampling)
+    }
+}
+
+impl CubicSplines {
+    fn polylines_on_cpu(&self, sampling: Sampling) -> CurveBatch {
         let (d, steps) = (
             self.knots.dimension,
             match sampling {

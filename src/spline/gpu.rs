@@ -9,7 +9,7 @@ use super::sample::Sites;
 use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Downloaded, Gpu, KernelKey, Recording, pipeline, plan};
+use crate::gpu::{Downloaded, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
 use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System, real_bytes};
 
@@ -64,6 +64,11 @@ impl Frame {
         Frame { center, size: if size > 0.0 { size } else { 1.0 }, mean_span: 1.0 }
     }
 
+    /// What a normalised second derivative of 1 is in the units of the input.
+    fn second_derivative_unit(&self) -> f64 {
+        self.size / self.mean_span / self.mean_span
+    }
+
     /// Normalised coordinates in the units of the input.
     pub fn map_back<S: Real>(&self, to: &mut [f64], from: &[S], d: usize) {
         for (to, from) in to.chunks_exact_mut(d).zip(from.chunks_exact(d)) {
@@ -98,6 +103,8 @@ pub(crate) struct Fitted {
     pub samples: Vec<f64>,
     /// Curves whose numbers left the range of the device's floats: the CPU must fit them.
     pub overflowed: Vec<usize>,
+    /// Where the device was lost: the curves from this one on were not fitted, and why.
+    pub lost: Option<(usize, String)>,
 }
 
 /// Where samples of each curve start in [`Fitted::samples`], in points.
@@ -133,8 +140,83 @@ pub(crate) fn fit(
         second: vec![0.0; knots.t.len() * d],
         samples: vec![0.0; offsets[knots.len()] * d],
         overflowed: Vec::new(),
+        lost: None,
     };
-    let real = real_bytes(precision);
+    let chunks = chunks(gpu, precision, knots, samples)?;
+    let job = Job { gpu, precision, knots, ends, samples, sample_offsets: &offsets };
+    let done = pipeline(
+        chunks,
+        |curves| match precision {
+            Precision::F64 => job.record::<f64>(curves)?.submit(),
+            _ => job.record::<f32>(curves)?.submit(),
+        },
+        Pending::wait,
+        |curves, results| match precision {
+            Precision::F64 => job.unpack::<f64>(curves, &results, &mut fitted),
+            _ => job.unpack::<f32>(curves, &results, &mut fitted),
+        },
+    );
+    match done {
+        Ok(()) => Ok(fitted),
+        // What was finished is kept; what was not is said curve by curve.
+        Err(Interrupted { error: error @ (Error::DeviceLost(_) | Error::Timeout { .. }), finished })
+            if finished > 0 =>
+        {
+            fitted.lost = Some((finished, error.to_string()));
+            Ok(fitted)
+        }
+        Err(interrupted) => Err(interrupted.error),
+    }
+}
+
+/// Samples splines that are fitted already.
+///
+/// # Errors
+/// As [`fit`].
+pub(crate) fn sample(
+    gpu: &Gpu,
+    precision: Precision,
+    knots: &Knots,
+    second: &[f64],
+    samples: &Samples<'_>,
+) -> Result<Vec<f64>> {
+    let d = knots.dimension;
+    let offsets = sample_offsets(knots, samples);
+    let mut out = vec![0.0; offsets[knots.len()] * d];
+    let chunks = chunks(gpu, precision, knots, samples)?;
+    let job = Job { gpu, precision, knots, ends: &NaturalEnds, samples, sample_offsets: &offsets };
+    pipeline(
+        chunks,
+        |curves| match precision {
+            Precision::F64 => job.record_samples_of::<f64>(curves, second)?.submit(),
+            _ => job.record_samples_of::<f32>(curves, second)?.submit(),
+        },
+        Pending::wait,
+        |curves, results| {
+            for i in job.fitted_curves(curves) {
+                match precision {
+                    Precision::F64 => job.unpack_samples::<f64>(curves, i, results.first(), &mut out),
+                    _ => job.unpack_samples::<f32>(curves, i, results.first(), &mut out),
+                }
+            }
+            Ok(())
+        },
+    )?;
+    Ok(out)
+}
+
+/// No end is clamped.
+pub(crate) struct NaturalEnds;
+
+impl EndDerivatives for NaturalEnds {
+    fn end_derivative(&self, _: usize, _: usize) -> Option<&[f64]> {
+        None
+    }
+}
+
+/// Chunks of curves whose arrays fit the device.
+fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>) -> Result<Vec<Range<usize>>> {
+    let (d, real) = (knots.dimension, real_bytes(precision));
     // The largest array holds either the points or the samples; of both there is a copy to be read.
     let per_knot = match samples {
         Samples::PerSpan(n) => *n,
@@ -145,20 +227,7 @@ pub(crate) fn fit(
         _ => knots.range(i).len(),
     });
     let largest = real * (d * per_knot) as u64;
-    let chunks = plan::chunks(points, largest, real * (2 + 3 * d) as u64 + 2 * largest, gpu.limits())?;
-    let job = Job { gpu, precision, knots, ends, samples, sample_offsets: &offsets };
-    pipeline(
-        chunks,
-        |curves| match precision {
-            Precision::F64 => job.record::<f64>(curves)?.submit(),
-            _ => job.record::<f32>(curves)?.submit(),
-        },
-        |curves, results| match precision {
-            Precision::F64 => job.unpack::<f64>(curves, results, &mut fitted),
-            _ => job.unpack::<f32>(curves, results, &mut fitted),
-        },
-    )?;
-    Ok(fitted)
+    plan::chunks(points, largest, real * (2 + 3 * d) as u64 + 2 * largest, gpu.limits())
 }
 
 struct Job<'a> {
@@ -175,19 +244,17 @@ impl<'a> Job<'a> {
         curves.clone().filter(|&i| !self.knots.range(i).is_empty())
     }
 
-    fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
+    /// Spans and points of a chunk, normalised.
+    fn pack<S: Real>(&self, curves: &Range<usize>) -> (Vec<S>, Vec<S>) {
         let (knots, d) = (self.knots, self.knots.dimension);
         let first = knots.offsets[curves.start];
         let entries = knots.offsets[curves.end] - first;
         let mut spans = vec![S::ZERO; entries];
         let mut values = vec![S::ZERO; entries * d];
-        let mut end_derivatives = Vec::new();
-        let mut systems = Vec::with_capacity(curves.len());
         for i in self.fitted_curves(curves) {
             let frame = Frame::of(knots, i);
             let range = knots.offsets[i] - first..knots.offsets[i + 1] - first;
-            let t = knots.t(i);
-            for (span, pair) in spans[range.clone()].iter_mut().zip(t.windows(2)) {
+            for (span, pair) in spans[range.clone()].iter_mut().zip(knots.t(i).windows(2)) {
                 *span = S::from_f64((pair[1] - pair[0]) / frame.mean_span);
             }
             let coords = values[range.start * d..range.end * d].chunks_exact_mut(d);
@@ -196,6 +263,17 @@ impl<'a> Job<'a> {
                     to[c] = S::from_f64((from[c] - frame.center[c]) / frame.size);
                 }
             }
+        }
+        (spans, values)
+    }
+
+    /// The systems of a chunk, and the normalised derivatives at its clamped ends (empty where no end is clamped).
+    fn systems<S: Real>(&self, curves: &Range<usize>) -> (Vec<System>, Vec<S>) {
+        let (knots, d) = (self.knots, self.knots.dimension);
+        let mut end_derivatives = Vec::new();
+        let mut systems = Vec::with_capacity(curves.len());
+        for i in self.fitted_curves(curves) {
+            let frame = Frame::of(knots, i);
             let mut flags = if knots.closed[i] { FLAG_CYCLIC } else { 0 };
             for (end, flag) in [FLAG_CLAMPED_START, FLAG_CLAMPED_END].into_iter().enumerate() {
                 if let Some(derivative) = self.ends.end_derivative(i, end) {
@@ -207,27 +285,47 @@ impl<'a> Job<'a> {
                 }
             }
             systems.push(System {
-                start: range.start as u32,
-                rows: (range.len() - usize::from(knots.closed[i])) as u32,
+                start: (knots.offsets[i] - knots.offsets[curves.start]) as u32,
+                rows: (knots.range(i).len() - usize::from(knots.closed[i])) as u32,
                 flags,
                 index: (i - curves.start) as u32,
             });
         }
+        (systems, end_derivatives)
+    }
 
+    fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
+        let (spans, values) = self.pack::<S>(curves);
+        let (systems, end_derivatives) = self.systems::<S>(curves);
         let mut recording = self.gpu.record();
+        let second = recording.storage(values.len() as u64 * real_bytes(self.precision));
         let spans = recording.upload(&spans);
         let values = recording.upload(&values);
         let end_derivatives = recording.upload(&end_derivatives);
-        let second = recording.storage((entries * d) as u64 * real_bytes(self.precision));
         let status = recording.storage(4 * curves.len() as u64);
         let buffers = vec![("spans", &spans), ("values", &values), ("end_derivatives", &end_derivatives)];
         let source = RowSource { path: "spline/natural.wgsl", definitions: Definitions::new(), buffers };
-        let columns = d as u32;
+        let columns = self.knots.dimension as u32;
         let solve = Solve { systems: &systems, columns, precision: self.precision, kernel: RingKernel::Auto };
         solve.record(&mut recording, &source, &second, &status)?;
         recording.download(&second);
         recording.download(&status);
         self.record_samples::<S>(&mut recording, curves, [&spans, &values, &second])?;
+        Ok(recording)
+    }
+
+    fn record_samples_of<S: Real + Pod>(&self, curves: &Range<usize>, second: &[f64]) -> Result<Recording<'a>> {
+        let (knots, d) = (self.knots, self.knots.dimension);
+        let (spans, values) = self.pack::<S>(curves);
+        let mut normalised = Vec::with_capacity(values.len());
+        for i in self.fitted_curves(curves) {
+            let scale = Frame::of(knots, i).second_derivative_unit();
+            let of_curve = &second[knots.offsets[i] * d..knots.offsets[i + 1] * d];
+            normalised.extend(of_curve.iter().map(|m| S::from_f64(m / scale)));
+        }
+        let mut recording = self.gpu.record();
+        let buffers = [&spans, &values, &normalised].map(|array| recording.upload(array));
+        self.record_samples::<S>(&mut recording, curves, [&buffers[0], &buffers[1], &buffers[2]])?;
         Ok(recording)
     }
 
@@ -288,7 +386,7 @@ impl<'a> Job<'a> {
                 return Err(Error::Kernel { kernel: "spline/natural".into(), message });
             }
             let frame = Frame::of(knots, i);
-            let scale = frame.size / (frame.mean_span * frame.mean_span);
+            let scale = frame.second_derivative_unit();
             let range = knots.offsets[i] * d..knots.offsets[i + 1] * d;
             let part = &second[range.start - first * d..range.end - first * d];
             let mut finite = true;
@@ -300,32 +398,45 @@ impl<'a> Job<'a> {
                 out.overflowed.push(i);
                 continue;
             }
-            let to = &mut out.samples[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d];
-            match self.samples {
-                Samples::None => {}
-                Samples::PerSpan(n) => {
-                    let from = &results[2].as_slice::<S>()[(knots.offsets[i] - first) * n * d..];
-                    frame.map_back(to, from, d);
-                    // The data points themselves are known better than any device computes them.
-                    for (to, from) in to.chunks_mut(n * d).zip(knots.values(i).chunks_exact(d)) {
-                        to[..d].copy_from_slice(from);
-                    }
+            self.unpack_samples::<S>(curves, i, results.get(2), &mut out.samples);
+        }
+        Ok(())
+    }
+
+    /// The samples of one curve, from those of its chunk, in input units.
+    fn unpack_samples<S: Real + Pod>(
+        &self,
+        curves: &Range<usize>,
+        i: usize,
+        results: Option<&Downloaded>,
+        out: &mut [f64],
+    ) {
+        let Some(results) = results else { return };
+        let (knots, d) = (self.knots, self.knots.dimension);
+        let results = results.as_slice::<S>();
+        let frame = Frame::of(knots, i);
+        let to = &mut out[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d];
+        // The data points themselves are known better than any device computes them.
+        match self.samples {
+            Samples::None => {}
+            Samples::PerSpan(n) => {
+                frame.map_back(to, &results[(knots.offsets[i] - knots.offsets[curves.start]) * n * d..], d);
+                for (to, from) in to.chunks_mut(n * d).zip(knots.values(i).chunks_exact(d)) {
+                    to[..d].copy_from_slice(from);
                 }
-                Samples::At(sites) => {
-                    let start = sites.offsets[curves.start];
-                    let own = sites.offsets[i]..sites.offsets[i + 1];
-                    frame.map_back(to, &results[2].as_slice::<S>()[(own.start - start) * d..], d);
-                    for ((to, &knot), &u) in
-                        to.chunks_exact_mut(d).zip(&sites.knots[own.clone()]).zip(&sites.fractions[own])
-                    {
-                        if u == 0.0 || u == 1.0 {
-                            let knot = knot as usize + usize::from(u == 1.0);
-                            to.copy_from_slice(&knots.values(i)[knot * d..(knot + 1) * d]);
-                        }
+            }
+            Samples::At(sites) => {
+                let own = sites.offsets[i]..sites.offsets[i + 1];
+                frame.map_back(to, &results[(own.start - sites.offsets[curves.start]) * d..], d);
+                for ((to, &knot), &u) in
+                    to.chunks_exact_mut(d).zip(&sites.knots[own.clone()]).zip(&sites.fractions[own])
+                {
+                    if u == 0.0 || u == 1.0 {
+                        let knot = knot as usize + usize::from(u == 1.0);
+                        to.copy_from_slice(&knots.values(i)[knot * d..(knot + 1) * d]);
                     }
                 }
             }
         }
-        Ok(())
     }
 }

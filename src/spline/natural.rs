@@ -14,12 +14,16 @@
 use rayon::prelude::*;
 
 use super::cubic::CubicSplines;
+use super::gpu::{EndDerivatives, Samples};
 use super::knots::{Coincident, Knots, Parametrisation};
+use super::sample::Sites;
 use crate::batch::{CurveBatch, Problem};
-use crate::device::Device;
+use crate::curve::Sampling;
+use crate::device::{Device, Precision};
 use crate::error::{Error, Result};
+use crate::gpu::Gpu;
 use crate::linalg::{Cyclic, Matrix, Part, Real, Scratch, TridiagonalBatch, take, tasks};
-use crate::report::{CurveReport, CurveStatus, Fit};
+use crate::report::{CurveReport, CurveSet, CurveStatus, Fit};
 
 /// What holds at the two ends of an open curve. Closed curves are periodic, whatever is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -79,14 +83,39 @@ impl Natural {
     /// `known`).
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         let (splines, reports) = self.fit_splines(batch, device)?;
-        Ok(Fit::new(Box::new(splines), reports, "CPU, f64".into()))
+        Ok(Fit::new(Box::new(splines), reports, device.describe(true)?))
+    }
+
+    /// Fits every curve and samples it; on a GPU in one submission, without a way back and forth between the two.
+    ///
+    /// # Errors
+    /// As [`fit`](Self::fit).
+    pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
+        let (splines, reports, samples) = self.fit_both(batch, Some(sampling), device)?;
+        let polylines = match (samples, device.as_gpu()) {
+            (Some(samples), _) => splines.polylines_of(sampling, samples),
+            (None, Some(gpu)) => splines.sample_on_gpu(gpu, device.kernel_precision(gpu, true)?, sampling)?,
+            (None, None) => splines.polylines(sampling),
+        };
+        Ok((Fit::new(Box::new(splines), reports, device.describe(true)?), polylines))
     }
 
     /// As [`fit`](Self::fit), with the splines themselves.
     ///
     /// # Errors
     /// As [`fit`](Self::fit).
-    pub fn fit_splines(&self, batch: &CurveBatch, _device: &Device) -> Result<(CubicSplines, Vec<CurveReport>)> {
+    pub fn fit_splines(&self, batch: &CurveBatch, device: &Device) -> Result<(CubicSplines, Vec<CurveReport>)> {
+        let (splines, reports, _) = self.fit_both(batch, None, device)?;
+        Ok((splines, reports))
+    }
+
+    /// Splines, reports, and samples where they were taken in the same submission.
+    fn fit_both(
+        &self,
+        batch: &CurveBatch,
+        sampling: Option<Sampling>,
+        device: &Device,
+    ) -> Result<(CubicSplines, Vec<CurveReport>, Option<Vec<f64>>)> {
         let constraints = batch.constraints();
         if constraints.exponents.is_some() || constraints.known.is_some() {
             return Err(Error::argument(
@@ -105,7 +134,14 @@ impl Natural {
             }
         }
         let mut second = vec![0.0; knots.values.len()];
-        let failed = self.solve(batch, &knots, &mut second);
+        let mut samples = None;
+        let failed = match device.as_gpu() {
+            None => self.solve(batch, &knots, &mut second),
+            Some(gpu) => {
+                let precision = device.kernel_precision(gpu, true)?;
+                self.solve_on_gpu(gpu, precision, batch, &mut knots, sampling, &mut second, &mut samples)?
+            }
+        };
         for i in failed {
             let what = "its spline leaves the range of the numbers: the spans are too short or too uneven, or the \
                         coordinates too large; scale the curve, or remove points that almost coincide";
@@ -121,7 +157,53 @@ impl Natural {
                 Some(problem) => CurveReport::unfitted(problem.status, problem.message.clone()),
             })
             .collect();
-        Ok((splines, reports))
+        Ok((splines, reports, samples))
+    }
+
+    /// Second derivatives by the GPU, and samples where they can be taken at once; returns the curves that failed.
+    #[allow(clippy::too_many_arguments)]
+    fn solve_on_gpu(
+        &self,
+        gpu: &Gpu,
+        precision: Precision,
+        batch: &CurveBatch,
+        knots: &mut Knots,
+        sampling: Option<Sampling>,
+        second: &mut Vec<f64>,
+        samples: &mut Option<Vec<f64>>,
+    ) -> Result<Vec<usize>> {
+        let ends = ClampedEnds { options: self, batch, knots };
+        let sites = match sampling {
+            Some(Sampling::Count(n)) => Some(Sites::evenly(knots, n)),
+            _ => None,
+        };
+        let wanted = match (sampling, &sites) {
+            (_, Some(sites)) => Samples::At(sites),
+            (Some(Sampling::PerSpan(n)), _) => Samples::PerSpan(n),
+            // Where equal arc lengths lie is known only after the fit.
+            _ => Samples::None,
+        };
+        let fitted = super::gpu::fit(gpu, precision, knots, &ends, &wanted)?;
+        *second = fitted.second;
+        *samples = (!matches!(wanted, Samples::None)).then_some(fitted.samples);
+        if let Some((finished, why)) = fitted.lost {
+            for i in finished..batch.len() {
+                let message = batch.sentence(i, 0, &format!("it was not fitted: {why}"));
+                knots.unfitted.entry(i).or_insert(Problem { status: CurveStatus::NotConverged, message });
+            }
+        }
+        if fitted.overflowed.is_empty() {
+            return Ok(Vec::new());
+        }
+        // Rare: numbers beyond the range of f32. The CPU fits them, and all samples are taken anew.
+        *samples = None;
+        let mut on_cpu = vec![0.0; second.len()];
+        let failed = self.solve(batch, knots, &mut on_cpu);
+        for i in fitted.overflowed {
+            let range = knots.offsets[i] * knots.dimension..knots.offsets[i + 1] * knots.dimension;
+            second[range.clone()].copy_from_slice(&on_cpu[range]);
+        }
+        Ok(failed)
     }
 
     /// The tangents at the ends of curve `i`, or why it is refused.
@@ -196,6 +278,20 @@ impl Natural {
             })
             .flatten_iter()
             .collect()
+    }
+}
+
+/// The tangents of a batch as the kernels take them.
+struct ClampedEnds<'a> {
+    options: &'a Natural,
+    batch: &'a CurveBatch,
+    knots: &'a Knots,
+}
+
+impl EndDerivatives for ClampedEnds<'_> {
+    fn end_derivative(&self, i: usize, end: usize) -> Option<&[f64]> {
+        self.batch.constraints().tangents.as_ref()?;
+        self.options.tangents(self.batch, self.knots, i).ok()?[end]
     }
 }
 

@@ -2,13 +2,15 @@
 
 use rayon::prelude::*;
 
+use super::cubic::CubicSplines;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::smoother::{Smoother, Target};
 use crate::batch::CurveBatch;
+use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
-use crate::report::{CurveReport, Fit};
+use crate::report::{CurveReport, CurveSet, Fit};
 
 /// How much to smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +88,28 @@ impl Smoothing {
     /// λ that is negative, infinite or NaN; a deviation that is not positive and finite; parameters asked for
     /// ([`Parametrisation::Given`]) but absent; a batch with constraints, which smoothing cannot honour.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        let (splines, reports) = self.fit_splines(batch, device)?;
+        Ok(Fit::new(Box::new(splines), reports, device.describe(false)?))
+    }
+
+    /// Fits every curve and samples it on the same device.
+    ///
+    /// # Errors
+    /// As [`fit`](Self::fit).
+    pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
+        let (splines, reports) = self.fit_splines(batch, device)?;
+        let polylines = match device.as_gpu() {
+            Some(gpu) => splines.sample_on_gpu(gpu, device.kernel_precision(gpu, false)?, sampling)?,
+            None => splines.polylines(sampling),
+        };
+        Ok((Fit::new(Box::new(splines), reports, device.describe(false)?), polylines))
+    }
+
+    /// As [`fit`](Self::fit), with the splines themselves.
+    ///
+    /// # Errors
+    /// As [`fit`](Self::fit).
+    pub fn fit_splines(&self, batch: &CurveBatch, device: &Device) -> Result<(CubicSplines, Vec<CurveReport>)> {
         self.check(batch)?;
         let mut knots = Knots::new(batch, self.parametrisation, Coincident::Average)?;
         let (second, reports) = match device.as_gpu() {
@@ -96,7 +120,7 @@ impl Smoothing {
             }
             None => self.fit_on_cpu(batch, &mut knots),
         };
-        Ok(Fit::new(Box::new(super::stub::Stub { knots, second, batch: batch.clone() }), reports, "CPU, f64".into()))
+        Ok((CubicSplines::new(batch, knots, second), reports))
     }
 
     fn check(&self, batch: &CurveBatch) -> Result<()> {

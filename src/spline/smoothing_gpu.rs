@@ -146,6 +146,10 @@ impl<'a> Job<'a> {
         let (mut table, mut amounts, mut sent) = (Vec::new(), Vec::new(), Vec::new());
         let (mut spans, mut inverse_weights, mut data) = (Vec::<S>::new(), Vec::<S>::new(), Vec::<S>::new());
         for i in curves.clone() {
+            // A chunk comes twice when it had to be halved; what the host fitted stays.
+            if self.reports[i].is_some() {
+                continue;
+            }
             if let Some(problem) = self.knots.unfitted.get(&i) {
                 self.reports[i] = Some(CurveReport::unfitted(problem.status, problem.message.clone()));
                 continue;

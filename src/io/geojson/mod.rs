@@ -4,6 +4,7 @@
 //! the layout come back unchanged, and neither reading nor writing builds a tree of numbers. (The `geojson` crate
 //! holds each position in a vector of its own and numbers of properties as f64; the tests use it as a second opinion.)
 
+mod coordinates;
 mod read;
 mod write;
 

@@ -38,6 +38,7 @@ pub fn solve_on_gpu<T: Real>(
             Precision::F64 => job.record::<f64>(gpu, chunk)?.submit(),
             _ => job.record::<f32>(gpu, chunk)?.submit(),
         },
+        Pending::wait,
         |chunk, results| match precision {
             Precision::F64 => job.unpack(chunk, results[0].as_slice::<f64>(), results[1].as_slice(), &mut solutions),
             _ => job.unpack(chunk, results[0].as_slice::<f32>(), results[1].as_slice(), &mut solutions),

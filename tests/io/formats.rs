@@ -1,34 +1,12 @@
-//! Files in and out: what is written reads back to the same bits, and real data comes in whole.
+//! Every format: all that it holds, every pair of them, bit for bit.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
 
 use faircurve::CurveBatch;
 use faircurve::io::{self, Closed, Format, ReadOptions, WriteOptions};
 use proptest::prelude::*;
 
-const FORMATS: [&str; 8] = ["csv", "geojson", "svg", "npz", "csv.gz", "geojson.gz", "svg.gz", "npz.gz"];
-
-fn bits(values: &[f64]) -> Vec<u64> {
-    values.iter().map(|x| x.to_bits()).collect()
-}
-
-/// Same dimension, same curves, same names, same coordinates to the last bit; closed ones alike, but for CSV, which does not tell.
-fn assert_same(found: &CurveBatch, wanted: &CurveBatch, closed_too: bool, what: &str) {
-    assert_eq!(found.dimension(), wanted.dimension(), "{what}");
-    assert_eq!(found.offsets(), wanted.offsets(), "{what}");
-    assert_eq!(bits(found.coords()), bits(wanted.coords()), "{what}");
-    for i in 0..wanted.len() {
-        assert_eq!(found.name(i), wanted.name(i), "{what}, curve {i}");
-        assert!(!closed_too || found.is_closed(i) == wanted.is_closed(i), "{what}, curve {i}");
-    }
-}
-
-fn through(folder: &Path, batch: &CurveBatch, extension: &str) -> CurveBatch {
-    let path = folder.join(format!("batch.{extension}"));
-    io::write_with(&path, batch, &WriteOptions { overwrite: true, ..WriteOptions::default() }).unwrap();
-    io::read(&path).unwrap()
-}
+use crate::{FORMATS, assert_same, bits, through};
 
 /// Zigzags far from round numbers: an open one, a closed one, a single point, a pair.
 fn figures() -> CurveBatch {
@@ -141,63 +119,6 @@ fn closed_curves_are_those_marked_those_that_return_and_those_asked_for() {
 }
 
 #[test]
-fn a_geojson_document_comes_back_with_all_it_held_but_the_bounding_boxes() {
-    let folder = tempfile::tempdir().unwrap();
-    let (path, out) = (folder.path().join("a.geojson"), folder.path().join("b.geojson"));
-    let bbox = r#""bbox": [0, 0, 9, 9]"#;
-    let text = |bbox: &str, after: &str| {
-        format!(
-            r#"{{"name": "odd \u00e9", {bbox}"type": "FeatureCollection", "features": [
-  {{"type": "Feature", "id": 12345678901234567890, "properties": {{"n": 1.10, "curve": null}}, {bbox}"tail": [1, {{"a": []}}],
-   "geometry": {{"coordinates": [[0,0],[1,2.5],[2,0]], "type": "LineString"{after}}}}},
-  {{"type": "Feature", "properties": {{"bbox": "kept"}}, "geometry": {{"type": "Point", "coordinates": [1.50, 2.0], "bbox": [1,2,1,2]}}}},
-  {{"type": "Feature", "properties": null, "geometry": null}},
-  {{"type": "Feature", "properties": {{}}, "geometry": {{"type": "MultiLineString", "coordinates": [[[0,0],[1,1]],[[5,5],[6,6],[7,5],[5,5]]]}}}},
-  {{"type": "Feature", "properties": {{}}, "geometry": {{"type": "Polygon", "coordinates": [[[0,0],[9,0],[9,9],[0,0]],[[5,4],[6,5],[6,4],[5,4]]]}}}},
-  {{"type": "Feature", "properties": {{}}, "geometry": {{"type": "GeometryCollection", "geometries": [
-    {{"type": "MultiPoint", "coordinates": [[3.0, 4.0]]}},
-    {{"type": "MultiPolygon", "coordinates": [[[[0,0],[1,0],[1,1],[0,0]]],[[[2,2],[3,2],[3,3],[2,2]],[[2.5,2.25],[2.75,2.5],[2.75,2.25],[2.5,2.25]]]]}}]}}}}
-], "foreign": true}}
-"#
-        )
-    };
-    std::fs::write(&path, text(&format!("{bbox} , "), &format!(" , {bbox}"))).unwrap();
-    let batch = io::read(&path).unwrap();
-    let names: Vec<_> = (0..batch.len()).map(|i| batch.name(i).into_owned()).collect();
-    assert_eq!(names, ["0", "3/0", "3/1", "4/0", "4/1", "5/0", "5/1", "5/2"]);
-    let closed: Vec<_> = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
-    assert_eq!(closed, [false, false, true, true, true, true, true, true]);
-    io::write(&out, &batch).unwrap();
-    assert_eq!(std::fs::read_to_string(&out).unwrap(), text("", ""));
-    // A second opinion on what was written.
-    let parsed: geojson::GeoJson = std::fs::read_to_string(&out).unwrap().parse().unwrap();
-    assert!(matches!(parsed, geojson::GeoJson::FeatureCollection(collection) if collection.features.len() == 6));
-}
-
-#[test]
-fn features_and_geometries_alone_altitudes_and_more_numbers_are_read() {
-    let folder = tempfile::tempdir().unwrap();
-    let through = |text: &str| {
-        let (path, out) = (folder.path().join("a.json"), folder.path().join("b.json"));
-        std::fs::write(&path, text).unwrap();
-        let batch = io::read(&path).unwrap();
-        io::write_with(&out, &batch, &WriteOptions { overwrite: true, ..WriteOptions::default() }).unwrap();
-        (batch, std::fs::read_to_string(&out).unwrap())
-    };
-    let geometry = r#"{"type":"LineString","coordinates":[[0,0,7],[1,2.5,8]]}"#;
-    let (batch, out) = through(geometry);
-    assert_eq!((batch.dimension(), batch.coords(), out.as_str()), (3, &[0.0, 0.0, 7.0, 1.0, 2.5, 8.0][..], geometry));
-    let feature = format!(r#"{{"type":"Feature","geometry":{geometry},"properties":{{"curve":"name"}}}}"#);
-    let (batch, out) = through(&feature);
-    assert_eq!((batch.name(0).as_ref(), out.as_str()), ("name", feature.as_str()));
-    let (batch, out) = through(r#"{"type":"LineString","coordinates":[[0,0,7,1e3,"x"],[1,2.5,8]]}"#);
-    assert_eq!((batch.dimension(), out.as_str()), (3, geometry));
-    let (batch, out) = through(r#"{"type":"MultiLineString","coordinates":[[],[[0,1]]]}"#);
-    assert_eq!((batch.count(0), batch.count(1)), (0, 1));
-    assert_eq!(out, r#"{"type":"MultiLineString","coordinates":[[],[[0,1]]]}"#);
-}
-
-#[test]
 fn curves_that_geojson_and_svg_cannot_hold_keep_their_place_and_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.csv");
@@ -274,123 +195,6 @@ fn bezier_chains_are_drawn_as_cubics_and_written_as_control_points() {
     }
 }
 
-fn data(name: &str) -> PathBuf {
-    Path::new("examples/data").join(name)
-}
-
-/// Curves with two neighbours more than 180 apart in x.
-fn torn(batch: &CurveBatch) -> Vec<usize> {
-    let jumps = |points: &[f64]| {
-        points.chunks_exact(2).zip(points[2..].chunks_exact(2)).any(|(a, b)| (b[0] - a[0]).abs() > 180.0)
-    };
-    (0..batch.len()).filter(|&i| batch.count(i) > 1 && jumps(batch.points(i))).collect()
-}
-
-#[test]
-fn the_borders_of_the_world_come_in_whole_and_untorn() {
-    // Repeated closing points are dropped, except of the rings round the pole, which become open curves.
-    let small = io::read(data("countries-110m.geojson")).unwrap();
-    let closed = |batch: &CurveBatch| (0..batch.len()).filter(|&i| batch.is_closed(i)).count();
-    assert_eq!((small.len(), small.total_points(), closed(&small)), (595, 8246 - 115, 115));
-    let large = io::read(data("countries-50m.geojson.gz")).unwrap();
-    assert_eq!((large.len(), large.total_points(), closed(&large)), (1959, 80617 - 1427, 1427));
-    assert_eq!((torn(&small), torn(&large)), (vec![], vec![]));
-    let beyond = |batch: &CurveBatch| -> Vec<usize> {
-        (0..batch.len()).filter(|&i| batch.points(i).chunks_exact(2).any(|point| point[0].abs() > 180.0)).collect()
-    };
-    assert_eq!(beyond(&small), [1, 161, 162]);
-    assert_eq!(beyond(&large), [554, 565, 1380, 1851]);
-    assert_eq!(small.points(0)[..2], [178.1244, -17.5056]);
-    // Round the South Pole: a whole turn from the first point to the last, at one latitude.
-    for (batch, i, turn) in [(&small, 569, 360.0), (&large, 1851, -360.0), (&large, 1852, 360.0)] {
-        let points = batch.points(i);
-        let last = &points[points.len() - 2..];
-        assert_eq!((batch.is_closed(i), last), (false, &[points[0] + turn, points[1]][..]), "curve {i}");
-    }
-}
-
-#[test]
-fn real_documents_come_back_with_properties_in_order() {
-    let folder = tempfile::tempdir().unwrap();
-    let batch = io::read(data("countries-110m.geojson")).unwrap();
-    let again = through(folder.path(), &batch, "geojson");
-    assert_same(&again, &batch, true, "110m");
-    let value = |path: &Path| -> serde_json::Value { serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap() };
-    let (before, after) = (value(&data("countries-110m.geojson")), value(&folder.path().join("batch.geojson")));
-    let features = |value: &serde_json::Value| value["features"].as_array().unwrap().clone();
-    assert_eq!(features(&after).len(), 595);
-    for (i, (before, after)) in features(&before).iter().zip(&features(&after)).enumerate() {
-        assert_eq!(before["properties"], after["properties"]);
-        if ![1, 161, 162, 569].contains(&i) {
-            let line = |feature: &serde_json::Value| -> Vec<[f64; 2]> {
-                serde_json::from_value(feature["geometry"]["coordinates"].clone()).unwrap()
-            };
-            assert_eq!(line(before), line(after), "feature {i}");
-        }
-    }
-}
-
-#[test]
-fn storms_come_in_with_their_own_time_axis_and_wind_as_weight() {
-    let columns = "x=lon,y=lat,curve=id,t=hours,weight=wind".parse().unwrap();
-    let storms = io::read_with(data("storms.csv.gz"), &ReadOptions { columns, ..ReadOptions::default() }).unwrap();
-    assert_eq!((storms.len(), storms.total_points()), (654, 19537));
-    assert_eq!((storms.name(0).as_ref(), storms.points(0)[..4].to_vec()), ("1", vec![-79.0, 27.5, -79.0, 28.5]));
-    assert_eq!(storms.parameters(0).unwrap()[..4], [0.0, 6.0, 12.0, 18.0]);
-    assert_eq!(storms.weights(0).unwrap()[0], 25.0);
-    assert_eq!((0..storms.len()).filter(|&i| storms.problem(i).is_some()).count(), 0);
-}
-
-#[test]
-fn longitudes_are_carried_on_in_csv_too_but_only_where_x_is_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.csv");
-    std::fs::write(&path, "lon,lat\n179,0\n-179,1\n-178,2\n").unwrap();
-    let read = |columns: &str| {
-        let columns = columns.parse().unwrap();
-        io::read_with(&path, &ReadOptions { columns, ..ReadOptions::default() }).unwrap().coords().to_vec()
-    };
-    assert_eq!(read("x=lon,y=lat"), [179.0, 0.0, 181.0, 1.0, 182.0, 2.0]);
-    assert_eq!(read("y=lon,x=lat"), [0.0, 179.0, 1.0, -179.0, 2.0, -178.0]);
-}
-
-#[test]
-fn polygons_across_the_antimeridian_stay_whole_and_those_round_a_pole_as_they_are() {
-    let folder = tempfile::tempdir().unwrap();
-    let read = |text: &str| {
-        let path = folder.path().join("a.json");
-        std::fs::write(&path, text).unwrap();
-        let batch = io::read(&path).unwrap();
-        (0..batch.len())
-            .map(|i| batch.points(i).chunks_exact(2).map(|point| point[0]).collect())
-            .collect::<Vec<Vec<f64>>>()
-    };
-    let with_hole = r#"{"type":"Polygon","coordinates":[[[170,0],[-170,0],[-170,20],[170,20],[170,0]],
-        [[-178,5],[-176,5],[-177,6],[-178,5]]]}"#;
-    assert_eq!(read(with_hole), [vec![170.0, 190.0, 190.0, 170.0], vec![182.0, 184.0, 183.0]]);
-    let round = r#"{"type":"Polygon","coordinates":[[[0,80],[120,80],[-120,80],[0,80]]]}"#;
-    assert_eq!(read(round), [[0.0, 120.0, -120.0]]);
-    let metres = r#"{"type":"LineString","coordinates":[[0,2000],[300,2000]]}"#;
-    assert_eq!(read(metres), [[0.0, 300.0]]);
-    let projected = r#"{"type":"FeatureCollection","crs":{"properties":{"name":"urn:ogc:def:crs:EPSG::3857"}},"features":[
-        {"type":"Feature","geometry":{"type":"LineString","coordinates":[[0,20],[300,20]]}}]}"#;
-    assert_eq!(read(projected), [[0.0, 300.0]]);
-}
-
-#[test]
-fn numpy_reads_ours_and_we_read_numpys() {
-    for name in ["savez.npz", "savez_compressed.npz"] {
-        let batch = io::read(Path::new("tests/data").join(name)).unwrap();
-        assert_eq!((batch.len(), batch.dimension(), batch.offsets()), (2, 3, &[0, 2, 5][..]), "{name}");
-        let coords: Vec<f64> = (0..15).map(|k| f64::from(k) / 8.0).collect();
-        assert_eq!(batch.coords(), coords, "{name}");
-        assert_eq!((batch.name(0).as_ref(), batch.name(1).as_ref()), ("näme", ""), "{name}");
-        assert_eq!((batch.is_closed(0), batch.is_closed(1)), (false, true), "{name}");
-        assert_eq!(batch.parameters(1), Some(&[0.5, 1.0, 4.0][..]), "{name}");
-        assert_eq!(batch.weights(0), Some(&[1.0, 2.0][..]), "{name}");
-    }
-}
-
 #[test]
 fn equal_batches_give_equal_bytes() {
     let folder = tempfile::tempdir().unwrap();
@@ -447,7 +251,7 @@ fn batches() -> impl Strategy<Value = CurveBatch> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(256))]
+    #![proptest_config(ProptestConfig::with_cases(128))]
 
     #[test]
     fn any_batch_survives_csv_npz_and_geojson(batch in batches()) {

@@ -1,0 +1,119 @@
+//! Coordinates, straight from the text into flat vectors.
+
+use std::fmt;
+use std::ops::Range;
+
+use serde::de::{DeserializeSeed, Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
+
+/// Flat coordinates of lines, as they are read.
+#[derive(Default)]
+pub(super) struct Lines {
+    pub xy: Vec<f64>,
+    z: Vec<f64>,
+    pub offsets: Vec<usize>,
+    /// Lines of each innermost list of lines of the geometry at hand.
+    pub counts: Vec<usize>,
+    pub feature: usize,
+    /// The first feature with an altitude, and the first without one.
+    with_z: Option<usize>,
+    without_z: Option<usize>,
+}
+
+impl Lines {
+    pub fn new() -> Self {
+        Lines { offsets: vec![0], ..Lines::default() }
+    }
+
+    /// The entries of `xy` that line `i` owns.
+    pub fn range(&self, i: usize) -> Range<usize> {
+        2 * self.offsets[i]..2 * self.offsets[i + 1]
+    }
+
+    /// The dimension and the coordinates; or the features with and without altitude, where they are mixed.
+    pub fn interleave(&mut self, drop_z: bool) -> std::result::Result<(usize, Vec<f64>), (usize, usize)> {
+        let xy = std::mem::take(&mut self.xy);
+        match (self.with_z.filter(|_| !drop_z), self.without_z) {
+            (None, _) => Ok((2, xy)),
+            (Some(with), Some(without)) => Err((with, without)),
+            (Some(_), None) => {
+                Ok((3, xy.chunks_exact(2).zip(&self.z).flat_map(|(xy, z)| [xy[0], xy[1], *z]).collect()))
+            }
+        }
+    }
+}
+
+/// Lists of lines: `depth` 1 is one line, a list of positions.
+pub(super) struct List<'l> {
+    pub depth: usize,
+    pub lines: &'l mut Lines,
+}
+
+impl<'de> DeserializeSeed<'de> for List<'_> {
+    type Value = ();
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> std::result::Result<(), D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for List<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(["a position", "a list of positions", "a list of lines", "a list of polygons"][self.depth])
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> std::result::Result<(), A::Error> {
+        let List { depth, lines } = self;
+        if depth == 1 {
+            while list.next_element_seed(Position(lines))?.is_some() {}
+            lines.offsets.push(lines.xy.len() / 2);
+            return Ok(());
+        }
+        let mut count = 0;
+        while list.next_element_seed(List { depth: depth - 1, lines })?.is_some() {
+            count += 1;
+        }
+        if depth == 2 {
+            lines.counts.push(count);
+        }
+        Ok(())
+    }
+}
+
+/// A position: two numbers, an altitude perhaps; more are passed over, as RFC 7946 allows.
+struct Position<'l>(&'l mut Lines);
+
+impl<'de> DeserializeSeed<'de> for Position<'_> {
+    type Value = ();
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> std::result::Result<(), D::Error> {
+        deserializer.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Position<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a position of two or three numbers")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> std::result::Result<(), A::Error> {
+        let Position(lines) = self;
+        let (Some(x), Some(y)) = (list.next_element::<f64>()?, list.next_element::<f64>()?) else {
+            return Err(A::Error::custom("a position has fewer than two numbers"));
+        };
+        lines.xy.extend([x, y]);
+        match list.next_element::<f64>()? {
+            Some(z) => {
+                lines.z.push(z);
+                lines.with_z.get_or_insert(lines.feature);
+            }
+            None => {
+                lines.without_z.get_or_insert(lines.feature);
+                return Ok(());
+            }
+        }
+        while list.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(())
+    }
+}
