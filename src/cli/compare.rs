@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use faircurve::{CurveBatch, Device, Fit, Precision, Result, Sampling};
+use faircurve::{Choice, CurveBatch, Device, Error, Fit, Precision, Result, Sampling};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -39,6 +39,18 @@ pub struct Run {
     fit: Fit,
     samples: CurveBatch,
     seconds: f64,
+}
+
+impl Run {
+    /// The precision that the work was done in.
+    pub fn precision(&self) -> &'static str {
+        device::precision_word(&self.fit)
+    }
+
+    /// What did the work.
+    pub fn device(&self) -> &str {
+        self.fit.device()
+    }
 }
 
 /// Fits and samples, [`RUNS`] times; the result of the last, the time of the fastest.
@@ -169,6 +181,10 @@ pub fn run(args: &CompareArgs) -> Result<bool> {
         let opened = device::open(args.device.device, precision, &batch, sampling)
             .and_then(|device| Ok((fit(&device)?, device)));
         match opened {
+            Ok((run, _)) if run.precision() != precision.word() => {
+                let did = run.device();
+                args.talk.say(format_args!("no comparison in {}: {did} did the work", precision.word()));
+            }
             Ok((run, device)) => {
                 if described.is_none() {
                     args.talk.detail(format_args!("{} ({})", run.fit.device(), device.reason()));
@@ -177,14 +193,16 @@ pub fn run(args: &CompareArgs) -> Result<bool> {
                 described = Some(device::describe(&device));
             }
             // Where both were to be tried, a device without f64 is still worth its f32.
-            Err(error) if described.is_some() && args.device.precision == PrecisionArg::Auto => {
+            Err(error) if !outcomes.is_empty() && args.device.precision == PrecisionArg::Auto => {
                 args.talk.say(format_args!("no comparison in {}: {error}", precision.word()));
             }
             Err(error) => return Err(error),
         }
     }
     progress.finish();
-    let described = described.unwrap_or_else(|| device::describe(&cpu));
+    let Some(described) = described else {
+        return Err(Error::argument(format!("nothing was compared: {} computed in f64 only", reference.fit.device())));
+    };
     args.print(&batch, &reference, &described, &outcomes, per_span)?;
     if let Some(path) = &args.report {
         let file = args.report(&batch, &reference, &described, &outcomes, per_span);
@@ -225,6 +243,8 @@ struct Line<'a> {
 impl CompareArgs {
     fn precisions(&self) -> Vec<Precision> {
         match self.device.precision {
+            // The CPU against itself: the same bits again, or something is badly wrong.
+            PrecisionArg::Auto if self.device.device == Choice::Cpu => vec![Precision::F64],
             PrecisionArg::Auto => vec![Precision::F32, Precision::F64],
             one => vec![one.precision()],
         }
@@ -273,7 +293,7 @@ impl CompareArgs {
         }
         if let Some(outcome) = outcomes.first().filter(|outcome| outcome.not_fitted > 0) {
             show(format_args!(
-                "\n{} could be fitted by neither side and are in no statistic",
+                "\nnot fitted by either side, and in no statistic: {}",
                 count(outcome.not_fitted, "curve")
             ))?;
         }
@@ -303,5 +323,43 @@ impl CompareArgs {
             comparisons,
             curves: (0..batch.len()).map(line).collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use faircurve::spline::Natural;
+
+    use super::*;
+
+    fn run_of(middle: [f64; 2], last: f64) -> (CurveBatch, Run) {
+        let curves = [[[0.0, 0.0], middle, [2.0, 0.0]], [[0.0, 0.0], [3.0, 4.0], [last, 0.0]]];
+        let batch = CurveBatch::from_slices(&[&curves[0][..], &curves[1][..]]).unwrap();
+        let run = fit(&batch, Sampling::PerSpan(4), &Device::cpu(), |b, d| Natural::default().fit(b, d)).unwrap();
+        (batch, run)
+    }
+
+    #[test]
+    fn a_difference_is_measured_in_units_of_the_curve_and_breaks_the_bound() {
+        let (batch, reference) = run_of([1.0, 1.0], 6.0);
+        let (_, moved) = run_of([1.0, 1.001], 6.0);
+        let outcome = judge(&batch, &reference, &moved, Precision::F32);
+        assert!(!outcome.pass && outcome.worst_curve.as_deref() == Some("0"), "{outcome:?}");
+        // The point moved is a sample, moved by 0.001 in a box of 2 by 1; no sample moves much farther.
+        let size = 5f64.sqrt();
+        assert!(outcome.worst >= 0.0009999 / size && outcome.worst < 0.0015 / size, "{outcome:?}");
+        assert_eq!(outcome.differences[1], Some(0.0));
+        assert!(judge(&batch, &reference, &reference, Precision::F64).pass);
+    }
+
+    #[test]
+    fn a_curve_that_only_one_side_fitted_is_an_infinite_difference() {
+        let (batch, reference) = run_of([1.0, 1.0], 6.0);
+        let (_, broken) = run_of([1.0, 1.0], f64::NAN);
+        let outcome = judge(&batch, &reference, &broken, Precision::F32);
+        assert!(!outcome.pass && outcome.worst == f64::INFINITY, "{outcome:?}");
+        assert_eq!(outcome.worst_curve.as_deref(), Some("1"));
+        // Where both sides say the same there is nothing to compare.
+        assert_eq!(judge(&batch, &broken, &broken, Precision::F32).not_fitted, 1);
     }
 }

@@ -1,7 +1,7 @@
 //! Which device does the work: the choice on the command line, and the one place where it is opened.
 
 use clap::{Args, ValueEnum};
-use faircurve::{Choice, CurveBatch, Device, Fit, Precision, Result, Sampling};
+use faircurve::{Choice, CurveBatch, Device, Error, Fit, Precision, Result, Sampling};
 use serde::Serialize;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -37,8 +37,13 @@ pub struct DeviceArgs {
 /// The device asked for. `auto` decides by the points that are read and written together.
 ///
 /// # Errors
-/// A GPU that was asked for and is not there.
+/// A GPU that was asked for and is not there; f32 on the CPU.
 pub fn open(choice: Choice, precision: Precision, batch: &CurveBatch, sampling: Sampling) -> Result<Device> {
+    if (choice, precision) == (Choice::Cpu, Precision::F32) {
+        let why =
+            "--precision f32 belongs to a GPU; the CPU computes in f64: leave --precision out, or use --device gpu";
+        return Err(Error::argument(why));
+    }
     let per_span = match sampling {
         Sampling::PerSpan(n) => n,
         // How many they will be is known only after the fit; this many is usual.
@@ -72,13 +77,9 @@ pub fn describe(device: &Device) -> Description {
     }
 }
 
-/// The precision a fit was computed in. A GPU told to choose says it in the fit's own words.
-pub fn precision_word(device: &Device, fit: &Fit) -> &'static str {
-    match (device.precision(), device.as_gpu()) {
-        (Precision::Auto, Some(_)) if fit.device().contains("f32") => "f32",
-        (Precision::F32, _) => "f32",
-        _ => "f64",
-    }
+/// The precision a fit was computed in, from what the fit says about the device that did the work.
+pub fn precision_word(fit: &Fit) -> &'static str {
+    if fit.device().contains("f32") { "f32" } else { "f64" }
 }
 
 /// Threads that share the work.

@@ -95,7 +95,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
             faircurve: env!("CARGO_PKG_VERSION"),
             method: args.method.word(),
             device: device::describe(&device),
-            precision: device::precision_word(&device, &fit),
+            precision: device::precision_word(&fit),
         };
         output::write(path, args.force, |out| {
             report::write(out, &head, &batch, &fit, &points_out, seconds, &progress)
