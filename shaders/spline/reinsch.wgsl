@@ -31,32 +31,29 @@ const NOISE: real = real(1.4210854715202004e-14);
 const REFINED: real = real(9.094947017729282e-13);
 const FAILED: real = real(5.820766091346741e-11);
 const KEPT: real = real(0.9999999999999858);
-const LEAST: real = real(1e-300);
+const FIRST_STEP: i32 = -1020 * 512;
 //:else
 const NOISE: real = real(7.6293945e-6);
 const REFINED: real = real(1.9073486e-6);
 const FAILED: real = real(1.5258789e-5);
 const KEPT: real = real(0.9999924);
-const LEAST: real = real(1e-36);
+const FIRST_STEP: i32 = -120 * 512;
 //:end
-const LAMBDA_CAP: real = real(1e20);
+const LAST_STEP: i32 = 66 * 512;
+const STRIDE: i32 = 3 * 512;
 const MAX_REFINEMENTS: u32 = 4u;
-const STRIDE: real = real(8);
-const MAX_STRIDES: u32 = 80u;
-// A λ larger by this factor breaks the deviation.
-const CLOSE: real = real(1.002);
 
 @group(0) @binding(0) var<uniform> params: SmoothingParams;
 @group(0) @binding(1) var<storage, read> curves: array<SmoothingCurve>;
 @group(0) @binding(2) var<storage, read_write> status: array<u32>;
-// λ, or the deviation to keep.
-@group(0) @binding(3) var<storage, read> amounts: array<real>;
+// 2^(j/512) for j from 0 to 511: λ is searched among these numbers times powers of 2.
+@group(0) @binding(3) var<storage, read> octave: array<real>;
 @group(0) @binding(4) var<storage, read> spans: array<real>;
 @group(0) @binding(5) var<storage, read> inverse_weights: array<real>;
 @group(0) @binding(6) var<storage, read> data: array<real>;
 // Of every curve in turn: diagonal, first, second (1 a knot each), border (2), moments, step, correction (dimension each).
 @group(0) @binding(7) var<storage, read_write> scratch: array<real>;
-// Four numbers a curve: λ, α, number of solves, squared deviation.
+// Four numbers a curve. In: λ, or the deviation to keep. Out: λ, α, number of solves, squared deviation.
 @group(0) @binding(8) var<storage, read_write> outcomes: array<real>;
 
 //:include linalg/pentadiagonal.wgsl
@@ -278,6 +275,23 @@ fn square_pull(p: Problem, alpha: real) -> real {
     return largest;
 }
 
+// The λ of a step.
+fn lambda_at(step: i32) -> real {
+    let octaves = step >> 9u;
+    var power = real(2);
+    if (octaves < 0) {
+        power = real(0.5);
+    }
+    var lambda = octave[u32(step & 511)];
+    for (var left = u32(abs(octaves)); left > 0u; left >>= 1u) {
+        if ((left & 1u) != 0u) {
+            lambda *= power;
+        }
+        power *= power;
+    }
+    return lambda;
+}
+
 @compute @workgroup_size($GROUP)
 fn fit(
     @builtin(workgroup_id) workgroup: vec3<u32>,
@@ -305,7 +319,7 @@ fn fit(
     p.step = p.moments + n * d;
     p.correction = p.step + n * d;
 
-    let amount = amounts[task];
+    let amount = outcomes[4u * task];
     var lambda = amount;
     var solves = 1u;
     var solved = true;
@@ -315,39 +329,33 @@ fn fit(
         let allowed = amount * KEPT;
         let allowed_square = allowed * allowed;
         solved = solve_for(p, real(0));
-        lambda = clamp(amount / sqrt(max(square_pull(p, real(1)), LEAST)), LEAST, LAMBDA_CAP);
-        var low = real(0);
-        var high = real(0);
-        for (var stride = 0u; stride < MAX_STRIDES && solved; stride++) {
-            let usable = solve_for(p, lambda);
+        // While λ is small the points move by λ|ΩQγ|: a start close to the goal for noisy data.
+        let octaves = log2(f32(amount)) - 0.5 * log2(max(f32(square_pull(p, real(1))), 1e-37));
+        var step = i32(floor(clamp(octaves, -120.0, 66.0) / 3.0)) * STRIDE;
+        var below = FIRST_STEP - 1;
+        var above = LAST_STEP + 1;
+        // Every solve must succeed: what rounding spoils is the host's.
+        while (solved && above - below > 1) {
+            let unbracketed = below < FIRST_STEP || above > LAST_STEP;
+            if (!unbracketed) {
+                step = below + (above - below) / 2;
+            }
+            solved = solve_for(p, lambda_at(step));
             solves += 1u;
-            if (usable && square_deviation(p) <= allowed_square) {
-                low = lambda;
-                if (high > real(0) || lambda >= LAMBDA_CAP) {
-                    break;
-                }
-                lambda = min(lambda * STRIDE, LAMBDA_CAP);
+            if (square_deviation(p) <= allowed_square) {
+                below = step;
+                step = min(step + STRIDE, LAST_STEP);
             } else {
-                high = lambda;
-                if (low > real(0) || lambda <= LEAST) {
-                    break;
-                }
-                lambda = max(lambda / STRIDE, LEAST);
+                above = step;
+                step = max(step - STRIDE, FIRST_STEP);
             }
         }
-        while (solved && low > real(0) && high > low * CLOSE) {
-            let middle = sqrt(low) * sqrt(high);
-            let usable = solve_for(p, middle);
+        solved = solved && below >= FIRST_STEP;
+        if (solved) {
+            lambda = lambda_at(below);
+            solved = solve_for(p, lambda);
             solves += 1u;
-            if (usable && square_deviation(p) <= allowed_square) {
-                low = middle;
-            } else {
-                high = middle;
-            }
         }
-        lambda = low;
-        solved = solved && solve_for(p, lambda);
-        solves += 1u;
     }
     outcomes[4u * task] = lambda;
     outcomes[4u * task + 1u] = real(1) / (real(1) + lambda);

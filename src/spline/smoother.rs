@@ -6,14 +6,26 @@ use super::smoothing::{Amount, LAMBDA_CAP, Smoothing};
 use crate::batch::CurveBatch;
 use crate::report::{CurveReport, CurveStatus};
 
-/// λ is closed in on until the next one known to break the deviation is larger by no more than this factor.
-const CLOSE: f64 = 1.002;
+/// Normalised λ are searched among 2^(j/512) for whole j: neighbours differ by 0.14 %. Every device and precision tries
+/// the same numbers, so that all find the same λ.
+pub(super) const STEPS_PER_OCTAVE: i32 = 512;
 
-/// Step of λ while a bracket is sought.
-const STRIDE: f64 = 8.0;
+/// A bracket is sought from one multiple of this many steps to the next: by factors of 8.
+const STRIDE: i32 = 3 * STEPS_PER_OCTAVE;
 
-/// Steps while a bracket is sought: 70 decades.
-const MAX_STRIDES: usize = 80;
+/// First and last step: where no bit of the data is moved, and below [`LAMBDA_CAP`].
+const STEPS: [i32; 2] = [-1020 * STEPS_PER_OCTAVE, 66 * STEPS_PER_OCTAVE];
+
+/// The λ of a step.
+fn lambda_at(step: i32) -> f64 {
+    let mantissa = f64::from(step.rem_euclid(STEPS_PER_OCTAVE)) / f64::from(STEPS_PER_OCTAVE);
+    mantissa.exp2() * 2_f64.powi(step.div_euclid(STEPS_PER_OCTAVE))
+}
+
+/// The numbers 2^(j/512) of one octave, for the kernel.
+pub(super) fn octave() -> impl Iterator<Item = f64> {
+    (0..STEPS_PER_OCTAVE).map(lambda_at)
+}
 
 /// One curve of a batch and the places of its result.
 pub(super) struct Target<'a> {
@@ -267,43 +279,43 @@ impl Smoother {
         }
         // The λ of the last attempt above the result, where it failed for rounding.
         let mut unsolved = None;
-        let mut reach = |smoother: &mut Self, normalised: f64| {
+        let mut reaches = |smoother: &mut Self, step: i32| {
+            let normalised = lambda_at(step);
             let solved = smoother.solve(normalised);
             let deviation = if solved { smoother.deviation(target).0 } else { f64::INFINITY };
-            let kept = keeps(deviation);
-            if kept {
+            if keeps(deviation) {
                 best = smoother.keep(target, normalised, deviation);
-            }
-            // Clamped, so that 0 and ∞ leave the search its arithmetic.
-            let excess = (deviation / allowed).ln().clamp(-20.0, 20.0);
-            if !kept {
+            } else {
                 unsolved = (!solved).then_some(normalised);
             }
-            (kept, if kept { excess.min(0.0) } else { excess.max(f64::MIN_POSITIVE) })
+            keeps(deviation)
         };
         // While λ is small the points move by λ|ΩQγ|: a start close to the goal for noisy data.
         let start = allowed / (self.size * self.problem.largest_pull());
-        let mut lambda = start.clamp(f64::MIN_POSITIVE, LAMBDA_CAP);
+        let octaves = start.log2().clamp(f64::from(STEPS[0] / STEPS_PER_OCTAVE), f64::from(STEPS[1] / STEPS_PER_OCTAVE));
+        let mut step = (octaves * f64::from(STEPS_PER_OCTAVE) / f64::from(STRIDE)).floor() as i32 * STRIDE;
         let (mut below, mut above) = (None, None);
-        for _ in 0..MAX_STRIDES {
-            let (kept, excess) = reach(self, lambda);
-            let end = Some((lambda.ln(), excess));
-            if kept {
-                below = end;
-                if above.is_some() || lambda == LAMBDA_CAP {
+        loop {
+            step = step.clamp(STEPS[0], STEPS[1]);
+            if reaches(self, step) {
+                below = Some(step);
+                if above.is_some() || step == STEPS[1] {
                     break;
                 }
-                lambda = (lambda * STRIDE).min(LAMBDA_CAP);
+                step += STRIDE;
             } else {
-                above = end;
-                if below.is_some() || lambda == f64::MIN_POSITIVE {
+                above = Some(step);
+                if below.is_some() || step == STEPS[0] {
                     break;
                 }
-                lambda = (lambda / STRIDE).max(f64::MIN_POSITIVE);
+                step -= STRIDE;
             }
         }
-        if let (Some(below), Some(above)) = (below, above) {
-            close_in(below, above, CLOSE.ln(), |x| reach(self, x.exp()));
+        if let (Some(mut below), Some(mut above)) = (below, above) {
+            while above - below > 1 {
+                let middle = below + (above - below) / 2;
+                *(if reaches(self, middle) { &mut below } else { &mut above }) = middle;
+            }
         }
         let report = CurveReport { iterations: self.solves, ..best };
         match unsolved {
@@ -342,28 +354,4 @@ fn unsolvable(target: &mut Target, data: &[f64]) -> CurveReport {
         t[t.len() - 1] - t[0]
     );
     CurveReport::unfitted(CurveStatus::Invalid, target.batch.sentence(target.curve, 0, &what))
-}
-
-/// Narrows the bracket of a root until its ends are no more than `width` apart: the ITP method, which is never slower than
-/// bisection by more than one step and usually as fast as the secant method. Ends are (x, f(x)); f is not above 0
-/// at `below` and positive at `above`; `f` says as well whether x counts as below.
-///
-/// I. F. D. Oliveira, R. H. C. Takahashi, An enhancement of the bisection method average performance preserving minmax
-/// optimality, ACM Trans. Math. Softw. 47 (2020) 5, with κ₁ = 0.2/(b − a), κ₂ = 2, n₀ = 1.
-fn close_in(mut below: (f64, f64), mut above: (f64, f64), width: f64, mut f: impl FnMut(f64) -> (bool, f64)) {
-    let first = above.0 - below.0;
-    let mut reach = 0.5 * width * 2_f64.powf((first / width).log2().ceil() + 1.0);
-    while above.0 - below.0 > width {
-        let gap = above.0 - below.0;
-        let middle = 0.5 * (below.0 + above.0);
-        let secant = (above.1 * below.0 - below.1 * above.0) / (above.1 - below.1);
-        let towards = (middle - secant).signum();
-        let nudge = 0.2 / first * gap * gap;
-        let nudged = if nudge <= (middle - secant).abs() { secant + towards * nudge } else { middle };
-        let radius = reach - 0.5 * gap;
-        let x = if (nudged - middle).abs() <= radius { nudged } else { middle - towards * radius };
-        let (kept, value) = f(x);
-        *(if kept { &mut below } else { &mut above }) = (x, value);
-        reach *= 0.5;
-    }
 }

@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::gpu::GROUP;
 use super::knots::Knots;
-use super::smoother::{Outcome, Smoother, Target};
+use super::smoother::{Outcome, Smoother, Target, octave};
 use super::smoothing::Smoothing;
 use crate::batch::CurveBatch;
 use crate::device::Precision;
@@ -172,7 +172,7 @@ impl<'a> Job<'a> {
             let by_deviation = matches!(options.amount, super::Amount::Deviation(_));
             flags |= if by_deviation { FLAG_DEVIATION } else { 0 };
             table.push(SmoothingCurve { start: start as u32, count: problem.count as u32, flags, padding: 0 });
-            amounts.push(S::from_f64(amount));
+            amounts.extend([S::from_f64(amount), S::ZERO, S::ZERO, S::ZERO]);
             sent.push((i, start));
         }
         let real = real_bytes(self.precision);
@@ -182,12 +182,13 @@ impl<'a> Job<'a> {
         let params = recording.uniform(&SmoothingParams { curves: count, dimension, padding: 0, padding_too: 0 });
         let curves = recording.upload(&table);
         let status = recording.storage(4 * u64::from(count));
-        let amounts = recording.upload(&amounts);
+        let octave: Vec<S> = octave().map(S::from_f64).collect();
+        let octave = recording.upload(&octave);
         let knots = inverse_weights.len();
         let (spans, weights, data) =
             (recording.upload(&spans), recording.upload(&inverse_weights), recording.upload(&data));
         let scratch = recording.storage((knots * (5 + 3 * d)) as u64 * real);
-        let outcomes = recording.storage(4 * u64::from(count) * real);
+        let outcomes = recording.upload(&amounts);
         recording.dispatch(
             &kernel,
             plan::workgroups(table.len(), GROUP as usize, self.gpu.limits())?,
@@ -195,7 +196,7 @@ impl<'a> Job<'a> {
                 ("params", &params),
                 ("curves", &curves),
                 ("status", &status),
-                ("amounts", &amounts),
+                ("octave", &octave),
                 ("spans", &spans),
                 ("inverse_weights", &weights),
                 ("data", &data),
