@@ -122,10 +122,7 @@ impl<const L: usize> Group<L> {
         status: &mut [CurveStatus],
         eliminated: &mut Vec<T>,
     ) {
-        pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || self.solve(part, cyclic, x, status, eliminated),
-        );
+        pulp::Arch::new().dispatch(Vectorised { group: self, part, cyclic, x, status, eliminated });
     }
 
     fn solve_scalar<T: Real>(
@@ -360,5 +357,25 @@ impl<const L: usize> Group<L> {
                 }
             }
         }
+    }
+}
+
+/// [`Group::solve`], compiled once for every instruction set and chosen at run time. A type of its own, since the
+/// call of a closure need not be inlined, and only what is inlined uses the instructions.
+struct Vectorised<'a, 'b, T, const L: usize> {
+    group: &'a Group<L>,
+    part: &'a Part<'b, T>,
+    cyclic: bool,
+    x: &'a mut [T],
+    status: &'a mut [CurveStatus],
+    eliminated: &'a mut Vec<T>,
+}
+
+impl<T: Real, const L: usize> pulp::WithSimd for Vectorised<'_, '_, T, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        self.group.solve(self.part, self.cyclic, self.x, self.status, self.eliminated);
     }
 }

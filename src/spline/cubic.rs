@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -311,32 +312,50 @@ impl CubicSplines {
         // k/n, and k/(n − 1) for a number of samples with both ends.
         let fractions = |n: usize| (0..steps).map(|k| k as f64 / n as f64).collect::<Vec<f64>>();
         let (fractions, open) = (fractions(steps.max(1)), fractions(steps.saturating_sub(1).max(1)));
-        work.into_par_iter().for_each(|(curves, mut coords, mut t)| {
-            pulp::Arch::new().dispatch(
-                #[inline(always)]
-                || {
-                    for i in curves.clone() {
-                        let count = offsets[i + 1] - offsets[i];
-                        let (coords, t) = (take(&mut coords, count * d), take(&mut t, count));
-                        if let Some(points) = self.unfitted.get(&i) {
-                            coords.copy_from_slice(points);
-                            t.iter_mut().enumerate().for_each(|(k, t)| *t = k as f64);
-                            continue;
-                        }
-                        let spline = self.spline(i);
-                        match (sampling, d) {
-                            (Sampling::PerSpan(_), 2) => spline.per_span::<2>(&fractions, coords, t),
-                            (Sampling::PerSpan(_), _) => spline.per_span::<3>(&fractions, coords, t),
-                            (_, 2) if spline.closed => spline.evenly::<2>(&fractions, coords, t),
-                            (_, 2) => spline.evenly::<2>(&open, coords, t),
-                            (_, _) if spline.closed => spline.evenly::<3>(&fractions, coords, t),
-                            (_, _) => spline.evenly::<3>(&open, coords, t),
-                        }
-                    }
-                },
-            );
+        work.into_par_iter().for_each(|(curves, coords, t)| {
+            let (offsets, fractions, open) = (&offsets[..], &fractions[..], &open[..]);
+            let samples = Samples { splines: self, sampling, offsets, fractions, open, curves, coords, t };
+            pulp::Arch::new().dispatch(samples);
         });
         self.assemble(coords, t, offsets)
+    }
+}
+
+/// The samples of a run of curves, compiled once for every instruction set.
+struct Samples<'a> {
+    splines: &'a CubicSplines,
+    sampling: Sampling,
+    offsets: &'a [usize],
+    fractions: &'a [f64],
+    open: &'a [f64],
+    curves: Range<usize>,
+    coords: &'a mut [f64],
+    t: &'a mut [f64],
+}
+
+impl pulp::WithSimd for Samples<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let (d, mut coords, mut t) = (self.splines.knots.dimension, self.coords, self.t);
+        for i in self.curves {
+            let count = self.offsets[i + 1] - self.offsets[i];
+            let (coords, t) = (take(&mut coords, count * d), take(&mut t, count));
+            if let Some(points) = self.splines.unfitted.get(&i) {
+                coords.copy_from_slice(points);
+                t.iter_mut().enumerate().for_each(|(k, t)| *t = k as f64);
+                continue;
+            }
+            let spline = self.splines.spline(i);
+            let even = if spline.closed { self.fractions } else { self.open };
+            match (self.sampling, d) {
+                (Sampling::PerSpan(_), 2) => spline.per_span::<2>(self.fractions, coords, t),
+                (Sampling::PerSpan(_), _) => spline.per_span::<3>(self.fractions, coords, t),
+                (_, 2) => spline.evenly::<2>(even, coords, t),
+                (_, _) => spline.evenly::<3>(even, coords, t),
+            }
+        }
     }
 }
 
