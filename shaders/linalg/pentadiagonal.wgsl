@@ -2,6 +2,11 @@
 // `scratch`. Positions in it are arguments: of the diagonal, the two bands beside it, the border of a cyclic system, and
 // the right-hand sides, `width` numbers a row. Included by the kernels that need it. Twin: src/linalg/pentadiagonal.rs.
 
+// NaN or infinite, by its bits: comparisons with NaN are not to be relied on.
+fn is_out_of_range(x: real) -> bool {
+    return (bitcast<u32>(f32(x)) & 0x7f800000u) == 0x7f800000u;
+}
+
 // False where a pivot is not positive.
 fn factor_pentadiagonal(diagonal: u32, first: u32, second: u32, n: u32) -> bool {
     var l1 = real(0);
@@ -12,7 +17,7 @@ fn factor_pentadiagonal(diagonal: u32, first: u32, second: u32, n: u32) -> bool 
     var u2_before = real(0);
     for (var i = 0u; i < n; i++) {
         let pivot = scratch[diagonal + i] - l2_before * u2_before - l1 * u1;
-        if (!(pivot > real(0))) {
+        if (pivot <= real(0) || is_out_of_range(pivot)) {
             return false;
         }
         let inverse = real(1) / pivot;
@@ -127,14 +132,14 @@ fn factor_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u
         one = y;
     }
     solve_pentadiagonal(diagonal, first, second, m, border, 2u);
-    if (!(corner.x > real(0))) {
+    if (corner.x <= real(0) || is_out_of_range(corner.x)) {
         return false;
     }
     let inverse = real(1) / corner.x;
     let factor = corner.y * inverse;
     let last = corner.z - factor * corner.y;
     let noise = NOISE * largest;
-    if (!(last > -noise)) {
+    if (last <= -noise || is_out_of_range(last)) {
         return false;
     }
     scratch[diagonal + m] = inverse;

@@ -212,11 +212,17 @@ fn solve_for(p: Problem, lambda: real) -> bool {
         }
     }
     solve_factored(p, p.moments);
+    var broken = false;
     for (var k = 0u; k < p.n; k++) {
         let w = inverse_weights[p.start + k];
         for (var c = 0u; c < d; c++) {
-            scratch[p.correction + k * d + c] = beta * (w * scratch_difference(p, p.moments, k, c));
+            let change = w * scratch_difference(p, p.moments, k, c);
+            broken = broken || is_out_of_range(change);
+            scratch[p.correction + k * d + c] = beta * change;
         }
+    }
+    if (broken) {
+        return false;
     }
     if (beta == real(0) || unknowns(p) == 0u) {
         return true;
@@ -226,14 +232,13 @@ fn solve_for(p: Problem, lambda: real) -> bool {
         refinement_rhs(p, alpha);
         solve_factored(p, p.step);
         moved = real(0);
-        var broken = false;
         for (var k = 0u; k < p.n; k++) {
             let w = inverse_weights[p.start + k];
             for (var c = 0u; c < d; c++) {
                 scratch[p.moments + k * d + c] += scratch[p.step + k * d + c];
                 let change = beta * (w * scratch_difference(p, p.step, k, c));
                 scratch[p.correction + k * d + c] += change;
-                broken = broken || !(abs(change) < real(1e30));
+                broken = broken || is_out_of_range(change);
                 moved = max(moved, abs(change));
             }
         }

@@ -5,6 +5,7 @@ mod energy;
 mod gpu;
 pub(crate) mod knots;
 mod natural;
+mod polylines;
 mod reinsch;
 mod sample;
 mod smoother;

@@ -292,7 +292,8 @@ impl Smoother {
         };
         // While λ is small the points move by λ|ΩQγ|: a start close to the goal for noisy data.
         let start = allowed / (self.size * self.problem.largest_pull());
-        let octaves = start.log2().clamp(f64::from(STEPS[0] / STEPS_PER_OCTAVE), f64::from(STEPS[1] / STEPS_PER_OCTAVE));
+        let octaves =
+            start.log2().clamp(f64::from(STEPS[0] / STEPS_PER_OCTAVE), f64::from(STEPS[1] / STEPS_PER_OCTAVE));
         let mut step = (octaves * f64::from(STEPS_PER_OCTAVE) / f64::from(STRIDE)).floor() as i32 * STRIDE;
         let (mut below, mut above) = (None, None);
         loop {

@@ -39,8 +39,8 @@ pub fn eliminate<T: Real>(rows: &[Row<T>]) -> Reduced<T> {
         share = own * r;
         let gamma = row.right * r;
         eliminated.push((alpha, gamma, delta));
-        kept.excess = kept.excess + kept.right * share;
-        kept.rhs = kept.rhs + kept.right * delta;
+        kept.excess += kept.right * share;
+        kept.rhs += kept.right * delta;
         kept.right = kept.right * gamma;
     }
     Reduced { kept, last: (alpha, share, delta), eliminated }
@@ -81,8 +81,8 @@ pub fn solve_lanes<T: Real>(rows: &[Row<T>], lanes: usize) -> (Vec<T>, bool) {
             let (l, r) = (before[(lane + ring - step) % ring], before[(lane + step) % ring]);
             let link_l = row.left * (T::ONE / (l.excess + l.left + l.right));
             let link_r = row.right * (T::ONE / (r.excess + r.left + r.right));
-            row.excess = row.excess + (link_l * l.excess + link_r * r.excess);
-            row.rhs = row.rhs + (link_l * l.rhs + link_r * r.rhs);
+            row.excess += link_l * l.excess + link_r * r.excess;
+            row.rhs += link_l * l.rhs + link_r * r.rhs;
             row.left = link_l * l.left;
             row.right = link_r * r.right;
         }

@@ -1,0 +1,341 @@
+//! Splines as polylines: sampled on the CPU in lanes, or from samples that a GPU took.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::cubic::{CubicSplines, Spline};
+use super::gpu::{self, Samples};
+use super::sample::{Cubic, Sites};
+use crate::batch::CurveBatch;
+use crate::curve::{Curve, Sampling};
+use crate::device::Precision;
+use crate::error::Result;
+use crate::gpu::Gpu;
+use crate::linalg::{take, tasks};
+use crate::report::CurveSet;
+
+impl CubicSplines {
+    /// Number of samples of curve `i`; not for [`Sampling::Spacing`], whose number only the lengths tell.
+    fn count(&self, i: usize, sampling: Sampling) -> usize {
+        if let Some(coords) = self.unfitted.get(&i) {
+            return coords.len() / self.knots.dimension;
+        }
+        let ends = self.knots.repeats.get(&i).map_or(self.knots.range(i).len(), Vec::len);
+        match sampling {
+            Sampling::PerSpan(n) => n * (ends - 1) + usize::from(!self.knots.closed[i]),
+            Sampling::Count(n) => n,
+            Sampling::Spacing(_) => 0,
+        }
+    }
+
+    /// Samples of all curves by all threads of the CPU.
+    pub(super) fn polylines_on_cpu(&self, sampling: Sampling) -> CurveBatch {
+        let (d, steps) = (
+            self.knots.dimension,
+            match sampling {
+                Sampling::PerSpan(n) | Sampling::Count(n) => n,
+                Sampling::Spacing(_) => return self.by_spacing(sampling),
+            },
+        );
+        let mut offsets = Vec::with_capacity(self.len() + 1);
+        offsets.push(0);
+        for i in 0..self.len() {
+            offsets.push(offsets[i] + self.count(i, sampling));
+        }
+        let total = offsets[self.len()];
+        let (mut coords, mut t) = (vec![0.0; total * d], vec![0.0; total]);
+        let (mut coords_rest, mut t_rest) = (&mut coords[..], &mut t[..]);
+        let work: Vec<_> = tasks(&offsets)
+            .into_iter()
+            .map(|curves| {
+                let count = offsets[curves.end] - offsets[curves.start];
+                (curves, take(&mut coords_rest, count * d), take(&mut t_rest, count))
+            })
+            .collect();
+        // k/n, and k/(n − 1) for a number of samples with both ends.
+        let fractions = |n: usize| (0..steps).map(|k| k as f64 / n as f64).collect::<Vec<f64>>();
+        let (fractions, open) = (fractions(steps.max(1)), fractions(steps.saturating_sub(1).max(1)));
+        work.into_par_iter().for_each(|(curves, coords, t)| {
+            let (offsets, fractions, open) = (&offsets[..], &fractions[..], &open[..]);
+            let samples = SampledRun { splines: self, sampling, offsets, fractions, open, curves, coords, t };
+            pulp::Arch::new().dispatch(samples);
+        });
+        self.assemble(coords, t, offsets)
+    }
+
+    /// Samples of one curve at any sites, one jet after the other.
+    fn walk<C: Curve>(curve: &C, sites: &[(usize, f64)], coords: &mut [f64], t: &mut [f64]) {
+        let (d, knots) = (curve.dimension(), curve.knots());
+        for ((&(span, u), point), t) in sites.iter().zip(coords.chunks_exact_mut(d)).zip(t) {
+            point.copy_from_slice(&curve.jet(span, u).point.to_array()[..d]);
+            let start = knots.get(span).copied().unwrap_or(0.0);
+            *t = knots.get(span + 1).map_or(start, |end| (start + u * (end - start)).min(*end));
+        }
+    }
+
+    fn assemble(&self, coords: Vec<f64>, t: Vec<f64>, offsets: Vec<usize>) -> CurveBatch {
+        let closed = self.knots.closed.clone();
+        let spans = closed.contains(&true).then(|| {
+            let span = |i: usize| match t[offsets[i]..offsets[i + 1]].last() {
+                Some(last) if closed[i] && self.unfitted.contains_key(&i) => last + 1.0 - last,
+                Some(last) if closed[i] => self.knots.t(i)[self.knots.range(i).len() - 1] - last,
+                _ => f64::NAN,
+            };
+            (0..self.len()).map(span).collect()
+        });
+        let problems = self.knots.unfitted.clone();
+        CurveBatch::sampled(self.knots.dimension, coords, offsets, closed, t, spans, problems, self.origin.clone())
+    }
+
+    /// Samples of all curves by a GPU.
+    ///
+    /// # Errors
+    /// Those of submissions.
+    pub(crate) fn sample_on_gpu(&self, gpu: &Gpu, precision: Precision, sampling: Sampling) -> Result<CurveBatch> {
+        let sites = match sampling {
+            Sampling::PerSpan(_) => None,
+            Sampling::Count(n) => Some(Sites::evenly(&self.knots, n)),
+            Sampling::Spacing(_) => Some(self.sites_by_spacing(sampling)),
+        };
+        let wanted = match (sampling, &sites) {
+            (Sampling::PerSpan(n), _) => Samples::PerSpan(n),
+            (_, Some(sites)) => Samples::At(sites),
+            _ => Samples::None,
+        };
+        let samples = gpu::sample(gpu, precision, &self.knots, &self.second, &wanted)?;
+        Ok(match &sites {
+            Some(sites) if matches!(sampling, Sampling::Spacing(_)) => self.polylines_at(sites, samples),
+            _ => self.polylines_of(sampling, samples),
+        })
+    }
+
+    /// Sites at equal arc length along every curve, as knots and fractions.
+    fn sites_by_spacing(&self, sampling: Sampling) -> Sites {
+        let of_curves: Vec<Vec<(usize, f64)>> = (0..self.len())
+            .into_par_iter()
+            .map(|i| if self.unfitted.contains_key(&i) { Vec::new() } else { self.curve(i).sites(sampling) })
+            .collect();
+        let mut sites = Sites { offsets: vec![0], knots: Vec::new(), fractions: Vec::new() };
+        for (i, of_curve) in of_curves.into_iter().enumerate() {
+            for (span, u) in of_curve {
+                // No sample falls into a span without length, but at the very end.
+                let (k, u) = match self.spline(i).span(span) {
+                    (k, true) => (k, u),
+                    (k, false) if k + 1 < self.knots.range(i).len() => (k, 0.0),
+                    (k, false) => (k - 1, 1.0),
+                };
+                sites.knots.push(k as u32);
+                sites.fractions.push(u);
+            }
+            sites.offsets.push(sites.knots.len());
+        }
+        sites
+    }
+
+    /// Polylines of samples taken elsewhere at sites; unfitted curves are their data points.
+    fn polylines_at(&self, sites: &Sites, samples: Vec<f64>) -> CurveBatch {
+        let d = self.knots.dimension;
+        let (mut coords, mut t, mut offsets) = (Vec::with_capacity(samples.len()), Vec::new(), vec![0]);
+        for i in 0..self.len() {
+            let own = sites.offsets[i]..sites.offsets[i + 1];
+            match self.unfitted.get(&i) {
+                Some(points) => {
+                    coords.extend_from_slice(points);
+                    t.extend((0..points.len() / d).map(|k| k as f64));
+                }
+                None => {
+                    coords.extend_from_slice(&samples[own.start * d..own.end * d]);
+                    let knots = self.knots.t(i);
+                    let at = |(&k, &u): (&u32, &f64)| {
+                        let (from, to) = (knots[k as usize], knots[k as usize + 1]);
+                        (from + u * (to - from)).min(to)
+                    };
+                    t.extend(sites.knots[own.clone()].iter().zip(&sites.fractions[own]).map(at));
+                }
+            }
+            offsets.push(t.len());
+        }
+        self.assemble(coords, t, offsets)
+    }
+
+    /// Polylines of samples taken elsewhere: by knots, so many a span, or so many a curve.
+    pub(crate) fn polylines_of(&self, sampling: Sampling, samples: Vec<f64>) -> CurveBatch {
+        let mut polylines = self.polylines_on_cpu(sampling);
+        let d = self.knots.dimension;
+        let Sampling::PerSpan(n) = sampling else {
+            // Curve after curve, but for those that were not fitted.
+            let mut rest = &samples[..];
+            for i in (0..self.len()).filter(|i| !self.unfitted.contains_key(i)) {
+                let to = polylines.points_mut(i);
+                to.copy_from_slice(&rest[..to.len()]);
+                rest = &rest[to.len()..];
+            }
+            return polylines;
+        };
+        let mut from = 0;
+        for i in (0..self.len()).filter(|i| !self.knots.range(*i).is_empty()) {
+            let spans = self.knots.range(i).len() - 1;
+            let own = &samples[from..from + (n * spans + usize::from(!self.knots.closed[i])) * d];
+            from += own.len();
+            if self.unfitted.contains_key(&i) {
+                continue;
+            }
+            let spline = self.spline(i);
+            let to = polylines.points_mut(i);
+            if spline.entries.is_none() {
+                to.copy_from_slice(own);
+                continue;
+            }
+            // Spans without length repeat their data point; the CPU's are right as they are.
+            for (span, to) in to.chunks_exact_mut(n * d).enumerate() {
+                if let (k, true) = spline.span(span) {
+                    to.copy_from_slice(&own[k * n * d..(k + 1) * n * d]);
+                }
+            }
+        }
+        polylines
+    }
+
+    /// Samples by equal arc length.
+    fn by_spacing(&self, sampling: Sampling) -> CurveBatch {
+        let d = self.knots.dimension;
+        let pieces: Vec<(Vec<f64>, Vec<f64>)> = (0..self.len())
+            .into_par_iter()
+            .map(|i| {
+                let sites = self.curve(i).sites(sampling);
+                let (mut coords, mut t) = (vec![0.0; sites.len() * d], vec![0.0; sites.len()]);
+                match self.polygon(i) {
+                    Some(polygon) => {
+                        coords.copy_from_slice(polygon.coords);
+                        t.iter_mut().enumerate().for_each(|(k, t)| *t = k as f64);
+                    }
+                    None => Self::walk(&self.spline(i), &sites, &mut coords, &mut t),
+                }
+                (coords, t)
+            })
+            .collect();
+        let mut offsets = vec![0];
+        pieces.iter().for_each(|(_, t)| offsets.push(offsets[offsets.len() - 1] + t.len()));
+        let (mut coords, mut t) =
+            (Vec::with_capacity(offsets[self.len()] * d), Vec::with_capacity(offsets[self.len()]));
+        for (of_curve, t_of_curve) in pieces {
+            coords.extend(of_curve);
+            t.extend(t_of_curve);
+        }
+        self.assemble(coords, t, offsets)
+    }
+}
+
+/// The samples of a run of curves, compiled once for every instruction set.
+struct SampledRun<'a> {
+    splines: &'a CubicSplines,
+    sampling: Sampling,
+    offsets: &'a [usize],
+    fractions: &'a [f64],
+    open: &'a [f64],
+    curves: Range<usize>,
+    coords: &'a mut [f64],
+    t: &'a mut [f64],
+}
+
+impl pulp::WithSimd for SampledRun<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let (d, mut coords, mut t) = (self.splines.knots.dimension, self.coords, self.t);
+        for i in self.curves {
+            let count = self.offsets[i + 1] - self.offsets[i];
+            let (coords, t) = (take(&mut coords, count * d), take(&mut t, count));
+            if let Some(points) = self.splines.unfitted.get(&i) {
+                coords.copy_from_slice(points);
+                t.iter_mut().enumerate().for_each(|(k, t)| *t = k as f64);
+                continue;
+            }
+            let spline = self.splines.spline(i);
+            let even = if spline.closed { self.fractions } else { self.open };
+            match (self.sampling, d) {
+                (Sampling::PerSpan(_), 2) => spline.per_span::<2>(self.fractions, coords, t),
+                (Sampling::PerSpan(_), _) => spline.per_span::<3>(self.fractions, coords, t),
+                (_, 2) => spline.evenly::<2>(even, coords, t),
+                (_, _) => spline.evenly::<3>(even, coords, t),
+            }
+        }
+    }
+}
+
+impl Spline<'_> {
+    #[inline(always)]
+    fn cubic<const D: usize>(&self, k: usize) -> Cubic<D> {
+        let h = self.t[k + 1] - self.t[k];
+        let (p, m) = (&self.values[k * D..(k + 2) * D], &self.second[k * D..(k + 2) * D]);
+        Cubic::new(h, p, m)
+    }
+
+    #[inline(always)]
+    fn per_span<const D: usize>(&self, fractions: &[f64], coords: &mut [f64], t: &mut [f64]) {
+        let (points, _) = coords.as_chunks_mut::<D>();
+        let (mut rest, mut t_rest, n) = (points, t, fractions.len());
+        let ends = self.entries.map_or(self.t.len(), <[u32]>::len);
+        for span in 0..ends - 1 {
+            let (points, t) = (take(&mut rest, n), take(&mut t_rest, n));
+            let (k, long) = self.span(span);
+            let Some((first, points)) = points.split_first_mut() else { continue };
+            // Data points are copied, so that they keep their bits.
+            first.copy_from_slice(&self.values[k * D..(k + 1) * D]);
+            if !long {
+                points.fill(*first);
+                t.fill(self.t[k]);
+                continue;
+            }
+            let (from, to, cubic) = (self.t[k], self.t[k + 1], self.cubic::<D>(k));
+            for (t, &u) in t.iter_mut().zip(fractions) {
+                *t = (from + u * (to - from)).min(to);
+            }
+            for (point, &u) in points.iter_mut().zip(&fractions[1..]) {
+                *point = cubic.at(u);
+            }
+        }
+        if let [last] = rest {
+            last.copy_from_slice(&self.values[self.values.len() - D..]);
+            t_rest[0] = self.t[self.t.len() - 1];
+        }
+    }
+
+    #[inline(always)]
+    fn evenly<const D: usize>(&self, fractions: &[f64], coords: &mut [f64], t: &mut [f64]) {
+        let (points, _) = coords.as_chunks_mut::<D>();
+        let last = self.t.len() - 1;
+        let (from, to) = (self.t[0], self.t[last]);
+        let n = fractions.len();
+        for (t, fraction) in t.iter_mut().zip(fractions) {
+            *t = (from + (to - from) * fraction).min(to);
+        }
+        let mut start = 0;
+        for k in 0..last {
+            let (a, b) = (self.t[k], self.t[k + 1]);
+            let end = if k + 1 == last { n } else { start + t[start..].iter().take_while(|&&t| t < b).count() };
+            let (cubic, reciprocal) = (self.cubic::<D>(k), 1.0 / (b - a));
+            let parameters = &t[start..end];
+            if reciprocal.is_finite() {
+                for (point, t) in points[start..end].iter_mut().zip(parameters) {
+                    *point = cubic.at((t - a) * reciprocal);
+                }
+            } else {
+                for (point, t) in points[start..end].iter_mut().zip(parameters) {
+                    *point = cubic.at((t - a) / (b - a));
+                }
+            }
+            start = end;
+        }
+        // Both ends are data points.
+        if let Some(point) = points.first_mut() {
+            point.copy_from_slice(&self.values[..D]);
+        }
+        if !self.closed && n > 1 {
+            points[n - 1].copy_from_slice(&self.values[last * D..]);
+            t[n - 1] = to;
+        }
+    }
+}
