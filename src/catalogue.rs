@@ -2,7 +2,7 @@
 
 use crate::device::Precision;
 use crate::gpu::KernelKey;
-use crate::gpu::source::{Definitions, definitions};
+use crate::gpu::source::definitions;
 use crate::{linalg, spline};
 
 /// Every kernel in every form: paths, entry points, precisions, definitions.
@@ -27,6 +27,3 @@ pub fn kernels() -> Vec<KernelKey> {
     }
     keys
 }
-
-/// A shader file that gives the ring kernels their rows, with its definitions.
-pub type RowSourceFile = (&'static str, Definitions);

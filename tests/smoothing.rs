@@ -240,7 +240,7 @@ fn larger_lambda_is_smoother_and_farther() {
 fn huge_lambda_gives_the_weighted_regression_line_or_mean() {
     for closed in [false, true] {
         let batch = random_batch(2, closed, 9);
-        for factor in [1e12, 1e20, 1e30, 1e300] {
+        for factor in [1e20, 1e30, 1e300] {
             let fit = lambda(factor).fit(&batch, &Device::cpu()).unwrap();
             for i in 0..batch.len() {
                 let (t, w) = (batch.parameters(i).unwrap(), batch.weights(i).unwrap());
@@ -255,9 +255,8 @@ fn huge_lambda_gives_the_weighted_regression_line_or_mean() {
                     let slope = if closed { 0.0 } else { slope };
                     for k in 0..t.len() {
                         let error = (values[2 * k + axis] - (level + slope * (t[k] - centre))).abs();
-                        // The curve of λ is n²/λ and more from its limit, here up to 1e-6/1e-4 by length and weights.
-                        let allowed = if factor < 1e15 { 1e-3 } else { 1e-10 };
-                        assert!(error < allowed, "{} points, λ {factor}, closed {closed}: {error}", t.len());
+                        // n/λ′ with λ′ = λ/(ωT³) ≥ 1e12 here; this sum's own rounding, with weights up to 100, is the rest.
+                        assert!(error < 1e-10, "{} points, λ {factor}, closed {closed}: {error}", t.len());
                     }
                 }
                 assert!(fit.reports()[i].energy < 1e-7, "{}", fit.reports()[i].energy);
@@ -269,7 +268,7 @@ fn huge_lambda_gives_the_weighted_regression_line_or_mean() {
 
 #[test]
 fn long_curves_keep_their_accuracy_at_large_lambda() {
-    // 3,000 points: the matrix alone is ill-conditioned to 1e13. A parabola with noise, whose best line is known.
+    // 3,000 points: the matrix alone is ill-conditioned to 1e13.
     let n = 3000;
     let y = |k: usize| (k as f64 * 12.9898).sin() * 0.1;
     for closed in [false, true] {
@@ -277,7 +276,7 @@ fn long_curves_keep_their_accuracy_at_large_lambda() {
         let batch = CurveBatch::from_ragged(2, coords, vec![0, n]).unwrap().closed(closed);
         let options = |amount| Smoothing { parametrisation: Parametrisation::Uniform, ..amount };
         let limit = options(lambda(1e300)).fit(&batch, &Device::cpu()).unwrap();
-        // λ′ = 1e15 n³ / n³: n·1e-18 from the line.
+        // λ′ = 1e15: within n·1e-15 of the line.
         let near = options(lambda(1e15 * (n as f64).powi(3))).fit(&batch, &Device::cpu()).unwrap();
         assert_eq!(near.usable(), 1, "{:?}", near.reports()[0]);
         let error = worst(&at_knots(&limit, 0).0, &at_knots(&near, 0).0);

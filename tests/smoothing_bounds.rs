@@ -194,8 +194,8 @@ fn points_at_one_parameter_count_as_their_mean_but_deviate_as_themselves() {
     assert_eq!(
         report.message.as_deref(),
         Some(
-            "curve 0, point 2: it lies 2 from the mean of the points at its parameter, more than the deviation 1.5 \
-             allowed: give these points parameters of their own, or allow more"
+            "curve 0, point 2: it lies 2 from the curve even without smoothing, since other points have the same \
+             parameter; the deviation allowed is 1.5: give these points parameters of their own, or allow more"
         )
     );
     assert_eq!(impossible.curve(0).point(1.0).y, 3.0);

@@ -219,13 +219,12 @@ fn networks_in_f32_keep_every_component_over_ten_decades() {
         let mut systems = Systems::<f32>::random(Form::Network, &lengths, 2, seed);
         // The worst conditioned kind: excess in few rows only.
         let mut rng = StdRng::seed_from_u64(seed);
-        for i in 0..lengths.len() {
-            let (rows, pinned) = (systems.rows(i), rng.random_range(0..lengths[i]));
+        for (i, &n) in lengths.iter().enumerate() {
+            let (rows, pinned) = (systems.rows(i), rng.random_range(0..n));
             rows.clone().enumerate().for_each(|(k, row)| systems.b[row] *= if k == pinned { 1.0 } else { 0.0 });
         }
         let solutions = systems.solve();
-        for i in 0..lengths.len() {
-            let n = lengths[i];
+        for (i, &n) in lengths.iter().enumerate() {
             // The inverse column by column in f64, by star-mesh elimination: dense elimination would lose it.
             let mut unit = Systems::<f64> {
                 form: Form::Network,

@@ -1,7 +1,7 @@
 // Points of cubic splines, from values and second derivatives at the knots. Twin: src/spline/sample.rs.
 //
-// In the span after knot k, of length h, at its fraction u, with a = 1 − u:
-//     p = a y_k + u y_{k+1} + h²/6 ((a³ − a) M_k + (u³ − u) M_{k+1}).
+// In the span after knot k, of length h, between the points p, q with second derivatives m, n, at its fraction u:
+//     p(u) = p + u (A + u (B + u C)),   A = q − p − h² (2m + n)/6,   B = h² m/2,   C = h² (n − m)/6.
 
 struct SampleParams {
     // Samples of this dispatch.
@@ -25,13 +25,15 @@ fn evaluate(sample: u32, knot: u32, u: real) {
     let h = spans[knot];
     // After a curve's last knot there is no span: the only point is the knot itself.
     let next = select(knot, knot + 1u, h > real(0));
-    let a = real(1) - u;
-    let wa = (a * a * a - a) * (h * h / real(6));
-    let wu = (u * u * u - u) * (h * h / real(6));
     for (var c = 0u; c < params.dimension; c++) {
         let k = knot * params.dimension + c;
         let n = next * params.dimension + c;
-        samples[sample * params.dimension + c] = a * values[k] + u * values[n] + (wa * second[k] + wu * second[n]);
+        let p = values[k];
+        let start = h * (h * second[k]);
+        let end = h * (h * second[n]);
+        let a = values[n] - p - (real(2) * start + end) / real(6);
+        let b = real(0.5) * start;
+        samples[sample * params.dimension + c] = p + u * (a + u * (b + u * ((end - start) / real(6))));
     }
 }
 

@@ -4,6 +4,7 @@
 //! Systems lie side by side in the lanes of the CPU's vector registers, so that a batch is solved many times faster
 //! than one system after the other, with the same bits for each.
 
+mod elimination;
 mod lanes;
 mod pentadiagonal;
 mod real;

@@ -23,8 +23,9 @@ pub fn factor_pentadiagonal<T: Real>(diagonal: &mut [T], first: &mut [T], second
     let (mut u1, mut u2, mut u2_before) = (T::ZERO, T::ZERO, T::ZERO);
     for i in 0..n {
         let pivot = diagonal[i] - l2_before * u2_before - l1 * u1;
-        // Written so that NaN is refused too.
-        if !(pivot > T::ZERO) {
+        // False for NaN too.
+        let positive = pivot > T::ZERO;
+        if !positive {
             return Err(i);
         }
         let inverse = T::ONE / pivot;
@@ -48,18 +49,24 @@ pub fn factor_pentadiagonal<T: Real>(diagonal: &mut [T], first: &mut [T], second
 pub fn solve_pentadiagonal<T: Real>(diagonal: &[T], first: &[T], second: &[T], rhs: &mut [T], width: usize) {
     // The widths that curves have, with a known trip count for the inner loop.
     match width {
-        1 => solve_rows::<T, 1>(diagonal, first, second, rhs),
-        2 => solve_rows::<T, 2>(diagonal, first, second, rhs),
-        3 => solve_rows::<T, 3>(diagonal, first, second, rhs),
+        1 => solve_rows::<T, 1, false>(diagonal, first, second, rhs),
+        2 => solve_rows::<T, 2, false>(diagonal, first, second, rhs),
+        3 => solve_rows::<T, 3, false>(diagonal, first, second, rhs),
         _ => (0..width).for_each(|column| {
             let mut one: Vec<T> = rhs.iter().skip(column).step_by(width).copied().collect();
-            solve_rows::<T, 1>(diagonal, first, second, &mut one);
+            solve_rows::<T, 1, false>(diagonal, first, second, &mut one);
             rhs.iter_mut().skip(column).step_by(width).zip(one).for_each(|(to, x)| *to = x);
         }),
     }
 }
 
-fn solve_rows<T: Real, const W: usize>(diagonal: &[T], first: &[T], second: &[T], rhs: &mut [T]) {
+/// 0 for numbers that decay below what matters: the border of a long cyclic system does, and subnormal numbers are slow.
+fn settled<T: Real>(x: T) -> T {
+    if x.abs() < T::SMALLEST_NORMAL { T::ZERO } else { x }
+}
+
+/// `SETTLE`: subnormal numbers become 0.
+fn solve_rows<T: Real, const W: usize, const SETTLE: bool>(diagonal: &[T], first: &[T], second: &[T], rhs: &mut [T]) {
     let n = diagonal.len();
     let (rows, _) = rhs.as_chunks_mut::<W>();
     let (mut one_before, mut two_before) = ([T::ZERO; W], [T::ZERO; W]);
@@ -69,6 +76,7 @@ fn solve_rows<T: Real, const W: usize>(diagonal: &[T], first: &[T], second: &[T]
         let mut here = rows[i];
         for c in 0..W {
             here[c] = (here[c] - l2 * two_before[c]) - l1 * one_before[c];
+            here[c] = if SETTLE { settled(here[c]) } else { here[c] };
         }
         rows[i] = here;
         (two_before, one_before) = (one_before, here);
@@ -80,6 +88,7 @@ fn solve_rows<T: Real, const W: usize>(diagonal: &[T], first: &[T], second: &[T]
         let mut here = rows[i];
         for c in 0..W {
             here[c] = (here[c] * diagonal[i] - l2 * two_before[c]) - l1 * one_before[c];
+            here[c] = if SETTLE { settled(here[c]) } else { here[c] };
         }
         rows[i] = here;
         (two_before, one_before) = (one_before, here);
@@ -95,6 +104,9 @@ fn solve_rows<T: Real, const W: usize>(diagonal: &[T], first: &[T], second: &[T]
 ///
 /// # Errors
 /// The row whose pivot is not positive, as for [`factor_pentadiagonal`].
+///
+/// # Panics
+/// For fewer than two unknowns.
 pub fn factor_cyclic_pentadiagonal<T: Real>(
     diagonal: &mut [T],
     first: &mut [T],
@@ -102,6 +114,7 @@ pub fn factor_cyclic_pentadiagonal<T: Real>(
     border: &mut [T],
 ) -> Result<(), usize> {
     let n = diagonal.len();
+    assert!(n >= 2, "a cyclic system of {n} unknowns has no two neighbours");
     let m = n - 2;
     let border = &mut border[..2 * m];
     border.fill(T::ZERO);
@@ -117,11 +130,11 @@ pub fn factor_cyclic_pentadiagonal<T: Real>(
             }
             let x = band[from];
             if low < m {
-                border[2 * low + (high - m)] = border[2 * low + (high - m)] + x;
+                border[2 * low + (high - m)] += x;
             } else if low == high {
-                corner[2 * (low - m)] = corner[2 * (low - m)] + (x + x);
+                corner[2 * (low - m)] += x + x;
             } else {
-                corner[1] = corner[1] + x;
+                corner[1] += x;
             }
         }
     }
@@ -131,21 +144,21 @@ pub fn factor_cyclic_pentadiagonal<T: Real>(
     for i in 0..m {
         let l1 = if i >= 1 { first[i - 1] } else { T::ZERO };
         let l2 = if i >= 2 { second[i - 2] } else { T::ZERO };
-        let y = [0, 1].map(|c| (border[2 * i + c] - l2 * y2[c]) - l1 * y1[c]);
-        corner[0] = corner[0] - y[0] * y[0] * diagonal[i];
-        corner[1] = corner[1] - y[0] * y[1] * diagonal[i];
-        corner[2] = corner[2] - y[1] * y[1] * diagonal[i];
+        let y = [0, 1].map(|c| settled((border[2 * i + c] - l2 * y2[c]) - l1 * y1[c]));
+        corner[0] -= y[0] * y[0] * diagonal[i];
+        corner[1] -= y[0] * y[1] * diagonal[i];
+        corner[2] -= y[1] * y[1] * diagonal[i];
         (y2, y1) = (y1, y);
     }
-    solve_rows::<T, 2>(&diagonal[..m], first, second, border);
-    if !(corner[0] > T::ZERO) {
-        return Err(m);
-    }
+    solve_rows::<T, 2, true>(&diagonal[..m], first, second, border);
     let inverse = T::ONE / corner[0];
     let factor = corner[1] * inverse;
     let last = corner[2] - factor * corner[1];
-    if !(last > T::ZERO) {
-        return Err(m + 1);
+    for (row, pivot) in [(m, corner[0]), (m + 1, last)] {
+        let positive = pivot > T::ZERO;
+        if !positive {
+            return Err(row);
+        }
     }
     diagonal[m] = inverse;
     first[m] = factor;
@@ -167,8 +180,8 @@ pub fn solve_cyclic_pentadiagonal<T: Real>(
     for c in 0..width {
         let (mut x0, mut x1) = (tail[c], tail[width + c]);
         for i in 0..m {
-            x0 = x0 - border[2 * i] * head[i * width + c];
-            x1 = x1 - border[2 * i + 1] * head[i * width + c];
+            x0 -= border[2 * i] * head[i * width + c];
+            x1 -= border[2 * i + 1] * head[i * width + c];
         }
         let x1 = (x1 - first[m] * x0) * diagonal[m + 1];
         tail[c] = x0 * diagonal[m] - first[m] * x1;
@@ -177,7 +190,7 @@ pub fn solve_cyclic_pentadiagonal<T: Real>(
     solve_pentadiagonal(&diagonal[..m], first, second, head, width);
     for i in 0..m {
         for c in 0..width {
-            head[i * width + c] = head[i * width + c] - (border[2 * i] * tail[c] + border[2 * i + 1] * tail[width + c]);
+            head[i * width + c] -= border[2 * i] * tail[c] + border[2 * i + 1] * tail[width + c];
         }
     }
 }

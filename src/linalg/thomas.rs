@@ -29,7 +29,7 @@ pub fn thomas<T: Real>(lower: &[T], diagonal: &[T], upper: &[T], rhs: &[T]) -> V
 
 /// Solves the cyclic system, in which `lower[0]` couples row 0 with row n − 1 and `upper[n − 1]` couples row n − 1
 /// with row 0, by the Sherman–Morrison formula: the matrix is an open one plus the rank-one matrix u·vᵀ with
-/// u = (γ, 0 … 0, upper[n − 1]), v = (1, 0 … 0, lower[0]/γ), γ = −diagonal[0].
+/// `u = (γ, 0 … 0, upper[n − 1])`, `v = (1, 0 … 0, lower[0]/γ)`, `γ = −diagonal[0]`.
 pub fn thomas_cyclic<T: Real>(lower: &[T], diagonal: &[T], upper: &[T], rhs: &[T]) -> Vec<T> {
     let n = rhs.len();
     match n {

@@ -1,11 +1,4 @@
 //! [`CubicSplines`]: cubic splines of a whole batch, from knots and second derivatives.
-//!
-//! On the span [a, b] of length h with points p, q and second derivatives m, n, at the fraction u (Press et al.,
-//! *Numerical Recipes*, section 3.3, written as a polynomial in u):
-//!
-//! ```text
-//! p(u) = p + u·(A + u·(B + u·C)),   A = q − p − h²(2m + n)/6,   B = h²m/2,   C = h²(n − m)/6
-//! ```
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -16,7 +9,7 @@ use rayon::prelude::*;
 
 use super::gpu::Samples;
 use super::knots::Knots;
-use super::sample::Sites;
+use super::sample::{Cubic, Sites};
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::device::Precision;
@@ -86,6 +79,8 @@ impl CubicSplines {
 
     fn spline(&self, i: usize) -> Spline<'_> {
         Spline {
+            knots: &self.knots,
+            i,
             t: self.knots.t(i),
             values: self.knots.values(i),
             second: self.second_derivatives(i),
@@ -347,6 +342,8 @@ impl CubicSplines {
 
 /// One fitted curve.
 struct Spline<'a> {
+    knots: &'a Knots,
+    i: usize,
     t: &'a [f64],
     values: &'a [f64],
     second: &'a [f64],
@@ -356,29 +353,12 @@ struct Spline<'a> {
     entries: Option<&'a [u32]>,
 }
 
-/// The polynomial of a span: p, A, B, C of the module's formula.
-struct Cubic<const D: usize>([[f64; 4]; D]);
-
-impl<const D: usize> Cubic<D> {
-    #[inline(always)]
-    fn at(&self, u: f64) -> [f64; D] {
-        std::array::from_fn(|c| {
-            let [p, a, b, third] = self.0[c];
-            p + u * (a + u * (b + u * third))
-        })
-    }
-}
-
 impl Spline<'_> {
     #[inline(always)]
     fn cubic<const D: usize>(&self, k: usize) -> Cubic<D> {
         let h = self.t[k + 1] - self.t[k];
         let (p, m) = (&self.values[k * D..(k + 2) * D], &self.second[k * D..(k + 2) * D]);
-        Cubic(std::array::from_fn(|c| {
-            // h twice, never h²: that may be out of range where the product is not.
-            let (start, end) = (h * (h * m[c]), h * (h * m[D + c]));
-            [p[c], p[D + c] - p[c] - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0]
-        }))
+        Cubic::new(h, p, m)
     }
 
     /// Knot at which a data span starts, and whether the span has any length.
@@ -466,12 +446,13 @@ impl Spline<'_> {
         let (p, q, m, n) = (self.value(k), self.value(k + 1), second(k), second(k + 1));
         let (start, end) = (h * (h * m), h * (h * n));
         let (a, b, c) = (q - p - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0);
-        let point = match u {
-            0.0 => p,
-            1.0 => q,
-            _ => p + u * (a + u * (b + u * c)),
+        // Both ends exactly, so that neighbouring spans agree in every bit.
+        let (point, second) = match u {
+            0.0 => (p, m),
+            1.0 => (q, n),
+            _ => (p + u * (a + u * (b + u * c)), m + u * (n - m)),
         };
-        Jet { point, first: (a + u * (2.0 * b + u * (3.0 * c))) / h, second: m + u * (n - m), third: (n - m) / h }
+        Jet { point, first: (a + u * (2.0 * b + u * (3.0 * c))) / h, second, third: (n - m) / h }
     }
 }
 
@@ -485,10 +466,7 @@ impl Curve for Spline<'_> {
     }
 
     fn knots(&self) -> Cow<'_, [f64]> {
-        match self.entries {
-            None => Cow::Borrowed(self.t),
-            Some(entries) => Cow::Owned(entries.iter().map(|&k| self.t[k as usize]).collect()),
-        }
+        self.knots.data_parameters(self.i)
     }
 
     fn spans(&self) -> usize {

@@ -26,7 +26,7 @@ pub(crate) fn discrete_energy<T: Real>(p: &[T], dimension: usize, closed: bool) 
     for i in 0..count {
         for axis in 0..dimension {
             let d = second_difference(p, count, dimension, closed, i, axis);
-            sum = sum + d * d;
+            sum += d * d;
         }
     }
     sum
@@ -43,7 +43,7 @@ pub(crate) fn exact_product<T: Real>(p: &[T], q: &[T], dimension: usize, closed:
             let e = second_difference(q, count, dimension, closed, i, axis);
             let d_next = second_difference(p, count, dimension, closed, next, axis);
             let e_next = second_difference(q, count, dimension, closed, next, axis);
-            sum = sum + (T::from_f64(4.0) * (d * e) + (d * e_next + d_next * e));
+            sum += T::from_f64(4.0) * (d * e) + (d * e_next + d_next * e);
         }
     }
     sum / T::from_f64(6.0)

@@ -161,11 +161,10 @@ impl<T: Real + Default> Reinsch<T> {
             }
             second_differences(&self.step, &self.inverse_spans, n, d, closed, |at, x| {
                 let change = beta * (self.inverse_weights[at / d] * x);
-                self.correction[at] = self.correction[at] + change;
+                self.correction[at] += change;
                 // NaN counts as the largest change.
-                if !(change.abs() <= moved) {
-                    moved = change.abs();
-                }
+                let smaller = change.abs() <= moved;
+                moved = if smaller { moved } else { change.abs() };
             });
             if moved <= T::from_f64(REFINED_EPSILONS) * T::EPSILON {
                 return true;
@@ -218,7 +217,7 @@ impl<T: Real + Default> Reinsch<T> {
         for axis in 0..d {
             let integral = (0..n).fold(T::ZERO, |sum, k| sum + share(k) * x[k * d + axis]);
             let factor = integral / unit;
-            (0..n).for_each(|k| x[k * d + axis] = x[k * d + axis] - factor * self.influence[k]);
+            (0..n).for_each(|k| x[k * d + axis] -= factor * self.influence[k]);
         }
     }
 
@@ -234,7 +233,7 @@ impl<T: Real + Default> Reinsch<T> {
             for axis in 0..d {
                 let at = |k: usize| v[k * d + axis];
                 let sum = left * at(before) + T::from_f64(2.0) * (left + right) * at(k) + right * at(next);
-                self.step[k * d + axis] = self.step[k * d + axis] - alpha * (sum / T::from_f64(6.0));
+                self.step[k * d + axis] -= alpha * (sum / T::from_f64(6.0));
             }
         }
     }
@@ -261,7 +260,7 @@ impl<T: Real + Default> Reinsch<T> {
             let next = if k + 1 == n { 0 } else { k + 1 };
             for axis in 0..d {
                 let (a, b) = (self.alpha * self.moments[k * d + axis], self.alpha * self.moments[next * d + axis]);
-                sum = sum + h * (a * a + a * b + b * b);
+                sum += h * (a * a + a * b + b * b);
             }
         }
         sum / T::from_f64(3.0)
@@ -289,7 +288,7 @@ impl<T: Real + Default> Reinsch<T> {
                 self.correction[k * d + axis] =
                     if pinned_end { T::ZERO } else { y(k) - (level + slope * (s - centre)) };
                 if k + 1 < n {
-                    s = s + self.spans[k];
+                    s += self.spans[k];
                 }
             }
         }
@@ -308,9 +307,9 @@ impl<T: Real + Default> Reinsch<T> {
         let (mut weights, mut centre, mut level, mut s) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
         for k in 0..n {
             let here = parameter(&mut s, k);
-            weights = weights + weight(k);
-            centre = centre + weight(k) * here;
-            level = level + weight(k) * y(k);
+            weights += weight(k);
+            centre += weight(k) * here;
+            level += weight(k) * y(k);
         }
         (centre, level) = (centre / weights, level / weights);
         if self.closed {
@@ -319,8 +318,8 @@ impl<T: Real + Default> Reinsch<T> {
         let (mut square, mut product, mut s) = (T::ZERO, T::ZERO, T::ZERO);
         for k in 0..n {
             let here = parameter(&mut s, k) - centre;
-            square = square + weight(k) * here * here;
-            product = product + weight(k) * here * (y(k) - level);
+            square += weight(k) * here * here;
+            product += weight(k) * here * (y(k) - level);
         }
         (centre, level, product / square)
     }

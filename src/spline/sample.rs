@@ -1,7 +1,13 @@
-//! Points of cubic splines from values and second derivatives at the knots. Twin: `shaders/spline/sample.wgsl`.
+//! Points of cubic splines from points and second derivatives at the knots. Twin: `shaders/spline/sample.wgsl`.
+//!
+//! On a span of length h between the points p, q with second derivatives m, n, at the fraction u (Press et al.,
+//! *Numerical Recipes*, section 3.3, written as a polynomial in u):
+//!
+//! ```text
+//! p(u) = p + u·(A + u·(B + u·C)),   A = q − p − h²(2m + n)/6,   B = h²m/2,   C = h²(n − m)/6
+//! ```
 
 use super::knots::Knots;
-use crate::linalg::Real;
 
 /// Samples that are not evenly spread over the spans: the knot before each, and the fraction of the span after it.
 pub(crate) struct Sites {
@@ -37,11 +43,27 @@ impl Sites {
     }
 }
 
-/// The point at the fraction `u` of a span of length `h`, of one coordinate: `values` and `second` are those at its two ends.
-pub(crate) fn evaluate<T: Real>(h: T, u: T, values: [T; 2], second: [T; 2]) -> T {
-    let a = T::ONE - u;
-    let sixth = h * h / T::from_f64(6.0);
-    let wa = (a * a * a - a) * sixth;
-    let wu = (u * u * u - u) * sixth;
-    a * values[0] + u * values[1] + (wa * second[0] + wu * second[1])
+/// The polynomial of a span: p, A, B, C of the module's formula, for each coordinate.
+pub(crate) struct Cubic<const D: usize>([[f64; 4]; D]);
+
+impl<const D: usize> Cubic<D> {
+    /// From the span's length and the points and second derivatives at its two ends, `D` numbers each.
+    #[inline(always)]
+    pub fn new(h: f64, points: &[f64], second: &[f64]) -> Self {
+        let (p, m) = (&points[..2 * D], &second[..2 * D]);
+        Cubic(std::array::from_fn(|c| {
+            // h twice, never h²: that may be out of range where the product is not.
+            let (start, end) = (h * (h * m[c]), h * (h * m[D + c]));
+            [p[c], p[D + c] - p[c] - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0]
+        }))
+    }
+
+    /// The point at the fraction `u`.
+    #[inline(always)]
+    pub fn at(&self, u: f64) -> [f64; D] {
+        std::array::from_fn(|c| {
+            let [p, a, b, third] = self.0[c];
+            p + u * (a + u * (b + u * third))
+        })
+    }
 }

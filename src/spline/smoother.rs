@@ -12,7 +12,7 @@ const CLOSE: f64 = 1.002;
 /// Step of λ while a bracket is sought.
 const STRIDE: f64 = 8.0;
 
-/// Steps while a bracket is sought: from [`LAMBDA_CAP`] down to where no bit of the data is moved.
+/// Steps while a bracket is sought: 70 decades.
 const MAX_STRIDES: usize = 80;
 
 /// One curve of a batch and the places of its result.
@@ -163,11 +163,11 @@ impl Smoother {
         problem.data.resize(count * d, 0.0);
         // Halves, so that nothing overflows.
         let (mut centre, mut size) = ([0.0; 3], 0.0_f64);
-        for axis in 0..d {
+        for (axis, centre) in centre.iter_mut().enumerate().take(d) {
             let column = || self.data[axis..].iter().step_by(d);
             let low = column().copied().fold(f64::INFINITY, f64::min);
             let high = column().copied().fold(f64::NEG_INFINITY, f64::max);
-            centre[axis] = 0.5 * low + 0.5 * high;
+            *centre = 0.5 * low + 0.5 * high;
             size = size.max(0.5 * high - 0.5 * low);
         }
         self.size = if size > 0.0 { size } else { 1.0 };
@@ -259,8 +259,8 @@ impl Smoother {
         let mut best = self.keep(target, 0.0, deviation);
         if !keeps(deviation) {
             let what = format!(
-                "it lies {deviation} from the mean of the points at its parameter, more than the deviation {allowed} \
-                 allowed: give these points parameters of their own, or allow more"
+                "it lies {deviation} from the curve even without smoothing, since other points have the same parameter; \
+                 the deviation allowed is {allowed}: give these points parameters of their own, or allow more"
             );
             let message = Some(target.batch.sentence(target.curve, point, &what));
             return CurveReport { status: CurveStatus::NotConverged, message, ..best };
@@ -284,7 +284,7 @@ impl Smoother {
         // While λ is small the points move by λ|ΩQγ|: a start close to the goal for noisy data.
         let start = allowed / (self.size * self.problem.largest_pull());
         let mut lambda = start.clamp(f64::MIN_POSITIVE, LAMBDA_CAP);
-        let (mut below, mut above): (Option<(f64, f64)>, Option<(f64, f64)>) = (None, None);
+        let (mut below, mut above) = (None, None);
         for _ in 0..MAX_STRIDES {
             let (kept, excess) = reach(self, lambda);
             let end = Some((lambda.ln(), excess));

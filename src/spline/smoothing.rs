@@ -37,6 +37,8 @@ pub enum Amount {
 /// the normalised problem has λ′ = λ/(ω T³). Up to λ′ = [`LAMBDA_CAP`] any λ is fine; from there on the curve is, to
 /// rounding, the limit for λ → ∞, and that is returned: the weighted regression line, of a closed curve the weighted
 /// mean.
+/// The system grows ill-conditioned as n⁴ below that cap: curves of some 20,000 knots and more can ask
+/// for a λ that 64 bits do not bear. They are [`NotConverged`](crate::CurveStatus::NotConverged) and say so.
 ///
 /// **A deviation kept.** λ is bracketed and closed in on until a λ larger by 0.2 % (1 % at most, where rounding interferes)
 /// breaks the deviation; the curve returned keeps it. The largest deviation grows with λ but for rare curves, where
@@ -74,8 +76,8 @@ impl Default for Smoothing {
     }
 }
 
-/// The normalised λ′ from which on a curve is its limit for λ → ∞ to rounding: for n knots the two differ by n·10⁻²³ of
-/// the curve's size at most.
+/// The normalised λ′ from which on a curve is its limit for λ → ∞ to rounding: for n knots the two differ by n/λ′ of the
+/// curve's size at most.
 pub const LAMBDA_CAP: f64 = 1e20;
 
 impl Smoothing {

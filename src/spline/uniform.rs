@@ -3,7 +3,7 @@
 //! A spline is given by its *coefficients* p⁰, one point an integer. Three matrices make up the system:
 //!
 //! * **N**, rows 1/6 2/3 1/6, unit rows at the ends: N p⁰ are the spline's [values](interpolated) on the integers, and
-//!   p⁰ = N⁻¹ b the [coefficients](coefficients) that interpolate b.
+//!   p⁰ = N⁻¹ b the [`coefficients`] that interpolate b.
 //! * **S**, which keeps the ends, turns an interior point into ⅛ ¾ ⅛ and sets a new point ½ ½ between two:
 //!   [`subdivide`]. p^k = S p^{k−1} converges to the spline.
 //! * **E_k = 8^k E_0**, E_0 with rows 1 −2 1, −2 5 −4 1, 1 −4 6 −4 1 …: p_kᵀE_k p_k are the
@@ -19,7 +19,7 @@
 use rayon::prelude::*;
 
 use super::energy::{discrete_energy, exact_product};
-use super::subdivide::{refined_count, subdivide_rounds};
+use super::subdivide::subdivide_rounds;
 use super::uniform_gpu::{self, Operation};
 use crate::batch::CurveBatch;
 use crate::device::Device;

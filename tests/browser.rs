@@ -1,0 +1,120 @@
+//! Every kernel through a second WGSL compiler: dispatches are captured on this machine's adapter and run again in
+//! headless Chromium's WebGPU by `tests/browser/run.mjs`, which compares the buffers. Skipped with a notice where
+//! Chromium or its driver is absent.
+
+mod common;
+
+use std::process::Command;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use common::{gpu, seeded};
+use faircurve::gpu::reflect::Access;
+use faircurve::gpu::{CapturedDispatch, Gpu};
+use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
+use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
+use faircurve::spline::{Natural, uniform};
+use faircurve::{CurveBatch, Device, Precision, Sampling};
+use rand::RngExt;
+use serde_json::{Value, json};
+
+/// Two compilers may contract and reorder f32 operations differently; the systems here have condition numbers below 10.
+const TOLERANCE: f64 = 2e-5;
+
+/// Exit code of the script where there is no browser to run in.
+const NO_BROWSER: i32 = 77;
+
+#[test]
+fn kernels_give_the_same_numbers_through_a_browsers_compiler() {
+    let captured = capture_everything();
+    let kernels: std::collections::BTreeSet<&str> = captured.iter().map(|dispatch| dispatch.kernel.as_str()).collect();
+    println!("{} dispatches of {} kernels", captured.len(), kernels.len());
+    assert!(kernels.len() >= 12, "only {kernels:?}");
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("captured.json");
+    let json: Vec<Value> = captured.iter().map(as_json).collect();
+    std::fs::write(&file, serde_json::to_vec(&json).unwrap()).unwrap();
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/browser/run.mjs");
+    let Ok(output) = Command::new("node").arg(script).arg(&file).output() else {
+        println!("NOTICE: skipped, there is no node to drive a browser");
+        return;
+    };
+    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    println!("{text}");
+    match output.status.code() {
+        Some(NO_BROWSER) => println!("NOTICE: skipped, there is no browser with WebGPU"),
+        code => assert_eq!(code, Some(0), "{text}"),
+    }
+}
+
+/// Small problems that reach every kernel that has no subgroup operations (which browsers spell differently).
+fn capture_everything() -> Vec<CapturedDispatch> {
+    let gpu = gpu().without_subgroups();
+    let mut captured = tridiagonal(&gpu);
+    let device = Device::from_gpu(gpu).with_precision(Precision::F32);
+    let gpu = device.as_gpu().expect("it is one");
+    captured.extend(gpu.capture(|| splines(&device)).unwrap().1);
+    captured
+}
+
+fn tridiagonal(gpu: &Gpu) -> Vec<CapturedDispatch> {
+    let mut rng = seeded(11);
+    let sizes = [1usize, 2, 3, 7, 8, 15, 40, 129, 300];
+    let rows: usize = sizes.iter().sum();
+    let mut offsets = vec![0];
+    sizes.iter().for_each(|n| offsets.push(offsets[offsets.len() - 1] + n));
+    let cyclic: Vec<bool> = (0..sizes.len()).map(|i| i % 2 == 0).collect();
+    let mut numbers = |n: usize| -> Vec<f32> { (0..n).map(|_| rng.random_range(0.1..1.0)).collect() };
+    let (excess, weights, rhs) = (numbers(rows), numbers(rows), numbers(3 * rows));
+    let upper: Vec<f32> = weights.iter().map(|w| -w).collect();
+    let diagonal = vec![3.0; rows];
+    let bands = Matrix::Bands { lower: &upper, diagonal: &diagonal, upper: &upper };
+    let network = Matrix::Network { excess: &excess, weights: &weights };
+    let mut captured = Vec::new();
+    for kernel in [RingKernel::Workgroup, RingKernel::Thread, RingKernel::Long] {
+        for matrix in [bands, network] {
+            let systems = TridiagonalBatch { matrix, offsets: &offsets, cyclic: Cyclic::Each(&cyclic) };
+            let solve = || solve_on_gpu(gpu, Precision::F32, kernel, &systems, &rhs, 3);
+            captured.extend(gpu.capture(solve).unwrap().1);
+        }
+    }
+    captured
+}
+
+fn splines(device: &Device) -> faircurve::Result<()> {
+    let mut rng = seeded(12);
+    let curves: Vec<Vec<[f64; 2]>> =
+        (2..12).map(|n| (0..n).map(|k| [k as f64, rng.random_range(-1.0..1.0)]).collect()).collect();
+    let slices: Vec<&[[f64; 2]]> = curves.iter().map(Vec::as_slice).collect();
+    let batch = CurveBatch::from_slices(&slices)?.closed_each((0..curves.len()).map(|i| i % 3 == 2).collect())?;
+    for sampling in [Sampling::PerSpan(4), Sampling::Count(9)] {
+        Natural::default().fit_sampled(&batch, sampling, device)?;
+    }
+    let coefficients = uniform::coefficients(&batch, device)?;
+    uniform::interpolated(&coefficients, device)?;
+    uniform::subdivide(&coefficients, 2, device)?;
+    uniform::discrete_energies(&coefficients, 0, device)?;
+    uniform::exact_energies(&coefficients, device)?;
+    Ok(())
+}
+
+fn as_json(dispatch: &CapturedDispatch) -> Value {
+    let buffers: Vec<Value> = dispatch
+        .buffers
+        .iter()
+        .map(|buffer| {
+            let kind = match buffer.access {
+                Access::Uniform => "uniform",
+                Access::Read => "read",
+                Access::ReadWrite => "read_write",
+            };
+            let words = if buffer.name == "status" { "u32" } else { "f32" };
+            let after = buffer.after.as_ref().map(|bytes| STANDARD.encode(bytes));
+            let before = STANDARD.encode(&buffer.before);
+            json!({"group": 0, "binding": buffer.binding, "kind": kind, "words": words, "before": before, "after": after})
+        })
+        .collect();
+    json!({"kernel": dispatch.kernel, "wgsl": dispatch.wgsl, "entry": dispatch.entry, "constants": {},
+           "groups": dispatch.groups, "tolerance": TOLERANCE, "buffers": buffers})
+}
