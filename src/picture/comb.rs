@@ -39,8 +39,9 @@ impl Combs {
     pub fn of(fit: &Fit, plane: &Plane, size: f64, scale: f64) -> Self {
         let spans: usize = (0..fit.len()).into_par_iter().map(|i| fit.curve(i).spans()).sum();
         let per_span = (MOST_QUILLS / spans.max(1)).clamp(1, 32);
+        let every = spans.div_ceil(MOST_QUILLS).max(1);
         let roots: Vec<Vec<Option<(DVec3, DVec3)>>> =
-            (0..fit.len()).into_par_iter().map(|i| roots(fit, i, per_span)).collect();
+            (0..fit.len()).into_par_iter().map(|i| roots(fit, i, per_span, every)).collect();
         let mut sizes: Vec<f64> = roots.par_iter().flatten_iter().flatten().map(|(_, k)| k.length()).collect();
         sizes.retain(|k| k.is_finite() && *k > 0.0);
         let curvature = if sizes.is_empty() {
@@ -63,8 +64,8 @@ impl Combs {
     }
 }
 
-/// Points of a curve with the curvature vector there.
-fn roots(fit: &Fit, i: usize, per_span: usize) -> Vec<Option<(DVec3, DVec3)>> {
+/// Points of every so manyth span of a curve with the curvature vector there.
+fn roots(fit: &Fit, i: usize, per_span: usize, every: usize) -> Vec<Option<(DVec3, DVec3)>> {
     let curve = fit.curve(i);
     if !curve.is_fitted() || !fit.reports()[i].status.is_usable() {
         return Vec::new();
@@ -72,6 +73,7 @@ fn roots(fit: &Fit, i: usize, per_span: usize) -> Vec<Option<(DVec3, DVec3)>> {
     let spans = curve.spans();
     let end = (spans > 0).then(|| (spans - 1, 1.0));
     (0..spans)
+        .step_by(every)
         .flat_map(|span| (0..per_span).map(move |k| (span, k as f64 / per_span as f64)))
         .chain(end)
         .map(|(span, u)| {

@@ -30,6 +30,9 @@ const DOTS: &str = "#333333";
 /// Béziers stray from the curve by at most this part of a pixel.
 const TOLERANCE_PX: f64 = 0.05;
 
+/// With points closer than this to each other, in pixels, the input cannot be told from the curve, and is left out.
+const LEAST_ROOM: f64 = 2.0;
+
 /// Curves are turned into text this many at a time: parallel, and without holding the whole picture.
 const CHUNK: usize = 2048;
 
@@ -58,7 +61,7 @@ pub struct Picture {
     /// At scale 1 the 95 % quantile of |κ| makes a quill of 4 % of the picture (with more than 20 curves less, by the
     /// root of their number); no quill is longer than three times that. `None`, the default, draws none.
     pub comb: Option<f64>,
-    /// Whether the input is drawn: its points (where there is room for them) and the polyline through them. Default true.
+    /// Whether the input is drawn: its points and the polyline through them, where there is room for them. Default true.
     pub points: bool,
     /// A line above the picture. Default none.
     pub title: Option<String>,
@@ -107,7 +110,7 @@ impl Picture {
         let page = Page { frame: &frame, width, title: self.title.as_deref() };
         page.open(out, &self.legend(&drawing, combs.as_ref()), &self.caption(batch, fit))?;
         page.grid(out)?;
-        if self.points {
+        if look.given {
             drawing.layer(out, GIVEN, look.thin, "", |i| drawing.given(i))?;
         }
         if let Some(combs) = &combs {
@@ -130,7 +133,7 @@ impl Picture {
     fn legend(&self, drawing: &Drawing, combs: Option<&Combs>) -> Vec<Entry> {
         let (fit, look) = (drawing.fit, drawing.look);
         let mut entries = Vec::new();
-        if self.points {
+        if look.given {
             let dot = (look.dot > 0.0).then_some((DOTS, look.dot));
             entries.push(Entry { colour: GIVEN, width: look.thin.max(1.0), dashed: false, dot, text: "input".into() });
         }
@@ -180,6 +183,8 @@ struct Look {
     line: f64,
     /// Of the input polyline and the quills.
     thin: f64,
+    /// Whether the input polyline is drawn.
+    given: bool,
     /// Radius of the dots; 0 draws none.
     dot: f64,
     /// Decimal places of a pixel.
@@ -196,6 +201,7 @@ impl Look {
         Look {
             line: (0.08 * room).clamp(0.55, 1.8),
             thin: (0.02 * room).clamp(0.5, 0.9),
+            given: points && room >= LEAST_ROOM,
             dot: if points && dot >= 0.8 { dot } else { 0.0 },
             decimals: if batch.total_points() <= 20_000 { 2 } else { 1 },
             tooltips: fit.len() <= MOST_TOOLTIPS,
@@ -213,16 +219,24 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    /// One path a curve, in the batch's order, as a group of one style.
+    /// The curves' paths, in the batch's order, as a group of one style.
     fn layer<F>(&self, out: &mut dyn Write, colour: &str, width: f64, style: &str, path: F) -> io::Result<()>
     where
-        F: Fn(usize) -> Option<String> + Sync,
+        F: Fn(usize) -> Option<Shape> + Sync,
     {
         writeln!(out, r#"<g stroke="{colour}" stroke-width="{width:.2}"{style}>"#)?;
         for start in (0..self.batch.len()).step_by(CHUNK) {
             let end = self.batch.len().min(start + CHUNK);
-            let paths: Vec<_> = (start..end).into_par_iter().filter_map(&path).collect();
-            paths.iter().try_for_each(|path| out.write_all(path.as_bytes()))?;
+            let paths: Vec<Shape> = (start..end).into_par_iter().filter_map(&path).collect();
+            // Without tooltips a curve needs no element of its own.
+            for shapes in paths.chunk_by(|a, b| a.tooltip.is_none() && b.tooltip.is_none()) {
+                out.write_all(b"<path d=\"")?;
+                shapes.iter().try_for_each(|shape| out.write_all(shape.data.as_bytes()))?;
+                match &shapes[0].tooltip {
+                    Some(tooltip) => writeln!(out, "\"><title>{}</title></path>", escape(tooltip))?,
+                    None => out.write_all(b"\"/>\n")?,
+                }
+            }
         }
         writeln!(out, "</g>")
     }
@@ -238,7 +252,7 @@ impl Drawing<'_> {
     }
 
     /// The input polyline, without vertices that stand less than half a pixel from the last one drawn.
-    fn given(&self, i: usize) -> Option<String> {
+    fn given(&self, i: usize) -> Option<Shape> {
         let mut pen = Pen::new(self.look.decimals);
         let (mut last, mut skipped, mut drawn) = (None, None, 0);
         for point in self.points(i) {
@@ -264,14 +278,14 @@ impl Drawing<'_> {
         path(pen.finish(), None)
     }
 
-    fn dots(&self, i: usize) -> Option<String> {
+    fn dots(&self, i: usize) -> Option<Shape> {
         let mut pen = Pen::new(1);
         self.points(i).flatten().for_each(|p| pen.dot(p));
         path(pen.finish(), None)
     }
 
     /// The fitted curve, or what stands in its place, with its name (and what went wrong) as a tooltip.
-    fn fitted(&self, i: usize) -> Option<String> {
+    fn fitted(&self, i: usize) -> Option<Shape> {
         let curve = self.fit.curve(i);
         let mut pen = Pen::new(self.look.decimals);
         let (mut end, mut whole) = (None, true);
@@ -315,7 +329,7 @@ impl Drawing<'_> {
         Some(out)
     }
 
-    fn quills(&self, quills: &comb::Quills) -> Option<String> {
+    fn quills(&self, quills: &comb::Quills) -> Option<Shape> {
         let mut pen = Pen::new(1);
         for (root, tip) in quills.iter().flatten() {
             pen.move_to(self.frame.map(*root));
@@ -324,7 +338,7 @@ impl Drawing<'_> {
         path(pen.finish(), None)
     }
 
-    fn envelope(&self, quills: &comb::Quills) -> Option<String> {
+    fn envelope(&self, quills: &comb::Quills) -> Option<Shape> {
         let mut pen = Pen::new(1);
         let mut drawing = false;
         for quill in quills {
@@ -339,13 +353,13 @@ impl Drawing<'_> {
     }
 }
 
-/// A path element; nothing for empty data.
-fn path(data: String, tooltip: Option<String>) -> Option<String> {
-    if data.is_empty() {
-        return None;
-    }
-    Some(match tooltip {
-        Some(tooltip) => format!("<path d=\"{data}\"><title>{}</title></path>\n", escape(&tooltip)),
-        None => format!("<path d=\"{data}\"/>\n"),
-    })
+/// Path data, and what a pointer that rests on it is told.
+struct Shape {
+    data: String,
+    tooltip: Option<String>,
+}
+
+/// A shape; nothing for empty data.
+fn path(data: String, tooltip: Option<String>) -> Option<Shape> {
+    (!data.is_empty()).then_some(Shape { data, tooltip })
 }

@@ -4,11 +4,12 @@ use std::fmt::Write;
 
 use glam::DVec2;
 
-/// Consecutive pieces are merged while they are shorter than this together, in pixels.
-const MERGE: f64 = 0.8;
+/// Consecutive pieces are merged while they are shorter than this together, in steps of the rounding (0.8 pixels at two
+/// decimal places, with one at most 1.6).
+const MERGE: f64 = 80.0;
 
-/// A cubic whose control points lie this close to its chord, in pixels, is written as a line.
-const STRAIGHT: f64 = 0.04;
+/// A cubic whose control points lie this close to its chord, in steps of the rounding, is written as a line.
+const STRAIGHT: f64 = 4.0;
 
 /// Writes path data with coordinates rounded to `decimals` places of a pixel. Steps are differences of rounded
 /// positions, so that rounding does not add up along a curve.
@@ -16,6 +17,8 @@ pub(super) struct Pen {
     text: String,
     at: [i64; 2],
     unit: f64,
+    merge: f64,
+    straight: f64,
     decimals: usize,
     command: u8,
     waiting: Option<[DVec2; 4]>,
@@ -24,7 +27,8 @@ pub(super) struct Pen {
 impl Pen {
     pub fn new(decimals: usize) -> Self {
         let unit = 10f64.powi(decimals as i32);
-        Pen { text: String::new(), at: [0; 2], unit, decimals, command: 0, waiting: None }
+        let (merge, straight) = ((MERGE / unit).min(1.6), (STRAIGHT / unit).min(0.12));
+        Pen { text: String::new(), at: [0; 2], unit, merge, straight, decimals, command: 0, waiting: None }
     }
 
     fn round(&self, p: DVec2) -> [i64; 2] {
@@ -92,7 +96,7 @@ impl Pen {
             return;
         };
         let (a, b) = (control_length(&last), control_length(&next));
-        if a + b >= MERGE {
+        if a + b >= self.merge {
             self.write_cubic(&last);
             self.waiting = Some(next);
         } else {
@@ -119,7 +123,7 @@ impl Pen {
             let from_start = p - piece[0];
             let along = from_start.dot(chord);
             // |cross| is the distance times the chord's length.
-            from_start.perp_dot(chord).powi(2) <= STRAIGHT * STRAIGHT * chord.length_squared()
+            from_start.perp_dot(chord).powi(2) <= self.straight * self.straight * chord.length_squared()
                 && (0.0..=chord.length_squared()).contains(&along)
         };
         if near(piece[1]) && near(piece[2]) {
