@@ -5,7 +5,7 @@ mod common;
 use common::{gpu, seeded};
 use faircurve::Precision;
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
-use faircurve::linalg::{Cyclic, Matrix, Real, TridiagonalBatch, solve_tridiagonal_batch};
+use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch};
 use rand::RngExt;
 
 /// A ragged batch of dominant bands, every other system cyclic.
