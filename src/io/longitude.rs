@@ -36,6 +36,11 @@ pub(super) fn turns(points: &[f64], stride: usize) -> Option<Vec<f64>> {
     })
 }
 
+/// Whether a ring with these turns winds round a pole.
+pub(super) fn winds(turns: &[f64]) -> bool {
+    turns.first() != turns.last()
+}
+
 /// Adds the turns to the longitudes.
 pub(super) fn apply(points: &mut [f64], stride: usize, turns: &[f64]) {
     for (point, turn) in points.chunks_exact_mut(stride).zip(turns) {
