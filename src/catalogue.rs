@@ -12,11 +12,9 @@ pub fn kernels() -> Vec<KernelKey> {
         for (path, definitions) in spline::row_sources().into_iter().chain(linalg::ring::row_sources()) {
             keys.extend(linalg::ring::kernels(precision, path, &definitions));
         }
+        keys.extend([2, 3].map(|dimension| spline::smoothing_kernel(precision, dimension)));
         for (path, entries) in spline::KERNELS {
-            let mut definitions = definitions([("GROUP", &spline::GROUP)]);
-            if precision == Precision::F64 {
-                definitions.insert("F64".into(), "1".into());
-            }
+            let definitions = definitions([("GROUP", &spline::GROUP)]);
             keys.extend(entries.iter().map(|entry| KernelKey {
                 path,
                 entry,

@@ -1,6 +1,6 @@
 // Symmetric pentadiagonal systems, open and cyclic, LDLᵀ in place: one thread a system, everything in the array
 // `scratch`. Positions in it are arguments: of the diagonal, the two bands beside it, the border of a cyclic system, and
-// the right-hand sides, `width` numbers a row. Included by the kernels that need it. Twin: src/linalg/pentadiagonal.rs.
+// the right-hand sides, $D numbers a row. Included by the kernels that need it. Twin: src/linalg/pentadiagonal.rs.
 
 // NaN or infinite, by its bits: comparisons with NaN are not to be relied on.
 fn is_out_of_range(x: real) -> bool {
@@ -46,44 +46,14 @@ fn factor_pentadiagonal(diagonal: u32, first: u32, second: u32, n: u32) -> bool 
     return true;
 }
 
-fn solve_pentadiagonal(diagonal: u32, first: u32, second: u32, n: u32, x: u32, width: u32) {
-    for (var c = 0u; c < width; c++) {
-        var one = real(0);
-        var two = real(0);
-        for (var i = 0u; i < n; i++) {
-            var here = scratch[x + i * width + c];
-            if (i >= 2u) {
-                here -= scratch[second + i - 2u] * two;
-            }
-            if (i >= 1u) {
-                here -= scratch[first + i - 1u] * one;
-            }
-            scratch[x + i * width + c] = here;
-            two = one;
-            one = here;
-        }
-        one = real(0);
-        two = real(0);
-        for (var k = n; k > 0u; k--) {
-            let i = k - 1u;
-            var here = scratch[x + i * width + c] * scratch[diagonal + i];
-            if (i + 2u < n) {
-                here -= scratch[second + i] * two;
-            }
-            if (i + 1u < n) {
-                here -= scratch[first + i] * one;
-            }
-            scratch[x + i * width + c] = here;
-            two = one;
-            one = here;
-        }
-    }
-}
+//:include linalg/common_pentadiagonal_solve.wgsl NAME=solve_pentadiagonal W=$D
+//:include linalg/common_pentadiagonal_solve.wgsl NAME=solve_border W=2
 
 fn factor_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u32, n: u32) -> bool {
     let m = n - 2u;
-    for (var i = 0u; i < 2u * m; i++) {
-        scratch[border + i] = real(0);
+    for (var i = 0u; i < m; i++) {
+        scratch[border + 2u * i] = real(0);
+        scratch[border + 2u * i + 1u] = real(0);
     }
     // The corner block of the last two unknowns: (m, m), (m, m + 1), (m + 1, m + 1).
     var corner = vec3<real>(scratch[diagonal + m], real(0), scratch[diagonal + m + 1u]);
@@ -131,7 +101,7 @@ fn factor_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u
         two = one;
         one = y;
     }
-    solve_pentadiagonal(diagonal, first, second, m, border, 2u);
+    solve_border(diagonal, first, second, m, border);
     if (corner.x <= real(0) || is_out_of_range(corner.x)) {
         return false;
     }
@@ -151,25 +121,33 @@ fn factor_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u
     return true;
 }
 
-fn solve_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u32, n: u32, x: u32, width: u32) {
+fn solve_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u32, n: u32, x: u32) {
     let m = n - 2u;
-    let tail = x + m * width;
-    for (var c = 0u; c < width; c++) {
-        var x0 = scratch[tail + c];
-        var x1 = scratch[tail + width + c];
-        for (var i = 0u; i < m; i++) {
-            x0 -= scratch[border + 2u * i] * scratch[x + i * width + c];
-            x1 -= scratch[border + 2u * i + 1u] * scratch[x + i * width + c];
-        }
-        x1 = (x1 - scratch[first + m] * x0) * scratch[diagonal + m + 1u];
-        scratch[tail + c] = x0 * scratch[diagonal + m] - scratch[first + m] * x1;
-        scratch[tail + width + c] = x1;
-    }
-    solve_pentadiagonal(diagonal, first, second, m, x, width);
+    let tail = x + m * $Du;
+//:unroll c 0..$D
+    var x0$c = scratch[tail + $cu];
+    var x1$c = scratch[tail + $Du + $cu];
+//:end
     for (var i = 0u; i < m; i++) {
-        for (var c = 0u; c < width; c++) {
-            scratch[x + i * width + c] -= scratch[border + 2u * i] * scratch[tail + c]
-                + scratch[border + 2u * i + 1u] * scratch[tail + width + c];
-        }
+        let b0 = scratch[border + 2u * i];
+        let b1 = scratch[border + 2u * i + 1u];
+//:unroll c 0..$D
+        x0$c -= b0 * scratch[x + i * $Du + $cu];
+        x1$c -= b1 * scratch[x + i * $Du + $cu];
+//:end
+    }
+//:unroll c 0..$D
+    x1$c = (x1$c - scratch[first + m] * x0$c) * scratch[diagonal + m + 1u];
+    x0$c = x0$c * scratch[diagonal + m] - scratch[first + m] * x1$c;
+    scratch[tail + $cu] = x0$c;
+    scratch[tail + $Du + $cu] = x1$c;
+//:end
+    solve_pentadiagonal(diagonal, first, second, m, x);
+    for (var i = 0u; i < m; i++) {
+        let b0 = scratch[border + 2u * i];
+        let b1 = scratch[border + 2u * i + 1u];
+//:unroll c 0..$D
+        scratch[x + i * $Du + $cu] -= b0 * x0$c + b1 * x1$c;
+//:end
     }
 }

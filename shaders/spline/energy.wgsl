@@ -1,9 +1,21 @@
-// Discrete and exact bending energies of splines on the integers, one thread a curve. Twin: src/spline/energy.rs.
+// Discrete and exact bending energies of splines on the integers, one thread a block of a curve's points; the host adds
+// the blocks up. A thread for a whole curve would be slow for long ones, and llvmpipe ends a thread's loops, without a
+// word, after 65,535 iterations all told. Twin: src/spline/energy.rs.
 //:include spline/common_uniform.wgsl
 
 // The second factor of an inner product; the same array again for an energy.
 @group(0) @binding(3) var<storage, read> others: array<real>;
 @group(0) @binding(4) var<storage, read_write> energies: array<real>;
+
+struct Block {
+    curve: u32,
+    // Points begin … end − 1 of the curve.
+    begin: u32,
+    end: u32,
+    padding: u32,
+}
+
+@group(0) @binding(5) var<storage, read> blocks: array<Block>;
 
 fn difference(curve: UniformCurve, i: u32, axis: u32) -> real {
     if (is_end(curve, i)) {
@@ -31,12 +43,13 @@ fn discrete_energy(
     @builtin(local_invocation_index) thread: u32,
 ) {
     let task = task_index(workgroup, workgroups, thread);
-    if (task >= params.curves) {
+    if (task >= params.blocks) {
         return;
     }
-    let curve = curves[task];
+    let block = blocks[task];
+    let curve = curves[block.curve];
     var sum = real(0);
-    for (var i = 0u; i < curve.count; i++) {
+    for (var i = block.begin; i < block.end; i++) {
         for (var axis = 0u; axis < params.dimension; axis++) {
             let d = difference(curve, i, axis);
             sum += d * d;
@@ -53,12 +66,13 @@ fn exact_product(
     @builtin(local_invocation_index) thread: u32,
 ) {
     let task = task_index(workgroup, workgroups, thread);
-    if (task >= params.curves) {
+    if (task >= params.blocks) {
         return;
     }
-    let curve = curves[task];
+    let block = blocks[task];
+    let curve = curves[block.curve];
     var sum = real(0);
-    for (var i = 0u; i < curve.count; i++) {
+    for (var i = block.begin; i < block.end; i++) {
         let next = next_of(curve, i) - curve.start;
         for (var axis = 0u; axis < params.dimension; axis++) {
             let d = difference(curve, i, axis);

@@ -1,4 +1,6 @@
-// Cubic smoothing splines after Reinsch, one thread a curve: for a given λ, or the largest λ that keeps a deviation.
+// Cubic smoothing splines after Reinsch, one thread a curve and one solve a dispatch: for a given λ, or the next step of
+// the search for the largest λ that keeps a deviation. A whole search in one dispatch would run into watchdogs, and
+// llvmpipe ends a thread's loops, without a word, after 65,535 iterations all told.
 // Everything is normalised: parameter length 1, coordinates and largest weight of size 1. Twin: src/spline/reinsch.rs
 // (the search: src/spline/smoother.rs); the regression line and averaged points are the host's.
 
@@ -53,8 +55,14 @@ const MAX_REFINEMENTS: u32 = 4u;
 @group(0) @binding(6) var<storage, read> data: array<real>;
 // Of every curve in turn: diagonal, first, second (1 a knot each), border (2), moments, step, correction (dimension each).
 @group(0) @binding(7) var<storage, read_write> scratch: array<real>;
-// Four numbers a curve. In: λ, or the deviation to keep. Out: λ, α, number of solves, squared deviation.
-@group(0) @binding(8) var<storage, read_write> outcomes: array<real>;
+// Eight numbers a curve: the amount asked for (λ, or the deviation to keep); the phase of the search; the largest step
+// known to keep the deviation, the smallest known to break it, the next one to try; the number of solves.
+@group(0) @binding(8) var<storage, read_write> searches: array<real>;
+
+const PHASE_START: u32 = 0u;
+const PHASE_SEARCH: u32 = 1u;
+const PHASE_LAST: u32 = 2u;
+const PHASE_DONE: u32 = 3u;
 
 //:include linalg/pentadiagonal.wgsl
 
@@ -148,27 +156,29 @@ fn fill_bands(p: Problem, alpha: real, beta: real) {
 fn solve_factored(p: Problem, x: u32) {
     let d = p.d;
     if (!p.closed) {
-        for (var c = 0u; c < d; c++) {
-            scratch[x + c] = real(0);
-            scratch[x + (p.n - 1u) * d + c] = real(0);
-        }
-        solve_pentadiagonal(p.diagonal, p.first, p.second, unknowns(p), x + d, d);
+//:unroll c 0..$D
+            scratch[x + $cu] = real(0);
+            scratch[x + (p.n - 1u) * d + $cu] = real(0);
+//:end
+        solve_pentadiagonal(p.diagonal, p.first, p.second, unknowns(p), x + d);
         return;
     }
-    solve_cyclic_pentadiagonal(p.diagonal, p.first, p.second, p.border, p.n, x, d);
+    solve_cyclic_pentadiagonal(p.diagonal, p.first, p.second, p.border, p.n, x);
     // Second derivatives of a periodic spline integrate to 0, which large λ leaves undetermined.
-    for (var c = 0u; c < d; c++) {
-        var integral = real(0);
-        var length = real(0);
-        for (var k = 0u; k < p.n; k++) {
-            let share = spans[p.start + before(p, k)] + spans[p.start + k];
-            integral += share * scratch[x + k * d + c];
-            length += share;
-        }
-        let mean = integral / length;
-        for (var k = 0u; k < p.n; k++) {
-            scratch[x + k * d + c] -= mean;
-        }
+    var integral = vec$D<real>();
+    var length = real(0);
+    for (var k = 0u; k < p.n; k++) {
+        let share = spans[p.start + before(p, k)] + spans[p.start + k];
+//:unroll c 0..$D
+        integral[$c] += share * scratch[x + k * d + $cu];
+//:end
+        length += share;
+    }
+    let mean = integral / length;
+    for (var k = 0u; k < p.n; k++) {
+//:unroll c 0..$D
+        scratch[x + k * d + $cu] -= mean[$c];
+//:end
     }
 }
 
@@ -177,18 +187,20 @@ fn refinement_rhs(p: Problem, alpha: real) {
     let skipped = select(1u, 0u, p.closed);
     for (var k = 0u; k < p.n; k++) {
         let inside = k >= skipped && k + skipped < p.n;
-        for (var c = 0u; c < p.d; c++) {
-            var residual = fitted_difference(p, k, c);
+//:unroll c 0..$D
+        {
+            var residual = fitted_difference(p, k, $cu);
             if (inside) {
                 let left = spans[p.start + before(p, k)];
                 let right = spans[p.start + k];
-                let sum = left * scratch[p.moments + before(p, k) * p.d + c]
-                    + real(2) * (left + right) * scratch[p.moments + k * p.d + c]
-                    + right * scratch[p.moments + after(p, k) * p.d + c];
+                let sum = left * scratch[p.moments + before(p, k) * p.d + $cu]
+                    + real(2) * (left + right) * scratch[p.moments + k * p.d + $cu]
+                    + right * scratch[p.moments + after(p, k) * p.d + $cu];
                 residual -= alpha * (sum / real(6));
             }
-            scratch[p.step + k * p.d + c] = residual;
+            scratch[p.step + k * p.d + $cu] = residual;
         }
+//:end
     }
 }
 
@@ -207,19 +219,21 @@ fn solve_for(p: Problem, lambda: real) -> bool {
         return false;
     }
     for (var k = 0u; k < p.n; k++) {
-        for (var c = 0u; c < d; c++) {
-            scratch[p.moments + k * d + c] = data_difference(p, k, c);
-        }
+//:unroll c 0..$D
+            scratch[p.moments + k * d + $cu] = data_difference(p, k, $cu);
+//:end
     }
     solve_factored(p, p.moments);
     var broken = false;
     for (var k = 0u; k < p.n; k++) {
         let w = inverse_weights[p.start + k];
-        for (var c = 0u; c < d; c++) {
-            let change = w * scratch_difference(p, p.moments, k, c);
+//:unroll c 0..$D
+        {
+            let change = w * scratch_difference(p, p.moments, k, $cu);
             broken = broken || is_out_of_range(change);
-            scratch[p.correction + k * d + c] = beta * change;
+            scratch[p.correction + k * d + $cu] = beta * change;
         }
+//:end
     }
     if (broken) {
         return false;
@@ -234,13 +248,15 @@ fn solve_for(p: Problem, lambda: real) -> bool {
         moved = real(0);
         for (var k = 0u; k < p.n; k++) {
             let w = inverse_weights[p.start + k];
-            for (var c = 0u; c < d; c++) {
-                scratch[p.moments + k * d + c] += scratch[p.step + k * d + c];
-                let change = beta * (w * scratch_difference(p, p.step, k, c));
-                scratch[p.correction + k * d + c] += change;
+//:unroll c 0..$D
+            {
+                scratch[p.moments + k * d + $cu] += scratch[p.step + k * d + $cu];
+                let change = beta * (w * scratch_difference(p, p.step, k, $cu));
+                scratch[p.correction + k * d + $cu] += change;
                 broken = broken || is_out_of_range(change);
                 moved = max(moved, abs(change));
             }
+//:end
         }
         if (broken) {
             return false;
@@ -257,10 +273,12 @@ fn square_deviation(p: Problem) -> real {
     var largest = real(0);
     for (var k = 0u; k < p.n; k++) {
         var square = real(0);
-        for (var c = 0u; c < p.d; c++) {
-            let x = scratch[p.correction + k * p.d + c];
+//:unroll c 0..$D
+        {
+            let x = scratch[p.correction + k * p.d + $cu];
             square += x * x;
         }
+//:end
         largest = max(largest, square);
     }
     return largest;
@@ -271,10 +289,12 @@ fn square_pull(p: Problem, alpha: real) -> real {
     var largest = real(0);
     for (var k = 0u; k < p.n; k++) {
         var square = real(0);
-        for (var c = 0u; c < p.d; c++) {
-            let pull = alpha * (inverse_weights[p.start + k] * scratch_difference(p, p.moments, k, c));
+//:unroll c 0..$D
+        {
+            let pull = alpha * (inverse_weights[p.start + k] * scratch_difference(p, p.moments, k, $cu));
             square += pull * pull;
         }
+//:end
         largest = max(largest, square);
     }
     return largest;
@@ -324,47 +344,62 @@ fn fit(
     p.step = p.moments + n * d;
     p.correction = p.step + n * d;
 
-    let amount = outcomes[4u * task];
+    let search = 8u * task;
+    let amount = searches[search];
+    var phase = u32(searches[search + 1u]);
+    if (phase == PHASE_DONE) {
+        return;
+    }
+    var below = i32(searches[search + 2u]);
+    var above = i32(searches[search + 3u]);
+    var next_step = i32(searches[search + 4u]);
+    let by_deviation = (curve.flags & FLAG_DEVIATION) != 0u;
+
     var lambda = amount;
-    var solves = 1u;
-    var solved = true;
-    if ((curve.flags & FLAG_DEVIATION) == 0u) {
-        solved = solve_for(p, lambda);
-    } else {
-        let allowed = amount * KEPT;
-        let allowed_square = allowed * allowed;
-        solved = solve_for(p, real(0));
+    if (phase == PHASE_START && by_deviation) {
+        lambda = real(0);
+    } else if (by_deviation) {
+        lambda = lambda_at(next_step);
+    }
+    let solved = solve_for(p, lambda);
+    searches[search + 5u] += real(1);
+    if (!solved) {
+        status[task] = STATUS_FAILED;
+        phase = PHASE_DONE;
+    } else if (phase == PHASE_LAST || !by_deviation) {
+        status[task] = STATUS_SOLVED;
+        phase = PHASE_DONE;
+    } else if (phase == PHASE_START) {
         // While λ is small the points move by λ|ΩQγ|: a start close to the goal for noisy data.
         let octaves = log2(f32(amount)) - 0.5 * log2(max(f32(square_pull(p, real(1))), 1e-37));
-        var step = i32(floor(clamp(octaves, -120.0, 66.0) / 3.0)) * STRIDE;
-        var below = FIRST_STEP - 1;
-        var above = LAST_STEP + 1;
-        // Every solve must succeed: what rounding spoils is the host's.
-        while (solved && above - below > 1) {
-            let unbracketed = below < FIRST_STEP || above > LAST_STEP;
-            if (!unbracketed) {
-                step = below + (above - below) / 2;
-            }
-            solved = solve_for(p, lambda_at(step));
-            solves += 1u;
-            if (square_deviation(p) <= allowed_square) {
-                below = step;
-                step = min(step + STRIDE, LAST_STEP);
-            } else {
-                above = step;
-                step = max(step - STRIDE, FIRST_STEP);
-            }
+        next_step = i32(floor(clamp(octaves, -120.0, 66.0) / 3.0)) * STRIDE;
+        below = FIRST_STEP - 1;
+        above = LAST_STEP + 1;
+        phase = PHASE_SEARCH;
+    } else {
+        let allowed = amount * KEPT;
+        if (square_deviation(p) <= allowed * allowed) {
+            below = next_step;
+            next_step = min(next_step + STRIDE, LAST_STEP);
+        } else {
+            above = next_step;
+            next_step = max(next_step - STRIDE, FIRST_STEP);
         }
-        solved = solved && below >= FIRST_STEP;
-        if (solved) {
-            lambda = lambda_at(below);
-            solved = solve_for(p, lambda);
-            solves += 1u;
+        if (below >= FIRST_STEP && above <= LAST_STEP) {
+            next_step = below + (above - below) / 2;
+        }
+        if (above - below <= 1) {
+            // Found, or kept by no step at all: then the host must say why.
+            next_step = below;
+            phase = PHASE_LAST;
+            if (below < FIRST_STEP) {
+                status[task] = STATUS_FAILED;
+                phase = PHASE_DONE;
+            }
         }
     }
-    outcomes[4u * task] = lambda;
-    outcomes[4u * task + 1u] = real(1) / (real(1) + lambda);
-    outcomes[4u * task + 2u] = real(solves);
-    outcomes[4u * task + 3u] = square_deviation(p);
-    status[task] = select(STATUS_FAILED, STATUS_SOLVED, solved);
+    searches[search + 1u] = real(phase);
+    searches[search + 2u] = real(below);
+    searches[search + 3u] = real(above);
+    searches[search + 4u] = real(next_step);
 }

@@ -56,14 +56,12 @@ impl Run {
 /// Fits and samples, [`RUNS`] times; the result of the last, the time of the fastest.
 pub fn fit(
     batch: &CurveBatch,
-    sampling: Sampling,
     device: &Device,
-    fit: impl Fn(&CurveBatch, &Device) -> Result<Fit>,
+    fit_sampled: impl Fn(&CurveBatch, &Device) -> Result<(Fit, CurveBatch)>,
 ) -> Result<Run> {
     let once = || -> Result<Run> {
         let started = Instant::now();
-        let fit = fit(batch, device)?;
-        let samples = fit.polylines(sampling);
+        let (fit, samples) = fit_sampled(batch, device)?;
         Ok(Run { fit, samples, seconds: started.elapsed().as_secs_f64() })
     };
     let mut run = once()?;
@@ -169,7 +167,7 @@ pub fn run(args: &CompareArgs) -> Result<bool> {
     progress.step("reading");
     let batch = args.input.read()?;
     let sampling = Sampling::PerSpan(per_span);
-    let fit = |device: &Device| fit(&batch, sampling, device, |batch, device| method.fit(batch, device));
+    let fit = |device: &Device| fit(&batch, device, |batch, device| method.fit_sampled(batch, sampling, device));
     progress.step("fitting on the CPU in f64");
     let cpu = Device::cpu().with_precision(Precision::F64);
     let reference = fit(&cpu)?;
@@ -335,7 +333,8 @@ mod tests {
     fn run_of(middle: [f64; 2], last: f64) -> (CurveBatch, Run) {
         let curves = [[[0.0, 0.0], middle, [2.0, 0.0]], [[0.0, 0.0], [3.0, 4.0], [last, 0.0]]];
         let batch = CurveBatch::from_slices(&[&curves[0][..], &curves[1][..]]).unwrap();
-        let run = fit(&batch, Sampling::PerSpan(4), &Device::cpu(), |b, d| Natural::default().fit(b, d)).unwrap();
+        let sampling = Sampling::PerSpan(4);
+        let run = fit(&batch, &Device::cpu(), |b, d| Natural::default().fit_sampled(b, sampling, d)).unwrap();
         (batch, run)
     }
 

@@ -90,7 +90,7 @@ fn self_test(device: &Device, precisions: &[Precision]) -> Result<bool> {
     let batch = spirals()?;
     let natural = Natural::default();
     let fit = |device: &Device| {
-        compare::fit(&batch, Sampling::PerSpan(8), device, |batch, device| natural.fit(batch, device))
+        compare::fit(&batch, device, |batch, device| natural.fit_sampled(batch, Sampling::PerSpan(8), device))
     };
     let reference = fit(&Device::cpu().with_precision(Precision::F64))?;
     let mut sound = true;

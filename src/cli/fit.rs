@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use faircurve::io::{self, Format, WriteOptions};
 use faircurve::picture::Picture;
-use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
+use faircurve::{CurveBatch, Error, Fit, Result};
 
 use super::device::{self, DeviceArgs};
 use super::method::{self, MethodArgs};
@@ -78,11 +78,20 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     }
     seconds.read = progress.step("preparing the device");
     let device = device::open(args.device.device, args.device.precision.precision(), &batch, sampling)?;
-    let size = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
-    progress.step(format!("fitting {size}"));
-    let fit = method.fit(&batch, &device)?;
+    let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
+    progress.step(format!("fitting {volume}"));
+    let (fit, curves) = match args.shape {
+        Shape::Polyline => method.fit_sampled(&batch, sampling, &device)?,
+        Shape::Bezier => {
+            let fit = method.fit(&batch, &device)?;
+            let beziers = fit.beziers(BEZIER_TOLERANCE * size(&batch));
+            (fit, beziers)
+        }
+    };
     seconds.fit = progress.step(format!("writing {}", args.output.display()));
-    let points_out = args.write_curves(&batch, &fit, sampling)?;
+    io::write_with(&args.output, &curves, &args.write_options())?;
+    let points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
+    drop(curves);
     seconds.write = progress.step("drawing");
     if let Some(path) = &args.picture {
         args.draw(path, &batch, &fit)?;
@@ -103,7 +112,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     }
     progress.finish();
 
-    args.talk.say(format_args!("{size}: fitted on {} ({})", fit.device(), device.reason()));
+    args.talk.say(format_args!("{volume}: fitted on {} ({})", fit.device(), device.reason()));
     let Seconds { read, fit: fitted, write } = seconds;
     args.talk.detail(format_args!("read in {read:.3} s, fitted in {fitted:.3} s, written in {write:.3} s"));
     args.list_unusable(&batch, &fit);
@@ -140,16 +149,6 @@ impl FitArgs {
 
     fn write_options(&self) -> WriteOptions {
         WriteOptions { format: self.to, overwrite: self.force, beziers: self.shape == Shape::Bezier }
-    }
-
-    /// Writes the curves; returns how many points each became.
-    fn write_curves(&self, batch: &CurveBatch, fit: &Fit, sampling: Sampling) -> Result<Vec<usize>> {
-        let curves = match self.shape {
-            Shape::Polyline => fit.polylines(sampling),
-            Shape::Bezier => fit.beziers(BEZIER_TOLERANCE * size(batch)),
-        };
-        io::write_with(&self.output, &curves, &self.write_options())?;
-        Ok((0..curves.len()).map(|i| curves.count(i)).collect())
     }
 
     fn draw(&self, path: &Path, batch: &CurveBatch, fit: &Fit) -> Result<()> {

@@ -140,6 +140,14 @@ impl Method {
             Method::Smoothing(smoothing) => smoothing.fit(batch, device),
         }
     }
+
+    /// Fits and samples on the device.
+    pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
+        match self {
+            Method::Natural(natural) => natural.fit_sampled(batch, sampling, device),
+            Method::Smoothing(smoothing) => smoothing.fit_sampled(batch, sampling, device),
+        }
+    }
 }
 
 /// Where curves are sampled: evenly in the parameter or along the arc.

@@ -221,7 +221,7 @@ impl<'a> Rows<'a> {
                 && let Some(turns) = longitude::turns(points, d)
             {
                 let ring = points[..d] == points[points.len() - d..];
-                if ring && turns.last().is_some_and(|turn| *turn != 0.0) {
+                if ring && longitude::winds(&turns) {
                     origin.round_pole.push(i);
                 }
                 longitude::apply(points, d, &turns);

@@ -11,8 +11,9 @@ pub(super) fn is_geographic(points: &[f64], stride: usize) -> bool {
 
 /// How many whole turns point `k` lies from where it is written, for every `k`; `None` where no neighbour is more than 180 away.
 ///
-/// The first entry is 0: the first point keeps its value. For a ring (last point = first point) the last entry tells
-/// how often it winds round a pole. Turns are counted as integers, so that x + 360·turns carries one rounding
+/// The first entry is 0: the first point keeps its value, except that a ring (last point = first point) that winds round a
+/// pole is moved by whole turns so that its middle lies within ±180. For a ring the last entry less the first tells how
+/// often it winds. Turns are counted as integers, so that x + 360·turns carries one rounding
 /// and a ring that comes back to its first point comes back to its bits.
 pub(super) fn turns(points: &[f64], stride: usize) -> Option<Vec<f64>> {
     let jump =
@@ -24,8 +25,20 @@ pub(super) fn turns(points: &[f64], stride: usize) -> Option<Vec<f64>> {
             turn += jump(pair);
             turn
         });
-        std::iter::once(0.0).chain(later).collect()
+        let mut turns: Vec<f64> = std::iter::once(0.0).chain(later).collect();
+        let last = turns[turns.len() - 1];
+        let middle = x[0] + 0.5 * TURN * last;
+        if last != 0.0 && x[0] == x[x.len() - 1] && middle.abs() > HALF_TURN {
+            let shift = (middle / TURN).round();
+            turns.iter_mut().for_each(|turn| *turn -= shift);
+        }
+        turns
     })
+}
+
+/// Whether a ring with these turns winds round a pole.
+pub(super) fn winds(turns: &[f64]) -> bool {
+    turns.first() != turns.last()
 }
 
 /// Adds the turns to the longitudes.
@@ -65,6 +78,8 @@ mod tests {
     fn a_ring_round_the_pole_ends_a_turn_later() {
         let ring = vec![0.0, 80.0, 90.0, 80.0, 180.0, 80.0, -90.0, 80.0, 0.0, 80.0];
         assert_eq!(unwrapped(ring), [0.0, 90.0, 180.0, 270.0, 360.0]);
+        let westward = vec![-180.0, -80.0, 90.0, -80.0, 0.0, -80.0, -90.0, -80.0, -180.0, -80.0];
+        assert_eq!(unwrapped(westward), [180.0, 90.0, 0.0, -90.0, -180.0], "not −180 … −540");
     }
 
     #[test]

@@ -20,6 +20,7 @@ pub(crate) use gpu::GROUP;
 pub use knots::Parametrisation;
 pub use natural::{Ends, Natural};
 pub use smoothing::{Amount, LAMBDA_CAP, Smoothing};
+pub(crate) use smoothing_gpu::kernel as smoothing_kernel;
 
 use crate::gpu::source::Definitions;
 
@@ -29,9 +30,8 @@ pub(crate) fn row_sources() -> Vec<(&'static str, Definitions)> {
 }
 
 /// The other kernels of this room: files and entry points.
-pub(crate) const KERNELS: [(&str, &[&str]); 4] = [
+pub(crate) const KERNELS: [(&str, &[&str]); 3] = [
     ("spline/sample.wgsl", &["per_span", "at_sites"]),
     ("spline/subdivide.wgsl", &["subdivide", "interpolated"]),
     ("spline/energy.wgsl", &["discrete_energy", "exact_product"]),
-    ("spline/reinsch.wgsl", &["fit"]),
 ];

@@ -41,11 +41,10 @@ pub(super) struct Target<'a> {
     pub second: &'a mut [f64],
 }
 
-/// What a kernel found: the normalised λ, 1/(1 + λ), and how many solves it took.
+/// What a kernel found: the step whose λ keeps the deviation asked for, and how many solves it took.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outcome {
-    pub lambda: f64,
-    pub alpha: f64,
+    pub step: i32,
     pub solves: u32,
 }
 
@@ -128,7 +127,11 @@ impl Smoother {
         correction: impl Iterator<Item = f64>,
     ) -> Option<CurveReport> {
         self.load(target, options.pin_ends);
-        self.problem.alpha = outcome.alpha;
+        let normalised = match options.amount {
+            Amount::Lambda(lambda) => lambda / self.weight / self.length / self.length / self.length,
+            Amount::Deviation(_) => lambda_at(outcome.step),
+        };
+        self.problem.alpha = 1.0 / (1.0 + normalised);
         self.problem.moments.iter_mut().zip(moments).for_each(|(to, from)| *to = from);
         self.problem.correction.iter_mut().zip(correction).for_each(|(to, from)| *to = from);
         if !self.finish_solve() {
@@ -138,9 +141,9 @@ impl Smoother {
         let deviation = self.deviation(target).0;
         match options.amount {
             Amount::Lambda(lambda) => {
-                Some(CurveReport { smoothing: Some(lambda), ..self.keep(target, outcome.lambda, deviation) })
+                Some(CurveReport { smoothing: Some(lambda), ..self.keep(target, normalised, deviation) })
             }
-            Amount::Deviation(allowed) => (deviation <= allowed).then(|| self.keep(target, outcome.lambda, deviation)),
+            Amount::Deviation(allowed) => (deviation <= allowed).then(|| self.keep(target, normalised, deviation)),
         }
     }
 

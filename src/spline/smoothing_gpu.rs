@@ -44,9 +44,20 @@ pub(crate) struct SmoothingCurve {
     pub padding: u32,
 }
 
-/// The kernel in a precision.
-pub(super) fn kernel(precision: Precision) -> KernelKey {
-    let mut definitions = crate::gpu::source::definitions([("GROUP", &GROUP)]);
+/// Solves that a search for a deviation takes at most: the start, up to six strides, eleven bisections of a stride's 1,536
+/// steps, and the last. A search that is not done by then is the host's.
+const MOST_SOLVES: usize = 19;
+
+/// Knots of a curve that one thread may take: its loops pass over them up to 46 times in a solve, and llvmpipe ends a
+/// thread's loops after 65,535 iterations all told. The host's threads are faster for longer curves in any case.
+const MOST_KNOTS: usize = 1024;
+
+/// Numbers a curve in `searches`.
+const SEARCH: usize = 8;
+
+/// The kernel in a precision, for points of a dimension.
+pub(crate) fn kernel(precision: Precision, dimension: usize) -> KernelKey {
+    let mut definitions = crate::gpu::source::definitions([("GROUP", &GROUP), ("D", &dimension)]);
     if precision == Precision::F64 {
         definitions.insert("F64".into(), "1".into());
     }
@@ -143,7 +154,8 @@ impl<'a> Job<'a> {
 
     fn record<S: Real + Pod>(&mut self, curves: &Range<usize>) -> Result<(Pending<'a>, Vec<Sent>)> {
         let d = self.knots.dimension;
-        let (mut table, mut amounts, mut sent) = (Vec::new(), Vec::new(), Vec::new());
+        let by_deviation = matches!(self.options.amount, super::Amount::Deviation(_));
+        let (mut table, mut searches, mut sent) = (Vec::new(), Vec::new(), Vec::new());
         let (mut spans, mut inverse_weights, mut data) = (Vec::<S>::new(), Vec::<S>::new(), Vec::<S>::new());
         for i in curves.clone() {
             // A chunk comes twice when it had to be halved; what the host fitted stays.
@@ -156,7 +168,10 @@ impl<'a> Job<'a> {
             }
             let options = self.options;
             let (target, smoother) = self.target(i);
-            let Some(amount) = smoother.prepare_for_kernel(&target, options) else {
+            let prepared = (target.knots.range(i).len() <= MOST_KNOTS)
+                .then(|| smoother.prepare_for_kernel(&target, options))
+                .flatten();
+            let Some(amount) = prepared else {
                 self.fit_on_host(i);
                 continue;
             };
@@ -169,14 +184,14 @@ impl<'a> Job<'a> {
             // An open curve has one span fewer than knots.
             spans.resize(inverse_weights.len(), S::ZERO);
             let mut flags = if problem.closed { FLAG_CLOSED } else { 0 };
-            let by_deviation = matches!(options.amount, super::Amount::Deviation(_));
             flags |= if by_deviation { FLAG_DEVIATION } else { 0 };
             table.push(SmoothingCurve { start: start as u32, count: problem.count as u32, flags, padding: 0 });
-            amounts.extend([S::from_f64(amount), S::ZERO, S::ZERO, S::ZERO]);
+            searches.push(S::from_f64(amount));
+            searches.resize(SEARCH * table.len(), S::ZERO);
             sent.push((i, start));
         }
         let real = real_bytes(self.precision);
-        let kernel = self.gpu.kernel(&kernel(self.precision))?;
+        let kernel = self.gpu.kernel(&kernel(self.precision, d))?;
         let mut recording = self.gpu.record();
         let (count, dimension) = (table.len() as u32, d as u32);
         let params = recording.uniform(&SmoothingParams { curves: count, dimension, padding: 0, padding_too: 0 });
@@ -188,29 +203,30 @@ impl<'a> Job<'a> {
         let (spans, weights, data) =
             (recording.upload(&spans), recording.upload(&inverse_weights), recording.upload(&data));
         let scratch = recording.storage((knots * (5 + 3 * d)) as u64 * real);
-        let outcomes = recording.upload(&amounts);
-        recording.dispatch(
-            &kernel,
-            plan::workgroups(table.len(), GROUP as usize, self.gpu.limits())?,
-            &[
-                ("params", &params),
-                ("curves", &curves),
-                ("status", &status),
-                ("octave", &octave),
-                ("spans", &spans),
-                ("inverse_weights", &weights),
-                ("data", &data),
-                ("scratch", &scratch),
-                ("outcomes", &outcomes),
-            ],
-        )?;
-        [&status, &outcomes, &scratch].into_iter().for_each(|buffer| recording.download(buffer));
+        let searches = recording.upload(&searches);
+        let groups = plan::workgroups(table.len(), GROUP as usize, self.gpu.limits())?;
+        let buffers = [
+            ("params", &params),
+            ("curves", &curves),
+            ("status", &status),
+            ("octave", &octave),
+            ("spans", &spans),
+            ("inverse_weights", &weights),
+            ("data", &data),
+            ("scratch", &scratch),
+            ("searches", &searches),
+        ];
+        // One solve a dispatch; curves that are done sit the rest out.
+        for _ in 0..if by_deviation { MOST_SOLVES } else { 1 } {
+            recording.dispatch(&kernel, groups, &buffers)?;
+        }
+        [&status, &searches, &scratch].into_iter().for_each(|buffer| recording.download(buffer));
         Ok((recording.submit()?, sent))
     }
 
     fn unpack<S: Real + Pod>(&mut self, sent: &[Sent], results: &[Downloaded]) -> Result<()> {
         let d = self.knots.dimension;
-        let (status, outcomes) = (results[0].as_slice::<u32>(), results[1].as_slice::<S>());
+        let (status, searches) = (results[0].as_slice::<u32>(), results[1].as_slice::<S>());
         let scratch = results[2].as_slice::<S>();
         for (k, &(i, start)) in sent.iter().enumerate() {
             let accepted = match status[k] {
@@ -218,14 +234,16 @@ impl<'a> Job<'a> {
                     let count = self.knots.range(i).len() - usize::from(self.knots.closed[i]);
                     let moments = start * (5 + 3 * d) + 5 * count;
                     let correction = moments + 2 * count * d;
-                    let [lambda, alpha, solves] = [0, 1, 2].map(|field| outcomes[4 * k + field].to_f64());
-                    let outcome = Outcome { lambda, alpha, solves: solves as u32 };
+                    let [step, solves] = [4, 5].map(|field| searches[SEARCH * k + field].to_f64());
+                    let outcome = Outcome { step: step as i32, solves: solves as u32 };
                     let options = self.options;
                     let (mut target, smoother) = self.target(i);
                     let numbers = |from: usize| scratch[from..from + count * d].iter().map(|x| x.to_f64());
                     smoother.accept(&mut target, options, outcome, numbers(moments), numbers(correction))
                 }
                 STATUS_FAILED => None,
+                // A search that is not done has counted its solves all the same.
+                0 if searches[SEARCH * k + 5].to_f64() > 0.0 => None,
                 word => {
                     let message = format!("curve {i} has the status word {word}: no kernel wrote it");
                     return Err(Error::Kernel { kernel: "spline/reinsch".into(), message });

@@ -20,8 +20,21 @@ pub(crate) struct UniformParams {
     pub curves: u32,
     pub points: u32,
     pub dimension: u32,
+    pub blocks: u32,
+}
+
+/// `Block` of `energy.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Block {
+    pub curve: u32,
+    pub begin: u32,
+    pub end: u32,
     pub padding: u32,
 }
+
+/// Points a thread sums over.
+const BLOCK_POINTS: usize = 256;
 
 /// `UniformCurve` of `common_uniform.wgsl`.
 #[repr(C)]
@@ -134,6 +147,21 @@ impl<'a> Job<'a> {
         self.gpu.kernel(&KernelKey { path, entry, precision: self.precision, definitions })
     }
 
+    /// The blocks that energies are summed in, curve after curve.
+    fn blocks(&self, curves: &Range<usize>) -> Vec<Block> {
+        if !matches!(self.operation, Operation::DiscreteEnergy | Operation::ExactProduct(_)) {
+            return Vec::new();
+        }
+        let of_curve = |i: usize| {
+            let (count, curve) = (self.batch.count(i), (i - curves.start) as u32);
+            (0..count).step_by(BLOCK_POINTS).map(move |begin| {
+                let end = (begin + BLOCK_POINTS).min(count) as u32;
+                Block { curve, begin: begin as u32, end, padding: 0 }
+            })
+        };
+        curves.clone().flat_map(of_curve).collect()
+    }
+
     /// Curves and parameters at a round of subdivision.
     fn tables(
         &self,
@@ -155,8 +183,9 @@ impl<'a> Job<'a> {
             })
             .collect();
         let points = (self.batch.offsets()[curves.end] - first) << round;
+        let blocks = self.blocks(curves).len() as u32;
         let (curves, dimension) = (curves.len() as u32, self.batch.dimension() as u32);
-        let params = recording.uniform(&UniformParams { curves, points: points as u32, dimension, padding: 0 });
+        let params = recording.uniform(&UniformParams { curves, points: points as u32, dimension, blocks });
         (recording.upload(&table), params, points)
     }
 
@@ -195,7 +224,9 @@ impl<'a> Job<'a> {
                 let entry = if other.is_some() { "exact_product" } else { "discrete_energy" };
                 let kernel = self.kernel("spline/energy.wgsl", entry)?;
                 let (table, params, _) = self.tables(&mut recording, curves, 0);
-                let energies = recording.storage(curves.len() as u64 * real);
+                let blocks = self.blocks(curves);
+                let energies = recording.storage(blocks.len() as u64 * real);
+                let block_table = recording.upload(&blocks);
                 let others = other.as_ref().unwrap_or(&points);
                 let buffers = [
                     ("params", &params),
@@ -203,8 +234,9 @@ impl<'a> Job<'a> {
                     ("points", &points),
                     ("others", others),
                     ("energies", &energies),
+                    ("blocks", &block_table),
                 ];
-                recording.dispatch(&kernel, groups(curves.len())?, &buffers)?;
+                recording.dispatch(&kernel, groups(blocks.len())?, &buffers)?;
                 energies
             }
         };
@@ -247,11 +279,14 @@ impl<'a> Job<'a> {
         let result = results[0].as_slice::<S>();
         let (d, rounds) = (self.batch.dimension(), self.operation.rounds());
         let first = self.batch.offsets()[curves.start];
+        for (block, energy) in self.blocks(curves).iter().zip(result) {
+            out[curves.start + block.curve as usize] += energy.to_f64();
+        }
         for i in curves.clone() {
             let frame = self.frame(i);
             match self.operation {
                 Operation::DiscreteEnergy | Operation::ExactProduct(_) => {
-                    out[i] = result[i - curves.start].to_f64() * frame.size * frame.size;
+                    out[i] *= frame.size * frame.size;
                 }
                 _ => {
                     let from = &result[((self.batch.offsets()[i] - first) << rounds) * d..];

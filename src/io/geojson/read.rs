@@ -223,7 +223,7 @@ impl<'a> Reader<'a> {
         let points = &mut self.lines.xy[points];
         let Some(turns) = longitude::turns(points, 2) else { return };
         let is_ring = points[..2] == points[points.len() - 2..];
-        let winds = is_ring && turns.last().is_some_and(|turn| *turn != 0.0);
+        let winds = is_ring && longitude::winds(&turns);
         if winds && shell.is_some() {
             return;
         }

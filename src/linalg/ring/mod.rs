@@ -113,6 +113,10 @@ const SMALL_CHUNKS: [u32; 5] = [2, 4, 8, 16, 32];
 /// The same for the large ring.
 const LARGE_CHUNKS: [u32; 3] = [8, 16, 32];
 
+/// Rows a single thread takes at most: it loops over them twice, and llvmpipe ends a thread's loops, without a word,
+/// after 65,535 iterations all told.
+const THREAD_ROWS: u32 = 16_384;
+
 /// Rows of a chunk of the long kernels, held in a function-scope array of the thread that substitutes.
 const LONG_CHUNK: u32 = 32;
 
@@ -163,7 +167,7 @@ impl Solve<'_> {
         let small = |subgroup| SMALL_CHUNKS.map(|q| Variant::Lanes { lanes: SMALL_RING, q, subgroup });
         let large = LARGE_CHUNKS.map(|q| Variant::Lanes { lanes: LARGE_RING, q, subgroup: false });
         match self.kernel {
-            RingKernel::Thread => vec![Variant::Thread],
+            RingKernel::Thread => vec![Variant::Thread, Variant::Long],
             RingKernel::Long => vec![Variant::Long],
             RingKernel::Workgroup => small(false).into_iter().chain(large).chain([Variant::Long]).collect(),
             RingKernel::Auto | RingKernel::Subgroup => {
@@ -233,7 +237,8 @@ impl Variant {
     fn most_rows(self) -> u32 {
         match self {
             Variant::Lanes { lanes, q, .. } => lanes * q,
-            Variant::Thread | Variant::Long => u32::MAX,
+            Variant::Thread => THREAD_ROWS,
+            Variant::Long => u32::MAX,
         }
     }
 }
