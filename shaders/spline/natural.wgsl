@@ -1,4 +1,4 @@
-// Rows of the moment system of cubic splines through a curve's own knots, computed from spans and values as they are
+// Rows of the moment system of cubic splines through a curve's own knots, computed from spans and edges as they are
 // needed: nothing but the data is in memory. Included by the kernels of linalg/ring. Twin: src/spline/natural.rs.
 //
 // Unknowns are the second derivatives M at the knots. Interior (and periodic) row i, with mu = before/(before + after)
@@ -7,15 +7,16 @@
 
 // Length of the span after each knot; 0 after a curve's last.
 @group(0) @binding(4) var<storage, read> spans: array<real>;
-// Points at the knots; a closed curve's last repeats its first.
-@group(0) @binding(5) var<storage, read> values: array<real>;
+// Edges: the step from the point at each knot to the next; 0 after a curve's last. Not the points, whose differences
+// would lose what two points close to each other have apart.
+@group(0) @binding(5) var<storage, read> edges: array<real>;
 // Two derivatives a curve, at its first and last knot; read only where the flags say clamped.
 @group(0) @binding(6) var<storage, read> end_derivatives: array<real>;
 
 const FLAG_CLAMPED_START: u32 = 2u;
 const FLAG_CLAMPED_END: u32 = 4u;
 
-//:include linalg/common_read.wgsl NAME=value_at ARRAY=values
+//:include linalg/common_read.wgsl NAME=edge_at ARRAY=edges
 //:include linalg/common_read.wgsl NAME=end_derivative ARRAY=end_derivatives
 
 fn is_end(system: System, i: u32) -> bool {
@@ -47,19 +48,19 @@ fn load_rhs(system: System, i: u32) -> columns {
     if (is_end(system, i)) {
         if (i == 0u && (system.flags & FLAG_CLAMPED_START) != 0u) {
             let h = spans[k];
-            return (real(6) / h) * ((value_at(k + 1u) - value_at(k)) / h - end_derivative(2u * system.index));
+            return (real(6) / h) * (edge_at(k) / h - end_derivative(2u * system.index));
         }
         if (i > 0u && (system.flags & FLAG_CLAMPED_END) != 0u) {
             let h = spans[k - 1u];
-            return (real(6) / h) * (end_derivative(2u * system.index + 1u) - (value_at(k) - value_at(k - 1u)) / h);
+            return (real(6) / h) * (end_derivative(2u * system.index + 1u) - edge_at(k - 1u) / h);
         }
         return columns();
     }
     let b = span_before(system, i);
     let before = spans[b];
     let after = spans[k];
-    let slope_after = (value_at(k + 1u) - value_at(k)) / after;
-    let slope_before = (value_at(b + 1u) - value_at(b)) / before;
+    let slope_after = edge_at(k) / after;
+    let slope_before = edge_at(b) / before;
     return (real(6) / (before + after)) * (slope_after - slope_before);
 }
 

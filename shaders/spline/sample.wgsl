@@ -1,7 +1,8 @@
-// Points of cubic splines, from values and second derivatives at the knots. Twin: src/spline/sample.rs.
+// Points of cubic splines, from edges and second derivatives at the knots, each as its displacement from the point at
+// the knot before it: the host adds that point in f64. Twin: src/spline/sample.rs.
 //
 // In the span after knot k, of length h, between the points p, q with second derivatives m, n, at its fraction u:
-//     p(u) = p + u (A + u (B + u C)),   A = q − p − h² (2m + n)/6,   B = h² m/2,   C = h² (n − m)/6.
+//     p(u) − p = u (A + u (B + u C)),   A = (q − p) − h² (2m + n)/6,   B = h² m/2,   C = h² (n − m)/6.
 
 struct SampleParams {
     // Samples of this dispatch.
@@ -14,7 +15,8 @@ struct SampleParams {
 
 @group(0) @binding(0) var<uniform> params: SampleParams;
 @group(0) @binding(1) var<storage, read> spans: array<real>;
-@group(0) @binding(2) var<storage, read> values: array<real>;
+// q − p, after a curve's last knot 0.
+@group(0) @binding(2) var<storage, read> edges: array<real>;
 @group(0) @binding(3) var<storage, read> second: array<real>;
 @group(0) @binding(4) var<storage, read_write> samples: array<real>;
 // The knot before each sample, and the fraction of the span after it.
@@ -28,12 +30,11 @@ fn evaluate(sample: u32, knot: u32, u: real) {
     for (var c = 0u; c < params.dimension; c++) {
         let k = knot * params.dimension + c;
         let n = next * params.dimension + c;
-        let p = values[k];
         let start = h * (h * second[k]);
         let end = h * (h * second[n]);
-        let a = values[n] - p - (real(2) * start + end) / real(6);
+        let a = edges[k] - (real(2) * start + end) / real(6);
         let b = real(0.5) * start;
-        samples[sample * params.dimension + c] = p + u * (a + u * (b + u * ((end - start) / real(6))));
+        samples[sample * params.dimension + c] = u * (a + u * (b + u * ((end - start) / real(6))));
     }
 }
 

@@ -28,6 +28,7 @@ pub struct Gpu {
     pub(super) kernels: Mutex<HashMap<String, Arc<Kernel>>>,
     pub(super) kernel_nanoseconds: Mutex<f64>,
     pub(super) capture: Mutex<Option<Vec<CapturedDispatch>>>,
+    pub(super) poisoned: bool,
 }
 
 impl std::fmt::Debug for Gpu {
@@ -96,6 +97,7 @@ impl Gpu {
             kernels: Mutex::default(),
             kernel_nanoseconds: Mutex::new(0.0),
             capture: Mutex::default(),
+            poisoned: false,
             device,
             queue,
         }
@@ -110,6 +112,13 @@ impl Gpu {
     /// Treats the device as one without subgroups, so that the workgroup-memory kernels run.
     pub fn without_subgroups(mut self) -> Self {
         self.summary.has_subgroups = false;
+        self
+    }
+
+    /// Fills the arrays that kernels write with NaN first, instead of zeros, so that what no kernel wrote can be told
+    /// from what is zero: for tests.
+    pub fn with_poisoned_arrays(mut self) -> Self {
+        self.poisoned = true;
         self
     }
 

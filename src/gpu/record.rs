@@ -68,6 +68,10 @@ impl<'g> Recording<'g> {
     /// An array the kernels write, zero at first.
     pub fn storage(&mut self, bytes: u64) -> wgpu::Buffer {
         let size = bytes.next_multiple_of(4).max(16);
+        if self.gpu.poisoned {
+            // NaN in both precisions, and no status word.
+            return self.create(&vec![0xff; size as usize], BufferUsages::STORAGE);
+        }
         self.bytes += size;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         self.gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })

@@ -129,7 +129,7 @@ impl Spline<'_> {
     }
 
     /// The jet at the fraction `u` between the knots `k` and `k + 1`.
-    fn jet_at(&self, k: usize, u: f64) -> Jet {
+    pub fn jet_at(&self, k: usize, u: f64) -> Jet {
         let h = self.t[k + 1] - self.t[k];
         let second = |k: usize| vector(&self.second[k * self.dimension..(k + 1) * self.dimension]);
         let (p, q, m, n) = (self.value(k), self.value(k + 1), second(k), second(k + 1));

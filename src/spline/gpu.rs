@@ -11,7 +11,9 @@ use crate::error::{Error, Result};
 use crate::gpu::source::{Definitions, definitions};
 use crate::gpu::{Downloaded, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
-use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System, real_bytes};
+use crate::linalg::ring::{
+    FLAG_CYCLIC, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, Solve, System, real_bytes,
+};
 
 /// Threads a workgroup of the sampling kernels.
 pub(crate) const GROUP: u32 = 64;
@@ -46,20 +48,25 @@ impl Frame {
         Frame { mean_span, ..Self::of_points(knots.values(i), knots.dimension) }
     }
 
-    /// For points on the integers: every span has length 1.
+    /// For points on the integers: every span has length 1. What is not finite spoils no more than on the CPU: it has no
+    /// part in the frame.
     pub fn of_points(points: &[f64], d: usize) -> Self {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for point in points.chunks_exact(d) {
             for c in 0..d {
-                (low[c], high[c]) = (low[c].min(point[c]), high[c].max(point[c]));
+                if point[c].is_finite() {
+                    (low[c], high[c]) = (low[c].min(point[c]), high[c].max(point[c]));
+                }
             }
         }
         let mut center = [0.0; 3];
         let mut size = 0.0_f64;
         for c in 0..d {
-            // Halves, so that nothing overflows.
-            center[c] = 0.5 * low[c] + 0.5 * high[c];
-            size = size.max(0.5 * high[c] - 0.5 * low[c]);
+            if low[c] <= high[c] {
+                // Halves, so that nothing overflows.
+                center[c] = 0.5 * low[c] + 0.5 * high[c];
+                size = size.max(0.5 * high[c] - 0.5 * low[c]);
+            }
         }
         Frame { center, size: if size > 0.0 { size } else { 1.0 }, mean_span: 1.0 }
     }
@@ -244,27 +251,26 @@ impl<'a> Job<'a> {
         curves.clone().filter(|&i| !self.knots.range(i).is_empty())
     }
 
-    /// Spans and points of a chunk, normalised.
+    /// Spans and edges (a point's step to the next) of a chunk, normalised. Edges, not points, since a spline through
+    /// two points close to each other hangs on their difference, and f32 would lose it.
     fn pack<S: Real>(&self, curves: &Range<usize>) -> (Vec<S>, Vec<S>) {
         let (knots, d) = (self.knots, self.knots.dimension);
         let first = knots.offsets[curves.start];
         let entries = knots.offsets[curves.end] - first;
         let mut spans = vec![S::ZERO; entries];
-        let mut values = vec![S::ZERO; entries * d];
+        let mut edges = vec![S::ZERO; entries * d];
         for i in self.fitted_curves(curves) {
             let frame = Frame::of(knots, i);
             let range = knots.offsets[i] - first..knots.offsets[i + 1] - first;
             for (span, pair) in spans[range.clone()].iter_mut().zip(knots.t(i).windows(2)) {
                 *span = S::from_f64((pair[1] - pair[0]) / frame.mean_span);
             }
-            let coords = values[range.start * d..range.end * d].chunks_exact_mut(d);
-            for (to, from) in coords.zip(knots.values(i).chunks_exact(d)) {
-                for c in 0..d {
-                    to[c] = S::from_f64((from[c] - frame.center[c]) / frame.size);
-                }
+            let (here, next) = (knots.values(i), &knots.values(i)[d..]);
+            for (edge, (from, to)) in edges[range.start * d..].iter_mut().zip(here.iter().zip(next)) {
+                *edge = S::from_f64((to - from) / frame.size);
             }
         }
-        (spans, values)
+        (spans, edges)
     }
 
     /// The systems of a chunk, and the normalised derivatives at its clamped ends (empty where no end is clamped).
@@ -295,36 +301,36 @@ impl<'a> Job<'a> {
     }
 
     fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
-        let (spans, values) = self.pack::<S>(curves);
+        let (spans, edges) = self.pack::<S>(curves);
         let (systems, end_derivatives) = self.systems::<S>(curves);
         let mut recording = self.gpu.record();
-        let second = recording.storage(values.len() as u64 * real_bytes(self.precision));
+        let second = recording.storage(edges.len() as u64 * real_bytes(self.precision));
         let spans = recording.upload(&spans);
-        let values = recording.upload(&values);
+        let edges = recording.upload(&edges);
         let end_derivatives = recording.upload(&end_derivatives);
         let status = recording.storage(4 * curves.len() as u64);
-        let buffers = vec![("spans", &spans), ("values", &values), ("end_derivatives", &end_derivatives)];
+        let buffers = vec![("spans", &spans), ("edges", &edges), ("end_derivatives", &end_derivatives)];
         let source = RowSource { path: "spline/natural.wgsl", definitions: Definitions::new(), buffers };
         let columns = self.knots.dimension as u32;
         let solve = Solve { systems: &systems, columns, precision: self.precision, kernel: RingKernel::Auto };
         solve.record(&mut recording, &source, &second, &status)?;
         recording.download(&second);
         recording.download(&status);
-        self.record_samples::<S>(&mut recording, curves, [&spans, &values, &second])?;
+        self.record_samples::<S>(&mut recording, curves, [&spans, &edges, &second])?;
         Ok(recording)
     }
 
     fn record_samples_of<S: Real + Pod>(&self, curves: &Range<usize>, second: &[f64]) -> Result<Recording<'a>> {
         let (knots, d) = (self.knots, self.knots.dimension);
-        let (spans, values) = self.pack::<S>(curves);
-        let mut normalised = Vec::with_capacity(values.len());
+        let (spans, edges) = self.pack::<S>(curves);
+        let mut normalised = Vec::with_capacity(edges.len());
         for i in self.fitted_curves(curves) {
             let scale = Frame::of(knots, i).second_derivative_unit();
             let of_curve = &second[knots.offsets[i] * d..knots.offsets[i + 1] * d];
             normalised.extend(of_curve.iter().map(|m| S::from_f64(m / scale)));
         }
         let mut recording = self.gpu.record();
-        let buffers = [&spans, &values, &normalised].map(|array| recording.upload(array));
+        let buffers = [&spans, &edges, &normalised].map(|array| recording.upload(array));
         self.record_samples::<S>(&mut recording, curves, [&buffers[0], &buffers[1], &buffers[2]])?;
         Ok(recording)
     }
@@ -333,7 +339,7 @@ impl<'a> Job<'a> {
         &self,
         recording: &mut Recording<'_>,
         curves: &Range<usize>,
-        [spans, values, second]: [&wgpu::Buffer; 3],
+        [spans, edges, second]: [&wgpu::Buffer; 3],
     ) -> Result<()> {
         let (knots, d) = (self.knots, self.knots.dimension);
         let first = knots.offsets[curves.start];
@@ -365,7 +371,7 @@ impl<'a> Job<'a> {
             &[
                 ("params", &params),
                 ("spans", spans),
-                ("values", values),
+                ("edges", edges),
                 ("second", second),
                 ("samples", &samples),
                 ("site_knots", &site_knots),
@@ -381,8 +387,9 @@ impl<'a> Job<'a> {
         let first = knots.offsets[curves.start];
         let (second, status) = (results[0].as_slice::<S>(), results[1].as_slice::<u32>());
         for i in self.fitted_curves(curves) {
-            if status[i - curves.start] == 0 {
-                let message = format!("curve {i} has no status word: no kernel wrote it");
+            let word = status[i - curves.start];
+            if word != STATUS_SOLVED && word != STATUS_SINGULAR {
+                let message = format!("curve {i} has the status word {word}: no kernel wrote it");
                 return Err(Error::Kernel { kernel: "spline/natural".into(), message });
             }
             let frame = Frame::of(knots, i);
@@ -396,6 +403,7 @@ impl<'a> Job<'a> {
             }
             if !finite {
                 out.overflowed.push(i);
+                out.samples[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d].fill(f64::NAN);
                 continue;
             }
             self.unpack_samples::<S>(curves, i, results.get(2), &mut out.samples);
@@ -416,24 +424,36 @@ impl<'a> Job<'a> {
         let results = results.as_slice::<S>();
         let frame = Frame::of(knots, i);
         let to = &mut out[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d];
-        // The data points themselves are known better than any device computes them.
+        // The device says how far each sample is from the point at the knot before it; the points keep their bits.
+        let place = |to: &mut [f64], point: &[f64], from: &[S]| {
+            for ((to, point), from) in to.iter_mut().zip(point).zip(from) {
+                *to = point + frame.size * from.to_f64();
+            }
+        };
         match self.samples {
             Samples::None => {}
             Samples::PerSpan(n) => {
-                frame.map_back(to, &results[(knots.offsets[i] - knots.offsets[curves.start]) * n * d..], d);
-                for (to, from) in to.chunks_mut(n * d).zip(knots.values(i).chunks_exact(d)) {
-                    to[..d].copy_from_slice(from);
+                let own = &results[(knots.offsets[i] - knots.offsets[curves.start]) * n * d..];
+                let spans = to.chunks_mut(n * d).zip(own.chunks(n * d)).zip(knots.values(i).chunks_exact(d));
+                for ((to, from), point) in spans {
+                    let (at_knot, after) = to.split_at_mut(d);
+                    at_knot.copy_from_slice(point);
+                    after
+                        .chunks_exact_mut(d)
+                        .zip(from[d..].chunks_exact(d))
+                        .for_each(|(to, from)| place(to, point, from));
                 }
             }
             Samples::At(sites) => {
-                let own = sites.offsets[i]..sites.offsets[i + 1];
-                frame.map_back(to, &results[(own.start - sites.offsets[curves.start]) * d..], d);
-                for ((to, &knot), &u) in
-                    to.chunks_exact_mut(d).zip(&sites.knots[own.clone()]).zip(&sites.fractions[own])
-                {
-                    if u == 0.0 || u == 1.0 {
-                        let knot = knot as usize + usize::from(u == 1.0);
-                        to.copy_from_slice(&knots.values(i)[knot * d..(knot + 1) * d]);
+                let range = sites.offsets[i]..sites.offsets[i + 1];
+                let own = &results[(range.start - sites.offsets[curves.start]) * d..];
+                let at = sites.knots[range.clone()].iter().zip(&sites.fractions[range]);
+                for ((to, from), (&knot, &u)) in to.chunks_exact_mut(d).zip(own.chunks_exact(d)).zip(at) {
+                    let point = |knot: usize| &knots.values(i)[knot * d..(knot + 1) * d];
+                    match u {
+                        0.0 => to.copy_from_slice(point(knot as usize)),
+                        1.0 => to.copy_from_slice(point(knot as usize + 1)),
+                        _ => place(to, point(knot as usize), from),
                     }
                 }
             }

@@ -195,8 +195,7 @@ impl Natural {
         if fitted.overflowed.is_empty() {
             return Ok(Vec::new());
         }
-        // Rare: numbers beyond the range of f32. The CPU fits them, and all samples are taken anew.
-        *samples = None;
+        // Rare: numbers beyond the range of f32. The CPU fits these curves, and takes the samples that are NaN here.
         let mut on_cpu = vec![0.0; second.len()];
         let failed = self.solve(batch, knots, &mut on_cpu);
         for i in fitted.overflowed {

@@ -145,7 +145,16 @@ impl CubicSplines {
                     t.extend((0..points.len() / d).map(|k| k as f64));
                 }
                 None => {
-                    coords.extend_from_slice(&samples[own.start * d..own.end * d]);
+                    let taken = &samples[own.start * d..own.end * d];
+                    if are_finite(taken) {
+                        coords.extend_from_slice(taken);
+                    } else {
+                        let spline = self.spline(i);
+                        let at = sites.knots[own.clone()].iter().zip(&sites.fractions[own.clone()]);
+                        coords.extend(
+                            at.flat_map(|(&k, &u)| spline.jet_at(k as usize, u).point.to_array().into_iter().take(d)),
+                        );
+                    }
                     let knots = self.knots.t(i);
                     let at = |(&k, &u): (&u32, &f64)| {
                         let (from, to) = (knots[k as usize], knots[k as usize + 1]);
@@ -159,17 +168,20 @@ impl CubicSplines {
         self.assemble(coords, t, offsets)
     }
 
-    /// Polylines of samples taken elsewhere: by knots, so many a span, or so many a curve.
+    /// Polylines of samples taken elsewhere, but for curves whose numbers left the range of that device: by knots, so many a span, or so many a curve.
     pub(crate) fn polylines_of(&self, sampling: Sampling, samples: Vec<f64>) -> CurveBatch {
         let mut polylines = self.polylines_on_cpu(sampling);
         let d = self.knots.dimension;
         let Sampling::PerSpan(n) = sampling else {
-            // Curve after curve, but for those that were not fitted.
+            // Curve after curve; those refused after their knots were known have samples too, of no meaning.
             let mut rest = &samples[..];
-            for i in (0..self.len()).filter(|i| !self.unfitted.contains_key(i)) {
-                let to = polylines.points_mut(i);
-                to.copy_from_slice(&rest[..to.len()]);
-                rest = &rest[to.len()..];
+            for i in (0..self.len()).filter(|i| !self.knots.range(*i).is_empty()) {
+                let count = if let Sampling::Count(n) = sampling { n * d } else { 0 };
+                let (own, after) = rest.split_at(count);
+                rest = after;
+                if !self.unfitted.contains_key(&i) && are_finite(own) {
+                    polylines.points_mut(i).copy_from_slice(own);
+                }
             }
             return polylines;
         };
@@ -178,7 +190,7 @@ impl CubicSplines {
             let spans = self.knots.range(i).len() - 1;
             let own = &samples[from..from + (n * spans + usize::from(!self.knots.closed[i])) * d];
             from += own.len();
-            if self.unfitted.contains_key(&i) {
+            if self.unfitted.contains_key(&i) || !are_finite(own) {
                 continue;
             }
             let spline = self.spline(i);
@@ -188,7 +200,8 @@ impl CubicSplines {
                 continue;
             }
             // Spans without length repeat their data point; the CPU's are right as they are.
-            for (span, to) in to.chunks_exact_mut(n * d).enumerate() {
+            // With one sample a span an open curve's last point looks like a span more.
+            for (span, to) in to.chunks_exact_mut(n * d).enumerate().take(spline.spans()) {
                 if let (k, true) = spline.span(span) {
                     to.copy_from_slice(&own[k * n * d..(k + 1) * n * d]);
                 }
@@ -338,4 +351,9 @@ impl Spline<'_> {
             t[n - 1] = to;
         }
     }
+}
+
+/// Whether all numbers stayed within the range of the device that computed them.
+fn are_finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|x| x.is_finite())
 }

@@ -52,7 +52,8 @@ pub const MAX_ROUNDS: u32 = 48;
 pub fn coefficients(values: &CurveBatch, device: &Device) -> Result<CurveBatch> {
     refuse_constraints(values)?;
     let Some(gpu) = device.as_gpu() else { return coefficients_on_cpu(values) };
-    let coords = on_gpu(gpu, device, values, Operation::Coefficients, values.offsets())?;
+    let mut coords = on_gpu(gpu, device, values, Operation::Coefficients, values.offsets())?;
+    keep_points_of_problems(values, &mut coords);
     Ok(values.with_points(coords, values.offsets().to_vec()))
 }
 
@@ -151,11 +152,15 @@ fn coefficients_on_cpu(values: &CurveBatch) -> Result<CurveBatch> {
         cyclic: Cyclic::Each(&closed),
     };
     let mut coords = solve_tridiagonal_batch(&systems, &rhs, values.dimension(), &Device::cpu())?.x;
+    keep_points_of_problems(values, &mut coords);
+    Ok(values.with_points(coords, values.offsets().to_vec()))
+}
+
+fn keep_points_of_problems(values: &CurveBatch, coords: &mut [f64]) {
     for i in (0..values.len()).filter(|&i| values.problem(i).is_some()) {
         let range = values.offsets()[i] * values.dimension()..values.offsets()[i + 1] * values.dimension();
         coords[range].copy_from_slice(values.points(i));
     }
-    Ok(values.with_points(coords, values.offsets().to_vec()))
 }
 
 /// [`interpolated`] on all threads of the CPU.
