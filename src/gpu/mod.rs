@@ -16,3 +16,4 @@ pub use context::Gpu;
 pub use kernel::{Kernel, KernelKey};
 pub use pipeline::{Interrupted, pipeline};
 pub use record::{Downloaded, Pending, Recording};
+pub use wgpu::Buffer;

@@ -1,26 +1,21 @@
-//! Splines on the GPU: every curve normalised in f64, one submission a chunk that fits and samples, results mapped back.
+//! Splines on the GPU: one submission a chunk of curves, which fits and samples; `packing` brings numbers there and back.
 
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 
 use super::knots::Knots;
+use super::packing::Frame;
 use super::sample::Sites;
 use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Downloaded, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
+use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
-use crate::linalg::ring::{
-    FLAG_CYCLIC, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, Solve, System, real_bytes,
-};
+use crate::linalg::ring::{RingKernel, RowSource, Solve, real_bytes};
 
 /// Threads a workgroup of the sampling kernels.
 pub(crate) const GROUP: u32 = 64;
-
-/// Flags of `natural.wgsl` beside [`FLAG_CYCLIC`].
-const FLAG_CLAMPED_START: u32 = 2;
-const FLAG_CLAMPED_END: u32 = 4;
 
 /// `SampleParams` of `sample.wgsl`.
 #[repr(C)]
@@ -30,60 +25,6 @@ pub(crate) struct SampleParams {
     pub per_span: u32,
     pub dimension: u32,
     pub padding: u32,
-}
-
-/// How a curve is normalised: y = center + size · y′, and t by its mean span, so that all numbers on the device are
-/// of order 1 and f32 loses nothing to an offset or a unit.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
-    pub center: [f64; 3],
-    pub size: f64,
-    pub mean_span: f64,
-}
-
-impl Frame {
-    fn of(knots: &Knots, i: usize) -> Self {
-        let t = knots.t(i);
-        let mean_span = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
-        Frame { mean_span, ..Self::of_points(knots.values(i), knots.dimension) }
-    }
-
-    /// For points on the integers: every span has length 1. What is not finite spoils no more than on the CPU: it has no
-    /// part in the frame.
-    pub fn of_points(points: &[f64], d: usize) -> Self {
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for point in points.chunks_exact(d) {
-            for c in 0..d {
-                if point[c].is_finite() {
-                    (low[c], high[c]) = (low[c].min(point[c]), high[c].max(point[c]));
-                }
-            }
-        }
-        let mut center = [0.0; 3];
-        let mut size = 0.0_f64;
-        for c in 0..d {
-            if low[c] <= high[c] {
-                // Halves, so that nothing overflows.
-                center[c] = 0.5 * low[c] + 0.5 * high[c];
-                size = size.max(0.5 * high[c] - 0.5 * low[c]);
-            }
-        }
-        Frame { center, size: if size > 0.0 { size } else { 1.0 }, mean_span: 1.0 }
-    }
-
-    /// What a normalised second derivative of 1 is in the units of the input.
-    fn second_derivative_unit(&self) -> f64 {
-        self.size / self.mean_span / self.mean_span
-    }
-
-    /// Normalised coordinates in the units of the input.
-    pub fn map_back<S: Real>(&self, to: &mut [f64], from: &[S], d: usize) {
-        for (to, from) in to.chunks_exact_mut(d).zip(from.chunks_exact(d)) {
-            for c in 0..d {
-                to[c] = self.center[c] + self.size * from[c].to_f64();
-            }
-        }
-    }
 }
 
 /// Derivatives at the ends of clamped curves, in input units.
@@ -237,69 +178,17 @@ fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>)
     plan::chunks(points, largest, real * (2 + 3 * d) as u64 + 2 * largest, gpu.limits())
 }
 
-struct Job<'a> {
-    gpu: &'a Gpu,
-    precision: Precision,
-    knots: &'a Knots,
-    ends: &'a dyn EndDerivatives,
-    samples: &'a Samples<'a>,
-    sample_offsets: &'a [usize],
+/// One run over chunks of curves: what its recordings, and `packing`, read.
+pub(super) struct Job<'a> {
+    pub gpu: &'a Gpu,
+    pub precision: Precision,
+    pub knots: &'a Knots,
+    pub ends: &'a dyn EndDerivatives,
+    pub samples: &'a Samples<'a>,
+    pub sample_offsets: &'a [usize],
 }
 
 impl<'a> Job<'a> {
-    fn fitted_curves(&self, curves: &Range<usize>) -> impl Iterator<Item = usize> {
-        curves.clone().filter(|&i| !self.knots.range(i).is_empty())
-    }
-
-    /// Spans and edges (a point's step to the next) of a chunk, normalised. Edges, not points, since a spline through
-    /// two points close to each other hangs on their difference, and f32 would lose it.
-    fn pack<S: Real>(&self, curves: &Range<usize>) -> (Vec<S>, Vec<S>) {
-        let (knots, d) = (self.knots, self.knots.dimension);
-        let first = knots.offsets[curves.start];
-        let entries = knots.offsets[curves.end] - first;
-        let mut spans = vec![S::ZERO; entries];
-        let mut edges = vec![S::ZERO; entries * d];
-        for i in self.fitted_curves(curves) {
-            let frame = Frame::of(knots, i);
-            let range = knots.offsets[i] - first..knots.offsets[i + 1] - first;
-            for (span, pair) in spans[range.clone()].iter_mut().zip(knots.t(i).windows(2)) {
-                *span = S::from_f64((pair[1] - pair[0]) / frame.mean_span);
-            }
-            let (here, next) = (knots.values(i), &knots.values(i)[d..]);
-            for (edge, (from, to)) in edges[range.start * d..].iter_mut().zip(here.iter().zip(next)) {
-                *edge = S::from_f64((to - from) / frame.size);
-            }
-        }
-        (spans, edges)
-    }
-
-    /// The systems of a chunk, and the normalised derivatives at its clamped ends (empty where no end is clamped).
-    fn systems<S: Real>(&self, curves: &Range<usize>) -> (Vec<System>, Vec<S>) {
-        let (knots, d) = (self.knots, self.knots.dimension);
-        let mut end_derivatives = Vec::new();
-        let mut systems = Vec::with_capacity(curves.len());
-        for i in self.fitted_curves(curves) {
-            let frame = Frame::of(knots, i);
-            let mut flags = if knots.closed[i] { FLAG_CYCLIC } else { 0 };
-            for (end, flag) in [FLAG_CLAMPED_START, FLAG_CLAMPED_END].into_iter().enumerate() {
-                if let Some(derivative) = self.ends.end_derivative(i, end) {
-                    flags |= flag;
-                    end_derivatives.resize(2 * d * curves.len(), S::ZERO);
-                    let to = &mut end_derivatives[(2 * (i - curves.start) + end) * d..][..d];
-                    let scaled = derivative.iter().map(|v| S::from_f64(v * (frame.mean_span / frame.size)));
-                    to.iter_mut().zip(scaled).for_each(|(to, v)| *to = v);
-                }
-            }
-            systems.push(System {
-                start: (knots.offsets[i] - knots.offsets[curves.start]) as u32,
-                rows: (knots.range(i).len() - usize::from(knots.closed[i])) as u32,
-                flags,
-                index: (i - curves.start) as u32,
-            });
-        }
-        (systems, end_derivatives)
-    }
-
     fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
         let (spans, edges) = self.pack::<S>(curves);
         let (systems, end_derivatives) = self.systems::<S>(curves);
@@ -339,7 +228,7 @@ impl<'a> Job<'a> {
         &self,
         recording: &mut Recording<'_>,
         curves: &Range<usize>,
-        [spans, edges, second]: [&wgpu::Buffer; 3],
+        [spans, edges, second]: [&Buffer; 3],
     ) -> Result<()> {
         let (knots, d) = (self.knots, self.knots.dimension);
         let first = knots.offsets[curves.start];
@@ -380,83 +269,5 @@ impl<'a> Job<'a> {
         )?;
         recording.download(&samples);
         Ok(())
-    }
-
-    fn unpack<S: Real + Pod>(&self, curves: &Range<usize>, results: &[Downloaded], out: &mut Fitted) -> Result<()> {
-        let (knots, d) = (self.knots, self.knots.dimension);
-        let first = knots.offsets[curves.start];
-        let (second, status) = (results[0].as_slice::<S>(), results[1].as_slice::<u32>());
-        for i in self.fitted_curves(curves) {
-            let word = status[i - curves.start];
-            if word != STATUS_SOLVED && word != STATUS_SINGULAR {
-                let message = format!("curve {i} has the status word {word}: no kernel wrote it");
-                return Err(Error::Kernel { kernel: "spline/natural".into(), message });
-            }
-            let frame = Frame::of(knots, i);
-            let scale = frame.second_derivative_unit();
-            let range = knots.offsets[i] * d..knots.offsets[i + 1] * d;
-            let part = &second[range.start - first * d..range.end - first * d];
-            let mut finite = true;
-            for (to, from) in out.second[range].iter_mut().zip(part) {
-                *to = from.to_f64() * scale;
-                finite &= to.is_finite();
-            }
-            if !finite {
-                out.overflowed.push(i);
-                out.samples[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d].fill(f64::NAN);
-                continue;
-            }
-            self.unpack_samples::<S>(curves, i, results.get(2), &mut out.samples);
-        }
-        Ok(())
-    }
-
-    /// The samples of one curve, from those of its chunk, in input units.
-    fn unpack_samples<S: Real + Pod>(
-        &self,
-        curves: &Range<usize>,
-        i: usize,
-        results: Option<&Downloaded>,
-        out: &mut [f64],
-    ) {
-        let Some(results) = results else { return };
-        let (knots, d) = (self.knots, self.knots.dimension);
-        let results = results.as_slice::<S>();
-        let frame = Frame::of(knots, i);
-        let to = &mut out[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d];
-        // The device says how far each sample is from the point at the knot before it; the points keep their bits.
-        let place = |to: &mut [f64], point: &[f64], from: &[S]| {
-            for ((to, point), from) in to.iter_mut().zip(point).zip(from) {
-                *to = point + frame.size * from.to_f64();
-            }
-        };
-        match self.samples {
-            Samples::None => {}
-            Samples::PerSpan(n) => {
-                let own = &results[(knots.offsets[i] - knots.offsets[curves.start]) * n * d..];
-                let spans = to.chunks_mut(n * d).zip(own.chunks(n * d)).zip(knots.values(i).chunks_exact(d));
-                for ((to, from), point) in spans {
-                    let (at_knot, after) = to.split_at_mut(d);
-                    at_knot.copy_from_slice(point);
-                    after
-                        .chunks_exact_mut(d)
-                        .zip(from[d..].chunks_exact(d))
-                        .for_each(|(to, from)| place(to, point, from));
-                }
-            }
-            Samples::At(sites) => {
-                let range = sites.offsets[i]..sites.offsets[i + 1];
-                let own = &results[(range.start - sites.offsets[curves.start]) * d..];
-                let at = sites.knots[range.clone()].iter().zip(&sites.fractions[range]);
-                for ((to, from), (&knot, &u)) in to.chunks_exact_mut(d).zip(own.chunks_exact(d)).zip(at) {
-                    let point = |knot: usize| &knots.values(i)[knot * d..(knot + 1) * d];
-                    match u {
-                        0.0 => to.copy_from_slice(point(knot as usize)),
-                        1.0 => to.copy_from_slice(point(knot as usize + 1)),
-                        _ => place(to, point(knot as usize), from),
-                    }
-                }
-            }
-        }
     }
 }

@@ -59,6 +59,16 @@ pub struct Natural {
 /// Tangents asked for at the first and the last knot.
 type Tangents<'a> = [Option<&'a [f64]>; 2];
 
+/// What solving the systems of a batch yields.
+struct Solved {
+    /// Second derivatives at all knots.
+    second: Vec<f64>,
+    /// Samples, where they were taken in the same submission.
+    samples: Option<Vec<f64>>,
+    /// Curves whose solution is not finite.
+    failed: Vec<usize>,
+}
+
 /// What a thread keeps between tasks.
 #[derive(Default)]
 struct Assembly {
@@ -133,13 +143,15 @@ impl Natural {
                 }
             }
         }
-        let mut second = vec![0.0; knots.values.len()];
-        let mut samples = None;
-        let failed = match device.as_gpu() {
-            None => self.solve(batch, &knots, &mut second),
+        let Solved { second, samples, failed } = match device.as_gpu() {
+            None => {
+                let mut second = vec![0.0; knots.values.len()];
+                let failed = self.solve(batch, &knots, &mut second);
+                Solved { second, samples: None, failed }
+            }
             Some(gpu) => {
                 let precision = device.kernel_precision(gpu, true)?;
-                self.solve_on_gpu(gpu, precision, batch, &mut knots, sampling, &mut second, &mut samples)?
+                self.solve_on_gpu(gpu, precision, batch, &mut knots, sampling)?
             }
         };
         for i in failed {
@@ -160,8 +172,7 @@ impl Natural {
         Ok((splines, reports, samples))
     }
 
-    /// Second derivatives by the GPU, and samples where they can be taken at once; returns the curves that failed.
-    #[allow(clippy::too_many_arguments)]
+    /// The systems solved by the GPU, and sampled where that can be done at once.
     fn solve_on_gpu(
         &self,
         gpu: &Gpu,
@@ -169,9 +180,7 @@ impl Natural {
         batch: &CurveBatch,
         knots: &mut Knots,
         sampling: Option<Sampling>,
-        second: &mut Vec<f64>,
-        samples: &mut Option<Vec<f64>>,
-    ) -> Result<Vec<usize>> {
+    ) -> Result<Solved> {
         let ends = ClampedEnds { options: self, batch, knots };
         let sites = match sampling {
             Some(Sampling::Count(n)) => Some(Sites::evenly(knots, n)),
@@ -184,8 +193,8 @@ impl Natural {
             _ => Samples::None,
         };
         let fitted = super::gpu::fit(gpu, precision, knots, &ends, &wanted)?;
-        *second = fitted.second;
-        *samples = (!matches!(wanted, Samples::None)).then_some(fitted.samples);
+        let mut second = fitted.second;
+        let samples = (!matches!(wanted, Samples::None)).then_some(fitted.samples);
         if let Some((finished, why)) = fitted.lost {
             for i in finished..batch.len() {
                 let message = batch.sentence(i, 0, &format!("it was not fitted: {why}"));
@@ -193,7 +202,7 @@ impl Natural {
             }
         }
         if fitted.overflowed.is_empty() {
-            return Ok(Vec::new());
+            return Ok(Solved { second, samples, failed: Vec::new() });
         }
         // Rare: numbers beyond the range of f32. The CPU fits these curves, and takes the samples that are NaN here.
         let mut on_cpu = vec![0.0; second.len()];
@@ -202,7 +211,7 @@ impl Natural {
             let range = knots.offsets[i] * knots.dimension..knots.offsets[i + 1] * knots.dimension;
             second[range.clone()].copy_from_slice(&on_cpu[range]);
         }
-        Ok(failed)
+        Ok(Solved { second, samples, failed })
     }
 
     /// The tangents at the ends of curve `i`, or why it is refused.

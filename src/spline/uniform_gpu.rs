@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::gpu::{Frame, GROUP};
+use super::gpu::GROUP;
+use super::packing::Frame;
 use crate::batch::CurveBatch;
 use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
+use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
 use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System, real_bytes};
 
@@ -130,7 +131,7 @@ impl<'a> Job<'a> {
         recording: &mut Recording<'_>,
         batch: &CurveBatch,
         curves: &Range<usize>,
-    ) -> wgpu::Buffer {
+    ) -> Buffer {
         let d = batch.dimension();
         let mut points = Vec::with_capacity((batch.offsets()[curves.end] - batch.offsets()[curves.start]) * d);
         for i in curves.clone() {
@@ -163,12 +164,7 @@ impl<'a> Job<'a> {
     }
 
     /// Curves and parameters at a round of subdivision.
-    fn tables(
-        &self,
-        recording: &mut Recording<'_>,
-        curves: &Range<usize>,
-        round: u32,
-    ) -> (wgpu::Buffer, wgpu::Buffer, usize) {
+    fn tables(&self, recording: &mut Recording<'_>, curves: &Range<usize>, round: u32) -> (Buffer, Buffer, usize) {
         let first = self.batch.offsets()[curves.start];
         let table: Vec<UniformCurve> = curves
             .clone()
@@ -248,8 +244,8 @@ impl<'a> Job<'a> {
         &self,
         recording: &mut Recording<'_>,
         curves: &Range<usize>,
-        points: &wgpu::Buffer,
-    ) -> Result<wgpu::Buffer> {
+        points: &Buffer,
+    ) -> Result<Buffer> {
         let first = self.batch.offsets()[curves.start];
         let solved = curves.clone().filter(|&i| self.batch.count(i) > 0);
         let systems: Vec<System> = solved

@@ -5,7 +5,7 @@ use super::{Chunk, GROUP, LONG_CHUNK, Params, RowSource, Solve, System, kernel_k
 use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{KernelKey, Recording, plan};
+use crate::gpu::{Buffer, KernelKey, Recording, plan};
 use crate::linalg::Real;
 
 /// Solves one system by reducing chunks of `chunk` rows to one each, and what is left by [`solve_lanes`].
@@ -26,8 +26,8 @@ pub(super) fn record(
     solve: &Solve<'_>,
     recording: &mut Recording<'_>,
     source: &RowSource<'_>,
-    solution: &wgpu::Buffer,
-    status: &wgpu::Buffer,
+    solution: &Buffer,
+    status: &Buffer,
 ) -> Result<()> {
     let (chunks, shorter) = divide(solve.systems);
     let bytes = chunks.len() as u64 * real_bytes(solve.precision);

@@ -15,7 +15,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::source::Definitions;
-use crate::gpu::{KernelKey, Recording, plan};
+use crate::gpu::{Buffer, KernelKey, Recording, plan};
 
 pub use batch::solve_on_gpu;
 pub use lanes::{Reduced, Row, eliminate, solve_lanes};
@@ -97,7 +97,7 @@ pub struct RowSource<'a> {
     /// Definitions of its own.
     pub definitions: Definitions,
     /// Its buffers by name.
-    pub buffers: Vec<(&'a str, &'a wgpu::Buffer)>,
+    pub buffers: Vec<(&'a str, &'a Buffer)>,
 }
 
 /// Lanes of the small ring, one system a subgroup of at least this size.
@@ -148,8 +148,8 @@ impl Solve<'_> {
         &self,
         recording: &mut Recording<'_>,
         source: &RowSource<'_>,
-        solution: &wgpu::Buffer,
-        status: &wgpu::Buffer,
+        solution: &Buffer,
+        status: &Buffer,
     ) -> Result<()> {
         let rows: Vec<usize> = self.systems.iter().map(|system| system.rows as usize).collect();
         let variants = self.variants(recording);
@@ -187,8 +187,8 @@ impl Solve<'_> {
         recording: &mut Recording<'_>,
         variant: Variant,
         source: &RowSource<'_>,
-        solution: &wgpu::Buffer,
-        status: &wgpu::Buffer,
+        solution: &Buffer,
+        status: &Buffer,
     ) -> Result<()> {
         let systems = recording.upload(self.systems);
         let mut buffers = vec![("systems", &systems), ("solution", solution), ("status", status)];
