@@ -9,7 +9,8 @@ use crate::gpu::{self, Gpu};
 /// Precision of the arithmetic on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Precision {
-    /// f64 on the CPU. On a GPU f32 where the problem is well conditioned, else f64 if the adapter has it.
+    /// f64 on the CPU. On a GPU f32 where the problem is well conditioned (natural splines), else (smoothing) f64 if the
+    /// adapter has it.
     #[default]
     Auto,
     /// 32-bit floats.
@@ -57,8 +58,8 @@ impl FromStr for Choice {
     }
 }
 
-/// Below this many points (read and written together) opening a GPU and the round trip to it cost more than the
-/// whole work on the CPU.
+/// Below this many points, read and written together, opening a GPU and the round trip to it are taken to cost more than
+/// the whole work on the CPU. An estimate: not yet measured on a hardware GPU.
 pub const GPU_PAYS_ABOVE: usize = 100_000;
 
 /// What does the work.

@@ -1,7 +1,10 @@
 //! Tridiagonal batches: right against dense algebra and the textbook, and the same bits whoever the neighbours are.
 
+mod common;
+
+use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch, solve_tridiagonal_batch, thomas};
-use faircurve::{CurveStatus, Device};
+use faircurve::{CurveStatus, Device, Precision};
 use nalgebra::{DMatrix, DVector};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -58,13 +61,16 @@ impl<T: Real> Systems<T> {
         s
     }
 
-    fn solve(&self) -> Solutions<T> {
+    fn batch(&self) -> TridiagonalBatch<'_, T> {
         let matrix = match self.form {
             Form::Bands => Matrix::Bands { lower: &self.a, diagonal: &self.b, upper: &self.c },
             Form::Network => Matrix::Network { excess: &self.b, weights: &self.c },
         };
-        let systems = TridiagonalBatch { matrix, offsets: &self.offsets, cyclic: Cyclic::Each(&self.cyclic) };
-        solve_tridiagonal_batch(&systems, &self.rhs, self.columns, &Device::cpu()).unwrap()
+        TridiagonalBatch { matrix, offsets: &self.offsets, cyclic: Cyclic::Each(&self.cyclic) }
+    }
+
+    fn solve(&self) -> Solutions<T> {
+        solve_tridiagonal_batch(&self.batch(), &self.rhs, self.columns, &Device::cpu()).unwrap()
     }
 
     fn rows(&self, i: usize) -> std::ops::Range<usize> {
@@ -387,4 +393,28 @@ fn arrays_that_do_not_fit_are_refused_with_their_lengths() {
     says(solve(matrix, &[0, 3], &[], 0), "at least one right-hand side");
     let bands = Matrix::Bands { lower: &[1.0; 3], diagonal: &[1.0; 3], upper: &[1.0; 2] };
     says(solve(bands, &[0, 3], &[1.0; 3], 1), "2 entries of the upper band where the offsets ask for 3");
+}
+
+#[test]
+fn the_device_given_does_the_work_in_the_precision_asked_for() {
+    let Some(device) = common::device() else { return };
+    let gpu = device.as_gpu().unwrap();
+    let systems = Systems::<f64>::random(Form::Bands, &[5, 40, 300], 2, 23);
+    let batch = systems.batch();
+    let solve = |device: &Device| solve_tridiagonal_batch(&batch, &systems.rhs, systems.columns, device).unwrap();
+    let of_f32 = |x: &[f64]| x.iter().all(|&x| f64::from(x as f32) == x);
+    assert!(!of_f32(&solve(&Device::cpu()).x), "the CPU computes in the type given");
+    let mut asked = common::precisions(gpu);
+    asked.push(Precision::Auto);
+    for precision in asked {
+        let found = solve(&device.clone().with_precision(precision));
+        let kernel = if precision == Precision::Auto && gpu.summary().has_f64 { Precision::F64 } else { precision };
+        let direct = solve_on_gpu(gpu, kernel, RingKernel::Auto, &batch, &systems.rhs, systems.columns).unwrap();
+        assert_eq!(found, direct, "{precision:?}");
+        assert_eq!(of_f32(&found.x), kernel != Precision::F64, "{precision:?}");
+    }
+    let systems = Systems::<f32>::random(Form::Network, &[5, 40, 300], 1, 24);
+    let (batch, auto) = (systems.batch(), device.clone().with_precision(Precision::Auto));
+    let found = solve_tridiagonal_batch(&batch, &systems.rhs, 1, &auto).unwrap();
+    assert_eq!(found, solve_on_gpu(gpu, Precision::F32, RingKernel::Auto, &batch, &systems.rhs, 1).unwrap());
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum PrecisionArg {
-    /// f64 on the CPU; on a GPU what the method can do with
+    /// f64 on the CPU; on a GPU f32 for natural splines, f64 for smoothing where it has f64
     Auto,
     /// 32-bit floats
     F32,

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::lanes::{Part, Scratch};
 use super::real::Real;
+use super::ring::{self, RingKernel};
 use super::tasks::{take, tasks};
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -87,7 +88,11 @@ pub struct Solutions<T> {
 /// Solves every system of a batch for `columns` right-hand sides each: entry `rhs[row · columns + c]` is column c.
 ///
 /// Time grows linearly with the number of rows. The bits of a solution depend on its own system only: not on the other
-/// systems, nor on their order, nor on the number of threads, nor on the processor.
+/// systems, nor on their order, nor, on the CPU, on the number of threads or the processor.
+///
+/// The CPU computes in the type given. A GPU computes in the precision of the [`Device`]; with
+/// [`Precision::Auto`](crate::Precision::Auto) f32 for arrays of f32, and for arrays of f64 f64 where the adapter has it.
+/// Systems that are singular, or that leave the range of its floats, are solved by the CPU.
 ///
 /// ```
 /// use faircurve::{Device, linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch}};
@@ -104,15 +109,23 @@ pub struct Solutions<T> {
 /// ```
 ///
 /// # Errors
-/// Arrays whose lengths do not fit together.
+/// Arrays whose lengths do not fit together; on a GPU also f64 where the adapter has none ([`Error::NoGpu`]), a system
+/// larger than its largest array ([`Error::Limit`]), and what becomes of submissions.
 pub fn solve_tridiagonal_batch<T: Real>(
     systems: &TridiagonalBatch<T>,
     rhs: &[T],
     columns: usize,
-    _device: &Device,
+    device: &Device,
 ) -> Result<Solutions<T>> {
     check(systems, rhs, columns)?;
-    Ok(solve_on_cpu(systems, rhs, columns))
+    match device.as_gpu() {
+        None => Ok(solve_on_cpu(systems, rhs, columns)),
+        Some(gpu) => {
+            // Nothing is known of the condition of a system given in f64: it keeps f64 where the adapter has it.
+            let precision = device.kernel_precision(gpu, size_of::<T>() == size_of::<f32>())?;
+            ring::solve_on_gpu(gpu, precision, RingKernel::Auto, systems, rhs, columns)
+        }
+    }
 }
 
 fn check<T>(systems: &TridiagonalBatch<T>, rhs: &[T], columns: usize) -> Result<()> {
