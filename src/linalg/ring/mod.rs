@@ -113,6 +113,10 @@ const SMALL_CHUNKS: [u32; 5] = [2, 4, 8, 16, 32];
 /// The same for the large ring.
 const LARGE_CHUNKS: [u32; 3] = [8, 16, 32];
 
+/// Systems up to this many rows are solved by one thread each: with two rows a lane, exchanging costs more than it saves
+/// (three times as much on llvmpipe).
+const SHORT_ROWS: u32 = 16;
+
 /// Rows a single thread takes at most: it loops over them twice, and llvmpipe ends a thread's loops, without a word,
 /// after 65,535 iterations all told.
 const THREAD_ROWS: u32 = 16_384;
@@ -167,12 +171,13 @@ impl Solve<'_> {
         let small = |subgroup| SMALL_CHUNKS.map(|q| Variant::Lanes { lanes: SMALL_RING, q, subgroup });
         let large = LARGE_CHUNKS.map(|q| Variant::Lanes { lanes: LARGE_RING, q, subgroup: false });
         match self.kernel {
-            RingKernel::Thread => vec![Variant::Thread, Variant::Long],
+            RingKernel::Thread => vec![Variant::Thread { most_rows: THREAD_ROWS }, Variant::Long],
             RingKernel::Long => vec![Variant::Long],
             RingKernel::Workgroup => small(false).into_iter().chain(large).chain([Variant::Long]).collect(),
             RingKernel::Auto | RingKernel::Subgroup => {
                 let subgroup = recording.gpu().summary().has_subgroups;
-                small(subgroup).into_iter().chain(large).chain([Variant::Long]).collect()
+                let alone = (self.kernel == RingKernel::Auto).then_some(Variant::Thread { most_rows: SHORT_ROWS });
+                alone.into_iter().chain(small(subgroup)).chain(large).chain([Variant::Long]).collect()
             }
         }
     }
@@ -187,7 +192,7 @@ impl Solve<'_> {
     ) -> Result<()> {
         let systems = recording.upload(self.systems);
         let mut buffers = vec![("systems", &systems), ("solution", solution), ("status", status)];
-        let scratch = matches!(variant, Variant::Thread).then(|| {
+        let scratch = matches!(variant, Variant::Thread { .. }).then(|| {
             let end = self.systems.iter().map(|system| system.start + system.rows).max().unwrap_or(0);
             recording.storage(2 * u64::from(end) * real_bytes(self.precision))
         });
@@ -216,7 +221,7 @@ impl Solve<'_> {
 #[derive(Clone, Copy, Debug)]
 enum Variant {
     Lanes { lanes: u32, q: u32, subgroup: bool },
-    Thread,
+    Thread { most_rows: u32 },
     Long,
 }
 
@@ -237,7 +242,7 @@ impl Variant {
     fn most_rows(self) -> u32 {
         match self {
             Variant::Lanes { lanes, q, .. } => lanes * q,
-            Variant::Thread => THREAD_ROWS,
+            Variant::Thread { most_rows } => most_rows,
             Variant::Long => u32::MAX,
         }
     }
@@ -285,7 +290,7 @@ pub fn kernels(precision: Precision, rows: &'static str, definitions: &Definitio
     let large = LARGE_CHUNKS.map(|q| Variant::Lanes { lanes: LARGE_RING, q, subgroup: false });
     let mut keys = Vec::new();
     for columns in 1..=MAX_COLUMNS_TOGETHER {
-        for variant in small.clone().chain(large).chain([Variant::Thread]) {
+        for variant in small.clone().chain(large).chain([Variant::Thread { most_rows: THREAD_ROWS }]) {
             let (path, own, _) = variant.kernel();
             keys.push(kernel_key(path, "solve", precision, own, &source, columns));
         }
