@@ -17,8 +17,8 @@ fn a_thousand_random_splines_are_scipys_to_1e_12() {
     let natural = Natural { parametrisation: Parametrisation::Given, ..Natural::default() };
     let (splines, reports) = natural.fit_splines(&batch, &Device::cpu()).unwrap();
     let mut worst = (0.0_f64, 0);
-    for i in 0..batch.len() {
-        assert!(reports[i].status.is_usable(), "curve {i}: {:?}", reports[i]);
+    for (i, report) in reports.iter().enumerate() {
+        assert!(report.status.is_usable(), "curve {i}: {report:?}");
         let curve = splines.curve(i);
         let size = batch.points(i).iter().fold(0.0_f64, |size, x| size.max(x.abs()));
         for (&t, wanted) in values.parameters(i).unwrap().iter().zip(values.points(i).chunks_exact(2)) {
