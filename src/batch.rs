@@ -359,11 +359,6 @@ impl CurveBatch {
         &self.coords[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
     }
 
-    /// The coordinates of curve `i`, to be overwritten.
-    pub(crate) fn points_mut(&mut self, i: usize) -> &mut [f64] {
-        &mut self.coords[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
-    }
-
     /// Whether curve `i` is closed.
     pub fn is_closed(&self, i: usize) -> bool {
         self.closed[i]

@@ -26,12 +26,7 @@ fn fitted(batch: &CurveBatch) -> impl Fn(&Device) -> Outcome + '_ {
 
 /// The curves of an operation on the integers.
 fn curves<'a>(operation: impl Fn(&Device) -> faircurve::Result<CurveBatch> + 'a) -> impl Fn(&Device) -> Outcome + 'a {
-    move |device| {
-        let curves = operation(device).unwrap();
-        let status = |i| curves.problem(i).map_or(CurveStatus::Converged, |problem| problem.status);
-        let status = (0..curves.len()).map(status).collect();
-        Outcome { status, ..Outcome::of_curves(&curves, &[]) }
-    }
+    move |device| Outcome::of_batch(&operation(device).unwrap())
 }
 
 #[test]
@@ -230,4 +225,29 @@ fn energies_and_products_on_the_integers() {
             conform(&what, &device, tolerance::DIFFERENCES, Unit::Each(&units), |d| Outcome::of_numbers(energies(d)));
         }
     }
+}
+
+#[test]
+fn the_comparison_finds_what_it_is_for() {
+    let wanted = Outcome { offsets: vec![0, 2, 4], ..Outcome::of_numbers(vec![1.0, 2.0, -3.0, 4.0]) };
+    let wanted = Outcome { status: vec![CurveStatus::Converged; 2], ..wanted };
+    let finds = |change: fn(&mut Outcome)| {
+        let mut found = wanted.clone();
+        change(&mut found);
+        let compare = || {
+            let unit = Unit::Size(1);
+            common::conform::compare("changed", &found, &wanted, tolerance::SPLINE, f64::from(f32::EPSILON), unit);
+        };
+        std::panic::catch_unwind(compare).is_err()
+    };
+    assert!(!finds(|_| {}));
+    assert!(!finds(|found| found.values[3] += 1e-6));
+    assert!(finds(|found| found.values[3] += 1e-5));
+    // The first curve is seven times smaller.
+    assert!(finds(|found| found.values[1] += 1e-6));
+    assert!(finds(|found| found.values[0] = f64::NAN));
+    assert!(finds(|found| found.values[2] = f64::NEG_INFINITY));
+    assert!(finds(|found| found.status[1] = CurveStatus::NotUnique));
+    assert!(finds(|found| found.offsets[1] = 1));
+    assert!(finds(|found| found.offsets.truncate(2)));
 }

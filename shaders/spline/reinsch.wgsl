@@ -24,6 +24,8 @@ const FLAG_DEVIATION: u32 = 2u;
 const STATUS_SOLVED: u32 = 1u;
 // Rounding got the better of it: the host fits this curve in f64.
 const STATUS_FAILED: u32 = 2u;
+// The search is not done.
+const STATUS_PENDING: u32 = 3u;
 
 // Products of constants are written out: naga does not multiply 64-bit ones.
 // NOISE = 64 ε; REFINED, below which a step of refinement is the last: 4096 ε in f64, in f32 16 ε, as much as it
@@ -363,6 +365,7 @@ fn fit(
     }
     let solved = solve_for(p, lambda);
     searches[search + 5u] += real(1);
+    status[task] = STATUS_PENDING;
     if (!solved) {
         status[task] = STATUS_FAILED;
         phase = PHASE_DONE;

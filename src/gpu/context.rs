@@ -149,6 +149,8 @@ impl Gpu {
 
     /// The error behind a failed wait: a lost device with its reason, or else `otherwise`.
     pub(super) fn failure(&self, otherwise: Error) -> Error {
+        // The reason arrives by a callback that only polling calls; what polling fails of is told by that reason.
+        let _ = self.device.poll(wgpu::PollType::Poll);
         match self.lost() {
             Some(reason) => Error::DeviceLost(reason.to_string()),
             None => otherwise,

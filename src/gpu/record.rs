@@ -4,7 +4,6 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use bytemuck::Pod;
-use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, ErrorFilter};
 
 use super::context::Gpu;
@@ -52,7 +51,16 @@ impl<'g> Recording<'g> {
         let contents = if contents.is_empty() { &[0; 16] } else { contents };
         self.bytes += contents.len() as u64;
         let usage = usage | BufferUsages::COPY_SRC;
-        self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
+        let size = (contents.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+        let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: true };
+        let buffer = self.gpu.device.create_buffer(&descriptor);
+        // On a device that is lost or out of memory there is nothing to fill: the scopes say so when the work is submitted.
+        if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
+            mapped.slice(..contents.len()).copy_from_slice(contents);
+            drop(mapped);
+            buffer.unmap();
+        }
+        buffer
     }
 
     /// A read-only (or read-write) array with these contents.
@@ -157,6 +165,18 @@ impl<'g> Recording<'g> {
     pub fn submit(mut self) -> Result<Pending<'g>> {
         let timestamps = self.resolve_timestamps();
         let index = self.gpu.queue.submit([self.encoder.finish()]);
+        // Within the scopes, for on a lost device there is nothing to map.
+        let mapped: Vec<_> = self
+            .downloads
+            .iter()
+            .chain(&timestamps)
+            .map(|staging| {
+                let (sender, receiver) = mpsc::channel();
+                // The receiver is gone only when nobody waits any more.
+                staging.map_async(wgpu::MapMode::Read, .., move |result| drop(sender.send(result)));
+                receiver
+            })
+            .collect();
         let validation = pollster::block_on(self.validation.pop());
         let out_of_memory = pollster::block_on(self.out_of_memory.pop());
         if out_of_memory.is_some() {
@@ -166,13 +186,7 @@ impl<'g> Recording<'g> {
             let kernel = "submission".to_string();
             return Err(self.gpu.failure(Error::Kernel { kernel, message: error.to_string() }));
         }
-        let mapped = self.downloads.iter().chain(&timestamps).map(|staging| {
-            let (sender, receiver) = mpsc::channel();
-            // The receiver is gone only when nobody waits any more.
-            staging.map_async(wgpu::MapMode::Read, .., move |result| drop(sender.send(result)));
-            receiver
-        });
-        Ok(Pending { gpu: self.gpu, mapped: mapped.collect(), downloads: self.downloads, index, timestamps })
+        Ok(Pending { gpu: self.gpu, mapped, downloads: self.downloads, index, timestamps })
     }
 
     fn resolve_timestamps(&mut self) -> Option<wgpu::Buffer> {

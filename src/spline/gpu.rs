@@ -57,16 +57,20 @@ pub(crate) struct Fitted {
 
 /// Where samples of each curve start in [`Fitted::samples`], in points.
 pub(crate) fn sample_offsets(knots: &Knots, samples: &Samples<'_>) -> Vec<usize> {
+    match samples {
+        Samples::None => offsets_of(knots, |_| 0),
+        Samples::PerSpan(n) => offsets_of(knots, |i| n * (knots.range(i).len() - 1) + usize::from(!knots.closed[i])),
+        Samples::At(sites) => sites.offsets.clone(),
+    }
+}
+
+/// Offsets of arrays with so many entries for every curve that has knots.
+pub(super) fn offsets_of(knots: &Knots, count: impl Fn(usize) -> usize) -> Vec<usize> {
     let mut offsets = Vec::with_capacity(knots.len() + 1);
     offsets.push(0);
     for i in 0..knots.len() {
-        let spans = knots.range(i).len().saturating_sub(1);
-        let count = match samples {
-            Samples::None => 0,
-            Samples::PerSpan(n) => n * spans + usize::from(spans > 0 && !knots.closed[i]),
-            Samples::At(sites) => sites.offsets[i + 1] - sites.offsets[i],
-        };
-        offsets.push(offsets[i] + count);
+        let own = if knots.range(i).is_empty() { 0 } else { count(i) };
+        offsets.push(offsets[i] + own);
     }
     offsets
 }

@@ -103,7 +103,7 @@ impl Natural {
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
         let (splines, reports, samples) = self.fit_both(batch, Some(sampling), device)?;
         let polylines = match (samples, device.as_gpu()) {
-            (Some(samples), _) => splines.polylines_of(sampling, samples),
+            (Some(samples), _) => splines.polylines_of(sampling, &samples),
             (None, Some(gpu)) => splines.sample_on_gpu(gpu, device.kernel_precision(gpu, true)?, sampling)?,
             (None, None) => splines.polylines(sampling),
         };

@@ -31,6 +31,16 @@ impl CubicSplines {
 
     /// Samples of all curves by all threads of the CPU.
     pub(super) fn polylines_on_cpu(&self, sampling: Sampling) -> CurveBatch {
+        self.polylines_with(sampling, None)
+    }
+
+    /// Polylines of samples that a GPU took: so many a span between knots, or so many a curve.
+    pub(crate) fn polylines_of(&self, sampling: Sampling, samples: &[f64]) -> CurveBatch {
+        self.polylines_with(sampling, Some(samples))
+    }
+
+    /// Polylines of samples that a GPU took, where there are any; the CPU takes the rest.
+    fn polylines_with(&self, sampling: Sampling, taken: Option<&[f64]>) -> CurveBatch {
         let (d, steps) = (
             self.knots.dimension,
             match sampling {
@@ -56,9 +66,11 @@ impl CubicSplines {
         // k/n, and k/(n − 1) for a number of samples with both ends.
         let fractions = |n: usize| (0..steps).map(|k| k as f64 / n as f64).collect::<Vec<f64>>();
         let (fractions, open) = (fractions(steps.max(1)), fractions(steps.saturating_sub(1).max(1)));
+        let taken_offsets = taken.map(|_| self.taken_offsets(sampling)).unwrap_or_default();
         work.into_par_iter().for_each(|(curves, coords, t)| {
             let (offsets, fractions, open) = (&offsets[..], &fractions[..], &open[..]);
-            let samples = SampledRun { splines: self, sampling, offsets, fractions, open, curves, coords, t };
+            let taken = taken.map(|samples| (samples, &taken_offsets[..]));
+            let samples = SampledRun { splines: self, sampling, offsets, fractions, open, taken, curves, coords, t };
             pulp::Arch::new().dispatch(samples);
         });
         self.assemble(coords, t, offsets)
@@ -106,7 +118,7 @@ impl CubicSplines {
         let samples = gpu::sample(gpu, precision, &self.knots, &self.second, &wanted)?;
         Ok(match &sites {
             Some(sites) if matches!(sampling, Sampling::Spacing(_)) => self.polylines_at(sites, samples),
-            _ => self.polylines_of(sampling, samples),
+            _ => self.polylines_of(sampling, &samples),
         })
     }
 
@@ -168,46 +180,13 @@ impl CubicSplines {
         self.assemble(coords, t, offsets)
     }
 
-    /// Polylines of samples taken elsewhere, but for curves whose numbers left the range of that device: by knots, so many a span, or so many a curve.
-    pub(crate) fn polylines_of(&self, sampling: Sampling, samples: Vec<f64>) -> CurveBatch {
-        let mut polylines = self.polylines_on_cpu(sampling);
-        let d = self.knots.dimension;
-        let Sampling::PerSpan(n) = sampling else {
-            // Curve after curve; those refused after their knots were known have samples too, of no meaning.
-            let mut rest = &samples[..];
-            for i in (0..self.len()).filter(|i| !self.knots.range(*i).is_empty()) {
-                let count = if let Sampling::Count(n) = sampling { n * d } else { 0 };
-                let (own, after) = rest.split_at(count);
-                rest = after;
-                if !self.unfitted.contains_key(&i) && are_finite(own) {
-                    polylines.points_mut(i).copy_from_slice(own);
-                }
-            }
-            return polylines;
-        };
-        let mut from = 0;
-        for i in (0..self.len()).filter(|i| !self.knots.range(*i).is_empty()) {
-            let spans = self.knots.range(i).len() - 1;
-            let own = &samples[from..from + (n * spans + usize::from(!self.knots.closed[i])) * d];
-            from += own.len();
-            if self.unfitted.contains_key(&i) || !are_finite(own) {
-                continue;
-            }
-            let spline = self.spline(i);
-            let to = polylines.points_mut(i);
-            if spline.entries.is_none() {
-                to.copy_from_slice(own);
-                continue;
-            }
-            // Spans without length repeat their data point; the CPU's are right as they are.
-            // With one sample a span an open curve's last point looks like a span more.
-            for (span, to) in to.chunks_exact_mut(n * d).enumerate().take(spline.spans()) {
-                if let (k, true) = spline.span(span) {
-                    to.copy_from_slice(&own[k * n * d..(k + 1) * n * d]);
-                }
-            }
+    /// Where the samples of each curve that a GPU took start.
+    fn taken_offsets(&self, sampling: Sampling) -> Vec<usize> {
+        match sampling {
+            Sampling::Count(n) => gpu::offsets_of(&self.knots, |_| n),
+            Sampling::PerSpan(n) => gpu::sample_offsets(&self.knots, &Samples::PerSpan(n)),
+            Sampling::Spacing(_) => unreachable!("samples by spacing come with their sites"),
         }
-        polylines
     }
 
     /// Samples by equal arc length.
@@ -247,6 +226,8 @@ struct SampledRun<'a> {
     offsets: &'a [usize],
     fractions: &'a [f64],
     open: &'a [f64],
+    /// Samples that a GPU took, and where those of each curve start.
+    taken: Option<(&'a [f64], &'a [usize])>,
     curves: Range<usize>,
     coords: &'a mut [f64],
     t: &'a mut [f64],
@@ -268,11 +249,23 @@ impl pulp::WithSimd for SampledRun<'_> {
             }
             let spline = self.splines.spline(i);
             let even = if spline.closed { self.fractions } else { self.open };
-            match (self.sampling, d) {
-                (Sampling::PerSpan(_), 2) => spline.per_span::<2>(self.fractions, coords, t),
-                (Sampling::PerSpan(_), _) => spline.per_span::<3>(self.fractions, coords, t),
-                (_, 2) => spline.evenly::<2>(even, coords, t),
-                (_, _) => spline.evenly::<3>(even, coords, t),
+            // Samples beyond the range of the GPU's floats are taken by the CPU.
+            let taken = self.taken.map(|(samples, offsets)| &samples[offsets[i] * d..offsets[i + 1] * d]);
+            let taken = taken.filter(|samples| are_finite(samples));
+            if let Sampling::PerSpan(_) = self.sampling {
+                spline.per_span_parameters(self.fractions, t);
+                match taken {
+                    Some(samples) => spline.per_span_taken(self.fractions.len() * d, samples, coords),
+                    None if d == 2 => spline.per_span::<2>(self.fractions, coords),
+                    None => spline.per_span::<3>(self.fractions, coords),
+                }
+            } else {
+                spline.even_parameters(even, t);
+                match taken {
+                    Some(samples) => coords.copy_from_slice(samples),
+                    None if d == 2 => spline.evenly::<2>(t, coords),
+                    None => spline.evenly::<3>(t, coords),
+                }
             }
         }
     }
@@ -286,45 +279,87 @@ impl Spline<'_> {
         Cubic::new(h, p, m)
     }
 
+    /// Parameters of so many samples a data span.
     #[inline(always)]
-    fn per_span<const D: usize>(&self, fractions: &[f64], coords: &mut [f64], t: &mut [f64]) {
-        let (points, _) = coords.as_chunks_mut::<D>();
-        let (mut rest, mut t_rest, n) = (points, t, fractions.len());
-        let ends = self.entries.map_or(self.t.len(), <[u32]>::len);
-        for span in 0..ends - 1 {
-            let (points, t) = (take(&mut rest, n), take(&mut t_rest, n));
+    fn per_span_parameters(&self, fractions: &[f64], t: &mut [f64]) {
+        let (mut rest, n) = (t, fractions.len());
+        for span in 0..self.spans() {
+            let t = take(&mut rest, n);
+            match self.span(span) {
+                (k, true) => {
+                    let (from, to) = (self.t[k], self.t[k + 1]);
+                    for (t, &u) in t.iter_mut().zip(fractions) {
+                        *t = (from + u * (to - from)).min(to);
+                    }
+                }
+                (k, false) => t.fill(self.t[k]),
+            }
+        }
+        if let [last] = rest {
+            *last = self.t[self.t.len() - 1];
+        }
+    }
+
+    #[inline(always)]
+    fn per_span<const D: usize>(&self, fractions: &[f64], coords: &mut [f64]) {
+        let (mut rest, _) = coords.as_chunks_mut::<D>();
+        for span in 0..self.spans() {
+            let points = take(&mut rest, fractions.len());
             let (k, long) = self.span(span);
             let Some((first, points)) = points.split_first_mut() else { continue };
             // Data points are copied, so that they keep their bits.
             first.copy_from_slice(&self.values[k * D..(k + 1) * D]);
             if !long {
                 points.fill(*first);
-                t.fill(self.t[k]);
                 continue;
             }
-            let (from, to, cubic) = (self.t[k], self.t[k + 1], self.cubic::<D>(k));
-            for (t, &u) in t.iter_mut().zip(fractions) {
-                *t = (from + u * (to - from)).min(to);
-            }
+            let cubic = self.cubic::<D>(k);
             for (point, &u) in points.iter_mut().zip(&fractions[1..]) {
                 *point = cubic.at(u);
             }
         }
         if let [last] = rest {
             last.copy_from_slice(&self.values[self.values.len() - D..]);
-            t_rest[0] = self.t[self.t.len() - 1];
         }
     }
 
+    /// The same from samples by knots, `width` numbers a span: spans between repeated data points are put in.
+    fn per_span_taken(&self, width: usize, samples: &[f64], coords: &mut [f64]) {
+        if self.entries.is_none() {
+            return coords.copy_from_slice(samples);
+        }
+        let (mut rest, d) = (coords, self.dimension);
+        for span in 0..self.spans() {
+            let to = take(&mut rest, width);
+            match self.span(span) {
+                (k, true) => to.copy_from_slice(&samples[k * width..(k + 1) * width]),
+                (k, false) => {
+                    to.chunks_exact_mut(d).for_each(|to| to.copy_from_slice(&self.values[k * d..(k + 1) * d]));
+                }
+            }
+        }
+        rest.copy_from_slice(&self.values[self.values.len() - rest.len()..]);
+    }
+
+    /// Parameters at fractions of the whole curve.
     #[inline(always)]
-    fn evenly<const D: usize>(&self, fractions: &[f64], coords: &mut [f64], t: &mut [f64]) {
-        let (points, _) = coords.as_chunks_mut::<D>();
-        let last = self.t.len() - 1;
-        let (from, to) = (self.t[0], self.t[last]);
-        let n = fractions.len();
+    fn even_parameters(&self, fractions: &[f64], t: &mut [f64]) {
+        let (from, to) = (self.t[0], self.t[self.t.len() - 1]);
         for (t, fraction) in t.iter_mut().zip(fractions) {
             *t = (from + (to - from) * fraction).min(to);
         }
+        if let [_, .., last] = t
+            && !self.closed
+        {
+            *last = to;
+        }
+    }
+
+    /// Points at increasing parameters, the first of them the curve's, and for an open curve the last.
+    #[inline(always)]
+    fn evenly<const D: usize>(&self, t: &[f64], coords: &mut [f64]) {
+        let (points, _) = coords.as_chunks_mut::<D>();
+        let (last, n) = (self.t.len() - 1, t.len());
         let mut start = 0;
         for k in 0..last {
             let (a, b) = (self.t[k], self.t[k + 1]);
@@ -348,7 +383,6 @@ impl Spline<'_> {
         }
         if !self.closed && n > 1 {
             points[n - 1].copy_from_slice(&self.values[last * D..]);
-            t[n - 1] = to;
         }
     }
 }

@@ -95,13 +95,15 @@ impl Smoother {
 
     /// Sets up the normalised problem of a curve for the kernel, and gives the amount in its terms: the normalised λ, or
     /// the deviation in units of the size. `None` where the host must fit: the answer is the regression line or the
-    /// data themselves, or points were averaged, which the kernel does not know.
-    pub fn prepare_for_kernel(&mut self, target: &Target, options: &Smoothing) -> Option<f64> {
+    /// data themselves, the kernel's precision (its ε) does not resolve the system, or points were averaged, which the
+    /// kernel does not know.
+    pub fn prepare_for_kernel(&mut self, target: &Target, options: &Smoothing, epsilon: f64) -> Option<f64> {
         self.load(target, options.pin_ends);
         match options.amount {
             Amount::Lambda(lambda) => {
                 let normalised = lambda / self.weight / self.length / self.length / self.length;
-                (normalised > 0.0 && normalised < LAMBDA_CAP).then_some(normalised)
+                let proper = normalised > 0.0 && normalised < LAMBDA_CAP && self.is_resolved(normalised, epsilon);
+                proper.then_some(normalised)
             }
             Amount::Deviation(allowed) => {
                 let averaged = target.knots.repeats.contains_key(&target.curve);
@@ -116,13 +118,25 @@ impl Smoother {
         &self.problem
     }
 
-    /// Takes over what a kernel solved, as if [`solve`](Self::solve) had; `None` where it is not finite or breaks the
-    /// deviation after all.
+    /// Whether a precision resolves the system for a normalised λ: its condition number, bounded by the largest row sum
+    /// over the smallest eigenvalue of αR, may lose all but a hundredth of the digits, which refinement brings back.
+    fn is_resolved(&self, normalised: f64, epsilon: f64) -> bool {
+        let problem = &self.problem;
+        let shortest = problem.spans.iter().copied().fold(f64::INFINITY, f64::min);
+        let heaviest = problem.inverse_weights.iter().copied().fold(0.0, f64::max);
+        // Rows of R sum to at most 1, those of Q to 4/h in magnitude; the eigenvalues of R are at least h/6.
+        let condition = (1.0 + normalised * heaviest * (4.0 / shortest) * (4.0 / shortest)) / (shortest / 6.0);
+        condition * epsilon <= 0.01
+    }
+
+    /// Takes over what a kernel solved, as if [`solve`](Self::solve) had; `None` where it is not finite, breaks the
+    /// deviation after all, or the kernel's precision (its ε) does not resolve it.
     pub fn accept(
         &mut self,
         target: &mut Target,
         options: &Smoothing,
         outcome: Outcome,
+        epsilon: f64,
         moments: impl Iterator<Item = f64>,
         correction: impl Iterator<Item = f64>,
     ) -> Option<CurveReport> {
@@ -131,6 +145,9 @@ impl Smoother {
             Amount::Lambda(lambda) => lambda / self.weight / self.length / self.length / self.length,
             Amount::Deviation(_) => lambda_at(outcome.step),
         };
+        if !self.is_resolved(normalised, epsilon) {
+            return None;
+        }
         self.problem.alpha = 1.0 / (1.0 + normalised);
         self.problem.moments.iter_mut().zip(moments).for_each(|(to, from)| *to = from);
         self.problem.correction.iter_mut().zip(correction).for_each(|(to, from)| *to = from);

@@ -23,6 +23,7 @@ const FLAG_CLOSED: u32 = 1;
 const FLAG_DEVIATION: u32 = 2;
 const STATUS_SOLVED: u32 = 1;
 const STATUS_FAILED: u32 = 2;
+const STATUS_PENDING: u32 = 3;
 
 /// `SmoothingParams` of `reinsch.wgsl`.
 #[repr(C)]
@@ -169,7 +170,7 @@ impl<'a> Job<'a> {
             let options = self.options;
             let (target, smoother) = self.target(i);
             let prepared = (target.knots.range(i).len() <= MOST_KNOTS)
-                .then(|| smoother.prepare_for_kernel(&target, options))
+                .then(|| smoother.prepare_for_kernel(&target, options, S::EPSILON.to_f64()))
                 .flatten();
             let Some(amount) = prepared else {
                 self.fit_on_host(i);
@@ -239,11 +240,16 @@ impl<'a> Job<'a> {
                     let options = self.options;
                     let (mut target, smoother) = self.target(i);
                     let numbers = |from: usize| scratch[from..from + count * d].iter().map(|x| x.to_f64());
-                    smoother.accept(&mut target, options, outcome, numbers(moments), numbers(correction))
+                    smoother.accept(
+                        &mut target,
+                        options,
+                        outcome,
+                        S::EPSILON.to_f64(),
+                        numbers(moments),
+                        numbers(correction),
+                    )
                 }
-                STATUS_FAILED => None,
-                // A search that is not done has counted its solves all the same.
-                0 if searches[SEARCH * k + 5].to_f64() > 0.0 => None,
+                STATUS_FAILED | STATUS_PENDING => None,
                 word => {
                     let message = format!("curve {i} has the status word {word}: no kernel wrote it");
                     return Err(Error::Kernel { kernel: "spline/reinsch".into(), message });

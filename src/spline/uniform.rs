@@ -122,9 +122,10 @@ pub fn inner_products(p: &CurveBatch, q: &CurveBatch, device: &Device) -> Result
     on_gpu(gpu, device, p, Operation::ExactProduct(q), p.offsets())
 }
 
-/// N is diagonally dominant and differences of normalised points are mild, so f32 serves where nothing else is asked for.
+/// N is diagonally dominant, so f32 serves for points where nothing else is asked for; energies are made of differences of
+/// nearby points, which cancel: they take f64 where the adapter has it.
 fn on_gpu(gpu: &Gpu, device: &Device, batch: &CurveBatch, operation: Operation, offsets: &[usize]) -> Result<Vec<f64>> {
-    uniform_gpu::run(gpu, device.kernel_precision(gpu, true)?, batch, operation, offsets)
+    uniform_gpu::run(gpu, device.kernel_precision(gpu, !operation.is_energy())?, batch, operation, offsets)
 }
 
 /// The systems of [`coefficients`], rows 1 4 1 for the right-hand side 6 b: lower band, diagonal, upper band, right-hand side.

@@ -63,6 +63,11 @@ pub(super) enum Operation<'a> {
 }
 
 impl Operation<'_> {
+    /// Whether the result is one energy a curve, not points.
+    pub fn is_energy(self) -> bool {
+        matches!(self, Operation::DiscreteEnergy | Operation::ExactProduct(_))
+    }
+
     fn rounds(self) -> u32 {
         if let Operation::Subdivide(rounds) = self { rounds } else { 0 }
     }
@@ -81,8 +86,7 @@ pub(super) fn run(
     offsets: &[usize],
 ) -> Result<Vec<f64>> {
     let d = batch.dimension();
-    let energy = matches!(operation, Operation::DiscreteEnergy | Operation::ExactProduct(_));
-    let mut out = vec![0.0; if energy { batch.len() } else { offsets[batch.len()] * d }];
+    let mut out = vec![0.0; if operation.is_energy() { batch.len() } else { offsets[batch.len()] * d }];
     let real = real_bytes(precision) * d as u64;
     let largest = real << operation.rounds();
     let points = (0..batch.len()).map(|i| batch.count(i));
@@ -150,7 +154,7 @@ impl<'a> Job<'a> {
 
     /// The blocks that energies are summed in, curve after curve.
     fn blocks(&self, curves: &Range<usize>) -> Vec<Block> {
-        if !matches!(self.operation, Operation::DiscreteEnergy | Operation::ExactProduct(_)) {
+        if !self.operation.is_energy() {
             return Vec::new();
         }
         let of_curve = |i: usize| {

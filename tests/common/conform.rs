@@ -25,6 +25,12 @@ impl Outcome {
         }
     }
 
+    /// The coordinates of curves that have no report: the status is that of their problem.
+    pub fn of_batch(curves: &CurveBatch) -> Self {
+        let status = |i| curves.problem(i).map_or(CurveStatus::Converged, |problem| problem.status);
+        Outcome { status: (0..curves.len()).map(status).collect(), ..Self::of_curves(curves, &[]) }
+    }
+
     /// One number a curve.
     pub fn of_numbers(values: Vec<f64>) -> Self {
         let count = values.len();

@@ -52,6 +52,13 @@ pub const SPACING: Tolerance = tolerance(
     "the place of a sample is a sum over the lengths of all spans before it, which differ by the roundings of the fit",
 );
 
+/// Smoothing splines for a given λ, in units of the curve's size.
+pub const SMOOTHING: Tolerance = tolerance(
+    96.0,
+    "a last step of refinement of up to 16 ε in f32, the few roundings of a spline, and in f64 what an ill-conditioned \
+     system leaves after it",
+);
+
 /// Energies of whole curves, in units of themselves.
 pub const ENERGY: Tolerance =
     tolerance(64.0, "second derivatives good to some roundings of the largest, squared and summed over the spans");

@@ -152,3 +152,26 @@ impl<T: Real> Job<'_, T> {
         again.status[0]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_status_that_no_kernel_wrote_is_an_error_that_names_the_system() {
+        let matrix = Matrix::Network { excess: &[1.0; 3], weights: &[1.0; 3] };
+        let systems = TridiagonalBatch { matrix, offsets: &[0, 2, 3], cyclic: Cyclic::None };
+        let job =
+            Job { precision: Precision::F64, kernel: RingKernel::Auto, systems: &systems, rhs: &[1.0; 3], columns: 1 };
+        let unpack = |status: [u32; 2]| {
+            let mut out = Solutions { x: vec![0.0; 3], status: vec![CurveStatus::Converged; 2] };
+            job.unpack(&(0..2), &[1.0_f64; 3], &status, &mut out)
+        };
+        assert!(unpack([STATUS_SOLVED; 2]).is_ok());
+        for word in [0, 3, u32::MAX] {
+            let error = unpack([STATUS_SOLVED, word]).unwrap_err().to_string();
+            let wanted = format!("system 1 has the status word {word}: no kernel wrote it");
+            assert_eq!(error, format!("kernel linalg/ring was refused: {wanted}"));
+        }
+    }
+}

@@ -113,9 +113,13 @@ const SMALL_CHUNKS: [u32; 5] = [2, 4, 8, 16, 32];
 /// The same for the large ring.
 const LARGE_CHUNKS: [u32; 3] = [8, 16, 32];
 
-/// Systems up to this many rows are solved by one thread each: with two rows a lane, exchanging costs more than it saves
-/// (three times as much on llvmpipe).
-const SHORT_ROWS: u32 = 16;
+/// Systems up to this many rows are solved by one thread each where there are no subgroups: exchanging through memory
+/// costs more than it saves (on llvmpipe 1.5 to 4 times as much, and the other way round from 256 rows on).
+const SHORT_ROWS: u32 = 64;
+
+/// Above this many rows software adapters take the long kernels: theirs are compiled in a tenth of a second, where
+/// llvmpipe needs seconds for the kernels with more than 8 rows a lane unrolled in their text.
+const QUICK_ROWS: u32 = 64;
 
 /// Rows a single thread takes at most: it loops over them twice, and llvmpipe ends a thread's loops, without a word,
 /// after 65,535 iterations all told.
@@ -174,10 +178,13 @@ impl Solve<'_> {
             RingKernel::Thread => vec![Variant::Thread { most_rows: THREAD_ROWS }, Variant::Long],
             RingKernel::Long => vec![Variant::Long],
             RingKernel::Workgroup => small(false).into_iter().chain(large).chain([Variant::Long]).collect(),
-            RingKernel::Auto | RingKernel::Subgroup => {
-                let subgroup = recording.gpu().summary().has_subgroups;
-                let alone = (self.kernel == RingKernel::Auto).then_some(Variant::Thread { most_rows: SHORT_ROWS });
-                alone.into_iter().chain(small(subgroup)).chain(large).chain([Variant::Long]).collect()
+            RingKernel::Subgroup => small(true).into_iter().chain([Variant::Long]).collect(),
+            RingKernel::Auto => {
+                let adapter = recording.gpu().summary();
+                let alone = (!adapter.has_subgroups).then_some(Variant::Thread { most_rows: SHORT_ROWS });
+                let unrolled = small(adapter.has_subgroups).into_iter().chain(large);
+                let quick = unrolled.filter(|variant| !adapter.is_software() || variant.most_rows() <= QUICK_ROWS);
+                alone.into_iter().chain(quick).chain([Variant::Long]).collect()
             }
         }
     }
