@@ -47,3 +47,32 @@ pub(crate) const KERNELS: [(&str, &[&str]); 3] = [
     ("spline/subdivide.wgsl", &["subdivide", "interpolated"]),
     ("spline/energy.wgsl", &["discrete_energy", "exact_product"]),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::gpu::SampleParams;
+    use super::smoothing_gpu::{SmoothingCurve, SmoothingParams};
+    use super::uniform_gpu::{Block, UniformCurve, UniformParams};
+    use super::*;
+    use crate::device::Precision;
+    use crate::gpu::KernelKey;
+    use crate::gpu::reflect::assert_layout;
+    use crate::gpu::source::definitions;
+
+    #[test]
+    fn structs_shared_with_the_kernels_have_their_layout() {
+        let key = |path, entry| {
+            let definitions = definitions([("GROUP", &GROUP)]);
+            KernelKey { path, entry, precision: Precision::F32, definitions }
+        };
+        let sample = key("spline/sample.wgsl", "per_span");
+        assert_layout!(sample, SampleParams { count, per_span, dimension, padding });
+        let energy = key("spline/energy.wgsl", "discrete_energy");
+        assert_layout!(energy, UniformParams { curves, points, dimension, blocks });
+        assert_layout!(energy, Block { curve, begin, end, padding });
+        assert_layout!(energy, UniformCurve { start, count, closed, padding });
+        let smoothing = smoothing_kernel(Precision::F32, 2);
+        assert_layout!(smoothing, SmoothingParams { curves, dimension, padding, padding_too });
+        assert_layout!(smoothing, SmoothingCurve { start, count, flags, padding });
+    }
+}

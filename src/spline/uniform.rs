@@ -12,7 +12,7 @@
 //! They fit together by 8 E S = U E, U inserting zeros, and so E_k = E_∞ + 4^{−k}(E_0 − E_∞) for the energies of any
 //! p⁰. Closed curves use the same rows cyclically. Every coordinate of every curve is treated alike; parameters and
 //! weights of a batch play no part here, since the knots are the integers. For knots of their own see
-//! [`Smoothing`](super::Smoothing) and the interpolating splines.
+//! [`Natural`](super::Natural) and [`Smoothing`](super::Smoothing).
 //!
 //! A curve that holds a NaN spoils only itself: its results are NaN.
 
