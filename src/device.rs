@@ -151,7 +151,10 @@ impl Device {
     pub fn name(&self) -> String {
         match self.as_gpu() {
             Some(gpu) => format!("{} ({})", gpu.summary().name, gpu.summary().driver),
-            None => format!("CPU, {} threads", rayon::current_num_threads()),
+            None => match rayon::current_num_threads() {
+                1 => "CPU, 1 thread".into(),
+                threads => format!("CPU, {threads} threads"),
+            },
         }
     }
 

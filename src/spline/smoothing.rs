@@ -41,9 +41,9 @@ pub enum Amount {
 /// for a λ that 64 bits do not bear. They are [`NotConverged`](crate::CurveStatus::NotConverged) and say so.
 ///
 /// **A deviation kept.** Normalised λ′ are tried among the numbers 2^(j/512), 0.14 % apart, by bracketing and bisection of
-/// j, the same on every device and in every precision: the λ returned keeps the deviation, and the next larger one (1 %
-/// at most, where rounding interferes) breaks the deviation; the curve returned keeps it. The largest deviation grows with λ but for rare curves, where
-/// the λ found is the first to break it. If the regression line keeps it, the line is returned, with
+/// j, the same on every device and in every precision: the λ returned keeps the deviation, and the next one breaks it.
+/// The largest deviation grows with λ but for rare curves, where the λ found is the first to break it. If the regression
+/// line keeps it, the line is returned, with
 /// λ = [`LAMBDA_CAP`]·ωT³. The report says λ, the deviation reached and the number of solves.
 /// Points at one parameter that lie farther than D from their mean make a curve
 /// [`NotConverged`](crate::CurveStatus::NotConverged); it interpolates the means.

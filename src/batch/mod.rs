@@ -1,49 +1,18 @@
 //! [`CurveBatch`]: a ragged batch of point lists, what every method takes and what every sampling returns.
 
+mod closed;
+mod point;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::constraint::{Constraints, retain_rows};
+use crate::constraint::Constraints;
 use crate::error::{Error, Result};
 use crate::io::Origin;
 use crate::report::CurveStatus;
 
-/// A point of two or three coordinates: `[f64; 2]`, `[f64; 3]`, [`glam::DVec2`], [`glam::DVec3`].
-pub trait Point: Copy {
-    /// 2 or 3.
-    const DIMENSION: usize;
-    /// Appends the coordinates.
-    fn push_to(self, coords: &mut Vec<f64>);
-}
-
-impl Point for [f64; 2] {
-    const DIMENSION: usize = 2;
-    fn push_to(self, coords: &mut Vec<f64>) {
-        coords.extend(self);
-    }
-}
-
-impl Point for [f64; 3] {
-    const DIMENSION: usize = 3;
-    fn push_to(self, coords: &mut Vec<f64>) {
-        coords.extend(self);
-    }
-}
-
-impl Point for glam::DVec2 {
-    const DIMENSION: usize = 2;
-    fn push_to(self, coords: &mut Vec<f64>) {
-        coords.extend(self.to_array());
-    }
-}
-
-impl Point for glam::DVec3 {
-    const DIMENSION: usize = 3;
-    fn push_to(self, coords: &mut Vec<f64>) {
-        coords.extend(self.to_array());
-    }
-}
+pub use point::Point;
 
 /// Why a curve of a batch cannot be fitted: its status and a sentence that names the point, the value and the remedy.
 #[derive(Clone, Debug, PartialEq)]
@@ -184,34 +153,6 @@ impl CurveBatch {
             problems,
             origin,
         }
-    }
-
-    /// Marks every curve as closed, or as open. A closed curve whose last point repeats its first loses the last.
-    pub fn closed(self, closed: bool) -> Self {
-        let flags = vec![closed; self.len()];
-        self.closed_each(flags).expect("one flag a curve")
-    }
-
-    /// Marks as closed the curves of at least three points whose last point equals their first, and drops the repetition.
-    pub fn closed_auto(self) -> Self {
-        let flags = (0..self.len()).map(|i| self.count(i) > 2 && self.repeats_first(i)).collect();
-        self.closed_each(flags).expect("one flag a curve")
-    }
-
-    /// Marks each curve as closed or open. A closed curve whose last point repeats its first loses the last; the
-    /// parameter of the point lost gives the parameter length of its closing span.
-    ///
-    /// # Errors
-    /// A number of flags other than the number of curves.
-    pub fn closed_each(mut self, closed: Vec<bool>) -> Result<Self> {
-        expect_length("closed flags", closed.len(), self.len(), "curve")?;
-        let repeated: Vec<usize> =
-            (0..self.len()).filter(|&i| closed[i] && self.count(i) > 1 && self.repeats_first(i)).collect();
-        self.closed = closed;
-        if !repeated.is_empty() {
-            self.drop_last_points(&repeated);
-        }
-        Ok(self)
     }
 
     /// Gives every point its parameter. They must increase along a curve; equal ones are possible where the points are equal too
@@ -467,36 +408,6 @@ impl CurveBatch {
                 let message = self.sentence(i, point, &what);
                 self.problems.insert(i, Problem { status: CurveStatus::Invalid, message });
             }
-        }
-    }
-
-    fn repeats_first(&self, i: usize) -> bool {
-        let points = self.points(i);
-        points.len() > self.dimension && points[..self.dimension] == points[points.len() - self.dimension..]
-    }
-
-    fn drop_last_points(&mut self, curves: &[usize]) {
-        if self.parameters.is_some() {
-            let mut spans = self.closing_spans.take().unwrap_or_else(|| vec![f64::NAN; self.len()]);
-            for &i in curves {
-                let t = self.parameters(i).expect("checked above");
-                spans[i] = t[t.len() - 1] - t[t.len() - 2];
-            }
-            self.closing_spans = Some(spans);
-        }
-        let mut keep = vec![true; self.total_points()];
-        curves.iter().for_each(|&i| keep[self.offsets[i + 1] - 1] = false);
-        let mut coords = Some(std::mem::take(&mut self.coords));
-        retain_rows(&mut coords, self.dimension, &keep);
-        self.coords = coords.expect("put there above");
-        retain_rows(&mut self.parameters, 1, &keep);
-        retain_rows(&mut self.weights, 1, &keep);
-        self.constraints.retain(self.dimension, &keep);
-        let mut dropped = curves.iter().peekable();
-        let mut lost = 0;
-        for i in 0..self.len() {
-            lost += usize::from(dropped.next_if(|&&d| d == i).is_some());
-            self.offsets[i + 1] -= lost;
         }
     }
 }
