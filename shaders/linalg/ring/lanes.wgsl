@@ -66,15 +66,10 @@ fn solve(
     var gamma$i = real(0);
     var delta$i = columns();
     if ($iu < rows) {
-        let row = load_row(system, begin + $iu);
-        let own = row.excess + row.left * share;
-        let link = row.left * alpha;
-        let r = real(1) / (own + link + row.right);
-        delta = (load_rhs(system, begin + $iu) + row.left * delta) * r;
-        alpha = link * r;
-        share = own * r;
+        let at = begin + $iu;
+//:include linalg/common_eliminate.wgsl
         alpha$i = alpha;
-        gamma$i = row.right * r;
+        gamma$i = gamma;
         delta$i = delta;
         excess += right * share;
         rhs += right * delta;

@@ -46,16 +46,11 @@ fn reduce(
     var share = real(0);
     var delta = columns();
     for (var i = 1u; i < chunk.rows; i++) {
-        let row = load_row(system, chunk.begin + i);
-        let own = row.excess + row.left * share;
-        let link = row.left * alpha;
-        let r = real(1) / (own + link + row.right);
-        delta = (load_rhs(system, chunk.begin + i) + row.left * delta) * r;
-        alpha = link * r;
-        share = own * r;
+        let at = chunk.begin + i;
+//:include linalg/common_eliminate.wgsl
         excess += right * share;
         rhs += right * delta;
-        right *= row.right * r;
+        right *= gamma;
     }
     let k = 5u * (params.first + task);
     reduced[k] = excess;
@@ -86,15 +81,10 @@ fn substitute(
     var share = real(0);
     var delta = columns();
     for (var i = 1u; i < chunk.rows; i++) {
-        let row = load_row(system, chunk.begin + i);
-        let own = row.excess + row.left * share;
-        let link = row.left * alpha;
-        let r = real(1) / (own + link + row.right);
-        delta = (load_rhs(system, chunk.begin + i) + row.left * delta) * r;
-        alpha = link * r;
-        share = own * r;
+        let at = chunk.begin + i;
+//:include linalg/common_eliminate.wgsl
         alphas[i] = alpha;
-        gammas[i] = row.right * r;
+        gammas[i] = gamma;
         deltas[i] = delta;
     }
     let kept = load_kept(params.first + task);

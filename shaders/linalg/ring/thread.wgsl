@@ -27,14 +27,8 @@ fn solve(
     var share = real(0);
     var delta = columns();
     for (var i = 1u; i < system.rows; i++) {
-        let row = load_row(system, i);
-        let own = row.excess + row.left * share;
-        let link = row.left * alpha;
-        let r = real(1) / (own + link + row.right);
-        delta = (load_rhs(system, i) + row.left * delta) * r;
-        alpha = link * r;
-        share = own * r;
-        let gamma = row.right * r;
+        let at = i;
+//:include linalg/common_eliminate.wgsl
         scratch[2u * (system.start + i)] = alpha;
         scratch[2u * (system.start + i) + 1u] = gamma;
         store_at(system.start + i, delta);
