@@ -88,6 +88,8 @@ fi
 export VK_DRIVER_FILES
 echo "Vulkan driver: $VK_DRIVER_FILES"
 export FAIRCURVE_REQUIRE_GPU=1
+# Mesa complains about a missing one, once an adapter; nothing is written there.
+export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-${TMPDIR:-/tmp}}
 
 browser=yes
 [[ -n ${CHROMIUM:-} ]] || has chromium || apt_install chromium || true
