@@ -81,7 +81,7 @@
 //!
 //! The CPU path in f64 is the reference: its splines agree with SciPy's on the same knots to 1e-12 of the numbers' size.
 //! A GPU normalises every curve in f64 first. Its splines through the points are then held to 2e-6 of the
-//! curve's size in f32 and to 1e-12 in f64 (largest found on the data in `examples/data`, on a software driver: 6.3e-7
+//! curve's size in f32 and to 1e-12 in f64 (largest found on the data in `examples/data`, on a software driver: 2.1e-7
 //! and 2.3e-13), and so are smoothing splines in f64. Smoothing by a deviation in f32 may take the neighbouring λ of a grid
 //! 0.14 % apart, and then differs from f64 by up to about 2e-4 of the size: [`Precision::Auto`] takes f64 for
 //! smoothing where the adapter has it.
