@@ -113,12 +113,12 @@ const SMALL_CHUNKS: [u32; 5] = [2, 4, 8, 16, 32];
 /// The same for the large ring.
 const LARGE_CHUNKS: [u32; 3] = [8, 16, 32];
 
-/// Systems up to this many rows are solved by one thread each where there are no subgroups: exchanging through memory
-/// costs more than it saves (on llvmpipe 1.5 to 4 times as much, and the other way round from 256 rows on).
+/// Systems up to this many rows are solved by one thread each where there are no subgroups: on llvmpipe in f32 that is 3.5
+/// times as fast as exchanging through memory at 16 rows, 1.5 times at 64, and about even at 256 (benches/RESULTS.md).
 const SHORT_ROWS: u32 = 64;
 
-/// Above this many rows software adapters take the long kernels: theirs are compiled in a tenth of a second, where
-/// llvmpipe needs seconds for the kernels with more than 8 rows a lane unrolled in their text.
+/// Above this many rows software adapters take the long kernels, which compile in less than a second, where llvmpipe
+/// needs seconds for those with more than 8 rows a lane unrolled in their text (2 s for 16, 7 s for 32, once measured).
 const QUICK_ROWS: u32 = 64;
 
 /// Rows a single thread takes at most: it loops over them twice, and llvmpipe ends a thread's loops, without a word,
