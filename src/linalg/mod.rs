@@ -11,6 +11,7 @@ mod lanes;
 mod pentadiagonal;
 mod real;
 pub mod ring;
+pub(crate) mod scalar;
 mod singular;
 mod tasks;
 pub mod thomas;
@@ -21,5 +22,6 @@ pub use pentadiagonal::{
     factor_cyclic_pentadiagonal, factor_pentadiagonal, solve_cyclic_pentadiagonal, solve_pentadiagonal,
 };
 pub use real::Real;
+pub use scalar::{Lanes, Scalar};
 pub(crate) use tasks::{take, tasks};
 pub use tridiagonal::{Cyclic, Matrix, Solutions, TridiagonalBatch, solve_tridiagonal_batch};

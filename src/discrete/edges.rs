@@ -1,0 +1,320 @@
+//! [`Edges`]: the edges of discrete curves side by side, the energies summed over them, and the way from partial
+//! derivatives by tangents and lengths to the gradient at the vertices.
+//!
+//! Edge j of an open curve of m edges leads from vertex j to vertex j + 1; a closed curve has as many vertices as edges, and
+//! its last edge leads back to vertex 0. Vertices are kept as displacements u from a base, edges as those of the base
+//! plus differences of displacements, so that small changes of a curve far from the origin keep all their digits.
+
+use glam::{DMat3, DVec3};
+
+use super::energy::bending::Bending;
+use super::energy::gauge::Gauge;
+use super::energy::length::Length;
+use super::energy::tension::Tension;
+use super::energy::torsion::Torsion;
+use super::energy::variation::Variation;
+use super::energy::{Custom, Functional, Partials, SecondPartials, Term, Window};
+use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
+use crate::linalg::{Real, Scalar};
+
+/// A term sees so many edges at most; closed curves repeat all but one of them at their end.
+const MOST_EDGES: usize = 3;
+
+/// The edges of one curve, or of one curve a lane. Lanes with fewer edges than others end in unit edges that count for nothing.
+#[derive(Clone, Debug)]
+pub(crate) struct Edges<S, const D: usize> {
+    closed: bool,
+    /// Number of edges of each lane's curve.
+    counts: Vec<usize>,
+    most: usize,
+    segments: S,
+    /// Edges of the base; unit edges where a lane has none.
+    base: Vec<Vector<S, D>>,
+    /// 1 where a lane has the edge.
+    exists: Vec<S>,
+    /// 1 where the vertex between this edge and the next is no data point.
+    free: Vec<S>,
+    pub tangent: Vec<Vector<S, D>>,
+    pub length: Vec<S>,
+    pub inverse: Vec<S>,
+    by_tangent: Vec<Vector<S, D>>,
+    by_length: Vec<S>,
+}
+
+impl<S: Scalar, const D: usize> Edges<S, D> {
+    /// Edges of curves that are all open or all closed: of lane l those of `bases[l]` (3 at least for closed curves), and
+    /// `data[l][j]` says whether vertex j is a data point.
+    pub fn new(closed: bool, bases: &[&[Vector<f64, D>]], data: &[&[bool]]) -> Self {
+        let counts: Vec<usize> = bases.iter().map(|base| base.len()).collect();
+        let most = counts.iter().copied().max().unwrap_or(0);
+        let rows = most + if closed { MOST_EDGES - 1 } else { 0 };
+        let mut unit = [S::ZERO; D];
+        unit[0] = S::ONE;
+        let mut edges = Edges {
+            closed,
+            most,
+            segments: S::ONE,
+            base: vec![unit; rows],
+            exists: vec![S::ZERO; rows],
+            free: vec![S::ZERO; rows],
+            tangent: vec![unit; rows],
+            length: vec![S::ONE; rows],
+            inverse: vec![S::ONE; rows],
+            by_tangent: vec![[S::ZERO; D]; rows],
+            by_length: vec![S::ZERO; rows],
+            counts,
+        };
+        for (lane, (base, data)) in bases.iter().zip(data).enumerate() {
+            edges.segments.set_lane(lane, number::<S>(base.len() as f64));
+            for (j, edge) in base.iter().enumerate() {
+                (0..D).for_each(|c| edges.base[j][c].set_lane(lane, number::<S>(edge[c])));
+                edges.exists[j].set_lane(lane, number::<S>(1.0));
+                let next = if closed { (j + 1) % base.len() } else { j + 1 };
+                edges.free[j].set_lane(lane, number::<S>(if data[next] { 0.0 } else { 1.0 }));
+            }
+        }
+        edges
+    }
+
+    /// Most vertices of a lane; displacements have a row for each, and closed curves one more, which repeats vertex 0.
+    pub fn rows(&self) -> usize {
+        self.most + 1
+    }
+
+    /// Number of edges of each lane's curve.
+    pub fn counts(&self) -> &[usize] {
+        &self.counts
+    }
+
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    /// Row of a closed lane that repeats vertex 0 takes its displacement.
+    #[inline(always)]
+    pub fn close(&self, u: &mut [Vector<S, D>]) {
+        if self.closed {
+            for (lane, &count) in self.counts.iter().enumerate() {
+                for c in 0..D {
+                    let first = u[0][c].lane(lane);
+                    u[count][c].set_lane(lane, first);
+                }
+            }
+        }
+    }
+
+    /// Tangents and lengths of the curve with displacements u + α p.
+    #[inline(always)]
+    pub fn place(&mut self, u: &[Vector<S, D>], alpha: S, p: &[Vector<S, D>]) {
+        let mut before = add(u[0], scale(alpha, p[0]));
+        for j in 0..self.most {
+            let here = add(u[j + 1], scale(alpha, p[j + 1]));
+            let mut edge = add(self.base[j], subtract(here, before));
+            for c in 0..D {
+                edge[c] = self.exists[j].if_positive(edge[c], self.base[j][c]);
+            }
+            before = here;
+            let length = dot(edge, edge).sqrt();
+            let inverse = S::ONE / length;
+            self.length[j] = length;
+            self.inverse[j] = inverse;
+            self.tangent[j] = scale(inverse, edge);
+        }
+        if self.closed {
+            for (lane, &count) in self.counts.iter().enumerate() {
+                for k in 0..MOST_EDGES - 1 {
+                    let (length, inverse) = (self.length[k].lane(lane), self.inverse[k].lane(lane));
+                    self.length[count + k].set_lane(lane, length);
+                    self.inverse[count + k].set_lane(lane, inverse);
+                    for c in 0..D {
+                        let component = self.tangent[k][c].lane(lane);
+                        self.tangent[count + k][c].set_lane(lane, component);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Forgets the partial derivatives.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.by_tangent.fill([S::ZERO; D]);
+        self.by_length.fill(S::ZERO);
+    }
+
+    /// Adds weight · functional to the value returned and to the partial derivatives.
+    #[inline(always)]
+    pub fn add(&mut self, weight: S, functional: &Functional) -> S {
+        match functional {
+            Functional::Length => self.sweep(weight, &Length),
+            Functional::Tension => self.sweep(weight, &Tension),
+            Functional::Bending { exponent } => self.sweep(weight, &Bending { exponent: *exponent }),
+            Functional::Variation => self.sweep(weight, &Variation),
+            Functional::Torsion => self.sweep(weight, &Torsion),
+            Functional::Custom(custom) => self.sweep_custom(weight, custom.as_ref()),
+            Functional::Attachment => S::ZERO,
+        }
+    }
+
+    /// Adds weight · gauge.
+    #[inline(always)]
+    pub fn add_gauge(&mut self, weight: S) -> S {
+        self.sweep(weight, &Gauge)
+    }
+
+    /// The window of W edges from edge j on.
+    #[inline(always)]
+    pub fn window<const W: usize>(&self, j: usize) -> Window<S, D, W> {
+        Window {
+            tangent: std::array::from_fn(|k| self.tangent[j + k]),
+            length: std::array::from_fn(|k| self.length[j + k]),
+            segments: self.segments,
+            free: self.free[j],
+        }
+    }
+
+    /// Rows at which a window of W edges starts in some lane.
+    #[inline(always)]
+    pub fn windows<const W: usize>(&self) -> usize {
+        if self.closed { self.most } else { (self.most + 1).saturating_sub(W) }
+    }
+
+    /// 1 where a window of W edges starts at row j, else 0.
+    #[inline(always)]
+    pub fn starts<const W: usize>(&self, j: usize) -> S {
+        if self.closed { self.exists[j] } else { self.exists[j + W - 1] }
+    }
+
+    #[inline(always)]
+    fn sweep<T: Term<W>, const W: usize>(&mut self, weight: S, term: &T) -> S {
+        let mut value = S::ZERO;
+        for j in 0..self.windows::<W>() {
+            let partials = term.gradient(&self.window::<W>(j));
+            value += self.scatter(j, weight * self.starts::<W>(j), &partials);
+        }
+        value
+    }
+
+    #[inline(always)]
+    fn scatter<const W: usize>(&mut self, j: usize, weight: S, partials: &Partials<S, D, W>) -> S {
+        for k in 0..W {
+            self.by_tangent[j + k] = add(self.by_tangent[j + k], scale(weight, partials.tangent[k]));
+            self.by_length[j + k] += weight * partials.length[k];
+        }
+        weight * partials.value
+    }
+
+    /// A user's energy, lane by lane in f64.
+    #[inline(never)]
+    fn sweep_custom(&mut self, weight: S, custom: &dyn Custom) -> S {
+        match custom.edges() {
+            1 => self.sweep(weight, &Adapter::<1>(custom)),
+            2 => self.sweep(weight, &Adapter::<2>(custom)),
+            _ => self.sweep(weight, &Adapter::<3>(custom)),
+        }
+    }
+
+    /// The gradient at every vertex, where `movable` is 1; 0 where it is 0.
+    #[inline(always)]
+    pub fn gradient(&mut self, movable: &[S], g: &mut [Vector<S, D>]) {
+        let mut last = [S::ZERO; D];
+        if self.closed {
+            for (lane, &count) in self.counts.iter().enumerate() {
+                for k in 0..MOST_EDGES - 1 {
+                    let sum = self.by_length[k].lane(lane) + self.by_length[count + k].lane(lane);
+                    self.by_length[k].set_lane(lane, sum);
+                    for c in 0..D {
+                        let sum = self.by_tangent[k][c].lane(lane) + self.by_tangent[count + k][c].lane(lane);
+                        self.by_tangent[k][c].set_lane(lane, sum);
+                    }
+                }
+                for c in 0..D {
+                    let component = self.edge_gradient(count - 1)[c].lane(lane);
+                    last[c].set_lane(lane, component);
+                }
+            }
+        }
+        for j in 0..self.most {
+            let by_edge = scale(self.exists[j], self.edge_gradient(j));
+            g[j] = scale(movable[j], subtract(last, by_edge));
+            last = by_edge;
+        }
+        g[self.most] = scale(movable[self.most], last);
+    }
+
+    /// By the edge e = Δs T: (I − T Tᵀ) ∂/∂T / Δs + T ∂/∂Δs.
+    #[inline(always)]
+    fn edge_gradient(&self, j: usize) -> Vector<S, D> {
+        let (t, by_tangent) = (self.tangent[j], self.by_tangent[j]);
+        let across = subtract(by_tangent, scale(dot(t, by_tangent), t));
+        add(scale(self.inverse[j], across), scale(self.by_length[j], t))
+    }
+}
+
+/// A number of a lane.
+fn number<S: Scalar>(x: f64) -> S::Number {
+    <S::Number as Scalar>::of(x)
+}
+
+/// A user's energy as a [`Term`].
+pub(super) struct Adapter<'a, const W: usize>(pub &'a dyn Custom);
+
+impl<const W: usize> Adapter<'_, W> {
+    fn arguments<S: Scalar, const D: usize>(window: &Window<S, D, W>, lane: usize) -> ([DVec3; W], [f64; W]) {
+        let component = |k: usize, c: usize| window.tangent[k].get(c).map_or(0.0, |x| x.lane(lane).to_f64());
+        (
+            std::array::from_fn(|k| DVec3::new(component(k, 0), component(k, 1), component(k, 2))),
+            std::array::from_fn(|k| window.length[k].lane(lane).to_f64()),
+        )
+    }
+}
+
+impl<const W: usize> Term<W> for Adapter<'_, W> {
+    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S {
+        let mut value = S::ZERO;
+        for lane in 0..S::LANES {
+            let (tangents, lengths) = Self::arguments(window, lane);
+            value.set_lane(lane, number::<S>(self.0.value(&tangents, &lengths)));
+        }
+        value
+    }
+
+    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W> {
+        let mut partials = Partials { value: S::ZERO, tangent: [[S::ZERO; D]; W], length: [S::ZERO; W] };
+        for lane in 0..S::LANES {
+            let (tangents, lengths) = Self::arguments(window, lane);
+            let (mut by_tangent, mut by_length) = ([DVec3::ZERO; W], [0.0; W]);
+            self.0.gradient(&tangents, &lengths, &mut by_tangent, &mut by_length);
+            partials.value.set_lane(lane, number::<S>(self.0.value(&tangents, &lengths)));
+            for k in 0..W {
+                partials.length[k].set_lane(lane, number::<S>(by_length[k]));
+                for c in 0..D {
+                    partials.tangent[k][c].set_lane(lane, number::<S>(by_tangent[k][c]));
+                }
+            }
+        }
+        partials
+    }
+
+    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W> {
+        let mut second = SecondPartials::<S, D, W>::ZERO;
+        for lane in 0..S::LANES {
+            let (tangents, lengths) = Self::arguments(window, lane);
+            let mut by_tangents = [[DMat3::ZERO; 3]; 3];
+            let (mut mixed, mut by_lengths) = ([[DVec3::ZERO; 3]; 3], [[0.0; 3]; 3]);
+            self.0.hessian(&tangents, &lengths, &mut by_tangents, &mut mixed, &mut by_lengths);
+            for j in 0..W {
+                for k in 0..W {
+                    second.lengths[j][k].set_lane(lane, number::<S>(by_lengths[j][k]));
+                    for a in 0..D {
+                        second.mixed[j][k][a].set_lane(lane, number::<S>(mixed[j][k][a]));
+                        for b in 0..D {
+                            second.tangents[j][k][a][b].set_lane(lane, number::<S>(by_tangents[j][k].col(b)[a]));
+                        }
+                    }
+                }
+            }
+        }
+        second
+    }
+}

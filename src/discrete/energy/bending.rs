@@ -1,0 +1,96 @@
+//! Bending: Σ |K|^ν Δa, the elastica for ν = 2.
+
+use super::{Energy, Functional, Partials, SecondPartials, Term, Window};
+use crate::linalg::Real;
+use crate::linalg::Scalar;
+use crate::linalg::scalar::{dot, scale, subtract};
+
+/// ∫|κ|^ν ds as Σ |K|^ν Δa with K = (T′ − T)/Δa and Δa = (Δs + Δs′)/2 at every vertex between two edges, in units of
+/// length^(1−ν). Its order is 2. `exponent` ν ≥ 1; below 2 it has no second derivative where the curve is straight.
+///
+/// Alone it has no minimiser unless the points lie in order on a line: ever larger loops cost less and less. Add [`length`](super::length).
+pub fn bending(exponent: f64) -> Energy {
+    Energy::of(Functional::Bending { exponent })
+}
+
+/// |T′ − T|^ν Δa^(1−ν)
+pub(crate) struct Bending {
+    pub exponent: f64,
+}
+
+impl Bending {
+    /// q^(ν/2 − lower) for q = |T′ − T|²; where q is below what rounding of tangents leaves, it counts as that.
+    #[inline(always)]
+    fn power<S: Scalar>(&self, q: S, lower: f64) -> S {
+        let exponent = 0.5 * self.exponent - lower;
+        if exponent == 0.0 {
+            S::ONE
+        } else if exponent == 1.0 {
+            q
+        } else {
+            let rounding = <S::Number as Real>::EPSILON.to_f64();
+            q.max(S::of(rounding * rounding)).powf(exponent)
+        }
+    }
+
+    /// a^exponent
+    #[inline(always)]
+    fn measure<S: Scalar>(&self, a: S, lower: f64) -> S {
+        match 1.0 - self.exponent - lower {
+            -1.0 => S::ONE / a,
+            -2.0 => S::ONE / (a * a),
+            -3.0 => S::ONE / (a * a * a),
+            exponent => a.powf(exponent),
+        }
+    }
+}
+
+impl Term<2> for Bending {
+    #[inline(always)]
+    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> S {
+        let d = subtract(window.tangent[1], window.tangent[0]);
+        let a = S::of(0.5) * (window.length[0] + window.length[1]);
+        self.power(dot(d, d), 0.0) * self.measure(a, 0.0)
+    }
+
+    #[inline(always)]
+    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> Partials<S, D, 2> {
+        let nu = self.exponent;
+        let d = subtract(window.tangent[1], window.tangent[0]);
+        let q = dot(d, d);
+        let a = S::of(0.5) * (window.length[0] + window.length[1]);
+        let measure = self.measure(a, 0.0);
+        let slope = self.power(q, 1.0) * measure;
+        let value = self.power(q, 0.0) * measure;
+        let by_tangent = scale(S::of(nu) * slope, d);
+        let by_length = S::of(0.5 * (1.0 - nu)) * value / a;
+        Partials { value, tangent: [scale(-S::ONE, by_tangent), by_tangent], length: [by_length, by_length] }
+    }
+
+    #[inline(always)]
+    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> SecondPartials<S, D, 2> {
+        let nu = self.exponent;
+        let d = subtract(window.tangent[1], window.tangent[0]);
+        let q = dot(d, d);
+        let a = S::of(0.5) * (window.length[0] + window.length[1]);
+        let along =
+            if nu == 2.0 { S::ZERO } else { S::of(nu * (nu - 2.0)) * self.power(q, 2.0) * self.measure(a, 0.0) };
+        let slope = S::of(nu) * self.power(q, 1.0);
+        let across = slope * self.measure(a, 0.0);
+        let mixed = scale(S::of(0.5 * (1.0 - nu)) * slope * self.measure(a, 1.0), d);
+        let by_lengths = S::of(0.25 * nu * (nu - 1.0)) * self.power(q, 0.0) * self.measure(a, 2.0);
+        let mut second = SecondPartials::ZERO;
+        for j in 0..2 {
+            for k in 0..2 {
+                let sign = if j == k { S::ONE } else { -S::ONE };
+                for c in 0..D {
+                    second.tangents[j][k][c] = scale(sign * along * d[c], d);
+                    second.tangents[j][k][c][c] += sign * across;
+                }
+                second.mixed[j][k] = if j == 0 { scale(-S::ONE, mixed) } else { mixed };
+                second.lengths[j][k] = by_lengths;
+            }
+        }
+        second
+    }
+}

@@ -1,0 +1,31 @@
+//! Length: φ = Σ Δs.
+
+use super::{Energy, Functional, Partials, SecondPartials, Term, Window};
+use crate::linalg::Scalar;
+
+/// φ(f) = Σ Δs, in units of length. Its gradient at a vertex is T − T′, its order 1.
+///
+/// Source: Renka (2006), equation (10).
+pub fn length() -> Energy {
+    Energy::of(Functional::Length)
+}
+
+/// Δs
+pub(crate) struct Length;
+
+impl Term<1> for Length {
+    #[inline(always)]
+    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> S {
+        window.length[0]
+    }
+
+    #[inline(always)]
+    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {
+        Partials { value: window.length[0], tangent: [[S::ZERO; D]], length: [S::ONE] }
+    }
+
+    #[inline(always)]
+    fn hessian<S: Scalar, const D: usize>(&self, _: &Window<S, D, 1>) -> SecondPartials<S, D, 1> {
+        SecondPartials::ZERO
+    }
+}

@@ -1,0 +1,33 @@
+//! Tension: ψ = ½ m Σ Δs².
+
+use super::{Energy, Functional, Partials, SecondPartials, Term, Window};
+use crate::linalg::Scalar;
+
+/// ψ(f) = ½ m Σ Δs² for m edges, in units of length²: half the squared length where all edges are equal. Quadratic; it
+/// holds loops back and spreads vertices evenly. Its order is 1.
+///
+/// Source: Renka (2006), equation (11), with the constant 1/Δt = m that the paper drops.
+pub fn tension() -> Energy {
+    Energy::of(Functional::Tension)
+}
+
+/// ½ m Δs²
+pub(crate) struct Tension;
+
+impl Term<1> for Tension {
+    #[inline(always)]
+    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> S {
+        S::of(0.5) * window.segments * window.length[0] * window.length[0]
+    }
+
+    #[inline(always)]
+    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {
+        let by_length = window.segments * window.length[0];
+        Partials { value: S::of(0.5) * by_length * window.length[0], tangent: [[S::ZERO; D]], length: [by_length] }
+    }
+
+    #[inline(always)]
+    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> SecondPartials<S, D, 1> {
+        SecondPartials { lengths: [[window.segments]], ..SecondPartials::ZERO }
+    }
+}

@@ -1,0 +1,251 @@
+//! [`Scalar`]: what the mathematics of a curve is written over, one number at a time or one a lane of a vector register.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use super::real::Real;
+
+/// A number, or [`Lanes`] of numbers that undergo the same operations. Every operation rounds each lane like the number
+/// alone, so that a curve's bits do not depend on whether it was computed alone or beside others.
+pub trait Scalar:
+    Copy
+    + Debug
+    + Default
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + 'static
+{
+    /// The number type of a lane.
+    type Number: Real + Scalar;
+    /// Numbers side by side.
+    const LANES: usize;
+    /// 0
+    const ZERO: Self;
+    /// 1
+    const ONE: Self;
+
+    /// The same number in every lane, rounded to its type.
+    fn of(x: f64) -> Self;
+    /// The number in a lane.
+    fn lane(&self, lane: usize) -> Self::Number;
+    /// Replaces the number in a lane.
+    fn set_lane(&mut self, lane: usize, x: Self::Number);
+    /// √x
+    fn sqrt(self) -> Self;
+    /// |x|
+    fn abs(self) -> Self;
+    /// The larger of two, lane by lane; `other` where `self` is NaN.
+    fn max(self, other: Self) -> Self;
+    /// x^exponent for x ≥ 0.
+    fn powf(self, exponent: f64) -> Self;
+    /// `yes` where this is > 0, else (0, negative, NaN) `no`.
+    fn if_positive(self, yes: Self, no: Self) -> Self;
+}
+
+macro_rules! scalar {
+    ($type:ty) => {
+        impl Scalar for $type {
+            type Number = $type;
+            const LANES: usize = 1;
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+
+            #[inline(always)]
+            fn of(x: f64) -> Self {
+                x as $type
+            }
+            #[inline(always)]
+            fn lane(&self, _: usize) -> $type {
+                *self
+            }
+            #[inline(always)]
+            fn set_lane(&mut self, _: usize, x: $type) {
+                *self = x;
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$type>::sqrt(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$type>::abs(self)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                if self > other { self } else { other }
+            }
+            #[inline(always)]
+            fn powf(self, exponent: f64) -> Self {
+                <$type>::powf(self, exponent as $type)
+            }
+            #[inline(always)]
+            fn if_positive(self, yes: Self, no: Self) -> Self {
+                if self > 0.0 { yes } else { no }
+            }
+        }
+    };
+}
+
+scalar!(f32);
+scalar!(f64);
+
+/// L numbers side by side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub struct Lanes<T, const L: usize>(pub [T; L]);
+
+impl<T: Real, const L: usize> Default for Lanes<T, L> {
+    #[inline(always)]
+    fn default() -> Self {
+        Lanes([T::ZERO; L])
+    }
+}
+
+impl<T: Copy, const L: usize> Lanes<T, L> {
+    #[inline(always)]
+    fn map(mut self, f: impl Fn(T) -> T) -> Self {
+        for x in &mut self.0 {
+            *x = f(*x);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn zip(mut self, other: Self, f: impl Fn(T, T) -> T) -> Self {
+        for (x, y) in self.0.iter_mut().zip(other.0) {
+            *x = f(*x, y);
+        }
+        self
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident $method:ident, $assign_trait:ident $assign_method:ident) => {
+        impl<T: Real, const L: usize> $trait for Lanes<T, L> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, |x, y| x.$method(y))
+            }
+        }
+
+        impl<T: Real, const L: usize> $assign_trait for Lanes<T, L> {
+            #[inline(always)]
+            fn $assign_method(&mut self, other: Self) {
+                *self = self.$method(other);
+            }
+        }
+    };
+}
+
+operator!(Add add, AddAssign add_assign);
+operator!(Sub sub, SubAssign sub_assign);
+operator!(Mul mul, MulAssign mul_assign);
+
+impl<T: Real, const L: usize> Div for Lanes<T, L> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |x, y| x / y)
+    }
+}
+
+impl<T: Real, const L: usize> Neg for Lanes<T, L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(|x| -x)
+    }
+}
+
+impl<T: Real + Scalar<Number = T>, const L: usize> Scalar for Lanes<T, L> {
+    type Number = T;
+    const LANES: usize = L;
+    const ZERO: Self = Lanes([<T as Scalar>::ZERO; L]);
+    const ONE: Self = Lanes([<T as Scalar>::ONE; L]);
+
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        Lanes([T::of(x); L])
+    }
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> T {
+        self.0[lane]
+    }
+    #[inline(always)]
+    fn set_lane(&mut self, lane: usize, x: T) {
+        self.0[lane] = x;
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(Scalar::sqrt)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.map(|x| Scalar::abs(x))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, |x, y| Scalar::max(x, y))
+    }
+    #[inline(always)]
+    fn powf(self, exponent: f64) -> Self {
+        self.map(|x| Scalar::powf(x, exponent))
+    }
+    #[inline(always)]
+    fn if_positive(self, yes: Self, no: Self) -> Self {
+        let mut out = no;
+        for j in 0..L {
+            out.0[j] = self.0[j].if_positive(yes.0[j], no.0[j]);
+        }
+        out
+    }
+}
+
+/// A vector of D components.
+pub type Vector<S, const D: usize> = [S; D];
+
+/// a·b
+#[inline(always)]
+pub fn dot<S: Scalar, const D: usize>(a: Vector<S, D>, b: Vector<S, D>) -> S {
+    let mut sum = a[0] * b[0];
+    for c in 1..D {
+        sum += a[c] * b[c];
+    }
+    sum
+}
+
+/// a + b
+#[inline(always)]
+pub fn add<S: Scalar, const D: usize>(mut a: Vector<S, D>, b: Vector<S, D>) -> Vector<S, D> {
+    for c in 0..D {
+        a[c] += b[c];
+    }
+    a
+}
+
+/// a − b
+#[inline(always)]
+pub fn subtract<S: Scalar, const D: usize>(mut a: Vector<S, D>, b: Vector<S, D>) -> Vector<S, D> {
+    for c in 0..D {
+        a[c] -= b[c];
+    }
+    a
+}
+
+/// x·a
+#[inline(always)]
+pub fn scale<S: Scalar, const D: usize>(x: S, mut a: Vector<S, D>) -> Vector<S, D> {
+    for c in 0..D {
+        a[c] *= x;
+    }
+    a
+}
