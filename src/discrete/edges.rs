@@ -7,8 +7,9 @@
 
 use glam::{DMat3, DVec3};
 
+use super::descent::most_step;
 use super::energy::bending::Bending;
-use super::energy::gauge::Gauge;
+use super::energy::gauge::{Gauge, SmoothGauge};
 use super::energy::length::Length;
 use super::energy::tension::Tension;
 use super::energy::torsion::Torsion;
@@ -47,7 +48,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     pub fn new(closed: bool, bases: &[&[Vector<f64, D>]], data: &[&[bool]]) -> Self {
         let counts: Vec<usize> = bases.iter().map(|base| base.len()).collect();
         let most = counts.iter().copied().max().unwrap_or(0);
-        let rows = most + if closed { MOST_EDGES - 1 } else { 0 };
+        // Closed curves repeat their first edges; open ones have a row to spare, so that short ones need no case of their own.
+        let rows = most + MOST_EDGES - 1;
         let mut unit = [S::ZERO; D];
         unit[0] = S::ONE;
         let mut edges = Edges {
@@ -86,6 +88,22 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         &self.counts
     }
 
+    /// Number of edges of the longest.
+    pub fn most(&self) -> usize {
+        self.most
+    }
+
+    /// Number of vertices of each lane's curve.
+    pub fn vertices(&self) -> Vec<usize> {
+        self.counts.iter().map(|count| count + usize::from(!self.closed)).collect()
+    }
+
+    /// 1 where lanes have edge j, else 0.
+    #[inline(always)]
+    pub fn exists(&self, j: usize) -> S {
+        self.exists[j]
+    }
+
     pub fn is_closed(&self) -> bool {
         self.closed
     }
@@ -103,17 +121,14 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
-    /// Tangents and lengths of the curve with displacements u + α p.
+    /// Tangents and lengths of the curve with displacements u.
     #[inline(always)]
-    pub fn place(&mut self, u: &[Vector<S, D>], alpha: S, p: &[Vector<S, D>]) {
-        let mut before = add(u[0], scale(alpha, p[0]));
+    pub fn place(&mut self, u: &[Vector<S, D>]) {
         for j in 0..self.most {
-            let here = add(u[j + 1], scale(alpha, p[j + 1]));
-            let mut edge = add(self.base[j], subtract(here, before));
+            let mut edge = add(self.base[j], subtract(u[j + 1], u[j]));
             for c in 0..D {
                 edge[c] = self.exists[j].if_positive(edge[c], self.base[j][c]);
             }
-            before = here;
             let length = dot(edge, edge).sqrt();
             let inverse = S::ONE / length;
             self.length[j] = length;
@@ -133,6 +148,27 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
                 }
             }
         }
+    }
+
+    /// Length of the curves.
+    #[inline(always)]
+    pub fn total_length(&self) -> S {
+        let mut length = S::ZERO;
+        for j in 0..self.most {
+            length += self.exists[j] * self.length[j];
+        }
+        length
+    }
+
+    /// Largest step along p for which no edge changes too much.
+    #[inline(always)]
+    pub fn most_step(&self, p: &[Vector<S, D>]) -> S {
+        let mut largest = S::ZERO;
+        for j in 0..self.most {
+            let change = subtract(p[j + 1], p[j]);
+            largest = largest.max(dot(change, change) * self.exists[j] * self.inverse[j] * self.inverse[j]);
+        }
+        most_step(largest.sqrt())
     }
 
     /// Forgets the partial derivatives.
@@ -156,10 +192,20 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
-    /// Adds weight · gauge.
+    /// Adds weight · the gauge of an order: of first differences of lengths up to order 2, of second ones for 3.
     #[inline(always)]
-    pub fn add_gauge(&mut self, weight: S) -> S {
-        self.sweep(weight, &Gauge)
+    pub fn add_gauge(&mut self, order: usize, weight: S) -> S {
+        if order < 3 {
+            return self.sweep(weight, &Gauge);
+        }
+        let mut value = self.sweep(weight, &SmoothGauge);
+        if !self.closed {
+            for j in 0..self.windows::<2>() {
+                let at_ends = weight * self.ends(j);
+                value += self.scatter(j, at_ends, &Gauge.gradient(&self.window::<2>(j)));
+            }
+        }
+        value
     }
 
     /// The window of W edges from edge j on.
@@ -170,6 +216,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             length: std::array::from_fn(|k| self.length[j + k]),
             segments: self.segments,
             free: self.free[j],
+            free_after: if W > 2 { self.free[j + 1] } else { S::ZERO },
         }
     }
 
@@ -183,6 +230,17 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     #[inline(always)]
     pub fn starts<const W: usize>(&self, j: usize) -> S {
         if self.closed { self.exists[j] } else { self.exists[j + W - 1] }
+    }
+
+    /// How many ends of an open lane (0, 1, 2) the window of two edges from edge j on touches.
+    #[inline(always)]
+    pub fn ends(&self, j: usize) -> S {
+        let mut ends = S::ZERO;
+        for (lane, &count) in self.counts.iter().enumerate() {
+            let touched = if j + 2 <= count { u8::from(j == 0) + u8::from(j + 2 == count) } else { 0 };
+            ends.set_lane(lane, number::<S>(f64::from(touched)));
+        }
+        ends
     }
 
     #[inline(always)]

@@ -6,6 +6,7 @@
 //! [`thomas`] is the textbook's elimination, which the CPU's fast path is tested against, as the kernels are against the
 //! CPU. Symmetric pentadiagonal systems, as smoothing splines need them, are factored and solved one at a time.
 
+pub(crate) mod banded;
 mod elimination;
 mod lanes;
 mod pentadiagonal;

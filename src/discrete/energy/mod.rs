@@ -56,6 +56,8 @@ pub(crate) struct Window<S, const D: usize, const W: usize> {
     pub segments: S,
     /// 1 where the vertex between the first two edges is free to move along the curve, 0 at a data point.
     pub free: S,
+    /// The same of the vertex between the second and the third.
+    pub free_after: S,
 }
 
 /// A term and its partial derivatives with respect to tangents and lengths.

@@ -1,0 +1,505 @@
+//! [`Descent`]: curves on their way down an energy, one a lane, one trial a tick.
+//!
+//! A tick evaluates the energy and its gradient at u + αp. Where the step is accepted, the inner product is frozen at
+//! the new curve, the Sobolev gradient z found, and a new direction p = −z + βp taken; where it is not, another α follows. Lanes that have
+//! ended stay as they are. Everything a curve needs to go on is in its lane: a descent can be stopped after any tick, and
+//! resumed.
+
+use super::edges::Edges;
+use super::energy::Functional;
+use super::line_search::{LineSearch, MOST_OF_AN_EDGE, Verdict};
+use super::metric::{Metric, Pins, Weights};
+use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
+use crate::linalg::{Real, Scalar};
+
+/// How the direction follows from Sobolev gradients.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Direction {
+    /// −z
+    Steepest,
+    /// −z + βp with β = max(0, ⟨g⁺, z⁺ − z⟩/⟨g, z⟩), after Polak and Ribière.
+    PolakRibiere,
+    /// β = max(0, min(Hestenes–Stiefel, Dai–Yuan)): a tenth fewer evaluations, and steps need be less exact.
+    #[default]
+    Hybrid,
+}
+
+/// How far each step goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Step {
+    /// Always so far.
+    Constant(f64),
+    /// As far as a line search says.
+    #[default]
+    Search,
+}
+
+/// What a descent is to do.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plan {
+    pub direction: Direction,
+    pub step: Step,
+    /// Order of the inner product; 0 for ordinary gradients.
+    pub order: usize,
+    /// Order of the gauge.
+    pub gauge: usize,
+    /// Accepted steps at most.
+    pub most_iterations: u32,
+}
+
+/// How a curve stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Standing {
+    Running,
+    /// √⟨g, z⟩ ≤ tolerance.
+    Converged,
+    /// No direction leads down any more, at rounding level or not.
+    Stalled,
+    /// So many iterations were not enough.
+    Exhausted,
+    /// The length has passed its bound while the energy fell.
+    Unbounded,
+    /// Energy or inner product are no numbers.
+    Broken,
+}
+
+/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`], else rounding has the upper hand.
+const PATIENCE: u32 = 100;
+
+/// See [`PATIENCE`].
+const PROGRESS: f64 = 0.7;
+
+/// A new direction leads down by at least this part of ⟨g, z⟩, else −z is taken.
+const DOWNWARDS: f64 = 0.01;
+
+/// One curve's numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lane<N> {
+    pub standing: Standing,
+    pub energy: N,
+    /// ⟨g, z⟩
+    pub norm2: N,
+    pub length: N,
+    pub iterations: u32,
+    pub evaluations: u32,
+    pub tolerance: N,
+    /// A length that no honest minimum has; infinite where the energy bounds the length.
+    pub longest: N,
+    start_energy: N,
+    search: LineSearch<N>,
+    /// p is −z.
+    steepest: bool,
+    best: N,
+    since_best: u32,
+}
+
+/// The curves of all lanes.
+pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
+    pub plan: Plan,
+    pub edges: Edges<S, D>,
+    pub metric: Metric<S, D>,
+    pub pins: Pins<S>,
+    pub weights: Weights<S>,
+    /// Functionals and their weights, which differ from lane to lane since curves are normalised.
+    pub terms: Vec<(S, &'a Functional)>,
+    pub gauge: S,
+    /// Attached: the displacement of the data point of each vertex.
+    pub targets: Vec<Vector<S, D>>,
+    pub u: Vec<Vector<S, D>>,
+    x: Vec<Vector<S, D>>,
+    p: Vec<Vector<S, D>>,
+    g: Vec<Vector<S, D>>,
+    z: Vec<Vector<S, D>>,
+    trial: Vec<Vector<S, D>>,
+    pub lanes: Vec<Lane<S::Number>>,
+}
+
+impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
+    /// Curves at their base, with tolerances and bounds of length a lane.
+    pub fn new(
+        plan: Plan,
+        edges: Edges<S, D>,
+        pins: Pins<S>,
+        weights: Weights<S>,
+        terms: Vec<(S, &'a Functional)>,
+        gauge: S,
+        targets: Vec<Vector<S, D>>,
+        bounds: &[(f64, f64)],
+    ) -> Self {
+        let rows = vec![[S::ZERO; D]; edges.rows()];
+        let number = <S::Number as Scalar>::of;
+        let (zero, infinite) = (number(0.0), number(f64::INFINITY));
+        let lane = |&(tolerance, longest): &(f64, f64)| Lane {
+            standing: Standing::Running,
+            energy: zero,
+            norm2: infinite,
+            length: zero,
+            iterations: 0,
+            evaluations: 0,
+            tolerance: number(tolerance),
+            longest: number(longest),
+            start_energy: zero,
+            // The first tick evaluates where the curve is.
+            search: LineSearch::start(infinite, zero, zero, infinite),
+            steepest: true,
+            best: infinite,
+            since_best: 0,
+        };
+        Descent {
+            metric: Metric::new(plan.order, &edges, &pins),
+            lanes: bounds.iter().map(lane).collect(),
+            u: rows.clone(),
+            x: rows.clone(),
+            p: rows.clone(),
+            g: rows.clone(),
+            z: rows.clone(),
+            trial: rows,
+            plan,
+            edges,
+            pins,
+            weights,
+            terms,
+            gauge,
+            targets,
+        }
+    }
+
+    /// Whether any lane goes on.
+    pub fn is_running(&self) -> bool {
+        self.lanes.iter().any(|lane| lane.standing == Standing::Running)
+    }
+
+    /// The energy without the gauge, of the curves as they stand.
+    pub fn energy_without_gauge(&mut self) -> S {
+        self.edges.place(&self.u);
+        self.edges.clear();
+        self.evaluate_terms(true)
+    }
+
+    /// One trial of every lane.
+    #[inline(always)]
+    pub fn tick(&mut self) {
+        let mut alpha = S::ZERO;
+        for (l, lane) in self.lanes.iter().enumerate() {
+            alpha.set_lane(l, lane.search.alpha);
+        }
+        for row in 0..self.u.len() {
+            self.x[row] = add(self.u[row], scale(alpha, self.p[row]));
+        }
+        let (energy, slope, length) = self.evaluate();
+        let mut accepted = S::ZERO;
+        for l in 0..self.lanes.len() {
+            if self.judge(l, energy.lane(l), slope.lane(l)) {
+                self.lanes[l].length = length.lane(l);
+                accepted.set_lane(l, S::ONE.lane(0));
+            }
+        }
+        let any = self.lanes.iter().enumerate().any(|(l, _)| accepted.lane(l) != S::ZERO.lane(0));
+        if any {
+            self.accept(accepted, slope);
+        }
+    }
+
+    /// Energy and slope at x, whose gradient goes to `trial`; and the length.
+    #[inline(always)]
+    fn evaluate(&mut self) -> (S, S, S) {
+        self.edges.close(&mut self.x);
+        self.edges.place(&self.x);
+        self.edges.clear();
+        let mut energy = self.evaluate_terms(false);
+        self.edges.gradient(&self.pins.movable, &mut self.trial);
+        if self.weights.attached {
+            energy += self.attach();
+        }
+        let mut slope = S::ZERO;
+        for (g, p) in self.trial.iter().zip(&self.p) {
+            slope += dot(*g, *p);
+        }
+        (energy, slope, self.edges.total_length())
+    }
+
+    #[inline(always)]
+    fn evaluate_terms(&mut self, report: bool) -> S {
+        let mut energy = S::ZERO;
+        for (weight, functional) in &self.terms {
+            energy += self.edges.add(*weight, functional);
+        }
+        if report {
+            if self.weights.attached {
+                self.x.copy_from_slice(&self.u);
+                energy += self.attach();
+            }
+            return energy;
+        }
+        if self.plan.gauge > 0 {
+            energy += self.edges.add_gauge(self.plan.gauge, self.gauge);
+        }
+        energy
+    }
+
+    /// ½ Σ w |x − target|², its gradient added to `trial`.
+    #[inline(always)]
+    fn attach(&mut self) -> S {
+        let half = S::of(0.5);
+        let mut energy = S::ZERO;
+        for (row, target) in self.targets.iter().enumerate() {
+            let weight = self.weights.vertices[row];
+            let away = subtract(self.x[row], *target);
+            energy += half * weight * dot(away, away);
+            self.trial[row] = add(self.trial[row], scale(weight * self.pins.movable[row], away));
+        }
+        energy
+    }
+
+    /// Whether a lane's trial is accepted.
+    #[inline(always)]
+    fn judge(&mut self, l: usize, energy: S::Number, slope: S::Number) -> bool {
+        let zero = <S::Number as Scalar>::of(0.0);
+        let lane = &mut self.lanes[l];
+        if lane.standing != Standing::Running {
+            return false;
+        }
+        lane.evaluations += 1;
+        let first = lane.evaluations == 1;
+        let verdict = match self.plan.step {
+            _ if first && energy.is_finite() => Verdict::Accept,
+            _ if first => {
+                lane.standing = Standing::Broken;
+                return false;
+            }
+            Step::Constant(_) if energy.is_finite() => Verdict::Accept,
+            Step::Constant(_) => Verdict::Fail,
+            Step::Search => lane.search.judge(energy, slope),
+        };
+        if first {
+            lane.start_energy = energy;
+        }
+        match verdict {
+            Verdict::Accept => {
+                lane.iterations += u32::from(!first);
+                lane.energy = energy;
+                return true;
+            }
+            Verdict::Again => {}
+            Verdict::Fail if lane.steepest => {
+                lane.standing = Standing::Stalled;
+                lane.search.alpha = zero;
+            }
+            Verdict::Fail => self.restart(l),
+        }
+        false
+    }
+
+    /// Takes −z after a direction has failed.
+    #[inline(never)]
+    fn restart(&mut self, l: usize) {
+        for (p, z) in self.p.iter_mut().zip(&self.z) {
+            (0..D).for_each(|c| p[c].set_lane(l, -z[c].lane(l)));
+        }
+        // Against the edges of the trial that failed: about those of the curve, and a guard is all it is.
+        let most = self.edges.most_step(&self.p).lane(l);
+        let lane = &mut self.lanes[l];
+        lane.steepest = true;
+        lane.search = LineSearch::start(lane.energy, -lane.norm2, <S::Number as Scalar>::of(1.0), most);
+    }
+
+    /// Takes the step where `accepted` is 1: Sobolev gradient, direction and first trial there.
+    #[inline(always)]
+    fn accept(&mut self, accepted: S, slope: S) {
+        let smallest = self.metric.freeze(&self.edges, &self.pins, &self.weights);
+        // x becomes the new Sobolev gradient's array once the displacements are taken.
+        let (mut norm2, mut mixed) = (S::ZERO, S::ZERO);
+        for row in 0..self.u.len() {
+            for c in 0..D {
+                self.u[row][c] = accepted.if_positive(self.x[row][c], self.u[row][c]);
+            }
+        }
+        self.x.copy_from_slice(&self.trial);
+        self.metric.solve(&self.pins, &mut self.x);
+        for row in 0..self.u.len() {
+            norm2 += dot(self.trial[row], self.x[row]);
+            mixed += dot(self.trial[row], self.z[row]);
+        }
+        let mut beta = S::ZERO;
+        for l in 0..self.lanes.len() {
+            if accepted.lane(l) != S::ZERO.lane(0) {
+                let b = self.lanes[l].turn(self.plan, smallest.lane(l), norm2.lane(l), mixed.lane(l), slope.lane(l));
+                beta.set_lane(l, b);
+            }
+        }
+        for row in 0..self.u.len() {
+            for c in 0..D {
+                let (z, p) = (self.x[row][c], self.p[row][c]);
+                self.g[row][c] = accepted.if_positive(self.trial[row][c], self.g[row][c]);
+                self.z[row][c] = accepted.if_positive(z, self.z[row][c]);
+                self.p[row][c] = accepted.if_positive(beta * p - z, p);
+            }
+        }
+        self.edges.close(&mut self.p);
+        let most = self.edges.most_step(&self.p);
+        for l in 0..self.lanes.len() {
+            if accepted.lane(l) != S::ZERO.lane(0) {
+                self.lanes[l].begin(self.plan, beta.lane(l), slope.lane(l), most.lane(l));
+            }
+        }
+    }
+
+    /// Coordinates of a lane's displacements, its vertices one after the other.
+    pub fn displacements(&self, l: usize) -> Vec<Vector<f64, D>> {
+        let count = self.edges.vertices()[l];
+        self.u[..count].iter().map(|u| std::array::from_fn(|c| u[c].lane(l).to_f64())).collect()
+    }
+}
+
+impl<N: Real + Scalar> Lane<N> {
+    /// Ends the lane, or returns β of its next direction, from ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
+    fn turn(&mut self, plan: Plan, smallest: N, norm2: N, mixed: N, slope: N) -> N {
+        let zero = N::of(0.0);
+        let before = self.norm2;
+        self.norm2 = norm2;
+        if !(smallest > zero && norm2 >= zero && norm2.is_finite()) {
+            self.standing = Standing::Broken;
+            return zero;
+        }
+        let norm = norm2.sqrt();
+        if norm <= self.tolerance {
+            self.standing = Standing::Converged;
+        } else if self.length > self.longest && self.energy < self.start_energy {
+            self.standing = Standing::Unbounded;
+        } else if self.iterations >= plan.most_iterations {
+            self.standing = Standing::Exhausted;
+        } else if norm < N::of(PROGRESS) * self.best {
+            (self.best, self.since_best) = (norm, 0);
+        } else {
+            self.since_best += 1;
+        }
+        if self.standing == Standing::Running && self.since_best > PATIENCE && plan.step == Step::Search {
+            self.standing = Standing::Stalled;
+        }
+        let change = slope - self.search.slope();
+        let beta = match plan.direction {
+            _ if self.iterations == 0 => zero,
+            Direction::Steepest => zero,
+            Direction::PolakRibiere => (norm2 - mixed) / before,
+            Direction::Hybrid if change > zero => least((norm2 - mixed) / change, norm2 / change),
+            Direction::Hybrid => zero,
+        };
+        let downwards = beta * slope - norm2 < -(N::of(DOWNWARDS) * norm2);
+        if beta > zero && beta.is_finite() && downwards { beta } else { zero }
+    }
+
+    /// Starts along p = −z + βp from the slope ⟨g⁺, p⟩ of the direction before.
+    fn begin(&mut self, plan: Plan, beta: N, slope: N, most: N) {
+        if self.standing != Standing::Running {
+            self.search.alpha = N::of(0.0);
+            return;
+        }
+        self.steepest = beta == N::of(0.0);
+        let alpha = match plan.step {
+            Step::Constant(alpha) => N::of(alpha),
+            Step::Search if self.iterations == 0 => N::of(1.0),
+            Step::Search => self.search.alpha,
+        };
+        let most = if plan.step == Step::Search { most } else { N::of(f64::INFINITY) };
+        self.search = LineSearch::start(self.energy, beta * slope - self.norm2, alpha, most);
+    }
+}
+
+fn least<N: PartialOrd>(a: N, b: N) -> N {
+    if a < b { a } else { b }
+}
+
+/// Largest step that changes no edge by more than its allowed part.
+pub(super) fn most_step<S: Scalar>(largest: S) -> S {
+    S::of(MOST_OF_AN_EDGE) / largest.max(S::of(1e-30))
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::rngs::StdRng;
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+    use crate::linalg::Lanes;
+    use crate::spline::Natural;
+    use crate::{CurveBatch, Device, Sampling};
+
+    /// Gentle curves of size about 1 with `n` edges a span.
+    fn splines(count: usize, points: usize, n: usize, height: f64, closed: bool) -> CurveBatch {
+        let mut rng = StdRng::seed_from_u64(7);
+        let mut coords = Vec::new();
+        for _ in 0..count {
+            for k in 0..points {
+                let turn = std::f64::consts::TAU * k as f64 / points as f64;
+                let mut noise = || rng.random_range(-height..height);
+                let at = if closed {
+                    [0.5 * turn.cos() + noise(), 0.5 * turn.sin() + noise()]
+                } else {
+                    [k as f64 / (points - 1) as f64, noise()]
+                };
+                coords.extend(at);
+            }
+        }
+        let offsets = (0..=count).map(|i| i * points).collect();
+        let batch = CurveBatch::from_ragged(2, coords, offsets).unwrap().closed_each(vec![closed; count]).unwrap();
+        Natural::default().fit_sampled(&batch, Sampling::PerSpan(n), &Device::cpu()).unwrap().1
+    }
+
+    type Four = Lanes<f64, 4>;
+
+    fn run(energy: &super::super::Energy, batch: &CurveBatch, n: usize, order: usize) -> Vec<Lane<f64>> {
+        let closed = batch.is_closed(0);
+        let mut bases = Vec::new();
+        for l in 0..4 {
+            let points: Vec<[f64; 2]> = batch.points(l).as_chunks::<2>().0.to_vec();
+            let edges = if closed { points.len() } else { points.len() - 1 };
+            let base: Vec<[f64; 2]> = (0..edges).map(|j| subtract(points[(j + 1) % points.len()], points[j])).collect();
+            bases.push(base);
+        }
+        let m = bases[0].len();
+        let data: Vec<bool> = (0..=m).map(|v| v % n == 0).collect();
+        let edges = Edges::<Four, 2>::new(closed, &bases.iter().map(|b| &b[..]).collect::<Vec<_>>(), &[&data[..]; 4]);
+        let rows: Vec<usize> = (0..edges.vertices()[0]).step_by(n).collect();
+        let mut movable = vec![Four::ONE; edges.rows()];
+        rows.iter().for_each(|&row| movable[row] = Four::ZERO);
+        if closed {
+            movable[m] = Four::ZERO;
+        }
+        let vertices = vec![Four::ZERO; edges.rows()];
+        let mut h = 0.0;
+        bases[0].iter().for_each(|e| h += dot(*e, *e).sqrt() / m as f64);
+        let gauge = Four::of(2.0 * h.powi(if order == 3 { -5 } else { -3 }));
+        let plan =
+            Plan { direction: Direction::Hybrid, step: Step::Search, order, gauge: order, most_iterations: 2000 };
+        let terms = energy.terms().iter().map(|(w, f)| (Four::of(*w), f)).collect();
+        let weights = Weights { highest: Four::of(2.0), vertices, attached: false };
+        let pins = Pins { movable, rows };
+        let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, vec![], &[(1e-8, f64::INFINITY); 4]);
+        while descent.is_running() {
+            descent.tick();
+        }
+        descent.lanes.clone()
+    }
+
+    #[test]
+    fn gentle_curves_converge_in_tens_of_iterations() {
+        use super::super::{bending, length, variation};
+        for (closed, height, order, most) in
+            [(false, 0.05, 2, 40), (false, 0.15, 2, 150), (true, 0.05, 2, 150), (false, 0.05, 3, 300)]
+        {
+            for n in [16, 64] {
+                let batch = splines(4, 5, n, height, closed);
+                let energy = if order == 3 { variation() + length() } else { bending(2.0) + length() };
+                let lanes = run(&energy, &batch, n, order);
+                for lane in &lanes {
+                    println!(
+                        "closed {closed} height {height} order {order} n {n}: {:?} {} {} {:e}",
+                        lane.standing, lane.iterations, lane.evaluations, lane.energy
+                    );
+                    assert_eq!(lane.standing, Standing::Converged);
+                    assert!(lane.iterations <= most);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! [`Problem`]: one curve, ready to descend; and how the CPU descends many, side by side in lanes.
+
+use rayon::prelude::*;
+
+use super::descent::{Descent, Plan, Standing};
+use super::edges::Edges;
+use super::energy::{Energy, Functional};
+use super::metric::{Pins, Weights};
+use crate::linalg::scalar::Vector;
+use crate::linalg::{Lanes, Real, Scalar};
+
+/// Curves side by side on the CPU: two vector registers of f64.
+const LANES: usize = 8;
+
+/// One curve with all that its descent needs, translated and scaled to size 1.
+#[derive(Clone, Debug)]
+pub(crate) struct Problem<const D: usize> {
+    pub closed: bool,
+    /// Edges of the base curve; displacements are 0 there.
+    pub base: Vec<Vector<f64, D>>,
+    /// Rows of the vertices that stand for data points, increasing.
+    pub data: Vec<u32>,
+    /// Rows of the pinned vertices, increasing.
+    pub pinned: Vec<u32>,
+    /// Attached vertices: row, weight, displacement of the data point.
+    pub attached: Vec<(u32, f64, Vector<f64, D>)>,
+    /// Weight of each term of the energy at size 1.
+    pub weights: Vec<f64>,
+    pub gauge: f64,
+    /// Weight of the highest derivative in the inner product.
+    pub highest: f64,
+    /// √⟨g, L⁻¹g⟩ to reach.
+    pub tolerance: f64,
+    /// A length that no honest minimum has; infinite where the energy bounds the length.
+    pub longest: f64,
+}
+
+/// Where a descent ended.
+#[derive(Clone, Debug)]
+pub(crate) struct Outcome<const D: usize> {
+    /// Displacements of the vertices from the base.
+    pub displacements: Vec<Vector<f64, D>>,
+    pub standing: Standing,
+    /// Without the gauge.
+    pub energy: f64,
+    /// √⟨g, L⁻¹g⟩
+    pub norm: f64,
+    pub iterations: u32,
+    pub evaluations: u32,
+}
+
+impl<const D: usize> Problem<D> {
+    /// Number of vertices.
+    pub fn vertices(&self) -> usize {
+        self.base.len() + usize::from(!self.closed)
+    }
+
+    /// Whether curves may share a pass: both open or both closed, of similar length, with pins in the same rows as far as
+    /// both go.
+    fn suits(&self, other: &Self) -> bool {
+        let (short, long) = if self.base.len() <= other.base.len() { (self, other) } else { (other, self) };
+        let pins = short.pinned.len();
+        let boundary = |problem: &Self| problem.pinned.get(pins).copied().unwrap_or(problem.base.len() as u32);
+        self.closed == other.closed
+            && 2 * short.base.len() >= long.base.len()
+            && self.attached.is_empty()
+            && other.attached.is_empty()
+            && pins <= long.pinned.len()
+            && short.pinned[..] == long.pinned[..pins]
+            && (!short.closed || short.base.len() == long.base.len() || boundary(long) == short.base.len() as u32)
+    }
+}
+
+/// Descends every curve, on all threads of the CPU in f64.
+pub(crate) fn descend_on_cpu<const D: usize>(
+    plan: &Plan,
+    energy: &Energy,
+    problems: &[Problem<D>],
+) -> Vec<Outcome<D>> {
+    let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
+    let mut order: Vec<usize> = (0..problems.len()).collect();
+    order.sort_by_key(|&i| (problems[i].closed, problems[i].base.len(), i));
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for &i in &order {
+        match groups.last_mut() {
+            Some(group) if group.len() < LANES && problems[group[0]].suits(&problems[i]) => group.push(i),
+            _ => groups.push(vec![i]),
+        }
+    }
+    let solved: Vec<(usize, Outcome<D>)> = groups
+        .into_par_iter()
+        .flat_map_iter(|group| {
+            let members: Vec<&Problem<D>> = group.iter().map(|&i| &problems[i]).collect();
+            let outcomes = if members.len() > 1 {
+                pulp::Arch::new().dispatch(Vectorised { plan, functionals: &functionals, members: &members })
+            } else {
+                descend::<f64, D>(plan, &functionals, &members)
+            };
+            group.into_iter().zip(outcomes)
+        })
+        .collect();
+    let mut outcomes: Vec<Option<Outcome<D>>> = vec![None; problems.len()];
+    solved.into_iter().for_each(|(i, outcome)| outcomes[i] = Some(outcome));
+    outcomes.into_iter().map(|outcome| outcome.expect("every curve is in one group")).collect()
+}
+
+/// [`descend`] in lanes, compiled once for every instruction set and chosen at run time.
+struct Vectorised<'a, const D: usize> {
+    plan: &'a Plan,
+    functionals: &'a [&'a Functional],
+    members: &'a [&'a Problem<D>],
+}
+
+impl<const D: usize> pulp::WithSimd for Vectorised<'_, D> {
+    type Output = Vec<Outcome<D>>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        descend::<Lanes<f64, LANES>, D>(self.plan, self.functionals, self.members)
+    }
+}
+
+/// Descends up to S::LANES curves that suit each other.
+#[inline(always)]
+pub(crate) fn descend<S: Scalar, const D: usize>(
+    plan: &Plan,
+    functionals: &[&Functional],
+    members: &[&Problem<D>],
+) -> Vec<Outcome<D>> {
+    let mut descent = start::<S, D>(plan, functionals, members);
+    while descent.is_running() {
+        descent.tick();
+    }
+    let energy = descent.energy_without_gauge();
+    let outcome = |l: usize| {
+        let lane = &descent.lanes[l];
+        Outcome {
+            displacements: descent.displacements(l),
+            standing: lane.standing,
+            energy: energy.lane(l).to_f64(),
+            norm: lane.norm2.to_f64().sqrt(),
+            iterations: lane.iterations,
+            evaluations: lane.evaluations,
+        }
+    };
+    (0..members.len()).map(outcome).collect()
+}
+
+/// A descent of up to S::LANES curves that suit each other, at their bases. Lanes without a curve repeat the first, already ended.
+pub(crate) fn start<'a, S: Scalar, const D: usize>(
+    plan: &Plan,
+    functionals: &[&'a Functional],
+    members: &[&Problem<D>],
+) -> Descent<'a, S, D> {
+    let lane = |l: usize| members[if l < members.len() { l } else { 0 }];
+    let bases: Vec<&[Vector<f64, D>]> = (0..S::LANES).map(|l| &lane(l).base[..]).collect();
+    let is_data: Vec<Vec<bool>> = (0..S::LANES)
+        .map(|l| {
+            let mut data = vec![false; lane(l).vertices()];
+            lane(l).data.iter().for_each(|&row| data[row as usize] = true);
+            data
+        })
+        .collect();
+    let is_data: Vec<&[bool]> = is_data.iter().map(|data| &data[..]).collect();
+    let edges = Edges::<S, D>::new(lane(0).closed, &bases, &is_data);
+    let number = <S::Number as Scalar>::of;
+    let each = |value: &dyn Fn(&Problem<D>) -> f64| {
+        let mut out = S::ZERO;
+        (0..S::LANES).for_each(|l| out.set_lane(l, number(value(lane(l)))));
+        out
+    };
+    let longest = (0..S::LANES).map(lane).max_by_key(|problem| problem.pinned.len()).unwrap_or(lane(0));
+    let mut pins =
+        Pins { movable: vec![S::ZERO; edges.rows()], rows: longest.pinned.iter().map(|&row| row as usize).collect() };
+    let attached = members.iter().any(|problem| !problem.attached.is_empty());
+    let mut vertices = vec![S::ZERO; edges.rows()];
+    let mut targets = vec![[S::ZERO; D]; if attached { edges.rows() } else { 0 }];
+    for l in 0..S::LANES {
+        let problem = lane(l);
+        (0..problem.vertices()).for_each(|row| pins.movable[row].set_lane(l, number(1.0)));
+        problem.pinned.iter().for_each(|&row| pins.movable[row as usize].set_lane(l, number(0.0)));
+        for &(row, weight, target) in &problem.attached {
+            vertices[row as usize].set_lane(l, number(weight));
+            (0..D).for_each(|c| targets[row as usize][c].set_lane(l, number(target[c])));
+        }
+    }
+    let weights = Weights { highest: each(&|problem| problem.highest), vertices, attached };
+    let terms = functionals.iter().enumerate().map(|(k, f)| (each(&|problem| problem.weights[k]), *f)).collect();
+    let gauge = each(&|problem| problem.gauge);
+    let bounds: Vec<(f64, f64)> = (0..S::LANES).map(|l| (lane(l).tolerance, lane(l).longest)).collect();
+    let mut descent = Descent::new(*plan, edges, pins, weights, terms, gauge, targets, &bounds);
+    descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);
+    descent
+}
