@@ -2,5 +2,8 @@
 
 mod edges;
 mod energy;
+mod hessian;
+#[cfg(test)]
+mod tests;
 
 pub use energy::*;
