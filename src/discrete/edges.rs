@@ -14,7 +14,7 @@ use super::energy::length::Length;
 use super::energy::tension::Tension;
 use super::energy::torsion::Torsion;
 use super::energy::variation::Variation;
-use super::energy::{Custom, Functional, Partials, SecondPartials, Term, Window};
+use super::energy::{Custom, Functional, Partials, SecondPartials, TORSION_CURVATURE, Term, Window};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
 
@@ -29,6 +29,7 @@ pub(crate) struct Edges<S, const D: usize> {
     counts: Vec<usize>,
     most: usize,
     segments: S,
+    torsion_curvature: S,
     /// Edges of the base; unit edges where a lane has none.
     base: Vec<Vector<S, D>>,
     /// 1 where a lane has the edge.
@@ -56,6 +57,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             closed,
             most,
             segments: S::ONE,
+            torsion_curvature: S::of(TORSION_CURVATURE),
             base: vec![unit; rows],
             exists: vec![S::ZERO; rows],
             free: vec![S::ZERO; rows],
@@ -76,6 +78,11 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             }
         }
         edges
+    }
+
+    /// Sets ε of torsion in a lane, a curvature; at first it is that of a curve of size 1.
+    pub fn set_torsion_curvature(&mut self, lane: usize, curvature: f64) {
+        self.torsion_curvature.set_lane(lane, number::<S>(curvature));
     }
 
     /// Most vertices of a lane; displacements have a row for each, and closed curves one more, which repeats vertex 0.
@@ -215,6 +222,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             tangent: std::array::from_fn(|k| self.tangent[j + k]),
             length: std::array::from_fn(|k| self.length[j + k]),
             segments: self.segments,
+            torsion_curvature: self.torsion_curvature,
             free: self.free[j],
             free_after: if W > 2 { self.free[j + 1] } else { S::ZERO },
         }

@@ -29,7 +29,8 @@ impl Bending {
             q
         } else {
             let rounding = <S::Number as Real>::EPSILON.to_f64();
-            q.max(S::of(rounding * rounding)).powf(exponent)
+            // In this order NaN stays NaN.
+            S::of(rounding * rounding).max(q).powf(exponent)
         }
     }
 

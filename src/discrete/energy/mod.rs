@@ -24,6 +24,7 @@
 
 mod attachment;
 pub(super) mod bending;
+mod curvatures;
 mod custom;
 pub(super) mod gauge;
 pub(super) mod length;
@@ -54,6 +55,8 @@ pub(crate) struct Window<S, const D: usize, const W: usize> {
     pub length: [S; W],
     /// Number of edges of the whole curve.
     pub segments: S,
+    /// ε of torsion: a curvature.
+    pub torsion_curvature: S,
     /// 1 where the vertex between the first two edges is free to move along the curve, 0 at a data point.
     pub free: S,
     /// The same of the vertex between the second and the third.

@@ -1,27 +1,156 @@
 //! Torsion: Σ det(T, K̄, C)²/(|K̄|² + ε²) Δs.
 
+use super::curvatures::{ByCurvatures, Curvatures, Matrix, matrix};
 use super::{Energy, Functional, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
+use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 
 /// ε of [`torsion`]: a curvature of 10⁻³ over the curve's size.
 pub const TORSION_CURVATURE: f64 = 1e-3;
 
+/// ∫κ²τ² ds as Σ det(T, K̄, C)²/(|K̄|² + ε²) Δs over every edge between two interior vertices, in units of 1/length³. T and Δs are
+/// of this edge, K and K′ the curvature vectors at its ends, C = (K′ − K)/Δs, and K̄ is the mean of K and K′ without its part
+/// along T. Its order is 3. 0 in 2-D.
+///
+/// The curvature ε, [`TORSION_CURVATURE`] over the curve's size, keeps it finite at inflections, where curvature vanishes and torsion has no meaning.
 pub fn torsion() -> Energy {
     Energy::of(Functional::Torsion)
 }
 
+/// δ²/(n Δs) with δ = T·(K × K′), which is Δs det(T, K̄, C), and n = |K̄|² + ε².
 pub(crate) struct Torsion;
 
+/// What the term and its derivatives are made of.
+struct Parts<S, const D: usize> {
+    /// K × K′
+    cross: Vector<S, D>,
+    /// δ
+    delta: S,
+    /// The mean of K and K′, its part along T, and K̄.
+    mean: Vector<S, D>,
+    along: S,
+    bar: Vector<S, D>,
+    /// 1/n and 1/Δs
+    by_n: S,
+    by_s: S,
+}
+
+impl<S: Scalar, const D: usize> Parts<S, D> {
+    #[inline(always)]
+    fn of(window: &Window<S, D, 3>, curvatures: &Curvatures<S, D>) -> Self {
+        let ([k0, k2], t) = (curvatures.vector, window.tangent[1]);
+        let cross = cross(k0, k2);
+        let mean = scale(S::of(0.5), add(k0, k2));
+        let along = dot(mean, t);
+        let bar = subtract(mean, scale(along, t));
+        let by_n = S::ONE / (dot(bar, bar) + window.torsion_curvature * window.torsion_curvature);
+        Parts { cross, delta: dot(t, cross), mean, along, bar, by_n, by_s: S::ONE / window.length[1] }
+    }
+
+    #[inline(always)]
+    fn value(&self) -> S {
+        self.delta * self.delta * self.by_n * self.by_s
+    }
+
+    /// δ by K, K′ and T.
+    #[inline(always)]
+    fn delta_first(&self, [k0, k2]: [Vector<S, D>; 2], t: Vector<S, D>) -> [Vector<S, D>; 3] {
+        [cross(k2, t), cross(t, k0), self.cross]
+    }
+
+    /// n by K, K′ and T, as |mean|² − (mean·T)² + ε², which it is for unit tangents.
+    #[inline(always)]
+    fn n_first(&self) -> [Vector<S, D>; 3] {
+        [self.bar, self.bar, scale(-S::of(2.0) * self.along, self.mean)]
+    }
+
+    /// The term by K, K′ and T: 2 δ/(n Δs) ∂δ − V/n ∂n.
+    #[inline(always)]
+    fn first(&self, delta: &[Vector<S, D>; 3], n: &[Vector<S, D>; 3]) -> [Vector<S, D>; 3] {
+        let (by_delta, by_n) = (S::of(2.0) * self.delta * self.by_n * self.by_s, self.value() * self.by_n);
+        std::array::from_fn(|y| subtract(scale(by_delta, delta[y]), scale(by_n, n[y])))
+    }
+}
+
 impl Term<3> for Torsion {
-    fn value<S: Scalar, const D: usize>(&self, _: &Window<S, D, 3>) -> S {
-        todo!()
+    #[inline(always)]
+    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> S {
+        Parts::of(window, &Curvatures::of(window)).value()
     }
 
-    fn gradient<S: Scalar, const D: usize>(&self, _: &Window<S, D, 3>) -> Partials<S, D, 3> {
-        todo!()
+    #[inline(always)]
+    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> Partials<S, D, 3> {
+        let curvatures = Curvatures::of(window);
+        let ([r0, r2], [k0, k2]) = (curvatures.rate, curvatures.vector);
+        let parts = Parts::of(window, &curvatures);
+        let delta = parts.delta_first(curvatures.vector, window.tangent[1]);
+        let [by_k0, by_k2, by_t] = parts.first(&delta, &parts.n_first());
+        let value = parts.value();
+        let half = S::of(0.5);
+        let by_a0 = -(half * r0 * dot(by_k0, k0));
+        let by_a2 = -(half * r2 * dot(by_k2, k2));
+        Partials {
+            value,
+            tangent: [scale(-r0, by_k0), add(by_t, subtract(scale(r0, by_k0), scale(r2, by_k2))), scale(r2, by_k2)],
+            length: [by_a0, by_a0 + by_a2 - value * parts.by_s, by_a2],
+        }
     }
 
-    fn hessian<S: Scalar, const D: usize>(&self, _: &Window<S, D, 3>) -> SecondPartials<S, D, 3> {
-        todo!()
+    #[inline(always)]
+    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> SecondPartials<S, D, 3> {
+        if D < 3 {
+            return SecondPartials::ZERO;
+        }
+        let curvatures = Curvatures::of(window);
+        let ([k0, k2], t) = (curvatures.vector, window.tangent[1]);
+        let parts = Parts::of(window, &curvatures);
+        let (delta, n) = (parts.delta_first(curvatures.vector, t), parts.n_first());
+        let value = parts.value();
+        let (two, half, zero) = (S::of(2.0), S::of(0.5), [[S::ZERO; D]; D]);
+        let unit = |a: usize, b: usize| if a == b { S::ONE } else { S::ZERO };
+        let by_kk = matrix(|a, b| half * (unit(a, b) - t[a] * t[b]));
+        let by_kt = matrix(|a, b| -(unit(a, b) * parts.along + t[a] * parts.mean[b]));
+        let by_tt = matrix(|a, b| -two * parts.mean[a] * parts.mean[b]);
+        let n_second = [[by_kk, by_kk, by_kt], [zero, by_kk, by_kt], [zero, zero, by_tt]];
+        let delta_second = [[zero, skew(t), skew(scale(-S::ONE, k2))], [zero, zero, skew(k0)], [zero; 3]];
+        // ∂²V = 2/(n Δs) (∂δ ∂δ + δ ∂²δ) − 2 δ/(n² Δs) (∂δ ∂n + ∂n ∂δ) + 2 V/n² ∂n ∂n − V/n ∂²n
+        let squares = two * parts.by_n * parts.by_s;
+        let by_delta = squares * parts.delta;
+        let mixed = by_delta * parts.by_n;
+        let by_n = value * parts.by_n;
+        let n_squares = two * by_n * parts.by_n;
+        let second = std::array::from_fn(|y| {
+            std::array::from_fn(|z| {
+                matrix(|a, b| {
+                    squares * delta[y][a] * delta[z][b] + by_delta * delta_second[y][z][a][b]
+                        - mixed * (delta[y][a] * n[z][b] + n[y][a] * delta[z][b])
+                        + n_squares * n[y][a] * n[z][b]
+                        - by_n * n_second[y][z][a][b]
+                })
+            })
+        });
+        ByCurvatures { value, first: parts.first(&delta, &n), second }.to_edges(&curvatures, window.length[1])
     }
+}
+
+/// a × b; 0 in 2-D, where the third component alone would not vanish.
+#[inline(always)]
+fn cross<S: Scalar, const D: usize>(a: Vector<S, D>, b: Vector<S, D>) -> Vector<S, D> {
+    if D < 3 {
+        return [S::ZERO; D];
+    }
+    std::array::from_fn(|c| {
+        let (d, e) = ((c + 1) % 3, (c + 2) % 3);
+        a[d] * b[e] - a[e] * b[d]
+    })
+}
+
+/// The matrix E with xᵀ E y = v·(x × y).
+#[inline(always)]
+fn skew<S: Scalar, const D: usize>(v: Vector<S, D>) -> Matrix<S, D> {
+    matrix(|a, b| match (b + 3 - a) % 3 {
+        1 => v[3 - a - b],
+        2 => -v[3 - a - b],
+        _ => S::ZERO,
+    })
 }

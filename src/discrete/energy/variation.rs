@@ -1,8 +1,9 @@
 //! Variation of curvature: Σ |(I − T Tᵀ)(K′ − K)|²/Δs.
 
+use super::curvatures::{ByCurvatures, Curvatures, Matrix, matrix};
 use super::{Energy, Functional, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
-use crate::linalg::scalar::{add, dot, scale, subtract};
+use crate::linalg::scalar::{dot, scale, subtract};
 
 /// ∫κ′² + κ²τ² ds as Σ |(I − T Tᵀ)(K′ − K)|²/Δs over every edge between two interior vertices, in units of 1/length³. K and K′
 /// are the curvature vectors at the edge's ends, T its tangent. 0 on polygons of a circle with equal edges. Its order is 3.
@@ -45,8 +46,27 @@ impl Term<3> for Variation {
         }
     }
 
+    #[inline(always)]
     fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> SecondPartials<S, D, 3> {
-        let _ = (window, add::<S, D>);
-        todo!()
+        let curvatures = Curvatures::of(window);
+        let t = window.tangent[1];
+        let c = subtract(curvatures.vector[1], curvatures.vector[0]);
+        let along = dot(c, t);
+        let across = subtract(c, scale(along, t));
+        let r = S::ONE / window.length[1];
+        let factor = S::of(2.0) * r;
+        let by_c = scale(factor, across);
+        // Of |c|² − (c·T)², which is |(I − T Tᵀ) c|² for unit tangents.
+        let by_cc = matrix(|a, b| factor * (if a == b { S::ONE } else { S::ZERO } - t[a] * t[b]));
+        let by_ct = matrix(|a, b| -factor * (t[a] * c[b] + if a == b { along } else { S::ZERO }));
+        let by_tt = matrix(|a, b| -factor * c[a] * c[b]);
+        let negative = |m: Matrix<S, D>| matrix(|a, b| -m[a][b]);
+        let zero = [[S::ZERO; D]; D];
+        ByCurvatures {
+            value: r * dot(across, across),
+            first: [scale(-S::ONE, by_c), by_c, scale(-factor * along, c)],
+            second: [[by_cc, negative(by_cc), negative(by_ct)], [zero, by_cc, by_ct], [zero, zero, by_tt]],
+        }
+        .to_edges(&curvatures, window.length[1])
     }
 }

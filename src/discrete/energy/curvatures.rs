@@ -1,0 +1,121 @@
+//! Energies of the curvature vectors at both ends of an edge: from derivatives by them to those by tangents and lengths.
+
+use super::{SecondPartials, Window};
+use crate::linalg::Scalar;
+use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
+
+/// A D × D matrix, row after row.
+pub(super) type Matrix<S, const D: usize> = [Vector<S, D>; D];
+
+/// The matrix of these entries.
+#[inline(always)]
+pub(super) fn matrix<S, const D: usize>(entry: impl Fn(usize, usize) -> S) -> Matrix<S, D> {
+    std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
+}
+
+/// Curvature vectors K = r (T − T₋) and K′ = r′ (T₊ − T) at the ends of the middle edge, r = 2/(Δs₋ + Δs), r′ = 2/(Δs + Δs₊).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Curvatures<S, const D: usize> {
+    /// r and r′
+    pub rate: [S; 2],
+    /// K and K′
+    pub vector: [Vector<S, D>; 2],
+}
+
+impl<S: Scalar, const D: usize> Curvatures<S, D> {
+    #[inline(always)]
+    pub fn of(window: &Window<S, D, 3>) -> Self {
+        let ([t0, t1, t2], [s0, s1, s2]) = (window.tangent, window.length);
+        let two = S::of(2.0);
+        let rate = [two / (s0 + s1), two / (s1 + s2)];
+        Curvatures { rate, vector: [scale(rate[0], subtract(t1, t0)), scale(rate[1], subtract(t2, t1))] }
+    }
+}
+
+/// Derivatives of a term V = f(K, K′, T)/Δs.
+pub(super) struct ByCurvatures<S, const D: usize> {
+    pub value: S,
+    /// By K, K′ and T.
+    pub first: [Vector<S, D>; 3],
+    /// By pairs of them; only the upper half (first before second, or equal) is read.
+    pub second: [[Matrix<S, D>; 3]; 3],
+}
+
+impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
+    /// Second partial derivatives by tangents and lengths.
+    ///
+    /// With K = r d, d = T − T₋: ∂K = r ∂d − ½ r K ∂(Δs₋ + Δs) and ∂²K = −r² ∂d ∂(Δs₋ + Δs) + ½ r² K (∂(Δs₋ + Δs))².
+    #[inline(always)]
+    pub fn to_edges(&self, curvatures: &Curvatures<S, D>, length: S) -> SecondPartials<S, D, 3> {
+        let half = S::of(0.5);
+        let ([r0, r2], [k0, k2]) = (curvatures.rate, curvatures.vector);
+        // Of K, K′ and T: the factor of each tangent in their differential.
+        let by_tangent = [[-r0, r0, S::ZERO], [S::ZERO, -r2, r2], [S::ZERO, S::ONE, S::ZERO]];
+        // Of K and K′: the derivative by the lengths of their two edges.
+        let by_length = [scale(-half * r0, k0), scale(-half * r2, k2)];
+        let entry = |y: usize, z: usize, a: usize, b: usize| {
+            if y <= z { self.second[y][z][a][b] } else { self.second[z][y][b][a] }
+        };
+        let times = |y: usize, z: usize, x: Vector<S, D>| -> Vector<S, D> {
+            std::array::from_fn(|a| dot(std::array::from_fn(|b| entry(y, z, a, b)), x))
+        };
+        // By one of K, K′, T and by a length: as far as K and K′ depend on lengths, and by Δs itself.
+        let explicit = -S::ONE / length;
+        let by_lengths: [[Vector<S, D>; 3]; 3] = std::array::from_fn(|y| {
+            let (before, after) = (times(y, 0, by_length[0]), times(y, 1, by_length[1]));
+            [before, add(add(before, after), scale(explicit, self.first[y])), after]
+        });
+        let mut second = SecondPartials::<S, D, 3>::ZERO;
+        for j in 0..3 {
+            for k in 0..3 {
+                for (y, z) in (0..3).flat_map(|y| (0..3).map(move |z| (y, z))) {
+                    if touches(y, j) && touches(z, k) {
+                        let factor = by_tangent[y][j] * by_tangent[z][k];
+                        for a in 0..D {
+                            for b in 0..D {
+                                second.tangents[j][k][a][b] += factor * entry(y, z, a, b);
+                            }
+                        }
+                    }
+                }
+                for y in 0..3 {
+                    if touches(y, j) {
+                        second.mixed[j][k] = add(second.mixed[j][k], scale(by_tangent[y][j], by_lengths[y][k]));
+                    }
+                }
+                for end in 0..2 {
+                    let r = curvatures.rate[end];
+                    if touches(end, j) && touches(end, k) {
+                        let factor = -half * r * by_tangent[end][j];
+                        second.mixed[j][k] = add(second.mixed[j][k], scale(factor, self.first[end]));
+                        second.lengths[j][k] += half * r * r * dot(curvatures.vector[end], self.first[end]);
+                    }
+                    if touches(end, j) {
+                        second.lengths[j][k] += dot(by_length[end], by_lengths[end][k]);
+                    }
+                }
+                // ∂V/∂Δs = −V/Δs, once more differentiated.
+                if j == 1 {
+                    for end in 0..2 {
+                        if touches(end, k) {
+                            second.lengths[j][k] += explicit * dot(by_length[end], self.first[end]);
+                        }
+                    }
+                    if k == 1 {
+                        second.lengths[j][k] += S::of(2.0) * self.value * explicit * explicit;
+                    }
+                }
+            }
+        }
+        second
+    }
+}
+
+/// Whether K (0), K′ (1) or T (2) depends on an edge of the three.
+const fn touches(y: usize, edge: usize) -> bool {
+    match y {
+        0 => edge < 2,
+        1 => edge > 0,
+        _ => edge == 1,
+    }
+}
