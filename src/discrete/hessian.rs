@@ -1,0 +1,260 @@
+//! [`BlockHessian`]: second derivatives of a sum of energies at the vertices, from those by tangents and lengths.
+//!
+//! By the chain rule with e = Δs T and P = I − T Tᵀ: ∂Δs/∂e = T, ∂T/∂e = P/Δs, ∂²Δs/∂e² = P/Δs, and for a fixed g
+//! ∂²(g·T)/∂e² = −(T (P g)ᵀ + (P g) Tᵀ + (T·g) P)/Δs²; then from edges to the vertices they lie between.
+
+use super::edges::{Adapter, Edges};
+use super::energy::bending::Bending;
+use super::energy::gauge::Gauge;
+use super::energy::length::Length;
+use super::energy::tension::Tension;
+use super::energy::torsion::Torsion;
+use super::energy::variation::Variation;
+use super::energy::{Functional, Partials, SecondPartials, Term};
+use crate::linalg::Scalar;
+use crate::linalg::scalar::{Vector, dot, scale};
+
+/// A D × D matrix, row after row.
+pub(crate) type Block<S, const D: usize> = [Vector<S, D>; D];
+
+/// A vertex is coupled with so many of its successors at most: a term sees three edges, and these four vertices.
+pub(crate) const COUPLED: usize = 3;
+
+/// The Hessian of one curve, or of one curve a lane, by its upper half: H = Σ over v and k of block (v, k) in rows of
+/// vertex v and columns of vertex v + k, modulo the number of vertices for closed curves, and for k > 0 its
+/// transpose in the transposed place. On closed curves of fewer than seven vertices several blocks share a place, or stand on
+/// the diagonal for k > 0: they add up.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockHessian<S, const D: usize> {
+    closed: bool,
+    /// Number of vertices of each lane's curve.
+    vertices: Vec<usize>,
+    /// `at_edges[j][k]`: by edges j and j + k.
+    at_edges: Vec<[Block<S, D>; COUPLED]>,
+    /// `blocks[v][k]`: by vertices v and v + k.
+    blocks: Vec<[Block<S, D>; COUPLED + 1]>,
+}
+
+impl<S: Scalar, const D: usize> BlockHessian<S, D> {
+    /// Room for the Hessian of these curves.
+    pub fn new(edges: &Edges<S, D>) -> Self {
+        // Terms of closed curves run over the end into edges and vertices that repeat the first.
+        let rows = edges.rows() + if edges.is_closed() { COUPLED - 1 } else { 0 };
+        let zero = [[S::ZERO; D]; D];
+        BlockHessian {
+            closed: edges.is_closed(),
+            vertices: edges.counts().iter().map(|&count| count + usize::from(!edges.is_closed())).collect(),
+            at_edges: vec![[zero; COUPLED]; rows],
+            blocks: vec![[zero; COUPLED + 1]; rows],
+        }
+    }
+
+    /// Blocks of every vertex with itself and its next three; rows beyond a lane's vertices hold 0.
+    pub fn blocks(&self) -> &[[Block<S, D>; COUPLED + 1]] {
+        &self.blocks
+    }
+
+    /// Replaces the blocks by those of the weighted sum of functionals and of the gauge, at the curve where the edges are placed.
+    #[inline(always)]
+    pub fn assemble<'a>(
+        &mut self,
+        edges: &Edges<S, D>,
+        terms: impl IntoIterator<Item = (S, &'a Functional)>,
+        gauge: Option<S>,
+    ) {
+        self.at_edges.fill([[[S::ZERO; D]; D]; COUPLED]);
+        for (weight, functional) in terms {
+            match functional {
+                Functional::Length => self.sweep(edges, weight, &Length),
+                Functional::Tension => self.sweep(edges, weight, &Tension),
+                Functional::Bending { exponent } => self.sweep(edges, weight, &Bending { exponent: *exponent }),
+                Functional::Variation => self.sweep(edges, weight, &Variation),
+                Functional::Torsion => self.sweep(edges, weight, &Torsion),
+                Functional::Custom(custom) => match custom.edges() {
+                    1 => self.sweep(edges, weight, &Adapter::<1>(custom.as_ref())),
+                    2 => self.sweep(edges, weight, &Adapter::<2>(custom.as_ref())),
+                    _ => self.sweep(edges, weight, &Adapter::<3>(custom.as_ref())),
+                },
+                Functional::Attachment => (),
+            }
+        }
+        if let Some(weight) = gauge {
+            self.sweep(edges, weight, &Gauge);
+        }
+        self.scatter();
+    }
+
+    /// Adds x to the diagonal of a vertex: weight · w of [`attachment`](super::attachment).
+    #[inline(always)]
+    pub fn add_diagonal(&mut self, vertex: usize, x: S) {
+        (0..D).for_each(|c| self.blocks[vertex][0][c][c] += x);
+    }
+
+    #[inline(always)]
+    fn sweep<T: Term<W>, const W: usize>(&mut self, edges: &Edges<S, D>, weight: S, term: &T) {
+        for start in 0..edges.windows::<W>() {
+            let weight = weight * edges.starts::<W>(start);
+            let window = edges.window::<W>(start);
+            let (first, second) = (term.gradient(&window), term.hessian(&window));
+            let inverse: [S; W] = std::array::from_fn(|j| edges.inverse[start + j]);
+            for j in 0..W {
+                for k in j..W {
+                    let mut block = pair(&window.tangent, &inverse, &second, j, k);
+                    if j == k {
+                        add_curvature_of_edge(&mut block, window.tangent[j], inverse[j], &first, j);
+                    }
+                    add_scaled(&mut self.at_edges[start + j][k - j], weight, &block);
+                }
+            }
+        }
+    }
+
+    /// From edges to vertices: edge j is vertex j + 1 less vertex j.
+    #[inline(always)]
+    fn scatter(&mut self) {
+        self.blocks.fill([[[S::ZERO; D]; D]; COUPLED + 1]);
+        let (plus, minus) = (S::ONE, -S::ONE);
+        for j in 0..self.at_edges.len() - 1 {
+            let [same, next, second] = self.at_edges[j];
+            add_scaled(&mut self.blocks[j][0], plus, &same);
+            add_scaled(&mut self.blocks[j][1], minus, &same);
+            add_scaled(&mut self.blocks[j + 1][0], plus, &same);
+            add_scaled(&mut self.blocks[j][1], plus, &next);
+            add_scaled(&mut self.blocks[j][2], minus, &next);
+            add_scaled(&mut self.blocks[j + 1][0], minus, &next);
+            add_scaled(&mut self.blocks[j + 1][0], minus, &transpose(&next));
+            add_scaled(&mut self.blocks[j + 1][1], plus, &next);
+            add_scaled(&mut self.blocks[j][2], plus, &second);
+            add_scaled(&mut self.blocks[j][3], minus, &second);
+            add_scaled(&mut self.blocks[j + 1][1], minus, &second);
+            add_scaled(&mut self.blocks[j + 1][2], plus, &second);
+        }
+        if self.closed {
+            for (lane, &count) in self.vertices.iter().enumerate() {
+                for v in 0..COUPLED {
+                    for (k, a, b) in indices::<D>() {
+                        let over = self.blocks[count + v][k][a][b].lane(lane);
+                        let sum = self.blocks[v][k][a][b].lane(lane) + over;
+                        self.blocks[v][k][a][b].set_lane(lane, sum);
+                        self.blocks[count + v][k][a][b].set_lane(lane, S::ZERO.lane(lane));
+                    }
+                }
+            }
+        }
+    }
+
+    /// y = H x, both with a row for every vertex.
+    pub fn multiply(&self, x: &[Vector<S, D>], y: &mut [Vector<S, D>]) {
+        y.fill([S::ZERO; D]);
+        for (lane, &count) in self.vertices.iter().enumerate() {
+            for v in 0..count {
+                for (k, a, b) in indices::<D>() {
+                    if !self.closed && v + k >= count {
+                        break;
+                    }
+                    let (w, h) = ((v + k) % count, self.blocks[v][k][a][b].lane(lane));
+                    let sum = y[v][a].lane(lane) + h * x[w][b].lane(lane);
+                    y[v][a].set_lane(lane, sum);
+                    if k > 0 {
+                        let sum = y[w][b].lane(lane) + h * x[v][a].lane(lane);
+                        y[w][b].set_lane(lane, sum);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The full matrix of a lane's curve, row after row, vertex after vertex.
+    pub fn dense(&self, lane: usize) -> Vec<S::Number> {
+        let count = self.vertices[lane];
+        let width = count * D;
+        let mut dense = vec![S::ZERO.lane(lane); width * width];
+        for v in 0..count {
+            for (k, a, b) in indices::<D>() {
+                if !self.closed && v + k >= count {
+                    break;
+                }
+                let (row, column) = (v * D + a, (v + k) % count * D + b);
+                let h = self.blocks[v][k][a][b].lane(lane);
+                dense[row * width + column] += h;
+                if k > 0 {
+                    dense[column * width + row] += h;
+                }
+            }
+        }
+        dense
+    }
+}
+
+/// Offset to the other vertex, row and column of all blocks of a vertex.
+fn indices<const D: usize>() -> impl Iterator<Item = (usize, usize, usize)> {
+    (0..=COUPLED).flat_map(|k| (0..D).flat_map(move |a| (0..D).map(move |b| (k, a, b))))
+}
+
+/// By the edges j and k, as far as it comes from second derivatives by tangents and lengths.
+#[inline(always)]
+fn pair<S: Scalar, const D: usize, const W: usize>(
+    tangent: &[Vector<S, D>; W],
+    inverse: &[S; W],
+    second: &SecondPartials<S, D, W>,
+    j: usize,
+    k: usize,
+) -> Block<S, D> {
+    let (t, u) = (tangent[j], tangent[k]);
+    let tangents = &second.tangents[j][k];
+    // P M P = M − T (Tᵀ M) − (M T) Tᵀ + (Tᵀ M T) T Tᵀ
+    let from_left: Vector<S, D> = std::array::from_fn(|b| dot(t, std::array::from_fn(|a| tangents[a][b])));
+    let from_right: Vector<S, D> = std::array::from_fn(|a| dot(tangents[a], u));
+    let both = dot(t, from_right);
+    let (left, right) = (across(second.mixed[j][k], t), across(second.mixed[k][j], u));
+    let across = inverse[j] * inverse[k];
+    std::array::from_fn(|a| {
+        std::array::from_fn(|b| {
+            let projected = tangents[a][b] - t[a] * from_left[b] - from_right[a] * u[b] + both * t[a] * u[b];
+            across * projected
+                + inverse[j] * left[a] * u[b]
+                + inverse[k] * t[a] * right[b]
+                + second.lengths[j][k] * t[a] * u[b]
+        })
+    })
+}
+
+/// Adds what tangent and length as functions of the edge j add by their own second derivatives.
+#[inline(always)]
+fn add_curvature_of_edge<S: Scalar, const D: usize, const W: usize>(
+    block: &mut Block<S, D>,
+    t: Vector<S, D>,
+    inverse: S,
+    first: &Partials<S, D, W>,
+    j: usize,
+) {
+    let bent = across(first.tangent[j], t);
+    let along = dot(first.tangent[j], t);
+    let squared = inverse * inverse;
+    let isotropic = inverse * first.length[j] - squared * along;
+    for a in 0..D {
+        for b in 0..D {
+            let unit = if a == b { S::ONE } else { S::ZERO };
+            block[a][b] += isotropic * (unit - t[a] * t[b]) - squared * (t[a] * bent[b] + bent[a] * t[b]);
+        }
+    }
+}
+
+/// (I − T Tᵀ) x
+#[inline(always)]
+fn across<S: Scalar, const D: usize>(x: Vector<S, D>, t: Vector<S, D>) -> Vector<S, D> {
+    crate::linalg::scalar::subtract(x, scale(dot(x, t), t))
+}
+
+#[inline(always)]
+fn add_scaled<S: Scalar, const D: usize>(to: &mut Block<S, D>, x: S, block: &Block<S, D>) {
+    for a in 0..D {
+        for b in 0..D {
+            to[a][b] += x * block[a][b];
+        }
+    }
+}
+
+fn transpose<S: Scalar, const D: usize>(block: &Block<S, D>) -> Block<S, D> {
+    std::array::from_fn(|a| std::array::from_fn(|b| block[b][a]))
+}
