@@ -3,7 +3,7 @@
 use crate::device::Precision;
 use crate::gpu::KernelKey;
 use crate::gpu::source::definitions;
-use crate::{linalg, spline};
+use crate::{discrete, linalg, spline};
 
 /// Every kernel in every form: paths, entry points, precisions, definitions.
 pub fn kernels() -> Vec<KernelKey> {
@@ -13,6 +13,7 @@ pub fn kernels() -> Vec<KernelKey> {
             keys.extend(linalg::ring::kernels(precision, path, &definitions));
         }
         keys.extend([2, 3].map(|dimension| spline::smoothing_kernel(precision, dimension)));
+        keys.extend(discrete::evaluate_kernels(precision));
         for (path, entries) in spline::KERNELS {
             let definitions = definitions([("GROUP", &spline::GROUP)]);
             keys.extend(entries.iter().map(|entry| KernelKey {

@@ -1,8 +1,13 @@
 //! Discrete fair curves by Sobolev gradients.
 
+#[doc(hidden)]
+pub mod at;
+mod compose;
 mod descent;
 mod edges;
 mod energy;
+#[doc(hidden)]
+pub mod evaluate_gpu;
 mod hessian;
 mod line_search;
 mod metric;
@@ -12,3 +17,4 @@ mod tests;
 
 pub use descent::{Direction, Step};
 pub use energy::*;
+pub(crate) use evaluate_gpu::evaluate_kernels;

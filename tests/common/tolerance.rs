@@ -78,3 +78,10 @@ pub const DIFFERENCES: Tolerance = tolerance(
     16.0,
     "a second difference of four terms carries four roundings of the points, a product two of those, the sum one more a term",
 );
+
+/// Discrete energies, their gradients and Hessians, in units of what one rounding of every edge changes about them.
+pub const DISCRETE: Tolerance = tolerance(
+    16.0,
+    "an edge is rounded when it is uploaded, its length, tangent, curvature and each product of them once more; all of these \
+     act as roundings of the edges would, and about a dozen of them meet in a term",
+);

@@ -1,0 +1,98 @@
+// fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept: walks the vertices first … last − 1 of a
+// curve with a window of three edges in registers, and sums the terms whose first edge is one of first … last − 1; the
+// terms of up to three edges before are computed again for the derivatives. Twin: `Edges` in src/discrete/edges.rs.
+//
+// After common_energy.wgsl and common_swept.wgsl, once for every sweep a kernel needs, with these definitions:
+//     SWEEP       the function's name
+//     EDGE        fn(curve: Curve, j: u32) -> vector: edge j, 0 ≤ j < segments
+//     FREE        with GAUGE: fn(curve: Curve, j: u32) -> real: 1 where the vertex at the end of edge j is no data point, else 0
+//     OFFSET      with ATTACHMENT: fn(curve: Curve, v: u32) -> vector: f − p at vertex v
+//     STIFFNESS   with ATTACHMENT: fn(curve: Curve, v: u32) -> real: w at vertex v, 0 where there is no data point
+//     DERIVATIVES with STORE or DIRECTION
+//     STORE       if gradients are wanted: fn(curve: Curve, v: u32, gradient: vector), called for every vertex once, in order
+//     DIRECTION   if the slope Σ g·p is wanted: fn(curve: Curve, j: u32) -> vector: p at the end of edge j less p at its start
+//     DIRECTION_AT with DIRECTION and ATTACHMENT: fn(curve: Curve, v: u32) -> vector: p at vertex v
+
+fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
+    var swept = Swept();
+    var w = window_of(curve, weights);
+    // A vertex's gradient needs that by the edge before it, to which windows add that start up to two edges earlier.
+//:if STORE
+    let halo = $WIDTH;
+//:else
+//:if DIRECTION
+    let halo = $WIDTH - 1;
+//:else
+    let halo = 0;
+//:end
+//:end
+    let begin = select(max(i32(first) - halo, 0), i32(first) - halo, curve.closed != 0u);
+    for (var j = begin; j < begin + $WIDTH - 1; j++) {
+        var edge = unit_edge();
+        if (has_edge(curve, j)) {
+            edge = $EDGE(curve, wrapped(curve, j));
+        }
+        w = shifted(w, edge);
+    }
+    // By tangents and lengths of the window's edges, as far as windows have added to them; the third's are new.
+    var t0 = vector();
+    var t1 = vector();
+    var s0 = real(0);
+    var s1 = real(0);
+    var previous = vector();
+    for (var j = begin; j < i32(last); j++) {
+        var edge = unit_edge();
+        if (has_edge(curve, j + $WIDTH - 1)) {
+            edge = $EDGE(curve, wrapped(curve, j + $WIDTH - 1));
+        }
+        w = shifted(w, edge);
+        let is_own = j >= i32(first);
+//:if GAUGE
+        if (has_edge(curve, j)) {
+            w.free = $FREE(curve, wrapped(curve, j));
+        }
+//:end
+        let edges = edges_from(curve, j);
+//:if DERIVATIVES
+        let p = window_gradient(w, weights, edges);
+        let by_edge = edge_gradient(w.t0, w.r0, t0 + p.t0, s0 + p.s0);
+        t0 = t1 + p.t1;
+        s0 = s1 + p.s1;
+        t1 = p.t2;
+        s1 = p.s2;
+        let value = vec2<real>(p.value, p.gauge);
+//:else
+        let value = window_value(w, weights, edges);
+//:end
+        if (is_own) {
+            swept.energy += value.x;
+            swept.gauge += value.y;
+//:if ATTACHMENT
+            let offset = $OFFSET(curve, u32(j));
+            let stiffness = $STIFFNESS(curve, u32(j));
+            swept.energy += weights.attachment * attachment_value(offset, stiffness);
+//:end
+//:if STORE
+//:if ATTACHMENT
+            let attached = weights.attachment * attachment_gradient(offset, stiffness);
+            $STORE(curve, u32(j), (previous - by_edge) + attached);
+//:else
+            $STORE(curve, u32(j), previous - by_edge);
+//:end
+//:end
+//:if DIRECTION
+            if (has_edge(curve, j)) {
+                swept.slope += dot(by_edge, $DIRECTION(curve, u32(j)));
+            }
+//:if ATTACHMENT
+            let pull = weights.attachment * attachment_gradient(offset, stiffness);
+            swept.slope += dot(pull, $DIRECTION_AT(curve, u32(j)));
+//:end
+//:end
+        }
+//:if DERIVATIVES
+        previous = by_edge;
+//:end
+    }
+    return swept;
+}

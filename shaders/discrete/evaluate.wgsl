@@ -1,0 +1,225 @@
+// Energies, gradients and Hessians of discrete curves, one thread a block of a curve's vertices; the host adds the blocks'
+// energies up. Twin: src/discrete/evaluate.rs.
+
+struct EvaluateParams {
+    blocks: u32,
+    // Weights of a curve.
+    weights: u32,
+    padding: u32,
+    padding_too: u32,
+}
+
+struct EvaluateCurve {
+    // Its first vertex, and edge; there is room for as many edges as vertices.
+    start: u32,
+    segments: u32,
+    closed: u32,
+    index: u32,
+}
+
+struct VertexRange {
+    curve: u32,
+    // Vertices begin … end − 1 of the curve.
+    begin: u32,
+    end: u32,
+    padding: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: EvaluateParams;
+@group(0) @binding(1) var<storage, read> curves: array<EvaluateCurve>;
+@group(0) @binding(2) var<storage, read> blocks: array<VertexRange>;
+@group(0) @binding(3) var<storage, read> weight_table: array<real>;
+// Vectors of $DIM numbers and, where vertices may be data points, one number more: of an edge, 1 where the vertex at its
+// end is no data point, else 0; of a vertex's offset from its data point, the weight of that.
+@group(0) @binding(4) var<storage, read> edges: array<real>;
+@group(0) @binding(5) var<storage, read> offsets: array<real>;
+// Energy, gauge and slope of a block.
+@group(0) @binding(6) var<storage, read_write> sums: array<real>;
+// Gradients, or the direction whose slope is wanted.
+@group(0) @binding(7) var<storage, read_write> gradients: array<real>;
+// Four blocks of $DIM × $DIM numbers a vertex: with itself and its next three.
+@group(0) @binding(8) var<storage, read_write> hessians: array<real>;
+
+alias Curve = EvaluateCurve;
+
+fn load_weight(curve: Curve, index: u32) -> real {
+    return weight_table[curve.index * params.weights + index];
+}
+
+//:include discrete/common_energy.wgsl
+//:include discrete/common_swept.wgsl
+//:include discrete/common_hessian.wgsl
+
+fn load_edge(curve: Curve, j: u32) -> vector {
+    let at = (curve.start + j) * ($DIMu + 1u);
+//:if SPATIAL
+    return vector(edges[at], edges[at + 1u], edges[at + 2u]);
+//:else
+    return vector(edges[at], edges[at + 1u]);
+//:end
+}
+
+fn load_free(curve: Curve, j: u32) -> real {
+    return edges[(curve.start + j) * ($DIMu + 1u) + $DIMu];
+}
+
+fn load_offset(curve: Curve, v: u32) -> vector {
+    let at = (curve.start + v) * ($DIMu + 1u);
+//:if SPATIAL
+    return vector(offsets[at], offsets[at + 1u], offsets[at + 2u]);
+//:else
+    return vector(offsets[at], offsets[at + 1u]);
+//:end
+}
+
+fn load_stiffness(curve: Curve, v: u32) -> real {
+    return offsets[(curve.start + v) * ($DIMu + 1u) + $DIMu];
+}
+
+fn store_gradient(curve: Curve, v: u32, gradient: vector) {
+    let at = (curve.start + v) * $DIMu;
+//:unroll c 0..$DIM
+    gradients[at + $cu] = gradient[$c];
+//:end
+}
+
+fn load_direction(curve: Curve, v: u32) -> vector {
+    let at = (curve.start + v) * $DIMu;
+//:if SPATIAL
+    return vector(gradients[at], gradients[at + 1u], gradients[at + 2u]);
+//:else
+    return vector(gradients[at], gradients[at + 1u]);
+//:end
+}
+
+fn load_edge_direction(curve: Curve, j: u32) -> vector {
+    let next = select(j + 1u, 0u, curve.closed != 0u && j + 1u == curve.segments);
+    return load_direction(curve, next) - load_direction(curve, j);
+}
+
+//:include discrete/common_sweep.wgsl SWEEP=sweep_gradient EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient
+//:include discrete/common_sweep.wgsl SWEEP=sweep_slope EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/common_sweep.wgsl SWEEP=sweep_value EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness
+
+fn block_index(workgroup: vec3<u32>, workgroups: vec3<u32>, thread: u32) -> u32 {
+    return (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+}
+
+fn store_sums(block: u32, swept: Swept) {
+    sums[3u * block] = swept.energy;
+    sums[3u * block + 1u] = swept.gauge;
+    sums[3u * block + 2u] = swept.slope;
+}
+
+@compute @workgroup_size($GROUP)
+fn gradient(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let block = block_index(workgroup, workgroups, thread);
+    if (block >= params.blocks) {
+        return;
+    }
+    let range = blocks[block];
+    let curve = curves[range.curve];
+    store_sums(block, sweep_gradient(curve, load_weights(curve), range.begin, range.end));
+}
+
+@compute @workgroup_size($GROUP)
+fn slope(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let block = block_index(workgroup, workgroups, thread);
+    if (block >= params.blocks) {
+        return;
+    }
+    let range = blocks[block];
+    let curve = curves[range.curve];
+    store_sums(block, sweep_slope(curve, load_weights(curve), range.begin, range.end));
+}
+
+@compute @workgroup_size($GROUP)
+fn value(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let block = block_index(workgroup, workgroups, thread);
+    if (block >= params.blocks) {
+        return;
+    }
+    let range = blocks[block];
+    let curve = curves[range.curve];
+    store_sums(block, sweep_value(curve, load_weights(curve), range.begin, range.end));
+}
+
+fn edge_or_unit(curve: Curve, j: i32) -> vector {
+    if (has_edge(curve, j)) {
+        return load_edge(curve, wrapped(curve, j));
+    }
+    return unit_edge();
+}
+
+fn add_to_hessian(curve: Curve, range: VertexRange, v: i32, k: u32, block: matrix) {
+    if (v < i32(range.begin) || v >= i32(range.end)) {
+        return;
+    }
+    let at = ((curve.start + u32(v)) * 4u + k) * $DIMu * $DIMu;
+//:unroll a 0..$DIM
+//:unroll b 0..$DIM
+    hessians[at + $au * $DIMu + $bu] += block[$b][$a];
+//:end
+//:end
+}
+
+@compute @workgroup_size($GROUP)
+fn hessian(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let block = block_index(workgroup, workgroups, thread);
+    if (block >= params.blocks) {
+        return;
+    }
+    let range = blocks[block];
+    let curve = curves[range.curve];
+    let weights = load_weights(curve);
+    for (var i = range.begin * 4u * $DIMu * $DIMu; i < range.end * 4u * $DIMu * $DIMu; i++) {
+        hessians[curve.start * 4u * $DIMu * $DIMu + i] = real(0);
+    }
+//:if ATTACHMENT
+    for (var v = range.begin; v < range.end; v++) {
+        let attached = weights.attachment * load_stiffness(curve, v);
+        add_to_hessian(curve, range, i32(v), 0u, attachment_hessian(attached));
+    }
+//:end
+    // Windows of three edges reach four vertices.
+    let begin = select(max(i32(range.begin) - 3, 0), i32(range.begin) - 3, curve.closed != 0u);
+    var w = window_of(curve, weights);
+    for (var j = begin; j < begin + $WIDTH - 1; j++) {
+        w = shifted(w, edge_or_unit(curve, j));
+    }
+    for (var j = begin; j < i32(range.end); j++) {
+        w = shifted(w, edge_or_unit(curve, j + $WIDTH - 1));
+//:if GAUGE
+        if (has_edge(curve, j)) {
+            w.free = load_free(curve, wrapped(curve, j));
+        }
+//:end
+        let by_vertex = vertex_blocks(w, weights, edges_from(curve, j));
+        add_to_hessian(curve, range, j + 0, 0u, by_vertex.v00);
+        add_to_hessian(curve, range, j + 0, 1u, by_vertex.v01);
+        add_to_hessian(curve, range, j + 0, 2u, by_vertex.v02);
+        add_to_hessian(curve, range, j + 0, 3u, by_vertex.v03);
+        add_to_hessian(curve, range, j + 1, 0u, by_vertex.v11);
+        add_to_hessian(curve, range, j + 1, 1u, by_vertex.v12);
+        add_to_hessian(curve, range, j + 1, 2u, by_vertex.v13);
+        add_to_hessian(curve, range, j + 2, 0u, by_vertex.v22);
+        add_to_hessian(curve, range, j + 2, 1u, by_vertex.v23);
+        add_to_hessian(curve, range, j + 3, 0u, by_vertex.v33);
+    }
+}

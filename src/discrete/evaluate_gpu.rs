@@ -1,0 +1,283 @@
+//! Energies, gradients and Hessians of discrete curves on the GPU, on normalised curves.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::at::{At, Found, Want};
+use super::compose::Composition;
+use super::energy::{Energy, attachment, bending, length, tension, torsion, variation};
+use super::hessian::COUPLED;
+use crate::device::Precision;
+use crate::error::{Error, Result};
+use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
+use crate::linalg::Real;
+
+/// Threads a workgroup.
+pub(crate) const GROUP: u32 = 64;
+
+/// Vertices a thread walks over; up to three more are computed twice.
+const BLOCK_VERTICES: usize = 32;
+
+/// `EvaluateParams` of `evaluate.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct EvaluateParams {
+    pub blocks: u32,
+    pub weights: u32,
+    pub padding: u32,
+    pub padding_too: u32,
+}
+
+/// `EvaluateCurve` of `evaluate.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct EvaluateCurve {
+    pub start: u32,
+    pub segments: u32,
+    pub closed: u32,
+    pub index: u32,
+}
+
+/// `VertexRange` of `evaluate.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct VertexRange {
+    pub curve: u32,
+    pub begin: u32,
+    pub end: u32,
+    pub padding: u32,
+}
+
+/// The kernel of a composition.
+pub(crate) fn evaluate_kernel(composition: &Composition, entry: &'static str, precision: Precision) -> KernelKey {
+    let mut definitions = composition.definitions.clone();
+    definitions.insert("GROUP".into(), GROUP.to_string());
+    KernelKey { path: "discrete/evaluate.wgsl", entry, precision, definitions }
+}
+
+/// Every form the kernels take, as far as one can tell: each energy by itself, some exponents, all together, and one of a user's own.
+pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
+    let alone = [length(), tension(), bending(2.0), bending(2.5), bending(2.7), variation(), torsion(), attachment()];
+    let all = || length() + tension() + bending(3.0) + variation() + torsion() + attachment();
+    let forms = alone.into_iter().map(|energy| (energy, false)).chain([(all(), true), (tension(), true)]);
+    let mut keys = Vec::new();
+    for (energy, with_gauge) in forms {
+        for dimension in [2, 3] {
+            let composition = Composition::of(&energy, with_gauge, dimension, precision).expect("one of each");
+            keys.extend(["value", "slope", "gradient", "hessian"].map(|e| evaluate_kernel(&composition, e, precision)));
+        }
+    }
+    let mut composition = Composition::of(&length(), false, 2, precision).expect("one of each");
+    let custom = [("CUSTOM", "0"), ("CUSTOM_NAME", "own"), ("CUSTOM_EDGES", "1"), ("CUSTOM_WGSL", OWN)];
+    composition.definitions.extend(custom.map(|(name, value)| (name.to_string(), value.to_string())));
+    keys.extend(["gradient", "hessian"].map(|entry| evaluate_kernel(&composition, entry, precision)));
+    keys
+}
+
+/// A user's energy for the tests of shaders.
+const OWN: &str = "fn own_value(w: Window) -> real { return w.s0; }
+fn own_gradient(w: Window) -> Partials { var p = Partials(); p.value = w.s0; p.s0 = real(1); return p; }
+fn own_hessian(w: Window) -> SecondPartials { return SecondPartials(); }";
+
+/// Evaluates an energy at every curve of a batch. Curves without edges, closed ones of fewer than three vertices, and those
+/// with a coordinate that is not finite have zeros, and NaN for an energy.
+///
+/// # Errors
+/// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions; [`Error::Limit`] for a curve
+/// larger than the device's largest array.
+pub fn evaluate(gpu: &Gpu, precision: Precision, at: At<'_>, want: Want<'_>) -> Result<Found> {
+    let d = at.batch.dimension();
+    let composition = Composition::of(at.energy, at.gauge.is_some(), d, precision).map_err(Error::Argument)?;
+    let mut found = Found::new(at.batch, want);
+    if composition.width() == 0 {
+        [&mut found.energies, &mut found.gauges, &mut found.slopes].map(|numbers| numbers.fill(0.0));
+        return Ok(found);
+    }
+    let job = Job { gpu, precision, at, want, composition };
+    let real = if precision == Precision::F64 { 8 } else { 4 };
+    let result = if let Want::Hessian = want { (COUPLED + 1) * d * d } else { d };
+    let largest = real * result.max(d + 1) as u64;
+    let total = real * (result + 2 * (d + 1)) as u64;
+    let chunks = plan::chunks((0..at.batch.len()).map(|i| at.batch.count(i)), largest, 2 * total, gpu.limits())?;
+    pipeline(
+        chunks,
+        |curves| match precision {
+            Precision::F64 => job.record::<f64>(curves)?.submit(),
+            _ => job.record::<f32>(curves)?.submit(),
+        },
+        Pending::wait,
+        |curves, results| {
+            match precision {
+                Precision::F64 => job.unpack::<f64>(curves, &results, &mut found),
+                _ => job.unpack::<f32>(curves, &results, &mut found),
+            }
+            Ok(())
+        },
+    )?;
+    Ok(found)
+}
+
+struct Job<'a> {
+    gpu: &'a Gpu,
+    precision: Precision,
+    at: At<'a>,
+    want: Want<'a>,
+    composition: Composition,
+}
+
+impl<'a> Job<'a> {
+    /// Curves of a chunk that have an energy.
+    fn evaluated(&self, curves: &Range<usize>) -> impl Iterator<Item = usize> {
+        let at = self.at;
+        curves.clone().filter(move |&i| at.is_evaluated(i))
+    }
+
+    fn blocks(&self, curves: &Range<usize>) -> Vec<VertexRange> {
+        let of_curve = |i: usize| {
+            let (count, curve) = (self.at.batch.count(i), (i - curves.start) as u32);
+            (0..count).step_by(BLOCK_VERTICES).map(move |begin| {
+                let end = (begin + BLOCK_VERTICES).min(count) as u32;
+                VertexRange { curve, begin: begin as u32, end, padding: 0 }
+            })
+        };
+        self.evaluated(curves).flat_map(of_curve).collect()
+    }
+
+    fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
+        let mut recording = self.gpu.record();
+        let (batch, d) = (self.at.batch, self.at.batch.dimension());
+        let first = batch.offsets()[curves.start];
+        let points = batch.offsets()[curves.end] - first;
+        let width = self.composition.width();
+        let blocks = self.blocks(curves);
+        let mut table = vec![EvaluateCurve::zeroed(); curves.len()];
+        let mut weights = vec![S::ZERO; curves.len() * width];
+        // Differences are taken here, in f64: the device never sees a coordinate.
+        let mut edges = vec![S::ZERO; points * (d + 1)];
+        let mut offsets = vec![S::ZERO; if self.at.attachments.is_some() { points * (d + 1) } else { 0 }];
+        let mut direction = vec![S::ZERO; if let Want::Slope(_) = self.want { points * d } else { 0 }];
+        for i in self.evaluated(curves) {
+            let (index, count, size) = (i - curves.start, batch.count(i), self.at.size(i));
+            let start = batch.offsets()[i] - first;
+            let (start_word, segments) = (start as u32, batch.spans(i) as u32);
+            let closed = batch.is_closed(i).into();
+            table[index] = EvaluateCurve { start: start_word, segments, closed, index: index as u32 };
+            let own = self.composition.weights(size, self.at.gauge(i));
+            let to = &mut weights[index * width..][..width];
+            to.iter_mut().zip(own.entries).for_each(|(to, weight)| *to = S::from_f64(weight));
+            let vertices = batch.points(i);
+            for j in 0..batch.spans(i) {
+                let next = (j + 1) % count;
+                let to = &mut edges[(start + j) * (d + 1)..][..d + 1];
+                for c in 0..d {
+                    to[c] = S::from_f64((vertices[next * d + c] - vertices[j * d + c]) / size);
+                }
+                let is_data = self.at.gauge.is_some_and(|gauge| gauge.is_data[batch.offsets()[i] + next]);
+                to[d] = S::from_f64(if is_data { 0.0 } else { 1.0 });
+            }
+            for v in 0..count {
+                let vertex = batch.offsets()[i] + v;
+                if let Some(attachments) = self.at.attachments {
+                    let to = &mut offsets[(start + v) * (d + 1)..][..d + 1];
+                    for c in 0..d {
+                        to[c] = S::from_f64((vertices[v * d + c] - attachments.points[vertex * d + c]) / size);
+                    }
+                    to[d] = S::from_f64(attachments.weights[vertex]);
+                }
+                if let Want::Slope(p) = self.want {
+                    let to = &mut direction[(start + v) * d..][..d];
+                    to.iter_mut().zip(&p[vertex * d..]).for_each(|(to, p)| *to = S::from_f64(p / size));
+                }
+            }
+        }
+        if self.at.attachments.is_none() && self.composition.definitions.contains_key("ATTACHMENT") {
+            offsets = vec![S::ZERO; points * (d + 1)];
+        }
+        let real = size_of::<S>() as u64;
+        let params = recording.uniform(&EvaluateParams {
+            blocks: blocks.len() as u32,
+            weights: width as u32,
+            padding: 0,
+            padding_too: 0,
+        });
+        let table = recording.upload(&table);
+        let weights = recording.upload(&weights);
+        let edges = recording.upload(&edges);
+        let offsets = recording.upload(&offsets);
+        let sums = recording.storage(3 * blocks.len() as u64 * real);
+        let gradients = match self.want {
+            Want::Slope(_) => recording.upload(&direction),
+            Want::Gradient => recording.storage((points * d) as u64 * real),
+            _ => recording.storage(real),
+        };
+        let hessians = match self.want {
+            Want::Hessian => recording.storage((points * (COUPLED + 1) * d * d) as u64 * real),
+            _ => recording.storage(real),
+        };
+        let kernel = self.gpu.kernel(&evaluate_kernel(&self.composition, self.want.entry(), self.precision))?;
+        let groups = plan::workgroups(blocks.len(), GROUP as usize, self.gpu.limits())?;
+        let block_table = recording.upload(&blocks);
+        let buffers = [
+            ("params", &params),
+            ("curves", &table),
+            ("blocks", &block_table),
+            ("weight_table", &weights),
+            ("edges", &edges),
+            ("offsets", &offsets),
+            ("sums", &sums),
+            ("gradients", &gradients),
+            ("hessians", &hessians),
+        ];
+        recording.dispatch(&kernel, groups, &buffers)?;
+        match self.want {
+            Want::Hessian => recording.download(&hessians),
+            Want::Gradient => {
+                recording.download(&sums);
+                recording.download(&gradients);
+            }
+            _ => recording.download(&sums),
+        }
+        Ok(recording)
+    }
+
+    fn unpack<S: Real + Pod>(&self, curves: &Range<usize>, results: &[Downloaded], found: &mut Found) {
+        let (batch, d) = (self.at.batch, self.at.batch.dimension());
+        let first = batch.offsets()[curves.start];
+        let to_input = |to: &mut [f64], from: &[S], unit: f64| {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = unit * from.to_f64());
+        };
+        for i in self.evaluated(curves) {
+            let size = self.at.size(i);
+            let unit = self.composition.weights(size, self.at.gauge(i)).unit;
+            if let Want::Hessian = self.want {
+                let a_vertex = (COUPLED + 1) * d * d;
+                let to = &mut found.hessians[batch.offsets()[i] * a_vertex..batch.offsets()[i + 1] * a_vertex];
+                let from = &results[0].as_slice::<S>()[(batch.offsets()[i] - first) * a_vertex..];
+                to_input(to, from, unit / size / size);
+                continue;
+            }
+            (found.energies[i], found.gauges[i], found.slopes[i]) = (0.0, 0.0, 0.0);
+            if let Want::Gradient = self.want {
+                let to = &mut found.gradients[batch.offsets()[i] * d..batch.offsets()[i + 1] * d];
+                let from = &results[1].as_slice::<S>()[(batch.offsets()[i] - first) * d..];
+                to_input(to, from, unit / size);
+            }
+        }
+        if let Want::Hessian = self.want {
+            return;
+        }
+        for (block, sums) in self.blocks(curves).iter().zip(results[0].as_slice::<S>().chunks_exact(3)) {
+            let i = curves.start + block.curve as usize;
+            found.energies[i] += sums[0].to_f64();
+            found.gauges[i] += sums[1].to_f64();
+            found.slopes[i] += sums[2].to_f64();
+        }
+        for i in self.evaluated(curves) {
+            let unit = self.composition.weights(self.at.size(i), self.at.gauge(i)).unit;
+            found.energies[i] *= unit;
+            found.gauges[i] *= unit;
+            found.slopes[i] *= unit;
+        }
+    }
+}
