@@ -101,6 +101,7 @@ mod catalogue;
 mod constraint;
 mod curve;
 mod device;
+pub mod discrete;
 mod error;
 pub mod gpu;
 pub mod io;
