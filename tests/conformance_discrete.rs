@@ -367,8 +367,5 @@ fn an_energy_without_wgsl_is_refused_by_a_kernel_in_a_sentence() {
     let energy = Energy::custom(Elastica) + Energy::custom(Elastica);
     let at = At { energy: &energy, batch: &batch, gauge: None, attachments: None };
     let error = evaluate(device.as_gpu().unwrap(), device.precision(), at, Want::Value).unwrap_err().to_string();
-    assert_eq!(
-        error,
-        "a kernel has room for one energy of a user's own, and elastica is the second: fit on the CPU"
-    );
+    assert_eq!(error, "a kernel has room for one energy of a user's own, and elastica is the second: fit on the CPU");
 }

@@ -5,6 +5,7 @@
 mod compare;
 mod device;
 mod doctor;
+mod experiments;
 mod fit;
 mod method;
 mod output;
@@ -35,6 +36,8 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Say what this machine offers, and test that it computes correctly
     Doctor(doctor::DoctorArgs),
+    /// Reproduce tables and pictures of the papers
+    Experiments(experiments::ExperimentsArgs),
 }
 
 /// What is read, and how.
@@ -99,6 +102,7 @@ pub fn run() -> ExitCode {
         Command::Fit(args) => fit::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Doctor(args) => doctor::run(&args),
+        Command::Experiments(args) => experiments::run(&args),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,

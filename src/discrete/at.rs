@@ -148,7 +148,7 @@ impl At<'_> {
         let mut edges = Edges::<f64, D>::new(batch.is_closed(i), &[&base], &[&is_data]);
         edges.set_torsion_curvature(0, TORSION_CURVATURE / self.size(i));
         let zero = vec![[0.0; D]; edges.rows()];
-        edges.place(&zero, 0.0, &zero);
+        edges.place(&zero);
         let gauge = self.gauge.map(|gauge| gauge.weights[i]);
         let attached: f64 = self
             .energy
@@ -182,7 +182,7 @@ impl At<'_> {
         edges.clear();
         let mut energy: f64 =
             self.energy.terms().iter().map(|(weight, functional)| edges.add(*weight, functional)).sum();
-        found.gauges[i] = gauge.map_or(0.0, |weight| edges.add_gauge(weight));
+        found.gauges[i] = gauge.map_or(0.0, |weight| edges.add_gauge(2, weight));
         let mut g = zero;
         edges.gradient(&vec![1.0; edges.rows()], &mut g);
         found.slopes[i] = 0.0;

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::at::{At, Found, Want};
 use super::compose::Composition;
-use super::energy::{Energy, attachment, bending, length, tension, torsion, variation};
+use super::energy::{attachment, bending, length, tension, torsion, variation};
 use super::hessian::COUPLED;
 use crate::device::Precision;
 use crate::error::{Error, Result};

@@ -8,6 +8,7 @@ mod edges;
 mod energy;
 #[doc(hidden)]
 pub mod evaluate_gpu;
+mod graph;
 mod hessian;
 mod line_search;
 mod metric;
@@ -18,3 +19,4 @@ mod tests;
 pub use descent::{Direction, Step};
 pub use energy::*;
 pub(crate) use evaluate_gpu::evaluate_kernels;
+pub use graph::{Graph, GraphIteration, GraphMove, GraphTrace, Mesh};

@@ -72,11 +72,7 @@ impl<const D: usize> Problem<D> {
 }
 
 /// Descends every curve, on all threads of the CPU in f64.
-pub(crate) fn descend_on_cpu<const D: usize>(
-    plan: &Plan,
-    energy: &Energy,
-    problems: &[Problem<D>],
-) -> Vec<Outcome<D>> {
+pub(crate) fn descend_on_cpu<const D: usize>(plan: &Plan, energy: &Energy, problems: &[Problem<D>]) -> Vec<Outcome<D>> {
     let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
     let mut order: Vec<usize> = (0..problems.len()).collect();
     order.sort_by_key(|&i| (problems[i].closed, problems[i].base.len(), i));

@@ -35,12 +35,12 @@ fn evaluate<S: Scalar, const D: usize>(
     for (lane, curve) in curves.iter().enumerate() {
         movable[..curve.len()].iter_mut().for_each(|row| row.set_lane(lane, S::ONE.lane(lane)));
     }
-    edges.place(&zero, S::ZERO, &zero);
+    edges.place(&zero);
     edges.clear();
     let weight = S::of(0.7);
     let value = match functional {
         Some(functional) => edges.add(weight, functional),
-        None => edges.add_gauge(weight),
+        None => edges.add_gauge(2, weight),
     };
     let mut hessian = BlockHessian::new(&edges);
     hessian.assemble(&edges, functional.map(|f| (weight, f)), functional.is_none().then_some(weight));
@@ -257,7 +257,7 @@ fn products_are_those_of_the_full_matrix() {
         let base = edges_of(closed, &points);
         let mut edges = Edges::<f64, 3>::new(closed, &[&base], &[&vec![false; count]]);
         let zero = vec![[0.0; 3]; edges.rows()];
-        edges.place(&zero, 0.0, &zero);
+        edges.place(&zero);
         let mut hessian = BlockHessian::new(&edges);
         hessian.assemble(&edges, [(1.0, &Functional::Variation), (0.5, &Functional::Length)], Some(2.0));
         hessian.add_diagonal(1, 0.25);

@@ -1,6 +1,7 @@
 //! SVG pictures of a fit: the points given, the curves fitted, and on demand their curvature combs.
 
 mod comb;
+mod evolution;
 mod layout;
 mod page;
 mod svg;
@@ -16,6 +17,7 @@ use crate::batch::CurveBatch;
 use crate::curve::vector;
 use crate::report::{CurveStatus, Fit};
 use comb::Combs;
+pub use evolution::Evolution;
 use layout::{Bounds, Frame, Plane};
 use page::{Entry, Page};
 use svg::{Pen, escape};

@@ -1,0 +1,217 @@
+//! [`Graph`]: nonlinear splines y(t) on a uniform mesh, by Sobolev gradients.
+//!
+//! The energy is the discrete ∫κ² ds of the graph over a mesh of width H, its data points moved to the nearest mesh points:
+//!
+//! ```text
+//! φ(y) = H Σ y″_i² / (1 + y′_i²)^{5/2},   y′_i = (y_{i+1} − y_{i−1}) / 2H,   y″_i = (y_{i−1} − 2 y_i + y_{i+1}) / H²
+//! ```
+//!
+//! The method is that of R. J. Renka, *Algorithm 828: DNSPLIN1*, ACM Transactions on Mathematical Software 29(4), 2003:
+//! nonlinear conjugate gradients in the metric of the current curve. What the paper's printed results stop short of is
+//! reached by Newton's method damped in the same metric.
+
+mod curves;
+mod descent;
+mod energy;
+mod mesh;
+mod search;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::batch::{CurveBatch, Problem};
+use crate::device::Device;
+use crate::error::{Error, Result};
+use crate::report::{CurveReport, CurveStatus, Fit};
+use curves::{GraphCurve, GraphCurves};
+pub use descent::{GraphIteration, GraphMove};
+pub use mesh::Mesh;
+
+/// Nonlinear interpolating splines as graphs: of all y(t) through the data points, a local minimum of ∫κ² ds.
+///
+/// For open 2-D curves whose x, taken as t, increases. Data points are moved to the nearest points of a uniform mesh, by at
+/// most half its width; y at the other mesh points is found. Between mesh points the result is the natural cubic spline
+/// through all of them (t is its parameter). The curve starts as the natural cubic spline through the moved data.
+///
+/// Graphs are fitted by the CPU in f64, all its threads side by side, whatever device is given: [`Fit::device`] says so.
+///
+/// | status | when |
+/// |---|---|
+/// | `converged` | √⟨g, L⁻¹g⟩ ≤ `tolerance`·√φ, or below what rounding of the ordinates alone makes of it |
+/// | `not_converged` | `max_iterations`, or with [`published`](Self::published) its rule, came first |
+/// | `unbounded` | the graph has grown longer than 10 times its data's polygon, with φ still falling: there is no minimiser |
+/// | `degenerate` | fewer than two points |
+/// | `invalid` | not a graph: 3-D, closed, x not increasing; or two points meet on one mesh point |
+///
+/// Most rough data have no minimiser. Steep data may have several that are the mesh's own: the graph jumps within a mesh
+/// width or two, and there is a minimum for every place to jump at. Which is reached depends on the path; it is `converged`
+/// with a message that says so.
+///
+/// ```
+/// use faircurve::{CurveBatch, CurveStatus, Device, discrete::Graph};
+/// let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 0.5], [2.0, 0.4], [3.0, 1.0]][..]])?;
+/// let fit = Graph::default().fit(&batch, &Device::cpu())?;
+/// assert_eq!(fit.reports()[0].status, CurveStatus::Converged);
+/// assert!((fit.curve(0).point(2.0).y - 0.4).abs() < 1e-15);
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Graph {
+    /// The mesh; by default 241 points from the first data point to the last.
+    pub mesh: Mesh,
+    /// Stops where the printed results of the published program do, after the first iteration that lowers φ by less than
+    /// 10⁻³ (1 + φ). That is early: the status is `not_converged` unless the gradient has become small, too. Default false.
+    pub published: bool,
+    /// Size of the gradient, as a part of √φ, at which a graph has converged; smaller is stricter, without unit. Default 10⁻⁸.
+    pub tolerance: f64,
+    /// Most iterations a curve, conjugate gradients and Newton steps together. Default 500.
+    pub max_iterations: u32,
+}
+
+impl Default for Graph {
+    fn default() -> Self {
+        Graph { mesh: Mesh::Points(241), published: false, tolerance: 1e-8, max_iterations: 500 }
+    }
+}
+
+/// How the fit of one graph went, iteration by iteration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GraphTrace {
+    /// t of the first mesh point.
+    pub start: f64,
+    /// Width H of the mesh.
+    pub width: f64,
+    /// The mesh point that each data point was moved to.
+    pub data: Vec<usize>,
+    /// φ of the natural cubic spline that the descent starts from.
+    pub initial_phi: f64,
+    /// One entry an iteration.
+    pub iterations: Vec<GraphIteration>,
+    /// y at the mesh points, at the end.
+    pub ordinates: Vec<f64>,
+    /// φ at the end, in 1/(unit of the input).
+    pub phi: f64,
+    /// √⟨g, L⁻¹g⟩ at the end, with L the matrix of H Σ (Dh)_i².
+    pub gradient_norm: f64,
+    /// `converged`, `not_converged` or `unbounded`.
+    pub status: CurveStatus,
+    /// Why, where the status is not `converged`; and where the mesh does not resolve the curve.
+    pub message: Option<String>,
+}
+
+/// Why a curve has no graph: status, point, sentence.
+type Refusal = (CurveStatus, usize, String);
+
+impl Graph {
+    /// Fits every curve of the batch.
+    ///
+    /// A curve that is no graph comes out as its input polyline. The parameters and weights of the batch are not used: x
+    /// is the parameter. A report's `max_deviation` is the farthest that one of the curve's points was moved along t.
+    ///
+    /// # Errors
+    /// Options out of range; constraints, which graphs do not know (columns `tx`, `kx`, `nu` and `known`).
+    pub fn fit(&self, batch: &CurveBatch, _device: &Device) -> Result<Fit> {
+        self.check()?;
+        let constraints = batch.constraints();
+        let columns = [
+            ("tangents (columns tx, ty)", constraints.tangents.is_some()),
+            ("curvature vectors (columns kx, ky)", constraints.curvatures.is_some()),
+            ("exponents (column nu)", constraints.exponents.is_some()),
+            ("known control points (column known)", constraints.known.is_some()),
+        ];
+        if let Some((what, _)) = columns.iter().find(|(_, given)| *given) {
+            return Err(Error::argument(format!(
+                "graphs know no {what}: leave the column out, or choose a method that uses it"
+            )));
+        }
+        let fitted: Vec<_> = (0..batch.len()).into_par_iter().map(|i| self.fit_one(batch, i)).collect();
+        let (mut curves, mut reports, mut problems) = (Vec::new(), Vec::new(), BTreeMap::new());
+        for (i, fitted) in fitted.into_iter().enumerate() {
+            match fitted {
+                Ok((curve, report)) => {
+                    curves.push(Some(curve));
+                    reports.push(report);
+                }
+                Err(problem) => {
+                    curves.push(None);
+                    reports.push(CurveReport::unfitted(problem.status, problem.message.clone()));
+                    problems.insert(i, problem);
+                }
+            }
+        }
+        let curves = GraphCurves { batch: batch.clone(), curves, problems };
+        Ok(Fit::new(Box::new(curves), reports, Device::cpu().describe(true)?))
+    }
+
+    /// Fits one graph through the points (t, y), and keeps its history. `observe` is shown the ordinates at all mesh points,
+    /// those of the initial curve first, then those after each iteration.
+    ///
+    /// ```
+    /// use faircurve::{CurveStatus, discrete::Graph};
+    /// let trace = Graph::default().trace(&[0.0, 1.0, 2.0], &[0.0, 0.3, 0.1], |_| {})?;
+    /// assert_eq!((trace.status, trace.ordinates.len(), trace.data), (CurveStatus::Converged, 241, vec![0, 120, 240]));
+    /// # Ok::<(), faircurve::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Options out of range, as many t as y not given, and whatever would make the curve `degenerate` or `invalid`.
+    pub fn trace(&self, t: &[f64], y: &[f64], observe: impl FnMut(&[f64])) -> Result<GraphTrace> {
+        self.check()?;
+        if t.len() != y.len() {
+            return Err(Error::argument(format!("{} values of t and {} of y: give one y a t", t.len(), y.len())));
+        }
+        if let Some(k) = (0..t.len()).find(|&k| !(t[k].is_finite() && y[k].is_finite())) {
+            let (t, y) = (t[k], y[k]);
+            return Err(Error::argument(format!("point {k}: ({t}, {y}) is no point; coordinates must be finite")));
+        }
+        let trace = self.descend(t, y, observe);
+        trace.map_err(|(_, point, what)| Error::argument(format!("point {point}: {what}")))
+    }
+
+    fn check(&self) -> Result<()> {
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
+            let given = self.tolerance;
+            return Err(Error::argument(format!("tolerance is {given}; it must lie between 0 and 1, such as 1e-8")));
+        }
+        self.mesh.check()
+    }
+
+    fn descend(&self, t: &[f64], y: &[f64], observe: impl FnMut(&[f64])) -> Result<GraphTrace, Refusal> {
+        let (mesh, ordinates) = mesh::set_up(self.mesh, t, y)?;
+        descent::run(self, mesh, ordinates, observe).ok_or_else(|| {
+            let what = "its energy leaves the range of the numbers: scale the curve, or take a wider mesh";
+            (CurveStatus::Invalid, 0, what.into())
+        })
+    }
+
+    fn fit_one(&self, batch: &CurveBatch, i: usize) -> Result<(GraphCurve, CurveReport), Problem> {
+        if let Some(problem) = batch.problem(i) {
+            return Err(problem.clone());
+        }
+        let problem = |(status, point, what): Refusal| Problem { status, message: batch.sentence(i, point, &what) };
+        let not_a_graph = |what: &str| problem((CurveStatus::Invalid, 0, what.into()));
+        if batch.dimension() != 2 {
+            return Err(not_a_graph(
+                "a graph y(t) is planar, and this curve has a z: drop it, or choose another method",
+            ));
+        }
+        if batch.is_closed(i) {
+            return Err(not_a_graph("a graph y(t) cannot close: open the curve, or choose another method"));
+        }
+        let (t, y): (Vec<f64>, Vec<f64>) = batch.points(i).chunks_exact(2).map(|point| (point[0], point[1])).unzip();
+        let trace = self.descend(&t, &y, |_| {}).map_err(problem)?;
+        let at = |&k: &usize| trace.start + k as f64 * trace.width;
+        let moved = t.iter().zip(&trace.data).map(|(t, k)| (t - at(k)).abs());
+        let report = CurveReport {
+            status: trace.status,
+            message: trace.message.as_ref().map(|what| batch.sentence(i, 0, what)),
+            energy: trace.phi,
+            iterations: trace.iterations.len() as u32,
+            gradient_norm: trace.gradient_norm,
+            smoothing: None,
+            max_deviation: moved.fold(0.0, f64::max),
+        };
+        Ok((GraphCurve::new(&trace), report))
+    }
+}

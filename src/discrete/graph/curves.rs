@@ -1,0 +1,123 @@
+//! Fitted graphs as [`Curve`]s: natural cubic splines through their mesh points.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::GraphTrace;
+use super::mesh::natural_second_derivatives;
+use crate::batch::{CurveBatch, Problem};
+use crate::curve::{Curve, Jet, Polygon, Sampling};
+use crate::report::CurveSet;
+
+/// The natural cubic spline through the mesh points of a graph: p(t) = (t, y(t)), with a span from data point to data point.
+pub(super) struct GraphCurve {
+    width: f64,
+    /// The mesh point of every data point.
+    data: Vec<usize>,
+    /// t of every data point.
+    knots: Vec<f64>,
+    y: Vec<f64>,
+    /// y″ at the mesh points.
+    second: Vec<f64>,
+}
+
+impl GraphCurve {
+    pub fn new(trace: &GraphTrace) -> Self {
+        let (width, y) = (trace.width, trace.ordinates.clone());
+        GraphCurve {
+            width,
+            knots: trace.data.iter().map(|&k| trace.start + k as f64 * width).collect(),
+            data: trace.data.clone(),
+            second: natural_second_derivatives(&vec![width; y.len() - 1], &y),
+            y,
+        }
+    }
+}
+
+impl Curve for &GraphCurve {
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    fn is_closed(&self) -> bool {
+        false
+    }
+
+    fn knots(&self) -> Cow<'_, [f64]> {
+        Cow::Borrowed(&self.knots)
+    }
+
+    fn jet(&self, span: usize, u: f64) -> Jet {
+        let (from, to) = (self.data[span], self.data[span + 1]);
+        let place = u * (to - from) as f64;
+        let cell = (place.floor().max(0.0) as usize).min(to - from - 1);
+        let (k, b, h) = (from + cell, place - cell as f64, self.width);
+        let a = 1.0 - b;
+        let (y0, y1, m0, m1) = (self.y[k], self.y[k + 1], self.second[k], self.second[k + 1]);
+        let t = if u == 1.0 { self.knots[span + 1] } else { self.knots[span] + place * h };
+        let bend = ((a * a * a - a) * m0 + (b * b * b - b) * m1) * (h * h / 6.0);
+        let slope = (y1 - y0) / h + ((3.0 * b * b - 1.0) * m1 - (3.0 * a * a - 1.0) * m0) * (h / 6.0);
+        Jet {
+            point: DVec3::new(t, a * y0 + b * y1 + bend, 0.0),
+            first: DVec3::new(1.0, slope, 0.0),
+            second: DVec3::new(0.0, a * m0 + b * m1, 0.0),
+            third: DVec3::new(0.0, (m1 - m0) / h, 0.0),
+        }
+    }
+}
+
+/// The graphs of a batch.
+pub(super) struct GraphCurves {
+    pub batch: CurveBatch,
+    /// `None` where the curve comes out as its input polyline.
+    pub curves: Vec<Option<GraphCurve>>,
+    pub problems: BTreeMap<usize, Problem>,
+}
+
+impl CurveSet for GraphCurves {
+    fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
+        match &self.curves[i] {
+            Some(curve) => Box::new(curve),
+            None => Box::new(Polygon {
+                coords: self.batch.points(i),
+                dimension: self.batch.dimension(),
+                closed: self.batch.is_closed(i),
+            }),
+        }
+    }
+
+    fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        let d = self.batch.dimension();
+        let sample = |i: usize| -> (Vec<f64>, Vec<f64>) {
+            let curve = self.curve(i);
+            if !curve.is_fitted() {
+                let points = self.batch.points(i);
+                return (points.to_vec(), (0..points.len() / d).map(|k| k as f64).collect());
+            }
+            let points = curve.sites(sampling).into_iter().map(|(span, u)| curve.jet(span, u).point);
+            points.map(|p| ([p.x, p.y], p.x)).fold(
+                Default::default(),
+                |(mut coords, mut t): (Vec<_>, Vec<_>), (p, x)| {
+                    coords.extend(p);
+                    t.push(x);
+                    (coords, t)
+                },
+            )
+        };
+        let samples: Vec<_> = (0..self.batch.len()).into_par_iter().map(sample).collect();
+        let (mut coords, mut t, mut offsets) = (Vec::new(), Vec::new(), vec![0]);
+        for (of_curve, t_of_curve) in samples {
+            coords.extend(of_curve);
+            t.extend(t_of_curve);
+            offsets.push(t.len());
+        }
+        let closed: Vec<bool> = (0..self.batch.len()).map(|i| self.batch.is_closed(i)).collect();
+        // Of a closed curve, which is no graph, the parameters count its points.
+        let closing = closed.contains(&true).then(|| closed.iter().map(|&c| if c { 1.0 } else { f64::NAN }).collect());
+        let origin = self.batch.origin().clone();
+        CurveBatch::sampled(d, coords, offsets, closed, t, closing, self.problems.clone(), origin)
+    }
+}
