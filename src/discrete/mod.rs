@@ -2,8 +2,10 @@
 
 mod edges;
 mod energy;
+mod evaluate;
 mod hessian;
 #[cfg(test)]
 mod tests;
 
 pub use energy::*;
+pub use evaluate::{Evaluate, Evaluation};
