@@ -28,8 +28,8 @@ pub struct Evaluation {
     pub value: f64,
     /// Its derivatives by the coordinates of the vertices, in the batch's order; NaN where there is a problem.
     pub gradient: Vec<f64>,
-    /// Its second derivatives, row after row: as many rows and columns as the gradient has entries. Empty where not asked for; NaN where there is a
-    /// problem.
+    /// Its second derivatives, row after row: as many rows and columns as the gradient has entries. Empty where not asked
+    /// for; NaN where there is a problem.
     pub hessian: Vec<f64>,
     /// Why there is no value.
     pub problem: Option<Problem>,
@@ -54,8 +54,8 @@ impl Energy {
     /// ```
     ///
     /// # Errors
-    /// A weight that is negative or not finite, an exponent below 1, a custom energy of other than 1, 2 or 3 edges; attachment without targets,
-    /// targets of another dimension or number of curves; a torsion curvature that is not positive.
+    /// A weight that is negative or not finite, an exponent below 1, a custom energy of other than 1, 2 or 3 edges;
+    /// attachment without targets, targets of another dimension or number of curves; a torsion curvature that is not positive.
     pub fn evaluate(&self, batch: &CurveBatch, options: Evaluate) -> Result<Vec<Evaluation>> {
         self.run(batch, options, false)
     }
@@ -252,7 +252,7 @@ fn attached<const D: usize>(
         );
         return Err(Problem { status: CurveStatus::Invalid, message: batch.sentence(i, 0, &what) });
     }
-    let every = if spans == 0 { 1 } else { edges / spans };
+    let every = edges.checked_div(spans).unwrap_or(1);
     let weight = |k: usize| targets.weights(i).map_or(1.0, |weights| weights[k]);
     Ok(data.into_iter().enumerate().map(|(k, point)| (k * every, point, weight(k))).collect())
 }
