@@ -8,6 +8,7 @@ mod curves;
 mod descent;
 mod edges;
 mod energy;
+mod evaluate;
 #[doc(hidden)]
 pub mod evaluate_gpu;
 mod fair;
@@ -22,6 +23,7 @@ mod tests;
 
 pub use descent::{Direction, Step};
 pub use energy::*;
+pub use evaluate::{Evaluate, Evaluation};
 pub(crate) use evaluate_gpu::evaluate_kernels;
 pub use fair::{Fair, Pins, Segments};
 pub use graph::{Graph, GraphIteration, GraphMove, GraphTrace, Mesh};

@@ -186,17 +186,17 @@ impl Energy {
         for (weight, functional) in &self.terms {
             let word = functional.word();
             if !(*weight >= 0.0 && weight.is_finite()) {
-                let why =
-                    format!("the weight of {word} is {weight}; weights of energies must be 0 or positive numbers");
+                let why = format!("the weight of {word} is {weight}: give a finite number of at least 0");
                 return Err(Error::argument(why));
             }
             match functional {
                 Functional::Bending { exponent } if !(*exponent >= 1.0 && exponent.is_finite()) => {
-                    let why = format!("the exponent of bending is {exponent}; it must be 1 or more, such as 2");
+                    let why = format!("the exponent of bending is {exponent}: give a finite number of at least 1");
                     return Err(Error::argument(why));
                 }
                 Functional::Custom(custom) if !(1..=3).contains(&custom.edges()) => {
-                    let why = format!("the energy {word} sees {} edges; 1, 2 and 3 are possible", custom.edges());
+                    let why =
+                        format!("a term of the energy {word} is of {} edges; 1, 2 and 3 are possible", custom.edges());
                     return Err(Error::argument(why));
                 }
                 _ => {}
