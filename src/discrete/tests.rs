@@ -1,0 +1,275 @@
+//! What energies must be, below the public evaluation: Hessians, the gauge, lanes, single precision.
+
+use glam::{DMat3, DVec3};
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+use super::edges::Edges;
+use super::energy::{Custom, Functional};
+use super::hessian::BlockHessian;
+use crate::linalg::scalar::{Vector, subtract};
+use crate::linalg::{Lanes, Real, Scalar};
+
+/// Value, gradient at every vertex, and dense Hessian of one curve.
+struct Found<T> {
+    value: T,
+    gradient: Vec<T>,
+    hessian: Vec<T>,
+}
+
+/// All lanes' curves in one go; `None` is the gauge.
+fn evaluate<S: Scalar, const D: usize>(
+    closed: bool,
+    curves: &[Vec<Vector<f64, D>>],
+    functional: Option<&Functional>,
+) -> Vec<Found<S::Number>> {
+    let bases: Vec<Vec<Vector<f64, D>>> = curves.iter().map(|curve| edges_of(closed, curve)).collect();
+    let bases: Vec<&[Vector<f64, D>]> = bases.iter().map(Vec::as_slice).collect();
+    // Every third vertex is a data point.
+    let data: Vec<Vec<bool>> = curves.iter().map(|curve| (0..curve.len()).map(|v| v % 3 == 0).collect()).collect();
+    let data: Vec<&[bool]> = data.iter().map(Vec::as_slice).collect();
+    let mut edges = Edges::<S, D>::new(closed, &bases, &data);
+    let rows = edges.rows();
+    let zero = vec![[S::ZERO; D]; rows];
+    let mut movable = vec![S::ZERO; rows];
+    for (lane, curve) in curves.iter().enumerate() {
+        movable[..curve.len()].iter_mut().for_each(|row| row.set_lane(lane, S::ONE.lane(lane)));
+    }
+    edges.place(&zero, S::ZERO, &zero);
+    edges.clear();
+    let weight = S::of(0.7);
+    let value = match functional {
+        Some(functional) => edges.add(weight, functional),
+        None => edges.add_gauge(weight),
+    };
+    let mut hessian = BlockHessian::new(&edges);
+    hessian.assemble(&edges, functional.map(|f| (weight, f)), functional.is_none().then_some(weight));
+    let mut gradient = zero.clone();
+    edges.gradient(&movable, &mut gradient);
+    let lane = |(lane, curve): (usize, &Vec<Vector<f64, D>>)| Found {
+        value: value.lane(lane),
+        gradient: gradient[..curve.len()].iter().flatten().map(|x| x.lane(lane)).collect(),
+        hessian: hessian.dense(lane),
+    };
+    curves.iter().enumerate().map(lane).collect()
+}
+
+fn edges_of<const D: usize>(closed: bool, curve: &[Vector<f64, D>]) -> Vec<Vector<f64, D>> {
+    let count = if closed { curve.len() } else { curve.len() - 1 };
+    (0..count).map(|j| subtract(curve[(j + 1) % curve.len()], curve[j])).collect()
+}
+
+/// A circle's arc, or circle, waved and shaken.
+fn curve<const D: usize>(closed: bool, count: usize, rng: &mut StdRng) -> Vec<Vector<f64, D>> {
+    let turn = std::f64::consts::TAU * if closed { 1.0 } else { 0.7 } / count as f64;
+    let at = |v: usize| [(turn * v as f64).cos(), (turn * v as f64).sin(), 0.5 * (2.0 * turn * v as f64).sin()];
+    let shake = 0.5 * turn;
+    (0..count).map(|v| std::array::from_fn(|c| at(v)[c] + shake * rng.random_range(-0.5..0.5))).collect()
+}
+
+/// Every functional there is, the gauge, and a user's.
+fn functionals() -> Vec<Option<Functional>> {
+    let bending = |exponent| Some(Functional::Bending { exponent });
+    let built_in = [Some(Functional::Length), Some(Functional::Tension), Some(Functional::Variation)];
+    let mut all: Vec<_> = built_in.into_iter().chain([1.0, 1.5, 2.0, 3.0, 4.0].map(bending)).collect();
+    all.extend([Some(Functional::Torsion), None]);
+    all.extend((1..=3).map(|edges| Some(Functional::Custom(std::sync::Arc::new(Mixed(edges))))));
+    all
+}
+
+/// Σ over edges j ≤ k of the term: (T_j·T_k)² Δs_j Δs_k² + Δs_k x·T_j, where the constant vector x makes it depend on direction.
+#[derive(Debug)]
+struct Mixed(usize);
+
+const DIRECTION: DVec3 = DVec3::new(0.3, -1.1, 0.7);
+
+impl Custom for Mixed {
+    fn name(&self) -> &str {
+        "mixed"
+    }
+    fn edges(&self) -> usize {
+        self.0
+    }
+    fn degree(&self) -> f64 {
+        f64::NAN
+    }
+    fn value(&self, t: &[DVec3], s: &[f64]) -> f64 {
+        let pair = |(j, k): (usize, usize)| t[j].dot(t[k]).powi(2) * s[j] * s[k] * s[k] + s[k] * DIRECTION.dot(t[j]);
+        pairs(self.0).map(pair).sum()
+    }
+    fn gradient(&self, t: &[DVec3], s: &[f64], by_tangent: &mut [DVec3], by_length: &mut [f64]) {
+        by_tangent.fill(DVec3::ZERO);
+        by_length.fill(0.0);
+        for (j, k) in pairs(self.0) {
+            let (d, m) = (t[j].dot(t[k]), s[j] * s[k] * s[k]);
+            by_tangent[j] += 2.0 * d * m * t[k] + s[k] * DIRECTION;
+            by_tangent[k] += 2.0 * d * m * t[j];
+            by_length[j] += d * d * s[k] * s[k];
+            by_length[k] += 2.0 * d * d * s[j] * s[k] + DIRECTION.dot(t[j]);
+        }
+    }
+    fn hessian(
+        &self,
+        t: &[DVec3],
+        s: &[f64],
+        by_tangents: &mut [[DMat3; 3]; 3],
+        mixed: &mut [[DVec3; 3]; 3],
+        by_lengths: &mut [[f64; 3]; 3],
+    ) {
+        let outer = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);
+        for (j, k) in pairs(self.0) {
+            let (d, m) = (t[j].dot(t[k]), s[j] * s[k] * s[k]);
+            by_tangents[j][j] += 2.0 * m * outer(t[k], t[k]);
+            by_tangents[k][k] += 2.0 * m * outer(t[j], t[j]);
+            by_tangents[j][k] += 2.0 * m * (outer(t[k], t[j]) + d * DMat3::IDENTITY);
+            by_tangents[k][j] += 2.0 * m * (outer(t[j], t[k]) + d * DMat3::IDENTITY);
+            mixed[j][j] += 2.0 * d * s[k] * s[k] * t[k];
+            mixed[k][j] += 2.0 * d * s[k] * s[k] * t[j];
+            mixed[j][k] += 4.0 * d * s[j] * s[k] * t[k] + DIRECTION;
+            mixed[k][k] += 4.0 * d * s[j] * s[k] * t[j];
+            by_lengths[j][k] += 2.0 * d * d * s[k];
+            by_lengths[k][j] += 2.0 * d * d * s[k];
+            by_lengths[k][k] += 2.0 * d * d * s[j];
+        }
+    }
+}
+
+fn pairs(edges: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..edges).flat_map(move |k| (0..=k).map(move |j| (j, k)))
+}
+
+fn largest(numbers: &[f64]) -> f64 {
+    numbers.iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+/// Largest difference over the largest magnitude, or over 1 where all is smaller: rounding of energies of curves of size 1.
+fn apart(found: &[f64], wanted: &[f64]) -> f64 {
+    assert_eq!(found.len(), wanted.len());
+    let differences: Vec<f64> = found.iter().zip(wanted).map(|(a, b)| a - b).collect();
+    assert!(differences.iter().all(|d| d.is_finite()));
+    largest(&differences) / largest(wanted).max(1.0)
+}
+
+fn derivatives_are_differences<const D: usize>(seed: u64) {
+    let mut rng = StdRng::seed_from_u64(seed);
+    for functional in functionals() {
+        for (closed, count) in
+            [3, 4, 5, 6, 7, 11].map(|n| (true, n)).into_iter().chain([2, 3, 4, 5, 9].map(|n| (false, n)))
+        {
+            let what = format!("{functional:?}, {D}-D, closed {closed}, {count} vertices, seed {seed}");
+            let points = curve::<D>(closed, count, &mut rng);
+            let here = |points: &[Vector<f64, D>]| {
+                evaluate::<f64, D>(closed, &[points.to_vec()], functional.as_ref()).remove(0)
+            };
+            let (step, found) = (1e-3 / count as f64, here(&points));
+            let (mut gradient, mut hessian) = (vec![], vec![]);
+            for (v, c) in (0..count).flat_map(|v| (0..D).map(move |c| (v, c))) {
+                let moved = |steps: f64| {
+                    let mut points = points.clone();
+                    points[v][c] += steps * step;
+                    here(&points)
+                };
+                // Sixth-order differences.
+                let at = [1.0, -1.0, 2.0, -2.0, 3.0, -3.0].map(moved);
+                let slope = |x: &dyn Fn(&Found<f64>) -> f64| {
+                    let [a, b, c] = [0, 2, 4].map(|k| x(&at[k]) - x(&at[k + 1]));
+                    (45.0 * a - 9.0 * b + c) / (60.0 * step)
+                };
+                gradient.push(slope(&|found| found.value));
+                hessian.extend((0..found.gradient.len()).map(|entry| slope(&|found| found.gradient[entry])));
+            }
+            // ε / step is 2e-12 at most, truncation below it.
+            assert!(apart(&found.gradient, &gradient) < 1e-9, "{what}: gradient {}", apart(&found.gradient, &gradient));
+            assert!(apart(&found.hessian, &hessian) < 1e-9, "{what}: Hessian {}", apart(&found.hessian, &hessian));
+        }
+    }
+}
+
+#[test]
+fn derivatives_of_every_energy_are_differences_in_2d() {
+    derivatives_are_differences::<2>(1);
+}
+
+#[test]
+fn derivatives_of_every_energy_are_differences_in_3d() {
+    derivatives_are_differences::<3>(2);
+}
+
+fn lanes_equal_curves_alone<const D: usize>(seed: u64) {
+    let mut rng = StdRng::seed_from_u64(seed);
+    let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    for (closed, counts) in [(false, [1, 9, 2, 3, 17, 4, 5, 8]), (true, [3, 9, 4, 5, 17, 6, 16, 15])] {
+        let curves = counts.map(|count| curve::<D>(closed, count, &mut rng));
+        for functional in functionals() {
+            let together = evaluate::<Lanes<f64, 8>, D>(closed, &curves, functional.as_ref());
+            for (lane, found) in together.iter().enumerate() {
+                let alone = evaluate::<f64, D>(closed, &curves[lane..=lane], functional.as_ref()).remove(0);
+                let what = format!("{functional:?}, {D}-D, closed {closed}, lane {lane}");
+                assert_eq!(found.value.to_bits(), alone.value.to_bits(), "value of {what}");
+                assert_eq!(bits(&found.gradient), bits(&alone.gradient), "gradient of {what}");
+                assert_eq!(bits(&found.hessian), bits(&alone.hessian), "Hessian of {what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_curve_has_the_same_bits_alone_and_beside_others() {
+    lanes_equal_curves_alone::<2>(3);
+    lanes_equal_curves_alone::<3>(4);
+}
+
+#[test]
+fn single_precision_differs_by_rounding() {
+    // Tangents carry ε, curvature vectors 2 ε/Δs, and every derivative takes another 1/Δs, as the numbers themselves do;
+    // the largest found is 7.8.
+    const FACTOR: f64 = 16.0;
+    let mut worst = 0.0f64;
+    let mut rng = StdRng::seed_from_u64(5);
+    for closed in [false, true] {
+        for count in [4, 9, 16] {
+            let points = curve::<3>(closed, count, &mut rng);
+            for functional in functionals() {
+                let wide = evaluate::<f64, 3>(closed, std::slice::from_ref(&points), functional.as_ref()).remove(0);
+                let narrow = evaluate::<f32, 3>(closed, std::slice::from_ref(&points), functional.as_ref()).remove(0);
+                let of = |numbers: &[f32]| numbers.iter().map(|x| x.to_f64()).collect::<Vec<_>>();
+                let differences = [
+                    apart(&of(&[narrow.value]), &[wide.value]),
+                    apart(&of(&narrow.gradient), &wide.gradient),
+                    apart(&of(&narrow.hessian), &wide.hessian),
+                ];
+                let difference = largest(&differences) / f64::from(f32::EPSILON);
+                worst = worst.max(difference);
+                assert!(difference < FACTOR, "{functional:?}, closed {closed}, {count}: {difference} ε");
+            }
+        }
+    }
+    // Not the same numbers twice.
+    assert!(worst > 0.1, "{worst}");
+    println!("largest difference {worst} ε");
+}
+
+#[test]
+fn products_are_those_of_the_full_matrix() {
+    let mut rng = StdRng::seed_from_u64(6);
+    for (closed, count) in [(true, 3), (true, 4), (true, 6), (true, 12), (false, 2), (false, 4), (false, 12)] {
+        let points = curve::<3>(closed, count, &mut rng);
+        let base = edges_of(closed, &points);
+        let mut edges = Edges::<f64, 3>::new(closed, &[&base], &[&vec![false; count]]);
+        let zero = vec![[0.0; 3]; edges.rows()];
+        edges.place(&zero, 0.0, &zero);
+        let mut hessian = BlockHessian::new(&edges);
+        hessian.assemble(&edges, [(1.0, &Functional::Variation), (0.5, &Functional::Length)], Some(2.0));
+        hessian.add_diagonal(1, 0.25);
+        let x: Vec<[f64; 3]> =
+            (0..edges.rows()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();
+        let mut y = zero;
+        hessian.multiply(&x, &mut y);
+        let (dense, flat) = (hessian.dense(0), x[..count].concat());
+        let wanted: Vec<f64> =
+            dense.chunks(3 * count).map(|row| row.iter().zip(&flat).map(|(h, x)| h * x).sum()).collect();
+        // Rows of tens of entries, added up in another order.
+        let difference = largest(&y[..count].concat().iter().zip(&wanted).map(|(a, b)| a - b).collect::<Vec<_>>());
+        assert!(difference <= 1e-14 * largest(&dense), "closed {closed}, {count}: {difference}");
+    }
+}
