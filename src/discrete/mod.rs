@@ -12,6 +12,8 @@ mod graph;
 mod hessian;
 mod line_search;
 mod metric;
+mod minimisation;
+mod newton;
 mod problem;
 #[cfg(test)]
 mod tests;
@@ -20,3 +22,4 @@ pub use descent::{Direction, Step};
 pub use energy::*;
 pub(crate) use evaluate_gpu::evaluate_kernels;
 pub use graph::{Graph, GraphIteration, GraphMove, GraphTrace, Mesh};
+pub use minimisation::{Ending, InnerProduct, Iterate, Minimisation, Minimised, Minimiser};
