@@ -84,7 +84,9 @@ fn run() -> Result<Outcome> {
         picture(
             "Length, ordinary gradient with a line search",
             &lengths.0,
-            format!("stuck after {iterations} iterations at length {left:.4}; the segment has 1"),
+            format!(
+                "can be reduced no further after {iterations} iterations: length {left:.4}, where the segment has 1"
+            ),
         ),
         picture(
             "ψ, ordinary gradient with constant step 0.5",
@@ -94,7 +96,7 @@ fn run() -> Result<Outcome> {
         picture(
             "Length, Sobolev gradient with constant step 0.2",
             &sobolev,
-            "with step 1 the first iterate is the last curve".into(),
+            "with step 1 the first step leads to the last curve".into(),
         ),
     ];
     Ok(Outcome { table: record.table, files, agrees: record.agrees })
@@ -250,10 +252,11 @@ impl Record {
 
     fn notes(&mut self) {
         self.table.push_str(
-            "\nThe paper does not state when its descent on ψ stops. Its line search fails on ψ, the one here does not: it goes by\n\
-             slopes. Sobolev gradients here are those of L_f, which suits φ: on ψ steps of length 1 are 50 times too short. The\n\
-             inner product that suits ψ is that of Dh = h′, and its step of length 1 is Newton's. The Hessian of φ is singular at\n\
-             every curve, not at the segment alone: of its 2(m − 1) rows at most m are independent.\n",
+            "\nThe paper does not say when its descent on ψ stops, and has it converge with constant steps only; the line search\n\
+             here goes by slopes, and converges too. The Sobolev gradients here are those of L_f, which suits φ: on ψ a step of\n\
+             length 1 goes only s_m/m of the way. The inner product that suits ψ is that of Dh = h′, and its step of length 1 is\n\
+             Newton's. The Hessian of φ is singular at every curve, not only at the segment: of its 2(m − 1) rows at most m are\n\
+             independent.\n",
         );
     }
 }
