@@ -327,8 +327,10 @@ impl<const D: usize> Here<D> {
 mod tests {
     use super::super::{attachment, length, tension};
     use super::*;
+    use crate::spline::Natural;
+    use crate::{CurveBatch, Device, Sampling};
 
-    /// Section 4's problem in small numbers: a loop that crosses itself, 201 vertices.
+    /// A loop that crosses itself.
     fn ring(count: usize) -> Vec<[f64; 2]> {
         let at = |k: usize| {
             let t = k as f64 / (count - 1) as f64;
@@ -341,7 +343,12 @@ mod tests {
 
     #[test]
     fn one_sobolev_step_of_length_1_gives_the_segment_in_f32_too() {
-        let vertices = ring(201);
+        // Section 4's curve.
+        let points = [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]];
+        let fit = Natural::default().fit(&CurveBatch::from_slices(&[&points[..]]).unwrap(), &Device::cpu()).unwrap();
+        let polylines = fit.polylines(Sampling::Spacing(fit.curve(0).length() / 199.5));
+        let vertices = polylines.points(0).as_chunks::<2>().0.to_vec();
+        assert_eq!(vertices.len(), 201);
         let minimisation = Minimisation { max_iterations: 1, ..Minimisation::new(length()) };
         let (step, direction) = (Step::Constant(1.0), Direction::Steepest);
         let found = minimisation.descend::<f32, 2>(1, step, direction, &vertices, |_| {});

@@ -16,8 +16,8 @@ pub(super) struct Newton<const D: usize> {
 
 /// Wide enough for every energy: a vertex is coupled with three on either side.
 enum Matrix {
-    Planar(Banded<f64, 7>),
-    Spatial(Banded<f64, 11>),
+    Planar(Box<Banded<f64, 7>>),
+    Spatial(Box<Banded<f64, 11>>),
 }
 
 impl<const D: usize> Newton<D> {
@@ -27,8 +27,8 @@ impl<const D: usize> Newton<D> {
         Newton {
             hessian: BlockHessian::new(edges),
             matrix: match D {
-                2 => Matrix::Planar(Banded::new(false, &counts)),
-                _ => Matrix::Spatial(Banded::new(false, &counts)),
+                2 => Matrix::Planar(Box::new(Banded::new(false, &counts))),
+                _ => Matrix::Spatial(Box::new(Banded::new(false, &counts))),
             },
             movable: movable.iter().flat_map(|&movable| [movable; D]).collect(),
             unknowns: vec![[0.0]; counts[0]],
@@ -55,8 +55,7 @@ impl<const D: usize> Newton<D> {
             Matrix::Spatial(matrix) => factor(matrix, blocks, &self.movable),
         };
         let threshold = self.movable.len() as f64 * f64::EPSILON * largest;
-        // Also where the factors are no numbers.
-        if !(smallest > threshold) {
+        if smallest.is_nan() || smallest <= threshold {
             return None;
         }
         for (unknowns, g) in self.unknowns.chunks_exact_mut(D).zip(g) {
