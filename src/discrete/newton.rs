@@ -89,9 +89,9 @@ fn factor<const D: usize, const B: usize>(
     matrix.clear();
     let vertices = movable.len() / D;
     for (v, blocks) in blocks.iter().enumerate().take(vertices) {
-        for a in 0..D {
-            matrix.add_diagonal(v * D + a, blocks[0][a][a]);
-            (0..a).for_each(|b| matrix.add_entry(v * D + a, v * D + b, blocks[0][a][b]));
+        for (a, row) in blocks[0].iter().enumerate() {
+            matrix.add_diagonal(v * D + a, row[a]);
+            (0..a).for_each(|b| matrix.add_entry(v * D + a, v * D + b, row[b]));
         }
         for (k, block) in blocks.iter().enumerate().skip(1).take(vertices - 1 - v) {
             for (a, row) in block.iter().enumerate() {

@@ -60,3 +60,63 @@ impl<S: Scalar> Path<S> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::rngs::StdRng;
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+    use crate::linalg::Lanes;
+
+    type Two = Lanes<f64, 2>;
+
+    /// Curves of 30 and 22 edges side by side, pins in the middle and at one end, weights at some vertices.
+    #[test]
+    fn the_solution_satisfies_the_system_in_every_lane() {
+        let mut rng = StdRng::seed_from_u64(11);
+        let counts = [30, 22];
+        let bases = counts.map(|count| -> Vec<[f64; 2]> {
+            (0..count).map(|_| [rng.random_range(0.01..1.0), rng.random_range(-1.0..1.0)]).collect()
+        });
+        let data = counts.map(|count| vec![false; count + 1]);
+        let mut edges =
+            Edges::<Two, 2>::new(false, &bases.each_ref().map(|b| &b[..]), &data.each_ref().map(|d| &d[..]));
+        edges.place(&[[Two::ZERO; 2]; 31]);
+        let pinned = [0, 7, 8, 15];
+        let mut pins = Pins { movable: vec![Two::ZERO; 31], rows: pinned.to_vec() };
+        let mut vertices = vec![Two::ZERO; 31];
+        let mut g = vec![[Two::ZERO; 2]; 31];
+        for (lane, count) in counts.into_iter().enumerate() {
+            for row in (0..=count).filter(|row| !pinned.contains(row)) {
+                pins.movable[row].set_lane(lane, 1.0);
+                vertices[row].set_lane(lane, if row % 3 == 0 { rng.random_range(0.0..2.0) } else { 0.0 });
+                (0..2).for_each(|c| g[row][c].set_lane(lane, rng.random_range(-1.0..1.0)));
+            }
+        }
+        let weights = Weights { highest: Two::of(0.7), vertices, attached: true };
+        let mut path = Path::new(31);
+        let smallest = path.freeze(&edges, &pins, &weights);
+        assert!((0..2).all(|lane| smallest.lane(lane) > 0.0));
+        let mut z = g.clone();
+        path.solve(&mut z);
+        for (lane, count) in counts.into_iter().enumerate() {
+            let at = |v: &[Vector<Two, 2>], row: usize, c: usize| v[row][c].lane(lane);
+            let pull = |j: usize, c: usize| 0.7 * (at(&z, j + 1, c) - at(&z, j, c)) / edges.length[j].lane(lane);
+            for (row, c) in (0..=count).flat_map(|row| [(row, 0), (row, 1)]) {
+                if pinned.contains(&row) {
+                    assert_eq!(at(&z, row, c), 0.0);
+                    continue;
+                }
+                let before = if row > 0 { pull(row - 1, c) } else { 0.0 };
+                let after = if row < count { pull(row, c) } else { 0.0 };
+                let product = before - after + weights.vertices[row].lane(lane) * at(&z, row, c);
+                assert!((product - at(&g, row, c)).abs() < 1e-12, "lane {lane}, row {row}: {product}");
+            }
+        }
+        // Nothing holds a curve without pins and weights.
+        let free = Pins { movable: vec![Two::ONE; 31], rows: Vec::new() };
+        let loose = Weights { highest: Two::ONE, vertices: vec![Two::ZERO; 31], attached: false };
+        assert_eq!(path.freeze(&edges, &free, &loose).lane(0), 0.0);
+    }
+}
