@@ -47,6 +47,49 @@ fn toms828_reproduces_all_58_iterations_and_draws_every_data_set() {
 }
 
 #[test]
+fn renka_reproduces_section_4_by_every_method_on_both_energies() {
+    let folder = TempDir::new().unwrap();
+    run(&folder, "experiments renka -o made")
+        .code(0)
+        .stderr(is_empty())
+        .stdout(contains("a polygon of length 4.101358").and(contains("length 1.001 after 39000")));
+    let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
+    let csv = read("renka.csv");
+    let mut rows = csv::Reader::from_reader(csv.as_bytes());
+    assert_eq!(rows.headers().unwrap(), vec!["energy", "method", "iterations", "length", "value", "end"]);
+    let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
+    let ends = |energy: &str, method: &str| -> Vec<(u32, f64, String)> {
+        let chosen = rows.iter().filter(|row| &row[0] == energy && row[1].starts_with(method));
+        chosen.map(|row| (row[2].parse().unwrap(), row[3].parse().unwrap(), row[5].into())).collect()
+    };
+    for (iterations, length, end) in ends("length", "ordinary") {
+        assert!(iterations > 10 && length > 1.5 && end == "can reduce it no further", "{iterations} {length} {end}");
+    }
+    for (iterations, length, end) in ends("length", "Sobolev") {
+        assert!(iterations == 1 && (length - 1.0).abs() < 1e-13 && end == "converged", "{iterations} {length} {end}");
+    }
+    assert!(
+        ends("length", "Newton").iter().all(|(iterations, _, end)| *iterations == 0 && end == "Hessian is singular")
+    );
+    let slow = ends("tension", "ordinary gradient, step 0.5");
+    assert!((31_000..=32_200).contains(&slow[0].0) && slow[0].1 < 1.001, "{slow:?}");
+    assert_eq!((slow[1].0, format!("{:.5}", slow[1].1)), (39_000, "1.00016".to_string()));
+    assert!(
+        matches!(&ends("tension", "Newton")[..], [(1, length, end)] if (length - 1.0).abs() < 1e-13 && end == "converged")
+    );
+    let counts = ["length", "tension"].map(|energy| rows.iter().filter(|row| &row[0] == energy).count());
+    assert_eq!(counts, [10, 9]);
+    assert!(read("renka.txt").lines().count() > 25);
+    for name in ["length-ordinary", "tension-ordinary", "length-sobolev"] {
+        let svg = read(&format!("renka-{name}.svg"));
+        let picture = roxmltree::Document::parse(&svg).unwrap();
+        let curves = picture.descendants().filter(|node| node.attribute("class") == Some("e")).count();
+        assert!((10..40).contains(&curves), "{name}: {curves} curves");
+    }
+    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 5);
+}
+
+#[test]
 fn outputs_that_exist_are_kept_unless_forced() {
     let folder = TempDir::new().unwrap();
     let old = folder.path().join("toms828-3.svg");
@@ -67,7 +110,7 @@ fn an_unknown_experiment_is_refused_with_the_names_there_are() {
     let folder = TempDir::new().unwrap();
     run(&folder, "experiments toms829 -o .")
         .code(2)
-        .stderr(contains("toms829").and(contains("possible values: ")).and(contains("toms828")));
+        .stderr(contains("toms829").and(contains("possible values: ")).and(contains("renka, toms828")));
     run(&folder, "experiments").code(2).stderr(contains("--output"));
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
 }

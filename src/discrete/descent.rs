@@ -64,7 +64,7 @@ pub(crate) enum Standing {
     Broken,
 }
 
-/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`], else rounding has the upper hand.
+/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`], if nothing else is said, else rounding has the upper hand.
 const PATIENCE: u32 = 100;
 
 /// See [`PATIENCE`].
@@ -86,6 +86,10 @@ pub(crate) struct Lane<N> {
     pub tolerance: N,
     /// A length that no honest minimum has; infinite where the energy bounds the length.
     pub longest: N,
+    /// Steps without progress after which rounding is taken to have the upper hand.
+    pub patience: u32,
+    /// Whether a line search keeps edges from changing too much in one step.
+    pub guarded: bool,
     start_energy: N,
     search: LineSearch<N>,
     /// p is −z.
@@ -141,6 +145,8 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             evaluations: 0,
             tolerance: number(tolerance),
             longest: number(longest),
+            patience: PATIENCE,
+            guarded: true,
             start_energy: zero,
             // The first tick evaluates where the curve is.
             search: LineSearch::start(infinite, zero, zero, infinite),
@@ -309,6 +315,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         // Against the edges of the trial that failed: about those of the curve, and a guard is all it is.
         let most = self.edges.most_step(&self.p).lane(l);
         let lane = &mut self.lanes[l];
+        let most = if lane.guarded { most } else { <S::Number as Scalar>::of(f64::INFINITY) };
         lane.steepest = true;
         lane.search = LineSearch::start(lane.energy, -lane.norm2, <S::Number as Scalar>::of(1.0), most);
     }
@@ -390,7 +397,7 @@ impl<N: Real + Scalar> Lane<N> {
         } else {
             self.since_best += 1;
         }
-        if self.standing == Standing::Running && self.since_best > PATIENCE && plan.step == Step::Search {
+        if self.standing == Standing::Running && self.since_best > self.patience && plan.step == Step::Search {
             self.standing = Standing::Stalled;
         }
         let change = slope - self.search.slope();
@@ -417,7 +424,7 @@ impl<N: Real + Scalar> Lane<N> {
             Step::Search if self.iterations == 0 => N::of(1.0),
             Step::Search => self.search.alpha,
         };
-        let most = if plan.step == Step::Search { most } else { N::of(f64::INFINITY) };
+        let most = if plan.step == Step::Search && self.guarded { most } else { N::of(f64::INFINITY) };
         self.search = LineSearch::start(self.energy, beta * slope - self.norm2, alpha, most);
     }
 }

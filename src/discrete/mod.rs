@@ -16,6 +16,8 @@ mod graph;
 mod hessian;
 mod line_search;
 mod metric;
+mod minimisation;
+mod newton;
 mod problem;
 mod setup;
 #[cfg(test)]
@@ -27,3 +29,4 @@ pub use evaluate::{Evaluate, Evaluation};
 pub(crate) use evaluate_gpu::evaluate_kernels;
 pub use fair::{Fair, Pins, Segments};
 pub use graph::{Graph, GraphIteration, GraphMove, GraphTrace, Mesh};
+pub use minimisation::{Ending, InnerProduct, Iterate, Minimisation, Minimised, Minimiser};

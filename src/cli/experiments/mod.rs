@@ -2,6 +2,7 @@
 //!
 //! An experiment is a file of this folder and an entry of [`EXPERIMENTS`].
 
+mod renka;
 mod toms828;
 
 use std::path::{Path, PathBuf};
@@ -32,7 +33,7 @@ struct Outcome {
     agrees: bool,
 }
 
-const EXPERIMENTS: &[Experiment] = &[toms828::EXPERIMENT];
+const EXPERIMENTS: &[Experiment] = &[renka::EXPERIMENT, toms828::EXPERIMENT];
 
 fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(EXPERIMENTS.iter().map(|experiment| experiment.name))

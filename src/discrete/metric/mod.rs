@@ -8,7 +8,7 @@
 //! | order | inner product | solved by |
 //! |---|---|---|
 //! | 0 | Σ g·h: ordinary gradients | |
-//! | 1 | Σ Δg·Δh/Δs, exactly the L_f of the paper, plus attached points | one tridiagonal solve |
+//! | 1 | Σ Δg·Δh/Δs, exactly the L_f of the paper, plus attached points | one tridiagonal solve, see [`path`] |
 //! | 2 | 2 w Σ D₂g·D₂h Δa | two tridiagonal solves and a small system of the pinned vertices, see [`hats`] |
 //! | 3 | 2 w Σ D₃g·D₃h Δs | one banded solve, see [`variation`] |
 //!
@@ -18,6 +18,7 @@
 //! Source: Renka (2006), sections 2 and 3. The normal part at pins, and the solve by hat functions, are faircurve's own.
 
 pub(super) mod hats;
+mod path;
 pub(super) mod variation;
 
 use super::edges::Edges;
@@ -25,6 +26,7 @@ use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
 use crate::linalg::scalar::{Vector, add, dot, scale};
 use hats::Hats;
+use path::Path;
 use variation::Third;
 
 /// Which vertices are pinned, in every lane.
@@ -51,7 +53,10 @@ pub(crate) struct Weights<S> {
 #[derive(Clone, Debug)]
 pub(crate) enum Metric<S, const D: usize> {
     Euclidean,
-    First(Banded<S, 1>),
+    /// Open curves.
+    First(Path<S>),
+    /// Closed ones.
+    FirstClosed(Banded<S, 1>),
     Second(Box<Hats<S, D>>),
     Third(Box<Third<S, D>>),
 }
@@ -61,7 +66,8 @@ impl<S: Scalar, const D: usize> Metric<S, D> {
     pub fn new(order: usize, edges: &Edges<S, D>, pins: &Pins<S>) -> Self {
         match order {
             0 => Metric::Euclidean,
-            1 => Metric::First(Banded::new(edges.is_closed(), &edges.vertices())),
+            1 if edges.is_closed() => Metric::FirstClosed(Banded::new(true, &edges.vertices())),
+            1 => Metric::First(Path::new(edges.rows())),
             2 => Metric::Second(Box::new(Hats::new(edges, pins))),
             _ => Metric::Third(Box::new(Third::new(edges))),
         }
@@ -73,7 +79,8 @@ impl<S: Scalar, const D: usize> Metric<S, D> {
     pub fn freeze(&mut self, edges: &Edges<S, D>, pins: &Pins<S>, weights: &Weights<S>) -> S {
         match self {
             Metric::Euclidean => S::ONE,
-            Metric::First(matrix) => {
+            Metric::First(path) => path.freeze(edges, pins, weights),
+            Metric::FirstClosed(matrix) => {
                 matrix.clear();
                 for j in 0..edges.most() {
                     matrix.add(j, weights.highest * edges.exists(j) * edges.inverse[j], [S::ONE, -S::ONE]);
@@ -91,7 +98,8 @@ impl<S: Scalar, const D: usize> Metric<S, D> {
     pub fn solve(&mut self, pins: &Pins<S>, z: &mut [Vector<S, D>]) {
         match self {
             Metric::Euclidean => {}
-            Metric::First(matrix) => matrix.solve(z),
+            Metric::First(path) => path.solve(z),
+            Metric::FirstClosed(matrix) => matrix.solve(z),
             Metric::Second(hats) => hats.solve(pins, z),
             Metric::Third(third) => third.solve(z),
         }

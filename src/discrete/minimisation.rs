@@ -1,0 +1,416 @@
+//! [`Minimisation`]: one curve, one energy, and any of the methods that the papers compare, step by step.
+
+use super::descent::{Descent, Direction, Plan, Standing, Step};
+use super::energy::{Energy, Functional};
+use super::newton::Newton;
+use super::problem::{Problem, start};
+use crate::error::{Error, Result};
+use crate::linalg::scalar::{Vector, add, subtract};
+use crate::linalg::{Real, Scalar};
+
+/// Minimises an energy over the inner vertices of one open curve, both ends held, by the method of your choice, and shows every
+/// iterate: for experiments, teaching and tests. It does what the formulas say and no more: no rescaling, no term that
+/// spreads vertices. The CPU works in f64.
+///
+/// | method | step | measure of the gradient g |
+/// |---|---|---|
+/// | ordinary gradient | f − αg | √(g·g) |
+/// | Sobolev gradient | f − αL⁻¹g, L the inner product of the energy's order: for order 1 (Lh)_i = (h_i − h_{i−1})/Δs_i − (h_{i+1} − h_i)/Δs_{i+1} | √(g·L⁻¹g) |
+/// | Newton | f − H⁻¹g, H the exact Hessian | √(g·H⁻¹g) |
+///
+/// ```
+/// use faircurve::discrete::{Direction, Ending, InnerProduct, Minimisation, Minimiser, Step, length};
+///
+/// let bent = [[0.0, 0.0], [1.0, 2.0], [2.0, -1.0], [3.0, 0.0]];
+/// let method = Minimiser::Gradient {
+///     product: InnerProduct::Sobolev,
+///     step: Step::Constant(1.0),
+///     direction: Direction::Steepest,
+/// };
+/// let shortest = Minimisation { method, ..Minimisation::new(length()) }.run(&bent, |_| {})?;
+/// // Renka's theorem 3.1: one step, and the curve is the segment between its ends.
+/// assert_eq!((shortest.ending, shortest.iterations), (Ending::Converged, 1));
+/// assert!((shortest.length - 3.0).abs() < 1e-14);
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// Source: Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), sections 3 and 4.
+#[derive(Clone, Debug)]
+pub struct Minimisation {
+    /// What to minimise; [`attachment`](super::attachment) has no data to hold to here.
+    pub energy: Energy,
+    /// How. Default: steepest descent along Sobolev gradients, with a line search.
+    pub method: Minimiser,
+    /// The gradient's measure at which the curve has converged, in the units of the method (see the table). Default 10⁻⁸.
+    pub tolerance: f64,
+    /// Steps at most. Default 1,000.
+    pub max_iterations: u32,
+}
+
+/// A method to minimise by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Minimiser {
+    /// Descent along gradients.
+    Gradient {
+        /// The inner product that makes derivatives gradients.
+        product: InnerProduct,
+        /// How far each step goes.
+        step: Step,
+        /// Steepest descent or conjugate gradients.
+        direction: Direction,
+    },
+    /// Newton's method with full steps.
+    Newton,
+}
+
+/// The inner product of perturbations of a curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum InnerProduct {
+    /// Σ g·h
+    Ordinary,
+    /// That of derivatives with respect to arc length, of the energy's order, frozen at each iterate: of order 1
+    /// Σ (g_i − g_{i−1})·(h_i − h_{i−1})/Δs_i.
+    #[default]
+    Sobolev,
+}
+
+/// How a minimisation ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// The gradient's measure is at most the tolerance.
+    Converged,
+    /// The energy could not be reduced further: a constant step would raise it, or a line search found no step.
+    Stalled,
+    /// The iterations were used up.
+    Exhausted,
+    /// The Hessian is singular to working precision, or indefinite: Newton's method has no step to take.
+    Singular,
+    /// The energy or its gradient has left the range of the numbers; the curve is the last one that had both.
+    Broken,
+}
+
+/// A curve on the way.
+#[derive(Clone, Copy, Debug)]
+pub struct Iterate<'a, const D: usize> {
+    /// Steps taken so far; 0 for the curve that was given.
+    pub iteration: u32,
+    /// Its energy.
+    pub energy: f64,
+    /// Its length Σ Δs.
+    pub length: f64,
+    /// Its vertices.
+    pub vertices: &'a [[f64; D]],
+}
+
+/// Where a minimisation ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Minimised<const D: usize> {
+    /// How.
+    pub ending: Ending,
+    /// The curve.
+    pub vertices: Vec<[f64; D]>,
+    /// Its energy.
+    pub energy: f64,
+    /// Its length Σ Δs.
+    pub length: f64,
+    /// The measure of its gradient; NaN where the method has none there, since its matrix is singular.
+    pub gradient_norm: f64,
+    /// Steps taken.
+    pub iterations: u32,
+}
+
+impl Minimisation {
+    /// The energy, by the default method.
+    pub fn new(energy: Energy) -> Self {
+        let method =
+            Minimiser::Gradient { product: InnerProduct::Sobolev, step: Step::Search, direction: Direction::Steepest };
+        Minimisation { energy, method, tolerance: 1e-8, max_iterations: 1_000 }
+    }
+
+    /// Minimises from the curve with these vertices, 2-D or 3-D. `observe` is shown that curve, then the one after every
+    /// step.
+    ///
+    /// # Errors
+    /// Options out of range; an energy with [`attachment`](super::attachment); fewer than three vertices, vertices that are
+    /// not finite, or two neighbours at one place.
+    pub fn run<const D: usize>(
+        &self,
+        vertices: &[[f64; D]],
+        observe: impl FnMut(Iterate<'_, D>),
+    ) -> Result<Minimised<D>> {
+        self.check(vertices)?;
+        Ok(match self.method {
+            Minimiser::Gradient { product, step, direction } => {
+                let order = if product == InnerProduct::Ordinary { 0 } else { self.energy.order() };
+                self.descend::<f64, D>(order, step, direction, vertices, observe)
+            }
+            Minimiser::Newton => self.newton(vertices, observe),
+        })
+    }
+
+    fn check<const D: usize>(&self, vertices: &[[f64; D]]) -> Result<()> {
+        let refuse = |what: String| Err(Error::argument(what));
+        if !(2..=3).contains(&D) {
+            return refuse(format!("vertices have {D} coordinates; curves are 2-D or 3-D"));
+        }
+        if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
+            let given = self.tolerance;
+            return refuse(format!("tolerance is {given}; it must be finite and not negative, such as 1e-8"));
+        }
+        if let Minimiser::Gradient { step: Step::Constant(step), .. } = self.method
+            && !(step > 0.0 && step.is_finite())
+        {
+            return refuse(format!("the constant step is {step}; it must be finite and positive, such as 1"));
+        }
+        if self.energy.terms().iter().any(|(_, functional)| matches!(functional, Functional::Attachment)) {
+            return refuse(
+                "the energy has an attachment, and a minimisation knows no data points: leave it out".to_string(),
+            );
+        }
+        if vertices.len() < 3 {
+            return refuse(format!("{} vertices; with both ends held, three at least are needed", vertices.len()));
+        }
+        if let Some(k) = vertices.iter().position(|vertex| !vertex.iter().all(|x| x.is_finite())) {
+            return refuse(format!("vertex {k} is {:?}; coordinates must be finite", vertices[k]));
+        }
+        if let Some(k) = vertices.windows(2).position(|pair| pair[0] == pair[1]) {
+            let vertex = vertices[k];
+            return refuse(format!("vertices {k} and {} are both {vertex:?}; neighbours must differ", k + 1));
+        }
+        Ok(())
+    }
+
+    /// The curve as a problem: displacements from where it is, ends pinned, the inner product's own weight 1.
+    fn problem<const D: usize>(&self, vertices: &[[f64; D]]) -> Problem<D> {
+        let last = vertices.len() - 1;
+        Problem {
+            closed: false,
+            base: vertices.windows(2).map(|pair| subtract(pair[1], pair[0])).collect(),
+            data: vec![0, last as u32],
+            pinned: vec![0, last as u32],
+            attached: Vec::new(),
+            weights: self.energy.terms().iter().map(|(weight, _)| *weight).collect(),
+            gauge: 0.0,
+            highest: 1.0,
+            tolerance: self.tolerance,
+            longest: f64::INFINITY,
+        }
+    }
+
+    fn functionals(&self) -> Vec<&Functional> {
+        self.energy.terms().iter().map(|(_, functional)| functional).collect()
+    }
+
+    /// Descent along gradients, in the arithmetic of S.
+    fn descend<S: Scalar, const D: usize>(
+        &self,
+        order: usize,
+        step: Step,
+        direction: Direction,
+        vertices: &[[f64; D]],
+        mut observe: impl FnMut(Iterate<'_, D>),
+    ) -> Minimised<D> {
+        let plan = Plan { direction, step, order, gauge: 0, most_iterations: self.max_iterations };
+        let problem = self.problem(vertices);
+        let mut descent = start::<S, D>(&plan, &self.functionals(), &[&problem]);
+        let lane = &mut descent.lanes[0];
+        // Ordinary gradients may be slow for thousands of steps and yet on their way down.
+        lane.patience = u32::MAX;
+        // A function of edges alone may turn one over; what curvature is made of must not.
+        lane.guarded = self.energy.order() > 1;
+        let mut here = Here::new(vertices);
+        while descent.is_running() {
+            descent.tick();
+            let lane = &descent.lanes[0];
+            let energy = lane.energy.to_f64();
+            let moved = lane.iterations > here.iteration || here.energy.is_nan();
+            if !moved || lane.standing == Standing::Broken {
+                continue;
+            }
+            if matches!(step, Step::Constant(_)) && energy >= here.energy && lane.standing != Standing::Converged {
+                return here.end(Ending::Stalled);
+            }
+            here.move_to(&descent, vertices);
+            observe(here.iterate());
+        }
+        let constant = matches!(step, Step::Constant(_));
+        here.end(match descent.lanes[0].standing {
+            Standing::Converged => Ending::Converged,
+            Standing::Exhausted => Ending::Exhausted,
+            // No step of a constant length is refused but one that leaves the range of the numbers.
+            Standing::Stalled if !constant => Ending::Stalled,
+            _ => Ending::Broken,
+        })
+    }
+
+    /// Newton's method with full steps.
+    fn newton<const D: usize>(&self, vertices: &[[f64; D]], mut observe: impl FnMut(Iterate<'_, D>)) -> Minimised<D> {
+        let plan = Plan {
+            direction: Direction::Steepest,
+            step: Step::Constant(1.0),
+            order: 0,
+            gauge: 0,
+            most_iterations: self.max_iterations,
+        };
+        let problem = self.problem(vertices);
+        let Descent { mut edges, pins, terms, mut u, .. } = start::<f64, D>(&plan, &self.functionals(), &[&problem]);
+        let mut newton = Newton::new(&edges, &pins.movable);
+        let (mut g, mut p) = (u.clone(), u.clone());
+        let mut here = Here::new(vertices);
+        for iteration in 0.. {
+            edges.place(&u);
+            edges.clear();
+            let energy: f64 = terms.iter().map(|(weight, functional)| edges.add(*weight, functional)).sum();
+            edges.gradient(&pins.movable, &mut g);
+            if !(energy.is_finite() && g.iter().flatten().all(|g| g.is_finite())) {
+                return here.end(Ending::Broken);
+            }
+            here.iteration = iteration;
+            (here.energy, here.length, here.gradient_norm) = (energy, edges.total_length(), f64::NAN);
+            here.vertices.iter_mut().zip(vertices).zip(&u).for_each(|((to, from), u)| *to = add(*from, *u));
+            observe(here.iterate());
+            let Some(decrement) = newton.direction(&edges, &terms, &g, &mut p) else {
+                return here.end(Ending::Singular);
+            };
+            here.gradient_norm = decrement.max(0.0).sqrt();
+            if here.gradient_norm <= self.tolerance {
+                return here.end(Ending::Converged);
+            }
+            if iteration >= self.max_iterations {
+                break;
+            }
+            u.iter_mut().zip(&p).for_each(|(u, p)| *u = add(*u, *p));
+        }
+        here.end(Ending::Exhausted)
+    }
+}
+
+/// The curve as it stands.
+struct Here<const D: usize> {
+    iteration: u32,
+    /// NaN before it was evaluated.
+    energy: f64,
+    length: f64,
+    gradient_norm: f64,
+    vertices: Vec<Vector<f64, D>>,
+}
+
+impl<const D: usize> Here<D> {
+    fn new(vertices: &[[f64; D]]) -> Self {
+        let nan = f64::NAN;
+        Here { iteration: 0, energy: nan, length: nan, gradient_norm: nan, vertices: vertices.to_vec() }
+    }
+
+    /// Takes what the descent has reached.
+    fn move_to<S: Scalar>(&mut self, descent: &Descent<'_, S, D>, from: &[[f64; D]]) {
+        let lane = &descent.lanes[0];
+        self.iteration = lane.iterations;
+        self.energy = lane.energy.to_f64();
+        self.length = lane.length.to_f64();
+        self.gradient_norm = lane.norm2.to_f64().sqrt();
+        for ((to, from), u) in self.vertices.iter_mut().zip(from).zip(&descent.u) {
+            *to = std::array::from_fn(|c| from[c] + u[c].lane(0).to_f64());
+        }
+    }
+
+    fn iterate(&self) -> Iterate<'_, D> {
+        Iterate { iteration: self.iteration, energy: self.energy, length: self.length, vertices: &self.vertices }
+    }
+
+    fn end(self, ending: Ending) -> Minimised<D> {
+        let Here { iteration: iterations, energy, length, gradient_norm, vertices } = self;
+        Minimised { ending, vertices, energy, length, gradient_norm, iterations }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{attachment, length, tension};
+    use super::*;
+    use crate::spline::Natural;
+    use crate::{CurveBatch, Device, Sampling};
+
+    /// A loop that crosses itself.
+    fn ring(count: usize) -> Vec<[f64; 2]> {
+        let at = |k: usize| {
+            let t = k as f64 / (count - 1) as f64;
+            [t + 0.8 * (std::f64::consts::TAU * t).sin(), 1.3 * (std::f64::consts::PI * t).sin()]
+        };
+        let mut vertices: Vec<[f64; 2]> = (0..count).map(at).collect();
+        vertices[count - 1] = [1.0, 0.0];
+        vertices
+    }
+
+    #[test]
+    fn one_sobolev_step_of_length_1_gives_the_segment_in_f32_too() {
+        // Section 4's curve.
+        let points = [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]];
+        let fit = Natural::default().fit(&CurveBatch::from_slices(&[&points[..]]).unwrap(), &Device::cpu()).unwrap();
+        let polylines = fit.polylines(Sampling::Spacing(fit.curve(0).length() / 199.5));
+        let vertices = polylines.points(0).as_chunks::<2>().0.to_vec();
+        assert_eq!(vertices.len(), 201);
+        let minimisation = Minimisation { max_iterations: 1, ..Minimisation::new(length()) };
+        let (step, direction) = (Step::Constant(1.0), Direction::Steepest);
+        let found = minimisation.descend::<f32, 2>(1, step, direction, &vertices, |_| {});
+        assert_eq!(found.iterations, 1);
+        let edges: Vec<f64> = vertices.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).collect();
+        let (total, mut along, mut worst) = (edges.iter().sum::<f64>(), 0.0, 0.0f64);
+        for (k, vertex) in found.vertices.iter().enumerate() {
+            worst = worst.max((vertex[0] - along / total).hypot(vertex[1]));
+            along += edges.get(k).copied().unwrap_or(0.0);
+        }
+        println!("f32: {worst:e}");
+        assert!(worst < 5e-5, "{worst:e}");
+        assert!(worst > 1e-9, "{worst:e}: that is f64");
+    }
+
+    #[test]
+    fn what_cannot_be_minimised_is_refused_with_value_and_remedy() {
+        let vertices = ring(5);
+        let refusal = |minimisation: Minimisation, vertices: &[[f64; 2]]| {
+            minimisation.run(vertices, |_| panic!("nothing to show")).unwrap_err().to_string()
+        };
+        let new = || Minimisation::new(length());
+        let constant = |step| Minimiser::Gradient {
+            product: InnerProduct::Ordinary,
+            step: Step::Constant(step),
+            direction: Direction::Steepest,
+        };
+        assert_eq!(refusal(new(), &vertices[..2]), "2 vertices; with both ends held, three at least are needed");
+        assert_eq!(
+            refusal(Minimisation { tolerance: -1.0, ..new() }, &vertices),
+            "tolerance is -1; it must be finite and not negative, such as 1e-8"
+        );
+        assert_eq!(
+            refusal(Minimisation { method: constant(0.0), ..new() }, &vertices),
+            "the constant step is 0; it must be finite and positive, such as 1"
+        );
+        assert_eq!(
+            refusal(Minimisation::new(tension() + attachment()), &vertices),
+            "the energy has an attachment, and a minimisation knows no data points: leave it out"
+        );
+        assert_eq!(
+            refusal(new(), &[[0.0, 0.0], [1.0, f64::NAN], [2.0, 0.0]]),
+            "vertex 1 is [1.0, NaN]; coordinates must be finite"
+        );
+        assert_eq!(
+            refusal(new(), &[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]),
+            "vertices 1 and 2 are both [1.0, 0.0]; neighbours must differ"
+        );
+        let error = new().run(&[[0.0; 4], [1.0; 4], [2.0; 4]], |_| {}).unwrap_err();
+        assert_eq!(error.to_string(), "vertices have 4 coordinates; curves are 2-D or 3-D");
+    }
+
+    #[test]
+    fn a_step_out_of_the_numbers_ends_as_broken_with_the_last_curve_that_had_an_energy() {
+        let method = Minimiser::Gradient {
+            product: InnerProduct::Ordinary,
+            step: Step::Constant(1e300),
+            direction: Direction::Steepest,
+        };
+        let vertices = ring(9);
+        let found = Minimisation { method, ..Minimisation::new(tension()) }.run(&vertices, |_| {}).unwrap();
+        assert_eq!((found.ending, found.iterations), (Ending::Broken, 0));
+        assert_eq!(found.vertices, vertices);
+    }
+}
