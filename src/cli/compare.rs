@@ -158,7 +158,7 @@ fn difference(batch: &CurveBatch, i: usize, reference: &Run, run: &Run) -> Optio
 }
 
 pub fn run(args: &CompareArgs) -> Result<bool> {
-    let method = args.method.method()?;
+    let method = args.method.method(None)?;
     let per_span = args.method.per_span()?;
     let outputs: Vec<_> = args.report.as_deref().map(|path| ("--report", path)).into_iter().collect();
     output::check(&outputs, args.force)?;

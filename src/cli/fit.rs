@@ -65,8 +65,8 @@ pub struct FitArgs {
 }
 
 pub fn run(args: &FitArgs) -> Result<bool> {
-    let method = args.method.method()?;
     let sampling = method::sampling(&args.method, args.spacing)?;
+    let method = args.method.method(args.spacing)?;
     args.check()?;
 
     let mut progress = Progress::new(args.talk.quiet);

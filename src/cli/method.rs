@@ -1,6 +1,11 @@
 //! The methods and their options, checked before any work is done.
 
+use std::str::FromStr;
+
 use clap::{Args, ValueEnum};
+use faircurve::discrete::{
+    Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
+};
 use faircurve::spline::{Amount, Natural, Smoothing};
 use faircurve::{CurveBatch, Device, Error, Fit, Result, Sampling};
 
@@ -16,6 +21,71 @@ pub enum MethodName {
     Natural,
     /// Smoothing splines near the points: --smoothing or --deviation says how near
     Smoothing,
+    /// Discrete fair curves of least --energy through every point, or attached to it
+    Fair,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Solver {
+    /// Conjugate gradients in the Sobolev metric
+    Cg,
+    /// Steepest descent in the Sobolev metric
+    Descent,
+}
+
+/// Weights of energies, such as bending=1,length=0.1.
+#[derive(Clone, Debug)]
+struct EnergyWeights(Vec<(String, f64)>);
+
+/// The energies by name.
+const ENERGIES: [&str; 6] = ["bending", "length", "tension", "variation", "torsion", "attachment"];
+
+impl FromStr for EnergyWeights {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut weights: Vec<(String, f64)> = Vec::new();
+        for part in text.split(',') {
+            let known = ENERGIES.join(", ");
+            let (name, weight) = part.split_once('=').ok_or_else(|| format!("'{part}' is not NAME=WEIGHT"))?;
+            let (name, weight) = (name.trim(), weight.trim());
+            if !ENERGIES.contains(&name) {
+                return Err(format!("there is no energy '{name}': use {known}"));
+            }
+            if weights.iter().any(|(other, _)| other == name) {
+                return Err(format!("{name} stands twice: give it one weight"));
+            }
+            let number: f64 =
+                weight.parse().map_err(|_| format!("the weight of {name} is '{weight}', not a number"))?;
+            if !(number >= 0.0 && number.is_finite()) {
+                return Err(format!("the weight of {name} is {weight}; weights are 0 or positive numbers"));
+            }
+            weights.push((name.to_string(), number));
+        }
+        Ok(EnergyWeights(weights))
+    }
+}
+
+impl EnergyWeights {
+    fn energy(&self, exponent: f64) -> Energy {
+        let mut sum = Energy::default();
+        for (name, weight) in self.0.iter().filter(|(_, weight)| *weight > 0.0) {
+            let energy = match name.as_str() {
+                "bending" => bending(exponent),
+                "length" => length(),
+                "tension" => tension(),
+                "variation" => variation(),
+                "torsion" => torsion(),
+                _ => attachment(),
+            };
+            sum = sum + *weight * energy;
+        }
+        sum
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.0.iter().any(|(other, weight)| other == name && *weight > 0.0)
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -44,6 +114,22 @@ pub struct MethodArgs {
     /// Smooth each curve as far as no point moves more than this, in units of the input
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     deviation: Option<f64>,
+    /// What fair curves minimise, weights in units of the input: bending, length, tension, variation, torsion, attachment
+    /// (to points then no longer fixed) [default: bending=1]
+    #[arg(long, value_name = "NAME=WEIGHT,...")]
+    energy: Option<EnergyWeights>,
+    /// Exponent ν ≥ 1 of bending, ∫|κ|^ν ds [default: 2]
+    #[arg(long, value_name = "ν", allow_negative_numbers = true)]
+    exponent: Option<f64>,
+    /// How fair curves descend [default: cg]
+    #[arg(long, value_enum)]
+    solver: Option<Solver>,
+    /// Iterations of fair curves at most [default: 500]
+    #[arg(long, value_name = "N")]
+    max_iterations: Option<u32>,
+    /// Gradient at which fair curves have converged, at size 1; smaller is stricter [default: 1e-8]
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    tolerance: Option<f64>,
 }
 
 /// A method with its options.
@@ -51,6 +137,7 @@ pub struct MethodArgs {
 pub enum Method {
     Natural(Natural),
     Smoothing(Smoothing),
+    Fair(Fair),
 }
 
 impl MethodArgs {
@@ -59,6 +146,7 @@ impl MethodArgs {
         match self.method {
             MethodName::Natural => "natural",
             MethodName::Smoothing => "smoothing",
+            MethodName::Fair => "fair",
         }
     }
 
@@ -66,6 +154,7 @@ impl MethodArgs {
     pub fn title(&self) -> String {
         match (self.method, self.smoothing, self.deviation) {
             (MethodName::Natural, ..) => "natural cubic splines".into(),
+            (MethodName::Fair, ..) => format!("fair curves, {}", self.energy()),
             (_, Some(lambda), _) => format!("smoothing splines, λ = {lambda}"),
             (_, _, Some(deviation)) => format!("smoothing splines, deviation ≤ {deviation}"),
             _ => "smoothing splines".into(),
@@ -90,8 +179,12 @@ impl MethodArgs {
     ///
     /// # Errors
     /// Options that belong to another method, are missing, or are out of range.
-    pub fn method(&self) -> Result<Method> {
+    pub fn method(&self, spacing: Option<f64>) -> Result<Method> {
+        if self.method != MethodName::Fair {
+            self.refuse_options_of_fair()?;
+        }
         match self.method {
+            MethodName::Fair => Ok(Method::Fair(self.fair(spacing)?)),
             MethodName::Natural => {
                 let given = [("--smoothing", self.smoothing), ("--deviation", self.deviation)];
                 if let Some((option, Some(value))) = given.into_iter().find(|(_, value)| value.is_some()) {
@@ -133,11 +226,69 @@ impl MethodArgs {
     }
 }
 
+impl MethodArgs {
+    /// The energy of fair curves.
+    fn energy(&self) -> Energy {
+        let exponent = self.exponent.unwrap_or(2.0);
+        self.energy.as_ref().map_or_else(|| bending(exponent), |weights| weights.energy(exponent))
+    }
+
+    fn fair(&self, spacing: Option<f64>) -> Result<Fair> {
+        let given = [("--smoothing", self.smoothing), ("--deviation", self.deviation)];
+        if let Some((option, Some(value))) = given.into_iter().find(|(_, value)| value.is_some()) {
+            return Err(Error::argument(format!(
+                "{option} {value} belongs to --method smoothing; fair curves near their points take --energy attachment=W"
+            )));
+        }
+        if let (Some(exponent), Some(weights)) = (self.exponent, &self.energy)
+            && !weights.has("bending")
+        {
+            return Err(Error::argument(format!(
+                "--exponent {exponent} is that of bending, which --energy does not name: add bending=1, or leave it out"
+            )));
+        }
+        let attached = self.energy.as_ref().is_some_and(|weights| weights.has("attachment"));
+        let pins = match self.pin {
+            Some(Pin::None) => Pins::None,
+            _ if attached => Pins::Ends,
+            _ => Pins::All,
+        };
+        let defaults = Fair::default();
+        Ok(Fair {
+            energy: self.energy(),
+            segments: match spacing {
+                Some(spacing) => Segments::Spacing(spacing),
+                None => Segments::PerSpan(self.per_span()?),
+            },
+            pins,
+            direction: if self.solver == Some(Solver::Descent) { Direction::Steepest } else { defaults.direction },
+            tolerance: self.tolerance.unwrap_or(defaults.tolerance),
+            max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
+            ..defaults
+        })
+    }
+
+    fn refuse_options_of_fair(&self) -> Result<()> {
+        let given = [
+            ("--energy", self.energy.is_some()),
+            ("--exponent", self.exponent.is_some()),
+            ("--solver", self.solver.is_some()),
+            ("--max-iterations", self.max_iterations.is_some()),
+            ("--tolerance", self.tolerance.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(Error::argument(format!("{option} belongs to --method fair"))),
+            None => Ok(()),
+        }
+    }
+}
+
 impl Method {
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         match self {
             Method::Natural(natural) => natural.fit(batch, device),
             Method::Smoothing(smoothing) => smoothing.fit(batch, device),
+            Method::Fair(fair) => fair.fit(batch, device),
         }
     }
 
@@ -146,6 +297,7 @@ impl Method {
         match self {
             Method::Natural(natural) => natural.fit_sampled(batch, sampling, device),
             Method::Smoothing(smoothing) => smoothing.fit_sampled(batch, sampling, device),
+            Method::Fair(fair) => fair.fit_sampled(batch, sampling, device),
         }
     }
 }

@@ -5,6 +5,7 @@
 //! ended stay as they are. Everything a curve needs to go on is in its lane: a descent can be stopped after any tick, and
 //! resumed.
 
+use super::constrain::Constraints;
 use super::edges::Edges;
 use super::energy::Functional;
 use super::line_search::{LineSearch, MOST_OF_AN_EDGE, Verdict};
@@ -105,6 +106,8 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     pub gauge: S,
     /// Attached: the displacement of the data point of each vertex.
     pub targets: Vec<Vector<S, D>>,
+    /// Tangents and curvatures to keep; with them a descent has one lane.
+    pub constraints: Option<Constraints<D>>,
     pub u: Vec<Vector<S, D>>,
     x: Vec<Vector<S, D>>,
     p: Vec<Vector<S, D>>,
@@ -161,6 +164,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             terms,
             gauge,
             targets,
+            constraints: None,
         }
     }
 
@@ -185,6 +189,9 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
         for row in 0..self.u.len() {
             self.x[row] = add(self.u[row], scale(alpha, self.p[row]));
+        }
+        if let Some(constraints) = &mut self.constraints {
+            constraints.move_to(alpha.lane(0).to_f64(), Some(&mut self.x), &mut self.p);
         }
         let (energy, slope, length) = self.evaluate();
         let mut accepted = S::ZERO;
@@ -296,6 +303,9 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         for (p, z) in self.p.iter_mut().zip(&self.z) {
             (0..D).for_each(|c| p[c].set_lane(l, -z[c].lane(l)));
         }
+        if let Some(constraints) = &mut self.constraints {
+            constraints.begin(&mut self.p);
+        }
         // Against the edges of the trial that failed: about those of the curve, and a guard is all it is.
         let most = self.edges.most_step(&self.p).lane(l);
         let lane = &mut self.lanes[l];
@@ -316,6 +326,10 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
         self.x.copy_from_slice(&self.trial);
         self.metric.solve(&self.pins, &mut self.x);
+        if let Some(constraints) = &mut self.constraints {
+            constraints.accept();
+            constraints.project(&mut self.metric, &self.pins, &mut self.x);
+        }
         for row in 0..self.u.len() {
             norm2 += dot(self.trial[row], self.x[row]);
             mixed += dot(self.trial[row], self.z[row]);
@@ -334,6 +348,9 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
                 self.z[row][c] = accepted.if_positive(z, self.z[row][c]);
                 self.p[row][c] = accepted.if_positive(beta * p - z, p);
             }
+        }
+        if let Some(constraints) = &mut self.constraints {
+            constraints.begin(&mut self.p);
         }
         self.edges.close(&mut self.p);
         let most = self.edges.most_step(&self.p);

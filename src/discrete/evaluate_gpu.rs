@@ -91,7 +91,9 @@ pub fn evaluate(gpu: &Gpu, precision: Precision, at: At<'_>, want: Want<'_>) -> 
     let composition = Composition::of(at.energy, at.gauge.is_some(), d, precision).map_err(Error::Argument)?;
     let mut found = Found::new(at.batch, want);
     if composition.width() == 0 {
-        [&mut found.energies, &mut found.gauges, &mut found.slopes].map(|numbers| numbers.fill(0.0));
+        for numbers in [&mut found.energies, &mut found.gauges, &mut found.slopes] {
+            numbers.fill(0.0);
+        }
         return Ok(found);
     }
     let job = Job { gpu, precision, at, want, composition };

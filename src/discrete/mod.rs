@@ -3,20 +3,27 @@
 #[doc(hidden)]
 pub mod at;
 mod compose;
+mod constrain;
+mod curves;
 mod descent;
 mod edges;
 mod energy;
+mod evaluate;
 #[doc(hidden)]
 pub mod evaluate_gpu;
+mod fair;
 mod graph;
 mod hessian;
 mod line_search;
 mod metric;
 mod problem;
+mod setup;
 #[cfg(test)]
 mod tests;
 
 pub use descent::{Direction, Step};
 pub use energy::*;
+pub use evaluate::{Evaluate, Evaluation};
 pub(crate) use evaluate_gpu::evaluate_kernels;
+pub use fair::{Fair, Pins, Segments};
 pub use graph::{Graph, GraphIteration, GraphMove, GraphTrace, Mesh};

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::constrain::Constraints;
 use super::descent::{Descent, Plan, Standing};
 use super::edges::Edges;
 use super::energy::{Energy, Functional};
@@ -33,6 +34,8 @@ pub(crate) struct Problem<const D: usize> {
     pub tolerance: f64,
     /// A length that no honest minimum has; infinite where the energy bounds the length.
     pub longest: f64,
+    /// Tangents and curvatures to keep.
+    pub constraints: Option<Constraints<D>>,
 }
 
 /// Where a descent ended.
@@ -65,6 +68,8 @@ impl<const D: usize> Problem<D> {
             && 2 * short.base.len() >= long.base.len()
             && self.attached.is_empty()
             && other.attached.is_empty()
+            && self.constraints.is_none()
+            && other.constraints.is_none()
             && pins <= long.pinned.len()
             && short.pinned[..] == long.pinned[..pins]
             && (!short.closed || short.base.len() == long.base.len() || boundary(long) == short.base.len() as u32)
@@ -185,6 +190,7 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let gauge = each(&|problem| problem.gauge);
     let bounds: Vec<(f64, f64)> = (0..S::LANES).map(|l| (lane(l).tolerance, lane(l).longest)).collect();
     let mut descent = Descent::new(*plan, edges, pins, weights, terms, gauge, targets, &bounds);
+    descent.constraints = lane(0).constraints.clone();
     descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);
     descent
 }

@@ -230,8 +230,8 @@ fn single_precision_differs_by_rounding() {
         for count in [4, 9, 16] {
             let points = curve::<3>(closed, count, &mut rng);
             for functional in functionals() {
-                let wide = evaluate::<f64, 3>(closed, &[points.clone()], functional.as_ref()).remove(0);
-                let narrow = evaluate::<f32, 3>(closed, &[points.clone()], functional.as_ref()).remove(0);
+                let wide = evaluate::<f64, 3>(closed, std::slice::from_ref(&points), functional.as_ref()).remove(0);
+                let narrow = evaluate::<f32, 3>(closed, std::slice::from_ref(&points), functional.as_ref()).remove(0);
                 let of = |numbers: &[f32]| numbers.iter().map(|x| x.to_f64()).collect::<Vec<_>>();
                 let differences = [
                     apart(&of(&[narrow.value]), &[wide.value]),

@@ -96,9 +96,9 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
                 }
                 // ∂V/∂Δs = −V/Δs, once more differentiated.
                 if j == 1 {
-                    for end in 0..2 {
+                    for (end, by_length) in by_length.into_iter().enumerate() {
                         if touches(end, k) {
-                            second.lengths[j][k] += explicit * dot(by_length[end], self.first[end]);
+                            second.lengths[j][k] += explicit * dot(by_length, self.first[end]);
                         }
                     }
                     if k == 1 {

@@ -43,6 +43,7 @@ pub use tension::tension;
 pub use torsion::{TORSION_CURVATURE, torsion};
 pub use variation::variation;
 
+use crate::error::{Error, Result};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::Vector;
 
@@ -175,6 +176,44 @@ impl Energy {
     /// Weights and functionals.
     pub(crate) fn terms(&self) -> &[(f64, Functional)] {
         &self.terms
+    }
+
+    /// Whether every weight and exponent makes sense.
+    ///
+    /// # Errors
+    /// A weight that is negative or not finite, an exponent below 1, a custom energy over no or too many edges.
+    pub(crate) fn check(&self) -> Result<()> {
+        for (weight, functional) in &self.terms {
+            let word = functional.word();
+            if !(*weight >= 0.0 && weight.is_finite()) {
+                let why = format!("the weight of {word} is {weight}: give a finite number of at least 0");
+                return Err(Error::argument(why));
+            }
+            match functional {
+                Functional::Bending { exponent } if !(*exponent >= 1.0 && exponent.is_finite()) => {
+                    let why = format!("the exponent of bending is {exponent}: give a finite number of at least 1");
+                    return Err(Error::argument(why));
+                }
+                Functional::Custom(custom) if !(1..=3).contains(&custom.edges()) => {
+                    let why =
+                        format!("a term of the energy {word} is of {} edges; 1, 2 and 3 are possible", custom.edges());
+                    return Err(Error::argument(why));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Weight of the attachment to data, 0 without.
+    pub(crate) fn attachment_weight(&self) -> f64 {
+        self.terms.iter().filter(|(_, f)| matches!(f, Functional::Attachment)).map(|(weight, _)| weight).sum()
+    }
+
+    /// Whether a lower energy cannot have ever longer curves: it holds their length, or its square.
+    pub(crate) fn bounds_length(&self) -> bool {
+        let holds = |functional: &Functional| matches!(functional, Functional::Length | Functional::Tension);
+        self.terms.iter().any(|(weight, functional)| *weight > 0.0 && holds(functional))
     }
 
     /// The highest order among the functionals of positive weight.

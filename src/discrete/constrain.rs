@@ -1,0 +1,274 @@
+//! Tangents and curvature vectors at data points.
+//!
+//! A tangent τ at vertex i keeps f_{i+1} − f_{i−1} parallel to τ (at an end f_{i+1} − f_i). With a curvature vector k ⊥ τ the
+//! neighbours lie on the circle of that curvature, at one distance d either way:
+//!
+//! ```text
+//! f_{i±1} = f_i + (±d τ + ½ d² k)/(1 + ¼ d² |k|²)
+//! ```
+//!
+//! so that the discrete curvature vector (T′ − T)/Δa *is* k, whatever d. The point itself is pinned.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::metric::{Metric, Pins};
+use crate::Problem as Unfitted;
+use crate::batch::CurveBatch;
+use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
+use crate::linalg::{Real, Scalar};
+use crate::report::CurveStatus;
+
+/// A tangent is perpendicular to a curvature vector if their cosine is below this.
+const PERPENDICULAR: f64 = 1e-6;
+
+/// What one vertex must meet.
+#[derive(Clone, Debug)]
+pub(crate) struct Constrained<const D: usize> {
+    /// The vertex; pinned.
+    pub row: usize,
+    /// The neighbours' rows: at an end of an open curve only one.
+    before: Option<usize>,
+    after: Option<usize>,
+    /// Unit vector.
+    tangent: Vector<f64, D>,
+    /// ⊥ `tangent`, in 1/length.
+    curvature: Option<Vector<f64, D>>,
+}
+
+/// The constraints of curve `i`, whose data points stand at `rows` of `vertices` vertices.
+pub(super) fn constrained<const D: usize>(
+    batch: &CurveBatch,
+    i: usize,
+    rows: &[u32],
+    vertices: usize,
+    closed: bool,
+) -> Result<Vec<Constrained<D>>, Unfitted> {
+    let constraints = batch.constraints();
+    let vector = |column: &Option<Vec<f64>>, k: usize| -> Option<Vector<f64, D>> {
+        let start = (batch.offsets()[i] + k) * D;
+        let given = &column.as_ref()?[start..start + D];
+        (!given[0].is_nan()).then(|| std::array::from_fn(|c| given[c]))
+    };
+    let mut found: Vec<Constrained<D>> = Vec::new();
+    for k in 0..batch.count(i) {
+        let (tangent, curvature) = (vector(&constraints.tangents, k), vector(&constraints.curvatures, k));
+        if tangent.is_none() && curvature.is_none() {
+            continue;
+        }
+        let refuse =
+            |what: String| Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &what) });
+        let Some(tangent) = tangent else {
+            return refuse("a curvature vector needs a tangent beside it: give tx, ty (and tz) too".into());
+        };
+        let length = dot(tangent, tangent).sqrt();
+        if !(length > 0.0 && length.is_finite()) {
+            return refuse(format!("its tangent has length {length}; give a direction, or leave it empty"));
+        }
+        let tangent = tangent.map(|x| x / length);
+        if let Some(curvature) = curvature {
+            let size = dot(curvature, curvature).sqrt();
+            let cosine = dot(curvature, tangent).abs() / size.max(f64::MIN_POSITIVE);
+            if !size.is_finite() || cosine > PERPENDICULAR {
+                return refuse(format!(
+                    "its curvature vector is not perpendicular to its tangent (cosine {cosine:.1e}, at most {PERPENDICULAR:e} is \
+                     possible): subtract its part along the tangent"
+                ));
+            }
+        }
+        let row = rows[k] as usize % vertices;
+        let wrap = |row: usize| if closed { row % vertices } else { row };
+        let before = (closed || row > 0).then(|| wrap(row + vertices - 1) % vertices);
+        let after = (closed || row + 1 < vertices).then(|| wrap(row + 1));
+        // Edges to the data points on both sides must leave the neighbours to this one alone.
+        let gap =
+            |other: usize| other.abs_diff(row).min(if closed { vertices - other.abs_diff(row) } else { usize::MAX });
+        let nearest = rows.iter().map(|&other| other as usize % vertices).filter(|&other| other != row).map(gap).min();
+        if nearest.is_some_and(|gap| gap < 4) {
+            let gap = nearest.unwrap_or_default();
+            return refuse(format!(
+                "its span has {gap} segments; to meet a tangent it needs 4: ask for more samples, or a smaller spacing"
+            ));
+        }
+        if let Some(other) = found.iter().find(|other| other.row == row) {
+            if dot(other.tangent, tangent) < 1.0 - PERPENDICULAR || other.curvature != curvature {
+                return refuse("the same point repeated before it asks for another tangent: leave one out".into());
+            }
+            continue;
+        }
+        found.push(Constrained { row, before, after, tangent, curvature });
+    }
+    Ok(found)
+}
+
+impl<const D: usize> Constrained<D> {
+    /// Moves the neighbours of a curve's vertices to where the constraint holds.
+    pub fn meet(&self, vertices: &mut [Vector<f64, D>]) {
+        let here = vertices[self.row];
+        let distance = |row: usize| {
+            let away = subtract(vertices[row], here);
+            dot(away, away).sqrt()
+        };
+        let distances: Vec<f64> = [self.before, self.after].into_iter().flatten().map(distance).collect();
+        let mean = distances.iter().sum::<f64>() / distances.len() as f64;
+        for (row, sign) in self.neighbours() {
+            vertices[row] = add(here, self.place(sign, mean));
+        }
+    }
+
+    fn neighbours(&self) -> impl Iterator<Item = (usize, f64)> + use<D> {
+        [(self.before, -1.0), (self.after, 1.0)].into_iter().filter_map(|(row, sign)| Some((row?, sign)))
+    }
+
+    /// Where a neighbour lies, from the vertex, at distance d.
+    fn place(&self, sign: f64, d: f64) -> Vector<f64, D> {
+        let k = self.curvature.unwrap_or([0.0; D]);
+        let share = 1.0 / (1.0 + 0.25 * d * d * dot(k, k));
+        scale(share, add(scale(sign * d, self.tangent), scale(0.5 * d * d, k)))
+    }
+
+    /// Its derivative by d.
+    fn velocity(&self, sign: f64, d: f64) -> Vector<f64, D> {
+        let k = self.curvature.unwrap_or([0.0; D]);
+        let share = 1.0 / (1.0 + 0.25 * d * d * dot(k, k));
+        let growth = add(scale(sign, self.tangent), scale(d, k));
+        subtract(scale(share, growth), scale(0.5 * d * dot(k, k) * share, self.place(sign, d)))
+    }
+
+    /// Directions that the moves of the neighbours have no part of: rows and vectors.
+    fn normals(&self, d: f64) -> Vec<Vec<(usize, Vector<f64, D>)>> {
+        let neighbours: Vec<(usize, f64)> = self.neighbours().collect();
+        let width = neighbours.len() * D;
+        let mut allowed: Vec<DVector<f64>> = Vec::new();
+        if self.curvature.is_some() {
+            let velocity = neighbours.iter().flat_map(|&(_, sign)| self.velocity(sign, d));
+            allowed.push(DVector::from_iterator(width, velocity).normalize());
+        } else {
+            // Both move alike, or apart along the tangent.
+            if neighbours.len() == 2 {
+                for c in 0..D {
+                    allowed.push(DVector::from_fn(width, |row, _| if row % D == c { 0.5f64.sqrt() } else { 0.0 }));
+                }
+            }
+            let apart = neighbours.iter().flat_map(|&(_, sign)| self.tangent.map(|x| sign * x));
+            allowed.push(DVector::from_iterator(width, apart).normalize());
+        }
+        let mut normals: Vec<DVector<f64>> = Vec::new();
+        for axis in 0..width {
+            let mut rest = DVector::from_fn(width, |row, _| f64::from(u8::from(row == axis)));
+            // Twice, so that what is left is orthogonal to rounding.
+            for _ in 0..2 {
+                for known in allowed.iter().chain(&normals) {
+                    rest -= known * known.dot(&rest);
+                }
+            }
+            if normals.len() + allowed.len() < width && rest.norm() > 0.1 {
+                normals.push(rest.normalize());
+            }
+        }
+        let of_rows = |normal: &DVector<f64>| {
+            let part = |(n, &(row, _)): (usize, &(usize, f64))| (row, std::array::from_fn(|c| normal[n * D + c]));
+            neighbours.iter().enumerate().map(part).collect()
+        };
+        normals.iter().map(of_rows).collect()
+    }
+}
+
+/// The constraints of one curve on its way.
+#[derive(Clone, Debug)]
+pub(crate) struct Constraints<const D: usize> {
+    all: Vec<Constrained<D>>,
+    /// Distance to the neighbours where a curvature is given, and its change along the direction, at the base, now, and by p.
+    base: Vec<f64>,
+    now: Vec<f64>,
+    change: Vec<f64>,
+    /// Steps since the last one taken.
+    alpha: f64,
+}
+
+impl<const D: usize> Constraints<D> {
+    /// Constraints, in units of the problem, of a base that meets them.
+    pub fn new(mut all: Vec<Constrained<D>>, base: &[Vector<f64, D>], size: f64) -> Self {
+        for constraint in &mut all {
+            constraint.curvature = constraint.curvature.map(|k| scale(size, k));
+        }
+        let distance = |constraint: &Constrained<D>| {
+            let edge = match constraint.after {
+                Some(_) => base[constraint.row],
+                None => base[constraint.row - 1],
+            };
+            // d/(1 + ¼d²κ²)·√(1 + ¼d²κ²) is the length s of the edge: d = s/√(1 − ¼s²κ²).
+            let (s, k) = (dot(edge, edge), constraint.curvature.unwrap_or([0.0; D]));
+            (s / (1.0 - 0.25 * s * dot(k, k))).sqrt()
+        };
+        let base: Vec<f64> = all.iter().map(distance).collect();
+        Constraints { now: base.clone(), change: vec![0.0; all.len()], base, all, alpha: 0.0 }
+    }
+
+    /// Projects a Sobolev gradient: takes from z what leads off the constraints, in the metric.
+    pub fn project<S: Scalar>(&self, metric: &mut Metric<S, D>, pins: &Pins<S>, z: &mut [Vector<S, D>]) {
+        let normals: Vec<_> = self.all.iter().zip(&self.now).flat_map(|(c, &d)| c.normals(d)).collect();
+        let number = |x: f64| S::of(x);
+        let mut responses = Vec::with_capacity(normals.len());
+        for normal in &normals {
+            let mut response = vec![[S::ZERO; D]; z.len()];
+            for (row, vector) in normal {
+                response[*row] = vector.map(number);
+            }
+            metric.solve(pins, &mut response);
+            responses.push(response);
+        }
+        let along = |normal: &[(usize, Vector<f64, D>)], x: &[Vector<S, D>]| -> f64 {
+            normal.iter().map(|(row, v)| (0..D).map(|c| v[c] * x[*row][c].lane(0).to_f64()).sum::<f64>()).sum()
+        };
+        let gram = DMatrix::from_fn(normals.len(), normals.len(), |a, b| along(&normals[a], &responses[b]));
+        let excess = DVector::from_fn(normals.len(), |a, _| along(&normals[a], z));
+        let Some(multipliers) = gram.lu().solve(&excess) else {
+            // Two constraints on the same vertices: refused before, so never here. NaN ends the curve.
+            z.iter_mut().for_each(|z| *z = [number(f64::NAN); D]);
+            return;
+        };
+        for (response, &multiplier) in responses.iter().zip(multipliers.iter()) {
+            for (z, response) in z.iter_mut().zip(response) {
+                *z = subtract(*z, scale(number(multiplier), *response));
+            }
+        }
+    }
+
+    /// Takes the step of the last trial.
+    pub fn accept(&mut self) {
+        for (now, change) in self.now.iter_mut().zip(&self.change) {
+            *now += self.alpha * change;
+        }
+        self.alpha = 0.0;
+    }
+
+    /// Begins a direction p: how fast distances change along it.
+    pub fn begin<S: Scalar>(&mut self, p: &mut [Vector<S, D>]) {
+        for (n, constraint) in self.all.iter().enumerate().filter(|(_, constraint)| constraint.curvature.is_some()) {
+            let (mut along, mut square) = (0.0, 0.0);
+            for (row, sign) in constraint.neighbours() {
+                let velocity = constraint.velocity(sign, self.now[n]);
+                along += (0..D).map(|c| velocity[c] * p[row][c].lane(0).to_f64()).sum::<f64>();
+                square += dot(velocity, velocity);
+            }
+            self.change[n] = along / square;
+        }
+        self.move_to(0.0, None, p);
+    }
+
+    /// Puts the neighbours of curvatures where they are at a step, and the direction there.
+    pub fn move_to<S: Scalar>(&mut self, alpha: f64, x: Option<&mut [Vector<S, D>]>, p: &mut [Vector<S, D>]) {
+        self.alpha = alpha;
+        let mut x = x;
+        for (n, constraint) in self.all.iter().enumerate().filter(|(_, constraint)| constraint.curvature.is_some()) {
+            let d = self.now[n] + alpha * self.change[n];
+            for (row, sign) in constraint.neighbours() {
+                p[row] = scale(self.change[n], constraint.velocity(sign, d)).map(S::of);
+                if let Some(x) = &mut x {
+                    let moved = subtract(constraint.place(sign, d), constraint.place(sign, self.base[n]));
+                    x[row] = moved.map(S::of);
+                }
+            }
+        }
+    }
+}

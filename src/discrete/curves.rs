@@ -1,0 +1,180 @@
+//! Fitted discrete curves as [`Curve`]s: through their vertices, with their tangents and curvature vectors.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::batch::{CurveBatch, Problem};
+use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
+use crate::io::Origin;
+use crate::report::CurveSet;
+
+/// One fitted curve: vertices, and which of them stand for data points.
+#[derive(Clone, Debug)]
+pub(crate) struct Vertices {
+    /// Flat coordinates.
+    pub coords: Vec<f64>,
+    /// Row of the vertex of every data point; of a closed curve one more, the row after its last.
+    pub rows: Vec<u32>,
+}
+
+/// The curves of a batch, each its vertices or, unfitted, its data points.
+pub(crate) struct FairCurves {
+    pub dimension: usize,
+    pub curves: Vec<Result<Vertices, Vec<f64>>>,
+    pub closed: Vec<bool>,
+    pub problems: BTreeMap<usize, Problem>,
+    pub origin: Arc<Origin>,
+}
+
+/// A curve through vertices. Its parameter is the number of the span plus the fraction of the span's edges.
+///
+/// At a vertex it has the discrete curve's tangent, halfway between its edges', and its curvature vector K = (T′ − T)/Δa; in
+/// between it is the cubic with those tangents, and its curvature goes linearly from one K to the next.
+struct FairCurve<'a> {
+    dimension: usize,
+    closed: bool,
+    vertices: &'a Vertices,
+}
+
+impl FairCurve<'_> {
+    fn count(&self) -> usize {
+        self.vertices.coords.len() / self.dimension
+    }
+
+    fn vertex(&self, row: usize) -> DVec3 {
+        vector(&self.vertices.coords[(row % self.count()) * self.dimension..][..self.dimension])
+    }
+
+    fn edge(&self, row: usize) -> DVec3 {
+        self.vertex(row + 1) - self.vertex(row)
+    }
+
+    /// Tangent and curvature vector at a vertex. At the ends of an open curve the curvature goes on as it went.
+    fn frame(&self, row: usize) -> (DVec3, DVec3) {
+        let last = self.count() - 1;
+        if self.closed || (row > 0 && row < last) {
+            let before = self.edge(if row == 0 { last } else { row - 1 });
+            let after = self.edge(row);
+            let (s, t) = (before.length(), after.length());
+            let (from, to) = (before / s, after / t);
+            return ((from + to).normalize_or(to), (to - from) / (0.5 * (s + t)));
+        }
+        let (edge, sign) = if row == 0 { (self.edge(0), -1.0) } else { (self.edge(last - 1), 1.0) };
+        let inner = |k: usize| self.frame(if row == 0 { k } else { last - k }).1;
+        let curvature = match last {
+            0 | 1 => DVec3::ZERO,
+            2 => inner(1),
+            _ => 2.0 * inner(1) - inner(2),
+        };
+        let (length, tangent) = (edge.length(), edge.normalize_or_zero());
+        ((tangent + sign * 0.5 * length * curvature).normalize_or(tangent), curvature)
+    }
+}
+
+impl Curve for FairCurve<'_> {
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    fn knots(&self) -> Cow<'_, [f64]> {
+        Cow::Owned((0..self.vertices.rows.len()).map(|k| k as f64).collect())
+    }
+
+    fn spans(&self) -> usize {
+        self.vertices.rows.len() - 1
+    }
+
+    fn jet(&self, span: usize, u: f64) -> Jet {
+        let (from, to) = (self.vertices.rows[span] as usize, self.vertices.rows[span + 1] as usize);
+        // A span between repeated points is all at one vertex.
+        if from == to {
+            return Jet { point: self.vertex(from), ..Jet::default() };
+        }
+        let n = (to - from) as f64;
+        let place = u * n;
+        let row = from + (place.floor().max(0.0) as usize).min(to - from - 1);
+        let v = place - (row - from) as f64;
+        let (p, q) = (self.vertex(row), self.vertex(row + 1));
+        let next = if self.closed { (row + 1) % self.count() } else { row + 1 };
+        let ((start, bend), (end, bend_after)) = (self.frame(row), self.frame(next));
+        let length = (q - p).length();
+        let (a, b) = (length * start, length * end);
+        let (c, d) = (3.0 * (q - p) - 2.0 * a - b, a + b - 2.0 * (q - p));
+        let point = if v == 0.0 {
+            p
+        } else if v == 1.0 {
+            q
+        } else {
+            p + v * (a + v * (c + v * d))
+        };
+        let second = length * length * (bend + v * (bend_after - bend));
+        Jet {
+            point,
+            first: n * (a + v * (2.0 * c + 3.0 * v * d)),
+            second: n * n * second,
+            third: n * n * n * length * length * (bend_after - bend),
+        }
+    }
+}
+
+impl FairCurves {
+    fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
+        let vertices = self.curves[i].as_ref().ok()?;
+        Some(FairCurve { dimension: self.dimension, closed: self.closed[i], vertices })
+    }
+
+    /// Coordinates and parameters of the samples of curve `i`.
+    fn sample(&self, i: usize, sampling: Sampling) -> (Vec<f64>, Vec<f64>) {
+        let Some(curve) = self.fair(i) else {
+            let coords = self.curves[i].as_ref().err().cloned().unwrap_or_default();
+            let t = (0..coords.len() / self.dimension).map(|k| k as f64).collect();
+            return (coords, t);
+        };
+        let sites = curve.sites(sampling);
+        let mut coords = Vec::with_capacity(sites.len() * self.dimension);
+        let mut t = Vec::with_capacity(sites.len());
+        for (span, u) in sites {
+            coords.extend(&curve.jet(span, u).point.to_array()[..self.dimension]);
+            t.push(span as f64 + u);
+        }
+        (coords, t)
+    }
+}
+
+impl CurveSet for FairCurves {
+    fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
+        match (self.fair(i), &self.curves[i]) {
+            (Some(curve), _) => Box::new(curve),
+            (None, Err(coords)) => Box::new(Polygon { coords, dimension: self.dimension, closed: self.closed[i] }),
+            (None, Ok(_)) => unreachable!("a curve with vertices is fair"),
+        }
+    }
+
+    fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        let samples: Vec<(Vec<f64>, Vec<f64>)> =
+            (0..self.curves.len()).into_par_iter().with_min_len(16).map(|i| self.sample(i, sampling)).collect();
+        let mut offsets = vec![0];
+        samples.iter().for_each(|(_, t)| offsets.push(offsets[offsets.len() - 1] + t.len()));
+        let closing = |i: usize| match (self.curves[i].as_ref(), samples[i].1.last()) {
+            _ if !self.closed[i] => f64::NAN,
+            (Ok(vertices), Some(last)) => (vertices.rows.len() - 1) as f64 - last,
+            _ => 1.0,
+        };
+        let spans = self.closed.contains(&true).then(|| (0..self.curves.len()).map(closing).collect());
+        let (mut coords, mut t) = (Vec::new(), Vec::new());
+        for (of_curve, t_of_curve) in samples {
+            coords.extend(of_curve);
+            t.extend(t_of_curve);
+        }
+        let (closed, problems) = (self.closed.clone(), self.problems.clone());
+        CurveBatch::sampled(self.dimension, coords, offsets, closed, t, spans, problems, self.origin.clone())
+    }
+}

@@ -1,0 +1,270 @@
+//! From data points to vertices: the natural, or periodic, spline through them, divided into edges of equal arc length.
+
+use rayon::prelude::*;
+
+use super::constrain::{Constraints as Kept, constrained};
+use super::energy::{Energy, Functional};
+use super::fair::{Fair, Pins, Segments};
+use super::problem::Problem;
+use crate::arclength::span_length;
+use crate::batch::CurveBatch;
+use crate::curve::Curve;
+use crate::device::Device;
+use crate::error::Result;
+use crate::linalg::scalar::{Vector, dot, subtract};
+use crate::report::{CurveReport, CurveStatus};
+use crate::spline::{Natural, Parametrisation};
+use crate::{Constraints, Problem as Unfitted};
+
+/// The tangential and the normal stiffness of a vertex are alike at this γ h³/w.
+const GAUGE: f64 = 1.0;
+
+/// Curvatures below this part of 1/size count as this where an exponent ν > 2 makes straight curves infinitely soft.
+const LEAST_CURVATURE: f64 = 0.1;
+
+/// A curve this many times as long as its chord polygon is no minimum: a half circle through two points is 1.57 times, and no curve
+/// that converged was seen to pass 1.23 on its way, where all that ran away pass 5 within some hundred iterations.
+pub(super) const LONGEST: f64 = 5.0;
+
+/// A curve that can be descended.
+#[derive(Clone, Debug)]
+pub(crate) struct Ready<const D: usize> {
+    pub problem: Problem<D>,
+    /// Base vertices in the units of the input; those of data points are the data.
+    pub vertices: Vec<Vector<f64, D>>,
+    /// Row of the vertex of every data point; of a closed curve one more, the row after its last.
+    pub rows: Vec<u32>,
+    /// Length of the unit of [`problem`](Self::problem), in the units of the input.
+    pub size: f64,
+    /// Energy in the units of the input of an energy of 1 in those of the problem.
+    pub energy_unit: f64,
+}
+
+/// Brings every curve of a batch to vertices; or says why it cannot be.
+pub(crate) fn set_up<const D: usize>(fair: &Fair, batch: &CurveBatch) -> Result<Vec<Result<Ready<D>, Unfitted>>> {
+    let start = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
+    let points = batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec());
+    let points = points.with_constraints(end_tangents(batch))?;
+    let (splines, reports) = start.fit_splines(&points, &Device::cpu())?;
+    let one = |i: usize| {
+        let report: &CurveReport = &reports[i];
+        if report.status != CurveStatus::Converged {
+            let message = report.message.clone().unwrap_or_default();
+            return Err(Unfitted { status: report.status, message });
+        }
+        use crate::report::CurveSet;
+        ready::<D>(fair, batch, i, splines.curve(i).as_ref())
+    };
+    Ok((0..batch.len()).into_par_iter().with_min_len(16).map(one).collect())
+}
+
+/// The tangents at the ends of open curves, of unit length: chord-length splines can meet those.
+fn end_tangents(batch: &CurveBatch) -> Constraints {
+    let d = batch.dimension();
+    let Some(given) = &batch.constraints().tangents else { return Constraints::default() };
+    let mut tangents = vec![f64::NAN; given.len()];
+    for i in (0..batch.len()).filter(|&i| !batch.is_closed(i) && batch.count(i) > 1) {
+        for k in [0, batch.count(i) - 1] {
+            let at = (batch.offsets()[i] + k) * d;
+            let length = given[at..at + d].iter().map(|x| x * x).sum::<f64>().sqrt();
+            if length > 0.0 && length.is_finite() {
+                (0..d).for_each(|c| tangents[at + c] = given[at + c] / length);
+            }
+        }
+    }
+    Constraints { tangents: Some(tangents), ..Constraints::default() }
+}
+
+fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn Curve) -> Result<Ready<D>, Unfitted> {
+    let closed = batch.is_closed(i);
+    let points = batch.points(i).as_chunks::<D>().0;
+    let (mut vertices, rows) = divide(curve, points, fair.segments);
+    let constraints = constrained::<D>(batch, i, &rows, vertices.len(), closed)?;
+    let attached = fair.energy.attachment_weight();
+    let size = diagonal(points);
+    constraints.iter().for_each(|constraint| constraint.meet(&mut vertices));
+    let (energy_weights, energy_unit) = normalised_weights(&fair.energy, size);
+    let scaled = |v: Vector<f64, D>| v.map(|x| x / size);
+    let edges = if closed { vertices.len() } else { vertices.len() - 1 };
+    let edge = |j: usize| scaled(subtract(vertices[(j + 1) % vertices.len()], vertices[j]));
+    let base: Vec<Vector<f64, D>> = (0..edges).map(edge).collect();
+    let mut data: Vec<u32> = rows.clone();
+    if closed {
+        data.pop();
+    }
+    let pinned_at = |k: usize| match fair.pins {
+        Pins::All => true,
+        Pins::Ends => !closed && (k == 0 || k + 1 == points.len()),
+        Pins::None => false,
+    };
+    let mut pinned: Vec<u32> = (0..points.len()).filter(|&k| pinned_at(k)).map(|k| data[k]).collect();
+    // What turns about a point needs the point.
+    pinned.extend(constraints.iter().map(|constraint| constraint.row as u32));
+    pinned.sort_unstable();
+    pinned.dedup();
+    let mut targets: Vec<(u32, f64, Vector<f64, D>)> = Vec::new();
+    if attached > 0.0 {
+        let weight = |k: usize| batch.weights(i).map_or(1.0, |weights| weights[k]);
+        for k in (0..points.len()).filter(|&k| !pinned.contains(&data[k])) {
+            let at = scaled(subtract(points[k], vertices[data[k] as usize]));
+            let own = weight(k) * attached * size * size / energy_unit;
+            match targets.last_mut() {
+                Some((row, sum, _)) if *row == data[k] => *sum += own,
+                _ => targets.push((data[k], own, at)),
+            }
+        }
+    }
+    data.dedup();
+    let order = order_of(&fair.energy, closed, vertices.len());
+    let highest = highest_weight::<D>(&fair.energy, &energy_weights, &base, closed);
+    let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
+    let h = length / base.len() as f64;
+    let chords: f64 = points.windows(2).map(|pair| distance(pair[0], pair[1])).sum::<f64>()
+        + if closed { distance(points[points.len() - 1], points[0]) } else { 0.0 };
+    let gauge = match order {
+        0 | 1 => 0.0,
+        2 => GAUGE * highest * h.powi(-3),
+        _ => GAUGE * highest * h.powi(-5),
+    };
+    let longest = if fair.energy.bounds_length() { f64::INFINITY } else { LONGEST * chords / size };
+    let constraints = (!constraints.is_empty()).then(|| Kept::new(constraints, &base, size));
+    let problem = Problem {
+        constraints,
+        closed,
+        base,
+        data,
+        pinned,
+        attached: targets,
+        weights: energy_weights,
+        gauge,
+        highest,
+        tolerance: fair.tolerance,
+        longest,
+    };
+    Ok(Ready { problem, vertices, rows, size, energy_unit })
+}
+
+/// The order of the inner product; closed curves of fewer than four vertices cannot hold the third.
+pub(super) fn order_of(energy: &Energy, closed: bool, vertices: usize) -> usize {
+    let order = energy.order();
+    if closed && vertices < 4 { order.min(2) } else { order }
+}
+
+/// Vertices at equal arc length along each span, and the row of every data point.
+fn divide<const D: usize>(
+    curve: &dyn Curve,
+    points: &[Vector<f64, D>],
+    segments: Segments,
+) -> (Vec<Vector<f64, D>>, Vec<u32>) {
+    let (mut vertices, mut rows) = (Vec::new(), Vec::new());
+    for span in 0..curve.spans() {
+        let (from, to) = (points[span], points[(span + 1) % points.len()]);
+        rows.push(vertices.len() as u32);
+        if from == to {
+            continue;
+        }
+        vertices.push(from);
+        let n = match segments {
+            Segments::PerSpan(n) => n,
+            Segments::Spacing(spacing) => {
+                let length = span_length(&|u| curve.speed(span, u));
+                (length / spacing).ceil().max(1.0) as usize
+            }
+        };
+        for u in equal_fractions(curve, span, n) {
+            let point = curve.jet(span, u).point.to_array();
+            vertices.push(std::array::from_fn(|c| point[c]));
+        }
+    }
+    rows.push(vertices.len() as u32);
+    if !curve.is_closed() {
+        vertices.push(points[points.len() - 1]);
+    }
+    (vertices, rows)
+}
+
+/// Fractions of a span that divide it into n pieces of about equal length: the gauge evens out what is left.
+fn equal_fractions(curve: &dyn Curve, span: usize, n: usize) -> Vec<f64> {
+    // Simpson's rule on as many panels as there will be pieces, which resolves the speed as finely as the curve itself.
+    let panel = 1.0 / n as f64;
+    let speed = |u: f64| curve.speed(span, u);
+    let mut arc = vec![0.0; n + 1];
+    let mut before = speed(0.0);
+    for k in 0..n {
+        let after = speed((k + 1) as f64 * panel);
+        arc[k + 1] = arc[k] + panel / 6.0 * (before + 4.0 * speed((k as f64 + 0.5) * panel) + after);
+        before = after;
+    }
+    let mut k = 0;
+    let at = |piece: usize| {
+        let target = arc[n] * piece as f64 * panel;
+        while k + 1 < n && arc[k + 1] < target {
+            k += 1;
+        }
+        let width = arc[k + 1] - arc[k];
+        let part = if width > 0.0 { (target - arc[k]) / width } else { 0.5 };
+        (k as f64 + part) * panel
+    };
+    (1..n).map(at).collect()
+}
+
+/// The weight of every term at size 1, the sum divided by the unit returned, which gives the highest order the weight asked for.
+fn normalised_weights(energy: &Energy, size: f64) -> (Vec<f64>, f64) {
+    let at_size_1 = |(weight, functional): &(f64, Functional)| weight * size.powf(functional.degree());
+    let order = energy.order();
+    let leading = energy.terms().iter().filter(|(weight, functional)| *weight > 0.0 && functional.order() == order);
+    let unit: f64 = leading.map(at_size_1).sum();
+    (energy.terms().iter().map(|term| at_size_1(term) / unit).collect(), unit)
+}
+
+/// The second derivative of the energy of highest order at a straight curve, per unit of the highest derivative squared.
+fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vector<f64, D>], closed: bool) -> f64 {
+    let order = energy.order();
+    let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
+    let curvature = mean_curvature(base, closed);
+    let mut highest = 0.0;
+    for (weight, (_, functional)) in weights.iter().zip(energy.terms()) {
+        highest += weight
+            * match functional {
+                _ if functional.order() != order => 0.0,
+                Functional::Tension => length,
+                Functional::Length => 1.0,
+                Functional::Bending { exponent } => {
+                    (exponent * (exponent - 1.0)).max(1.0) * curvature.max(LEAST_CURVATURE).powf(exponent - 2.0)
+                }
+                _ if order == 1 => 1.0,
+                _ => 2.0,
+            };
+    }
+    highest
+}
+
+/// √ of the mean of |K|² over the arc length.
+fn mean_curvature<const D: usize>(base: &[Vector<f64, D>], closed: bool) -> f64 {
+    let pairs = if closed { base.len() } else { base.len() - 1 };
+    let (mut sum, mut length) = (0.0, 0.0);
+    for j in 0..pairs {
+        let (e, f) = (base[j], base[(j + 1) % base.len()]);
+        let (s, t) = (dot(e, e).sqrt(), dot(f, f).sqrt());
+        let turn = subtract(f.map(|x| x / t), e.map(|x| x / s));
+        sum += dot(turn, turn) * 2.0 / (s + t);
+        length += 0.5 * (s + t);
+    }
+    if length > 0.0 { (sum / length).sqrt() } else { 0.0 }
+}
+
+fn distance<const D: usize>(a: Vector<f64, D>, b: Vector<f64, D>) -> f64 {
+    let away = subtract(b, a);
+    dot(away, away).sqrt()
+}
+
+/// Diagonal of the box around the points.
+fn diagonal<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
+    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    for point in points {
+        for c in 0..D {
+            (low[c], high[c]) = (low[c].min(point[c]), high[c].max(point[c]));
+        }
+    }
+    distance(low, high)
+}
