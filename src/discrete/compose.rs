@@ -144,6 +144,29 @@ impl Composition {
         self.entries.len()
     }
 
+    /// Of each term of the energy composed, where its weight stands among the entries.
+    pub fn entries_of(&self, energy: &Energy) -> Vec<usize> {
+        let entry = |functional| self.definitions[define_name(functional)].parse().expect("an index was written");
+        energy.terms().iter().map(|(_, functional)| entry(functional)).collect()
+    }
+
+    /// The entries of a curve of size 1 whose terms have these weights, as [`entries_of`](Self::entries_of) places them. An attachment
+    /// is weighed at its points.
+    pub fn entries(&self, places: &[usize], weights: &[f64], gauge: f64) -> Vec<f64> {
+        let mut entries = vec![0.0; self.width()];
+        places.iter().zip(weights).for_each(|(&place, weight)| entries[place] += weight);
+        let attachment = self.definitions.get("ATTACHMENT").map(|place| place.parse().expect("an index was written"));
+        for (place, (entry, kind)) in entries.iter_mut().zip(&self.entries).enumerate() {
+            match kind {
+                Entry::Gauge => *entry = gauge,
+                Entry::TorsionCurvature => *entry = TORSION_CURVATURE,
+                Entry::Weight(..) if attachment == Some(place) => *entry = 1.0,
+                Entry::Weight(..) => {}
+            }
+        }
+        entries
+    }
+
     /// The weights of a curve that the device has divided by `size`, and the weight of its gauge in the units of the input.
     pub fn weights(&self, size: f64, gauge: f64) -> DeviceWeights {
         let scaled = |entry: &Entry| match *entry {
