@@ -1,5 +1,8 @@
 //! Descents on a GPU: where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and the dispatches until none runs.
 
+#[cfg(test)]
+mod tests;
+
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
