@@ -127,221 +127,14 @@ fn load_weight(curve: Curve, index: u32) -> real {
 //:include discrete/common_swept.wgsl
 //:include discrete/line_search.wgsl
 
-//:if ATTACHMENT
-const FIXED: u32 = 2u * $DIMu + 3u;
-//:else
-const FIXED: u32 = $DIMu + 2u;
-//:end
-
-fn load_curve(slot: u32) -> Curve {
-    let table = curves[slot];
-    let section = table.stride * $GROUPu;
-    var curve = Curve();
-    curve.slot = slot;
-    curve.segments = table.segments;
-    curve.closed = table.closed;
-    curve.vertices = table.segments + 1u - table.closed;
-    curve.first_pin = table.first_pin;
-    curve.pin_count = table.pin_count;
-    curve.fixed_start = table.fixed_start;
-    curve.u = table.displacement_start;
-    curve.p = table.work_start;
-    curve.z = curve.p + $DIMu * section;
-    curve.g = curve.z + $DIMu * section;
-    curve.x = curve.g + $DIMu * section;
-    curve.length = curve.x + $DIMu * section;
-    curve.pivot = curve.length + section;
-    curve.chain = curve.pivot + section;
-    curve.fraction = curve.chain + section;
-    curve.pin_section = curve.fraction + section;
-    curve.highest = lanes[slot * params.numbers + GIVEN_HIGHEST];
-    return curve;
-}
-
-fn work_vector(section: u32, v: u32) -> vector {
-    let at = section + v * $DIMu * $GROUPu;
-//:if SPATIAL
-    return vector(work[at], work[at + $GROUPu], work[at + 2u * $GROUPu]);
-//:else
-    return vector(work[at], work[at + $GROUPu]);
-//:end
-}
-
-fn store_vector(section: u32, v: u32, x: vector) {
-    let at = section + v * $DIMu * $GROUPu;
-//:unroll c 0..$DIM
-    work[at + $cu * $GROUPu] = x[$c];
-//:end
-}
-
-fn displacement(curve: Curve, v: u32) -> vector {
-    let at = curve.u + v * $DIMu * $GROUPu;
-//:if SPATIAL
-    return vector(displacements[at], displacements[at + $GROUPu], displacements[at + 2u * $GROUPu]);
-//:else
-    return vector(displacements[at], displacements[at + $GROUPu]);
-//:end
-}
-
-fn store_displacement(curve: Curve, v: u32, x: vector) {
-    let at = curve.u + v * $DIMu * $GROUPu;
-//:unroll c 0..$DIM
-    displacements[at + $cu * $GROUPu] = x[$c];
-//:end
-}
-
-fn fixed_at(curve: Curve, v: u32, number: u32) -> u32 {
-    return curve.fixed_start + (v * FIXED + number) * $GROUPu;
-}
-
-fn fixed_vector(curve: Curve, v: u32, number: u32) -> vector {
-    let at = fixed_at(curve, v, number);
-//:if SPATIAL
-    return vector(fixed[at], fixed[at + $GROUPu], fixed[at + 2u * $GROUPu]);
-//:else
-    return vector(fixed[at], fixed[at + $GROUPu]);
-//:end
-}
-
-fn length_at(curve: Curve, j: u32) -> real {
-    return work[curve.length + j * $GROUPu];
-}
-
-fn is_movable(curve: Curve, v: u32) -> bool {
-    return fixed[fixed_at(curve, v, $DIMu + 1u)] > real(0);
-}
-
-fn end_of(curve: Curve, j: u32) -> u32 {
-    return select(j + 1u, 0u, curve.closed != 0u && j + 1u == curve.segments);
-}
-
-// u + αp
-fn trial(curve: Curve, v: u32) -> vector {
-    return displacement(curve, v) + curve.alpha * work_vector(curve.p, v);
-}
-
-fn load_edge(curve: Curve, j: u32) -> vector {
-    return fixed_vector(curve, j, 0u) + (trial(curve, end_of(curve, j)) - trial(curve, j));
-}
-
-// An edge of the curve as it stands.
-fn current_edge(curve: Curve, j: u32) -> vector {
-    return fixed_vector(curve, j, 0u) + (displacement(curve, end_of(curve, j)) - displacement(curve, j));
-}
-
-fn load_free(curve: Curve, j: u32) -> real {
-    return fixed[fixed_at(curve, j, $DIMu)];
-}
-
-//:if ATTACHMENT
-fn load_offset(curve: Curve, v: u32) -> vector {
-    return trial(curve, v) - fixed_vector(curve, v, $DIMu + 2u);
-}
-
-fn load_stiffness(curve: Curve, v: u32) -> real {
-    return fixed[fixed_at(curve, v, 2u * $DIMu + 2u)];
-}
-//:end
-
-fn store_gradient(curve: Curve, v: u32, gradient: vector) {
-    if (is_movable(curve, v)) {
-        store_vector(curve.g, v, gradient);
-    } else {
-        store_vector(curve.g, v, vector());
-    }
-}
-
-fn load_edge_direction(curve: Curve, j: u32) -> vector {
-    return work_vector(curve.p, end_of(curve, j)) - work_vector(curve.p, j);
-}
-
-fn load_direction(curve: Curve, v: u32) -> vector {
-    return work_vector(curve.p, v);
-}
-
+//:include discrete/common_trial.wgsl
 //:include discrete/common_sweep.wgsl SWEEP=sweep EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
 //:include discrete/metric/mod.wgsl
 //:if SECOND
 //:include discrete/metric/hats.wgsl
 //:end
 
-// One curve's numbers.
-struct Lane {
-    standing: u32,
-    iterations: u32,
-    evaluations: u32,
-    since_best: u32,
-    steepest: bool,
-    // The energy with its gauge, and without.
-    energy: real,
-    reported: real,
-    norm2: real,
-    length: real,
-    start_energy: real,
-    best: real,
-    search: LineSearch,
-}
-
-fn load_lane(slot: u32) -> Lane {
-    let state = states[slot];
-    let at = slot * params.numbers + KEPT;
-    var lane = Lane();
-    lane.standing = state.standing;
-    if (state.standing == STANDING_START) {
-        lane.best = UNBOUNDED;
-        lane.steepest = true;
-        return lane;
-    }
-    lane.iterations = state.iterations;
-    lane.evaluations = state.evaluations;
-    lane.since_best = state.since_best;
-    lane.steepest = (state.flags & FLAG_STEEPEST) != 0u;
-    lane.energy = lanes[at];
-    lane.reported = lanes[at + 1u];
-    lane.norm2 = lanes[at + 2u];
-    lane.length = lanes[at + 3u];
-    lane.start_energy = lanes[at + 4u];
-    lane.best = lanes[at + 5u];
-    lane.search.alpha = lanes[at + 6u];
-    lane.search.energy = lanes[at + 7u];
-    lane.search.slope = lanes[at + 8u];
-    lane.search.most = lanes[at + 9u];
-    lane.search.low = lanes[at + 10u];
-    lane.search.low_slope = lanes[at + 11u];
-    lane.search.high = lanes[at + 12u];
-    lane.search.high_slope = lanes[at + 13u];
-    lane.search.has_high = (state.flags & FLAG_HIGH) != 0u;
-    lane.search.has_high_slope = (state.flags & FLAG_HIGH_SLOPE) != 0u;
-    lane.search.trials = state.trials;
-    return lane;
-}
-
-fn store_lane(slot: u32, lane: Lane) {
-    let at = slot * params.numbers + KEPT;
-    var flags = select(0u, FLAG_STEEPEST, lane.steepest);
-    flags |= select(0u, FLAG_HIGH, lane.search.has_high);
-    flags |= select(0u, FLAG_HIGH_SLOPE, lane.search.has_high_slope);
-    states[slot].standing = lane.standing;
-    states[slot].iterations = lane.iterations;
-    states[slot].evaluations = lane.evaluations;
-    states[slot].flags = flags;
-    states[slot].since_best = lane.since_best;
-    states[slot].trials = lane.search.trials;
-    lanes[at] = lane.energy;
-    lanes[at + 1u] = lane.reported;
-    lanes[at + 2u] = lane.norm2;
-    lanes[at + 3u] = lane.length;
-    lanes[at + 4u] = lane.start_energy;
-    lanes[at + 5u] = lane.best;
-    lanes[at + 6u] = lane.search.alpha;
-    lanes[at + 7u] = lane.search.energy;
-    lanes[at + 8u] = lane.search.slope;
-    lanes[at + 9u] = lane.search.most;
-    lanes[at + 10u] = lane.search.low;
-    lanes[at + 11u] = lane.search.low_slope;
-    lanes[at + 12u] = lane.search.high;
-    lanes[at + 13u] = lane.search.high_slope;
-}
+//:include discrete/common_lane.wgsl
 
 // The base: no displacement, no direction.
 fn begin(curve: Curve) {
@@ -383,7 +176,7 @@ fn relative_change(curve: Curve, j: u32, change: vector) -> real {
     return dot(change, change) * inverse * inverse;
 }
 
-// Takes the step; its edges' lengths are kept, and their sum is returned. The gradient goes to the section x.
+// Takes the step; its edges' lengths are kept, and their sum is returned.
 fn take_step(curve: Curve) -> real {
     var length = real(0);
     var first = vector();
@@ -391,7 +184,6 @@ fn take_step(curve: Curve) -> real {
     for (var v = 0u; v < curve.vertices; v++) {
         let x = trial(curve, v);
         store_displacement(curve, v, x);
-        store_vector(curve.x, v, work_vector(curve.g, v));
         if (v == 0u) {
             first = x;
         } else {
@@ -413,11 +205,12 @@ fn take_length(curve: Curve, j: u32, change: vector) -> real {
 }
 
 // Ends the lane, or finds β of its next direction, from ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
-fn turn(lane: ptr<function, Lane>, curve: Curve, sound: bool, norm2: real, mixed: real, slope: real) -> real {
+fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved, slope: real) -> real {
+    let norm2 = solved.norm2;
     let given = curve.slot * params.numbers;
     let before = (*lane).norm2;
     (*lane).norm2 = norm2;
-    if (!sound || is_out_of_range(norm2) || norm2 < real(0)) {
+    if (!solved.sound || is_out_of_range(norm2) || norm2 < real(0)) {
         (*lane).standing = STANDING_BROKEN;
         return real(0);
     }
@@ -443,9 +236,9 @@ fn turn(lane: ptr<function, Lane>, curve: Curve, sound: bool, norm2: real, mixed
     let change = slope - (*lane).search.slope;
     var beta = real(0);
     if (params.direction == DIRECTION_POLAK_RIBIERE) {
-        beta = (norm2 - mixed) / before;
+        beta = (norm2 - solved.mixed) / before;
     } else if (params.direction == DIRECTION_HYBRID && change > real(0)) {
-        beta = min((norm2 - mixed) / change, norm2 / change);
+        beta = min((norm2 - solved.mixed) / change, norm2 / change);
     }
     if (is_out_of_range(beta) || beta <= real(0) || beta * slope - norm2 >= -(DOWNWARDS * norm2)) {
         return real(0);
@@ -456,17 +249,8 @@ fn turn(lane: ptr<function, Lane>, curve: Curve, sound: bool, norm2: real, mixed
 // Takes the trial: Sobolev gradient, direction and first trial there.
 fn accept(lane: ptr<function, Lane>, curve: Curve, slope: real) {
     (*lane).length = take_step(curve);
-    let sound = sobolev_gradient(curve);
-    var norm2 = real(0);
-    var mixed = real(0);
-    for (var v = 0u; v < curve.vertices; v++) {
-        let g = work_vector(curve.g, v);
-        let z = work_vector(curve.x, v);
-        norm2 += dot(g, z);
-        mixed += dot(g, work_vector(curve.z, v));
-        store_vector(curve.z, v, z);
-    }
-    let beta = turn(lane, curve, sound, norm2, mixed, slope);
+    let solved = sobolev_gradient(curve);
+    let beta = turn(lane, curve, solved, slope);
     if ((*lane).standing != STANDING_RUNNING) {
         return;
     }
@@ -474,10 +258,10 @@ fn accept(lane: ptr<function, Lane>, curve: Curve, slope: real) {
     (*lane).steepest = beta == real(0);
     let given = lanes[curve.slot * params.numbers + GIVEN_STEP];
     if (params.search == 0u) {
-        (*lane).search = line_search((*lane).energy, beta * slope - norm2, given, UNBOUNDED);
+        (*lane).search = line_search((*lane).energy, beta * slope - solved.norm2, given, UNBOUNDED);
     } else {
         let alpha = select((*lane).search.alpha, real(1), (*lane).iterations == 0u);
-        (*lane).search = line_search((*lane).energy, beta * slope - norm2, alpha, most);
+        (*lane).search = line_search((*lane).energy, beta * slope - solved.norm2, alpha, most);
     }
 }
 

@@ -23,9 +23,9 @@ mod setup;
 mod tests;
 
 pub use descent::{Direction, Step};
+pub(crate) use descent_gpu::descent_kernels;
 pub use energy::*;
 pub use evaluate::{Evaluate, Evaluation};
-pub(crate) use descent_gpu::descent_kernels;
 pub(crate) use evaluate_gpu::evaluate_kernels;
 pub use fair::{Fair, Pins, Segments};
 pub use graph::{Graph, GraphIteration, GraphMove, GraphTrace, Mesh};

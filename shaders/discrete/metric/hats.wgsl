@@ -233,7 +233,7 @@ fn add_turns(curve: Curve) {
     }
 }
 
-fn hats_gradient(curve: Curve) -> bool {
+fn hats_gradient(curve: Curve) -> Solved {
     var network = Network(real(1), real(0));
 //:if ATTACHMENT
     var attached = real(0);
@@ -245,18 +245,16 @@ fn hats_gradient(curve: Curve) -> bool {
     network.density = sqrt(attached / (length * curve.highest));
 //:end
     var sound = factor(curve, network);
-    solve(curve, network);
+    // y = K⁻¹ g
+    solve(curve, network, curve.g, real(0), curve.x);
     if (has_turns(curve)) {
         integrate_hats(curve);
         let turned = solve_turns(curve);
         sound = sound && turned;
         add_turns(curve);
     }
-    let inverse_weight = real(1) / curve.highest;
-    for (var v = 0u; v < curve.vertices; v++) {
-        let scale = select(real(0), inverse_weight * mass_at(curve, v), is_movable(curve, v));
-        store_vector(curve.x, v, scale * work_vector(curve.x, v));
-    }
-    solve(curve, network);
-    return sound;
+    // z = K⁻¹ M (y + Σ c φ)/w
+    var solved = solve(curve, network, curve.x, real(1) / curve.highest, curve.z);
+    solved.sound = sound;
+    return solved;
 }

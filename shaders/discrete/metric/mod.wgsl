@@ -84,60 +84,103 @@ fn factor(curve: Curve, network: Network) -> bool {
     return sound;
 }
 
-// Solves in place for the vectors in the section x.
-fn solve(curve: Curve, network: Network) {
+// What a solve leaves: whether the inner product is one, and ⟨g, z⟩ for the new Sobolev gradient and the one before.
+struct Solved {
+    sound: bool,
+    norm2: real,
+    mixed: real,
+}
+
+// Solves for the vectors in the section `right_hand_sides`, each times `by_mass` times its vertex's mass where that is not 0. The
+// solution goes to `solution`; where that is the section z, ⟨g, z⟩ is summed on the way.
+fn solve(curve: Curve, network: Network, right_hand_sides: u32, by_mass: real, solution: u32) -> Solved {
     let is_closed = curve.closed != 0u;
     let begin = select(0u, 1u, is_closed);
     var delta = vector();
     var left = real(0);
     var border = vector();
+    var length_before = real(0);
     if (is_closed) {
-        left = network.weight / length_at(curve, 0u);
-        border = work_vector(curve.x, 0u);
+        length_before = length_at(curve, 0u);
+        left = network.weight / length_before;
+        border = work_vector(right_hand_sides, 0u);
+        if (by_mass != real(0)) {
+            border *= by_mass * mass_at(curve, 0u);
+        }
     }
     for (var v = begin; v < curve.vertices; v++) {
-        let sum = work_vector(curve.x, v) + left * delta;
-        delta = work[curve.pivot + v * $GROUPu] * sum;
-        border += work[curve.chain + v * $GROUPu] * sum;
-        store_vector(curve.x, v, delta);
+        var length = real(0);
         if (v < curve.segments) {
-            left = network.weight / length_at(curve, v);
+            length = length_at(curve, v);
         }
+        var sum = work_vector(right_hand_sides, v);
+        if (by_mass != real(0)) {
+            sum *= by_mass * (real(0.5) * (length_before + length));
+        }
+        sum += left * delta;
+        // 0 at a pinned vertex.
+        delta = work[curve.pivot + v * $GROUPu] * sum;
+        if (is_closed) {
+            border += work[curve.chain + v * $GROUPu] * sum;
+        }
+        store_vector(curve.x, v, delta);
+        length_before = length;
+        left = network.weight / length;
     }
     var next = vector();
     if (is_closed) {
+        // The last row's right neighbour is the border.
         border = work[curve.pivot] * (border + left * delta);
-        store_vector(curve.x, 0u, border);
         next = border;
     }
+    var solved = Solved(true, real(0), real(0));
     for (var k = curve.vertices; k > begin; k--) {
         let v = k - 1u;
-        var solution = work_vector(curve.x, v);
+        var x = work_vector(curve.x, v);
         if (v < curve.segments) {
             let share = network.weight / length_at(curve, v) * work[curve.pivot + v * $GROUPu];
-            solution += share * next;
+            x += share * next;
         }
         if (is_closed) {
-            solution += work[curve.chain + v * $GROUPu] * border;
+            x += work[curve.chain + v * $GROUPu] * border;
         }
-        store_vector(curve.x, v, solution);
-        next = solution;
+        next = x;
+        solved = take_solution(solved, curve, solution, v, x);
     }
+    if (is_closed) {
+        solved = take_solution(solved, curve, solution, 0u, border);
+    }
+    return solved;
 }
 
-// Freezes the inner product at the curve, and turns the gradient in the section x into the Sobolev gradient. False where the
-// inner product is none.
-fn sobolev_gradient(curve: Curve) -> bool {
+fn take_solution(before: Solved, curve: Curve, section: u32, v: u32, x: vector) -> Solved {
+    var solved = before;
+    if (section == curve.z) {
+        let g = work_vector(curve.g, v);
+        solved.norm2 += dot(g, x);
+        solved.mixed += dot(g, work_vector(curve.z, v));
+    }
+    store_vector(section, v, x);
+    return solved;
+}
+
+// Freezes the inner product at the curve, and turns the gradient in the section g into the Sobolev gradient in z.
+fn sobolev_gradient(curve: Curve) -> Solved {
 //:if SECOND
     return hats_gradient(curve);
 //:else
 //:if FIRST
     let network = Network(curve.highest, real(0));
     let sound = factor(curve, network);
-    solve(curve, network);
-    return sound;
+    var solved = solve(curve, network, curve.g, real(0), curve.z);
+    solved.sound = sound;
+    return solved;
 //:else
-    return true;
+    var solved = Solved(true, real(0), real(0));
+    for (var v = 0u; v < curve.vertices; v++) {
+        solved = take_solution(solved, curve, curve.z, v, work_vector(curve.g, v));
+    }
+    return solved;
 //:end
 //:end
 }
