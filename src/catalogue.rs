@@ -14,6 +14,7 @@ pub fn kernels() -> Vec<KernelKey> {
         }
         keys.extend([2, 3].map(|dimension| spline::smoothing_kernel(precision, dimension)));
         keys.extend(discrete::evaluate_kernels(precision));
+        keys.extend(discrete::descent_kernels(precision));
         for (path, entries) in spline::KERNELS {
             let definitions = definitions([("GROUP", &spline::GROUP)]);
             keys.extend(entries.iter().map(|entry| KernelKey {

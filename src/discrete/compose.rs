@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use super::energy::{Energy, Functional};
+use super::energy::{Energy, Functional, TORSION_CURVATURE};
 use crate::device::Precision;
 use crate::gpu::source::{Definitions, definitions};
 
@@ -145,6 +145,29 @@ impl Composition {
     /// Entries of a curve in the kernel's table of weights.
     pub fn width(&self) -> usize {
         self.entries.len()
+    }
+
+    /// Of each term of the energy composed, where its weight stands among the entries.
+    pub fn entries_of(&self, energy: &Energy) -> Vec<usize> {
+        let entry = |functional| self.definitions[define_name(functional)].parse().expect("an index was written");
+        energy.terms().iter().map(|(_, functional)| entry(functional)).collect()
+    }
+
+    /// The entries of a curve of size 1 whose terms have these weights, as [`entries_of`](Self::entries_of) places them. An attachment
+    /// is weighed at its points.
+    pub fn entries(&self, places: &[usize], weights: &[f64], gauge: f64) -> Vec<f64> {
+        let mut entries = vec![0.0; self.width()];
+        places.iter().zip(weights).for_each(|(&place, weight)| entries[place] += weight);
+        let attachment = self.definitions.get("ATTACHMENT").map(|place| place.parse().expect("an index was written"));
+        for (place, (entry, kind)) in entries.iter_mut().zip(&self.entries).enumerate() {
+            match kind {
+                Entry::Gauge => *entry = gauge,
+                Entry::TorsionCurvature => *entry = TORSION_CURVATURE,
+                Entry::Weight(..) if attachment == Some(place) => *entry = 1.0,
+                Entry::Weight(..) => {}
+            }
+        }
+        entries
     }
 
     /// The weights of a curve that the device has divided by `size`; the weight of its gauge and ε of torsion are in the units of the input.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::curves::{FairCurves, Vertices};
 use super::descent::{Direction, Plan, Standing, Step};
+use super::descent_gpu::descend_on_gpu;
 use super::energy::{Energy, bending};
 use super::problem::{Outcome, Problem, descend_on_cpu};
 use super::setup::{LONGEST, Ready, set_up};
@@ -13,6 +14,9 @@ use crate::device::{Device, Precision};
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::{CurveReport, CurveStatus, Fit};
+
+/// Bending in f32 has the digits for so many edges a span: its condition grows as their fourth power.
+const MOST_EDGES_IN_F32: u32 = 200;
 
 /// How spans between data points are divided into edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -210,7 +214,7 @@ impl Fair {
         ready: &[Result<Ready<D>, Unfitted>],
         device: &Device,
     ) -> Result<(Vec<Outcome<D>>, String)> {
-        let problems: Vec<Problem<D>> = ready.iter().flatten().map(|ready| ready.problem.clone()).collect();
+        let mut problems: Vec<Problem<D>> = ready.iter().flatten().map(|ready| ready.problem.clone()).collect();
         let order = self.energy.order();
         let plan = Plan {
             direction: self.direction,
@@ -219,11 +223,20 @@ impl Fair {
             gauge: if order > 1 { order } else { 0 },
             most_iterations: self.max_iterations,
         };
-        let Some(_gpu) = device.as_gpu() else {
-            return Ok((descend_on_cpu(&plan, &self.energy, &problems), device.describe(true)?));
+        // f32 cannot hold the inner product of order 3: such curves are the CPU's.
+        let Some(gpu) = device.as_gpu().filter(|_| order < 3) else {
+            return Ok((descend_on_cpu(&plan, &self.energy, &problems), Device::cpu().describe(true)?));
         };
-        let _ = Precision::F32;
-        Ok((descend_on_cpu(&plan, &self.energy, &problems), Device::cpu().describe(true)?))
+        let edges_a_span = |ready: &Ready<D>| ready.rows.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
+        let well_conditioned = ready.iter().flatten().all(|ready| edges_a_span(ready) <= MOST_EDGES_IN_F32);
+        let precision = device.kernel_precision(gpu, well_conditioned)?;
+        if precision == Precision::F32 {
+            problems
+                .iter_mut()
+                .for_each(|problem| problem.tolerance = self.tolerance.max(problem.rounding_in_f32(&self.energy)));
+        }
+        let outcomes = descend_on_gpu(gpu, precision, &plan, &self.energy, &problems)?;
+        Ok((outcomes, device.describe(well_conditioned)?))
     }
 
     /// The report of a curve, and its vertices unless its energy was no number.
@@ -260,7 +273,12 @@ impl Fair {
                     ready.problem.tolerance
                 )),
             ),
-            Standing::Exhausted | Standing::Running => (
+            Standing::Running => (
+                CurveStatus::NotConverged,
+                say("the device was lost before the curve was fitted: it is the spline it would have started from"
+                    .into()),
+            ),
+            Standing::Exhausted => (
                 CurveStatus::NotConverged,
                 say(format!(
                     "{iterations} iterations were not enough, with a gradient of {norm:.1e} where {:.1e} was asked for: allow more, \

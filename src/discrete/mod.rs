@@ -6,6 +6,7 @@ mod compose;
 mod constrain;
 mod curves;
 mod descent;
+mod descent_gpu;
 mod edges;
 mod energy;
 mod evaluate;
@@ -24,6 +25,7 @@ mod setup;
 mod tests;
 
 pub use descent::{Direction, Step};
+pub(crate) use descent_gpu::descent_kernels;
 pub use energy::*;
 pub use evaluate::{Evaluate, Evaluation};
 pub(crate) use evaluate_gpu::evaluate_kernels;

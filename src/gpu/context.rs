@@ -149,8 +149,10 @@ impl Gpu {
 
     /// The error behind a failed wait: a lost device with its reason, or else `otherwise`.
     pub(super) fn failure(&self, otherwise: Error) -> Error {
-        // The reason arrives by a callback that only polling calls; what polling fails of is told by that reason.
-        let _ = self.device.poll(wgpu::PollType::Poll);
+        // The reason arrives by a callback that only polling calls, once nothing is under way any more; what polling fails of is
+        // told by that reason.
+        let timeout = Some(std::time::Duration::from_secs(5));
+        let _ = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout });
         match self.lost() {
             Some(reason) => Error::DeviceLost(reason.to_string()),
             None => otherwise,

@@ -1,0 +1,133 @@
+// Where a curve's rows stand in the arrays of descent.wgsl, and the curve as a trial or as it stands.
+
+//:if ATTACHMENT
+const FIXED: u32 = 2u * $DIMu + 3u;
+//:else
+const FIXED: u32 = $DIMu + 2u;
+//:end
+
+fn load_curve(slot: u32) -> Curve {
+    let table = curves[slot];
+    let section = table.stride * $GROUPu;
+    var curve = Curve();
+    curve.slot = slot;
+    curve.segments = table.segments;
+    curve.closed = table.closed;
+    curve.vertices = table.segments + 1u - table.closed;
+    curve.first_pin = table.first_pin;
+    curve.pin_count = table.pin_count;
+    curve.fixed_start = table.fixed_start;
+    curve.u = table.displacement_start;
+    curve.p = table.work_start;
+    curve.z = curve.p + $DIMu * section;
+    curve.g = curve.z + $DIMu * section;
+    curve.x = curve.g + $DIMu * section;
+    curve.length = curve.x + $DIMu * section;
+    curve.pivot = curve.length + section;
+    curve.chain = curve.pivot + section;
+    curve.fraction = curve.chain + section;
+    curve.pin_section = curve.fraction + section;
+    curve.highest = lanes[slot * params.numbers + GIVEN_HIGHEST];
+    return curve;
+}
+
+fn work_vector(section: u32, v: u32) -> vector {
+    let at = section + v * $DIMu * $GROUPu;
+//:if SPATIAL
+    return vector(work[at], work[at + $GROUPu], work[at + 2u * $GROUPu]);
+//:else
+    return vector(work[at], work[at + $GROUPu]);
+//:end
+}
+
+fn store_vector(section: u32, v: u32, x: vector) {
+    let at = section + v * $DIMu * $GROUPu;
+//:unroll c 0..$DIM
+    work[at + $cu * $GROUPu] = x[$c];
+//:end
+}
+
+fn displacement(curve: Curve, v: u32) -> vector {
+    let at = curve.u + v * $DIMu * $GROUPu;
+//:if SPATIAL
+    return vector(displacements[at], displacements[at + $GROUPu], displacements[at + 2u * $GROUPu]);
+//:else
+    return vector(displacements[at], displacements[at + $GROUPu]);
+//:end
+}
+
+fn store_displacement(curve: Curve, v: u32, x: vector) {
+    let at = curve.u + v * $DIMu * $GROUPu;
+//:unroll c 0..$DIM
+    displacements[at + $cu * $GROUPu] = x[$c];
+//:end
+}
+
+fn fixed_at(curve: Curve, v: u32, number: u32) -> u32 {
+    return curve.fixed_start + (v * FIXED + number) * $GROUPu;
+}
+
+fn fixed_vector(curve: Curve, v: u32, number: u32) -> vector {
+    let at = fixed_at(curve, v, number);
+//:if SPATIAL
+    return vector(fixed[at], fixed[at + $GROUPu], fixed[at + 2u * $GROUPu]);
+//:else
+    return vector(fixed[at], fixed[at + $GROUPu]);
+//:end
+}
+
+fn length_at(curve: Curve, j: u32) -> real {
+    return work[curve.length + j * $GROUPu];
+}
+
+fn is_movable(curve: Curve, v: u32) -> bool {
+    return fixed[fixed_at(curve, v, $DIMu + 1u)] > real(0);
+}
+
+fn end_of(curve: Curve, j: u32) -> u32 {
+    return select(j + 1u, 0u, curve.closed != 0u && j + 1u == curve.segments);
+}
+
+// u + αp
+fn trial(curve: Curve, v: u32) -> vector {
+    return displacement(curve, v) + curve.alpha * work_vector(curve.p, v);
+}
+
+fn load_edge(curve: Curve, j: u32) -> vector {
+    return fixed_vector(curve, j, 0u) + (trial(curve, end_of(curve, j)) - trial(curve, j));
+}
+
+// An edge of the curve as it stands.
+fn current_edge(curve: Curve, j: u32) -> vector {
+    return fixed_vector(curve, j, 0u) + (displacement(curve, end_of(curve, j)) - displacement(curve, j));
+}
+
+fn load_free(curve: Curve, j: u32) -> real {
+    return fixed[fixed_at(curve, j, $DIMu)];
+}
+
+//:if ATTACHMENT
+fn load_offset(curve: Curve, v: u32) -> vector {
+    return trial(curve, v) - fixed_vector(curve, v, $DIMu + 2u);
+}
+
+fn load_stiffness(curve: Curve, v: u32) -> real {
+    return fixed[fixed_at(curve, v, 2u * $DIMu + 2u)];
+}
+//:end
+
+fn store_gradient(curve: Curve, v: u32, gradient: vector) {
+    if (is_movable(curve, v)) {
+        store_vector(curve.g, v, gradient);
+    } else {
+        store_vector(curve.g, v, vector());
+    }
+}
+
+fn load_edge_direction(curve: Curve, j: u32) -> vector {
+    return work_vector(curve.p, end_of(curve, j)) - work_vector(curve.p, j);
+}
+
+fn load_direction(curve: Curve, v: u32) -> vector {
+    return work_vector(curve.p, v);
+}

@@ -1,0 +1,334 @@
+// Curves on their way down an energy, one thread a curve: a tick is one energy and gradient and, where the trial is accepted,
+// one Sobolev gradient and a new direction. Many ticks a dispatch; everything that a curve needs to go on is in storage, so that a
+// descent is the same whatever its ticks are divided into. Twin: src/discrete/descent.rs, which says why.
+//
+// Threads of a workgroup stand side by side in `fixed`, `displacements` and `work`: number c of row v in a section of width w is
+// (v w + c) $GROUP words from the section's first, the curve's lane being part of that. ORDER is FIRST, SECOND or neither.
+
+struct DescentParams {
+    // Curves listed in `tasks`.
+    tasks: u32,
+    // Numbers of a curve in `lanes`.
+    numbers: u32,
+    most_iterations: u32,
+    // 0: −z; 1: Polak and Ribière; 2: the hybrid.
+    direction: u32,
+    // 1: a line search; 0: steps of constant size.
+    search: u32,
+    padding: u32,
+    padding_too: u32,
+    padding_three: u32,
+}
+
+struct DescentTask {
+    slot: u32,
+    // As many ticks as the loops of the longest curve of the workgroup allow.
+    ticks: u32,
+}
+
+struct DescentCurve {
+    // First words in the interleaved arrays.
+    fixed_start: u32,
+    displacement_start: u32,
+    work_start: u32,
+    // Rows of a section: those of the longest curve of the group.
+    stride: u32,
+    segments: u32,
+    closed: u32,
+    first_pin: u32,
+    pin_count: u32,
+}
+
+struct DescentState {
+    standing: u32,
+    iterations: u32,
+    evaluations: u32,
+    // 1: p is −z; 2: the search has a bracket; 4: it knows the slope at its end.
+    flags: u32,
+    since_best: u32,
+    trials: u32,
+    padding: u32,
+    padding_too: u32,
+}
+
+const STANDING_START: u32 = 0u;
+const STANDING_RUNNING: u32 = 1u;
+const STANDING_CONVERGED: u32 = 2u;
+const STANDING_STALLED: u32 = 3u;
+const STANDING_EXHAUSTED: u32 = 4u;
+const STANDING_UNBOUNDED: u32 = 5u;
+const STANDING_BROKEN: u32 = 6u;
+
+const FLAG_STEEPEST: u32 = 1u;
+const FLAG_HIGH: u32 = 2u;
+const FLAG_HIGH_SLOPE: u32 = 4u;
+
+const DIRECTION_POLAK_RIBIERE: u32 = 1u;
+const DIRECTION_HYBRID: u32 = 2u;
+
+// See PATIENCE, PROGRESS and DOWNWARDS of the twin.
+const PATIENCE: u32 = 100u;
+const PROGRESS: real = real(0.7);
+const DOWNWARDS: real = real(0.01);
+// Stands for what nothing has bounded yet.
+const UNBOUNDED: real = real(1e38);
+
+// Numbers of a curve in `lanes`: what the host says, then what the descent keeps, then the energy's weights.
+const GIVEN_HIGHEST: u32 = 0u;
+const GIVEN_TOLERANCE: u32 = 1u;
+const GIVEN_LONGEST: u32 = 2u;
+const GIVEN_STEP: u32 = 3u;
+const KEPT: u32 = 4u;
+const GIVEN_WEIGHTS: u32 = 18u;
+
+@group(0) @binding(0) var<uniform> params: DescentParams;
+@group(0) @binding(1) var<storage, read> tasks: array<DescentTask>;
+@group(0) @binding(2) var<storage, read> curves: array<DescentCurve>;
+// A row: the edge of the base from the vertex on, 1 where the vertex at its end is no data point, 1 where the vertex may move; with
+// ATTACHMENT its data point's displacement and weight.
+@group(0) @binding(3) var<storage, read> fixed: array<real>;
+@group(0) @binding(4) var<storage, read> pins: array<u32>;
+@group(0) @binding(5) var<storage, read_write> states: array<DescentState>;
+@group(0) @binding(6) var<storage, read_write> lanes: array<real>;
+@group(0) @binding(7) var<storage, read_write> displacements: array<real>;
+// Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the border, fractions of spans; last
+// the pins'.
+@group(0) @binding(8) var<storage, read_write> work: array<real>;
+
+// A curve as its thread sees it: first words of its sections.
+struct Curve {
+    slot: u32,
+    segments: u32,
+    closed: u32,
+    vertices: u32,
+    first_pin: u32,
+    pin_count: u32,
+    fixed_start: u32,
+    u: u32,
+    p: u32,
+    z: u32,
+    g: u32,
+    x: u32,
+    length: u32,
+    pivot: u32,
+    chain: u32,
+    fraction: u32,
+    pin_section: u32,
+    highest: real,
+    // The step of the trial that is being evaluated.
+    alpha: real,
+}
+
+fn load_weight(curve: Curve, index: u32) -> real {
+    return lanes[curve.slot * params.numbers + GIVEN_WEIGHTS + index];
+}
+
+//:include discrete/common_energy.wgsl
+//:include discrete/common_swept.wgsl
+//:include discrete/line_search.wgsl
+
+//:include discrete/common_trial.wgsl
+//:include discrete/common_sweep.wgsl SWEEP=sweep EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/metric/mod.wgsl
+//:if SECOND
+//:include discrete/metric/hats.wgsl
+//:end
+
+//:include discrete/common_lane.wgsl
+
+// The base: no displacement, no direction.
+fn begin(curve: Curve) {
+    for (var v = 0u; v < curve.vertices; v++) {
+        store_displacement(curve, v, vector());
+        store_vector(curve.p, v, vector());
+        store_vector(curve.z, v, vector());
+    }
+}
+
+// Largest step along p that changes no edge by more than its allowed part.
+fn most_step(largest_square: real) -> real {
+    return MOST_OF_AN_EDGE / max(sqrt(largest_square), real(1e-30));
+}
+
+// p = βp − z, of which the largest allowed step is returned.
+fn take_direction(curve: Curve, beta: real) -> real {
+    var largest = real(0);
+    var first = vector();
+    var before = vector();
+    for (var v = 0u; v < curve.vertices; v++) {
+        let p = beta * work_vector(curve.p, v) - work_vector(curve.z, v);
+        store_vector(curve.p, v, p);
+        if (v == 0u) {
+            first = p;
+        } else {
+            largest = max(largest, relative_change(curve, v - 1u, p - before));
+        }
+        before = p;
+    }
+    if (curve.closed != 0u) {
+        largest = max(largest, relative_change(curve, curve.segments - 1u, first - before));
+    }
+    return most_step(largest);
+}
+
+fn relative_change(curve: Curve, j: u32, change: vector) -> real {
+    let inverse = real(1) / length_at(curve, j);
+    return dot(change, change) * inverse * inverse;
+}
+
+// Takes the step; its edges' lengths are kept, and their sum is returned.
+fn take_step(curve: Curve) -> real {
+    var length = real(0);
+    var first = vector();
+    var before = vector();
+    for (var v = 0u; v < curve.vertices; v++) {
+        let x = trial(curve, v);
+        store_displacement(curve, v, x);
+        if (v == 0u) {
+            first = x;
+        } else {
+            length += take_length(curve, v - 1u, x - before);
+        }
+        before = x;
+    }
+    if (curve.closed != 0u) {
+        length += take_length(curve, curve.segments - 1u, first - before);
+    }
+    return length;
+}
+
+fn take_length(curve: Curve, j: u32, change: vector) -> real {
+    let edge = fixed_vector(curve, j, 0u) + change;
+    let length = sqrt(dot(edge, edge));
+    work[curve.length + j * $GROUPu] = length;
+    return length;
+}
+
+// Ends the lane, or finds β of its next direction, from ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
+fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved, slope: real) -> real {
+    let norm2 = solved.norm2;
+    let given = curve.slot * params.numbers;
+    let before = (*lane).norm2;
+    (*lane).norm2 = norm2;
+    if (!solved.sound || is_out_of_range(norm2) || norm2 < real(0)) {
+        (*lane).standing = STANDING_BROKEN;
+        return real(0);
+    }
+    let norm = sqrt(norm2);
+    if (norm <= lanes[given + GIVEN_TOLERANCE]) {
+        (*lane).standing = STANDING_CONVERGED;
+    } else if ((*lane).length > lanes[given + GIVEN_LONGEST] && (*lane).energy < (*lane).start_energy) {
+        (*lane).standing = STANDING_UNBOUNDED;
+    } else if ((*lane).iterations >= params.most_iterations) {
+        (*lane).standing = STANDING_EXHAUSTED;
+    } else if (norm < PROGRESS * (*lane).best) {
+        (*lane).best = norm;
+        (*lane).since_best = 0u;
+    } else {
+        (*lane).since_best += 1u;
+    }
+    if ((*lane).standing == STANDING_RUNNING && (*lane).since_best > PATIENCE && params.search != 0u) {
+        (*lane).standing = STANDING_STALLED;
+    }
+    if ((*lane).standing != STANDING_RUNNING || (*lane).iterations == 0u) {
+        return real(0);
+    }
+    let change = slope - (*lane).search.slope;
+    var beta = real(0);
+    if (params.direction == DIRECTION_POLAK_RIBIERE) {
+        beta = (norm2 - solved.mixed) / before;
+    } else if (params.direction == DIRECTION_HYBRID && change > real(0)) {
+        beta = min((norm2 - solved.mixed) / change, norm2 / change);
+    }
+    if (is_out_of_range(beta) || beta <= real(0) || beta * slope - norm2 >= -(DOWNWARDS * norm2)) {
+        return real(0);
+    }
+    return beta;
+}
+
+// Takes the trial: Sobolev gradient, direction and first trial there.
+fn accept(lane: ptr<function, Lane>, curve: Curve, slope: real) {
+    (*lane).length = take_step(curve);
+    let solved = sobolev_gradient(curve);
+    let beta = turn(lane, curve, solved, slope);
+    if ((*lane).standing != STANDING_RUNNING) {
+        return;
+    }
+    let most = take_direction(curve, beta);
+    (*lane).steepest = beta == real(0);
+    let given = lanes[curve.slot * params.numbers + GIVEN_STEP];
+    if (params.search == 0u) {
+        (*lane).search = line_search((*lane).energy, beta * slope - solved.norm2, given, UNBOUNDED);
+    } else {
+        let alpha = select((*lane).search.alpha, real(1), (*lane).iterations == 0u);
+        (*lane).search = line_search((*lane).energy, beta * slope - solved.norm2, alpha, most);
+    }
+}
+
+// One trial.
+fn tick(lane: ptr<function, Lane>, at_step: Curve) {
+    var curve = at_step;
+    curve.alpha = (*lane).search.alpha;
+    let swept = sweep(curve, load_weights(curve), 0u, curve.vertices);
+    let energy = swept.energy + swept.gauge;
+    (*lane).evaluations += 1u;
+    var verdict = VERDICT_ACCEPT;
+    if ((*lane).standing == STANDING_START) {
+        (*lane).standing = STANDING_RUNNING;
+        (*lane).start_energy = energy;
+        (*lane).reported = swept.energy;
+        if (is_out_of_range(energy)) {
+            (*lane).standing = STANDING_BROKEN;
+            return;
+        }
+    } else {
+        if (params.search != 0u) {
+            (*lane).search = judged((*lane).search, energy, swept.slope);
+            verdict = (*lane).search.verdict;
+        } else if (is_out_of_range(energy)) {
+            verdict = VERDICT_FAIL;
+        }
+        if (verdict == VERDICT_ACCEPT) {
+            (*lane).iterations += 1u;
+        }
+    }
+    if (verdict == VERDICT_ACCEPT) {
+        (*lane).energy = energy;
+        (*lane).reported = swept.energy;
+        accept(lane, curve, swept.slope);
+    } else if (verdict == VERDICT_FAIL) {
+        if ((*lane).steepest) {
+            (*lane).standing = STANDING_STALLED;
+            return;
+        }
+        // −z after a direction has failed.
+        let most = take_direction(curve, real(0));
+        (*lane).steepest = true;
+        (*lane).search = line_search((*lane).energy, -(*lane).norm2, real(1), most);
+    }
+}
+
+@compute @workgroup_size($GROUP)
+fn descend(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let index = (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+    if (index >= params.tasks) {
+        return;
+    }
+    let task = tasks[index];
+    let curve = load_curve(task.slot);
+    var lane = load_lane(task.slot);
+    if (lane.standing == STANDING_START) {
+        begin(curve);
+    }
+    for (var done = 0u; done < task.ticks; done++) {
+        if (lane.standing > STANDING_RUNNING) {
+            break;
+        }
+        tick(&lane, curve);
+    }
+    store_lane(task.slot, lane);
+}

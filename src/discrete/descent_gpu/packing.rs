@@ -1,0 +1,146 @@
+//! Where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and their way there and back.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{DescentState, GROUP, Job, loop_turns, standing};
+use crate::discrete::descent::{Standing, Step};
+use crate::discrete::problem::{Outcome, Problem};
+use crate::gpu::Downloaded;
+use crate::linalg::Real;
+
+/// Numbers of a curve in `lanes` before its weights, and those of them that the host gives.
+const NUMBERS: usize = 18;
+const GIVEN: usize = 4;
+
+/// Of what a descent keeps, those that are read back: the energy without the gauge, and ⟨g, z⟩.
+const REPORTED: usize = GIVEN + 1;
+const NORM2: usize = GIVEN + 2;
+
+/// `DescentCurve` of `descent.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct DescentCurve {
+    pub fixed_start: u32,
+    pub displacement_start: u32,
+    pub work_start: u32,
+    pub stride: u32,
+    pub segments: u32,
+    pub closed: u32,
+    pub first_pin: u32,
+    pub pin_count: u32,
+}
+
+/// Where the curves of a chunk stand.
+pub(super) struct Layout {
+    pub table: Vec<DescentCurve>,
+    pub pins: Vec<u32>,
+    /// Loop turns of a tick of each curve.
+    pub turns: Vec<usize>,
+    pub fixed: usize,
+    pub displacements: usize,
+    pub work: usize,
+}
+
+impl<const D: usize> Job<'_, D> {
+    fn is_attached(&self) -> bool {
+        self.composition.definitions.contains_key("ATTACHMENT")
+    }
+
+    /// Numbers of a row in `fixed`.
+    fn fixed_numbers(&self) -> usize {
+        if self.is_attached() { 2 * D + 3 } else { D + 2 }
+    }
+
+    pub(super) fn layout(&self, curves: &[usize]) -> Layout {
+        let mut layout = Layout { table: vec![], pins: vec![], turns: vec![], fixed: 0, displacements: 0, work: 0 };
+        let pin_numbers = if self.run.plan.order == 2 { 2 + 2 * D + 2 * D * D } else { 0 };
+        for group in curves.chunks(GROUP) {
+            let members = || group.iter().map(|&i| &self.run.problems[i]);
+            let rows = members().map(Problem::vertices).max().unwrap_or(0);
+            let pins = members().map(|problem| problem.pinned.len()).max().unwrap_or(0);
+            for (lane, problem) in members().enumerate() {
+                layout.table.push(DescentCurve {
+                    fixed_start: (layout.fixed + lane) as u32,
+                    displacement_start: (layout.displacements + lane) as u32,
+                    work_start: (layout.work + lane) as u32,
+                    stride: rows as u32,
+                    segments: problem.base.len() as u32,
+                    closed: problem.closed.into(),
+                    first_pin: layout.pins.len() as u32,
+                    pin_count: problem.pinned.len() as u32,
+                });
+                layout.pins.extend(&problem.pinned);
+                layout.turns.push(loop_turns(self.run.plan.order, problem.vertices(), problem.pinned.len()));
+            }
+            layout.fixed += rows * self.fixed_numbers() * GROUP;
+            layout.displacements += rows * D * GROUP;
+            layout.work += (rows * (4 * D + 4) + pins * pin_numbers) * GROUP;
+        }
+        layout
+    }
+
+    pub(super) fn numbers(&self) -> usize {
+        NUMBERS + self.composition.width()
+    }
+
+    /// Numbers that the host gives, and rows that do not change.
+    pub(super) fn pack<S: Real + Pod>(&self, curves: &[usize], layout: &Layout) -> (Vec<S>, Vec<S>) {
+        let (numbers, width) = (self.numbers(), self.fixed_numbers());
+        let step = match self.run.plan.step {
+            Step::Constant(step) => step,
+            Step::Search => 0.0,
+        };
+        // What the kernel must write first is NaN, so that it cannot be read by mistake.
+        let mut given = vec![S::NAN; curves.len() * numbers];
+        let mut fixed = vec![S::ZERO; layout.fixed];
+        for ((&i, table), given) in curves.iter().zip(&layout.table).zip(given.chunks_exact_mut(numbers)) {
+            let problem = &self.run.problems[i];
+            let own = [problem.highest, problem.tolerance, problem.longest, step];
+            given.iter_mut().zip(own).for_each(|(to, x)| *to = S::from_f64(x));
+            let weights = self.composition.entries(&self.entries, &problem.weights, problem.gauge);
+            given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = S::from_f64(x));
+            let at = |row: usize, number: usize| table.fixed_start as usize + (row * width + number) * GROUP;
+            let rows = problem.vertices();
+            for (j, edge) in problem.base.iter().enumerate() {
+                (0..D).for_each(|c| fixed[at(j, c)] = S::from_f64(edge[c]));
+                fixed[at(j, D)] = S::ONE;
+            }
+            for &row in &problem.data {
+                // The edge that ends there.
+                let edge = if row > 0 || !problem.closed { (row as usize).checked_sub(1) } else { Some(rows - 1) };
+                edge.into_iter().for_each(|edge| fixed[at(edge, D)] = S::ZERO);
+            }
+            (0..rows).for_each(|row| fixed[at(row, D + 1)] = S::ONE);
+            problem.pinned.iter().for_each(|&row| fixed[at(row as usize, D + 1)] = S::ZERO);
+            for &(row, weight, target) in &problem.attached {
+                (0..D).for_each(|c| fixed[at(row as usize, D + 2 + c)] = S::from_f64(target[c]));
+                fixed[at(row as usize, 2 * D + 2)] = S::from_f64(weight);
+            }
+        }
+        (given, fixed)
+    }
+
+    pub(super) fn unpack<S: Real + Pod>(
+        &self,
+        curves: &[usize],
+        layout: &Layout,
+        results: &[Downloaded],
+        outcomes: &mut [Outcome<D>],
+    ) {
+        let states = results[0].as_slice::<DescentState>();
+        let (lanes, displacements) = (results[1].as_slice::<S>(), results[2].as_slice::<S>());
+        for (slot, (&i, table)) in curves.iter().zip(&layout.table).enumerate() {
+            let lane = &lanes[slot * self.numbers()..];
+            let word = |row: usize, c: usize| table.displacement_start as usize + (row * D + c) * GROUP;
+            let row = |row: usize| std::array::from_fn(|c| displacements[word(row, c)].to_f64());
+            outcomes[i] = Outcome {
+                displacements: (0..self.run.problems[i].vertices()).map(row).collect(),
+                standing: standing(states[slot].standing).unwrap_or(Standing::Broken),
+                energy: lane[REPORTED].to_f64(),
+                norm: lane[NORM2].to_f64().sqrt(),
+                iterations: states[slot].iterations,
+                evaluations: states[slot].evaluations,
+            };
+        }
+    }
+}
