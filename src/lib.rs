@@ -10,8 +10,8 @@
 //!
 //! * [`CurveBatch`]: many point lists, 2-D or 3-D, each of its own length, open or closed, with names, parameters, weights
 //!   and [`Constraints`]. [`io`] reads and writes CSV, GeoJSON, SVG and NPZ.
-//! * [`spline::Natural`] goes through every point, [`spline::Smoothing`] near them. A method is a struct of options;
-//!   `fit` returns a [`Fit`], `fit_sampled` its samples too, taken by the same device.
+//! * [`spline::Natural`] goes through every point, [`spline::Smoothing`] near them, [`discrete::Fair`] where an energy of
+//!   your choice is least (length, bending, variation of curvature, …). A method is a struct of options; `fit` returns a [`Fit`], `fit_sampled` its samples too, taken by the same device.
 //! * A [`Fit`] holds [`Curve`]s, to be sampled, differentiated and measured alike whatever the method, and a
 //!   [`CurveReport`] each. A curve that cannot be fitted has a [`CurveStatus`] and a sentence, comes out as its input
 //!   and changes no bit of its neighbours. An [`Error`] is for what concerns the whole run.
@@ -88,11 +88,15 @@
 //!
 //! The same batch on the same device gives the same bits, and a curve's bits do not depend on its neighbours.
 //!
+//! Fair curves are iterated until their gradient is small; on a GPU they are held to 1e-4 of the curve's size and 1e-5 of the
+//! energy in f32, to 1e-6 and 1e-10 in f64.
+//!
 //! # Limits
 //!
 //! No hardware GPU has been measured yet; [`GPU_PAYS_ABOVE`] is an estimate. Equal arc lengths are found by the host,
 //! and evaluated by the device. Smoothing curves of more than 1,024 knots, or beyond what the device's precision can
-//! resolve, are fitted by the host in f64.
+//! resolve, are fitted by the host in f64; so are fair curves with energies of order 3 (variation, torsion), with tangents or
+//! curvatures to meet, and of some thousand vertices.
 #![warn(missing_docs)]
 
 pub mod arclength;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::device::{self, Description, DeviceArgs, PrecisionArg};
-use super::method::MethodArgs;
+use super::method::{MethodArgs, MethodName};
 use super::progress::Progress;
 use super::{InputArgs, Talk, count, output, show, thousands};
 
@@ -74,19 +74,47 @@ pub fn fit(
     Ok(run)
 }
 
-/// Largest difference allowed between a device and the CPU in f64, in units of the curve's size.
-pub fn bound(precision: Precision) -> f64 {
-    match precision {
-        Precision::F32 => 2e-6,
-        Precision::F64 | Precision::Auto => 1e-12,
+/// Largest differences allowed between a device and the CPU in f64.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Bounds {
+    /// Of samples, in units of the curve's size.
+    pub distance: f64,
+    /// Of energies, in units of the energy; none where both sides compute it from the same numbers.
+    pub energy: Option<f64>,
+}
+
+impl Bounds {
+    /// Of splines, which solve linear systems.
+    pub fn of_splines(precision: Precision) -> Self {
+        match precision {
+            Precision::F32 => Bounds { distance: 2e-6, energy: None },
+            Precision::F64 | Precision::Auto => Bounds { distance: 1e-12, energy: None },
+        }
+    }
+
+    /// Of fair curves, which each side iterates until its gradient is small.
+    pub fn of_fair_curves(precision: Precision) -> Self {
+        match precision {
+            Precision::F32 => Bounds { distance: 1e-4, energy: Some(1e-5) },
+            Precision::F64 | Precision::Auto => Bounds { distance: 1e-6, energy: Some(1e-10) },
+        }
     }
 }
+
+/// Energies below this part of the largest of a batch are rounding, such as those of straight curves.
+const NO_ENERGY: f64 = 1e-12;
+
+/// So many of the worst curves are named, where curves are iterated.
+const WORST_NAMED: usize = 10;
 
 /// What a comparison found.
 #[derive(Debug, Serialize)]
 pub struct Outcome {
     pub precision: &'static str,
     pub bound: f64,
+    /// Largest relative difference of energies, and what is allowed, where energies are compared.
+    pub energy: Option<f64>,
+    pub energy_bound: Option<f64>,
     pub pass: bool,
     /// Largest difference; infinite (null in JSON) where one side fitted and the other did not.
     pub worst: f64,
@@ -101,7 +129,7 @@ pub struct Outcome {
 }
 
 /// Compares two runs curve by curve.
-pub fn judge(batch: &CurveBatch, reference: &Run, run: &Run, precision: Precision) -> Outcome {
+pub fn judge(batch: &CurveBatch, reference: &Run, run: &Run, precision: Precision, bounds: Bounds) -> Outcome {
     let differences: Vec<Option<f64>> =
         (0..batch.len()).into_par_iter().map(|i| difference(batch, i, reference, run)).collect();
     // A NaN that only one side has is a difference without bound, and sorts last.
@@ -111,11 +139,14 @@ pub fn judge(batch: &CurveBatch, reference: &Run, run: &Run, precision: Precisio
         |q: f64| if sorted.is_empty() { 0.0 } else { sorted[((sorted.len() - 1) as f64 * q).round() as usize] };
     let worst = quantile(1.0);
     let at = differences.iter().position(|d| *d == Some(worst)).filter(|_| worst > 0.0);
-    let bound = bound(precision);
+    let energy = bounds.energy.map(|_| energy_difference(reference, run));
+    let energy_passes = energy.zip(bounds.energy).is_none_or(|(energy, bound)| energy <= bound);
     Outcome {
         precision: precision.word(),
-        bound,
-        pass: worst <= bound,
+        bound: bounds.distance,
+        energy,
+        energy_bound: bounds.energy,
+        pass: worst <= bounds.distance && energy_passes,
         worst,
         worst_curve: at.map(|i| batch.name(i).into_owned()),
         median: quantile(0.5),
@@ -124,6 +155,18 @@ pub fn judge(batch: &CurveBatch, reference: &Run, run: &Run, precision: Precisio
         not_fitted: differences.iter().filter(|d| d.is_none()).count(),
         differences,
     }
+}
+
+/// Largest relative difference of the energies of curves that both sides could use.
+fn energy_difference(reference: &Run, run: &Run) -> f64 {
+    let usable = |run: &Run, i: usize| run.fit.reports()[i].status.is_usable();
+    let energies: Vec<(f64, f64)> = (0..run.fit.len())
+        .filter(|&i| usable(reference, i) && usable(run, i))
+        .map(|i| (reference.fit.reports()[i].energy, run.fit.reports()[i].energy))
+        .collect();
+    let largest = energies.iter().fold(0.0f64, |largest, (energy, _)| largest.max(energy.abs()));
+    let relative = |(a, b): &(f64, f64)| if a == b { 0.0 } else { (a - b).abs() / a.abs().max(NO_ENERGY * largest) };
+    energies.iter().map(relative).fold(0.0, |worst, x| if x > worst || x.is_nan() { x } else { worst })
 }
 
 /// Largest distance between samples of curve `i`, in units of the diagonal of its points' box. `None` where neither
@@ -187,7 +230,7 @@ pub fn run(args: &CompareArgs) -> Result<bool> {
                 if described.is_none() {
                     args.talk.detail(format_args!("{} ({})", run.fit.device(), device.reason()));
                 }
-                outcomes.push(judge(&batch, &reference, &run, precision));
+                outcomes.push(judge(&batch, &reference, &run, precision, args.bounds(precision)));
                 described = Some(device::describe(&device));
             }
             // Where both were to be tried, a device without f64 is still worth its f32.
@@ -248,6 +291,32 @@ impl CompareArgs {
         }
     }
 
+    fn bounds(&self, precision: Precision) -> Bounds {
+        match self.method.method {
+            MethodName::Fair => Bounds::of_fair_curves(precision),
+            MethodName::Natural | MethodName::Smoothing => Bounds::of_splines(precision),
+        }
+    }
+
+    /// Energies, and the worst curves by name, of methods that iterate.
+    fn print_iterated(&self, batch: &CurveBatch, outcomes: &[Outcome]) -> Result<()> {
+        for outcome in outcomes {
+            let Some((energy, bound)) = outcome.energy.zip(outcome.energy_bound) else { continue };
+            let result = if energy <= bound { "pass" } else { "FAIL" };
+            let precision = outcome.precision;
+            show(format_args!(
+                "\n{precision}: energies differ by {energy:.2e} of themselves at most, bound {bound:.0e}: {result}"
+            ))?;
+            let mut worst: Vec<(usize, f64)> =
+                outcome.differences.iter().enumerate().filter_map(|(i, d)| Some((i, (*d)?))).collect();
+            worst.sort_by(|a, b| b.1.total_cmp(&a.1));
+            worst.truncate(WORST_NAMED);
+            let named = worst.iter().map(|(i, d)| format!("{} {d:.2e}", batch.name(*i)));
+            show(format_args!("{precision}: worst curves: {}", named.collect::<Vec<_>>().join(", ")))?;
+        }
+        Ok(())
+    }
+
     fn print(
         &self,
         batch: &CurveBatch,
@@ -295,7 +364,7 @@ impl CompareArgs {
                 count(outcome.not_fitted, "curve")
             ))?;
         }
-        Ok(())
+        self.print_iterated(batch, outcomes)
     }
 
     fn report<'a>(
@@ -342,23 +411,23 @@ mod tests {
     fn a_difference_is_measured_in_units_of_the_curve_and_breaks_the_bound() {
         let (batch, reference) = run_of([1.0, 1.0], 6.0);
         let (_, moved) = run_of([1.0, 1.001], 6.0);
-        let outcome = judge(&batch, &reference, &moved, Precision::F32);
+        let outcome = judge(&batch, &reference, &moved, Precision::F32, Bounds::of_splines(Precision::F32));
         assert!(!outcome.pass && outcome.worst_curve.as_deref() == Some("0"), "{outcome:?}");
         // The point moved is a sample, moved by 0.001 in a box of 2 by 1; no sample moves much farther.
         let size = 5f64.sqrt();
         assert!(outcome.worst >= 0.0009999 / size && outcome.worst < 0.0015 / size, "{outcome:?}");
         assert_eq!(outcome.differences[1], Some(0.0));
-        assert!(judge(&batch, &reference, &reference, Precision::F64).pass);
+        assert!(judge(&batch, &reference, &reference, Precision::F64, Bounds::of_splines(Precision::F64)).pass);
     }
 
     #[test]
     fn a_curve_that_only_one_side_fitted_is_an_infinite_difference() {
         let (batch, reference) = run_of([1.0, 1.0], 6.0);
         let (_, broken) = run_of([1.0, 1.0], f64::NAN);
-        let outcome = judge(&batch, &reference, &broken, Precision::F32);
+        let outcome = judge(&batch, &reference, &broken, Precision::F32, Bounds::of_splines(Precision::F32));
         assert!(!outcome.pass && outcome.worst == f64::INFINITY, "{outcome:?}");
         assert_eq!(outcome.worst_curve.as_deref(), Some("1"));
         // Where both sides say the same there is nothing to compare.
-        assert_eq!(judge(&batch, &broken, &broken, Precision::F32).not_fitted, 1);
+        assert_eq!(judge(&batch, &broken, &broken, Precision::F32, Bounds::of_splines(Precision::F32)).not_fitted, 1);
     }
 }

@@ -6,7 +6,7 @@ use faircurve::linalg::ring;
 use faircurve::spline::Natural;
 use faircurve::{CurveBatch, Device, Precision, Result, Sampling};
 
-use super::compare::{self, Outcome};
+use super::compare::{self, Bounds, Outcome};
 use super::{count, device, show, thousands};
 
 #[derive(Args, Debug)]
@@ -101,7 +101,8 @@ fn self_test(device: &Device, precisions: &[Precision]) -> Result<bool> {
                 show(format_args!("  no self-test of {what}: {} did the work", run.device()))?;
             }
             Ok(run) => {
-                let Outcome { worst, bound, pass, .. } = compare::judge(&batch, &reference, &run, precision);
+                let Outcome { worst, bound, pass, .. } =
+                    compare::judge(&batch, &reference, &run, precision, Bounds::of_splines(precision));
                 print_test(&what, worst, bound, pass)?;
                 sound &= pass;
             }

@@ -181,9 +181,13 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
 
     /// The energy without the gauge, of the curves as they stand.
     pub fn energy_without_gauge(&mut self) -> S {
+        self.x.copy_from_slice(&self.u);
         self.edges.place(&self.u);
-        self.edges.clear();
-        self.evaluate_terms(true)
+        let mut energy = if self.weights.attached { self.attach() } else { S::ZERO };
+        for (weight, functional) in &self.terms {
+            energy += *weight * self.edges.value(functional);
+        }
+        energy
     }
 
     /// One trial of every lane.
@@ -219,7 +223,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         self.edges.close(&mut self.x);
         self.edges.place(&self.x);
         self.edges.clear();
-        let mut energy = self.evaluate_terms(false);
+        let mut energy = self.evaluate_terms();
         self.edges.gradient(&self.pins.movable, &mut self.trial);
         if self.weights.attached {
             energy += self.attach();
@@ -232,17 +236,10 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     }
 
     #[inline(always)]
-    fn evaluate_terms(&mut self, report: bool) -> S {
+    fn evaluate_terms(&mut self) -> S {
         let mut energy = S::ZERO;
         for (weight, functional) in &self.terms {
             energy += self.edges.add(*weight, functional);
-        }
-        if report {
-            if self.weights.attached {
-                self.x.copy_from_slice(&self.u);
-                energy += self.attach();
-            }
-            return energy;
         }
         if self.plan.gauge > 0 {
             energy += self.edges.add_gauge(self.plan.gauge, self.gauge);

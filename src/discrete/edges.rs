@@ -199,6 +199,31 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
+    /// The functional alone, without its derivatives.
+    pub fn value(&self, functional: &Functional) -> S {
+        match functional {
+            Functional::Length => self.sum(&Length),
+            Functional::Tension => self.sum(&Tension),
+            Functional::Bending { exponent } => self.sum(&Bending { exponent: *exponent }),
+            Functional::Variation => self.sum(&Variation),
+            Functional::Torsion => self.sum(&Torsion),
+            Functional::Custom(custom) => match custom.edges() {
+                1 => self.sum(&Adapter::<1>(custom.as_ref())),
+                2 => self.sum(&Adapter::<2>(custom.as_ref())),
+                _ => self.sum(&Adapter::<3>(custom.as_ref())),
+            },
+            Functional::Attachment => S::ZERO,
+        }
+    }
+
+    fn sum<T: Term<W>, const W: usize>(&self, term: &T) -> S {
+        let mut value = S::ZERO;
+        for j in 0..self.windows::<W>() {
+            value += self.starts::<W>(j) * term.value(&self.window::<W>(j));
+        }
+        value
+    }
+
     /// Adds weight · the gauge of an order: of first differences of lengths up to order 2, of second ones for 3.
     #[inline(always)]
     pub fn add_gauge(&mut self, order: usize, weight: S) -> S {

@@ -144,6 +144,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     }
 
     /// y = H x, both with a row for every vertex.
+    #[cfg(test)]
     pub fn multiply(&self, x: &[Vector<S, D>], y: &mut [Vector<S, D>]) {
         y.fill([S::ZERO; D]);
         for (lane, &count) in self.vertices.iter().enumerate() {

@@ -1,4 +1,25 @@
-//! Discrete fair curves by Sobolev gradients.
+//! Discrete fair curves by Sobolev gradients: of all polygons of many vertices through (or attached to) data points the one
+//! of least energy.
+//!
+//! ```text
+//! CurveBatch ─ setup ─► Problem: base edges, pins, weights at size 1 ─ descent ─► displacements ─► FairCurves + reports
+//!              spline      one a curve                   CPU lanes │ GPU kernel
+//! ```
+//!
+//! * [`Fair`] is the method: an [`Energy`], how finely spans are divided, what is pinned. [`Energy::evaluate`] gives values,
+//!   gradients and Hessians of curves as they are.
+//! * An energy is a sum of terms over the tangents and lengths of one, two or three consecutive edges; [`Custom`] energies
+//!   of your own take part alike, on a GPU too where they bring their WGSL.
+//! * The descent goes along Sobolev gradients: ordinary gradients have two derivatives fewer than the curve for every
+//!   order of the energy, and steps along them are of the size of the finest edge. In the inner product of the energy's order the
+//!   number of steps does not depend on the number of vertices.
+//! * [`Minimisation`] runs any method of the paper on one curve, step by step; [`Graph`] is Renka's own published program for
+//!   graphs y(t).
+//!
+//! The one thing taken from another room is the start: the natural spline through the points.
+//!
+//! Sources: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006); *Algorithm 828: DNSPLIN1*, ACM TOMS 29
+//! (2003); *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21 (2004).
 
 #[doc(hidden)]
 pub mod at;

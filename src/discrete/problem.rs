@@ -49,6 +49,8 @@ pub(crate) struct Outcome<const D: usize> {
     /// √⟨g, L⁻¹g⟩
     pub norm: f64,
     pub iterations: u32,
+    /// Of the energy and its gradient.
+    #[cfg_attr(not(test), expect(dead_code, reason = "reports count iterations; tests count evaluations"))]
     pub evaluations: u32,
 }
 
