@@ -9,6 +9,9 @@ use std::process::Command;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use common::{gpu, seeded};
+use faircurve::discrete::at::{At, GaugeOf, Want};
+use faircurve::discrete::evaluate_gpu::evaluate;
+use faircurve::discrete::{bending, length, tension, torsion, variation};
 use faircurve::gpu::reflect::Access;
 use faircurve::gpu::{CapturedDispatch, Gpu};
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
@@ -62,6 +65,7 @@ fn capture_everything(gpu: Gpu) -> Vec<CapturedDispatch> {
     let device = Device::from_gpu(gpu).with_precision(Precision::F32);
     let gpu = device.as_gpu().expect("it is one");
     captured.extend(gpu.capture(|| splines(&device)).unwrap().1);
+    captured.extend(gpu.capture(|| discrete_energies(gpu)).unwrap().1);
     captured
 }
 
@@ -105,6 +109,22 @@ fn splines(device: &Device) -> faircurve::Result<()> {
     uniform::subdivide(&coefficients, 2, device)?;
     uniform::discrete_energies(&coefficients, 0, device)?;
     uniform::exact_energies(&coefficients, device)?;
+    Ok(())
+}
+
+fn discrete_energies(gpu: &Gpu) -> faircurve::Result<()> {
+    let mut rng = seeded(13);
+    for dimension in [2, 3] {
+        let batch = common::batches::walks(dimension, &[3, 7, 40], &mut rng);
+        let direction: Vec<f64> = batch.coords().iter().map(|x| x.cos()).collect();
+        let (weights, is_data) = (vec![1.0; batch.len()], vec![false; batch.total_points()]);
+        let energy = length() + tension() + bending(2.7) + variation() + torsion();
+        let gauge = Some(GaugeOf { weights: &weights, is_data: &is_data });
+        let at = At { energy: &energy, batch: &batch, gauge, attachments: None };
+        for want in [Want::Value, Want::Slope(&direction), Want::Gradient, Want::Hessian] {
+            evaluate(gpu, Precision::F32, at, want)?;
+        }
+    }
     Ok(())
 }
 

@@ -3,170 +3,19 @@
 mod common;
 
 use common::batches::{self, walks};
-use common::conform::{Outcome, Unit, compare, conform};
+use common::conform::{Outcome, Unit, compare, largest};
+use common::discrete::{Case, PARTS, Part};
 use common::{device, epsilon, precisions, seeded, tolerance};
-use faircurve::discrete::at::{At, Attachments, Found, GaugeOf, Want};
+use faircurve::discrete::at::{At, Want};
 use faircurve::discrete::evaluate_gpu::evaluate;
-use faircurve::discrete::{Custom, Energy, attachment, bending, length, tension, torsion, variation};
+use faircurve::discrete::{Custom, Energy, Evaluate, attachment, bending, length, tension, torsion, variation};
 use faircurve::{CurveBatch, Device};
 use glam::{DMat3, DVec3};
 use rand::RngExt;
-use rand::rngs::StdRng;
 
 /// Vertices of curves around every block boundary, and some long ones.
 fn sizes() -> Vec<usize> {
     (1..=40).chain(63..=66).chain([130, 257, 1000]).collect()
-}
-
-/// What is asked of the devices.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Part {
-    Value,
-    Slope,
-    Gradient,
-    Hessian,
-}
-
-const PARTS: [Part; 4] = [Part::Value, Part::Slope, Part::Gradient, Part::Hessian];
-
-/// A batch with a gauge, attachments and a direction.
-#[derive(Clone)]
-struct Case {
-    batch: CurveBatch,
-    gauge: Option<(Vec<f64>, Vec<bool>)>,
-    points: Vec<f64>,
-    weights: Vec<f64>,
-    direction: Vec<f64>,
-}
-
-impl Case {
-    fn new(batch: CurveBatch, rng: &mut StdRng) -> Self {
-        let points: Vec<f64> = batch.coords().iter().map(|x| x * (1.0 + rng.random_range(-0.01..0.01))).collect();
-        let direction: Vec<f64> = batch.coords().iter().map(|x| x * rng.random_range(-0.01..0.01)).collect();
-        let weights = (0..batch.total_points()).map(|v| if v % 3 == 0 { rng.random_range(0.1..1.0) } else { 0.0 });
-        let weights = weights.collect();
-        Case { batch, gauge: None, points, weights, direction }
-    }
-
-    /// Every fifth vertex a data point, and a gauge that weighs about as much as bending does.
-    fn with_gauge(mut self) -> Self {
-        let (batch, d) = (&self.batch, self.batch.dimension());
-        let weight = |i: usize| {
-            let edges = batch.points(i).windows(2 * d).step_by(d);
-            let total: f64 = edges.map(|w| (0..d).map(|c| (w[c + d] - w[c]).powi(2)).sum::<f64>().sqrt()).sum();
-            let mean = total / batch.count(i).max(1) as f64;
-            if mean > 0.0 && mean.is_finite() { mean.powi(-3) } else { 1.0 }
-        };
-        let weights = (0..batch.len()).map(weight).collect();
-        self.gauge = Some((weights, (0..batch.total_points()).map(|v| v % 5 == 0).collect()));
-        self
-    }
-
-    fn run(&self, energy: &Energy, part: Part, device: &Device) -> Found {
-        let gauge = self.gauge.as_ref().map(|(weights, is_data)| GaugeOf { weights, is_data });
-        let attachments = Some(Attachments { points: &self.points, weights: &self.weights });
-        let at = At { energy, batch: &self.batch, gauge, attachments };
-        let want = match part {
-            Part::Value => Want::Value,
-            Part::Slope => Want::Slope(&self.direction),
-            Part::Gradient => Want::Gradient,
-            Part::Hessian => Want::Hessian,
-        };
-        match device.as_gpu() {
-            Some(gpu) => evaluate(gpu, device.precision(), at, want).unwrap(),
-            None => at.on_cpu(want),
-        }
-    }
-
-    fn outcome(&self, energy: &Energy, part: Part, device: &Device) -> Outcome {
-        let found = self.run(energy, part, device);
-        let d = self.batch.dimension();
-        match part {
-            Part::Value => {
-                let both = found.energies.iter().zip(&found.gauges).map(|(energy, gauge)| energy + gauge);
-                Outcome { names: self.names(), ..Outcome::of_numbers(both.collect()) }
-            }
-            Part::Slope => Outcome { names: self.names(), ..Outcome::of_numbers(found.slopes) },
-            Part::Gradient => self.of_vertices(found.gradients, d),
-            Part::Hessian => self.of_vertices(found.hessians, 4 * d * d),
-        }
-    }
-
-    fn names(&self) -> Vec<String> {
-        let closed = |i| if self.batch.is_closed(i) { "closed" } else { "open" };
-        (0..self.batch.len())
-            .map(|i| format!("{}, {} vertices, {}", self.batch.name(i), self.batch.count(i), closed(i)))
-            .collect()
-    }
-
-    fn of_vertices(&self, values: Vec<f64>, a_vertex: usize) -> Outcome {
-        let offsets: Vec<usize> = self.batch.offsets().iter().map(|k| k * a_vertex).collect();
-        let status = Outcome::of_numbers(vec![0.0; self.batch.len()]).status;
-        Outcome { values, offsets, status, names: self.names() }
-    }
-
-    /// The case with every edge, direction and offset changed by up to `relative` of its length.
-    fn perturbed(&self, relative: f64, rng: &mut StdRng) -> Self {
-        let d = self.batch.dimension();
-        let mut coords = self.batch.coords().to_vec();
-        for i in 0..self.batch.len() {
-            let (points, count) = (self.batch.points(i), self.batch.count(i));
-            let spans = self.batch.spans(i);
-            let edge = |j: usize, c: usize| points[(j + 1) % count * d + c] - points[j * d + c];
-            let length = |j: usize| (0..d).map(|c| edge(j, c).powi(2)).sum::<f64>().sqrt();
-            let mut change: Vec<Vec<f64>> = (0..spans)
-                .map(|j| (0..d).map(|_| relative * length(j) * rng.random_range(-1.0..1.0)).collect())
-                .collect();
-            if self.batch.is_closed(i) {
-                // What is left over at the closing is spread over all edges, in proportion.
-                let total: f64 = (0..spans).map(length).sum();
-                for c in 0..d {
-                    let sum: f64 = change.iter().map(|x| x[c]).sum();
-                    (0..spans).for_each(|j| change[j][c] -= sum * length(j) / total);
-                }
-            }
-            let mut sum = vec![0.0; d];
-            for v in 1..count {
-                for c in 0..d {
-                    sum[c] += change[v - 1][c];
-                    coords[(self.batch.offsets()[i] + v) * d + c] += sum[c];
-                }
-            }
-        }
-        let batch = CurveBatch::from_ragged(d, coords.clone(), self.batch.offsets().to_vec()).unwrap();
-        let closed = (0..batch.len()).map(|i| self.batch.is_closed(i)).collect();
-        let mut factor = |x: &f64| x * (1.0 + relative * rng.random_range(-1.0..1.0));
-        // Offsets from data points are what the device rounds.
-        let moved = self.batch.coords().iter().zip(&self.points).zip(&coords);
-        let points = moved.map(|((x, p), moved)| moved - factor(&(x - p))).collect();
-        let direction = self.direction.iter().map(&mut factor).collect();
-        Case { batch: batch.closed_each(closed).unwrap(), points, direction, ..self.clone() }
-    }
-
-    /// A rounding of every edge, in units of ε: what it changes of a curve's numbers, and the largest of them.
-    fn units(&self, energy: &Energy, part: Part) -> Vec<f64> {
-        let relative = 1e-6;
-        let here = self.outcome(energy, part, &Device::cpu());
-        let mut units: Vec<f64> = (0..here.len()).map(|i| common::conform::largest(here.curve(i))).collect();
-        let mut rng = seeded(999);
-        for _ in 0..4 {
-            let there = self.perturbed(relative, &mut rng).outcome(energy, part, &Device::cpu());
-            for (i, unit) in units.iter_mut().enumerate() {
-                let changes = here.curve(i).iter().zip(there.curve(i)).map(|(x, y)| (x - y).abs() / relative);
-                *unit = unit.max(changes.filter(|x| x.is_finite()).fold(0.0, f64::max));
-            }
-        }
-        units
-    }
-
-    fn conforms(&self, what: &str, energy: &Energy, parts: &[Part], device: &Device) {
-        for &part in parts {
-            let units = self.units(energy, part);
-            let what = format!("{what}, {energy}, {}-D, {part:?}", self.batch.dimension());
-            let operation = |device: &Device| self.outcome(energy, part, device);
-            conform(&what, device, tolerance::DISCRETE, Unit::Each(&units), operation);
-        }
-    }
 }
 
 fn everything() -> Energy {
@@ -179,10 +28,15 @@ fn every_energy_of_walks_open_and_closed() {
     for dimension in [2, 3] {
         let mut rng = seeded(300 + dimension as u64);
         let case = Case::new(walks(dimension, &sizes(), &mut rng), &mut rng);
-        for energy in [length(), tension(), bending(2.0), variation(), torsion(), attachment()] {
-            if dimension == 3 || energy.to_string() != "torsion" {
-                case.conforms("walks", &energy, &PARTS, &device);
-            }
+        for energy in [length(), tension(), bending(2.0), variation(), attachment()] {
+            case.conforms("walks", &energy, &PARTS, &device);
+        }
+        if dimension == 3 {
+            // A triangle is plane however its vertices are rounded, but not if its edges are.
+            let batch = &case.batch;
+            let is_triangle = |i: usize| batch.is_closed(i) && batch.count(i) == 3;
+            let others: Vec<usize> = (0..batch.len()).filter(|&i| !is_triangle(i)).collect();
+            Case::new(batch.select(&others), &mut rng).conforms("walks", &torsion(), &PARTS, &device);
         }
         case.clone().with_gauge().conforms("walks with a gauge", &everything(), &PARTS, &device);
     }
@@ -194,7 +48,11 @@ fn bending_by_any_exponent() {
     let mut rng = seeded(310);
     let case = Case::new(walks(2, &sizes(), &mut rng), &mut rng);
     for exponent in [1.0, 1.5, 2.5, 2.7, 3.3, 4.0, 7.1] {
-        case.conforms("walks", &bending(exponent), &[Part::Value, Part::Gradient, Part::Hessian], &device);
+        case.conforms("walks", &bending(exponent), &[Part::Value, Part::Gradient], &device);
+        if exponent > 1.0 {
+            // That of |T′ − T| is a difference of equal terms in a plane: 0 but for their rounding.
+            case.conforms("walks", &bending(exponent), &[Part::Hessian], &device);
+        }
     }
 }
 
@@ -218,8 +76,13 @@ fn long_smooth_curves_whose_curvature_is_a_difference_of_close_tangents() {
 fn nasty_curves_beside_each_other() {
     let Some(device) = device() else { return };
     for dimension in [2, 3] {
-        let case = Case::new(batches::nasty(dimension), &mut seeded(330));
+        let batch = batches::nasty(dimension);
+        let all = Case::new(batch.clone(), &mut seeded(330));
+        // Energies in 1/length³ of curves of sizes 1e±100 and their derivatives are beyond f64 on the CPU.
+        let in_range: Vec<usize> = (0..batch.len()).filter(|&i| !batch.name(i).contains("the range of f32")).collect();
+        let in_range = Case::new(batch.select(&in_range), &mut seeded(331));
         for energy in [length(), tension(), bending(2.0), variation(), everything()] {
+            let case = if energy.to_string().contains("variation") { &in_range } else { &all };
             case.conforms("nasty", &energy, &[Part::Value, Part::Gradient], &device);
         }
     }
@@ -244,6 +107,33 @@ fn a_permuted_batch_gives_the_same_bits() {
             let (here, there) = (found(batch.clone()), found(batch.select(&order)));
             for (to, &from) in order.iter().enumerate() {
                 assert_eq!(here.bits(from), there.bits(to), "{part:?}, {precision:?}, curve {from}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_the_devices_are_held_to_is_what_the_cpu_evaluates() {
+    for dimension in [2, 3] {
+        let mut rng = seeded(370);
+        let energy = length() + 0.3 * tension() + bending(2.5) + 0.1 * variation() + 0.2 * torsion();
+        for batch in [walks(dimension, &sizes(), &mut rng), batches::nasty(dimension)] {
+            let case = Case::new(batch, &mut rng);
+            let [values, gradients] =
+                [Part::Value, Part::Gradient].map(|part| case.outcome(&energy, part, &Device::cpu()));
+            for (i, wanted) in energy.evaluate(&case.batch, Evaluate::default()).unwrap().iter().enumerate() {
+                let what = format!("{}: {:?}", case.names()[i], wanted.problem);
+                let near = |x: f64, y: f64| {
+                    (x.is_nan() && !y.is_finite())
+                        || (x - y).abs() <= 4.0 * f64::EPSILON * y.abs().max(f64::MIN_POSITIVE)
+                };
+                assert!(near(values.curve(i)[0], wanted.value), "{what}: {} {}", values.curve(i)[0], wanted.value);
+                if wanted.problem.is_none() {
+                    let both = gradients.curve(i).iter().zip(&wanted.gradient);
+                    let unit = largest(&wanted.gradient);
+                    let is_near = |(x, y): (&f64, &f64)| near(*x, *y) || (x - y).abs() <= 16.0 * f64::EPSILON * unit;
+                    assert!(both.into_iter().all(is_near), "{what}");
+                }
             }
         }
     }
@@ -361,11 +251,89 @@ fn both(device: &Device) -> Vec<Device> {
 }
 
 #[test]
-fn an_energy_without_wgsl_is_refused_by_a_kernel_in_a_sentence() {
+fn two_energies_of_a_users_own_are_refused_by_a_kernel_in_a_sentence() {
     let Some(device) = device() else { return };
     let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 0.0]][..]]).unwrap();
     let energy = Energy::custom(Elastica) + Energy::custom(Elastica);
     let at = At { energy: &energy, batch: &batch, gauge: None, attachments: None };
     let error = evaluate(device.as_gpu().unwrap(), device.precision(), at, Want::Value).unwrap_err().to_string();
     assert_eq!(error, "a kernel has room for one energy of a user's own, and elastica is the second: fit on the CPU");
+}
+
+/// (Δs/Δs′)^y: a power of any number.
+#[derive(Debug)]
+struct Quotient {
+    exponent: f64,
+}
+
+impl Custom for Quotient {
+    fn name(&self) -> &str {
+        "quotient"
+    }
+
+    fn edges(&self) -> usize {
+        2
+    }
+
+    fn degree(&self) -> f64 {
+        0.0
+    }
+
+    fn value(&self, _: &[DVec3], s: &[f64]) -> f64 {
+        (s[0] / s[1]).powf(self.exponent)
+    }
+
+    fn gradient(&self, _: &[DVec3], _: &[f64], _: &mut [DVec3], _: &mut [f64]) {}
+
+    fn hessian(&self, _: &[DVec3], _: &[f64], _: &mut [[DMat3; 3]; 3], _: &mut [[DVec3; 3]; 3], _: &mut [[f64; 3]; 3]) {
+    }
+
+    fn wgsl(&self) -> Option<String> {
+        Some(format!(
+            "fn quotient_value(w: Window) -> real {{ return power(w.s0 / w.s1, real({:?})); }}
+             fn quotient_gradient(w: Window) -> Partials {{ return Partials(); }}
+             fn quotient_hessian(w: Window) -> SecondPartials {{ return SecondPartials(); }}",
+            self.exponent
+        ))
+    }
+}
+
+#[test]
+fn powers_of_any_positive_number_in_both_precisions() {
+    let Some(device) = device() else { return };
+    // Quotients over sixty decades, dense around 1.
+    let decades = (-300..=300).map(|k| 0.1 * f64::from(k)).chain((-50..=50).map(|k| 1e-4 * f64::from(k * k * k)));
+    let quotients: Vec<f64> = decades.map(|k| 10_f64.powf(k) * 1.037).filter(|x| *x > 1e-30 && *x < 1e30).collect();
+    let (mut coords, mut offsets) = (vec![], vec![0]);
+    for x in &quotients {
+        // The short edge ends, or begins, at 0, where it keeps its digits.
+        let vertices = if *x < 1.0 { [0.0, *x, 1.0 + x] } else { [-1.0, 0.0, 1.0 / x] };
+        vertices.iter().for_each(|v| coords.extend([*v, 0.0]));
+        offsets.push(coords.len() / 2);
+    }
+    let case = Case::new(CurveBatch::from_ragged(2, coords, offsets).unwrap(), &mut seeded(360));
+    for exponent in [-2.5, -1.3, -0.35, 0.15, 0.5, 1.0, 1.35, 2.2, 3.55] {
+        let energy = Energy::custom(Quotient { exponent });
+        for device in both(&device) {
+            let [found, wanted] = [&device, &Device::cpu()].map(|d| case.outcome(&energy, Part::Value, d));
+            let is_single = epsilon(device.precision()) > 1e-10;
+            // Results in the range of f32; and in f32 edges whose squares are.
+            let reach = if is_single { 17.0 } else { 30.0 };
+            let is_kept = |i: &usize| wanted.values[*i].log10().abs() < 36.0 && quotients[*i].log10().abs() < reach;
+            let keep: Vec<usize> = (0..quotients.len()).filter(is_kept).collect();
+            let kept = |outcome: &Outcome| Outcome::of_numbers(keep.iter().map(|&i| outcome.values[i]).collect());
+            let logarithm = |i: usize| if is_single { (exponent * quotients[i].log2()).abs() } else { 0.0 };
+            let unit = |&i: &usize| wanted.values[i] * (1.0 + exponent.abs()) * (1.0 + logarithm(i));
+            let units: Vec<f64> = keep.iter().map(unit).collect();
+            let what = format!("x^{exponent}, {}", device.precision().word());
+            compare(
+                &what,
+                &kept(&found),
+                &kept(&wanted),
+                tolerance::POWER,
+                epsilon(device.precision()),
+                Unit::Each(&units),
+            );
+        }
+    }
 }

@@ -79,16 +79,16 @@ impl Want<'_> {
 }
 
 impl Found {
-    /// Zeros for vertices, NaN for curves.
-    pub(super) fn new(batch: &CurveBatch, want: Want<'_>) -> Self {
-        let (points, d) = (batch.total_points(), batch.dimension());
+    /// What is found of curves where nothing is computed: zeros at vertices, and of curves 0 or NaN.
+    pub(super) fn new(at: &At<'_>, want: Want<'_>) -> Self {
+        let (points, d) = (at.batch.total_points(), at.batch.dimension());
         let mut found = Found::default();
         if let Want::Hessian = want {
             found.hessians = vec![0.0; points * (COUPLED + 1) * d * d];
             return found;
         }
         for numbers in [&mut found.energies, &mut found.gauges, &mut found.slopes] {
-            *numbers = vec![f64::NAN; batch.len()];
+            *numbers = (0..at.batch.len()).map(|i| if at.is_nothing(i) { 0.0 } else { f64::NAN }).collect();
         }
         if let Want::Gradient = want {
             found.gradients = vec![0.0; points * d];
@@ -98,22 +98,43 @@ impl Found {
 }
 
 impl At<'_> {
-    /// Whether a curve has an energy.
+    /// Whether there is something to compute: at least an edge (three on closed curves), and none without a direction.
     pub(super) fn is_evaluated(&self, i: usize) -> bool {
+        let (d, count) = (self.batch.dimension(), self.batch.count(i));
         let least = if self.batch.is_closed(i) { 3 } else { 2 };
-        self.batch.count(i) >= least && self.batch.points(i).iter().all(|x| x.is_finite())
+        let points = self.batch.points(i);
+        let square = |j: usize| {
+            let next = (j + 1) % count;
+            (0..d).map(|c| points[next * d + c] - points[j * d + c]).map(|x| x * x).sum::<f64>()
+        };
+        count >= least
+            && points.iter().all(|x| x.is_finite())
+            && (0..self.batch.spans(i)).all(|j| square(j).is_normal())
+    }
+
+    /// Whether a curve has no edge and no problem: its energies are 0.
+    pub(super) fn is_nothing(&self, i: usize) -> bool {
+        let least = if self.batch.is_closed(i) { 0 } else { 1 };
+        self.batch.count(i) <= least && self.batch.points(i).iter().all(|x| x.is_finite())
+    }
+
+    /// ε of torsion, in the units of the input: over the diagonal of the curve's bounding box.
+    pub(super) fn torsion_curvature(&self, i: usize) -> f64 {
+        let d = self.batch.dimension();
+        let diagonal = (0..d).map(|c| self.extent(i, c)).fold(0.0, f64::hypot);
+        if diagonal > 0.0 { TORSION_CURVATURE / diagonal } else { TORSION_CURVATURE }
+    }
+
+    fn extent(&self, i: usize, c: usize) -> f64 {
+        let axis = || self.batch.points(i).iter().skip(c).step_by(self.batch.dimension());
+        let low = axis().fold(f64::INFINITY, |low, &x| low.min(x));
+        let high = axis().fold(f64::NEG_INFINITY, |high, &x| high.max(x));
+        high - low
     }
 
     /// Half the largest extent of a curve, 1 where there is none: the unit of its coordinates on a device.
     pub(super) fn size(&self, i: usize) -> f64 {
-        let d = self.batch.dimension();
-        let extent = |c: usize| {
-            let axis = || self.batch.points(i).iter().skip(c).step_by(d);
-            let low = axis().fold(f64::INFINITY, |low, &x| low.min(x));
-            let high = axis().fold(f64::NEG_INFINITY, |high, &x| high.max(x));
-            0.5 * high - 0.5 * low
-        };
-        let size = (0..d).map(extent).fold(0.0, f64::max);
+        let size = (0..self.batch.dimension()).map(|c| 0.5 * self.extent(i, c)).fold(0.0, f64::max);
         if size > 0.0 && size.is_finite() { size } else { 1.0 }
     }
 
@@ -124,7 +145,7 @@ impl At<'_> {
 
     /// The same as [`evaluate`](super::evaluate_gpu::evaluate) does, on the CPU in f64.
     pub fn on_cpu(&self, want: Want<'_>) -> Found {
-        let mut found = Found::new(self.batch, want);
+        let mut found = Found::new(self, want);
         for i in (0..self.batch.len()).filter(|&i| self.is_evaluated(i)) {
             match self.batch.dimension() {
                 2 => self.curve_on_cpu::<2>(i, want, &mut found),
@@ -146,7 +167,7 @@ impl At<'_> {
         let is_data: Vec<bool> =
             (first..first + count).map(|v| self.gauge.is_some_and(|gauge| gauge.is_data[v])).collect();
         let mut edges = Edges::<f64, D>::new(batch.is_closed(i), &[&base], &[&is_data]);
-        edges.set_torsion_curvature(0, TORSION_CURVATURE / self.size(i));
+        edges.set_torsion_curvature(0, self.torsion_curvature(i));
         let zero = vec![[0.0; D]; edges.rows()];
         edges.place(&zero);
         let gauge = self.gauge.map(|gauge| gauge.weights[i]);

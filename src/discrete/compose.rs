@@ -99,6 +99,9 @@ impl Composition {
                 self.define("CUSTOM_WGSL", text);
                 self.define("CUSTOM_NAME", custom.name());
                 self.define("CUSTOM_EDGES", custom.edges());
+                // It may call what the energies here call.
+                self.define("POWER", 1);
+                self.define("ACROSS", 1);
             }
             Functional::Length | Functional::Tension | Functional::Attachment => {}
         }
@@ -167,12 +170,12 @@ impl Composition {
         entries
     }
 
-    /// The weights of a curve that the device has divided by `size`, and the weight of its gauge in the units of the input.
-    pub fn weights(&self, size: f64, gauge: f64) -> DeviceWeights {
+    /// The weights of a curve that the device has divided by `size`; the weight of its gauge and ε of torsion are in the units of the input.
+    pub fn weights(&self, size: f64, gauge: f64, torsion_curvature: f64) -> DeviceWeights {
         let scaled = |entry: &Entry| match *entry {
             Entry::Weight(weight, degree) => weight * size.powf(degree),
             Entry::Gauge => gauge * size * size,
-            Entry::TorsionCurvature => TORSION_CURVATURE,
+            Entry::TorsionCurvature => torsion_curvature * size,
         };
         let weighing = self.entries.iter().filter(|entry| matches!(entry, Entry::Weight(..)));
         let unit = weighing.map(|entry| scaled(entry).abs()).fold(0.0, f64::max);
@@ -272,15 +275,15 @@ mod tests {
         let composition = Composition::of(&energy, true, 2, Precision::F32).unwrap();
         assert_eq!(composition.width(), 3);
         // Of degrees −1 and 1, on a curve of size 4: 4/4 and 0.5·4; the larger is the unit. The gauge has degree 2.
-        let weights = composition.weights(4.0, 0.25);
+        let weights = composition.weights(4.0, 0.25, 0.0);
         assert_eq!((weights.unit, weights.entries), (2.0, vec![0.5, 1.0, 2.0]));
     }
 
     #[test]
-    fn torsion_keeps_its_curvature_whatever_the_unit() {
+    fn the_curvature_of_torsion_is_scaled_as_curvatures_are() {
         let composition = Composition::of(&(tension() + torsion()), false, 3, Precision::F64).unwrap();
-        let weights = composition.weights(0.5, 0.0);
-        assert_eq!((weights.unit, weights.entries), (8.0, vec![0.25 / 8.0, 1.0, TORSION_CURVATURE]));
+        let weights = composition.weights(0.5, 0.0, 1e-3);
+        assert_eq!((weights.unit, weights.entries), (8.0, vec![0.25 / 8.0, 1.0, 5e-4]));
     }
 
     #[test]

@@ -15,7 +15,7 @@ use super::energy::{Energy, Functional, attachment, bending, length, tension};
 use super::problem::{Outcome, Problem, descend_on_cpu};
 use crate::device::Precision;
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, KernelKey, Pending, pipeline, plan};
+use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
 
 /// Threads a workgroup, whose curves stand side by side in memory.
@@ -148,8 +148,7 @@ impl<const D: usize> Run<'_, D> {
         if !order.is_empty() {
             let (energy, composition) = self.composition(&order)?;
             let job = Job { run: self, entries: composition.entries_of(&energy), composition };
-            let lost = job.descend(&order, &mut outcomes, progress);
-            match lost {
+            match job.descend(&order, &mut outcomes, progress) {
                 Err(Interrupted { error: Error::DeviceLost(_) | Error::Timeout { .. }, finished }) if finished > 0 => {}
                 done => done?,
             }
@@ -228,14 +227,13 @@ impl<'a, const D: usize> Job<'a, D> {
         let real = self.real_bytes();
         // All arrays together are less than twice the largest.
         let chunks = plan::chunks(words, real, 2 * real, gpu.limits()).map_err(nothing)?;
-        let mut report = std::cell::RefCell::new(progress);
         let done = pipeline(
             chunks,
             |groups| match self.run.precision {
                 Precision::F64 => self.start::<f64>(members(groups)),
                 _ => self.start::<f32>(members(groups)),
             },
-            |under_way| self.finish(under_way, &mut **report.borrow_mut()),
+            |under_way| self.finish(under_way, progress),
             |groups, (layout, results)| {
                 match self.run.precision {
                     Precision::F64 => self.unpack::<f64>(members(groups), &layout, &results, outcomes),
@@ -244,7 +242,6 @@ impl<'a, const D: usize> Job<'a, D> {
                 Ok(())
             },
         );
-        let _ = report.get_mut();
         done.map_err(|interrupted| Interrupted { finished: interrupted.finished * GROUP, ..interrupted })
     }
 
@@ -274,7 +271,7 @@ impl<'a, const D: usize> Job<'a, D> {
     /// Lets the curves listed descend by as many ticks as fit, and asks for the states.
     fn dispatch(
         &self,
-        mut recording: crate::gpu::Recording<'a>,
+        mut recording: Recording<'a>,
         layout: &Layout,
         buffers: &[(&'static str, Buffer)],
         slots: &[u32],

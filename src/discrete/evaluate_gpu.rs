@@ -5,7 +5,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::at::{At, Found, Want};
-use super::compose::Composition;
+use super::compose::{Composition, DeviceWeights};
 use super::energy::{attachment, bending, length, tension, torsion, variation};
 use super::hessian::COUPLED;
 use crate::device::Precision;
@@ -80,8 +80,8 @@ const OWN: &str = "fn own_value(w: Window) -> real { return w.s0; }
 fn own_gradient(w: Window) -> Partials { var p = Partials(); p.value = w.s0; p.s0 = real(1); return p; }
 fn own_hessian(w: Window) -> SecondPartials { return SecondPartials(); }";
 
-/// Evaluates an energy at every curve of a batch. Curves without edges, closed ones of fewer than three vertices, and those
-/// with a coordinate that is not finite have zeros, and NaN for an energy.
+/// Evaluates an energy at every curve of a batch. A curve with an edge of no length, a coordinate that is not
+/// finite, or closed with one or two vertices has NaN for an energy and zeros at its vertices.
 ///
 /// # Errors
 /// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions; [`Error::Limit`] for a curve
@@ -89,7 +89,7 @@ fn own_hessian(w: Window) -> SecondPartials { return SecondPartials(); }";
 pub fn evaluate(gpu: &Gpu, precision: Precision, at: At<'_>, want: Want<'_>) -> Result<Found> {
     let d = at.batch.dimension();
     let composition = Composition::of(at.energy, at.gauge.is_some(), d, precision).map_err(Error::Argument)?;
-    let mut found = Found::new(at.batch, want);
+    let mut found = Found::new(&at, want);
     if composition.width() == 0 {
         for numbers in [&mut found.energies, &mut found.gauges, &mut found.slopes] {
             numbers.fill(0.0);
@@ -135,6 +135,10 @@ impl<'a> Job<'a> {
         curves.clone().filter(move |&i| at.is_evaluated(i))
     }
 
+    fn weights(&self, i: usize) -> DeviceWeights {
+        self.composition.weights(self.at.size(i), self.at.gauge(i), self.at.torsion_curvature(i))
+    }
+
     fn blocks(&self, curves: &Range<usize>) -> Vec<VertexRange> {
         let of_curve = |i: usize| {
             let (count, curve) = (self.at.batch.count(i), (i - curves.start) as u32);
@@ -165,7 +169,7 @@ impl<'a> Job<'a> {
             let (start_word, segments) = (start as u32, batch.spans(i) as u32);
             let closed = batch.is_closed(i).into();
             table[index] = EvaluateCurve { start: start_word, segments, closed, index: index as u32 };
-            let own = self.composition.weights(size, self.at.gauge(i));
+            let own = self.weights(i);
             let to = &mut weights[index * width..][..width];
             to.iter_mut().zip(own.entries).for_each(|(to, weight)| *to = S::from_f64(weight));
             let vertices = batch.points(i);
@@ -251,7 +255,7 @@ impl<'a> Job<'a> {
         };
         for i in self.evaluated(curves) {
             let size = self.at.size(i);
-            let unit = self.composition.weights(size, self.at.gauge(i)).unit;
+            let unit = self.weights(i).unit;
             if let Want::Hessian = self.want {
                 let a_vertex = (COUPLED + 1) * d * d;
                 let to = &mut found.hessians[batch.offsets()[i] * a_vertex..batch.offsets()[i + 1] * a_vertex];
@@ -276,10 +280,25 @@ impl<'a> Job<'a> {
             found.slopes[i] += sums[2].to_f64();
         }
         for i in self.evaluated(curves) {
-            let unit = self.composition.weights(self.at.size(i), self.at.gauge(i)).unit;
+            let unit = self.weights(i).unit;
             found.energies[i] *= unit;
             found.gauges[i] *= unit;
             found.slopes[i] *= unit;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::reflect::assert_layout;
+
+    #[test]
+    fn structs_are_laid_out_as_the_kernel_has_them() {
+        for key in evaluate_kernels(Precision::F32) {
+            assert_layout!(key, EvaluateParams { blocks, weights, padding, padding_too });
+            assert_layout!(key, EvaluateCurve { start, segments, closed, index });
+            assert_layout!(key, VertexRange { curve, begin, end, padding });
         }
     }
 }

@@ -88,10 +88,8 @@ fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn 
     let edges = if closed { vertices.len() } else { vertices.len() - 1 };
     let edge = |j: usize| scaled(subtract(vertices[(j + 1) % vertices.len()], vertices[j]));
     let base: Vec<Vector<f64, D>> = (0..edges).map(edge).collect();
-    let mut data: Vec<u32> = rows.clone();
-    if closed {
-        data.pop();
-    }
+    // The last points of a closed curve may repeat its first.
+    let data: Vec<u32> = rows[..points.len()].iter().map(|&row| row % vertices.len() as u32).collect();
     let pinned_at = |k: usize| match fair.pins {
         Pins::All => true,
         Pins::Ends => !closed && (k == 0 || k + 1 == points.len()),
@@ -108,12 +106,14 @@ fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn 
         for k in (0..points.len()).filter(|&k| !pinned.contains(&data[k])) {
             let at = scaled(subtract(points[k], vertices[data[k] as usize]));
             let own = weight(k) * attached * size * size / energy_unit;
-            match targets.last_mut() {
-                Some((row, sum, _)) if *row == data[k] => *sum += own,
-                _ => targets.push((data[k], own, at)),
+            match targets.iter_mut().rev().find(|(row, ..)| *row == data[k]) {
+                Some((_, sum, _)) => *sum += own,
+                None => targets.push((data[k], own, at)),
             }
         }
     }
+    let mut data = data;
+    data.sort_unstable();
     data.dedup();
     let order = order_of(&fair.energy, closed, vertices.len());
     let highest = highest_weight::<D>(&fair.energy, &energy_weights, &base, closed);

@@ -47,7 +47,6 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     }
 
     /// Makes all entries 0 again.
-    #[inline(always)]
     pub fn clear(&mut self) {
         self.diagonal.fill(S::ZERO);
         self.band.fill([S::ZERO; B]);
@@ -55,13 +54,11 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     }
 
     /// Adds to the diagonal.
-    #[inline(always)]
     pub fn add_diagonal(&mut self, row: usize, x: S) {
         self.diagonal[row] += x;
     }
 
     /// Adds to the entry that couples two different rows, `row` the larger.
-    #[inline(always)]
     pub fn add_entry(&mut self, row: usize, column: usize, x: S) {
         self.band[row][row - column - 1] += x;
     }
@@ -128,7 +125,6 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     }
 
     /// Decouples rows that are held.
-    #[inline(always)]
     fn hold(&mut self, movable: &[S]) {
         let zero = S::ZERO;
         let rows = if self.cyclic { self.most + B } else { self.most };
@@ -146,7 +142,6 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     }
 
     /// `movable` of an unwrapped row.
-    #[inline(always)]
     fn movable(&self, movable: &[S], row: usize) -> S {
         if !self.cyclic || row < self.counts.iter().copied().min().unwrap_or(0) {
             return movable[row];
@@ -162,7 +157,6 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     }
 
     /// Brings what was written to unwrapped rows, and to the border's rows, to the border.
-    #[inline(always)]
     fn fold(&mut self, movable: &[S]) {
         self.border.fill([S::ZERO; B]);
         for b in 0..B {
@@ -227,7 +221,6 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     }
 
     /// Eliminates the rows from the border's block, and factors what is left; the smallest pivot.
-    #[inline(always)]
     fn factor_corner(&mut self) -> S {
         for i in B..self.most {
             for b in 0..B {
@@ -305,7 +298,6 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
         }
     }
 
-    #[inline(always)]
     fn solve_corner<const D: usize>(&self, x: &mut [Vector<S, D>; B]) {
         for b in 0..B {
             for a in 0..b {

@@ -6,6 +6,7 @@
 
 pub mod batches;
 pub mod conform;
+pub mod discrete;
 pub mod tolerance;
 
 use std::io::Write;

@@ -81,7 +81,15 @@ pub const DIFFERENCES: Tolerance = tolerance(
 
 /// Discrete energies, their gradients and Hessians, in units of what one rounding of every edge changes about them.
 pub const DISCRETE: Tolerance = tolerance(
-    16.0,
-    "an edge is rounded when it is uploaded, its length, tangent, curvature and each product of them once more; all of these \
-     act as roundings of the edges would, and about a dozen of them meet in a term",
+    32.0,
+    "an edge is rounded when it is uploaded, its length, tangent, curvature and each product of them once more, about a dozen \
+     in a term; all act as roundings of edges would, but for those of a tangent's length of 1, which variation of sharp \
+     turns doubles when it takes away what lies along the tangent",
+);
+
+/// x^y on a device, in units of x^y times 1 + |y|, and in f32 times 1 + |y log₂ x|.
+pub const POWER: Tolerance = tolerance(
+    8.0,
+    "x itself is a quotient good to two roundings, which count y times; log₂ and 2^x add less than two in f64, and WGSL \
+     grants pow in f32 three roundings of y log₂ x beside those",
 );

@@ -175,11 +175,17 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
             }
             before = next;
         }
+        self.factor_pins()
+    }
+
+    /// The few rows of the pins are not worth being inlined into the vectorised descent.
+    #[inline(never)]
+    fn factor_pins(&mut self) -> S {
         each!(&mut self.gram, matrix => matrix.factor(&self.turning))
     }
 
     /// Adds P G_pp + T Tᵀ: the latter keeps the matrix positive along the curve, where nothing turns.
-    #[inline(always)]
+    #[inline(never)]
     fn add_pin(&mut self, k: usize, own: S, along: S, tangent: Vector<S, D>) {
         each!(&mut self.gram, matrix => {
             for c in 0..D {
@@ -192,7 +198,7 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
     }
 
     /// P_k G P_{k+1}
-    #[inline(always)]
+    #[inline(never)]
     fn add_coupling(&mut self, k: usize, both: S, here: Vector<S, D>, next: Vector<S, D>) {
         let mut cosine = S::ZERO;
         (0..D).for_each(|c| cosine += here[c] * next[c]);
@@ -247,7 +253,7 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
     }
 
     /// The system of the turns, from the integrals over the hats.
-    #[inline(always)]
+    #[inline(never)]
     fn solve_turns(&mut self) {
         if self.closed {
             for (lane, &count) in self.counts.iter().enumerate() {

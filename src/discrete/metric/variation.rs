@@ -29,6 +29,8 @@ impl<S: Scalar, const D: usize> Third<S, D> {
         }
     }
 
+    // Not inlined into the vectorised descent: eleven unrolled rows of it take minutes to compile.
+    #[inline(never)]
     pub fn freeze(&mut self, edges: &Edges<S, D>, pins: &Pins<S>, weights: &Weights<S>) -> S {
         match self {
             Third::Planar(matrix, _, movable) => freeze::<S, D, 7, 8>(matrix, movable, edges, pins, weights),
@@ -36,6 +38,7 @@ impl<S: Scalar, const D: usize> Third<S, D> {
         }
     }
 
+    #[inline(never)]
     pub fn solve(&mut self, z: &mut [Vector<S, D>]) {
         match self {
             Third::Planar(matrix, unknowns, _) => solve(matrix, unknowns, z),
@@ -59,7 +62,6 @@ fn solve<S: Scalar, const D: usize, const B: usize>(
 }
 
 /// D₂ at the vertex between the edges j and j + 1: its coefficients at the vertices j, j + 1, j + 2.
-#[inline(always)]
 fn second<S: Scalar, const D: usize>(edges: &Edges<S, D>, j: usize) -> [S; 3] {
     let (r0, r1) = (edges.inverse[j], edges.inverse[j + 1]);
     let share = S::of(2.0) / (edges.length[j] + edges.length[j + 1]);
@@ -67,7 +69,6 @@ fn second<S: Scalar, const D: usize>(edges: &Edges<S, D>, j: usize) -> [S; 3] {
 }
 
 /// What of D₂ counts at a vertex: I, or at a pin I − T Tᵀ. Rows beyond a closed lane's last are its first.
-#[inline(always)]
 fn counted<S: Scalar, const D: usize>(edges: &Edges<S, D>, pins: &Pins<S>, row: usize) -> [[S; D]; D] {
     let mut tangent = tangent_at(edges, row.min(edges.most()));
     let mut pinned = if row < pins.movable.len() { S::ONE - pins.movable[row] } else { S::ONE };
