@@ -1,4 +1,5 @@
-//! Descents on a GPU: where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and the dispatches until none runs.
+//! Descents on a GPU: where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and the dispatches until
+//! none runs.
 
 mod packing;
 #[cfg(test)]
@@ -21,12 +22,12 @@ use crate::linalg::Real;
 /// Threads a workgroup, whose curves stand side by side in memory.
 pub(crate) const GROUP: usize = 32;
 
-/// Ticks a dispatch at most: what a gentle curve needs in f32 in all. Curves that go on are then brought together, and are faster by a tenth
-/// on a software driver than with four times as many.
+/// Ticks a dispatch at most: what a gentle curve needs in f32 in all. Curves that go on are then brought together,
+/// and are faster by a tenth on a software driver than with four times as many.
 const MOST_TICKS: u32 = 16;
 
-/// Loop turns of a thread in one dispatch: llvmpipe ends a thread's loops, without a word, after 65,535 all told, and watchdogs
-/// of hardware end what takes too long.
+/// Loop turns of a thread in one dispatch: llvmpipe ends a thread's loops, without a word, after 65,535 all told, and
+/// watchdogs of hardware end what takes too long.
 const LOOP_TURNS: usize = 60_000;
 
 /// `DescentParams` of `descent.wgsl`.
@@ -110,10 +111,11 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     keys
 }
 
-/// Descends every curve, from its base. Curves that are too long for a thread, that keep tangents or curvatures, or whose inner
-/// product is of order 3, which f32 cannot hold, are descended by the CPU in f64.
+/// Descends every curve, from its base. Curves that are too long for a thread, that keep tangents or curvatures, or
+/// whose inner product is of order 3, which f32 cannot hold, are descended by the CPU in f64.
 ///
-/// Where the device is lost, what it had finished is kept, and the other curves come out as [`Standing::Running`] at their bases.
+/// Where the device is lost, what it had finished is kept, and the other curves come out as [`Standing::Running`] at
+/// their bases.
 ///
 /// # Errors
 /// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions, if nothing was finished.
@@ -191,8 +193,8 @@ fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
     }
 }
 
-/// Loop turns of one tick at most: an accepted step and, in another lane of the same subgroup, a restart; loops over the rows, counted
-/// in the kernel's text, a few turns more for the windows, and loops over the pins.
+/// Loop turns of one tick at most: an accepted step and, in another lane of the same subgroup, a restart; loops over
+/// the rows, counted in the kernel's text, a few turns more for the windows, and loops over the pins.
 fn loop_turns(order: usize, rows: usize, pins: usize) -> usize {
     // The base (once), the sweep, the step, two directions; then the inner product.
     let loops = 5 + [1, 3, 9][order];
