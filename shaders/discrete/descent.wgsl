@@ -1,9 +1,11 @@
-// Curves on their way down an energy, one thread a curve: a tick is one energy and gradient and, where the trial is accepted,
-// one Sobolev gradient and a new direction. Many ticks a dispatch; everything that a curve needs to go on is in storage, so that a
-// descent is the same whatever its ticks are divided into. Twin: src/discrete/descent.rs, which says why.
+// Curves on their way down an energy, one thread a curve: a tick is one energy and gradient and, where the trial is
+// accepted, one Sobolev gradient and a new direction. Many ticks a dispatch; everything that a curve needs to go on
+// is in storage, so that a descent is the same whatever its ticks are divided into. Twin: src/discrete/descent.rs,
+// which says why.
 //
-// Threads of a workgroup stand side by side in `fixed`, `displacements` and `work`: number c of row v in a section of width w is
-// (v w + c) $GROUP words from the section's first, the curve's lane being part of that. ORDER is FIRST, SECOND or neither.
+// Threads of a workgroup stand side by side in `fixed`, `displacements` and `work`: number c of row v in a section of
+// width w is (v w + c) $GROUP words from the section's first, the curve's lane being part of that. ORDER is FIRST,
+// SECOND or neither.
 
 struct DescentParams {
     // Curves listed in `tasks`.
@@ -84,15 +86,15 @@ const GIVEN_WEIGHTS: u32 = 18u;
 @group(0) @binding(0) var<uniform> params: DescentParams;
 @group(0) @binding(1) var<storage, read> tasks: array<DescentTask>;
 @group(0) @binding(2) var<storage, read> curves: array<DescentCurve>;
-// A row: the edge of the base from the vertex on, 1 where the vertex at its end is no data point, 1 where the vertex may move; with
-// ATTACHMENT its data point's displacement and weight.
+// A row: the edge of the base from the vertex on, 1 where the vertex at its end is no data point, 1 where the vertex
+// may move; with ATTACHMENT its data point's displacement and weight.
 @group(0) @binding(3) var<storage, read> fixed: array<real>;
 @group(0) @binding(4) var<storage, read> pins: array<u32>;
 @group(0) @binding(5) var<storage, read_write> states: array<DescentState>;
 @group(0) @binding(6) var<storage, read_write> lanes: array<real>;
 @group(0) @binding(7) var<storage, read_write> displacements: array<real>;
-// Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the border, fractions of spans; last
-// the pins'.
+// Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the border, fractions of
+// spans; last the pins'.
 @group(0) @binding(8) var<storage, read_write> work: array<real>;
 
 // A curve as its thread sees it: first words of its sections.

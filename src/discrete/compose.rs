@@ -153,8 +153,8 @@ impl Composition {
         energy.terms().iter().map(|(_, functional)| entry(functional)).collect()
     }
 
-    /// The entries of a curve of size 1 whose terms have these weights, as [`entries_of`](Self::entries_of) places them. An attachment
-    /// is weighed at its points.
+    /// The entries of a curve of size 1 whose terms have these weights, placed as [`entries_of`](Self::entries_of) says.
+    /// An attachment is weighed at its points.
     pub fn entries(&self, places: &[usize], weights: &[f64], gauge: f64) -> Vec<f64> {
         let mut entries = vec![0.0; self.width()];
         places.iter().zip(weights).for_each(|(&place, weight)| entries[place] += weight);

@@ -1,4 +1,5 @@
-//! Descents on a GPU: where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and the dispatches until none runs.
+//! Descents on a GPU: where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and the dispatches until
+//! none runs.
 
 mod packing;
 #[cfg(test)]
@@ -15,18 +16,18 @@ use super::energy::{Energy, Functional, attachment, bending, length, tension};
 use super::problem::{Outcome, Problem, descend_on_cpu};
 use crate::device::Precision;
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, KernelKey, Pending, pipeline, plan};
+use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
 
 /// Threads a workgroup, whose curves stand side by side in memory.
 pub(crate) const GROUP: usize = 32;
 
-/// Ticks a dispatch at most: what a gentle curve needs in f32 in all. Curves that go on are then brought together, and are faster by a tenth
-/// on a software driver than with four times as many.
+/// Ticks a dispatch at most: what a gentle curve needs in f32 in all. Curves that go on are then brought together,
+/// and are faster by a tenth on a software driver than with four times as many.
 const MOST_TICKS: u32 = 16;
 
-/// Loop turns of a thread in one dispatch: llvmpipe ends a thread's loops, without a word, after 65,535 all told, and watchdogs
-/// of hardware end what takes too long.
+/// Loop turns of a thread in one dispatch: llvmpipe ends a thread's loops, without a word, after 65,535 all told, and
+/// watchdogs of hardware end what takes too long.
 const LOOP_TURNS: usize = 60_000;
 
 /// `DescentParams` of `descent.wgsl`.
@@ -110,10 +111,11 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     keys
 }
 
-/// Descends every curve, from its base. Curves that are too long for a thread, that keep tangents or curvatures, or whose inner
-/// product is of order 3, which f32 cannot hold, are descended by the CPU in f64.
+/// Descends every curve, from its base. Curves that are too long for a thread, that keep tangents or curvatures, or
+/// whose inner product is of order 3, which f32 cannot hold, are descended by the CPU in f64.
 ///
-/// Where the device is lost, what it had finished is kept, and the other curves come out as [`Standing::Running`] at their bases.
+/// Where the device is lost, what it had finished is kept, and the other curves come out as [`Standing::Running`] at
+/// their bases.
 ///
 /// # Errors
 /// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions, if nothing was finished.
@@ -148,8 +150,7 @@ impl<const D: usize> Run<'_, D> {
         if !order.is_empty() {
             let (energy, composition) = self.composition(&order)?;
             let job = Job { run: self, entries: composition.entries_of(&energy), composition };
-            let lost = job.descend(&order, &mut outcomes, progress);
-            match lost {
+            match job.descend(&order, &mut outcomes, progress) {
                 Err(Interrupted { error: Error::DeviceLost(_) | Error::Timeout { .. }, finished }) if finished > 0 => {}
                 done => done?,
             }
@@ -192,8 +193,8 @@ fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
     }
 }
 
-/// Loop turns of one tick at most: an accepted step and, in another lane of the same subgroup, a restart; loops over the rows, counted
-/// in the kernel's text, a few turns more for the windows, and loops over the pins.
+/// Loop turns of one tick at most: an accepted step and, in another lane of the same subgroup, a restart; loops over
+/// the rows, counted in the kernel's text, a few turns more for the windows, and loops over the pins.
 fn loop_turns(order: usize, rows: usize, pins: usize) -> usize {
     // The base (once), the sweep, the step, two directions; then the inner product.
     let loops = 5 + [1, 3, 9][order];
@@ -228,14 +229,13 @@ impl<'a, const D: usize> Job<'a, D> {
         let real = self.real_bytes();
         // All arrays together are less than twice the largest.
         let chunks = plan::chunks(words, real, 2 * real, gpu.limits()).map_err(nothing)?;
-        let mut report = std::cell::RefCell::new(progress);
         let done = pipeline(
             chunks,
             |groups| match self.run.precision {
                 Precision::F64 => self.start::<f64>(members(groups)),
                 _ => self.start::<f32>(members(groups)),
             },
-            |under_way| self.finish(under_way, &mut **report.borrow_mut()),
+            |under_way| self.finish(under_way, progress),
             |groups, (layout, results)| {
                 match self.run.precision {
                     Precision::F64 => self.unpack::<f64>(members(groups), &layout, &results, outcomes),
@@ -244,7 +244,6 @@ impl<'a, const D: usize> Job<'a, D> {
                 Ok(())
             },
         );
-        let _ = report.get_mut();
         done.map_err(|interrupted| Interrupted { finished: interrupted.finished * GROUP, ..interrupted })
     }
 
@@ -274,7 +273,7 @@ impl<'a, const D: usize> Job<'a, D> {
     /// Lets the curves listed descend by as many ticks as fit, and asks for the states.
     fn dispatch(
         &self,
-        mut recording: crate::gpu::Recording<'a>,
+        mut recording: Recording<'a>,
         layout: &Layout,
         buffers: &[(&'static str, Buffer)],
         slots: &[u32],

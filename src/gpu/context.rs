@@ -149,8 +149,8 @@ impl Gpu {
 
     /// The error behind a failed wait: a lost device with its reason, or else `otherwise`.
     pub(super) fn failure(&self, otherwise: Error) -> Error {
-        // The reason arrives by a callback that only polling calls, once nothing is under way any more; what polling fails of is
-        // told by that reason.
+        // The reason arrives by a callback that only polling calls, once nothing is under way any more; what polling
+        // fails of is told by that reason.
         let timeout = Some(std::time::Duration::from_secs(5));
         let _ = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout });
         match self.lost() {

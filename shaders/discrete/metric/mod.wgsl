@@ -1,7 +1,8 @@
-// The inner product of order 1, and the tridiagonal network K + excess that those of orders 1 and 2 solve with: between
-// neighbours of edge length Δs the weight w/Δs, at a vertex an excess. Elimination adds and multiplies non-negative
-// numbers alone, so that f32 keeps its digits; a pinned vertex passes the weight of its edge on as excess. A closed curve keeps
-// row 0, the border, for the end. Twin: src/discrete/metric/mod.rs, with src/linalg/banded.rs.
+// The inner product of order 1, and the tridiagonal network K + excess that those of orders 1 and 2 solve with:
+// between neighbours of edge length Δs the weight w/Δs, at a vertex an excess. Elimination adds and multiplies
+// non-negative numbers alone, so that f32 keeps its digits; a pinned vertex passes the weight of its edge on as
+// excess. A closed curve keeps row 0, the border, for the end. Twin: src/discrete/metric/mod.rs, with
+// src/linalg/banded.rs.
 
 // Half the lengths of the edges at a vertex.
 fn mass_at(curve: Curve, v: u32) -> real {
@@ -91,8 +92,8 @@ struct Solved {
     mixed: real,
 }
 
-// Solves for the vectors in the section `right_hand_sides`, each times `by_mass` times its vertex's mass where that is not 0. The
-// solution goes to `solution`; where that is the section z, ⟨g, z⟩ is summed on the way.
+// Solves for the vectors in the section `right_hand_sides`, each times `by_mass` times its vertex's mass where that
+// is not 0. The solution goes to `solution`; where that is the section z, ⟨g, z⟩ is summed on the way.
 fn solve(curve: Curve, network: Network, right_hand_sides: u32, by_mass: real, solution: u32) -> Solved {
     let is_closed = curve.closed != 0u;
     let begin = select(0u, 1u, is_closed);

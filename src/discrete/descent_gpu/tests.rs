@@ -1,17 +1,16 @@
 //! Descents on the GPU against those of the CPU in f64.
 
+mod divided;
+
 use glam::{DMat3, DVec3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use super::packing::DescentCurve;
 use super::*;
 use crate::CurveBatch;
 use crate::discrete::problem::descend;
 use crate::discrete::setup::set_up;
-use crate::discrete::{Custom, Fair, Pins, Segments, variation};
-use crate::gpu::plan::Limits;
-use crate::gpu::reflect::assert_layout;
+use crate::discrete::{Custom, Fair, Pins, Segments};
 
 fn gpu() -> Option<Gpu> {
     match Gpu::open(0) {
@@ -114,8 +113,8 @@ fn check<const D: usize>(gpu: &Gpu, fair: &Fair, batch: &CurveBatch) {
         let Agreement { vertices, energy, most_iterations, mean_evaluations } =
             compare::<D>(gpu, precision, fair, batch);
         println!(
-            "{D}-D {} {precision:?}: vertices {vertices:.1e}, energy {energy:.1e}, at most {most_iterations} iterations, \
-             {mean_evaluations:.1} evaluations a curve",
+            "{D}-D {} {precision:?}: vertices {vertices:.1e}, energy {energy:.1e}, \
+             at most {most_iterations} iterations, {mean_evaluations:.1} evaluations a curve",
             fair.energy
         );
         let (most_vertices, most_energy) = if precision == Precision::F64 { (1e-6, 1e-10) } else { (1e-4, 1e-5) };
@@ -211,227 +210,6 @@ fn single_precision_takes_the_steps_of_its_twin() {
         }
     }
     assert!(apart as usize <= problems.len() / 10, "{apart} iterations more or less in all");
-}
-
-fn bits<const D: usize>(outcome: &Outcome<D>) -> (Vec<u64>, String) {
-    let displacements = outcome.displacements.iter().flatten().map(|x| x.to_bits()).collect();
-    let Outcome { standing, energy, norm, iterations, evaluations, .. } = outcome;
-    (displacements, format!("{standing:?} {:x} {:x} {iterations} {evaluations}", energy.to_bits(), norm.to_bits()))
-}
-
-fn ragged_problems(seed: u64) -> (Fair, Vec<Problem<2>>) {
-    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(6), ..Fair::default() };
-    // More than two workgroups, of which the last is not full.
-    let sizes: Vec<usize> = RAGGED.into_iter().cycle().take(2 * GROUP + 5).collect();
-    let problems = problems::<2>(&fair, &batch::<2>(&sizes, |i| i % 2 == 1, seed));
-    (fair, problems)
-}
-
-#[test]
-fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
-    let Some(gpu) = gpu() else { return };
-    let (fair, mut problems_of_all) = ragged_problems(51);
-    // One of which llvmpipe would not finish 64 ticks in one dispatch.
-    let long = Fair { segments: Segments::PerSpan(100), ..fair.clone() };
-    problems_of_all.extend(problems::<2>(&long, &batch::<2>(&[5], |_| true, 55)));
-    let plan = plan_of(&fair);
-    for precision in precisions(&gpu) {
-        let problems = loosened(&problems_of_all, precision);
-        let run = |most_ticks: u32, ended: &mut Vec<usize>| {
-            let run = Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &problems, most_ticks };
-            run.descend(&mut |count| ended.push(count)).unwrap()
-        };
-        let mut counts = [Vec::new(), Vec::new(), Vec::new()];
-        let whole = run(64, &mut counts[0]);
-        for (k, most_ticks) in [(1, 1), (2, 7)] {
-            let divided = run(most_ticks, &mut counts[k]);
-            for (i, (a, b)) in whole.iter().zip(&divided).enumerate() {
-                assert_eq!(bits(a), bits(b), "{precision:?}, {most_ticks} ticks a dispatch, curve {i}");
-            }
-        }
-        // Curves end at different ticks, and every one is reported once.
-        assert!(counts[1].len() > 5, "{counts:?}");
-        counts.iter().for_each(|ended| assert_eq!(ended.iter().sum::<usize>(), problems.len()));
-    }
-}
-
-#[test]
-fn a_curve_has_the_same_bits_whatever_its_neighbours() {
-    let Some(gpu) = gpu() else { return };
-    let (fair, problems) = ragged_problems(52);
-    let plan = plan_of(&fair);
-    for precision in precisions(&gpu) {
-        let problems = loosened(&problems, precision);
-        let together = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems).unwrap();
-        let backwards: Vec<_> = problems.iter().rev().cloned().collect();
-        let backwards = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &backwards).unwrap();
-        for (i, (a, b)) in together.iter().zip(backwards.iter().rev()).enumerate() {
-            assert_eq!(bits(a), bits(b), "{precision:?}, curve {i} of the batch and of its reverse");
-        }
-        for i in [0, 1, 20] {
-            let alone = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems[i..=i]).unwrap();
-            assert_eq!(bits(&together[i]), bits(&alone[0]), "{precision:?}, curve {i} alone");
-        }
-    }
-}
-
-#[test]
-fn a_curve_that_is_no_number_breaks_and_leaves_its_neighbours_bits() {
-    let Some(gpu) = gpu() else { return };
-    let (fair, problems) = ragged_problems(53);
-    let plan = plan_of(&fair);
-    for precision in precisions(&gpu) {
-        let sound = loosened(&problems, precision);
-        let mut spoilt = sound.clone();
-        let (nan, infinite, nothing) = (9, 12, 3);
-        spoilt[nan].base[2][1] = f64::NAN;
-        spoilt[infinite].base[2][1] = f64::INFINITY;
-        spoilt[nothing].base[1] = [0.0; 2];
-        let wanted = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &sound).unwrap();
-        let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &spoilt).unwrap();
-        for i in 0..found.len() {
-            if [nan, infinite, nothing].contains(&i) {
-                assert_eq!(found[i].standing, Standing::Broken, "{precision:?}, curve {i}");
-                assert!(!found[i].energy.is_finite(), "{precision:?}, curve {i}");
-                assert!(found[i].displacements.iter().flatten().all(|&x| x == 0.0), "{precision:?}, curve {i}");
-            } else {
-                assert_eq!(bits(&wanted[i]), bits(&found[i]), "{precision:?}, curve {i}");
-            }
-        }
-    }
-}
-
-#[test]
-fn what_the_iterations_or_the_length_end_is_said_as_by_the_cpu() {
-    let Some(gpu) = gpu() else { return };
-    // Hairpins, along which bending alone has no minimum, and a curve that is ended by its iterations.
-    let hairpin = [0.0, 0.0, 1.0, 0.05, 0.0, 0.1, 1.0, 0.15, 0.0, 0.2];
-    let batch = CurveBatch::from_ragged(2, hairpin.to_vec(), vec![0, 5]).unwrap();
-    let fair = Fair { energy: bending(2.0), segments: Segments::PerSpan(8), ..Fair::default() };
-    let bounded = Fair { energy: bending(2.0) + length(), max_iterations: 3, ..fair.clone() };
-    for fair in [Fair { max_iterations: 5000, ..fair }, bounded] {
-        let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch));
-        let wanted = &descend_on_cpu(&plan, &fair.energy, &problems)[0];
-        assert!([Standing::Unbounded, Standing::Exhausted].contains(&wanted.standing), "{:?}", wanted.standing);
-        for precision in precisions(&gpu) {
-            let found = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems).unwrap()[0];
-            assert_eq!(found.standing, wanted.standing, "{} {precision:?}", fair.energy);
-        }
-    }
-}
-
-#[test]
-fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_host() {
-    let Some(gpu) = gpu() else { return };
-    // 14 (n + 8) + 4 · 5 turns for n vertices.
-    let longest = (LOOP_TURNS - 20) / 14 - 8;
-    assert!(loop_turns(2, longest, 5) <= LOOP_TURNS && loop_turns(2, longest + 1, 5) > LOOP_TURNS);
-    let spans = 4;
-    let n = (longest - 1) / spans;
-    let fair = Fair { energy: bending(2.0) + length(), ..Fair::default() };
-    let fair_of = |n: usize| Fair { segments: Segments::PerSpan(n), ..fair.clone() };
-    let batch = batch::<2>(&[5], |_| false, 61);
-    let mut mixed = problems::<2>(&fair_of(n + 1), &batch);
-    mixed.extend(problems::<2>(&fair_of(n), &batch));
-    mixed.extend(problems::<2>(&fair_of(3), &batch));
-    // Beyond the host's own rounding at so many vertices.
-    mixed.iter_mut().for_each(|problem| problem.tolerance = 1e-5);
-    let plan = plan_of(&fair);
-    let wanted = descend_on_cpu(&plan, &fair.energy, &mixed);
-    for precision in precisions(&gpu).into_iter().filter(|p| *p == Precision::F64) {
-        let run =
-            Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &mixed, most_ticks: MOST_TICKS };
-        let mut on_device = 0;
-        let found = run.descend(&mut |count| on_device += count).unwrap();
-        assert_eq!(on_device, 2);
-        for (i, (wanted, found)) in wanted.iter().zip(&found).enumerate() {
-            assert_eq!((wanted.standing, found.standing), (Standing::Converged, Standing::Converged), "curve {i}");
-            let off = (wanted.energy - found.energy).abs() / wanted.energy;
-            assert!(off < 1e-9, "curve {i} of {} edges: {off:e}", mixed[i].base.len());
-        }
-    }
-}
-
-#[test]
-fn energies_of_order_3_are_descended_by_the_host() {
-    let Some(gpu) = gpu() else { return };
-    let fair = Fair { energy: variation() + length(), segments: Segments::PerSpan(4), ..Fair::default() };
-    let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch::<2>(&[4, 5], |i| i == 1, 71)));
-    let wanted = descend_on_cpu(&plan, &fair.energy, &problems);
-    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems).unwrap();
-    assert!(wanted.iter().zip(&found).all(|(a, b)| bits(a) == bits(b) && a.standing == Standing::Converged));
-}
-
-#[test]
-fn an_energy_without_wgsl_is_refused_in_a_sentence() {
-    let Some(gpu) = gpu() else { return };
-    let fair = Fair { energy: bending(2.0) + bending(3.0), ..Fair::default() };
-    let problems = problems::<2>(&fair, &batch::<2>(&[4], |_| false, 81));
-    let error = descend_on_gpu(&gpu, Precision::F32, &plan_of(&fair), &fair.energy, &problems).unwrap_err();
-    assert_eq!(error.to_string(), "a kernel has room for one exponent of bending, and there are two: fit on the CPU");
-}
-
-#[test]
-fn what_was_finished_before_the_device_was_lost_is_kept() {
-    let Some(gpu) = gpu() else { return };
-    // A chunk a workgroup.
-    let limits = Limits { chunk_bytes: 1, ..*gpu.limits() };
-    let gpu = gpu.with_limits(limits);
-    let (fair, problems) = ragged_problems(91);
-    let (plan, problems) = (plan_of(&fair), loosened(&problems, Precision::F32));
-    let whole = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems).unwrap();
-    let run = Run {
-        gpu: &gpu,
-        precision: Precision::F32,
-        plan: &plan,
-        energy: &fair.energy,
-        problems: &problems,
-        most_ticks: MOST_TICKS,
-    };
-    let mut ended = 0;
-    let found = run
-        .descend(&mut |count| {
-            ended += count;
-            if ended > GROUP {
-                gpu.wgpu_device().destroy();
-            }
-        })
-        .unwrap();
-    let kept = whole.iter().zip(&found).filter(|(a, b)| bits(a) == bits(b)).count();
-    let lost: Vec<_> = found.iter().filter(|outcome| outcome.standing == Standing::Running).collect();
-    assert_eq!((kept, lost.len()), (GROUP, problems.len() - GROUP));
-    assert!(lost.iter().all(|outcome| outcome.displacements.iter().flatten().all(|&x| x == 0.0)));
-    let error = run.descend(&mut |_| {}).unwrap_err();
-    assert!(error.to_string().starts_with("the device was lost"), "{error}");
-}
-
-#[test]
-fn threads_of_a_workgroup_share_the_ticks_of_its_longest_curve() {
-    let turns = [vec![100; GROUP], vec![5000; 2], vec![LOOP_TURNS; 1]].concat();
-    let slots: Vec<u32> = (0..turns.len() as u32).collect();
-    let tasks = tasks(&slots, &turns, MOST_TICKS);
-    assert!(tasks[..GROUP].iter().all(|task| task.ticks == MOST_TICKS));
-    assert!(tasks[GROUP..].iter().all(|task| task.ticks == 1));
-    let without: Vec<u32> = slots[..GROUP + 2].to_vec();
-    assert_eq!(super::tasks(&without, &turns, MOST_TICKS)[GROUP].ticks, 12);
-}
-
-#[test]
-fn structs_are_those_of_the_kernel() {
-    let key = descent_kernels(Precision::F32).remove(0);
-    assert_layout!(
-        key,
-        DescentParams { tasks, numbers, most_iterations, direction, search, padding, padding_too, padding_three }
-    );
-    assert_layout!(key, DescentTask { slot, ticks });
-    assert_layout!(
-        key,
-        DescentCurve { fixed_start, displacement_start, work_start, stride, segments, closed, first_pin, pin_count }
-    );
-    assert_layout!(
-        key,
-        DescentState { standing, iterations, evaluations, flags, since_best, trials, padding, padding_too }
-    );
 }
 
 /// Bending of exponent 2 as a user would write it.
