@@ -220,7 +220,11 @@ impl Fair {
             direction: self.direction,
             step: self.step,
             order,
-            gauge: if order > 1 { order } else { 0 },
+            gauge: match order {
+                1 if self.energy.attachment_weight() > 0.0 => 2,
+                1 => 0,
+                _ => order,
+            },
             most_iterations: self.max_iterations,
         };
         // f32 cannot hold the inner product of order 3: such curves are the CPU's.

@@ -203,7 +203,10 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let terms = functionals.iter().enumerate().map(|(k, f)| (each(&|problem| problem.weights[k]), *f)).collect();
     let gauge = each(&|problem| problem.gauge);
     let bounds: Vec<(f64, f64)> = (0..S::LANES).map(|l| (lane(l).tolerance, lane(l).longest)).collect();
-    let mut descent = Descent::new(*plan, edges, pins, weights, terms, gauge, targets, &bounds);
+    // A ring of fewer than four vertices cannot hold third derivatives.
+    let short_ring = lane(0).closed && (0..S::LANES).any(|l| lane(l).vertices() < 4);
+    let order = if short_ring { plan.order.min(2) } else { plan.order };
+    let mut descent = Descent::new(Plan { order, ..*plan }, edges, pins, weights, terms, gauge, targets, &bounds);
     descent.constraints = lane(0).constraints.clone();
     descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);
     descent

@@ -115,13 +115,15 @@ fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn 
     let mut data = data;
     data.sort_unstable();
     data.dedup();
-    let order = order_of(&fair.energy, closed, vertices.len());
+    let order = fair.energy.order();
     let highest = highest_weight::<D>(&fair.energy, &energy_weights, &base, closed);
     let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
     let h = length / base.len() as f64;
     let chords: f64 = points.windows(2).map(|pair| distance(pair[0], pair[1])).sum::<f64>()
         + if closed { distance(points[points.len() - 1], points[0]) } else { 0.0 };
     let gauge = match order {
+        // Length alone lets vertices of attached curves run together; pinned curves take one step.
+        1 if attached > 0.0 => GAUGE * highest / h,
         0 | 1 => 0.0,
         2 => GAUGE * highest * h.powi(-3),
         _ => GAUGE * highest * h.powi(-5),
@@ -142,12 +144,6 @@ fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn 
         longest,
     };
     Ok(Ready { problem, vertices, rows, size, energy_unit })
-}
-
-/// The order of the inner product; closed curves of fewer than four vertices cannot hold the third.
-pub(super) fn order_of(energy: &Energy, closed: bool, vertices: usize) -> usize {
-    let order = energy.order();
-    if closed && vertices < 4 { order.min(2) } else { order }
 }
 
 /// Vertices at equal arc length along each span, and the row of every data point.

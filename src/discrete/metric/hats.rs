@@ -67,7 +67,8 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
         let counts: Vec<usize> = vertices.iter().map(|&n| pins.rows.iter().filter(|&&row| row < n).count()).collect();
         let most = counts.iter().copied().max().unwrap_or(0);
         // The ends of an open curve are free to turn: no D₂ stands there.
-        let inner = if closed { most > 0 } else { most > 2 };
+        // The only pin of a closed curve turns freely: there is nothing it turns against.
+        let inner = if closed { counts.iter().all(|&pins| pins > 1) } else { most > 2 };
         let rows: Vec<usize> = counts.iter().map(|pins| pins * D).collect();
         let mut turning = vec![S::ZERO; if inner { most * D } else { 0 }];
         for (row, movable) in turning.iter_mut().enumerate() {
