@@ -190,9 +190,15 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy
     }
 
-    /// One trial of every lane.
-    #[inline(always)]
+    /// One trial of every lane, for one curve alone: compiled once, however many callers there are.
+    #[inline(never)]
     pub fn tick(&mut self) {
+        self.tick_inlined();
+    }
+
+    /// One trial of every lane, with the instructions of the caller.
+    #[inline(always)]
+    pub fn tick_inlined(&mut self) {
         let mut alpha = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {
             alpha.set_lane(l, lane.search.alpha);

@@ -131,12 +131,16 @@ impl<const D: usize> pulp::WithSimd for Vectorised<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        descend::<Lanes<f64, LANES>, D>(self.plan, self.functionals, self.members)
+        // No closure and no function in between: only what is inlined here uses the instructions.
+        let mut descent = start::<Lanes<f64, LANES>, D>(self.plan, self.functionals, self.members);
+        while descent.is_running() {
+            descent.tick_inlined();
+        }
+        outcomes(&mut descent, self.members.len())
     }
 }
 
 /// Descends up to S::LANES curves that suit each other.
-#[inline(always)]
 pub(crate) fn descend<S: Scalar, const D: usize>(
     plan: &Plan,
     functionals: &[&Functional],
@@ -146,6 +150,10 @@ pub(crate) fn descend<S: Scalar, const D: usize>(
     while descent.is_running() {
         descent.tick();
     }
+    outcomes(&mut descent, members.len())
+}
+
+fn outcomes<S: Scalar, const D: usize>(descent: &mut Descent<'_, S, D>, count: usize) -> Vec<Outcome<D>> {
     let energy = descent.energy_without_gauge();
     let outcome = |l: usize| {
         let lane = &descent.lanes[l];
@@ -158,7 +166,7 @@ pub(crate) fn descend<S: Scalar, const D: usize>(
             evaluations: lane.evaluations,
         }
     };
-    (0..members.len()).map(outcome).collect()
+    (0..count).map(outcome).collect()
 }
 
 /// A descent of up to S::LANES curves that suit each other, at their bases. Lanes without a curve repeat the first, already ended.

@@ -1,6 +1,7 @@
 //! Descents on the GPU against those of the CPU in f64.
 
 mod divided;
+mod section4;
 
 use glam::{DMat3, DVec3};
 use rand::rngs::StdRng;
