@@ -109,60 +109,54 @@ impl<T: Real, const L: usize> Default for Lanes<T, L> {
     }
 }
 
-impl<T: Copy, const L: usize> Lanes<T, L> {
-    #[inline(always)]
-    fn map(mut self, f: impl Fn(T) -> T) -> Self {
-        for x in &mut self.0 {
-            *x = f(*x);
-        }
-        self
-    }
-
-    #[inline(always)]
-    fn zip(mut self, other: Self, f: impl Fn(T, T) -> T) -> Self {
-        for (x, y) in self.0.iter_mut().zip(other.0) {
-            *x = f(*x, y);
-        }
-        self
-    }
-}
-
+// Plain loops by number, for closures and iterators in every operation make descents slow to compile.
 macro_rules! operator {
-    ($trait:ident $method:ident, $assign_trait:ident $assign_method:ident) => {
+    ($trait:ident $method:ident $assign_trait:ident $assign_method:ident) => {
         impl<T: Real, const L: usize> $trait for Lanes<T, L> {
             type Output = Self;
             #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                self.zip(other, |x, y| x.$method(y))
+            fn $method(mut self, other: Self) -> Self {
+                for j in 0..L {
+                    self.0[j] = self.0[j].$method(other.0[j]);
+                }
+                self
             }
         }
 
         impl<T: Real, const L: usize> $assign_trait for Lanes<T, L> {
             #[inline(always)]
             fn $assign_method(&mut self, other: Self) {
-                *self = self.$method(other);
+                for j in 0..L {
+                    self.0[j] = self.0[j].$method(other.0[j]);
+                }
             }
         }
     };
 }
 
-operator!(Add add, AddAssign add_assign);
-operator!(Sub sub, SubAssign sub_assign);
-operator!(Mul mul, MulAssign mul_assign);
+operator!(Add add AddAssign add_assign);
+operator!(Sub sub SubAssign sub_assign);
+operator!(Mul mul MulAssign mul_assign);
 
 impl<T: Real, const L: usize> Div for Lanes<T, L> {
     type Output = Self;
     #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        self.zip(other, |x, y| x / y)
+    fn div(mut self, other: Self) -> Self {
+        for j in 0..L {
+            self.0[j] = self.0[j] / other.0[j];
+        }
+        self
     }
 }
 
 impl<T: Real, const L: usize> Neg for Lanes<T, L> {
     type Output = Self;
     #[inline(always)]
-    fn neg(self) -> Self {
-        self.map(|x| -x)
+    fn neg(mut self) -> Self {
+        for x in &mut self.0 {
+            *x = -*x;
+        }
+        self
     }
 }
 
@@ -185,20 +179,32 @@ impl<T: Real + Scalar<Number = T>, const L: usize> Scalar for Lanes<T, L> {
         self.0[lane] = x;
     }
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.map(Scalar::sqrt)
+    fn sqrt(mut self) -> Self {
+        for x in &mut self.0 {
+            *x = x.sqrt();
+        }
+        self
     }
     #[inline(always)]
-    fn abs(self) -> Self {
-        self.map(|x| Scalar::abs(x))
+    fn abs(mut self) -> Self {
+        for x in &mut self.0 {
+            *x = Scalar::abs(*x);
+        }
+        self
     }
     #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.zip(other, |x, y| Scalar::max(x, y))
+    fn max(mut self, other: Self) -> Self {
+        for j in 0..L {
+            self.0[j] = Scalar::max(self.0[j], other.0[j]);
+        }
+        self
     }
     #[inline(always)]
-    fn powf(self, exponent: f64) -> Self {
-        self.map(|x| Scalar::powf(x, exponent))
+    fn powf(mut self, exponent: f64) -> Self {
+        for x in &mut self.0 {
+            *x = Scalar::powf(*x, exponent);
+        }
+        self
     }
     #[inline(always)]
     fn if_positive(self, yes: Self, no: Self) -> Self {
