@@ -123,6 +123,7 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
 
 impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     /// Curves at their base, with tolerances and bounds of length a lane.
+    #[allow(clippy::too_many_arguments)]
     pub fn new(
         plan: Plan,
         edges: Edges<S, D>,

@@ -5,6 +5,9 @@
 //! its last edge leads back to vertex 0. Vertices are kept as displacements u from a base, edges as those of the base
 //! plus differences of displacements, so that small changes of a curve far from the origin keep all their digits.
 
+// Loops over coordinates and lanes by number read as the formulas do.
+#![allow(clippy::needless_range_loop)]
+
 use glam::{DMat3, DVec3};
 
 use super::descent::most_step;

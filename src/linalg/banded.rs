@@ -91,7 +91,7 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
             // l times its column's pivot, from the leftmost column on.
             let mut u = [S::ZERO; B];
             for k in (0..B).rev() {
-                if i < first + k + 1 {
+                if i <= first + k {
                     continue;
                 }
                 let j = i - k - 1;
@@ -107,7 +107,7 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
                 for b in 0..B {
                     let mut c = self.border[i][b];
                     for k in 0..B {
-                        if i >= first + k + 1 {
+                        if i > first + k {
                             c -= self.band[i][k] * self.border[i - k - 1][b];
                         }
                     }
@@ -266,7 +266,7 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
         for i in first..self.most {
             let mut here = x[i];
             for k in 0..B {
-                if i >= first + k + 1 {
+                if i > first + k {
                     here = subtract(here, scale(self.band[i][k], x[i - k - 1]));
                 }
             }
@@ -322,6 +322,7 @@ mod tests {
     use super::*;
 
     /// A sum of squares of random stencils, as `Banded` takes them, and the same as a dense matrix a lane.
+    #[allow(clippy::type_complexity)]
     fn random<const B: usize>(
         cyclic: bool,
         counts: &[usize],

@@ -1,5 +1,8 @@
 //! [`Scalar`]: what the mathematics of a curve is written over, one number at a time or one a lane of a vector register.
 
+// Loops over coordinates and lanes by number read as the formulas do.
+#![allow(clippy::needless_range_loop)]
+
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 

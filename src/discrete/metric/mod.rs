@@ -17,6 +17,9 @@
 //!
 //! Source: Renka (2006), sections 2 and 3. The normal part at pins, and the solve by hat functions, are faircurve's own.
 
+// Loops over coordinates and lanes by number read as the formulas do.
+#![allow(clippy::needless_range_loop)]
+
 pub(super) mod hats;
 mod path;
 pub(super) mod variation;
