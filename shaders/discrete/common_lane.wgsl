@@ -14,6 +14,7 @@ struct Lane {
     length: real,
     start_energy: real,
     best: real,
+    energy_then: real,
     search: LineSearch,
 }
 
@@ -24,6 +25,7 @@ fn load_lane(slot: u32) -> Lane {
     lane.standing = state.standing;
     if (state.standing == STANDING_START) {
         lane.best = UNBOUNDED;
+        lane.energy_then = UNBOUNDED;
         lane.steepest = true;
         return lane;
     }
@@ -45,6 +47,7 @@ fn load_lane(slot: u32) -> Lane {
     lane.search.low_slope = lanes[at + 11u];
     lane.search.high = lanes[at + 12u];
     lane.search.high_slope = lanes[at + 13u];
+    lane.energy_then = lanes[at + 14u];
     lane.search.has_high = (state.flags & FLAG_HIGH) != 0u;
     lane.search.has_high_slope = (state.flags & FLAG_HIGH_SLOPE) != 0u;
     lane.search.trials = state.trials;
@@ -76,4 +79,5 @@ fn store_lane(slot: u32, lane: Lane) {
     lanes[at + 11u] = lane.search.low_slope;
     lanes[at + 12u] = lane.search.high;
     lanes[at + 13u] = lane.search.high_slope;
+    lanes[at + 14u] = lane.energy_then;
 }

@@ -68,9 +68,15 @@ const FLAG_HIGH_SLOPE: u32 = 4u;
 const DIRECTION_POLAK_RIBIERE: u32 = 1u;
 const DIRECTION_HYBRID: u32 = 2u;
 
-// See PATIENCE, PROGRESS and DOWNWARDS of the twin.
+// See PATIENCE, PROGRESS, FALL and DOWNWARDS of the twin.
 const PATIENCE: u32 = 100u;
 const PROGRESS: real = real(0.7);
+// 64 ε
+//:if DOUBLE
+const FALL: real = real(1.4210854715202004e-14);
+//:else
+const FALL: real = real(7.6293945e-6);
+//:end
 const DOWNWARDS: real = real(0.01);
 // Stands for what nothing has bounded yet.
 const UNBOUNDED: real = real(1e38);
@@ -81,7 +87,7 @@ const GIVEN_TOLERANCE: u32 = 1u;
 const GIVEN_LONGEST: u32 = 2u;
 const GIVEN_STEP: u32 = 3u;
 const KEPT: u32 = 4u;
-const GIVEN_WEIGHTS: u32 = 18u;
+const GIVEN_WEIGHTS: u32 = 19u;
 
 @group(0) @binding(0) var<uniform> params: DescentParams;
 @group(0) @binding(1) var<storage, read> tasks: array<DescentTask>;
@@ -223,8 +229,9 @@ fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved, slope: real) ->
         (*lane).standing = STANDING_UNBOUNDED;
     } else if ((*lane).iterations >= params.most_iterations) {
         (*lane).standing = STANDING_EXHAUSTED;
-    } else if (norm < PROGRESS * (*lane).best) {
-        (*lane).best = norm;
+    } else if (norm < PROGRESS * (*lane).best || (*lane).energy < (*lane).energy_then) {
+        (*lane).best = min(norm, (*lane).best);
+        (*lane).energy_then = (*lane).energy - FALL * abs((*lane).energy);
         (*lane).since_best = 0u;
     } else {
         (*lane).since_best += 1u;

@@ -1,13 +1,14 @@
 //! Tangents and curvature vectors at data points.
 //!
 //! A tangent τ at vertex i keeps f_{i+1} − f_{i−1} parallel to τ (at an end f_{i+1} − f_i). With a curvature vector k ⊥ τ the
-//! neighbours lie on the circle of that curvature, at one distance d either way:
+//! neighbours lie on the circle of that curvature, at one angle θ either way, d = (2/|k|) tan(θ/2):
 //!
 //! ```text
 //! f_{i±1} = f_i + (±d τ + ½ d² k)/(1 + ¼ d² |k|²)
 //! ```
 //!
-//! so that the discrete curvature vector (T′ − T)/Δa *is* k, whatever d. The point itself is pinned.
+//! so that the discrete curvature vector (T′ − T)/Δa *is* k, whatever d. The point itself is pinned, and with a curvature its
+//! neighbours are too: any d serves the shape alike, and were it free, the gauges of both spans would quarrel over it.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -126,32 +127,25 @@ impl<const D: usize> Constrained<D> {
         scale(share, add(scale(sign * d, self.tangent), scale(0.5 * d * d, k)))
     }
 
-    /// Its derivative by d.
-    fn velocity(&self, sign: f64, d: f64) -> Vector<f64, D> {
-        let k = self.curvature.unwrap_or([0.0; D]);
-        let share = 1.0 / (1.0 + 0.25 * d * d * dot(k, k));
-        let growth = add(scale(sign, self.tangent), scale(d, k));
-        subtract(scale(share, growth), scale(0.5 * d * dot(k, k) * share, self.place(sign, d)))
+    /// Rows that stay where they are.
+    pub fn pinned(&self) -> impl Iterator<Item = usize> + use<D> {
+        let neighbours = self.neighbours().filter(|_| self.curvature.is_some()).map(|(row, _)| row);
+        std::iter::once(self.row).chain(neighbours.collect::<Vec<_>>())
     }
 
     /// Directions that the moves of the neighbours have no part of: rows and vectors.
-    fn normals(&self, d: f64) -> Vec<Vec<(usize, Vector<f64, D>)>> {
+    fn normals(&self) -> Vec<Normal<D>> {
         let neighbours: Vec<(usize, f64)> = self.neighbours().collect();
         let width = neighbours.len() * D;
         let mut allowed: Vec<DVector<f64>> = Vec::new();
-        if self.curvature.is_some() {
-            let velocity = neighbours.iter().flat_map(|&(_, sign)| self.velocity(sign, d));
-            allowed.push(DVector::from_iterator(width, velocity).normalize());
-        } else {
-            // Both move alike, or apart along the tangent.
-            if neighbours.len() == 2 {
-                for c in 0..D {
-                    allowed.push(DVector::from_fn(width, |row, _| if row % D == c { 0.5f64.sqrt() } else { 0.0 }));
-                }
+        // Both move alike, or apart along the tangent.
+        if neighbours.len() == 2 {
+            for c in 0..D {
+                allowed.push(DVector::from_fn(width, |row, _| if row % D == c { 0.5f64.sqrt() } else { 0.0 }));
             }
-            let apart = neighbours.iter().flat_map(|&(_, sign)| self.tangent.map(|x| sign * x));
-            allowed.push(DVector::from_iterator(width, apart).normalize());
         }
+        let apart = neighbours.iter().flat_map(|&(_, sign)| self.tangent.map(|x| sign * x));
+        allowed.push(DVector::from_iterator(width, apart).normalize());
         let mut normals: Vec<DVector<f64>> = Vec::new();
         for axis in 0..width {
             let mut rest = DVector::from_fn(width, |row, _| f64::from(u8::from(row == axis)));
@@ -173,43 +167,37 @@ impl<const D: usize> Constrained<D> {
     }
 }
 
-/// The constraints of one curve on its way.
+/// A direction across a constraint: rows and vectors.
+type Normal<const D: usize> = Vec<(usize, Vector<f64, D>)>;
+
+/// The tangents of one curve on its way. What has a curvature is pinned, and needs no more.
 #[derive(Clone, Debug)]
 pub(crate) struct Constraints<const D: usize> {
-    all: Vec<Constrained<D>>,
-    /// Distance to the neighbours where a curvature is given, and its change along the direction, at the base, now, and by p.
-    base: Vec<f64>,
-    now: Vec<f64>,
-    change: Vec<f64>,
-    /// Steps since the last one taken.
-    alpha: f64,
+    normals: Vec<Normal<D>>,
 }
 
 impl<const D: usize> Constraints<D> {
-    /// Constraints, in units of the problem, of a base that meets them.
-    pub fn new(mut all: Vec<Constrained<D>>, base: &[Vector<f64, D>], size: f64) -> Self {
-        for constraint in &mut all {
-            constraint.curvature = constraint.curvature.map(|k| scale(size, k));
-        }
-        let distance = |constraint: &Constrained<D>| {
-            let edge = match constraint.after {
-                Some(_) => base[constraint.row],
-                None => base[constraint.row - 1],
-            };
-            // d/(1 + ¼d²κ²)·√(1 + ¼d²κ²) is the length s of the edge: d = s/√(1 − ¼s²κ²).
-            let (s, k) = (dot(edge, edge), constraint.curvature.unwrap_or([0.0; D]));
-            (s / (1.0 - 0.25 * s * dot(k, k))).sqrt()
-        };
-        let base: Vec<f64> = all.iter().map(distance).collect();
-        Constraints { now: base.clone(), change: vec![0.0; all.len()], base, all, alpha: 0.0 }
+    /// The constraints that are more than pins, if any.
+    pub fn new(all: &[Constrained<D>]) -> Option<Self> {
+        let tangents = all.iter().filter(|constraint| constraint.curvature.is_none());
+        let normals: Vec<_> = tangents.flat_map(Constrained::normals).collect();
+        (!normals.is_empty()).then_some(Constraints { normals })
     }
 
-    /// Projects a Sobolev gradient: takes from z what leads off the constraints, in the metric.
-    pub fn project<S: Scalar>(&self, metric: &mut Metric<S, D>, pins: &Pins<S>, z: &mut [Vector<S, D>]) {
-        let normals: Vec<_> = self.all.iter().zip(&self.now).flat_map(|(c, &d)| c.normals(d)).collect();
+    /// The Sobolev gradient z of g along the constraints, in the metric; what of g they hold is taken from it.
+    ///
+    /// ⟨g, z⟩ would be the small difference of large numbers near a minimum, where constraints push hard: the forces are taken
+    /// from g first, and what is left is solved for again.
+    pub fn project<S: Scalar>(
+        &self,
+        metric: &mut Metric<S, D>,
+        pins: &Pins<S>,
+        g: &mut [Vector<S, D>],
+        z: &mut [Vector<S, D>],
+    ) {
         let number = |x: f64| S::of(x);
-        let mut responses = Vec::with_capacity(normals.len());
-        for normal in &normals {
+        let mut responses = Vec::with_capacity(self.normals.len());
+        for normal in &self.normals {
             let mut response = vec![[S::ZERO; D]; z.len()];
             for (row, vector) in normal {
                 response[*row] = vector.map(number);
@@ -217,57 +205,29 @@ impl<const D: usize> Constraints<D> {
             metric.solve(pins, &mut response);
             responses.push(response);
         }
-        let along = |normal: &[(usize, Vector<f64, D>)], x: &[Vector<S, D>]| -> f64 {
+        let along = |normal: &Normal<D>, x: &[Vector<S, D>]| -> f64 {
             normal.iter().map(|(row, v)| (0..D).map(|c| v[c] * x[*row][c].lane(0).to_f64()).sum::<f64>()).sum()
         };
-        let gram = DMatrix::from_fn(normals.len(), normals.len(), |a, b| along(&normals[a], &responses[b]));
-        let excess = DVector::from_fn(normals.len(), |a, _| along(&normals[a], z));
-        let Some(multipliers) = gram.lu().solve(&excess) else {
-            // Two constraints on the same vertices: refused before, so never here. NaN ends the curve.
-            z.iter_mut().for_each(|z| *z = [number(f64::NAN); D]);
-            return;
-        };
-        for (response, &multiplier) in responses.iter().zip(multipliers.iter()) {
-            for (z, response) in z.iter_mut().zip(response) {
-                *z = subtract(*z, scale(number(multiplier), *response));
-            }
-        }
-    }
-
-    /// Takes the step of the last trial.
-    pub fn accept(&mut self) {
-        for (now, change) in self.now.iter_mut().zip(&self.change) {
-            *now += self.alpha * change;
-        }
-        self.alpha = 0.0;
-    }
-
-    /// Begins a direction p: how fast distances change along it.
-    pub fn begin<S: Scalar>(&mut self, p: &mut [Vector<S, D>]) {
-        for (n, constraint) in self.all.iter().enumerate().filter(|(_, constraint)| constraint.curvature.is_some()) {
-            let (mut along, mut square) = (0.0, 0.0);
-            for (row, sign) in constraint.neighbours() {
-                let velocity = constraint.velocity(sign, self.now[n]);
-                along += (0..D).map(|c| velocity[c] * p[row][c].lane(0).to_f64()).sum::<f64>();
-                square += dot(velocity, velocity);
-            }
-            self.change[n] = along / square;
-        }
-        self.move_to(0.0, None, p);
-    }
-
-    /// Puts the neighbours of curvatures where they are at a step, and the direction there.
-    pub fn move_to<S: Scalar>(&mut self, alpha: f64, x: Option<&mut [Vector<S, D>]>, p: &mut [Vector<S, D>]) {
-        self.alpha = alpha;
-        let mut x = x;
-        for (n, constraint) in self.all.iter().enumerate().filter(|(_, constraint)| constraint.curvature.is_some()) {
-            let d = self.now[n] + alpha * self.change[n];
-            for (row, sign) in constraint.neighbours() {
-                p[row] = scale(self.change[n], constraint.velocity(sign, d)).map(S::of);
-                if let Some(x) = &mut x {
-                    let moved = subtract(constraint.place(sign, d), constraint.place(sign, self.base[n]));
-                    x[row] = moved.map(S::of);
+        let count = self.normals.len();
+        let gram = DMatrix::from_fn(count, count, |a, b| along(&self.normals[a], &responses[b])).lu();
+        for again in [true, false] {
+            let excess = DVector::from_fn(count, |a, _| along(&self.normals[a], z));
+            let Some(multipliers) = gram.solve(&excess) else {
+                // Two constraints on the same vertices: refused before, so never here. NaN ends the curve.
+                z.iter_mut().for_each(|z| *z = [number(f64::NAN); D]);
+                return;
+            };
+            for ((normal, response), &multiplier) in self.normals.iter().zip(&responses).zip(multipliers.iter()) {
+                for (row, vector) in normal {
+                    g[*row] = subtract(g[*row], vector.map(|x| number(multiplier * x)));
                 }
+                for (z, response) in z.iter_mut().zip(response) {
+                    *z = subtract(*z, scale(number(multiplier), *response));
+                }
+            }
+            if again {
+                z.copy_from_slice(g);
+                metric.solve(pins, z);
             }
         }
     }

@@ -64,11 +64,14 @@ pub(crate) enum Standing {
     Broken,
 }
 
-/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`], if nothing else is said, else rounding has the upper hand.
+/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`] or the energy by [`FALL`], if nothing else is said, else rounding has the upper hand.
 const PATIENCE: u32 = 100;
 
 /// See [`PATIENCE`].
 const PROGRESS: f64 = 0.7;
+
+/// So many units of rounding of the energy, relative, are more than a sum's own.
+const FALL: f64 = 64.0;
 
 /// A new direction leads down by at least this part of ⟨g, z⟩, else −z is taken.
 const DOWNWARDS: f64 = 0.01;
@@ -95,6 +98,8 @@ pub(crate) struct Lane<N> {
     /// p is −z.
     steepest: bool,
     best: N,
+    /// Energy when the count began.
+    energy_then: N,
     since_best: u32,
 }
 
@@ -110,7 +115,7 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     pub gauge: S,
     /// Attached: the displacement of the data point of each vertex.
     pub targets: Vec<Vector<S, D>>,
-    /// Tangents and curvatures to keep; with them a descent has one lane.
+    /// Tangents to keep; with them a descent has one lane.
     pub constraints: Option<Constraints<D>>,
     pub u: Vec<Vector<S, D>>,
     x: Vec<Vector<S, D>>,
@@ -153,6 +158,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             search: LineSearch::start(infinite, zero, zero, infinite),
             steepest: true,
             best: infinite,
+            energy_then: infinite,
             since_best: 0,
         };
         Descent {
@@ -206,9 +212,6 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
         for row in 0..self.u.len() {
             self.x[row] = add(self.u[row], scale(alpha, self.p[row]));
-        }
-        if let Some(constraints) = &mut self.constraints {
-            constraints.move_to(alpha.lane(0).to_f64(), Some(&mut self.x), &mut self.p);
         }
         let (energy, slope, length) = self.evaluate();
         let mut accepted = S::ZERO;
@@ -313,9 +316,6 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         for (p, z) in self.p.iter_mut().zip(&self.z) {
             (0..D).for_each(|c| p[c].set_lane(l, -z[c].lane(l)));
         }
-        if let Some(constraints) = &mut self.constraints {
-            constraints.begin(&mut self.p);
-        }
         // Against the edges of the trial that failed: about those of the curve, and a guard is all it is.
         let most = self.edges.most_step(&self.p).lane(l);
         let lane = &mut self.lanes[l];
@@ -337,9 +337,8 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
         self.x.copy_from_slice(&self.trial);
         self.metric.solve(&self.pins, &mut self.x);
-        if let Some(constraints) = &mut self.constraints {
-            constraints.accept();
-            constraints.project(&mut self.metric, &self.pins, &mut self.x);
+        if let Some(constraints) = &self.constraints {
+            constraints.project(&mut self.metric, &self.pins, &mut self.trial, &mut self.x);
         }
         for row in 0..self.u.len() {
             norm2 += dot(self.trial[row], self.x[row]);
@@ -359,9 +358,6 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
                 self.z[row][c] = accepted.if_positive(z, self.z[row][c]);
                 self.p[row][c] = accepted.if_positive(beta * p - z, p);
             }
-        }
-        if let Some(constraints) = &mut self.constraints {
-            constraints.begin(&mut self.p);
         }
         self.edges.close(&mut self.p);
         let most = self.edges.most_step(&self.p);
@@ -396,8 +392,9 @@ impl<N: Real + Scalar> Lane<N> {
             self.standing = Standing::Unbounded;
         } else if self.iterations >= plan.most_iterations {
             self.standing = Standing::Exhausted;
-        } else if norm < N::of(PROGRESS) * self.best {
-            (self.best, self.since_best) = (norm, 0);
+        } else if norm < N::of(PROGRESS) * self.best || self.energy < self.energy_then {
+            let rounding = N::of(FALL) * <N as Real>::EPSILON * Scalar::abs(self.energy);
+            (self.best, self.energy_then, self.since_best) = (least(norm, self.best), self.energy - rounding, 0);
         } else {
             self.since_best += 1;
         }

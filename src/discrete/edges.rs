@@ -37,7 +37,7 @@ pub(crate) struct Edges<S, const D: usize> {
     base: Vec<Vector<S, D>>,
     /// 1 where a lane has the edge.
     exists: Vec<S>,
-    /// 1 where the vertex between this edge and the next is no data point.
+    /// 0 where the vertex between this edge and the next is a data point; elsewhere 1, or what [`Self::set_free`] says.
     free: Vec<S>,
     pub tangent: Vec<Vector<S, D>>,
     pub length: Vec<S>,
@@ -79,6 +79,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
                 let next = if closed { (j + 1) % base.len() } else { j + 1 };
                 edges.free[j].set_lane(lane, number::<S>(if data[next] { 0.0 } else { 1.0 }));
             }
+            edges.close_free(lane);
         }
         edges
     }
@@ -86,6 +87,24 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     /// Sets ε of torsion in a lane, a curvature; at first it is that of a curve of size 1.
     pub fn set_torsion_curvature(&mut self, lane: usize, curvature: f64) {
         self.torsion_curvature.set_lane(lane, number::<S>(curvature));
+    }
+
+    /// Sets by what differences of lengths count in the gauge at each vertex of a lane: 0 at data points.
+    pub fn set_free(&mut self, lane: usize, free: &[f64]) {
+        for j in 0..self.counts[lane] {
+            let next = if self.closed { (j + 1) % self.counts[lane] } else { j + 1 };
+            self.free[j].set_lane(lane, number::<S>(free[next]));
+        }
+        self.close_free(lane);
+    }
+
+    /// The edges that a closed lane repeats have what its first have.
+    fn close_free(&mut self, lane: usize) {
+        let count = self.counts[lane];
+        for k in 0..if self.closed { MOST_EDGES - 1 } else { 0 } {
+            let first = self.free[k].lane(lane);
+            self.free[count + k].set_lane(lane, first);
+        }
     }
 
     /// Most vertices of a lane; displacements have a row for each, and closed curves one more, which repeats vertex 0.

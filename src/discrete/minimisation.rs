@@ -192,6 +192,7 @@ impl Minimisation {
             attached: Vec::new(),
             weights: self.energy.terms().iter().map(|(weight, _)| *weight).collect(),
             gauge: 0.0,
+            free: vec![1.0; vertices.len()],
             highest: 1.0,
             tolerance: self.tolerance,
             longest: f64::INFINITY,

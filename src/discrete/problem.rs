@@ -7,6 +7,7 @@ use super::descent::{Descent, Plan, Standing};
 use super::edges::Edges;
 use super::energy::{Energy, Functional};
 use super::metric::{Pins, Weights};
+use super::setup::order_of;
 use crate::linalg::scalar::Vector;
 use crate::linalg::{Lanes, Real, Scalar};
 
@@ -28,13 +29,15 @@ pub(crate) struct Problem<const D: usize> {
     /// Weight of each term of the energy at size 1.
     pub weights: Vec<f64>,
     pub gauge: f64,
+    /// What differences of edge lengths count by in the gauge, at each vertex; 0 at data points.
+    pub free: Vec<f64>,
     /// Weight of the highest derivative in the inner product.
     pub highest: f64,
     /// √⟨g, L⁻¹g⟩ to reach.
     pub tolerance: f64,
     /// A length that no honest minimum has; infinite where the energy bounds the length.
     pub longest: f64,
-    /// Tangents and curvatures to keep.
+    /// Tangents to keep.
     pub constraints: Option<Constraints<D>>,
 }
 
@@ -80,6 +83,7 @@ impl<const D: usize> Problem<D> {
         let boundary = |problem: &Self| problem.pinned.get(pins).copied().unwrap_or(problem.base.len() as u32);
         self.closed == other.closed
             && 2 * short.base.len() >= long.base.len()
+            && (!self.closed || order_of(3, true, short.base.len()) == order_of(3, true, long.base.len()))
             && self.attached.is_empty()
             && other.attached.is_empty()
             && self.constraints.is_none()
@@ -185,7 +189,8 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
         })
         .collect();
     let is_data: Vec<&[bool]> = is_data.iter().map(|data| &data[..]).collect();
-    let edges = Edges::<S, D>::new(lane(0).closed, &bases, &is_data);
+    let mut edges = Edges::<S, D>::new(lane(0).closed, &bases, &is_data);
+    (0..S::LANES).for_each(|l| edges.set_free(l, &lane(l).free));
     let number = <S::Number as Scalar>::of;
     let each = |value: &dyn Fn(&Problem<D>) -> f64| {
         let mut out = S::ZERO;
@@ -211,10 +216,9 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let terms = functionals.iter().enumerate().map(|(k, f)| (each(&|problem| problem.weights[k]), *f)).collect();
     let gauge = each(&|problem| problem.gauge);
     let bounds: Vec<(f64, f64)> = (0..S::LANES).map(|l| (lane(l).tolerance, lane(l).longest)).collect();
-    // A ring of fewer than four vertices cannot hold third derivatives.
-    let short_ring = lane(0).closed && (0..S::LANES).any(|l| lane(l).vertices() < 4);
-    let order = if short_ring { plan.order.min(2) } else { plan.order };
-    let mut descent = Descent::new(Plan { order, ..*plan }, edges, pins, weights, terms, gauge, targets, &bounds);
+    let limited = |order: usize| order_of(order, lane(0).closed, lane(0).vertices());
+    let plan = Plan { order: limited(plan.order), gauge: limited(plan.gauge), ..*plan };
+    let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, targets, &bounds);
     descent.constraints = lane(0).constraints.clone();
     descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);
     descent

@@ -97,7 +97,7 @@ fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn 
     };
     let mut pinned: Vec<u32> = (0..points.len()).filter(|&k| pinned_at(k)).map(|k| data[k]).collect();
     // What turns about a point needs the point.
-    pinned.extend(constraints.iter().map(|constraint| constraint.row as u32));
+    pinned.extend(constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32));
     pinned.sort_unstable();
     pinned.dedup();
     let mut targets: Vec<(u32, f64, Vector<f64, D>)> = Vec::new();
@@ -112,10 +112,20 @@ fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn 
             }
         }
     }
+    // Edges beside a given curvature have a length of their own.
     let mut data = data;
+    data.extend(constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32));
     data.sort_unstable();
     data.dedup();
-    let order = fair.energy.order();
+    let order = order_of(fair.energy.order(), closed, vertices.len());
+    if order > 1
+        && let Some(j) = fold(&base, closed)
+    {
+        let k = rows.partition_point(|&row| row as usize <= j + 1).saturating_sub(1).min(points.len() - 1);
+        let what = "the points around it lie on a line on which the curve turns back, with no side to turn to: move one \
+                    aside, or give it a tangent";
+        return Err(Unfitted { status: CurveStatus::Degenerate, message: batch.sentence(i, k, what) });
+    }
     let highest = highest_weight::<D>(&fair.energy, &energy_weights, &base, closed);
     let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
     let h = length / base.len() as f64;
@@ -128,10 +138,10 @@ fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn 
         2 => GAUGE * highest * h.powi(-3),
         _ => GAUGE * highest * h.powi(-5),
     };
+    let free = free(&base, &data, closed, if order > 2 { 2.5 } else { 1.5 });
     let longest = if fair.energy.bounds_length() { f64::INFINITY } else { LONGEST * chords / size };
-    let constraints = (!constraints.is_empty()).then(|| Kept::new(constraints, &base, size));
     let problem = Problem {
-        constraints,
+        constraints: Kept::new(&constraints),
         closed,
         base,
         data,
@@ -139,11 +149,17 @@ fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn 
         attached: targets,
         weights: energy_weights,
         gauge,
+        free,
         highest,
         tolerance: fair.tolerance,
         longest,
     };
     Ok(Ready { problem, vertices, rows, size, energy_unit })
+}
+
+/// The order of the inner product; closed curves of fewer than four vertices cannot hold the third.
+pub(super) fn order_of(order: usize, closed: bool, vertices: usize) -> usize {
+    if closed && vertices < 4 { order.min(2) } else { order }
 }
 
 /// Vertices at equal arc length along each span, and the row of every data point.
@@ -177,6 +193,33 @@ fn divide<const D: usize>(
         vertices.push(points[points.len() - 1]);
     }
     (vertices, rows)
+}
+
+/// What differences of lengths count by in the gauge at each vertex: (h/h_s)^power, h_s the mean edge of the vertex' span and h that of
+/// all, so that in every span the tangential stiffness is that of the normal; 0 at data points.
+fn free<const D: usize>(base: &[Vector<f64, D>], data: &[u32], closed: bool, power: f64) -> Vec<f64> {
+    let vertices = base.len() + usize::from(!closed);
+    let mean = |edges: &mut dyn Iterator<Item = usize>| {
+        let (mut count, mut length) = (0, 0.0);
+        for j in edges {
+            count += 1;
+            length += dot(base[j % base.len()], base[j % base.len()]).sqrt();
+        }
+        length / count as f64
+    };
+    let h = mean(&mut (0..base.len()));
+    let mut free = vec![0.0; vertices];
+    for (k, &from) in data.iter().enumerate() {
+        // The last span of a closed curve leads to its first data point.
+        let to = match data.get(k + 1) {
+            Some(&next) => next as usize,
+            None if closed => data[0] as usize + vertices,
+            None => break,
+        };
+        let ratio = (h / mean(&mut (from as usize..to))).powf(power);
+        (from as usize + 1..to).for_each(|row| free[row % vertices] = ratio);
+    }
+    free
 }
 
 /// Fractions of a span that divide it into n pieces of about equal length: the gauge evens out what is left.
@@ -233,6 +276,15 @@ fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vect
             };
     }
     highest
+}
+
+/// The edge after which the curve turns back exactly. There it is a saddle: by symmetry no gradient leads off the line.
+fn fold<const D: usize>(base: &[Vector<f64, D>], closed: bool) -> Option<usize> {
+    let turns_back = |j: &usize| {
+        let (e, f) = (base[*j], base[(*j + 1) % base.len()]);
+        dot(e, f) <= (8.0 * f64::EPSILON - 1.0) * (dot(e, e) * dot(f, f)).sqrt()
+    };
+    (0..if closed { base.len() } else { base.len() - 1 }).find(turns_back)
 }
 
 /// √ of the mean of |K|² over the arc length.

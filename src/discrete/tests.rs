@@ -29,6 +29,11 @@ fn evaluate<S: Scalar, const D: usize>(
     let data: Vec<Vec<bool>> = curves.iter().map(|curve| (0..curve.len()).map(|v| v % 3 == 0).collect()).collect();
     let data: Vec<&[bool]> = data.iter().map(Vec::as_slice).collect();
     let mut edges = Edges::<S, D>::new(closed, &bases, &data);
+    for (lane, curve) in curves.iter().enumerate() {
+        // In spans of short edges differences count more.
+        let free: Vec<f64> = (0..curve.len()).map(|v| [0.0, 1.5, 0.4][v % 3]).collect();
+        edges.set_free(lane, &free);
+    }
     let rows = edges.rows();
     let zero = vec![[S::ZERO; D]; rows];
     let mut movable = vec![S::ZERO; rows];

@@ -9,7 +9,7 @@ use crate::gpu::Downloaded;
 use crate::linalg::Real;
 
 /// Numbers of a curve in `lanes` before its weights, and those of them that the host gives.
-const NUMBERS: usize = 18;
+const NUMBERS: usize = 19;
 const GIVEN: usize = 4;
 
 /// Of what a descent keeps, those that are read back: the energy without the gauge, and ⟨g, z⟩.
@@ -103,12 +103,7 @@ impl<const D: usize> Job<'_, D> {
             let rows = problem.vertices();
             for (j, edge) in problem.base.iter().enumerate() {
                 (0..D).for_each(|c| fixed[at(j, c)] = S::from_f64(edge[c]));
-                fixed[at(j, D)] = S::ONE;
-            }
-            for &row in &problem.data {
-                // The edge that ends there.
-                let edge = if row > 0 || !problem.closed { (row as usize).checked_sub(1) } else { Some(rows - 1) };
-                edge.into_iter().for_each(|edge| fixed[at(edge, D)] = S::ZERO);
+                fixed[at(j, D)] = S::from_f64(problem.free[(j + 1) % rows]);
             }
             (0..rows).for_each(|row| fixed[at(row, D + 1)] = S::ONE);
             problem.pinned.iter().for_each(|&row| fixed[at(row as usize, D + 1)] = S::ZERO);

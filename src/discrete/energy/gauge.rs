@@ -1,15 +1,16 @@
-//! The gauge: ½ Σ q² with q = Δs′ − Δs at vertices that are no data points, or ½ Σ (q′ − q)² over edges.
+//! The gauge: ½ Σ q² with q = c (Δs′ − Δs) at vertices that are no data points, or ½ Σ (q′ − q)² over edges.
 //!
 //! The second form suits energies of order 3, whose inner product has one derivative more; q is 0 at data points.
 //!
 //! Energies of curves do not change when vertices slide along the curve, so nothing says where they should lie. The gauge
 //! does: edges between data points become equal. Every curve can meet it exactly, so that it takes nothing from the
-//! shape, as tension does; energies are reported without it.
+//! shape, as tension does; energies are reported without it. What a difference counts by, c, is 1 where spans are
+//! alike; in spans of shorter edges it is more, as resistance to bending is.
 
 use super::{Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 
-/// ½ (Δs′ − Δs)², 0 at a data point.
+/// ½ c² (Δs′ − Δs)², 0 at a data point.
 pub(crate) struct Gauge;
 
 impl Term<2> for Gauge {
@@ -25,13 +26,13 @@ impl Term<2> for Gauge {
         Partials {
             value: S::of(0.5) * difference * difference,
             tangent: [[S::ZERO; D]; 2],
-            length: [-difference, difference],
+            length: [-(window.free * difference), window.free * difference],
         }
     }
 
     #[inline(always)]
     fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> SecondPartials<S, D, 2> {
-        let free = window.free;
+        let free = window.free * window.free;
         SecondPartials { lengths: [[free, -free], [-free, free]], ..SecondPartials::ZERO }
     }
 }

@@ -22,6 +22,7 @@ fn one_sobolev_step_of_length_1_gives_the_segment_of_theorem_2_2() {
         attached: Vec::new(),
         weights: vec![1.0],
         gauge: 0.0,
+        free: vec![1.0; 201],
         highest: 1.0,
         tolerance: 1e-8,
         longest: f64::INFINITY,
