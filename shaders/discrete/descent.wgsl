@@ -214,8 +214,11 @@ fn take_length(curve: Curve, j: u32, change: vector) -> real {
 
 // Ends the lane, or finds β of its next direction, from ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
 fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved, slope: real) -> real {
-    let norm2 = solved.norm2;
     let given = curve.slot * params.numbers;
+    let tolerance = lanes[given + GIVEN_TOLERANCE];
+    // Where nothing but rounding is left, it may be negative.
+    let nothing = solved.norm2 < real(0) && -solved.norm2 <= tolerance * tolerance;
+    let norm2 = select(solved.norm2, real(0), nothing);
     let before = (*lane).norm2;
     (*lane).norm2 = norm2;
     if (!solved.sound || is_out_of_range(norm2) || norm2 < real(0)) {
@@ -223,7 +226,7 @@ fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved, slope: real) ->
         return real(0);
     }
     let norm = sqrt(norm2);
-    if (norm <= lanes[given + GIVEN_TOLERANCE]) {
+    if (norm <= tolerance) {
         (*lane).standing = STANDING_CONVERGED;
     } else if ((*lane).length > lanes[given + GIVEN_LONGEST] && (*lane).energy < (*lane).start_energy) {
         (*lane).standing = STANDING_UNBOUNDED;

@@ -380,6 +380,9 @@ impl<N: Real + Scalar> Lane<N> {
     fn turn(&mut self, plan: Plan, smallest: N, norm2: N, mixed: N, slope: N) -> N {
         let zero = N::of(0.0);
         let before = self.norm2;
+        // Where nothing but rounding is left, it may be negative.
+        let nothing = norm2 < zero && -norm2 <= self.tolerance * self.tolerance;
+        let norm2 = if nothing { zero } else { norm2 };
         self.norm2 = norm2;
         if !(smallest > zero && norm2 >= zero && norm2.is_finite()) {
             self.standing = Standing::Broken;
