@@ -14,7 +14,7 @@ points are kept. One JSON line a peer, as natural.py prints them, with these bes
 curve, relative, over the curves that the peer was timed on; `short` how many of them are more than 1e-6 above. The lines of
 faircurve, from --faircurve, are printed again with the same energies computed from its vertices by the same function.
 
-usage: fair.py [--runs 3] [--data benches/data] [--write-points] [--faircurve LINE.json]
+usage: fair.py [--runs 3] [--data benches/data] [--write-points] [--faircurve LINE.json] [--ftol 1e-12]
 """
 
 import argparse
@@ -85,7 +85,7 @@ def energy_and_gradient(xp, f, gamma, gauge=1.0):
 
 
 def scipy_fit(start, gamma):
-    """L-BFGS-B on the free coordinates; the tolerances are the loosest powers of ten that leave no curve of the case short."""
+    """L-BFGS-B on the free coordinates."""
     f = start.copy()
 
     def both(x):
