@@ -8,7 +8,11 @@ use super::hessian::BlockHessian;
 use crate::batch::{CurveBatch, Problem};
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, subtract};
+use crate::linalg::{Lanes, Scalar};
 use crate::report::CurveStatus;
+
+/// Curves side by side on the CPU: two vector registers of f64.
+const LANES: usize = 8;
 
 /// What an evaluation needs besides the curves.
 #[derive(Clone, Copy, Debug, Default)]
@@ -71,81 +75,156 @@ impl Energy {
     fn run(&self, batch: &CurveBatch, options: Evaluate, hessian: bool) -> Result<Vec<Evaluation>> {
         self.check()?;
         options.validate(self, batch)?;
-        let curve = |i: usize| {
-            let found = match batch.dimension() {
-                2 => self.at::<2>(batch, i, options, hessian),
-                _ => self.at::<3>(batch, i, options, hessian),
-            };
-            found.unwrap_or_else(|problem| {
-                let entries = batch.points(i).len();
-                Evaluation {
-                    value: f64::NAN,
-                    gradient: vec![f64::NAN; entries],
-                    hessian: vec![f64::NAN; if hessian { entries * entries } else { 0 }],
-                    problem: Some(problem),
-                }
+        let evaluating = Evaluating { energy: self, batch, options, hessian };
+        // Curves of as many edges undergo the same operations, and none is idle in its lane. Dense Hessians are most of their
+        // own cost: those curves go alone.
+        let kind = |i: usize| (batch.is_closed(i), batch.count(i));
+        let mut order: Vec<usize> = (0..batch.len()).collect();
+        order.sort_by_key(|&i| kind(i));
+        let alike = order.chunk_by(|&i, &j| kind(i) == kind(j));
+        let groups: Vec<&[usize]> = alike.flat_map(|curves| curves.chunks(if hessian { 1 } else { LANES })).collect();
+        let found: Vec<(usize, Evaluation)> = groups
+            .into_par_iter()
+            .flat_map_iter(|group| match batch.dimension() {
+                2 => evaluating.group::<2>(group),
+                _ => evaluating.group::<3>(group),
             })
-        };
-        Ok((0..batch.len()).into_par_iter().map(curve).collect())
-    }
-
-    fn at<const D: usize>(
-        &self,
-        batch: &CurveBatch,
-        i: usize,
-        options: Evaluate,
-        hessian: bool,
-    ) -> Result<Evaluation, Problem> {
-        let points: Vec<Vector<f64, D>> = vectors(batch, i);
-        let base = edges(batch, i, &points)?;
-        let attached = match options.targets.filter(|_| self.is_attached()) {
-            Some(targets) => attached::<D>(batch, targets, i)?,
-            None => vec![],
-        };
-        let closed = batch.is_closed(i) && !points.is_empty();
-        let mut edges = Edges::<f64, D>::new(closed, &[&base], &[&vec![false; points.len().max(1)]]);
-        if let Some(curvature) = options.torsion_curvature {
-            edges.set_torsion_curvature(0, curvature);
-        } else if !base.is_empty() {
-            edges.set_torsion_curvature(0, TORSION_CURVATURE / size(&points));
-        }
-        let zero = vec![[0.0; D]; edges.rows()];
-        edges.place(&zero);
-        edges.clear();
-        let mut value = 0.0;
-        let mut gradient = zero;
-        for (weight, functional) in self.terms() {
-            value += edges.add(*weight, functional);
-        }
-        let mut blocks = hessian.then(|| BlockHessian::new(&edges));
-        if let Some(blocks) = &mut blocks {
-            blocks.assemble(&edges, self.terms().iter().map(|(weight, functional)| (*weight, functional)), None);
-        }
-        edges.gradient(&vec![1.0; edges.rows()], &mut gradient);
-        for (weight, _) in self.terms().iter().filter(|(_, functional)| matches!(functional, Functional::Attachment)) {
-            for &(vertex, target, w) in &attached {
-                let w = weight * w;
-                for c in 0..D {
-                    let away = points[vertex][c] - target[c];
-                    value += 0.5 * w * away * away;
-                    gradient[vertex][c] += w * away;
-                }
-                if let Some(blocks) = &mut blocks {
-                    blocks.add_diagonal(vertex, w);
-                }
-            }
-        }
-        gradient.truncate(points.len());
-        Ok(Evaluation {
-            value,
-            gradient: gradient.concat(),
-            hessian: blocks.filter(|_| !points.is_empty()).map_or(vec![], |blocks| blocks.dense(0)),
-            problem: None,
-        })
+            .collect();
+        let mut evaluations: Vec<Option<Evaluation>> = vec![None; batch.len()];
+        found.into_iter().for_each(|(i, evaluation)| evaluations[i] = Some(evaluation));
+        Ok(evaluations.into_iter().map(|evaluation| evaluation.expect("every curve is in one group")).collect())
     }
 
     fn is_attached(&self) -> bool {
         self.terms().iter().any(|(_, functional)| matches!(functional, Functional::Attachment))
+    }
+}
+
+/// One evaluation of a batch.
+struct Evaluating<'a> {
+    energy: &'a Energy,
+    batch: &'a CurveBatch,
+    options: Evaluate<'a>,
+    hessian: bool,
+}
+
+/// A curve that can be evaluated.
+struct Ready<'a, const D: usize> {
+    i: usize,
+    points: &'a [Vector<f64, D>],
+    base: Vec<Vector<f64, D>>,
+    /// Which vertices have data points, where, and of what weight.
+    attached: Vec<(usize, Vector<f64, D>, f64)>,
+}
+
+impl Evaluating<'_> {
+    /// Curves that are all open or all closed and of as many vertices, with their numbers.
+    fn group<const D: usize>(&self, group: &[usize]) -> Vec<(usize, Evaluation)> {
+        let (mut found, mut ready) = (Vec::with_capacity(group.len()), Vec::with_capacity(group.len()));
+        for &i in group {
+            match self.ready::<D>(i) {
+                Ok(curve) => ready.push(curve),
+                Err(problem) => found.push((i, self.nothing(i, problem))),
+            }
+        }
+        if self.hessian || 4 * ready.len() <= LANES {
+            for curve in &ready {
+                found.append(&mut self.evaluate::<f64, D>(std::slice::from_ref(curve)));
+            }
+        } else {
+            found.append(&mut pulp::Arch::new().dispatch(Vectorised { evaluating: self, curves: &ready }));
+        }
+        found
+    }
+
+    fn ready<const D: usize>(&self, i: usize) -> Result<Ready<'_, D>, Problem> {
+        let points = self.batch.points(i).as_chunks::<D>().0;
+        let base = edges(self.batch, i, points)?;
+        let attached = match self.options.targets.filter(|_| self.energy.is_attached()) {
+            Some(targets) => attached::<D>(self.batch, targets, i)?,
+            None => vec![],
+        };
+        Ok(Ready { i, points, base, attached })
+    }
+
+    fn nothing(&self, i: usize, problem: Problem) -> Evaluation {
+        let entries = self.batch.points(i).len();
+        Evaluation {
+            value: f64::NAN,
+            gradient: vec![f64::NAN; entries],
+            hessian: vec![f64::NAN; if self.hessian { entries * entries } else { 0 }],
+            problem: Some(problem),
+        }
+    }
+
+    /// Up to S::LANES curves side by side; lanes to spare repeat the first.
+    #[inline(always)]
+    fn evaluate<S: Scalar<Number = f64>, const D: usize>(&self, curves: &[Ready<D>]) -> Vec<(usize, Evaluation)> {
+        let lane = |l: usize| &curves[if l < curves.len() { l } else { 0 }];
+        let count = curves[0].points.len();
+        let closed = self.batch.is_closed(curves[0].i) && count > 0;
+        let bases: Vec<&[Vector<f64, D>]> = (0..S::LANES).map(|l| &lane(l).base[..]).collect();
+        let free = vec![false; count.max(1)];
+        let mut edges = Edges::<S, D>::new(closed, &bases, &vec![&free[..]; S::LANES]);
+        for l in 0..S::LANES {
+            if let Some(curvature) = self.options.torsion_curvature {
+                edges.set_torsion_curvature(l, curvature);
+            } else if !lane(l).base.is_empty() {
+                edges.set_torsion_curvature(l, TORSION_CURVATURE / size(lane(l).points));
+            }
+        }
+        let zero = vec![[S::ZERO; D]; edges.rows()];
+        edges.place(&zero);
+        edges.clear();
+        let mut values = S::ZERO;
+        let mut gradients = zero;
+        for (weight, functional) in self.energy.terms() {
+            values += edges.add(S::of(*weight), functional);
+        }
+        let mut blocks = self.hessian.then(|| BlockHessian::new(&edges));
+        if let Some(blocks) = &mut blocks {
+            let terms = self.energy.terms().iter();
+            blocks.assemble(&edges, terms.map(|(weight, functional)| (S::of(*weight), functional)), None);
+        }
+        edges.gradient(&vec![S::ONE; edges.rows()], &mut gradients);
+        let attachments =
+            || self.energy.terms().iter().filter(|(_, functional)| matches!(functional, Functional::Attachment));
+        let finish = |(l, curve): (usize, &Ready<D>)| {
+            let mut value = values.lane(l);
+            let mut gradient = Vec::with_capacity(D * count);
+            gradients[..count].iter().for_each(|g| gradient.extend(g.map(|x| x.lane(l))));
+            for (weight, _) in attachments() {
+                for &(vertex, target, w) in &curve.attached {
+                    let w = weight * w;
+                    for c in 0..D {
+                        let away = curve.points[vertex][c] - target[c];
+                        value += 0.5 * w * away * away;
+                        gradient[D * vertex + c] += w * away;
+                    }
+                    if let Some(blocks) = &mut blocks {
+                        blocks.add_diagonal(vertex, S::of(w));
+                    }
+                }
+            }
+            let hessian = blocks.as_ref().filter(|_| count > 0).map_or(vec![], |blocks| blocks.dense(l));
+            (curve.i, Evaluation { value, gradient, hessian, problem: None })
+        };
+        curves.iter().enumerate().map(finish).collect()
+    }
+}
+
+/// [`Evaluating::evaluate`] in lanes, compiled once for every instruction set and chosen at run time.
+struct Vectorised<'a, const D: usize> {
+    evaluating: &'a Evaluating<'a>,
+    curves: &'a [Ready<'a, D>],
+}
+
+impl<const D: usize> pulp::WithSimd for Vectorised<'_, D> {
+    type Output = Vec<(usize, Evaluation)>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        self.evaluating.evaluate::<Lanes<f64, LANES>, D>(self.curves)
     }
 }
 
@@ -168,10 +247,6 @@ impl Evaluate<'_> {
             Some(_) => Ok(()),
         }
     }
-}
-
-fn vectors<const D: usize>(batch: &CurveBatch, i: usize) -> Vec<Vector<f64, D>> {
-    batch.points(i).chunks_exact(D).map(|point| std::array::from_fn(|c| point[c])).collect()
 }
 
 fn degenerate(message: String) -> Problem {
@@ -215,7 +290,7 @@ fn attached<const D: usize>(
     if let Some(problem) = targets.problem(i) {
         return Err(problem.clone());
     }
-    let (spans, edges, data) = (targets.spans(i), batch.spans(i), vectors::<D>(targets, i));
+    let (spans, edges, data) = (targets.spans(i), batch.spans(i), targets.points(i).as_chunks::<D>().0);
     let fits = targets.is_closed(i) == batch.is_closed(i)
         && data.is_empty() == (batch.count(i) == 0)
         && if spans == 0 { edges == 0 } else { edges % spans == 0 };
@@ -230,7 +305,7 @@ fn attached<const D: usize>(
     }
     let every = edges.checked_div(spans).unwrap_or(1);
     let weight = |k: usize| targets.weights(i).map_or(1.0, |weights| weights[k]);
-    Ok(data.into_iter().enumerate().map(|(k, point)| (k * every, point, weight(k))).collect())
+    Ok(data.iter().enumerate().map(|(k, &point)| (k * every, point, weight(k))).collect())
 }
 
 /// The diagonal of the bounding box.
@@ -240,4 +315,44 @@ fn size<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
         all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
     };
     (0..D).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{attachment, bending, length, tension, torsion, variation};
+    use super::*;
+
+    #[test]
+    fn a_curve_of_a_batch_has_the_bits_of_the_curve_alone() {
+        let counts = [9, 9, 1, 9, 0, 9, 17, 9, 9, 2, 9, 9, 9, 9, 17, 9, 9, 9, 3, 9, 9, 9];
+        for (dimension, energy) in [
+            (2, bending(2.0)),
+            (2, 0.7 * bending(2.5) + 0.3 * tension() + 2.0 * attachment()),
+            (3, length() + bending(3.0) + variation() + torsion()),
+        ] {
+            let mut offsets = vec![0];
+            counts.iter().for_each(|count| offsets.push(offsets[offsets.len() - 1] + count));
+            let wave = |k: usize| (k as f64 * 0.618).fract() + (k / dimension) as f64 * 0.3;
+            let mut coords: Vec<f64> = (0..dimension * offsets[counts.len()]).map(wave).collect();
+            // Two neighbours of others in their lanes that have no value.
+            coords[dimension * offsets[3]] = f64::NAN;
+            let repeated = dimension * (offsets[7] + 2);
+            coords.copy_within(repeated..repeated + dimension, repeated + dimension);
+            let closed = (0..counts.len()).map(|i| i % 3 == 0 && counts[i] > 2).collect();
+            let batch = CurveBatch::from_ragged(dimension, coords, offsets).unwrap().closed_each(closed).unwrap();
+            let targets = batch.with_points(batch.coords().iter().map(|x| x.sin()).collect(), batch.offsets().to_vec());
+            let options = Evaluate { targets: Some(&targets), ..Evaluate::default() };
+            let together = energy.evaluate(&batch, options).unwrap();
+            let bits = |found: &Evaluation| -> Vec<u64> {
+                [found.value].iter().chain(&found.gradient).map(|x| x.to_bits()).collect()
+            };
+            for (i, found) in together.iter().enumerate() {
+                let target = targets.select(&[i]);
+                let options = Evaluate { targets: Some(&target), ..options };
+                let alone = energy.evaluate(&batch.select(&[i]), options).unwrap().remove(0);
+                assert_eq!(bits(found), bits(&alone), "{energy}, curve {i}");
+                assert_eq!(found.problem.is_some(), [3, 7].contains(&i), "{energy}, curve {i}: {:?}", found.problem);
+            }
+        }
+    }
 }
