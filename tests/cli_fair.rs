@@ -164,7 +164,7 @@ fn spacing_sets_the_edges_and_beziers_follow_the_curve() {
     assert_eq!(control.len() % 3, 1);
     assert_eq!((control[0], control[control.len() - 1]), ([0.0, 0.0], [3.0, 1.0]));
     fair(&folder, "-o out.svg --energy bending=1,length=1 --as bezier").code(0);
-    assert!(fs::read_to_string(folder.path().join("out.svg")).unwrap().contains(" C"));
+    assert!(fs::read_to_string(folder.path().join("out.svg")).unwrap().contains("C"));
 }
 
 #[test]

@@ -11,8 +11,8 @@ use crate::linalg::scalar::{Vector, subtract};
 use crate::linalg::{Lanes, Scalar};
 use crate::report::CurveStatus;
 
-/// Curves side by side on the CPU: two vector registers of f64.
-const LANES: usize = 8;
+/// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
+const LANES: usize = 4;
 
 /// What an evaluation needs besides the curves.
 #[derive(Clone, Copy, Debug, Default)]
@@ -181,7 +181,8 @@ impl Evaluating<'_> {
         for (weight, functional) in self.energy.terms() {
             values += edges.add(S::of(*weight), functional);
         }
-        let mut blocks = self.hessian.then(|| BlockHessian::new(&edges));
+        // Hessians are large: their curves come alone.
+        let mut blocks = (S::LANES == 1 && self.hessian).then(|| BlockHessian::new(&edges));
         if let Some(blocks) = &mut blocks {
             let terms = self.energy.terms().iter();
             blocks.assemble(&edges, terms.map(|(weight, functional)| (S::of(*weight), functional)), None);

@@ -11,8 +11,8 @@ use super::setup::order_of;
 use crate::linalg::scalar::Vector;
 use crate::linalg::{Lanes, Real, Scalar};
 
-/// Curves side by side on the CPU: two vector registers of f64.
-const LANES: usize = 8;
+/// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
+const LANES: usize = 4;
 
 /// One curve with all that its descent needs, translated and scaled to size 1.
 #[derive(Clone, Debug)]
