@@ -1,8 +1,5 @@
 //! [`Scalar`]: what the mathematics of a curve is written over, one number at a time or one a lane of a vector register.
 
-// Loops over coordinates and lanes by number read as the formulas do.
-#![allow(clippy::needless_range_loop)]
-
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -112,15 +109,17 @@ impl<T: Real, const L: usize> Default for Lanes<T, L> {
     }
 }
 
-// Plain loops by number, for closures and iterators in every operation make descents slow to compile.
+// Loops as plain as can be: iterators and ranges in every operation make descents take minutes to compile.
 macro_rules! operator {
     ($trait:ident $method:ident $assign_trait:ident $assign_method:ident) => {
         impl<T: Real, const L: usize> $trait for Lanes<T, L> {
             type Output = Self;
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
-                for j in 0..L {
+                let mut j = 0;
+                while j < L {
                     self.0[j] = self.0[j].$method(other.0[j]);
+                    j += 1;
                 }
                 self
             }
@@ -129,8 +128,10 @@ macro_rules! operator {
         impl<T: Real, const L: usize> $assign_trait for Lanes<T, L> {
             #[inline(always)]
             fn $assign_method(&mut self, other: Self) {
-                for j in 0..L {
+                let mut j = 0;
+                while j < L {
                     self.0[j] = self.0[j].$method(other.0[j]);
+                    j += 1;
                 }
             }
         }
@@ -145,8 +146,10 @@ impl<T: Real, const L: usize> Div for Lanes<T, L> {
     type Output = Self;
     #[inline(always)]
     fn div(mut self, other: Self) -> Self {
-        for j in 0..L {
+        let mut j = 0;
+        while j < L {
             self.0[j] = self.0[j] / other.0[j];
+            j += 1;
         }
         self
     }
@@ -156,8 +159,10 @@ impl<T: Real, const L: usize> Neg for Lanes<T, L> {
     type Output = Self;
     #[inline(always)]
     fn neg(mut self) -> Self {
-        for x in &mut self.0 {
-            *x = -*x;
+        let mut j = 0;
+        while j < L {
+            self.0[j] = -self.0[j];
+            j += 1;
         }
         self
     }
@@ -183,37 +188,47 @@ impl<T: Real + Scalar<Number = T>, const L: usize> Scalar for Lanes<T, L> {
     }
     #[inline(always)]
     fn sqrt(mut self) -> Self {
-        for x in &mut self.0 {
-            *x = x.sqrt();
+        let mut j = 0;
+        while j < L {
+            self.0[j] = self.0[j].sqrt();
+            j += 1;
         }
         self
     }
     #[inline(always)]
     fn abs(mut self) -> Self {
-        for x in &mut self.0 {
-            *x = Scalar::abs(*x);
+        let mut j = 0;
+        while j < L {
+            self.0[j] = Scalar::abs(self.0[j]);
+            j += 1;
         }
         self
     }
     #[inline(always)]
     fn max(mut self, other: Self) -> Self {
-        for j in 0..L {
+        let mut j = 0;
+        while j < L {
             self.0[j] = Scalar::max(self.0[j], other.0[j]);
+            j += 1;
         }
         self
     }
     #[inline(always)]
     fn powf(mut self, exponent: f64) -> Self {
-        for x in &mut self.0 {
-            *x = Scalar::powf(*x, exponent);
+        let mut j = 0;
+        while j < L {
+            self.0[j] = Scalar::powf(self.0[j], exponent);
+            j += 1;
         }
         self
     }
     #[inline(always)]
     fn if_positive(self, yes: Self, no: Self) -> Self {
         let mut out = no;
-        for j in 0..L {
+        let mut j = 0;
+        while j < L {
             out.0[j] = self.0[j].if_positive(yes.0[j], no.0[j]);
+            j += 1;
         }
         out
     }
@@ -226,8 +241,10 @@ pub type Vector<S, const D: usize> = [S; D];
 #[inline(always)]
 pub fn dot<S: Scalar, const D: usize>(a: Vector<S, D>, b: Vector<S, D>) -> S {
     let mut sum = a[0] * b[0];
-    for c in 1..D {
+    let mut c = 1;
+    while c < D {
         sum += a[c] * b[c];
+        c += 1;
     }
     sum
 }
@@ -235,8 +252,10 @@ pub fn dot<S: Scalar, const D: usize>(a: Vector<S, D>, b: Vector<S, D>) -> S {
 /// a + b
 #[inline(always)]
 pub fn add<S: Scalar, const D: usize>(mut a: Vector<S, D>, b: Vector<S, D>) -> Vector<S, D> {
-    for c in 0..D {
+    let mut c = 0;
+    while c < D {
         a[c] += b[c];
+        c += 1;
     }
     a
 }
@@ -244,8 +263,10 @@ pub fn add<S: Scalar, const D: usize>(mut a: Vector<S, D>, b: Vector<S, D>) -> V
 /// a − b
 #[inline(always)]
 pub fn subtract<S: Scalar, const D: usize>(mut a: Vector<S, D>, b: Vector<S, D>) -> Vector<S, D> {
-    for c in 0..D {
+    let mut c = 0;
+    while c < D {
         a[c] -= b[c];
+        c += 1;
     }
     a
 }
@@ -253,8 +274,10 @@ pub fn subtract<S: Scalar, const D: usize>(mut a: Vector<S, D>, b: Vector<S, D>)
 /// x·a
 #[inline(always)]
 pub fn scale<S: Scalar, const D: usize>(x: S, mut a: Vector<S, D>) -> Vector<S, D> {
-    for c in 0..D {
+    let mut c = 0;
+    while c < D {
         a[c] *= x;
+        c += 1;
     }
     a
 }
