@@ -67,10 +67,10 @@ fn repeated_points_are_one_vertex() {
     let fair = of(bending(2.0) + length());
     for closed in [false, true] {
         let (_, plain) = fitted::<2>(&fair, &one(&S, closed), 16);
-        for at in 0..5 {
+        for (at, point) in S.into_iter().enumerate() {
             let mut points = S.to_vec();
-            points.insert(at, S[at]);
-            points.insert(at, S[at]);
+            points.insert(at, point);
+            points.insert(at, point);
             let batch = one(&points, closed);
             let (vertices, report) = fitted::<2>(&fair, &batch, 16);
             assert_eq!(report.status, CurveStatus::Converged, "closed {closed}, point {at}: {report:?}");

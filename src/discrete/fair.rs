@@ -15,6 +15,9 @@ use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::{CurveReport, CurveStatus, Fit};
 
+/// A gradient left at so many times the tolerance is rounding, above it the curve's own trouble.
+const ROUNDING_REACHES: f64 = 1e3;
+
 /// Bending in f32 has the digits for so many edges a span: its condition grows as their fourth power.
 const MOST_EDGES_IN_F32: u32 = 200;
 
@@ -273,8 +276,13 @@ impl Fair {
                 CurveStatus::NotConverged,
                 say(format!(
                     "after {iterations} iterations no step leads further down, with a gradient of {norm:.1e} where {:.1e} was asked for: \
-                     the curve is the best one reached; ask for a larger tolerance, or f64",
-                    ready.problem.tolerance
+                     the curve is the best one reached; {}",
+                    ready.problem.tolerance,
+                    if norm <= ROUNDING_REACHES * ready.problem.tolerance {
+                        "ask for a larger tolerance"
+                    } else {
+                        "its points turn too sharply for its edges: add length to the energy, or ask for more of them"
+                    }
                 )),
             ),
             Standing::Running => (
