@@ -29,6 +29,11 @@ fn few_segments_and_few_points_are_fitted_too() {
         for n in [1, 2, 3, 4] {
             for (points, closed) in [(&S[..2], false), (&S[..3], false), (&S[..], false), (&TRIANGLE, true), (&S, true)]
             {
+                // Every arc through two points has no variation: nothing but length tells them apart, and the inner
+                // product of order 3 needs a third point.
+                if energy.order() == 3 && points.len() == 2 {
+                    continue;
+                }
                 let fair = Fair { segments: Segments::PerSpan(n), ..of(energy.clone()) };
                 let (vertices, report) = fitted::<2>(&fair, &one(points, closed), n);
                 let case = format!("{energy}, {n} segments, {} points, closed {closed}", points.len());

@@ -215,7 +215,9 @@ fn a_curve_that_is_no_graph_says_why_and_leaves_its_neighbours_bits() {
     // The remedy that a sentence names is one.
     let close = CurveBatch::from_slices(&[bad[4].0]).unwrap();
     let fine = Graph { mesh: Mesh::Points(5002), max_iterations: 0, ..Graph::default() };
-    assert_eq!(fine.fit(&close, &Device::cpu()).unwrap().reports()[0].status, CurveStatus::NotConverged);
+    // Whether so steep a graph has a minimum is another question: it is one, and is fitted.
+    let fit = fine.fit(&close, &Device::cpu()).unwrap();
+    assert!(fit.curve(0).is_fitted(), "{:?}", fit.reports()[0]);
 }
 
 #[test]
