@@ -68,7 +68,7 @@ const FLAG_HIGH_SLOPE: u32 = 4u;
 const DIRECTION_POLAK_RIBIERE: u32 = 1u;
 const DIRECTION_HYBRID: u32 = 2u;
 
-// See PATIENCE, PROGRESS, FALL and DOWNWARDS of the twin.
+// See PATIENCE, PROGRESS, FALL and DOWNWARDS of src/discrete/lane.rs.
 const PATIENCE: u32 = 100u;
 const PROGRESS: real = real(0.7);
 // 64 ε

@@ -36,6 +36,7 @@ pub mod evaluate_gpu;
 mod fair;
 mod graph;
 mod hessian;
+mod lane;
 mod line_search;
 mod metric;
 mod minimisation;

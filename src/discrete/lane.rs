@@ -1,0 +1,146 @@
+//! [`Lane`]: the numbers of one curve on its way down, when it ends, and how its direction turns.
+
+use super::descent::{Direction, Plan, Step};
+use super::line_search::LineSearch;
+use crate::linalg::{Real, Scalar};
+
+/// How a curve stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Standing {
+    Running,
+    /// √⟨g, z⟩ ≤ tolerance.
+    Converged,
+    /// No direction leads down any more, at rounding level or not.
+    Stalled,
+    /// So many iterations were not enough.
+    Exhausted,
+    /// The length has passed its bound while the energy fell.
+    Unbounded,
+    /// Energy or inner product are no numbers.
+    Broken,
+}
+
+/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`] or the energy by [`FALL`], if nothing else is said, else rounding has the upper hand.
+const PATIENCE: u32 = 100;
+
+/// See [`PATIENCE`].
+const PROGRESS: f64 = 0.7;
+
+/// So many units of rounding of the energy, relative, are more than a sum's own.
+const FALL: f64 = 64.0;
+
+/// A new direction leads down by at least this part of ⟨g, z⟩, else −z is taken.
+const DOWNWARDS: f64 = 0.01;
+
+/// One curve's numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lane<N> {
+    pub standing: Standing,
+    pub energy: N,
+    /// ⟨g, z⟩
+    pub norm2: N,
+    pub length: N,
+    pub iterations: u32,
+    pub evaluations: u32,
+    pub tolerance: N,
+    /// A length that no honest minimum has; infinite where the energy bounds the length.
+    pub longest: N,
+    /// Steps without progress after which rounding is taken to have the upper hand.
+    pub patience: u32,
+    /// Whether a line search keeps edges from changing too much in one step.
+    pub guarded: bool,
+    pub(super) start_energy: N,
+    pub(super) search: LineSearch<N>,
+    /// p is −z.
+    pub(super) steepest: bool,
+    pub(super) best: N,
+    /// Energy when the count began.
+    pub(super) energy_then: N,
+    pub(super) since_best: u32,
+}
+
+impl<N: Real + Scalar> Lane<N> {
+    /// A curve before its first tick, which evaluates where it is.
+    pub(super) fn new(tolerance: f64, longest: f64) -> Self {
+        let (zero, infinite) = (N::of(0.0), N::of(f64::INFINITY));
+        Lane {
+            standing: Standing::Running,
+            energy: zero,
+            norm2: infinite,
+            length: zero,
+            iterations: 0,
+            evaluations: 0,
+            tolerance: N::of(tolerance),
+            longest: N::of(longest),
+            patience: PATIENCE,
+            guarded: true,
+            start_energy: zero,
+            // The first tick evaluates where the curve is.
+            search: LineSearch::start(infinite, zero, zero, infinite),
+            steepest: true,
+            best: infinite,
+            energy_then: infinite,
+            since_best: 0,
+        }
+    }
+
+    /// Ends the lane, or returns β of its next direction, from ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
+    pub(super) fn turn(&mut self, plan: Plan, smallest: N, norm2: N, mixed: N, slope: N) -> N {
+        let zero = N::of(0.0);
+        let before = self.norm2;
+        // Where nothing but rounding is left, it may be negative.
+        let nothing = norm2 < zero && -norm2 <= self.tolerance * self.tolerance;
+        let norm2 = if nothing { zero } else { norm2 };
+        self.norm2 = norm2;
+        if !(smallest > zero && norm2 >= zero && norm2.is_finite()) {
+            self.standing = Standing::Broken;
+            return zero;
+        }
+        let norm = norm2.sqrt();
+        if norm <= self.tolerance {
+            self.standing = Standing::Converged;
+        } else if self.length > self.longest && self.energy < self.start_energy {
+            self.standing = Standing::Unbounded;
+        } else if self.iterations >= plan.most_iterations {
+            self.standing = Standing::Exhausted;
+        } else if norm < N::of(PROGRESS) * self.best || self.energy < self.energy_then {
+            let rounding = N::of(FALL) * <N as Real>::EPSILON * Scalar::abs(self.energy);
+            (self.best, self.energy_then, self.since_best) = (least(norm, self.best), self.energy - rounding, 0);
+        } else {
+            self.since_best += 1;
+        }
+        if self.standing == Standing::Running && self.since_best > self.patience && plan.step == Step::Search {
+            self.standing = Standing::Stalled;
+        }
+        let change = slope - self.search.slope();
+        let beta = match plan.direction {
+            _ if self.iterations == 0 => zero,
+            Direction::Steepest => zero,
+            Direction::PolakRibiere => (norm2 - mixed) / before,
+            Direction::Hybrid if change > zero => least((norm2 - mixed) / change, norm2 / change),
+            Direction::Hybrid => zero,
+        };
+        let downwards = beta * slope - norm2 < -(N::of(DOWNWARDS) * norm2);
+        if beta > zero && beta.is_finite() && downwards { beta } else { zero }
+    }
+
+    /// Starts along p = −z + βp from the slope ⟨g⁺, p⟩ of the direction before.
+    pub(super) fn begin(&mut self, plan: Plan, beta: N, slope: N, most: N) {
+        if self.standing != Standing::Running {
+            self.search.alpha = N::of(0.0);
+            return;
+        }
+        self.steepest = beta == N::of(0.0);
+        let alpha = match plan.step {
+            Step::Constant(alpha) => N::of(alpha),
+            Step::Search if self.iterations == 0 => N::of(1.0),
+            Step::Search => self.search.alpha,
+        };
+        let most = if plan.step == Step::Search && self.guarded { most } else { N::of(f64::INFINITY) };
+        self.search = LineSearch::start(self.energy, beta * slope - self.norm2, alpha, most);
+    }
+}
+
+fn least<N: PartialOrd>(a: N, b: N) -> N {
+    if a < b { a } else { b }
+}
