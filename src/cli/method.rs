@@ -27,6 +27,8 @@ pub enum MethodName {
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum Solver {
+    /// Newton's method, damped in the Sobolev metric
+    Newton,
     /// Conjugate gradients in the Sobolev metric
     Cg,
     /// Steepest descent in the Sobolev metric
@@ -261,7 +263,12 @@ impl MethodArgs {
                 None => Segments::PerSpan(self.per_span()?),
             },
             pins,
-            direction: if self.solver == Some(Solver::Descent) { Direction::Steepest } else { defaults.direction },
+            direction: match self.solver {
+                Some(Solver::Newton) => Direction::Newton,
+                Some(Solver::Cg) => Direction::Hybrid,
+                Some(Solver::Descent) => Direction::Steepest,
+                None => defaults.direction,
+            },
             tolerance: self.tolerance.unwrap_or(defaults.tolerance),
             max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
             ..defaults

@@ -191,7 +191,7 @@ impl At<'_> {
             hessian.assemble(
                 &edges,
                 self.energy.terms().iter().map(|(weight, functional)| (*weight, functional)),
-                gauge,
+                gauge.map(|weight| (2, weight)),
             );
             (0..count).for_each(|v| hessian.add_diagonal(v, attachment(v).1));
             for v in 0..count {

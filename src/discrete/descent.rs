@@ -17,12 +17,14 @@ use crate::linalg::{Real, Scalar};
 /// How the direction follows from Sobolev gradients.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Direction {
+    /// −(H + λL)⁻¹g with the Hessian H and the Sobolev inner product L, damped by λ ≥ 0 as far as it takes. The step is 1.
+    #[default]
+    Newton,
     /// −z
     Steepest,
     /// −z + βp with β = max(0, ⟨g⁺, z⁺ − z⟩/⟨g, z⟩), after Polak and Ribière.
     PolakRibiere,
     /// β = max(0, min(Hestenes–Stiefel, Dai–Yuan)): a tenth fewer evaluations, and steps need be less exact.
-    #[default]
     Hybrid,
 }
 
@@ -64,11 +66,11 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     /// Tangents to keep; with them a descent has one lane.
     pub constraints: Option<Constraints<D>>,
     pub u: Vec<Vector<S, D>>,
-    x: Vec<Vector<S, D>>,
-    p: Vec<Vector<S, D>>,
-    g: Vec<Vector<S, D>>,
-    z: Vec<Vector<S, D>>,
-    trial: Vec<Vector<S, D>>,
+    pub(super) x: Vec<Vector<S, D>>,
+    pub(super) p: Vec<Vector<S, D>>,
+    pub(super) g: Vec<Vector<S, D>>,
+    pub(super) z: Vec<Vector<S, D>>,
+    pub(super) trial: Vec<Vector<S, D>>,
     pub lanes: Vec<Lane<S::Number>>,
 }
 
@@ -155,7 +157,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
 
     /// Energy and slope at x, whose gradient goes to `trial`; and the length.
     #[inline(always)]
-    fn evaluate(&mut self) -> (S, S, S) {
+    pub(super) fn evaluate(&mut self) -> (S, S, S) {
         self.edges.close(&mut self.x);
         self.edges.place(&self.x);
         self.edges.clear();
@@ -252,7 +254,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
 
     /// Takes the step where `accepted` is 1: Sobolev gradient, direction and first trial there.
     #[inline(always)]
-    fn accept(&mut self, accepted: S, slope: S) {
+    pub(super) fn accept(&mut self, accepted: S, slope: S) {
         let smallest = self.metric.freeze(&self.edges, &self.pins, &self.weights);
         // x becomes the new Sobolev gradient's array once the displacements are taken.
         let (mut norm2, mut mixed) = (S::ZERO, S::ZERO);

@@ -287,7 +287,7 @@ impl<'a, const D: usize> Job<'a, D> {
             direction: match run.plan.direction {
                 Direction::Steepest => 0,
                 Direction::PolakRibiere => 1,
-                Direction::Hybrid => 2,
+                Direction::Hybrid | Direction::Newton => 2,
             },
             search: (run.plan.step == Step::Search).into(),
             padding: 0,

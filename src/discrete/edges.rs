@@ -214,8 +214,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             Functional::Length => self.sweep(weight, &Length),
             Functional::Tension => self.sweep(weight, &Tension),
             Functional::Bending { exponent } => self.sweep(weight, &Bending { exponent: *exponent }),
-            Functional::Variation => self.sweep(weight, &Variation),
-            Functional::Torsion => self.sweep(weight, &Torsion),
+            Functional::Variation => self.sweep_apart(weight, &Variation),
+            Functional::Torsion => self.sweep_apart(weight, &Torsion),
             Functional::Custom(custom) => self.sweep_custom(weight, custom.as_ref()),
             Functional::Attachment => S::ZERO,
         }
@@ -238,6 +238,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
+    #[inline(never)]
     fn sum<T: Term<W>, const W: usize>(&self, term: &T) -> S {
         let mut value = S::ZERO;
         for j in 0..self.windows::<W>() {
@@ -252,7 +253,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         if order < 3 {
             return self.sweep(weight, &Gauge);
         }
-        let mut value = self.sweep(weight, &SmoothGauge);
+        let mut value = self.sweep_apart(weight, &SmoothGauge);
         if !self.closed {
             for j in 0..self.windows::<2>() {
                 let at_ends = weight * self.ends(j);
@@ -315,6 +316,12 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             self.by_length[j + k] += weight * partials.length[k];
         }
         weight * partials.value
+    }
+
+    /// Not inlined into what is vectorised: energies over three edges take the compiler long.
+    #[inline(never)]
+    fn sweep_apart<T: Term<W>, const W: usize>(&mut self, weight: S, term: &T) -> S {
+        self.sweep(weight, term)
     }
 
     /// A user's energy, lane by lane in f64.

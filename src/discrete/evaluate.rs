@@ -7,8 +7,9 @@ use super::energy::{Energy, Functional, TORSION_CURVATURE};
 use super::hessian::BlockHessian;
 use crate::batch::{CurveBatch, Problem};
 use crate::error::{Error, Result};
+
 use crate::linalg::scalar::{Vector, subtract};
-use crate::linalg::{Lanes, Scalar};
+use crate::linalg::{Lanes, Scalar, with_wide_registers};
 use crate::report::CurveStatus;
 
 /// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
@@ -127,12 +128,11 @@ impl Evaluating<'_> {
                 Err(problem) => found.push((i, self.nothing(i, problem))),
             }
         }
-        if self.hessian || 4 * ready.len() <= LANES {
-            for curve in &ready {
-                found.append(&mut self.evaluate::<f64, D>(std::slice::from_ref(curve)));
-            }
-        } else {
-            found.append(&mut pulp::Arch::new().dispatch(Vectorised { evaluating: self, curves: &ready }));
+        let wide = Vectorised { evaluating: self, curves: &ready };
+        let alone = self.hessian || 4 * ready.len() <= LANES;
+        match if alone { Err(wide) } else { with_wide_registers(wide) } {
+            Ok(mut evaluations) => found.append(&mut evaluations),
+            Err(_) => ready.iter().for_each(|curve| found.append(&mut self.evaluate_one(curve))),
         }
         found
     }
@@ -155,6 +155,11 @@ impl Evaluating<'_> {
             hessian: vec![f64::NAN; if self.hessian { entries * entries } else { 0 }],
             problem: Some(problem),
         }
+    }
+
+    #[inline(never)]
+    fn evaluate_one<const D: usize>(&self, curve: &Ready<D>) -> Vec<(usize, Evaluation)> {
+        self.evaluate::<f64, D>(std::slice::from_ref(curve))
     }
 
     /// Up to S::LANES curves side by side; lanes to spare repeat the first.
@@ -185,7 +190,7 @@ impl Evaluating<'_> {
         let mut blocks = (S::LANES == 1 && self.hessian).then(|| BlockHessian::new(&edges));
         if let Some(blocks) = &mut blocks {
             let terms = self.energy.terms().iter();
-            blocks.assemble(&edges, terms.map(|(weight, functional)| (S::of(*weight), functional)), None);
+            blocks.assemble_apart(&edges, terms.map(|(weight, functional)| (S::of(*weight), functional)), None);
         }
         edges.gradient(&vec![S::ONE; edges.rows()], &mut gradients);
         let attachments =
@@ -214,7 +219,7 @@ impl Evaluating<'_> {
     }
 }
 
-/// [`Evaluating::evaluate`] in lanes, compiled once for every instruction set and chosen at run time.
+/// [`Evaluating::evaluate`] in lanes.
 struct Vectorised<'a, const D: usize> {
     evaluating: &'a Evaluating<'a>,
     curves: &'a [Ready<'a, D>],

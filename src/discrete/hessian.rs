@@ -5,7 +5,7 @@
 
 use super::edges::{Adapter, Edges};
 use super::energy::bending::Bending;
-use super::energy::gauge::Gauge;
+use super::energy::gauge::{Gauge, SmoothGauge};
 use super::energy::length::Length;
 use super::energy::tension::Tension;
 use super::energy::torsion::Torsion;
@@ -54,13 +54,14 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         &self.blocks
     }
 
-    /// Replaces the blocks by those of the weighted sum of functionals and of the gauge, at the curve where the edges are placed.
+    /// Replaces the blocks by those of the weighted sum of functionals and of the gauge, given by its order and weight, at the
+    /// curve where the edges are placed.
     #[inline(always)]
     pub fn assemble<'a>(
         &mut self,
         edges: &Edges<S, D>,
         terms: impl IntoIterator<Item = (S, &'a Functional)>,
-        gauge: Option<S>,
+        gauge: Option<(usize, S)>,
     ) {
         self.at_edges.fill([[[S::ZERO; D]; D]; COUPLED]);
         for (weight, functional) in terms {
@@ -68,20 +69,44 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
                 Functional::Length => self.sweep(edges, weight, &Length),
                 Functional::Tension => self.sweep(edges, weight, &Tension),
                 Functional::Bending { exponent } => self.sweep(edges, weight, &Bending { exponent: *exponent }),
-                Functional::Variation => self.sweep(edges, weight, &Variation),
-                Functional::Torsion => self.sweep(edges, weight, &Torsion),
+                Functional::Variation => self.sweep_apart(edges, weight, &Variation),
+                Functional::Torsion => self.sweep_apart(edges, weight, &Torsion),
                 Functional::Custom(custom) => match custom.edges() {
-                    1 => self.sweep(edges, weight, &Adapter::<1>(custom.as_ref())),
-                    2 => self.sweep(edges, weight, &Adapter::<2>(custom.as_ref())),
-                    _ => self.sweep(edges, weight, &Adapter::<3>(custom.as_ref())),
+                    1 => self.sweep_apart(edges, weight, &Adapter::<1>(custom.as_ref())),
+                    2 => self.sweep_apart(edges, weight, &Adapter::<2>(custom.as_ref())),
+                    _ => self.sweep_apart(edges, weight, &Adapter::<3>(custom.as_ref())),
                 },
                 Functional::Attachment => (),
             }
         }
-        if let Some(weight) = gauge {
-            self.sweep(edges, weight, &Gauge);
+        match gauge {
+            Some((3, weight)) => {
+                self.sweep_apart(edges, weight, &SmoothGauge);
+                self.add_gauge_at_ends(edges, weight);
+            }
+            Some((_, weight)) => self.sweep(edges, weight, &Gauge),
+            None => (),
         }
         self.scatter();
+    }
+
+    /// [`assemble`](Self::assemble) for callers that are not vectorised, compiled once.
+    #[inline(never)]
+    pub fn assemble_apart<'a>(
+        &mut self,
+        edges: &Edges<S, D>,
+        terms: impl IntoIterator<Item = (S, &'a Functional)>,
+        gauge: Option<(usize, S)>,
+    ) {
+        self.assemble(edges, terms, gauge);
+    }
+
+    /// The gauge of first differences beside the ends of open curves, which belongs to that of second ones.
+    #[inline(never)]
+    fn add_gauge_at_ends(&mut self, edges: &Edges<S, D>, weight: S) {
+        for start in 0..if self.closed { 0 } else { edges.windows::<2>() } {
+            self.add_window(edges, start, weight * edges.ends(start), &Gauge);
+        }
     }
 
     /// Adds x to the diagonal of a vertex: weight · w of [`attachment`](super::attachment).
@@ -93,18 +118,28 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     #[inline(always)]
     fn sweep<T: Term<W>, const W: usize>(&mut self, edges: &Edges<S, D>, weight: S, term: &T) {
         for start in 0..edges.windows::<W>() {
-            let weight = weight * edges.starts::<W>(start);
-            let window = edges.window::<W>(start);
-            let (first, second) = (term.gradient(&window), term.hessian(&window));
-            let inverse: [S; W] = std::array::from_fn(|j| edges.inverse[start + j]);
-            for j in 0..W {
-                for k in j..W {
-                    let mut block = pair(&window.tangent, &inverse, &second, j, k);
-                    if j == k {
-                        add_curvature_of_edge(&mut block, window.tangent[j], inverse[j], &first, j);
-                    }
-                    add_scaled(&mut self.at_edges[start + j][k - j], weight, &block);
+            self.add_window(edges, start, weight * edges.starts::<W>(start), term);
+        }
+    }
+
+    /// Not inlined into what is vectorised: the derivatives of energies over three edges would take minutes to compile.
+    #[inline(never)]
+    fn sweep_apart<T: Term<W>, const W: usize>(&mut self, edges: &Edges<S, D>, weight: S, term: &T) {
+        self.sweep(edges, weight, term);
+    }
+
+    #[inline(always)]
+    fn add_window<T: Term<W>, const W: usize>(&mut self, edges: &Edges<S, D>, start: usize, weight: S, term: &T) {
+        let window = edges.window::<W>(start);
+        let (first, second) = (term.gradient(&window), term.hessian(&window));
+        let inverse: [S; W] = std::array::from_fn(|j| edges.inverse[start + j]);
+        for j in 0..W {
+            for k in j..W {
+                let mut block = pair(&window.tangent, &inverse, &second, j, k);
+                if j == k {
+                    add_curvature_of_edge(&mut block, window.tangent[j], inverse[j], &first, j);
                 }
+                add_scaled(&mut self.at_edges[start + j][k - j], weight, &block);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! [`Lane`]: the numbers of one curve on its way down, when it ends, and how its direction turns.
 
+use super::damping::Damping;
 use super::descent::{Direction, Plan, Step};
 use super::line_search::LineSearch;
 use crate::linalg::{Real, Scalar};
@@ -51,6 +52,7 @@ pub(crate) struct Lane<N> {
     pub guarded: bool,
     pub(super) start_energy: N,
     pub(super) search: LineSearch<N>,
+    pub(super) damping: Damping<N>,
     /// p is −z.
     pub(super) steepest: bool,
     pub(super) best: N,
@@ -77,6 +79,7 @@ impl<N: Real + Scalar> Lane<N> {
             start_energy: zero,
             // The first tick evaluates where the curve is.
             search: LineSearch::start(infinite, zero, zero, infinite),
+            damping: Damping::new(),
             steepest: true,
             best: infinite,
             energy_then: infinite,
@@ -115,7 +118,7 @@ impl<N: Real + Scalar> Lane<N> {
         let change = slope - self.search.slope();
         let beta = match plan.direction {
             _ if self.iterations == 0 => zero,
-            Direction::Steepest => zero,
+            Direction::Steepest | Direction::Newton => zero,
             Direction::PolakRibiere => (norm2 - mixed) / before,
             Direction::Hybrid if change > zero => least((norm2 - mixed) / change, norm2 / change),
             Direction::Hybrid => zero,

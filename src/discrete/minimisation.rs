@@ -5,7 +5,7 @@ use super::energy::{Energy, Functional};
 use super::newton::Newton;
 use super::problem::{Problem, start};
 use crate::error::{Error, Result};
-use crate::linalg::scalar::{Vector, add, subtract};
+use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
 
 /// Minimises an energy over the inner vertices of one open curve, both ends held, by the method of your choice, and shows every
@@ -255,8 +255,9 @@ impl Minimisation {
             most_iterations: self.max_iterations,
         };
         let problem = self.problem(vertices);
-        let Descent { mut edges, pins, terms, mut u, .. } = start::<f64, D>(&plan, &self.functionals(), &[&problem]);
-        let mut newton = Newton::new(&edges, &pins.movable);
+        let Descent { mut edges, pins, weights, terms, mut u, .. } =
+            start::<f64, D>(&plan, &self.functionals(), &[&problem]);
+        let mut newton = Newton::new(self.energy.order(), &edges, &pins.movable);
         let (mut g, mut p) = (u.clone(), u.clone());
         let mut here = Here::new(vertices);
         for iteration in 0.. {
@@ -271,9 +272,13 @@ impl Minimisation {
             (here.energy, here.length, here.gradient_norm) = (energy, edges.total_length(), f64::NAN);
             here.vertices.iter_mut().zip(vertices).zip(&u).for_each(|((to, from), u)| *to = add(*from, *u));
             observe(here.iterate());
-            let Some(decrement) = newton.direction(&edges, &terms, &g, &mut p) else {
+            newton.assemble(&edges, terms.iter().copied(), None, &weights);
+            if is_singular(newton.factor(0.0), newton.largest(), D * vertices.len()) {
                 return here.end(Ending::Singular);
-            };
+            }
+            p.iter_mut().zip(&g).for_each(|(p, g)| *p = scale(-1.0, *g));
+            newton.solve(&mut p);
+            let decrement = -p.iter().zip(&g).map(|(p, g)| dot(*p, *g)).sum::<f64>();
             here.gradient_norm = decrement.max(0.0).sqrt();
             if here.gradient_norm <= self.tolerance {
                 return here.end(Ending::Converged);
@@ -285,6 +290,15 @@ impl Minimisation {
         }
         here.end(Ending::Exhausted)
     }
+}
+
+/// Whether a Hessian of n unknowns with this smallest pivot is singular or indefinite.
+///
+/// H = L D Lᵀ counts as singular where a pivot is not above n ε a: ε the rounding of f64, a the largest entry on the diagonal
+/// of H. Pivots of a semidefinite matrix are at most a, and rounding perturbs them by no more than n ε a to first order: below
+/// that nothing tells a pivot from 0, and a solution would be made of rounding errors alone.
+fn is_singular(smallest: f64, largest: f64, n: usize) -> bool {
+    smallest.is_nan() || smallest <= n as f64 * f64::EPSILON * largest
 }
 
 /// The curve as it stands.

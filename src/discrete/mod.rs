@@ -26,6 +26,8 @@ pub mod at;
 mod compose;
 mod constrain;
 mod curves;
+mod damped;
+mod damping;
 mod descent;
 mod descent_gpu;
 mod edges;

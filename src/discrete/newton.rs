@@ -1,103 +1,226 @@
-//! [`Newton`]: the direction −H⁻¹g of one curve, from the exact Hessian of its energy.
+//! [`Newton`]: the systems (H + λL) p = −g of curves side by side: H the Hessian of their energies and the gauge, L the inner
+//! product of the energy's order, λ ≥ 0 the damping.
+//!
+//! λ → ∞ is descent along the Sobolev gradient, λ = 0 Newton's method. L is that of [`metric`](super::metric) in its plain form,
+//! D_k at pins included: it only has to bound steps, and this one is as wide as H.
+
+// Loops over coordinates and lanes by number read as the formulas do.
+#![allow(clippy::needless_range_loop)]
 
 use super::edges::Edges;
 use super::energy::Functional;
 use super::hessian::{Block, BlockHessian, COUPLED};
+use super::metric::Weights;
+use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
-use crate::linalg::scalar::{Vector, dot};
+use crate::linalg::scalar::Vector;
 
-/// Newton's systems of one open curve, coordinates interleaved.
-pub(super) struct Newton<const D: usize> {
-    hessian: BlockHessian<f64, D>,
-    matrix: Matrix,
-    movable: Vec<f64>,
-    unknowns: Vec<Vector<f64, 1>>,
+/// Newton's systems, one a lane, coordinates interleaved.
+pub(super) struct Newton<S, const D: usize> {
+    /// The highest order of the energy and the gauge: a vertex is coupled with so many on either side.
+    order: usize,
+    hessian: BlockHessian<S, D>,
+    /// L, alike for all coordinates: by vertices v and v + k.
+    damping: Vec<[S; COUPLED + 1]>,
+    matrix: Matrix<S>,
+    movable: Vec<S>,
+    unknowns: Vec<Vector<S, 1>>,
 }
 
-/// Wide enough for every energy: a vertex is coupled with three on either side.
-enum Matrix {
-    Planar(Box<Banded<f64, 7>>),
-    Spatial(Box<Banded<f64, 11>>),
+/// By order and dimension: the half-bandwidth is (order + 1)·D − 1.
+enum Matrix<S> {
+    SecondPlanar(Box<Banded<S, 5>>),
+    SecondSpatial(Box<Banded<S, 8>>),
+    ThirdPlanar(Box<Banded<S, 7>>),
+    ThirdSpatial(Box<Banded<S, 11>>),
 }
 
-impl<const D: usize> Newton<D> {
-    /// Room for the systems of a curve; `movable` is 1 where a vertex may move, else 0.
-    pub fn new(edges: &Edges<f64, D>, movable: &[f64]) -> Self {
-        let counts = [edges.rows() * D];
+/// What a matrix of any width does; those of another dimension are known to be none when it is compiled, and those of order 3 would take
+/// the compiler minutes within what is vectorised.
+macro_rules! each {
+    ($matrix:expr, $banded:ident => $body:expr, $apart:expr) => {
+        match $matrix {
+            Matrix::SecondPlanar($banded) if D == 2 => $body,
+            Matrix::SecondSpatial($banded) if D == 3 => $body,
+            Matrix::ThirdPlanar($banded) => $apart,
+            Matrix::ThirdSpatial($banded) => $apart,
+            _ => unreachable!("a matrix of D coordinates a vertex"),
+        }
+    };
+}
+
+impl<S: Scalar, const D: usize> Newton<S, D> {
+    /// Room for the systems of energies of an order; `movable` is 1 where a vertex may move, else 0. Closed curves have more
+    /// vertices than the order.
+    pub fn new(order: usize, edges: &Edges<S, D>, movable: &[S]) -> Self {
+        let closed = edges.is_closed();
+        let counts: Vec<usize> = edges.vertices().iter().map(|count| count * D).collect();
+        let rows = edges.vertices().into_iter().max().unwrap_or(0);
         Newton {
+            order,
             hessian: BlockHessian::new(edges),
-            matrix: match D {
-                2 => Matrix::Planar(Box::new(Banded::new(false, &counts))),
-                _ => Matrix::Spatial(Box::new(Banded::new(false, &counts))),
+            damping: vec![[S::ZERO; COUPLED + 1]; rows + COUPLED],
+            matrix: match (order, D) {
+                (..3, 2) => Matrix::SecondPlanar(Box::new(Banded::new(closed, &counts))),
+                (..3, _) => Matrix::SecondSpatial(Box::new(Banded::new(closed, &counts))),
+                (_, 2) => Matrix::ThirdPlanar(Box::new(Banded::new(closed, &counts))),
+                _ => Matrix::ThirdSpatial(Box::new(Banded::new(closed, &counts))),
             },
-            movable: movable.iter().flat_map(|&movable| [movable; D]).collect(),
-            unknowns: vec![[0.0]; counts[0]],
+            movable: movable[..rows].iter().flat_map(|&movable| [movable; D]).collect(),
+            unknowns: vec![[S::ZERO]; rows * D],
         }
     }
 
-    /// p = −H⁻¹g at the curve where the edges are placed, and gᵀH⁻¹g. None where H is singular or indefinite.
-    ///
-    /// H = L D Lᵀ counts as singular where a pivot is not above n ε a: n unknowns, ε the rounding of f64, a the largest
-    /// entry on the diagonal of H. Pivots of a semidefinite matrix are at most a, and rounding perturbs them by no more than
-    /// n ε a to first order: below that nothing tells a pivot from 0, and a solution would be made of rounding errors alone.
-    pub fn direction(
+    /// H and L at the curves where the edges are placed.
+    #[inline(always)]
+    pub fn assemble<'a>(
         &mut self,
-        edges: &Edges<f64, D>,
-        terms: &[(f64, &Functional)],
-        g: &[Vector<f64, D>],
-        p: &mut [Vector<f64, D>],
-    ) -> Option<f64> {
-        self.hessian.assemble(edges, terms.iter().copied(), None);
-        let largest = self.largest();
-        let blocks = self.hessian.blocks();
-        let smallest = match &mut self.matrix {
-            Matrix::Planar(matrix) => factor(matrix, blocks, &self.movable),
-            Matrix::Spatial(matrix) => factor(matrix, blocks, &self.movable),
-        };
-        let threshold = self.movable.len() as f64 * f64::EPSILON * largest;
-        if smallest.is_nan() || smallest <= threshold {
-            return None;
+        edges: &Edges<S, D>,
+        terms: impl IntoIterator<Item = (S, &'a Functional)>,
+        gauge: Option<(usize, S)>,
+        weights: &Weights<S>,
+    ) {
+        self.hessian.assemble(edges, terms, gauge);
+        self.damping.fill([S::ZERO; COUPLED + 1]);
+        match self.order {
+            ..3 => self.damp_second(edges, weights.highest),
+            _ => self.damp_third(edges, weights.highest),
         }
-        for (unknowns, g) in self.unknowns.chunks_exact_mut(D).zip(g) {
-            (0..D).for_each(|c| unknowns[c] = [-g[c]]);
+        if weights.attached {
+            for (row, &weight) in weights.vertices.iter().enumerate().take(self.movable.len() / D) {
+                self.hessian.add_diagonal(row, weight);
+                self.damping[row][0] += weight;
+            }
         }
-        match &self.matrix {
-            Matrix::Planar(matrix) => matrix.solve(&mut self.unknowns),
-            Matrix::Spatial(matrix) => matrix.solve(&mut self.unknowns),
-        }
-        let mut decrement = 0.0;
-        for ((p, unknowns), g) in p.iter_mut().zip(self.unknowns.chunks_exact(D)).zip(g) {
-            (0..D).for_each(|c| p[c] = unknowns[c][0]);
-            decrement -= dot(*p, *g);
-        }
-        Some(decrement)
     }
 
-    /// The largest entry on the diagonal of what may move.
-    fn largest(&self) -> f64 {
-        let diagonal = self.hessian.blocks().iter().flat_map(|blocks| (0..D).map(|c| blocks[0][c][c]));
-        self.movable.iter().zip(diagonal).map(|(movable, x)| movable * x.abs()).fold(0.0, f64::max)
+    /// w Σ D₂p·D₂p Δa
+    #[inline(always)]
+    fn damp_second(&mut self, edges: &Edges<S, D>, weight: S) {
+        for j in 0..edges.windows::<2>() {
+            let weight = weight * edges.starts::<2>(j);
+            let (r0, r1) = (edges.inverse[j], edges.inverse[j + 1]);
+            let measure = S::of(2.0) / (edges.length[j] + edges.length[j + 1]);
+            self.damp(j, weight * measure, [r0, -(r0 + r1), r1]);
+        }
+    }
+
+    /// w Σ D₃p·D₃p Δs
+    #[inline(never)]
+    fn damp_third(&mut self, edges: &Edges<S, D>, weight: S) {
+        let two = S::of(2.0);
+        for j in 0..edges.windows::<3>() {
+            let weight = weight * edges.starts::<3>(j) * edges.inverse[j + 1];
+            let [r0, r1, r2] = [0, 1, 2].map(|k| edges.inverse[j + k]);
+            let before = two / (edges.length[j] + edges.length[j + 1]);
+            let after = two / (edges.length[j + 1] + edges.length[j + 2]);
+            let row = [-(before * r0), before * (r0 + r1) + after * r1, -(before * r1 + after * (r1 + r2)), after * r2];
+            self.damp(j, weight, row);
+        }
+    }
+
+    /// Adds weight · v vᵀ at the vertices from `start` on. Closed lanes go on in the rows after their last: [`factor`](Self::factor)
+    /// knows what those mean.
+    #[inline(always)]
+    fn damp<const N: usize>(&mut self, start: usize, weight: S, v: [S; N]) {
+        for j in 0..N {
+            for k in j..N {
+                self.damping[start + j][k - j] += weight * v[j] * v[k];
+            }
+        }
+    }
+
+    /// Factors H + λL. Returns the smallest pivot of each lane: where it is not positive, the matrix was not positive definite,
+    /// and what [`solve`](Self::solve) finds there means nothing.
+    #[inline(always)]
+    pub fn factor(&mut self, lambda: S) -> S {
+        let (blocks, damping, movable) = (self.hessian.blocks(), &self.damping[..], &self.movable[..]);
+        each!(
+            &mut self.matrix,
+            matrix => factor::<S, D, _>(matrix, blocks, damping, movable, lambda),
+            factor_apart::<S, D, _>(matrix, blocks, damping, movable, lambda)
+        )
+    }
+
+    /// x ← (H + λL)⁻¹ x; 0 at pins.
+    #[inline(always)]
+    pub fn solve(&mut self, x: &mut [Vector<S, D>]) {
+        for (unknowns, x) in self.unknowns.chunks_exact_mut(D).zip(&*x) {
+            for c in 0..D {
+                unknowns[c] = [x[c]];
+            }
+        }
+        for (unknown, movable) in self.unknowns.iter_mut().zip(&self.movable) {
+            unknown[0] *= *movable;
+        }
+        let unknowns = &mut self.unknowns[..];
+        each!(&self.matrix, matrix => matrix.solve(unknowns), solve_apart(matrix, unknowns));
+        for (unknowns, x) in self.unknowns.chunks_exact(D).zip(x) {
+            for c in 0..D {
+                x[c] = unknowns[c][0];
+            }
+        }
+    }
+
+    /// The largest entry on the diagonal of H where vertices may move.
+    pub fn largest(&self) -> S {
+        let mut largest = S::ZERO;
+        for (blocks, movable) in self.hessian.blocks().iter().zip(self.movable.chunks_exact(D)) {
+            for c in 0..D {
+                largest = largest.max(movable[c] * blocks[0][c][c].abs());
+            }
+        }
+        largest
     }
 }
 
 /// Fills and factors a matrix; its smallest pivot.
-fn factor<const D: usize, const B: usize>(
-    matrix: &mut Banded<f64, B>,
-    blocks: &[[Block<f64, D>; COUPLED + 1]],
-    movable: &[f64],
-) -> f64 {
+#[inline(always)]
+fn factor<S: Scalar, const D: usize, const B: usize>(
+    matrix: &mut Banded<S, B>,
+    blocks: &[[Block<S, D>; COUPLED + 1]],
+    damping: &[[S; COUPLED + 1]],
+    movable: &[S],
+    lambda: S,
+) -> S {
     matrix.clear();
-    let vertices = movable.len() / D;
-    for (v, blocks) in blocks.iter().enumerate().take(vertices) {
-        for (a, row) in blocks[0].iter().enumerate() {
-            matrix.add_diagonal(v * D + a, row[a]);
-            (0..a).for_each(|b| matrix.add_entry(v * D + a, v * D + b, row[b]));
-        }
-        for (k, block) in blocks.iter().enumerate().skip(1).take(vertices - 1 - v) {
-            for (a, row) in block.iter().enumerate() {
-                (0..D).for_each(|b| matrix.add_entry((v + k) * D + b, v * D + a, row[b]));
+    // B = (order + 1)·D − 1. Of closed lanes H has been brought to the rows that exist; L goes on beyond them.
+    let reach = (B + 1) / D;
+    for v in 0..damping.len().min(blocks.len()) {
+        for k in 0..reach {
+            let damped = lambda * damping[v][k];
+            for a in 0..D {
+                for b in if k == 0 { a } else { 0 }..D {
+                    let (row, column) = ((v + k) * D + b, v * D + a);
+                    if row >= matrix.rows() {
+                        continue;
+                    }
+                    let x = blocks[v][k][a][b];
+                    let x = if a == b { x + damped } else { x };
+                    if row == column {
+                        matrix.add_diagonal(row, x);
+                    } else {
+                        matrix.add_entry(row, column, x);
+                    }
+                }
             }
         }
     }
     matrix.factor(movable)
+}
+
+#[inline(never)]
+fn factor_apart<S: Scalar, const D: usize, const B: usize>(
+    matrix: &mut Banded<S, B>,
+    blocks: &[[Block<S, D>; COUPLED + 1]],
+    damping: &[[S; COUPLED + 1]],
+    movable: &[S],
+    lambda: S,
+) -> S {
+    factor(matrix, blocks, damping, movable, lambda)
+}
+
+#[inline(never)]
+fn solve_apart<S: Scalar, const B: usize>(matrix: &Banded<S, B>, x: &mut [Vector<S, 1>]) {
+    matrix.solve(x);
 }

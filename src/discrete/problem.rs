@@ -3,13 +3,13 @@
 use rayon::prelude::*;
 
 use super::constrain::Constraints;
-use super::descent::{Descent, Plan, Standing};
+use super::descent::{Descent, Direction, Plan, Standing};
 use super::edges::Edges;
 use super::energy::{Energy, Functional};
 use super::metric::{Pins, Weights};
 use super::setup::order_of;
 use crate::linalg::scalar::Vector;
-use crate::linalg::{Lanes, Real, Scalar};
+use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
 
 /// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
 const LANES: usize = 4;
@@ -110,10 +110,11 @@ pub(crate) fn descend_on_cpu<const D: usize>(plan: &Plan, energy: &Energy, probl
         .into_par_iter()
         .flat_map_iter(|group| {
             let members: Vec<&Problem<D>> = group.iter().map(|&i| &problems[i]).collect();
-            let outcomes = if members.len() > 1 {
-                pulp::Arch::new().dispatch(Vectorised { plan, functionals: &functionals, members: &members })
-            } else {
-                descend::<f64, D>(plan, &functionals, &members)
+            let wide = Vectorised { plan, functionals: &functionals, members: &members };
+            let alone = |member: &Problem<D>| descend::<f64, D>(plan, &functionals, &[member]).remove(0);
+            let outcomes = match if members.len() > 1 { with_wide_registers(wide) } else { Err(wide) } {
+                Ok(outcomes) => outcomes,
+                Err(_) => members.iter().map(|member| alone(member)).collect(),
             };
             group.into_iter().zip(outcomes)
         })
@@ -123,7 +124,7 @@ pub(crate) fn descend_on_cpu<const D: usize>(plan: &Plan, energy: &Energy, probl
     outcomes.into_iter().map(|outcome| outcome.expect("every curve is in one group")).collect()
 }
 
-/// [`descend`] in lanes, compiled once for every instruction set and chosen at run time.
+/// [`descend`] in lanes.
 struct Vectorised<'a, const D: usize> {
     plan: &'a Plan,
     functionals: &'a [&'a Functional],
@@ -137,8 +138,12 @@ impl<const D: usize> pulp::WithSimd for Vectorised<'_, D> {
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
         // No closure and no function in between: only what is inlined here uses the instructions.
         let mut descent = start::<Lanes<f64, LANES>, D>(self.plan, self.functionals, self.members);
+        let mut newton = descent.newton();
         while descent.is_running() {
-            descent.tick_inlined();
+            match &mut newton {
+                Some(newton) if descent.has_begun() => descent.newton_tick_inlined(newton),
+                _ => descent.tick_inlined(),
+            }
         }
         outcomes(&mut descent, self.members.len())
     }
@@ -151,8 +156,12 @@ pub(crate) fn descend<S: Scalar, const D: usize>(
     members: &[&Problem<D>],
 ) -> Vec<Outcome<D>> {
     let mut descent = start::<S, D>(plan, functionals, members);
+    let mut newton = descent.newton();
     while descent.is_running() {
-        descent.tick();
+        match &mut newton {
+            Some(newton) if descent.has_begun() => descent.newton_tick(newton),
+            _ => descent.tick(),
+        }
     }
     outcomes(&mut descent, members.len())
 }
@@ -217,7 +226,10 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let gauge = each(&|problem| problem.gauge);
     let bounds: Vec<(f64, f64)> = (0..S::LANES).map(|l| (lane(l).tolerance, lane(l).longest)).collect();
     let limited = |order: usize| order_of(order, lane(0).closed, lane(0).vertices());
-    let plan = Plan { order: limited(plan.order), gauge: limited(plan.gauge), ..*plan };
+    // Length and tension are as good as solved by their inner product; a triangle has no room for the third derivative.
+    let newton = plan.order > 1 && limited(plan.order) == plan.order;
+    let direction = if plan.direction == Direction::Newton && !newton { Direction::Hybrid } else { plan.direction };
+    let plan = Plan { direction, order: limited(plan.order), gauge: limited(plan.gauge), ..*plan };
     let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, targets, &bounds);
     descent.constraints = lane(0).constraints.clone();
     descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);

@@ -48,7 +48,7 @@ fn evaluate<S: Scalar, const D: usize>(
         None => edges.add_gauge(2, weight),
     };
     let mut hessian = BlockHessian::new(&edges);
-    hessian.assemble(&edges, functional.map(|f| (weight, f)), functional.is_none().then_some(weight));
+    hessian.assemble(&edges, functional.map(|f| (weight, f)), functional.is_none().then_some((2, weight)));
     let mut gradient = zero.clone();
     edges.gradient(&movable, &mut gradient);
     let lane = |(lane, curve): (usize, &Vec<Vector<f64, D>>)| Found {
@@ -264,7 +264,7 @@ fn products_are_those_of_the_full_matrix() {
         let zero = vec![[0.0; 3]; edges.rows()];
         edges.place(&zero);
         let mut hessian = BlockHessian::new(&edges);
-        hessian.assemble(&edges, [(1.0, &Functional::Variation), (0.5, &Functional::Length)], Some(2.0));
+        hessian.assemble(&edges, [(1.0, &Functional::Variation), (0.5, &Functional::Length)], Some((2, 2.0)));
         hessian.add_diagonal(1, 0.25);
         let x: Vec<[f64; 3]> =
             (0..edges.rows()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();

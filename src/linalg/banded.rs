@@ -46,6 +46,11 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
         }
     }
 
+    /// Number of rows that may be written to, unwrapped ones included.
+    pub fn rows(&self) -> usize {
+        self.diagonal.len()
+    }
+
     /// Makes all entries 0 again.
     pub fn clear(&mut self) {
         self.diagonal.fill(S::ZERO);

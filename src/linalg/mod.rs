@@ -17,6 +17,7 @@ mod singular;
 mod tasks;
 pub mod thomas;
 mod tridiagonal;
+mod wide;
 
 pub(crate) use lanes::{Part, Scratch};
 pub use pentadiagonal::{
@@ -26,3 +27,4 @@ pub use real::Real;
 pub use scalar::{Lanes, Scalar};
 pub(crate) use tasks::{take, tasks};
 pub use tridiagonal::{Cyclic, Matrix, Solutions, TridiagonalBatch, solve_tridiagonal_batch};
+pub(crate) use wide::with_wide_registers;

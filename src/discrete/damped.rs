@@ -1,0 +1,97 @@
+//! Newton's method damped in the Sobolev metric, one trial a tick: (H + λL) p = −g.
+
+use super::damping::Trial;
+use super::descent::{Descent, Direction};
+use super::lane::Standing;
+use super::line_search::Verdict;
+use super::newton::Newton;
+use crate::linalg::Scalar;
+use crate::linalg::scalar::{add, dot, scale};
+
+impl<S: Scalar, const D: usize> Descent<'_, S, D> {
+    /// Room for the systems of [`newton_tick`](Self::newton_tick), if that is the plan.
+    pub(super) fn newton(&self) -> Option<Newton<S, D>> {
+        let planned = self.plan.direction == Direction::Newton;
+        planned.then(|| Newton::new(self.plan.order, &self.edges, &self.pins.movable))
+    }
+
+    /// Whether the first tick, which evaluates where the curves are, is done.
+    pub(super) fn has_begun(&self) -> bool {
+        self.lanes.iter().any(|lane| lane.evaluations > 0)
+    }
+
+    /// One trial of every lane, for one curve alone: compiled once, however many callers there are.
+    #[inline(never)]
+    pub(super) fn newton_tick(&mut self, newton: &mut Newton<S, D>) {
+        self.newton_tick_inlined(newton);
+    }
+
+    /// One trial of every lane, with the instructions of the caller. The first tick is [`tick`](Self::tick), which evaluates where
+    /// the curves are.
+    #[inline(always)]
+    pub(super) fn newton_tick_inlined(&mut self, newton: &mut Newton<S, D>) {
+        let smallest = self.newton_direction(newton);
+        let most = self.edges.most_step(&self.p);
+        let (mut alpha, mut slope) = (S::ZERO, S::ZERO);
+        for (l, lane) in self.lanes.iter().enumerate() {
+            let most = most.lane(l);
+            let one = <S::Number as Scalar>::of(1.0);
+            alpha.set_lane(
+                l,
+                if lane.standing != Standing::Running {
+                    one - one
+                } else if most < one {
+                    most
+                } else {
+                    one
+                },
+            );
+        }
+        for row in 0..self.u.len() {
+            slope += dot(self.g[row], self.p[row]);
+            self.x[row] = add(self.u[row], scale(alpha, self.p[row]));
+        }
+        let (energy, slope_there, length) = self.evaluate();
+        let mut accepted = S::ZERO;
+        for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(_, lane)| lane.standing == Standing::Running) {
+            lane.evaluations += 1;
+            let trial = Trial {
+                smallest: smallest.lane(l),
+                slopes: [slope.lane(l), slope_there.lane(l)],
+                energies: [lane.energy, energy.lane(l)],
+                alpha: alpha.lane(l),
+            };
+            match lane.damping.judge(&trial) {
+                Verdict::Accept => {
+                    lane.iterations += 1;
+                    (lane.energy, lane.length) = (energy.lane(l), length.lane(l));
+                    accepted.set_lane(l, S::ONE.lane(0));
+                }
+                Verdict::Again => {}
+                Verdict::Fail => lane.standing = Standing::Stalled,
+            }
+        }
+        if (0..self.lanes.len()).any(|l| accepted.lane(l) != S::ZERO.lane(0)) {
+            self.accept(accepted, slope_there);
+        }
+    }
+
+    /// p at the curves as they stand, and the smallest pivot of each lane.
+    #[inline(always)]
+    fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> S {
+        self.edges.place(&self.u);
+        let gauge = (self.plan.gauge > 0).then_some((self.plan.gauge, self.gauge));
+        newton.assemble(&self.edges, self.terms.iter().copied(), gauge, &self.weights);
+        let mut lambda = S::ZERO;
+        for (l, lane) in self.lanes.iter().enumerate() {
+            lambda.set_lane(l, lane.damping.lambda);
+        }
+        let smallest = newton.factor(lambda);
+        for (p, g) in self.p.iter_mut().zip(&self.g) {
+            *p = scale(-S::ONE, *g);
+        }
+        newton.solve(&mut self.p);
+        self.edges.close(&mut self.p);
+        smallest
+    }
+}

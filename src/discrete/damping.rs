@@ -1,0 +1,101 @@
+//! How much Newton's steps are damped: λ of (H + λL) p = −g, one trial a tick, one curve a lane.
+//!
+//! λ is 0 as long as that serves. It grows where H + λL is not positive definite or the energy falls by less than the quadratic
+//! model promises, and shrinks back to 0 where the model holds.
+
+use super::line_search::Verdict;
+use crate::linalg::{Real, Scalar};
+
+/// The first λ after 0. L is H of a straight curve: at 1 both weigh alike.
+const FIRST: f64 = 1e-2;
+
+/// What λ is multiplied by after a step that failed.
+const GROWTH: f64 = 4.0;
+
+/// What λ is multiplied by after a step that was as good as promised.
+const DECAY: f64 = 0.1;
+
+/// Below this λ is 0 again: by then H outweighs it.
+const LEAST: f64 = 1e-4;
+
+/// From this λ on steps are those of plain descent, and if none of them leads down, nothing does.
+const MOST: f64 = 1e8;
+
+/// A step is accepted if the energy falls by this part of what the model promises at least.
+const ACCEPTED: f64 = 1e-3;
+
+/// Below this part λ grows, though the step is taken.
+const POOR: f64 = 0.25;
+
+/// Above this part λ shrinks.
+const GOOD: f64 = 0.75;
+
+/// So many units of rounding of the energy, relative, are more than a sum's own.
+const ROUNDING: f64 = 16.0;
+
+/// What a trial along p = −(H + λL)⁻¹g found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Trial<N> {
+    /// Smallest pivot of H + λL.
+    pub smallest: N,
+    /// g·p, and the slope along p at the trial.
+    pub slopes: [N; 2],
+    /// Energies before and at the trial.
+    pub energies: [N; 2],
+    /// The part of p that was taken.
+    pub alpha: N,
+}
+
+/// λ of one curve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Damping<N> {
+    pub lambda: N,
+}
+
+impl<N: Real + Scalar> Damping<N> {
+    pub fn new() -> Self {
+        Damping { lambda: N::of(0.0) }
+    }
+
+    /// Judges a trial, and sets the next λ.
+    pub fn judge(&mut self, trial: &Trial<N>) -> Verdict {
+        let zero = N::of(0.0);
+        let [slope, slope_there] = trial.slopes;
+        let [energy, energy_there] = trial.energies;
+        let sound = trial.smallest > zero && slope < zero && energy_there.is_finite() && slope_there.is_finite();
+        if !sound {
+            return self.fail();
+        }
+        // −(α g·p + ½ α² pᵀHp) for λ = 0; with λ the model promises up to twice as much.
+        let promised = -(trial.alpha * slope * (N::of(1.0) - N::of(0.5) * trial.alpha));
+        let fallen = energy - energy_there;
+        let rounding = N::of(ROUNDING) * <N as Real>::EPSILON * Scalar::abs(energy);
+        if promised < rounding {
+            // Energies say nothing any more, slopes still do.
+            if Scalar::abs(slope_there) <= Scalar::abs(slope) && Scalar::abs(fallen) <= N::of(2.0) * rounding {
+                self.lambda = zero;
+                return Verdict::Accept;
+            }
+            return self.fail();
+        }
+        if fallen < N::of(ACCEPTED) * promised {
+            return self.fail();
+        }
+        if fallen < N::of(POOR) * promised {
+            self.grow();
+        } else if fallen > N::of(GOOD) * promised {
+            let lambda = N::of(DECAY) * self.lambda;
+            self.lambda = if lambda < N::of(LEAST) { zero } else { lambda };
+        }
+        Verdict::Accept
+    }
+
+    fn fail(&mut self) -> Verdict {
+        self.grow();
+        if self.lambda > N::of(MOST) { Verdict::Fail } else { Verdict::Again }
+    }
+
+    fn grow(&mut self) {
+        self.lambda = Scalar::max(N::of(GROWTH) * self.lambda, N::of(FIRST));
+    }
+}
