@@ -25,9 +25,11 @@
 pub mod at;
 mod compose;
 mod constrain;
+mod corners;
 mod curves;
 mod descent;
 mod descent_gpu;
+mod deviation;
 mod edges;
 mod energy;
 mod evaluate;
