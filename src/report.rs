@@ -61,7 +61,8 @@ pub struct CurveReport {
     pub iterations: u32,
     /// Size of the energy's gradient at the end, in the metric of the method; 0 for a direct solve.
     pub gradient_norm: f64,
-    /// The λ used, for smoothing splines.
+    /// The λ used, for smoothing splines; the weight α of the attachment, for fair curves that keep a deviation: infinite
+    /// where no weight does and the curve goes through its points, of a curve of several pieces the largest.
     pub smoothing: Option<f64>,
     /// Largest distance from a data point to the curve's point of the same parameter, in the units of the input.
     pub max_deviation: f64,

@@ -189,8 +189,8 @@ fn wrong_values_are_refused_with_a_sentence() {
     refused("--method fair --energy attachment=1", "the energy has no fairness in it");
     refused("--method fair --pin none", "points that are not pinned need an attachment");
     refused(
-        "--method fair --deviation 0.1",
-        "--deviation 0.1 belongs to --method smoothing; fair curves near their points take --energy attachment=W",
+        "--method fair --smoothing 0.1",
+        "--smoothing 0.1 belongs to --method smoothing; fair curves near their points take --deviation D",
     );
 }
 

@@ -1,6 +1,7 @@
 //! [`CurveBatch`]: a ragged batch of point lists, what every method takes and what every sampling returns.
 
 mod closed;
+mod cut;
 mod point;
 
 use std::borrow::Cow;
@@ -12,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::io::Origin;
 use crate::report::CurveStatus;
 
+pub(crate) use cut::{Cut, Piece};
 pub use point::Point;
 
 /// Why a curve of a batch cannot be fitted: its status and a sentence that names the point, the value and the remedy.
@@ -347,7 +349,11 @@ impl CurveBatch {
 
     /// A sentence about point `k` of curve `i` that starts with where it stands: file, line, curve, point.
     pub fn sentence(&self, i: usize, k: usize, what: &str) -> String {
-        let place = self.origin.place(i, k);
+        let (origin, curve, k) = match &self.origin.cut {
+            Some(cut) => cut.given(i, k),
+            None => (&*self.origin, i, k),
+        };
+        let place = origin.place(curve, k);
         format!("{place}curve {}, point {k}: {what}", self.name(i))
     }
 

@@ -21,7 +21,7 @@ pub enum MethodName {
     Natural,
     /// Smoothing splines near the points: --smoothing or --deviation says how near
     Smoothing,
-    /// Discrete fair curves of least --energy through every point, or attached to it
+    /// Discrete fair curves of least --energy through every point, or near them: --deviation says how near
     Fair,
 }
 
@@ -90,6 +90,25 @@ impl EnergyWeights {
     }
 }
 
+/// An angle, such as 60deg, 60° or 60.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Degrees(f64);
+
+impl FromStr for Degrees {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = text.strip_suffix("deg").or_else(|| text.strip_suffix('°')).unwrap_or(text).trim();
+        let degrees: f64 = number.parse().map_err(|_| format!("'{text}' is no angle: give degrees, such as 60deg"))?;
+        if !(0.0..=180.0).contains(&degrees) {
+            return Err(format!(
+                "{text} is not between 0 and 180 degrees; corners are turns by more than such an angle"
+            ));
+        }
+        Ok(Degrees(degrees))
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum Pin {
     /// The first and the last point of open curves stay where they are
@@ -107,15 +126,18 @@ pub struct MethodArgs {
     /// Segments a span between data points: K points give N(K−1)+1 points, a closed curve N·K [default: 16]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub samples: Option<i64>,
-    /// Which points of open curves smoothing leaves in place [default: ends]
+    /// Which points of open curves stay in place where the others move [default: ends]
     #[arg(long, value_enum)]
     pin: Option<Pin>,
     /// Smoothing parameter λ ≥ 0: larger is smoother, 0 goes through every point
     #[arg(long, value_name = "λ", conflicts_with = "deviation", allow_negative_numbers = true)]
     smoothing: Option<f64>,
-    /// Smooth each curve as far as no point moves more than this, in units of the input
+    /// Make each curve as smooth, or as fair, as it can be with no point moved more than this, in units of the input
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     deviation: Option<f64>,
+    /// Keep the corners of fair curves: points where the input turns by more than this, such as 60deg (or 60)
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
+    corners: Option<Degrees>,
     /// What fair curves minimise, weights in units of the input: bending, length, tension, variation, torsion, attachment
     /// (to points then no longer fixed) [default: bending=1]
     #[arg(long, value_name = "NAME=WEIGHT,...")]
@@ -156,7 +178,12 @@ impl MethodArgs {
     pub fn title(&self) -> String {
         match (self.method, self.smoothing, self.deviation) {
             (MethodName::Natural, ..) => "natural cubic splines".into(),
-            (MethodName::Fair, ..) => format!("fair curves, {}", self.energy()),
+            (MethodName::Fair, ..) => {
+                let mut title = format!("fair curves, {}", self.energy());
+                self.deviation.iter().for_each(|deviation| title += &format!(", deviation ≤ {deviation}"));
+                self.corners.iter().for_each(|Degrees(angle)| title += &format!(", corners over {angle}°"));
+                title
+            }
             (_, Some(lambda), _) => format!("smoothing splines, λ = {lambda}"),
             (_, _, Some(deviation)) => format!("smoothing splines, deviation ≤ {deviation}"),
             _ => "smoothing splines".into(),
@@ -208,12 +235,7 @@ impl MethodArgs {
                             "--smoothing is {lambda}; λ must be 0 or a positive number, such as --smoothing 0.1"
                         )));
                     }
-                    (_, Some(deviation)) if deviation > 0.0 && deviation.is_finite() => Amount::Deviation(deviation),
-                    (_, Some(deviation)) => {
-                        return Err(Error::argument(format!(
-                            "--deviation is {deviation}; it must be a positive number, such as --deviation 0.01"
-                        )));
-                    }
+                    (_, Some(deviation)) => Amount::Deviation(positive(deviation)?),
                     (None, None) => {
                         return Err(Error::argument(
                             "--method smoothing needs to know how far: give --smoothing λ (such as --smoothing 0.1) \
@@ -236,12 +258,12 @@ impl MethodArgs {
     }
 
     fn fair(&self, spacing: Option<f64>) -> Result<Fair> {
-        let given = [("--smoothing", self.smoothing), ("--deviation", self.deviation)];
-        if let Some((option, Some(value))) = given.into_iter().find(|(_, value)| value.is_some()) {
+        if let Some(lambda) = self.smoothing {
             return Err(Error::argument(format!(
-                "{option} {value} belongs to --method smoothing; fair curves near their points take --energy attachment=W"
+                "--smoothing {lambda} belongs to --method smoothing; fair curves near their points take --deviation D"
             )));
         }
+        let deviation = self.deviation.map(positive).transpose()?;
         if let (Some(exponent), Some(weights)) = (self.exponent, &self.energy)
             && !weights.has("bending")
         {
@@ -250,9 +272,14 @@ impl MethodArgs {
             )));
         }
         let attached = self.energy.as_ref().is_some_and(|weights| weights.has("attachment"));
+        if let Some(deviation) = deviation.filter(|_| attached) {
+            return Err(Error::argument(format!(
+                "--deviation {deviation} finds the weight of the attachment, which --energy gives too: leave one of both out"
+            )));
+        }
         let pins = match self.pin {
             Some(Pin::None) => Pins::None,
-            _ if attached => Pins::Ends,
+            _ if attached || deviation.is_some() => Pins::Ends,
             _ => Pins::All,
         };
         let defaults = Fair::default();
@@ -263,6 +290,8 @@ impl MethodArgs {
                 None => Segments::PerSpan(self.per_span()?),
             },
             pins,
+            deviation,
+            corners: self.corners.map(|Degrees(angle)| angle.to_radians()),
             direction: match self.solver {
                 Some(Solver::Newton) => Direction::Newton,
                 Some(Solver::Cg) => Direction::Hybrid,
@@ -278,6 +307,7 @@ impl MethodArgs {
     fn refuse_options_of_fair(&self) -> Result<()> {
         let given = [
             ("--energy", self.energy.is_some()),
+            ("--corners", self.corners.is_some()),
             ("--exponent", self.exponent.is_some()),
             ("--solver", self.solver.is_some()),
             ("--max-iterations", self.max_iterations.is_some()),
@@ -307,6 +337,14 @@ impl Method {
             Method::Fair(fair) => fair.fit_sampled(batch, sampling, device),
         }
     }
+}
+
+/// A deviation that makes sense.
+fn positive(deviation: f64) -> Result<f64> {
+    if deviation > 0.0 && deviation.is_finite() {
+        return Ok(deviation);
+    }
+    Err(Error::argument(format!("--deviation is {deviation}; it must be a positive number, such as --deviation 0.01")))
 }
 
 /// Where curves are sampled: evenly in the parameter or along the arc.

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::batch::{CurveBatch, Problem};
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::io::Origin;
-use crate::report::CurveSet;
+use crate::report::{CurveReport, CurveSet};
 
 /// One fitted curve: vertices, and which of them stand for data points.
 #[derive(Clone, Debug)]
@@ -19,6 +19,16 @@ pub(crate) struct Vertices {
     pub coords: Vec<f64>,
     /// Row of the vertex of every data point; of a closed curve one more, the row after its last.
     pub rows: Vec<u32>,
+    /// Rows of the vertices that are corners, increasing; ends of open curves are none.
+    pub corners: Vec<u32>,
+}
+
+/// The curves of a batch in its order, each its vertices or, unfitted, its data points; and what was found of each.
+pub(crate) struct Fitted {
+    pub curves: Vec<Result<Vertices, Vec<f64>>>,
+    pub reports: Vec<CurveReport>,
+    /// What did the work.
+    pub device: String,
 }
 
 /// The curves of a batch, each its vertices or, unfitted, its data points.
@@ -33,7 +43,8 @@ pub(crate) struct FairCurves {
 /// A curve through vertices. Its parameter is the number of the span plus the fraction of the span's edges.
 ///
 /// At a vertex it has the discrete curve's tangent, halfway between its edges', and its curvature vector K = (T′ − T)/Δa; in
-/// between it is the cubic with those tangents, and its curvature goes linearly from one K to the next.
+/// between it is the cubic with those tangents, and its curvature goes linearly from one K to the next. At a corner each side
+/// has the tangent and the curvature of an end; that the curve turns there is in none of them.
 struct FairCurve<'a> {
     dimension: usize,
     closed: bool,
@@ -53,19 +64,34 @@ impl FairCurve<'_> {
         self.vertex(row + 1) - self.vertex(row)
     }
 
-    /// Tangent and curvature vector at a vertex. At the ends of an open curve the curvature goes on as it went.
-    fn frame(&self, row: usize) -> (DVec3, DVec3) {
-        let last = self.count() - 1;
-        if self.closed || (row > 0 && row < last) {
-            let before = self.edge(if row == 0 { last } else { row - 1 });
+    /// Rows of the ends of the smooth piece that holds the edge after a row; none for a closed curve without corners. Rows
+    /// of closed curves are counted on, past their last.
+    fn piece(&self, row: usize) -> Option<(usize, usize)> {
+        let (count, corners) = (self.count(), &self.vertices.corners);
+        let next = corners.partition_point(|&corner| corner as usize <= row);
+        let corner = |k: usize| corners[k] as usize;
+        match (self.closed, corners.len()) {
+            (true, 0) => None,
+            (true, all) if next == 0 => Some((corner(all - 1), corner(0) + count)),
+            (true, all) => Some((corner(next - 1), if next < all { corner(next) } else { corner(0) + count })),
+            (false, all) => {
+                Some((if next > 0 { corner(next - 1) } else { 0 }, if next < all { corner(next) } else { count - 1 }))
+            }
+        }
+    }
+
+    /// Tangent and curvature vector at a vertex of a smooth piece. At its ends the curvature goes on as it went.
+    fn frame(&self, row: usize, piece: Option<(usize, usize)>) -> (DVec3, DVec3) {
+        let Some((first, last)) = piece.filter(|&(first, last)| row == first || row == last) else {
+            let before = self.edge(if row == 0 { self.count() - 1 } else { row - 1 });
             let after = self.edge(row);
             let (s, t) = (before.length(), after.length());
             let (from, to) = (before / s, after / t);
             return ((from + to).normalize_or(to), (to - from) / (0.5 * (s + t)));
-        }
-        let (edge, sign) = if row == 0 { (self.edge(0), -1.0) } else { (self.edge(last - 1), 1.0) };
-        let inner = |k: usize| self.frame(if row == 0 { k } else { last - k }).1;
-        let curvature = match last {
+        };
+        let (edge, sign) = if row == first { (self.edge(first), -1.0) } else { (self.edge(last - 1), 1.0) };
+        let inner = |k: usize| self.frame(if row == first { first + k } else { last - k }, piece).1;
+        let curvature = match last - first {
             0 | 1 => DVec3::ZERO,
             2 => inner(1),
             _ => 2.0 * inner(1) - inner(2),
@@ -103,8 +129,10 @@ impl Curve for FairCurve<'_> {
         let row = from + (place.floor().max(0.0) as usize).min(to - from - 1);
         let v = place - (row - from) as f64;
         let (p, q) = (self.vertex(row), self.vertex(row + 1));
-        let next = if self.closed { (row + 1) % self.count() } else { row + 1 };
-        let ((start, bend), (end, bend_after)) = (self.frame(row), self.frame(next));
+        let piece = self.piece(row);
+        // Before its first corner a closed curve is on the piece that began at its last, one round ago.
+        let row = if piece.is_some_and(|(first, _)| first > row) { row + self.count() } else { row };
+        let ((start, bend), (end, bend_after)) = (self.frame(row, piece), self.frame(row + 1, piece));
         let length = (q - p).length();
         let (a, b) = (length * start, length * end);
         let (c, d) = (3.0 * (q - p) - 2.0 * a - b, a + b - 2.0 * (q - p));

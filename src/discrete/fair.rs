@@ -1,18 +1,21 @@
 //! [`Fair`]: the method.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 
-use super::curves::{FairCurves, Vertices};
+use super::corners::Corners;
+use super::curves::{FairCurves, Fitted, Vertices};
 use super::descent::{Direction, Plan, Standing, Step};
 use super::descent_gpu::descend_on_gpu;
+use super::deviation;
 use super::energy::{Energy, bending};
 use super::problem::{Outcome, Problem, descend_on_cpu};
-use super::setup::{LONGEST, Ready, set_up};
+use super::setup::{LONGEST, Ready, set_up_pieces};
 use crate::batch::{CurveBatch, Problem as Unfitted};
 use crate::curve::Sampling;
 use crate::device::{Device, Precision};
 use crate::error::{Error, Result};
-use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
+use crate::linalg::scalar::{Vector, add, scale};
 use crate::report::{CurveReport, CurveStatus, Fit};
 
 /// A gradient left at so many times the tolerance is rounding, above it the curve's own trouble.
@@ -78,6 +81,14 @@ pub struct Fair {
     pub segments: Segments,
     /// All points are passed through, unless the energy holds an [`attachment`](super::attachment).
     pub pins: Pins,
+    /// Near the points instead: the largest distance D > 0 between a data point and its vertex, in units of the input. Every
+    /// curve is attached to its points with the smallest weight α that keeps it, as [`attachment`](super::attachment) would
+    /// with that weight: smaller is closer. Ends of open curves are pinned, unless pins are [`Pins::None`]. `None`, the
+    /// default, searches for nothing.
+    pub deviation: Option<f64>,
+    /// Corners are kept: curves are cut at data points where the polygon of the data turns by more than this angle, in
+    /// radians from 0 to π. `None`, the default, cuts nothing.
+    pub corners: Option<f64>,
     /// How directions follow from Sobolev gradients.
     pub direction: Direction,
     /// How far each step goes.
@@ -96,6 +107,8 @@ impl Default for Fair {
             energy: bending(2.0),
             segments: Segments::PerSpan(16),
             pins: Pins::default(),
+            deviation: None,
+            corners: None,
             direction: Direction::default(),
             step: Step::default(),
             tolerance: 1e-8,
@@ -152,7 +165,15 @@ impl Fair {
             }
             _ => {}
         }
-        let attached = self.energy.attachment_weight() > 0.0;
+        if let Some(allowed) = self.deviation {
+            deviation::check(self, allowed)?;
+        }
+        if let Some(angle) = self.corners.filter(|angle| !(0.0..=PI).contains(angle)) {
+            return refuse(format!(
+                "the angle of corners is {angle}; angles from 0 to π are possible, such as 1.05 (60°)"
+            ));
+        }
+        let attached = self.energy.attachment_weight() > 0.0 || self.deviation.is_some();
         if self.pins != Pins::All && !attached {
             return refuse(
                 "points that are not pinned need an attachment, or the curve would not know of them: add attachment \
@@ -160,7 +181,7 @@ impl Fair {
                     .into(),
             );
         }
-        if self.pins == Pins::All && attached {
+        if self.pins == Pins::All && attached && self.deviation.is_none() {
             return refuse(
                 "the energy attaches the curve to points that are all pinned: pin the ends only, or none, or leave \
                  the attachment out"
@@ -179,40 +200,47 @@ impl Fair {
     }
 
     fn fit_in<const D: usize>(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
-        let ready = set_up::<D>(self, batch)?;
-        let fitted: Vec<usize> = (0..batch.len()).filter(|&i| ready[i].is_ok()).collect();
-        let (outcomes, description) = self.descend(&ready, device)?;
-        let mut reports = Vec::with_capacity(batch.len());
-        let mut curves = Vec::with_capacity(batch.len());
-        let mut problems = BTreeMap::new();
-        let mut outcomes = fitted.into_iter().zip(outcomes).peekable();
-        for (i, ready) in ready.iter().enumerate() {
-            let outcome = outcomes.next_if(|(fitted, _)| *fitted == i);
-            match (ready, outcome) {
-                (Ok(ready), Some((_, outcome))) => {
-                    let (report, vertices) = self.report(batch, i, ready, &outcome);
-                    if let Some(message) = report.message.clone().filter(|_| vertices.is_none()) {
-                        problems.insert(i, Unfitted { status: report.status, message });
-                    }
-                    curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
-                    reports.push(report);
-                }
-                (Err(problem), _) => {
-                    reports.push(CurveReport::unfitted(problem.status, problem.message.clone()));
-                    curves.push(Err(batch.points(i).to_vec()));
-                    problems.insert(i, problem.clone());
-                }
-                (Ok(_), None) => unreachable!("what is ready is descended"),
+        let fitted = match self.corners {
+            Some(angle) => {
+                let cut = Corners::cut::<D>(batch, angle);
+                cut.join(batch, self.fit_pieces::<D>(&cut.batch, &cut.kept, device)?)
             }
+            None => self.fit_pieces::<D>(batch, &[], device)?,
+        };
+        let Fitted { curves, reports, device } = fitted;
+        let mut problems = BTreeMap::new();
+        for (i, report) in reports.iter().enumerate().filter(|(i, _)| curves[*i].is_err()) {
+            let message = report.message.clone().unwrap_or_default();
+            problems.insert(i, Unfitted { status: report.status, message });
         }
         let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
         let origin = batch.origin().clone();
         let curves = FairCurves { dimension: D, curves, closed, problems, origin };
-        Ok(Fit::new(Box::new(curves), reports, description))
+        Ok(Fit::new(Box::new(curves), reports, device))
+    }
+
+    /// Fits curves that have no corners; `kept` says which keep their ends whatever the pins say.
+    fn fit_pieces<const D: usize>(&self, batch: &CurveBatch, kept: &[[bool; 2]], device: &Device) -> Result<Fitted> {
+        if let Some(allowed) = self.deviation {
+            return deviation::fit::<D>(self, allowed, batch, kept, device);
+        }
+        let ready = set_up_pieces::<D>(self, batch, kept)?;
+        let (outcomes, device) = self.descend(&ready, device)?;
+        let mut outcomes = outcomes.into_iter();
+        let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
+        for (i, ready) in ready.iter().enumerate() {
+            let (report, vertices) = match ready {
+                Ok(ready) => self.report(batch, i, ready, &outcomes.next().expect("what is ready is descended")),
+                Err(problem) => (CurveReport::unfitted(problem.status, problem.message.clone()), None),
+            };
+            curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
+            reports.push(report);
+        }
+        Ok(Fitted { curves, reports, device })
     }
 
     /// Descends what is ready; and says what did it.
-    fn descend<const D: usize>(
+    pub(super) fn descend<const D: usize>(
         &self,
         ready: &[Result<Ready<D>, Unfitted>],
         device: &Device,
@@ -240,14 +268,14 @@ impl Fair {
         if precision == Precision::F32 {
             problems
                 .iter_mut()
-                .for_each(|problem| problem.tolerance = self.tolerance.max(problem.rounding_in_f32(&self.energy)));
+                .for_each(|problem| problem.tolerance = problem.tolerance.max(problem.rounding_in_f32(&self.energy)));
         }
         let outcomes = descend_on_gpu(gpu, precision, &plan, &self.energy, &problems)?;
         Ok((outcomes, device.describe(well_conditioned)?))
     }
 
     /// The report of a curve, and its vertices unless its energy was no number.
-    fn report<const D: usize>(
+    pub(super) fn report<const D: usize>(
         &self,
         batch: &CurveBatch,
         i: usize,
@@ -302,10 +330,6 @@ impl Fair {
         let place = |(vertex, u): (&Vector<f64, D>, &Vector<f64, D>)| add(*vertex, scale(ready.size, *u));
         let vertices: Vec<Vector<f64, D>> = ready.vertices.iter().zip(&outcome.displacements).map(place).collect();
         let points = batch.points(i).as_chunks::<D>().0;
-        let deviation = |(point, &row): (&Vector<f64, D>, &u32)| {
-            let away = subtract(vertices[row as usize % vertices.len()], *point);
-            dot(away, away).sqrt()
-        };
         let report = CurveReport {
             status,
             message,
@@ -313,10 +337,10 @@ impl Fair {
             iterations,
             gradient_norm: norm,
             smoothing: None,
-            max_deviation: points.iter().zip(&ready.rows).map(deviation).fold(0.0, f64::max),
+            max_deviation: deviation::deviation(&vertices, &ready.rows, points),
         };
         let coords = vertices.into_iter().flatten().collect();
-        (report, Some(Vertices { coords, rows: ready.rows.clone() }))
+        (report, Some(Vertices { coords, rows: ready.rows.clone(), corners: vec![] }))
     }
 
     /// A weight of length that holds a curve of this size: at size 1 that of the highest order.

@@ -25,11 +25,13 @@
 pub mod at;
 mod compose;
 mod constrain;
+mod corners;
 mod curves;
 mod damped;
 mod damping;
 mod descent;
 mod descent_gpu;
+mod deviation;
 mod edges;
 mod energy;
 mod evaluate;

@@ -40,8 +40,19 @@ pub(crate) struct Ready<const D: usize> {
     pub energy_unit: f64,
 }
 
-/// Brings every curve of a batch to vertices; or says why it cannot be.
+/// [`set_up_pieces`] of curves that are whole.
+#[cfg(test)]
 pub(crate) fn set_up<const D: usize>(fair: &Fair, batch: &CurveBatch) -> Result<Vec<Result<Ready<D>, Unfitted>>> {
+    set_up_pieces(fair, batch, &[])
+}
+
+/// Brings every curve of a batch to vertices; or says why it cannot be. `kept` says which curves keep their first or last point
+/// whatever the pins say; none do where it is empty.
+pub(super) fn set_up_pieces<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    kept: &[[bool; 2]],
+) -> Result<Vec<Result<Ready<D>, Unfitted>>> {
     let start = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
     let points = batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec());
     let points = points.with_constraints(end_tangents(batch))?;
@@ -53,7 +64,7 @@ pub(crate) fn set_up<const D: usize>(fair: &Fair, batch: &CurveBatch) -> Result<
             return Err(Unfitted { status: report.status, message });
         }
         use crate::report::CurveSet;
-        ready::<D>(fair, batch, i, splines.curve(i).as_ref())
+        ready::<D>(fair, batch, i, kept.get(i).copied().unwrap_or_default(), splines.curve(i).as_ref())
     };
     Ok((0..batch.len()).into_par_iter().with_min_len(16).map(one).collect())
 }
@@ -75,7 +86,13 @@ fn end_tangents(batch: &CurveBatch) -> Constraints {
     Constraints { tangents: Some(tangents), ..Constraints::default() }
 }
 
-fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn Curve) -> Result<Ready<D>, Unfitted> {
+fn ready<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    i: usize,
+    kept: [bool; 2],
+    curve: &dyn Curve,
+) -> Result<Ready<D>, Unfitted> {
     let closed = batch.is_closed(i);
     let points = batch.points(i).as_chunks::<D>().0;
     let (mut vertices, rows) = divide(curve, points, fair.segments);
@@ -93,7 +110,7 @@ fn ready<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, curve: &dyn 
     let pinned_at = |k: usize| match fair.pins {
         Pins::All => true,
         Pins::Ends => !closed && (k == 0 || k + 1 == points.len()),
-        Pins::None => false,
+        Pins::None => (kept[0] && k == 0) || (kept[1] && k + 1 == points.len()),
     };
     let mut pinned: Vec<u32> = (0..points.len()).filter(|&k| pinned_at(k)).map(|k| data[k]).collect();
     // What turns about a point needs the point.

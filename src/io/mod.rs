@@ -37,7 +37,7 @@ use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use crate::batch::CurveBatch;
+use crate::batch::{CurveBatch, Cut};
 use crate::error::{Error, Result};
 
 pub use atomic::{Output, write_atomically};
@@ -59,6 +59,8 @@ pub struct Origin {
     pub round_pole: Vec<usize>,
     /// The GeoJSON document without its coordinates.
     pub(crate) document: Option<Arc<geojson::Document>>,
+    /// Where the curves are pieces of others: of which.
+    pub(crate) cut: Option<Cut>,
 }
 
 impl Origin {

@@ -293,6 +293,7 @@ impl<'a> Reader<'a> {
             unwrapped: self.unwrapped,
             round_pole: self.round_pole.clone(),
             document: Some(Arc::new(document)),
+            ..Origin::default()
         };
         let batch = CurveBatch::from_file(dimension, coords, self.lines.offsets, Arc::new(origin))?;
         close(batch, options.closed, &self.rings, &self.round_pole)

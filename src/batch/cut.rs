@@ -1,0 +1,111 @@
+//! Cutting curves into pieces, which are fitted as curves of their own and whose sentences still name the points of the whole.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::CurveBatch;
+use crate::constraint::Constraints;
+use crate::io::Origin;
+
+/// Consecutive points of a curve, round the end of a closed one if need be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Piece {
+    /// The curve it is cut from.
+    pub curve: usize,
+    /// Its first point in that curve.
+    pub first: usize,
+    /// Number of its points; that of a closed curve cut open at one point, which is then both first and last, is one
+    /// more than the curve's.
+    pub count: usize,
+    /// Whether it is all of a closed curve, still closed.
+    pub closed: bool,
+}
+
+/// What pieces were cut from: for the places in sentences.
+#[derive(Clone, Debug)]
+pub(crate) struct Cut {
+    whole: Arc<Origin>,
+    pieces: Vec<Piece>,
+    /// Number of points of the curve of every piece.
+    counts: Vec<usize>,
+}
+
+impl Cut {
+    /// The origin, the curve and the point that point `k` of piece `i` is.
+    pub fn given(&self, i: usize, k: usize) -> (&Origin, usize, usize) {
+        let piece = self.pieces[i];
+        (&self.whole, piece.curve, (piece.first + k) % self.counts[i].max(1))
+    }
+}
+
+impl CurveBatch {
+    /// The pieces as a batch, with their weights, tangents and curvature vectors, and the problems of their curves; without
+    /// parameters.
+    pub(crate) fn cut(&self, pieces: Vec<Piece>) -> CurveBatch {
+        let mut offsets = vec![0];
+        pieces.iter().for_each(|piece| offsets.push(offsets[offsets.len() - 1] + piece.count));
+        let points: Vec<usize> = pieces
+            .iter()
+            .flat_map(|piece| {
+                let (start, count) = (self.offsets[piece.curve], self.count(piece.curve).max(1));
+                (0..piece.count).map(move |k| start + (piece.first + k) % count)
+            })
+            .collect();
+        let gather = |column: &[f64], width: usize| -> Vec<f64> {
+            points.iter().flat_map(|&point| &column[point * width..(point + 1) * width]).copied().collect()
+        };
+        let vectors = |column: &Option<Vec<f64>>| column.as_ref().map(|column| gather(column, self.dimension));
+        let problem = |(to, piece): (usize, &Piece)| Some((to, self.problems.get(&piece.curve)?.clone()));
+        let problems: BTreeMap<usize, super::Problem> = pieces.iter().enumerate().filter_map(problem).collect();
+        let names = pieces.iter().map(|piece| self.name(piece.curve).into_owned()).collect();
+        let constraints = Constraints {
+            tangents: vectors(&self.constraints.tangents),
+            curvatures: vectors(&self.constraints.curvatures),
+            ..Constraints::default()
+        };
+        CurveBatch {
+            dimension: self.dimension,
+            coords: gather(&self.coords, self.dimension),
+            offsets,
+            closed: pieces.iter().map(|piece| piece.closed).collect(),
+            parameters: None,
+            closing_spans: None,
+            weights: self.weights.as_ref().map(|weights| gather(weights, 1)),
+            constraints,
+            problems,
+            origin: Arc::new(Origin {
+                names: Some(names),
+                cut: Some(Cut {
+                    whole: self.origin.clone(),
+                    counts: pieces.iter().map(|piece| self.count(piece.curve)).collect(),
+                    pieces,
+                }),
+                ..Origin::default()
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sentences_about_pieces_name_the_points_of_the_whole() {
+        let ring = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+        let batch = CurveBatch::from_slices(&[&ring[..], &ring[..]]).unwrap().closed(true);
+        let batch = batch.with_names(vec!["a".into(), "b".into()]).unwrap();
+        let pieces = vec![
+            Piece { curve: 1, first: 3, count: 3, closed: false },
+            Piece { curve: 1, first: 1, count: 3, closed: false },
+            Piece { curve: 0, first: 0, count: 4, closed: true },
+        ];
+        let cut = batch.with_weights((0..8).map(|k| 1.0 + f64::from(k)).collect()).unwrap().cut(pieces);
+        assert_eq!(cut.points(0), [0.0, 2.0, 0.0, 0.0, 2.0, 0.0]);
+        assert_eq!((cut.weights(0), cut.weights(1)), (Some(&[8.0, 5.0, 6.0][..]), Some(&[6.0, 7.0, 8.0][..])));
+        assert_eq!(cut.sentence(0, 2, "so"), "curve b, point 1: so");
+        assert_eq!(cut.sentence(1, 2, "so"), "curve b, point 3: so");
+        assert_eq!(cut.sentence(2, 0, "so"), "curve a, point 0: so");
+        assert_eq!([0, 1, 2].map(|i| cut.is_closed(i)), [false, false, true]);
+    }
+}

@@ -1,0 +1,165 @@
+//! Corners: where the data turn sharply a curve is cut, its pieces are fitted side by side as curves of their own, and
+//! joined again.
+
+use super::curves::{Fitted, Vertices};
+use crate::batch::{CurveBatch, Piece};
+use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
+use crate::report::{CurveReport, CurveStatus};
+
+/// A turn must exceed the angle by this many radians, so that rounding makes no corner where the data turn by the angle exactly.
+const ROUNDING: f64 = 1e-9;
+
+/// A batch cut at its corners.
+pub(super) struct Corners {
+    /// The pieces, those of a curve one after the other.
+    pub batch: CurveBatch,
+    /// Of every piece whether its first and its last point are corners, which stay in place.
+    pub kept: Vec<[bool; 2]>,
+    pieces: Vec<Piece>,
+}
+
+impl Corners {
+    /// Cuts every curve at the points where its polygon turns by more than `angle` (radians).
+    pub fn cut<const D: usize>(batch: &CurveBatch, angle: f64) -> Self {
+        let (mut pieces, mut kept) = (Vec::new(), Vec::new());
+        for curve in 0..batch.len() {
+            let (count, closed) = (batch.count(curve), batch.is_closed(curve));
+            let corners = if batch.problem(curve).is_none() { corners::<D>(batch, curve, angle) } else { vec![] };
+            let whole = Piece { curve, first: 0, count, closed };
+            let Some((&first, &last)) = corners.first().zip(corners.last()) else {
+                pieces.push(whole);
+                kept.push([false; 2]);
+                continue;
+            };
+            let between = |from: usize, to: usize| Piece { first: from, count: to - from + 1, closed: false, ..whole };
+            if !closed {
+                pieces.push(between(0, first));
+                kept.push([false, true]);
+            }
+            for pair in corners.windows(2) {
+                pieces.push(between(pair[0], pair[1]));
+                kept.push([true; 2]);
+            }
+            pieces.push(between(last, if closed { first + count } else { count - 1 }));
+            kept.push([true, closed]);
+        }
+        Corners { batch: batch.cut(pieces.clone()), kept, pieces }
+    }
+
+    /// Joins what was fitted to the pieces. A curve with a piece that could not be fitted is not fitted.
+    pub fn join(&self, batch: &CurveBatch, pieces: Fitted) -> Fitted {
+        let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
+        let mut fitted = pieces.curves.into_iter().zip(pieces.reports);
+        for of_curve in self.pieces.chunk_by(|a, b| a.curve == b.curve) {
+            let i = of_curve[0].curve;
+            let (parts, of_parts): (Vec<_>, Vec<_>) = fitted.by_ref().take(of_curve.len()).unzip();
+            let parts: Result<Vec<Vertices>, Vec<f64>> = parts.into_iter().collect();
+            let mut report = joined_report(of_parts);
+            let curve = match parts {
+                Ok(parts) => Ok(joined_vertices(of_curve, parts, batch.is_closed(i), batch.dimension())),
+                Err(_) => {
+                    report = CurveReport::unfitted(report.status, report.message.unwrap_or_default());
+                    Err(batch.points(i).to_vec())
+                }
+            };
+            curves.push(curve);
+            reports.push(report);
+        }
+        Fitted { curves, reports, device: pieces.device }
+    }
+}
+
+/// The points at which a curve turns by more than an angle; of points repeated the last. A point with a tangent is none.
+fn corners<const D: usize>(batch: &CurveBatch, i: usize, angle: f64) -> Vec<usize> {
+    let (points, closed) = (batch.points(i).as_chunks::<D>().0, batch.is_closed(i));
+    let count = points.len();
+    let moves_on = |&k: &usize| (!closed && k + 1 == count) || points[k] != points[(k + 1) % count];
+    let distinct: Vec<usize> = (0..count).filter(moves_on).collect();
+    let all = distinct.len();
+    if all < 2 {
+        return vec![];
+    }
+    let inner = if closed { 0..all } else { 1..all - 1 };
+    let is_corner = |&j: &usize| {
+        let (before, here, after) = (distinct[(j + all - 1) % all], distinct[j], distinct[(j + 1) % all]);
+        let repeated = (here + count - before) % count;
+        let is_free = (0..repeated.max(1)).all(|k| batch.tangent(i, (here + count - k) % count).is_none());
+        let (from, to) = (subtract(points[here], points[before]), subtract(points[after], points[here]));
+        is_free && turn(from, to) > angle + ROUNDING
+    };
+    inner.filter(is_corner).map(|j| distinct[j]).collect()
+}
+
+/// The angle between two vectors, as precise near 0 and π as between.
+fn turn<const D: usize>(from: Vector<f64, D>, to: Vector<f64, D>) -> f64 {
+    let unit = |v: Vector<f64, D>| {
+        // Of largest component 1 first, so that squares neither overflow nor vanish.
+        let largest = v.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+        let v = v.map(|x| x / largest);
+        scale(1.0 / dot(v, v).sqrt(), v)
+    };
+    let (from, to) = (unit(from), unit(to));
+    let (apart, along) = (subtract(to, from), add(to, from));
+    2.0 * dot(apart, apart).sqrt().atan2(dot(along, along).sqrt())
+}
+
+/// One curve of its pieces: a corner is one vertex, and the vertices of a closed curve begin with its first data point.
+fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dimension: usize) -> Vertices {
+    if parts.len() == 1 && !closed || pieces[0].closed {
+        return parts.swap_remove(0);
+    }
+    let (mut coords, mut rows, mut corners) = (Vec::new(), Vec::new(), Vec::new());
+    for part in &parts {
+        // The last vertex of a piece is the first of the next, or of all.
+        let start = (coords.len() / dimension) as u32;
+        corners.push(start);
+        coords.extend_from_slice(&part.coords[..part.coords.len() - dimension]);
+        rows.extend(part.rows[..part.rows.len() - 1].iter().map(|row| start + row));
+    }
+    let count = (coords.len() / dimension) as u32;
+    rows.push(count);
+    let Some(last) = parts.pop().filter(|_| !closed) else {
+        // Point 0 of the curve stands at `at` of the points joined, which begin at the first corner.
+        let points = rows.len() - 1;
+        let at = (points - pieces[0].first) % points;
+        let first = rows[at];
+        let round = |row: u32| if row < first { row + count - first } else { row - first };
+        let mut turned: Vec<u32> = rows[at..points].iter().map(|row| row - first).collect();
+        turned.extend(rows[..at].iter().map(|row| row + count - first));
+        turned.push(count);
+        coords.rotate_left(first as usize * dimension);
+        let mut corners: Vec<u32> = corners.into_iter().map(round).collect();
+        corners.sort_unstable();
+        return Vertices { coords, rows: turned, corners };
+    };
+    coords.extend_from_slice(&last.coords[last.coords.len() - dimension..]);
+    corners.remove(0);
+    Vertices { coords, rows, corners }
+}
+
+/// One report of those of the pieces: the worst status with its sentence, sums of energies and iterations, and the largest
+/// gradient, deviation and weight.
+fn joined_report(reports: Vec<CurveReport>) -> CurveReport {
+    let severity = |report: &CurveReport| match report.status {
+        CurveStatus::Converged => 0,
+        CurveStatus::NotUnique => 1,
+        CurveStatus::NotConverged => 2,
+        CurveStatus::NoMinimiser => 3,
+        CurveStatus::Unbounded => 4,
+        CurveStatus::Degenerate => 5,
+        CurveStatus::Invalid => 6,
+    };
+    let join = |mut joined: CurveReport, next: CurveReport| {
+        let worse = severity(&next) > severity(&joined);
+        if worse || (severity(&next) == severity(&joined) && joined.message.is_none()) {
+            (joined.status, joined.message) = (next.status, next.message);
+        }
+        joined.energy += next.energy;
+        joined.iterations += next.iterations;
+        joined.gradient_norm = joined.gradient_norm.max(next.gradient_norm);
+        joined.max_deviation = joined.max_deviation.max(next.max_deviation);
+        joined.smoothing = joined.smoothing.zip(next.smoothing).map(|(a, b)| a.max(b));
+        joined
+    };
+    reports.into_iter().reduce(join).unwrap_or_else(|| CurveReport::solved(0.0))
+}
