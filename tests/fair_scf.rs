@@ -40,7 +40,7 @@ fn energies_tend_to_the_exact_optimum_as_the_square_of_the_edges() {
         let found: Vec<(f64, u32)> = sizes.iter().map(|&n| energy(&exact, n)).collect();
         let errors: Vec<f64> = found.iter().map(|(energy, _)| energy / exact.total_cost - 1.0).collect();
         let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
-        println!("{} ν = {}: errors {errors:.3e?}, orders {orders:.3?}", exact.name, exact.nu);
+        println!("{} ν = {}: errors {errors:?}, orders {orders:?}", exact.name, exact.nu);
         println!("    iterations {:?}", found.iter().map(|(_, iterations)| iterations).collect::<Vec<_>>());
         // Where an inflection lies between two vertices ν > 2 makes the error wander: by halves of an edge, so over three halvings
         // the mean order settles.

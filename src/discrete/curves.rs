@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -49,7 +49,12 @@ struct FairCurve<'a> {
     dimension: usize,
     closed: bool,
     vertices: &'a Vertices,
+    /// Frames at both ends of every edge, once one is asked for: arc lengths ask for the same ones over and over.
+    frames: OnceLock<Vec<[Frame; 2]>>,
 }
+
+/// Tangent and curvature vector.
+type Frame = (DVec3, DVec3);
 
 impl FairCurve<'_> {
     fn count(&self) -> usize {
@@ -80,8 +85,20 @@ impl FairCurve<'_> {
         }
     }
 
-    /// Tangent and curvature vector at a vertex of a smooth piece. At its ends the curvature goes on as it went.
-    fn frame(&self, row: usize, piece: Option<(usize, usize)>) -> (DVec3, DVec3) {
+    /// Frames at both ends of the edge after a row.
+    fn frames(&self, row: usize) -> [Frame; 2] {
+        let edges = if self.closed { self.count() } else { self.count() - 1 };
+        let of_edge = |row: usize| {
+            let piece = self.piece(row);
+            // Before its first corner a closed curve is on the piece that began at its last, one round ago.
+            let row = if piece.is_some_and(|(first, _)| first > row) { row + self.count() } else { row };
+            [self.frame(row, piece), self.frame(row + 1, piece)]
+        };
+        self.frames.get_or_init(|| (0..edges).map(of_edge).collect())[row]
+    }
+
+    /// The frame at a vertex of a smooth piece. At its ends the curvature goes on as it went.
+    fn frame(&self, row: usize, piece: Option<(usize, usize)>) -> Frame {
         let Some((first, last)) = piece.filter(|&(first, last)| row == first || row == last) else {
             let before = self.edge(if row == 0 { self.count() - 1 } else { row - 1 });
             let after = self.edge(row);
@@ -129,10 +146,7 @@ impl Curve for FairCurve<'_> {
         let row = from + (place.floor().max(0.0) as usize).min(to - from - 1);
         let v = place - (row - from) as f64;
         let (p, q) = (self.vertex(row), self.vertex(row + 1));
-        let piece = self.piece(row);
-        // Before its first corner a closed curve is on the piece that began at its last, one round ago.
-        let row = if piece.is_some_and(|(first, _)| first > row) { row + self.count() } else { row };
-        let ((start, bend), (end, bend_after)) = (self.frame(row, piece), self.frame(row + 1, piece));
+        let [(start, bend), (end, bend_after)] = self.frames(row);
         let length = (q - p).length();
         let (a, b) = (length * start, length * end);
         let (c, d) = (3.0 * (q - p) - 2.0 * a - b, a + b - 2.0 * (q - p));
@@ -156,7 +170,7 @@ impl Curve for FairCurve<'_> {
 impl FairCurves {
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
         let vertices = self.curves[i].as_ref().ok()?;
-        Some(FairCurve { dimension: self.dimension, closed: self.closed[i], vertices })
+        Some(FairCurve { dimension: self.dimension, closed: self.closed[i], vertices, frames: OnceLock::new() })
     }
 
     /// Coordinates and parameters of the samples of curve `i`.

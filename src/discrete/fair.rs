@@ -5,24 +5,20 @@ use std::f64::consts::PI;
 
 use super::corners::Corners;
 use super::curves::{FairCurves, Fitted, Vertices};
-use super::descent::{Direction, Plan, Standing, Step};
-use super::descent_gpu::descend_on_gpu;
+use super::descent::{Direction, Standing, Step};
 use super::deviation;
 use super::energy::{Energy, bending};
-use super::problem::{Outcome, Problem, descend_on_cpu};
+use super::problem::Outcome;
 use super::setup::{LONGEST, Ready, set_up_pieces};
 use crate::batch::{CurveBatch, Problem as Unfitted};
 use crate::curve::Sampling;
-use crate::device::{Device, Precision};
+use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, scale};
 use crate::report::{CurveReport, CurveStatus, Fit};
 
 /// A gradient left at so many times the tolerance is rounding, above it the curve's own trouble.
 const ROUNDING_REACHES: f64 = 1e3;
-
-/// Bending in f32 has the digits for so many edges a span: its condition grows as their fourth power.
-const MOST_EDGES_IN_F32: u32 = 200;
 
 /// How spans between data points are divided into edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -237,41 +233,6 @@ impl Fair {
             reports.push(report);
         }
         Ok(Fitted { curves, reports, device })
-    }
-
-    /// Descends what is ready; and says what did it.
-    pub(super) fn descend<const D: usize>(
-        &self,
-        ready: &[Result<Ready<D>, Unfitted>],
-        device: &Device,
-    ) -> Result<(Vec<Outcome<D>>, String)> {
-        let mut problems: Vec<Problem<D>> = ready.iter().flatten().map(|ready| ready.problem.clone()).collect();
-        let order = self.energy.order();
-        let plan = Plan {
-            direction: self.direction,
-            step: self.step,
-            order,
-            gauge: match order {
-                1 if self.energy.attachment_weight() > 0.0 => 2,
-                1 => 0,
-                _ => order,
-            },
-            most_iterations: self.max_iterations,
-        };
-        // f32 cannot hold the inner product of order 3: such curves are the CPU's.
-        let Some(gpu) = device.as_gpu().filter(|_| order < 3) else {
-            return Ok((descend_on_cpu(&plan, &self.energy, &problems), Device::cpu().describe(true)?));
-        };
-        let edges_a_span = |ready: &Ready<D>| ready.rows.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
-        let well_conditioned = ready.iter().flatten().all(|ready| edges_a_span(ready) <= MOST_EDGES_IN_F32);
-        let precision = device.kernel_precision(gpu, well_conditioned)?;
-        if precision == Precision::F32 {
-            problems
-                .iter_mut()
-                .for_each(|problem| problem.tolerance = problem.tolerance.max(problem.rounding_in_f32(&self.energy)));
-        }
-        let outcomes = descend_on_gpu(gpu, precision, &plan, &self.energy, &problems)?;
-        Ok((outcomes, device.describe(well_conditioned)?))
     }
 
     /// The report of a curve, and its vertices unless its energy was no number.

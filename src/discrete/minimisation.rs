@@ -194,6 +194,7 @@ impl Minimisation {
             gauge: 0.0,
             free: vec![1.0; vertices.len()],
             highest: 1.0,
+            curvature: 1.0,
             tolerance: self.tolerance,
             longest: f64::INFINITY,
         }

@@ -47,6 +47,7 @@ mod minimisation;
 mod newton;
 mod problem;
 mod setup;
+mod stages;
 #[cfg(test)]
 mod tests;
 

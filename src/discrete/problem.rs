@@ -8,7 +8,7 @@ use super::edges::Edges;
 use super::energy::{Energy, Functional};
 use super::metric::{Pins, Weights};
 use super::setup::order_of;
-use crate::linalg::scalar::Vector;
+use crate::linalg::scalar::{Vector, add, subtract};
 use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
 
 /// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
@@ -33,6 +33,8 @@ pub(crate) struct Problem<const D: usize> {
     pub free: Vec<f64>,
     /// Weight of the highest derivative in the inner product.
     pub highest: f64,
+    /// √ of the mean of |K|² of the start, at which |κ|^ν and κ² weigh alike.
+    pub curvature: f64,
     /// √⟨g, L⁻¹g⟩ to reach.
     pub tolerance: f64,
     /// A length that no honest minimum has; infinite where the energy bounds the length.
@@ -53,7 +55,6 @@ pub(crate) struct Outcome<const D: usize> {
     pub norm: f64,
     pub iterations: u32,
     /// Of the energy and its gradient.
-    #[cfg_attr(not(test), expect(dead_code, reason = "reports count iterations; tests count evaluations"))]
     pub evaluations: u32,
 }
 
@@ -61,6 +62,17 @@ impl<const D: usize> Problem<D> {
     /// Number of vertices.
     pub fn vertices(&self) -> usize {
         self.base.len() + usize::from(!self.closed)
+    }
+
+    /// Makes the curve with these displacements the base.
+    pub fn rebase(&mut self, u: &[Vector<f64, D>]) {
+        let count = u.len();
+        for (j, edge) in self.base.iter_mut().enumerate() {
+            *edge = add(*edge, subtract(u[(j + 1) % count], u[j]));
+        }
+        for (row, _, target) in &mut self.attached {
+            *target = subtract(*target, u[*row as usize]);
+        }
     }
 
     /// The √⟨g, L⁻¹g⟩ that rounding in f32 may leave: 2 ε √(w E)/h, with w half the weight of the inner product, E the energy of the

@@ -19,7 +19,7 @@ use crate::{Constraints, Problem as Unfitted};
 /// The tangential and the normal stiffness of a vertex are alike at this γ h³/w.
 const GAUGE: f64 = 1.0;
 
-/// Curvatures below this part of 1/size count as this where an exponent ν > 2 makes straight curves infinitely soft.
+/// Mean curvatures below this part of 1/size count as this where an exponent ν > 2 makes straight curves infinitely soft.
 const LEAST_CURVATURE: f64 = 0.1;
 
 /// A curve this many times as long as its chord polygon is no minimum: a half circle through two points is 1.57 times, and no curve
@@ -100,11 +100,12 @@ fn ready<const D: usize>(
     let attached = fair.energy.attachment_weight();
     let size = diagonal(points);
     constraints.iter().for_each(|constraint| constraint.meet(&mut vertices));
-    let (energy_weights, energy_unit) = normalised_weights(&fair.energy, size);
     let scaled = |v: Vector<f64, D>| v.map(|x| x / size);
     let edges = if closed { vertices.len() } else { vertices.len() - 1 };
     let edge = |j: usize| scaled(subtract(vertices[(j + 1) % vertices.len()], vertices[j]));
     let base: Vec<Vector<f64, D>> = (0..edges).map(edge).collect();
+    let curvature = mean_curvature(&base, closed).max(LEAST_CURVATURE);
+    let (energy_weights, energy_unit) = normalised_weights(&fair.energy, size, curvature);
     // The last points of a closed curve may repeat its first.
     let data: Vec<u32> = rows[..points.len()].iter().map(|&row| row % vertices.len() as u32).collect();
     let pinned_at = |k: usize| match fair.pins {
@@ -143,7 +144,7 @@ fn ready<const D: usize>(
                     aside, or give it a tangent";
         return Err(Unfitted { status: CurveStatus::Degenerate, message: batch.sentence(i, k, what) });
     }
-    let highest = highest_weight::<D>(&fair.energy, &energy_weights, &base, closed);
+    let highest = highest_weight(&fair.energy, &energy_weights, &base, curvature);
     let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
     let h = length / base.len() as f64;
     let chords: f64 = points.windows(2).map(|pair| distance(pair[0], pair[1])).sum::<f64>()
@@ -168,6 +169,7 @@ fn ready<const D: usize>(
         gauge,
         free,
         highest,
+        curvature,
         tolerance: fair.tolerance,
         longest,
     };
@@ -265,19 +267,21 @@ fn equal_fractions(curve: &dyn Curve, span: usize, n: usize) -> Vec<f64> {
 }
 
 /// The weight of every term at size 1, the sum divided by the unit returned, which gives the highest order the weight asked for.
-fn normalised_weights(energy: &Energy, size: f64) -> (Vec<f64>, f64) {
+///
+/// |κ|^ν weighs as much as κ² where |κ| is the curvature given: so tolerances mean the same for every exponent.
+fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, f64) {
     let at_size_1 = |(weight, functional): &(f64, Functional)| weight * size.powf(functional.degree());
     let order = energy.order();
     let leading = energy.terms().iter().filter(|(weight, functional)| *weight > 0.0 && functional.order() == order);
-    let unit: f64 = leading.map(at_size_1).sum();
+    let unit: f64 = leading.map(|term| at_size_1(term) * power(&term.1, curvature)).sum();
     (energy.terms().iter().map(|term| at_size_1(term) / unit).collect(), unit)
 }
 
-/// The second derivative of the energy of highest order at a straight curve, per unit of the highest derivative squared.
-fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vector<f64, D>], closed: bool) -> f64 {
+/// The second derivative of the energy of highest order at a straight curve, per unit of the highest derivative squared; of
+/// bending with ν ≠ 2 at the curvature given.
+fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vector<f64, D>], curvature: f64) -> f64 {
     let order = energy.order();
     let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
-    let curvature = mean_curvature(base, closed);
     let mut highest = 0.0;
     for (weight, (_, functional)) in weights.iter().zip(energy.terms()) {
         highest += weight
@@ -286,13 +290,21 @@ fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vect
                 Functional::Tension => length,
                 Functional::Length => 1.0,
                 Functional::Bending { exponent } => {
-                    (exponent * (exponent - 1.0)).max(1.0) * curvature.max(LEAST_CURVATURE).powf(exponent - 2.0)
+                    (exponent * (exponent - 1.0)).max(1.0) * power(functional, curvature)
                 }
                 _ if order == 1 => 1.0,
                 _ => 2.0,
             };
     }
     highest
+}
+
+/// |κ|^(ν − 2) of bending, else 1.
+fn power(functional: &Functional, curvature: f64) -> f64 {
+    match functional {
+        Functional::Bending { exponent } => curvature.powf(exponent - 2.0),
+        _ => 1.0,
+    }
 }
 
 /// The edge after which the curve turns back exactly. There it is a saddle: by symmetry no gradient leads off the line.

@@ -178,6 +178,10 @@ impl Energy {
         &self.terms
     }
 
+    pub(crate) fn terms_mut(&mut self) -> &mut [(f64, Functional)] {
+        &mut self.terms
+    }
+
     /// Whether every weight and exponent makes sense.
     ///
     /// # Errors
