@@ -108,7 +108,8 @@ fn tangents_and_curvatures_are_columns_of_the_file() {
 fn energies_exponents_solvers_and_limits_are_heard() {
     let folder = folder(TWO);
     let default = report(&folder, 0, "");
-    let named = report(&folder, 0, "--energy bending=1 --exponent 2 --solver cg --tolerance 1e-8 --max-iterations 500");
+    let named =
+        report(&folder, 0, "--energy bending=1 --exponent 2 --solver newton --tolerance 1e-8 --max-iterations 500");
     assert_eq!(default, named);
     let long = number(&report(&folder, 0, "--energy bending=1,length=0.1"), "length");
     let short = number(&report(&folder, 0, "--energy bending=1,length=100"), "length");
@@ -117,11 +118,14 @@ fn energies_exponents_solvers_and_limits_are_heard() {
     assert_eq!(cubed["status"], "converged", "{cubed}");
     assert_ne!(cubed["energy"], report(&folder, 0, "--energy bending=1,length=1")["energy"]);
     let descent = report(&folder, 0, "--energy bending=1,length=1 --solver descent");
-    let cg = report(&folder, 0, "--energy bending=1,length=1");
+    let cg = report(&folder, 0, "--energy bending=1,length=1 --solver cg");
+    let newton = report(&folder, 0, "--energy bending=1,length=1");
     assert!((number(&descent, "energy") / number(&cg, "energy") - 1.0).abs() <= 1e-10, "{descent} {cg}");
+    assert!((number(&newton, "energy") / number(&cg, "energy") - 1.0).abs() <= 1e-10, "{newton} {cg}");
     assert!(number(&descent, "iterations") > number(&cg, "iterations"), "{descent} {cg}");
+    assert!(number(&cg, "iterations") > number(&newton, "iterations"), "{cg} {newton}");
     let loose = report(&folder, 0, "--energy bending=1,length=1 --tolerance 0.01");
-    assert!(number(&loose, "iterations") < number(&cg, "iterations"), "{loose} {cg}");
+    assert!(number(&loose, "iterations") < number(&newton, "iterations"), "{loose} {newton}");
     for energy in ["variation=1,length=1", "tension=1", "length=2", "bending=1,variation=0.1,length=1"] {
         assert_eq!(report(&folder, 0, &format!("--energy {energy}"))["status"], "converged", "{energy}");
     }

@@ -198,7 +198,7 @@ fn every_direction_leads_to_the_same_curve() {
         vertices
     };
     let hybrid = towards(Direction::Hybrid);
-    for direction in [Direction::Steepest, Direction::PolakRibiere] {
+    for direction in [Direction::Newton, Direction::Steepest, Direction::PolakRibiere] {
         let away = apart(&towards(direction), &hybrid);
         assert!(away <= 1e-6 * 4.0, "{direction:?}: {away:e}");
     }
@@ -231,8 +231,20 @@ impl Custom for OwnBending {
         by_length.fill(-2.0 * turn.length_squared() / (sum * sum));
     }
 
-    fn hessian(&self, _: &[DVec3], _: &[f64], _: &mut [[DMat3; 3]; 3], _: &mut [[DVec3; 3]; 3], _: &mut [[f64; 3]; 3]) {
-        unreachable!("no method of descent here asks for second derivatives")
+    fn hessian(
+        &self,
+        tangents: &[DVec3],
+        lengths: &[f64],
+        by_tangents: &mut [[DMat3; 3]; 3],
+        mixed: &mut [[DVec3; 3]; 3],
+        by_lengths: &mut [[f64; 3]; 3],
+    ) {
+        let (turn, sum) = (tangents[1] - tangents[0], lengths[0] + lengths[1]);
+        for (j, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            by_tangents[j][k] = (if j == k { 4.0 } else { -4.0 }) / sum * DMat3::IDENTITY;
+            mixed[j][k] = (if j == 0 { 4.0 } else { -4.0 }) / (sum * sum) * turn;
+            by_lengths[j][k] = 4.0 * turn.length_squared() / (sum * sum * sum);
+        }
     }
 }
 

@@ -169,6 +169,54 @@ def jax_fits(starts, gammas, chunk):
     return jax.lax.map(lambda curve: jax_fit(*curve), (starts, gammas), batch_size=chunk)
 
 
+# --- JAX: Newton with a dense Hessian, mapped over all -----------------------------------------------------------------
+
+NEWTON_CURVES = 1000  # how many curves it is timed on
+NEWTON_CHUNK = 100  # whose Hessians of 120 x 120 numbers are iterated together
+
+
+def jax_newton(start, gamma):
+    """(H + lambda I) p = -g with H by automatic differentiation, lambda 0 until a step fails; stops as jax_fit does."""
+    metric = jnp.asarray(inverse_metric(1.0 / SEGMENTS))
+
+    def place(x):
+        return start.at[FREE].set(x.reshape(-1, 2))
+
+    def energy(x):
+        return energy_and_gradient(jnp, place(x), gamma)[0]
+
+    hessian = jax.hessian(energy)
+
+    def slope(x):
+        g = energy_and_gradient(jnp, place(x), gamma)[1]
+        return g[FREE].ravel(), (g * jnp.einsum("cij,jc->ic", metric, g)).sum()
+
+    def going(state):
+        _, _, _, norm2, _, iteration = state
+        return (norm2 > TOLERANCE**2) & (iteration < MOST_ITERATIONS)
+
+    def step(state):
+        x, value, g, norm2, damping, iteration = state
+        factor = jax.scipy.linalg.cho_factor(hessian(x) + damping * jnp.eye(x.size))
+        p = -jax.scipy.linalg.cho_solve(factor, g)
+        trial = energy(x + p)
+        taken = trial <= value + 1e-14 * jnp.abs(value)
+        x = jnp.where(taken, x + p, x)
+        damping = jnp.where(taken, jnp.where(damping > 1e-3, 0.1 * damping, 0.0), jnp.maximum(4.0 * damping, 1.0))
+        g, norm2 = slope(x)
+        return x, jnp.where(taken, trial, value), g, norm2, damping, iteration + 1
+
+    x = start[FREE].ravel()
+    state = jax.lax.while_loop(going, step, (x, energy(x), *slope(x), jnp.zeros(()), 0))
+    return place(state[0]), state[-1]
+
+
+@partial(jax.jit, static_argnums=2)
+def jax_newtons(starts, gammas, chunk):
+    """All curves, chunk after chunk."""
+    return jax.lax.map(lambda curve: jax_newton(*curve), (starts, gammas), batch_size=chunk)
+
+
 # --- The case -----------------------------------------------------------------------------------------------------
 
 
@@ -207,15 +255,21 @@ def main():
         lambda: jax.block_until_ready(jax_fits(*on_device, CHUNK)), ARGUMENTS.runs, warm=True
     )
     by_jax, jax_iterations = np.asarray(by_jax), np.asarray(jax_iterations)
+    few = [a[:NEWTON_CURVES] for a in on_device]
+    (by_newton, newton_iterations), newton_times = median_time(
+        lambda: jax.block_until_ready(jax_newtons(*few, NEWTON_CHUNK)), ARGUMENTS.runs, warm=True
+    )
+    by_newton, newton_iterations = np.asarray(by_newton), np.asarray(newton_iterations)
     # A loop of seconds does not change by a run before it; every run is counted.
     found, scipy_times = median_time(
         lambda: [scipy_fit(start[i], gammas[i]) for i in range(SCIPY_CURVES)], ARGUMENTS.runs, warm=False
     )
     by_scipy, scipy_iterations = np.stack([f for f, _ in found]), np.array([n for _, n in found])
 
-    peers = {"faircurve": ours, "scipy": by_scipy, "jax": by_jax}
+    peers = {"faircurve": ours, "scipy": by_scipy, "jax": by_jax, "jax-newton": by_newton}
     reached = {peer: energy_and_gradient(np, f, gammas[: len(f)])[0] for peer, f in peers.items()}
     lowest = np.minimum(reached["faircurve"], reached["jax"])
+    lowest[:NEWTON_CURVES] = np.minimum(lowest[:NEWTON_CURVES], reached["jax-newton"])
     lowest[:SCIPY_CURVES] = np.minimum(lowest[:SCIPY_CURVES], reached["scipy"])
 
     def energies(peer):
@@ -230,6 +284,7 @@ def main():
     for peer, times, iterations, threads in [
         ("scipy", scipy_times, scipy_iterations, 1),
         ("jax", jax_times, jax_iterations, THREADS),
+        ("jax-newton", newton_times, newton_iterations, THREADS),
     ]:
         timed = len(peers[peer])
         micro = [round(1e6 * t / timed, 4) for t in times]

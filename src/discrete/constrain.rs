@@ -12,7 +12,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::metric::{Metric, Pins};
 use crate::Problem as Unfitted;
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
@@ -184,14 +183,13 @@ impl<const D: usize> Constraints<D> {
         (!normals.is_empty()).then_some(Constraints { normals })
     }
 
-    /// The Sobolev gradient z of g along the constraints, in the metric; what of g they hold is taken from it.
+    /// z = L⁻¹g along the constraints, in the metric that `solve` solves for; what of g they hold is taken from it.
     ///
     /// ⟨g, z⟩ would be the small difference of large numbers near a minimum, where constraints push hard: the forces are taken
     /// from g first, and what is left is solved for again.
     pub fn project<S: Scalar>(
         &self,
-        metric: &mut Metric<S, D>,
-        pins: &Pins<S>,
+        solve: &mut dyn FnMut(&mut [Vector<S, D>]),
         g: &mut [Vector<S, D>],
         z: &mut [Vector<S, D>],
     ) {
@@ -202,7 +200,7 @@ impl<const D: usize> Constraints<D> {
             for (row, vector) in normal {
                 response[*row] = vector.map(number);
             }
-            metric.solve(pins, &mut response);
+            solve(&mut response);
             responses.push(response);
         }
         let along = |normal: &Normal<D>, x: &[Vector<S, D>]| -> f64 {
@@ -227,7 +225,7 @@ impl<const D: usize> Constraints<D> {
             }
             if again {
                 z.copy_from_slice(g);
-                metric.solve(pins, z);
+                solve(z);
             }
         }
     }

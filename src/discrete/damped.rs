@@ -87,10 +87,15 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
             lambda.set_lane(l, lane.damping.lambda);
         }
         let smallest = newton.factor(lambda);
-        for (p, g) in self.p.iter_mut().zip(&self.g) {
-            *p = scale(-S::ONE, *g);
-        }
+        self.p.copy_from_slice(&self.g);
         newton.solve(&mut self.p);
+        if let Some(constraints) = &self.constraints {
+            self.trial.copy_from_slice(&self.g);
+            constraints.project(&mut |p| newton.solve(p), &mut self.trial, &mut self.p);
+        }
+        for p in &mut self.p {
+            *p = scale(-S::ONE, *p);
+        }
         self.edges.close(&mut self.p);
         smallest
     }

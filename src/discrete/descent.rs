@@ -266,7 +266,8 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         self.x.copy_from_slice(&self.trial);
         self.metric.solve(&self.pins, &mut self.x);
         if let Some(constraints) = &self.constraints {
-            constraints.project(&mut self.metric, &self.pins, &mut self.trial, &mut self.x);
+            let (metric, pins) = (&mut self.metric, &self.pins);
+            constraints.project(&mut |z| metric.solve(pins, z), &mut self.trial, &mut self.x);
         }
         for row in 0..self.u.len() {
             norm2 += dot(self.trial[row], self.x[row]);

@@ -44,10 +44,11 @@ pub enum Pins {
 /// Discrete fair curves: of all curves through (or attached to) the data points the one of least energy, as a polygon of
 /// many vertices.
 ///
-/// Starts from the natural, or periodic, spline through the points and descends by conjugate gradients in the Sobolev
-/// metric that suits the energy (see [`Energy`] and [`Direction`]), with a gauge that keeps edges between data points
-/// equal and takes nothing from the shape. The number of iterations, about 10 to 30 for gentle data, does not depend on
-/// the number of vertices. The minimum found is a local one, the one down from the spline.
+/// Starts from the natural, or periodic, spline through the points and goes down by Newton's method, damped in the Sobolev metric
+/// that suits the energy (see [`Energy`] and [`Direction`]), with a gauge that keeps edges between data points equal and takes
+/// nothing from the shape. Gentle curves of least bending take about 3 iterations, rough ones 10, however many vertices they
+/// have. Exponents of bending beyond 5, and below 1.5, are approached in stages. The minimum found is a local one, the one
+/// down from the spline.
 ///
 /// Tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) are met: a tangent τ by
 /// f_{i+1} − f_{i−1} ∥ τ, a curvature vector k ⊥ τ exactly, by (T′ − T)/Δa = k.
@@ -85,12 +86,13 @@ pub struct Fair {
     /// Corners are kept: curves are cut at data points where the polygon of the data turns by more than this angle, in
     /// radians from 0 to π. `None`, the default, cuts nothing.
     pub corners: Option<f64>,
-    /// How directions follow from Sobolev gradients.
+    /// How curves go down: by Newton's method unless asked for otherwise. Energies of order 1 are descended along their Sobolev
+    /// gradients, which lead to the minimum in a few steps.
     pub direction: Direction,
     /// How far each step goes.
     pub step: Step,
     /// √⟨g, L⁻¹g⟩ at which a curve has converged: the size of the gradient in the Sobolev metric, with the curve scaled to
-    /// size 1 and the energy to weight 1 of its highest order. Smaller is stricter; 1e-8 by default. In f32 at least
+    /// size 1 and the energy to weight 1 of its highest order (of |κ|^ν to κ̄^(2 − ν), κ̄ the mean curvature of the start). Smaller is stricter; 1e-8 by default. In f32 at least
     /// 2 ε √E/h, which rounding leaves.
     pub tolerance: f64,
     /// Iterations at most; 500 by default.
