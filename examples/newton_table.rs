@@ -68,7 +68,7 @@ fn table(title: &str, columns: &[(String, Family, usize)], energies: &[(&str, En
 }
 
 fn main() -> Result<()> {
-    let curves = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(1000);
+    let curves: usize = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(1000);
     println!(
         "{curves} curves a cell ({} of variation), seed {SEED}, at most {MOST} iterations",
         curves.div_ceil(FEWER)
