@@ -4,9 +4,10 @@
 //! guess: λ of the smoothing spline ─► round: every curve at its own weight, all in one batch ─► deviations ─► next weights
 //! ```
 //!
-//! The smaller the weight, the fairer the curve and the larger its deviation. Weights are searched among α = unit · 2^(j/128) for whole
-//! j, by secants between a weight that breaks the deviation and one that keeps it, until they are neighbours. Every round starts from the curve of
-//! the nearest weight; only the last of a curve goes down to the method's own tolerance.
+//! The smaller the weight, the fairer the curve and the larger its deviation. Weights are searched among
+//! α = unit · 2^(j/128) for whole j, by secants between a weight that breaks the deviation and one that keeps it, until they
+//! are neighbours. Every round starts from the curve of the smallest weight that keeps it so far, the first from the spline;
+//! only the last of a curve goes down to the method's own tolerance.
 
 use super::curves::Fitted;
 use super::descent::Standing;
@@ -43,8 +44,8 @@ const ROUGHLY: f64 = 1e-3;
 /// Neighbouring weights whose deviations are farther apart than this have curves of different minima.
 const CLOSE: f64 = 0.98;
 
-/// The method's tolerance moves a deviation by next to nothing; where it breaks the one allowed after all, weights so many steps higher
-/// are tried.
+/// The method's tolerance moves a deviation by next to nothing; where it breaks the one allowed after all, weights so many
+/// steps higher are tried.
 const STRIDES: [i32; 4] = [1, 4, 16, 64];
 
 /// Rounds at most. A dozen are common; more than these are those of a deviation that jumps.
