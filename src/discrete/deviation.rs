@@ -4,9 +4,10 @@
 //! guess: λ of the smoothing spline ─► round: every curve at its own weight, all in one batch ─► deviations ─► next weights
 //! ```
 //!
-//! The smaller the weight, the fairer the curve and the larger its deviation. Weights are searched among α = unit · 2^(j/128) for whole
-//! j, by secants between a weight that breaks the deviation and one that keeps it, until they are neighbours. Every round starts from the curve of
-//! the nearest weight; only the last of a curve goes down to the method's own tolerance.
+//! The smaller the weight, the fairer the curve and the larger its deviation. Weights are searched among
+//! α = unit · 2^(j/128) for whole j, by secants between a weight that breaks the deviation and one that keeps it, until they
+//! are neighbours. Every round starts from the curve of the smallest weight that keeps it so far, the first from the spline;
+//! only the last of a curve goes down to the method's own tolerance.
 
 use super::curves::Fitted;
 use super::descent::Standing;
@@ -32,7 +33,7 @@ const LEAST_STRIDE: f64 = 11.0;
 const MOST_STRIDE: f64 = 6.0 * STEPS_PER_OCTAVE;
 
 /// The smallest weight: all attachments together are this part of the stiffness of a curve of size 1. They move it by no more.
-const WEAKEST: f64 = 1e-6;
+const WEAKEST: f64 = 1e-4;
 
 /// The largest weight makes one attachment 2³⁰ times as stiff as the shortest span.
 const OCTAVES_ABOVE: f64 = 30.0;
@@ -40,8 +41,12 @@ const OCTAVES_ABOVE: f64 = 30.0;
 /// On the way deviations need be known to this part of the one allowed only.
 const ROUGHLY: f64 = 1e-3;
 
-/// A curve that misses the deviation by this factor at most is near enough to start the next from.
-const NEAR: f64 = 4.0;
+/// Neighbouring weights whose deviations are farther apart than this have curves of different minima.
+const CLOSE: f64 = 0.98;
+
+/// The method's tolerance moves a deviation by next to nothing; where it breaks the one allowed after all, weights so many
+/// steps higher are tried.
+const STRIDES: [i32; 4] = [1, 4, 16, 64];
 
 /// Rounds at most. A dozen are common; more than these are those of a deviation that jumps.
 const MOST_ROUNDS: u32 = 64;
@@ -101,13 +106,14 @@ fn smoothing_splines(pins: Pins, allowed: f64, batch: &CurveBatch) -> Result<Vec
     Ok(reports.iter().map(|report| report.smoothing.unwrap_or(0.0)).collect())
 }
 
-/// What a weight led to.
+/// A curve that keeps the deviation.
 #[derive(Clone, Debug)]
-struct Tried<const D: usize> {
+struct Kept<const D: usize> {
     step: i32,
     deviation: f64,
-    /// The curve, to start others from.
-    curve: Option<Ready<D>>,
+    /// What was descended, and where to.
+    trial: Ready<D>,
+    outcome: Outcome<D>,
 }
 
 /// How far a search has come.
@@ -132,11 +138,16 @@ struct Search<const D: usize> {
     steps: [i32; 2],
     step: i32,
     stage: Stage,
-    /// The largest weight known to break the deviation, and the smallest known to keep it.
-    below: Option<Tried<D>>,
-    above: Option<Tried<D>>,
+    /// The largest weight known to break the deviation, with the deviation; and the smallest known to keep it.
+    below: Option<(i32, f64)>,
+    above: Option<Kept<D>>,
+    /// Whether `below` was reached from a curve that keeps the deviation, and not from the spline, from where the way may
+    /// end in another minimum.
+    follows: bool,
     /// How often in a row the same side of the bracket moved.
     one_sided: i32,
+    /// How many weights were too small for the method's tolerance.
+    finishes: usize,
     rounds: u32,
     iterations: u32,
     found: Option<(Ready<D>, Outcome<D>)>,
@@ -146,8 +157,10 @@ impl<const D: usize> Search<D> {
     fn new(attached: &Fair, allowed: f64, curve: usize, start: Ready<D>, lambda: f64) -> Self {
         let problem = &start.problem;
         let order = attached.energy.order() as i32;
+        let is_attached = !problem.attached.is_empty();
         let own = || problem.attached.iter().map(|(_, weight, _)| *weight);
-        let (heaviest, all) = (own().fold(0.0, f64::max), own().sum::<f64>());
+        // Where nothing is attached nothing is searched for, and any unit serves.
+        let (heaviest, all) = if is_attached { (own().fold(0.0, f64::max), own().sum::<f64>()) } else { (1.0, 1.0) };
         let spans = spans(&start);
         let shortest = spans.iter().copied().fold(f64::INFINITY, f64::min);
         let unit = problem.highest * shortest.powi(1 - 2 * order) / heaviest;
@@ -163,14 +176,16 @@ impl<const D: usize> Search<D> {
         Search {
             steps: [lowest as i32, highest as i32],
             step: guess.round().clamp(lowest, highest) as i32,
-            stage: if heaviest > 0.0 { Stage::Searching } else { Stage::Pinned },
+            stage: if is_attached { Stage::Searching } else { Stage::Pinned },
             curve,
             allowed,
             start,
             unit,
             below: None,
             above: None,
+            follows: false,
             one_sided: 0,
+            finishes: 0,
             rounds: 0,
             iterations: 0,
             found: None,
@@ -189,10 +204,12 @@ impl<const D: usize> Search<D> {
             ready.problem.attached.clear();
             return ready;
         }
-        let gap = |tried: &&Tried<D>| (tried.step - self.step).abs();
-        let tried = [&self.above, &self.below].into_iter().flatten().filter(|tried| tried.curve.is_some());
-        let nearest = tried.min_by_key(gap).and_then(|tried| tried.curve.as_ref());
-        let mut ready = nearest.unwrap_or(&self.start).clone();
+        // Of several minima the one that follows from the curve through the points as its attachments weaken: a curve once
+        // too far away may be caught behind folds that no weight pulls it out of.
+        let mut ready = match &self.above {
+            Some(kept) => kept.trial.moved(&kept.outcome.displacements, &self.start),
+            None => self.start.clone(),
+        };
         let (weight, mut least) = (self.weight(), f64::INFINITY);
         for (_, own, _) in &mut ready.problem.attached {
             *own *= weight;
@@ -212,6 +229,7 @@ impl<const D: usize> Search<D> {
         self.iterations += outcome.iterations;
         if outcome.standing == Standing::Running {
             // The device was lost. The spline keeps the deviation, at least.
+            self.stage = Stage::Pinned;
             self.found = Some((self.start.clone(), Outcome { displacements: zeros(&self.start), ..outcome }));
             return;
         }
@@ -223,25 +241,25 @@ impl<const D: usize> Search<D> {
         let moved = trial.moved(&outcome.displacements, &self.start);
         let deviation = Some(moved.deviation(points)).filter(|d| is_curve && d.is_finite()).unwrap_or(f64::INFINITY);
         let keeps = deviation <= self.allowed * (1.0 - 8.0 * f64::EPSILON);
-        if self.stage == Stage::Finishing && keeps {
-            self.found = Some((trial, outcome));
-            return;
-        }
-        let curve = (deviation <= NEAR * self.allowed).then_some(moved);
-        let tried = Tried { step: self.step, deviation, curve };
         if self.stage == Stage::Finishing {
-            // The tolerance on the way was too coarse: on to heavier weights until the deviation is kept.
-            let stride = tried.step - self.below.as_ref().map_or(tried.step - 1, |below| below.step);
-            (self.below, self.above) = (Some(tried), None);
-            self.step = (self.step + 2 * stride).min(self.steps[1]);
-            if stride == 0 {
-                self.stage = Stage::Pinned;
+            if keeps {
+                self.found = Some((trial, outcome));
+            } else {
+                self.finish_again();
             }
             return;
         }
-        let moved_before = self.one_sided;
-        self.one_sided = if keeps { moved_before.max(0) + 1 } else { moved_before.min(0) - 1 };
-        *(if keeps { &mut self.above } else { &mut self.below }) = Some(tried);
+        self.one_sided = if keeps { self.one_sided.max(0) + 1 } else { self.one_sided.min(0) - 1 };
+        if keeps {
+            self.above = Some(Kept { step: self.step, deviation, trial, outcome });
+        } else {
+            self.follows = self.above.is_some();
+            self.below = Some((self.step, deviation));
+        }
+        let falls_short = |above: &Kept<D>| above.deviation < CLOSE * self.allowed;
+        if self.next().is_none() && !self.follows && self.above.as_ref().is_some_and(falls_short) {
+            (self.below, self.one_sided) = (None, 0);
+        }
         match (self.next(), &self.above) {
             (Some(step), _) if self.rounds < MOST_ROUNDS => self.step = step,
             (_, Some(above)) => (self.stage, self.step) = (Stage::Finishing, above.step),
@@ -249,34 +267,42 @@ impl<const D: usize> Search<D> {
         }
     }
 
+    /// The next heavier weight; in the end the curve that kept the deviation, such as it is.
+    fn finish_again(&mut self) {
+        match STRIDES.get(self.finishes) {
+            Some(stride) => (self.step, self.finishes) = (self.step + stride, self.finishes + 1),
+            None => {
+                let Kept { step, trial, mut outcome, .. } = self.above.take().expect("a weight found was tried");
+                if outcome.norm > self.start.problem.tolerance {
+                    outcome.standing = Standing::Exhausted;
+                }
+                (self.step, self.found) = (step, Some((trial, outcome)));
+            }
+        }
+    }
+
     /// The weight to try next, unless the bracket is as narrow as can be.
     fn next(&self) -> Option<i32> {
         let octaves_off = |deviation: f64| (deviation / self.allowed).log2().abs();
-        let stride = |tried: &Tried<D>| {
+        let stride = |deviation: f64| {
             // Deviations go as 1/α where attachments are stiff, more slowly where they are not; and those that
             // had no effect so far are followed by larger ones.
-            let first = STEPS_PER_OCTAVE * 1.5 * octaves_off(tried.deviation);
+            let first = STEPS_PER_OCTAVE * 1.5 * octaves_off(deviation);
             let patient = LEAST_STRIDE * f64::from(self.one_sided.abs()).exp2();
             first.max(patient).min(MOST_STRIDE) as i32
         };
-        match (&self.below, &self.above) {
-            (Some(below), Some(above)) => {
-                let gap = above.step - below.step;
-                if gap <= 1 {
-                    return None;
-                }
-                let (high, low) = (below.deviation.ln(), above.deviation.ln());
+        let [lowest, highest] = self.steps;
+        match (self.below, &self.above) {
+            (Some((below, deviation)), Some(above)) => {
+                let gap = above.step - below;
+                let (high, low) = (deviation.ln(), above.deviation.ln());
                 let part = (high - self.allowed.ln()) / (high - low);
                 let secant = part.is_finite() && self.one_sided.abs() < 3;
                 let part = if secant { part } else { 0.5 };
-                Some(below.step + ((part * f64::from(gap)).round() as i32).clamp(1, gap - 1))
+                (gap > 1).then(|| below + ((part * f64::from(gap)).round() as i32).clamp(1, gap - 1))
             }
-            (Some(below), None) => {
-                (below.step < self.steps[1]).then(|| (below.step + stride(below)).min(self.steps[1]))
-            }
-            (None, Some(above)) => {
-                (above.step > self.steps[0]).then(|| (above.step - stride(above)).max(self.steps[0]))
-            }
+            (Some((below, deviation)), None) => (below < highest).then(|| (below + stride(deviation)).min(highest)),
+            (None, Some(above)) => (above.step > lowest).then(|| (above.step - stride(above.deviation)).max(lowest)),
             (None, None) => None,
         }
     }

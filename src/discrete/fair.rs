@@ -78,13 +78,23 @@ pub struct Fair {
     pub segments: Segments,
     /// All points are passed through, unless the energy holds an [`attachment`](super::attachment).
     pub pins: Pins,
-    /// Near the points instead: the largest distance D > 0 between a data point and its vertex, in units of the input. Every
-    /// curve is attached to its points with the smallest weight α that keeps it, as [`attachment`](super::attachment) would
-    /// with that weight: smaller is closer. Ends of open curves are pinned, unless pins are [`Pins::None`]. `None`, the
-    /// default, searches for nothing.
+    /// Near the points instead: the largest distance D > 0 between a data point and its vertex, in units of the input.
+    /// Every curve is attached to its points with the smallest weight α that keeps it, as
+    /// [`attachment`](super::attachment) would with that weight: smaller is closer. Ends of open curves are pinned,
+    /// unless pins are [`Pins::None`]. `None`, the default, searches for nothing.
+    ///
+    /// Weights tried are 0.54 % apart, between one so weak that the curve is as fair as its ends let it be, and one so
+    /// strong that it goes through its points but for rounding; the report says the one found
+    /// ([`smoothing`](CurveReport::smoothing)). Where none is strong enough the curve goes through its points,
+    /// converged, with a message. The way leads from the curve through the points towards fairer ones; where minima
+    /// end, deviations jump, and the curve before the jump is taken. The energy reported has no attachment in it,
+    /// iterations are those of all weights tried.
     pub deviation: Option<f64>,
     /// Corners are kept: curves are cut at data points where the polygon of the data turns by more than this angle, in
-    /// radians from 0 to π. `None`, the default, cuts nothing.
+    /// radians from 0 to π, unless they have a tangent of their own. The pieces are fitted as open curves, free to
+    /// leave a corner in any direction, with the corner pinned; in the report stand the worst status with its message,
+    /// sums of energies and iterations, and the largest of the rest. Curvatures leave out what the curve turns at a
+    /// corner, where each side has its own. `None`, the default, cuts nothing.
     pub corners: Option<f64>,
     /// How curves go down: by Newton's method unless asked for otherwise. Energies of order 1 are descended along their Sobolev
     /// gradients, which lead to the minimum in a few steps.

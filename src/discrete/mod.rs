@@ -16,7 +16,11 @@
 //! * [`Minimisation`] runs any method of the paper on one curve, step by step; [`Graph`] is Renka's own published program for
 //!   graphs y(t).
 //!
-//! The one thing taken from another room is the start: the natural spline through the points.
+//! * With [`Fair::deviation`] curves lie near their points, as fair as a largest deviation lets them be; with [`Fair::corners`] they are
+//!   cut where their points turn sharply.
+//!
+//! What is taken from another room is the start: the natural spline through the points, and for a deviation the λ of the
+//! smoothing spline, as the first guess of a weight.
 //!
 //! Sources: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006); *Algorithm 828: DNSPLIN1*, ACM TOMS 29
 //! (2003); *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21 (2004).
