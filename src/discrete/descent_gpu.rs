@@ -119,7 +119,8 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     keys
 }
 
-/// Descends every curve, from its base. Curves that are too long for a thread, that keep tangents or curvatures, or
+/// Descends every curve, from its base: by Newton's method, where the plan asks for it, if the inner product is of order 2, else by
+/// conjugate gradients. Curves that are too long for a thread, that keep tangents or curvatures, or
 /// whose inner product is of order 3, which f32 cannot hold, are descended by the CPU in f64.
 ///
 /// Where the device is lost, what it had finished is kept, and the other curves come out as [`Standing::Running`] at

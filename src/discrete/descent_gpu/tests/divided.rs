@@ -6,7 +6,7 @@ use crate::discrete::variation;
 use crate::gpu::plan::Limits;
 use crate::gpu::reflect::assert_layout;
 
-fn bits<const D: usize>(outcome: &Outcome<D>) -> (Vec<u64>, String) {
+pub(super) fn bits<const D: usize>(outcome: &Outcome<D>) -> (Vec<u64>, String) {
     let displacements = outcome.displacements.iter().flatten().map(|x| x.to_bits()).collect();
     let Outcome { standing, energy, norm, iterations, evaluations, .. } = outcome;
     (displacements, format!("{standing:?} {:x} {:x} {iterations} {evaluations}", energy.to_bits(), norm.to_bits()))

@@ -1,5 +1,6 @@
 //! Newton's method on the GPU against that of the CPU in f64.
 
+use super::divided::bits;
 use super::*;
 use crate::discrete::variation;
 use crate::gpu::source;
@@ -166,6 +167,45 @@ fn curves_that_fold_or_run_away_end_as_on_the_cpu_and_leave_their_neighbours_bit
             let alone = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &given[i..=i]).unwrap()[0];
             assert_eq!(found[i].displacements, alone.displacements, "{precision:?}, curve {i}");
         }
+    }
+}
+
+#[test]
+fn a_damped_descent_has_the_same_bits_however_its_ticks_are_divided() {
+    let Some(gpu) = gpu() else { return };
+    let fair =
+        Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(6), max_iterations: 40, ..Fair::default() };
+    let (plan, problems) = (plan_of(&fair), problems::<3>(&fair, &rough::<3>(6, GROUP + 3, |i| i % 2 == 1, 61)));
+    for precision in precisions(&gpu) {
+        let run = |most_ticks: u32| {
+            let run = Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &problems, most_ticks };
+            run.descend(&mut |_| {}).unwrap()
+        };
+        let whole = run(1000);
+        // More than a trial a step: λ is not 0 where dispatches end.
+        let damped = whole.iter().filter(|outcome| outcome.evaluations > outcome.iterations + 1).count();
+        assert!(2 * damped > whole.len(), "{precision:?}: {damped}");
+        for most_ticks in [1, 7] {
+            for (i, (a, b)) in whole.iter().zip(&run(most_ticks)).enumerate() {
+                assert_eq!(bits(a), bits(b), "{precision:?}, {most_ticks} ticks a dispatch, curve {i}");
+            }
+        }
+    }
+}
+
+#[test]
+fn where_rounding_leaves_no_way_down_a_curve_stalls() {
+    let Some(gpu) = gpu() else { return };
+    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(16), ..Fair::default() };
+    let plan = plan_of(&fair);
+    let mut problems = problems::<2>(&fair, &batch::<2>(&[5; 8], |i| i % 2 == 1, 71));
+    problems.iter_mut().for_each(|problem| problem.tolerance = 0.0);
+    let mut outcomes = vec![descend_on_cpu(&plan, &fair.energy, &problems)];
+    for precision in precisions(&gpu) {
+        outcomes.push(descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems).unwrap());
+    }
+    for (i, outcome) in outcomes.iter().flatten().enumerate() {
+        assert_eq!(outcome.standing, Standing::Stalled, "outcome {i} of {}: {}", outcomes.len(), outcome.norm);
     }
 }
 
