@@ -1,12 +1,16 @@
 // What a descent keeps of a curve, and its place in the arrays of descent.wgsl between dispatches.
 
+// 1: p is −z; 2: the search has a bracket; 4: it knows the slope at its end.
+const FLAG_STEEPEST: u32 = 1u;
+const FLAG_HIGH: u32 = 2u;
+const FLAG_HIGH_SLOPE: u32 = 4u;
+
 // One curve's numbers.
 struct Lane {
     standing: u32,
     iterations: u32,
     evaluations: u32,
     since_best: u32,
-    steepest: bool,
     // The energy with its gauge, and without.
     energy: real,
     reported: real,
@@ -15,7 +19,16 @@ struct Lane {
     start_energy: real,
     best: real,
     energy_then: real,
+//:if NEWTON
+    lambda: real,
+    // Of the trial under way: what its matrix was, the slope along p, and how much of p is taken.
+    sound: bool,
+    slope: real,
+    alpha: real,
+//:else
+    steepest: bool,
     search: LineSearch,
+//:end
 }
 
 fn load_lane(slot: u32) -> Lane {
@@ -26,19 +39,26 @@ fn load_lane(slot: u32) -> Lane {
     if (state.standing == STANDING_START) {
         lane.best = UNBOUNDED;
         lane.energy_then = UNBOUNDED;
+//:if NEWTON
+//:else
         lane.steepest = true;
+//:end
         return lane;
     }
     lane.iterations = state.iterations;
     lane.evaluations = state.evaluations;
     lane.since_best = state.since_best;
-    lane.steepest = (state.flags & FLAG_STEEPEST) != 0u;
     lane.energy = lanes[at];
     lane.reported = lanes[at + 1u];
     lane.norm2 = lanes[at + 2u];
     lane.length = lanes[at + 3u];
     lane.start_energy = lanes[at + 4u];
     lane.best = lanes[at + 5u];
+    lane.energy_then = lanes[at + 14u];
+//:if NEWTON
+    lane.lambda = lanes[at + 6u];
+//:else
+    lane.steepest = (state.flags & FLAG_STEEPEST) != 0u;
     lane.search.alpha = lanes[at + 6u];
     lane.search.energy = lanes[at + 7u];
     lane.search.slope = lanes[at + 8u];
@@ -47,30 +67,34 @@ fn load_lane(slot: u32) -> Lane {
     lane.search.low_slope = lanes[at + 11u];
     lane.search.high = lanes[at + 12u];
     lane.search.high_slope = lanes[at + 13u];
-    lane.energy_then = lanes[at + 14u];
     lane.search.has_high = (state.flags & FLAG_HIGH) != 0u;
     lane.search.has_high_slope = (state.flags & FLAG_HIGH_SLOPE) != 0u;
     lane.search.trials = state.trials;
+//:end
     return lane;
 }
 
 fn store_lane(slot: u32, lane: Lane) {
     let at = slot * params.numbers + KEPT;
-    var flags = select(0u, FLAG_STEEPEST, lane.steepest);
-    flags |= select(0u, FLAG_HIGH, lane.search.has_high);
-    flags |= select(0u, FLAG_HIGH_SLOPE, lane.search.has_high_slope);
     states[slot].standing = lane.standing;
     states[slot].iterations = lane.iterations;
     states[slot].evaluations = lane.evaluations;
-    states[slot].flags = flags;
     states[slot].since_best = lane.since_best;
-    states[slot].trials = lane.search.trials;
     lanes[at] = lane.energy;
     lanes[at + 1u] = lane.reported;
     lanes[at + 2u] = lane.norm2;
     lanes[at + 3u] = lane.length;
     lanes[at + 4u] = lane.start_energy;
     lanes[at + 5u] = lane.best;
+    lanes[at + 14u] = lane.energy_then;
+//:if NEWTON
+    lanes[at + 6u] = lane.lambda;
+//:else
+    var flags = select(0u, FLAG_STEEPEST, lane.steepest);
+    flags |= select(0u, FLAG_HIGH, lane.search.has_high);
+    flags |= select(0u, FLAG_HIGH_SLOPE, lane.search.has_high_slope);
+    states[slot].flags = flags;
+    states[slot].trials = lane.search.trials;
     lanes[at + 6u] = lane.search.alpha;
     lanes[at + 7u] = lane.search.energy;
     lanes[at + 8u] = lane.search.slope;
@@ -79,5 +103,5 @@ fn store_lane(slot: u32, lane: Lane) {
     lanes[at + 11u] = lane.search.low_slope;
     lanes[at + 12u] = lane.search.high;
     lanes[at + 13u] = lane.search.high_slope;
-    lanes[at + 14u] = lane.energy_then;
+//:end
 }

@@ -19,14 +19,25 @@ fn load_curve(slot: u32) -> Curve {
     curve.fixed_start = table.fixed_start;
     curve.u = table.displacement_start;
     curve.p = table.work_start;
+//:if NEWTON
+    // By the time z is found p has served, and leaves it its place.
+    curve.z = curve.p;
+//:else
     curve.z = curve.p + $DIMu * section;
+//:end
     curve.g = curve.z + $DIMu * section;
     curve.x = curve.g + $DIMu * section;
     curve.length = curve.x + $DIMu * section;
     curve.pivot = curve.length + section;
     curve.chain = curve.pivot + section;
     curve.fraction = curve.chain + section;
+//:if NEWTON
+    curve.border = table.work_start - 2u * $DIMu * $DIMu * section;
+    curve.factor = curve.fraction + section;
+    curve.pin_section = curve.factor + 2u * $DIMu * $DIMu * section;
+//:else
     curve.pin_section = curve.fraction + section;
+//:end
     curve.highest = lanes[slot * params.numbers + GIVEN_HIGHEST];
     return curve;
 }
@@ -44,6 +55,25 @@ fn store_vector(section: u32, v: u32, x: vector) {
     let at = section + v * $DIMu * $GROUPu;
 //:unroll c 0..$DIM
     work[at + $cu * $GROUPu] = x[$c];
+//:end
+}
+
+// Matrix k of a section, column after column.
+fn work_matrix(section: u32, k: u32) -> matrix {
+//:if SPATIAL
+    return matrix(
+        work_vector(section, 3u * k),
+        work_vector(section, 3u * k + 1u),
+        work_vector(section, 3u * k + 2u),
+    );
+//:else
+    return matrix(work_vector(section, 2u * k), work_vector(section, 2u * k + 1u));
+//:end
+}
+
+fn store_matrix(section: u32, k: u32, x: matrix) {
+//:unroll c 0..$DIM
+    store_vector(section, $DIMu * k + $cu, x[$c]);
 //:end
 }
 
@@ -116,12 +146,14 @@ fn load_stiffness(curve: Curve, v: u32) -> real {
 }
 //:end
 
+// The trial's gradient. With NEWTON it waits in x for the step to be taken: if it is not, the next trial needs g.
 fn store_gradient(curve: Curve, v: u32, gradient: vector) {
-    if (is_movable(curve, v)) {
-        store_vector(curve.g, v, gradient);
-    } else {
-        store_vector(curve.g, v, vector());
-    }
+//:if NEWTON
+    let section = curve.x;
+//:else
+    let section = curve.g;
+//:end
+    store_vector(section, v, select(vector(), gradient, is_movable(curve, v)));
 }
 
 fn load_edge_direction(curve: Curve, j: u32) -> vector {

@@ -4,8 +4,9 @@
 // which says why.
 //
 // Threads of a workgroup stand side by side in `fixed`, `displacements` and `work`: number c of row v in a section of
-// width w is (v w + c) $GROUP words from the section's first, the curve's lane being part of that. ORDER is FIRST,
-// SECOND or neither.
+// width w is (v w + c) $GROUP words from the section's first, the curve's lane being part of that. The order is FIRST,
+// SECOND or neither; with NEWTON, of the second order alone, directions are those of damped.wgsl, else those of
+// common_conjugate.wgsl.
 
 struct DescentParams {
     // Curves listed in `tasks`.
@@ -13,7 +14,7 @@ struct DescentParams {
     // Numbers of a curve in `lanes`.
     numbers: u32,
     most_iterations: u32,
-    // 0: −z; 1: Polak and Ribière; 2: the hybrid.
+    // 0: −z; 1: Polak and Ribière; 2: the hybrid. Newton's is compiled in.
     direction: u32,
     // 1: a line search; 0: steps of constant size.
     search: u32,
@@ -61,14 +62,7 @@ const STANDING_EXHAUSTED: u32 = 4u;
 const STANDING_UNBOUNDED: u32 = 5u;
 const STANDING_BROKEN: u32 = 6u;
 
-const FLAG_STEEPEST: u32 = 1u;
-const FLAG_HIGH: u32 = 2u;
-const FLAG_HIGH_SLOPE: u32 = 4u;
-
-const DIRECTION_POLAK_RIBIERE: u32 = 1u;
-const DIRECTION_HYBRID: u32 = 2u;
-
-// See PATIENCE, PROGRESS, FALL and DOWNWARDS of src/discrete/lane.rs.
+// See PATIENCE, PROGRESS and FALL of src/discrete/lane.rs.
 const PATIENCE: u32 = 100u;
 const PROGRESS: real = real(0.7);
 // 64 ε
@@ -77,7 +71,6 @@ const FALL: real = real(1.4210854715202004e-14);
 //:else
 const FALL: real = real(7.6293945e-6);
 //:end
-const DOWNWARDS: real = real(0.01);
 // Stands for what nothing has bounded yet.
 const UNBOUNDED: real = real(1e38);
 
@@ -100,7 +93,8 @@ const GIVEN_WEIGHTS: u32 = 19u;
 @group(0) @binding(6) var<storage, read_write> lanes: array<real>;
 @group(0) @binding(7) var<storage, read_write> displacements: array<real>;
 // Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the border, fractions of
-// spans; last the pins'.
+// spans; last the pins'. With NEWTON the factors come before the pins', and what they share with the border of a
+// closed curve before its first section.
 @group(0) @binding(8) var<storage, read_write> work: array<real>;
 
 // A curve as its thread sees it: first words of its sections.
@@ -122,6 +116,10 @@ struct Curve {
     chain: u32,
     fraction: u32,
     pin_section: u32,
+//:if NEWTON
+    factor: u32,
+    border: u32,
+//:end
     highest: real,
     // The step of the trial that is being evaluated.
     alpha: real,
@@ -133,7 +131,12 @@ fn load_weight(curve: Curve, index: u32) -> real {
 
 //:include discrete/common_energy.wgsl
 //:include discrete/common_swept.wgsl
+//:include discrete/common_verdict.wgsl
+//:if NEWTON
+//:include discrete/damping.wgsl
+//:else
 //:include discrete/line_search.wgsl
+//:end
 
 //:include discrete/common_trial.wgsl
 //:include discrete/common_sweep.wgsl SWEEP=sweep EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
@@ -153,30 +156,9 @@ fn begin(curve: Curve) {
     }
 }
 
-// Largest step along p that changes no edge by more than its allowed part.
+// Largest step that changes no edge by more than its allowed part.
 fn most_step(largest_square: real) -> real {
     return MOST_OF_AN_EDGE / max(sqrt(largest_square), real(1e-30));
-}
-
-// p = βp − z, of which the largest allowed step is returned.
-fn take_direction(curve: Curve, beta: real) -> real {
-    var largest = real(0);
-    var first = vector();
-    var before = vector();
-    for (var v = 0u; v < curve.vertices; v++) {
-        let p = beta * work_vector(curve.p, v) - work_vector(curve.z, v);
-        store_vector(curve.p, v, p);
-        if (v == 0u) {
-            first = p;
-        } else {
-            largest = max(largest, relative_change(curve, v - 1u, p - before));
-        }
-        before = p;
-    }
-    if (curve.closed != 0u) {
-        largest = max(largest, relative_change(curve, curve.segments - 1u, first - before));
-    }
-    return most_step(largest);
 }
 
 fn relative_change(curve: Curve, j: u32, change: vector) -> real {
@@ -184,7 +166,7 @@ fn relative_change(curve: Curve, j: u32, change: vector) -> real {
     return dot(change, change) * inverse * inverse;
 }
 
-// Takes the step; its edges' lengths are kept, and their sum is returned.
+// Takes the step and its gradient; its edges' lengths are kept, and their sum is returned.
 fn take_step(curve: Curve) -> real {
     var length = real(0);
     var first = vector();
@@ -192,6 +174,9 @@ fn take_step(curve: Curve) -> real {
     for (var v = 0u; v < curve.vertices; v++) {
         let x = trial(curve, v);
         store_displacement(curve, v, x);
+//:if NEWTON
+        store_vector(curve.g, v, work_vector(curve.x, v));
+//:end
         if (v == 0u) {
             first = x;
         } else {
@@ -212,18 +197,17 @@ fn take_length(curve: Curve, j: u32, change: vector) -> real {
     return length;
 }
 
-// Ends the lane, or finds β of its next direction, from ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
-fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved, slope: real) -> real {
+// Ends the lane, if it does, by ⟨g, z⟩ where the step was taken.
+fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved) {
     let given = curve.slot * params.numbers;
     let tolerance = lanes[given + GIVEN_TOLERANCE];
     // Where nothing but rounding is left, it may be negative.
     let nothing = solved.norm2 < real(0) && -solved.norm2 <= tolerance * tolerance;
     let norm2 = select(solved.norm2, real(0), nothing);
-    let before = (*lane).norm2;
     (*lane).norm2 = norm2;
     if (!solved.sound || is_out_of_range(norm2) || norm2 < real(0)) {
         (*lane).standing = STANDING_BROKEN;
-        return real(0);
+        return;
     }
     let norm = sqrt(norm2);
     if (norm <= tolerance) {
@@ -242,50 +226,36 @@ fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved, slope: real) ->
     if ((*lane).standing == STANDING_RUNNING && (*lane).since_best > PATIENCE && params.search != 0u) {
         (*lane).standing = STANDING_STALLED;
     }
-    if ((*lane).standing != STANDING_RUNNING || (*lane).iterations == 0u) {
-        return real(0);
-    }
-    let change = slope - (*lane).search.slope;
-    var beta = real(0);
-    if (params.direction == DIRECTION_POLAK_RIBIERE) {
-        beta = (norm2 - solved.mixed) / before;
-    } else if (params.direction == DIRECTION_HYBRID && change > real(0)) {
-        beta = min((norm2 - solved.mixed) / change, norm2 / change);
-    }
-    if (is_out_of_range(beta) || beta <= real(0) || beta * slope - norm2 >= -(DOWNWARDS * norm2)) {
-        return real(0);
-    }
-    return beta;
 }
 
-// Takes the trial: Sobolev gradient, direction and first trial there.
-fn accept(lane: ptr<function, Lane>, curve: Curve, slope: real) {
-    (*lane).length = take_step(curve);
-    let solved = sobolev_gradient(curve);
-    let beta = turn(lane, curve, solved, slope);
-    if ((*lane).standing != STANDING_RUNNING) {
-        return;
-    }
-    let most = take_direction(curve, beta);
-    (*lane).steepest = beta == real(0);
-    let given = lanes[curve.slot * params.numbers + GIVEN_STEP];
-    if (params.search == 0u) {
-        (*lane).search = line_search((*lane).energy, beta * slope - solved.norm2, given, UNBOUNDED);
-    } else {
-        let alpha = select((*lane).search.alpha, real(1), (*lane).iterations == 0u);
-        (*lane).search = line_search((*lane).energy, beta * slope - solved.norm2, alpha, most);
-    }
-}
+// What differs with the way directions are found:
+//     fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real: the step of the trial along p
+//     fn judge(lane: ptr<function, Lane>, energy: real, slope: real) -> u32: the verdict on the trial
+//     fn go_on(lane: ptr<function, Lane>, curve: Curve, solved: Solved, before: real, slope: real): after a step that was
+//         taken and did not end the lane; `before` is ⟨g, z⟩ before it
+//     fn give_way(lane: ptr<function, Lane>, curve: Curve): after a direction that failed
+//:if NEWTON
+//:include discrete/newton.wgsl
+//:include discrete/damped.wgsl
+//:else
+//:include discrete/common_conjugate.wgsl
+//:end
 
 // One trial.
 fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     var curve = at_step;
-    curve.alpha = (*lane).search.alpha;
-    let swept = sweep(curve, load_weights(curve), 0u, curve.vertices);
+    let weights = load_weights(curve);
+    let is_first = (*lane).standing == STANDING_START;
+    // The first trial is the base.
+    curve.alpha = real(0);
+    if (!is_first) {
+        curve.alpha = aim(lane, curve, weights);
+    }
+    let swept = sweep(curve, weights, 0u, curve.vertices);
     let energy = swept.energy + swept.gauge;
     (*lane).evaluations += 1u;
     var verdict = VERDICT_ACCEPT;
-    if ((*lane).standing == STANDING_START) {
+    if (is_first) {
         (*lane).standing = STANDING_RUNNING;
         (*lane).start_energy = energy;
         (*lane).reported = swept.energy;
@@ -294,12 +264,7 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
             return;
         }
     } else {
-        if (params.search != 0u) {
-            (*lane).search = judged((*lane).search, energy, swept.slope);
-            verdict = (*lane).search.verdict;
-        } else if (is_out_of_range(energy)) {
-            verdict = VERDICT_FAIL;
-        }
+        verdict = judge(lane, energy, swept.slope);
         if (verdict == VERDICT_ACCEPT) {
             (*lane).iterations += 1u;
         }
@@ -307,16 +272,15 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     if (verdict == VERDICT_ACCEPT) {
         (*lane).energy = energy;
         (*lane).reported = swept.energy;
-        accept(lane, curve, swept.slope);
-    } else if (verdict == VERDICT_FAIL) {
-        if ((*lane).steepest) {
-            (*lane).standing = STANDING_STALLED;
-            return;
+        (*lane).length = take_step(curve);
+        let before = (*lane).norm2;
+        let solved = sobolev_gradient(curve);
+        turn(lane, curve, solved);
+        if ((*lane).standing == STANDING_RUNNING) {
+            go_on(lane, curve, solved, before, swept.slope);
         }
-        // −z after a direction has failed.
-        let most = take_direction(curve, real(0));
-        (*lane).steepest = true;
-        (*lane).search = line_search((*lane).energy, -(*lane).norm2, real(1), most);
+    } else if (verdict == VERDICT_FAIL) {
+        give_way(lane, curve);
     }
 }
 

@@ -3,7 +3,6 @@
 
 const SLOPE: real = real(0.5);
 const ENERGY_ROUNDING: real = real(1e-6);
-const MOST_OF_AN_EDGE: real = real(0.5);
 const MOST_TRIALS: u32 = 20u;
 
 // 8 ε; naga does not multiply 64-bit constants.
@@ -12,10 +11,6 @@ const CLOSED_BRACKET: real = real(1.7763568394002505e-15);
 //:else
 const CLOSED_BRACKET: real = real(9.5367432e-7);
 //:end
-
-const VERDICT_ACCEPT: u32 = 0u;
-const VERDICT_AGAIN: u32 = 1u;
-const VERDICT_FAIL: u32 = 2u;
 
 struct LineSearch {
     // Step of the next trial.
@@ -31,12 +26,6 @@ struct LineSearch {
     has_high_slope: bool,
     trials: u32,
     verdict: u32,
-}
-
-// NaN or infinite, by its bits: comparisons with NaN are not to be relied on. Beyond the range of f32 counts as
-// infinite.
-fn is_out_of_range(x: real) -> bool {
-    return (bitcast<u32>(f32(x)) & 0x7f800000u) == 0x7f800000u;
 }
 
 // Starts at an energy and a (negative) slope with a first step, which `most` bounds.

@@ -14,6 +14,8 @@ pub(crate) struct Composition {
     pub definitions: Definitions,
     /// Per entry of a curve's weights: what it is.
     entries: Vec<Entry>,
+    /// Edges that a term sees at most.
+    width: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +42,8 @@ impl Composition {
     /// # Errors
     /// A sentence that says what no kernel can be made of.
     pub fn of(energy: &Energy, with_gauge: bool, dimension: usize, precision: Precision) -> Result<Self, String> {
-        let mut composing = Composition { definitions: definitions([("DIM", &dimension)]), entries: Vec::new() };
+        let mut composing =
+            Composition { definitions: definitions([("DIM", &dimension)]), entries: Vec::new(), width: 1 };
         if dimension == 3 {
             composing.define("SPATIAL", 1);
         }
@@ -48,7 +51,6 @@ impl Composition {
             composing.define("DOUBLE", 1);
         }
         let mut placed: Vec<&Functional> = Vec::new();
-        let mut width = 1;
         for (weight, functional) in energy.terms() {
             if let Some(index) = placed.iter().position(|other| is_same(other, functional)) {
                 composing.add_weight(placed[index], *weight);
@@ -56,13 +58,14 @@ impl Composition {
             }
             composing.place(functional, *weight, precision)?;
             placed.push(functional);
-            width = width.max(edges(functional));
+            composing.width = composing.width.max(edges(functional));
         }
         if with_gauge {
             composing.define("GAUGE", composing.entries.len());
             composing.entries.push(Entry::Gauge);
-            width = width.max(2);
+            composing.width = composing.width.max(2);
         }
+        let width = composing.width;
         composing.define("WIDTH", width);
         (2..=width).for_each(|edges| composing.define(&format!("EDGES_{edges}"), 1));
         Ok(composing)
@@ -145,6 +148,11 @@ impl Composition {
     /// Entries of a curve in the kernel's table of weights.
     pub fn width(&self) -> usize {
         self.entries.len()
+    }
+
+    /// Edges that a term sees at most.
+    pub fn edges(&self) -> usize {
+        self.width
     }
 
     /// Of each term of the energy composed, where its weight stands among the entries.

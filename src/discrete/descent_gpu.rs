@@ -81,11 +81,16 @@ fn standing(word: u32) -> Option<Standing> {
     })
 }
 
-/// The kernel of a composition with the inner product of an order, 0, 1 or 2.
-pub(crate) fn descent_kernel(composition: &Composition, order: usize, precision: Precision) -> KernelKey {
+/// The kernel of a composition with the inner product of an order, 0, 1 or 2; of order 2 it may be Newton's.
+pub(crate) fn descent_kernel(
+    composition: &Composition,
+    order: usize,
+    is_newton: bool,
+    precision: Precision,
+) -> KernelKey {
     let mut definitions = composition.definitions.clone();
     definitions.insert("GROUP".into(), GROUP.to_string());
-    if let Some(name) = [None, Some("FIRST"), Some("SECOND")][order] {
+    for name in [None, Some("FIRST"), Some("SECOND")][order].into_iter().chain(is_newton.then_some("NEWTON")) {
         definitions.insert(name.into(), "1".into());
     }
     KernelKey { path: "discrete/descent.wgsl", entry: "descend", precision, definitions }
@@ -94,24 +99,28 @@ pub(crate) fn descent_kernel(composition: &Composition, order: usize, precision:
 /// Forms the kernel takes, a few of each order.
 pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     let forms = [
-        (length(), 0, false),
-        (tension(), 1, false),
-        (length() + attachment(), 1, false),
-        (bending(2.0), 2, true),
-        (bending(3.0) + length(), 2, true),
-        (bending(2.7) + tension() + attachment(), 2, true),
+        (length(), 0),
+        (tension(), 1),
+        (length() + attachment(), 1),
+        (bending(2.0), 2),
+        (bending(3.0) + length(), 2),
+        (bending(2.7) + tension() + attachment(), 2),
     ];
     let mut keys = Vec::new();
-    for (energy, order, with_gauge) in forms {
+    for (energy, order) in forms {
         for dimension in [2, 3] {
-            let composition = Composition::of(&energy, with_gauge, dimension, precision).expect("one of each");
-            keys.push(descent_kernel(&composition, order, precision));
+            let composition = Composition::of(&energy, order == 2, dimension, precision).expect("one of each");
+            keys.push(descent_kernel(&composition, order, false, precision));
+            if order == 2 {
+                keys.push(descent_kernel(&composition, order, true, precision));
+            }
         }
     }
     keys
 }
 
-/// Descends every curve, from its base. Curves that are too long for a thread, that keep tangents or curvatures, or
+/// Descends every curve, from its base: by Newton's method, where the plan asks for it, if the inner product is of order 2, else by
+/// conjugate gradients. Curves that are too long for a thread, that keep tangents or curvatures, or
 /// whose inner product is of order 3, which f32 cannot hold, are descended by the CPU in f64.
 ///
 /// Where the device is lost, what it had finished is kept, and the other curves come out as [`Standing::Running`] at
@@ -145,11 +154,13 @@ impl<const D: usize> Run<'_, D> {
     pub fn descend(&self, progress: &mut dyn FnMut(usize)) -> Result<Vec<Outcome<D>>> {
         let problems = self.problems;
         let (mut order, host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| self.is_for_kernel(i));
-        order.sort_by_key(|&i| (problems[i].vertices(), problems[i].pinned.len(), i));
+        order.sort_by_key(|&i| (problems[i].vertices(), problems[i].closed, problems[i].pinned.len(), i));
         let mut outcomes: Vec<Outcome<D>> = problems.iter().map(unfinished).collect();
         if !order.is_empty() {
             let (energy, composition) = self.composition(&order)?;
-            let job = Job { run: self, entries: composition.entries_of(&energy), composition };
+            let is_newton =
+                self.plan.direction == Direction::Newton && self.plan.order == 2 && composition.edges() == 2;
+            let job = Job { run: self, entries: composition.entries_of(&energy), is_newton, composition };
             match job.descend(&order, &mut outcomes, progress) {
                 Err(Interrupted { error: Error::DeviceLost(_) | Error::Timeout { .. }, finished }) if finished > 0 => {}
                 done => done?,
@@ -196,7 +207,7 @@ fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
 /// Loop turns of one tick at most: an accepted step and, in another lane of the same subgroup, a restart; loops over
 /// the rows, counted in the kernel's text, a few turns more for the windows, and loops over the pins.
 fn loop_turns(order: usize, rows: usize, pins: usize) -> usize {
-    // The base (once), the sweep, the step, two directions; then the inner product.
+    // The base (once), the sweep, the step, two directions or Newton's system there and back; then the inner product.
     let loops = 5 + [1, 3, 9][order];
     loops * (rows + 8) + if order == 2 { 4 * pins } else { 0 }
 }
@@ -204,6 +215,8 @@ fn loop_turns(order: usize, rows: usize, pins: usize) -> usize {
 struct Job<'a, const D: usize> {
     run: &'a Run<'a, D>,
     composition: Composition,
+    /// Whether directions are Newton's: not where a term of negative weight couples more vertices than the inner product does.
+    is_newton: bool,
     /// Of each term of the energy, where its weight stands.
     entries: Vec<usize>,
 }
@@ -279,7 +292,8 @@ impl<'a, const D: usize> Job<'a, D> {
         slots: &[u32],
     ) -> Result<Pending<'a>> {
         let run = self.run;
-        let kernel = run.gpu.kernel(&descent_kernel(&self.composition, run.plan.order, run.precision))?;
+        let kernel =
+            run.gpu.kernel(&descent_kernel(&self.composition, run.plan.order, self.is_newton, run.precision))?;
         let params = recording.uniform(&DescentParams {
             tasks: slots.len() as u32,
             numbers: self.numbers() as u32,

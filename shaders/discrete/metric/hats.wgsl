@@ -24,19 +24,11 @@ fn store_pin_vector(curve: Curve, k: u32, number: u32, x: vector) {
 }
 
 fn pin_matrix(curve: Curve, k: u32, number: u32) -> matrix {
-    let at = pin_at(curve, k, number);
-//:if SPATIAL
-    return matrix(work_vector(at, 0u), work_vector(at, 1u), work_vector(at, 2u));
-//:else
-    return matrix(work_vector(at, 0u), work_vector(at, 1u));
-//:end
+    return work_matrix(pin_at(curve, k, number), 0u);
 }
 
 fn store_pin_matrix(curve: Curve, k: u32, number: u32, x: matrix) {
-    let at = pin_at(curve, k, number);
-//:unroll c 0..$DIM
-    store_vector(at, $cu, x[$c]);
-//:end
+    store_matrix(pin_at(curve, k, number), 0u, x);
 }
 
 fn inverse_of(m: matrix) -> matrix {

@@ -58,6 +58,9 @@ impl<const D: usize> Job<'_, D> {
             let members = || group.iter().map(|&i| &self.run.problems[i]);
             let rows = members().map(Problem::vertices).max().unwrap_or(0);
             let pins = members().map(|problem| problem.pinned.len()).max().unwrap_or(0);
+            // Newton's factors: two matrices a row, and two more before all sections if any curve is closed.
+            let factors = if self.is_newton { 2 * D * D } else { 0 };
+            layout.work += if members().any(|problem| problem.closed) { rows * factors * GROUP } else { 0 };
             for (lane, problem) in members().enumerate() {
                 layout.table.push(DescentCurve {
                     fixed_start: (layout.fixed + lane) as u32,
@@ -74,7 +77,8 @@ impl<const D: usize> Job<'_, D> {
             }
             layout.fixed += rows * self.fixed_numbers() * GROUP;
             layout.displacements += rows * D * GROUP;
-            layout.work += (rows * (4 * D + 4) + pins * pin_numbers) * GROUP;
+            let vectors = if self.is_newton { 3 * D } else { 4 * D };
+            layout.work += (rows * (vectors + 4 + factors) + pins * pin_numbers) * GROUP;
         }
         layout
     }

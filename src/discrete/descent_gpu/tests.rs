@@ -1,6 +1,7 @@
 //! Descents on the GPU against those of the CPU in f64.
 
 mod divided;
+mod newton;
 mod section4;
 
 use glam::{DMat3, DVec3};
@@ -45,6 +46,10 @@ fn batch<const D: usize>(sizes: &[usize], closed: impl Fn(usize) -> bool, seed: 
         are_closed.push(closed);
     }
     CurveBatch::from_ragged(D, coords, offsets).unwrap().closed_each(are_closed).unwrap()
+}
+
+fn conjugate() -> Fair {
+    Fair { direction: Direction::Hybrid, ..Fair::default() }
 }
 
 fn plan_of(fair: &Fair) -> Plan {
@@ -131,7 +136,7 @@ fn curves_end_where_those_of_the_cpu_end_pinned() {
     let Some(gpu) = gpu() else { return };
     for (n, seed) in [(1, 1), (2, 2), (7, 3), (20, 4)] {
         for energy in [bending(2.0) + length(), length() + 0.5 * tension()] {
-            let fair = Fair { energy, segments: Segments::PerSpan(n), ..Fair::default() };
+            let fair = Fair { energy, segments: Segments::PerSpan(n), ..conjugate() };
             check::<2>(&gpu, &fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, seed));
             check::<3>(&gpu, &fair, &batch::<3>(&RAGGED, |i| i % 2 == 0, seed + 10));
         }
@@ -143,7 +148,7 @@ fn curves_end_where_those_of_the_cpu_end_attached() {
     let Some(gpu) = gpu() else { return };
     let energies = [bending(2.0) + length() + 1e3 * attachment(), length() + tension() + 10.0 * attachment()];
     for (energy, pins) in energies.into_iter().flat_map(|e| [(e.clone(), Pins::None), (e, Pins::Ends)]) {
-        let fair = Fair { energy, pins, segments: Segments::PerSpan(6), ..Fair::default() };
+        let fair = Fair { energy, pins, segments: Segments::PerSpan(6), ..conjugate() };
         check::<2>(&gpu, &fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, 21));
         check::<3>(&gpu, &fair, &batch::<3>(&RAGGED, |i| i % 2 == 0, 22));
     }
@@ -153,7 +158,7 @@ fn curves_end_where_those_of_the_cpu_end_attached() {
 fn curves_of_other_exponents_and_of_a_users_energy_end_where_those_of_the_cpu_end() {
     let Some(gpu) = gpu() else { return };
     for energy in [bending(3.0) + length(), bending(2.5) + 2.0 * length(), Energy::custom(Square) + length()] {
-        let fair = Fair { energy, segments: Segments::PerSpan(5), ..Fair::default() };
+        let fair = Fair { energy, segments: Segments::PerSpan(5), ..conjugate() };
         check::<2>(&gpu, &fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, 31));
         check::<3>(&gpu, &fair, &batch::<3>(&RAGGED, |i| i % 2 == 0, 32));
     }
@@ -168,7 +173,7 @@ fn every_direction_and_steps_of_constant_size_lead_to_the_same_curves() {
         (Direction::Steepest, Step::Constant(0.3), 2),
         (Direction::Hybrid, Step::Search, 0),
     ];
-    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(2), ..Fair::default() };
+    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(2), ..conjugate() };
     let batch = batch::<2>(&RAGGED, |i| i % 3 == 0, 41);
     let problems = problems::<2>(&fair, &batch);
     for (direction, step, order) in plans {
@@ -192,7 +197,7 @@ fn every_direction_and_steps_of_constant_size_lead_to_the_same_curves() {
 #[test]
 fn single_precision_takes_the_steps_of_its_twin() {
     let Some(gpu) = gpu() else { return };
-    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(16), ..Fair::default() };
+    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(16), ..conjugate() };
     let problems = problems::<2>(&fair, &batch::<2>(&[5; 40], |i| i % 2 == 1, 43));
     let problems = loosened(&problems, Precision::F32);
     let plan = plan_of(&fair);
@@ -240,8 +245,20 @@ impl Custom for Square {
         by_length[..2].fill(-0.5 * r * r * d.length_squared());
     }
 
-    fn hessian(&self, _: &[DVec3], _: &[f64], _: &mut [[DMat3; 3]; 3], _: &mut [[DVec3; 3]; 3], _: &mut [[f64; 3]; 3]) {
-        unreachable!("a descent asks for no second derivatives");
+    fn hessian(
+        &self,
+        t: &[DVec3],
+        s: &[f64],
+        by_tangents: &mut [[DMat3; 3]; 3],
+        mixed: &mut [[DVec3; 3]; 3],
+        by_lengths: &mut [[f64; 3]; 3],
+    ) {
+        let (d, r) = (t[1] - t[0], 2.0 / (s[0] + s[1]));
+        for (j, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            by_tangents[j][k] = if j == k { 2.0 * r } else { -2.0 * r } * DMat3::IDENTITY;
+            mixed[j][k] = if j == 0 { r * r * d } else { -r * r * d };
+            by_lengths[j][k] = 0.5 * r * r * r * d.length_squared();
+        }
     }
 
     fn wgsl(&self) -> Option<String> {
@@ -264,7 +281,20 @@ impl Custom for Square {
             }
 
             fn square_hessian(w: Window) -> SecondPartials {
-                return SecondPartials();
+                let d = w.t1 - w.t0;
+                let r = real(2) / (w.s0 + w.s1);
+                var h = SecondPartials();
+                h.t00 = diagonal(real(2) * r);
+                h.t11 = h.t00;
+                h.t01 = real(-1) * h.t00;
+                h.m00 = (r * r) * d;
+                h.m01 = h.m00;
+                h.m10 = -h.m00;
+                h.m11 = h.m10;
+                h.s00 = real(0.5) * r * r * r * dot(d, d);
+                h.s01 = h.s00;
+                h.s11 = h.s00;
+                return h;
             }";
         Some(text.into())
     }

@@ -6,14 +6,16 @@ use crate::discrete::variation;
 use crate::gpu::plan::Limits;
 use crate::gpu::reflect::assert_layout;
 
-fn bits<const D: usize>(outcome: &Outcome<D>) -> (Vec<u64>, String) {
+pub(super) fn bits<const D: usize>(outcome: &Outcome<D>) -> (Vec<u64>, String) {
     let displacements = outcome.displacements.iter().flatten().map(|x| x.to_bits()).collect();
     let Outcome { standing, energy, norm, iterations, evaluations, .. } = outcome;
     (displacements, format!("{standing:?} {:x} {:x} {iterations} {evaluations}", energy.to_bits(), norm.to_bits()))
 }
 
+const DIRECTIONS: [Direction; 2] = [Direction::Hybrid, Direction::Newton];
+
 fn ragged_problems(seed: u64) -> (Fair, Vec<Problem<2>>) {
-    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(6), ..Fair::default() };
+    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(6), ..conjugate() };
     // More than two workgroups, of which the last is not full.
     let sizes: Vec<usize> = RAGGED.into_iter().cycle().take(2 * GROUP + 5).collect();
     let problems = problems::<2>(&fair, &batch::<2>(&sizes, |i| i % 2 == 1, seed));
@@ -27,8 +29,9 @@ fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
     // One of which llvmpipe would not finish 64 ticks in one dispatch.
     let long = Fair { segments: Segments::PerSpan(100), ..fair.clone() };
     problems_of_all.extend(problems::<2>(&long, &batch::<2>(&[5], |_| true, 55)));
-    let plan = plan_of(&fair);
-    for precision in precisions(&gpu) {
+    for (direction, precision) in DIRECTIONS.into_iter().flat_map(|d| precisions(&gpu).into_iter().map(move |p| (d, p)))
+    {
+        let plan = Plan { direction, ..plan_of(&fair) };
         let problems = loosened(&problems_of_all, precision);
         let run = |most_ticks: u32, ended: &mut Vec<usize>| {
             let run = Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &problems, most_ticks };
@@ -39,11 +42,11 @@ fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
         for (k, most_ticks) in [(1, 1), (2, 7)] {
             let divided = run(most_ticks, &mut counts[k]);
             for (i, (a, b)) in whole.iter().zip(&divided).enumerate() {
-                assert_eq!(bits(a), bits(b), "{precision:?}, {most_ticks} ticks a dispatch, curve {i}");
+                assert_eq!(bits(a), bits(b), "{direction:?} {precision:?}, {most_ticks} ticks a dispatch, curve {i}");
             }
         }
         // Curves end at different ticks, and every one is reported once.
-        assert!(counts[1].len() > 5, "{counts:?}");
+        assert!(counts[1].len() > 3, "{counts:?}");
         counts.iter().for_each(|ended| assert_eq!(ended.iter().sum::<usize>(), problems.len()));
     }
 }
@@ -52,18 +55,19 @@ fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
 fn a_curve_has_the_same_bits_whatever_its_neighbours() {
     let Some(gpu) = gpu() else { return };
     let (fair, problems) = ragged_problems(52);
-    let plan = plan_of(&fair);
-    for precision in precisions(&gpu) {
+    for (direction, precision) in DIRECTIONS.into_iter().flat_map(|d| precisions(&gpu).into_iter().map(move |p| (d, p)))
+    {
+        let plan = Plan { direction, ..plan_of(&fair) };
         let problems = loosened(&problems, precision);
         let together = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems).unwrap();
         let backwards: Vec<_> = problems.iter().rev().cloned().collect();
         let backwards = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &backwards).unwrap();
         for (i, (a, b)) in together.iter().zip(backwards.iter().rev()).enumerate() {
-            assert_eq!(bits(a), bits(b), "{precision:?}, curve {i} of the batch and of its reverse");
+            assert_eq!(bits(a), bits(b), "{direction:?} {precision:?}, curve {i} of the batch and of its reverse");
         }
         for i in [0, 1, 20] {
             let alone = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems[i..=i]).unwrap();
-            assert_eq!(bits(&together[i]), bits(&alone[0]), "{precision:?}, curve {i} alone");
+            assert_eq!(bits(&together[i]), bits(&alone[0]), "{direction:?} {precision:?}, curve {i} alone");
         }
     }
 }
@@ -72,8 +76,9 @@ fn a_curve_has_the_same_bits_whatever_its_neighbours() {
 fn a_curve_that_is_no_number_breaks_and_leaves_its_neighbours_bits() {
     let Some(gpu) = gpu() else { return };
     let (fair, problems) = ragged_problems(53);
-    let plan = plan_of(&fair);
-    for precision in precisions(&gpu) {
+    for (direction, precision) in DIRECTIONS.into_iter().flat_map(|d| precisions(&gpu).into_iter().map(move |p| (d, p)))
+    {
+        let plan = Plan { direction, ..plan_of(&fair) };
         let sound = loosened(&problems, precision);
         let mut spoilt = sound.clone();
         let (nan, infinite, nothing) = (9, 12, 3);
@@ -84,11 +89,14 @@ fn a_curve_that_is_no_number_breaks_and_leaves_its_neighbours_bits() {
         let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &spoilt).unwrap();
         for i in 0..found.len() {
             if [nan, infinite, nothing].contains(&i) {
-                assert_eq!(found[i].standing, Standing::Broken, "{precision:?}, curve {i}");
-                assert!(!found[i].energy.is_finite(), "{precision:?}, curve {i}");
-                assert!(found[i].displacements.iter().flatten().all(|&x| x == 0.0), "{precision:?}, curve {i}");
+                assert_eq!(found[i].standing, Standing::Broken, "{direction:?} {precision:?}, curve {i}");
+                assert!(!found[i].energy.is_finite(), "{direction:?} {precision:?}, curve {i}");
+                assert!(
+                    found[i].displacements.iter().flatten().all(|&x| x == 0.0),
+                    "{direction:?} {precision:?}, curve {i}"
+                );
             } else {
-                assert_eq!(bits(&wanted[i]), bits(&found[i]), "{precision:?}, curve {i}");
+                assert_eq!(bits(&wanted[i]), bits(&found[i]), "{direction:?} {precision:?}, curve {i}");
             }
         }
     }
@@ -100,15 +108,17 @@ fn what_the_iterations_or_the_length_end_is_said_as_by_the_cpu() {
     // Hairpins, along which bending alone has no minimum, and a curve that is ended by its iterations.
     let hairpin = [0.0, 0.0, 1.0, 0.05, 0.0, 0.1, 1.0, 0.15, 0.0, 0.2];
     let batch = CurveBatch::from_ragged(2, hairpin.to_vec(), vec![0, 5]).unwrap();
-    let fair = Fair { energy: bending(2.0), segments: Segments::PerSpan(8), ..Fair::default() };
+    let fair = Fair { energy: bending(2.0), segments: Segments::PerSpan(8), ..conjugate() };
     let bounded = Fair { energy: bending(2.0) + length(), max_iterations: 3, ..fair.clone() };
-    for fair in [Fair { max_iterations: 5000, ..fair }, bounded] {
+    let fairs = [Fair { max_iterations: 5000, ..fair }, bounded];
+    for (fair, direction) in fairs.into_iter().flat_map(|fair| DIRECTIONS.map(|direction| (fair.clone(), direction))) {
+        let fair = Fair { direction, ..fair };
         let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch));
         let wanted = &descend_on_cpu(&plan, &fair.energy, &problems)[0];
         assert!([Standing::Unbounded, Standing::Exhausted].contains(&wanted.standing), "{:?}", wanted.standing);
         for precision in precisions(&gpu) {
             let found = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems).unwrap()[0];
-            assert_eq!(found.standing, wanted.standing, "{} {precision:?}", fair.energy);
+            assert_eq!(found.standing, wanted.standing, "{} {direction:?} {precision:?}", fair.energy);
         }
     }
 }
@@ -121,7 +131,7 @@ fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_ho
     assert!(loop_turns(2, longest, 5) <= LOOP_TURNS && loop_turns(2, longest + 1, 5) > LOOP_TURNS);
     let spans = 4;
     let n = (longest - 1) / spans;
-    let fair = Fair { energy: bending(2.0) + length(), ..Fair::default() };
+    let fair = Fair { energy: bending(2.0) + length(), ..conjugate() };
     let fair_of = |n: usize| Fair { segments: Segments::PerSpan(n), ..fair.clone() };
     let batch = batch::<2>(&[5], |_| false, 61);
     let mut mixed = problems::<2>(&fair_of(n + 1), &batch);
@@ -148,7 +158,7 @@ fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_ho
 #[test]
 fn energies_of_order_3_are_descended_by_the_host() {
     let Some(gpu) = gpu() else { return };
-    let fair = Fair { energy: variation() + length(), segments: Segments::PerSpan(4), ..Fair::default() };
+    let fair = Fair { energy: variation() + length(), segments: Segments::PerSpan(4), ..conjugate() };
     let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch::<2>(&[4, 5], |i| i == 1, 71)));
     let wanted = descend_on_cpu(&plan, &fair.energy, &problems);
     let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems).unwrap();
@@ -158,7 +168,7 @@ fn energies_of_order_3_are_descended_by_the_host() {
 #[test]
 fn an_energy_that_no_kernel_can_be_made_of_is_refused_in_a_sentence() {
     let Some(gpu) = gpu() else { return };
-    let fair = Fair { energy: bending(2.0) + bending(3.0), ..Fair::default() };
+    let fair = Fair { energy: bending(2.0) + bending(3.0), ..conjugate() };
     let problems = problems::<2>(&fair, &batch::<2>(&[4], |_| false, 81));
     let error = descend_on_gpu(&gpu, Precision::F32, &plan_of(&fair), &fair.energy, &problems).unwrap_err();
     assert_eq!(error.to_string(), "a kernel has room for one exponent of bending, and there are two: fit on the CPU");

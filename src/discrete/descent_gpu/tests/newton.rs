@@ -1,0 +1,248 @@
+//! Newton's method on the GPU against that of the CPU in f64.
+
+use super::divided::bits;
+use super::*;
+use crate::discrete::variation;
+use crate::gpu::source;
+
+/// What curves come out as, against the CPU in f64 at the same tolerances: in f64 by the same trials.
+struct Worst {
+    vertices: f64,
+    tolerance: f64,
+    most_iterations: u32,
+    trials: u32,
+}
+
+fn compared<const D: usize>(gpu: &Gpu, precision: Precision, fair: &Fair, problems: &[Problem<D>]) -> Worst {
+    let plan = plan_of(fair);
+    assert_eq!(plan.direction, Direction::Newton);
+    let wanted = descend_on_cpu(&plan, &fair.energy, problems);
+    let mut own = problems.to_vec();
+    if precision == Precision::F32 {
+        // As a fit has it.
+        own.iter_mut()
+            .for_each(|problem| problem.tolerance = fair.tolerance.max(problem.rounding_in_f32(&fair.energy)));
+    }
+    let found = descend_on_gpu(gpu, precision, &plan, &fair.energy, &own).unwrap();
+    let mut worst = Worst { vertices: 0.0, tolerance: 0.0, most_iterations: 0, trials: 0 };
+    for (i, (wanted, found)) in wanted.iter().zip(&found).enumerate() {
+        let name = format!("{} {precision:?} curve {i} of {} edges", fair.energy, problems[i].base.len());
+        assert_eq!(
+            (wanted.standing, found.standing),
+            (Standing::Converged, Standing::Converged),
+            "{name} {} {}",
+            found.iterations,
+            found.norm
+        );
+        assert!(found.norm <= own[i].tolerance, "{name}: {:e}", found.norm);
+        if precision == Precision::F64 {
+            let trials = |outcome: &Outcome<D>| (outcome.iterations, outcome.evaluations);
+            assert_eq!(trials(found), trials(wanted), "{name}: iterations and evaluations");
+        }
+        for (a, b) in wanted.displacements.iter().flatten().zip(found.displacements.iter().flatten()) {
+            worst.vertices = worst.vertices.max((a - b).abs());
+        }
+        worst.tolerance = worst.tolerance.max(own[i].tolerance);
+        worst.most_iterations = worst.most_iterations.max(found.iterations);
+        worst.trials += found.evaluations;
+    }
+    worst
+}
+
+fn check<const D: usize>(gpu: &Gpu, fair: &Fair, problems: &[Problem<D>], precisions: &[Precision]) {
+    for &precision in precisions {
+        let Worst { vertices, tolerance, most_iterations, trials } = compared(gpu, precision, fair, problems);
+        let mean = f64::from(trials) / problems.len() as f64;
+        println!(
+            "{D}-D {} {precision:?}: vertices {vertices:.1e} at {tolerance:.0e}, at most {most_iterations} iterations, {mean:.1} evaluations",
+            fair.energy
+        );
+        // In f32 a curve is as far from the minimum as its tolerance leaves it: a tenth of that here, or less.
+        let most = if precision == Precision::F64 { 1e-9 } else { 1e-6_f64.max(tolerance / 5.0) };
+        assert!(vertices < most, "{D}-D {} {precision:?}: vertices differ by {vertices:e}", fair.energy);
+    }
+}
+
+fn check_ragged(gpu: &Gpu, fair: &Fair, seed: u64) {
+    let both = precisions(gpu);
+    check::<2>(gpu, fair, &problems(fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, seed)), &both);
+    check::<3>(gpu, fair, &problems(fair, &batch::<3>(&RAGGED, |i| i % 2 == 0, seed + 10)), &both);
+}
+
+#[test]
+fn pinned_curves_take_the_steps_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    for (n, seed) in [(1, 1), (2, 2), (7, 3), (20, 4)] {
+        let energy = bending(2.0) + length();
+        check_ragged(&gpu, &Fair { energy, segments: Segments::PerSpan(n), ..Fair::default() }, seed);
+    }
+}
+
+#[test]
+fn curves_of_other_exponents_and_of_a_users_energy_take_the_steps_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    for energy in [bending(3.0) + length(), Energy::custom(Square) + length()] {
+        check_ragged(&gpu, &Fair { energy, segments: Segments::PerSpan(5), ..Fair::default() }, 31);
+    }
+    // Where a curve is straight, |T′ − T|^1.5 has no second derivative, and rounding decides how often it is tried.
+    let curved: Vec<usize> = RAGGED.into_iter().filter(|&points| points > 2).collect();
+    let fair = Fair { energy: bending(1.5) + length(), segments: Segments::PerSpan(5), ..Fair::default() };
+    let both = precisions(&gpu);
+    check::<2>(&gpu, &fair, &problems(&fair, &batch::<2>(&curved, |i| i % 2 == 1, 31)), &both);
+    check::<3>(&gpu, &fair, &problems(&fair, &batch::<3>(&curved, |i| i % 2 == 0, 41)), &both);
+}
+
+#[test]
+fn attached_curves_take_the_steps_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let energy = bending(2.0) + length() + 1e3 * attachment();
+    for pins in [Pins::None, Pins::Ends] {
+        check_ragged(
+            &gpu,
+            &Fair { energy: energy.clone(), pins, segments: Segments::PerSpan(6), ..Fair::default() },
+            21,
+        );
+    }
+}
+
+/// Zigzags of random heights, whose Hessians are far from positive definite where they start.
+fn rough<const D: usize>(points: usize, curves: usize, closed: impl Fn(usize) -> bool, seed: u64) -> CurveBatch {
+    let mut rng = StdRng::seed_from_u64(seed);
+    let coords = (0..curves * points).flat_map(|i| {
+        let mut at = [0.0; D].map(|_| rng.random_range(-0.4..0.4));
+        at[0] += (i % points) as f64 / points as f64;
+        at
+    });
+    let coords: Vec<f64> = coords.collect();
+    let offsets = (0..=curves).map(|i| i * points).collect();
+    CurveBatch::from_ragged(D, coords, offsets)
+        .unwrap()
+        .closed_each((0..curves).map(closed).collect::<Vec<_>>())
+        .unwrap()
+}
+
+// In f64: sharp turns leave f32 a gradient above the tolerance, however it is reached.
+#[test]
+fn rough_curves_are_damped_as_on_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    for precision in precisions(&gpu).into_iter().filter(|p| *p == Precision::F64) {
+        for energy in [bending(2.0) + length(), bending(1.5) + length()] {
+            let fair = Fair { energy, segments: Segments::PerSpan(8), ..Fair::default() };
+            check::<2>(&gpu, &fair, &problems(&fair, &rough::<2>(7, 40, |i| i % 2 == 1, 51)), &[precision]);
+            check::<3>(&gpu, &fair, &problems(&fair, &rough::<3>(7, 40, |i| i % 2 == 1, 52)), &[precision]);
+        }
+    }
+}
+
+#[test]
+fn fine_curves_take_the_steps_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let both = precisions(&gpu);
+    for n in [16, 64, 75] {
+        let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(n), ..Fair::default() };
+        check::<2>(&gpu, &fair, &problems(&fair, &batch::<2>(&[5; 8], |i| i % 2 == 1, 41)), &both);
+        check::<3>(&gpu, &fair, &problems(&fair, &batch::<3>(&[5; 8], |i| i % 2 == 1, 42)), &both);
+    }
+}
+
+#[test]
+fn curves_that_fold_or_run_away_end_as_on_the_cpu_and_leave_their_neighbours_bits() {
+    let Some(gpu) = gpu() else { return };
+    let hairpin = [[0.0, 0.0], [1.0, 0.05], [0.0, 0.1], [1.0, 0.15], [0.0, 0.2]];
+    let arc = [[0.0, 0.0], [0.5, 0.2], [1.0, 0.25], [1.5, 0.2], [2.0, 0.0]];
+    let loose = CurveBatch::from_slices(&[&arc[..], &hairpin[..], &arc[..], &arc[..]]).unwrap();
+    let fair = Fair { energy: bending(2.0), segments: Segments::PerSpan(8), max_iterations: 2000, ..Fair::default() };
+    let plan = plan_of(&fair);
+    let mut given = problems::<2>(&fair, &loose);
+    // Back along the edge before.
+    given[2].base[9] = given[2].base[8].map(|x| -x);
+    given.iter_mut().for_each(|problem| problem.tolerance = 1e-4);
+    let wanted = descend_on_cpu(&plan, &fair.energy, &given);
+    assert_eq!((wanted[0].standing, wanted[1].standing), (Standing::Converged, Standing::Unbounded));
+    for precision in precisions(&gpu) {
+        let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &given).unwrap();
+        let standings = |outcomes: &[Outcome<2>]| outcomes.iter().map(|outcome| outcome.standing).collect::<Vec<_>>();
+        assert_eq!(standings(&found), standings(&wanted), "{precision:?}");
+        for i in [0, 3] {
+            let alone = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &given[i..=i]).unwrap()[0];
+            assert_eq!(found[i].displacements, alone.displacements, "{precision:?}, curve {i}");
+        }
+    }
+}
+
+#[test]
+fn a_damped_descent_has_the_same_bits_however_its_ticks_are_divided() {
+    let Some(gpu) = gpu() else { return };
+    let fair =
+        Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(6), max_iterations: 40, ..Fair::default() };
+    let (plan, problems) = (plan_of(&fair), problems::<3>(&fair, &rough::<3>(6, GROUP + 3, |i| i % 2 == 1, 61)));
+    for precision in precisions(&gpu) {
+        let run = |most_ticks: u32| {
+            let run = Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &problems, most_ticks };
+            run.descend(&mut |_| {}).unwrap()
+        };
+        let whole = run(1000);
+        // More than a trial a step: λ is not 0 where dispatches end.
+        let damped = whole.iter().filter(|outcome| outcome.evaluations > outcome.iterations + 1).count();
+        assert!(2 * damped > whole.len(), "{precision:?}: {damped}");
+        for most_ticks in [1, 7] {
+            for (i, (a, b)) in whole.iter().zip(&run(most_ticks)).enumerate() {
+                assert_eq!(bits(a), bits(b), "{precision:?}, {most_ticks} ticks a dispatch, curve {i}");
+            }
+        }
+    }
+}
+
+#[test]
+fn where_rounding_leaves_no_way_down_a_curve_stalls() {
+    let Some(gpu) = gpu() else { return };
+    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(16), ..Fair::default() };
+    let plan = plan_of(&fair);
+    let mut problems = problems::<2>(&fair, &batch::<2>(&[5; 8], |i| i % 2 == 1, 71));
+    problems.iter_mut().for_each(|problem| problem.tolerance = 0.0);
+    let mut outcomes = vec![descend_on_cpu(&plan, &fair.energy, &problems)];
+    for precision in precisions(&gpu) {
+        outcomes.push(descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems).unwrap());
+    }
+    for (i, outcome) in outcomes.iter().flatten().enumerate() {
+        assert_eq!(outcome.standing, Standing::Stalled, "outcome {i} of {}: {}", outcomes.len(), outcome.norm);
+    }
+}
+
+#[test]
+fn energies_whose_terms_couple_more_vertices_than_the_inner_product_are_left_to_conjugate_gradients() {
+    let Some(gpu) = gpu() else { return };
+    let fair =
+        Fair { energy: bending(2.0) + length() + 0.0 * variation(), segments: Segments::PerSpan(4), ..Fair::default() };
+    let problems = loosened(&problems::<2>(&fair, &batch::<2>(&[4, 5], |i| i == 1, 71)), Precision::F32);
+    let plan = plan_of(&fair);
+    assert_eq!(plan.order, 2);
+    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems).unwrap();
+    let conjugate = Plan { direction: Direction::Hybrid, ..plan };
+    let wanted = descend_on_gpu(&gpu, Precision::F32, &conjugate, &fair.energy, &problems).unwrap();
+    for (found, wanted) in found.iter().zip(&wanted) {
+        assert_eq!(found.standing, Standing::Converged);
+        assert_eq!(found.displacements, wanted.displacements);
+    }
+}
+
+/// `NAME` and literal of every line `const NAME: TYPE = LITERAL;`, with what stands around the literal taken off.
+fn constants<'t>(text: &'t str, opening: &str, closing: &str) -> Vec<(&'t str, f64)> {
+    let line = |line: &'t str| {
+        let (name, value) = line.strip_prefix("const ")?.split_once(opening)?;
+        Some((name, value.strip_suffix(closing)?.parse().ok()?))
+    };
+    text.lines().filter_map(line).collect()
+}
+
+#[test]
+fn the_kernel_damps_by_the_constants_of_the_cpu() {
+    let own = constants(include_str!("../../damping.rs"), ": f64 = ", ";");
+    let kernel = constants(source::file("discrete/damping.wgsl").unwrap(), ": real = real(", ");");
+    assert!(own.len() > 5, "{own:?}");
+    for constant in &own {
+        assert!(kernel.contains(constant), "{constant:?} is none of the kernel's {kernel:?}");
+    }
+    let rounding = |epsilon| kernel.contains(&("EPSILON", epsilon));
+    assert!(rounding(f64::EPSILON) && kernel.len() == own.len() + 2, "{kernel:?}");
+}
