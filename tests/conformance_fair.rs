@@ -1,5 +1,5 @@
 //! Fair curves on the GPU are those of the CPU: the same statuses, energies within 1e-10 (f64) and 1e-5 (f32) of
-//! themselves, and curves within 1e-6 and 1e-4 of their size. These bounds are of iterations that stop at a gradient, not of
+//! themselves, and curves within 1e-9 and 1e-5 of their size. These bounds are of iterations that stop at a gradient, not of
 //! roundings: a curve's distance from the minimum is of the order of that gradient.
 
 mod common;
@@ -14,7 +14,7 @@ const SEGMENTS: usize = 16;
 
 /// Largest distance over size, and of energies over energies.
 fn bounds(precision: Precision) -> (f64, f64) {
-    if precision == Precision::F64 { (1e-6, 1e-10) } else { (1e-4, 1e-5) }
+    if precision == Precision::F64 { (1e-9, 1e-10) } else { (1e-5, 1e-5) }
 }
 
 /// A number of the normal distribution, by the sum of twelve uniform ones.

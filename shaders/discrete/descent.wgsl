@@ -62,8 +62,12 @@ const STANDING_EXHAUSTED: u32 = 4u;
 const STANDING_UNBOUNDED: u32 = 5u;
 const STANDING_BROKEN: u32 = 6u;
 
-// See PATIENCE, PROGRESS and FALL of src/discrete/lane.rs.
+// See PATIENCE, NEWTON_PATIENCE, PROGRESS and FALL of src/discrete/lane.rs.
+//:if NEWTON
+const PATIENCE: u32 = 16u;
+//:else
 const PATIENCE: u32 = 100u;
+//:end
 const PROGRESS: real = real(0.7);
 // 64 ε
 //:if DOUBLE

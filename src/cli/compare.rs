@@ -95,8 +95,8 @@ impl Bounds {
     /// Of fair curves, which each side iterates until its gradient is small.
     pub fn of_fair_curves(precision: Precision) -> Self {
         match precision {
-            Precision::F32 => Bounds { distance: 1e-4, energy: Some(1e-5) },
-            Precision::F64 | Precision::Auto => Bounds { distance: 1e-6, energy: Some(1e-10) },
+            Precision::F32 => Bounds { distance: 1e-5, energy: Some(1e-5) },
+            Precision::F64 | Precision::Auto => Bounds { distance: 1e-9, energy: Some(1e-10) },
         }
     }
 }

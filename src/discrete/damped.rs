@@ -34,18 +34,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         let most = self.edges.most_step(&self.p);
         let (mut alpha, mut slope) = (S::ZERO, S::ZERO);
         for (l, lane) in self.lanes.iter().enumerate() {
-            let most = most.lane(l);
-            let one = <S::Number as Scalar>::of(1.0);
-            alpha.set_lane(
-                l,
-                if lane.standing != Standing::Running {
-                    one - one
-                } else if most < one {
-                    most
-                } else {
-                    one
-                },
-            );
+            alpha.set_lane(l, lane.newton_step(most.lane(l)));
         }
         for row in 0..self.u.len() {
             slope += dot(self.g[row], self.p[row]);

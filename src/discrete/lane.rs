@@ -24,6 +24,9 @@ pub(crate) enum Standing {
 /// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`] or the energy by [`FALL`], if nothing else is said, else rounding has the upper hand.
 const PATIENCE: u32 = 100;
 
+/// The same of Newton's steps, of which as many lead from anywhere to the minimum.
+const NEWTON_PATIENCE: u32 = 16;
+
 /// See [`PATIENCE`].
 const PROGRESS: f64 = 0.7;
 
@@ -87,6 +90,14 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
+    /// How far to go along Newton's direction: 1, or less where an edge would change too much.
+    pub(super) fn newton_step(&self, most: N) -> N {
+        match self.standing {
+            Standing::Running => least(most, N::of(1.0)),
+            _ => N::of(0.0),
+        }
+    }
+
     /// Ends the lane, or returns β of its next direction, from ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
     pub(super) fn turn(&mut self, plan: Plan, smallest: N, norm2: N, mixed: N, slope: N) -> N {
         let zero = N::of(0.0);
@@ -112,7 +123,8 @@ impl<N: Real + Scalar> Lane<N> {
         } else {
             self.since_best += 1;
         }
-        if self.standing == Standing::Running && self.since_best > self.patience && plan.step == Step::Search {
+        let patience = if plan.direction == Direction::Newton { NEWTON_PATIENCE } else { self.patience };
+        if self.standing == Standing::Running && self.since_best > patience && plan.step == Step::Search {
             self.standing = Standing::Stalled;
         }
         let change = slope - self.search.slope();

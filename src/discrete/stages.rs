@@ -2,10 +2,11 @@
 //!
 //! * Exponents ν of bending far from 2 are approached in stages, each from where the one before ended: for large ν the energy is that of
 //!   the sharpest bend alone, and its Hessian says nothing of the others.
-//! * Curves whose edges are too fine for f32, on a device that has nothing else, are finished by the host in f64, from where
-//!   f32 left them: Newton's method then takes an iteration or two.
+//! * Where the precision is left to the program, curves that f32 could not finish, or whose edges are too fine for it on a device
+//!   that has nothing else, are finished by the host in f64, from where f32 left them: Newton's method then takes an
+//!   iteration or two.
 
-use super::descent::Plan;
+use super::descent::{Plan, Standing};
 use super::descent_gpu::descend_on_gpu;
 use super::energy::{Energy, Functional};
 use super::fair::Fair;
@@ -84,20 +85,26 @@ impl Fair {
                 .for_each(|problem| problem.tolerance = problem.tolerance.max(problem.rounding_in_f32(&self.energy)));
         }
         let mut outcomes = self.descend_in_stages(&plan, gpu, &mut problems)?;
-        if gpu.is_some_and(|(_, precision)| precision == Precision::F32) && device.chooses_precision() {
-            for ((outcome, problem), ready) in outcomes.iter_mut().zip(&mut problems).zip(ready.iter().flatten()) {
-                problem.rebase(&outcome.displacements);
-                problem.tolerance = ready.problem.tolerance;
-            }
-            let fine: Vec<usize> = (0..problems.len()).filter(|&i| !coarse[i]).collect();
-            let own: Vec<Problem<D>> = fine.iter().map(|&i| problems[i].clone()).collect();
-            let finished = descend_on_cpu(&plan, &self.energy, &own);
-            fine.into_iter().zip(finished).for_each(|(i, finished)| outcomes[i].go_on(finished));
-        }
-        let description = match gpu {
+        let mut description = match gpu {
             Some(_) => device.describe(well_conditioned)?,
             None => Device::cpu().describe(true)?,
         };
+        if gpu.is_some_and(|(_, precision)| precision == Precision::F32) && device.chooses_precision() {
+            let left = |i: &usize| !coarse[*i] || outcomes[*i].is_short();
+            let unfinished: Vec<usize> = (0..problems.len()).filter(left).collect();
+            let tolerance = self.tolerance;
+            let rebased = |&i: &usize| {
+                let mut problem = Problem { tolerance, ..problems[i].clone() };
+                problem.rebase(&outcomes[i].displacements);
+                problem
+            };
+            let own: Vec<Problem<D>> = unfinished.iter().map(rebased).collect();
+            let finished = descend_on_cpu(&plan, &self.energy, &own);
+            if !unfinished.is_empty() {
+                description += &format!("; {} of its curves finished on the CPU in f64", unfinished.len());
+            }
+            unfinished.into_iter().zip(finished).for_each(|(i, finished)| outcomes[i].go_on(finished));
+        }
         Ok((outcomes, description))
     }
 
@@ -201,8 +208,12 @@ impl<const D: usize> Problem<D> {
 impl<const D: usize> Outcome<D> {
     /// Whether a curve is worth going on from.
     fn leads_on(&self) -> bool {
-        use super::descent::Standing;
         matches!(self.standing, Standing::Converged | Standing::Exhausted | Standing::Stalled)
+    }
+
+    /// Whether rounding or the number of iterations ended it.
+    fn is_short(&self) -> bool {
+        matches!(self.standing, Standing::Exhausted | Standing::Stalled)
     }
 
     /// This, and what was done from there.
