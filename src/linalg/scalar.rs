@@ -99,7 +99,7 @@ scalar!(f64);
 
 /// L numbers side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(64))]
+#[repr(align(32))]
 pub struct Lanes<T, const L: usize>(pub [T; L]);
 
 impl<T: Real, const L: usize> Default for Lanes<T, L> {
