@@ -104,7 +104,7 @@ pub struct Fair {
     pub step: Step,
     /// √⟨g, L⁻¹g⟩ at which a curve has converged: the size of the gradient in the Sobolev metric, with the curve scaled to
     /// size 1 and the energy to weight 1 of its highest order (of |κ|^ν to κ̄^(2 − ν), κ̄ the mean curvature of the start). Smaller is stricter; 1e-8 by default. In f32 at least
-    /// 2 ε √E/h, which rounding leaves.
+    /// 1.1 ε √E/h, which rounding leaves.
     pub tolerance: f64,
     /// Iterations at most; 500 by default.
     pub max_iterations: u32,
