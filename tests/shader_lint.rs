@@ -63,7 +63,10 @@ fn the_lint_finds_what_it_is_for() {
     assert_eq!(found("if (i < 3u) { return; } wait();"), ["barrier after a divergent return"]);
     assert_eq!(found("let a = x[i]; if (a != a) { x[i] = 0.0; }"), ["x != x or x == x, which is no test for NaN"]);
     assert_eq!(found("if (x[i] == x[i]) { x[i] = 0.0; }"), ["x != x or x == x, which is no test for NaN"]);
-    assert!(found("for (var k = 1u; k < 64u; k *= 2u) { w[i] = x[i]; workgroupBarrier(); x[i] = w[0]; wait(); }").is_empty());
+    assert!(
+        found("for (var k = 1u; k < 64u; k *= 2u) { w[i] = x[i]; workgroupBarrier(); x[i] = w[0]; wait(); }")
+            .is_empty()
+    );
 }
 
 fn faults(wgsl: &str, entry: &str) -> Vec<&'static str> {

@@ -104,31 +104,30 @@ fn ring_eliminate(curve: Curve, ring: BlockRing, smallest: ptr<function, real>) 
 //:end
 }
 
-// Substitutes back, from the chunk's kept unknowns and the next chunk's.
-fn ring_substitute(
-    curve: Curve,
-    ring: BlockRing,
-    kept: ptr<function, array<vector, RING_REACH>>,
-    next: ptr<function, array<vector, RING_REACH>>,
-) {
+// Substitutes back, from the chunk's kept unknowns, in place of the row's right-hand side, and those of the lane behind.
+fn ring_substitute(curve: Curve, ring: BlockRing, behind: u32, row: ptr<function, RingRow>) {
+    var next: array<vector, RING_REACH>;
+//:unroll a 0..$REACH
+    next[$a] = ring_load_vector(ring, behind, RING_LOW_RHS + $au * $DIMu);
+//:end
     let first = ring.begin + RING_REACH;
     for (var v = ring.end; v > first; v--) {
         let word = RING_SHARED + (v - 1u - first) * RING_ELIMINATED;
         var x = ring_load_vector(ring, ring.lane, word + (2u * RING_REACH + 1u) * RING_BLOCK);
 //:unroll a 0..$REACH
-        x -= block_applied(ring_load_block(ring, ring.lane, word + (1u + $au) * RING_BLOCK), (*next)[$a]);
-        x -= block_applied(ring_load_block(ring, ring.lane, word + (1u + RING_REACH + $au) * RING_BLOCK), (*kept)[$a]);
+        x -= block_applied(ring_load_block(ring, ring.lane, word + (1u + $au) * RING_BLOCK), next[$a]);
+        x -= block_applied(ring_load_block(ring, ring.lane, word + (1u + RING_REACH + $au) * RING_BLOCK), (*row).rhs[$a]);
 //:end
         x = block_over_vector(ring_load_block(ring, ring.lane, word), x);
 //:unroll a $REACH..1
-        (*next)[$a] = (*next)[$au - 1u];
+        next[$a] = next[$au - 1u];
 //:end
-        (*next)[0] = x;
+        next[0] = x;
         ring_store(curve, v - 1u, x);
     }
 //:unroll a 0..$REACH
     if (ring.begin + $au < ring.vertices) {
-        ring_store(curve, ring.begin + $au, (*kept)[$a]);
+        ring_store(curve, ring.begin + $au, (*row).rhs[$a]);
     }
 //:end
 }

@@ -24,8 +24,8 @@ fn block_unit() -> matrix {
 }
 
 // The lower triangle C with C Cᵀ = a, of which the lower triangle is read, with 1/c on the diagonal; `smallest` is lowered
-// to the smallest pivot. A pivot that is not positive is reported and counts as 1, one that is not a finite number of f32
-// is reported as 0: whatever the matrix was, its factors are numbers.
+// to the smallest pivot. A pivot that is not positive is reported and counts as infinite, which holds its unknown at 0 and
+// keeps the factors from growing; one that is not a finite number of f32 is reported as 0.
 fn block_cholesky(a: matrix, smallest: ptr<function, real>) -> matrix {
     var c = matrix();
     var pivot = real(0);
@@ -45,7 +45,9 @@ fn block_cholesky(a: matrix, smallest: ptr<function, real>) -> matrix {
         pivot = real(0);
     }
     *smallest = min(*smallest, pivot);
-    c[$i][$i] = real(1) / sqrt(select(real(1), pivot, pivot > real(0)));
+    if (pivot > real(0)) {
+        c[$i][$i] = real(1) / sqrt(pivot);
+    }
 //:end
     return c;
 }

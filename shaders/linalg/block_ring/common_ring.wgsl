@@ -100,8 +100,7 @@ fn ring_upper(section: u32, a: u32, b: u32) -> u32 {
 
 //:include linalg/block_ring/common_dense.wgsl
 //:include linalg/block_ring/common_chunk.wgsl
-//:include linalg/block_ring/common_factor.wgsl NAME=ring_factor BESIDE=1
-//:include linalg/block_ring/common_factor.wgsl NAME=ring_factor_last
+//:include linalg/block_ring/common_kept.wgsl
 
 fn ring_barrier() {
 //:if ALONE
@@ -120,119 +119,61 @@ fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
     }
     ring_barrier();
 
-    // The row of the kept vertices: `left` and `right` couple them with those of the neighbours.
-    var own: array<matrix, RING_BLOCKS>;
-    var left: array<matrix, RING_BLOCKS>;
-    var right: array<matrix, RING_BLOCKS>;
-    var rhs: array<vector, RING_REACH>;
-    var factors: array<matrix, RING_REACH>;
+    var row: RingRow;
     if (ring.working) {
         let before = (ring.lane + ring.lanes - 1u) % ring.lanes;
 //:unroll a 0..$REACH
 //:unroll b $a..$REACH
-        own[$au * RING_REACH + $bu] = ring_load_block(ring, ring.lane, ring_upper(RING_LOW, $au, $bu))
+        row.own[$au * RING_REACH + $bu] = ring_load_block(ring, ring.lane, ring_upper(RING_LOW, $au, $bu))
             + ring_load_block(ring, before, ring_upper(RING_HIGH, $au, $bu));
 //:end
-//:unroll b 0..$REACH
-        left[$au * RING_REACH + $bu] =
-            ring_load_block(ring, before, RING_ACROSS + ($au * RING_REACH + $bu) * RING_BLOCK);
-        right[$au * RING_REACH + $bu] =
-            transpose(ring_load_block(ring, ring.lane, RING_ACROSS + ($bu * RING_REACH + $au) * RING_BLOCK));
-//:end
-        rhs[$a] = ring_load_vector(ring, ring.lane, RING_LOW_RHS + $au * $DIMu)
+        row.rhs[$a] = ring_load_vector(ring, ring.lane, RING_LOW_RHS + $au * $DIMu)
             + ring_load_vector(ring, before, RING_HIGH_RHS + $au * $DIMu);
 //:end
+        ring_load_sides(ring, before, ring.lane, &row);
     }
     ring_barrier();
 
-    for (var step = 1u; step < RING_LANES; step *= 2u) {
-        if (ring.working && step < ring.lanes) {
-            var own_factored = own;
-            var rhs_factored = rhs;
-            ring_factor(&own_factored, &left, &right, &rhs_factored, &factors, &smallest);
-            // What the neighbours are left with when this row is eliminated.
-            var share = matrix();
-            var share_rhs = vector();
-//:unroll a 0..$REACH
-//:unroll b $a..$REACH
-            share = matrix();
-//:unroll i 0..$REACH
-            share -= block_product(left[$iu * RING_REACH + $au], left[$iu * RING_REACH + $bu]);
-//:end
-            ring_store_block(ring, ring_upper(RING_LOW, $au, $bu), share);
-            share = matrix();
-//:unroll i 0..$REACH
-            share -= block_product(right[$iu * RING_REACH + $au], right[$iu * RING_REACH + $bu]);
-//:end
-            ring_store_block(ring, ring_upper(RING_HIGH, $au, $bu), share);
-//:end
-//:unroll b 0..$REACH
-            share = matrix();
-//:unroll i 0..$REACH
-            share -= block_product(right[$iu * RING_REACH + $au], left[$iu * RING_REACH + $bu]);
-//:end
-            ring_store_block(ring, RING_ACROSS + ($au * RING_REACH + $bu) * RING_BLOCK, share);
-//:end
-            share_rhs = vector();
-//:unroll i 0..$REACH
-            share_rhs -= block_transposed(left[$iu * RING_REACH + $au], rhs_factored[$i]);
-//:end
-            ring_store_vector(ring, RING_LOW_RHS + $au * $DIMu, share_rhs);
-            share_rhs = vector();
-//:unroll i 0..$REACH
-            share_rhs -= block_transposed(right[$iu * RING_REACH + $au], rhs_factored[$i]);
-//:end
-            ring_store_vector(ring, RING_HIGH_RHS + $au * $DIMu, share_rhs);
-//:end
+    // Every second lane of those left is eliminated; last of all lane 0, both neighbours of which are itself by then.
+    for (var step = 1u; step <= RING_LANES; step *= 2u) {
+        let before = (ring.lane + ring.lanes - step % ring.lanes) % ring.lanes;
+        let behind = (ring.lane + step) % ring.lanes;
+        let is_last = ring.lane == 0u && step == ring.lanes;
+        if (ring.working && (ring.lane % (2u * step) == step || is_last)) {
+            if (is_last) {
+                ring_close(&row);
+            }
+            ring_factor(&row, &smallest);
+            if (!is_last) {
+                ring_share(ring, &row);
+            }
         }
         ring_barrier();
-        if (ring.working && step < ring.lanes) {
-            let before = (ring.lane + ring.lanes - step) % ring.lanes;
-            let behind = (ring.lane + step) % ring.lanes;
+        if (ring.working && ring.lane % (2u * step) == 0u && step < ring.lanes) {
 //:unroll a 0..$REACH
 //:unroll b $a..$REACH
-            own[$au * RING_REACH + $bu] += ring_load_block(ring, before, ring_upper(RING_HIGH, $au, $bu));
-            own[$au * RING_REACH + $bu] += ring_load_block(ring, behind, ring_upper(RING_LOW, $au, $bu));
+            row.own[$au * RING_REACH + $bu] += ring_load_block(ring, before, ring_upper(RING_HIGH, $au, $bu));
+            row.own[$au * RING_REACH + $bu] += ring_load_block(ring, behind, ring_upper(RING_LOW, $au, $bu));
 //:end
-//:unroll b 0..$REACH
-            left[$au * RING_REACH + $bu] =
-                ring_load_block(ring, before, RING_ACROSS + ($au * RING_REACH + $bu) * RING_BLOCK);
-            right[$au * RING_REACH + $bu] =
-                transpose(ring_load_block(ring, behind, RING_ACROSS + ($bu * RING_REACH + $au) * RING_BLOCK));
+            row.rhs[$a] += ring_load_vector(ring, before, RING_HIGH_RHS + $au * $DIMu);
+            row.rhs[$a] += ring_load_vector(ring, behind, RING_LOW_RHS + $au * $DIMu);
 //:end
-            rhs[$a] += ring_load_vector(ring, before, RING_HIGH_RHS + $au * $DIMu);
-            rhs[$a] += ring_load_vector(ring, behind, RING_LOW_RHS + $au * $DIMu);
-//:end
+            ring_load_sides(ring, before, behind, &row);
         }
         ring_barrier();
     }
 
-    // Both neighbours are the row itself.
-    if (ring.working) {
-//:unroll a 0..$REACH
-//:unroll b $a..$REACH
-        own[$au * RING_REACH + $bu] += left[$au * RING_REACH + $bu];
-        own[$au * RING_REACH + $bu] += right[$au * RING_REACH + $bu];
-//:end
-//:end
-        ring_factor_last(&own, &rhs, &factors, &smallest);
-//:unroll i $REACH..0
-        rhs[$i] = block_over_vector(factors[$i], rhs[$i]);
-//:unroll p 0..$i
-        rhs[$p] -= block_applied(own[$pu * RING_REACH + $iu], rhs[$i]);
-//:end
-        ring_store_vector(ring, RING_LOW_RHS + $iu * $DIMu, rhs[$i]);
-//:end
-        ring_scratch[ring_place(ring, ring.lane, RING_PIVOT)] = smallest;
+    // Back, in the opposite order; unknowns are shared where right-hand sides were.
+    for (var step = RING_LANES; step > 0u; step /= 2u) {
+        let is_last = ring.lane == 0u && step == ring.lanes;
+        if (ring.working && (ring.lane % (2u * step) == step || is_last)) {
+            ring_unknowns(ring, (ring.lane + ring.lanes - step) % ring.lanes, (ring.lane + step) % ring.lanes, &row);
+            ring_scratch[ring_place(ring, ring.lane, RING_PIVOT)] = smallest;
+        }
+        ring_barrier();
     }
-    ring_barrier();
     if (ring.working) {
-        let behind = (ring.lane + 1u) % ring.lanes;
-        var next: array<vector, RING_REACH>;
-//:unroll a 0..$REACH
-        next[$a] = ring_load_vector(ring, behind, RING_LOW_RHS + $au * $DIMu);
-//:end
-        ring_substitute(curve, ring, &rhs, &next);
+        ring_substitute(curve, ring, (ring.lane + 1u) % ring.lanes, &row);
         for (var lane = 0u; lane < ring.lanes; lane++) {
             smallest = min(smallest, ring_scratch[ring_place(ring, lane, RING_PIVOT)]);
         }

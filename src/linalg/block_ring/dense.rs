@@ -61,8 +61,8 @@ pub(super) fn subtract_applied<S: Scalar, const D: usize>(to: &mut Vector<S, D>,
 }
 
 /// The lower triangle C with C Cᵀ = a, of which the lower triangle is read, with 1/c on the diagonal; `smallest` is lowered
-/// to the smallest pivot. A pivot that is not positive is reported and counts as 1, one that is not a number is reported
-/// as 0: whatever the matrix was, its factors are numbers.
+/// to the smallest pivot. A pivot that is not positive is reported and counts as infinite, which holds its unknown at 0 and
+/// keeps the factors from growing; one that is not a finite number is reported as 0.
 pub(super) fn cholesky<S: Scalar, const D: usize>(a: &Block<S, D>, smallest: &mut S) -> Block<S, D> {
     let mut c = zero();
     for i in 0..D {
@@ -81,7 +81,7 @@ pub(super) fn cholesky<S: Scalar, const D: usize>(a: &Block<S, D>, smallest: &mu
         let number = pivot * S::ZERO + S::ONE;
         let pivot = number.if_positive(pivot, S::ZERO);
         *smallest = (*smallest - pivot).if_positive(pivot, *smallest);
-        c[i][i] = S::ONE / pivot.if_positive(pivot, S::ONE).sqrt();
+        c[i][i] = pivot.if_positive(S::ONE / pivot.if_positive(pivot, S::ONE).sqrt(), S::ZERO);
     }
     c
 }

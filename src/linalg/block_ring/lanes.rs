@@ -53,13 +53,14 @@ impl<S: Scalar, const D: usize> Shares<S, D> {
     }
 }
 
-/// A row of the ring: `left` and `right` couple the kept vertices (rows) with those of the neighbours.
-#[derive(Clone)]
+/// A row of the ring: `left` and `right` couple the kept vertices (rows) with those of the neighbours. Once factored, C⁻¹ of
+/// all that, and the diagonal blocks of C.
 struct Kept<S, const D: usize> {
     own: Blocks<S, D>,
     left: Blocks<S, D>,
     right: Blocks<S, D>,
     rhs: Vectors<S, D>,
+    factors: [Block<S, D>; MOST_REACH],
 }
 
 /// Solves one system with up to `lanes` lanes, a power of two: see the module.
@@ -81,7 +82,7 @@ pub fn solve_blocks<S: Scalar, const D: usize>(
         shares.push(share);
     }
 
-    let neighbours = |lane: usize, step: usize| ((lane + ring - step) % ring, (lane + step) % ring);
+    let neighbours = |lane: usize, step: usize| ((lane + ring - step % ring) % ring, (lane + step) % ring);
     let mut kept: Vec<Kept<S, D>> = (0..ring)
         .map(|lane| {
             let (own, left) = (&shares[lane], &shares[neighbours(lane, 1).0]);
@@ -90,15 +91,19 @@ pub fn solve_blocks<S: Scalar, const D: usize>(
                 left: left.across,
                 right: transposed(&own.across, reach),
                 rhs: add_vectors(&own.low_rhs, &left.high_rhs, reach),
+                factors: [zero(); MOST_REACH],
             }
         })
         .collect();
     let mut step = 1;
     while step < ring {
-        let shares: Vec<_> = kept.iter_mut().map(|row| row.eliminated(reach, &mut smallest)).collect();
-        for (lane, row) in kept.iter_mut().enumerate() {
+        for lane in (step..ring).step_by(2 * step) {
+            kept[lane].factor(reach, &mut smallest);
+            shares[lane] = kept[lane].shares(reach);
+        }
+        for lane in (0..ring).step_by(2 * step) {
             let (left, right) = neighbours(lane, step);
-            let (left, right) = (&shares[left], &shares[right]);
+            let (row, left, right) = (&mut kept[lane], &shares[left], &shares[right]);
             row.own = add_upper(&add_upper(&row.own, &left.high, reach), &right.low, reach);
             row.rhs = add_vectors(&add_vectors(&row.rhs, &left.high_rhs, reach), &right.low_rhs, reach);
             row.left = left.across;
@@ -107,7 +112,21 @@ pub fn solve_blocks<S: Scalar, const D: usize>(
         step *= 2;
     }
 
-    let unknowns: Vec<Vectors<S, D>> = kept.iter_mut().map(|row| row.solved(reach, &mut smallest)).collect();
+    // Both neighbours of the last row are the row itself.
+    let last = &mut kept[0];
+    last.own = add_upper(&add_upper(&last.own, &last.left, reach), &last.right, reach);
+    (last.left, last.right) = ([[zero(); MOST_REACH]; MOST_REACH], [[zero(); MOST_REACH]; MOST_REACH]);
+    last.factor(reach, &mut smallest);
+    let nothing = [[S::ZERO; D]; MOST_REACH];
+    let mut unknowns = vec![nothing; ring];
+    unknowns[0] = kept[0].unknowns(reach, &nothing, &nothing);
+    while step > 1 {
+        step /= 2;
+        for lane in (step..ring).step_by(2 * step) {
+            let (left, right) = neighbours(lane, step);
+            unknowns[lane] = kept[lane].unknowns(reach, &unknowns[left], &unknowns[right]);
+        }
+    }
     let mut x = vec![[S::ZERO; D]; n];
     for lane in 0..ring {
         substitute(&eliminated[lane], reach, from(lane), &unknowns[lane], &unknowns[(lane + 1) % ring], &mut x);
@@ -191,8 +210,7 @@ fn eliminate<S: Scalar, const D: usize>(
 
 impl<S: Scalar, const D: usize> Kept<S, D> {
     /// Factors the own block, C Cᵀ, row after row, and takes C⁻¹ of all that stands beside it.
-    fn factor(&mut self, reach: usize, smallest: &mut S) -> [Block<S, D>; MOST_REACH] {
-        let mut factors = [zero(); MOST_REACH];
+    fn factor(&mut self, reach: usize, smallest: &mut S) {
         for i in 0..reach {
             for p in 0..i {
                 let above = self.own[p];
@@ -216,45 +234,41 @@ impl<S: Scalar, const D: usize> Kept<S, D> {
                 self.right[i][b] = under(&factor, &self.right[i][b]);
             }
             self.rhs[i] = under_vector(&factor, &self.rhs[i]);
-            factors[i] = factor;
+            self.factors[i] = factor;
         }
-        factors
     }
 
-    /// What its neighbours are left with when this row is eliminated.
-    fn eliminated(&self, reach: usize, smallest: &mut S) -> Shares<S, D> {
-        let mut row = self.clone();
-        row.factor(reach, smallest);
+    /// What its neighbours are left with once this row, factored, is eliminated.
+    fn shares(&self, reach: usize) -> Shares<S, D> {
         let mut out = Shares::new();
         for a in 0..reach {
-            for b in 0..reach {
-                for i in 0..reach {
-                    if b >= a {
-                        subtract_product(&mut out.low[a][b], &row.left[i][a], &row.left[i][b]);
-                        subtract_product(&mut out.high[a][b], &row.right[i][a], &row.right[i][b]);
-                    }
-                    subtract_product(&mut out.across[a][b], &row.right[i][a], &row.left[i][b]);
-                }
-            }
             for i in 0..reach {
-                subtract_transposed(&mut out.low_rhs[a], &row.left[i][a], &row.rhs[i]);
-                subtract_transposed(&mut out.high_rhs[a], &row.right[i][a], &row.rhs[i]);
+                for b in 0..reach {
+                    if b >= a {
+                        subtract_product(&mut out.low[a][b], &self.left[i][a], &self.left[i][b]);
+                        subtract_product(&mut out.high[a][b], &self.right[i][a], &self.right[i][b]);
+                    }
+                    subtract_product(&mut out.across[a][b], &self.right[i][a], &self.left[i][b]);
+                }
+                subtract_transposed(&mut out.low_rhs[a], &self.left[i][a], &self.rhs[i]);
+                subtract_transposed(&mut out.high_rhs[a], &self.right[i][a], &self.rhs[i]);
             }
         }
         out
     }
 
-    /// The kept unknowns, once both neighbours are the row itself.
-    fn solved(&self, reach: usize, smallest: &mut S) -> Vectors<S, D> {
-        let mut row = self.clone();
-        row.own = add_upper(&add_upper(&self.own, &self.left, reach), &self.right, reach);
-        let factors = row.factor(reach, smallest);
-        let mut x = row.rhs;
+    /// The kept unknowns of a row that was eliminated, from those of the neighbours it had then.
+    fn unknowns(&self, reach: usize, left: &Vectors<S, D>, right: &Vectors<S, D>) -> Vectors<S, D> {
+        let mut x = self.rhs;
         for i in (0..reach).rev() {
-            x[i] = over_vector(&factors[i], &x[i]);
+            for b in 0..reach {
+                subtract_applied(&mut x[i], &self.left[i][b], &left[b]);
+                subtract_applied(&mut x[i], &self.right[i][b], &right[b]);
+            }
+            x[i] = over_vector(&self.factors[i], &x[i]);
             let own = x[i];
             for p in 0..i {
-                subtract_applied(&mut x[p], &row.own[p][i], &own);
+                subtract_applied(&mut x[p], &self.own[p][i], &own);
             }
         }
         x

@@ -4,8 +4,12 @@
 //! (2 for bending, 3 for variation). Lanes share a curve. Each keeps the first `reach` vertices of its chunk and eliminates
 //! the others one after the other, by a Cholesky factorisation that carries along what couples them with the kept ones;
 //! kept vertices and those of the next chunk separate the chunk from all others, so that the kept ones form a cyclic block
-//! tridiagonal system of blocks of `reach` vertices. That is reduced by log₂ P steps of cyclic reduction, where every row is
-//! eliminated from its neighbours'; then every lane substitutes back.
+//! tridiagonal system of blocks of `reach` vertices. That is reduced by log₂ P steps of cyclic reduction, each of which
+//! eliminates every second lane left; then they substitute back, in the opposite order, and every lane its chunk.
+//!
+//! It is one Cholesky factorisation of the matrix with its rows in another order, and as stable: the residual is one of
+//! rounding, whatever the condition. Eliminating every row from its neighbours' would spare the way back, but leaves the
+//! unknowns with errors that have nothing to do with each other, which a stiff direction multiplies by the condition.
 //!
 //! A ring makes open (the last chunk is coupled with nothing) and closed curves the same code. Chunks may be of any length
 //! from `reach` vertices on, so that nothing is padded; a ring of one lane is the factorisation with a border. On short

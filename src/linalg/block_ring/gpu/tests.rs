@@ -132,8 +132,9 @@ fn curves_that_are_not_positive_definite_say_so_and_change_no_bit_of_their_neigh
         for i in (2..cases.len()).step_by(5) {
             let middle = cases[i].blocks.len() / 2;
             cases[i].movable[middle] = true;
+            let least = cases[i].dense().symmetric_eigenvalues().min();
             match i % 3 {
-                0 => cases[i].shift(-1e-1 - cases[i].dense().symmetric_eigenvalues().min()),
+                0 => cases[i].shift(-0.1 - least),
                 1 => cases[i].blocks[middle][0][1][1] = f64::NAN,
                 _ => cases[i].blocks[middle][0][0][0] = f64::INFINITY,
             }
@@ -197,4 +198,59 @@ fn structs_shared_with_the_kernel_have_their_layout() {
     let key = kernel_key(Precision::F32, 2, 2, 8);
     assert_layout!(key, BlockParams { count, padding, padding_too, padding_three });
     assert_layout!(key, BlockCurve { start, vertices, closed, scratch });
+}
+
+#[test]
+#[ignore]
+fn measure() {
+    let Some(gpu) = gpu() else { return };
+    for (d, reach, lanes) in [(2, 2, 8), (2, 2, 1), (2, 2, 16), (3, 2, 8), (2, 3, 8), (3, 3, 1), (3, 3, 8)] {
+        let start = std::time::Instant::now();
+        gpu.kernel(&kernel_key(Precision::F32, d, reach, lanes)).unwrap();
+        println!("D {d} reach {reach} lanes {lanes}: compiled in {:?}", start.elapsed());
+    }
+    let (curves, n) = (1000, 65);
+    let case = Case::<2>::random(n, false, 2, true, 1.0, 1);
+    let cases: Vec<Case<2>> = (0..curves)
+        .map(|_| Case {
+            closed: false,
+            reach: 2,
+            blocks: case.blocks.clone(),
+            movable: case.movable.clone(),
+            rhs: case.rhs.clone(),
+        })
+        .collect();
+    let arrays = Arrays::of(&cases);
+    let total = (curves * n) as f64;
+    for lanes in BLOCK_LANES {
+        let mut best = f64::INFINITY;
+        for _ in 0..6 {
+            gpu.take_kernel_seconds();
+            arrays.solve(&gpu, Precision::F32, lanes).unwrap();
+            best = best.min(gpu.take_kernel_seconds());
+        }
+        println!("block ring, {lanes} lanes: {:.2} M vertices/s ({best:.4} s)", total / best * 1e-6);
+    }
+    use crate::discrete::at::{At, Want};
+    use crate::discrete::{bending, evaluate_gpu::evaluate};
+    let mut points = Vec::new();
+    let mut offsets = vec![0];
+    for i in 0..curves {
+        for v in 0..n {
+            points.extend([v as f64 / n as f64, (v as f64 * 0.1 + i as f64).sin() * 0.1]);
+        }
+        offsets.push((i + 1) * n);
+    }
+    let batch = crate::CurveBatch::from_ragged(2, points, offsets).unwrap();
+    let energy = bending(2.0);
+    let at = At { energy: &energy, batch: &batch, gauge: None, attachments: None };
+    for (what, want) in [("gradient", Want::Gradient), ("hessian", Want::Hessian)] {
+        let mut best = f64::INFINITY;
+        for _ in 0..6 {
+            gpu.take_kernel_seconds();
+            evaluate(&gpu, Precision::F32, at, want).unwrap();
+            best = best.min(gpu.take_kernel_seconds());
+        }
+        println!("{what}: {:.2} M vertices/s ({best:.4} s)", total / best * 1e-6);
+    }
 }
