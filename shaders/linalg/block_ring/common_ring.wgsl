@@ -46,7 +46,8 @@ struct BlockRing {
     // Vertices begin … end − 1.
     begin: u32,
     end: u32,
-    // Number `word` of lane l is number first + word · stride + l of the scratch memory.
+    // Number `word` of lane l is number first + word · stride + l of the scratch memory. Who has threads side by side, each
+    // with a curve of its own, makes the stride the number of threads.
     first: u32,
     stride: u32,
 }

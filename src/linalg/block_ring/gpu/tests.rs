@@ -1,15 +1,23 @@
 //! The kernels against the equations they solve, and against their twin.
 
+use std::sync::OnceLock;
+
 use super::super::tests::Case;
 use super::*;
 use crate::gpu::reflect::assert_layout;
 
-fn gpu() -> Option<Gpu> {
+fn opened() -> Option<Gpu> {
     match Gpu::open(0) {
         Ok(gpu) => Some(gpu.with_poisoned_arrays()),
         Err(error) if std::env::var_os("FAIRCURVE_REQUIRE_GPU").is_some() => panic!("{error}"),
         Err(_) => None,
     }
+}
+
+/// One for all tests, so that every kernel is compiled once.
+fn gpu() -> Option<&'static Gpu> {
+    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
+    GPU.get_or_init(opened).as_ref()
 }
 
 /// Precisions of an adapter, each with ε.
@@ -100,27 +108,27 @@ fn check<const D: usize>(gpu: &Gpu, reach: usize, lanes: u32) {
 }
 
 #[test]
-fn planar_curves_coupled_by_bending_are_solved_with_any_lanes() {
+fn planar_curves_coupled_by_bending_are_solved_with_few_and_many_lanes() {
     let Some(gpu) = gpu() else { return };
-    for lanes in BLOCK_LANES {
-        check::<2>(&gpu, 2, lanes);
+    for lanes in [1, 8, 64] {
+        check::<2>(gpu, 2, lanes);
     }
 }
 
 #[test]
 fn spatial_curves_coupled_by_variation_are_solved() {
     let Some(gpu) = gpu() else { return };
-    for lanes in [1, 8, 16] {
-        check::<3>(&gpu, 3, lanes);
+    for lanes in [1, 8] {
+        check::<3>(gpu, 3, lanes);
     }
 }
 
 #[test]
 fn the_other_couplings_are_solved() {
     let Some(gpu) = gpu() else { return };
-    check::<2>(&gpu, 1, 8);
-    check::<2>(&gpu, 3, 8);
-    check::<3>(&gpu, 2, 8);
+    check::<2>(gpu, 1, 8);
+    check::<2>(gpu, 3, 8);
+    check::<3>(gpu, 2, 8);
 }
 
 #[test]
@@ -140,9 +148,9 @@ fn curves_that_are_not_positive_definite_say_so_and_change_no_bit_of_their_neigh
             }
         }
         let some_bad = Arrays::of(&cases);
-        for (precision, _) in precisions(&gpu) {
+        for (precision, _) in precisions(gpu) {
             let (wanted, found) =
-                (good.solve(&gpu, precision, lanes).unwrap(), some_bad.solve(&gpu, precision, lanes).unwrap());
+                (good.solve(gpu, precision, lanes).unwrap(), some_bad.solve(gpu, precision, lanes).unwrap());
             for i in 0..cases.len() {
                 if i >= 2 && (i - 2) % 5 == 0 {
                     assert!(found.pivots[i] <= 0.0, "{lanes} lanes, curve {i}: {}", found.pivots[i]);
@@ -157,7 +165,7 @@ fn curves_that_are_not_positive_definite_say_so_and_change_no_bit_of_their_neigh
 
 #[test]
 fn chunks_and_curves_without_vertices_change_no_bit() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = opened() else { return };
     let mut cases = ragged::<2>(2, 1.0);
     cases.insert(3, Case { closed: true, reach: 2, blocks: vec![], movable: vec![], rhs: vec![] });
     let arrays = Arrays::of(&cases);
@@ -174,7 +182,7 @@ fn chunks_and_curves_without_vertices_change_no_bit() {
 fn what_no_kernel_solves_is_refused_with_the_remedy() {
     let Some(gpu) = gpu() else { return };
     let refused = |case: Case<2>, lanes: u32| {
-        let error = Arrays::of(&[case]).solve(&gpu, Precision::F32, lanes).unwrap_err();
+        let error = Arrays::of(&[case]).solve(gpu, Precision::F32, lanes).unwrap_err();
         error.to_string()
     };
     let lanes = refused(Case::random(9, false, 2, false, 1.0, 1), 7);
@@ -198,59 +206,4 @@ fn structs_shared_with_the_kernel_have_their_layout() {
     let key = kernel_key(Precision::F32, 2, 2, 8);
     assert_layout!(key, BlockParams { count, padding, padding_too, padding_three });
     assert_layout!(key, BlockCurve { start, vertices, closed, scratch });
-}
-
-#[test]
-#[ignore]
-fn measure() {
-    let Some(gpu) = gpu() else { return };
-    for (d, reach, lanes) in [(2, 2, 8), (2, 2, 1), (2, 2, 16), (3, 2, 8), (2, 3, 8), (3, 3, 1), (3, 3, 8)] {
-        let start = std::time::Instant::now();
-        gpu.kernel(&kernel_key(Precision::F32, d, reach, lanes)).unwrap();
-        println!("D {d} reach {reach} lanes {lanes}: compiled in {:?}", start.elapsed());
-    }
-    let (curves, n) = (1000, 65);
-    let case = Case::<2>::random(n, false, 2, true, 1.0, 1);
-    let cases: Vec<Case<2>> = (0..curves)
-        .map(|_| Case {
-            closed: false,
-            reach: 2,
-            blocks: case.blocks.clone(),
-            movable: case.movable.clone(),
-            rhs: case.rhs.clone(),
-        })
-        .collect();
-    let arrays = Arrays::of(&cases);
-    let total = (curves * n) as f64;
-    for lanes in BLOCK_LANES {
-        let mut best = f64::INFINITY;
-        for _ in 0..6 {
-            gpu.take_kernel_seconds();
-            arrays.solve(&gpu, Precision::F32, lanes).unwrap();
-            best = best.min(gpu.take_kernel_seconds());
-        }
-        println!("block ring, {lanes} lanes: {:.2} M vertices/s ({best:.4} s)", total / best * 1e-6);
-    }
-    use crate::discrete::at::{At, Want};
-    use crate::discrete::{bending, evaluate_gpu::evaluate};
-    let mut points = Vec::new();
-    let mut offsets = vec![0];
-    for i in 0..curves {
-        for v in 0..n {
-            points.extend([v as f64 / n as f64, (v as f64 * 0.1 + i as f64).sin() * 0.1]);
-        }
-        offsets.push((i + 1) * n);
-    }
-    let batch = crate::CurveBatch::from_ragged(2, points, offsets).unwrap();
-    let energy = bending(2.0);
-    let at = At { energy: &energy, batch: &batch, gauge: None, attachments: None };
-    for (what, want) in [("gradient", Want::Gradient), ("hessian", Want::Hessian)] {
-        let mut best = f64::INFINITY;
-        for _ in 0..6 {
-            gpu.take_kernel_seconds();
-            evaluate(&gpu, Precision::F32, at, want).unwrap();
-            best = best.min(gpu.take_kernel_seconds());
-        }
-        println!("{what}: {:.2} M vertices/s ({best:.4} s)", total / best * 1e-6);
-    }
 }
