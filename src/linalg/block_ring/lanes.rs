@@ -298,9 +298,8 @@ fn substitute<S: Scalar, const D: usize>(
         after[0] = own;
         x[begin + reach + i] = own;
     }
-    for a in 0..reach.min(x.len()) {
-        x[begin + a] = kept[a];
-    }
+    let count = reach.min(x.len());
+    x[begin..begin + count].copy_from_slice(&kept[..count]);
 }
 
 impl<S: Scalar, const D: usize> BlockSystem<'_, S, D> {

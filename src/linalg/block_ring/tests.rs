@@ -48,9 +48,9 @@ impl<const D: usize> Case<D> {
             // Not to be read.
             block[reach + 1..].fill([[f64::NAN; D]; D]);
         }
-        for v in if closed { n } else { n - reach.min(n) }..n {
-            for k in (1..=reach).filter(|k| v + k >= n) {
-                blocks[v][k] = [[f64::NAN; D]; D];
+        if !closed {
+            for (v, block) in blocks.iter_mut().enumerate() {
+                block[reach.min(n - 1 - v) + 1..].fill([[f64::NAN; D]; D]);
             }
         }
         let movable = (0..n).map(|v| !pins || (v != 0 && v % 5 != 3)).collect();

@@ -188,7 +188,9 @@ fn what_no_kernel_solves_is_refused_with_the_remedy() {
     let lanes = refused(Case::random(9, false, 2, false, 1.0, 1), 7);
     assert!(lanes.ends_with("7 lanes a curve: take one of [1, 8, 16, 32, 64]"), "{lanes}");
     let mut short = Case::random(3, true, 3, false, 1.0, 1);
-    (short.blocks.truncate(2), short.movable.truncate(2), short.rhs.truncate(2));
+    short.blocks.truncate(2);
+    short.movable.truncate(2);
+    short.rhs.truncate(2);
     let short = refused(short, 8);
     assert!(
         short.ends_with("closed curve 0 has 2 vertices, and each is coupled with the next 3: fold the blocks"),
