@@ -12,6 +12,7 @@ pub fn kernels() -> Vec<KernelKey> {
         for (path, definitions) in spline::row_sources().into_iter().chain(linalg::ring::row_sources()) {
             keys.extend(linalg::ring::kernels(precision, path, &definitions));
         }
+        keys.extend(linalg::block_ring::block_ring_kernels(precision));
         keys.extend([2, 3].map(|dimension| spline::smoothing_kernel(precision, dimension)));
         keys.extend(discrete::evaluate_kernels(precision));
         keys.extend(discrete::descent_kernels(precision));

@@ -14,6 +14,7 @@ use faircurve::discrete::evaluate_gpu::evaluate;
 use faircurve::discrete::{bending, length, tension, torsion, variation};
 use faircurve::gpu::reflect::Access;
 use faircurve::gpu::{CapturedDispatch, Gpu};
+use faircurve::linalg::block_ring::{BlockBatch, solve_blocks_on_gpu};
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
 use faircurve::spline::{Amount, Natural, Smoothing, uniform};
@@ -62,6 +63,7 @@ fn kernels_give_the_same_numbers_through_a_browsers_compiler() {
 fn capture_everything(gpu: Gpu) -> Vec<CapturedDispatch> {
     let gpu = gpu.without_subgroups();
     let mut captured = tridiagonal(&gpu);
+    captured.extend(gpu.capture(|| block_rings(&gpu)).unwrap().1);
     let device = Device::from_gpu(gpu).with_precision(Precision::F32);
     let gpu = device.as_gpu().expect("it is one");
     captured.extend(gpu.capture(|| splines(&device)).unwrap().1);
@@ -91,6 +93,31 @@ fn tridiagonal(gpu: &Gpu) -> Vec<CapturedDispatch> {
         }
     }
     captured
+}
+
+fn block_rings(gpu: &Gpu) -> faircurve::Result<()> {
+    let mut rng = seeded(14);
+    for (dimension, reach, lanes) in [(2, 2, 1), (2, 2, 8), (3, 3, 8)] {
+        let sizes = [3usize, 4, 7, 16, 40];
+        let mut offsets = vec![0];
+        sizes.iter().for_each(|n| offsets.push(offsets[offsets.len() - 1] + n));
+        let vertices = offsets[sizes.len()];
+        let closed: Vec<bool> = (0..sizes.len()).map(|i| i % 2 == 0).collect();
+        let movable: Vec<bool> = (0..vertices).map(|v| v % 6 != 1).collect();
+        let mut blocks: Vec<f32> =
+            (0..vertices * 4 * dimension * dimension).map(|_| rng.random_range(-0.05..0.05)).collect();
+        for own in blocks.chunks_exact_mut(4 * dimension * dimension) {
+            // The blocks on the diagonal are symmetric; a multiple of the unit one is.
+            own[..dimension * dimension].fill(0.0);
+            (0..dimension).for_each(|c| own[c * (dimension + 1)] = 2.0);
+        }
+        let rhs: Vec<f32> = (0..vertices * dimension).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let systems =
+            BlockBatch { dimension, reach, offsets: &offsets, closed: &closed, blocks: &blocks, movable: &movable };
+        let solutions = solve_blocks_on_gpu(gpu, Precision::F32, lanes, &systems, &rhs)?;
+        assert!(solutions.pivots.iter().all(|&pivot| pivot > 0.1), "{:?}", solutions.pivots);
+    }
+    Ok(())
 }
 
 fn splines(device: &Device) -> faircurve::Result<()> {

@@ -55,13 +55,18 @@ fn every_barrier_and_shuffle_stands_in_uniform_control_flow() {
 fn the_lint_finds_what_it_is_for() {
     let head = "var<workgroup> w: array<f32, 64>;\n@group(0) @binding(0) var<storage, read_write> x: array<f32>;\n\
                 @compute @workgroup_size(64) fn main(@builtin(local_invocation_index) i: u32) {\n";
-    let found = |body: &str| faults(&format!("{head}{body}}}"), "main");
+    let found = |body: &str| faults(&format!("{head}{body}}} fn wait() {{ workgroupBarrier(); }}"), "main");
     assert_eq!(found("if (i < 3u) { workgroupBarrier(); }"), ["barrier in divergent control flow"]);
     assert_eq!(found("if (i < 3u) { return; } workgroupBarrier();"), ["barrier after a divergent return"]);
     assert_eq!(found("for (var k = 0u; k < i; k++) { workgroupBarrier(); }"), ["barrier in divergent control flow"]);
+    assert_eq!(found("if (i < 3u) { wait(); }"), ["barrier in divergent control flow"]);
+    assert_eq!(found("if (i < 3u) { return; } wait();"), ["barrier after a divergent return"]);
     assert_eq!(found("let a = x[i]; if (a != a) { x[i] = 0.0; }"), ["x != x or x == x, which is no test for NaN"]);
     assert_eq!(found("if (x[i] == x[i]) { x[i] = 0.0; }"), ["x != x or x == x, which is no test for NaN"]);
-    assert!(found("for (var k = 1u; k < 64u; k *= 2u) { w[i] = x[i]; workgroupBarrier(); x[i] = w[0]; }").is_empty());
+    assert!(
+        found("for (var k = 1u; k < 64u; k *= 2u) { w[i] = x[i]; workgroupBarrier(); x[i] = w[0]; wait(); }")
+            .is_empty()
+    );
 }
 
 fn faults(wgsl: &str, entry: &str) -> Vec<&'static str> {
@@ -115,10 +120,18 @@ impl Walk<'_> {
                     self.block(body, uniform);
                     self.block(continuing, uniform);
                 }
+                Statement::Call { function, .. } => self.call(&self.module.functions[*function], uniform),
                 Statement::Return { .. } if !uniform => self.returned = true,
                 _ => {}
             }
         }
+    }
+
+    /// A function's body, in which the arguments are not known to be the same for all threads.
+    fn call(&mut self, function: &Function, uniform: bool) {
+        let mut walk = Walk { module: self.module, function, faults: Vec::new(), returned: self.returned };
+        walk.block(&function.body, uniform);
+        self.faults.extend(walk.faults);
     }
 
     /// Whether an expression is the same for all threads of a workgroup, as far as a simple look can tell.

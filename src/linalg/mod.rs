@@ -7,6 +7,7 @@
 //! CPU. Symmetric pentadiagonal systems, as smoothing splines need them, are factored and solved one at a time.
 
 pub(crate) mod banded;
+pub mod block_ring;
 mod elimination;
 mod lanes;
 mod pentadiagonal;

@@ -1,0 +1,184 @@
+// Block-banded symmetric positive definite systems of curves, open and closed: $LANES lanes share a curve, each vertex of
+// which is coupled with the $REACH after it. Every lane keeps the first $REACH vertices of its chunk and eliminates the others;
+// the kept ones form a cyclic block tridiagonal system, reduced by log2 $LANES steps of cyclic reduction; then every lane
+// substitutes back. With ALONE a lane has its curve for itself ($LANES is 1) and waits for none. Why: src/linalg/block_ring/mod.rs.
+// Twin: src/linalg/block_ring/lanes.rs.
+//
+// Who includes it defines $DIM and, for curves of a type Curve:
+//     alias real, alias vector, alias matrix
+//     var<storage, read_write> ring_scratch: array<real>;   scratch_numbers() of src/linalg/block_ring/mod.rs a curve
+//     fn ring_block(curve: Curve, v: u32, k: u32) -> matrix     block of vertices v and v + k, of which [i] is row i
+//     fn ring_rhs(curve: Curve, v: u32) -> vector
+//     fn ring_movable(curve: Curve, v: u32) -> bool             whether the unknown is not held at 0
+//     fn ring_store(curve: Curve, v: u32, x: vector)
+
+const RING_LANES: u32 = $LANESu;
+const RING_REACH: u32 = $REACHu;
+const RING_FRONT: u32 = RING_REACH + 1u;
+const RING_BLOCKS: u32 = RING_REACH * RING_REACH;
+const RING_BLOCK: u32 = $DIMu * $DIMu;
+const RING_HALF: u32 = RING_REACH * (RING_REACH + 1u) / 2u * RING_BLOCK;
+
+// What a lane shares: what is to be added to the blocks and right-hand sides of the kept vertices before and after it, the
+// block that couples these, rows of those after; the smallest pivot. Then what it has eliminated: a vertex's factor, what
+// couples it with those after it and with the kept ones, its right-hand side.
+const RING_LOW: u32 = 0u;
+const RING_HIGH: u32 = RING_HALF;
+const RING_ACROSS: u32 = 2u * RING_HALF;
+const RING_LOW_RHS: u32 = RING_ACROSS + RING_BLOCKS * RING_BLOCK;
+const RING_HIGH_RHS: u32 = RING_LOW_RHS + RING_REACH * $DIMu;
+const RING_PIVOT: u32 = RING_HIGH_RHS + RING_REACH * $DIMu;
+const RING_SHARED: u32 = RING_PIVOT + 1u;
+const RING_ELIMINATED: u32 = (2u * RING_REACH + 1u) * RING_BLOCK + $DIMu;
+
+// Stands for the pivot of a matrix without rows.
+const RING_NO_PIVOT: real = real(1e30);
+
+// A lane's part of a curve.
+struct BlockRing {
+    lane: u32,
+    // Lanes of the ring: a power of two, each with $REACH vertices at least.
+    lanes: u32,
+    // Whether the lane has a part.
+    working: bool,
+    vertices: u32,
+    closed: bool,
+    // Vertices begin … end − 1.
+    begin: u32,
+    end: u32,
+    // Number `word` of lane l is number first + word · stride + l of the scratch memory. Who has threads side by side, each
+    // with a curve of its own, makes the stride the number of threads.
+    first: u32,
+    stride: u32,
+}
+
+// A lane of $LANES; the curve's part of the scratch memory begins at `first`. Of lanes that are not live the curve may be any.
+fn block_ring(vertices: u32, closed: bool, first: u32, lane: u32, live: bool) -> BlockRing {
+    let lanes = 1u << firstLeadingBit(max(min(RING_LANES, vertices / RING_REACH), 1u));
+    // An open curve of fewer vertices than are kept is continued by vertices that stand still.
+    let rows = max(vertices, RING_REACH);
+    let begin = lane * rows / lanes;
+    let end = (lane + 1u) * rows / lanes;
+    return BlockRing(lane, lanes, live && lane < lanes, vertices, closed, begin, end, first, lanes);
+}
+
+fn ring_place(ring: BlockRing, lane: u32, word: u32) -> u32 {
+    return ring.first + word * ring.stride + lane;
+}
+
+fn ring_load_vector(ring: BlockRing, lane: u32, word: u32) -> vector {
+    var x: vector;
+//:unroll c 0..$DIM
+    x[$c] = ring_scratch[ring_place(ring, lane, word + $cu)];
+//:end
+    return x;
+}
+
+fn ring_store_vector(ring: BlockRing, word: u32, x: vector) {
+//:unroll c 0..$DIM
+    ring_scratch[ring_place(ring, ring.lane, word + $cu)] = x[$c];
+//:end
+}
+
+fn ring_load_block(ring: BlockRing, lane: u32, word: u32) -> matrix {
+    var a: matrix;
+//:unroll c 0..$DIM
+    a[$c] = ring_load_vector(ring, lane, word + $cu * $DIMu);
+//:end
+    return a;
+}
+
+fn ring_store_block(ring: BlockRing, word: u32, a: matrix) {
+//:unroll c 0..$DIM
+    ring_store_vector(ring, word + $cu * $DIMu, a[$c]);
+//:end
+}
+
+// Where block (a, b), b ≥ a, of a symmetric one stands.
+fn ring_upper(section: u32, a: u32, b: u32) -> u32 {
+    return section + (a * (2u * RING_REACH - a + 1u) / 2u + b - a) * RING_BLOCK;
+}
+
+//:include linalg/block_ring/common_dense.wgsl
+//:include linalg/block_ring/common_chunk.wgsl
+//:include linalg/block_ring/common_kept.wgsl
+
+fn ring_barrier() {
+//:if ALONE
+//:else
+    storageBarrier();
+//:end
+}
+
+// Solves; all lanes of a workgroup take part, those that do not work for the barriers' sake. The solution is there for all of them
+// to read. Returns the smallest pivot, to every lane that works: positive if and only if the matrix is positive definite, up
+// to rounding, and 0 for one that is not a number.
+fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
+    var smallest = RING_NO_PIVOT;
+    if (ring.working) {
+        ring_eliminate(curve, ring, &smallest);
+    }
+    ring_barrier();
+
+    var row: RingRow;
+    if (ring.working) {
+        let before = (ring.lane + ring.lanes - 1u) % ring.lanes;
+//:unroll a 0..$REACH
+//:unroll b $a..$REACH
+        row.own[$au * RING_REACH + $bu] = ring_load_block(ring, ring.lane, ring_upper(RING_LOW, $au, $bu))
+            + ring_load_block(ring, before, ring_upper(RING_HIGH, $au, $bu));
+//:end
+        row.rhs[$a] = ring_load_vector(ring, ring.lane, RING_LOW_RHS + $au * $DIMu)
+            + ring_load_vector(ring, before, RING_HIGH_RHS + $au * $DIMu);
+//:end
+        ring_load_sides(ring, before, ring.lane, &row);
+    }
+    ring_barrier();
+
+    // Every second lane of those left is eliminated; last of all lane 0, both neighbours of which are itself by then.
+    for (var step = 1u; step <= RING_LANES; step *= 2u) {
+        let before = (ring.lane + ring.lanes - step % ring.lanes) % ring.lanes;
+        let behind = (ring.lane + step) % ring.lanes;
+        let is_last = ring.lane == 0u && step == ring.lanes;
+        if (ring.working && (ring.lane % (2u * step) == step || is_last)) {
+            if (is_last) {
+                ring_close(&row);
+            }
+            ring_factor(&row, &smallest);
+            if (!is_last) {
+                ring_share(ring, &row);
+            }
+        }
+        ring_barrier();
+        if (ring.working && ring.lane % (2u * step) == 0u && step < ring.lanes) {
+//:unroll a 0..$REACH
+//:unroll b $a..$REACH
+            row.own[$au * RING_REACH + $bu] += ring_load_block(ring, before, ring_upper(RING_HIGH, $au, $bu));
+            row.own[$au * RING_REACH + $bu] += ring_load_block(ring, behind, ring_upper(RING_LOW, $au, $bu));
+//:end
+            row.rhs[$a] += ring_load_vector(ring, before, RING_HIGH_RHS + $au * $DIMu);
+            row.rhs[$a] += ring_load_vector(ring, behind, RING_LOW_RHS + $au * $DIMu);
+//:end
+            ring_load_sides(ring, before, behind, &row);
+        }
+        ring_barrier();
+    }
+
+    // Back, in the opposite order; unknowns are shared where right-hand sides were.
+    for (var step = RING_LANES; step > 0u; step /= 2u) {
+        let is_last = ring.lane == 0u && step == ring.lanes;
+        if (ring.working && (ring.lane % (2u * step) == step || is_last)) {
+            ring_unknowns(ring, (ring.lane + ring.lanes - step) % ring.lanes, (ring.lane + step) % ring.lanes, &row);
+            ring_scratch[ring_place(ring, ring.lane, RING_PIVOT)] = smallest;
+        }
+        ring_barrier();
+    }
+    if (ring.working) {
+        ring_substitute(curve, ring, (ring.lane + 1u) % ring.lanes, &row);
+        for (var lane = 0u; lane < ring.lanes; lane++) {
+            smallest = min(smallest, ring_scratch[ring_place(ring, lane, RING_PIVOT)]);
+        }
+    }
+    ring_barrier();
+    return smallest;
+}

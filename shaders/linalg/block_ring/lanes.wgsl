@@ -1,0 +1,81 @@
+// Block-banded systems given as arrays, $LANES lanes a curve. Twin: src/linalg/block_ring/lanes.rs.
+
+struct BlockParams {
+    // Curves of the dispatch.
+    count: u32,
+    padding: u32,
+    padding_too: u32,
+    padding_three: u32,
+}
+
+struct BlockCurve {
+    // First vertex in the arrays.
+    start: u32,
+    vertices: u32,
+    closed: u32,
+    // First number of its scratch memory.
+    scratch: u32,
+}
+
+alias Curve = BlockCurve;
+alias vector = vec$DIM<real>;
+alias matrix = mat$DIMx$DIM<real>;
+
+@group(0) @binding(0) var<uniform> params: BlockParams;
+@group(0) @binding(1) var<storage, read> curves: array<BlockCurve>;
+// Four blocks of $DIM × $DIM numbers a vertex, row after row: with itself and its next three.
+@group(0) @binding(2) var<storage, read> blocks: array<real>;
+@group(0) @binding(3) var<storage, read> right_hand_sides: array<real>;
+// 0 where the unknown is held at 0.
+@group(0) @binding(4) var<storage, read> movable: array<u32>;
+@group(0) @binding(5) var<storage, read_write> solution: array<real>;
+// The smallest of each curve.
+@group(0) @binding(6) var<storage, read_write> pivots: array<real>;
+@group(0) @binding(7) var<storage, read_write> ring_scratch: array<real>;
+
+//:include linalg/block_ring/common_ring.wgsl
+
+fn ring_block(curve: Curve, v: u32, k: u32) -> matrix {
+    let at = ((curve.start + v) * 4u + k) * RING_BLOCK;
+    var a: matrix;
+//:unroll i 0..$DIM
+//:unroll j 0..$DIM
+    a[$i][$j] = blocks[at + $iu * $DIMu + $ju];
+//:end
+//:end
+    return a;
+}
+
+fn ring_rhs(curve: Curve, v: u32) -> vector {
+    var x: vector;
+//:unroll c 0..$DIM
+    x[$c] = right_hand_sides[(curve.start + v) * $DIMu + $cu];
+//:end
+    return x;
+}
+
+fn ring_movable(curve: Curve, v: u32) -> bool {
+    return movable[curve.start + v] != 0u;
+}
+
+fn ring_store(curve: Curve, v: u32, x: vector) {
+//:unroll c 0..$DIM
+    solution[(curve.start + v) * $DIMu + $cu] = x[$c];
+//:end
+}
+
+@compute @workgroup_size($GROUP)
+fn solve(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let task = (workgroup.x + workgroup.y * workgroups.x) * ($GROUPu / RING_LANES) + thread / RING_LANES;
+    let curve = curves[min(task, params.count - 1u)];
+    let live = task < params.count;
+    let ring = block_ring(curve.vertices, curve.closed != 0u, curve.scratch, thread % RING_LANES, live);
+    let smallest = solve_block_ring(curve, ring);
+    if (ring.working && ring.lane == 0u) {
+        pivots[task] = smallest;
+    }
+}

@@ -1,0 +1,253 @@
+//! Batches of block-banded systems on a GPU: arrays up, one dispatch a chunk, solutions and smallest pivots back.
+
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{MOST_REACH, eliminated_numbers, scratch_numbers, shared_numbers};
+use crate::device::Precision;
+use crate::error::{Error, Result};
+use crate::gpu::source::{Definitions, definitions};
+use crate::gpu::{Gpu, KernelKey, Pending, Recording, pipeline, plan};
+use crate::linalg::Real;
+
+/// `BlockParams` of `lanes.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct BlockParams {
+    count: u32,
+    padding: u32,
+    padding_too: u32,
+    padding_three: u32,
+}
+
+/// `BlockCurve` of `lanes.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct BlockCurve {
+    start: u32,
+    vertices: u32,
+    closed: u32,
+    scratch: u32,
+}
+
+/// Lanes of a curve in the kernels: 8 suit curves of up to some hundred vertices; with 1, a thread has a curve for itself.
+pub const BLOCK_LANES: [u32; 5] = [1, 8, 16, 32, 64];
+
+/// Threads a workgroup, where a lane has its curve for itself.
+const GROUP: u32 = 32;
+
+/// Vertices of a chunk: llvmpipe ends a thread's loops, without a word, after 65,535 turns all told, and a chunk takes two a
+/// vertex.
+const MOST_CHUNK: usize = 30_000;
+
+/// Systems of a batch of curves, vertex after vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct BlockBatch<'a, T> {
+    /// Coordinates of a vertex, 2 or 3.
+    pub dimension: usize,
+    /// Half-bandwidth in vertices, 1 to 3.
+    pub reach: usize,
+    /// Of every curve its first vertex, then the number of vertices.
+    pub offsets: &'a [usize],
+    /// Whether each curve is closed.
+    pub closed: &'a [bool],
+    /// Of every vertex, the blocks with itself and its next three (see [`BlockSystem`](super::BlockSystem)), row after row.
+    pub blocks: &'a [T],
+    /// Of every vertex, whether its unknown is not held at 0.
+    pub movable: &'a [bool],
+}
+
+/// What a batch's systems come to.
+#[derive(Clone, Debug)]
+pub struct BlockSolutions<T> {
+    /// The unknowns, vertex after vertex.
+    pub x: Vec<T>,
+    /// The smallest pivot of each curve: where it is not positive, the matrix is not positive definite, and its unknowns have
+    /// no meaning. For a curve without vertices, 1e30.
+    pub pivots: Vec<T>,
+}
+
+/// Solves a batch with so many lanes a curve, one of [`BLOCK_LANES`], in f32 or f64 (the arrays are converted where they
+/// differ).
+///
+/// # Errors
+/// [`Error::Argument`] for a number of lanes that there is no kernel for, and for a closed curve of fewer vertices than `reach`; those of
+/// [`Gpu::kernel`] and of submissions; [`Error::Limit`] for a curve larger than the device's largest array, or too long
+/// for its lanes.
+pub fn solve_blocks_on_gpu<T: Real>(
+    gpu: &Gpu,
+    precision: Precision,
+    lanes: u32,
+    systems: &BlockBatch<'_, T>,
+    rhs: &[T],
+) -> Result<BlockSolutions<T>> {
+    systems.check(lanes)?;
+    let (d, reach) = (systems.dimension, systems.reach);
+    let counts = systems.offsets.windows(2).map(|pair| pair[1] - pair[0]);
+    // A lane of few vertices has the least scratch memory to each of what it shares.
+    let scratch = eliminated_numbers(reach, d) + shared_numbers(reach, d);
+    let largest = scratch.max((MOST_REACH + 1) * d * d) as u64 * real_bytes(precision);
+    let chunks = plan::chunks(counts, largest, 2 * largest, gpu.limits())?;
+    let mut solutions =
+        BlockSolutions { x: vec![T::ZERO; rhs.len()], pivots: vec![T::from_f64(1e30); systems.closed.len()] };
+    let job = Job { gpu, precision, lanes, systems, rhs };
+    pipeline(
+        chunks,
+        |curves| match precision {
+            Precision::F64 => job.record::<f64>(curves)?.submit(),
+            _ => job.record::<f32>(curves)?.submit(),
+        },
+        Pending::wait,
+        |curves, results| {
+            match precision {
+                Precision::F64 => {
+                    job.unpack(curves, results[0].as_slice::<f64>(), results[1].as_slice(), &mut solutions)
+                }
+                _ => job.unpack(curves, results[0].as_slice::<f32>(), results[1].as_slice(), &mut solutions),
+            }
+            Ok(())
+        },
+    )?;
+    Ok(solutions)
+}
+
+impl<T> BlockBatch<'_, T> {
+    fn count(&self, i: usize) -> usize {
+        self.offsets[i + 1] - self.offsets[i]
+    }
+
+    fn check(&self, lanes: u32) -> Result<()> {
+        if !BLOCK_LANES.contains(&lanes) {
+            return Err(Error::Argument(format!("{lanes} lanes a curve: take one of {BLOCK_LANES:?}")));
+        }
+        for i in 0..self.closed.len() {
+            let (count, reach) = (self.count(i), self.reach);
+            if self.closed[i] && count > 0 && count < reach {
+                return Err(Error::Argument(format!(
+                    "closed curve {i} has {count} vertices, and each is coupled with the next {reach}: fold the blocks"
+                )));
+            }
+            let most = MOST_CHUNK * lanes as usize;
+            if count > most {
+                return Err(Error::Limit {
+                    what: format!("curve {i} with {count} vertices and {lanes} lanes"),
+                    asked: count as u64,
+                    allowed: most as u64,
+                    remedy: "take more lanes, or the CPU".into(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+struct Job<'a, T> {
+    gpu: &'a Gpu,
+    precision: Precision,
+    lanes: u32,
+    systems: &'a BlockBatch<'a, T>,
+    rhs: &'a [T],
+}
+
+impl<'a, T: Real> Job<'a, T> {
+    fn vertices(&self, curves: &Range<usize>) -> Range<usize> {
+        self.systems.offsets[curves.start]..self.systems.offsets[curves.end]
+    }
+
+    /// Curves of a chunk that have vertices.
+    fn solved(&self, curves: &Range<usize>) -> impl Iterator<Item = usize> {
+        let systems = self.systems;
+        curves.clone().filter(move |&i| systems.count(i) > 0)
+    }
+
+    fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
+        let mut recording = self.gpu.record();
+        let (systems, vertices) = (self.systems, self.vertices(curves));
+        let (d, reach) = (systems.dimension, systems.reach);
+        let mut scratch = 0;
+        let table: Vec<BlockCurve> = self
+            .solved(curves)
+            .map(|i| {
+                let (start, count) = (systems.offsets[i] - vertices.start, systems.count(i));
+                let closed = systems.closed[i].into();
+                let row = BlockCurve { start: start as u32, vertices: count as u32, closed, scratch };
+                scratch += scratch_numbers(count, reach, d, self.lanes as usize) as u32;
+                row
+            })
+            .collect();
+        let mut up = |numbers: &[T], width: usize| {
+            let own = &numbers[vertices.start * width..vertices.end * width];
+            recording.upload(&own.iter().map(|&x| S::from_f64(x.to_f64())).collect::<Vec<S>>())
+        };
+        let blocks = up(systems.blocks, (MOST_REACH + 1) * d * d);
+        let rhs = up(self.rhs, d);
+        let movable: Vec<u32> = systems.movable[vertices.clone()].iter().map(|&moves| moves.into()).collect();
+        let movable = recording.upload(&movable);
+        let real = size_of::<S>() as u64;
+        let solution = recording.storage((vertices.len() * d) as u64 * real);
+        let pivots = recording.storage(table.len() as u64 * real);
+        let scratch = recording.storage(u64::from(scratch) * real);
+        let params =
+            recording.uniform(&BlockParams { count: table.len() as u32, padding: 0, padding_too: 0, padding_three: 0 });
+        let key = kernel_key(self.precision, d, reach, self.lanes);
+        let kernel = self.gpu.kernel(&key)?;
+        let groups = plan::workgroups(table.len(), (group(self.lanes) / self.lanes) as usize, self.gpu.limits())?;
+        let curves = recording.upload(&table);
+        let buffers = [
+            ("params", &params),
+            ("curves", &curves),
+            ("blocks", &blocks),
+            ("right_hand_sides", &rhs),
+            ("movable", &movable),
+            ("solution", &solution),
+            ("pivots", &pivots),
+            ("ring_scratch", &scratch),
+        ];
+        recording.dispatch(&kernel, groups, &buffers)?;
+        recording.download(&solution);
+        recording.download(&pivots);
+        Ok(recording)
+    }
+
+    fn unpack<S: Real>(&self, curves: &Range<usize>, x: &[S], pivots: &[S], out: &mut BlockSolutions<T>) {
+        let (d, vertices) = (self.systems.dimension, self.vertices(curves));
+        let to = &mut out.x[vertices.start * d..vertices.end * d];
+        to.iter_mut().zip(x).for_each(|(to, x)| *to = T::from_f64(x.to_f64()));
+        for (i, pivot) in self.solved(curves).zip(pivots) {
+            out.pivots[i] = T::from_f64(pivot.to_f64());
+        }
+    }
+}
+
+fn real_bytes(precision: Precision) -> u64 {
+    if precision == Precision::F64 { 8 } else { 4 }
+}
+
+fn group(lanes: u32) -> u32 {
+    if lanes == 1 { GROUP } else { lanes }
+}
+
+/// What `common_ring.wgsl` is composed with.
+pub fn block_ring_definitions(dimension: usize, reach: usize, lanes: u32) -> Definitions {
+    let mut definitions = definitions([("DIM", &dimension), ("REACH", &reach), ("LANES", &lanes)]);
+    if lanes == 1 {
+        definitions.insert("ALONE".into(), "1".into());
+    }
+    definitions
+}
+
+fn kernel_key(precision: Precision, dimension: usize, reach: usize, lanes: u32) -> KernelKey {
+    let mut definitions = block_ring_definitions(dimension, reach, lanes);
+    definitions.insert("GROUP".into(), group(lanes).to_string());
+    KernelKey { path: "linalg/block_ring/lanes.wgsl", entry: "solve", precision, definitions }
+}
+
+/// The kernels in every form.
+pub fn block_ring_kernels(precision: Precision) -> Vec<KernelKey> {
+    let forms = [2, 3].into_iter().flat_map(|d| (1..=MOST_REACH).map(move |reach| (d, reach)));
+    forms.flat_map(|(d, reach)| BLOCK_LANES.map(|lanes| kernel_key(precision, d, reach, lanes))).collect()
+}
