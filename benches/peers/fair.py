@@ -10,7 +10,7 @@ points are kept. One JSON line a peer, as natural.py prints them, with these bes
 
     "iterations": [median, most], "energy": mean, "excess": [median, largest], "short": n
 
-`energy` is without the gauge; `excess` that of the energy with the gauge over the lowest that any of the three reached at the same
+`energy` is without the gauge; `excess` that of the energy with the gauge over the lowest that any reached at the same
 curve, relative, over the curves that the peer was timed on; `short` how many of them are more than 1e-6 above. The lines of
 faircurve, from --faircurve, are printed again with the same energies computed from its vertices by the same function.
 

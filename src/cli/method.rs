@@ -145,7 +145,7 @@ pub struct MethodArgs {
     /// Exponent ν ≥ 1 of bending, ∫|κ|^ν ds [default: 2]
     #[arg(long, value_name = "ν", allow_negative_numbers = true)]
     exponent: Option<f64>,
-    /// How fair curves descend [default: cg]
+    /// How fair curves descend [default: newton]
     #[arg(long, value_enum)]
     solver: Option<Solver>,
     /// Iterations of fair curves at most [default: 500]
