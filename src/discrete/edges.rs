@@ -8,18 +8,17 @@
 // Loops over coordinates and lanes by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]
 
-use glam::{DMat3, DVec3};
-
 use super::descent::most_step;
 use super::energy::bending::Bending;
+use super::energy::custom::Adapter;
 use super::energy::gauge::{Gauge, SmoothGauge};
 use super::energy::length::Length;
 use super::energy::tension::Tension;
 use super::energy::torsion::Torsion;
 use super::energy::variation::Variation;
-use super::energy::{Custom, Functional, Partials, SecondPartials, TORSION_CURVATURE, Term, Window};
-use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
-use crate::linalg::{Real, Scalar};
+use super::energy::{Custom, Functional, Partials, TORSION_CURVATURE, Term, Window};
+use crate::linalg::Scalar;
+use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 
 /// A term sees so many edges at most; closed curves repeat all but one of them at their end.
 const MOST_EDGES: usize = 3;
@@ -368,73 +367,5 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         let (t, by_tangent) = (self.tangent[j], self.by_tangent[j]);
         let across = subtract(by_tangent, scale(dot(t, by_tangent), t));
         add(scale(self.inverse[j], across), scale(self.by_length[j], t))
-    }
-}
-
-/// A number of a lane.
-fn number<S: Scalar>(x: f64) -> S::Number {
-    <S::Number as Scalar>::of(x)
-}
-
-/// A user's energy as a [`Term`].
-pub(super) struct Adapter<'a, const W: usize>(pub &'a dyn Custom);
-
-impl<const W: usize> Adapter<'_, W> {
-    fn arguments<S: Scalar, const D: usize>(window: &Window<S, D, W>, lane: usize) -> ([DVec3; W], [f64; W]) {
-        let component = |k: usize, c: usize| window.tangent[k].get(c).map_or(0.0, |x| x.lane(lane).to_f64());
-        (
-            std::array::from_fn(|k| DVec3::new(component(k, 0), component(k, 1), component(k, 2))),
-            std::array::from_fn(|k| window.length[k].lane(lane).to_f64()),
-        )
-    }
-}
-
-impl<const W: usize> Term<W> for Adapter<'_, W> {
-    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S {
-        let mut value = S::ZERO;
-        for lane in 0..S::LANES {
-            let (tangents, lengths) = Self::arguments(window, lane);
-            value.set_lane(lane, number::<S>(self.0.value(&tangents, &lengths)));
-        }
-        value
-    }
-
-    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W> {
-        let mut partials = Partials { value: S::ZERO, tangent: [[S::ZERO; D]; W], length: [S::ZERO; W] };
-        for lane in 0..S::LANES {
-            let (tangents, lengths) = Self::arguments(window, lane);
-            let (mut by_tangent, mut by_length) = ([DVec3::ZERO; W], [0.0; W]);
-            self.0.gradient(&tangents, &lengths, &mut by_tangent, &mut by_length);
-            partials.value.set_lane(lane, number::<S>(self.0.value(&tangents, &lengths)));
-            for k in 0..W {
-                partials.length[k].set_lane(lane, number::<S>(by_length[k]));
-                for c in 0..D {
-                    partials.tangent[k][c].set_lane(lane, number::<S>(by_tangent[k][c]));
-                }
-            }
-        }
-        partials
-    }
-
-    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W> {
-        let mut second = SecondPartials::<S, D, W>::ZERO;
-        for lane in 0..S::LANES {
-            let (tangents, lengths) = Self::arguments(window, lane);
-            let mut by_tangents = [[DMat3::ZERO; 3]; 3];
-            let (mut mixed, mut by_lengths) = ([[DVec3::ZERO; 3]; 3], [[0.0; 3]; 3]);
-            self.0.hessian(&tangents, &lengths, &mut by_tangents, &mut mixed, &mut by_lengths);
-            for j in 0..W {
-                for k in 0..W {
-                    second.lengths[j][k].set_lane(lane, number::<S>(by_lengths[j][k]));
-                    for a in 0..D {
-                        second.mixed[j][k][a].set_lane(lane, number::<S>(mixed[j][k][a]));
-                        for b in 0..D {
-                            second.tangents[j][k][a][b].set_lane(lane, number::<S>(by_tangents[j][k].col(b)[a]));
-                        }
-                    }
-                }
-            }
-        }
-        second
     }
 }

@@ -3,8 +3,9 @@
 //! By the chain rule with e = Δs T and P = I − T Tᵀ: ∂Δs/∂e = T, ∂T/∂e = P/Δs, ∂²Δs/∂e² = P/Δs, and for a fixed g
 //! ∂²(g·T)/∂e² = −(T (P g)ᵀ + (P g) Tᵀ + (T·g) P)/Δs²; then from edges to the vertices they lie between.
 
-use super::edges::{Adapter, Edges};
+use super::edges::Edges;
 use super::energy::bending::Bending;
+use super::energy::custom::Adapter;
 use super::energy::gauge::{Gauge, SmoothGauge};
 use super::energy::length::Length;
 use super::energy::tension::Tension;

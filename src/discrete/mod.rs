@@ -10,7 +10,10 @@
 //!   gradients and Hessians of curves as they are.
 //! * An energy is a sum of terms over the tangents and lengths of one, two or three consecutive edges; [`Custom`] energies
 //!   of your own take part alike, on a GPU too where they bring their WGSL.
-//! * The descent goes along Sobolev gradients: ordinary gradients have two derivatives fewer than the curve for every
+//! * Curves go down by Newton's method, (H + λL) p = −g: with the gauge, which keeps edges between data points equal and takes nothing
+//!   from the shape, the Hessian H is regular at a minimum, and three steps do. L is the Sobolev inner product of the energy's
+//!   order; λ grows from 0 where H is indefinite or a step fails.
+//! * Sobolev gradients L⁻¹g are the other way: ordinary gradients have two derivatives fewer than the curve for every
 //!   order of the energy, and steps along them are of the size of the finest edge. In the inner product of the energy's order the
 //!   number of steps does not depend on the number of vertices.
 //! * [`Minimisation`] runs any method of the paper on one curve, step by step; [`Graph`] is Renka's own published program for

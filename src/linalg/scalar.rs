@@ -234,6 +234,12 @@ impl<T: Real + Scalar<Number = T>, const L: usize> Scalar for Lanes<T, L> {
     }
 }
 
+/// A number of a lane.
+#[inline(always)]
+pub fn number<S: Scalar>(x: f64) -> S::Number {
+    <S::Number as Scalar>::of(x)
+}
+
 /// A vector of D components.
 pub type Vector<S, const D: usize> = [S; D];
 

@@ -2,6 +2,10 @@
 
 use glam::{DMat3, DVec3};
 
+use super::{Partials, SecondPartials, Term, Window};
+use crate::linalg::scalar::number;
+use crate::linalg::{Real, Scalar};
+
 /// An energy Σ term(tangents, lengths) over every run of [`edges`](Self::edges) consecutive edges of a curve.
 ///
 /// The term is a function of unit tangents T and lengths Δs, taken as independent variables; the chain rule to the
@@ -39,5 +43,68 @@ pub trait Custom: Send + Sync + std::fmt::Debug {
     /// `NAME_value`, `NAME_gradient` and `NAME_hessian`, as the files in `shaders/discrete/energy` have them.
     fn wgsl(&self) -> Option<String> {
         None
+    }
+}
+
+/// A user's energy as a [`Term`].
+pub(crate) struct Adapter<'a, const W: usize>(pub &'a dyn Custom);
+
+impl<const W: usize> Adapter<'_, W> {
+    fn arguments<S: Scalar, const D: usize>(window: &Window<S, D, W>, lane: usize) -> ([DVec3; W], [f64; W]) {
+        let component = |k: usize, c: usize| window.tangent[k].get(c).map_or(0.0, |x| x.lane(lane).to_f64());
+        (
+            std::array::from_fn(|k| DVec3::new(component(k, 0), component(k, 1), component(k, 2))),
+            std::array::from_fn(|k| window.length[k].lane(lane).to_f64()),
+        )
+    }
+}
+
+impl<const W: usize> Term<W> for Adapter<'_, W> {
+    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S {
+        let mut value = S::ZERO;
+        for lane in 0..S::LANES {
+            let (tangents, lengths) = Self::arguments(window, lane);
+            value.set_lane(lane, number::<S>(self.0.value(&tangents, &lengths)));
+        }
+        value
+    }
+
+    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W> {
+        let mut partials = Partials { value: S::ZERO, tangent: [[S::ZERO; D]; W], length: [S::ZERO; W] };
+        for lane in 0..S::LANES {
+            let (tangents, lengths) = Self::arguments(window, lane);
+            let (mut by_tangent, mut by_length) = ([DVec3::ZERO; W], [0.0; W]);
+            self.0.gradient(&tangents, &lengths, &mut by_tangent, &mut by_length);
+            partials.value.set_lane(lane, number::<S>(self.0.value(&tangents, &lengths)));
+            for k in 0..W {
+                partials.length[k].set_lane(lane, number::<S>(by_length[k]));
+                for c in 0..D {
+                    partials.tangent[k][c].set_lane(lane, number::<S>(by_tangent[k][c]));
+                }
+            }
+        }
+        partials
+    }
+
+    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W> {
+        let mut second = SecondPartials::<S, D, W>::ZERO;
+        for lane in 0..S::LANES {
+            let (tangents, lengths) = Self::arguments(window, lane);
+            let mut by_tangents = [[DMat3::ZERO; 3]; 3];
+            let (mut mixed, mut by_lengths) = ([[DVec3::ZERO; 3]; 3], [[0.0; 3]; 3]);
+            self.0.hessian(&tangents, &lengths, &mut by_tangents, &mut mixed, &mut by_lengths);
+            for j in 0..W {
+                for k in 0..W {
+                    second.lengths[j][k].set_lane(lane, number::<S>(by_lengths[j][k]));
+                    for a in 0..D {
+                        second.mixed[j][k][a].set_lane(lane, number::<S>(mixed[j][k][a]));
+                        for b in 0..D {
+                            second.tangents[j][k][a][b].set_lane(lane, number::<S>(by_tangents[j][k].col(b)[a]));
+                        }
+                    }
+                }
+            }
+        }
+        second
     }
 }

@@ -25,7 +25,7 @@
 mod attachment;
 pub(super) mod bending;
 mod curvatures;
-mod custom;
+pub(super) mod custom;
 pub(super) mod gauge;
 pub(super) mod length;
 pub(super) mod tension;
