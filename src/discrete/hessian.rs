@@ -3,6 +3,8 @@
 //! By the chain rule with e = Δs T and P = I − T Tᵀ: ∂Δs/∂e = T, ∂T/∂e = P/Δs, ∂²Δs/∂e² = P/Δs, and for a fixed g
 //! ∂²(g·T)/∂e² = −(T (P g)ᵀ + (P g) Tᵀ + (T·g) P)/Δs²; then from edges to the vertices they lie between.
 
+use std::ops::Range;
+
 use super::edges::Edges;
 use super::energy::bending::Bending;
 use super::energy::custom::Adapter;
@@ -21,6 +23,9 @@ pub(crate) type Block<S, const D: usize> = [Vector<S, D>; D];
 /// A vertex is coupled with so many of its successors at most: a term sees three edges, and these four vertices.
 pub(crate) const COUPLED: usize = 3;
 
+/// Edges that are worked on together: what windows add up there stays in the nearest cache, however long the curve.
+const TILE: usize = 64;
+
 /// The Hessian of one curve, or of one curve a lane, by its upper half: H = Σ over v and k of block (v, k) in rows of
 /// vertex v and columns of vertex v + k, modulo the number of vertices for closed curves, and for k > 0 its
 /// transpose in the transposed place. On closed curves of fewer than seven vertices several blocks share a place, or stand on
@@ -30,7 +35,7 @@ pub(crate) struct BlockHessian<S, const D: usize> {
     closed: bool,
     /// Number of vertices of each lane's curve.
     vertices: Vec<usize>,
-    /// `at_edges[j][k]`: by edges j and j + k.
+    /// `at_edges[j][k]`: by edges j and j + k of a tile, j from its first.
     at_edges: Vec<[Block<S, D>; COUPLED]>,
     /// `blocks[v][k]`: by vertices v and v + k.
     blocks: Vec<[Block<S, D>; COUPLED + 1]>,
@@ -45,7 +50,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         BlockHessian {
             closed: edges.is_closed(),
             vertices: edges.counts().iter().map(|&count| count + usize::from(!edges.is_closed())).collect(),
-            at_edges: vec![[zero; COUPLED]; rows],
+            at_edges: vec![[zero; COUPLED]; TILE.min(edges.most()) + COUPLED - 1],
             blocks: vec![[zero; COUPLED + 1]; rows],
         }
     }
@@ -61,34 +66,65 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     pub fn assemble<'a>(
         &mut self,
         edges: &Edges<S, D>,
-        terms: impl IntoIterator<Item = (S, &'a Functional)>,
+        terms: impl IntoIterator<Item = (S, &'a Functional), IntoIter: Clone>,
         gauge: Option<(usize, S)>,
     ) {
-        self.at_edges.fill([[[S::ZERO; D]; D]; COUPLED]);
+        let terms = terms.into_iter();
+        let zero = [[[S::ZERO; D]; D]; COUPLED];
+        self.at_edges.fill(zero);
+        for first in (0..edges.most()).step_by(TILE) {
+            let tile = first..(first + TILE).min(edges.most());
+            self.add_terms(edges, tile.clone(), terms.clone());
+            self.add_gauge(edges, tile.clone(), gauge);
+            self.scatter(tile.clone(), 0);
+            // What windows of this tile have left at the edges after it.
+            let (done, left) = self.at_edges.split_at_mut(tile.len());
+            if tile.end < edges.most() {
+                done[..COUPLED - 1].copy_from_slice(left);
+                done[COUPLED - 1..].fill(zero);
+                left.fill(zero);
+            }
+        }
+        let most = edges.most();
+        self.scatter(most..self.blocks.len() - 1, (most + TILE - 1) % TILE + 1);
+        self.close();
+    }
+
+    #[inline(always)]
+    fn add_terms<'a>(
+        &mut self,
+        edges: &Edges<S, D>,
+        tile: Range<usize>,
+        terms: impl Iterator<Item = (S, &'a Functional)>,
+    ) {
         for (weight, functional) in terms {
+            let tile = tile.clone();
             match functional {
-                Functional::Length => self.sweep(edges, weight, &Length),
-                Functional::Tension => self.sweep(edges, weight, &Tension),
-                Functional::Bending { exponent } => self.sweep(edges, weight, &Bending { exponent: *exponent }),
-                Functional::Variation => self.sweep_apart(edges, weight, &Variation),
-                Functional::Torsion => self.sweep_apart(edges, weight, &Torsion),
+                Functional::Length => self.sweep(edges, tile, weight, &Length),
+                Functional::Tension => self.sweep(edges, tile, weight, &Tension),
+                Functional::Bending { exponent } => self.sweep(edges, tile, weight, &Bending { exponent: *exponent }),
+                Functional::Variation => self.sweep_apart(edges, tile, weight, &Variation),
+                Functional::Torsion => self.sweep_apart(edges, tile, weight, &Torsion),
                 Functional::Custom(custom) => match custom.edges() {
-                    1 => self.sweep_apart(edges, weight, &Adapter::<1>(custom.as_ref())),
-                    2 => self.sweep_apart(edges, weight, &Adapter::<2>(custom.as_ref())),
-                    _ => self.sweep_apart(edges, weight, &Adapter::<3>(custom.as_ref())),
+                    1 => self.sweep_apart(edges, tile, weight, &Adapter::<1>(custom.as_ref())),
+                    2 => self.sweep_apart(edges, tile, weight, &Adapter::<2>(custom.as_ref())),
+                    _ => self.sweep_apart(edges, tile, weight, &Adapter::<3>(custom.as_ref())),
                 },
                 Functional::Attachment => (),
             }
         }
+    }
+
+    #[inline(always)]
+    fn add_gauge(&mut self, edges: &Edges<S, D>, tile: Range<usize>, gauge: Option<(usize, S)>) {
         match gauge {
             Some((3, weight)) => {
-                self.sweep_apart(edges, weight, &SmoothGauge);
-                self.add_gauge_at_ends(edges, weight);
+                self.sweep_apart(edges, tile.clone(), weight, &SmoothGauge);
+                self.add_gauge_at_ends(edges, tile, weight);
             }
-            Some((_, weight)) => self.sweep(edges, weight, &Gauge),
+            Some((_, weight)) => self.sweep(edges, tile, weight, &Gauge),
             None => (),
         }
-        self.scatter();
     }
 
     /// [`assemble`](Self::assemble) for callers that are not vectorised, compiled once.
@@ -96,7 +132,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     pub fn assemble_apart<'a>(
         &mut self,
         edges: &Edges<S, D>,
-        terms: impl IntoIterator<Item = (S, &'a Functional)>,
+        terms: impl IntoIterator<Item = (S, &'a Functional), IntoIter: Clone>,
         gauge: Option<(usize, S)>,
     ) {
         self.assemble(edges, terms, gauge);
@@ -104,9 +140,9 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
 
     /// The gauge of first differences beside the ends of open curves, which belongs to that of second ones.
     #[inline(never)]
-    fn add_gauge_at_ends(&mut self, edges: &Edges<S, D>, weight: S) {
-        for start in 0..if self.closed { 0 } else { edges.windows::<2>() } {
-            self.add_window(edges, start, weight * edges.ends(start), &Gauge);
+    fn add_gauge_at_ends(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S) {
+        for start in tile.start..if self.closed { tile.start } else { tile.end.min(edges.windows::<2>()) } {
+            self.add_window(edges, start, start - tile.start, weight * edges.ends(start), &Gauge);
         }
     }
 
@@ -117,20 +153,34 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     }
 
     #[inline(always)]
-    fn sweep<T: Term<W>, const W: usize>(&mut self, edges: &Edges<S, D>, weight: S, term: &T) {
-        for start in 0..edges.windows::<W>() {
-            self.add_window(edges, start, weight * edges.starts::<W>(start), term);
+    fn sweep<T: Term<W>, const W: usize>(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S, term: &T) {
+        for start in tile.start..tile.end.min(edges.windows::<W>()) {
+            self.add_window(edges, start, start - tile.start, weight * edges.starts::<W>(start), term);
         }
     }
 
     /// Not inlined into what is vectorised: the derivatives of energies over three edges would take minutes to compile.
     #[inline(never)]
-    fn sweep_apart<T: Term<W>, const W: usize>(&mut self, edges: &Edges<S, D>, weight: S, term: &T) {
-        self.sweep(edges, weight, term);
+    fn sweep_apart<T: Term<W>, const W: usize>(
+        &mut self,
+        edges: &Edges<S, D>,
+        tile: Range<usize>,
+        weight: S,
+        term: &T,
+    ) {
+        self.sweep(edges, tile, weight, term);
     }
 
+    /// Adds the window from edge `start` on, which is edge `at` of its tile.
     #[inline(always)]
-    fn add_window<T: Term<W>, const W: usize>(&mut self, edges: &Edges<S, D>, start: usize, weight: S, term: &T) {
+    fn add_window<T: Term<W>, const W: usize>(
+        &mut self,
+        edges: &Edges<S, D>,
+        start: usize,
+        at: usize,
+        weight: S,
+        term: &T,
+    ) {
         let window = edges.window::<W>(start);
         let (first, second) = (term.gradient(&window), term.hessian(&window));
         let inverse: [S; W] = std::array::from_fn(|j| edges.inverse[start + j]);
@@ -140,18 +190,20 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
                 if j == k {
                     add_curvature_of_edge(&mut block, window.tangent[j], inverse[j], &first, j);
                 }
-                add_scaled(&mut self.at_edges[start + j][k - j], weight, &block);
+                add_scaled(&mut self.at_edges[at + j][k - j], weight, &block);
             }
         }
     }
 
-    /// From edges to vertices: edge j is vertex j + 1 less vertex j.
+    /// From these edges, of a tile from its edge `at` on, to vertices: edge j is vertex j + 1 less vertex j.
     #[inline(always)]
-    fn scatter(&mut self) {
-        self.blocks.fill([[[S::ZERO; D]; D]; COUPLED + 1]);
+    fn scatter(&mut self, edges: Range<usize>, at: usize) {
         let (plus, minus) = (S::ONE, -S::ONE);
-        for j in 0..self.at_edges.len() - 1 {
-            let [same, next, second] = self.at_edges[j];
+        // The first vertex has what the edge before it left.
+        let fresh = if edges.start == 0 { 0 } else { edges.start + 1 };
+        self.blocks[fresh..=edges.end].fill([[[S::ZERO; D]; D]; COUPLED + 1]);
+        for j in edges.clone() {
+            let [same, next, second] = self.at_edges[at + j - edges.start];
             add_scaled(&mut self.blocks[j][0], plus, &same);
             add_scaled(&mut self.blocks[j][1], minus, &same);
             add_scaled(&mut self.blocks[j + 1][0], plus, &same);
@@ -165,6 +217,11 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
             add_scaled(&mut self.blocks[j + 1][1], minus, &second);
             add_scaled(&mut self.blocks[j + 1][2], plus, &second);
         }
+    }
+
+    /// What closed curves have beyond their last vertex belongs to their first.
+    #[inline(always)]
+    fn close(&mut self) {
         if self.closed {
             for (lane, &count) in self.vertices.iter().enumerate() {
                 for v in 0..COUPLED {

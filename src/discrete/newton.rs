@@ -76,7 +76,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     pub fn assemble<'a>(
         &mut self,
         edges: &Edges<S, D>,
-        terms: impl IntoIterator<Item = (S, &'a Functional)>,
+        terms: impl IntoIterator<Item = (S, &'a Functional), IntoIter: Clone>,
         gauge: Option<(usize, S)>,
         weights: &Weights<S>,
     ) {
