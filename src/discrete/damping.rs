@@ -99,3 +99,62 @@ impl<N: Real + Scalar> Damping<N> {
         self.lambda = Scalar::max(N::of(GROWTH) * self.lambda, N::of(FIRST));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A full step that is sound, with the energy falling by `share` of what the model promises: ½ of 1.
+    fn trial(share: f64) -> Trial<f64> {
+        Trial { smallest: 1.0, slopes: [-1.0, 0.0], energies: [10.0, 10.0 - 0.5 * share], alpha: 1.0 }
+    }
+
+    #[test]
+    fn good_steps_leave_newtons_method_undamped_and_bring_it_back() {
+        let mut damping = Damping { lambda: 0.0 };
+        assert_eq!(damping.judge(&trial(1.0)), Verdict::Accept);
+        assert_eq!(damping.lambda, 0.0);
+        damping.lambda = 1.0;
+        for _ in 0..5 {
+            assert_eq!(damping.judge(&trial(0.9)), Verdict::Accept);
+        }
+        assert_eq!(damping.lambda, 0.0);
+    }
+
+    #[test]
+    fn steps_that_fall_short_are_taken_and_damp_the_next() {
+        let mut damping = Damping::<f64>::new();
+        assert_eq!(damping.judge(&trial(0.1)), Verdict::Accept);
+        assert_eq!(damping.lambda, FIRST);
+        assert_eq!(damping.judge(&trial(0.5)), Verdict::Accept);
+        assert_eq!(damping.lambda, FIRST);
+    }
+
+    #[test]
+    fn what_is_indefinite_rises_or_is_no_number_is_damped_until_descent_itself_fails() {
+        let indefinite = Trial { smallest: -1.0, ..trial(1.0) };
+        let infinite = Trial { energies: [10.0, f64::INFINITY], ..trial(1.0) };
+        let nan = Trial { smallest: f64::NAN, ..trial(1.0) };
+        for bad in [indefinite, infinite, nan, trial(-1.0)] {
+            let mut damping = Damping::<f64>::new();
+            let mut trials = 1;
+            while damping.judge(&bad) == Verdict::Again {
+                trials += 1;
+            }
+            assert!(damping.lambda > MOST && trials < 20, "{trials} trials");
+        }
+    }
+
+    #[test]
+    fn where_energies_are_rounding_slopes_decide() {
+        let promised = 1e-15;
+        let near = |slope_there: f64| Trial {
+            smallest: 1.0,
+            slopes: [-2.0 * promised, slope_there],
+            energies: [10.0, 10.0 + 4.0 * f64::EPSILON],
+            alpha: 1.0,
+        };
+        assert_eq!(Damping::<f64>::new().judge(&near(0.1 * promised)), Verdict::Accept);
+        assert_eq!(Damping::<f64>::new().judge(&near(5.0 * promised)), Verdict::Again);
+    }
+}

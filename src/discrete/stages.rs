@@ -225,3 +225,20 @@ impl<const D: usize> Outcome<D> {
         *self = Outcome { displacements, iterations, evaluations, ..after };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{bending, length};
+    use super::*;
+
+    #[test]
+    fn exponents_near_two_need_no_stages_and_others_are_approached_by_doubling_and_halving() {
+        let of = |nu: f64| stages(&(bending(nu) + length()));
+        for nu in [1.0, 1.5, 2.0, 3.0, 5.0] {
+            assert!(of(nu).is_empty(), "{nu}");
+        }
+        assert_eq!(of(20.0), [5.0, 9.0, 17.0]);
+        assert_eq!(of(1.2), [1.5, 1.25]);
+        assert!(stages(&length()).is_empty());
+    }
+}

@@ -1,5 +1,8 @@
 //! Energies of a user's own.
 
+// Loops over coordinates by number read as the formulas do.
+#![allow(clippy::needless_range_loop)]
+
 use glam::{DMat3, DVec3};
 
 use super::{Partials, SecondPartials, Term, Window};
