@@ -8,48 +8,12 @@
 use super::constrain::Constraints;
 use super::edges::Edges;
 use super::energy::Functional;
-pub(crate) use super::lane::{Lane, Standing};
-use super::line_search::{LineSearch, MOST_OF_AN_EDGE, Verdict};
+use super::lane::{Lane, Standing};
+use super::line_search::{LineSearch, Verdict};
 use super::metric::{Metric, Pins, Weights};
+use super::plan::{Plan, Step};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
-
-/// How the direction follows from Sobolev gradients.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Direction {
-    /// −(H + λL)⁻¹g with the Hessian H and the Sobolev inner product L, damped by λ ≥ 0 as far as it takes. The step is 1.
-    #[default]
-    Newton,
-    /// −z
-    Steepest,
-    /// −z + βp with β = max(0, ⟨g⁺, z⁺ − z⟩/⟨g, z⟩), after Polak and Ribière.
-    PolakRibiere,
-    /// β = max(0, min(Hestenes–Stiefel, Dai–Yuan)): a tenth fewer evaluations, and steps need be less exact.
-    Hybrid,
-}
-
-/// How far each step goes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Step {
-    /// Always so far.
-    Constant(f64),
-    /// As far as a line search says.
-    #[default]
-    Search,
-}
-
-/// What a descent is to do.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Plan {
-    pub direction: Direction,
-    pub step: Step,
-    /// Order of the inner product; 0 for ordinary gradients.
-    pub order: usize,
-    /// Order of the gauge.
-    pub gauge: usize,
-    /// Accepted steps at most.
-    pub most_iterations: u32,
-}
 
 /// The curves of all lanes.
 pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
@@ -302,11 +266,6 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         let count = self.edges.vertices()[l];
         self.u[..count].iter().map(|u| std::array::from_fn(|c| u[c].lane(l).to_f64())).collect()
     }
-}
-
-/// Largest step that changes no edge by more than its allowed part.
-pub(super) fn most_step<S: Scalar>(largest: S) -> S {
-    S::of(MOST_OF_AN_EDGE) / largest.max(S::of(1e-30))
 }
 
 #[cfg(test)]

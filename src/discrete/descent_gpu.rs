@@ -11,8 +11,9 @@ use bytemuck::{Pod, Zeroable};
 use packing::Layout;
 
 use super::compose::Composition;
-use super::descent::{Direction, Plan, Standing, Step};
 use super::energy::{Energy, Functional, attachment, bending, length, tension};
+use super::lane::Standing;
+use super::plan::{Direction, Plan, Step};
 use super::problem::{Outcome, Problem, descend_on_cpu};
 use crate::device::Precision;
 use crate::error::{Error, Result};

@@ -10,9 +10,9 @@
 //! only the last of a curve goes down to the method's own tolerance.
 
 use super::curves::Fitted;
-use super::descent::Standing;
 use super::energy::attachment;
 use super::fair::{Fair, Pins};
+use super::lane::Standing;
 use super::problem::Outcome;
 use super::setup::{Ready, set_up_pieces};
 use crate::Constraints;

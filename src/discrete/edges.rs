@@ -8,7 +8,6 @@
 // Loops over coordinates and lanes by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]
 
-use super::descent::most_step;
 use super::energy::bending::Bending;
 use super::energy::custom::Adapter;
 use super::energy::gauge::{Gauge, SmoothGauge};
@@ -17,6 +16,7 @@ use super::energy::tension::Tension;
 use super::energy::torsion::Torsion;
 use super::energy::variation::Variation;
 use super::energy::{Custom, Functional, Partials, TORSION_CURVATURE, Term, Window};
+use super::line_search::MOST_OF_AN_EDGE;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 
@@ -196,7 +196,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             let change = subtract(p[j + 1], p[j]);
             largest = largest.max(dot(change, change) * self.exists[j] * self.inverse[j] * self.inverse[j]);
         }
-        most_step(largest.sqrt())
+        S::of(MOST_OF_AN_EDGE) / largest.sqrt().max(S::of(1e-30))
     }
 
     /// Forgets the partial derivatives.

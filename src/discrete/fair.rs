@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 
 use super::corners::Corners;
 use super::curves::{FairCurves, Fitted, Vertices};
-use super::descent::{Direction, Standing, Step};
 use super::deviation;
 use super::energy::{Energy, bending};
+use super::lane::Standing;
+use super::plan::{Direction, Step};
 use super::problem::Outcome;
 use super::setup::{LONGEST, Ready, set_up_pieces};
 use crate::batch::{CurveBatch, Problem as Unfitted};

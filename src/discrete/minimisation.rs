@@ -1,8 +1,10 @@
 //! [`Minimisation`]: one curve, one energy, and any of the methods that the papers compare, step by step.
 
-use super::descent::{Descent, Direction, Plan, Standing, Step};
+use super::descent::Descent;
 use super::energy::{Energy, Functional};
+use super::lane::Standing;
 use super::newton::Newton;
+use super::plan::{Direction, Plan, Step};
 use super::problem::{Problem, start};
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};

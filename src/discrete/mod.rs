@@ -52,13 +52,13 @@ mod line_search;
 mod metric;
 mod minimisation;
 mod newton;
+mod plan;
 mod problem;
 mod setup;
 mod stages;
 #[cfg(test)]
 mod tests;
 
-pub use descent::{Direction, Step};
 pub(crate) use descent_gpu::descent_kernels;
 pub use energy::*;
 pub use evaluate::{Evaluate, Evaluation};
@@ -66,3 +66,4 @@ pub(crate) use evaluate_gpu::evaluate_kernels;
 pub use fair::{Fair, Pins, Segments};
 pub use graph::{Graph, GraphIteration, GraphMove, GraphTrace, Mesh};
 pub use minimisation::{Ending, InnerProduct, Iterate, Minimisation, Minimised, Minimiser};
+pub use plan::{Direction, Step};

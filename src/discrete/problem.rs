@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 
 use super::constrain::Constraints;
-use super::descent::{Descent, Direction, Plan, Standing};
+use super::descent::Descent;
 use super::edges::Edges;
 use super::energy::{Energy, Functional};
+use super::lane::Standing;
 use super::metric::{Pins, Weights};
-use super::setup::order_of;
+use super::plan::{Direction, Plan};
 use crate::linalg::scalar::{Vector, add, subtract};
 use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
 
@@ -105,6 +106,11 @@ impl<const D: usize> Problem<D> {
             && short.pinned[..] == long.pinned[..pins]
             && (!short.closed || short.base.len() == long.base.len() || boundary(long) == short.base.len() as u32)
     }
+}
+
+/// The order of the inner product; closed curves of fewer than four vertices cannot hold the third.
+pub(super) fn order_of(order: usize, closed: bool, vertices: usize) -> usize {
+    if closed && vertices < 4 { order.min(2) } else { order }
 }
 
 /// Descends every curve, on all threads of the CPU in f64.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::constrain::{Constraints as Kept, constrained};
 use super::energy::{Energy, Functional};
 use super::fair::{Fair, Pins, Segments};
-use super::problem::Problem;
+use super::problem::{Problem, order_of};
 use crate::arclength::span_length;
 use crate::batch::CurveBatch;
 use crate::curve::Curve;
@@ -174,11 +174,6 @@ fn ready<const D: usize>(
         longest,
     };
     Ok(Ready { problem, vertices, rows, size, energy_unit })
-}
-
-/// The order of the inner product; closed curves of fewer than four vertices cannot hold the third.
-pub(super) fn order_of(order: usize, closed: bool, vertices: usize) -> usize {
-    if closed && vertices < 4 { order.min(2) } else { order }
 }
 
 /// Vertices at equal arc length along each span, and the row of every data point.

@@ -6,10 +6,11 @@
 //!   that has nothing else, are finished by the host in f64, from where f32 left them: Newton's method then takes an
 //!   iteration or two.
 
-use super::descent::{Plan, Standing};
 use super::descent_gpu::descend_on_gpu;
 use super::energy::{Energy, Functional};
 use super::fair::Fair;
+use super::lane::Standing;
+use super::plan::Plan;
 use super::problem::{Outcome, Problem, descend_on_cpu};
 use super::setup::Ready;
 use crate::batch::Problem as Unfitted;

@@ -3,6 +3,7 @@
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
+use super::super::plan::Direction;
 use super::*;
 use crate::linalg::Lanes;
 use crate::spline::Natural;

@@ -3,7 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{DescentState, GROUP, Job, loop_turns, standing};
-use crate::discrete::descent::{Standing, Step};
+use crate::discrete::lane::Standing;
+use crate::discrete::plan::Step;
 use crate::discrete::problem::{Outcome, Problem};
 use crate::gpu::Downloaded;
 use crate::linalg::Real;
