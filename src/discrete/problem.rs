@@ -15,6 +15,9 @@ use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
 /// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
 const LANES: usize = 4;
 
+/// Curves of more edges come alone: side by side their arrays leave the caches, and cost more than lanes save.
+const LONG: usize = 16_384;
+
 /// One curve with all that its descent needs, translated and scaled to size 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Problem<const D: usize> {
@@ -121,7 +124,11 @@ pub(crate) fn descend_on_cpu<const D: usize>(plan: &Plan, energy: &Energy, probl
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for &i in &order {
         match groups.last_mut() {
-            Some(group) if group.len() < LANES && problems[group[0]].suits(&problems[i]) => group.push(i),
+            Some(group)
+                if group.len() < LANES && problems[i].base.len() <= LONG && problems[group[0]].suits(&problems[i]) =>
+            {
+                group.push(i);
+            }
             _ => groups.push(vec![i]),
         }
     }
