@@ -170,11 +170,6 @@ impl Device {
         Ok(format!("{}, {}", self.name(), precision.word()))
     }
 
-    /// Whether the precision is left to the problem and the device.
-    pub(crate) fn chooses_precision(&self) -> bool {
-        self.precision == Precision::Auto
-    }
-
     /// The precision a kernel runs in: as asked for, or for `Auto` f32 where that is accurate enough for the
     /// problem (`well_conditioned`) or all the adapter has.
     ///

@@ -3,12 +3,15 @@
 //! roundings: a curve's distance from the minimum is of the order of that gradient.
 
 mod common;
+#[path = "common/rough.rs"]
+mod rough;
 
 use common::{device, precisions, seeded};
 use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tension, variation};
-use faircurve::{CurveBatch, Device, Precision, Sampling};
+use faircurve::{CurveBatch, CurveStatus, Device, Precision, Sampling};
 use rand::RngExt;
 use rand::rngs::StdRng;
+use rough::Family;
 
 const SEGMENTS: usize = 16;
 
@@ -142,4 +145,50 @@ fn what_no_kernel_can_do_is_done_by_the_cpu_which_says_so() {
     let fit = fair(variation() + length()).fit(&batch, &device).unwrap();
     assert!(fit.device().starts_with("CPU"), "{}", fit.device());
     assert_eq!(fit.usable(), fit.len());
+}
+
+#[test]
+fn planar_curves_of_65_vertices_agree_to_a_millionth_of_their_size_in_single_precision() {
+    let Some(device) = device() else { return };
+    let batch = Family { dimension: 2, closed: false, points: 5, sigma: 0.2 }.batch(500, 46);
+    let fair = fair(bending(2.0) + 0.1 * length());
+    let [(cpu, wanted), (gpu, found)] = [Device::cpu(), device.with_precision(Precision::F32)]
+        .map(|device| fair.fit_sampled(&batch, Sampling::PerSpan(SEGMENTS), &device).unwrap());
+    for i in 0..batch.len() {
+        let statuses = [&cpu, &gpu].map(|fit| fit.reports()[i].status);
+        assert_eq!(statuses, [CurveStatus::Converged; 2], "curve {i}");
+        let pairs = wanted.points(i).iter().zip(found.points(i));
+        let distance = pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / size(&batch, i);
+        assert!(distance <= 1e-6, "curve {i}: {distance:e}");
+    }
+}
+
+#[test]
+fn what_single_precision_cannot_finish_is_finished_by_the_cpu_unless_it_was_asked_for() {
+    let Some(device) = device() else { return };
+    let batch = Family { dimension: 2, closed: false, points: 5, sigma: 1.2 }.batch(60, 47);
+    let fair = fair(bending(2.0) + 0.1 * length());
+    let left = fair.fit(&batch, &device.clone().with_precision(Precision::F32)).unwrap();
+    let finished = fair.fit(&batch, &device.with_precision(Precision::Auto)).unwrap();
+    println!("{} of {} without help; {}", left.usable(), left.len(), finished.device());
+    assert!(left.usable() < left.len() && left.device().ends_with("f32"), "{}", left.device());
+    assert_eq!(finished.usable(), finished.len());
+    let said = format!("f32; {} of its curves finished on the CPU in f64", left.len() - left.usable());
+    assert!(finished.device().ends_with(&said), "{}", finished.device());
+}
+
+#[test]
+fn the_weight_that_keeps_a_deviation_is_the_one_that_the_cpu_finds() {
+    let Some(device) = device() else { return };
+    if !precisions(device.as_gpu().expect("a GPU")).contains(&Precision::F64) {
+        return;
+    }
+    let batch = Family { dimension: 2, closed: false, points: 7, sigma: 0.2 }.batch(20, 48);
+    let fair = Fair { deviation: Some(0.05), ..fair(bending(2.0) + length()) };
+    let [cpu, gpu] = [Device::cpu(), device.with_precision(Precision::F64)].map(|on| fair.fit(&batch, &on).unwrap());
+    for (i, (a, b)) in cpu.reports().iter().zip(gpu.reports()).enumerate() {
+        assert_eq!((a.status, a.smoothing), (b.status, b.smoothing), "curve {i}");
+        assert!((a.max_deviation - b.max_deviation).abs() <= 1e-9 * size(&batch, i), "curve {i}");
+        assert!(b.max_deviation <= 0.05, "curve {i}");
+    }
 }

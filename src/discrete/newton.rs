@@ -135,11 +135,8 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     #[inline(always)]
     pub fn factor(&mut self, lambda: S) -> S {
         let (blocks, damping, movable) = (self.hessian.blocks(), &self.damping[..], &self.movable[..]);
-        each!(
-            &mut self.matrix,
-            matrix => factor::<S, D, _>(matrix, blocks, damping, movable, lambda),
-            factor_apart::<S, D, _>(matrix, blocks, damping, movable, lambda)
-        )
+        let filling = Filling { blocks, damping, movable, lambda };
+        each!(&mut self.matrix, matrix => filling.factor(matrix), filling.factor_apart(matrix))
     }
 
     /// x ← (H + λL)⁻¹ x; 0 at pins.
@@ -174,50 +171,47 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     }
 }
 
-/// Fills and factors a matrix; its smallest pivot.
-#[inline(always)]
-fn factor<S: Scalar, const D: usize, const B: usize>(
-    matrix: &mut Banded<S, B>,
-    blocks: &[[Block<S, D>; COUPLED + 1]],
-    damping: &[[S; COUPLED + 1]],
-    movable: &[S],
+/// H and L of curves, λ, and what may move.
+struct Filling<'a, S, const D: usize> {
+    blocks: &'a [[Block<S, D>; COUPLED + 1]],
+    damping: &'a [[S; COUPLED + 1]],
+    movable: &'a [S],
     lambda: S,
-) -> S {
-    matrix.clear();
-    // B = (order + 1)·D − 1. Of closed lanes H has been brought to the rows that exist; L goes on beyond them.
-    let reach = (B + 1) / D;
-    for v in 0..damping.len().min(blocks.len()) {
-        for k in 0..reach {
-            let damped = lambda * damping[v][k];
-            for a in 0..D {
-                for b in if k == 0 { a } else { 0 }..D {
-                    let (row, column) = ((v + k) * D + b, v * D + a);
-                    if row >= matrix.rows() {
-                        continue;
-                    }
-                    let x = blocks[v][k][a][b];
-                    let x = if a == b { x + damped } else { x };
-                    if row == column {
-                        matrix.add_diagonal(row, x);
-                    } else {
-                        matrix.add_entry(row, column, x);
+}
+
+impl<S: Scalar, const D: usize> Filling<'_, S, D> {
+    /// Fills and factors a matrix; its smallest pivot.
+    #[inline(always)]
+    fn factor<const B: usize>(&self, matrix: &mut Banded<S, B>) -> S {
+        matrix.clear();
+        // B = (order + 1)·D − 1. Of closed lanes H has been brought to the rows that exist; L goes on beyond them.
+        let reach = (B + 1) / D;
+        for (v, (blocks, damping)) in self.blocks.iter().zip(self.damping).enumerate() {
+            for k in 0..reach {
+                let damped = self.lambda * damping[k];
+                for a in 0..D {
+                    for b in if k == 0 { a } else { 0 }..D {
+                        let (row, column) = ((v + k) * D + b, v * D + a);
+                        if row >= matrix.rows() {
+                            continue;
+                        }
+                        let x = if a == b { blocks[k][a][b] + damped } else { blocks[k][a][b] };
+                        if row == column {
+                            matrix.add_diagonal(row, x);
+                        } else {
+                            matrix.add_entry(row, column, x);
+                        }
                     }
                 }
             }
         }
+        matrix.factor(self.movable)
     }
-    matrix.factor(movable)
-}
 
-#[inline(never)]
-fn factor_apart<S: Scalar, const D: usize, const B: usize>(
-    matrix: &mut Banded<S, B>,
-    blocks: &[[Block<S, D>; COUPLED + 1]],
-    damping: &[[S; COUPLED + 1]],
-    movable: &[S],
-    lambda: S,
-) -> S {
-    factor(matrix, blocks, damping, movable, lambda)
+    #[inline(never)]
+    fn factor_apart<const B: usize>(&self, matrix: &mut Banded<S, B>) -> S {
+        self.factor(matrix)
+    }
 }
 
 #[inline(never)]

@@ -16,6 +16,7 @@ use super::setup::Ready;
 use crate::batch::Problem as Unfitted;
 use crate::device::{Device, Precision};
 use crate::error::Result;
+use crate::gpu::Gpu;
 use crate::linalg::scalar::add;
 
 /// Bending in f32 has the digits for so many edges a span: its condition grows as their fourth power.
@@ -40,7 +41,7 @@ const STAGE_ITERATIONS: u32 = 40;
 struct Descender<'a> {
     plan: Plan,
     energy: &'a Energy,
-    gpu: Option<(&'a crate::gpu::Gpu, Precision)>,
+    gpu: Option<(&'a Gpu, Precision)>,
 }
 
 impl Descender<'_> {
@@ -80,7 +81,9 @@ impl Fair {
             Some(gpu) => Some((gpu, device.kernel_precision(gpu, well_conditioned)?)),
             None => None,
         };
-        if gpu.is_some_and(|(_, precision)| precision == Precision::F32) {
+        let in_f32 = gpu.is_some_and(|(_, precision)| precision == Precision::F32);
+        let tolerances: Vec<f64> = problems.iter().map(|problem| problem.tolerance).collect();
+        if in_f32 {
             problems
                 .iter_mut()
                 .for_each(|problem| problem.tolerance = problem.tolerance.max(problem.rounding_in_f32(&self.energy)));
@@ -90,12 +93,11 @@ impl Fair {
             Some(_) => device.describe(well_conditioned)?,
             None => Device::cpu().describe(true)?,
         };
-        if gpu.is_some_and(|(_, precision)| precision == Precision::F32) && device.chooses_precision() {
+        if in_f32 && device.precision() == Precision::Auto {
             let left = |i: &usize| !coarse[*i] || outcomes[*i].is_short();
             let unfinished: Vec<usize> = (0..problems.len()).filter(left).collect();
-            let tolerance = self.tolerance;
             let rebased = |&i: &usize| {
-                let mut problem = Problem { tolerance, ..problems[i].clone() };
+                let mut problem = Problem { tolerance: tolerances[i], ..problems[i].clone() };
                 problem.rebase(&outcomes[i].displacements);
                 problem
             };
@@ -112,7 +114,7 @@ impl Fair {
     fn descend_in_stages<const D: usize>(
         &self,
         plan: &Plan,
-        gpu: Option<(&crate::gpu::Gpu, Precision)>,
+        gpu: Option<(&Gpu, Precision)>,
         problems: &mut [Problem<D>],
     ) -> Result<Vec<Outcome<D>>> {
         let mut before: Option<Vec<Outcome<D>>> = None;
