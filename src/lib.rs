@@ -112,6 +112,7 @@ pub mod io;
 pub mod linalg;
 pub mod picture;
 mod report;
+pub mod scf;
 pub mod spline;
 
 pub use batch::{CurveBatch, Point, Problem};
