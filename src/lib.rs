@@ -104,6 +104,7 @@ mod batch;
 mod catalogue;
 mod constraint;
 mod curve;
+mod damping;
 mod device;
 pub mod discrete;
 mod error;

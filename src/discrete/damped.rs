@@ -1,11 +1,10 @@
 //! Newton's method damped in the Sobolev metric, one trial a tick: (H + λL) p = −g.
 
-use super::damping::Trial;
 use super::descent::Descent;
 use super::lane::Standing;
-use super::line_search::Verdict;
 use super::newton::Newton;
 use super::plan::Direction;
+use crate::damping::{Trial, Verdict};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{add, dot, scale};
 

@@ -9,9 +9,10 @@ use super::constrain::Constraints;
 use super::edges::Edges;
 use super::energy::Functional;
 use super::lane::{Lane, Standing};
-use super::line_search::{LineSearch, Verdict};
+use super::line_search::LineSearch;
 use super::metric::{Metric, Pins, Weights};
 use super::plan::{Plan, Step};
+use crate::damping::Verdict;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
 

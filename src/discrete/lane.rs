@@ -1,8 +1,8 @@
 //! [`Lane`]: the numbers of one curve on its way down, when it ends, and how its direction turns.
 
-use super::damping::Damping;
 use super::line_search::LineSearch;
 use super::plan::{Direction, Plan, Step};
+use crate::damping::Damping;
 use crate::linalg::{Real, Scalar};
 
 /// How a curve stands.

@@ -5,6 +5,7 @@
 //! energies drown in rounding long before slopes do. Trials that are too short move on by the secant of the slopes, those that are too
 //! long bracket the step, and the bracket shrinks by secants and cuts.
 
+use crate::damping::Verdict;
 use crate::linalg::{Real, Scalar};
 
 /// A step is accepted when the slope is at most this part of the slope at its start. Between 0.3 and 0.8 the number of
@@ -19,17 +20,6 @@ pub(super) const MOST_OF_AN_EDGE: f64 = 0.5;
 
 /// Trials of one step: a bracket shrinks by 0.9 each at least, mostly by far more.
 const MOST_TRIALS: u32 = 20;
-
-/// What a trial led to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Verdict {
-    /// The step is taken.
-    Accept,
-    /// Another trial, with another step.
-    Again,
-    /// No step can be found along this direction.
-    Fail,
-}
 
 /// The search along one direction.
 #[derive(Clone, Copy, Debug)]

@@ -35,7 +35,6 @@ mod constrain;
 mod corners;
 mod curves;
 mod damped;
-mod damping;
 mod descent;
 mod descent_gpu;
 mod deviation;

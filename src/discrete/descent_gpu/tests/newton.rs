@@ -237,7 +237,7 @@ fn constants<'t>(text: &'t str, opening: &str, closing: &str) -> Vec<(&'t str, f
 
 #[test]
 fn the_kernel_damps_by_the_constants_of_the_cpu() {
-    let own = constants(include_str!("../../damping.rs"), ": f64 = ", ";");
+    let own = constants(include_str!("../../../damping.rs"), ": f64 = ", ";");
     let kernel = constants(source::file("discrete/damping.wgsl").unwrap(), ": real = real(", ");");
     assert!(own.len() > 5, "{own:?}");
     for constant in &own {

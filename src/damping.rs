@@ -3,8 +3,18 @@
 //! λ is 0 as long as that serves. It grows where H + λL is not positive definite or the energy falls by less than the quadratic
 //! model promises, and shrinks back to 0 where the model holds.
 
-use super::line_search::Verdict;
 use crate::linalg::{Real, Scalar};
+
+/// What a trial led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// The step is taken.
+    Accept,
+    /// Another trial, with another step.
+    Again,
+    /// No step can be found along this direction.
+    Fail,
+}
 
 /// The first λ after 0. L is H of a straight curve: at 1 both weigh alike.
 const FIRST: f64 = 1e-2;
@@ -35,7 +45,7 @@ const ROUNDING: f64 = 16.0;
 
 /// What a trial along p = −(H + λL)⁻¹g found.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Trial<N> {
+pub(crate) struct Trial<N> {
     /// Smallest pivot of H + λL.
     pub smallest: N,
     /// g·p, and the slope along p at the trial.

@@ -1,0 +1,328 @@
+//! The chord condition of a segment: which piece of the universal curve joins two points with given tangents.
+//!
+//! Mirrored and reversed as need be, every pair of end angles (from the chord) becomes **canonical**: a ≥ b, a + b ≤ 0, so that the
+//! curve ends at its more curved side. The piece then runs from T₀ to t₁ = |T₀| + (a − b) on the universal curve, with κ < 0 where
+//! T > 0 and an inflection at T = 0 where T₀ < 0; t = |T|. The force has the direction φ = a − π/2 + t₀, the chord the direction 0:
+//!
+//! ```text
+//! along = J(t₁) ∓ J(t₀),   across = (S(t₁) ∓ S(t₀))/q,   g(t₀) = φ + atan2(across, along) = 0,   |φ| < π/2
+//! ```
+//!
+//! − without, + with an inflection. If g ≥ 0 at t₀ = 0 there is exactly one root without inflection, else none; with one there are up to
+//! two, g being concave, and the first from below is the cheaper. So Newton's method from below converges monotonically, in the variable
+//! in which g is nearest to linear: the ratio of the moments without an inflection (linear, and met at once, for ν = 2 and small angles),
+//! t₀^q, the moment at the start, or t₀ with one. a − b ≥ π leaves no room for a root.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use super::trig::{first_quadrant_angle, sine_cosine};
+use super::universal::Universal;
+use crate::linalg::{Real, Scalar};
+
+/// Newton's steps at most; the most ever seen are 15 (ν = 1.05).
+const MOST_STEPS: usize = 60;
+
+/// Where h/m is less than this, differences come from series: see [`Universal::difference_series`].
+const CLOSE: f64 = 0.125;
+
+/// After a last, small step g is no larger than this part of the angles, or the step was small for another reason.
+const NEAR: f64 = 1e-3;
+
+/// The largest part of the way to where the room ends that a step may take.
+const REACH: f64 = 0.9;
+
+/// A pair of end angles, canonical, and how it became so.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Canonical<S> {
+    /// a ≥ b, a + b ≤ 0
+    pub angles: [S; 2],
+    /// −1 where mirrored, else 1.
+    pub mirrored: S,
+    /// 1 where the ends changed places, else −1.
+    pub swapped: S,
+}
+
+impl<S: Scalar> Canonical<S> {
+    #[inline(always)]
+    pub fn of(a: S, b: S) -> Self {
+        let mirrored = (b - a).if_positive(-S::ONE, S::ONE);
+        let (a, b) = (mirrored * a, mirrored * b);
+        let swapped = (a + b).if_positive(S::ONE, -S::ONE);
+        Canonical { angles: [swapped.if_positive(-b, a), swapped.if_positive(-a, b)], mirrored, swapped }
+    }
+
+    /// First and last as they were before the ends changed places.
+    #[inline(always)]
+    pub fn restore(&self, [first, last]: [S; 2]) -> [S; 2] {
+        [self.swapped.if_positive(last, first), self.swapped.if_positive(first, last)]
+    }
+}
+
+/// A piece of the universal curve, and how its chord lies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece<S> {
+    /// t₀ and t₁
+    pub t: [S; 2],
+    /// 1 without an inflection, −1 with one.
+    pub side: S,
+    /// sin t₀, sin t₁
+    pub sine: [S; 2],
+    /// cos t₀, cos t₁
+    pub cosine: [S; 2],
+    /// S(t₀), S(t₁)
+    pub moment: [S; 2],
+    /// Displacement in the direction of the force, and across it.
+    pub along: S,
+    pub across: S,
+    /// Displacement across and along the chord's proper direction: D sin g, D cos g.
+    pub miss: [S; 2],
+    /// D, the chord's length.
+    pub chord: S,
+    /// e = sin^{1−q} t₀, finite where dS/dt is not.
+    pub soft: S,
+    /// e dg/dt₀
+    pub slope: S,
+}
+
+/// The known parts of a problem: a and b canonical, η = (a + b)/2, 2h = a − b.
+#[derive(Clone, Copy, Debug)]
+struct Given<S> {
+    a: S,
+    sine_a: S,
+    cosine_a: S,
+    turning: S,
+    sine_turning: S,
+    cosine_turning: S,
+    /// sin η, cos η
+    mean: (S, S),
+    /// sin h, cos h
+    half: (S, S),
+}
+
+impl<S: Scalar> Given<S> {
+    #[inline(always)]
+    fn of([a, b]: [S; 2]) -> Self {
+        let (sine_a, cosine_a) = sine_cosine(a);
+        let turning = a - b;
+        let half = sine_cosine(S::of(0.5) * turning);
+        let mean = sine_cosine(S::of(0.5) * (a + b));
+        let sine_turning = S::of(2.0) * half.0 * half.1;
+        let cosine_turning = S::ONE - S::of(2.0) * half.0 * half.0;
+        Given { a, sine_a, cosine_a, turning, sine_turning, cosine_turning, mean, half }
+    }
+
+    /// The piece that starts at t₀.
+    #[inline(always)]
+    fn piece(&self, curve: &Universal, t0: S, side: S) -> Piece<S> {
+        let q = S::of(curve.q);
+        let t1 = t0 + self.turning;
+        let (sine0, cosine0) = sine_cosine(t0);
+        let sine1 = (sine0 * self.cosine_turning + cosine0 * self.sine_turning).max(S::of(f64::from(f32::MIN_POSITIVE)));
+        let cosine1 = cosine0 * self.cosine_turning - sine0 * self.sine_turning;
+        let (moment0, along0) = curve.moment_along(t0);
+        let (moment1, along1) = curve.moment_along(t1);
+        let along = along1 - side * along0;
+        let across = (moment1 - side * moment0) / q;
+        // φ = a − π/2 + t₀
+        let sine_force = sine0 * self.sine_a - cosine0 * self.cosine_a;
+        let cosine_force = sine0 * self.cosine_a + cosine0 * self.sine_a;
+        let square = along * along + across * across;
+        let soft = moment0.if_positive(sine0 / moment0, S::ZERO);
+        let late = S::ONE + (along * cosine1 / sine1 - across) * moment1 / square;
+        let piece = Piece {
+            t: [t0, t1],
+            side,
+            sine: [sine0, sine1],
+            cosine: [cosine0, cosine1],
+            moment: [moment0, moment1],
+            along,
+            across,
+            miss: [along * sine_force + across * cosine_force, along * cosine_force - across * sine_force],
+            chord: square.sqrt(),
+            soft,
+            slope: soft * late - side * (along * cosine0 - across * sine0) / square,
+        };
+        // Only without an inflection do the ends' values all but cancel.
+        let close = S::of(CLOSE) * (t0 + S::of(0.5) * self.turning) - S::of(0.5) * self.turning;
+        let close = side.if_positive(close, -S::ONE);
+        if (0..S::LANES).any(|lane| close.lane(lane) > <S::Number as Real>::ZERO) {
+            return self.close(curve, &piece, close);
+        }
+        piece
+    }
+
+    /// The same where both ends are near each other, from the series at the middle m: the chord's direction from the force is −η at
+    /// tan = u = cos m (Q − P)/(P sin m + Q cos² m / sin m).
+    #[inline(never)]
+    fn close(&self, curve: &Universal, piece: &Piece<S>, close: S) -> Piece<S> {
+        let [sine0, cosine0] = [piece.sine[0], piece.cosine[0]];
+        let (half_sine, half_cosine) = self.half;
+        let sine = close.if_positive(sine0 * half_cosine + cosine0 * half_sine, S::ONE);
+        let cosine = close.if_positive(cosine0 * half_cosine - sine0 * half_sine, S::ZERO);
+        let cotangent = cosine / sine;
+        let h = close.if_positive(S::of(0.5) * self.turning, S::ZERO);
+        let series = curve.difference_series(S::ONE / (sine * sine), cotangent, h);
+        let [excess_slope, along_slope] = series.slopes;
+        let (p, u) = (series.along, series.excess);
+        let across = p + u;
+        let (sine_mean, cosine_mean) = self.mean;
+        let length = p * sine + across * cosine * cotangent;
+        let bend = cosine * u;
+        let ratio = bend / length;
+        let length_slope = along_slope * sine + p * cosine + (along_slope + excess_slope) * cosine * cotangent
+            - across * cosine * (S::of(2.0) + cotangent * cotangent);
+        let ratio_slope = (cosine * excess_slope - sine * u - ratio * length_slope) / length;
+        let scale = self.turning * curve.power(sine);
+        let pick = |yes: S, no: S| close.if_positive(yes, no);
+        Piece {
+            along: pick(scale * p, piece.along),
+            across: pick(scale * across * cotangent, piece.across),
+            miss: [
+                pick(scale * (cosine_mean * bend + sine_mean * length), piece.miss[0]),
+                pick(scale * (cosine_mean * length - sine_mean * bend), piece.miss[1]),
+            ],
+            chord: pick(scale * (p * p + across * across * cotangent * cotangent).sqrt(), piece.chord),
+            slope: pick(piece.soft * ratio_slope / (S::ONE + ratio * ratio), piece.slope),
+            ..*piece
+        }
+    }
+}
+
+#[inline(always)]
+fn smaller<S: Scalar>(x: S, y: S) -> S {
+    (y - x).if_positive(x, y)
+}
+
+/// The cheapest piece for canonical angles, and 1 where there is one, else 0. Angles may be 0 only one at a time.
+#[inline(always)]
+pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S>, S) {
+    let given = Given::of(angles);
+    let [a, b] = angles;
+    let (zero, one, q) = (S::ZERO, S::ONE, S::of(curve.q));
+    let at_inflection = given.piece(curve, zero, one);
+    // 1 without, −1 with an inflection: from a < 0 on, a curve that turns right never comes back to its chord.
+    let side = (-a).max(-at_inflection.miss[0]).if_positive(-one, one);
+    // Without: t₀ from the ratio of moments R that splines have; with: from below, where φ > −π/2.
+    let ratio = ((S::of(2.0) * a + b) / (-(a + S::of(2.0) * b))).max(zero);
+    let ratio = smaller(ratio, one);
+    let mut t0 = side.if_positive(given.start_of_ratio(curve, ratio), (-a).max(zero));
+    // Room: t₁ < π and φ < π/2.
+    let room = S::of(PI) - given.turning.max(a).max(zero);
+    let mut low = t0;
+    let tolerance = <S::Number as Real>::EPSILON.to_f64();
+    // A step so small leaves an error of its square.
+    let last_step = S::of(tolerance.sqrt() * 0.1);
+    let noise = S::of(0.5 * tolerance) * b.abs();
+    let near = S::of(NEAR) * b.abs();
+    let mut found = zero;
+    let mut live = room;
+    let mut last = zero;
+    let mut piece = given.piece(curve, t0, side);
+    for _ in 0..MOST_STEPS {
+        // 2 tan(g/2): as g near 0, and without an arctangent.
+        let miss = S::of(2.0) * piece.miss[0] / (piece.chord + piece.miss[1]);
+        let done = last.if_positive(near, noise) - miss.abs();
+        found = live.if_positive(done.if_positive(one, found), found);
+        live = done.if_positive(-one, live);
+        let stretch = one + S::of(0.25) * miss * miss;
+        // Without: in R.
+        let ratio = piece.moment[0] / piece.moment[1];
+        let by_ratio = stretch * piece.slope * piece.moment[1] * piece.sine[1] / (q * given.sine_turning);
+        let next_ratio = (ratio - miss / by_ratio).max(zero);
+        let next_ratio = smaller(next_ratio, one);
+        // With: in t₀, or in w = t₀^q where that may be near 0.
+        let by_start = stretch * piece.slope / piece.soft;
+        let w = curve.power(t0);
+        let lift = t0.if_positive(piece.moment[0] * t0 / (w * piece.sine[0]), one);
+        let by_moment = stretch * piece.slope * lift / q;
+        let rises = piece.slope;
+        low = (-miss).if_positive(t0, low);
+        let moved = (-a).if_positive(miss / by_start, miss / by_moment);
+        let newton = (-a).if_positive(t0 - moved, curve.root((w - moved).max(zero)));
+        let most = t0 + S::of(REACH) * (room - t0);
+        let newton = smaller(newton, most);
+        let inflected = rises.if_positive(newton, S::of(0.5) * (low + t0));
+        // Below the root and falling, or at the end of the room: g, being concave, never reaches 0.
+        let ended = (t0 - (one - last_step) * room).max(-rises);
+        let hopeless = ended.if_positive((-miss).if_positive(one, -one), -one);
+        let hopeless = side.if_positive(-one, hopeless);
+        live = hopeless.if_positive(-one, live);
+        let next = side.if_positive(given.start_of_ratio(curve, next_ratio), inflected);
+        // Moments are measured by the larger, which is at the end.
+        let scale = side.if_positive(one, (-a).if_positive(t0, piece.moment[1]));
+        let moved = side.if_positive(next_ratio - ratio, moved);
+        last = live.if_positive((last_step * scale - moved.abs()).if_positive(one, zero), last);
+        t0 = live.if_positive(next, t0);
+        if !(0..S::LANES).any(|lane| live.lane(lane) > <S::Number as Real>::ZERO) {
+            break;
+        }
+        piece = given.piece(curve, t0, side);
+    }
+    let apart = S::of(PI) - given.turning;
+    (piece, apart.if_positive(found, zero))
+}
+
+impl<S: Scalar> Given<S> {
+    /// t₀ at which the moments have the ratio R = S(t₀)/S(t₁): tan t₀ = ρ sin 2h / (1 − ρ cos 2h), ρ = R^{1/q}.
+    #[inline(always)]
+    fn start_of_ratio(&self, curve: &Universal, ratio: S) -> S {
+        let rho = curve.root(ratio);
+        first_quadrant_angle(rho * self.sine_turning, S::ONE - rho * self.cosine_turning)
+    }
+}
+
+/// The piece that starts at an inflection (a free end, without moment) and ends at the angle b < 0, and 1 where there is one, else 0.
+#[inline(always)]
+pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, S) {
+    let (zero, one, q) = (S::ZERO, S::ONE, S::of(curve.q));
+    let (sine_b, cosine_b) = sine_cosine(b);
+    let tolerance = <S::Number as Real>::EPSILON.to_f64();
+    let (last_step, noise) = (S::of(tolerance.sqrt() * 0.1), S::of(2.0 * tolerance));
+    // b = −t₁/(q + 1) for small angles.
+    let mut t = -(b * (one + q));
+    t = smaller(t, S::of(FRAC_PI_2));
+    let (mut live, mut found, mut last) = (one, zero, zero);
+    let mut piece;
+    let mut step = 0;
+    loop {
+        let (sine, cosine) = sine_cosine(t);
+        let sine = sine.max(S::of(f64::from(f32::MIN_POSITIVE)));
+        let (moment, along) = curve.moment_along(t);
+        let across = moment / q;
+        // φ = b − π/2 + t₁
+        let sine_force = sine * sine_b - cosine * cosine_b;
+        let cosine_force = sine * cosine_b + cosine * sine_b;
+        let square = along * along + across * across;
+        let slope = one + (along * cosine / sine - across) * moment / square;
+        piece = Piece {
+            t: [zero, t],
+            side: one,
+            sine: [zero, sine],
+            cosine: [one, cosine],
+            moment: [zero, moment],
+            along,
+            across,
+            miss: [along * sine_force + across * cosine_force, along * cosine_force - across * sine_force],
+            chord: square.sqrt(),
+            soft: zero,
+            slope,
+        };
+        let miss = S::of(2.0) * piece.miss[0] / (piece.chord + piece.miss[1]);
+        let done = last.if_positive(one, noise * t - miss.abs());
+        let rises = slope.if_positive(one, -one);
+        found = live.if_positive(done.if_positive(rises, found), found).max(zero);
+        live = done.if_positive(-one, live);
+        step += 1;
+        if step > MOST_STEPS || !(0..S::LANES).any(|lane| live.lane(lane) > <S::Number as Real>::ZERO) {
+            return (piece, found);
+        }
+        let next = t - miss / ((one + S::of(0.25) * miss * miss) * slope);
+        let most = t + S::of(0.5) * (S::of(PI) - t);
+        let next = smaller(next, most);
+        let next = next.max(S::of(0.1) * t);
+        // Where g does not rise with t any more there is no root beyond.
+        live = slope.if_positive(live, -one);
+        last = live.if_positive((last_step * t - (next - t).abs()).if_positive(one, zero), last);
+        t = live.if_positive(next, t);
+    }
+}
