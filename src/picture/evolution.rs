@@ -14,8 +14,8 @@ const FIRST: &str = "#BFDDF0";
 const LAST: &str = "#08306B";
 const MIX: [[f64; 3]; 2] = [[191.0, 221.0, 240.0], [8.0, 48.0, 107.0]];
 
-/// Room that is left around the data, in their size.
-const ROOM: f64 = 1.0 / 3.0;
+/// Room for curves around the data, in the data's size.
+pub(super) const ROOM: f64 = 1.0 / 3.0;
 
 /// How an iteration changed a planar curve: polylines from light to dark blue, the last one bold, over the data points.
 /// One scale for both axes, y up. What runs away from the data is cut off where it is a third of their size away.
@@ -59,8 +59,14 @@ impl Evolution {
     pub fn write(&self, data: &[DVec2], curves: &[Vec<DVec2>], out: &mut dyn Write) -> io::Result<()> {
         let width = if self.width.is_nan() { 160.0 } else { self.width.clamp(160.0, 1e5) };
         let top = if self.title.is_some() { 44.0 } else { 0.0 };
-        let frame = Frame::fit(view(data, curves), width, top, 24.0);
-        let entry = |colour, width, text: &str| Entry { colour, width, dashed: false, dot: None, text: text.into() };
+        let frame = Frame::fit(view(data, curves.iter().map(|curve| &curve[..]), ROOM), width, top, 24.0);
+        let entry = |colour: &'static str, width, text: &str| Entry {
+            colour: colour.into(),
+            width,
+            dashed: false,
+            dot: None,
+            text: text.into(),
+        };
         let legend = [
             Entry { dot: Some((DOTS, 2.6)), ..entry(GIVEN, 0.5, "data") },
             entry(FIRST, 1.2, "first curve"),
@@ -94,21 +100,22 @@ impl Evolution {
     }
 }
 
-/// The box of data and curves, as far as it is not [`ROOM`] away from the data.
-fn view(data: &[DVec2], curves: &[Vec<DVec2>]) -> Bounds {
+/// The box of data and curves, as far as it is not `room` times the data's size away from the data.
+pub(super) fn view<'a>(data: &[DVec2], curves: impl Iterator<Item = &'a [DVec2]>, room: f64) -> Bounds {
     let finite =
         |points: &[DVec2], bounds: Bounds| points.iter().filter(|p| p.is_finite()).copied().fold(bounds, Bounds::with);
     let of_data = finite(data, Bounds::EMPTY);
-    let all = curves.iter().fold(of_data, |bounds, curve| finite(curve, bounds));
-    if data.is_empty() {
+    let all = curves.fold(of_data, |bounds, curve| finite(curve, bounds));
+    // A single place has no size to measure with.
+    if of_data.size() <= 0.0 {
         return all;
     }
-    let room = DVec2::splat(ROOM * of_data.size());
+    let room = DVec2::splat(room * of_data.size());
     Bounds { low: all.low.max(of_data.low - room), high: all.high.min(of_data.high + room) }
 }
 
 /// Path data; far outside the page a coordinate ends at a hundred pages.
-fn polyline(curve: &[DVec2], frame: &Frame) -> String {
+pub(super) fn polyline(curve: &[DVec2], frame: &Frame) -> String {
     let mut pen = Pen::new(2);
     let far = DVec2::splat(1e5);
     for (k, p) in curve.iter().filter(|p| p.is_finite()).map(|&p| frame.map(p).clamp(-far, far)).enumerate() {
@@ -135,7 +142,7 @@ mod tests {
             svg.find(&format!("stroke=\"{what}\" stroke-width=\"{}\"", if what == LAST { "2.0" } else { "1.2" }))
         };
         assert!(at(FIRST).unwrap() < at("#6487AE").unwrap() && at("#6487AE").unwrap() < at(LAST).unwrap(), "{svg}");
-        let bounds = view(&data, &[curve(1e6)]);
+        let bounds = view(&data, [&curve(1e6)[..]].into_iter(), ROOM);
         assert_eq!((bounds.low, bounds.high), (DVec2::ZERO, DVec2::new(4.0, 1.0 + 4.0 / 3.0)));
     }
 }

@@ -158,6 +158,14 @@ impl Frame {
         Frame { scale, plot: [0.0, top, width, top + height + 2.0 * margin], middle }
     }
 
+    /// The middle of `bounds` in the middle of `plot`, at the scale at which something `extent` large fills it up to
+    /// `margin`: frames of one extent and one size of plot show their data at one scale.
+    pub fn inside(bounds: Bounds, extent: DVec2, plot: [f64; 4], margin: f64) -> Self {
+        let middle = if bounds.low.x > bounds.high.x { DVec2::ZERO } else { bounds.low.midpoint(bounds.high) };
+        let inner = (DVec2::new(plot[2] - plot[0], plot[3] - plot[1]) - 2.0 * margin).max(DVec2::ONE);
+        Frame { scale: (inner / extent).min_element(), plot, middle }
+    }
+
     /// A point of the plane in pixels.
     pub fn map(&self, p: DVec2) -> DVec2 {
         let [left, top, right, bottom] = self.plot;

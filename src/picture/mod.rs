@@ -1,9 +1,13 @@
-//! SVG pictures of a fit: the points given, the curves fitted, and on demand their curvature combs.
+//! SVG pictures of a fit: the points given, the curves fitted, and on demand their curvature combs ([`Picture`]); of a
+//! descent ([`Evolution`]); and of several things side by side, with plots below ([`Sheet`]).
 
 mod comb;
 mod evolution;
 mod layout;
 mod page;
+mod panel;
+mod plot;
+mod sheet;
 mod svg;
 
 #[cfg(test)]
@@ -20,6 +24,9 @@ use comb::Combs;
 pub use evolution::Evolution;
 use layout::{Bounds, Frame, Plane};
 use page::{Entry, Page};
+pub use panel::{Bar, Panel, Stroke};
+pub use plot::{Axis, Plot, Series};
+pub use sheet::Sheet;
 use svg::{Pen, escape};
 
 /// Okabe and Ito's palette: told apart by colour-blind eyes, and by their greys in print.
@@ -137,9 +144,21 @@ impl Picture {
         let mut entries = Vec::new();
         if look.given {
             let dot = (look.dot > 0.0).then_some((DOTS, look.dot));
-            entries.push(Entry { colour: GIVEN, width: look.thin.max(1.0), dashed: false, dot, text: "input".into() });
+            entries.push(Entry {
+                colour: GIVEN.into(),
+                width: look.thin.max(1.0),
+                dashed: false,
+                dot,
+                text: "input".into(),
+            });
         }
-        let line = |colour, dashed, text| Entry { colour, width: look.line.max(1.2), dashed, dot: None, text };
+        let line = |colour: &'static str, dashed, text| Entry {
+            colour: colour.into(),
+            width: look.line.max(1.2),
+            dashed,
+            dot: None,
+            text,
+        };
         if fit.usable() > 0 {
             entries.push(line(FITTED, false, "fitted curve".into()));
         }

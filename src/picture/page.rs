@@ -1,23 +1,24 @@
 //! The page around the curves: head, grid, title, legend and caption.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 use super::layout::Frame;
 use super::svg::escape;
 
 const TEXT: &str = "#444444";
-const GRID: &str = "#ECECEC";
+pub(super) const GRID: &str = "#ECECEC";
 const FONT: f64 = 12.0;
 
 /// A letter is about this wide, in font sizes; exact widths would need the reader's fonts.
 const LETTER: f64 = 0.56;
 
-const LINE: f64 = 20.0;
-const SIDE: f64 = 24.0;
+pub(super) const LINE: f64 = 20.0;
+pub(super) const SIDE: f64 = 24.0;
 
 /// One entry of the legend: a line, maybe with a dot on it, and what it means.
 pub(super) struct Entry {
-    pub colour: &'static str,
+    pub colour: Cow<'static, str>,
     pub width: f64,
     pub dashed: bool,
     pub dot: Option<(&'static str, f64)>,
@@ -118,12 +119,12 @@ impl Page<'_> {
     }
 }
 
-fn text_width(text: &str) -> f64 {
+pub(super) fn text_width(text: &str) -> f64 {
     text.chars().count() as f64 * LETTER * FONT
 }
 
 /// Lines of whole words no wider than `width`.
-fn wrap(text: &str, width: f64) -> Vec<String> {
+pub(super) fn wrap(text: &str, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
         match lines.last_mut() {
@@ -138,7 +139,7 @@ fn wrap(text: &str, width: f64) -> Vec<String> {
 }
 
 /// A grid value with just the decimals its step has.
-fn number(value: f64, step: f64) -> String {
+pub(super) fn number(value: f64, step: f64) -> String {
     let value = if value.abs() < 1e-9 * step { 0.0 } else { value };
     if value.abs() >= 1e7 || (step < 1e-4) {
         return format!("{value:.2e}");

@@ -1,0 +1,240 @@
+//! [`Panel`]: one field of a [`Sheet`](super::Sheet), with curves and dots.
+
+use std::io::{self, Write};
+
+use glam::{DVec2, DVec3};
+
+use super::DOTS;
+use super::evolution::{ROOM, polyline, view};
+use super::layout::{Bounds, Frame};
+use super::page::{Page, number, text_width};
+use super::svg::{Pen, escape};
+
+/// sRGB.
+type Colour = [u8; 3];
+
+/// An evolution begins in black and ends in red; what lies between goes from blue to red.
+const FIRST: Colour = [0, 0, 0];
+const EARLY: Colour = [31, 79, 224];
+const LAST: Colour = [208, 0, 0];
+
+/// Colours of a fan, from the smallest end angle to the largest: steps of Matplotlib's plasma (CC0), which rises in
+/// lightness all the way; its yellow end is left out, as it fades on white.
+const FAN: [Colour; 4] = [[13, 8, 135], [126, 3, 168], [204, 71, 120], [248, 149, 64]];
+
+/// Segments of a fan may swing out this far, in chords.
+const SWING: f64 = 2.0;
+
+/// Height of a colour bar with its text, and length of its strip, in pixels.
+const BAR: f64 = 24.0;
+const STRIP: f64 = 140.0;
+
+/// A polyline in a [`Panel`]. Vertices that are not finite are left out; a closed curve repeats its first vertex.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stroke {
+    /// The vertices, y up.
+    pub points: Vec<DVec2>,
+    /// Red, green and blue (sRGB).
+    pub colour: [u8; 3],
+    /// Width of the line in pixels.
+    pub width: f64,
+    /// What the legend calls it; strokes of one name share an entry, with the looks of the first. `None` has no entry.
+    pub name: Option<String>,
+}
+
+/// What the colours of a panel mean: a strip of them below it, with the values at its ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// What the values are, such as "end angle".
+    pub text: String,
+    /// The value of the first colour.
+    pub from: f64,
+    /// The value of the last colour.
+    pub to: f64,
+    /// Follows the values, such as "°". May be empty.
+    pub unit: String,
+    /// The colours, evenly spaced from the first value to the last.
+    pub colours: Vec<[u8; 3]>,
+}
+
+/// One field of a [`Sheet`](super::Sheet): curves, dots on top, a title above. One scale for both axes, y up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// Stands above the panel; long titles are broken into lines.
+    pub title: String,
+    /// The curves, the first at the bottom.
+    pub strokes: Vec<Stroke>,
+    /// The dots; those that are not finite are left out.
+    pub dots: Vec<DVec2>,
+    /// Curves are cut off where they are this many times the size of the dots' box away from it.
+    pub room: f64,
+    /// What the colours mean. Default none.
+    pub bar: Option<Bar>,
+}
+
+impl Default for Panel {
+    fn default() -> Self {
+        Panel { title: String::new(), strokes: Vec::new(), dots: Vec::new(), room: ROOM, bar: None }
+    }
+}
+
+impl Panel {
+    /// How an iteration changed a planar curve: the first curve in black and the last in red, both bold, those between
+    /// thin and from blue to red. A single curve counts as the last. What is a third of the dots' size away is cut off.
+    pub fn evolution(title: impl Into<String>, dots: &[DVec2], curves: &[Vec<DVec2>]) -> Self {
+        let between = curves.len().saturating_sub(2);
+        let stroke = |(k, points): (usize, &Vec<DVec2>)| {
+            let (colour, width, name) = if k + 1 == curves.len() {
+                (LAST, 2.0, Some("last curve"))
+            } else if k == 0 {
+                (FIRST, 1.8, Some("first curve"))
+            } else {
+                let part = (k - 1) as f64 / between.saturating_sub(1).max(1) as f64;
+                let name = match k {
+                    1 => Some("early iterations"),
+                    _ if k == between => Some("late iterations"),
+                    _ => None,
+                };
+                (mix(&[EARLY, LAST], part), 0.7, name)
+            };
+            Stroke { points: points.clone(), colour, width, name: name.map(String::from) }
+        };
+        let strokes = curves.iter().enumerate().map(stroke).collect();
+        Panel { title: title.into(), strokes, dots: dots.to_vec(), ..Panel::default() }
+    }
+
+    /// Segments that share their first point and their last, each with its end angle in radians, by which it is
+    /// coloured; the two points are marked. What is two chords away is cut off.
+    ///
+    /// Segments whose angle is not finite are left out.
+    pub fn fan(title: impl Into<String>, segments: &[(f64, Vec<DVec2>)]) -> Self {
+        let angles = segments.iter().map(|segment| segment.0).filter(|angle| angle.is_finite());
+        let (from, to) = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), angle| (a.min(angle), b.max(angle)));
+        let drawn = || segments.iter().filter(|segment| segment.0.is_finite());
+        let stroke = |(angle, points): &(f64, Vec<DVec2>)| {
+            let part = if to > from { (angle - from) / (to - from) } else { 0.0 };
+            Stroke { points: points.clone(), colour: mix(&FAN, part), width: 1.1, name: None }
+        };
+        let ends = drawn().next().and_then(|(_, points)| Some(vec![*points.first()?, *points.last()?]));
+        let bar = (to >= from).then(|| Bar {
+            text: "end angle".into(),
+            from: from.to_degrees(),
+            to: to.to_degrees(),
+            unit: "°".into(),
+            colours: FAN.to_vec(),
+        });
+        let strokes = drawn().map(stroke).collect();
+        Panel { title: title.into(), strokes, dots: ends.unwrap_or_default(), room: SWING, bar }
+    }
+
+    /// The box of what is shown.
+    pub(super) fn bounds(&self) -> Bounds {
+        view(&self.dots, self.strokes.iter().map(|stroke| &stroke.points[..]), self.room)
+    }
+
+    /// Pixels that the panel needs below its frame.
+    pub(super) fn foot(&self) -> f64 {
+        if self.bar.is_some() { BAR } else { 0.0 }
+    }
+
+    /// Writes grid, curves and dots, cut off at the frame, and the bar below it. `id` is unique in the document.
+    pub(super) fn write(&self, out: &mut dyn Write, frame: &Frame, id: &str) -> io::Result<()> {
+        let [left, top, right, bottom] = frame.plot;
+        let (w, h) = (right - left, bottom - top);
+        let area = format!(r#"<rect x="{left:.1}" y="{top:.1}" width="{w:.1}" height="{h:.1}""#);
+        writeln!(out, r#"<clipPath id="{id}">{area}/></clipPath>"#)?;
+        writeln!(out, r#"<g class="panel" clip-path="url(#{id})">"#)?;
+        Page { frame, width: w, title: None }.grid(out)?;
+        for stroke in &self.strokes {
+            let path = polyline(&stroke.points, frame);
+            let colour = hex(stroke.colour);
+            writeln!(out, r#"<path class="s" d="{path}" stroke="{colour}" stroke-width="{:.2}"/>"#, width(stroke))?;
+        }
+        let mut pen = Pen::new(1);
+        self.dots.iter().filter(|p| p.is_finite()).for_each(|&p| pen.dot(frame.map(p)));
+        writeln!(out, "<path class=\"dots\" d=\"{}\" stroke=\"{DOTS}\" stroke-width=\"4.4\"/>\n</g>", pen.finish())?;
+        writeln!(out, r##"{area} stroke="#D0D0D0"/>"##)?;
+        self.bar.as_ref().map_or(Ok(()), |bar| bar.write(out, left, bottom + BAR - 6.0))
+    }
+}
+
+impl Bar {
+    /// The text, the first value, the strip and the last value on one line.
+    fn write(&self, out: &mut dyn Write, left: f64, y: f64) -> io::Result<()> {
+        let step = ((self.to - self.from).abs() / 100.0).clamp(1e-3, 1.0);
+        let value = |value: f64| format!("{}{}", number(value, step), self.unit);
+        let head = format!("{} {}", self.text, value(self.from));
+        writeln!(out, r#"<text x="{left:.1}" y="{y:.1}">{}</text>"#, escape(&head))?;
+        let start = left + text_width(&head) + 6.0;
+        let pieces = 28;
+        writeln!(out, r#"<g class="bar" stroke-width="8" stroke-linecap="butt">"#)?;
+        for k in 0..pieces {
+            let colour = hex(mix(&self.colours, k as f64 / (pieces - 1) as f64));
+            let (x, piece) = (start + STRIP * k as f64 / pieces as f64, STRIP / pieces as f64);
+            // Half a pixel of overlap, so that the page does not shine through.
+            writeln!(out, r#"<path d="M{x:.1} {:.1}h{:.1}" stroke="{colour}"/>"#, y - 4.0, piece + 0.5)?;
+        }
+        writeln!(out, "</g>")?;
+        let end = start + STRIP + 8.0;
+        writeln!(out, r#"<text x="{end:.1}" y="{y:.1}">{}</text>"#, escape(&value(self.to)))
+    }
+}
+
+/// The width of a line as it is written: no negative, no NaN.
+pub(super) fn width(stroke: &Stroke) -> f64 {
+    if stroke.width.is_finite() { stroke.width.clamp(0.0, 100.0) } else { 1.0 }
+}
+
+pub(super) fn hex([red, green, blue]: Colour) -> String {
+    format!("#{red:02X}{green:02X}{blue:02X}")
+}
+
+/// Between evenly spaced colours, at `part` of the way from the first to the last.
+fn mix(colours: &[Colour], part: f64) -> Colour {
+    let Some(last) = colours.len().checked_sub(1) else { return [0; 3] };
+    let at = part.clamp(0.0, 1.0) * last as f64;
+    let k = (at as usize).min(last.saturating_sub(1));
+    let [from, to] = [k, last.min(k + 1)].map(|k| DVec3::from(colours[k].map(f64::from)));
+    (from + (to - from) * (at - k as f64)).to_array().map(|c| c.round() as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(y: f64) -> Vec<DVec2> {
+        vec![DVec2::ZERO, DVec2::new(0.5, y), DVec2::X]
+    }
+
+    #[test]
+    fn an_evolution_goes_from_bold_black_through_thin_blue_to_bold_red() {
+        let curves: Vec<_> = (0..6).map(|k| line(f64::from(k))).collect();
+        let panel = Panel::evolution("sine", &[DVec2::ZERO, DVec2::X], &curves);
+        let looks: Vec<_> = panel.strokes.iter().map(|s| (hex(s.colour), s.width > 1.5)).collect();
+        let bold = |colour: &str| (colour.to_string(), true);
+        let thin = |colour: &str| (colour.to_string(), false);
+        assert_eq!(
+            looks,
+            [bold("#000000"), thin("#1F4FE0"), thin("#5A3595"), thin("#951A4B"), thin("#D00000"), bold("#D00000")]
+        );
+        let names: Vec<_> = panel.strokes.iter().filter_map(|s| s.name.as_deref()).collect();
+        assert_eq!(names, ["first curve", "early iterations", "late iterations", "last curve"]);
+        for few in 0..3 {
+            let panel = Panel::evolution("", &[], &curves[..few]);
+            assert_eq!(panel.strokes.len(), few);
+            assert!(panel.strokes.last().is_none_or(|s| s.colour == LAST && s.width == 2.0));
+        }
+    }
+
+    #[test]
+    fn a_fan_is_coloured_by_end_angle_whatever_the_order() {
+        let angles = [1.0, -1.0, f64::NAN, 0.0];
+        let panel = Panel::fan("fan", &angles.map(|angle| (angle, line(angle))));
+        let colours: Vec<_> = panel.strokes.iter().map(|s| s.colour).collect();
+        assert_eq!(colours, [FAN[3], FAN[0], mix(&FAN, 0.5)]);
+        assert_eq!(panel.dots, [DVec2::ZERO, DVec2::X]);
+        let bar = panel.bar.unwrap();
+        assert_eq!((bar.from, bar.to), ((-1f64).to_degrees(), 1f64.to_degrees()));
+        assert_eq!(Panel::fan("none", &[]).bar, None);
+    }
+}
