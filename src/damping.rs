@@ -100,6 +100,12 @@ impl<N: Real + Scalar> Damping<N> {
         Verdict::Accept
     }
 
+    /// Damps more, before anything is tried: where H + λL is not positive definite. Whether that may help still.
+    pub fn stiffen(&mut self) -> bool {
+        self.grow();
+        self.lambda <= N::of(MOST)
+    }
+
     fn fail(&mut self) -> Verdict {
         self.grow();
         if self.lambda > N::of(MOST) { Verdict::Fail } else { Verdict::Again }

@@ -39,8 +39,7 @@ fn straight<S: Scalar>() -> S {
 pub(crate) fn evaluate<S: Scalar>(curve: &Universal, a: S, b: S) -> Evaluation<S> {
     let one = S::ONE;
     let bent = a.abs().max(b.abs()) - straight::<S>();
-    let canonical =
-        Canonical::of(bent.if_positive(a, S::of(STAND_IN)), bent.if_positive(b, S::of(-STAND_IN)));
+    let canonical = Canonical::of(bent.if_positive(a, S::of(STAND_IN)), bent.if_positive(b, S::of(-STAND_IN)));
     let (piece, found) = cheapest(curve, canonical.angles);
     let [a, b] = canonical.angles;
     let Evaluation { cost, gradient, hessian, .. } = at_piece(curve, &piece, a, b);

@@ -87,7 +87,6 @@ pub(crate) struct Piece<S> {
 /// The known parts of a problem: a and b canonical, η = (a + b)/2, 2h = a − b.
 #[derive(Clone, Copy, Debug)]
 struct Given<S> {
-    a: S,
     sine_a: S,
     cosine_a: S,
     turning: S,
@@ -108,7 +107,7 @@ impl<S: Scalar> Given<S> {
         let mean = sine_cosine(S::of(0.5) * (a + b));
         let sine_turning = S::of(2.0) * half.0 * half.1;
         let cosine_turning = S::ONE - S::of(2.0) * half.0 * half.0;
-        Given { a, sine_a, cosine_a, turning, sine_turning, cosine_turning, mean, half }
+        Given { sine_a, cosine_a, turning, sine_turning, cosine_turning, mean, half }
     }
 
     /// The piece that starts at t₀.
@@ -117,7 +116,8 @@ impl<S: Scalar> Given<S> {
         let q = S::of(curve.q);
         let t1 = t0 + self.turning;
         let (sine0, cosine0) = sine_cosine(t0);
-        let sine1 = (sine0 * self.cosine_turning + cosine0 * self.sine_turning).max(S::of(f64::from(f32::MIN_POSITIVE)));
+        let sine1 =
+            (sine0 * self.cosine_turning + cosine0 * self.sine_turning).max(S::of(f64::from(f32::MIN_POSITIVE)));
         let cosine1 = cosine0 * self.cosine_turning - sine0 * self.sine_turning;
         let (moment0, along0) = curve.moment_along(t0);
         let (moment1, along1) = curve.moment_along(t1);

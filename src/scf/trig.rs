@@ -109,7 +109,10 @@ mod tests {
             // 3 ε: of the quotient, of π/4, and of their sum.
             assert!((angle - y.atan2(x.max(0.0))).abs() <= 3.0 * f64::EPSILON * angle, "{y} {x}");
             let angle = first_quadrant_angle(y as f32, x.max(0.0) as f32);
-            assert!((angle as f64 - y.atan2(x.max(0.0))).abs() <= 3.0 * f64::from(f32::EPSILON) * angle as f64, "{y} {x}");
+            assert!(
+                (angle as f64 - y.atan2(x.max(0.0))).abs() <= 3.0 * f64::from(f32::EPSILON) * angle as f64,
+                "{y} {x}"
+            );
             let tiny = first_quadrant_angle(1e-30 * y, x.max(1e-3));
             assert!((tiny - (1e-30 * y).atan2(x.max(1e-3))).abs() <= 4e-16 * tiny);
         }

@@ -1,0 +1,424 @@
+//! Newton's method on the slopes of a chunk of curves: Σ cost over all segments, as a function of the directions at the dots.
+//!
+//! The gradient is the jump of the bending moment at every dot (times ν), the Hessian is tridiagonal, cyclic for closed curves. Unknowns are
+//! turns from reference directions, so that small angles keep their digits. Steps are those of cost^{1/ν}, the ν-norm of the curvature, which for large ν is
+//! far closer to a quadratic: Newton's own steps on a power ν shrink what is left by (ν − 2)/(ν − 1) only. All curves of a chunk advance together, a trial a tick: first
+//! their segments are evaluated side by side in vector lanes, whichever curve they belong to, then every curve judges its trial, and solves
+//! for its next step. What a curve does depends on nothing but itself.
+
+use rayon::prelude::*;
+
+use super::evaluation::{Evaluation, evaluate, evaluate_free};
+use super::universal::Universal;
+use crate::damping::{Damping, Trial, Verdict};
+use crate::linalg::banded::Banded;
+use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
+
+/// No direction turns by more than this in a step, in radians: further than a third of the way to where segments cease to exist
+/// the quadratic model says little.
+const MOST_TURN: f64 = 0.5;
+
+/// Steps are longer than Newton's own by (ν − 1) to this power at most. Of a pure power ν the whole way would be ν − 1; of the powers 0.3, ½,
+/// 0.7 and 1 tried, with ν = 4 and 20, this one wastes the fewest trials.
+const LONGEST: f64 = 0.3;
+
+/// Segments a task evaluates at least: fewer are done sooner than handed over.
+const TASK: usize = 4096;
+
+/// What is known of a segment's ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ends {
+    /// Both directions are unknowns, or fixed.
+    Directed,
+    /// The first direction is free: the curve starts straight, without moment.
+    FreeStart,
+    /// The last is.
+    FreeEnd,
+    /// Both are: the segment is straight.
+    Straight,
+}
+
+/// A segment of a curve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span<T> {
+    /// Angles of the reference directions at its ends from its chord.
+    pub angles: [T; 2],
+    /// Its chord length to the power 1 − ν, in units of the curve.
+    pub weight: T,
+    /// Which of the universal curves it is a piece of.
+    pub curve: u16,
+    pub ends: Ends,
+}
+
+/// The slopes of a curve through n dots: n − 1 segments, closed n.
+#[derive(Clone, Debug)]
+pub(crate) struct Problem<T> {
+    pub closed: bool,
+    /// ν, the largest where it differs from segment to segment.
+    pub exponent: f64,
+    pub spans: Vec<Span<T>>,
+    /// 1 where a direction is an unknown, 0 where it is fixed or free.
+    pub movable: Vec<T>,
+}
+
+/// How a curve's search goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Standing {
+    Running,
+    Converged,
+    /// No step leads down.
+    Stalled,
+    /// No step leads down, since segments that lead down have no minimiser.
+    Unattained,
+    /// Where it started already, a segment has no minimiser.
+    Nowhere,
+    /// Iterations ran out.
+    Tired,
+}
+
+/// A curve on its way.
+pub(crate) struct Search<T: Real + Scalar> {
+    pub problem: Problem<T>,
+    /// Turns from the reference directions.
+    pub turns: Vec<T>,
+    pub cost: T,
+    /// √(gᵀH⁻¹g / cost): Newton's decrement, relative, dimensionless.
+    pub decrement: T,
+    pub standing: Standing,
+    pub iterations: u32,
+    pub evaluations: u32,
+    gradient: Vec<T>,
+    step: Vec<T>,
+    trial: Vec<T>,
+    alpha: T,
+    slope: T,
+    /// How much longer than Newton's step of the cost that of its root is.
+    stretch: T,
+    smallest: T,
+    damping: Damping<T>,
+    matrix: Banded<T, 1>,
+    diagonal: Vec<T>,
+    coupling: Vec<T>,
+    unattained: bool,
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Until {
+    /// Of the relative decrement.
+    pub tolerance: f64,
+    pub iterations: u32,
+}
+
+impl<T: Real + Scalar<Number = T>> Problem<T> {
+    fn dots(&self) -> usize {
+        self.movable.len()
+    }
+
+    /// The dot a segment leads to.
+    fn after(&self, span: usize) -> usize {
+        if span + 1 == self.dots() { 0 } else { span + 1 }
+    }
+}
+
+impl<T: Real + Scalar<Number = T>> Search<T> {
+    /// Starts at the reference directions, turned.
+    pub fn new(problem: Problem<T>, turns: Vec<T>) -> Self {
+        let n = problem.dots();
+        let zero = vec![T::of(0.0); n];
+        let spans = problem.spans.len();
+        Search {
+            matrix: Banded::new(problem.closed, &[n]),
+            problem,
+            trial: turns.clone(),
+            turns,
+            cost: T::of(f64::INFINITY),
+            decrement: T::of(f64::INFINITY),
+            standing: Standing::Running,
+            iterations: 0,
+            evaluations: 0,
+            gradient: zero.clone(),
+            step: zero.clone(),
+            alpha: T::of(1.0),
+            slope: T::of(0.0),
+            stretch: T::of(1.0),
+            smallest: T::of(1.0),
+            damping: Damping::new(),
+            diagonal: zero,
+            coupling: vec![T::of(0.0); spans],
+            unattained: false,
+        }
+    }
+
+    /// Takes what the segments cost at the trial.
+    fn receive(&mut self, evaluations: &[Evaluation<T>], until: &Until) {
+        self.evaluations += 1;
+        let zero = T::of(0.0);
+        let problem = &self.problem;
+        let exists = evaluations.iter().all(|evaluation| evaluation.exists > zero);
+        let mut cost = zero;
+        let mut gradient = vec![zero; problem.dots()];
+        for (k, (span, evaluation)) in problem.spans.iter().zip(evaluations).enumerate() {
+            cost += span.weight * evaluation.cost;
+            gradient[k] += span.weight * evaluation.gradient[0];
+            gradient[problem.after(k)] += span.weight * evaluation.gradient[1];
+        }
+        for (g, &movable) in gradient.iter_mut().zip(&problem.movable) {
+            *g *= movable;
+        }
+        if !exists {
+            cost = T::of(f64::INFINITY);
+        }
+        if self.evaluations == 1 {
+            if !Real::is_finite(cost) {
+                self.standing = Standing::Nowhere;
+                return;
+            }
+        } else {
+            // As the root of the cost, which the step is Newton's of, relative to where it stands.
+            let (one, share) = (T::of(1.0), T::of(1.0 / problem.exponent));
+            let root = (cost / self.cost).powf(1.0 / problem.exponent);
+            let there = dot(&gradient, &self.step) * root / cost;
+            let trial = Trial {
+                smallest: self.smallest,
+                slopes: [share * self.stretch * self.slope / self.cost, share * self.stretch * there],
+                energies: [one, root],
+                alpha: self.alpha,
+            };
+            match self.damping.judge(&trial) {
+                Verdict::Accept => self.iterations += 1,
+                verdict => {
+                    self.unattained |= !exists;
+                    if verdict == Verdict::Fail {
+                        self.standing = if self.unattained { Standing::Unattained } else { Standing::Stalled };
+                        return;
+                    }
+                    return self.aim();
+                }
+            }
+        }
+        self.unattained = false;
+        self.cost = cost;
+        self.gradient = gradient;
+        std::mem::swap(&mut self.turns, &mut self.trial);
+        self.diagonal.fill(zero);
+        for (k, (span, evaluation)) in self.problem.spans.iter().zip(evaluations).enumerate() {
+            let after = self.problem.after(k);
+            self.diagonal[k] += span.weight * evaluation.hessian[0];
+            self.coupling[k] = span.weight * evaluation.hessian[1];
+            self.diagonal[after] += span.weight * evaluation.hessian[2];
+        }
+        self.aim();
+        let square = -self.slope;
+        let undamped = self.damping.lambda == zero && self.smallest > zero;
+        if square <= zero && self.gradient.iter().all(|&g| g == zero) {
+            self.decrement = zero;
+            self.standing = Standing::Converged;
+        } else if undamped {
+            self.decrement = Scalar::sqrt(Scalar::max(square, zero) / self.cost);
+            if self.decrement <= T::of(until.tolerance) {
+                self.standing = Standing::Converged;
+            }
+        }
+        if self.standing == Standing::Running && self.iterations >= until.iterations {
+            self.standing = Standing::Tired;
+        }
+    }
+
+    /// Factors H + λ diag|H|; whether it is positive definite.
+    fn factor(&mut self) -> bool {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        let lambda = self.damping.lambda;
+        self.matrix.clear();
+        for (k, &d) in self.diagonal.iter().enumerate() {
+            // A dot between straight segments has no stiffness at all, and no moment.
+            let d = if d == zero { one } else { d + lambda * Scalar::abs(d) };
+            self.matrix.add_diagonal(k, d);
+        }
+        for (k, &c) in self.coupling.iter().enumerate() {
+            // Rows of a cyclic matrix count on: the last segment leads to row n, which is row 0.
+            self.matrix.add_entry(k + 1, k, c);
+        }
+        self.smallest = self.matrix.factor(&self.problem.movable);
+        self.smallest > zero
+    }
+
+    /// The next step, −(H + λ diag|H|)⁻¹ g, and the trial it leads to.
+    fn aim(&mut self) {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        while !self.factor() && self.damping.stiffen() {}
+        let mut p: Vec<[T; 1]> = self.gradient.iter().map(|&g| [-g]).collect();
+        self.matrix.solve(&mut p);
+        let mut most = zero;
+        for (step, [p]) in self.step.iter_mut().zip(p) {
+            *step = p;
+            most = Scalar::max(most, Scalar::abs(p));
+        }
+        self.slope = dot(&self.gradient, &self.step);
+        // Newton's step of cost^{1/ν} is longer than that of the cost by 1/(1 − (1 − 1/ν) gᵀH⁻¹g/cost).
+        let exponent = self.problem.exponent;
+        let left = one + T::of(1.0 - 1.0 / exponent) * self.slope / self.cost;
+        let least = T::of((exponent - 1.0).max(1.0).powf(-LONGEST));
+        self.stretch = one / Scalar::max(left, least);
+        let most = self.stretch * most;
+        let cap = T::of(MOST_TURN);
+        self.alpha = if most > cap { cap / most } else { one };
+        let along = self.alpha * self.stretch;
+        for ((trial, &turn), &step) in self.trial.iter_mut().zip(&self.turns).zip(&self.step) {
+            *trial = turn + along * step;
+        }
+    }
+}
+
+fn dot<T: Real + Scalar>(a: &[T], b: &[T]) -> T {
+    a.iter().zip(b).fold(T::of(0.0), |sum, (&a, &b)| sum + a * b)
+}
+
+/// Angles to be evaluated, all of one universal curve and one kind, and where the results belong.
+#[derive(Default)]
+struct Group<T> {
+    angles: Vec<[T; 2]>,
+    places: Vec<u32>,
+    found: Vec<Evaluation<T>>,
+}
+
+/// Room for the evaluations of a chunk's segments.
+pub(crate) struct Workspace<T> {
+    /// Two groups for every universal curve: directed at both ends, and free at the start.
+    groups: Vec<[Group<T>; 2]>,
+    found: Vec<Evaluation<T>>,
+}
+
+/// Evaluates lists of angles, L side by side.
+struct Evaluate<'a, T, const L: usize> {
+    curve: &'a Universal,
+    free: bool,
+    angles: &'a [[T; 2]],
+    found: &'a mut [Evaluation<T>],
+}
+
+impl<T: Real + Scalar<Number = T>, const L: usize> Evaluate<'_, T, L> {
+    #[inline(always)]
+    fn run(self) {
+        for (angles, found) in self.angles.chunks(L).zip(self.found.chunks_mut(L)) {
+            // A group that is not full repeats its last: the same numbers twice change nothing.
+            let angle = |end: usize| Lanes::<T, L>(std::array::from_fn(|l| angles[l.min(angles.len() - 1)][end]));
+            let (a, b) = (angle(0), angle(1));
+            let all = if self.free { evaluate_free(self.curve, b) } else { evaluate(self.curve, a, b) };
+            for (l, found) in found.iter_mut().enumerate() {
+                *found = Evaluation {
+                    cost: all.cost.lane(l),
+                    gradient: all.gradient.map(|x| x.lane(l)),
+                    hessian: all.hessian.map(|x| x.lane(l)),
+                    exists: all.exists.lane(l),
+                };
+            }
+        }
+    }
+}
+
+impl<T: Real + Scalar<Number = T>, const L: usize> pulp::WithSimd for Evaluate<'_, T, L> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<Registers: pulp::Simd>(self, _: Registers) {
+        self.run();
+    }
+}
+
+/// Evaluates segments of unit chord with the given end angles, of one universal curve, on all threads.
+pub(crate) fn evaluate_all<T: Real + Scalar<Number = T>>(
+    curve: &Universal,
+    free: bool,
+    angles: &[[T; 2]],
+    found: &mut [Evaluation<T>],
+) {
+    let part = |(angles, found): (&[[T; 2]], &mut [Evaluation<T>])| {
+        let all = Evaluate::<T, 4> { curve, free, angles, found };
+        if let Err(all) = with_wide_registers(all) {
+            all.run();
+        }
+    };
+    if angles.len() <= TASK {
+        return part((angles, found));
+    }
+    angles.par_chunks(TASK).zip(found.par_chunks_mut(TASK)).for_each(part);
+}
+
+const NOTHING: f64 = 0.0;
+
+impl<T: Real + Scalar<Number = T>> Workspace<T> {
+    pub fn new(curves: usize) -> Self {
+        let group = || Group { angles: Vec::new(), places: Vec::new(), found: Vec::new() };
+        Workspace { groups: (0..curves).map(|_| [group(), group()]).collect(), found: Vec::new() }
+    }
+
+    /// Evaluates the trials of all running searches.
+    fn evaluate(&mut self, curves: &[Universal], searches: &[Search<T>]) {
+        let nothing = T::of(NOTHING);
+        let none = Evaluation { cost: nothing, gradient: [nothing; 2], hessian: [nothing; 3], exists: T::of(1.0) };
+        for group in self.groups.iter_mut().flatten() {
+            group.angles.clear();
+            group.places.clear();
+        }
+        self.found.clear();
+        for search in searches.iter().filter(|search| search.standing == Standing::Running) {
+            let problem = &search.problem;
+            for (k, span) in problem.spans.iter().enumerate() {
+                let [a, b] = [span.angles[0] + search.trial[k], span.angles[1] + search.trial[problem.after(k)]];
+                let (kind, angles) = match span.ends {
+                    Ends::Directed => (0, [a, b]),
+                    Ends::FreeStart => (1, [nothing, b]),
+                    // From the other end, and mirrored.
+                    Ends::FreeEnd => (1, [nothing, -a]),
+                    Ends::Straight => {
+                        self.found.push(none);
+                        continue;
+                    }
+                };
+                let group = &mut self.groups[span.curve as usize][kind];
+                group.angles.push(angles);
+                group.places.push(self.found.len() as u32);
+                self.found.push(none);
+            }
+        }
+        for (curve, groups) in curves.iter().zip(&mut self.groups) {
+            for (kind, group) in groups.iter_mut().enumerate() {
+                group.found.resize(group.angles.len(), none);
+                evaluate_all(curve, kind == 1, &group.angles, &mut group.found);
+                for (&place, &found) in group.places.iter().zip(&group.found) {
+                    self.found[place as usize] = found;
+                }
+            }
+        }
+        // Back to the first end where that is the directed one.
+        let mut place = 0;
+        for search in searches.iter().filter(|search| search.standing == Standing::Running) {
+            for span in &search.problem.spans {
+                if span.ends == Ends::FreeEnd {
+                    let found = &mut self.found[place];
+                    found.gradient = [-found.gradient[1], nothing];
+                    found.hessian = [found.hessian[2], nothing, nothing];
+                }
+                place += 1;
+            }
+        }
+    }
+
+    /// One trial of every running search.
+    pub fn tick(&mut self, curves: &[Universal], searches: &mut [Search<T>], until: &Until) {
+        self.evaluate(curves, searches);
+        let mut place = 0;
+        for search in searches.iter_mut().filter(|search| search.standing == Standing::Running) {
+            let spans = search.problem.spans.len();
+            search.receive(&self.found[place..place + spans], until);
+            place += spans;
+        }
+    }
+
+    /// Until none runs any more.
+    pub fn run(&mut self, curves: &[Universal], searches: &mut [Search<T>], until: &Until) {
+        while searches.iter().any(|search| search.standing == Standing::Running) {
+            self.tick(curves, searches, until);
+        }
+    }
+}
