@@ -13,13 +13,15 @@ benches/data.sh hanzi
 python=benches/peers/.venv/bin/python
 "$python" benches/peers/natural.py --write-random
 "$python" benches/peers/fair.py --write-points
-cargo build --release --quiet --locked --example peer_natural --example peer_fair
+"$python" benches/peers/scf.py --write-input
+cargo build --release --quiet --locked --example peer_natural --example peer_fair --example peer_scf
 
 lines=benches/data/peers.jsonl
 "${CARGO_TARGET_DIR:-target}/release/examples/peer_natural" "$@" | tee "$lines"
 "$python" benches/peers/natural.py "$@" | tee -a "$lines"
 "${CARGO_TARGET_DIR:-target}/release/examples/peer_fair" "$@" > benches/data/fair.json
 "$python" benches/peers/fair.py --faircurve benches/data/fair.json "$@" | tee -a "$lines"
-"$python" benches/peers/scf.py "$@" | tee -a "$lines"
+"${CARGO_TARGET_DIR:-target}/release/examples/peer_scf" "$@" | tee -a "$lines"
+"$python" benches/peers/scf.py --faircurve benches/data/scf-faircurve.npz "$@" | tee -a "$lines"
 echo
 "$python" benches/peers/ratios.py "$lines"

@@ -71,6 +71,8 @@ pub(crate) struct Piece<S> {
     pub cosine: [S; 2],
     /// S(t₀), S(t₁)
     pub moment: [S; 2],
+    /// t₀^q, where t₀ ≤ π/2
+    pub power: S,
     /// Displacement in the direction of the force, and across it.
     pub along: S,
     pub across: S,
@@ -119,7 +121,7 @@ impl<S: Scalar> Given<S> {
         let sine1 =
             (sine0 * self.cosine_turning + cosine0 * self.sine_turning).max(S::of(f64::from(f32::MIN_POSITIVE)));
         let cosine1 = cosine0 * self.cosine_turning - sine0 * self.sine_turning;
-        let (moment0, along0) = curve.moment_along(t0);
+        let (moment0, along0, power) = curve.moment_along_power(t0);
         let (moment1, along1) = curve.moment_along(t1);
         let along = along1 - side * along0;
         let across = (moment1 - side * moment0) / q;
@@ -135,6 +137,7 @@ impl<S: Scalar> Given<S> {
             sine: [sine0, sine1],
             cosine: [cosine0, cosine1],
             moment: [moment0, moment1],
+            power,
             along,
             across,
             miss: [along * sine_force + across * cosine_force, along * cosine_force - across * sine_force],
@@ -205,7 +208,7 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
     // Without: t₀ from the ratio of moments R that splines have; with: from below, where φ > −π/2.
     let ratio = ((S::of(2.0) * a + b) / (-(a + S::of(2.0) * b))).max(zero);
     let ratio = smaller(ratio, one);
-    let mut t0 = side.if_positive(given.start_of_ratio(curve, ratio), (-a).max(zero));
+    let mut t0 = side.if_positive(given.start_of(curve.root(ratio)), (-a).max(zero));
     // Room: t₁ < π and φ < π/2.
     let room = S::of(PI) - given.turning.max(a).max(zero);
     let mut low = t0;
@@ -232,13 +235,15 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         let next_ratio = smaller(next_ratio, one);
         // With: in t₀, or in w = t₀^q where that may be near 0.
         let by_start = stretch * piece.slope / piece.soft;
-        let w = curve.power(t0);
+        let w = piece.power;
         let lift = t0.if_positive(piece.moment[0] * t0 / (w * piece.sine[0]), one);
         let by_moment = stretch * piece.slope * lift / q;
         let rises = piece.slope;
         low = (-miss).if_positive(t0, low);
-        let moved = (-a).if_positive(miss / by_start, miss / by_moment);
-        let newton = (-a).if_positive(t0 - moved, curve.root((w - moved).max(zero)));
+        let late = (-a).max(t0 - S::of(FRAC_PI_2));
+        let moved = late.if_positive(miss / by_start, miss / by_moment);
+        let root = curve.root(side.if_positive(next_ratio, (w - moved).max(zero)));
+        let newton = late.if_positive(t0 - moved, root);
         let most = t0 + S::of(REACH) * (room - t0);
         let newton = smaller(newton, most);
         let inflected = rises.if_positive(newton, S::of(0.5) * (low + t0));
@@ -247,9 +252,9 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         let hopeless = ended.if_positive((-miss).if_positive(one, -one), -one);
         let hopeless = side.if_positive(-one, hopeless);
         live = hopeless.if_positive(-one, live);
-        let next = side.if_positive(given.start_of_ratio(curve, next_ratio), inflected);
+        let next = side.if_positive(given.start_of(root), inflected);
         // Moments are measured by the larger, which is at the end.
-        let scale = side.if_positive(one, (-a).if_positive(t0, piece.moment[1]));
+        let scale = side.if_positive(one, late.if_positive(t0, piece.moment[1]));
         let moved = side.if_positive(next_ratio - ratio, moved);
         last = live.if_positive((last_step * scale - moved.abs()).if_positive(one, zero), last);
         t0 = live.if_positive(next, t0);
@@ -263,10 +268,9 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
 }
 
 impl<S: Scalar> Given<S> {
-    /// t₀ at which the moments have the ratio R = S(t₀)/S(t₁): tan t₀ = ρ sin 2h / (1 − ρ cos 2h), ρ = R^{1/q}.
+    /// t₀ at which the moments have the ratio R = S(t₀)/S(t₁): tan t₀ = ρ sin 2h / (1 − ρ cos 2h), ρ = R^{1/q} = sin t₀/sin t₁.
     #[inline(always)]
-    fn start_of_ratio(&self, curve: &Universal, ratio: S) -> S {
-        let rho = curve.root(ratio);
+    fn start_of(&self, rho: S) -> S {
         first_quadrant_angle(rho * self.sine_turning, S::ONE - rho * self.cosine_turning)
     }
 }
@@ -300,6 +304,7 @@ pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, 
             sine: [zero, sine],
             cosine: [one, cosine],
             moment: [zero, moment],
+            power: zero,
             along,
             across,
             miss: [along * sine_force + across * cosine_force, along * cosine_force - across * sine_force],

@@ -87,12 +87,19 @@ impl Universal {
     /// S(t) and J(t) for 0 ≤ t ≤ π.
     #[inline(always)]
     pub fn moment_along<S: Scalar>(&self, t: S) -> (S, S) {
+        let (moment, along, _) = self.moment_along_power(t);
+        (moment, along)
+    }
+
+    /// S(t) and J(t) for 0 ≤ t ≤ π, and t^q for t ≤ π/2.
+    #[inline(always)]
+    pub fn moment_along_power<S: Scalar>(&self, t: S) -> (S, S, S) {
         let folds = t - S::of(FRAC_PI_2);
         let near = folds.if_positive(S::of(PI) - t, t).max(S::ZERO);
         let x = near * near * S::of(2.0 / (FRAC_PI_2 * FRAC_PI_2)) - S::ONE;
         let power = self.power(near);
         let along = near * power * polynomial(&self.along, x);
-        (power * polynomial(&self.moment, x), folds.if_positive(S::of(2.0 * self.half) - along, along))
+        (power * polynomial(&self.moment, x), folds.if_positive(S::of(2.0 * self.half) - along, along), power)
     }
 
     /// L(t) for 0 ≤ t ≤ π.
