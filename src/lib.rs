@@ -11,7 +11,7 @@
 //! * [`CurveBatch`]: many point lists, 2-D or 3-D, each of its own length, open or closed, with names, parameters, weights
 //!   and [`Constraints`]. [`io`] reads and writes CSV, GeoJSON, SVG and NPZ.
 //! * [`spline::Natural`] goes through every point, [`spline::Smoothing`] near them, [`discrete::Fair`] where an energy of
-//!   your choice is least (length, bending, variation of curvature, …). A method is a struct of options; `fit` returns a [`Fit`], `fit_sampled` its samples too, taken by the same device.
+//!   your choice is least (length, bending, variation of curvature, …), [`scf::Smooth`] exactly where ∫|κ|^ν ds is. A method is a struct of options; `fit` returns a [`Fit`], `fit_sampled` its samples too, taken by the same device.
 //! * A [`Fit`] holds [`Curve`]s, to be sampled, differentiated and measured alike whatever the method, and a
 //!   [`CurveReport`] each. A curve that cannot be fitted has a [`CurveStatus`] and a sentence, comes out as its input
 //!   and changes no bit of its neighbours. An [`Error`] is for what concerns the whole run.
@@ -88,8 +88,8 @@
 //!
 //! The same batch on the same device gives the same bits, and a curve's bits do not depend on its neighbours.
 //!
-//! Fair curves are iterated until their gradient is small; on a GPU they are held to 1e-4 of the curve's size and 1e-5 of the
-//! energy in f32, to 1e-6 and 1e-10 in f64.
+//! Fair curves and smooth connection functions are iterated until their gradient is small; on a GPU they are held to 1e-5 of the curve's
+//! size and of the energy in f32, to 1e-9 and 1e-10 in f64. Smooth connection functions have no other error.
 //!
 //! # Limits
 //!
