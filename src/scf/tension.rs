@@ -1,0 +1,306 @@
+//! One planar segment with tension: least ∫(|κ|^ν + λ) ds between two points with given end tangents.
+//!
+//! # The curves
+//!
+//! The length is free, ν > 1 and λ > 0. With ψ the tangent's angle from a fixed direction, every stationary curve has
+//! the first integral (ν − 1)|κ|^ν = F cos ψ + λ. Here it is written (ν − 1)|κ|^ν = λ − P·T, T the unit tangent and
+//! P = −F the pull on the second end, [`force`](TensionSegment::force), which is the gradient of the cost with
+//! respect to that end. As an arc is a function of the tangent's angle θ with radius of curvature
+//! ρ = ((ν − 1)/(λ − P·T))^{1/ν}, its displacement across P is elementary, and its displacement along P and its
+//! length are integrals of ρ, by Gauss rules good to about 1e−14.
+//!
+//! * |P| < λ: the curvature is never 0, and the curve turns one way (orbit-like; P = 0 is the circle).
+//! * |P| > λ: the curvature is 0 where the tangent is at acos(λ/|P|) to the pull; there may be an inflection.
+//! * |P| = λ: the curvature falls to 0 as the tangent nears the pull. For ν ≤ 2 it never gets there. **For ν > 2 it gets
+//!   there within a finite length, and a straight piece of any length fits in** along the pull: between two arcs that
+//!   turn the same way or opposite ways, the minimiser is then exactly straight in its middle, of
+//!   [`flat_length`](TensionSegment::flat_length). This is not a rare case: every segment that does not start and end
+//!   along its chord has a flat piece once λ·chord^ν is large enough.
+//!
+//! # Which curve is returned
+//!
+//! The turning b − a is that of the angles as given, in [−π, π] each, so that a segment may turn by up to a full turn.
+//! Among curves that turn one way only, the problem is convex in ρ(θ), so the stationary one, if there is one, is the
+//! cheapest; it is returned. If there is none, the best of them would like to be straight at an end, and turning beyond
+//! that end is cheaper: the curve has one inflection (or a flat piece between opposite arcs) at an angle ω beyond both
+//! ends' angles, and the one with the smallest overshoot that is a local minimum in ω is returned. For λ → 0 this is
+//! the tension-free segment where that exists. Otherwise, as for (150°, −20°) or (100°, −90°), the tension holds
+//! together a loop whose size is of order λ^{−1/ν} as λ → 0.
+//!
+//! It is not claimed that this is the least cost of all curves: without a bound on the turning there is none at λ = 0,
+//! for a large figure of eight with the same end tangents costs as little as one likes, and at small λ such a loop, which
+//! is stationary too, may be cheaper than the segment next to the chord. Curves with two inflections or more, and
+//! those that overshoot on the other side, are left out; that they cannot be cheaper is not proved.
+
+mod quadrature;
+mod solve;
+
+#[cfg(test)]
+mod tests;
+
+use quadrature::{Law, Pull};
+use solve::{Course, Shape, Solver};
+use std::f64::consts::PI;
+
+/// How far, in chords, a segment's arcs may miss its second point before it counts as not solved.
+const CLOSURE: f64 = 1e-9;
+
+/// A point of a segment, in the frame in which the first point is the origin and the chord lies along +x.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Site {
+    /// The point, in the units of the chord.
+    pub point: [f64; 2],
+    /// Angle of the tangent from the chord, in radians, continuous along the segment.
+    pub angle: f64,
+    /// Signed curvature, positive where the curve turns left.
+    pub curvature: f64,
+}
+
+/// An arc that turns one way, or a straight piece.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    from: f64,
+    to: f64,
+    /// Angle and sense from which the law's argument is counted.
+    axis: f64,
+    sense: f64,
+    /// Arc length and point at which it starts.
+    start: f64,
+    point: [f64; 2],
+    length: f64,
+}
+
+/// The curve of least ∫(|κ|^ν + λ) ds between two points with given end tangents, of free length.
+///
+/// ```
+/// use faircurve::scf::TensionSegment;
+///
+/// // A turn by more than half a turn has no curve of least ∫κ² ds; a tension makes one.
+/// let (a, b) = (100f64.to_radians(), (-90f64).to_radians());
+/// let segment = TensionSegment::between(1.0, [a, b], 2.0, 0.5).unwrap();
+/// let end = segment.at(segment.length());
+/// assert!((end.point[0] - 1.0).abs() < 1e-12 && end.point[1].abs() < 1e-12 && (end.angle - b).abs() < 1e-12);
+///
+/// // At ν > 2, a long chord is exactly straight in its middle.
+/// let long = TensionSegment::between(20.0, [0.5, 0.5], 3.0, 1.0).unwrap();
+/// assert!(long.flat_length() > 10.0);
+/// assert_eq!(long.at(0.5 * long.length()).curvature, 0.0);
+/// ```
+#[derive(Clone, Debug)]
+pub struct TensionSegment {
+    chord: f64,
+    /// −1 where the solution is the mirror image of the segment.
+    mirror: f64,
+    law: Law,
+    shape: Shape,
+    /// On a chord of 1, mirrored.
+    pieces: [Piece; 4],
+    length: f64,
+}
+
+impl Piece {
+    fn is_straight(&self) -> bool {
+        self.from == self.to
+    }
+
+    fn argument(&self, angle: f64) -> f64 {
+        self.sense * (angle - self.axis)
+    }
+}
+
+impl TensionSegment {
+    /// The segment over a chord of `chord_length` whose end tangents are at `angles` from the chord, in radians, left
+    /// positive, for ν = `exponent` and λ = `tension`.
+    ///
+    /// `None` for input outside its domain: a chord that is not positive, angles outside [−π, π], ν ≤ 1, λ ≤ 0 (a
+    /// segment without tension is another's work, since it may have no minimiser), or anything not finite. `None` as well
+    /// where the roots are beyond f64: λ·chord^ν under- or overflows, or the middle of a segment with ν ≤ 2 (or just
+    /// above) is straighter than 1e−300, for ν = 2 from about chord·√λ = 700.
+    pub fn between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Option<Self> {
+        let sound = chord_length > 0.0
+            && chord_length.is_finite()
+            && angles.iter().all(|angle| angle.abs() <= PI)
+            && exponent > 1.0
+            && exponent.is_finite()
+            && tension > 0.0;
+        let scaled = tension * chord_length.powf(exponent);
+        if !sound || !scaled.is_normal() {
+            return None;
+        }
+        let law = Law::new(exponent, scaled);
+        let mirror = if angles[0] + angles[1] > 0.0 { -1.0 } else { 1.0 };
+        let [first, last] = angles.map(|angle| mirror * angle);
+        let shape = Solver { law: &law, low: first.min(last), high: first.max(last) }.solve()?;
+        let mut segment =
+            Self { chord: chord_length, mirror, law, shape, pieces: Self::course(shape, first, last), length: 0.0 };
+        let end = segment.place();
+        let missed = (end[0] - 1.0).hypot(end[1]);
+        (missed <= CLOSURE * segment.length.max(1.0)).then_some(segment)
+    }
+
+    /// The pieces, without their lengths.
+    fn course(shape: Shape, first: f64, last: f64) -> [Piece; 4] {
+        let Shape { pull, axis, course, .. } = shape;
+        let sense = if let Pull::Above(_) = pull { -1.0 } else { 1.0 };
+        let piece = |from, to, axis, sense| Piece { from, to, axis, sense, start: 0.0, point: [0.0; 2], length: 0.0 };
+        let near = |from, to| piece(from, to, axis, sense);
+        match course {
+            Course::Direct => [near(first, last), near(last, last), near(last, last), near(last, last)],
+            Course::Through(middle) => [near(first, middle), near(middle, middle), near(middle, last), near(last, last)],
+            Course::Around(lowest) => {
+                // Each half has its own inflection for an origin, where its argument is exactly 0.
+                let far = |from, to| piece(from, to, lowest, 1.0);
+                let middle = 0.5 * (lowest + axis);
+                if first <= last {
+                    [far(first, lowest), far(lowest, middle), near(middle, axis), near(axis, last)]
+                } else {
+                    [near(first, axis), near(axis, middle), far(middle, lowest), far(lowest, last)]
+                }
+            }
+        }
+    }
+
+    /// Gives the pieces their lengths and starts; the end of the last.
+    fn place(&mut self) -> [f64; 2] {
+        let (mut start, mut point) = (0.0, [0.0; 2]);
+        for index in 0..self.pieces.len() {
+            let piece = &mut self.pieces[index];
+            (piece.start, piece.point) = (start, point);
+            let piece = *piece;
+            let [length, x, y] = if index == 1 && piece.is_straight() {
+                let (sine, cosine) = piece.from.sin_cos();
+                [1.0, cosine, sine].map(|part| part * self.shape.flat)
+            } else {
+                self.arc(piece, piece.argument(piece.from), piece.argument(piece.to))
+            };
+            self.pieces[index].length = length;
+            start += length;
+            point = [point[0] + x, point[1] + y];
+        }
+        self.length = start;
+        point
+    }
+
+    /// Length and displacement of an arc between two of the law's arguments, on a chord of 1.
+    fn arc(&self, piece: Piece, from: f64, to: f64) -> [f64; 3] {
+        let [length, along, across] = self.law.arc(self.shape.pull, from.min(to), from.max(to));
+        let across = piece.sense * across;
+        let (sine, cosine) = piece.axis.sin_cos();
+        [length, along * cosine - across * sine, along * sine + across * cosine]
+    }
+
+    fn pull(&self) -> [f64; 2] {
+        let strength = self.law.strength(self.shape.pull);
+        let direction = self.shape.axis + self.law.opening(self.shape.pull);
+        [strength * direction.cos(), strength * direction.sin()]
+    }
+
+    /// ∫(|κ|^ν + λ) ds = (νλ·length − P·chord)/(ν − 1), by the first integral.
+    pub fn cost(&self) -> f64 {
+        let Law { nu, tension, .. } = self.law;
+        (nu * tension * self.length - self.pull()[0]) / (nu - 1.0) * self.chord.powf(1.0 - nu)
+    }
+
+    /// Arc length.
+    pub fn length(&self) -> f64 {
+        self.chord * self.length
+    }
+
+    /// The first and the last piece that turn, if any does.
+    fn ends(&self) -> Option<[Piece; 2]> {
+        let mut turning = self.pieces.iter().filter(|piece| !piece.is_straight());
+        let first = *turning.next()?;
+        Some([first, *turning.last().unwrap_or(&first)])
+    }
+
+    /// Curvatures at the two ends, positive where the curve turns left.
+    pub fn curvatures(&self) -> [f64; 2] {
+        let Some([first, last]) = self.ends() else { return [0.0; 2] };
+        [(first, first.from), (last, last.to)].map(|(piece, angle)| {
+            let curvature = self.law.curvature(self.shape.pull, piece.argument(angle));
+            self.mirror * curvature.copysign(piece.to - piece.from) / self.chord
+        })
+    }
+
+    /// |κ|^(ν−1) sgn κ at the two ends, so that ∂cost/∂a = −ν·M₀ and ∂cost/∂b = ν·M₁.
+    pub fn moments(&self) -> [f64; 2] {
+        self.curvatures().map(|curvature| curvature.abs().powf(self.law.nu - 1.0).copysign(curvature))
+    }
+
+    /// The pull P on the second end: the gradient of the cost with respect to the second point, the tangents kept. The
+    /// first integral is (ν − 1)|κ|^ν = λ − P·T.
+    pub fn force(&self) -> [f64; 2] {
+        let [x, y] = self.pull();
+        let scale = self.chord.powf(-self.law.nu);
+        [scale * x, self.mirror * scale * y]
+    }
+
+    /// Whether the curvature changes its sign, at a point or across a straight piece.
+    pub fn has_inflection(&self) -> bool {
+        let mut turning = self.pieces.iter().filter(|piece| !piece.is_straight()).map(|piece| piece.to > piece.from);
+        let first = turning.next();
+        turning.any(|left| Some(left) != first)
+    }
+
+    /// Length of the exactly straight piece; 0 where there is none, and always for ν ≤ 2 but on a straight segment.
+    pub fn flat_length(&self) -> f64 {
+        self.chord * self.shape.flat
+    }
+
+    /// Point, tangent and curvature at an arc length from the first point, held to 0 … [`length`](Self::length).
+    /// A root of the arc's length to rounding: some tens of microseconds.
+    pub fn at(&self, arc_length: f64) -> Site {
+        let target = (arc_length / self.chord).clamp(0.0, self.length);
+        let reached = self.pieces.iter().rposition(|piece| target >= piece.start && piece.length > 0.0);
+        let piece = self.pieces[reached.unwrap_or(0)];
+        let along = (target - piece.start).min(piece.length);
+        if piece.is_straight() {
+            let (sine, cosine) = piece.from.sin_cos();
+            return self.site([piece.point[0] + along * cosine, piece.point[1] + along * sine], piece.from, 0.0);
+        }
+        let from = piece.argument(piece.from);
+        let reached = self.argument_at(from, piece.argument(piece.to), along, piece.length);
+        let [_, x, y] = self.arc(piece, from, reached);
+        let curvature = self.law.curvature(self.shape.pull, reached).copysign(piece.to - piece.from);
+        self.site([piece.point[0] + x, piece.point[1] + y], piece.axis + piece.sense * reached, curvature)
+    }
+
+    fn site(&self, [x, y]: [f64; 2], angle: f64, curvature: f64) -> Site {
+        Site {
+            point: [self.chord * x, self.mirror * self.chord * y],
+            angle: self.mirror * angle,
+            curvature: self.mirror * curvature / self.chord,
+        }
+    }
+
+    /// The law's argument at a length from the one at which an arc starts.
+    fn argument_at(&self, from: f64, to: f64, along: f64, length: f64) -> f64 {
+        // A scale on which the length is about linear in the unknown, however near to 0 the curvature comes.
+        let Law { nu, q, .. } = self.law;
+        let (power, width): (f64, f64) = match self.shape.pull {
+            Pull::Below(gap) => (1.0, (2.0 * gap / (1.0 - gap)).sqrt().min(1.0)),
+            Pull::Critical => (1.0 - 2.0 / nu, 0.0),
+            Pull::Above(_) => (q, 2.0 * self.law.opening(self.shape.pull)),
+        };
+        let to_scale = |x: f64| match self.shape.pull {
+            Pull::Below(_) => (x / width).asinh(),
+            Pull::Critical => x.abs().powf(power).copysign(x),
+            Pull::Above(_) => (x.max(0.0) / width).sqrt().asinh().powf(2.0 * power),
+        };
+        let from_scale = |y: f64| match self.shape.pull {
+            Pull::Below(_) => width * y.sinh(),
+            Pull::Critical => y.abs().powf(1.0 / power).copysign(y),
+            Pull::Above(_) => width * y.powf(0.5 / power).sinh().powi(2),
+        };
+        if along <= 0.0 || along >= length {
+            return if along <= 0.0 { from } else { to };
+        }
+        let f = |y: f64| {
+            let x = from_scale(y);
+            self.law.arc(self.shape.pull, from.min(x), from.max(x))[0] - along
+        };
+        let y = solve::root(f, (to_scale(from), -along), (to_scale(to), length - along), 0.0);
+        let x = from_scale(y);
+        x.clamp(from.min(to), from.max(to))
+    }
+}
