@@ -61,9 +61,10 @@ pub struct Site {
 struct Piece {
     from: f64,
     to: f64,
-    /// Angle and sense from which the law's argument is counted.
+    /// Angle and sense from which the law's arguments are counted, and the two ends' arguments.
     axis: f64,
     sense: f64,
+    arguments: [f64; 2],
     /// Arc length and point at which it starts.
     start: f64,
     point: [f64; 2],
@@ -100,11 +101,7 @@ pub struct TensionSegment {
 
 impl Piece {
     fn is_straight(&self) -> bool {
-        self.from == self.to
-    }
-
-    fn argument(&self, angle: f64) -> f64 {
-        self.sense * (angle - self.axis)
+        self.arguments[0] == self.arguments[1]
     }
 }
 
@@ -140,21 +137,40 @@ impl TensionSegment {
 
     /// The pieces, without their lengths.
     fn course(shape: Shape, first: f64, last: f64) -> [Piece; 4] {
-        let Shape { pull, axis, course, .. } = shape;
+        let Shape { pull, axis, course, ends: [low, high], .. } = shape;
         let sense = if let Pull::Above(_) = pull { -1.0 } else { 1.0 };
-        let piece = |from, to, axis, sense| Piece { from, to, axis, sense, start: 0.0, point: [0.0; 2], length: 0.0 };
-        let near = |from, to| piece(from, to, axis, sense);
+        let piece = |[from, to]: [f64; 2], arguments, axis, sense| {
+            Piece { from, to, axis, sense, arguments, start: 0.0, point: [0.0; 2], length: 0.0 }
+        };
+        let near = |angles, arguments| piece(angles, arguments, axis, sense);
+        let [at_first, at_last] = if first <= last { [low, high] } else { [high, low] };
+        let nothing = near([last; 2], [at_last; 2]);
         match course {
-            Course::Direct => [near(first, last), near(last, last), near(last, last), near(last, last)],
-            Course::Through(middle) => [near(first, middle), near(middle, middle), near(middle, last), near(last, last)],
+            Course::Direct => [near([first, last], [at_first, at_last]), nothing, nothing, nothing],
+            Course::Through(middle) => [
+                near([first, middle], [at_first, 0.0]),
+                near([middle; 2], [0.0; 2]),
+                near([middle, last], [0.0, at_last]),
+                nothing,
+            ],
             Course::Around(lowest) => {
                 // Each half has its own inflection for an origin, where its argument is exactly 0.
-                let far = |from, to| piece(from, to, lowest, 1.0);
-                let middle = 0.5 * (lowest + axis);
+                let far = |angles, arguments| piece(angles, arguments, lowest, 1.0);
+                let (middle, half) = (0.5 * (lowest + axis), 0.5 * (axis - lowest));
                 if first <= last {
-                    [far(first, lowest), far(lowest, middle), near(middle, axis), near(axis, last)]
+                    [
+                        far([first, lowest], [low, 0.0]),
+                        far([lowest, middle], [0.0, half]),
+                        near([middle, axis], [half, 0.0]),
+                        near([axis, last], [0.0, high]),
+                    ]
                 } else {
-                    [near(first, axis), near(axis, middle), far(middle, lowest), far(lowest, last)]
+                    [
+                        near([first, axis], [high, 0.0]),
+                        near([axis, middle], [0.0, half]),
+                        far([middle, lowest], [half, 0.0]),
+                        far([lowest, last], [0.0, low]),
+                    ]
                 }
             }
         }
@@ -171,7 +187,7 @@ impl TensionSegment {
                 let (sine, cosine) = piece.from.sin_cos();
                 [1.0, cosine, sine].map(|part| part * self.shape.flat)
             } else {
-                self.arc(piece, piece.argument(piece.from), piece.argument(piece.to))
+                self.arc(piece, piece.arguments[0], piece.arguments[1])
             };
             self.pieces[index].length = length;
             start += length;
@@ -179,6 +195,11 @@ impl TensionSegment {
         }
         self.length = start;
         point
+    }
+
+    #[cfg(test)]
+    fn place_again(&self) -> [f64; 2] {
+        self.clone().place()
     }
 
     /// Length and displacement of an arc between two of the law's arguments, on a chord of 1.
@@ -216,8 +237,8 @@ impl TensionSegment {
     /// Curvatures at the two ends, positive where the curve turns left.
     pub fn curvatures(&self) -> [f64; 2] {
         let Some([first, last]) = self.ends() else { return [0.0; 2] };
-        [(first, first.from), (last, last.to)].map(|(piece, angle)| {
-            let curvature = self.law.curvature(self.shape.pull, piece.argument(angle));
+        [(first, first.arguments[0]), (last, last.arguments[1])].map(|(piece, argument)| {
+            let curvature = self.law.curvature(self.shape.pull, argument);
             self.mirror * curvature.copysign(piece.to - piece.from) / self.chord
         })
     }
@@ -258,8 +279,8 @@ impl TensionSegment {
             let (sine, cosine) = piece.from.sin_cos();
             return self.site([piece.point[0] + along * cosine, piece.point[1] + along * sine], piece.from, 0.0);
         }
-        let from = piece.argument(piece.from);
-        let reached = self.argument_at(from, piece.argument(piece.to), along, piece.length);
+        let [from, to] = piece.arguments;
+        let reached = self.argument_at(from, to, along, piece.length);
         let [_, x, y] = self.arc(piece, from, reached);
         let curvature = self.law.curvature(self.shape.pull, reached).copysign(piece.to - piece.from);
         self.site([piece.point[0] + x, piece.point[1] + y], piece.axis + piece.sense * reached, curvature)

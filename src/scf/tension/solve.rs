@@ -16,6 +16,8 @@ pub(super) struct Shape {
     pub pull: Pull,
     /// Angle of the pull, or, above the tension, of the tangent at an inflection, beyond both ends' angles.
     pub axis: f64,
+    /// The law's arguments at the lower and the higher end's angle, to their own precision.
+    pub ends: [f64; 2],
     pub course: Course,
     /// Length of the straight piece.
     pub flat: f64,
@@ -76,7 +78,8 @@ const DEEPEST: f64 = 690.0;
 enum Balance {
     /// No pull above the tension: ω is too large.
     Slack,
-    /// The pull, and the length of the straight piece at ω that would close the chord.
+    /// The logarithm of the pull across the tangent at ω, and the length of the straight piece there that would close the
+    /// chord.
     At(f64, f64),
     /// A pull that would bend the far end back: the length of the straight piece at ω, where one at the far end helps.
     Beyond(f64),
@@ -89,6 +92,10 @@ impl Balance {
             Self::At(_, missing) | Self::Beyond(missing) => missing,
         }
     }
+
+    fn logarithm(self) -> Option<f64> {
+        if let Self::At(log, _) = self { Some(log) } else { None }
+    }
 }
 
 pub(super) struct Solver<'a> {
@@ -100,21 +107,21 @@ pub(super) struct Solver<'a> {
 impl Solver<'_> {
     pub(super) fn solve(&self) -> Option<Shape> {
         if self.low == 0.0 && self.high == 0.0 {
-            return Some(Shape { pull: Pull::Critical, axis: 0.0, course: Course::Through(0.0), flat: 1.0 });
+            return Some(self.through(Pull::Critical, 0.0, 1.0));
         }
         if self.turns_back() { self.inflected().or_else(|| self.around()) } else { self.convex() }
     }
 
     /// Displacement along and (negated) across the tangent at ω of the two arcs that meet there.
-    fn inflected_sums(&self, t: f64, omega: f64) -> [f64; 2] {
-        let pull = Pull::Above(t);
-        self.doubled(pull, omega - self.high, omega - self.low)
+    fn inflected_sums(&self, pull: Pull, overshoot: f64) -> [f64; 2] {
+        let [_, along, across] = self.law.arc(pull, 0.0, overshoot);
+        let [_, along_rest, across_rest] = self.law.arc(pull, overshoot, self.long(overshoot));
+        [2.0 * along + along_rest, 2.0 * across + across_rest]
     }
 
-    fn doubled(&self, pull: Pull, short: f64, long: f64) -> [f64; 2] {
-        let [_, along, across] = self.law.arc(pull, 0.0, short);
-        let [_, along_rest, across_rest] = self.law.arc(pull, short, long);
-        [2.0 * along + along_rest, 2.0 * across + across_rest]
+    /// The turning between ω and the lower end.
+    fn long(&self, overshoot: f64) -> f64 {
+        overshoot + (self.high - self.low)
     }
 
     /// ∫ sin x ρ dx from 0 on the critical circle, elementary.
@@ -123,156 +130,175 @@ impl Solver<'_> {
         law.factor * law.excess(Pull::Critical, x).powf(law.q) / (law.q * law.tension)
     }
 
-    fn balance(&self, omega: f64) -> Balance {
-        let (short, long) = (omega - self.high, omega - self.low);
+    /// What the critical pull leaves of the chord across the tangent at ω; the pull is above the tension where negative.
+    fn critical_excess(&self, overshoot: f64) -> f64 {
+        (self.high + overshoot).sin() - self.critical_across(overshoot) - self.critical_across(self.long(overshoot))
+    }
+
+    /// The needs at ω = high + overshoot, the logarithm of the pull to a tolerance, from a guess.
+    fn balance(&self, overshoot: f64, guess: f64, tolerance: f64) -> Balance {
+        let (omega, long) = (self.high + overshoot, self.long(overshoot));
         let wanted = omega.sin();
-        if wanted >= self.critical_across(short) + self.critical_across(long) {
+        if self.critical_excess(overshoot) >= 0.0 {
             return Balance::Slack;
         }
         if long <= PI && wanted <= 0.0 {
             return if omega <= 0.0 { Balance::Beyond(1.0) } else { Balance::Slack };
         }
-        let across = |log: f64| self.inflected_sums(log.exp(), omega)[1] - wanted;
-        let mut high = self.law.tension.max(1e-3).ln();
-        let mut at_high;
+        let sums = |log: f64| self.inflected_sums(Pull::Above(log.exp()), overshoot);
+        let across = |log: f64| sums(log)[1] - wanted;
+        let least = self.law.tension.ln();
+        let (mut high, mut at_high) = (guess, f64::NAN);
         if long > PI {
             // Beyond this pull the far end would bend back.
-            let limit = (self.law.tension * (0.5 * long).tan().abs()).ln() - 1e-9;
-            high = limit;
-            at_high = across(high);
-            if at_high >= 0.0 {
-                let straight = -at_high / long.sin();
-                let missing = omega.cos() - self.inflected_sums(high.exp(), omega)[0] - straight * long.cos();
-                return Balance::Beyond(missing);
+            let limit = least + (0.5 * long).tan().abs().ln() - 1e-9;
+            let [along, aside] = sums(limit);
+            if aside >= wanted {
+                let straight = (wanted - aside) / long.sin();
+                return Balance::Beyond(omega.cos() - along - straight * long.cos());
             }
-        } else {
+            if limit <= guess {
+                (high, at_high) = (limit, aside - wanted);
+            }
+        }
+        if at_high.is_nan() {
             at_high = across(high);
         }
-        let mut low = high;
-        let mut at_low = at_high;
-        let mut step = 1.0;
+        let (mut low, mut at_low) = (high, at_high);
+        let mut step = 0.5;
         while at_high > 0.0 {
             (low, at_low) = (high, at_high);
             high += step;
             step *= 2.0;
-            if high > DEEPEST {
+            if high > least + DEEPEST {
                 return Balance::Beyond(1.0);
             }
             at_high = across(high);
         }
-        step = 1.0;
         while at_low <= 0.0 {
             (high, at_high) = (low, at_low);
             low -= step;
             step *= 2.0;
-            if low - self.law.tension.ln() < -DEEPEST {
+            if low < least - DEEPEST {
                 return Balance::Slack;
             }
             at_low = across(low);
         }
-        let t = root(across, (low, at_low), (high, at_high), 1e-15).exp();
-        Balance::At(t, omega.cos() - self.inflected_sums(t, omega)[0])
+        let log = root(across, (low, at_low), (high, at_high), tolerance);
+        Balance::At(log, omega.cos() - sums(log)[0])
+    }
+
+    /// The needs to rounding.
+    fn exact(&self, (overshoot, near): (f64, Balance)) -> Balance {
+        self.balance(overshoot, near.logarithm().unwrap_or(self.usual()), 1e-15)
+    }
+
+    fn usual(&self) -> f64 {
+        self.law.tension.max(1e-3).ln()
     }
 
     /// Whether the best curve that turns by no more than b − a wants a straight piece at its upper end.
     fn turns_back(&self) -> bool {
-        if self.high <= 0.0 || self.high == self.low {
-            return true;
-        }
-        self.balance(self.high).sign() > 0.0
+        self.high <= 0.0 || self.high == self.low || self.balance(0.0, self.usual(), 1e-15).sign() > 0.0
     }
 
     fn inflected(&self) -> Option<Shape> {
         const STEP: f64 = 0.1;
-        let mut near = (self.high.max(0.0), Balance::Beyond(1.0));
-        let last = self.low + 2.0 * PI;
-        let mut steps = 0;
-        loop {
-            steps += 1;
-            let omega = near.0 + STEP;
-            if omega >= last || steps > 100 {
-                return None;
-            }
-            let balance = self.balance(omega);
-            if balance.sign() <= 0.0 {
-                return self.refine(near, (omega, balance));
-            }
-            near = (omega, balance);
-        }
-    }
-
-    /// The root between two angles, of which the first is too small and the second too large.
-    fn refine(&self, near: (f64, Balance), far: (f64, Balance)) -> Option<Shape> {
-        let (mut near, mut far) = (near, far);
-        // Near the critical pull ω no longer tells pulls apart, so there the pull is the outer unknown.
-        for _ in 0..60 {
-            if let Balance::At(t, _) = near.1 {
-                let bound = self.turning_limit(far.0);
-                let settled = matches!(far.1, Balance::At(other, _) if t < 1.5 * other);
-                if settled || t < 0.5 * bound && matches!(far.1, Balance::Slack | Balance::At(..)) && t < self.law.tension
-                {
-                    break;
+        // At a tangent below the chord no pull serves, however large.
+        let mut near = ((-self.high).max(0.0), Balance::Beyond(1.0));
+        let last = 2.0 * PI - (self.high - self.low);
+        while near.0 + STEP < last {
+            let overshoot = near.0 + STEP;
+            let rough = self.balance(overshoot, near.1.logarithm().unwrap_or(self.usual()), 1e-3);
+            let mut next = (overshoot, rough);
+            if rough.sign() <= 0.0 {
+                next.1 = self.exact(next);
+                if next.1.sign() <= 0.0 {
+                    return self.refine(near, next);
                 }
             }
-            let omega = 0.5 * (near.0 + far.0);
-            let balance = self.balance(omega);
-            *(if balance.sign() > 0.0 { &mut near } else { &mut far }) = (omega, balance);
+            near = next;
         }
-        let Balance::At(t_near, missing_near) = near.1 else { return None };
-        let inner = |t: f64| -> f64 {
-            let f = |omega: f64| omega.sin() - self.inflected_sums(t, omega)[1];
+        None
+    }
+
+    /// The root between two overshoots, of which the first is too small and the second too large.
+    fn refine(&self, near: (f64, Balance), far: (f64, Balance)) -> Option<Shape> {
+        let (mut near, mut far) = (near, far);
+        if near.1.logarithm().is_some() {
+            near.1 = self.exact(near);
+        }
+        // Near the critical pull ω no longer tells pulls apart; there the pull is the outer unknown, elsewhere ω.
+        let critical = self.law.tension.ln() - 5.0;
+        for _ in 0..60 {
+            match (near.1, far.1) {
+                (Balance::At(_, at_near), Balance::At(log, at_far)) if log >= critical => {
+                    let missing = |overshoot| self.balance(overshoot, log, 1e-15).sign();
+                    let overshoot = root(missing, (near.0, at_near), (far.0, at_far), 0.0);
+                    let log = self.balance(overshoot, log, 1e-15).logarithm()?;
+                    return Some(self.through(Pull::Above(log.exp()), overshoot, 0.0));
+                }
+                (Balance::At(log, _), Balance::At(other, _)) if log < critical + 1.0 && other < log => break,
+                (Balance::At(log, _), Balance::Slack) => {
+                    if self.law.nu > 2.0
+                        && let Some(shape) = self.flat_s(near.0, far.0)
+                    {
+                        return Some(shape);
+                    }
+                    if log < critical + 1.0 {
+                        break;
+                    }
+                }
+                (Balance::Beyond(_), Balance::Beyond(_)) if self.high + near.0 > 0.0 => return None,
+                _ => {}
+            }
+            let overshoot = 0.5 * (near.0 + far.0);
+            let balance = self.exact((overshoot, far.1));
+            *(if balance.sign() > 0.0 { &mut near } else { &mut far }) = (overshoot, balance);
+        }
+        let Balance::At(log_near, missing_near) = near.1 else { return None };
+        let inner = |pull: Pull| -> f64 {
+            let f = |overshoot: f64| (self.high + overshoot).sin() - self.inflected_sums(pull, overshoot)[1];
             root(f, (near.0, f(near.0)), (far.0, f(far.0)), 0.0)
         };
         let missing = |log: f64| {
-            let t = log.exp();
-            let omega = inner(t);
-            omega.cos() - self.inflected_sums(t, omega)[0]
+            let pull = Pull::Above(log.exp());
+            let overshoot = inner(pull);
+            (self.high + overshoot).cos() - self.inflected_sums(pull, overshoot)[0]
         };
-        let (log_near, mut log_far, mut missing_far) = match far.1 {
-            Balance::At(t, missing) => (t_near.ln(), t.ln(), missing),
-            _ => {
-                if self.law.nu > 2.0
-                    && let Some(shape) = self.flat_s(near.0, far.0)
-                {
-                    return Some(shape);
-                }
-                (t_near.ln(), f64::NAN, f64::NAN)
-            }
-        };
-        let mut bracket = (log_near, missing_near);
+        let mut bracket = [(log_near, missing_near); 2];
+        if let Balance::At(log, missing) = far.1 {
+            bracket[1] = (log, missing);
+        }
         let mut step = 1.0;
-        while log_far.is_nan() {
-            let log = bracket.0 - step;
+        while bracket[1].1 > 0.0 {
+            bracket[0] = bracket[1];
+            let log = bracket[0].0 - step;
             if log < self.law.tension.ln() - DEEPEST {
                 return None;
             }
-            let value = missing(log);
-            if value <= 0.0 {
-                (log_far, missing_far) = (log, value);
-            } else {
-                bracket = (log, value);
-                step *= 2.0;
-            }
+            bracket[1] = (log, missing(log));
+            step *= 2.0;
         }
-        let t = root(missing, bracket, (log_far, missing_far), 1e-15).exp();
-        let omega = inner(t);
-        Some(Shape { pull: Pull::Above(t), axis: omega, course: Course::Through(omega), flat: 0.0 })
+        let pull = Pull::Above(root(missing, bracket[0], bracket[1], 1e-15).exp());
+        Some(self.through(pull, inner(pull), 0.0))
     }
 
-    /// The pull above the tension at which an arc from ω to the far end bends back.
-    fn turning_limit(&self, omega: f64) -> f64 {
-        let long = omega - self.low;
-        if long <= PI { f64::INFINITY } else { self.law.tension * (0.5 * long).tan().abs() }
+    fn through(&self, pull: Pull, overshoot: f64, flat: f64) -> Shape {
+        let axis = self.high + overshoot;
+        let ends = match pull {
+            Pull::Above(_) => [self.long(overshoot), overshoot],
+            _ => [-self.long(overshoot), -overshoot],
+        };
+        Shape { pull, axis, ends, course: Course::Through(axis), flat }
     }
 
     /// Two arcs that turn opposite ways, and a straight piece between them.
     fn flat_s(&self, near: f64, far: f64) -> Option<Shape> {
-        let f = |omega: f64| {
-            omega.sin() - self.critical_across(omega - self.high) - self.critical_across(omega - self.low)
-        };
-        let omega = root(f, (near, f(near)), (far, f(far)), 0.0);
-        let flat = omega.cos() - self.doubled(Pull::Critical, omega - self.high, omega - self.low)[0];
-        (flat >= 0.0).then_some(Shape { pull: Pull::Critical, axis: omega, course: Course::Through(omega), flat })
+        let f = |overshoot: f64| self.critical_excess(overshoot);
+        let overshoot = root(f, (near, f(near)), (far, f(far)), 0.0);
+        let flat = (self.high + overshoot).cos() - self.inflected_sums(Pull::Critical, overshoot)[0];
+        (flat >= 0.0).then(|| self.through(Pull::Critical, overshoot, flat))
     }
 
     /// A loop with an inflection beyond either end, the least overshoot first.
@@ -312,110 +338,107 @@ impl Solver<'_> {
     fn loop_between(&self, above: (f64, f64), below: (f64, f64)) -> Option<Shape> {
         let missing = |opening: f64| self.loop_of(opening).map_or(f64::NAN, |(_, missing)| missing);
         let opening = root(missing, above, below, 0.0);
-        let (direction, _) = self.loop_of(opening)?;
-        let course = Course::Around(direction - (2.0 * PI - opening));
-        Some(Shape { pull: Pull::Above(self.law.tension * opening.tan()), axis: direction - opening, course, flat: 0.0 })
+        let ([lower, upper], _) = self.loop_of(opening)?;
+        let pull = Pull::Above(self.law.tension * opening.tan());
+        let course = Course::Around(self.low - lower);
+        Some(Shape { pull, axis: self.high + upper, ends: [lower, upper], course, flat: 0.0 })
     }
 
-    /// The direction of the pull with which a loop between two inflections closes the chord across it, and what is then
-    /// missing along it.
-    fn loop_of(&self, opening: f64) -> Option<(f64, f64)> {
+    /// The overshoots at the lower and the upper end with which a loop between two inflections closes the chord across
+    /// the pull, and what is then missing along it.
+    fn loop_of(&self, opening: f64) -> Option<([f64; 2], f64)> {
         let law = self.law;
         let pull = Pull::Above(law.tension * opening.tan());
-        let overshoots = |direction: f64| {
-            (direction - opening - self.high, self.low - direction + (2.0 * PI - opening))
+        let both = self.low - self.high + 2.0 * (PI - opening);
+        let direction = |upper: f64| self.high + upper + opening;
+        let across = |upper: f64| {
+            law.factor * (law.excess(pull, both - upper).powf(law.q) - law.excess(pull, upper).powf(law.q))
+                + law.q * law.strength(pull) * direction(upper).sin()
         };
-        let across = |direction: f64| {
-            let (upper, lower) = overshoots(direction);
-            law.factor * (law.excess(pull, lower).powf(law.q) - law.excess(pull, upper).powf(law.q))
-                + law.q * law.strength(pull) * direction.sin()
-        };
-        let first = 0.5 * (self.low + self.high) + PI;
-        let last = PI.min(self.low + 2.0 * PI - opening);
+        // From equal overshoots to a pull against the chord, or to none at the lower end.
+        let first = 0.5 * both;
+        let last = both.min(PI - opening - self.high);
+        if both < 0.0 {
+            return None;
+        }
         let (at_first, at_last) = (across(first), across(last));
-        let direction = if at_first <= 0.0 {
+        let upper = if at_first <= 0.0 {
             first
         } else if last > first && at_last <= 0.0 {
             root(across, (first, at_first), (last, at_last), 0.0)
         } else {
             return None;
         };
-        let (upper, lower) = overshoots(direction);
-        if upper < 0.0 || lower < 0.0 {
-            return None;
-        }
+        let lower = both - upper;
         let along = |length: f64| {
             let [_, along, across] = law.arc(pull, 0.0, length);
             along * opening.cos() - across * opening.sin()
         };
-        Some((direction, direction.cos() - along(upper) - along(lower) - 2.0 * along(PI - opening)))
+        let missing = direction(upper).cos() - along(upper) - along(lower) - 2.0 * along(PI - opening);
+        Some(([lower, upper], missing))
     }
 
-    /// The direction of the pull at which the chord closes across it, for a curve without inflection, and what is
-    /// missing along it.
-    fn along_circle(&self, pull: Pull) -> (f64, f64) {
+    /// The direction of the pull at which the chord closes across it, for a curve without inflection, as the law's
+    /// arguments of the ends, and what is missing along it.
+    fn along_circle(&self, pull: Pull) -> ([f64; 2], f64) {
         let law = self.law;
         let (strength, opening) = (law.strength(pull), law.opening(pull));
-        let sign = if opening > 0.0 { -1.0 } else { 1.0 };
-        let middle = 0.5 * (self.low + self.high);
-        // x of an angle: from the inflection backwards, or from the pull forwards.
-        let place = |angle: f64, axis: f64| sign * (angle - axis);
-        let across = |axis: f64| {
-            let term = |angle: f64| law.excess(pull, place(angle, axis)).powf(law.q);
-            law.factor * (term(self.high) - term(self.low)) + law.q * strength * (axis + opening).sin()
+        let above = opening > 0.0;
+        let turning = self.high - self.low;
+        // The unknown is the overshoot of the inflection above the upper end, or the direction of the pull.
+        let ends = |x: f64| if above { [x + turning, x] } else { [self.low - x, self.high - x] };
+        let direction = |x: f64| if above { self.high + x + opening } else { x };
+        let across = |x: f64| {
+            let [low, high] = ends(x).map(|end| law.excess(pull, end).powf(law.q));
+            law.factor * (high - low) + law.q * strength * direction(x).sin()
         };
-        let missing = |axis: f64| {
-            let [from, to] = if sign > 0.0 { [self.low, self.high] } else { [self.high, self.low] };
-            let [_, along, aside] = law.arc(pull, place(from, axis), place(to, axis));
+        let missing = |x: f64| {
+            let [low, high] = ends(x);
+            let [_, along, aside] = law.arc(pull, low.min(high), low.max(high));
             // From the frame of the inflection's tangent to that of the pull.
-            (axis + opening).cos() - (along * opening.cos() - aside * opening.sin())
+            (ends(x), direction(x).cos() - (along * opening.cos() - aside * opening.sin()))
         };
-        let (first, last) = match pull {
-            Pull::Above(_) => (self.high.max(-opening), middle + PI - opening),
-            _ => (0.0, middle + PI),
-        };
-        if middle == 0.0 && opening == 0.0 {
-            // By symmetry the pull is along the chord: forwards if the circular arc is too short for it.
-            let circle = 2.0 * self.high.sin() * law.factor / law.tension.powf(1.0 / law.nu);
-            let axis = if circle <= 1.0 { 0.0 } else { PI };
-            return (axis, missing(axis));
+        let middle = 0.5 * (self.low + self.high);
+        let (first, last) =
+            if above { ((-opening - self.high).max(0.0), PI - opening - 0.5 * turning) } else { (0.0, middle + PI) };
+        if middle == 0.0 && !above {
+            return missing(self.symmetric_direction());
         }
         let (at_first, at_last) = (across(first), across(last));
         if at_last <= 0.0 {
-            return (last, missing(last));
+            return missing(last);
         }
         if at_first >= 0.0 {
-            if opening > 0.0 {
+            if above {
                 // The best direction has an inflection at the upper end: the derivative along that line decides.
-                let [_, _, aside] = law.arc(pull, 0.0, self.high - self.low);
-                return (first, aside - self.high.sin());
+                let [_, _, aside] = law.arc(pull, 0.0, turning);
+                return (ends(first), aside - self.high.sin());
             }
-            return (first, missing(first));
+            return missing(first);
         }
-        let axis = root(across, (first, at_first), (last, at_last), 0.0);
-        (axis, missing(axis))
+        missing(root(across, (first, at_first), (last, at_last), 0.0))
     }
 
     fn convex(&self) -> Option<Shape> {
-        let (direction, missing) = {
-            let inside = |axis: f64| axis < self.high && axis > self.low;
-            let axis = self.critical_direction();
-            if inside(axis) && self.law.nu <= 2.0 { (axis, -1.0) } else { self.along_circle(Pull::Critical) }
-        };
-        if missing >= 0.0 && direction <= self.high {
-            return Some(Shape { pull: Pull::Critical, axis: direction, course: Course::Through(direction), flat: missing });
+        let axis = self.critical_direction();
+        let inside = axis < self.high && axis > self.low;
+        let missing = if inside && self.law.nu <= 2.0 { -1.0 } else { self.along_circle(Pull::Critical).1 };
+        if missing >= 0.0 && inside {
+            let ends = [self.low - axis, self.high - axis];
+            return Some(Shape { pull: Pull::Critical, axis, ends, course: Course::Through(axis), flat: missing });
         }
         // Below the tension the unknown is the logarithm of the gap, above it that of the inflections' opening.
         let below = missing < 0.0;
+        let least = self.law.tension.ln();
         let pull = |log: f64| if below { Pull::Below((-log).exp()) } else { Pull::Above(log.exp()) };
         let f = |log: f64| self.along_circle(pull(log)).1;
-        let mut near = if below { 0.0 } else { self.law.tension.ln() - 1.0 };
+        let mut near = if below { 0.0 } else { least - 1.0 };
         let mut at_near = if below { self.missing_of_circle() } else { f(near) };
         let mut step = 1.0;
         while !below && at_near < 0.0 {
             near -= step;
             step *= 2.0;
-            if near < self.law.tension.ln() - DEEPEST {
+            if near < least - DEEPEST {
                 return None;
             }
             at_near = f(near);
@@ -427,13 +450,15 @@ impl Solver<'_> {
             (near, at_near) = (far, at_far);
             step *= 2.0;
             far += step;
-            if far > DEEPEST {
+            if far > DEEPEST + least.max(0.0) {
                 return None;
             }
             at_far = f(far);
         }
         let pull = pull(root(f, (near, at_near), (far, at_far), 1e-15));
-        Some(Shape { pull, axis: self.along_circle(pull).0, course: Course::Direct, flat: 0.0 })
+        let (ends, _) = self.along_circle(pull);
+        let axis = if below { self.low - ends[0] } else { self.high + ends[1] };
+        Some(Shape { pull, axis, ends, course: Course::Direct, flat: 0.0 })
     }
 
     /// What a circular arc, which takes no pull, leaves of the chord: 0 or more.
@@ -442,11 +467,17 @@ impl Solver<'_> {
         (1.0 - x).hypot(y)
     }
 
+    /// The pull of a symmetric pair is along the chord: forwards if the circular arc is too short for it.
+    fn symmetric_direction(&self) -> f64 {
+        let circle = 2.0 * self.high.sin() * self.law.factor / self.law.tension.powf(1.0 / self.law.nu);
+        if circle <= 1.0 { 0.0 } else { PI }
+    }
+
     /// The direction at the critical pull, without what is missing along it, which for ν ≤ 2 may be infinite.
     fn critical_direction(&self) -> f64 {
         let middle = 0.5 * (self.low + self.high);
         if middle == 0.0 {
-            return 0.0;
+            return self.symmetric_direction();
         }
         let across = |axis: f64| {
             self.critical_across(self.high - axis) - self.critical_across(self.low - axis) + axis.sin()
