@@ -99,6 +99,46 @@ pub struct TensionSegment {
     length: f64,
 }
 
+/// Input on a chord of 1, mirrored so that a + b ≤ 0.
+struct Frame {
+    chord: f64,
+    mirror: f64,
+    angles: [f64; 2],
+    law: Law,
+}
+
+impl Frame {
+    fn new(chord: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Option<Self> {
+        let sound = chord > 0.0
+            && chord.is_finite()
+            && angles.iter().all(|angle| angle.abs() <= PI)
+            && exponent > 1.0
+            && exponent.is_finite()
+            && tension > 0.0;
+        let scaled = tension * chord.powf(exponent);
+        if !sound || !scaled.is_normal() {
+            return None;
+        }
+        let mirror = if angles[0] + angles[1] > 0.0 { -1.0 } else { 1.0 };
+        Some(Self { chord, mirror, angles: angles.map(|angle| mirror * angle), law: Law::new(exponent, scaled) })
+    }
+
+    fn solver(&self) -> Solver<'_> {
+        let [first, last] = self.angles;
+        Solver { law: &self.law, low: first.min(last), high: first.max(last) }
+    }
+
+    /// The segment of a shape, if its arcs close the chord.
+    fn segment(&self, shape: Shape) -> Option<TensionSegment> {
+        let Self { chord, mirror, angles: [first, last], law } = *self;
+        let pieces = TensionSegment::course(shape, first, last);
+        let mut segment = TensionSegment { chord, mirror, law, shape, pieces, length: 0.0 };
+        let end = segment.place();
+        let missed = (end[0] - 1.0).hypot(end[1]);
+        (missed <= CLOSURE * segment.length.max(1.0)).then_some(segment)
+    }
+}
+
 impl Piece {
     fn is_straight(&self) -> bool {
         self.arguments[0] == self.arguments[1]
@@ -114,25 +154,19 @@ impl TensionSegment {
     /// where the roots are beyond f64: λ·chord^ν under- or overflows, or the middle of a segment with ν ≤ 2 (or just
     /// above) is straighter than 1e−300, for ν = 2 from about chord·√λ = 700.
     pub fn between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Option<Self> {
-        let sound = chord_length > 0.0
-            && chord_length.is_finite()
-            && angles.iter().all(|angle| angle.abs() <= PI)
-            && exponent > 1.0
-            && exponent.is_finite()
-            && tension > 0.0;
-        let scaled = tension * chord_length.powf(exponent);
-        if !sound || !scaled.is_normal() {
-            return None;
-        }
-        let law = Law::new(exponent, scaled);
-        let mirror = if angles[0] + angles[1] > 0.0 { -1.0 } else { 1.0 };
-        let [first, last] = angles.map(|angle| mirror * angle);
-        let shape = Solver { law: &law, low: first.min(last), high: first.max(last) }.solve()?;
-        let mut segment =
-            Self { chord: chord_length, mirror, law, shape, pieces: Self::course(shape, first, last), length: 0.0 };
-        let end = segment.place();
-        let missed = (end[0] - 1.0).hypot(end[1]);
-        (missed <= CLOSURE * segment.length.max(1.0)).then_some(segment)
+        let frame = Frame::new(chord_length, angles, exponent, tension)?;
+        frame.segment(frame.solver().solve()?)
+    }
+
+    /// The stationary segments that are known, the cheapest first: that of [`between`](Self::between), and the large loop
+    /// with an inflection beyond either end where there is one, which is the cheaper one under a weak tension. Empty
+    /// where `between` is `None`.
+    pub fn all_between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Vec<Self> {
+        let Some(frame) = Frame::new(chord_length, angles, exponent, tension) else { return Vec::new() };
+        let mut segments: Vec<Self> =
+            frame.solver().all().into_iter().filter_map(|shape| frame.segment(shape)).collect();
+        segments.sort_by(|one, other| one.cost().total_cmp(&other.cost()));
+        segments
     }
 
     /// The pieces, without their lengths.

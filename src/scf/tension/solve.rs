@@ -75,7 +75,7 @@ const DEEPEST: f64 = 690.0;
 
 /// What a curve that turns back at ω needs.
 #[derive(Clone, Copy, Debug)]
-enum Balance {
+pub(super) enum Balance {
     /// No pull above the tension: ω is too large.
     Slack,
     /// The logarithm of the pull across the tangent at ω, and the length of the straight piece there that would close the
@@ -112,6 +112,13 @@ impl Solver<'_> {
         if self.turns_back() { self.inflected().or_else(|| self.around()) } else { self.convex() }
     }
 
+    /// The same, and the loop between two inflections where it is another one.
+    pub(super) fn all(&self) -> Vec<Shape> {
+        let nearest = self.solve();
+        let around = if matches!(nearest, Some(Shape { course: Course::Around(_), .. })) { None } else { self.around() };
+        nearest.into_iter().chain(around).collect()
+    }
+
     /// Displacement along and (negated) across the tangent at ω of the two arcs that meet there.
     fn inflected_sums(&self, pull: Pull, overshoot: f64) -> [f64; 2] {
         let [_, along, across] = self.law.arc(pull, 0.0, overshoot);
@@ -136,7 +143,7 @@ impl Solver<'_> {
     }
 
     /// The needs at ω = high + overshoot, the logarithm of the pull to a tolerance, from a guess.
-    fn balance(&self, overshoot: f64, guess: f64, tolerance: f64) -> Balance {
+    pub(super) fn balance(&self, overshoot: f64, guess: f64, tolerance: f64) -> Balance {
         let (omega, long) = (self.high + overshoot, self.long(overshoot));
         let wanted = omega.sin();
         if self.critical_excess(overshoot) >= 0.0 {
@@ -193,7 +200,7 @@ impl Solver<'_> {
         self.balance(overshoot, near.logarithm().unwrap_or(self.usual()), 1e-15)
     }
 
-    fn usual(&self) -> f64 {
+    pub(super) fn usual(&self) -> f64 {
         self.law.tension.max(1e-3).ln()
     }
 
@@ -239,16 +246,13 @@ impl Solver<'_> {
                     return Some(self.through(Pull::Above(log.exp()), overshoot, 0.0));
                 }
                 (Balance::At(log, _), Balance::At(other, _)) if log < critical + 1.0 && other < log => break,
-                (Balance::At(log, _), Balance::Slack) => {
+                (_, Balance::Slack)
                     if self.law.nu > 2.0
-                        && let Some(shape) = self.flat_s(near.0, far.0)
-                    {
-                        return Some(shape);
-                    }
-                    if log < critical + 1.0 {
-                        break;
-                    }
+                        && let Some(shape) = self.flat_s(near.0, far.0) =>
+                {
+                    return Some(shape);
                 }
+                (Balance::At(log, _), Balance::Slack) if log < critical + 1.0 => break,
                 (Balance::Beyond(_), Balance::Beyond(_)) if self.high + near.0 > 0.0 => return None,
                 _ => {}
             }
@@ -296,40 +300,42 @@ impl Solver<'_> {
     /// Two arcs that turn opposite ways, and a straight piece between them.
     fn flat_s(&self, near: f64, far: f64) -> Option<Shape> {
         let f = |overshoot: f64| self.critical_excess(overshoot);
+        if f(near) > 0.0 {
+            return None;
+        }
         let overshoot = root(f, (near, f(near)), (far, f(far)), 0.0);
         let flat = (self.high + overshoot).cos() - self.inflected_sums(Pull::Critical, overshoot)[0];
         (flat >= 0.0).then(|| self.through(Pull::Critical, overshoot, flat))
     }
 
-    /// A loop with an inflection beyond either end, the least overshoot first.
+    /// The loop with an inflection beyond either end: as the pull falls, what is missing along it goes from above to
+    /// below 0. (From below to above, at a larger pull, is a saddle.)
     fn around(&self) -> Option<Shape> {
         const STEP: f64 = 0.05;
-        let highest = (PI - 0.5 * (self.high - self.low)).min(0.5 * PI);
         let missing = |opening: f64| self.loop_of(opening).map(|(_, missing)| missing);
-        let mut above = None;
-        let mut none = highest;
-        let mut opening = highest - 1e-9;
+        let mut opening = (PI - 0.5 * (self.high - self.low)).min(0.5 * PI) - 1e-9;
+        let mut before = (opening, None);
         while opening > 1e-12 {
-            match (missing(opening), above) {
-                (None, _) => none = opening,
-                (Some(value), _) if value > 0.0 => above = Some((opening, value)),
-                (Some(value), Some(bracket)) => {
-                    return self.loop_between(bracket, (opening, value));
+            let value = missing(opening);
+            match (before.1, value) {
+                (Some(above), Some(below)) if above > 0.0 && below <= 0.0 => {
+                    return self.loop_between((before.0, above), (opening, below));
                 }
-                (Some(value), None) => {
-                    // The loop begins between two steps: just where the lower end is itself an inflection.
-                    let (mut first, mut last) = (opening, none);
+                (None, Some(below)) if below <= 0.0 => {
+                    // It may begin between two steps, just where the lower end is itself an inflection.
+                    let (mut first, mut last) = (opening, before.0);
                     for _ in 0..50 {
                         let middle = 0.5 * (first + last);
                         match missing(middle) {
                             None => last = middle,
-                            Some(at) if at > 0.0 => return self.loop_between((middle, at), (opening, value)),
+                            Some(at) if at > 0.0 => return self.loop_between((middle, at), (opening, below)),
                             Some(_) => first = middle,
                         }
                     }
-                    return None;
                 }
+                _ => {}
             }
+            before = (opening, value);
             opening = if opening > 2.0 * STEP { opening - STEP } else { 0.5 * opening };
         }
         None
@@ -346,35 +352,38 @@ impl Solver<'_> {
 
     /// The overshoots at the lower and the upper end with which a loop between two inflections closes the chord across
     /// the pull, and what is then missing along it.
-    fn loop_of(&self, opening: f64) -> Option<([f64; 2], f64)> {
+    pub(super) fn loop_of(&self, opening: f64) -> Option<([f64; 2], f64)> {
         let law = self.law;
         let pull = Pull::Above(law.tension * opening.tan());
         let both = self.low - self.high + 2.0 * (PI - opening);
-        let direction = |upper: f64| self.high + upper + opening;
-        let across = |upper: f64| {
-            law.factor * (law.excess(pull, both - upper).powf(law.q) - law.excess(pull, upper).powf(law.q))
-                + law.q * law.strength(pull) * direction(upper).sin()
-        };
-        // From equal overshoots to a pull against the chord, or to none at the lower end.
-        let first = 0.5 * both;
-        let last = both.min(PI - opening - self.high);
         if both < 0.0 {
             return None;
         }
+        let direction = |lower: f64| self.high + (both - lower) + opening;
+        let across = |lower: f64| {
+            law.factor * (law.excess(pull, lower).powf(law.q) - law.excess(pull, both - lower).powf(law.q))
+                + law.q * law.strength(pull) * direction(lower).sin()
+        };
+        // From equal overshoots to none at the lower end, or to a pull against the chord, where the sum is 0 or below.
+        let first = 0.5 * both;
+        let against = both - (PI - opening - self.high);
+        let last = against.max(0.0);
         let (at_first, at_last) = (across(first), across(last));
-        let upper = if at_first <= 0.0 {
+        let lower = if at_first <= 0.0 || first - last <= 8.0 * f64::EPSILON {
             first
-        } else if last > first && at_last <= 0.0 {
+        } else if at_last <= 0.0 {
             root(across, (first, at_first), (last, at_last), 0.0)
+        } else if against >= 0.0 {
+            last
         } else {
             return None;
         };
-        let lower = both - upper;
+        let upper = both - lower;
         let along = |length: f64| {
             let [_, along, across] = law.arc(pull, 0.0, length);
             along * opening.cos() - across * opening.sin()
         };
-        let missing = direction(upper).cos() - along(upper) - along(lower) - 2.0 * along(PI - opening);
+        let missing = direction(lower).cos() - along(upper) - along(lower) - 2.0 * along(PI - opening);
         Some(([lower, upper], missing))
     }
 

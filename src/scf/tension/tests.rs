@@ -108,3 +108,37 @@ fn the_cost_has_the_moments_the_force_and_the_length_for_derivatives() {
     }
     println!("worst {worst:e}");
 }
+
+#[test]
+fn stress() {
+    let mut rng = StdRng::seed_from_u64(99);
+    let special = [0.0, 1e-9, 1e-3, 30.0, 45.0, 60.0, 90.0, 120.0, 150.0, 179.0, 180.0f64];
+    let mut counts = std::collections::BTreeMap::new();
+    for nu in [1.2, 1.5, 2.0, 2.1, 2.5, 3.0, 5.0, 20.0] {
+        for log in [-6, -3, -1, 0, 1, 3, 5] {
+            let mut bad = 0;
+            for a in special {
+                for b in special {
+                    for b in [b, -b] {
+                        if TensionSegment::between(1.0, degrees(a, b), nu, 10f64.powi(log)).is_none() {
+                            bad += 1;
+                            if log >= -3 && log <= 3 && (1.2..=20.0).contains(&nu) { eprintln!("nu {nu} lambda 1e{log} {a} {b}"); }
+                        }
+                    }
+                }
+            }
+            for _ in 0..100 {
+                let (angles, _, _) = random_input(&mut rng);
+                if TensionSegment::between(1.0, angles, nu, 10f64.powi(log)).is_none() { bad += 1; if log >= -3 && log <= 3 && (1.2..=20.0).contains(&nu) { eprintln!("nu {nu} lambda 1e{log} {angles:?}"); } }
+            }
+            *counts.entry(((nu * 1000.0) as i64, log)).or_insert(0) += bad;
+        }
+    }
+    for ((nu, log), bad) in counts { if bad > 0 { eprintln!("nu {} lambda 1e{log}: {bad}", nu as f64 / 1000.0); } }
+    let mut bad = 0;
+    for _ in 0..20000 {
+        let (angles, exponent, tension) = random_input(&mut rng);
+        if TensionSegment::between(1.0, angles, exponent, tension).is_none() { bad += 1; eprintln!("{angles:?} {exponent} {tension}"); }
+    }
+    eprintln!("random bad {bad}");
+}
