@@ -17,7 +17,7 @@ const ELLIPSE: f64 = 3.2;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rule([(f64, f64); POINTS]);
 
-/// A node's place, and length, first and second component of the displacement up to it.
+/// Length of an arc, and its displacement along and across its axis.
 pub(super) type Sums = [f64; 3];
 
 static LEGENDRE: LazyLock<Rule> = LazyLock::new(|| Rule::for_weight(0.0));
@@ -29,8 +29,8 @@ fn jacobi(beta: f64, z: f64) -> [f64; 3] {
         let k = degree as f64;
         let sum = 2.0 * k + beta;
         let linear = (sum - 1.0) * (sum * (sum - 2.0) * z - beta * beta);
-        let next = (linear * value - 2.0 * (k - 1.0) * (k + beta - 1.0) * sum * before)
-            / (2.0 * k * (k + beta) * (sum - 2.0));
+        let next =
+            (linear * value - 2.0 * (k - 1.0) * (k + beta - 1.0) * sum * before) / (2.0 * k * (k + beta) * (sum - 2.0));
         (before, value) = (value, next);
     }
     let n = POINTS as f64;
@@ -40,6 +40,11 @@ fn jacobi(beta: f64, z: f64) -> [f64; 3] {
 }
 
 impl Rule {
+    #[cfg(test)]
+    pub(super) fn nodes(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.0.into_iter()
+    }
+
     /// The Gauss–Jacobi rule of the weight x^β on (0, 1), β > −1.
     pub(super) fn for_weight(beta: f64) -> Self {
         let n = POINTS as f64;

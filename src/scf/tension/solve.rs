@@ -7,6 +7,9 @@
 //! cost falls with ω while that piece is longer than 0 and rises where it would be negative, so the curve wanted is
 //! the first ω, counted from the ends, at which the piece's length passes from above to below 0.
 
+mod convex;
+mod loops;
+
 use super::quadrature::{Law, Pull};
 use std::f64::consts::PI;
 
@@ -75,7 +78,7 @@ const DEEPEST: f64 = 690.0;
 
 /// What a curve that turns back at ω needs.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Balance {
+enum Balance {
     /// No pull above the tension: ω is too large.
     Slack,
     /// The logarithm of the pull across the tangent at ω, and the length of the straight piece there that would close the
@@ -115,7 +118,8 @@ impl Solver<'_> {
     /// The same, and the loop between two inflections where it is another one.
     pub(super) fn all(&self) -> Vec<Shape> {
         let nearest = self.solve();
-        let around = if matches!(nearest, Some(Shape { course: Course::Around(_), .. })) { None } else { self.around() };
+        let around =
+            if matches!(nearest, Some(Shape { course: Course::Around(_), .. })) { None } else { self.around() };
         nearest.into_iter().chain(around).collect()
     }
 
@@ -143,22 +147,22 @@ impl Solver<'_> {
     }
 
     /// The needs at ω = high + overshoot, the logarithm of the pull to a tolerance, from a guess.
-    pub(super) fn balance(&self, overshoot: f64, guess: f64, tolerance: f64) -> Balance {
+    fn balance(&self, overshoot: f64, guess: f64, tolerance: f64) -> Balance {
         let (omega, long) = (self.high + overshoot, self.long(overshoot));
         let wanted = omega.sin();
         if self.critical_excess(overshoot) >= 0.0 {
             return Balance::Slack;
         }
         if long <= PI && wanted <= 0.0 {
-            return if omega <= 0.0 { Balance::Beyond(1.0) } else { Balance::Slack };
+            return if omega <= 0.0 { Balance::Beyond(f64::INFINITY) } else { Balance::Slack };
         }
         let sums = |log: f64| self.inflected_sums(Pull::Above(log.exp()), overshoot);
         let across = |log: f64| sums(log)[1] - wanted;
         let least = self.law.tension.ln();
-        let (mut high, mut at_high) = (guess, f64::NAN);
+        let (mut high, mut at_high, mut limit) = (guess, f64::NAN, least + DEEPEST);
         if long > PI {
             // Beyond this pull the far end would bend back.
-            let limit = least + (0.5 * long).tan().abs().ln() - 1e-9;
+            limit = least + (0.5 * long).tan().abs().ln() - 1e-9;
             let [along, aside] = sums(limit);
             if aside >= wanted {
                 let straight = (wanted - aside) / long.sin();
@@ -175,11 +179,11 @@ impl Solver<'_> {
         let mut step = 0.5;
         while at_high > 0.0 {
             (low, at_low) = (high, at_high);
-            high += step;
-            step *= 2.0;
-            if high > least + DEEPEST {
-                return Balance::Beyond(1.0);
+            if high >= limit {
+                return Balance::Beyond(f64::INFINITY);
             }
+            high = (high + step).min(limit);
+            step *= 2.0;
             at_high = across(high);
         }
         while at_low <= 0.0 {
@@ -200,7 +204,7 @@ impl Solver<'_> {
         self.balance(overshoot, near.logarithm().unwrap_or(self.usual()), 1e-15)
     }
 
-    pub(super) fn usual(&self) -> f64 {
+    fn usual(&self) -> f64 {
         self.law.tension.max(1e-3).ln()
     }
 
@@ -212,7 +216,11 @@ impl Solver<'_> {
     fn inflected(&self) -> Option<Shape> {
         const STEP: f64 = 0.1;
         // At a tangent below the chord no pull serves, however large.
-        let mut near = ((-self.high).max(0.0), Balance::Beyond(1.0));
+        let start = (-self.high).max(0.0);
+        let mut near = (
+            start,
+            if self.high > 0.0 { self.balance(start, self.usual(), 1e-15) } else { Balance::Beyond(f64::INFINITY) },
+        );
         let last = 2.0 * PI - (self.high - self.low);
         while near.0 + STEP < last {
             let overshoot = near.0 + STEP;
@@ -253,7 +261,7 @@ impl Solver<'_> {
                     return Some(shape);
                 }
                 (Balance::At(log, _), Balance::Slack) if log < critical + 1.0 => break,
-                (Balance::Beyond(_), Balance::Beyond(_)) if self.high + near.0 > 0.0 => return None,
+                (Balance::Beyond(missing), Balance::Beyond(_)) if missing.is_finite() => return None,
                 _ => {}
             }
             let overshoot = 0.5 * (near.0 + far.0);
@@ -306,199 +314,5 @@ impl Solver<'_> {
         let overshoot = root(f, (near, f(near)), (far, f(far)), 0.0);
         let flat = (self.high + overshoot).cos() - self.inflected_sums(Pull::Critical, overshoot)[0];
         (flat >= 0.0).then(|| self.through(Pull::Critical, overshoot, flat))
-    }
-
-    /// The loop with an inflection beyond either end: as the pull falls, what is missing along it goes from above to
-    /// below 0. (From below to above, at a larger pull, is a saddle.)
-    fn around(&self) -> Option<Shape> {
-        const STEP: f64 = 0.05;
-        let missing = |opening: f64| self.loop_of(opening).map(|(_, missing)| missing);
-        let mut opening = (PI - 0.5 * (self.high - self.low)).min(0.5 * PI) - 1e-9;
-        let mut before = (opening, None);
-        while opening > 1e-12 {
-            let value = missing(opening);
-            match (before.1, value) {
-                (Some(above), Some(below)) if above > 0.0 && below <= 0.0 => {
-                    return self.loop_between((before.0, above), (opening, below));
-                }
-                (None, Some(below)) if below <= 0.0 => {
-                    // It may begin between two steps, just where the lower end is itself an inflection.
-                    let (mut first, mut last) = (opening, before.0);
-                    for _ in 0..50 {
-                        let middle = 0.5 * (first + last);
-                        match missing(middle) {
-                            None => last = middle,
-                            Some(at) if at > 0.0 => return self.loop_between((middle, at), (opening, below)),
-                            Some(_) => first = middle,
-                        }
-                    }
-                }
-                _ => {}
-            }
-            before = (opening, value);
-            opening = if opening > 2.0 * STEP { opening - STEP } else { 0.5 * opening };
-        }
-        None
-    }
-
-    fn loop_between(&self, above: (f64, f64), below: (f64, f64)) -> Option<Shape> {
-        let missing = |opening: f64| self.loop_of(opening).map_or(f64::NAN, |(_, missing)| missing);
-        let opening = root(missing, above, below, 0.0);
-        let ([lower, upper], _) = self.loop_of(opening)?;
-        let pull = Pull::Above(self.law.tension * opening.tan());
-        let course = Course::Around(self.low - lower);
-        Some(Shape { pull, axis: self.high + upper, ends: [lower, upper], course, flat: 0.0 })
-    }
-
-    /// The overshoots at the lower and the upper end with which a loop between two inflections closes the chord across
-    /// the pull, and what is then missing along it.
-    pub(super) fn loop_of(&self, opening: f64) -> Option<([f64; 2], f64)> {
-        let law = self.law;
-        let pull = Pull::Above(law.tension * opening.tan());
-        let both = self.low - self.high + 2.0 * (PI - opening);
-        if both < 0.0 {
-            return None;
-        }
-        let direction = |lower: f64| self.high + (both - lower) + opening;
-        let across = |lower: f64| {
-            law.factor * (law.excess(pull, lower).powf(law.q) - law.excess(pull, both - lower).powf(law.q))
-                + law.q * law.strength(pull) * direction(lower).sin()
-        };
-        // From equal overshoots to none at the lower end, or to a pull against the chord, where the sum is 0 or below.
-        let first = 0.5 * both;
-        let against = both - (PI - opening - self.high);
-        let last = against.max(0.0);
-        let (at_first, at_last) = (across(first), across(last));
-        let lower = if at_first <= 0.0 || first - last <= 8.0 * f64::EPSILON {
-            first
-        } else if at_last <= 0.0 {
-            root(across, (first, at_first), (last, at_last), 0.0)
-        } else if against >= 0.0 {
-            last
-        } else {
-            return None;
-        };
-        let upper = both - lower;
-        let along = |length: f64| {
-            let [_, along, across] = law.arc(pull, 0.0, length);
-            along * opening.cos() - across * opening.sin()
-        };
-        let missing = direction(lower).cos() - along(upper) - along(lower) - 2.0 * along(PI - opening);
-        Some(([lower, upper], missing))
-    }
-
-    /// The direction of the pull at which the chord closes across it, for a curve without inflection, as the law's
-    /// arguments of the ends, and what is missing along it.
-    fn along_circle(&self, pull: Pull) -> ([f64; 2], f64) {
-        let law = self.law;
-        let (strength, opening) = (law.strength(pull), law.opening(pull));
-        let above = opening > 0.0;
-        let turning = self.high - self.low;
-        // The unknown is the overshoot of the inflection above the upper end, or the direction of the pull.
-        let ends = |x: f64| if above { [x + turning, x] } else { [self.low - x, self.high - x] };
-        let direction = |x: f64| if above { self.high + x + opening } else { x };
-        let across = |x: f64| {
-            let [low, high] = ends(x).map(|end| law.excess(pull, end).powf(law.q));
-            law.factor * (high - low) + law.q * strength * direction(x).sin()
-        };
-        let missing = |x: f64| {
-            let [low, high] = ends(x);
-            let [_, along, aside] = law.arc(pull, low.min(high), low.max(high));
-            // From the frame of the inflection's tangent to that of the pull.
-            (ends(x), direction(x).cos() - (along * opening.cos() - aside * opening.sin()))
-        };
-        let middle = 0.5 * (self.low + self.high);
-        let (first, last) =
-            if above { ((-opening - self.high).max(0.0), PI - opening - 0.5 * turning) } else { (0.0, middle + PI) };
-        if middle == 0.0 && !above {
-            return missing(self.symmetric_direction());
-        }
-        let (at_first, at_last) = (across(first), across(last));
-        if at_last <= 0.0 {
-            return missing(last);
-        }
-        if at_first >= 0.0 {
-            if above {
-                // The best direction has an inflection at the upper end: the derivative along that line decides.
-                let [_, _, aside] = law.arc(pull, 0.0, turning);
-                return (ends(first), aside - self.high.sin());
-            }
-            return missing(first);
-        }
-        missing(root(across, (first, at_first), (last, at_last), 0.0))
-    }
-
-    fn convex(&self) -> Option<Shape> {
-        let axis = self.critical_direction();
-        let inside = axis < self.high && axis > self.low;
-        let missing = if inside && self.law.nu <= 2.0 { -1.0 } else { self.along_circle(Pull::Critical).1 };
-        if missing >= 0.0 && inside {
-            let ends = [self.low - axis, self.high - axis];
-            return Some(Shape { pull: Pull::Critical, axis, ends, course: Course::Through(axis), flat: missing });
-        }
-        // Below the tension the unknown is the logarithm of the gap, above it that of the inflections' opening.
-        let below = missing < 0.0;
-        let least = self.law.tension.ln();
-        let pull = |log: f64| if below { Pull::Below((-log).exp()) } else { Pull::Above(log.exp()) };
-        let f = |log: f64| self.along_circle(pull(log)).1;
-        let mut near = if below { 0.0 } else { least - 1.0 };
-        let mut at_near = if below { self.missing_of_circle() } else { f(near) };
-        let mut step = 1.0;
-        while !below && at_near < 0.0 {
-            near -= step;
-            step *= 2.0;
-            if near < least - DEEPEST {
-                return None;
-            }
-            at_near = f(near);
-        }
-        step = 1.0;
-        let mut far = near + step;
-        let mut at_far = f(far);
-        while at_far > 0.0 {
-            (near, at_near) = (far, at_far);
-            step *= 2.0;
-            far += step;
-            if far > DEEPEST + least.max(0.0) {
-                return None;
-            }
-            at_far = f(far);
-        }
-        let pull = pull(root(f, (near, at_near), (far, at_far), 1e-15));
-        let (ends, _) = self.along_circle(pull);
-        let axis = if below { self.low - ends[0] } else { self.high + ends[1] };
-        Some(Shape { pull, axis, ends, course: Course::Direct, flat: 0.0 })
-    }
-
-    /// What a circular arc, which takes no pull, leaves of the chord: 0 or more.
-    fn missing_of_circle(&self) -> f64 {
-        let [_, x, y] = self.law.arc(Pull::Below(1.0), self.low, self.high);
-        (1.0 - x).hypot(y)
-    }
-
-    /// The pull of a symmetric pair is along the chord: forwards if the circular arc is too short for it.
-    fn symmetric_direction(&self) -> f64 {
-        let circle = 2.0 * self.high.sin() * self.law.factor / self.law.tension.powf(1.0 / self.law.nu);
-        if circle <= 1.0 { 0.0 } else { PI }
-    }
-
-    /// The direction at the critical pull, without what is missing along it, which for ν ≤ 2 may be infinite.
-    fn critical_direction(&self) -> f64 {
-        let middle = 0.5 * (self.low + self.high);
-        if middle == 0.0 {
-            return self.symmetric_direction();
-        }
-        let across = |axis: f64| {
-            self.critical_across(self.high - axis) - self.critical_across(self.low - axis) + axis.sin()
-        };
-        let (first, last) = (0.0, middle + PI);
-        let (at_first, at_last) = (across(first), across(last));
-        if at_first >= 0.0 {
-            return first;
-        }
-        if at_last <= 0.0 {
-            return last;
-        }
-        root(across, (first, at_first), (last, at_last), 0.0)
     }
 }
