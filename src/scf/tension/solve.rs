@@ -246,6 +246,12 @@ impl Solver<'_> {
         // Near the critical pull ω no longer tells pulls apart; there the pull is the outer unknown, elsewhere ω.
         let critical = self.law.tension.ln() - 5.0;
         for _ in 0..60 {
+            if self.law.nu > 2.0
+                && matches!(far.1, Balance::Slack)
+                && let Some(shape) = self.flat_s(near.0, far.0)
+            {
+                return Some(shape);
+            }
             match (near.1, far.1) {
                 (Balance::At(_, at_near), Balance::At(log, at_far)) if log >= critical => {
                     let missing = |overshoot| self.balance(overshoot, log, 1e-15).sign();
@@ -254,12 +260,6 @@ impl Solver<'_> {
                     return Some(self.through(Pull::Above(log.exp()), overshoot, 0.0));
                 }
                 (Balance::At(log, _), Balance::At(other, _)) if log < critical + 1.0 && other < log => break,
-                (_, Balance::Slack)
-                    if self.law.nu > 2.0
-                        && let Some(shape) = self.flat_s(near.0, far.0) =>
-                {
-                    return Some(shape);
-                }
                 (Balance::At(log, _), Balance::Slack) if log < critical + 1.0 => break,
                 (Balance::Beyond(missing), Balance::Beyond(_)) if missing.is_finite() => return None,
                 _ => {}

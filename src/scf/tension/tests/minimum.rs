@@ -181,7 +181,7 @@ fn no_polygon_from_a_random_start_is_cheaper_than_the_cheapest_segment() {
     let mut rng = StdRng::seed_from_u64(29);
     let edges = 64;
     let (mut found, mut same) = (0, 0);
-    for index in 0..40 {
+    for index in 0..25 {
         let (angles, ..) = random_input(&mut rng);
         let nu = [1.6, 2.0, 2.5, 3.0, 4.0][index % 5];
         let tension = 10f64.powf(rng.random_range(-1.0..2.0));
@@ -206,5 +206,5 @@ fn no_polygon_from_a_random_start_is_cheaper_than_the_cheapest_segment() {
         }
     }
     // Most starts end in a minimum, many in the cheapest.
-    assert!(found > 200 && same > 60, "{found} minima, {same} of them the cheapest");
+    assert!(found > 120 && same > 40, "{found} minima, {same} of them the cheapest");
 }
