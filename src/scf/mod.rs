@@ -14,6 +14,7 @@
 //! | `evaluation` | cost, gradient and Hessian of a segment |
 //! | `slopes` | Newton's method on the directions of many curves |
 //! | `arc`, `segment`, `curves` | where segments run |
+//! | `tension` | segments of least ∫(\|κ\|^ν + λ) ds |
 //! | `dots`, `start`, `stages`, `smooth` | from points to problems and back |
 
 mod arc;
@@ -29,6 +30,7 @@ mod slopes;
 mod smooth;
 mod stages;
 mod start;
+mod tension;
 mod trig;
 mod universal;
 
@@ -38,3 +40,4 @@ pub use segment::Segment;
 pub use shape::{Deviation, DotsOf, ExponentSearch, ShapeExponent};
 pub use smooth::Smooth;
 pub use start::Start;
+pub use tension::TensionSegment;
