@@ -191,6 +191,11 @@ impl<S: Scalar> Given<S> {
     }
 }
 
+/// A Newton step s so small is the last: it leaves an error of s², where an inflection is near an end and ν > 2 of s^{1 + 1/(ν−1)} only.
+fn last_step(curve: &Universal, rounding: f64) -> f64 {
+    (0.1 * rounding.powf(curve.q.max(0.5))).max(4.0 * rounding)
+}
+
 #[inline(always)]
 fn smaller<S: Scalar>(x: S, y: S) -> S {
     (y - x).if_positive(x, y)
@@ -213,8 +218,7 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
     let room = S::of(PI) - given.turning.max(a).max(zero);
     let mut low = t0;
     let tolerance = <S::Number as Real>::EPSILON.to_f64();
-    // A step so small leaves an error of its square.
-    let last_step = S::of(tolerance.sqrt() * 0.1);
+    let last_step = S::of(last_step(curve, tolerance));
     let noise = S::of(0.5 * tolerance) * b.abs();
     let near = S::of(NEAR) * b.abs();
     let mut found = zero;
@@ -281,7 +285,7 @@ pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, 
     let (zero, one, q) = (S::ZERO, S::ONE, S::of(curve.q));
     let (sine_b, cosine_b) = sine_cosine(b);
     let tolerance = <S::Number as Real>::EPSILON.to_f64();
-    let (last_step, noise) = (S::of(tolerance.sqrt() * 0.1), S::of(2.0 * tolerance));
+    let (last_step, noise) = (S::of(last_step(curve, tolerance)), S::of(2.0 * tolerance));
     // b = −t₁/(q + 1) for small angles.
     let mut t = -(b * (one + q));
     t = smaller(t, S::of(FRAC_PI_2));

@@ -22,6 +22,9 @@ const MOST_TURN: f64 = 0.5;
 /// 0.7 and 1 tried, with ν = 4 and 20, this one wastes the fewest trials.
 const LONGEST: f64 = 0.3;
 
+/// Where steps damped by so much, some 1e-4 of Newton's, lead to segments without minimiser still, the way down ends at an edge.
+const EDGE: f64 = 1e4;
+
 /// Segments a task evaluates at least: fewer are done sooner than handed over.
 const TASK: usize = 4096;
 
@@ -194,7 +197,8 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
                 Verdict::Accept => self.iterations += 1,
                 verdict => {
                     self.unattained |= !exists;
-                    if verdict == Verdict::Fail {
+                    let at_the_edge = !exists && self.damping.lambda > T::of(EDGE);
+                    if verdict == Verdict::Fail || at_the_edge {
                         self.standing = if self.unattained { Standing::Unattained } else { Standing::Stalled };
                         return;
                     }
