@@ -55,9 +55,10 @@ impl Arc {
     pub fn stationary(curve: &Universal, chord: f64, [a, b]: [f64; 2]) -> Vec<Self> {
         let mut all: Vec<Arc> = Arc::cheapest(curve, chord, [a, b]).into_iter().collect();
         let canonical = Canonical::of(a, b);
-        if let Some(first) = all.first().copied().filter(|first| first.range[0] < 0.0) {
+        if let Some(first) = all.first().copied().filter(|first| !first.is_straight()) {
             all.extend(
-                second(curve, canonical.angles, -first.range[0]).map(|piece| Arc::of(&piece, &canonical, chord)),
+                second(curve, canonical.angles, (-first.range[0]).max(0.0))
+                    .map(|piece| Arc::of(&piece, &canonical, chord)),
             );
         }
         all
@@ -153,7 +154,23 @@ impl Arc {
         // θ = φ + π/2 − |T|, both canonical.
         let distance = self.force + FRAC_PI_2 - self.turned(angle);
         let [from, to] = self.range;
-        let mut places: Vec<f64> = [-distance, distance].into_iter().filter(|t| (from..=to).contains(t)).collect();
+        // Beyond the inflection's tangent there is none, and the ends' own angles are rounded.
+        let rounding = 4.0 * PI * f64::EPSILON;
+        let ends = |t: f64| {
+            if (t - from).abs() <= rounding {
+                from
+            } else if (t - to).abs() <= rounding {
+                to
+            } else {
+                t
+            }
+        };
+        let distance = if distance.abs() <= rounding { 0.0 } else { distance };
+        let mut places: Vec<f64> = [-distance, distance]
+            .into_iter()
+            .map(ends)
+            .filter(|t| distance >= 0.0 && (from..=to).contains(t))
+            .collect();
         places.dedup();
         if self.swapped {
             places.reverse();
@@ -182,7 +199,11 @@ impl Arc {
             return (Site { point: [u * self.chord, 0.0], angle: 0.0, curvature: 0.0 }, 0.0);
         }
         let t = self.at_fraction(curve, u);
-        let site = self.site(curve, t);
+        let mut site = self.site(curve, t);
+        // Both ends, without rounding.
+        if u <= 0.0 || u >= 1.0 {
+            site.point = [if u <= 0.0 { 0.0 } else { self.chord }, 0.0];
+        }
         let (sine, cosine) = t.abs().sin_cos();
         // |κ|^ν = c cos ψ gives κ′ = −c sin ψ |κ|^{2−ν}/ν, infinite at inflections for ν > 2.
         let slope = -cosine * sine.powf(2.0 / curve.exponent - 1.0) / (curve.exponent * self.radius() * self.radius());

@@ -11,7 +11,9 @@
 //! − without, + with an inflection. If g ≥ 0 at t₀ = 0 there is exactly one root without inflection, else none; with one there are up to
 //! two, g being concave, and the first from below is the cheaper. So Newton's method from below converges monotonically, in the variable
 //! in which g is nearest to linear: the ratio of the moments without an inflection (linear, and met at once, for ν = 2 and small angles),
-//! t₀^q, the moment at the start, or t₀ with one. a − b ≥ π leaves no room for a root.
+//! t₀^q, the moment at the start, or t₀ with one. In t₀^q, for ν near 1, g may bend the other way: steps that lead past what might be two
+//! roots are taken back, and g is followed in t₀, in which it is concave. a − b ≥ π leaves no room for a root, but for a = −b = π/2, the
+//! half arch, which is met as far as angles can be told apart.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -27,6 +29,9 @@ pub(crate) const CLOSE: f64 = 0.125;
 
 /// After a last, small step g is no larger than this part of the angles, or the step was small for another reason.
 const NEAR: f64 = 1e-3;
+
+/// From this cosine of t₁ on, a sixteenth from its end at π, digits lost by t₁ are those of its moment.
+const EDGE: f64 = -0.998;
 
 /// The largest part of the way to where the room ends that a step may take.
 const REACH: f64 = 0.9;
@@ -47,6 +52,12 @@ impl<S: Scalar> Canonical<S> {
     pub fn of(a: S, b: S) -> Self {
         let mirrored = (b - a).if_positive(-S::ONE, S::ONE);
         let (a, b) = (mirrored * a, mirrored * b);
+        // A half turn is the limit, and as a number it may round to either side.
+        let slack = 4.0 * <S::Number as Real>::EPSILON.to_f64();
+        let beyond = a - b - S::of(PI * (1.0 - slack));
+        let inside = beyond.if_positive(S::of(2.0 * slack * PI) - beyond, -S::ONE);
+        let shrink = inside.if_positive(S::of(1.0 - 2.0 * slack), S::ONE);
+        let (a, b) = (shrink * a, shrink * b);
         let swapped = (a + b).if_positive(S::ONE, -S::ONE);
         Canonical { angles: [swapped.if_positive(-b, a), swapped.if_positive(-a, b)], mirrored, swapped }
     }
@@ -221,14 +232,22 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
     let last_step = S::of(last_step(curve, tolerance));
     let noise = S::of(0.5 * tolerance) * b.abs();
     let near = S::of(NEAR) * b.abs();
+    let half_way = S::of(0.5f64.powf(1.0 / curve.q));
+    let edge_noise = S::of(8.0 * tolerance);
     let mut found = zero;
     let mut live = room;
     let mut last = zero;
+    // Steps in t₀ never lead past the root, those in w may.
+    let mut careful = (-a).if_positive(one, -one);
     let mut piece = given.piece(curve, t0, side);
     for _ in 0..MOST_STEPS {
         // 2 tan(g/2): as g near 0, and without an arctangent.
         let miss = S::of(2.0) * piece.miss[0] / (piece.chord + piece.miss[1]);
-        let done = last.if_positive(near, noise) - miss.abs();
+        let enough = last.if_positive(near, noise);
+        // Near the end of the room sin t₁ has lost digits.
+        let edge = (S::of(EDGE) - piece.cosine[1])
+            .if_positive(edge_noise * piece.moment[1] / (piece.sine[1] * piece.chord), zero);
+        let done = enough.max(edge) - miss.abs();
         found = live.if_positive(done.if_positive(one, found), found);
         live = done.if_positive(-one, live);
         let stretch = one + S::of(0.25) * miss * miss;
@@ -243,8 +262,8 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         let lift = t0.if_positive(piece.moment[0] * t0 / (w * piece.sine[0]), one);
         let by_moment = stretch * piece.slope * lift / q;
         let rises = piece.slope;
-        low = (-miss).if_positive(t0, low);
-        let late = (-a).max(t0 - S::of(FRAC_PI_2));
+        low = (-miss).if_positive(rises.if_positive(t0, low), low);
+        let late = careful.max(t0 - S::of(FRAC_PI_2));
         let moved = late.if_positive(miss / by_start, miss / by_moment);
         let root = curve.root(side.if_positive(next_ratio, (w - moved).max(zero)));
         let newton = late.if_positive(t0 - moved, root);
@@ -253,14 +272,22 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         let inflected = rises.if_positive(newton, S::of(0.5) * (low + t0));
         // Below the root and falling, or at the end of the room: g, being concave, never reaches 0.
         let ended = (t0 - (one - last_step) * room).max(-rises);
-        let hopeless = ended.if_positive((-miss).if_positive(one, -one), -one);
-        let hopeless = side.if_positive(-one, hopeless);
+        let past = ended.if_positive((-miss).if_positive(one, -one), -one);
+        // From beyond the root back to where g rose already: to and fro, else.
+        let returns = careful.if_positive(-one, miss.if_positive((newton - low).if_positive(-one, rises), -one));
+        let past = side.if_positive(-one, past.max(returns));
+        let hopeless = careful.if_positive(past, -one);
         live = hopeless.if_positive(-one, live);
+        // From where g last rose below 0 on in t₀; where that is only t₀ = 0, where t₀ does not move, half the way in w there first.
+        let back = low.if_positive(low, half_way * t0);
+        let inflected = past.if_positive(back, inflected);
         let next = side.if_positive(given.start_of(root), inflected);
         // Moments are measured by the larger, which is at the end.
         let scale = side.if_positive(one, late.if_positive(t0, piece.moment[1]));
         let moved = side.if_positive(next_ratio - ratio, moved);
-        last = live.if_positive((last_step * scale - moved.abs()).if_positive(one, zero), last);
+        let small = past.if_positive(zero, (last_step * scale - moved.abs()).if_positive(one, zero));
+        last = live.if_positive(small, last);
+        careful = past.if_positive(low.if_positive(one, careful), careful);
         t0 = live.if_positive(next, t0);
         if !(0..S::LANES).any(|lane| live.lane(lane) > <S::Number as Real>::ZERO) {
             break;

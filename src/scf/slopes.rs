@@ -220,7 +220,8 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
         self.aim();
         let square = -self.slope;
         let undamped = self.damping.lambda == zero && self.smallest > zero;
-        if square <= zero && self.gradient.iter().all(|&g| g == zero) {
+        if undamped && square <= zero && self.gradient.iter().all(|&g| g == zero) {
+            // A minimum; a saddle, where symmetric points may start, has a Hessian that is not positive definite.
             self.decrement = zero;
             self.standing = Standing::Converged;
         } else if undamped {
