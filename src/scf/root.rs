@@ -30,6 +30,12 @@ pub(crate) const CLOSE: f64 = 0.125;
 /// After a last, small step g is no larger than this part of the angles, or the step was small for another reason.
 const NEAR: f64 = 1e-3;
 
+/// A Newton step s of this part of √ε is the last: it leaves an error of s².
+const LAST_STEP: f64 = 0.1;
+
+/// So many steps of that size are enough in any case: each leaves a part 1/(ν − 1) of the error at most, down to rounding.
+const SMALL_STEPS: f64 = 6.0;
+
 /// From this cosine of t₁ on, a sixteenth from its end at π, digits lost by t₁ are those of its moment.
 const EDGE: f64 = -0.998;
 
@@ -202,11 +208,6 @@ impl<S: Scalar> Given<S> {
     }
 }
 
-/// A Newton step s so small is the last: it leaves an error of s², where an inflection is near an end and ν > 2 of s^{1 + 1/(ν−1)} only.
-fn last_step(curve: &Universal, rounding: f64) -> f64 {
-    (0.1 * rounding.powf(curve.q.max(0.5))).max(4.0 * rounding)
-}
-
 #[inline(always)]
 fn smaller<S: Scalar>(x: S, y: S) -> S {
     (y - x).if_positive(x, y)
@@ -229,14 +230,14 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
     let room = S::of(PI) - given.turning.max(a).max(zero);
     let mut low = t0;
     let tolerance = <S::Number as Real>::EPSILON.to_f64();
-    let last_step = S::of(last_step(curve, tolerance));
+    let last_step = S::of(LAST_STEP * tolerance.sqrt());
     let noise = S::of(0.5 * tolerance) * b.abs();
     let near = S::of(NEAR) * b.abs();
     let half_way = S::of(0.5f64.powf(1.0 / curve.q));
     let edge_noise = S::of(8.0 * tolerance);
     let mut found = zero;
     let mut live = room;
-    let mut last = zero;
+    let (mut last, mut small_steps) = (zero, zero);
     // Steps in t₀ never lead past the root, those in w may.
     let mut careful = (-a).if_positive(one, -one);
     let mut piece = given.piece(curve, t0, side);
@@ -286,6 +287,11 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         let scale = side.if_positive(one, late.if_positive(t0, piece.moment[1]));
         let moved = side.if_positive(next_ratio - ratio, moved);
         let small = past.if_positive(zero, (last_step * scale - moved.abs()).if_positive(one, zero));
+        small_steps = live.if_positive(small_steps + small, small_steps);
+        // An inflection near the end, for ν > 2, leaves g without a second derivative there: an error of s²/R.
+        let bend = if curve.exponent > 2.0 { smaller(late.if_positive(one, ratio), one).sqrt() } else { one };
+        let small = small * (last_step * scale * bend - moved.abs()).if_positive(one, zero);
+        let small = small.max((small_steps - S::of(SMALL_STEPS - 0.5)).if_positive(one, zero));
         last = live.if_positive(small, last);
         careful = past.if_positive(low.if_positive(one, careful), careful);
         t0 = live.if_positive(next, t0);
@@ -312,7 +318,7 @@ pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, 
     let (zero, one, q) = (S::ZERO, S::ONE, S::of(curve.q));
     let (sine_b, cosine_b) = sine_cosine(b);
     let tolerance = <S::Number as Real>::EPSILON.to_f64();
-    let (last_step, noise) = (S::of(last_step(curve, tolerance)), S::of(2.0 * tolerance));
+    let (last_step, noise) = (S::of(LAST_STEP * tolerance.sqrt()), S::of(2.0 * tolerance));
     // b = −t₁/(q + 1) for small angles.
     let mut t = -(b * (one + q));
     t = smaller(t, S::of(FRAC_PI_2));
