@@ -2,6 +2,7 @@
 //! S. Bergmann, *Connecting points by smooth connection functions defines shapes in the smoothest possible way*.
 
 mod evaluation;
+mod gpu;
 mod queries;
 mod root;
 mod setup;
@@ -9,5 +10,6 @@ mod slopes;
 mod trig;
 mod universal;
 
+pub(crate) use gpu::scf_kernels;
 pub use queries::{Cost, Query, evaluate_segments};
 pub use setup::Start;

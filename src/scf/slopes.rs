@@ -20,7 +20,7 @@ const MOST_TURN: f64 = 0.5;
 
 /// Steps are longer than Newton's own by (ν − 1) to this power at most. Of a pure power ν the whole way would be ν − 1; of the powers 0.3, ½,
 /// 0.7 and 1 tried, with ν = 4 and 20, this one wastes the fewest trials.
-const LONGEST: f64 = 0.3;
+pub(super) const LONGEST: f64 = 0.3;
 
 /// Segments a task evaluates at least: fewer are done sooner than handed over.
 const TASK: usize = 4096;
