@@ -20,5 +20,6 @@ lines=benches/data/peers.jsonl
 "$python" benches/peers/natural.py "$@" | tee -a "$lines"
 "${CARGO_TARGET_DIR:-target}/release/examples/peer_fair" "$@" > benches/data/fair.json
 "$python" benches/peers/fair.py --faircurve benches/data/fair.json "$@" | tee -a "$lines"
+"$python" benches/peers/scf.py "$@" | tee -a "$lines"
 echo
 "$python" benches/peers/ratios.py "$lines"

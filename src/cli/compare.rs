@@ -92,8 +92,8 @@ impl Bounds {
         }
     }
 
-    /// Of fair curves, which each side iterates until its gradient is small.
-    pub fn of_fair_curves(precision: Precision) -> Self {
+    /// Of fair curves and smooth connection functions, which each side iterates until its gradient is small.
+    pub fn of_iterated_curves(precision: Precision) -> Self {
         match precision {
             Precision::F32 => Bounds { distance: 1e-5, energy: Some(1e-5) },
             Precision::F64 | Precision::Auto => Bounds { distance: 1e-9, energy: Some(1e-10) },
@@ -293,7 +293,7 @@ impl CompareArgs {
 
     fn bounds(&self, precision: Precision) -> Bounds {
         match self.method.method {
-            MethodName::Fair => Bounds::of_fair_curves(precision),
+            MethodName::Fair | MethodName::Scf => Bounds::of_iterated_curves(precision),
             MethodName::Natural | MethodName::Smoothing => Bounds::of_splines(precision),
         }
     }

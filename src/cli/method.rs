@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use faircurve::discrete::{
     Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
 };
+use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
 use faircurve::{CurveBatch, Device, Error, Fit, Result, Sampling};
 
@@ -23,6 +24,8 @@ pub enum MethodName {
     Smoothing,
     /// Discrete fair curves of least --energy through every point, or near them: --deviation says how near
     Fair,
+    /// Smooth connection functions through every point: exact planar curves of least ∫|κ|^ν ds
+    Scf,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -142,16 +145,21 @@ pub struct MethodArgs {
     /// (to points then no longer fixed) [default: bending=1]
     #[arg(long, value_name = "NAME=WEIGHT,...")]
     energy: Option<EnergyWeights>,
-    /// Exponent ν ≥ 1 of bending, ∫|κ|^ν ds [default: 2]
+    /// Exponent ν of fair curves' bending (from 1) and of smooth connection functions (above 1), ∫|κ|^ν ds [default: 2]
     #[arg(long, value_name = "ν", allow_negative_numbers = true)]
     exponent: Option<f64>,
-    /// How fair curves descend [default: newton]
+    /// How fair curves, and smooth connection functions (by newton only), descend [default: newton]
     #[arg(long, value_enum)]
     solver: Option<Solver>,
-    /// Iterations of fair curves at most [default: 500]
+    /// Searches a smooth connection function, the first from circles through neighbouring points, others from random directions near
+    /// those; the cheapest is kept [default: 1]
+    #[arg(long, value_name = "N")]
+    starts: Option<u32>,
+    /// Iterations of fair curves and smooth connection functions at most [default: 500, scf 200]
     #[arg(long, value_name = "N")]
     max_iterations: Option<u32>,
-    /// Gradient at which fair curves have converged, at size 1; smaller is stricter [default: 1e-8]
+    /// Gradient at which fair curves have converged, at size 1, and relative decrement at which smooth connection functions have; smaller is
+    /// stricter [default: 1e-8, scf 1e-10]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     tolerance: Option<f64>,
 }
@@ -162,6 +170,7 @@ pub enum Method {
     Natural(Natural),
     Smoothing(Smoothing),
     Fair(Fair),
+    Scf(Smooth),
 }
 
 impl MethodArgs {
@@ -171,6 +180,7 @@ impl MethodArgs {
             MethodName::Natural => "natural",
             MethodName::Smoothing => "smoothing",
             MethodName::Fair => "fair",
+            MethodName::Scf => "scf",
         }
     }
 
@@ -178,6 +188,7 @@ impl MethodArgs {
     pub fn title(&self) -> String {
         match (self.method, self.smoothing, self.deviation) {
             (MethodName::Natural, ..) => "natural cubic splines".into(),
+            (MethodName::Scf, ..) => format!("smooth connection functions, ν = {}", self.exponent.unwrap_or(2.0)),
             (MethodName::Fair, ..) => {
                 let mut title = format!("fair curves, {}", self.energy());
                 self.deviation.iter().for_each(|deviation| title += &format!(", deviation ≤ {deviation}"));
@@ -209,22 +220,12 @@ impl MethodArgs {
     /// # Errors
     /// Options that belong to another method, are missing, or are out of range.
     pub fn method(&self, spacing: Option<f64>) -> Result<Method> {
-        if self.method != MethodName::Fair {
-            self.refuse_options_of_fair()?;
-        }
+        self.refuse_options_of_others()?;
         match self.method {
             MethodName::Fair => Ok(Method::Fair(self.fair(spacing)?)),
+            MethodName::Scf => Ok(Method::Scf(self.scf()?)),
             MethodName::Natural => {
-                let given = [("--smoothing", self.smoothing), ("--deviation", self.deviation)];
-                if let Some((option, Some(value))) = given.into_iter().find(|(_, value)| value.is_some()) {
-                    return Err(Error::argument(format!(
-                        "{option} {value} belongs to --method smoothing; natural splines go through every point"
-                    )));
-                }
-                if self.pin == Some(Pin::None) {
-                    let why = "--pin none belongs to --method smoothing; natural splines go through every point";
-                    return Err(Error::argument(why));
-                }
+                self.refuse_distance("natural splines")?;
                 Ok(Method::Natural(Natural::default()))
             }
             MethodName::Smoothing => {
@@ -304,17 +305,55 @@ impl MethodArgs {
         })
     }
 
-    fn refuse_options_of_fair(&self) -> Result<()> {
-        let given = [
-            ("--energy", self.energy.is_some()),
-            ("--corners", self.corners.is_some()),
-            ("--exponent", self.exponent.is_some()),
-            ("--solver", self.solver.is_some()),
-            ("--max-iterations", self.max_iterations.is_some()),
-            ("--tolerance", self.tolerance.is_some()),
+    fn scf(&self) -> Result<Smooth> {
+        self.refuse_distance("smooth connection functions")?;
+        if self.solver.is_some_and(|solver| solver != Solver::Newton) {
+            return Err(Error::argument(
+                "smooth connection functions are found by --solver newton; the others belong to --method fair",
+            ));
+        }
+        let defaults = Smooth::default();
+        Ok(Smooth {
+            exponent: self.exponent.unwrap_or(defaults.exponent),
+            starts: self.starts.unwrap_or(defaults.starts),
+            tolerance: self.tolerance.unwrap_or(defaults.tolerance),
+            max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
+            ..defaults
+        })
+    }
+
+    /// Refuses what leads away from the points, for methods that go through all of them.
+    fn refuse_distance(&self, curves: &str) -> Result<()> {
+        let given = [("--smoothing", self.smoothing), ("--deviation", self.deviation)];
+        if let Some((option, Some(value))) = given.into_iter().find(|(_, value)| value.is_some()) {
+            return Err(Error::argument(format!(
+                "{option} {value} belongs to --method smoothing; {curves} go through every point"
+            )));
+        }
+        if self.pin == Some(Pin::None) {
+            let why = format!("--pin none belongs to --method smoothing; {curves} go through every point");
+            return Err(Error::argument(why));
+        }
+        Ok(())
+    }
+
+    fn refuse_options_of_others(&self) -> Result<()> {
+        use MethodName::{Fair, Scf};
+        let given: [(_, _, &[MethodName]); 7] = [
+            ("--energy", self.energy.is_some(), &[Fair]),
+            ("--corners", self.corners.is_some(), &[Fair]),
+            ("--exponent", self.exponent.is_some(), &[Fair, Scf]),
+            ("--solver", self.solver.is_some(), &[Fair, Scf]),
+            ("--starts", self.starts.is_some(), &[Scf]),
+            ("--max-iterations", self.max_iterations.is_some(), &[Fair, Scf]),
+            ("--tolerance", self.tolerance.is_some(), &[Fair, Scf]),
         ];
-        match given.into_iter().find(|(_, given)| *given) {
-            Some((option, _)) => Err(Error::argument(format!("{option} belongs to --method fair"))),
+        match given.into_iter().find(|(_, given, methods)| *given && !methods.contains(&self.method)) {
+            Some((option, _, methods)) => {
+                let owners = if methods == [Scf] { "--method scf" } else { "--method fair" };
+                let others = if methods.len() > 1 { " and --method scf" } else { "" };
+                Err(Error::argument(format!("{option} belongs to {owners}{others}")))
+            }
             None => Ok(()),
         }
     }
@@ -326,6 +365,7 @@ impl Method {
             Method::Natural(natural) => natural.fit(batch, device),
             Method::Smoothing(smoothing) => smoothing.fit(batch, device),
             Method::Fair(fair) => fair.fit(batch, device),
+            Method::Scf(smooth) => smooth.fit(batch, device),
         }
     }
 
@@ -335,6 +375,7 @@ impl Method {
             Method::Natural(natural) => natural.fit_sampled(batch, sampling, device),
             Method::Smoothing(smoothing) => smoothing.fit_sampled(batch, sampling, device),
             Method::Fair(fair) => fair.fit_sampled(batch, sampling, device),
+            Method::Scf(smooth) => smooth.fit_sampled(batch, sampling, device),
         }
     }
 }

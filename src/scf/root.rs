@@ -23,7 +23,7 @@ use crate::linalg::{Real, Scalar};
 const MOST_STEPS: usize = 60;
 
 /// Where h/m is less than this, differences come from series: see [`Universal::difference_series`].
-const CLOSE: f64 = 0.125;
+pub(crate) const CLOSE: f64 = 0.125;
 
 /// After a last, small step g is no larger than this part of the angles, or the step was small for another reason.
 const NEAR: f64 = 1e-3;
@@ -325,4 +325,29 @@ pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, 
         last = live.if_positive((last_step * t - (next - t).abs()).if_positive(one, zero), last);
         t = live.if_positive(next, t);
     }
+}
+
+/// The other piece with an inflection for canonical angles, where there is one beyond that which starts at t₀: g has risen there, and falls
+/// below 0 again before the room ends.
+pub(crate) fn second(curve: &Universal, angles: [f64; 2], t0: f64) -> Option<Piece<f64>> {
+    let given = Given::of(angles);
+    let room = PI - given.turning.max(angles[0]).max(0.0);
+    let miss = |t: f64| {
+        let piece = given.piece(curve, t, -1.0);
+        piece.miss[0].atan2(piece.miss[1])
+    };
+    // The first root may be double: start where g has risen for certain, or falls at once.
+    let step = (room - t0) * f64::EPSILON.sqrt();
+    let (mut low, mut high) = (t0 + step, room * (1.0 - f64::EPSILON));
+    if !(low < high && miss(low) > 0.0 && miss(high) < 0.0) {
+        return None;
+    }
+    while high - low > f64::EPSILON * high {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if miss(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    Some(given.piece(curve, 0.5 * (low + high), -1.0))
 }

@@ -87,6 +87,8 @@ pub(crate) struct Search<T: Real + Scalar> {
     pub standing: Standing,
     pub iterations: u32,
     pub evaluations: u32,
+    /// The first segment that had no minimiser in the last trial that failed.
+    pub culprit: Option<usize>,
     gradient: Vec<T>,
     step: Vec<T>,
     trial: Vec<T>,
@@ -137,6 +139,7 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
             standing: Standing::Running,
             iterations: 0,
             evaluations: 0,
+            culprit: None,
             gradient: zero.clone(),
             step: zero.clone(),
             alpha: T::of(1.0),
@@ -155,7 +158,8 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
         self.evaluations += 1;
         let zero = T::of(0.0);
         let problem = &self.problem;
-        let exists = evaluations.iter().all(|evaluation| evaluation.exists > zero);
+        let missing = evaluations.iter().position(|evaluation| !(evaluation.exists > zero));
+        let exists = missing.is_none();
         let mut cost = zero;
         let mut gradient = vec![zero; problem.dots()];
         for (k, (span, evaluation)) in problem.spans.iter().zip(evaluations).enumerate() {
@@ -168,6 +172,7 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
         }
         if !exists {
             cost = T::of(f64::INFINITY);
+            self.culprit = missing;
         }
         if self.evaluations == 1 {
             if !Real::is_finite(cost) {

@@ -47,6 +47,8 @@ pub(crate) struct Universal {
     pub length: [f64; TERMS],
     /// cₖⱼ/(2k + 1)!, row after row, of (sin^q)^{(2k)} = sin^q Σⱼ cₖⱼ sin^{−2j}: see [`Differences`].
     pub differences: [f64; DIFFERENCE_TERMS],
+    /// The same for L, with q − 1 for q.
+    pub length_differences: [f64; DIFFERENCE_TERMS],
 }
 
 impl Universal {
@@ -66,6 +68,7 @@ impl Universal {
             along: economise(&along),
             length: economise(&length),
             differences: differences(q),
+            length_differences: differences(q - 1.0),
         }
     }
 

@@ -1,0 +1,174 @@
+//! Fitted smooth connection functions as [`Curve`]s, by arc length.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::arc::Arc;
+use super::universal::Universal;
+use crate::batch::{CurveBatch, Problem};
+use crate::curve::{Curve, Jet, Polygon, Sampling};
+use crate::io::Origin;
+use crate::report::CurveSet;
+
+/// A segment from one data point to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Laid {
+    pub arc: Arc,
+    pub start: [f64; 2],
+    pub chord: [f64; 2],
+    /// Which of the universal curves it is a piece of.
+    pub curve: u32,
+}
+
+/// A fitted curve: its segments, and the arc lengths at which its data points lie.
+#[derive(Clone, Debug)]
+pub(crate) struct Chain {
+    pub segments: Vec<Laid>,
+    pub knots: Vec<f64>,
+}
+
+/// The curves of a batch, each its segments or, unfitted, its data points.
+pub(crate) struct Chains {
+    pub curves: Vec<Result<Chain, Vec<f64>>>,
+    pub universal: Vec<Universal>,
+    pub closed: Vec<bool>,
+    pub problems: BTreeMap<usize, Problem>,
+    pub origin: sync::Arc<Origin>,
+}
+
+/// The jet of an arc at the fraction u of its length, in its chord's frame, by arc length.
+fn jet(arc: &Arc, curve: &Universal, u: f64) -> Jet {
+    let (site, slope) = arc.at(curve, u);
+    let (sine, cosine) = site.angle.sin_cos();
+    let (tangent, normal) = (DVec3::new(cosine, sine, 0.0), DVec3::new(-sine, cosine, 0.0));
+    let [x, y] = site.point;
+    Jet {
+        point: DVec3::new(x, y, 0.0),
+        first: tangent,
+        second: site.curvature * normal,
+        third: slope * normal - site.curvature * site.curvature * tangent,
+    }
+}
+
+/// One arc in the frame of its chord.
+pub(crate) struct OneArc<'a> {
+    pub arc: Arc,
+    pub curve: &'a Universal,
+}
+
+impl Curve for OneArc<'_> {
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    fn is_closed(&self) -> bool {
+        false
+    }
+
+    fn knots(&self) -> Cow<'_, [f64]> {
+        Cow::Owned(vec![0.0, self.arc.length(self.curve)])
+    }
+
+    fn jet(&self, _: usize, u: f64) -> Jet {
+        jet(&self.arc, self.curve, u)
+    }
+}
+
+struct ChainCurve<'a> {
+    chain: &'a Chain,
+    universal: &'a [Universal],
+    closed: bool,
+}
+
+impl Curve for ChainCurve<'_> {
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    fn knots(&self) -> Cow<'_, [f64]> {
+        Cow::Borrowed(&self.chain.knots)
+    }
+
+    fn spans(&self) -> usize {
+        self.chain.segments.len()
+    }
+
+    fn jet(&self, span: usize, u: f64) -> Jet {
+        let Laid { arc, start, chord, curve } = self.chain.segments[span];
+        let length = arc.chord;
+        let start = DVec3::new(start[0], start[1], 0.0);
+        if length == 0.0 {
+            return Jet { point: start, ..Jet::default() };
+        }
+        let [cosine, sine] = chord.map(|x| x / length);
+        let turn = |v: DVec3| DVec3::new(cosine * v.x - sine * v.y, sine * v.x + cosine * v.y, 0.0);
+        let jet = jet(&arc, &self.universal[curve as usize], u);
+        let point = if u == 1.0 { start + DVec3::new(chord[0], chord[1], 0.0) } else { start + turn(jet.point) };
+        Jet { point, first: turn(jet.first), second: turn(jet.second), third: turn(jet.third) }
+    }
+
+    fn length(&self) -> f64 {
+        self.chain.knots[self.chain.knots.len() - 1]
+    }
+}
+
+impl Chains {
+    fn chain(&self, i: usize) -> Option<ChainCurve<'_>> {
+        let chain = self.curves[i].as_ref().ok()?;
+        Some(ChainCurve { chain, universal: &self.universal, closed: self.closed[i] })
+    }
+
+    /// Coordinates and parameters of the samples of curve `i`.
+    fn sample(&self, i: usize, sampling: Sampling) -> (Vec<f64>, Vec<f64>) {
+        let Some(curve) = self.chain(i) else {
+            let coords = self.curves[i].as_ref().err().cloned().unwrap_or_default();
+            let t = (0..coords.len() / 2).map(|k| k as f64).collect();
+            return (coords, t);
+        };
+        let knots = &curve.chain.knots;
+        let site = |(span, u): (usize, f64)| {
+            let point = curve.jet(span, u).point;
+            ([point.x, point.y], knots[span] + u * (knots[span + 1] - knots[span]))
+        };
+        let (coords, t): (Vec<[f64; 2]>, Vec<f64>) = curve.sites(sampling).into_iter().map(site).unzip();
+        (coords.into_flattened(), t)
+    }
+}
+
+impl CurveSet for Chains {
+    fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
+        match (self.chain(i), &self.curves[i]) {
+            (Some(curve), _) => Box::new(curve),
+            (None, Err(coords)) => Box::new(Polygon { coords, dimension: 2, closed: self.closed[i] }),
+            (None, Ok(_)) => unreachable!("a curve with segments is a chain"),
+        }
+    }
+
+    fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        let samples: Vec<(Vec<f64>, Vec<f64>)> =
+            (0..self.curves.len()).into_par_iter().with_min_len(16).map(|i| self.sample(i, sampling)).collect();
+        let mut offsets = vec![0];
+        samples.iter().for_each(|(_, t)| offsets.push(offsets[offsets.len() - 1] + t.len()));
+        let closing = |i: usize| match (self.curves[i].as_ref(), samples[i].1.last()) {
+            _ if !self.closed[i] => f64::NAN,
+            (Ok(chain), Some(last)) => chain.knots[chain.knots.len() - 1] - last,
+            _ => 1.0,
+        };
+        let spans = self.closed.contains(&true).then(|| (0..self.curves.len()).map(closing).collect());
+        let (mut coords, mut t) = (Vec::new(), Vec::new());
+        for (of_curve, t_of_curve) in samples {
+            coords.extend(of_curve);
+            t.extend(t_of_curve);
+        }
+        let (closed, problems) = (self.closed.clone(), self.problems.clone());
+        CurveBatch::sampled(2, coords, offsets, closed, t, spans, problems, self.origin.clone())
+    }
+}

@@ -1,0 +1,184 @@
+//! From the points of a curve to the [`Problem`] of its slopes: distinct dots, chords, exponents, weights.
+
+use super::slopes::{Problem, Span};
+use super::smooth::ends;
+use super::start::{Chords, Start, wrap};
+use super::universal::Universal;
+use crate::batch::{CurveBatch, Problem as Unfitted};
+use crate::error::{Error, Result};
+use crate::linalg::{Real, Scalar};
+use crate::report::CurveStatus;
+
+/// Exponents a batch may hold: their numbers are stored in 16 bits.
+const MOST_EXPONENTS: usize = 1 << 16;
+
+/// The exponents of a batch, each with its universal curve.
+#[derive(Clone, Debug)]
+pub(crate) struct Exponents {
+    pub universal: Vec<Universal>,
+    /// Increasing.
+    values: Vec<f64>,
+    /// That of the method.
+    own: f64,
+}
+
+impl Exponents {
+    /// That of the method, and those of the column `nu`.
+    pub fn of(exponent: f64, batch: &CurveBatch) -> Result<Self> {
+        let mut values = vec![exponent];
+        let given = batch.constraints().exponents.iter().flatten();
+        values.extend(given.copied().filter(|nu| *nu > 1.0 && nu.is_finite()));
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        if values.len() > MOST_EXPONENTS {
+            let count = values.len();
+            return Err(Error::argument(format!(
+                "{count} different exponents (column nu) in one batch; {MOST_EXPONENTS} are possible: round them, or split the batch"
+            )));
+        }
+        Ok(Self::from(values, exponent))
+    }
+
+    fn from(values: Vec<f64>, own: f64) -> Self {
+        Exponents { universal: values.iter().map(|&nu| Universal::new(nu)).collect(), values, own }
+    }
+
+    /// The number of an exponent that is among them.
+    fn number(&self, exponent: f64) -> u16 {
+        self.values.partition_point(|&value| value < exponent) as u16
+    }
+
+    /// On the way from 2 (at 0) to these exponents (at 1), in equal ratios, under the same numbers.
+    pub fn towards(&self, part: f64) -> Self {
+        let stage = |nu: &f64| 2.0 * (nu / 2.0).powf(part);
+        Self::from(self.values.iter().map(stage).collect(), stage(&self.own))
+    }
+}
+
+/// The distinct dots of a curve.
+#[derive(Clone, Debug)]
+pub(crate) struct Dots {
+    pub closed: bool,
+    pub points: Vec<[f64; 2]>,
+    /// The point of the input that a dot is.
+    pub entries: Vec<usize>,
+    /// For every span of the input the dot at its start; `None` between repeated points.
+    pub spans: Vec<Option<usize>>,
+    pub chords: Chords,
+    /// Directions given; NaN where there is none.
+    pub fixed: Vec<f64>,
+    /// Number of the exponent of every segment.
+    pub curves: Vec<u16>,
+}
+
+impl Dots {
+    /// The dots of curve `i`, or why it cannot be fitted.
+    pub fn of(batch: &CurveBatch, i: usize, exponents: &Exponents) -> Result<Self, Unfitted> {
+        if let Some(problem) = batch.problem(i) {
+            return Err(problem.clone());
+        }
+        let all = batch.points(i).as_chunks::<2>().0;
+        let closed = batch.is_closed(i);
+        let invalid = |k: usize, what: String| {
+            Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &what) })
+        };
+        let mut dots = Dots {
+            closed,
+            points: Vec::with_capacity(all.len()),
+            entries: Vec::with_capacity(all.len()),
+            spans: Vec::with_capacity(batch.spans(i)),
+            chords: Chords::default(),
+            fixed: Vec::with_capacity(all.len()),
+            curves: Vec::with_capacity(all.len()),
+        };
+        let mut segments = 0;
+        for (k, &point) in all.iter().enumerate() {
+            // A dot is its first point; in a closed curve the last points may repeat the first dot.
+            let dot =
+                if closed && segments > 0 && k > 0 && all[k..].iter().all(|p| *p == all[0]) { 0 } else { segments };
+            if dot == dots.points.len() {
+                dots.points.push(point);
+                dots.entries.push(k);
+                dots.fixed.push(f64::NAN);
+            }
+            if let Some(tangent) = batch.tangent(i, k).filter(|_| dots.fixed[dot].is_nan()) {
+                if tangent[0] == 0.0 && tangent[1] == 0.0 {
+                    return invalid(k, "the tangent is 0 long and has no direction: leave it out, or give one".into());
+                }
+                dots.fixed[dot] = tangent[1].atan2(tangent[0]);
+            }
+            let nu = batch.constraints().exponents.as_ref().map_or(f64::NAN, |all| all[batch.offsets()[i] + k]);
+            if !(nu.is_nan() || nu > 1.0 && nu.is_finite()) {
+                return invalid(k, format!("the exponent nu is {nu}; it must be above 1, such as 2, or left empty"));
+            }
+            if k < batch.spans(i) {
+                let leads_on = all[(k + 1) % all.len()] != point;
+                dots.spans.push(leads_on.then_some(segments));
+                if leads_on {
+                    dots.curves.push(exponents.number(if nu.is_nan() { exponents.own } else { nu }));
+                    segments += 1;
+                }
+            }
+        }
+        if segments == 0 {
+            let what = "all points of the curve are one and the same; at least two different points are needed: add points, or remove \
+                        the curve";
+            return Err(Unfitted { status: CurveStatus::Degenerate, message: batch.sentence(i, 0, what) });
+        }
+        dots.chords = Chords::of(&dots.points, closed);
+        if let Some(k) = dots.chords.lengths.iter().position(|length| !(*length > 0.0 && length.is_finite())) {
+            let (length, entry) = (dots.chords.lengths[k], dots.entries[k]);
+            return invalid(
+                entry,
+                format!("the next point is {length} away, beyond the range of numbers: scale the curve"),
+            );
+        }
+        Ok(dots)
+    }
+
+    /// Directions in which a search starts; NaN where they are free.
+    pub fn directions(&self, start: Start) -> Vec<f64> {
+        let segments = self.chords.lengths.len();
+        let direction = |dot: usize| {
+            let free = !self.closed && (dot == 0 || dot == segments);
+            match self.fixed[dot] {
+                given if given.is_finite() => given,
+                _ if free => f64::NAN,
+                _ => self.chords.start(start, (dot + segments - 1) % segments, dot),
+            }
+        };
+        (0..self.points.len()).map(direction).collect()
+    }
+
+    /// The problem of the slopes with these directions for references, and the logarithm of what its costs are divided by.
+    pub fn problem<T: Real + Scalar<Number = T>>(
+        &self,
+        directions: &[f64],
+        exponents: &Exponents,
+    ) -> (Problem<T>, f64) {
+        let dots = directions.len();
+        let exponent = |segment: usize| exponents.universal[self.curves[segment] as usize].exponent;
+        let power = |segment: usize| (1.0 - exponent(segment)) * self.chords.lengths[segment].ln();
+        let segments = self.chords.lengths.len();
+        let scale = (0..segments).map(power).fold(f64::NEG_INFINITY, f64::max);
+        let span = |k: usize| {
+            let [a, b] = [directions[k], directions[(k + 1) % dots]];
+            let angle = |direction: f64| {
+                T::of(if direction.is_nan() { 0.0 } else { wrap(direction - self.chords.directions[k]) })
+            };
+            let weight = T::of((power(k) - scale).exp());
+            Span { angles: [angle(a), angle(b)], weight, curve: self.curves[k], ends: ends(a, b) }
+        };
+        let movable = |dot: usize| {
+            let held = directions[dot].is_nan() || self.fixed[dot].is_finite();
+            T::of(if held { 0.0 } else { 1.0 })
+        };
+        let problem = Problem {
+            closed: self.closed,
+            exponent: (0..segments).map(exponent).fold(0.0, f64::max),
+            spans: (0..segments).map(span).collect(),
+            movable: (0..dots).map(movable).collect(),
+        };
+        (problem, scale)
+    }
+}

@@ -1,0 +1,286 @@
+//! [`Smooth`]: the method.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::arc::Arc;
+use super::curves::{Chain, Chains, Laid};
+use super::dots::{Dots, Exponents};
+use super::slopes::{Ends, Standing, Until, Workspace};
+use super::stages::{Found, search};
+use super::start::{Start, wrap};
+use crate::batch::{CurveBatch, Problem as Unfitted};
+use crate::curve::Sampling;
+use crate::device::Device;
+use crate::error::{Error, Result};
+use crate::report::{CurveReport, CurveStatus, Fit};
+
+/// Curves a task takes at least, and about as many segments.
+const TASK_SEGMENTS: usize = 1024;
+
+/// Smooth connection functions: of all curves through the data points the one of least Σ∫|κ|^ν ds, exactly.
+///
+/// Between two points the curve is a [`Segment`](super::Segment), given by the directions at its ends; those directions are found by
+/// Newton's method, whose Hessian is tridiagonal. At the optimum the bending moment ν|κ|^{ν−1} sgn κ is continuous at every point, and so,
+/// where ν is the same on both sides, is the curvature; free ends of open curves have none. ν → 1 leads to polygons, ν → ∞ to circular arcs.
+///
+/// Tangents of the batch's [`Constraints`](crate::Constraints) are kept wherever they are given (their lengths mean nothing); exponents
+/// (column `nu`) replace ν on the span that starts at their point. Points repeated one after the other count once. Planar data only.
+///
+/// The minimum found is a local one, near circular arcs through neighbouring points; not every curve has one: a closed triangle with
+/// ν ≤ 2, for example, grows without end unless it is near equilateral.
+///
+/// Accuracy: costs to about 1e-12, points to 1e-13 of the chord, directions at the tolerance asked for.
+///
+/// ```
+/// use faircurve::{CurveBatch, CurveStatus, Device, scf};
+///
+/// let points = [[0.0, 0.0], [1.0, 0.6], [2.1, 0.1], [3.0, 0.9]];
+/// let batch = CurveBatch::from_slices(&[&points[..]])?;
+/// let fit = scf::Smooth { exponent: 4.0, ..scf::Smooth::default() }.fit(&batch, &Device::cpu())?;
+/// assert_eq!(fit.reports()[0].status, CurveStatus::Converged);
+/// assert!((fit.reports()[0].energy - 4.763872659).abs() < 1e-8);
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// Source: A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines shapes in the smoothest possible way*; the
+/// solution by one root a segment and Newton's method on the slopes is faircurve's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Smooth {
+    /// ν > 1; 2 by default. Larger spreads the curvature more evenly.
+    pub exponent: f64,
+    /// Where the search starts: at circles through neighbouring points by default. Where a segment has no minimiser there, the other
+    /// starts, and exponents nearer to 2, are tried by themselves.
+    pub start: Start,
+    /// Searches a curve, the first from [`start`](Self::start), the others from random directions near it; the cheapest curve is kept. 1 by default.
+    pub starts: u32,
+    /// Seed of the random directions; 0 by default. Same seed, same curves.
+    pub seed: u64,
+    /// √(gᵀH⁻¹g/cost), the relative Newton decrement, at which a curve has converged: its cost is then good to half its square. Smaller is
+    /// stricter; 1e-10 by default, in f32 8 ε.
+    pub tolerance: f64,
+    /// Iterations at most; 200 by default.
+    pub max_iterations: u32,
+}
+
+impl Default for Smooth {
+    fn default() -> Self {
+        Smooth { exponent: 2.0, start: Start::default(), starts: 1, seed: 0, tolerance: 1e-10, max_iterations: 200 }
+    }
+}
+
+impl Smooth {
+    /// Fits every curve of the batch.
+    ///
+    /// Statuses: `converged`; `no_minimiser` where segments that lead to lower costs have none, or the start has none (the curve is the best one
+    /// reached, or the input polyline); `not_converged`; `degenerate` and `invalid`, whose curves come out as they came in. The energy is
+    /// Σ∫|κ|^ν ds in units of the input, the parameter the arc length.
+    ///
+    /// # Errors
+    /// Points with three coordinates; an exponent, a tolerance or a number of starts that makes no sense; columns `known` and `kx ky kz`; on a GPU what
+    /// becomes of submissions.
+    pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        self.check(batch)?;
+        let exponents = Exponents::of(self.exponent, batch)?;
+        let dots: Vec<Result<Dots, Unfitted>> =
+            (0..batch.len()).into_par_iter().with_min_len(64).map(|i| Dots::of(batch, i, &exponents)).collect();
+        let ready: Vec<&Dots> = dots.iter().flatten().collect();
+        let found = self.search(&ready, &exponents, device)?;
+        let mut found = found.into_iter();
+        let (mut curves, mut reports, mut problems) = (Vec::new(), Vec::new(), BTreeMap::new());
+        for (i, dots) in dots.iter().enumerate() {
+            let fitted = match dots {
+                Ok(dots) => {
+                    let (found, chain) = found.next().expect("what is ready is searched");
+                    self.report(batch, i, dots, &found, chain)
+                }
+                Err(problem) => Err(problem.clone()),
+            };
+            match fitted {
+                Ok((report, chain)) => {
+                    reports.push(report);
+                    curves.push(Ok(chain));
+                }
+                Err(problem) => {
+                    reports.push(CurveReport::unfitted(problem.status, problem.message.clone()));
+                    problems.insert(i, problem);
+                    curves.push(Err(batch.points(i).to_vec()));
+                }
+            }
+        }
+        let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
+        let chains =
+            Chains { curves, universal: exponents.universal, closed, problems, origin: batch.origin().clone() };
+        Ok(Fit::new(Box::new(chains), reports, device.describe(true)?))
+    }
+
+    /// Fits every curve and samples it.
+    ///
+    /// # Errors
+    /// As [`fit`](Self::fit).
+    pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
+        let fit = self.fit(batch, device)?;
+        let polylines = fit.polylines(sampling);
+        Ok((fit, polylines))
+    }
+
+    fn check(&self, batch: &CurveBatch) -> Result<()> {
+        let refuse = |why: String| Err(Error::argument(why));
+        if batch.dimension() != 2 {
+            return refuse(
+                "smooth connection functions are planar, and the points have three coordinates: leave z out, or choose --method fair".into(),
+            );
+        }
+        if !(self.exponent > 1.0 && self.exponent.is_finite()) {
+            return refuse(format!("the exponent is {}; it must be above 1, such as 2", self.exponent));
+        }
+        if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
+            return refuse(format!("the tolerance is {}; it must be a positive number, such as 1e-10", self.tolerance));
+        }
+        if self.starts == 0 {
+            return refuse("0 starts: at least 1 is needed".into());
+        }
+        let constraints = batch.constraints();
+        if constraints.curvatures.is_some() || constraints.known.is_some() {
+            return refuse(
+                "smooth connection functions know neither curvature vectors (columns kx ky kz) nor known control points (column known): leave \
+                 the columns out"
+                    .into(),
+            );
+        }
+        Ok(())
+    }
+
+    /// Finds the slopes of all curves, and lays their segments.
+    fn search(&self, dots: &[&Dots], exponents: &Exponents, _device: &Device) -> Result<Vec<(Found, Option<Chain>)>> {
+        let until = Until { tolerance: self.tolerance, iterations: self.max_iterations };
+        let total: usize = dots.iter().map(|dots| dots.chords.lengths.len()).sum();
+        let per_curve = (total / dots.len().max(1)).max(1);
+        let chunk = (TASK_SEGMENTS / per_curve).max(1);
+        let all = dots.par_chunks(chunk).map(|dots| {
+            let mut workspace = Workspace::new(exponents.universal.len());
+            let found = search(self, dots, exponents, &until, &mut workspace);
+            let lay = |(found, dots): (Found, &&Dots)| {
+                let chain = found.directions.as_ref().and_then(|directions| dots.lay(directions, exponents));
+                (found, chain)
+            };
+            found.into_iter().zip(dots).map(lay).collect::<Vec<_>>()
+        });
+        Ok(all.flatten_iter().collect())
+    }
+
+    fn report(
+        &self,
+        batch: &CurveBatch,
+        i: usize,
+        dots: &Dots,
+        found: &Found,
+        chain: Option<Chain>,
+    ) -> Result<(CurveReport, Chain), Unfitted> {
+        let iterations = found.iterations;
+        let say = |k: usize, what: String| batch.sentence(i, k, &what);
+        const REMEDY: &str = "add points where it turns, fix a tangent, or choose an exponent nearer to 1";
+        let Some(chain) = chain else {
+            let k = dots.entries[found.culprit.unwrap_or(0)];
+            let what = format!(
+                "from this point to the next there is no curve of least ∫|κ|^ν, from any start tried: it would turn too far, and larger loops are \
+                 always cheaper; {REMEDY}"
+            );
+            return Err(Unfitted { status: CurveStatus::NoMinimiser, message: say(k, what) });
+        };
+        let (status, message) = match found.standing {
+            Standing::Converged => (CurveStatus::Converged, None),
+            Standing::Unattained | Standing::Nowhere => (
+                CurveStatus::NoMinimiser,
+                Some(say(
+                    dots.entries[found.culprit.unwrap_or(0)],
+                    format!(
+                        "after {iterations} iterations cheaper curves have a segment without minimiser, that from this point to the next, which \
+                         turns too far: the curve is the best one reached; {REMEDY}"
+                    ),
+                )),
+            ),
+            Standing::Stalled => (
+                CurveStatus::NotConverged,
+                Some(say(
+                    0,
+                    format!(
+                        "after {iterations} iterations no step leads further down, with a decrement of {:.1e} where {:.1e} was asked for: the curve is \
+                         the best one reached; ask for a larger tolerance",
+                        found.decrement, self.tolerance
+                    ),
+                )),
+            ),
+            Standing::Tired | Standing::Running => (
+                CurveStatus::NotConverged,
+                Some(say(
+                    0,
+                    format!(
+                        "{iterations} iterations were not enough, with a decrement of {:.1e} where {:.1e} was asked for: allow more",
+                        found.decrement, self.tolerance
+                    ),
+                )),
+            ),
+        };
+        let report = CurveReport {
+            status,
+            message,
+            energy: found.cost,
+            iterations,
+            gradient_norm: found.decrement,
+            smoothing: None,
+            max_deviation: 0.0,
+        };
+        Ok((report, chain))
+    }
+}
+
+impl Dots {
+    /// The segments between dots of the given directions (NaN where free); `None` where one has no minimiser.
+    fn lay(&self, directions: &[f64], exponents: &Exponents) -> Option<Chain> {
+        let n = directions.len();
+        let mut segments = Vec::with_capacity(self.spans.len());
+        let mut knots = Vec::with_capacity(self.spans.len() + 1);
+        knots.push(0.0);
+        let mut length = 0.0;
+        let mut dot = 0;
+        for &start in &self.spans {
+            let Some(point) = start else {
+                // Between repeated points.
+                let start = self.points[dot % n];
+                segments.push(Laid { arc: Arc::straight(0.0), start, chord: [0.0; 2], curve: 0 });
+                knots.push(length);
+                continue;
+            };
+            debug_assert_eq!(point, dot);
+            let next = (dot + 1) % n;
+            let (number, chord) = (self.curves[dot], self.chords.lengths[dot]);
+            let curve = &exponents.universal[number as usize];
+            let angle = |dot: usize, direction: f64| wrap(direction - self.chords.directions[dot]);
+            let (a, b) = (angle(dot, directions[dot]), angle(dot, directions[next]));
+            let arc = match ends(directions[dot], directions[next]) {
+                Ends::Directed => Arc::cheapest(curve, chord, [a, b])?,
+                Ends::FreeStart => Arc::free(curve, chord, b)?,
+                Ends::FreeEnd => Arc::free(curve, chord, -a)?.reversed(),
+                Ends::Straight => Arc::straight(chord),
+            };
+            length += arc.length(curve);
+            knots.push(length);
+            let ([x, y], [u, v]) = (self.points[dot], self.points[next]);
+            segments.push(Laid { arc, start: [x, y], chord: [u - x, v - y], curve: u32::from(number) });
+            dot += 1;
+        }
+        Some(Chain { segments, knots })
+    }
+}
+
+/// What is known of a segment's ends; free directions are NaN.
+pub(crate) fn ends(first: f64, last: f64) -> Ends {
+    match (first.is_nan(), last.is_nan()) {
+        (false, false) => Ends::Directed,
+        (true, false) => Ends::FreeStart,
+        (false, true) => Ends::FreeEnd,
+        (true, true) => Ends::Straight,
+    }
+}

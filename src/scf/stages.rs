@@ -1,0 +1,146 @@
+//! Searches for the slopes of many curves, and what is tried where the first search fails.
+
+use rand::rngs::ChaCha12Rng;
+use rand::{RngExt, SeedableRng};
+
+use super::dots::{Dots, Exponents};
+use super::slopes::{Search, Standing, Until, Workspace};
+use super::smooth::Smooth;
+use super::start::Start;
+
+/// Where segments have no minimiser for the exponent asked for, these parts of the way to it from 2 come first.
+const STAGES: [f64; 4] = [0.0, 0.3, 0.6, 0.8];
+
+/// Random starts turn every direction by this much at most, in radians.
+const SPREAD: f64 = 0.6;
+
+/// What was found of a curve.
+#[derive(Clone, Debug)]
+pub(crate) struct Found {
+    /// NaN where free; `None` where no start had a minimiser.
+    pub directions: Option<Vec<f64>>,
+    /// In units of the input.
+    pub cost: f64,
+    pub decrement: f64,
+    pub standing: Standing,
+    /// Of all searches of the curve.
+    pub iterations: u32,
+    pub evaluations: u32,
+    /// The first dot whose segment had no minimiser in the last trial that failed.
+    pub culprit: Option<usize>,
+}
+
+impl Found {
+    /// Keeps the better of two, and counts both.
+    fn or(self, other: Found) -> Found {
+        let (iterations, evaluations) = (self.iterations + other.iterations, self.evaluations + other.evaluations);
+        let converged = |found: &Found| found.standing == Standing::Converged;
+        let better = match (converged(&self), converged(&other)) {
+            (true, false) => false,
+            (false, true) => true,
+            _ => other.directions.is_some() && (self.directions.is_none() || other.cost < self.cost),
+        };
+        Found { iterations, evaluations, ..if better { other } else { self } }
+    }
+}
+
+/// Searches for the slopes of all curves, a chunk side by side.
+pub(crate) fn search(
+    options: &Smooth,
+    dots: &[&Dots],
+    exponents: &Exponents,
+    until: &Until,
+    workspace: &mut Workspace<f64>,
+) -> Vec<Found> {
+    let mut run = |which: &[usize], exponents: &Exponents, directions: Vec<Vec<f64>>| {
+        let given: Vec<&Dots> = which.iter().map(|&i| dots[i]).collect();
+        search_from(&given, exponents, directions, until, workspace)
+    };
+    let all: Vec<usize> = (0..dots.len()).collect();
+    let from = |which: &[usize], start: Start| which.iter().map(|&i| dots[i].directions(start)).collect::<Vec<_>>();
+    let mut found = run(&all, exponents, from(&all, options.start));
+    let failed = |found: &[Found]| {
+        let failed = |&i: &usize| found[i].standing != Standing::Converged && found[i].standing != Standing::Tired;
+        (0..found.len()).filter(failed).collect::<Vec<_>>()
+    };
+    for start in [Start::Circle, Start::Neighbours, Start::Bisector] {
+        let which = failed(&found);
+        if start == options.start || which.is_empty() {
+            continue;
+        }
+        let again = run(&which, exponents, from(&which, start));
+        merge(&mut found, &which, again);
+    }
+    // By exponents on the way from 2, each from where the last one ended.
+    let which = failed(&found);
+    if !which.is_empty() {
+        let mut directions = from(&which, options.start);
+        for part in STAGES.into_iter().chain([1.0]) {
+            let last = part == 1.0;
+            let stage = if last { exponents.clone() } else { exponents.towards(part) };
+            let again = run(&which, &stage, directions.clone());
+            for (directions, found) in directions.iter_mut().zip(&again) {
+                if let Some(reached) = &found.directions {
+                    directions.clone_from(reached);
+                }
+            }
+            if last {
+                merge(&mut found, &which, again);
+            }
+        }
+    }
+    for number in 1..options.starts {
+        // One seed a start, not a curve: a curve's bits do not depend on its place in the batch.
+        let random = |i: &usize| {
+            let mut random = ChaCha12Rng::seed_from_u64(options.seed.wrapping_add(u64::from(number)));
+            let turn = |direction: f64| direction + random.random_range(-SPREAD..=SPREAD);
+            let mut directions: Vec<f64> = dots[*i].directions(options.start).into_iter().map(turn).collect();
+            for (direction, fixed) in directions.iter_mut().zip(&dots[*i].fixed).filter(|(_, fixed)| fixed.is_finite())
+            {
+                *direction = *fixed;
+            }
+            directions
+        };
+        let again = run(&all, exponents, all.iter().map(random).collect());
+        merge(&mut found, &all, again);
+    }
+    found
+}
+
+fn merge(found: &mut [Found], which: &[usize], again: Vec<Found>) {
+    for (&i, again) in which.iter().zip(again) {
+        found[i] = found[i].clone().or(again);
+    }
+}
+
+/// One search a curve, from given directions.
+fn search_from(
+    dots: &[&Dots],
+    exponents: &Exponents,
+    directions: Vec<Vec<f64>>,
+    until: &Until,
+    workspace: &mut Workspace<f64>,
+) -> Vec<Found> {
+    let (mut searches, scales): (Vec<Search<f64>>, Vec<f64>) = dots
+        .iter()
+        .zip(&directions)
+        .map(|(dots, directions)| {
+            let (problem, scale) = dots.problem(directions, exponents);
+            (Search::new(problem, vec![0.0; directions.len()]), scale)
+        })
+        .unzip();
+    workspace.run(&exponents.universal, &mut searches, until);
+    let found = |((search, scale), mut directions): ((Search<f64>, f64), Vec<f64>)| {
+        directions.iter_mut().zip(&search.turns).for_each(|(direction, turn)| *direction += turn);
+        Found {
+            directions: (search.standing != Standing::Nowhere).then_some(directions),
+            cost: search.cost * scale.exp(),
+            decrement: search.decrement,
+            standing: search.standing,
+            iterations: search.iterations,
+            evaluations: search.evaluations,
+            culprit: search.culprit,
+        }
+    };
+    searches.into_iter().zip(scales).zip(directions).map(found).collect()
+}
