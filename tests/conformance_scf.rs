@@ -35,7 +35,10 @@ fn explore() {
                 let mut at = [0usize; 4];
                 for (i, (f, w)) in found.iter().zip(&wanted).enumerate() {
                     let (Some(f), Some(w)) = (f, w) else {
-                        if f.is_some() != w.is_some() { worst[3] += 1.0; at[3] = i; }
+                        if f.is_some() != w.is_some() {
+                            worst[3] += 1.0;
+                            at[3] = i;
+                        }
                         continue;
                     };
                     let m = w.gradient[0].abs().max(w.gradient[1].abs());
@@ -47,10 +50,17 @@ fn explore() {
                         (0..3).map(|k| (f.hessian[k] - w.hessian[k]).abs()).fold(0.0, f64::max) / h / e,
                     ];
                     for k in 0..3 {
-                        if !(own[k] <= worst[k]) { worst[k] = own[k]; at[k] = i; }
+                        if !(own[k] <= worst[k]) {
+                            worst[k] = own[k];
+                            at[k] = i;
+                        }
                     }
                 }
-                eprintln!("{exponent} {scale:e} {} worst in eps {worst:.1?} {:?}", precision.word(), at.map(|i| queries[i].angles.map(|a| a / scale)));
+                eprintln!(
+                    "{exponent} {scale:e} {} worst in eps {worst:.1?} {:?}",
+                    precision.word(),
+                    at.map(|i| queries[i].angles.map(|a| a / scale))
+                );
             }
         }
     }

@@ -23,6 +23,8 @@ struct SlopesState {
     iterations: u32,
     evaluations: u32,
     flags: u32,
+    // One more than the first segment that had no minimiser in the last trial that failed for it.
+    culprit: u32,
 }
 
 // Whether there is a trial to be evaluated.

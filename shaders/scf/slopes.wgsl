@@ -76,7 +76,8 @@ fn is_no_number(x: real) -> bool {
 
 struct Received {
     cost: real,
-    exists: bool,
+    // One more than the first segment without minimiser, or 0.
+    missing: u32,
     // Along the step that led to the trial.
     slope: real,
 }
@@ -87,7 +88,7 @@ fn receive(curve: SlopesCurve) -> Received {
     let step = WORK_STEP * params.dots + curve.start;
     let spans = curve.dots - 1u + curve.closed;
     var cost = real(0);
-    var exists = true;
+    var missing = 0u;
     // Of the segment before, at the dot they share.
     var before = real(0);
     var slope = real(0);
@@ -96,7 +97,9 @@ fn receive(curve: SlopesCurve) -> Received {
     for (var k = 0u; k < spans; k++) {
         let at = 7u * (curve.start + k);
         let weight = fixed[params.dots + curve.start + k];
-        exists = exists && found[at + 6u] > real(0);
+        if (missing == 0u && !(found[at + 6u] > real(0))) {
+            missing = k + 1u;
+        }
         cost += weight * found[at];
         let own = before + weight * found[at + 1u];
         before = weight * found[at + 2u];
@@ -115,7 +118,7 @@ fn receive(curve: SlopesCurve) -> Received {
     for (var k = 0u; k < curve.dots; k++) {
         slope += work[there + k] * work[step + k];
     }
-    return Received(cost, exists, slope);
+    return Received(cost, missing, slope);
 }
 
 // Stands at the trial from now on.
@@ -282,9 +285,13 @@ fn tick(index: u32) {
     if (is_waiting(state)) {
         let received = receive(curve);
         state.evaluations += 1u;
+        let exists = received.missing == 0u;
+        if (!exists) {
+            state.culprit = received.missing;
+        }
         var taken = true;
         if (state.evaluations == 1u) {
-            if (!received.exists || is_no_number(received.cost)) {
+            if (!exists || is_no_number(received.cost)) {
                 state.standing = STANDING_NOWHERE;
                 states[index] = state;
                 return;
@@ -295,7 +302,7 @@ fn tick(index: u32) {
             let root = power(received.cost / cost, share);
             let there = received.slope * root / received.cost;
             let trial = Trial(
-                received.exists && numbers[at + SLOPES_SMALLEST] > real(0),
+                exists && numbers[at + SLOPES_SMALLEST] > real(0),
                 share * stretch * numbers[at + SLOPES_SLOPE] / cost,
                 share * stretch * there,
                 real(1),
@@ -308,7 +315,7 @@ fn tick(index: u32) {
             if (taken) {
                 state.iterations += 1u;
             } else {
-                if (!received.exists) {
+                if (!exists) {
                     state.flags |= FLAG_UNATTAINED;
                 }
                 if (damping.verdict == VERDICT_FAIL) {

@@ -12,7 +12,7 @@ use bytemuck::{Pod, Zeroable};
 pub(crate) use search::{Outcome, search_on_gpu};
 
 use super::evaluation::Evaluation;
-use super::slopes::Ends;
+use super::slopes::{Ends, evaluate_all};
 use super::universal::Universal;
 use crate::device::Precision;
 use crate::error::Result;
@@ -26,6 +26,9 @@ const GROUP: u32 = 64;
 
 /// Segments, or dots of curves, in one dispatch at most: on a software driver they take seconds.
 const MOST_TOGETHER: u64 = 1 << 20;
+
+/// Costs in f32 below this may have lost digits, or their derivatives.
+const LEAST_COST: f64 = 1e-30;
 
 /// Numbers of a segment in `found`.
 const FOUND: usize = 7;
@@ -58,6 +61,7 @@ struct SlopesState {
     iterations: u32,
     evaluations: u32,
     flags: u32,
+    culprit: u32,
 }
 
 fn evaluation_kernel(precision: Precision) -> KernelKey {
@@ -112,7 +116,7 @@ fn limits(gpu: &Gpu, total_bytes: u64) -> Limits {
 }
 
 /// Evaluates segments of unit chord, each with the number of its universal curve and the angles at its ends, all in one dispatch a
-/// chunk. In f32, what is below 1.2e-38 is 0.
+/// chunk. Of those that f32 finds no minimiser of, or no cost of full precision, the CPU has the last word, in f64.
 ///
 /// # Errors
 /// Those of [`Gpu::kernel`] and of submissions.
@@ -142,7 +146,23 @@ pub(crate) fn evaluate_on_gpu(
         },
     )?;
     found.truncate(segments.len());
+    if precision != Precision::F64 {
+        let doubtful = (0..segments.len()).filter(|&i| is_doubtful(&found[i], segments[i].1)).collect::<Vec<_>>();
+        for same in doubtful.chunk_by(|&i, &j| segments[i].0 == segments[j].0) {
+            let angles: Vec<[f64; 2]> = same.iter().map(|&i| segments[i].1).collect();
+            let mut own = vec![found[same[0]]; same.len()];
+            evaluate_all(&curves[segments[same[0]].0 as usize], false, &angles, &mut own);
+            same.iter().zip(own).for_each(|(&i, own)| found[i] = own);
+        }
+    }
     Ok(found)
+}
+
+/// Whether f32 may have been too coarse for a segment: almost circular ones of small angles it tends to lose.
+fn is_doubtful(found: &Evaluation<f64>, angles: [f64; 2]) -> bool {
+    let numbers = found.gradient.iter().chain(&found.hessian);
+    let coarse = found.cost < LEAST_COST || !found.cost.is_finite() || numbers.into_iter().any(|x| !x.is_finite());
+    found.exists == 0.0 || (angles != [0.0; 2] && coarse)
 }
 
 /// Segments of a single curve, whose directions do not turn.

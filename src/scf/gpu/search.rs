@@ -88,13 +88,15 @@ pub(crate) struct Outcome {
     pub standing: Standing,
     pub iterations: u32,
     pub evaluations: u32,
+    /// The first segment that had no minimiser in the last trial that failed for it.
+    pub culprit: Option<usize>,
 }
 
 /// Searches for the slopes of every curve, from the turns given. Turns are displacements, so that f32 keeps their digits, and the
 /// tolerance in f32 is 32 ε at least.
 ///
 /// Searched by the CPU in f64 are curves of more than 8,192 dots, and in f32 those of an exponent beyond 32, of a weight
-/// below 1e-18, or that cost less than 1e-18 at the start.
+/// below 1e-18, or that cost less than 1e-18 at the start; and again, from the start, those that f32 finds no minimum of.
 ///
 /// Where the device is lost, what it had finished is kept, and the other curves come out as they came in.
 ///
@@ -110,7 +112,7 @@ pub(crate) fn search_on_gpu(
     until: &Until,
 ) -> Result<Vec<Outcome>> {
     let mut outcomes: Vec<Outcome> = searches.iter().map(unfinished).collect();
-    let (mut order, host): (Vec<usize>, Vec<usize>) =
+    let (mut order, mut host): (Vec<usize>, Vec<usize>) =
         (0..searches.len()).partition(|&i| is_for_kernel(&searches[i], curves, precision));
     order.sort_by_key(|&i| (searches[i].0.movable.len(), i));
     if !order.is_empty() {
@@ -119,6 +121,10 @@ pub(crate) fn search_on_gpu(
             Err(Interrupted { error: Error::DeviceLost(_) | Error::Timeout { .. }, finished }) if finished > 0 => {}
             done => done?,
         }
+    }
+    if precision != Precision::F64 {
+        let failed = [Standing::Stalled, Standing::Unattained, Standing::Nowhere];
+        host.extend(order.into_iter().filter(|&i| failed.contains(&outcomes[i].standing)));
     }
     let mut left: Vec<Search<f64>> =
         host.iter().map(|&i| Search::new(searches[i].0.clone(), searches[i].1.clone())).collect();
@@ -136,13 +142,14 @@ fn unfinished((_, turns): &(Problem<f64>, Vec<f64>)) -> Outcome {
         standing: Standing::Running,
         iterations: 0,
         evaluations: 0,
+        culprit: None,
     }
 }
 
 /// What the CPU found.
 pub(super) fn outcome(search: Search<f64>) -> Outcome {
-    let Search { turns, cost, decrement, standing, iterations, evaluations, .. } = search;
-    Outcome { turns, cost, decrement, standing, iterations, evaluations }
+    let Search { turns, cost, decrement, standing, iterations, evaluations, culprit, .. } = search;
+    Outcome { turns, cost, decrement, standing, iterations, evaluations, culprit }
 }
 
 /// Whether a thread has the patience, and the precision the range, for a curve.
@@ -369,6 +376,7 @@ fn unpack<S: Real + Pod>(members: &[usize], (table, results): &Finished, outcome
             standing: standing(states[slot].standing).unwrap_or(Standing::Running),
             iterations: states[slot].iterations,
             evaluations: states[slot].evaluations,
+            culprit: (states[slot].culprit as usize).checked_sub(1),
         };
     }
 }
