@@ -133,33 +133,33 @@ fn every_curve_of_a_ragged_batch_ends_as_on_the_cpu() {
     println!("{:?}", wanted.iter().map(|w| w.standing).collect::<Vec<_>>());
     assert!(count(Standing::Converged) >= 15 && count(Standing::Nowhere) >= 1 && count(Standing::Unattained) >= 1);
     for precision in precisions(&gpu) {
-        // In f32 the gradient is good to some ε of itself, and the Hessian, dominant by a factor of 2 or so for ν = 2, is for large ν
-        // worse conditioned by (ν − 1): turns to about 1e-5 (ν − 1). Costs are stationary.
         let found = on_gpu(&gpu, precision, &searches);
         for (i, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
             let exponent = searches[i].0.exponent;
+            assert_eq!(found.standing, wanted.standing, "curve {i} in {precision:?}");
             let apart = largest_difference(&found.turns, &wanted.turns);
-            println!(
-                "{precision:?} {i} {} {exponent} {:?}/{:?} {}/{} {}/{} dec {:e} apart {apart:e} cost {:e}",
+            eprintln!(
+                "{precision:?} {i} {} {exponent} {:?} {}/{} {}/{} dec {:e} apart {apart:e} cost {:e} {:?} {:?}",
                 wanted.turns.len(),
                 found.standing,
-                wanted.standing,
                 found.iterations,
                 wanted.iterations,
                 found.evaluations,
                 wanted.evaluations,
                 found.decrement,
-                found.cost / wanted.cost - 1.0
+                found.cost / wanted.cost - 1.0,
+                found.culprit,
+                wanted.culprit
             );
-            if precision == Precision::F64 {
-                assert_eq!(found.standing, wanted.standing, "curve {i}");
-                assert_eq!((found.iterations, found.culprit), (wanted.iterations, wanted.culprit), "curve {i}");
-            }
-            assert_eq!(found.standing, wanted.standing, "curve {i} in {precision:?}");
             if wanted.standing != Standing::Converged {
                 continue;
             }
-            let (turns, cost) = if precision == Precision::F64 { (1e-9, 1e-12) } else { (1e-5 * exponent, 1e-5) };
+            // In f32 a cost is good to some 200 ν ε (the last step on the way to a segment's root is 3e-5 of it or less, and leaves a tenth of
+            // that where almost circular segments know their slope but badly), and turns to what a decrement of 32 ε allows.
+            let (turns, cost) = match precision {
+                Precision::F64 => (1e-9, 1e-12),
+                _ => (1e-4, 200.0 * exponent * f64::from(f32::EPSILON)),
+            };
             assert!(apart <= turns, "curve {i} in {precision:?}: turns {apart:e} apart");
             assert!((found.cost - wanted.cost).abs() <= cost * wanted.cost, "curve {i} in {precision:?}");
         }
