@@ -3,7 +3,7 @@
 use crate::device::Precision;
 use crate::gpu::KernelKey;
 use crate::gpu::source::definitions;
-use crate::{discrete, linalg, spline};
+use crate::{discrete, linalg, scf, spline};
 
 /// Every kernel in every form: paths, entry points, precisions, definitions.
 pub fn kernels() -> Vec<KernelKey> {
@@ -16,6 +16,7 @@ pub fn kernels() -> Vec<KernelKey> {
         keys.extend([2, 3].map(|dimension| spline::smoothing_kernel(precision, dimension)));
         keys.extend(discrete::evaluate_kernels(precision));
         keys.extend(discrete::descent_kernels(precision));
+        keys.extend(scf::scf_kernels(precision));
         for (path, entries) in spline::KERNELS {
             let definitions = definitions([("GROUP", &spline::GROUP)]);
             keys.extend(entries.iter().map(|entry| KernelKey {

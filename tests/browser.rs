@@ -17,6 +17,7 @@ use faircurve::gpu::{CapturedDispatch, Gpu};
 use faircurve::linalg::block_ring::{BlockBatch, solve_blocks_on_gpu};
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
+use faircurve::scf::{Query, evaluate_segments};
 use faircurve::spline::{Amount, Natural, Smoothing, uniform};
 use faircurve::{CurveBatch, Device, Precision, Sampling};
 use rand::RngExt;
@@ -68,6 +69,7 @@ fn capture_everything(gpu: Gpu) -> Vec<CapturedDispatch> {
     let gpu = device.as_gpu().expect("it is one");
     captured.extend(gpu.capture(|| splines(&device)).unwrap().1);
     captured.extend(gpu.capture(|| discrete_energies(gpu)).unwrap().1);
+    captured.extend(gpu.capture(|| segments(&device)).unwrap().1);
     captured
 }
 
@@ -152,6 +154,18 @@ fn discrete_energies(gpu: &Gpu) -> faircurve::Result<()> {
             evaluate(gpu, Precision::F32, at, want)?;
         }
     }
+    Ok(())
+}
+
+/// Segments that turn enough for second derivatives to keep their digits, some with an inflection.
+fn segments(device: &Device) -> faircurve::Result<()> {
+    let angles = [[1.0, -0.8], [0.9, -0.3], [0.7, 0.5], [-1.2, 0.4], [0.3, 1.1]];
+    let exponents = [1.5, 2.0, 3.0];
+    let query = |(exponent, angles)| Query { chord: 1.0, angles, exponent };
+    let queries: Vec<Query> =
+        exponents.into_iter().flat_map(|exponent| angles.map(|angles| query((exponent, angles)))).collect();
+    let costs = evaluate_segments(&queries, device)?;
+    assert!(costs.iter().all(Option::is_some), "{costs:?}");
     Ok(())
 }
 

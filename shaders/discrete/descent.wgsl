@@ -137,7 +137,7 @@ fn load_weight(curve: Curve, index: u32) -> real {
 //:include discrete/common_swept.wgsl
 //:include discrete/common_verdict.wgsl
 //:if NEWTON
-//:include discrete/damping.wgsl
+//:include damping.wgsl
 //:else
 //:include discrete/line_search.wgsl
 //:end

@@ -1,18 +1,28 @@
 // x^y for x ≥ 0 and a constant y, f64 too, for which WGSL has no pow: x = 2^k m, √½ ≤ m ≤ √2, ln m by the series of
 // artanh, the product y log₂ x in parts of which the large one is exact, and e^f by its series. Relative error about
-// 4 (1 + |y|) ε where x is a normal number of f32, that is 1.2e−38 < x < 3.4e38, and the result within 1e±75; 0 for x = 0 < y.
+// 4 (1 + |y|) ε where x is 0 or 2.3e−308 < x < 3.4e38, and the result within 1e±300; 0 for x = 0 < y. In f32 WGSL's own pow, for
+// normal x and results.
 
 //:if DOUBLE
-// 2^n, |n| ≤ 126
+// 2^n, −126 ≤ n ≤ 127
 fn power_of_two(n: i32) -> real {
     return real(bitcast<f32>(u32(n + 127) << 23u));
 }
 
 fn power(x: real, y: real) -> real {
+    // Up by 2^512, 2^256 and 2^128, as need be, into the range of f32.
+    let is_least = x < real(2.9833362924800834e-154);
+    let from_least = select(x, x * real(1.3407807929942597e154), is_least);
+    let is_less = from_least < real(3.454467422037778e-77);
+    let from_less = select(from_least, from_least * real(1.157920892373162e77), is_less);
+    let is_small = from_less < real(1.1754943508222875e-38);
+    let raised = select(from_less, from_less * real(3.402823669209385e38), is_small);
+    let lowered = select(0, 512, is_least) + select(0, 256, is_less) + select(0, 128, is_small);
     // Half a binade up, so that m is between √½ and √2 and logarithms near x = 1 keep their digits.
-    let bits = bitcast<u32>(f32(x)) + 0x004afb0du;
-    let k = i32(bits >> 23u) - 127;
-    let m = x * power_of_two(-k);
+    let bits = bitcast<u32>(f32(raised)) + 0x004afb0du;
+    let binade = i32(bits >> 23u) - 127;
+    let m = raised * power_of_two(-binade);
+    let k = binade - lowered;
     let s = (m - real(1)) / (m + real(1));
     let q = s * s;
     // artanh(s)/s, s² ≤ 0.0295
@@ -51,9 +61,12 @@ fn power(x: real, y: real) -> real {
     e = e * f + real(0.5);
     e = e * f + real(1);
     e = e * f + real(1);
-    let exponent = clamp(i32(n), -252, 252);
-    let half = exponent / 2;
-    let result = e * power_of_two(half) * power_of_two(exponent - half);
+    let exponent = clamp(i32(n), -1000, 1000);
+    let eighth = exponent / 8;
+    let root = power_of_two(eighth);
+    let square = root * root;
+    let fourth = square * square;
+    let result = e * (fourth * fourth) * power_of_two(exponent - 8 * eighth);
     return select(result, real(0), x == real(0));
 }
 //:else

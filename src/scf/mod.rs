@@ -21,6 +21,7 @@ mod arc;
 mod curves;
 mod dots;
 mod evaluation;
+mod gpu;
 mod queries;
 mod root;
 pub mod search;
@@ -35,6 +36,7 @@ mod trig;
 mod universal;
 
 pub use arc::Site;
+pub(crate) use gpu::scf_kernels;
 pub use queries::{Cost, Query, evaluate_segments};
 pub use segment::Segment;
 pub use shape::{Deviation, DotsOf, ExponentSearch, ShapeExponent};

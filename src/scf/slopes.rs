@@ -20,7 +20,7 @@ const MOST_TURN: f64 = 0.5;
 
 /// Steps are longer than Newton's own by (ν − 1) to this power at most. Of a pure power ν the whole way would be ν − 1; of the powers 0.3, ½,
 /// 0.7 and 1 tried, with ν = 4 and 20, this one wastes the fewest trials.
-const LONGEST: f64 = 0.3;
+pub(super) const LONGEST: f64 = 0.3;
 
 /// Where steps damped by so much, some 1e-4 of Newton's, lead to segments without minimiser still, the way down ends at an edge.
 const EDGE: f64 = 1e4;

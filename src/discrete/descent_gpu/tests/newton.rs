@@ -238,7 +238,7 @@ fn constants<'t>(text: &'t str, opening: &str, closing: &str) -> Vec<(&'t str, f
 #[test]
 fn the_kernel_damps_by_the_constants_of_the_cpu() {
     let own = constants(include_str!("../../../damping.rs"), ": f64 = ", ";");
-    let kernel = constants(source::file("discrete/damping.wgsl").unwrap(), ": real = real(", ");");
+    let kernel = constants(source::file("damping.wgsl").unwrap(), ": real = real(", ");");
     assert!(own.len() > 5, "{own:?}");
     for constant in &own {
         assert!(kernel.contains(constant), "{constant:?} is none of the kernel's {kernel:?}");

@@ -1,5 +1,5 @@
-// How much Newton's steps are damped: λ of (H + λL) p = −g, one trial a tick. Twin: src/discrete/damping.rs, which says why;
-// a test compares the constants.
+// How much Newton's steps are damped: λ of (H + λL) p = −g, one trial a tick. Twin: src/damping.rs, which says why; a test
+// compares the constants.
 
 const FIRST: real = real(1e-2);
 const GROWTH: real = real(4.0);

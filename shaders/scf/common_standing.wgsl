@@ -1,0 +1,33 @@
+// How a curve's search goes, as evaluation.wgsl and slopes.wgsl both see it. Twin: src/scf/slopes.rs.
+
+// What the host writes before the first trial.
+const STANDING_FRESH: u32 = 0u;
+const STANDING_RUNNING: u32 = 1u;
+const STANDING_CONVERGED: u32 = 2u;
+const STANDING_STALLED: u32 = 3u;
+const STANDING_UNATTAINED: u32 = 4u;
+const STANDING_NOWHERE: u32 = 5u;
+const STANDING_TIRED: u32 = 6u;
+
+// Trials failed since the last step, one of them for want of a minimiser.
+const FLAG_UNATTAINED: u32 = 1u;
+// A step was just taken.
+const FLAG_ACCEPTED: u32 = 2u;
+// The matrix is to be factored with more damping before the next trial.
+const FLAG_STIFFENED: u32 = 4u;
+// The gradient is 0 where it stands.
+const FLAG_FLAT: u32 = 8u;
+
+struct SlopesState {
+    standing: u32,
+    iterations: u32,
+    evaluations: u32,
+    flags: u32,
+    // One more than the first segment that had no minimiser in the last trial that failed for it.
+    culprit: u32,
+}
+
+// Whether there is a trial to be evaluated.
+fn is_waiting(state: SlopesState) -> bool {
+    return state.standing <= STANDING_RUNNING && (state.flags & FLAG_STIFFENED) == 0u;
+}

@@ -1,0 +1,398 @@
+// Newton's method on the slopes of a curve, one thread a curve: takes what its segments cost at the trial, and finds the next
+// trial. Where the matrix is not positive definite the next dispatch goes on with more damping, so that a thread's loops
+// stay short. Twin: src/scf/slopes.rs; a test compares the constants.
+
+struct SlopesParams {
+    tasks: u32,
+    // Dots of all curves.
+    dots: u32,
+    most_iterations: u32,
+    padding: u32,
+}
+
+struct SlopesCurve {
+    // Its first dot, which is also where its segments start.
+    start: u32,
+    dots: u32,
+    closed: u32,
+    padding: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: SlopesParams;
+// The curves that run.
+@group(0) @binding(1) var<storage, read> tasks: array<u32>;
+@group(0) @binding(2) var<storage, read> curves: array<SlopesCurve>;
+@group(0) @binding(3) var<storage, read_write> states: array<SlopesState>;
+// SLOPES_NUMBERS a curve, named below.
+@group(0) @binding(4) var<storage, read_write> numbers: array<real>;
+// Of every dot, 1 where its direction is an unknown, else 0; then the weights of all segments.
+@group(0) @binding(5) var<storage, read> fixed: array<real>;
+// What the segments cost at the trial: see evaluation.wgsl.
+@group(0) @binding(6) var<storage, read> found: array<real>;
+// The trials of all dots, then where they stand.
+@group(0) @binding(7) var<storage, read_write> turns: array<real>;
+// WORK_… of all dots, one after the other.
+@group(0) @binding(8) var<storage, read_write> work: array<real>;
+
+//:include scf/common_standing.wgsl
+//:include common_verdict.wgsl
+//:include damping.wgsl
+//:include linalg/common_power.wgsl
+
+const MOST_TURN: real = real(0.5);
+const EDGE: real = real(1e4);
+
+// Given: 1/ν, 1 − 1/ν, the least that is left of a step's length, and the tolerance of the relative decrement.
+const SLOPES_SHARE: u32 = 0u;
+const SLOPES_PART: u32 = 1u;
+const SLOPES_LEAST: u32 = 2u;
+const SLOPES_TOLERANCE: u32 = 3u;
+// Kept, as in the twin.
+const SLOPES_COST: u32 = 4u;
+const SLOPES_DECREMENT: u32 = 5u;
+const SLOPES_ALPHA: u32 = 6u;
+const SLOPES_SLOPE: u32 = 7u;
+const SLOPES_STRETCH: u32 = 8u;
+const SLOPES_SMALLEST: u32 = 9u;
+const SLOPES_LAMBDA: u32 = 10u;
+const SLOPES_NUMBERS: u32 = 11u;
+
+const WORK_GRADIENT: u32 = 0u;
+const WORK_THERE: u32 = 1u;
+const WORK_STEP: u32 = 2u;
+const WORK_DIAGONAL: u32 = 3u;
+const WORK_COUPLING: u32 = 4u;
+const WORK_PIVOT: u32 = 5u;
+const WORK_BAND: u32 = 6u;
+const WORK_BORDER: u32 = 7u;
+
+// NaN or infinite: also of numbers beyond the range of f32.
+fn is_no_number(x: real) -> bool {
+//:if DOUBLE
+    return is_out_of_range(x * real(1.1830521861667747e-271));
+//:else
+    return is_out_of_range(x);
+//:end
+}
+
+struct Received {
+    cost: real,
+    // One more than the first segment without minimiser, or 0.
+    missing: u32,
+    // Along the step that led to the trial.
+    slope: real,
+}
+
+// Sums up what the segments cost, with the gradient.
+fn receive(curve: SlopesCurve) -> Received {
+    let there = WORK_THERE * params.dots + curve.start;
+    let step = WORK_STEP * params.dots + curve.start;
+    let spans = curve.dots - 1u + curve.closed;
+    var cost = real(0);
+    var missing = 0u;
+    // Of the segment before, at the dot they share.
+    var before = real(0);
+    var slope = real(0);
+    // A closed curve's first dot is where its last segment ends.
+    var opening = real(0);
+    for (var k = 0u; k < spans; k++) {
+        let at = 7u * (curve.start + k);
+        let weight = fixed[params.dots + curve.start + k];
+        if (missing == 0u && !(found[at + 6u] > real(0))) {
+            missing = k + 1u;
+        }
+        cost += weight * found[at];
+        let own = before + weight * found[at + 1u];
+        before = weight * found[at + 2u];
+        if (k == 0u) {
+            opening = own;
+        } else {
+            work[there + k] = own * fixed[curve.start + k];
+        }
+    }
+    if (curve.closed != 0u) {
+        opening += before;
+    } else {
+        work[there + spans] = before * fixed[curve.start + spans];
+    }
+    work[there] = opening * fixed[curve.start];
+    for (var k = 0u; k < curve.dots; k++) {
+        slope += work[there + k] * work[step + k];
+    }
+    return Received(cost, missing, slope);
+}
+
+// Stands at the trial from now on.
+fn accept(curve: SlopesCurve) -> bool {
+    let dots = params.dots;
+    let spans = curve.dots - 1u + curve.closed;
+    var before = real(0);
+    var opening = real(0);
+    var is_flat = true;
+    for (var k = 0u; k < curve.dots; k++) {
+        let to = curve.start + k;
+        let gradient = work[WORK_THERE * dots + to];
+        is_flat = is_flat && gradient == real(0);
+        work[WORK_GRADIENT * dots + to] = gradient;
+        turns[dots + to] = turns[to];
+        var own = before;
+        if (k < spans) {
+            let at = 7u * to;
+            let weight = fixed[dots + to];
+            own += weight * found[at + 3u];
+            work[WORK_COUPLING * dots + to] = weight * found[at + 4u];
+            before = weight * found[at + 5u];
+        }
+        work[WORK_DIAGONAL * dots + to] = own;
+        if (k == 0u) {
+            opening = own;
+        }
+    }
+    if (curve.closed != 0u) {
+        work[WORK_DIAGONAL * dots + curve.start] = opening + before;
+    }
+    return is_flat;
+}
+
+fn damped_diagonal(curve: SlopesCurve, k: u32, lambda: real) -> real {
+    let d = work[WORK_DIAGONAL * params.dots + curve.start + k];
+    // A dot between straight segments has no stiffness at all, and no moment.
+    return select(d + lambda * abs(d), real(1), d == real(0));
+}
+
+// Factors H + λ diag|H|, and takes −g through the first half of the solution; the smallest pivot. See src/linalg/banded.rs.
+fn factor(curve: SlopesCurve, lambda: real) -> real {
+    let dots = params.dots;
+    let coupling = WORK_COUPLING * dots + curve.start;
+    let pivots = WORK_PIVOT * dots + curve.start;
+    let bands = WORK_BAND * dots + curve.start;
+    let borders = WORK_BORDER * dots + curve.start;
+    let steps = WORK_STEP * dots + curve.start;
+    let gradients = WORK_GRADIENT * dots + curve.start;
+    let closed = curve.closed != 0u;
+    let n = curve.dots;
+    var smallest = real(1) / real(1e-30);
+    var movable_before = fixed[curve.start];
+    let movable_first = movable_before;
+    var corner = damped_diagonal(curve, 0u, lambda) * movable_first + (real(1) - movable_first);
+    var kept = -work[gradients];
+    var inverse = real(0);
+    var border_before = real(0);
+    var x_before = real(0);
+    var first = 1u;
+    if (!closed) {
+        smallest = -larger_of(-smallest, -corner);
+        inverse = real(1) / corner;
+        work[pivots] = inverse;
+        work[steps] = kept;
+        x_before = kept;
+        first = 0u;
+    }
+    for (var i = 1u; i < n; i++) {
+        let movable = fixed[curve.start + i];
+        var pivot = damped_diagonal(curve, i, lambda) * movable + (real(1) - movable);
+        let entry = work[coupling + i - 1u] * (movable * movable_before);
+        var x = -work[gradients + i];
+        var border = real(0);
+        if (i > first) {
+            let l = entry * inverse;
+            pivot -= l * entry;
+            work[bands + i] = l;
+            x -= l * x_before;
+            border -= l * border_before;
+        } else {
+            // Row 0 of a closed curve is kept for the end.
+            border = entry;
+        }
+        inverse = real(1) / pivot;
+        smallest = -larger_of(-smallest, -pivot);
+        work[pivots + i] = inverse;
+        work[steps + i] = x;
+        if (closed) {
+            if (i + 1u == n) {
+                border += work[coupling + i] * (movable_first * movable);
+            }
+            let scaled = border * inverse;
+            corner -= scaled * border;
+            kept -= scaled * x;
+            work[borders + i] = scaled;
+            border_before = border;
+        }
+        movable_before = movable;
+        x_before = x;
+    }
+    if (closed) {
+        smallest = -larger_of(-smallest, -corner);
+        work[steps] = kept * (real(1) / corner);
+    }
+    return smallest;
+}
+
+fn larger_of(x: real, y: real) -> real {
+    return select(y, x, x > y);
+}
+
+struct Solved {
+    // g·p
+    slope: real,
+    // The largest |p|.
+    most: real,
+}
+
+// The second half of the solution p of (H + λ diag|H|) p = −g.
+fn solve(curve: SlopesCurve) -> Solved {
+    let dots = params.dots;
+    let pivots = WORK_PIVOT * dots + curve.start;
+    let bands = WORK_BAND * dots + curve.start;
+    let borders = WORK_BORDER * dots + curve.start;
+    let steps = WORK_STEP * dots + curve.start;
+    let gradients = WORK_GRADIENT * dots + curve.start;
+    let closed = curve.closed != 0u;
+    let n = curve.dots;
+    let kept = work[steps];
+    var after = real(0);
+    var most = select(real(0), abs(kept), closed);
+    // From the last row to the first that is not kept.
+    for (var k = curve.closed; k < n; k++) {
+        let i = n - 1u - k + curve.closed;
+        var here = work[pivots + i] * work[steps + i];
+        if (i + 1u < n) {
+            here -= work[bands + i + 1u] * after;
+        }
+        if (closed) {
+            here -= work[borders + i] * kept;
+        }
+        work[steps + i] = here;
+        after = here;
+        most = larger_of(most, abs(here));
+    }
+    var slope = real(0);
+    for (var k = 0u; k < n; k++) {
+        slope += work[gradients + k] * work[steps + k];
+    }
+    return Solved(slope, most);
+}
+
+fn tick(index: u32) {
+    let curve = curves[index];
+    var state = states[index];
+    if (state.standing > STANDING_RUNNING) {
+        return;
+    }
+    let at = index * SLOPES_NUMBERS;
+    let share = numbers[at + SLOPES_SHARE];
+    var cost = numbers[at + SLOPES_COST];
+    var lambda = numbers[at + SLOPES_LAMBDA];
+    if (is_waiting(state)) {
+        let received = receive(curve);
+        state.evaluations += 1u;
+        let exists = received.missing == 0u;
+        if (!exists) {
+            state.culprit = received.missing;
+        }
+        var taken = true;
+        if (state.evaluations == 1u) {
+            if (!exists || is_no_number(received.cost)) {
+                state.standing = STANDING_NOWHERE;
+                states[index] = state;
+                return;
+            }
+        } else {
+            // As the root of the cost, which the step is Newton's of, relative to where it stands.
+            let stretch = numbers[at + SLOPES_STRETCH];
+            let root = power(received.cost / cost, share);
+            let there = received.slope * root / received.cost;
+            let trial = Trial(
+                exists && numbers[at + SLOPES_SMALLEST] > real(0),
+                share * stretch * numbers[at + SLOPES_SLOPE] / cost,
+                share * stretch * there,
+                real(1),
+                root,
+                numbers[at + SLOPES_ALPHA],
+            );
+            let damping = damped(lambda, trial);
+            lambda = damping.lambda;
+            taken = damping.verdict == VERDICT_ACCEPT;
+            if (taken) {
+                state.iterations += 1u;
+            } else {
+                if (!exists) {
+                    state.flags |= FLAG_UNATTAINED;
+                }
+                let at_the_edge = !exists && lambda > EDGE;
+                if (damping.verdict == VERDICT_FAIL || at_the_edge) {
+                    let unattained = (state.flags & FLAG_UNATTAINED) != 0u;
+                    state.standing = select(STANDING_STALLED, STANDING_UNATTAINED, unattained);
+                    states[index] = state;
+                    return;
+                }
+            }
+        }
+        if (taken) {
+            cost = received.cost;
+            numbers[at + SLOPES_COST] = cost;
+            let is_flat = accept(curve);
+            state.flags = FLAG_ACCEPTED | select(0u, FLAG_FLAT, is_flat);
+        }
+    }
+    state.standing = STANDING_RUNNING;
+    let smallest = factor(curve, lambda);
+    if (!(smallest > real(0))) {
+        lambda = grown(lambda);
+        if (lambda <= MOST) {
+            numbers[at + SLOPES_LAMBDA] = lambda;
+            state.flags |= FLAG_STIFFENED;
+            states[index] = state;
+            return;
+        }
+    }
+    let solved = solve(curve);
+    // Newton's step of cost^{1/ν} is longer than that of the cost by 1/(1 − (1 − 1/ν) gᵀH⁻¹g/cost).
+    let least = numbers[at + SLOPES_LEAST];
+    var left = least;
+    if (cost > real(0)) {
+        left = larger_of(real(1) + numbers[at + SLOPES_PART] * solved.slope / cost, least);
+    }
+    let stretch = real(1) / left;
+    let most = stretch * solved.most;
+    let alpha = select(real(1), MOST_TURN / most, most > MOST_TURN);
+    let along = alpha * stretch;
+    for (var k = curve.start; k < curve.start + curve.dots; k++) {
+        turns[k] = turns[params.dots + k] + along * work[WORK_STEP * params.dots + k];
+    }
+    numbers[at + SLOPES_ALPHA] = alpha;
+    numbers[at + SLOPES_SLOPE] = solved.slope;
+    numbers[at + SLOPES_STRETCH] = stretch;
+    numbers[at + SLOPES_SMALLEST] = smallest;
+    numbers[at + SLOPES_LAMBDA] = lambda;
+    if ((state.flags & FLAG_ACCEPTED) != 0u) {
+        let square = -solved.slope;
+        if (square <= real(0) && (state.flags & FLAG_FLAT) != 0u) {
+            numbers[at + SLOPES_DECREMENT] = real(0);
+            state.standing = STANDING_CONVERGED;
+        } else if (lambda == real(0) && smallest > real(0)) {
+            let decrement = sqrt(larger_of(square, real(0)) / cost);
+            numbers[at + SLOPES_DECREMENT] = decrement;
+            if (decrement <= numbers[at + SLOPES_TOLERANCE]) {
+                state.standing = STANDING_CONVERGED;
+            }
+        }
+        if (state.standing == STANDING_RUNNING && state.iterations >= params.most_iterations) {
+            state.standing = STANDING_TIRED;
+        }
+    }
+    state.flags &= FLAG_UNATTAINED;
+    states[index] = state;
+}
+
+@compute @workgroup_size($GROUP)
+fn advance(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let task = (workgroup.y * workgroups.x + workgroup.x) * $GROUPu + thread;
+    if (task < params.tasks) {
+        tick(tasks[task]);
+    }
+}

@@ -1,0 +1,206 @@
+//! Smooth connection functions on a GPU: kernels, and segments by themselves; [`search`] has those of curves.
+
+mod search;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+// What fits on the device: for `Smooth::fit`.
+#[allow(unused_imports)]
+pub(crate) use search::{Outcome, search_on_gpu};
+
+use super::evaluation::Evaluation;
+use super::slopes::{Ends, evaluate_all};
+use super::universal::Universal;
+use crate::device::Precision;
+use crate::error::Result;
+use crate::gpu::plan::{self, Limits};
+use crate::gpu::source::definitions;
+use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline};
+use crate::linalg::Real;
+
+/// Threads a workgroup.
+const GROUP: u32 = 64;
+
+/// Segments, or dots of curves, in one dispatch at most: on a software driver they take seconds.
+const MOST_TOGETHER: u64 = 1 << 20;
+
+/// Costs in f32 below this may have lost digits, or their derivatives.
+const LEAST_COST: f64 = 1e-30;
+
+/// Numbers of a segment in `found`.
+const FOUND: usize = 7;
+
+/// `EvaluationParams` of `evaluation.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct EvaluationParams {
+    tasks: u32,
+    padding: u32,
+    padding_too: u32,
+    padding_three: u32,
+}
+
+/// `Segment` of `evaluation.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Segment {
+    owner: u32,
+    first: u32,
+    last: u32,
+    kind: u32,
+}
+
+/// `SlopesState` of `common_standing.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+struct SlopesState {
+    standing: u32,
+    iterations: u32,
+    evaluations: u32,
+    flags: u32,
+    culprit: u32,
+}
+
+fn evaluation_kernel(precision: Precision) -> KernelKey {
+    kernel_key("scf/evaluation.wgsl", "evaluate", precision)
+}
+
+fn slopes_kernel(precision: Precision) -> KernelKey {
+    kernel_key("scf/slopes.wgsl", "advance", precision)
+}
+
+fn kernel_key(path: &'static str, entry: &'static str, precision: Precision) -> KernelKey {
+    let mut definitions = definitions([("GROUP", &GROUP)]);
+    if precision == Precision::F64 {
+        definitions.insert("DOUBLE".into(), "1".into());
+    }
+    KernelKey { path, entry, precision, definitions }
+}
+
+/// The kernels in every form.
+pub(crate) fn scf_kernels(precision: Precision) -> Vec<KernelKey> {
+    vec![evaluation_kernel(precision), slopes_kernel(precision)]
+}
+
+/// `Segment::kind`
+fn kind(curve: u32, ends: Ends) -> u32 {
+    let ends = match ends {
+        Ends::Directed => 0,
+        Ends::FreeStart => 1,
+        Ends::FreeEnd => 2,
+        Ends::Straight => 3,
+    };
+    4 * curve + ends
+}
+
+/// The blocks of `universals` in `common_universal.wgsl`.
+fn universals<S: Real>(curves: &[Universal]) -> Vec<S> {
+    let block = |curve: &Universal| {
+        let own = [curve.exponent, curve.q, 1.0 / curve.q, curve.half];
+        own.into_iter().chain(curve.moment).chain(curve.along).chain(curve.differences).collect::<Vec<f64>>()
+    };
+    curves.iter().flat_map(block).map(S::from_f64).collect()
+}
+
+fn real_bytes(precision: Precision) -> u64 {
+    if precision == Precision::F64 { 8 } else { 4 }
+}
+
+/// The limits of a device for chunks of elements of so many bytes, of which no more than [`MOST_TOGETHER`] belong in one.
+fn limits(gpu: &Gpu, total_bytes: u64) -> Limits {
+    let limits = *gpu.limits();
+    Limits { chunk_bytes: limits.chunk_bytes.min(MOST_TOGETHER * total_bytes), ..limits }
+}
+
+/// Evaluates segments of unit chord, each with the number of its universal curve and the angles at its ends, all in one dispatch a
+/// chunk. Of those that f32 finds no minimiser of, or no cost of full precision, the CPU has the last word, in f64.
+///
+/// # Errors
+/// Those of [`Gpu::kernel`] and of submissions.
+pub(crate) fn evaluate_on_gpu(
+    gpu: &Gpu,
+    precision: Precision,
+    curves: &[Universal],
+    segments: &[(u32, [f64; 2])],
+) -> Result<Vec<Evaluation<f64>>> {
+    let real = real_bytes(precision);
+    let (largest, together) = (FOUND as u64 * real, (2 * FOUND + 2) as u64 * real + 20);
+    let chunks = plan::chunks(segments.iter().map(|_| 1), largest, together, &limits(gpu, together))?;
+    let mut found = Vec::with_capacity(segments.len());
+    pipeline(
+        chunks,
+        |chunk| match precision {
+            Precision::F64 => record_segments::<f64>(gpu, precision, curves, &segments[chunk.clone()])?.submit(),
+            _ => record_segments::<f32>(gpu, precision, curves, &segments[chunk.clone()])?.submit(),
+        },
+        Pending::wait,
+        |_: &Range<usize>, results: Vec<Downloaded>| {
+            match precision {
+                Precision::F64 => found.extend(unpack(results[0].as_slice::<f64>())),
+                _ => found.extend(unpack(results[0].as_slice::<f32>())),
+            }
+            Ok(())
+        },
+    )?;
+    found.truncate(segments.len());
+    if precision != Precision::F64 {
+        let doubtful = (0..segments.len()).filter(|&i| is_doubtful(&found[i], segments[i].1)).collect::<Vec<_>>();
+        for same in doubtful.chunk_by(|&i, &j| segments[i].0 == segments[j].0) {
+            let angles: Vec<[f64; 2]> = same.iter().map(|&i| segments[i].1).collect();
+            let mut own = vec![found[same[0]]; same.len()];
+            evaluate_all(&curves[segments[same[0]].0 as usize], false, &angles, &mut own);
+            same.iter().zip(own).for_each(|(&i, own)| found[i] = own);
+        }
+    }
+    Ok(found)
+}
+
+/// Whether f32 may have been too coarse for a segment: almost circular ones of small angles it tends to lose.
+fn is_doubtful(found: &Evaluation<f64>, angles: [f64; 2]) -> bool {
+    let numbers = found.gradient.iter().chain(&found.hessian);
+    let coarse = found.cost < LEAST_COST || !found.cost.is_finite() || numbers.into_iter().any(|x| !x.is_finite());
+    found.exists == 0.0 || (angles != [0.0; 2] && coarse)
+}
+
+/// Segments of a single curve, whose directions do not turn.
+fn record_segments<'g, S: Real + Pod>(
+    gpu: &'g Gpu,
+    precision: Precision,
+    curves: &[Universal],
+    segments: &[(u32, [f64; 2])],
+) -> Result<Recording<'g>> {
+    let mut recording = gpu.record();
+    let count = segments.len();
+    let table: Vec<Segment> = segments
+        .iter()
+        .map(|&(curve, _)| Segment { owner: 0, first: 0, last: 0, kind: kind(curve, Ends::Directed) })
+        .collect();
+    let angles: Vec<S> = segments.iter().flat_map(|(_, angles)| angles.map(S::from_f64)).collect();
+    let found = recording.storage((FOUND * count) as u64 * real_bytes(precision));
+    let params =
+        recording.uniform(&EvaluationParams { tasks: count as u32, padding: 0, padding_too: 0, padding_three: 0 });
+    let buffers = [
+        ("params", &params),
+        ("tasks", &recording.upload(&(0..count as u32).collect::<Vec<u32>>())),
+        ("universals", &recording.upload(&universals::<S>(curves))),
+        ("segments", &recording.upload(&table)),
+        ("angles", &recording.upload(&angles)),
+        ("turns", &recording.upload(&[S::ZERO])),
+        ("states", &recording.upload(&[SlopesState::zeroed()])),
+        ("found", &found),
+    ];
+    let kernel = gpu.kernel(&evaluation_kernel(precision))?;
+    recording.dispatch(&kernel, plan::workgroups(count, GROUP as usize, gpu.limits())?, &buffers)?;
+    recording.download(&found);
+    Ok(recording)
+}
+
+fn unpack<S: Real>(found: &[S]) -> impl Iterator<Item = Evaluation<f64>> {
+    found.as_chunks::<FOUND>().0.iter().map(|own| {
+        let [cost, a, b, aa, ab, bb, exists] = own.map(Real::to_f64);
+        Evaluation { cost, gradient: [a, b], hessian: [aa, ab, bb], exists }
+    })
+}

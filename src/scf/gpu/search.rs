@@ -1,0 +1,382 @@
+//! Newton's method on the slopes of many curves, on a GPU: their state stays there, and only standings come back until none runs.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::{
+    EvaluationParams, FOUND, GROUP, Segment, SlopesState, evaluation_kernel, kind, limits, real_bytes, slopes_kernel,
+    universals,
+};
+use crate::device::Precision;
+use crate::error::{Error, Result};
+use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Pending, Recording, pipeline, plan};
+use crate::linalg::Real;
+use crate::scf::slopes::{Ends, LONGEST, Problem, Search, Standing, Until, Workspace};
+use crate::scf::universal::Universal;
+
+/// Dots of a curve in the kernel at most: a tick takes seven loop turns a dot, and llvmpipe ends a thread's loops, without a word,
+/// after 65,535 all told. Longer curves are searched by the CPU.
+pub(super) const MOST_DOTS: usize = 8192;
+
+/// Trials of every curve in a submission at most: what most curves need.
+const MOST_TRIALS: usize = 8;
+
+/// Segments evaluated in a submission at most, however many trials that are.
+const MOST_EVALUATIONS: usize = 1 << 21;
+
+/// The relative decrement that rounding in f32 lets every curve reach, in units of ε. An angle is rounded to half an ε of up to π, its
+/// moment to some ε more, and at an inflection, where both ends' moments all but cancel, to several times that. At the last steps
+/// convergence is quadratic, so little more would be gained.
+const ROUNDINGS: f64 = 32.0;
+
+/// The smallest weight, and the smallest cost of the most expensive segment, that f32 is trusted with: their parts that matter are
+/// normal numbers still.
+const LEAST_NARROW: f64 = 1e-18;
+
+/// The largest ν in f32: costs are below (2π)^ν.
+const MOST_NARROW: f64 = 32.0;
+
+/// `SlopesParams` of `slopes.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct SlopesParams {
+    pub tasks: u32,
+    pub dots: u32,
+    pub most_iterations: u32,
+    pub padding: u32,
+}
+
+/// `SlopesCurve` of `slopes.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct SlopesCurve {
+    pub start: u32,
+    pub dots: u32,
+    pub closed: u32,
+    pub padding: u32,
+}
+
+/// Numbers of a curve, and those of them that come back.
+pub(super) const NUMBERS: usize = 11;
+const COST: usize = 4;
+const DECREMENT: usize = 5;
+
+/// Numbers of a dot in `work`.
+pub(super) const WORK: usize = 8;
+
+fn standing(word: u32) -> Option<Standing> {
+    Some(match word {
+        1 => Standing::Running,
+        2 => Standing::Converged,
+        3 => Standing::Stalled,
+        4 => Standing::Unattained,
+        5 => Standing::Nowhere,
+        6 => Standing::Tired,
+        _ => return None,
+    })
+}
+
+/// What became of a search.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Outcome {
+    /// From the reference directions.
+    pub turns: Vec<f64>,
+    /// In the units of the problem.
+    pub cost: f64,
+    /// √(gᵀH⁻¹g / cost)
+    pub decrement: f64,
+    /// `Running` only where the device was lost.
+    pub standing: Standing,
+    pub iterations: u32,
+    pub evaluations: u32,
+    /// The first segment that had no minimiser in the last trial that failed for it.
+    pub culprit: Option<usize>,
+}
+
+/// Searches for the slopes of every curve, from the turns given. Turns are displacements, so that f32 keeps their digits, and the
+/// tolerance in f32 is 32 ε at least.
+///
+/// Searched by the CPU in f64 are curves of more than 8,192 dots, and in f32 those of an exponent beyond 32, of a weight
+/// below 1e-18, or that cost less than 1e-18 at the start; and again, from the start, those that f32 finds no minimum of.
+///
+/// Where the device is lost, what it had finished is kept, and the other curves come out as they came in.
+///
+/// # Errors
+/// Those of [`Gpu::kernel`] and of submissions, if nothing was finished.
+// Until `Smooth::fit` asks for it.
+#[allow(dead_code)]
+pub(crate) fn search_on_gpu(
+    gpu: &Gpu,
+    precision: Precision,
+    curves: &[Universal],
+    searches: Vec<(Problem<f64>, Vec<f64>)>,
+    until: &Until,
+) -> Result<Vec<Outcome>> {
+    let mut outcomes: Vec<Outcome> = searches.iter().map(unfinished).collect();
+    let (mut order, mut host): (Vec<usize>, Vec<usize>) =
+        (0..searches.len()).partition(|&i| is_for_kernel(&searches[i], curves, precision));
+    order.sort_by_key(|&i| (searches[i].0.movable.len(), i));
+    if !order.is_empty() {
+        let job = Job { gpu, precision, curves, searches: &searches, until, order: &order };
+        match job.run(&mut outcomes) {
+            Err(Interrupted { error: Error::DeviceLost(_) | Error::Timeout { .. }, finished }) if finished > 0 => {}
+            done => done?,
+        }
+    }
+    if precision != Precision::F64 {
+        let failed = [Standing::Stalled, Standing::Unattained, Standing::Nowhere];
+        host.extend(order.into_iter().filter(|&i| failed.contains(&outcomes[i].standing)));
+    }
+    let mut left: Vec<Search<f64>> =
+        host.iter().map(|&i| Search::new(searches[i].0.clone(), searches[i].1.clone())).collect();
+    Workspace::new(curves.len()).run(curves, &mut left, until);
+    host.into_iter().zip(left).for_each(|(i, search)| outcomes[i] = outcome(search));
+    Ok(outcomes)
+}
+
+/// What a search is before anything was found.
+fn unfinished((_, turns): &(Problem<f64>, Vec<f64>)) -> Outcome {
+    Outcome {
+        turns: turns.clone(),
+        cost: f64::INFINITY,
+        decrement: f64::INFINITY,
+        standing: Standing::Running,
+        iterations: 0,
+        evaluations: 0,
+        culprit: None,
+    }
+}
+
+/// What the CPU found.
+pub(super) fn outcome(search: Search<f64>) -> Outcome {
+    let Search { turns, cost, decrement, standing, iterations, evaluations, culprit, .. } = search;
+    Outcome { turns, cost, decrement, standing, iterations, evaluations, culprit }
+}
+
+/// Whether a thread has the patience, and the precision the range, for a curve.
+pub(super) fn is_for_kernel(
+    (problem, turns): &(Problem<f64>, Vec<f64>),
+    curves: &[Universal],
+    precision: Precision,
+) -> bool {
+    let dots = problem.movable.len();
+    if dots < 2 || dots > MOST_DOTS {
+        return false;
+    }
+    if precision == Precision::F64 {
+        return true;
+    }
+    let (mut lightest, mut dearest, mut most, mut bent) = (1.0_f64, 0.0_f64, problem.exponent, false);
+    for (k, span) in problem.spans.iter().enumerate().filter(|(_, span)| span.ends != Ends::Straight) {
+        let after = if k + 1 == dots { 0 } else { k + 1 };
+        let angle = (span.angles[0] + turns[k]).abs().max((span.angles[1] + turns[after]).abs());
+        let exponent = curves[usize::from(span.curve)].exponent;
+        lightest = lightest.min(span.weight);
+        dearest = dearest.max(span.weight * angle.powf(exponent));
+        most = most.max(exponent);
+        bent |= angle > 0.0;
+    }
+    lightest >= LEAST_NARROW && most <= MOST_NARROW && (dearest >= LEAST_NARROW || !bent)
+}
+
+/// One run over many curves.
+struct Job<'a> {
+    gpu: &'a Gpu,
+    precision: Precision,
+    curves: &'a [Universal],
+    searches: &'a [(Problem<f64>, Vec<f64>)],
+    until: &'a Until,
+    order: &'a [usize],
+}
+
+/// A chunk on the device.
+struct UnderWay<'a> {
+    pending: Pending<'a>,
+    table: Vec<SlopesCurve>,
+    buffers: Vec<(&'static str, Buffer)>,
+}
+
+/// What comes back of a chunk, and where its curves stand in it.
+type Finished = (Vec<SlopesCurve>, Vec<Downloaded>);
+
+impl<'a> Job<'a> {
+    fn run(&self, outcomes: &mut [Outcome]) -> Result<(), Interrupted> {
+        let real = real_bytes(self.precision);
+        // Of a dot and its segment: work, what was found, turns (and to be read), angles, weight and whether it moves; segment, task.
+        let together = (WORK + FOUND + 4 + 2 + 2) as u64 * real + 20;
+        let dots = self.order.iter().map(|&i| self.searches[i].0.movable.len());
+        let chunks = plan::chunks(dots, WORK as u64 * real, together, &limits(self.gpu, together))
+            .map_err(|error| Interrupted { error, finished: 0 })?;
+        pipeline(
+            chunks,
+            |chunk| match self.precision {
+                Precision::F64 => self.start::<f64>(&self.order[chunk.clone()]),
+                _ => self.start::<f32>(&self.order[chunk.clone()]),
+            },
+            |under_way| self.finish(under_way),
+            |chunk, results| {
+                let members = &self.order[chunk.clone()];
+                match self.precision {
+                    Precision::F64 => unpack::<f64>(members, &results, outcomes),
+                    _ => unpack::<f32>(members, &results, outcomes),
+                }
+                Ok(())
+            },
+        )
+    }
+
+    fn start<S: Real + Pod>(&self, members: &[usize]) -> Result<UnderWay<'a>> {
+        let mut recording = self.gpu.record();
+        let problems = || members.iter().map(|&i| &self.searches[i].0);
+        let mut dots = 0;
+        let table: Vec<SlopesCurve> = problems()
+            .map(|problem| {
+                let (start, own) = (dots, problem.movable.len() as u32);
+                dots += own;
+                SlopesCurve { start, dots: own, closed: problem.closed.into(), padding: 0 }
+            })
+            .collect();
+        let count = dots as usize;
+        // An open curve has no segment where a closed one has its last.
+        let mut segments = vec![Segment { owner: 0, first: 0, last: 0, kind: 0 }; count];
+        let (mut angles, mut fixed, mut turns) =
+            (vec![S::ZERO; 2 * count], vec![S::ZERO; 2 * count], vec![S::ZERO; 2 * count]);
+        let mut numbers = vec![S::NAN; NUMBERS * members.len()];
+        for (slot, (&i, curve)) in members.iter().zip(&table).enumerate() {
+            let (problem, start_turns) = &self.searches[i];
+            let start = curve.start as usize;
+            for (k, (&movable, &turn)) in problem.movable.iter().zip(start_turns).enumerate() {
+                fixed[start + k] = S::from_f64(movable);
+                turns[start + k] = S::from_f64(turn);
+                turns[count + start + k] = S::from_f64(turn);
+            }
+            for (k, span) in problem.spans.iter().enumerate() {
+                let after = if k + 1 == problem.movable.len() { 0 } else { k + 1 };
+                let [first, last] = [start + k, start + after].map(|at| at as u32);
+                segments[start + k] =
+                    Segment { owner: slot as u32, first, last, kind: kind(span.curve.into(), span.ends) };
+                angles[2 * (start + k)] = S::from_f64(span.angles[0]);
+                angles[2 * (start + k) + 1] = S::from_f64(span.angles[1]);
+                fixed[count + start + k] = S::from_f64(span.weight);
+            }
+            let own = &mut numbers[slot * NUMBERS..];
+            self.given(problem.exponent).into_iter().zip(own).for_each(|(x, to)| *to = S::from_f64(x));
+        }
+        let real = real_bytes(self.precision);
+        let buffers = vec![
+            ("universals", recording.upload(&universals::<S>(self.curves))),
+            ("segments", recording.upload(&segments)),
+            ("angles", recording.upload(&angles)),
+            ("turns", recording.upload(&turns)),
+            ("states", recording.upload(&vec![SlopesState::zeroed(); members.len()])),
+            ("found", recording.storage((FOUND * count) as u64 * real)),
+            ("curves", recording.upload(&table)),
+            ("numbers", recording.upload(&numbers)),
+            ("fixed", recording.upload(&fixed)),
+            ("work", recording.storage((WORK * count) as u64 * real)),
+        ];
+        let all: Vec<u32> = (0..members.len() as u32).collect();
+        let pending = self.dispatch(recording, &table, &buffers, &all)?;
+        Ok(UnderWay { pending, table, buffers })
+    }
+
+    /// The numbers of a curve at first: see `slopes.wgsl`. What the kernel must write before it reads it is NaN.
+    fn given(&self, exponent: f64) -> [f64; NUMBERS] {
+        let epsilon = if self.precision == Precision::F64 { 0.0 } else { f64::from(f32::EPSILON) };
+        let (share, part) = (1.0 / exponent, 1.0 - 1.0 / exponent);
+        let least = (exponent - 1.0).max(1.0).powf(-LONGEST);
+        let tolerance = self.until.tolerance.max(ROUNDINGS * epsilon);
+        let (infinity, unknown) = (f64::INFINITY, f64::NAN);
+        [share, part, least, tolerance, infinity, infinity, unknown, unknown, unknown, unknown, 0.0]
+    }
+
+    /// Some trials of the curves listed, each an evaluation of their segments and a step, after which their states are asked for.
+    fn dispatch(
+        &self,
+        mut recording: Recording<'a>,
+        table: &[SlopesCurve],
+        buffers: &[(&'static str, Buffer)],
+        slots: &[u32],
+    ) -> Result<Pending<'a>> {
+        let gpu = self.gpu;
+        let dots: u32 = table.iter().map(|curve| curve.dots).sum();
+        let running = || slots.iter().map(|&slot| table[slot as usize]);
+        let segments: Vec<u32> =
+            running().flat_map(|curve| curve.start..curve.start + curve.dots - 1 + curve.closed).collect();
+        let evaluation = recording.uniform(&EvaluationParams {
+            tasks: segments.len() as u32,
+            padding: 0,
+            padding_too: 0,
+            padding_three: 0,
+        });
+        let slopes = recording.uniform(&SlopesParams {
+            tasks: slots.len() as u32,
+            dots,
+            most_iterations: self.until.iterations,
+            padding: 0,
+        });
+        let trials = (MOST_EVALUATIONS / segments.len().max(1)).clamp(1, MOST_TRIALS);
+        let mut steps = Vec::new();
+        for (key, params, tasks) in [
+            (evaluation_kernel(self.precision), evaluation, &segments[..]),
+            (slopes_kernel(self.precision), slopes, slots),
+        ] {
+            let groups = plan::workgroups(tasks.len(), GROUP as usize, gpu.limits())?;
+            steps.push((gpu.kernel(&key)?, params, recording.upload(tasks), groups));
+        }
+        for (kernel, params, tasks, groups) in steps.iter().cycle().take(2 * trials) {
+            let mut bound = vec![("params", params), ("tasks", tasks)];
+            bound.extend(buffers.iter().map(|(name, buffer)| (*name, buffer)));
+            recording.dispatch(kernel, *groups, &bound)?;
+        }
+        recording.download(named(buffers, "states"));
+        recording.submit()
+    }
+
+    /// Until none of a chunk's curves runs any more.
+    fn finish(&self, under_way: UnderWay<'a>) -> Result<Finished> {
+        let UnderWay { mut pending, table, buffers } = under_way;
+        loop {
+            let results = pending.wait()?;
+            let mut slots = Vec::new();
+            for (slot, state) in results[0].as_slice::<SlopesState>().iter().enumerate().take(table.len()) {
+                match standing(state.standing) {
+                    Some(Standing::Running) => slots.push(slot as u32),
+                    Some(_) => {}
+                    None => {
+                        let message = format!("curve {slot} has the standing {}: no kernel wrote it", state.standing);
+                        return Err(Error::Kernel { kernel: "scf/slopes".into(), message });
+                    }
+                }
+            }
+            let mut recording = self.gpu.record();
+            if slots.is_empty() {
+                ["states", "numbers", "turns"].iter().for_each(|name| recording.download(named(&buffers, name)));
+                return Ok((table, recording.submit()?.wait()?));
+            }
+            pending = self.dispatch(recording, &table, &buffers, &slots)?;
+        }
+    }
+}
+
+fn named<'b>(buffers: &'b [(&'static str, Buffer)], name: &str) -> &'b Buffer {
+    &buffers.iter().find(|(own, _)| *own == name).expect("a name of the list").1
+}
+
+fn unpack<S: Real + Pod>(members: &[usize], (table, results): &Finished, outcomes: &mut [Outcome]) {
+    let states = results[0].as_slice::<SlopesState>();
+    let (numbers, turns) = (results[1].as_slice::<S>(), results[2].as_slice::<S>());
+    let count: usize = table.iter().map(|curve| curve.dots as usize).sum();
+    for (slot, (&i, curve)) in members.iter().zip(table).enumerate() {
+        let start = count + curve.start as usize;
+        let own = &numbers[slot * NUMBERS..];
+        outcomes[i] = Outcome {
+            turns: turns[start..start + curve.dots as usize].iter().map(|turn| turn.to_f64()).collect(),
+            cost: own[COST].to_f64(),
+            decrement: own[DECREMENT].to_f64(),
+            standing: standing(states[slot].standing).unwrap_or(Standing::Running),
+            iterations: states[slot].iterations,
+            evaluations: states[slot].evaluations,
+            culprit: (states[slot].culprit as usize).checked_sub(1),
+        };
+    }
+}

@@ -1,0 +1,321 @@
+//! Searches on the GPU against those of the CPU in f64, and the kernels' constants against its own.
+
+use std::f64::consts::TAU;
+
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+use super::search::{MOST_DOTS, NUMBERS, SlopesCurve, SlopesParams, WORK, is_for_kernel, outcome};
+use super::*;
+use crate::gpu::reflect::assert_layout;
+use crate::gpu::source;
+use crate::scf::slopes::{Problem, Search, Span, Standing, Until, Workspace};
+use crate::scf::start::{Chords, Start, wrap};
+
+const EXPONENTS: [f64; 5] = [1.5, 2.0, 4.0, 20.0, 2.7];
+
+const UNTIL: Until = Until { tolerance: 1e-10, iterations: 100 };
+
+fn gpu() -> Option<Gpu> {
+    match Gpu::open(0) {
+        Ok(gpu) => Some(gpu.with_poisoned_arrays()),
+        Err(error) if std::env::var_os("FAIRCURVE_REQUIRE_GPU").is_some() => panic!("{error}"),
+        Err(_) => None,
+    }
+}
+
+fn precisions(gpu: &Gpu) -> Vec<Precision> {
+    let mut precisions = vec![Precision::F32];
+    precisions.extend(gpu.summary().has_f64.then_some(Precision::F64));
+    precisions
+}
+
+fn curves() -> Vec<Universal> {
+    EXPONENTS.map(Universal::new).to_vec()
+}
+
+type Given = (Problem<f64>, Vec<f64>);
+
+/// The problem of a curve: `number` of its exponent, and fixed directions by dot. A free end beside a free end is straight.
+fn given(points: &[[f64; 2]], closed: bool, number: u16, fixed: &[(usize, f64)]) -> Given {
+    let chords = Chords::of(points, closed);
+    let (spans, dots) = (chords.lengths.len(), points.len());
+    let directions: Vec<f64> = (0..dots)
+        .map(|dot| match fixed.iter().find(|(own, _)| *own == dot) {
+            Some((_, direction)) => *direction,
+            None if !closed && (dot == 0 || dot == spans) => f64::NAN,
+            None => chords.start(Start::Circle, (dot + spans - 1) % spans, dot % spans),
+        })
+        .collect();
+    let exponent = EXPONENTS[usize::from(number)];
+    let shortest = chords.lengths.iter().copied().fold(f64::INFINITY, f64::min);
+    let span = |k: usize| {
+        let [a, b] = [directions[k], directions[(k + 1) % dots]];
+        let ends = match (a.is_nan(), b.is_nan()) {
+            (false, false) => Ends::Directed,
+            (true, false) => Ends::FreeStart,
+            (false, true) => Ends::FreeEnd,
+            (true, true) => Ends::Straight,
+        };
+        let angle = |x: f64| if x.is_nan() { 0.0 } else { wrap(x - chords.directions[k]) };
+        let weight = (chords.lengths[k] / shortest).powf(1.0 - exponent);
+        Span { angles: [angle(a), angle(b)], weight, curve: number, ends }
+    };
+    let is_fixed = |dot: usize| directions[dot].is_nan() || fixed.iter().any(|(own, _)| *own == dot);
+    let movable = (0..dots).map(|dot| if is_fixed(dot) { 0.0 } else { 1.0 }).collect();
+    let problem = Problem { closed, exponent, spans: (0..spans).map(span).collect(), movable };
+    (problem, vec![0.0; dots])
+}
+
+/// Points along a line or around a circle, moved about.
+fn points(dots: usize, closed: bool, noise: f64, random: &mut StdRng) -> Vec<[f64; 2]> {
+    let mut move_by = |x: f64| x + random.random_range(-noise..noise);
+    let at = |k: usize| {
+        let angle = TAU * k as f64 / dots as f64;
+        let radius = dots as f64 / TAU;
+        if closed { [radius * angle.cos(), radius * angle.sin()] } else { [k as f64, 0.3 * (0.7 * k as f64).sin()] }
+    };
+    (0..dots).map(|k| at(k).map(&mut move_by)).collect()
+}
+
+/// Curves of 2 to 60 dots, open and closed, with free and fixed ends, of every exponent; some of them without a minimum, or without
+/// a segment to start with.
+fn ragged(seed: u64) -> Vec<Given> {
+    println!("seed {seed}");
+    let mut random = StdRng::seed_from_u64(seed);
+    let mut all = Vec::new();
+    for (i, dots) in [2, 3, 4, 5, 7, 8, 12, 17, 31, 60].into_iter().enumerate() {
+        for closed in [false, true] {
+            let number = ((2 * i + usize::from(closed)) % EXPONENTS.len()) as u16;
+            let open = points(dots, closed && dots > 2, 0.2, &mut random);
+            let turn = random.random_range(-0.6..0.6);
+            let fixed: &[(usize, f64)] = match i % 3 {
+                0 => &[],
+                1 if closed => &[(1, turn + 1.5)],
+                1 => &[(0, turn)],
+                _ if closed => &[],
+                _ => &[(0, turn), (dots - 1, -turn)],
+            };
+            all.push(given(&open, closed && dots > 2, number, fixed));
+        }
+    }
+    // In a line: nothing bends.
+    let line: Vec<[f64; 2]> = (0..6).map(|k| [k as f64, 0.5 * k as f64]).collect();
+    all.push(given(&line, false, 1, &[]));
+    // A scalene triangle, whose curve grows without end for ν = 1.5.
+    all.push(given(&[[0.0, 0.0], [4.0, 0.0], [1.0, 1.5]], true, 0, &[]));
+    // Ends that point back: no segment to start with.
+    all.push(given(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.1]], false, 1, &[(0, 3.0), (1, -3.0)]));
+    all
+}
+
+fn on_cpu(searches: &[Given]) -> Vec<Outcome> {
+    let mut own: Vec<Search<f64>> = searches.iter().map(|(p, turns)| Search::new(p.clone(), turns.clone())).collect();
+    Workspace::new(EXPONENTS.len()).run(&curves(), &mut own, &UNTIL);
+    own.into_iter().map(outcome).collect()
+}
+
+fn on_gpu(gpu: &Gpu, precision: Precision, searches: &[Given]) -> Vec<Outcome> {
+    search_on_gpu(gpu, precision, &curves(), searches.to_vec(), &UNTIL).unwrap()
+}
+
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, |worst, x| if x <= worst { worst } else { x })
+}
+
+#[test]
+fn every_curve_of_a_ragged_batch_ends_as_on_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let searches = ragged(700);
+    let wanted = on_cpu(&searches);
+    let count = |standing: Standing| wanted.iter().filter(|wanted| wanted.standing == standing).count();
+    println!("{:?}", wanted.iter().map(|w| w.standing).collect::<Vec<_>>());
+    assert!(count(Standing::Converged) >= 15 && count(Standing::Nowhere) >= 1 && count(Standing::Unattained) >= 1);
+    for precision in precisions(&gpu) {
+        let found = on_gpu(&gpu, precision, &searches);
+        for (i, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
+            let exponent = searches[i].0.exponent;
+            assert_eq!(found.standing, wanted.standing, "curve {i} in {precision:?}");
+            let apart = largest_difference(&found.turns, &wanted.turns);
+            eprintln!(
+                "{precision:?} {i} {} {exponent} {:?} {}/{} {}/{} dec {:e} apart {apart:e} cost {:e} {:?} {:?}",
+                wanted.turns.len(),
+                found.standing,
+                found.iterations,
+                wanted.iterations,
+                found.evaluations,
+                wanted.evaluations,
+                found.decrement,
+                found.cost / wanted.cost - 1.0,
+                found.culprit,
+                wanted.culprit
+            );
+            if wanted.standing != Standing::Converged {
+                continue;
+            }
+            // In f32 a cost is good to some 200 ν ε (the last step on the way to a segment's root is 3e-5 of it or less, and leaves a tenth of
+            // that where almost circular segments know their slope but badly), and turns to what a decrement of 32 ε allows.
+            let (turns, cost) = match precision {
+                Precision::F64 => (1e-9, 1e-12),
+                _ => (1e-4, 200.0 * exponent * f64::from(f32::EPSILON)),
+            };
+            assert!(apart <= turns, "curve {i} in {precision:?}: turns {apart:e} apart");
+            assert!((found.cost - wanted.cost).abs() <= cost * wanted.cost, "curve {i} in {precision:?}");
+        }
+    }
+}
+
+#[test]
+fn a_curve_has_the_same_bits_whatever_its_neighbours_order_and_chunk() {
+    let Some(gpu) = gpu() else { return };
+    let searches = ragged(701);
+    let reversed: Vec<Given> = searches.iter().rev().cloned().collect();
+    let limits = Limits { chunk_bytes: 12_000, ..*gpu.limits() };
+    for precision in precisions(&gpu) {
+        let together = on_gpu(&gpu, precision, &searches);
+        let mut other = on_gpu(&gpu, precision, &reversed);
+        other.reverse();
+        assert_eq!(together, other, "{precision:?}");
+        let alone = on_gpu(&gpu, precision, &searches[5..6]);
+        assert_eq!(together[5], alone[0], "{precision:?}");
+    }
+    let precision = precisions(&gpu).pop().unwrap();
+    let together = on_gpu(&gpu, precision, &searches);
+    let divided = on_gpu(&gpu.with_limits(limits), precision, &searches);
+    assert_eq!(together, divided);
+}
+
+#[test]
+fn what_a_thread_or_f32_cannot_hold_is_searched_by_the_cpu() {
+    let mut random = StdRng::seed_from_u64(702);
+    let short = given(&points(20, false, 0.2, &mut random), false, 1, &[]);
+    let long = given(&points(MOST_DOTS + 1, false, 0.05, &mut random), false, 1, &[]);
+    // Chords of 1 and 1,000: weights of 1000^−19 for ν = 20.
+    let uneven = given(&[[0.0, 0.0], [1.0, 0.1], [1000.0, 300.0], [1001.0, 299.0]], false, 3, &[]);
+    // Angles of about 1e-3 to the power 20.
+    let gentle: Vec<[f64; 2]> = (0..9).map(|k| [k as f64, 1e-3 * (k as f64).sin()]).collect();
+    let gentle = given(&gentle, false, 3, &[]);
+    let (f32, f64) = (Precision::F32, Precision::F64);
+    for (given, precision, expected) in [
+        (&short, f32, true),
+        (&short, f64, true),
+        (&long, f32, false),
+        (&long, f64, false),
+        (&uneven, f32, false),
+        (&uneven, f64, true),
+        (&gentle, f32, false),
+        (&gentle, f64, true),
+    ] {
+        let dots = given.1.len();
+        assert_eq!(is_for_kernel(given, &curves(), precision), expected, "{dots} dots, {precision:?}");
+    }
+    let Some(gpu) = gpu() else { return };
+    let searches = [gentle, uneven, short];
+    let (found, wanted) = (on_gpu(&gpu, f32, &searches), on_cpu(&searches));
+    assert_eq!(found[..2], wanted[..2]);
+    assert!(found[2] != wanted[2] && found[2].standing == Standing::Converged, "{:?}", found[2]);
+}
+
+#[test]
+fn iterations_run_out_where_they_are_told_to() {
+    let Some(gpu) = gpu() else { return };
+    let mut random = StdRng::seed_from_u64(703);
+    let searches = [given(&points(12, false, 0.3, &mut random), false, 2, &[])];
+    let until = Until { tolerance: 1e-10, iterations: 2 };
+    for precision in precisions(&gpu) {
+        let found = search_on_gpu(&gpu, precision, &curves(), searches.to_vec(), &until).unwrap();
+        assert_eq!((found[0].standing, found[0].iterations), (Standing::Tired, 2), "{precision:?}");
+    }
+}
+
+#[test]
+fn host_structs_are_laid_out_as_the_kernels() {
+    for precision in [Precision::F32, Precision::F64] {
+        assert_layout!(evaluation_kernel(precision), EvaluationParams { tasks, padding, padding_too, padding_three });
+        assert_layout!(evaluation_kernel(precision), Segment { owner, first, last, kind });
+        assert_layout!(slopes_kernel(precision), SlopesParams { tasks, dots, most_iterations, padding });
+        assert_layout!(slopes_kernel(precision), SlopesCurve { start, dots, closed, padding });
+        let state = slopes_kernel(precision);
+        assert_layout!(state, SlopesState { standing, iterations, evaluations, flags, culprit });
+    }
+}
+
+/// `NAME` and literal of every line `const NAME: TYPE = LITERAL;`, with what stands around the literal taken off.
+fn constants<'t>(text: &'t str, opening: &str, closing: &str) -> Vec<(&'t str, f64)> {
+    let line = |line: &'t str| {
+        let name = line.trim_start_matches("pub(crate) ").trim_start_matches("pub(super) ").strip_prefix("const ")?;
+        let (name, value) = name.split_once(opening)?;
+        Some((name, value.strip_suffix(closing)?.parse().ok()?))
+    };
+    text.lines().filter_map(line).collect()
+}
+
+fn kernel(path: &str) -> &'static str {
+    source::file(path).expect("a file of the room")
+}
+
+#[test]
+fn the_kernels_constants_are_the_cpus() {
+    let pairs = [
+        (include_str!("../root.rs"), "scf/common_root.wgsl", vec!["CLOSE", "NEAR", "REACH"]),
+        (include_str!("../evaluation.rs"), "scf/common_evaluation.wgsl", vec!["STAND_IN"]),
+        (include_str!("../slopes.rs"), "scf/slopes.wgsl", vec!["MOST_TURN"]),
+    ];
+    for (own, path, names) in pairs {
+        let (own, there) = (constants(own, ": f64 = ", ";"), constants(kernel(path), ": real = real(", ");"));
+        for name in names {
+            let constant = own.iter().find(|(own, _)| *own == name).unwrap_or_else(|| panic!("{name}"));
+            assert!(there.contains(constant), "{constant:?} is none of {there:?}");
+        }
+    }
+    let root = constants(kernel("scf/common_root.wgsl"), ": real = real(", ");");
+    let narrow = f64::from(f32::EPSILON);
+    for constant in [
+        ("EPSILON", f64::EPSILON),
+        ("EPSILON", narrow),
+        ("LAST_STEP", 0.1 * f64::EPSILON.sqrt()),
+        ("LAST_STEP", 0.1 * narrow.sqrt()),
+        ("LEAST_SINE", f64::from(f32::MIN_POSITIVE)),
+    ] {
+        assert!(root.contains(&constant), "{constant:?} is none of {root:?}");
+    }
+    let steps = constants(include_str!("../root.rs"), ": usize = ", ";");
+    let there = constants(kernel("scf/common_root.wgsl"), ": u32 = ", "u;");
+    assert_eq!(steps, there);
+    let straight = constants(kernel("scf/common_evaluation.wgsl"), ": real = real(", ");");
+    assert!(straight.contains(&("STRAIGHT", f64::MIN_POSITIVE.sqrt())), "{straight:?}");
+    assert!(straight.contains(&("STRAIGHT", f64::from(f32::MIN_POSITIVE).sqrt())), "{straight:?}");
+    let slopes = constants(kernel("scf/slopes.wgsl"), ": u32 = ", "u;");
+    assert!(slopes.contains(&("SLOPES_NUMBERS", NUMBERS as f64)), "{slopes:?}");
+    assert!(slopes.contains(&("WORK_BORDER", (WORK - 1) as f64)), "{slopes:?}");
+}
+
+#[test]
+fn the_kernels_polynomials_and_blocks_are_the_cpus() {
+    use crate::scf::trig::{ARCTANGENT, COSINE, SINE};
+    let trig = kernel("scf/common_trig.wgsl");
+    for (function, own) in
+        [("sine_series", &SINE[..]), ("cosine_series", &COSINE[..]), ("arctangent_series", &ARCTANGENT[..])]
+    {
+        let body = trig.split_once(&format!("fn {function}(")).expect("it is there").1.split_once("\n}").unwrap().0;
+        let there: Vec<f64> = body.split("real(").filter_map(|part| part.split_once(')')?.0.parse().ok()).collect();
+        assert_eq!(there, own.iter().rev().copied().collect::<Vec<f64>>(), "{function}");
+    }
+    let block = universals::<f64>(&[Universal::new(3.0)]);
+    let places = constants(kernel("scf/common_universal.wgsl"), ": u32 = ", "u;");
+    let place = |name: &str| places.iter().find(|(own, _)| *own == name).expect("it is there").1 as usize;
+    assert_eq!(place("UNIVERSAL_NUMBERS"), block.len());
+    let curve = Universal::new(3.0);
+    for (name, own) in [
+        ("UNIVERSAL_EXPONENT", curve.exponent),
+        ("UNIVERSAL_Q", curve.q),
+        ("UNIVERSAL_INVERSE_Q", 1.0 / curve.q),
+        ("UNIVERSAL_HALF", curve.half),
+        ("UNIVERSAL_MOMENT", curve.moment[0]),
+        ("UNIVERSAL_ALONG", curve.along[0]),
+        ("UNIVERSAL_DIFFERENCES", curve.differences[0]),
+    ] {
+        assert_eq!(block[place(name)], own, "{name}");
+    }
+}
