@@ -7,9 +7,7 @@ mod tests;
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-// What fits on the device: for `Smooth::fit`.
-#[allow(unused_imports)]
-pub(crate) use search::{Outcome, search_on_gpu};
+pub(crate) use search::search_on_gpu;
 
 use super::evaluation::Evaluation;
 use super::slopes::{Ends, evaluate_all};

@@ -107,6 +107,30 @@ pub(crate) struct Search<T: Real + Scalar> {
     unattained: bool,
 }
 
+/// What became of a search.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Outcome {
+    /// From the reference directions.
+    pub turns: Vec<f64>,
+    /// In the units of the problem.
+    pub cost: f64,
+    /// √(gᵀH⁻¹g / cost)
+    pub decrement: f64,
+    /// `Running` only where the device was lost.
+    pub standing: Standing,
+    pub iterations: u32,
+    pub evaluations: u32,
+    /// The first segment that had no minimiser in the last trial that failed for it.
+    pub culprit: Option<usize>,
+}
+
+impl From<Search<f64>> for Outcome {
+    fn from(search: Search<f64>) -> Self {
+        let Search { turns, cost, decrement, standing, iterations, evaluations, culprit, .. } = search;
+        Outcome { turns, cost, decrement, standing, iterations, evaluations, culprit }
+    }
+}
+
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Until {

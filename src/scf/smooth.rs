@@ -8,7 +8,7 @@ use super::arc::Arc;
 use super::curves::{Chain, Chains, Laid};
 use super::dots::{Dots, Exponents};
 use super::slopes::{Ends, Standing, Until, Workspace};
-use super::stages::{Found, search};
+use super::stages::{Found, search, search_on_cpu, search_on_device};
 use super::start::{Start, wrap};
 use crate::batch::{CurveBatch, Problem as Unfitted};
 use crate::curve::Sampling;
@@ -153,21 +153,38 @@ impl Smooth {
     }
 
     /// Finds the slopes of all curves, and lays their segments.
-    fn search(&self, dots: &[&Dots], exponents: &Exponents, _device: &Device) -> Result<Vec<(Found, Option<Chain>)>> {
+    fn search(&self, dots: &[&Dots], exponents: &Exponents, device: &Device) -> Result<Vec<(Found, Option<Chain>)>> {
         let until = Until { tolerance: self.tolerance, iterations: self.max_iterations };
+        let lay = |(found, dots): (Found, &&Dots)| {
+            let chain = found.directions.as_ref().and_then(|directions| dots.lay(directions, exponents));
+            (found, chain)
+        };
+        if let Some(gpu) = device.as_gpu() {
+            let precision = device.kernel_precision(gpu, true)?;
+            let found = search(self, dots, exponents, &mut |dots, exponents, directions| {
+                search_on_device(gpu, precision, dots, exponents, directions, &until)
+            })?;
+            // What f32 found of directions is laid, and costs, in f64.
+            let priced = |(mut found, chain): (Found, Option<Chain>)| {
+                if let Some(chain) = &chain {
+                    found.cost = chain.cost(exponents);
+                }
+                (found, chain)
+            };
+            return Ok(found.into_par_iter().zip(dots).with_min_len(64).map(lay).map(priced).collect());
+        }
         let total: usize = dots.iter().map(|dots| dots.chords.lengths.len()).sum();
         let per_curve = (total / dots.len().max(1)).max(1);
         let chunk = (TASK_SEGMENTS / per_curve).max(1);
-        let all = dots.par_chunks(chunk).map(|dots| {
+        let of_chunk = |chunk: &[&Dots]| -> Result<Vec<(Found, Option<Chain>)>> {
             let mut workspace = Workspace::new(exponents.universal.len());
-            let found = search(self, dots, exponents, &until, &mut workspace);
-            let lay = |(found, dots): (Found, &&Dots)| {
-                let chain = found.directions.as_ref().and_then(|directions| dots.lay(directions, exponents));
-                (found, chain)
-            };
-            found.into_iter().zip(dots).map(lay).collect::<Vec<_>>()
-        });
-        Ok(all.flatten_iter().collect())
+            let found = search(self, chunk, exponents, &mut |dots, exponents, directions| {
+                Ok(search_on_cpu(dots, exponents, directions, &until, &mut workspace))
+            })?;
+            Ok(found.into_iter().zip(chunk).map(lay).collect())
+        };
+        let all: Vec<Vec<_>> = dots.par_chunks(chunk).map(of_chunk).collect::<Result<_>>()?;
+        Ok(all.into_iter().flatten().collect())
     }
 
     fn report(
@@ -212,7 +229,14 @@ impl Smooth {
                     ),
                 )),
             ),
-            Standing::Tired | Standing::Running => (
+            Standing::Running => (
+                CurveStatus::NotConverged,
+                Some(say(
+                    0,
+                    "the device was lost before the curve was fitted: its directions are those it started from".into(),
+                )),
+            ),
+            Standing::Tired => (
                 CurveStatus::NotConverged,
                 Some(say(
                     0,
@@ -233,6 +257,13 @@ impl Smooth {
             max_deviation: 0.0,
         };
         Ok((report, chain))
+    }
+}
+
+impl Chain {
+    /// Σ∫|κ|^ν ds
+    fn cost(&self, exponents: &Exponents) -> f64 {
+        self.segments.iter().map(|laid| laid.arc.cost(&exponents.universal[laid.curve as usize])).sum()
     }
 }
 

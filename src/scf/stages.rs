@@ -4,9 +4,13 @@ use rand::rngs::ChaCha12Rng;
 use rand::{RngExt, SeedableRng};
 
 use super::dots::{Dots, Exponents};
-use super::slopes::{Search, Standing, Until, Workspace};
+use super::gpu::search_on_gpu;
+use super::slopes::{Outcome, Problem, Search, Standing, Until, Workspace};
 use super::smooth::Smooth;
 use super::start::Start;
+use crate::device::Precision;
+use crate::error::Result;
+use crate::gpu::Gpu;
 
 /// Where segments have no minimiser for the exponent asked for, these parts of the way to it from 2 come first.
 const STAGES: [f64; 4] = [0.0, 0.3, 0.6, 0.8];
@@ -44,21 +48,26 @@ impl Found {
     }
 }
 
-/// Searches for the slopes of all curves, a chunk side by side.
+/// One search a curve, from given directions.
+pub(crate) type SearchFrom<'a> = dyn FnMut(&[&Dots], &Exponents, Vec<Vec<f64>>) -> Result<Vec<Found>> + 'a;
+
+/// Searches for the slopes of all curves.
+///
+/// # Errors
+/// Those of the searches.
 pub(crate) fn search(
     options: &Smooth,
     dots: &[&Dots],
     exponents: &Exponents,
-    until: &Until,
-    workspace: &mut Workspace<f64>,
-) -> Vec<Found> {
+    search_from: &mut SearchFrom,
+) -> Result<Vec<Found>> {
     let mut run = |which: &[usize], exponents: &Exponents, directions: Vec<Vec<f64>>| {
         let given: Vec<&Dots> = which.iter().map(|&i| dots[i]).collect();
-        search_from(&given, exponents, directions, until, workspace)
+        search_from(&given, exponents, directions)
     };
     let all: Vec<usize> = (0..dots.len()).collect();
     let from = |which: &[usize], start: Start| which.iter().map(|&i| dots[i].directions(start)).collect::<Vec<_>>();
-    let mut found = run(&all, exponents, from(&all, options.start));
+    let mut found = run(&all, exponents, from(&all, options.start))?;
     let failed = |found: &[Found]| {
         let failed = |&i: &usize| found[i].standing != Standing::Converged && found[i].standing != Standing::Tired;
         (0..found.len()).filter(failed).collect::<Vec<_>>()
@@ -68,7 +77,7 @@ pub(crate) fn search(
         if start == options.start || which.is_empty() {
             continue;
         }
-        let again = run(&which, exponents, from(&which, start));
+        let again = run(&which, exponents, from(&which, start))?;
         merge(&mut found, &which, again);
     }
     // By exponents on the way from 2, each from where the last one ended.
@@ -78,7 +87,7 @@ pub(crate) fn search(
         for part in STAGES.into_iter().chain([1.0]) {
             let last = part == 1.0;
             let stage = if last { exponents.clone() } else { exponents.towards(part) };
-            let again = run(&which, &stage, directions.clone());
+            let again = run(&which, &stage, directions.clone())?;
             for (directions, found) in directions.iter_mut().zip(&again) {
                 if let Some(reached) = &found.directions {
                     directions.clone_from(reached);
@@ -101,10 +110,10 @@ pub(crate) fn search(
             }
             directions
         };
-        let again = run(&all, exponents, all.iter().map(random).collect());
+        let again = run(&all, exponents, all.iter().map(random).collect())?;
         merge(&mut found, &all, again);
     }
-    found
+    Ok(found)
 }
 
 fn merge(found: &mut [Found], which: &[usize], again: Vec<Found>) {
@@ -113,34 +122,64 @@ fn merge(found: &mut [Found], which: &[usize], again: Vec<Found>) {
     }
 }
 
-/// One search a curve, from given directions.
-fn search_from(
+/// One search a curve on the CPU, from given directions, all side by side.
+pub(crate) fn search_on_cpu(
     dots: &[&Dots],
     exponents: &Exponents,
     directions: Vec<Vec<f64>>,
     until: &Until,
     workspace: &mut Workspace<f64>,
 ) -> Vec<Found> {
-    let (mut searches, scales): (Vec<Search<f64>>, Vec<f64>) = dots
-        .iter()
-        .zip(&directions)
-        .map(|(dots, directions)| {
-            let (problem, scale) = dots.problem(directions, exponents);
-            (Search::new(problem, vec![0.0; directions.len()]), scale)
-        })
-        .unzip();
+    let (problems, scales) = problems(dots, exponents, &directions);
+    let mut searches: Vec<Search<f64>> =
+        problems.into_iter().map(|(problem, turns)| Search::new(problem, turns)).collect();
     workspace.run(&exponents.universal, &mut searches, until);
-    let found = |((search, scale), mut directions): ((Search<f64>, f64), Vec<f64>)| {
-        directions.iter_mut().zip(&search.turns).for_each(|(direction, turn)| *direction += turn);
-        Found {
-            directions: (search.standing != Standing::Nowhere).then_some(directions),
-            cost: search.cost * scale.exp(),
-            decrement: search.decrement,
-            standing: search.standing,
-            iterations: search.iterations,
-            evaluations: search.evaluations,
-            culprit: search.culprit,
-        }
+    let outcomes = searches.into_iter().map(Outcome::from);
+    outcomes.zip(scales).zip(directions).map(|((outcome, scale), from)| Found::of(outcome, scale, from)).collect()
+}
+
+/// One search a curve on a GPU, from given directions.
+///
+/// # Errors
+/// As [`search_on_gpu`].
+pub(crate) fn search_on_device(
+    gpu: &Gpu,
+    precision: Precision,
+    dots: &[&Dots],
+    exponents: &Exponents,
+    directions: Vec<Vec<f64>>,
+    until: &Until,
+) -> Result<Vec<Found>> {
+    let (problems, scales) = problems(dots, exponents, &directions);
+    let outcomes = search_on_gpu(gpu, precision, &exponents.universal, problems, until)?.into_iter();
+    Ok(outcomes.zip(scales).zip(directions).map(|((outcome, scale), from)| Found::of(outcome, scale, from)).collect())
+}
+
+/// Problems with no turns yet, and the logarithms of what their costs are divided by.
+#[allow(clippy::type_complexity)]
+fn problems(
+    dots: &[&Dots],
+    exponents: &Exponents,
+    directions: &[Vec<f64>],
+) -> (Vec<(Problem<f64>, Vec<f64>)>, Vec<f64>) {
+    let one = |(dots, directions): (&&Dots, &Vec<f64>)| {
+        let (problem, scale) = dots.problem(directions, exponents);
+        ((problem, vec![0.0; directions.len()]), scale)
     };
-    searches.into_iter().zip(scales).zip(directions).map(found).collect()
+    dots.iter().zip(directions).map(one).unzip()
+}
+
+impl Found {
+    fn of(outcome: Outcome, scale: f64, mut directions: Vec<f64>) -> Self {
+        directions.iter_mut().zip(&outcome.turns).for_each(|(direction, turn)| *direction += turn);
+        Found {
+            directions: (outcome.standing != Standing::Nowhere).then_some(directions),
+            cost: outcome.cost * scale.exp(),
+            decrement: outcome.decrement,
+            standing: outcome.standing,
+            iterations: outcome.iterations,
+            evaluations: outcome.evaluations,
+            culprit: outcome.culprit,
+        }
+    }
 }

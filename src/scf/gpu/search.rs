@@ -10,7 +10,7 @@ use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
-use crate::scf::slopes::{Ends, LONGEST, Problem, Search, Standing, Until, Workspace};
+use crate::scf::slopes::{Ends, LONGEST, Outcome, Problem, Search, Standing, Until, Workspace};
 use crate::scf::universal::Universal;
 
 /// Dots of a curve in the kernel at most: a tick takes seven loop turns a dot, and llvmpipe ends a thread's loops, without a word,
@@ -75,23 +75,6 @@ fn standing(word: u32) -> Option<Standing> {
     })
 }
 
-/// What became of a search.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Outcome {
-    /// From the reference directions.
-    pub turns: Vec<f64>,
-    /// In the units of the problem.
-    pub cost: f64,
-    /// √(gᵀH⁻¹g / cost)
-    pub decrement: f64,
-    /// `Running` only where the device was lost.
-    pub standing: Standing,
-    pub iterations: u32,
-    pub evaluations: u32,
-    /// The first segment that had no minimiser in the last trial that failed for it.
-    pub culprit: Option<usize>,
-}
-
 /// Searches for the slopes of every curve, from the turns given. Turns are displacements, so that f32 keeps their digits, and the
 /// tolerance in f32 is 32 ε at least.
 ///
@@ -102,8 +85,6 @@ pub(crate) struct Outcome {
 ///
 /// # Errors
 /// Those of [`Gpu::kernel`] and of submissions, if nothing was finished.
-// Until `Smooth::fit` asks for it.
-#[allow(dead_code)]
 pub(crate) fn search_on_gpu(
     gpu: &Gpu,
     precision: Precision,
@@ -129,7 +110,7 @@ pub(crate) fn search_on_gpu(
     let mut left: Vec<Search<f64>> =
         host.iter().map(|&i| Search::new(searches[i].0.clone(), searches[i].1.clone())).collect();
     Workspace::new(curves.len()).run(curves, &mut left, until);
-    host.into_iter().zip(left).for_each(|(i, search)| outcomes[i] = outcome(search));
+    host.into_iter().zip(left).for_each(|(i, search)| outcomes[i] = Outcome::from(search));
     Ok(outcomes)
 }
 
@@ -144,12 +125,6 @@ fn unfinished((_, turns): &(Problem<f64>, Vec<f64>)) -> Outcome {
         evaluations: 0,
         culprit: None,
     }
-}
-
-/// What the CPU found.
-pub(super) fn outcome(search: Search<f64>) -> Outcome {
-    let Search { turns, cost, decrement, standing, iterations, evaluations, culprit, .. } = search;
-    Outcome { turns, cost, decrement, standing, iterations, evaluations, culprit }
 }
 
 /// Whether a thread has the patience, and the precision the range, for a curve.

@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use super::search::{MOST_DOTS, NUMBERS, SlopesCurve, SlopesParams, WORK, is_for_kernel, outcome};
+use super::search::{MOST_DOTS, NUMBERS, SlopesCurve, SlopesParams, WORK, is_for_kernel};
 use super::*;
 use crate::gpu::reflect::assert_layout;
 use crate::gpu::source;
-use crate::scf::slopes::{Problem, Search, Span, Standing, Until, Workspace};
+use crate::scf::slopes::{Outcome, Problem, Search, Span, Standing, Until, Workspace};
 use crate::scf::start::{Chords, Start, wrap};
 
 const EXPONENTS: [f64; 5] = [1.5, 2.0, 4.0, 20.0, 2.7];
@@ -112,7 +112,7 @@ fn ragged(seed: u64) -> Vec<Given> {
 fn on_cpu(searches: &[Given]) -> Vec<Outcome> {
     let mut own: Vec<Search<f64>> = searches.iter().map(|(p, turns)| Search::new(p.clone(), turns.clone())).collect();
     Workspace::new(EXPONENTS.len()).run(&curves(), &mut own, &UNTIL);
-    own.into_iter().map(outcome).collect()
+    own.into_iter().map(Outcome::from).collect()
 }
 
 fn on_gpu(gpu: &Gpu, precision: Precision, searches: &[Given]) -> Vec<Outcome> {
