@@ -44,7 +44,7 @@ fn points_at_arc_lengths_have_the_tangents_and_curvatures_that_lead_there() {
         );
         let ends = [segment.at(0.0).curvature, segment.at(length).curvature];
         assert!((0..2).all(|k| (ends[k] - segment.curvatures()[k]).abs() <= 1e-12 * ends[k].abs()), "{case}");
-        const PANELS: usize = 128;
+        const PANELS: usize = 256;
         let step = length / PANELS as f64;
         let (mut point, mut cost) = ([0.0; 2], 0.0);
         let mut last = segment.at(0.0);
@@ -62,7 +62,8 @@ fn points_at_arc_lengths_have_the_tangents_and_curvatures_that_lead_there() {
                 cost += weight * step * site.curvature.abs().powf(nu);
             }
             let site = segment.at((panel + 1) as f64 * step);
-            assert!(apart(site.point, point) <= 1e-9 * length, "{case}, panel {panel}: {:?} {point:?}", site.point);
+            // Of the quadrature, where an inflection lies inside a panel: some κ step²/24².
+            assert!(apart(site.point, point) <= 1e-7 * length, "{case}, panel {panel}: {:?} {point:?}", site.point);
             // At an inflection, here or in the panels beside, the curvature is a root.
             let beside = [panel as f64 - 1.0, panel as f64 + 2.0].map(|k| segment.at(k * step).curvature);
             let allowed = if beside[0] * beside[1] > 0.0 && site.curvature * last.curvature > 0.0 { 1e-9 } else { 0.1 };
