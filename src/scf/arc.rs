@@ -290,8 +290,9 @@ impl Universal {
             let slope = (folded.sin() / folded).powf(self.q - 1.0) / self.q;
             let slope = if folded > 0.0 { slope } else { 1.0 / self.q };
             let next = unsigned(signed(t) + left / slope);
-            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
-            if (next - t).abs() <= 2.0 * f64::EPSILON * (to - from) {
+            let next = if next > low && next < high { next } else { unsigned(0.5 * (signed(low) + signed(high))) };
+            // In w: near an inflection lengths are a power of T.
+            if (signed(next) - signed(t)).abs() <= 2.0 * f64::EPSILON * (w_end - w) {
                 return next;
             }
             t = next;

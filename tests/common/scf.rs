@@ -6,7 +6,8 @@
 use std::f64::consts::{PI, TAU};
 
 use faircurve::scf::{Query, Smooth, evaluate_segments};
-use faircurve::{CurveBatch, Device, Fit};
+use faircurve::{Constraints, CurveBatch, Device, Fit};
+use glam::DVec2;
 use serde::Deserialize;
 
 /// A row of the reference values: the least ∫|κ|^ν ds through points.
@@ -66,4 +67,25 @@ pub fn total_costs(points: &[[f64; 2]], closed: bool, exponent: f64, slopes: &[V
     let queries: Vec<Query> = slopes.iter().flat_map(|slopes| (0..segments).map(move |k| query(slopes, k))).collect();
     let found = evaluate_segments(&queries, &Device::cpu()).unwrap();
     found.chunks(segments).map(|all| all.iter().map(|cost| cost.map_or(f64::NAN, |cost| cost.cost)).sum()).collect()
+}
+
+pub const SCALENE: [[f64; 2]; 3] = [[0.0, 0.0], [2.0, 0.2], [0.7, 1.4]];
+
+pub const S: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 0.8], [2.0, 0.1], [3.2, -0.5], [4.0, 0.3]];
+
+/// One curve with tangents at some of its points.
+pub fn held(points: &[[f64; 2]], closed: bool, tangents: &[(usize, [f64; 2])]) -> CurveBatch {
+    let mut column = vec![[f64::NAN; 2]; points.len()];
+    tangents.iter().for_each(|&(k, tangent)| column[k] = tangent);
+    let constraints = Constraints { tangents: Some(column.into_flattened()), ..Constraints::default() };
+    let batch = CurveBatch::from_ragged(2, points.as_flattened().to_vec(), vec![0, points.len()]).unwrap();
+    batch.closed(closed).with_constraints(constraints).unwrap()
+}
+
+/// Centre and radius of the circle through three points.
+pub fn circumcircle([a, b, c]: [[f64; 2]; 3]) -> (DVec2, f64) {
+    let [a, b, c] = [a, b, c].map(DVec2::from);
+    let (u, v) = (b - a, c - a);
+    let centre = a + (v.length_squared() * u - u.length_squared() * v).perp() / (2.0 * u.perp_dot(v));
+    (centre, (centre - a).length())
 }
