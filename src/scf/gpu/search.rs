@@ -159,7 +159,7 @@ pub(super) fn is_for_kernel(
     precision: Precision,
 ) -> bool {
     let dots = problem.movable.len();
-    if dots < 2 || dots > MOST_DOTS {
+    if !(2..=MOST_DOTS).contains(&dots) {
         return false;
     }
     if precision == Precision::F64 {
