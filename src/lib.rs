@@ -96,7 +96,8 @@
 //! No hardware GPU has been measured yet; [`GPU_PAYS_ABOVE`] is an estimate. Equal arc lengths are found by the host,
 //! and evaluated by the device. Smoothing curves of more than 1,024 knots, or beyond what the device's precision can
 //! resolve, are fitted by the host in f64; so are fair curves with energies of order 3 (variation, torsion), with tangents or
-//! curvatures to meet, and of some thousand vertices.
+//! curvatures to meet, and of some thousand vertices. Segments of smooth connection functions that f32 finds no minimiser of,
+//! or no cost of full precision, the host evaluates again in f64.
 #![warn(missing_docs)]
 
 pub mod arclength;

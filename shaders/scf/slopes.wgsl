@@ -367,10 +367,11 @@ fn tick(index: u32) {
     numbers[at + SLOPES_LAMBDA] = lambda;
     if ((state.flags & FLAG_ACCEPTED) != 0u) {
         let square = -solved.slope;
-        if (square <= real(0) && (state.flags & FLAG_FLAT) != 0u) {
+        let undamped = lambda == real(0) && smallest > real(0);
+        if (undamped && square <= real(0) && (state.flags & FLAG_FLAT) != 0u) {
             numbers[at + SLOPES_DECREMENT] = real(0);
             state.standing = STANDING_CONVERGED;
-        } else if (lambda == real(0) && smallest > real(0)) {
+        } else if (undamped) {
             let decrement = sqrt(larger_of(square, real(0)) / cost);
             numbers[at + SLOPES_DECREMENT] = decrement;
             if (decrement <= numbers[at + SLOPES_TOLERANCE]) {

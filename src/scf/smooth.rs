@@ -58,7 +58,7 @@ pub struct Smooth {
     /// Seed of the random directions; 0 by default. Same seed, same curves.
     pub seed: u64,
     /// √(gᵀH⁻¹g/cost), the relative Newton decrement, at which a curve has converged: its cost is then good to half its square. Smaller is
-    /// stricter; 1e-10 by default, in f32 8 ε.
+    /// stricter; 1e-10 by default, in f32 32 ε at least.
     pub tolerance: f64,
     /// Iterations at most; 200 by default.
     pub max_iterations: u32,

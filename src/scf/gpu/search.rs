@@ -26,7 +26,7 @@ const MOST_EVALUATIONS: usize = 1 << 21;
 /// The relative decrement that rounding in f32 lets every curve reach, in units of ε. An angle is rounded to half an ε of up to π, its
 /// moment to some ε more, and at an inflection, where both ends' moments all but cancel, to several times that. At the last steps
 /// convergence is quadratic, so little more would be gained.
-const ROUNDINGS: f64 = 32.0;
+pub(super) const ROUNDINGS: f64 = 32.0;
 
 /// The smallest weight, and the smallest cost of the most expensive segment, that f32 is trusted with: their parts that matter are
 /// normal numbers still.
@@ -79,7 +79,7 @@ fn standing(word: u32) -> Option<Standing> {
 /// tolerance in f32 is 32 ε at least.
 ///
 /// Searched by the CPU in f64 are curves of more than 8,192 dots, and in f32 those of an exponent beyond 32, of a weight
-/// below 1e-18, or that cost less than 1e-18 at the start; and again, from the start, those that f32 finds no minimum of.
+/// below 1e-18, or that cost less than 1e-18 at the start; and again, from the start, those that do not converge in f32.
 ///
 /// Where the device is lost, what it had finished is kept, and the other curves come out as they came in.
 ///
@@ -104,8 +104,8 @@ pub(crate) fn search_on_gpu(
         }
     }
     if precision != Precision::F64 {
-        let failed = [Standing::Stalled, Standing::Unattained, Standing::Nowhere];
-        host.extend(order.into_iter().filter(|&i| failed.contains(&outcomes[i].standing)));
+        let done = [Standing::Converged, Standing::Running];
+        host.extend(order.into_iter().filter(|&i| !done.contains(&outcomes[i].standing)));
     }
     let mut left: Vec<Search<f64>> =
         host.iter().map(|&i| Search::new(searches[i].0.clone(), searches[i].1.clone())).collect();
@@ -134,7 +134,7 @@ pub(super) fn is_for_kernel(
     precision: Precision,
 ) -> bool {
     let dots = problem.movable.len();
-    if dots < 2 || dots > MOST_DOTS {
+    if !(2..=MOST_DOTS).contains(&dots) {
         return false;
     }
     if precision == Precision::F64 {
