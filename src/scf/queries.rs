@@ -101,7 +101,7 @@ fn check(number: usize, query: &Query) -> Result<()> {
     if !(exponent > 1.0 && exponent.is_finite()) {
         return refuse(format!("the exponent is {exponent}; it must be above 1, such as 2"));
     }
-    match angles.into_iter().find(|angle| !(angle.abs() <= std::f64::consts::PI)) {
+    match angles.into_iter().find(|angle| angle.is_nan() || angle.abs() > std::f64::consts::PI) {
         Some(angle) => {
             refuse(format!("an end tangent is at {angle} radians from the chord; angles from −π to π are possible"))
         }

@@ -185,7 +185,7 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
         self.evaluations += 1;
         let zero = T::of(0.0);
         let problem = &self.problem;
-        let missing = evaluations.iter().position(|evaluation| !(evaluation.exists > zero));
+        let missing = evaluations.iter().position(|evaluation| evaluation.exists <= zero);
         let exists = missing.is_none();
         let mut cost = zero;
         let mut gradient = vec![zero; problem.dots()];

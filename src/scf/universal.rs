@@ -227,10 +227,10 @@ fn differences(q: f64) -> [f64; DIFFERENCE_TERMS] {
             at += 1;
         }
         let mut next = [0.0; DIFFERENCES + 1];
-        for j in 0..=k {
+        for (j, c) in row.iter().enumerate().take(k + 1) {
             let p = q - 2.0 * j as f64;
-            next[j] -= p * p * row[j];
-            next[j + 1] += p * (p - 1.0) * row[j];
+            next[j] -= p * p * c;
+            next[j + 1] += p * (p - 1.0) * c;
         }
         row = next;
         factorial *= ((2 * k + 2) * (2 * k + 3)) as f64;
