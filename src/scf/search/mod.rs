@@ -2,8 +2,9 @@
 //! baselines it is compared with.
 //!
 //! With a slope α_k at every dot P_k the total cost is S_Σ(α) = Σ_k S_k(α_k, α_{k+1}), the sum over the segments. Both
-//! searches see nothing but costs, many segments at once, through [`SegmentCosts`]: [`Greedy`] moves one slope at a
-//! time by ±Δα, as in section 4 of the paper; [`GaussianAdaptation`] samples all slopes together.
+//! searches see nothing but costs, many segments at once, through [`SegmentCosts`], such as those of [`Segments`]:
+//! [`Greedy`] moves one slope at a time by ±Δα, as in section 4 of the paper; [`GaussianAdaptation`] samples all slopes
+//! together.
 //!
 //! Angles are in radians and absolute (0: along x, counter-clockwise), costs in the units of the input. A segment
 //! without a minimiser costs ∞ (NaN is read as ∞); both searches leave such places where they can.
@@ -16,11 +17,13 @@ use crate::error::{Error, Result};
 
 mod adaptation;
 mod greedy;
+mod segments;
 #[cfg(test)]
 mod synthetic;
 
 pub use adaptation::GaussianAdaptation;
 pub use greedy::Greedy;
+pub use segments::Segments;
 
 /// One segment to be evaluated: which, and the directions of its two end tangents (radians, absolute).
 #[derive(Clone, Copy, Debug, PartialEq)]
