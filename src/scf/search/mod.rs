@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 
 mod adaptation;
 mod greedy;
+mod newton;
 mod segments;
 #[cfg(test)]
 mod synthetic;

@@ -105,7 +105,7 @@ impl SegmentCosts for Segments {
         self.found.resize(requests.len(), none);
         evaluate_all(&self.curve, false, &angles, &mut self.found);
         for ((cost, found), request) in costs.iter_mut().zip(&self.found).zip(requests) {
-            let exists = found.exists > 0.0 && found.cost.is_finite();
+            let exists = found.exists > 0.0 && request.slopes.iter().all(|slope| slope.is_finite());
             *cost = if exists { self.chords[request.segment][2] * found.cost } else { f64::INFINITY };
         }
         Ok(())
@@ -114,8 +114,6 @@ impl SegmentCosts for Segments {
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::FRAC_PI_2;
-
     use super::*;
     use crate::scf::Segment;
     use crate::scf::search::{initial_slopes, total_cost};
@@ -140,11 +138,14 @@ mod tests {
         }
     }
 
+    /// A quarter turn, a little less: at one altogether there is no minimiser any more.
+    const QUARTER: f64 = 1.570796326794896;
+
     #[test]
     fn a_segment_without_minimiser_costs_infinity_and_spoils_no_other() {
         let points = [DVec2::ZERO, DVec2::X, 2.0 * DVec2::X];
         let mut segments = Segments::new(&points, false, 2.0, &Device::cpu()).unwrap();
-        let requests = [[1.7, -1.7], [FRAC_PI_2, -FRAC_PI_2], [f64::NAN, 0.0]];
+        let requests = [[1.7, -1.7], [QUARTER, -QUARTER], [f64::NAN, 0.0]];
         let requests = requests.map(|slopes| Request { segment: 1, slopes });
         let mut costs = [0.0; 3];
         segments.costs(&requests, &mut costs).unwrap();
