@@ -20,7 +20,10 @@ const FROM: f64 = FRAC_PI_4;
 const STEPS: i32 = 48;
 
 /// End angle of the panel that compares exponents.
-const COMPARED: f64 = -FRAC_PI_4;
+const COMPARED: f64 = 5.0 * PI / 12.0;
+
+/// Pixels.
+const WIDTH: f64 = 1300.0;
 
 /// Polylines keep within this part of their dots' size.
 const TOLERANCE: f64 = 2e-4;
@@ -35,14 +38,14 @@ pub fn fans() -> String {
         let angles = (1 - STEPS / 2..STEPS / 2).map(|k| TAU * f64::from(k) / f64::from(STEPS));
         let segments: Vec<(f64, Vec<DVec2>)> =
             angles.filter_map(|angle| Some((angle, segment(exponent, angle)?))).collect();
-        Panel::fan(format!("ν = {exponent}: {} segments", segments.len()), &segments)
+        Panel::fan(format!("ν = {exponent}: {} of {} end angles", segments.len(), STEPS - 1), &segments)
     };
     let stroke = |(exponent, colour): (f64, [u8; 3])| {
         let (points, name) = (segment(exponent, COMPARED)?, Some(format!("ν = {exponent}")));
         Some(Stroke { points, colour, width: 1.6, name })
     };
     let compared = Panel {
-        title: "one pair of angles, every ν".into(),
+        title: format!("every ν, end angle {:.0}°", COMPARED.to_degrees()),
         strokes: FANS.into_iter().zip(COLOURS).filter_map(stroke).collect(),
         dots: vec![DVec2::ZERO, DVec2::X],
         room: 2.0,
@@ -51,10 +54,10 @@ pub fn fans() -> String {
     Sheet {
         title: Some("Smooth connection functions that start at 45° from their chord".into()),
         caption: format!(
-            "End angles in steps of {:.1}°, from the chord; missing are those that have no minimiser. Last panel: from 45° to {}°.",
-            (TAU / f64::from(STEPS)).to_degrees(),
-            COMPARED.to_degrees().round()
+            "End angles, too, are measured from the chord, in steps of {:.1}°; where there is no minimiser no curve is drawn.",
+            (TAU / f64::from(STEPS)).to_degrees()
         ),
+        width: WIDTH,
         columns: 3,
         panels: FANS.into_iter().map(fan).chain([compared]).collect(),
         ..Sheet::default()
@@ -70,29 +73,33 @@ pub fn figure_3(shapes: &[Shape], cases: &[Vec<Case>]) -> String {
     let mut panels = Vec::new();
     let mut plots = Vec::new();
     for (shape, cases) in shapes.iter().zip(cases) {
+        let dots = shape.points.len();
         for case in cases {
             let moves = case.greedy.outcome.iterations;
-            let title = format!("{} dots, ν = {}: {moves} moves", shape.points.len(), case.exponent);
-            let title = if case.has_minimum() { title } else { format!("{title}, no minimum (stopped)") };
-            panels.push(evolution(title, shape, case.exponent, &case.greedy));
+            let ending = if case.has_minimum() { "" } else { "no minimum, stopped after " };
+            let title = format!("{dots} dots, ν = {}: {ending}{moves} moves", case.exponent);
+            panels.push(evolution(title, shape, case.exponent, &case.moved));
         }
         let series = |case: &Case| Series {
             name: format!("ν = {}", case.exponent),
             points: relative(case, &case.greedy, |record| record.iterations),
         };
         plots.push(Plot {
-            title: format!("{} dots", shape.points.len()),
+            title: format!("{dots} dots"),
             x: Axis::linear("moves"),
             y: Axis::linear("cost / first cost"),
             series: cases.iter().map(series).collect(),
         });
     }
     Sheet {
-        title: Some("Joining few dots: the greedy search, slopes moved by 0.01 one at a time".into()),
+        title: Some("Joining few dots: the greedy search moves one slope at a time by 0.01".into()),
+        caption: "The first slopes are the directions between neighbours. Between the first and the last curve others are shown at even \
+                  numbers of moves. Three dots with ν = 2 have no minimum: the curve grows until a segment exists no more."
+            .into(),
+        width: WIDTH,
         columns: 3,
         panels,
         plots,
-        ..Sheet::default()
     }
     .draw()
 }
@@ -101,38 +108,46 @@ pub fn figure_3(shapes: &[Shape], cases: &[Vec<Case>]) -> String {
 pub fn octopus(shapes: &[Shape], cases: &[Vec<Case>]) -> String {
     let mut panels = Vec::new();
     let mut plots = Vec::new();
-    for (shape, cases) in shapes.iter().zip(cases) {
-        let dots = shape.points.len();
-        for case in cases {
-            let candidates = case.adaptation.outcome.iterations;
-            let title = format!("{dots} dots, ν = {}: {candidates} candidates", case.exponent);
-            panels.push(evolution(title, shape, case.exponent, &case.adaptation));
-        }
-        let series = |case: &Case| {
-            [("Gaussian Ad.", &case.adaptation), ("greedy", &case.greedy), ("Newton", &case.newton)].map(
-                |(name, run)| Series {
-                    name: format!("{name}, ν = {}", case.exponent),
-                    points: relative(case, run, |record| record.segment_solves),
-                },
-            )
-        };
+    for (shape, case) in shapes.iter().zip(cases).flat_map(|(shape, cases)| cases.iter().map(move |case| (shape, case)))
+    {
+        let title = format!("{} dots, ν = {}", shape.points.len(), case.exponent);
+        let candidates = grouped(case.adaptation.outcome.iterations);
+        let ending = if case.has_minimum() { "" } else { "no minimum, stopped after " };
+        let slopes: Vec<Vec<f64>> =
+            case.adaptation.outcome.snapshots.iter().map(|snapshot| snapshot.slopes.clone()).collect();
+        panels.push(evolution(format!("{title}: {ending}{candidates} candidates"), shape, case.exponent, &slopes));
+        let methods = [("Gaussian Adaptation", &case.adaptation), ("greedy", &case.greedy), ("Newton", &case.newton)];
+        let series = methods.map(|(name, run)| Series {
+            name: name.into(),
+            points: relative(case, run, |record| record.segment_solves),
+        });
+        let label = "cost / first cost";
         plots.push(Plot {
-            title: format!("{dots} dots"),
+            title,
             x: Axis::log("segments evaluated"),
-            y: Axis::linear("cost / first cost"),
-            series: cases.iter().flat_map(series).collect(),
+            // With large exponents costs fall by orders of magnitude.
+            y: if case.exponent > 4.0 { Axis::log(label) } else { Axis::linear(label) },
+            series: series.into(),
         });
     }
     Sheet {
         title: Some("Joining the dots of an octopus: Gaussian Adaptation".into()),
-        caption: "Both searches start from the directions between neighbours, whose cost is the unit; Newton's method from circles \
-                  through neighbouring dots."
+        caption: "Curves are the best after 1, 2, 4, 8 … candidates. Both searches start from the directions between neighbours, whose cost \
+                  is the unit; Newton's method, for comparison, from circles through neighbouring dots."
             .into(),
+        width: WIDTH,
         panels,
         plots,
         ..Sheet::default()
     }
     .draw()
+}
+
+/// 12,345
+fn grouped(number: usize) -> String {
+    let digits = number.to_string();
+    let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().filter_map(|group| str::from_utf8(group).ok()).collect();
+    groups.join(",")
 }
 
 /// The cost over a count, in units of the first slopes' cost.
@@ -141,10 +156,9 @@ fn relative(case: &Case, run: &Run, count: impl Fn(&Record) -> usize) -> Vec<DVe
     run.outcome.history.iter().map(|record| DVec2::new(count(record) as f64, record.cost / unit)).collect()
 }
 
-fn evolution(title: String, shape: &Shape, exponent: f64, run: &Run) -> Panel {
-    let curves: Vec<Vec<DVec2>> =
-        run.outcome.snapshots.iter().map(|snapshot| curve(shape, exponent, &snapshot.slopes)).collect();
-    Panel::evolution(title, &shape.points, &curves)
+fn evolution(title: String, shape: &Shape, exponent: f64, slopes: &[Vec<f64>]) -> Panel {
+    let curves: Vec<Vec<DVec2>> = slopes.iter().map(|slopes| curve(shape, exponent, slopes)).collect();
+    Panel { room: 0.5, ..Panel::evolution(title, &shape.points, &curves) }
 }
 
 /// The curve with these slopes; straight where there is no segment.

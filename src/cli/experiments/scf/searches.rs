@@ -12,13 +12,16 @@ use rayon::prelude::*;
 use super::{LOWER, Shape};
 
 /// Candidates of Gaussian Adaptation at most.
-const MOST_CANDIDATES: usize = 250_000;
+const MOST_CANDIDATES: usize = 210_000;
 
 /// Segments that candidates of Gaussian Adaptation have together at most, so that they stay on one thread.
 const BATCH: usize = 4096;
 
 /// Starts of the Newton method that searches are held against.
 const STARTS: u32 = 32;
+
+/// Curves of a greedy search that are kept, but for the first.
+const KEPT: usize = 14;
 
 /// Records of a history that reach the file are this much further on than those before, as a factor.
 const THINNED: f64 = 1.05;
@@ -32,6 +35,8 @@ pub struct Case {
     pub newton: Run,
     /// From many starts.
     thorough: Run,
+    /// The slopes of the greedy search, at even steps from its first move to its last.
+    pub moved: Vec<Vec<f64>>,
 }
 
 /// One method's way.
@@ -81,6 +86,12 @@ impl Case {
             let end = if outcome.settled { "no move lowers it" } else { "moves used up" };
             Ok((outcome, end))
         })?;
+        let until = |moves| -> Result<Vec<f64>> {
+            let search = Greedy { max_iterations: moves, ..Greedy::default() };
+            Ok(search.search(&mut segments.clone(), &start, &fixed)?.slopes)
+        };
+        let moves = greedy.outcome.iterations;
+        let moved = (0..=KEPT).map(|k| until(moves * k / KEPT)).collect::<Result<_>>()?;
         let adaptation = Run::timed("Gaussian Adaptation", || {
             let search = GaussianAdaptation {
                 batch: Some(dots.min(BATCH / dots)),
@@ -94,7 +105,7 @@ impl Case {
         let options = Smooth { exponent, ..Smooth::default() };
         let newton = Run::newton("Newton", shape, &options)?;
         let thorough = Run::newton("Newton, 32 starts", shape, &Smooth { starts: STARTS, ..options })?;
-        Ok(Case { name: shape.name.clone(), exponent, greedy, adaptation, newton, thorough })
+        Ok(Case { name: shape.name.clone(), exponent, greedy, adaptation, newton, thorough, moved })
     }
 
     /// Whether the curve has a minimum, as far as Newton's method can say.
@@ -133,7 +144,7 @@ impl Case {
         }
         if !self.has_minimum() {
             table.push_str(
-                "                 no minimum: the searches come to slopes beyond which a segment has no minimiser, and stop there\n",
+                "                 no minimum was found: searches come to slopes beyond which a segment has no minimiser, and stop\n",
             );
             return true;
         }
