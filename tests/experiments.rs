@@ -92,9 +92,11 @@ fn renka_reproduces_section_4_by_every_method_on_both_energies() {
 #[test]
 fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
     let folder = TempDir::new().unwrap();
-    run(&folder, "experiments scf -o made")
+    // Without a name: all experiments.
+    run(&folder, "experiments -o made")
         .code(0)
         .stderr(is_empty())
+        .stdout(contains("TOMS 828").and(contains("Renka 2006")))
         .stdout(contains("No search ended lower than Newton's method with 32 starts").and(contains("NaN").not()));
     let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
     let csv = read("scf.csv");
@@ -108,20 +110,22 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         (row[4].parse().unwrap(), row[5].parse().unwrap())
     };
     for dots in ["three", "four", "ten", "octopus-95", "octopus-58"] {
-        for exponent in ["2", "20"].into_iter().filter(|&exponent| (dots, exponent) != ("three", "2")) {
+        // Those of which the table says that no minimum was found.
+        let none = |exponent: &&str| [("three", "2"), ("octopus-58", "20")].contains(&(dots, *exponent));
+        for exponent in ["2", "20"].into_iter().filter(|exponent| !none(exponent)) {
             let [greedy, adaptation, newton, thorough] =
                 ["greedy", "Gaussian Adaptation", "Newton", "Newton, 32 starts"]
                     .map(|method| found(dots, exponent, method));
             for (search, slack) in [(greedy, 0.2), (adaptation, 0.01)] {
                 let excess = search.1 / thorough.1 - 1.0;
                 assert!((-1e-6..slack).contains(&excess), "{dots} {exponent}: {excess:.1e}");
-                assert!(search.0 > 5 * newton.0, "{dots} {exponent}: {} solves, Newton {}", search.0, newton.0);
+                assert!(search.0 > 3 * newton.0, "{dots} {exponent}: {} solves, Newton {}", search.0, newton.0);
             }
             assert!(thorough.1 <= newton.1 && thorough.0 > newton.0, "{dots} {exponent}");
         }
     }
     let table = read("scf.txt");
-    assert!(table.contains("no minimum was found"), "three dots with exponent 2");
+    assert_eq!(table.matches("no minimum was found").count(), 2);
     for (name, panels, curves, plots) in [("fans", 6, 100, 0), ("dots", 9, 60, 3), ("octopus", 4, 50, 2)] {
         let svg = read(&format!("scf-{name}.svg"));
         let picture = roxmltree::Document::parse(&svg).unwrap();
@@ -129,7 +133,7 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         assert_eq!([count("panel"), count("plot")], [panels, plots], "{name}");
         assert!(count("s") >= curves && !svg.contains("NaN"), "{name}: {} curves", count("s"));
     }
-    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 5);
+    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 5 + 5 + 7);
 }
 
 #[test]
@@ -157,8 +161,7 @@ fn outputs_that_exist_are_kept_unless_forced() {
         .stderr(contains("toms828-3.svg exists already: give --force to replace it"));
     assert_eq!(fs::read_to_string(&old).unwrap(), "precious");
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing is written before everything is checked");
-    // Without a name: all experiments.
-    run(&folder, "experiments -o . --force").code(0).stdout(contains("TOMS 828"));
+    run(&folder, "experiments toms828 -o . --force").code(0).stdout(contains("TOMS 828"));
     assert!(fs::read_to_string(&old).unwrap().starts_with("<svg"));
 }
 

@@ -102,14 +102,19 @@ mod tests {
     use crate::scf::search::{Greedy, total_cost};
 
     const ZIGZAG: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 0.8], [2.1, -0.3], [3.0, 0.5], [3.5, 0.4]];
+    const RING: [[f64; 2]; 5] = [[0.0, 0.0], [1.1, -0.2], [1.8, 0.8], [0.9, 1.7], [-0.3, 1.0]];
+
+    fn dots(closed: bool) -> [[f64; 2]; 5] {
+        if closed { RING } else { ZIGZAG }
+    }
 
     #[test]
     fn a_trace_ends_where_the_fit_does_and_its_slopes_cost_that_much() {
-        let points = ZIGZAG.map(DVec2::from);
         for (exponent, closed, starts) in [(2.0, false, 1), (4.0, true, 1), (20.0, false, 3)] {
+            let points = dots(closed).map(DVec2::from);
             let options = Smooth { exponent, starts, ..Smooth::default() };
             let found = options.trace(&points, closed).unwrap();
-            let batch = CurveBatch::from_slices(&[&ZIGZAG[..]]).unwrap().closed(closed);
+            let batch = CurveBatch::from_slices(&[&dots(closed)[..]]).unwrap().closed(closed);
             let fit = options.fit(&batch, &Device::cpu()).unwrap();
             assert_eq!(found.cost, fit.reports()[0].energy);
             assert_eq!(found.iterations, fit.reports()[0].iterations as usize);
@@ -123,8 +128,8 @@ mod tests {
 
     #[test]
     fn the_greedy_search_finds_no_less_and_nearly_as_little() {
-        let points = ZIGZAG.map(DVec2::from);
         for closed in [false, true] {
+            let points = dots(closed).map(DVec2::from);
             let newton = Smooth::default().trace(&points, closed).unwrap();
             let mut segments = Segments::new(&points, closed, 2.0, &Device::cpu()).unwrap();
             let greedy = Greedy { smallest_step: Some(1e-5), ..Greedy::default() };

@@ -4,10 +4,12 @@
 mod pictures;
 mod searches;
 
+use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 
 use faircurve::{Error, Result};
 use glam::DVec2;
+use rayon::prelude::*;
 use serde::Deserialize;
 
 use self::searches::Case;
@@ -19,6 +21,9 @@ pub const EXPERIMENT: Experiment = Experiment { name: "scf", files: &FILES, run 
 
 /// A search that ends lower than Newton's method by more than this part of the cost has found another minimum.
 const LOWER: f64 = 1e-6;
+
+/// A search whose cost still falls by more than this part of itself a radian of some slope has found no minimum.
+const STEEP: f64 = 1e-3;
 
 /// The lists of points: those of figure 3, then both of the octopus.
 const FIGURE_3: &str = include_str!("../../../../examples/data/dots.csv");
@@ -54,12 +59,28 @@ impl Shape {
         }
         Ok(shapes)
     }
+
+    fn segments(&self) -> usize {
+        if self.closed { self.points.len() } else { self.points.len() - 1 }
+    }
+
+    /// The dots that a segment joins, by number, its chord, and the angles of these slopes from it.
+    fn segment(&self, k: usize, slopes: &[f64]) -> ([usize; 2], DVec2, [f64; 2]) {
+        let dots = [k, (k + 1) % self.points.len()];
+        let [first, last] = dots.map(|dot| self.points[dot]);
+        let chord = last - first;
+        let from_chord = |dot: usize| {
+            let angle = slopes[dot] - chord.to_angle();
+            (angle - TAU * (angle / TAU).round()).clamp(-PI, PI)
+        };
+        (dots, chord, dots.map(from_chord))
+    }
 }
 
 fn run() -> Result<Outcome> {
     let (few, many) = (Shape::read(FIGURE_3)?, Shape::read(OCTOPUS)?);
     let cases = |shapes: &[Shape], exponents: &[f64]| -> Result<Vec<Vec<Case>>> {
-        shapes.iter().map(|shape| Case::of(shape, exponents)).collect()
+        shapes.par_iter().with_max_len(1).map(|shape| Case::of(shape, exponents)).collect()
     };
     let (figure_3, octopus) = (cases(&few, FEW_DOTS)?, cases(&many, MANY_DOTS)?);
     let (mut table, mut csv, mut agrees) = (head(), CSV_HEAD.to_string(), true);

@@ -16,8 +16,9 @@ const FANS: [f64; 5] = [1.1, 1.5, 2.0, 4.0, 20.0];
 /// Directions at the start of every segment of the fans.
 const FROM: f64 = FRAC_PI_4;
 
-/// Steps of the end angle a turn.
-const STEPS: i32 = 48;
+/// Steps of the end angle a turn, and how many end angles lie below half a turn to either side.
+const STEPS: i32 = 45;
+const SIDE: i32 = (STEPS - 1) / 2;
 
 /// End angle of the panel that compares exponents.
 const COMPARED: f64 = 5.0 * PI / 12.0;
@@ -35,10 +36,10 @@ pub fn fans() -> String {
         Some(polyline.into_iter().map(DVec2::from).collect())
     };
     let fan = |exponent: f64| {
-        let angles = (1 - STEPS / 2..STEPS / 2).map(|k| TAU * f64::from(k) / f64::from(STEPS));
+        let angles = (-SIDE..=SIDE).map(|k| TAU * f64::from(k) / f64::from(STEPS));
         let segments: Vec<(f64, Vec<DVec2>)> =
             angles.filter_map(|angle| Some((angle, segment(exponent, angle)?))).collect();
-        Panel::fan(format!("ν = {exponent}: {} of {} end angles", segments.len(), STEPS - 1), &segments)
+        Panel::fan(format!("ν = {exponent}: {} of {} end angles", segments.len(), 2 * SIDE + 1), &segments)
     };
     let stroke = |(exponent, colour): (f64, [u8; 3])| {
         let (points, name) = (segment(exponent, COMPARED)?, Some(format!("ν = {exponent}")));
@@ -54,8 +55,8 @@ pub fn fans() -> String {
     Sheet {
         title: Some("Smooth connection functions that start at 45° from their chord".into()),
         caption: format!(
-            "End angles, too, are measured from the chord, in steps of {:.1}°; where there is no minimiser no curve is drawn.",
-            (TAU / f64::from(STEPS)).to_degrees()
+            "End angles, too, are measured from the chord, in steps of {}°; where there is no minimiser no curve is drawn.",
+            360 / STEPS
         ),
         width: WIDTH,
         columns: 3,
@@ -167,22 +168,15 @@ fn curve(shape: &Shape, exponent: f64, slopes: &[f64]) -> Vec<DVec2> {
     let (low, high) = points.iter().fold((points[0], points[0]), |(low, high), &p| (low.min(p), high.max(p)));
     let tolerance = TOLERANCE * (high - low).max_element();
     let mut vertices = vec![points[0]];
-    for k in 0..if shape.closed { points.len() } else { points.len() - 1 } {
-        let after = (k + 1) % points.len();
-        let chord = points[after] - points[k];
-        let angles = [slopes[k], slopes[after]].map(|slope| wrapped(slope - chord.to_angle()));
+    for k in 0..shape.segments() {
+        let ([before, after], chord, angles) = shape.segment(k, slopes);
         if let Some(segment) = Segment::between(chord.length(), angles, exponent) {
             let along = chord / chord.length();
             let inner = segment.polyline(tolerance).into_iter().skip(1);
-            vertices.extend(inner.map(|p| points[k] + along.rotate(DVec2::from(p))));
+            vertices.extend(inner.map(|p| points[before] + along.rotate(DVec2::from(p))));
         } else {
             vertices.push(points[after]);
         }
     }
     vertices
-}
-
-/// An angle, from −π to π.
-fn wrapped(angle: f64) -> f64 {
-    (angle - TAU * (angle / TAU).round()).clamp(-PI, PI)
 }

@@ -4,12 +4,13 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use faircurve::Result;
-use faircurve::scf::Smooth;
 use faircurve::scf::search::{GaussianAdaptation, Greedy, Outcome, Record, Segments, initial_slopes};
+use faircurve::scf::{Query, Smooth, evaluate_segments};
 use faircurve::{CurveBatch, CurveStatus, Device};
+use glam::DVec2;
 use rayon::prelude::*;
 
-use super::{LOWER, Shape};
+use super::{LOWER, STEEP, Shape};
 
 /// Candidates of Gaussian Adaptation at most.
 const MOST_CANDIDATES: usize = 210_000;
@@ -37,6 +38,8 @@ pub struct Case {
     thorough: Run,
     /// The slopes of the greedy search, at even steps from its first move to its last.
     pub moved: Vec<Vec<f64>>,
+    /// Where Gaussian Adaptation ended: the largest derivative of the cost in a slope, as a part of the cost a radian.
+    steepness: f64,
 }
 
 /// One method's way.
@@ -102,10 +105,11 @@ impl Case {
             let end = if outcome.settled { "settled" } else { "candidates used up" };
             Ok((outcome, end))
         })?;
+        let steepness = steepness(shape, exponent, &adaptation.outcome)?;
         let options = Smooth { exponent, ..Smooth::default() };
         let newton = Run::newton("Newton", shape, &options)?;
         let thorough = Run::newton("Newton, 32 starts", shape, &Smooth { starts: STARTS, ..options })?;
-        Ok(Case { name: shape.name.clone(), exponent, greedy, adaptation, newton, thorough, moved })
+        Ok(Case { name: shape.name.clone(), exponent, greedy, adaptation, newton, thorough, moved, steepness })
     }
 
     /// Whether the curve has a minimum, as far as Newton's method can say.
@@ -122,7 +126,7 @@ impl Case {
         [&self.greedy, &self.adaptation, &self.newton, &self.thorough]
     }
 
-    /// Writes rows and histories. Returns whether no search ended lower than Newton's method, if that found a minimum.
+    /// Writes rows and histories. Returns whether no search ended lower than Newton's method or, where that found no minimum, at one.
     pub fn write(&self, table: &mut String, csv: &mut String) -> bool {
         let Case { name, exponent, .. } = self;
         let costs = self.runs().map(|run| run.outcome.cost);
@@ -143,10 +147,13 @@ impl Case {
             }
         }
         if !self.has_minimum() {
-            table.push_str(
-                "                 no minimum was found: searches come to slopes beyond which a segment has no minimiser, and stop\n",
+            let _ = writeln!(
+                table,
+                "{:17}no minimum was found: where Gaussian Adaptation ends the cost still falls by {:.1e} of itself a radian, towards\n\
+                 {:17}slopes with which a segment has no minimiser",
+                "", self.steepness, ""
             );
-            return true;
+            return self.steepness > STEEP;
         }
         let newton = self.thorough.outcome.cost;
         let mut agrees = true;
@@ -166,6 +173,19 @@ impl Case {
         }
         agrees
     }
+}
+
+/// The largest derivative of the cost in a slope, as a part of the cost.
+fn steepness(shape: &Shape, exponent: f64, outcome: &Outcome) -> Result<f64> {
+    let laid: Vec<_> = (0..shape.segments()).map(|k| shape.segment(k, &outcome.slopes)).collect();
+    let query = |&(_, chord, angles): &([usize; 2], DVec2, [f64; 2])| Query { chord: chord.length(), angles, exponent };
+    let costs = evaluate_segments(&laid.iter().map(query).collect::<Vec<_>>(), &Device::cpu())?;
+    let mut gradient = vec![0.0; shape.points.len()];
+    for ((dots, ..), cost) in laid.iter().zip(costs) {
+        let Some(cost) = cost else { return Ok(f64::INFINITY) };
+        dots.iter().zip(cost.gradient).for_each(|(&dot, slope)| gradient[dot] += slope);
+    }
+    Ok(gradient.into_iter().fold(0.0, |most, slope| f64::max(most, slope.abs())) / outcome.cost)
 }
 
 /// The first records, and further on fewer and fewer; the last.
