@@ -97,7 +97,7 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         .code(0)
         .stderr(is_empty())
         .stdout(contains("TOMS 828").and(contains("Renka 2006")))
-        .stdout(contains("No search ended lower than Newton's method with 32 starts").and(contains("NaN").not()));
+        .stdout(contains("No search ended lower than Newton's method from 32 starts").and(contains("NaN").not()));
     let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
     let csv = read("scf.csv");
     let mut rows = csv::Reader::from_reader(csv.as_bytes());
@@ -114,7 +114,7 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         let none = |exponent: &&str| [("three", "2"), ("octopus-58", "20")].contains(&(dots, *exponent));
         for exponent in ["2", "20"].into_iter().filter(|exponent| !none(exponent)) {
             let [greedy, adaptation, newton, thorough] =
-                ["greedy", "Gaussian Adaptation", "Newton", "Newton, 32 starts"]
+                ["greedy", "Gaussian Adaptation", "Newton", "Newton from 32 starts"]
                     .map(|method| found(dots, exponent, method));
             for (search, slack) in [(greedy, 0.2), (adaptation, 0.01)] {
                 let excess = search.1 / thorough.1 - 1.0;

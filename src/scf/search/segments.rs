@@ -139,7 +139,7 @@ mod tests {
     }
 
     /// A quarter turn, less 5e-12: at one altogether there is no minimiser any more.
-    const QUARTER: f64 = 1.57079632679;
+    const QUARTER: f64 = std::f64::consts::FRAC_PI_2 - 5e-12;
 
     #[test]
     fn a_segment_without_minimiser_costs_infinity_and_spoils_no_other() {

@@ -108,7 +108,7 @@ impl Case {
         let steepness = steepness(shape, exponent, &adaptation.outcome)?;
         let options = Smooth { exponent, ..Smooth::default() };
         let newton = Run::newton("Newton", shape, &options)?;
-        let thorough = Run::newton("Newton, 32 starts", shape, &Smooth { starts: STARTS, ..options })?;
+        let thorough = Run::newton("Newton from 32 starts", shape, &Smooth { starts: STARTS, ..options })?;
         Ok(Case { name: shape.name.clone(), exponent, greedy, adaptation, newton, thorough, moved, steepness })
     }
 
@@ -165,7 +165,7 @@ impl Case {
                 let below = 1.0 - cost / newton;
                 let _ = writeln!(
                     table,
-                    "                 {} is {below:.1e} lower than Newton with {STARTS} starts; its slopes: {}",
+                    "                 {} is {below:.1e} lower than Newton from {STARTS} starts; its slopes: {}",
                     run.method,
                     slopes.join(" ")
                 );
