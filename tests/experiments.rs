@@ -105,8 +105,8 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
     let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
     // The last of every history.
     let found = |dots: &str, exponent: &str, method: &str| -> (u64, f64) {
-        let history = rows.iter().filter(|row| [&row[0], &row[1], &row[2]] == [dots, exponent, method]);
-        let row = history.last().unwrap_or_else(|| panic!("{dots} {exponent} {method}"));
+        let mut history = rows.iter().filter(|row| [&row[0], &row[1], &row[2]] == [dots, exponent, method]);
+        let row = history.next_back().unwrap_or_else(|| panic!("{dots} {exponent} {method}"));
         (row[4].parse().unwrap(), row[5].parse().unwrap())
     };
     for dots in ["three", "four", "ten", "octopus-95", "octopus-58"] {

@@ -14,11 +14,12 @@ use crate::scf::stages::{Found, search};
 
 impl Smooth {
     /// How this method finds the slopes of one curve, beside [`Greedy`](super::Greedy) and
-    /// [`GaussianAdaptation`](super::GaussianAdaptation): what it has reached after every iteration, and what that took. On the CPU.
+    /// [`GaussianAdaptation`](super::GaussianAdaptation): what it has reached after every iteration, and what that took.
+    /// On the CPU.
     ///
-    /// Every trial of a step evaluates all segments. Where a search fails the others that are tried then count too; with several
-    /// [`starts`](Self::starts) the history is that of the first, and its last record counts all. The ends of an open curve are
-    /// free; their slopes are those that the segments there take.
+    /// Every trial of a step evaluates all segments. Where a search fails the others that are tried then count too; with
+    /// several [`starts`](Self::starts) the history is that of the first, and its last record counts all. The ends of an
+    /// open curve are free; their slopes are those that the segments there take.
     ///
     /// ```
     /// use faircurve::scf::Smooth;
@@ -101,7 +102,7 @@ mod tests {
     use super::*;
     use crate::scf::search::{Greedy, total_cost};
 
-    const ZIGZAG: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 0.8], [2.1, -0.3], [3.0, 0.5], [3.5, 0.4]];
+    const ZIGZAG: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 0.4], [2.1, 0.1], [3.0, 0.5], [3.9, 0.3]];
     const RING: [[f64; 2]; 5] = [[0.0, 0.0], [1.1, -0.2], [1.8, 0.8], [0.9, 1.7], [-0.3, 1.0]];
 
     fn dots(closed: bool) -> [[f64; 2]; 5] {
@@ -118,7 +119,7 @@ mod tests {
             let fit = options.fit(&batch, &Device::cpu()).unwrap();
             assert_eq!(found.cost, fit.reports()[0].energy);
             assert_eq!(found.iterations, fit.reports()[0].iterations as usize);
-            assert!(found.settled && found.segment_solves >= starts as usize * 4 * 2);
+            assert!(found.settled && found.segment_solves >= starts as usize * 4 * 2, "{exponent} {closed}: {found:?}");
             let mut segments = Segments::new(&points, closed, exponent, &Device::cpu()).unwrap();
             let cost = total_cost(&mut segments, &found.slopes).unwrap();
             assert!((cost / found.cost - 1.0).abs() < 1e-12, "{cost} {}", found.cost);

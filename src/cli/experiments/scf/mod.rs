@@ -1,5 +1,5 @@
-//! A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines shapes in the smoothest possible way*: figures
-//! 2 to 5 drawn anew, and the searches of the paper beside Newton's method.
+//! A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines shapes in the smoothest possible
+//! way*: figures 2 to 5 drawn anew, and the searches of the paper beside Newton's method.
 
 mod pictures;
 mod searches;
@@ -107,10 +107,11 @@ const CSV_HEAD: &str = "dots,exponent,method,iteration,segment_solves,cost\n";
 
 fn head() -> String {
     let mut table = String::from(
-        "Alon & Bergmann: the curve of least S = Σ∫|κ|^ν ds through dots, by the searches of the paper and by Newton's method\n\n\
-         The greedy search moves one slope at a time by Δα = 0.01, and Gaussian Adaptation is seeded; both start from the directions\n\
-         between neighbours. Newton's method starts from circles through neighbouring dots. A solve evaluates one segment. Seconds\n\
-         are those of one thread.\n\n",
+        "Alon & Bergmann: the curve of least S = Σ∫|κ|^ν ds through dots, by the searches of the paper and by Newton's\n\
+         method\n\n\
+         The greedy search moves one slope at a time by Δα = 0.01, and Gaussian Adaptation is seeded; both start from the\n\
+         directions between neighbours. Newton's method starts from circles through neighbouring dots. A solve evaluates\n\
+         one segment. Seconds are those of one thread.\n\n",
     );
     let _ = writeln!(
         table,

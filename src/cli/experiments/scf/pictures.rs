@@ -55,7 +55,8 @@ pub fn fans() -> String {
     Sheet {
         title: Some("Smooth connection functions that start at 45° from their chord".into()),
         caption: format!(
-            "End angles, too, are measured from the chord, in steps of {}°; where there is no minimiser no curve is drawn.",
+            "End angles, too, are measured from the chord, in steps of {}°; where there is no minimiser no curve is \
+             drawn.",
             360 / STEPS
         ),
         width: WIDTH,
@@ -77,7 +78,7 @@ pub fn figure_3(shapes: &[Shape], cases: &[Vec<Case>]) -> String {
         let dots = shape.points.len();
         for case in cases {
             let moves = case.greedy.outcome.iterations;
-            let ending = if case.has_minimum() { "" } else { "no minimum, stopped after " };
+            let ending = if case.has_minimum() { "" } else { "no minimum found after " };
             let title = format!("{dots} dots, ν = {}: {ending}{moves} moves", case.exponent);
             panels.push(evolution(title, shape, case.exponent, &case.moved));
         }
@@ -94,8 +95,9 @@ pub fn figure_3(shapes: &[Shape], cases: &[Vec<Case>]) -> String {
     }
     Sheet {
         title: Some("Joining few dots: the greedy search moves one slope at a time by 0.01".into()),
-        caption: "The first slopes are the directions between neighbours. Between the first and the last curve others are shown at even \
-                  numbers of moves. Three dots with ν = 2 have no minimum: the curve grows until a segment exists no more."
+        caption: "The first slopes are the directions between neighbours. Between the first and the last curve others are \
+                  shown at even numbers of moves. Three dots with ν = 2 have no minimum: the curve grows until a segment \
+                  exists no more."
             .into(),
         width: WIDTH,
         columns: 3,
@@ -113,7 +115,7 @@ pub fn octopus(shapes: &[Shape], cases: &[Vec<Case>]) -> String {
     {
         let title = format!("{} dots, ν = {}", shape.points.len(), case.exponent);
         let candidates = grouped(case.adaptation.outcome.iterations);
-        let ending = if case.has_minimum() { "" } else { "no minimum, stopped after " };
+        let ending = if case.has_minimum() { "" } else { "no minimum found after " };
         let slopes: Vec<Vec<f64>> =
             case.adaptation.outcome.snapshots.iter().map(|snapshot| snapshot.slopes.clone()).collect();
         panels.push(evolution(format!("{title}: {ending}{candidates} candidates"), shape, case.exponent, &slopes));
@@ -133,8 +135,9 @@ pub fn octopus(shapes: &[Shape], cases: &[Vec<Case>]) -> String {
     }
     Sheet {
         title: Some("Joining the dots of an octopus: Gaussian Adaptation".into()),
-        caption: "Curves are the best after 1, 2, 4, 8 … candidates. Both searches start from the directions between neighbours, whose cost \
-                  is the unit; Newton's method, for comparison, from circles through neighbouring dots."
+        caption: "Curves are the best after 1, 2, 4, 8 … candidates. Both searches start from the directions between \
+                  neighbours, whose cost is the unit; Newton's method, for comparison, from circles through neighbouring \
+                  dots."
             .into(),
         width: WIDTH,
         panels,

@@ -126,7 +126,8 @@ impl Case {
         [&self.greedy, &self.adaptation, &self.newton, &self.thorough]
     }
 
-    /// Writes rows and histories. Returns whether no search ended lower than Newton's method or, where that found no minimum, at one.
+    /// Writes rows and histories. Returns whether no search ended lower than Newton's method or, where that found no
+    /// minimum, at one.
     pub fn write(&self, table: &mut String, csv: &mut String) -> bool {
         let Case { name, exponent, .. } = self;
         let costs = self.runs().map(|run| run.outcome.cost);
@@ -136,10 +137,8 @@ impl Case {
             let (dots, nu) = if k == 0 { (&name[..], exponent.to_string()) } else { ("", String::new()) };
             let value = |value: String| if cost.is_finite() { value } else { "none".into() };
             let (shown, above) = (value(format!("{cost:.9e}")), value(format!("{:.1e}", cost / least - 1.0)));
-            let _ = writeln!(
-                table,
-                "{dots:<12}{nu:>3}  {method:<26}{iterations:>10}{solves:>12}{seconds:>10.4}{shown:>16}{above:>16}   {end}"
-            );
+            let _ = write!(table, "{dots:<12}{nu:>3}  {method:<26}{iterations:>10}{solves:>12}{seconds:>10.4}");
+            let _ = writeln!(table, "{shown:>16}{above:>16}   {end}");
             for record in thinned(&outcome.history) {
                 let Record { iterations, segment_solves, cost } = record;
                 let cost = if cost.is_finite() { cost.to_string() } else { String::new() };
@@ -149,8 +148,8 @@ impl Case {
         if !self.has_minimum() {
             let _ = writeln!(
                 table,
-                "{:17}no minimum was found: where Gaussian Adaptation ends the cost still falls by {:.1e} of itself a radian, towards\n\
-                 {:17}slopes with which a segment has no minimiser",
+                "{:17}no minimum was found: where Gaussian Adaptation ends the cost still falls by {:.1e} of itself a\n\
+                 {:17}radian, towards slopes with which a segment has no minimiser",
                 "", self.steepness, ""
             );
             return self.steepness > STEEP;
