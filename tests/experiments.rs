@@ -97,7 +97,7 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         .code(0)
         .stderr(is_empty())
         .stdout(contains("TOMS 828").and(contains("Renka 2006")))
-        .stdout(contains("No search ended lower than Newton's method from 32 starts").and(contains("NaN").not()));
+        .stdout(contains("no search ended lower than Newton's method from 32 starts").and(contains("NaN").not()));
     let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
     let csv = read("scf.csv");
     let mut rows = csv::Reader::from_reader(csv.as_bytes());

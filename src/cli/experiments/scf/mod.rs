@@ -88,7 +88,7 @@ fn run() -> Result<Outcome> {
         agrees &= case.write(&mut table, &mut csv);
     }
     table.push_str(match agrees {
-        true => "\nNo search ended lower than Newton's method from 32 starts by more than 1e-6 of the cost.\n",
+        true => "\nWhere a minimum was found, no search ended lower than Newton's method from 32 starts by more than 1e-6 of the cost.\n",
         false => {
             "\nA search ended lower than Newton's method from 32 starts by more than 1e-6 of the cost: see above.\n"
         }
