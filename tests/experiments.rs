@@ -90,6 +90,67 @@ fn renka_reproduces_section_4_by_every_method_on_both_energies() {
 }
 
 #[test]
+fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
+    let folder = TempDir::new().unwrap();
+    // Without a name: all experiments.
+    run(&folder, "experiments -o made")
+        .code(0)
+        .stderr(is_empty())
+        .stdout(contains("TOMS 828").and(contains("Renka 2006")))
+        .stdout(contains("no search ended lower than Newton's method from 32 starts").and(contains("NaN").not()));
+    let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
+    let csv = read("scf.csv");
+    let mut rows = csv::Reader::from_reader(csv.as_bytes());
+    assert_eq!(rows.headers().unwrap(), vec!["dots", "exponent", "method", "iteration", "segment_solves", "cost"]);
+    let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
+    // The last of every history.
+    let found = |dots: &str, exponent: &str, method: &str| -> (u64, f64) {
+        let mut history = rows.iter().filter(|row| [&row[0], &row[1], &row[2]] == [dots, exponent, method]);
+        let row = history.next_back().unwrap_or_else(|| panic!("{dots} {exponent} {method}"));
+        (row[4].parse().unwrap(), row[5].parse().unwrap())
+    };
+    for dots in ["three", "four", "ten", "octopus-95", "octopus-58"] {
+        // Those of which the table says that no minimum was found.
+        let none = |exponent: &&str| [("three", "2"), ("octopus-58", "20")].contains(&(dots, *exponent));
+        for exponent in ["2", "20"].into_iter().filter(|exponent| !none(exponent)) {
+            let [greedy, adaptation, newton, thorough] =
+                ["greedy", "Gaussian Adaptation", "Newton", "Newton from 32 starts"]
+                    .map(|method| found(dots, exponent, method));
+            for (search, slack) in [(greedy, 0.2), (adaptation, 0.01)] {
+                let excess = search.1 / thorough.1 - 1.0;
+                assert!((-1e-6..slack).contains(&excess), "{dots} {exponent}: {excess:.1e}");
+                assert!(search.0 > 3 * newton.0, "{dots} {exponent}: {} solves, Newton {}", search.0, newton.0);
+            }
+            assert!(thorough.1 <= newton.1 && thorough.0 > newton.0, "{dots} {exponent}");
+        }
+    }
+    let table = read("scf.txt");
+    assert_eq!(table.matches("no minimum was found").count(), 2);
+    for (name, panels, curves, plots) in [("fans", 6, 100, 0), ("dots", 9, 60, 3), ("octopus", 4, 50, 4)] {
+        let svg = read(&format!("scf-{name}.svg"));
+        let picture = roxmltree::Document::parse(&svg).unwrap();
+        let count = |class: &str| picture.descendants().filter(|node| node.attribute("class") == Some(class)).count();
+        assert_eq!([count("panel"), count("plot")], [panels, plots], "{name}");
+        assert!(count("s") >= curves && !svg.contains("NaN"), "{name}: {} curves", count("s"));
+    }
+    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 5 + 5 + 7);
+}
+
+#[test]
+fn the_octopus_has_95_and_58_dots_and_turns_by_less_than_a_right_angle() {
+    let octopus = faircurve::io::read("examples/data/octopus.csv").unwrap();
+    assert_eq!((octopus.len(), octopus.count(0), octopus.count(1)), (2, 95, 58));
+    for i in 0..2 {
+        let dots = octopus.points(i).as_chunks::<2>().0;
+        let dot = |k: usize| glam::DVec2::from(dots[k % dots.len()]);
+        for k in 0..dots.len() {
+            let turn = (dot(k + 1) - dot(k)).angle_to(dot(k + 2) - dot(k + 1)).to_degrees();
+            assert!(turn.abs() < 90.0, "{}: {turn:.1}° at dot {}", octopus.name(i), k + 1);
+        }
+    }
+}
+
+#[test]
 fn outputs_that_exist_are_kept_unless_forced() {
     let folder = TempDir::new().unwrap();
     let old = folder.path().join("toms828-3.svg");
@@ -100,8 +161,7 @@ fn outputs_that_exist_are_kept_unless_forced() {
         .stderr(contains("toms828-3.svg exists already: give --force to replace it"));
     assert_eq!(fs::read_to_string(&old).unwrap(), "precious");
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1, "nothing is written before everything is checked");
-    // Without a name: all experiments.
-    run(&folder, "experiments -o . --force").code(0).stdout(contains("TOMS 828"));
+    run(&folder, "experiments toms828 -o . --force").code(0).stdout(contains("TOMS 828"));
     assert!(fs::read_to_string(&old).unwrap().starts_with("<svg"));
 }
 
@@ -110,7 +170,7 @@ fn an_unknown_experiment_is_refused_with_the_names_there_are() {
     let folder = TempDir::new().unwrap();
     run(&folder, "experiments toms829 -o .")
         .code(2)
-        .stderr(contains("toms829").and(contains("possible values: ")).and(contains("renka, toms828")));
+        .stderr(contains("toms829").and(contains("possible values: ")).and(contains("renka, scf, toms828")));
     run(&folder, "experiments").code(2).stderr(contains("--output"));
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
 }

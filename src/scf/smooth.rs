@@ -125,7 +125,7 @@ impl Smooth {
         Ok((fit, polylines))
     }
 
-    fn check(&self, batch: &CurveBatch) -> Result<()> {
+    pub(super) fn check(&self, batch: &CurveBatch) -> Result<()> {
         let refuse = |why: String| Err(Error::argument(why));
         if batch.dimension() != 2 {
             return refuse(

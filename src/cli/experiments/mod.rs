@@ -1,8 +1,9 @@
 //! `faircurve experiments`: the tables and pictures of the papers, computed anew.
 //!
-//! An experiment is a file of this folder and an entry of [`EXPERIMENTS`].
+//! An experiment is a module of this folder and an entry of [`EXPERIMENTS`].
 
 mod renka;
+mod scf;
 mod toms828;
 
 use std::path::{Path, PathBuf};
@@ -33,7 +34,7 @@ struct Outcome {
     agrees: bool,
 }
 
-const EXPERIMENTS: &[Experiment] = &[renka::EXPERIMENT, toms828::EXPERIMENT];
+const EXPERIMENTS: &[Experiment] = &[renka::EXPERIMENT, scf::EXPERIMENT, toms828::EXPERIMENT];
 
 fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(EXPERIMENTS.iter().map(|experiment| experiment.name))

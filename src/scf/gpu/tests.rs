@@ -252,7 +252,7 @@ fn the_kernels_constants_are_the_cpus() {
     let pairs = [
         (include_str!("../root.rs"), "scf/common_root.wgsl", vec!["CLOSE", "NEAR", "REACH"]),
         (include_str!("../evaluation.rs"), "scf/common_evaluation.wgsl", vec!["STAND_IN"]),
-        (include_str!("../slopes.rs"), "scf/slopes.wgsl", vec!["MOST_TURN"]),
+        (include_str!("../slopes.rs"), "scf/slopes.wgsl", vec!["MOST_TURN", "EDGE"]),
     ];
     for (own, path, names) in pairs {
         let (own, there) = (constants(own, ": f64 = ", ";"), constants(kernel(path), ": real = real(", ");"));
@@ -266,8 +266,8 @@ fn the_kernels_constants_are_the_cpus() {
     for constant in [
         ("EPSILON", f64::EPSILON),
         ("EPSILON", narrow),
-        ("LAST_STEP", 0.1 * f64::EPSILON.sqrt()),
-        ("LAST_STEP", 0.1 * narrow.sqrt()),
+        ("ROOT_EPSILON", f64::EPSILON.sqrt()),
+        ("ROOT_EPSILON", narrow.sqrt()),
         ("LEAST_SINE", f64::from(f32::MIN_POSITIVE)),
     ] {
         assert!(root.contains(&constant), "{constant:?} is none of {root:?}");

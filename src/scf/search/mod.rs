@@ -2,7 +2,7 @@
 //! baselines it is compared with.
 //!
 //! With a slope α_k at every dot P_k the total cost is S_Σ(α) = Σ_k S_k(α_k, α_{k+1}), the sum over the segments. Both
-//! searches see nothing but costs, many segments at once, through [`SegmentCosts`]; [`Segments`] are those between dots.
+//! searches see nothing but costs, many segments at once, through [`SegmentCosts`], such as those of [`Segments`]:
 //! [`Greedy`] moves one slope at a time by ±Δα, as in section 4 of the paper; [`GaussianAdaptation`] samples all slopes
 //! together.
 //!
@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 
 mod adaptation;
 mod greedy;
+mod newton;
 mod segments;
 #[cfg(test)]
 mod synthetic;
