@@ -222,8 +222,8 @@ fn differences(q: f64) -> [f64; DIFFERENCE_TERMS] {
     row[0] = 1.0;
     let (mut at, mut factorial) = (0, 1.0);
     for k in 0..DIFFERENCES {
-        for j in 0..=k {
-            all[at] = row[j] / factorial;
+        for c in &row[..=k] {
+            all[at] = c / factorial;
             at += 1;
         }
         let mut next = [0.0; DIFFERENCES + 1];
