@@ -10,8 +10,9 @@ use bytemuck::{Pod, Zeroable};
 pub(crate) use search::search_on_gpu;
 
 use super::evaluation::Evaluation;
-use super::slopes::{Ends, evaluate_all};
+use super::slopes::Ends;
 use super::universal::Universal;
+use super::workspace::evaluate_all;
 use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::plan::{self, Limits};

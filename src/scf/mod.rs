@@ -12,7 +12,7 @@
 //! | `universal` | the universal curve of an exponent: moment, displacement, length as polynomials |
 //! | `root` | which piece of it joins two points: the chord condition |
 //! | `evaluation` | cost, gradient and Hessian of a segment |
-//! | `slopes` | Newton's method on the directions of many curves |
+//! | `slopes`, `workspace` | Newton's method on the directions of many curves |
 //! | `arc`, `segment`, `curves` | where segments run |
 //! | `tension` | segments of least ∫(\|κ\|^ν + λ) ds |
 //! | `dots`, `start`, `stages`, `smooth` | from points to problems and back |
@@ -34,6 +34,7 @@ mod start;
 mod tension;
 mod trig;
 mod universal;
+mod workspace;
 
 pub use arc::Site;
 pub(crate) use gpu::scf_kernels;

@@ -2,8 +2,8 @@
 
 use super::evaluation::Evaluation;
 use super::gpu::evaluate_on_gpu;
-use super::slopes::evaluate_all;
 use super::universal::Universal;
+use super::workspace::evaluate_all;
 use crate::device::Device;
 use crate::error::{Error, Result};
 

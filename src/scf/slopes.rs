@@ -6,13 +6,10 @@
 //! their segments are evaluated side by side in vector lanes, whichever curve they belong to, then every curve judges its trial, and solves
 //! for its next step. What a curve does depends on nothing but itself.
 
-use rayon::prelude::*;
-
-use super::evaluation::{Evaluation, evaluate, evaluate_free};
-use super::universal::Universal;
+use super::evaluation::Evaluation;
 use crate::damping::{Damping, Trial, Verdict};
 use crate::linalg::banded::Banded;
-use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
+use crate::linalg::{Real, Scalar};
 
 /// No direction turns by more than this in a step, in radians: further than a third of the way to where segments cease to exist
 /// the quadratic model says little.
@@ -24,9 +21,6 @@ pub(super) const LONGEST: f64 = 0.3;
 
 /// Where steps damped by so much, some 1e-4 of Newton's, lead to segments without minimiser still, the way down ends at an edge.
 const EDGE: f64 = 1e4;
-
-/// Segments a task evaluates at least: fewer are done sooner than handed over.
-const TASK: usize = 4096;
 
 /// What is known of a segment's ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,7 +88,7 @@ pub(crate) struct Search<T: Real + Scalar> {
     pub culprit: Option<usize>,
     gradient: Vec<T>,
     step: Vec<T>,
-    trial: Vec<T>,
+    pub(super) trial: Vec<T>,
     alpha: T,
     slope: T,
     /// How much longer than Newton's step of the cost that of its root is.
@@ -145,7 +139,7 @@ impl<T: Real + Scalar<Number = T>> Problem<T> {
     }
 
     /// The dot a segment leads to.
-    fn after(&self, span: usize) -> usize {
+    pub(super) fn after(&self, span: usize) -> usize {
         if span + 1 == self.dots() { 0 } else { span + 1 }
     }
 }
@@ -181,7 +175,7 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
     }
 
     /// Takes what the segments cost at the trial.
-    fn receive(&mut self, evaluations: &[Evaluation<T>], until: &Until) {
+    pub(super) fn receive(&mut self, evaluations: &[Evaluation<T>], until: &Until) {
         self.evaluations += 1;
         let zero = T::of(0.0);
         let problem = &self.problem;
@@ -306,153 +300,4 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
 
 fn dot<T: Real + Scalar>(a: &[T], b: &[T]) -> T {
     a.iter().zip(b).fold(T::of(0.0), |sum, (&a, &b)| sum + a * b)
-}
-
-/// Angles to be evaluated, all of one universal curve and one kind, and where the results belong.
-#[derive(Default)]
-struct Group<T> {
-    angles: Vec<[T; 2]>,
-    places: Vec<u32>,
-    found: Vec<Evaluation<T>>,
-}
-
-/// Room for the evaluations of a chunk's segments.
-pub(crate) struct Workspace<T> {
-    /// Two groups for every universal curve: directed at both ends, and free at the start.
-    groups: Vec<[Group<T>; 2]>,
-    found: Vec<Evaluation<T>>,
-}
-
-/// Evaluates lists of angles, L side by side.
-struct Evaluate<'a, T, const L: usize> {
-    curve: &'a Universal,
-    free: bool,
-    angles: &'a [[T; 2]],
-    found: &'a mut [Evaluation<T>],
-}
-
-impl<T: Real + Scalar<Number = T>, const L: usize> Evaluate<'_, T, L> {
-    #[inline(always)]
-    fn run(self) {
-        for (angles, found) in self.angles.chunks(L).zip(self.found.chunks_mut(L)) {
-            // A group that is not full repeats its last: the same numbers twice change nothing.
-            let angle = |end: usize| Lanes::<T, L>(std::array::from_fn(|l| angles[l.min(angles.len() - 1)][end]));
-            let (a, b) = (angle(0), angle(1));
-            let all = if self.free { evaluate_free(self.curve, b) } else { evaluate(self.curve, a, b) };
-            for (l, found) in found.iter_mut().enumerate() {
-                *found = Evaluation {
-                    cost: all.cost.lane(l),
-                    gradient: all.gradient.map(|x| x.lane(l)),
-                    hessian: all.hessian.map(|x| x.lane(l)),
-                    exists: all.exists.lane(l),
-                };
-            }
-        }
-    }
-}
-
-impl<T: Real + Scalar<Number = T>, const L: usize> pulp::WithSimd for Evaluate<'_, T, L> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<Registers: pulp::Simd>(self, _: Registers) {
-        self.run();
-    }
-}
-
-/// Evaluates segments of unit chord with the given end angles, of one universal curve, on all threads.
-pub(crate) fn evaluate_all<T: Real + Scalar<Number = T>>(
-    curve: &Universal,
-    free: bool,
-    angles: &[[T; 2]],
-    found: &mut [Evaluation<T>],
-) {
-    let part = |(angles, found): (&[[T; 2]], &mut [Evaluation<T>])| {
-        let all = Evaluate::<T, 4> { curve, free, angles, found };
-        if let Err(all) = with_wide_registers(all) {
-            all.run();
-        }
-    };
-    if angles.len() <= TASK {
-        return part((angles, found));
-    }
-    angles.par_chunks(TASK).zip(found.par_chunks_mut(TASK)).for_each(part);
-}
-
-const NOTHING: f64 = 0.0;
-
-impl<T: Real + Scalar<Number = T>> Workspace<T> {
-    pub fn new(curves: usize) -> Self {
-        let group = || Group { angles: Vec::new(), places: Vec::new(), found: Vec::new() };
-        Workspace { groups: (0..curves).map(|_| [group(), group()]).collect(), found: Vec::new() }
-    }
-
-    /// Evaluates the trials of all running searches.
-    fn evaluate(&mut self, curves: &[Universal], searches: &[Search<T>]) {
-        let nothing = T::of(NOTHING);
-        let none = Evaluation { cost: nothing, gradient: [nothing; 2], hessian: [nothing; 3], exists: T::of(1.0) };
-        for group in self.groups.iter_mut().flatten() {
-            group.angles.clear();
-            group.places.clear();
-        }
-        self.found.clear();
-        for search in searches.iter().filter(|search| search.standing == Standing::Running) {
-            let problem = &search.problem;
-            for (k, span) in problem.spans.iter().enumerate() {
-                let [a, b] = [span.angles[0] + search.trial[k], span.angles[1] + search.trial[problem.after(k)]];
-                let (kind, angles) = match span.ends {
-                    Ends::Directed => (0, [a, b]),
-                    Ends::FreeStart => (1, [nothing, b]),
-                    // From the other end, and mirrored.
-                    Ends::FreeEnd => (1, [nothing, -a]),
-                    Ends::Straight => {
-                        self.found.push(none);
-                        continue;
-                    }
-                };
-                let group = &mut self.groups[span.curve as usize][kind];
-                group.angles.push(angles);
-                group.places.push(self.found.len() as u32);
-                self.found.push(none);
-            }
-        }
-        for (curve, groups) in curves.iter().zip(&mut self.groups) {
-            for (kind, group) in groups.iter_mut().enumerate() {
-                group.found.resize(group.angles.len(), none);
-                evaluate_all(curve, kind == 1, &group.angles, &mut group.found);
-                for (&place, &found) in group.places.iter().zip(&group.found) {
-                    self.found[place as usize] = found;
-                }
-            }
-        }
-        // Back to the first end where that is the directed one.
-        let mut place = 0;
-        for search in searches.iter().filter(|search| search.standing == Standing::Running) {
-            for span in &search.problem.spans {
-                if span.ends == Ends::FreeEnd {
-                    let found = &mut self.found[place];
-                    found.gradient = [-found.gradient[1], nothing];
-                    found.hessian = [found.hessian[2], nothing, nothing];
-                }
-                place += 1;
-            }
-        }
-    }
-
-    /// One trial of every running search.
-    pub fn tick(&mut self, curves: &[Universal], searches: &mut [Search<T>], until: &Until) {
-        self.evaluate(curves, searches);
-        let mut place = 0;
-        for search in searches.iter_mut().filter(|search| search.standing == Standing::Running) {
-            let spans = search.problem.spans.len();
-            search.receive(&self.found[place..place + spans], until);
-            place += spans;
-        }
-    }
-
-    /// Until none runs any more.
-    pub fn run(&mut self, curves: &[Universal], searches: &mut [Search<T>], until: &Until) {
-        while searches.iter().any(|search| search.standing == Standing::Running) {
-            self.tick(curves, searches, until);
-        }
-    }
 }

@@ -5,9 +5,10 @@ use rand::{RngExt, SeedableRng};
 
 use super::dots::{Dots, Exponents};
 use super::gpu::search_on_gpu;
-use super::slopes::{Outcome, Problem, Search, Standing, Until, Workspace};
+use super::slopes::{Outcome, Problem, Search, Standing, Until};
 use super::smooth::Smooth;
 use super::start::Start;
+use super::workspace::Workspace;
 use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::Gpu;

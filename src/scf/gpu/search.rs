@@ -10,8 +10,9 @@ use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
-use crate::scf::slopes::{Ends, LONGEST, Outcome, Problem, Search, Standing, Until, Workspace};
+use crate::scf::slopes::{Ends, LONGEST, Outcome, Problem, Search, Standing, Until};
 use crate::scf::universal::Universal;
+use crate::scf::workspace::Workspace;
 
 /// Dots of a curve in the kernel at most: a tick takes seven loop turns a dot, and llvmpipe ends a thread's loops, without a word,
 /// after 65,535 all told. Longer curves are searched by the CPU.

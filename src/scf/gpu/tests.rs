@@ -9,8 +9,9 @@ use super::search::{MOST_DOTS, NUMBERS, ROUNDINGS, SlopesCurve, SlopesParams, WO
 use super::*;
 use crate::gpu::reflect::assert_layout;
 use crate::gpu::source;
-use crate::scf::slopes::{Outcome, Problem, Search, Span, Standing, Until, Workspace};
+use crate::scf::slopes::{Outcome, Problem, Search, Span, Standing, Until};
 use crate::scf::start::{Chords, Start, wrap};
+use crate::scf::workspace::Workspace;
 
 const EXPONENTS: [f64; 5] = [1.5, 2.0, 4.0, 20.0, 2.7];
 

@@ -8,9 +8,10 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::scf::arc::Arc;
 use crate::scf::dots::{Dots, Exponents};
-use crate::scf::slopes::{Standing, Until, Workspace};
+use crate::scf::slopes::{Standing, Until};
 use crate::scf::smooth::Smooth;
 use crate::scf::stages::{Found, search, search_on_cpu};
+use crate::scf::workspace::Workspace;
 
 impl Smooth {
     /// How this method finds the slopes of one curve, beside [`Greedy`](super::Greedy) and

@@ -7,9 +7,9 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::scf::evaluation::Evaluation;
 use crate::scf::queries::{Query, evaluate_segments};
-use crate::scf::slopes::evaluate_all;
 use crate::scf::start::wrap;
 use crate::scf::universal::Universal;
+use crate::scf::workspace::evaluate_all;
 
 /// The segments between dots: smooth connection functions of one exponent ν, at ∫|κ|^ν ds each, in units of the input.
 ///
