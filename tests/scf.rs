@@ -229,7 +229,8 @@ fn random_curves_converge_in_few_iterations_or_say_why_not() {
             assert!(of_status[0] as f64 >= least * CURVES as f64, "ν = {nu}, {family}: {of_status:?}");
             // Along the edge of what exists searches may creep.
             assert!(of_status[2] as f64 <= 0.06 * CURVES as f64, "ν = {nu}, {family}: {of_status:?}");
-            assert!(at(0.5) <= 14 && at(1.0) <= 80, "ν = {nu}, {family}: {} {}", at(0.5), at(1.0));
+            // For ν = 20 parts of a curve that cost next to nothing come down by (ν − 2)/(ν − 1) a step; few curves need several searches.
+            assert!(at(0.5) <= 14 && at(0.99) <= 40, "ν = {nu}, {family}: {} {}", at(0.5), at(0.99));
             let silent = |report: &CurveReport| report.message.is_none();
             assert!(found.reports().iter().all(|report| silent(report) == (report.status == CurveStatus::Converged)));
         }

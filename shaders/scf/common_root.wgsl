@@ -234,8 +234,6 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
         let ratio = piece.moment0 / piece.moment1;
         var moved = real(0);
         var scale = real(1);
-        // An inflection near the end, for ν > 2, leaves g without a second derivative there: an error of s²/R.
-        var bend = ratio;
         var past = false;
         if (plain) {
             // In R.
@@ -255,7 +253,6 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
                 moved = miss / by_start;
                 newton = t0 - moved;
                 scale = t0;
-                bend = real(1);
             } else {
                 let w = piece.power;
                 var lift = real(1);
@@ -288,9 +285,10 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
         }
         let small = !past && last_step * scale - abs(moved) > real(0);
         small_steps += select(real(0), real(1), small);
+        // An inflection near an end, for ν > 2, leaves g without a second derivative there: an error of s²/R, or s² R.
         var fine = scale;
         if (curve.exponent > real(2)) {
-            fine = scale * sqrt(smaller(bend, real(1)));
+            fine = scale * sqrt(smaller(ratio, real(1) / ratio));
         }
         last = (small && last_step * fine - abs(moved) > real(0)) || small_steps - (SMALL_STEPS - real(0.5)) > real(0);
     }

@@ -288,8 +288,8 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         let moved = side.if_positive(next_ratio - ratio, moved);
         let small = past.if_positive(zero, (last_step * scale - moved.abs()).if_positive(one, zero));
         small_steps = live.if_positive(small_steps + small, small_steps);
-        // An inflection near the end, for ν > 2, leaves g without a second derivative there: an error of s²/R.
-        let bend = if curve.exponent > 2.0 { smaller(late.if_positive(one, ratio), one).sqrt() } else { one };
+        // An inflection near an end, for ν > 2, leaves g without a second derivative there: an error of s²/R, or s² R.
+        let bend = if curve.exponent > 2.0 { smaller(ratio, one / ratio).sqrt() } else { one };
         let small = small * (last_step * scale * bend - moved.abs()).if_positive(one, zero);
         let small = small.max((small_steps - S::of(SMALL_STEPS - 0.5)).if_positive(one, zero));
         last = live.if_positive(small, last);
