@@ -90,13 +90,11 @@ impl Page<'_> {
         for value in x_lines {
             let x = at(value, y0).x;
             writeln!(out, r#"<path d="M{x:.1} {top:.1}V{bottom:.1}"/>"#)?;
-            writeln!(
-                out,
-                r#"<text x="{:.1}" y="{:.1}" class="g">{}</text>"#,
-                x + 3.0,
-                bottom - 4.0,
-                number(value, step)
-            )?;
+            let text = number(value, step);
+            // A number that would be cut at the edge says something else.
+            if x + 3.0 + text_width(&text) <= right {
+                writeln!(out, r#"<text x="{:.1}" y="{:.1}" class="g">{text}</text>"#, x + 3.0, bottom - 4.0)?;
+            }
         }
         for value in y_lines {
             let y = at(x0, value).y;
