@@ -105,10 +105,10 @@ fn dots_that_have_no_segments_are_refused_with_a_sentence() {
     assert_eq!(refused(&two[..1], true, 2.0), "a search for slopes was given 1 dots: at least two are needed");
     assert_eq!(refused(&[], false, 2.0), "a search for slopes was given 0 dots: at least two are needed");
     assert_eq!(refused(&two, false, 1.0), "the exponent is 1; it must be above 1, such as 2");
-    let away = |k: usize, away: &str| {
-        format!("the dot after dot {k} is {away} away; neighbours must be distinct and finite: leave repeated dots out")
+    let away = |k: usize, after: usize, away: &str| {
+        format!("dots {k} and {after} are {away} apart: give finite points, each away from the one before")
     };
-    assert_eq!(refused(&[two[0], two[1], two[1]], false, 2.0), away(1, "0"));
-    assert_eq!(refused(&[two[0], two[1], two[0]], true, 2.0), away(2, "0"));
-    assert_eq!(refused(&[two[0], [f64::NAN, 0.0]], false, 2.0), away(0, "NaN"));
+    assert_eq!(refused(&[two[0], two[1], two[1]], false, 2.0), away(1, 2, "0"));
+    assert_eq!(refused(&[two[0], two[1], two[0]], true, 2.0), away(2, 0, "0"));
+    assert_eq!(refused(&[two[0], [f64::NAN, 0.0]], false, 2.0), away(0, 1, "NaN"));
 }

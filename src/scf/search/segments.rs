@@ -48,13 +48,16 @@ impl Segments {
     ///
     /// # Errors
     ///
-    /// [`Error::Argument`] for an exponent that is not above 1, dots that are not finite, and neighbours at one place.
+    /// [`Error::Argument`] for an exponent that is not above 1, fewer than two dots, dots that are not finite, and neighbours at one place.
     pub fn new(points: &[DVec2], closed: bool, exponent: f64, device: &Device) -> Result<Self> {
         if !(exponent > 1.0 && exponent.is_finite()) {
             return Err(Error::argument(format!("the exponent is {exponent}; it must be above 1, such as 2")));
         }
         let dots = points.len();
-        let count = if closed && dots > 1 { dots } else { dots.saturating_sub(1) };
+        if dots < 2 {
+            return Err(Error::argument(format!("a search for slopes was given {dots} dots: at least two are needed")));
+        }
+        let count = if closed { dots } else { dots - 1 };
         let chord = |k: usize| {
             let after = (k + 1) % dots;
             let chord = points[after] - points[k];
