@@ -3,11 +3,9 @@
 //! The bound of all three is the traffic of a pass over the vertices, 2 · 2 numbers of 8 bytes each, at the copy bandwidth of
 //! as many threads.
 
-use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use criterion::measurement::WallTime;
-use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use faircurve::discrete::{Direction, Evaluate, Fair, Segments, Step, bending, length};
 use faircurve::spline::Natural;
 use faircurve::{CurveBatch, CurveStatus, Device, Sampling};
@@ -17,8 +15,11 @@ use rayon::ThreadPool;
 
 #[path = "common/bandwidth.rs"]
 mod bandwidth;
+#[path = "common/best_of.rs"]
+mod best_of;
 
 use bandwidth::copy_bandwidth;
+use best_of::{best_of, timed};
 
 /// Edges of all curves of a batch: 10,000 curves of 64.
 const EDGES: usize = 640_000;
@@ -58,29 +59,6 @@ fn pools() -> Vec<(usize, ThreadPool, f64)> {
             (threads, pool, bandwidth)
         })
         .into()
-}
-
-/// Times `run`, which says how long it took, and returns the best; infinite where the bench is not asked for.
-fn best_of(group: &mut BenchmarkGroup<WallTime>, id: BenchmarkId, mut run: impl FnMut() -> Duration) -> f64 {
-    let mut best = f64::INFINITY;
-    group.bench_function(id, |bencher| {
-        bencher.iter_custom(|iterations| {
-            let mut total = Duration::ZERO;
-            for _ in 0..iterations {
-                let time = run();
-                best = best.min(time.as_secs_f64());
-                total += time;
-            }
-            total
-        });
-    });
-    best
-}
-
-fn timed<T>(run: impl FnOnce() -> T) -> Duration {
-    let start = Instant::now();
-    black_box(run());
-    start.elapsed()
 }
 
 /// One line: the rate of vertices, its share of the bound, and a curve's time.

@@ -3,16 +3,17 @@
 //! The bound of segments is arithmetic: Newton's method takes 4 to 5 evaluations of the universal curve, each some 200 operations
 //! and two powers.
 
-use std::hint::black_box;
-use std::time::{Duration, Instant};
-
-use criterion::measurement::WallTime;
-use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use faircurve::scf::{Query, Smooth, evaluate_segments};
 use faircurve::{CurveBatch, CurveStatus, Device};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use rayon::ThreadPool;
+
+#[path = "common/best_of.rs"]
+mod best_of;
+
+use best_of::{best_of, timed};
 
 /// Segments of a call.
 const SEGMENTS: usize = 200_000;
@@ -39,29 +40,6 @@ fn dots(curves: usize, count: usize) -> CurveBatch {
 
 fn pools() -> [(usize, ThreadPool); 2] {
     [1, 2].map(|threads| (threads, rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()))
-}
-
-/// Times `run`, which says how long it took, and returns the best; infinite where the bench is not asked for.
-fn best_of(group: &mut BenchmarkGroup<WallTime>, id: BenchmarkId, mut run: impl FnMut() -> Duration) -> f64 {
-    let mut best = f64::INFINITY;
-    group.bench_function(id, |bencher| {
-        bencher.iter_custom(|iterations| {
-            let mut total = Duration::ZERO;
-            for _ in 0..iterations {
-                let time = run();
-                best = best.min(time.as_secs_f64());
-                total += time;
-            }
-            total
-        });
-    });
-    best
-}
-
-fn timed<T>(run: impl FnOnce() -> T) -> Duration {
-    let start = Instant::now();
-    black_box(run());
-    start.elapsed()
 }
 
 fn segments(criterion: &mut Criterion) {

@@ -1,7 +1,6 @@
 //! From the points of a curve to the [`Problem`] of its slopes: distinct dots, chords, exponents, weights.
 
-use super::slopes::{Problem, Span};
-use super::smooth::ends;
+use super::slopes::{Ends, Problem, Span};
 use super::start::{Chords, Start, wrap};
 use super::universal::Universal;
 use crate::batch::{CurveBatch, Problem as Unfitted};
@@ -167,7 +166,7 @@ impl Dots {
                 T::of(if direction.is_nan() { 0.0 } else { wrap(direction - self.chords.directions[k]) })
             };
             let weight = T::of((power(k) - scale).exp());
-            Span { angles: [angle(a), angle(b)], weight, curve: self.curves[k], ends: ends(a, b) }
+            Span { angles: [angle(a), angle(b)], weight, curve: self.curves[k], ends: Ends::between(a, b) }
         };
         let movable = |dot: usize| {
             let held = directions[dot].is_nan() || self.fixed[dot].is_finite();

@@ -13,7 +13,7 @@ use super::universal::Universal;
 ///
 /// Not every pair of angles has a minimiser: where a − b is π or more, and for larger ν well before, curves grow ever larger and cheaper. What
 /// stands here is the cheapest of the stationary curves with one inflection at most, a local minimum; curves of two and more turn
-/// by more than π in between, and give way.
+/// by π from one to the next, as no minimiser does.
 ///
 /// Flat pieces: κ = 0 in single points only, for every ν; for ν > 2 the curvature has an infinite slope there.
 ///

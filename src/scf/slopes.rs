@@ -35,6 +35,18 @@ pub(crate) enum Ends {
     Straight,
 }
 
+impl Ends {
+    /// Between two directions, NaN where they are free.
+    pub fn between(first: f64, last: f64) -> Self {
+        match (first.is_nan(), last.is_nan()) {
+            (false, false) => Ends::Directed,
+            (true, false) => Ends::FreeStart,
+            (false, true) => Ends::FreeEnd,
+            (true, true) => Ends::Straight,
+        }
+    }
+}
+
 /// A segment of a curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span<T> {

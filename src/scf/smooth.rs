@@ -8,7 +8,7 @@ use super::arc::Arc;
 use super::curves::{Chain, Chains, Laid};
 use super::dots::{Dots, Exponents};
 use super::slopes::{Ends, Standing, Until};
-use super::stages::{Found, search, search_on_cpu, search_on_device};
+use super::stages::{Found, Starts, search, search_on_cpu, search_on_device};
 use super::start::{Start, wrap};
 use super::workspace::Workspace;
 use crate::batch::{CurveBatch, Problem as Unfitted};
@@ -153,6 +153,11 @@ impl Smooth {
         Ok(())
     }
 
+    /// Where searches start.
+    pub(super) fn starts(&self) -> Starts {
+        Starts { first: self.start, count: self.starts, seed: self.seed }
+    }
+
     /// Finds the slopes of all curves, and lays their segments.
     fn search(&self, dots: &[&Dots], exponents: &Exponents, device: &Device) -> Result<Vec<(Found, Option<Chain>)>> {
         let until = Until { tolerance: self.tolerance, iterations: self.max_iterations };
@@ -162,7 +167,7 @@ impl Smooth {
         };
         if let Some(gpu) = device.as_gpu() {
             let precision = device.kernel_precision(gpu, true)?;
-            let found = search(self, dots, exponents, &mut |dots, exponents, directions| {
+            let found = search(&self.starts(), dots, exponents, &mut |dots, exponents, directions| {
                 search_on_device(gpu, precision, dots, exponents, directions, &until)
             })?;
             // What f32 found of directions is laid, and costs, in f64.
@@ -179,7 +184,7 @@ impl Smooth {
         let chunk = (TASK_SEGMENTS / per_curve).max(1);
         let of_chunk = |chunk: &[&Dots]| -> Result<Vec<(Found, Option<Chain>)>> {
             let mut workspace = Workspace::new(exponents.universal.len());
-            let found = search(self, chunk, exponents, &mut |dots, exponents, directions| {
+            let found = search(&self.starts(), chunk, exponents, &mut |dots, exponents, directions| {
                 Ok(search_on_cpu(dots, exponents, directions, &until, &mut workspace))
             })?;
             Ok(found.into_iter().zip(chunk).map(lay).collect())
@@ -291,7 +296,7 @@ impl Dots {
             let curve = &exponents.universal[number as usize];
             let angle = |dot: usize, direction: f64| wrap(direction - self.chords.directions[dot]);
             let (a, b) = (angle(dot, directions[dot]), angle(dot, directions[next]));
-            let arc = match ends(directions[dot], directions[next]) {
+            let arc = match Ends::between(directions[dot], directions[next]) {
                 Ends::Directed => Arc::cheapest(curve, chord, [a, b])?,
                 Ends::FreeStart => Arc::free(curve, chord, b)?,
                 Ends::FreeEnd => Arc::free(curve, chord, -a)?.reversed(),
@@ -304,15 +309,5 @@ impl Dots {
             dot += 1;
         }
         Some(Chain { segments, knots })
-    }
-}
-
-/// What is known of a segment's ends; free directions are NaN.
-pub(crate) fn ends(first: f64, last: f64) -> Ends {
-    match (first.is_nan(), last.is_nan()) {
-        (false, false) => Ends::Directed,
-        (true, false) => Ends::FreeStart,
-        (false, true) => Ends::FreeEnd,
-        (true, true) => Ends::Straight,
     }
 }

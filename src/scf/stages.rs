@@ -6,7 +6,6 @@ use rand::{RngExt, SeedableRng};
 use super::dots::{Dots, Exponents};
 use super::gpu::search_on_gpu;
 use super::slopes::{Outcome, Problem, Search, Standing, Until};
-use super::smooth::Smooth;
 use super::start::Start;
 use super::workspace::Workspace;
 use crate::device::Precision;
@@ -18,6 +17,15 @@ const STAGES: [f64; 4] = [0.0, 0.3, 0.6, 0.8];
 
 /// Random starts turn every direction by this much at most, in radians.
 const SPREAD: f64 = 0.6;
+
+/// Where the searches of a curve start.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Starts {
+    pub first: Start,
+    /// All but the first are random.
+    pub count: u32,
+    pub seed: u64,
+}
 
 /// What was found of a curve.
 #[derive(Clone, Debug)]
@@ -57,7 +65,7 @@ pub(crate) type SearchFrom<'a> = dyn FnMut(&[&Dots], &Exponents, Vec<Vec<f64>>) 
 /// # Errors
 /// Those of the searches.
 pub(crate) fn search(
-    options: &Smooth,
+    starts: &Starts,
     dots: &[&Dots],
     exponents: &Exponents,
     search_from: &mut SearchFrom,
@@ -68,14 +76,14 @@ pub(crate) fn search(
     };
     let all: Vec<usize> = (0..dots.len()).collect();
     let from = |which: &[usize], start: Start| which.iter().map(|&i| dots[i].directions(start)).collect::<Vec<_>>();
-    let mut found = run(&all, exponents, from(&all, options.start))?;
+    let mut found = run(&all, exponents, from(&all, starts.first))?;
     let failed = |found: &[Found]| {
         let failed = |&i: &usize| found[i].standing != Standing::Converged && found[i].standing != Standing::Tired;
         (0..found.len()).filter(failed).collect::<Vec<_>>()
     };
     for start in [Start::Circle, Start::Neighbours, Start::Bisector] {
         let which = failed(&found);
-        if start == options.start || which.is_empty() {
+        if start == starts.first || which.is_empty() {
             continue;
         }
         let again = run(&which, exponents, from(&which, start))?;
@@ -84,7 +92,7 @@ pub(crate) fn search(
     // By exponents on the way from 2, each from where the last one ended.
     let which = failed(&found);
     if !which.is_empty() {
-        let mut directions = from(&which, options.start);
+        let mut directions = from(&which, starts.first);
         for part in STAGES.into_iter().chain([1.0]) {
             let last = part == 1.0;
             let stage = if last { exponents.clone() } else { exponents.towards(part) };
@@ -99,12 +107,12 @@ pub(crate) fn search(
             }
         }
     }
-    for number in 1..options.starts {
+    for number in 1..starts.count {
         // One seed a start, not a curve: a curve's bits do not depend on its place in the batch.
         let random = |i: &usize| {
-            let mut random = ChaCha12Rng::seed_from_u64(options.seed.wrapping_add(u64::from(number)));
+            let mut random = ChaCha12Rng::seed_from_u64(starts.seed.wrapping_add(u64::from(number)));
             let turn = |direction: f64| direction + random.random_range(-SPREAD..=SPREAD);
-            let mut directions: Vec<f64> = dots[*i].directions(options.start).into_iter().map(turn).collect();
+            let mut directions: Vec<f64> = dots[*i].directions(starts.first).into_iter().map(turn).collect();
             for (direction, fixed) in directions.iter_mut().zip(&dots[*i].fixed).filter(|(_, fixed)| fixed.is_finite())
             {
                 *direction = *fixed;
