@@ -148,7 +148,8 @@ impl TensionSegment {
     /// where the roots are beyond f64: λ·chord^ν under- or overflows, or the middle of a segment with ν ≤ 2 (or just
     /// above) is straighter than 1e−300, for ν = 2 from about chord·√λ = 700 on. Of 20,000 random segments
     /// (ν in 1.2 … 20, λ·chord^ν in 1e−3 … 1e3) two have no solution, both weak tensions with ν < 1.35, where an end
-    /// lies so near an inflection that its angle in f64 does not tell how near.
+    /// lies so near an inflection that its angle in f64 does not tell how near. A few symmetric pairs (a, a) of large angles have none either,
+    /// for ν ≤ 1.5 and λ·chord^ν ≤ 1e−3, such as 150° for ν = 1.2.
     pub fn between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Option<Self> {
         let frame = Frame::new(chord_length, angles, exponent, tension)?;
         frame.segment(frame.solver().solve()?)
