@@ -47,6 +47,11 @@ impl Exponents {
         self.values.partition_point(|&value| value < exponent) as u16
     }
 
+    /// Whether a way from 2 to these exponents leads anywhere: within a tenth of 2 curves differ little.
+    pub fn are_far_from_two(&self) -> bool {
+        self.values.iter().any(|nu| (nu / 2.0).ln().abs() > 0.1)
+    }
+
     /// On the way from 2 (at 0) to these exponents (at 1), in equal ratios, under the same numbers.
     pub fn towards(&self, part: f64) -> Self {
         let stage = |nu: &f64| 2.0 * (nu / 2.0).powf(part);

@@ -91,7 +91,7 @@ pub(crate) fn search(
     }
     // By exponents on the way from 2, each from where the last one ended.
     let which = failed(&found);
-    if !which.is_empty() {
+    if !which.is_empty() && exponents.are_far_from_two() {
         let mut directions = from(&which, starts.first);
         for part in STAGES.into_iter().chain([1.0]) {
             let last = part == 1.0;
