@@ -154,7 +154,7 @@ impl Smooth {
     }
 
     /// Where searches start.
-    pub(super) fn starts(&self) -> Starts {
+    pub(super) fn where_to_start(&self) -> Starts {
         Starts { first: self.start, count: self.starts, seed: self.seed }
     }
 
@@ -167,7 +167,7 @@ impl Smooth {
         };
         if let Some(gpu) = device.as_gpu() {
             let precision = device.kernel_precision(gpu, true)?;
-            let found = search(&self.starts(), dots, exponents, &mut |dots, exponents, directions| {
+            let found = search(&self.where_to_start(), dots, exponents, &mut |dots, exponents, directions| {
                 search_on_device(gpu, precision, dots, exponents, directions, &until)
             })?;
             // What f32 found of directions is laid, and costs, in f64.
@@ -184,7 +184,7 @@ impl Smooth {
         let chunk = (TASK_SEGMENTS / per_curve).max(1);
         let of_chunk = |chunk: &[&Dots]| -> Result<Vec<(Found, Option<Chain>)>> {
             let mut workspace = Workspace::new(exponents.universal.len());
-            let found = search(&self.starts(), chunk, exponents, &mut |dots, exponents, directions| {
+            let found = search(&self.where_to_start(), chunk, exponents, &mut |dots, exponents, directions| {
                 Ok(search_on_cpu(dots, exponents, directions, &until, &mut workspace))
             })?;
             Ok(found.into_iter().zip(chunk).map(lay).collect())

@@ -46,7 +46,7 @@ impl Smooth {
         let mut workspace = Workspace::new(exponents.universal.len());
         let mut run = |options: &Smooth, iterations| {
             let until = Until { tolerance: self.tolerance, iterations };
-            let found = search(&options.starts(), &[&dots], &exponents, &mut |dots, exponents, directions| {
+            let found = search(&options.where_to_start(), &[&dots], &exponents, &mut |dots, exponents, directions| {
                 Ok(search_on_cpu(dots, exponents, directions, &until, &mut workspace))
             });
             found.map(|mut found| found.remove(0))
