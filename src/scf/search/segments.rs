@@ -166,8 +166,6 @@ mod tests {
             "dots 1 and 2 are 0 apart: give finite points, each away from the one before"
         );
         assert!(refused(&[DVec2::ZERO, DVec2::NAN], 2.0).starts_with("dots 0 and 1 are NaN apart"));
-        for few in [&[][..], &[DVec2::ZERO]] {
-            assert_eq!(Segments::new(few, true, 2.0, &Device::cpu()).unwrap().segments(), 0);
-        }
+        assert_eq!(refused(&[DVec2::ZERO], 2.0), "a search for slopes was given 1 dots: at least two are needed");
     }
 }
