@@ -3,6 +3,7 @@
 mod closed;
 mod cut;
 mod point;
+mod sampled;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -129,32 +130,6 @@ impl CurveBatch {
             ))
         });
         Ok(batch)
-    }
-
-    /// The samples of fitted curves, which need no check: `problems` are those of curves that were not fitted.
-    #[allow(clippy::too_many_arguments)]
-    pub(crate) fn sampled(
-        dimension: usize,
-        coords: Vec<f64>,
-        offsets: Vec<usize>,
-        closed: Vec<bool>,
-        parameters: Vec<f64>,
-        closing_spans: Option<Vec<f64>>,
-        problems: BTreeMap<usize, Problem>,
-        origin: Arc<Origin>,
-    ) -> Self {
-        CurveBatch {
-            dimension,
-            coords,
-            offsets,
-            closed,
-            parameters: Some(parameters),
-            closing_spans,
-            weights: None,
-            constraints: Constraints::default(),
-            problems,
-            origin,
-        }
     }
 
     /// Gives every point its parameter. They must increase along a curve; equal ones are possible where the points are equal too

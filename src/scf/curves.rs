@@ -155,20 +155,8 @@ impl CurveSet for Chains {
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
         let samples: Vec<(Vec<f64>, Vec<f64>)> =
             (0..self.curves.len()).into_par_iter().with_min_len(16).map(|i| self.sample(i, sampling)).collect();
-        let mut offsets = vec![0];
-        samples.iter().for_each(|(_, t)| offsets.push(offsets[offsets.len() - 1] + t.len()));
-        let closing = |i: usize| match (self.curves[i].as_ref(), samples[i].1.last()) {
-            _ if !self.closed[i] => f64::NAN,
-            (Ok(chain), Some(last)) => chain.knots[chain.knots.len() - 1] - last,
-            _ => 1.0,
-        };
-        let spans = self.closed.contains(&true).then(|| (0..self.curves.len()).map(closing).collect());
-        let (mut coords, mut t) = (Vec::new(), Vec::new());
-        for (of_curve, t_of_curve) in samples {
-            coords.extend(of_curve);
-            t.extend(t_of_curve);
-        }
+        let end = |i: usize| self.curves[i].as_ref().ok().map(|chain| chain.knots[chain.knots.len() - 1]);
         let (closed, problems) = (self.closed.clone(), self.problems.clone());
-        CurveBatch::sampled(2, coords, offsets, closed, t, spans, problems, self.origin.clone())
+        CurveBatch::from_samples(2, samples, end, closed, problems, self.origin.clone())
     }
 }
