@@ -1,4 +1,4 @@
-// What is said of a trial.
+// What is said of a trial. Twin: `Verdict` of src/damping.rs.
 
 const VERDICT_ACCEPT: u32 = 0u;
 const VERDICT_AGAIN: u32 = 1u;

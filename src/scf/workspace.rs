@@ -80,8 +80,6 @@ pub(crate) fn evaluate_all<T: Real + Scalar<Number = T>>(
     angles.par_chunks(TASK).zip(found.par_chunks_mut(TASK)).for_each(part);
 }
 
-const NOTHING: f64 = 0.0;
-
 impl<T: Real + Scalar<Number = T>> Workspace<T> {
     pub fn new(curves: usize) -> Self {
         let group = || Group { angles: Vec::new(), places: Vec::new(), found: Vec::new() };
@@ -90,7 +88,7 @@ impl<T: Real + Scalar<Number = T>> Workspace<T> {
 
     /// Evaluates the trials of all running searches.
     fn evaluate(&mut self, curves: &[Universal], searches: &[Search<T>]) {
-        let nothing = T::of(NOTHING);
+        let nothing = T::of(0.0);
         let none = Evaluation { cost: nothing, gradient: [nothing; 2], hessian: [nothing; 3], exists: T::of(1.0) };
         for group in self.groups.iter_mut().flatten() {
             group.angles.clear();
