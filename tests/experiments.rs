@@ -90,6 +90,23 @@ fn renka_reproduces_section_4_by_every_method_on_both_energies() {
 }
 
 #[test]
+fn bezier_finds_everything_as_eberly_says() {
+    let folder = TempDir::new().unwrap();
+    run(&folder, "experiments bezier -o made")
+        .code(0)
+        .stderr(is_empty())
+        .stdout(contains("Everything is as the paper says.").and(contains("NOT").not()))
+        .stdout(contains("P2 = 1/2 P1 + 1/2 P3").and(contains("P1 = 2/3 P0 + 1/3 P3")));
+    let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
+    let csv = read("bezier.csv");
+    assert_eq!((csv.lines().count(), csv.lines().nth(1).unwrap().split(',').next()), (30, Some("2")));
+    let svg = read("bezier.svg");
+    let picture = roxmltree::Document::parse(&svg).unwrap();
+    assert!(picture.descendants().filter(|node| node.has_tag_name("path")).count() > 20);
+    assert!(svg.contains("elevated line") && svg.contains("Eigenvectors"));
+}
+
+#[test]
 fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
     let folder = TempDir::new().unwrap();
     // Without a name: all experiments.
@@ -170,7 +187,7 @@ fn an_unknown_experiment_is_refused_with_the_names_there_are() {
     let folder = TempDir::new().unwrap();
     run(&folder, "experiments toms829 -o .")
         .code(2)
-        .stderr(contains("toms829").and(contains("possible values: ")).and(contains("renka, scf, toms828")));
+        .stderr(contains("toms829").and(contains("possible values: ")).and(contains("bezier, renka, scf, toms828")));
     run(&folder, "experiments").code(2).stderr(contains("--output"));
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
 }

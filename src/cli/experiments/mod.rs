@@ -2,6 +2,7 @@
 //!
 //! An experiment is a module of this folder and an entry of [`EXPERIMENTS`].
 
+mod bezier;
 mod renka;
 mod scf;
 mod toms828;
@@ -34,7 +35,7 @@ struct Outcome {
     agrees: bool,
 }
 
-const EXPERIMENTS: &[Experiment] = &[renka::EXPERIMENT, scf::EXPERIMENT, toms828::EXPERIMENT];
+const EXPERIMENTS: &[Experiment] = &[bezier::EXPERIMENT, renka::EXPERIMENT, scf::EXPERIMENT, toms828::EXPERIMENT];
 
 fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(EXPERIMENTS.iter().map(|experiment| experiment.name))
