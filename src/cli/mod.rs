@@ -59,7 +59,7 @@ struct InputArgs {
 impl InputArgs {
     fn read(&self) -> Result<CurveBatch> {
         let columns = self.columns.clone().unwrap_or_default();
-        io::read_with(&self.input, &ReadOptions { format: self.from, columns, closed: self.closed })
+        io::read_with(&self.input, &ReadOptions { format: self.from, columns, closed: self.closed, controls: false })
     }
 }
 
