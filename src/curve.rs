@@ -160,9 +160,9 @@ pub trait Curve {
 }
 
 /// 2¹² pieces a span are more than any tolerance above rounding asks for.
-const MAX_HALVINGS: u32 = 12;
+pub(crate) const MAX_HALVINGS: u32 = 12;
 
-fn push_beziers<C: Curve + ?Sized>(
+pub(crate) fn push_beziers<C: Curve + ?Sized>(
     curve: &C,
     span: usize,
     length: f64,

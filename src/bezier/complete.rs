@@ -1,0 +1,299 @@
+//! Completion of many control polygons at once: each has the unknown points that make its energy least.
+
+use std::collections::{HashMap, HashSet};
+
+use rayon::prelude::*;
+
+use super::MOST_DEGREE;
+use super::directions::Found;
+use super::energy::Energy;
+use super::gpu::complete_on_gpu;
+use super::pattern::Pattern;
+use super::polygons::{Given, Polygons};
+use super::ready::{Form, MOST_DATA, Ready};
+use super::refusal::Refusal;
+use crate::device::Device;
+use crate::error::Result;
+use crate::linalg::{take, tasks, with_wide_registers};
+use crate::report::CurveStatus;
+
+/// Completed control polygons.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    /// All control points, where those of the polygons were; known ones bit for bit. Refused curves are as they were.
+    pub coords: Vec<f64>,
+    /// The energy of every curve, summed over coordinates; NaN for refused ones.
+    pub energies: Vec<f64>,
+    /// [`CurveStatus::Converged`], [`CurveStatus::NotUnique`], or that of the refusal.
+    pub statuses: Vec<CurveStatus>,
+    /// The curves refused, in order, and why.
+    pub refusals: Vec<(usize, Refusal)>,
+}
+
+/// Completes control polygons of any degrees and patterns in one call, in 1 to 4 dimensions: U = W G a curve, where [`Completion`](super::Completion)
+/// has W, which is found once for every degree and pattern.
+///
+/// On the CPU control points are good to rounding: about 1e-15 of the largest Σ|W||G|, at degree 30 as at degree 3. On a GPU all curves are
+/// completed in one dispatch a chunk, in f32 unless the device is asked for f64.
+///
+/// ```
+/// use faircurve::{Device, bezier::{Energy, Given, Polygons, complete}};
+///
+/// // A cubic without its third control point.
+/// let polygons = Polygons { dimension: 2, coords: &[0.0, 0.0, 1.0, 2.0, f64::NAN, f64::NAN, 3.0, 0.0], offsets: &[0, 4] };
+/// let given = Given { known: Some(&[true, true, false, true]), ..Given::default() };
+/// let solved = complete(&polygons, &given, &Energy::bending(), &Device::cpu())?;
+/// assert_eq!(solved.coords[4..6], [2.0, 1.0]);
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// # Errors
+/// Arrays that do not fit together, an energy without a positive weight; on a GPU what becomes of submissions. A curve that cannot be completed is
+/// [refused](Solved::refusals) by itself.
+pub fn complete(polygons: &Polygons, given: &Given, energy: &Energy, device: &Device) -> Result<Solved> {
+    polygons.check()?;
+    given.check(polygons)?;
+    energy.check()?;
+    let job = Job::new(polygons, given, energy);
+    let mut solved = Solved {
+        coords: polygons.coords.to_vec(),
+        energies: vec![f64::NAN; polygons.len()],
+        statuses: vec![CurveStatus::Invalid; polygons.len()],
+        refusals: Vec::new(),
+    };
+    let outcomes = match device.as_gpu() {
+        Some(gpu) => {
+            let precision = device.kernel_precision(gpu, true)?;
+            match polygons.dimension {
+                1 => complete_on_gpu::<1>(gpu, precision, &job, &mut solved)?,
+                2 => complete_on_gpu::<2>(gpu, precision, &job, &mut solved)?,
+                3 => complete_on_gpu::<3>(gpu, precision, &job, &mut solved)?,
+                _ => complete_on_gpu::<4>(gpu, precision, &job, &mut solved)?,
+            }
+        }
+        None => match polygons.dimension {
+            1 => job.run::<1>(&mut solved),
+            2 => job.run::<2>(&mut solved),
+            3 => job.run::<3>(&mut solved),
+            _ => job.run::<4>(&mut solved),
+        },
+    };
+    for (i, outcome) in outcomes.into_iter().enumerate() {
+        match outcome {
+            Ok(status) => solved.statuses[i] = status,
+            Err(refusal) => {
+                solved.statuses[i] = refusal.status();
+                solved.energies[i] = f64::NAN;
+                let own = polygons.offsets[i] * polygons.dimension..polygons.offsets[i + 1] * polygons.dimension;
+                solved.coords[own.clone()].copy_from_slice(&polygons.coords[own]);
+                solved.refusals.push((i, refusal));
+            }
+        }
+    }
+    Ok(solved)
+}
+
+/// What became of a curve.
+pub(super) type Outcome = Result<CurveStatus, Refusal>;
+
+/// Polygons with everything that is computed once a pattern.
+pub(super) struct Job<'a> {
+    pub polygons: Polygons<'a>,
+    given: Given<'a>,
+    pub ready: Vec<Option<Ready>>,
+    numbers: HashMap<Pattern, u32>,
+}
+
+impl<'a> Job<'a> {
+    fn new(polygons: &Polygons<'a>, given: &Given<'a>, energy: &Energy) -> Self {
+        let mut job = Job { polygons: *polygons, given: *given, ready: Vec::new(), numbers: HashMap::new() };
+        let parts: Vec<HashSet<Pattern>> = tasks(polygons.offsets)
+            .into_par_iter()
+            .map(|curves| {
+                let mut last = None;
+                let mut found = HashSet::new();
+                for pattern in curves.filter_map(|i| job.pattern(i).ok()) {
+                    if last.replace(pattern) != Some(pattern) {
+                        found.insert(pattern);
+                    }
+                }
+                found
+            })
+            .collect();
+        let mut patterns: Vec<Pattern> = parts.into_iter().flatten().collect();
+        patterns.par_sort_unstable();
+        patterns.dedup();
+        let mut degrees: Vec<usize> = patterns.iter().map(Pattern::degree).collect();
+        degrees.dedup();
+        let forms: HashMap<usize, Form> = degrees.into_par_iter().map(|d| (d, Form::new(energy, d))).collect();
+        job.numbers = patterns.iter().enumerate().map(|(number, &pattern)| (pattern, number as u32)).collect();
+        job.ready = patterns.into_par_iter().map(|own| Ready::new(own, &forms[&own.degree()])).collect();
+        job
+    }
+
+    /// What is given of a curve.
+    fn pattern(&self, i: usize) -> Result<Pattern, Refusal> {
+        let points = self.polygons.offsets[i]..self.polygons.offsets[i + 1];
+        match points.len() {
+            0 => return Err(Refusal::Empty),
+            count if count > MOST_DEGREE + 1 => return Err(Refusal::Degree(count)),
+            _ => {}
+        }
+        let mut pattern = match self.given.known {
+            Some(known) => Pattern::new(&known[points]),
+            None => Pattern::new(&[true; MOST_DEGREE + 1][..points.len()]),
+        };
+        for (end, r) in [0, 1].into_iter().flat_map(|end| [1, 2, 3].map(|r| (end, r))) {
+            if self.derivative(i, end, r).is_some() {
+                pattern = pattern.with_derivative(end, r);
+            }
+        }
+        Ok(pattern)
+    }
+
+    /// The number of a curve's pattern. `last` holds that of the curve before, which mostly is the same.
+    pub fn number(&self, i: usize, last: &mut Option<(Pattern, u32)>) -> Result<u32, Refusal> {
+        let pattern = self.pattern(i)?;
+        match *last {
+            Some((before, number)) if before == pattern => Ok(number),
+            _ => {
+                let number = self.numbers[&pattern];
+                *last = Some((pattern, number));
+                Ok(number)
+            }
+        }
+    }
+
+    fn derivative(&self, i: usize, end: usize, r: usize) -> Option<&[f64]> {
+        let dimension = self.polygons.dimension;
+        let vector = &self.given.derivatives[end][r - 1]?[i * dimension..(i + 1) * dimension];
+        (!vector[0].is_nan()).then_some(vector)
+    }
+
+    /// Collects what is given of a curve of this pattern, points relative to the first known one, which is returned: 0 where there
+    /// is none. Lengths of directions are found here.
+    #[inline(always)]
+    pub fn gather<const D: usize>(
+        &self,
+        i: usize,
+        ready: &Ready,
+        data: &mut Vec<[f64; D]>,
+    ) -> Result<[f64; D], Refusal> {
+        let (points, _) = self.polygons.points(i).as_chunks::<D>();
+        data.clear();
+        let origin = ready.known.first().map_or([0.0; D], |&first| points[usize::from(first)]);
+        for &place in &ready.known {
+            let point = points[usize::from(place)];
+            if let Some(axis) = point.iter().position(|x| !x.is_finite()) {
+                return Err(Refusal::Value(place.into(), axis, point[axis]));
+            }
+            data.push(std::array::from_fn(|c| point[c] - origin[c]));
+        }
+        for (end, r) in ready.pattern.derivatives() {
+            let vector = self.derivative(i, end, r).expect("the pattern says so");
+            if vector.iter().any(|x| !x.is_finite()) {
+                return Err(Refusal::Derivative(end, r));
+            }
+            data.push(std::array::from_fn(|c| vector[c]));
+        }
+        if self.given.directions
+            && let Some(speeds) = &ready.speeds
+        {
+            self.set_speeds(speeds, data)?;
+        }
+        Ok(origin)
+    }
+
+    fn set_speeds<const D: usize>(
+        &self,
+        speeds: &super::directions::Speeds,
+        data: &mut [[f64; D]],
+    ) -> Result<(), Refusal> {
+        for (end, column) in speeds.columns.iter().enumerate() {
+            if column.is_some_and(|column| data[column].iter().all(|&x| x == 0.0)) {
+                return Err(Refusal::NoDirection(end));
+            }
+        }
+        match speeds.find(data) {
+            Found::Any => Ok(()),
+            Found::Still(end) => Err(Refusal::Still(end)),
+            Found::Speeds(found) => {
+                for (column, speed) in speeds.columns.iter().zip(found) {
+                    if let &Some(column) = column {
+                        data[column] = data[column].map(|x| speed * x);
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Completes all curves on all threads.
+    fn run<const D: usize>(&self, solved: &mut Solved) -> Vec<Outcome> {
+        let offsets = self.polygons.offsets;
+        let (mut coords, mut energies) = (&mut solved.coords[..], &mut solved.energies[..]);
+        let parts: Vec<Part<D>> = tasks(offsets)
+            .into_iter()
+            .map(|curves| Part {
+                job: self,
+                coords: take(&mut coords, (offsets[curves.end] - offsets[curves.start]) * D),
+                energies: take(&mut energies, curves.len()),
+                curves,
+            })
+            .collect();
+        let outcomes = parts.into_par_iter().flat_map_iter(|part| match with_wide_registers(part) {
+            Ok(outcomes) => outcomes,
+            Err(part) => part.run(),
+        });
+        outcomes.collect()
+    }
+}
+
+/// Curves one after the other.
+struct Part<'a, const D: usize> {
+    job: &'a Job<'a>,
+    curves: std::ops::Range<usize>,
+    coords: &'a mut [f64],
+    energies: &'a mut [f64],
+}
+
+impl<const D: usize> Part<'_, D> {
+    #[inline(always)]
+    fn run(self) -> Vec<Outcome> {
+        let Part { job, curves, coords, energies } = self;
+        let (mut points, _) = coords.as_chunks_mut::<D>();
+        let mut data = Vec::with_capacity(MOST_DATA);
+        let mut last = None;
+        let mut outcomes = Vec::with_capacity(curves.len());
+        for (i, energy) in curves.zip(energies) {
+            let own = take(&mut points, job.polygons.offsets[i + 1] - job.polygons.offsets[i]);
+            outcomes.push(job.number(i, &mut last).and_then(|number| {
+                let ready = job.ready[number as usize].as_ref().ok_or(Refusal::Contradiction)?;
+                let origin = job.gather(i, ready, &mut data)?;
+                *energy = ready.complete(&data, &origin, |place, point| own[place] = point);
+                ready.status(own.as_flattened(), *energy)
+            }));
+        }
+        outcomes
+    }
+}
+
+impl<const D: usize> pulp::WithSimd for Part<'_, D> {
+    type Output = Vec<Outcome>;
+    #[inline(always)]
+    fn with_simd<Registers: pulp::Simd>(self, _: Registers) -> Vec<Outcome> {
+        self.run()
+    }
+}
+
+impl Ready {
+    /// What a completed curve is.
+    #[inline(always)]
+    pub fn status(&self, coords: &[f64], energy: f64) -> Outcome {
+        match (coords.iter().all(|x| x.is_finite()) && energy.is_finite(), self.is_unique) {
+            (false, _) => Err(Refusal::Overflow),
+            (true, true) => Ok(CurveStatus::Converged),
+            (true, false) => Ok(CurveStatus::NotUnique),
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! Chains of Béziers behind the trait [`Curve`].
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::MOST_DEGREE;
+use crate::batch::CurveBatch;
+use crate::curve::{Curve, Jet, MAX_HALVINGS, Polygon, Sampling, push_beziers, vector};
+use crate::report::CurveSet;
+
+/// Control points of chains of Béziers, each of its own degree: pieces share their joints, and a closed chain does not repeat its first point.
+#[derive(Clone, Debug)]
+pub(super) struct Chains {
+    pub control: CurveBatch,
+    /// Of the pieces of each curve; none for a curve that could not be completed.
+    pub degrees: Vec<Option<usize>>,
+    /// Parameters of the joints of each curve; without them 0, 1, 2 ….
+    pub knots: Option<Vec<Vec<f64>>>,
+}
+
+impl Chains {
+    /// Number of pieces of curve `i`.
+    pub fn pieces(&self, i: usize) -> usize {
+        let points = self.control.count(i);
+        match (self.degrees[i], self.control.is_closed(i)) {
+            (None, _) => 0,
+            (Some(0), _) => 1,
+            (Some(degree), true) => points / degree,
+            (Some(degree), false) => (points - 1) / degree,
+        }
+    }
+
+    /// The coordinates of the control points of a piece.
+    pub fn piece(&self, i: usize, piece: usize) -> impl Iterator<Item = &[f64]> {
+        let (points, d, degree) = (self.control.points(i), self.control.dimension(), self.degrees[i].unwrap_or(0));
+        let count = points.len() / d;
+        (piece * degree..=(piece + 1) * degree).map(move |k| &points[k % count * d..][..d])
+    }
+
+    fn sample(&self, i: usize, sampling: Sampling) -> (Vec<f64>, Vec<f64>) {
+        let curve = self.curve(i);
+        let knots = curve.knots();
+        let mut coords = Vec::new();
+        let at = |&(span, u): &(usize, f64)| match span + 1 < knots.len() {
+            true => knots[span] + u * (knots[span + 1] - knots[span]),
+            false => span as f64,
+        };
+        let sites = curve.sites(sampling);
+        if !curve.is_fitted() {
+            return (self.control.points(i).to_vec(), sites.iter().map(at).collect());
+        }
+        for &(span, u) in &sites {
+            coords.extend_from_slice(&curve.jet(span, u).point.to_array()[..self.control.dimension()]);
+        }
+        (coords, sites.iter().map(at).collect())
+    }
+}
+
+impl CurveSet for Chains {
+    fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
+        match self.degrees[i] {
+            Some(degree) => Box::new(Chain { chains: self, i, degree }),
+            None => {
+                let (dimension, closed) = (self.control.dimension(), self.control.is_closed(i));
+                Box::new(Polygon { coords: self.control.points(i), dimension, closed })
+            }
+        }
+    }
+
+    fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        let curves = 0..self.control.len();
+        let samples = curves.clone().into_par_iter().with_min_len(64).map(|i| self.sample(i, sampling)).collect();
+        let end = |i: usize| self.degrees[i].map(|_| self.curve(i).domain().1);
+        let problems = curves.clone().filter_map(|i| Some((i, self.control.problem(i)?.clone()))).collect();
+        let closed = curves.map(|i| self.control.is_closed(i)).collect();
+        CurveBatch::from_samples(
+            self.control.dimension(),
+            samples,
+            end,
+            closed,
+            problems,
+            self.control.origin().clone(),
+        )
+    }
+}
+
+struct Chain<'a> {
+    chains: &'a Chains,
+    i: usize,
+    degree: usize,
+}
+
+impl Curve for Chain<'_> {
+    fn dimension(&self) -> usize {
+        self.chains.control.dimension()
+    }
+
+    fn is_closed(&self) -> bool {
+        self.chains.control.is_closed(self.i)
+    }
+
+    fn knots(&self) -> Cow<'_, [f64]> {
+        match &self.chains.knots {
+            Some(knots) => Cow::Borrowed(&knots[self.i]),
+            None => Cow::Owned((0..=self.chains.pieces(self.i)).map(|k| k as f64).collect()),
+        }
+    }
+
+    fn spans(&self) -> usize {
+        self.chains.pieces(self.i)
+    }
+
+    fn jet(&self, span: usize, u: f64) -> Jet {
+        let mut points = [DVec3::ZERO; MOST_DEGREE + 1];
+        self.chains.piece(self.i, span).zip(&mut points).for_each(|(coords, point)| *point = vector(coords));
+        let length = self.chains.knots.as_ref().map_or(1.0, |knots| knots[self.i][span + 1] - knots[self.i][span]);
+        de_casteljau(&mut points[..=self.degree], u, length)
+    }
+
+    fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
+        let pieces = 0..self.spans();
+        if self.degree > 3 {
+            let (knots, mut made) = (self.knots(), Vec::new());
+            pieces.for_each(|k| {
+                push_beziers(self, k, knots[k + 1] - knots[k], (0.0, 1.0), tolerance, MAX_HALVINGS, &mut made);
+            });
+            return made;
+        }
+        let cubic = |piece| {
+            let points: Vec<DVec3> = self.chains.piece(self.i, piece).map(vector).collect();
+            match points[..] {
+                [a] => [a; 4],
+                [a, b] => [a, a.lerp(b, 1.0 / 3.0), b.lerp(a, 1.0 / 3.0), b],
+                [a, b, c] => [a, a.lerp(b, 2.0 / 3.0), c.lerp(b, 2.0 / 3.0), c],
+                _ => [points[0], points[1], points[2], points[3]],
+            }
+        };
+        pieces.map(cubic).collect()
+    }
+}
+
+/// Point and derivatives of a Bézier curve at the fraction `u` of a span of this length; the control points are overwritten.
+///
+/// The last columns of the triangle hold the differences that the derivatives are: X⁽ʳ⁾ = d!/(d−r)! Δʳ over what is left of r + 1 points.
+fn de_casteljau(points: &mut [DVec3], u: f64, length: f64) -> Jet {
+    let degree = points.len() - 1;
+    let mut jet = Jet::default();
+    for left in (0..=degree).rev() {
+        // left + 1 points are left.
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| points[k.min(degree)]);
+        let falling = |r: usize| (0..r).map(|k| (degree - k) as f64).product::<f64>() / length.powi(r as i32);
+        match left {
+            3 => jet.third = falling(3) * (d - 3.0 * c + 3.0 * b - a),
+            2 => jet.second = falling(2) * (c - 2.0 * b + a),
+            1 => jet.first = falling(1) * (b - a),
+            _ => {}
+        }
+        for k in 0..left {
+            // The ends are met bit for bit.
+            points[k] = if u == 1.0 { points[k + 1] } else { points[k].lerp(points[k + 1], u) };
+        }
+    }
+    jet.point = points[0];
+    jet
+}

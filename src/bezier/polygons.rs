@@ -1,0 +1,107 @@
+//! [`Polygons`]: ragged batches of control polygons, and what is given of them.
+
+use crate::error::{Error, Result};
+
+/// Control polygons of many Bézier curves, each of its own degree, borrowed: curve i has the control points `offsets[i] .. offsets[i + 1]`.
+#[derive(Clone, Copy, Debug)]
+pub struct Polygons<'a> {
+    /// Coordinates of a point, 1 to 4.
+    pub dimension: usize,
+    /// Point after point.
+    pub coords: &'a [f64],
+    /// First point of every curve, and the number of all points at the end.
+    pub offsets: &'a [usize],
+}
+
+/// Control polygons, or points of curves, of one's own: as [`Polygons`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Controls {
+    /// Coordinates of a point.
+    pub dimension: usize,
+    /// Point after point.
+    pub coords: Vec<f64>,
+    /// First point of every curve, and the number of all points at the end.
+    pub offsets: Vec<usize>,
+}
+
+impl Controls {
+    /// The same, borrowed.
+    pub fn polygons(&self) -> Polygons<'_> {
+        Polygons { dimension: self.dimension, coords: &self.coords, offsets: &self.offsets }
+    }
+
+    /// The coordinates of curve `i`.
+    pub fn points(&self, i: usize) -> &[f64] {
+        &self.coords[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
+    }
+}
+
+/// What is given of the curves. By default all control points are.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Given<'a> {
+    /// Whether each control point is known; what stands at the others is not read.
+    pub known: Option<&'a [bool]>,
+    /// X⁽ʳ⁾(0) at \[0\]\[r−1\] and X⁽ʳ⁾(1) at \[1\]\[r−1\], one vector a curve; free where its first component is NaN.
+    pub derivatives: [[Option<&'a [f64]>; 3]; 2],
+    /// Whether first derivatives are directions only, their lengths chosen so that the energy is least.
+    pub directions: bool,
+}
+
+impl Polygons<'_> {
+    /// Number of curves.
+    pub fn len(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// Whether there is no curve at all.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The coordinates of curve `i`.
+    pub fn points(&self, i: usize) -> &[f64] {
+        &self.coords[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
+    }
+
+    /// Number of control points of curve `i`.
+    pub fn count(&self, i: usize) -> usize {
+        self.offsets[i + 1] - self.offsets[i]
+    }
+
+    pub(super) fn check(&self) -> Result<()> {
+        let (dimension, points) = (self.dimension, self.coords.len() / self.dimension.max(1));
+        if !(1..=4).contains(&dimension) {
+            return Err(Error::Batch(format!("control points have {dimension} coordinates; 1 to 4 are possible")));
+        }
+        if points * dimension != self.coords.len() {
+            let length = self.coords.len();
+            return Err(Error::Batch(format!("{length} coordinates are no whole number of {dimension}-D points")));
+        }
+        let increase = self.offsets.windows(2).all(|pair| pair[0] <= pair[1]);
+        if self.offsets.first() != Some(&0) || self.offsets.last() != Some(&points) || !increase {
+            return Err(Error::Batch(format!(
+                "the offsets of {points} control points must begin with 0, never decrease, and end with {points}"
+            )));
+        }
+        Ok(())
+    }
+}
+
+impl Given<'_> {
+    pub(super) fn check(&self, polygons: &Polygons) -> Result<()> {
+        let points = polygons.offsets[polygons.len()];
+        if let Some(known) = self.known.filter(|known| known.len() != points) {
+            return Err(Error::Batch(format!("{} known flags for {points} points: give one a point", known.len())));
+        }
+        let wanted = polygons.len() * polygons.dimension;
+        for column in self.derivatives.iter().flatten().flatten() {
+            if column.len() != wanted {
+                let found = column.len();
+                return Err(Error::Batch(format!(
+                    "{found} numbers for {wanted} of derivatives: give one vector a curve"
+                )));
+            }
+        }
+        Ok(())
+    }
+}

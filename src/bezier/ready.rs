@@ -1,0 +1,77 @@
+//! [`Ready`]: a completion in numbers, for the curves of one pattern.
+
+use super::energy::Energy;
+use super::exact::{Matrix, to_f64};
+use super::operator::Operator;
+use super::pattern::{Completion, MOST_DERIVATIVE, Pattern};
+use super::{MOST_DEGREE, directions::Speeds};
+
+/// At most so much is given of a curve.
+pub(super) const MOST_DATA: usize = MOST_DEGREE + 1 + 2 * MOST_DERIVATIVE;
+
+/// The energy of a degree.
+pub(super) struct Form {
+    matrix: Matrix,
+    factor: Vec<f64>,
+}
+
+impl Form {
+    pub fn new(energy: &Energy, degree: usize) -> Self {
+        Form { matrix: energy.matrix(degree), factor: energy.factor(degree) }
+    }
+}
+
+/// A completion with the energy of what it completes: rows of W for the unknown points, then rows of F W, whose squares are the energy.
+///
+/// It is applied to what is given relative to the first known point o: U = W (G − o) + o W 1, so that coordinates far from 0 keep
+/// their digits. Constants have no energy.
+#[derive(Clone, Debug)]
+pub(super) struct Ready {
+    pub pattern: Pattern,
+    pub known: Vec<u8>,
+    pub unknown: Vec<u8>,
+    pub operator: Operator<f64>,
+    /// W 1, over the known points.
+    pub sums: Vec<f64>,
+    pub is_unique: bool,
+    /// Where first derivatives are given.
+    pub speeds: Option<Speeds>,
+}
+
+impl Ready {
+    /// `None` where what is given contradicts itself or is given twice.
+    pub fn new(pattern: Pattern, Form { matrix, factor }: &Form) -> Option<Self> {
+        let completion = Completion::of_matrix(pattern, matrix)?;
+        let width = pattern.degree() + 1;
+        let weights = completion.weights();
+        let (unknown, columns) = (weights.rows(), pattern.data());
+        let known: Vec<u8> = pattern.known().map(|i| i as u8).collect();
+        let all = Operator::<f64>::from_exact(&completion.all());
+        let energy_rows = factor.len() / width;
+        let of_energy = |k: usize, j: usize| (0..width).map(|i| factor[k * width + i] * all.at(i, j)).sum::<f64>();
+        let operator = Operator::from_fn(unknown + energy_rows, columns, |i, j| match i < unknown {
+            true => weights.f64_at(i, j),
+            false => of_energy(i - unknown, j),
+        });
+        let sums = (0..unknown).map(|i| to_f64(&(0..known.len()).map(|j| weights.at(i, j)).sum())).collect();
+        let speeds = Speeds::new(&pattern, &operator, unknown);
+        let unknown = pattern.unknown().map(|i| i as u8).collect();
+        Some(Ready { pattern, known, unknown, operator, sums, is_unique: completion.is_unique(), speeds })
+    }
+
+    /// Completes a curve: `data` relative to `origin`. Hands out the unknown points by their numbers; returns the energy.
+    #[inline(always)]
+    pub fn complete<const D: usize>(
+        &self,
+        data: &[[f64; D]],
+        origin: &[f64; D],
+        mut put: impl FnMut(usize, [f64; D]),
+    ) -> f64 {
+        let mut energy = 0.0;
+        self.operator.apply(data, |row, point| match self.unknown.get(row) {
+            Some(&place) => put(place.into(), std::array::from_fn(|c| point[c] + self.sums[row] * origin[c])),
+            None => energy += point.iter().map(|x| x * x).sum::<f64>(),
+        });
+        energy
+    }
+}

@@ -1,0 +1,169 @@
+//! [`Complete`]: every curve of a batch is the control polygon of one Bézier curve.
+
+use super::complete::complete;
+use super::completed::Completed;
+use super::curves::Chains;
+use super::energy::Energy;
+use super::polygons::{Given, Polygons};
+use crate::batch::CurveBatch;
+use crate::device::Device;
+use crate::error::{Error, Result};
+use crate::report::{CurveReport, CurveStatus};
+
+/// What the tangents of a batch (columns `tx ty tz`) say of the ends of a Bézier curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EndTangents {
+    /// The derivatives X′(0) and X′(1), in units of length: d (P₁ − P₀) and d (P_d − P_{d−1}).
+    #[default]
+    Derivatives,
+    /// Directions only; the speeds |X′| are those of least energy.
+    Directions,
+}
+
+/// Completes Bézier curves: every curve of the batch is a control polygon, of degree one less than its points, whose unknown points
+/// ([`Constraints::known`](crate::Constraints), all known where the batch says nothing) are those of least energy.
+///
+/// Tangents at the first and the last point are kept. A closed curve returns to its first point, which must be known. Parameters and weights
+/// mean nothing here. Fewer known points (and derivatives) than the order of the energy leave a curve undetermined: then the unknown points are those of
+/// least Σ|Pᵢ|², and the curve is `not_unique`.
+///
+/// ```
+/// use faircurve::{Constraints, CurveBatch, Device, bezier::Complete};
+///
+/// let points = [[0.0, 0.0], [1.0, 2.0], [f64::NAN; 2], [3.0, 0.0]];
+/// let known = Constraints { known: Some(vec![true, true, false, true]), ..Constraints::default() };
+/// let batch = CurveBatch::from_slices(&[&points[..]])?.with_constraints(known)?;
+/// let completed = Complete::default().fit(&batch, &Device::cpu())?;
+/// assert_eq!(completed.control_points().points(0)[4..6], [2.0, 1.0]);
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Complete {
+    /// What is made least; ∫|X″|² dt by default.
+    pub energy: Energy,
+    /// What tangents say; derivatives by default.
+    pub tangents: EndTangents,
+}
+
+impl Complete {
+    /// Completes a batch. Each curve has a status; one that cannot be completed stays as it is.
+    ///
+    /// # Errors
+    /// An energy that weighs nothing; exponents or curvature vectors in the batch, which have no meaning here; on a GPU what becomes of
+    /// submissions.
+    pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Completed> {
+        check_constraints(batch)?;
+        let job = Job::of(batch);
+        let polygons = Polygons { dimension: batch.dimension(), coords: &job.coords, offsets: &job.offsets };
+        let [first, last] = &job.tangents;
+        let given = Given {
+            known: Some(&job.known),
+            derivatives: [[first.as_deref(), None, None], [last.as_deref(), None, None]],
+            directions: self.tangents == EndTangents::Directions,
+        };
+        let solved = complete(&polygons, &given, &self.energy, device)?;
+        let mut refusals = solved.refusals.iter().peekable();
+        let mut reports = Vec::with_capacity(batch.len());
+        let mut coords = Vec::with_capacity(batch.coords().len());
+        for i in 0..batch.len() {
+            let refusal = refusals.next_if(|&&(refused, _)| refused == i);
+            let trouble = job.troubles[i].clone().or_else(|| {
+                let (_, refusal) = refusal?;
+                let (point, what) = refusal.sentence(batch.count(i));
+                Some((refusal.status(), batch.sentence(i, point, &what)))
+            });
+            match trouble {
+                Some((status, message)) => {
+                    reports.push(CurveReport::unfitted(status, message));
+                    coords.extend_from_slice(batch.points(i));
+                }
+                None => {
+                    let status = solved.statuses[i];
+                    reports.push(CurveReport { status, ..CurveReport::solved(solved.energies[i]) });
+                    let start = job.offsets[i] * batch.dimension();
+                    coords.extend_from_slice(&solved.coords[start..start + batch.points(i).len()]);
+                }
+            }
+        }
+        let degrees = (0..batch.len())
+            .map(|i| reports[i].status.is_usable().then(|| job.offsets[i + 1] - job.offsets[i] - 1))
+            .collect();
+        let control = batch.with_points(coords, batch.offsets().to_vec());
+        Ok(Completed { chains: Chains { control, degrees, knots: None }, reports, device: device.describe(true)? })
+    }
+}
+
+/// Refuses what Béziers know nothing of.
+pub(super) fn check_constraints(batch: &CurveBatch) -> Result<()> {
+    let constraints = batch.constraints();
+    if constraints.curvatures.is_some() || constraints.exponents.is_some() {
+        return Err(Error::argument(
+            "Bézier curves know neither curvature vectors (columns kx ky kz) nor exponents (column nu): leave them out",
+        ));
+    }
+    Ok(())
+}
+
+/// The batch as polygons: closed curves with their first point repeated, those with a problem without points.
+struct Job {
+    coords: Vec<f64>,
+    offsets: Vec<usize>,
+    known: Vec<bool>,
+    /// At the start and at the end, one a curve, NaN where there is none.
+    tangents: [Option<Vec<f64>>; 2],
+    troubles: Vec<Option<(CurveStatus, String)>>,
+}
+
+impl Job {
+    fn of(batch: &CurveBatch) -> Self {
+        let d = batch.dimension();
+        let column = || batch.constraints().tangents.as_ref().map(|_| vec![f64::NAN; batch.len() * d]);
+        let mut job = Job {
+            coords: Vec::with_capacity(batch.coords().len()),
+            offsets: vec![0],
+            known: Vec::with_capacity(batch.total_points()),
+            tangents: [column(), column()],
+            troubles: Vec::with_capacity(batch.len()),
+        };
+        for i in 0..batch.len() {
+            let trouble = trouble(batch, i);
+            if trouble.is_none() {
+                job.coords.extend_from_slice(batch.points(i));
+                let (from, count) = (batch.offsets()[i], batch.count(i));
+                let known = batch.constraints().known.as_ref();
+                job.known.extend((from..from + count).map(|k| known.is_none_or(|known| known[k])));
+                if batch.is_closed(i) {
+                    job.coords.extend_from_slice(&batch.points(i)[..d]);
+                    job.known.push(true);
+                }
+                let last = if batch.is_closed(i) { None } else { count.checked_sub(1) };
+                for (column, point) in job.tangents.iter_mut().zip([(count > 0).then_some(0), last]) {
+                    if let (Some(column), Some(tangent)) = (column, point.and_then(|k| batch.tangent(i, k))) {
+                        column[i * d..(i + 1) * d].copy_from_slice(tangent);
+                    }
+                }
+            }
+            job.troubles.push(trouble);
+            job.offsets.push(job.known.len());
+        }
+        job
+    }
+}
+
+/// Why a curve cannot be tried at all.
+fn trouble(batch: &CurveBatch, i: usize) -> Option<(CurveStatus, String)> {
+    if let Some(problem) = batch.problem(i) {
+        return Some((problem.status, problem.message.clone()));
+    }
+    let count = batch.count(i);
+    let known = |k: usize| batch.constraints().known.as_ref().is_none_or(|known| known[batch.offsets()[i] + k]);
+    if batch.is_closed(i) && !known(0) {
+        let what = "a closed curve returns to its first control point, which must be known: mark it as known, or open the curve";
+        return Some((CurveStatus::Invalid, batch.sentence(i, 0, what)));
+    }
+    let inner = if batch.is_closed(i) { 1..count } else { 1..count.saturating_sub(1) };
+    let point = inner.into_iter().find(|&k| batch.tangent(i, k).is_some())?;
+    let what =
+        "it has a tangent, but only the ends of a Bézier curve may have one: leave it out, or divide the curve there";
+    Some((CurveStatus::Invalid, batch.sentence(i, point, what)))
+}
