@@ -62,6 +62,17 @@ impl Matrix {
         Matrix::from_fn(self.columns, self.rows, |i, j| self.at(j, i).clone())
     }
 
+    /// The same with every fraction reduced.
+    pub(super) fn reduced(&self) -> Matrix {
+        Matrix::from_fn(self.rows, self.columns, |i, j| self.at(i, j).reduced())
+    }
+
+    /// The least multiple of whole numbers.
+    pub(super) fn whole(&self) -> Matrix {
+        let common = common_denominator(&self.entries);
+        Matrix::from_fn(self.rows, self.columns, |i, j| self.at(i, j) * &common)
+    }
+
     /// This + weight · other.
     pub(super) fn plus(&self, weight: &BigRational, other: &Matrix) -> Matrix {
         Matrix::from_fn(self.rows, self.columns, |i, j| self.at(i, j) + weight * other.at(i, j))
@@ -105,7 +116,12 @@ pub(super) fn solve(system: &Matrix, unknowns: usize) -> Option<Solutions> {
         return None;
     }
     let row_of = |column: usize| pivots.iter().position(|&pivot| pivot == column);
-    let entry = |i: usize, column: usize| row_of(i).map(|row| ratio(rows[row][column].clone(), denominator.clone()));
+    // Reduced fractions would take longer than all the rest.
+    let entry = |i: usize, column: usize| {
+        let numerator = &rows[row_of(i)?][column];
+        let numerator = if denominator.is_negative() { -numerator } else { numerator.clone() };
+        Some(BigRational::new_raw(numerator, denominator.abs()))
+    };
     let particular = Matrix::from_fn(unknowns, system.columns - unknowns, |i, j| {
         entry(i, unknowns + j).unwrap_or_else(BigRational::zero)
     });
@@ -117,10 +133,15 @@ pub(super) fn solve(system: &Matrix, unknowns: usize) -> Option<Solutions> {
     Some(Solutions { particular, free })
 }
 
+fn common_denominator(entries: &[BigRational]) -> BigInt {
+    let fractions = entries.iter().filter(|x| !x.is_integer());
+    fractions.fold(BigInt::one(), |common, x| common.lcm(x.denom()))
+}
+
 /// A row times the least number that makes it whole.
 fn integers(system: &Matrix, i: usize) -> Vec<BigInt> {
     let row = &system.entries[i * system.columns..(i + 1) * system.columns];
-    let common = row.iter().fold(BigInt::one(), |common, x| common.lcm(x.denom()));
+    let common = common_denominator(row);
     row.iter().map(|x| x.numer() * (&common / x.denom())).collect()
 }
 

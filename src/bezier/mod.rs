@@ -24,6 +24,7 @@ mod complete;
 mod completed;
 mod curves;
 mod directions;
+mod eigen;
 mod energy;
 mod exact;
 mod gpu;
@@ -37,6 +38,7 @@ mod single;
 
 pub use complete::{Solved, complete};
 pub use completed::Completed;
+pub use eigen::Eigenstructure;
 pub use energy::{Energy, energy_matrix, energy_matrix_by_beta};
 pub use exact::Matrix;
 pub use linear::{elevate, evaluate, reduce, split};

@@ -110,7 +110,7 @@ impl Completion {
         Self::of_matrix(pattern, &energy.matrix(pattern.degree()))
     }
 
-    /// The same from M, which all patterns of a degree share.
+    /// The same from M, or a multiple of it, which all patterns of a degree share.
     pub(super) fn of_matrix(pattern: Pattern, matrix: &Matrix) -> Option<Self> {
         let (unknown, known): (Vec<usize>, Vec<usize>) = (pattern.unknown().collect(), pattern.known().collect());
         let rows: Vec<Vec<BigRational>> =
@@ -139,7 +139,12 @@ impl Completion {
     }
 
     /// W: one row an unknown control point, one column a datum.
-    pub fn weights(&self) -> &Matrix {
+    pub fn weights(&self) -> Matrix {
+        self.weights.reduced()
+    }
+
+    /// W, its fractions not reduced.
+    pub(super) fn raw_weights(&self) -> &Matrix {
         &self.weights
     }
 

@@ -9,7 +9,7 @@ use super::{MOST_DEGREE, directions::Speeds};
 /// At most so much is given of a curve.
 pub(super) const MOST_DATA: usize = MOST_DEGREE + 1 + 2 * MOST_DERIVATIVE;
 
-/// The energy of a degree.
+/// The energy of a degree: a multiple of M without fractions, and F.
 pub(super) struct Form {
     matrix: Matrix,
     factor: Vec<f64>,
@@ -17,7 +17,7 @@ pub(super) struct Form {
 
 impl Form {
     pub fn new(energy: &Energy, degree: usize) -> Self {
-        Form { matrix: energy.matrix(degree), factor: energy.factor(degree) }
+        Form { matrix: energy.matrix(degree).whole(), factor: energy.factor(degree) }
     }
 }
 
@@ -43,7 +43,7 @@ impl Ready {
     pub fn new(pattern: Pattern, Form { matrix, factor }: &Form) -> Option<Self> {
         let completion = Completion::of_matrix(pattern, matrix)?;
         let width = pattern.degree() + 1;
-        let weights = completion.weights();
+        let weights = completion.raw_weights();
         let (unknown, columns) = (weights.rows(), pattern.data());
         let known: Vec<u8> = pattern.known().map(|i| i as u8).collect();
         let all = Operator::<f64>::from_exact(&completion.all());
@@ -53,7 +53,12 @@ impl Ready {
             true => weights.f64_at(i, j),
             false => of_energy(i - unknown, j),
         });
-        let sums = (0..unknown).map(|i| to_f64(&(0..known.len()).map(|j| weights.at(i, j)).sum())).collect();
+        // What is unique moves with what is given; the smallest of many does not.
+        let sum = |i: usize| match completion.is_unique() && !known.is_empty() {
+            true => 1.0,
+            false => to_f64(&(0..known.len()).map(|j| weights.at(i, j)).sum()),
+        };
+        let sums = (0..unknown).map(sum).collect();
         let speeds = Speeds::new(&pattern, &operator, unknown);
         let unknown = pattern.unknown().map(|i| i as u8).collect();
         Some(Ready { pattern, known, unknown, operator, sums, is_unique: completion.is_unique(), speeds })
