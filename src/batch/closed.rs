@@ -33,9 +33,11 @@ impl CurveBatch {
         Ok(self)
     }
 
-    fn repeats_first(&self, i: usize) -> bool {
-        let points = self.points(i);
-        points.len() > self.dimension && points[..self.dimension] == points[points.len() - self.dimension..]
+    /// Whether the last point of curve `i` is another than its first, and equal to it. An unknown point repeats none.
+    pub(crate) fn repeats_first(&self, i: usize) -> bool {
+        let (points, d) = (self.points(i), self.dimension);
+        let equal = points.len() > d && points[..d] == points[points.len() - d..];
+        equal && self.is_known(i, 0) && self.is_known(i, self.count(i) - 1)
     }
 
     fn drop_last_points(&mut self, curves: &[usize]) {

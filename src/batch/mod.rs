@@ -1,5 +1,6 @@
 //! [`CurveBatch`]: a ragged batch of point lists, what every method takes and what every sampling returns.
 
+mod check;
 mod closed;
 mod cut;
 mod point;
@@ -120,15 +121,7 @@ impl CurveBatch {
             problems: BTreeMap::new(),
             origin,
         };
-        batch.find_problems(|batch, i| {
-            let dimension = batch.dimension;
-            let bad = batch.points(i).iter().position(|x| !x.is_finite())?;
-            let (point, axis, value) = (bad / dimension, ["x", "y", "z"][bad % dimension], batch.points(i)[bad]);
-            Some((
-                point,
-                format!("{axis} is {value}; every coordinate must be a finite number: mend or remove the point"),
-            ))
-        });
+        batch.check_coordinates();
         Ok(batch)
     }
 
@@ -141,20 +134,7 @@ impl CurveBatch {
     pub fn with_parameters(mut self, parameters: Vec<f64>) -> Result<Self> {
         expect_length("parameters", parameters.len(), self.total_points(), "point")?;
         self.parameters = Some(parameters);
-        self.find_problems(|batch, i| {
-            let t = batch.parameters(i)?;
-            if let Some(point) = t.iter().position(|t| !t.is_finite()) {
-                return Some((point, format!("its parameter is {}; parameters must be finite", t[point])));
-            }
-            let point = t.windows(2).position(|pair| pair[1] < pair[0])? + 1;
-            let (before, here) = (t[point - 1], t[point]);
-            Some((
-                point,
-                format!(
-                    "its parameter decreases from {before} to {here}: sort the points, or leave the parameters out"
-                ),
-            ))
-        });
+        self.check_parameters();
         Ok(self)
     }
 
@@ -175,21 +155,12 @@ impl CurveBatch {
     pub fn with_weights(mut self, weights: Vec<f64>) -> Result<Self> {
         expect_length("weights", weights.len(), self.total_points(), "point")?;
         self.weights = Some(weights);
-        self.find_problems(|batch, i| {
-            let weights = batch.weights(i)?;
-            let point = weights.iter().position(|&w| !(w > 0.0 && w.is_finite()))?;
-            let weight = weights[point];
-            Some((
-                point,
-                format!(
-                    "its weight is {weight}; weights must be positive and finite: remove the point to give it none"
-                ),
-            ))
-        });
+        self.check_weights();
         Ok(self)
     }
 
-    /// Gives the batch its constraints.
+    /// Gives the batch its constraints. Coordinates of points that they call unknown may be anything, also NaN or infinite;
+    /// those of all others must be finite, as ever.
     ///
     /// # Errors
     /// A column whose length is not the number of points (times the dimension, for vectors).
@@ -206,7 +177,11 @@ impl CurveBatch {
         if let Some(column) = &constraints.known {
             expect_length("known flags", column.len(), points, "point")?;
         }
+        let other_points = self.constraints.known != constraints.known;
         self.constraints = constraints;
+        if other_points {
+            self.check_again();
+        }
         Ok(self)
     }
 
@@ -297,6 +272,11 @@ impl CurveBatch {
         Some(&self.weights.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
     }
 
+    /// Whether point `k` of curve `i` is given: every point is, but for those that the constraints call unknown.
+    pub fn is_known(&self, i: usize, k: usize) -> bool {
+        self.constraints.known.as_ref().is_none_or(|known| known[self.offsets[i] + k])
+    }
+
     /// The constraints of the whole batch.
     pub fn constraints(&self) -> &Constraints {
         &self.constraints
@@ -376,19 +356,6 @@ impl CurveBatch {
             problems: self.problems.clone(),
             origin: self.origin.clone(),
             ..*self
-        }
-    }
-
-    /// Records the first problem that `find` sees in each curve that has none yet: the point and what is wrong with it.
-    fn find_problems(&mut self, find: impl Fn(&Self, usize) -> Option<(usize, String)>) {
-        for i in 0..self.len() {
-            if self.problems.contains_key(&i) {
-                continue;
-            }
-            if let Some((point, what)) = find(self, i) {
-                let message = self.sentence(i, point, &what);
-                self.problems.insert(i, Problem { status: CurveStatus::Invalid, message });
-            }
         }
     }
 }

@@ -18,10 +18,10 @@ use super::{InputArgs, Talk, count};
 const MOST_LISTED: usize = 20;
 
 /// Béziers stray from the curve by at most this part of the data's size.
-const BEZIER_TOLERANCE: f64 = 1e-6;
+pub(super) const BEZIER_TOLERANCE: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum Shape {
+pub(super) enum Shape {
     /// Points along the curve
     Polyline,
     /// Chains of cubic Béziers: drawn in SVG, control points in CSV and NPZ
@@ -115,7 +115,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     args.talk.say(format_args!("{volume}: fitted on {} ({})", fit.device(), device.reason()));
     let Seconds { read, fit: fitted, write } = seconds;
     args.talk.detail(format_args!("read in {read:.3} s, fitted in {fitted:.3} s, written in {write:.3} s"));
-    args.list_unusable(&batch, &fit);
+    list_unusable(args.talk, &batch, &fit);
     Ok(fit.usable() == fit.len())
 }
 
@@ -131,20 +131,8 @@ impl FitArgs {
                 "--comb is {scale}; the scale of its quills must be a positive number, such as --comb 2"
             )));
         }
-        let mut outputs = vec![("--output", &*self.output)];
-        outputs.extend(self.report.as_deref().map(|path| ("--report", path)));
-        if let Some(path) = self.picture.as_deref() {
-            let svg = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
-            if !svg && !is_stdio(path) {
-                let path = path.display();
-                return Err(Error::argument(format!(
-                    "--picture {path}: pictures are SVG, give a name that ends in .svg"
-                )));
-            }
-            outputs.push(("--picture", path));
-        }
         io::check_output(&self.output, &self.write_options())?;
-        output::check(&outputs, self.force)
+        check_outputs(&self.output, self.report.as_deref(), self.picture.as_deref(), self.force)
     }
 
     fn write_options(&self) -> WriteOptions {
@@ -160,31 +148,47 @@ impl FitArgs {
         };
         output::write(path, self.force, |out| picture.write(batch, fit, out))
     }
+}
 
-    fn list_unusable(&self, batch: &CurveBatch, fit: &Fit) {
-        let unusable = fit.len() - fit.usable();
-        if unusable == 0 || self.talk.quiet {
-            return;
+/// Checks the places of all files that will be written, and that the picture's name is that of an SVG file.
+pub(super) fn check_outputs(output: &Path, report: Option<&Path>, picture: Option<&Path>, force: bool) -> Result<()> {
+    let mut outputs = vec![("--output", output)];
+    outputs.extend(report.map(|path| ("--report", path)));
+    if let Some(path) = picture {
+        let svg = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
+        if !svg && !is_stdio(path) {
+            let path = path.display();
+            return Err(Error::argument(format!("--picture {path}: pictures are SVG, give a name that ends in .svg")));
         }
-        let (are, total) = (if unusable == 1 { "is" } else { "are" }, count(fit.len(), "curve"));
-        self.talk.say(format_args!("{unusable} of {total} {are} not usable:"));
-        let most = if self.talk.verbose { usize::MAX } else { MOST_LISTED };
-        let reports = fit.reports().iter().enumerate().filter(|(_, report)| !report.status.is_usable());
-        for (i, report) in reports.take(most) {
-            let word = report.status.word();
-            match &report.message {
-                Some(message) => eprintln!("  {word}: {message}"),
-                None => eprintln!("  {word}: curve {}", batch.name(i)),
-            }
+        outputs.push(("--picture", path));
+    }
+    output::check(&outputs, force)
+}
+
+/// Lists the curves that are not usable, and why.
+pub(super) fn list_unusable(talk: Talk, batch: &CurveBatch, fit: &Fit) {
+    let unusable = fit.len() - fit.usable();
+    if unusable == 0 || talk.quiet {
+        return;
+    }
+    let (are, total) = (if unusable == 1 { "is" } else { "are" }, count(fit.len(), "curve"));
+    talk.say(format_args!("{unusable} of {total} {are} not usable:"));
+    let most = if talk.verbose { usize::MAX } else { MOST_LISTED };
+    let reports = fit.reports().iter().enumerate().filter(|(_, report)| !report.status.is_usable());
+    for (i, report) in reports.take(most) {
+        let word = report.status.word();
+        match &report.message {
+            Some(message) => eprintln!("  {word}: {message}"),
+            None => eprintln!("  {word}: curve {}", batch.name(i)),
         }
-        if unusable > most {
-            eprintln!("  and {} more: --report FILE.json and -v list them all", super::thousands(unusable - most));
-        }
+    }
+    if unusable > most {
+        eprintln!("  and {} more: --report FILE.json and -v list them all", super::thousands(unusable - most));
     }
 }
 
 /// The file's name without folder and extensions; none for standard input.
-fn title(input: &Path) -> Option<String> {
+pub(super) fn title(input: &Path) -> Option<String> {
     let zipped = input.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
     let stem = if zipped { Path::new(input.file_stem()?).file_stem()? } else { input.file_stem()? };
     (!is_stdio(input)).then(|| stem.to_string_lossy().into_owned())
@@ -196,7 +200,7 @@ fn is_stdio(path: &Path) -> bool {
 }
 
 /// Largest extent of the finite points of a batch along an axis.
-fn size(batch: &CurveBatch) -> f64 {
+pub(super) fn size(batch: &CurveBatch) -> f64 {
     let mut size = 0.0f64;
     for axis in 0..batch.dimension() {
         let values = batch.coords().iter().skip(axis).step_by(batch.dimension()).filter(|x| x.is_finite());

@@ -49,26 +49,30 @@ impl FromStr for EnergyWeights {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let mut weights: Vec<(String, f64)> = Vec::new();
-        for part in text.split(',') {
-            let known = ENERGIES.join(", ");
-            let (name, weight) = part.split_once('=').ok_or_else(|| format!("'{part}' is not NAME=WEIGHT"))?;
-            let (name, weight) = (name.trim(), weight.trim());
-            if !ENERGIES.contains(&name) {
-                return Err(format!("there is no energy '{name}': use {known}"));
-            }
-            if weights.iter().any(|(other, _)| other == name) {
-                return Err(format!("{name} stands twice: give it one weight"));
-            }
-            let number: f64 =
-                weight.parse().map_err(|_| format!("the weight of {name} is '{weight}', not a number"))?;
-            if !(number >= 0.0 && number.is_finite()) {
-                return Err(format!("the weight of {name} is {weight}; weights are 0 or positive numbers"));
-            }
-            weights.push((name.to_string(), number));
-        }
-        Ok(EnergyWeights(weights))
+        weights(text, &ENERGIES).map(EnergyWeights)
     }
+}
+
+/// Reads weights of some of the energies named, such as bending=1,length=0.1.
+pub fn weights(text: &str, energies: &[&str]) -> Result<Vec<(String, f64)>, String> {
+    let mut weights: Vec<(String, f64)> = Vec::new();
+    for part in text.split(',') {
+        let known = energies.join(", ");
+        let (name, weight) = part.split_once('=').ok_or_else(|| format!("'{part}' is not NAME=WEIGHT"))?;
+        let (name, weight) = (name.trim(), weight.trim());
+        if !energies.contains(&name) {
+            return Err(format!("there is no energy '{name}': use {known}"));
+        }
+        if weights.iter().any(|(other, _)| other == name) {
+            return Err(format!("{name} stands twice: give it one weight"));
+        }
+        let number: f64 = weight.parse().map_err(|_| format!("the weight of {name} is '{weight}', not a number"))?;
+        if !(number >= 0.0 && number.is_finite()) {
+            return Err(format!("the weight of {name} is {weight}; weights are 0 or positive numbers"));
+        }
+        weights.push((name.to_string(), number));
+    }
+    Ok(weights)
 }
 
 impl EnergyWeights {
@@ -206,13 +210,7 @@ impl MethodArgs {
     /// # Errors
     /// A number below 1 or beyond reason.
     pub fn per_span(&self) -> Result<usize> {
-        match self.samples {
-            None => Ok(SAMPLES),
-            Some(n) if (1..=MOST_SAMPLES as i64).contains(&n) => Ok(n as usize),
-            Some(n) => Err(Error::argument(format!(
-                "--samples is {n}; 1 to {MOST_SAMPLES} segments a span are possible, such as --samples {SAMPLES}"
-            ))),
-        }
+        per_span(self.samples)
     }
 
     /// The method asked for.
@@ -377,6 +375,20 @@ impl Method {
             Method::Fair(fair) => fair.fit_sampled(batch, sampling, device),
             Method::Scf(smooth) => smooth.fit_sampled(batch, sampling, device),
         }
+    }
+}
+
+/// Segments a span, as `--samples` gives them.
+///
+/// # Errors
+/// A number below 1 or beyond reason.
+pub fn per_span(samples: Option<i64>) -> Result<usize> {
+    match samples {
+        None => Ok(SAMPLES),
+        Some(n) if (1..=MOST_SAMPLES as i64).contains(&n) => Ok(n as usize),
+        Some(n) => Err(Error::argument(format!(
+            "--samples is {n}; 1 to {MOST_SAMPLES} segments a span are possible, such as --samples {SAMPLES}"
+        ))),
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 all curves usable, 1 some not, 2 the run failed. Results go to files or to stdout, every other word to stderr.
 
+mod bezier;
 mod compare;
 mod device;
 mod doctor;
@@ -9,6 +10,7 @@ mod experiments;
 mod fit;
 mod method;
 mod output;
+mod polygons;
 mod progress;
 mod report;
 
@@ -32,6 +34,8 @@ struct Cli {
 enum Command {
     /// Fit a curve to every point list of a file
     Fit(fit::FitArgs),
+    /// Complete Bézier control points so that the curves bend least, and raise their degree
+    Bezier(bezier::BezierArgs),
     /// Fit on the CPU in f64 and on the device, and compare the curves one by one
     Compare(compare::CompareArgs),
     /// Say what this machine offers, and test that it computes correctly
@@ -58,8 +62,18 @@ struct InputArgs {
 
 impl InputArgs {
     fn read(&self) -> Result<CurveBatch> {
+        self.read_as(self.closed, false)
+    }
+
+    /// Reads with another rule for closed curves, and on demand control points in place of SVG's vertices.
+    fn read_as(&self, closed: Closed, controls: bool) -> Result<CurveBatch> {
         let columns = self.columns.clone().unwrap_or_default();
-        io::read_with(&self.input, &ReadOptions { format: self.from, columns, closed: self.closed })
+        io::read_with(&self.input, &ReadOptions { format: self.from, columns, closed, controls })
+    }
+
+    /// The format that is read, as far as it is known.
+    fn format(&self) -> Option<Format> {
+        self.from.or_else(|| Format::of_extension(&self.input))
     }
 }
 
@@ -100,6 +114,7 @@ fn show(line: impl std::fmt::Display) -> Result<()> {
 pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Fit(args) => fit::run(&args),
+        Command::Bezier(args) => bezier::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Experiments(args) => experiments::run(&args),

@@ -112,7 +112,7 @@ struct Rows<'a> {
     t: Option<Numbers>,
     weight: Option<Numbers>,
     nu: Option<Numbers>,
-    known: Option<Numbers>,
+    known: Option<(usize, Vec<bool>)>,
     offsets: Vec<usize>,
     names: Vec<String>,
     /// Curves by name, to find one that goes on after another began.
@@ -139,7 +139,7 @@ impl<'a> Rows<'a> {
             t: Numbers::new(table.cell("t"), None),
             weight: Numbers::new(table.cell("weight"), None),
             nu: Numbers::new(table.cell("nu"), Some(f64::NAN)),
-            known: Numbers::new(table.cell("known"), None),
+            known: table.cell("known").map(|cell| (cell, Vec::new())),
             offsets: Vec::new(),
             names: Vec::new(),
             curves: HashMap::new(),
@@ -150,8 +150,9 @@ impl<'a> Rows<'a> {
     fn push(&mut self, record: &ByteRecord, line: u64) -> Result<()> {
         self.begin_or_go_on(record, line)?;
         let cells = Cells { record, line, source: self.source, header: self.header };
+        let known = self.known.as_ref().map(|(cell, _)| cells.known(*cell)).transpose()?;
         for &cell in &self.axes {
-            self.coords.push(cells.number(cell, None)?);
+            self.coords.push(cells.coordinate(cell, known)?);
         }
         for (cells_of, values) in self.vectors.iter().zip([&mut self.tangents, &mut self.curvatures]) {
             cells.vector(cells_of, values)?;
@@ -159,14 +160,8 @@ impl<'a> Rows<'a> {
         for column in [&mut self.t, &mut self.weight, &mut self.nu].into_iter().flatten() {
             column.values.push(cells.number(column.cell, column.empty)?);
         }
-        if let Some(column) = &mut self.known {
-            let value = cells.number(column.cell, None)?;
-            if value != 0.0 && value != 1.0 {
-                return Err(
-                    cells.wrong(column.cell, "which is neither 1 nor 0: write 1 for a given control point, 0 else")
-                );
-            }
-            column.values.push(value);
+        if let (Some((_, flags)), Some(known)) = (&mut self.known, known) {
+            flags.push(known);
         }
         Ok(())
     }
@@ -238,7 +233,7 @@ impl<'a> Rows<'a> {
         }
         let [tangents, curvatures] =
             [self.tangents, self.curvatures].map(|vectors| Some(vectors).filter(|v| !v.is_empty()));
-        let known = self.known.map(|column| column.values.iter().map(|&known| known == 1.0).collect());
+        let known = self.known.map(|(_, flags)| flags);
         let exponents = self.nu.map(|column| column.values);
         batch = batch.with_constraints(Constraints { tangents, curvatures, exponents, known })?;
         let marked = vec![false; batch.len()];
@@ -262,6 +257,26 @@ impl Cells<'_> {
         }
         let number = std::str::from_utf8(text).ok().and_then(|text| text.parse().ok());
         number.ok_or_else(|| self.wrong(cell, "which is no number: mend it, or remove the row"))
+    }
+
+    /// A coordinate: of a point that is not known it may be left out, and is NaN.
+    fn coordinate(&self, cell: usize, known: Option<bool>) -> Result<f64> {
+        match known {
+            Some(false) => self.number(cell, Some(f64::NAN)),
+            Some(true) if self.record[cell].trim_ascii().is_empty() => {
+                Err(self.wrong(cell, "but its point is known: fill it in, or write 0 in column known"))
+            }
+            _ => self.number(cell, None),
+        }
+    }
+
+    /// Whether a control point is given.
+    fn known(&self, cell: usize) -> Result<bool> {
+        match self.number(cell, None) {
+            Ok(1.0) => Ok(true),
+            Ok(0.0) => Ok(false),
+            _ => Err(self.wrong(cell, "which is neither 1 nor 0: write 1 for a given control point, 0 else")),
+        }
     }
 
     /// A tangent or curvature vector: all of it, or none.

@@ -4,8 +4,8 @@
 //! |---|---|---|---|
 //! | [CSV](Format::Csv) | rows with one name in `curve`, one after another | every column of [`Columns`] | `curve,x,y[,z],t` |
 //! | [GeoJSON](Format::GeoJson) | one a LineString or ring | lines and rings; points pass through | the document read, with new coordinates |
-//! | [SVG](Format::Svg) | one a subpath, polyline, polygon or line | vertices, after transforms | one path a curve, also cubic Béziers |
-//! | [NPZ](Format::Npz) | ragged arrays | `coords`, `offsets`, `t`, `weight`, `closed`, `names` | the same |
+//! | [SVG](Format::Svg) | one a subpath, polyline, polygon or line | vertices, or [control points](ReadOptions::controls), after transforms | one path a curve, also cubic Béziers |
+//! | [NPZ](Format::Npz) | ragged arrays | `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names` | the same |
 //!
 //! Numbers are written as the shortest decimals that read back to the same bits. `.gz` after the extension compresses;
 //! compressed input is known by its first bytes. `-` is standard input or output and needs a format. Nothing is ever
@@ -185,6 +185,10 @@ pub struct ReadOptions {
     pub columns: Columns,
     /// Which curves are closed.
     pub closed: Closed,
+    /// Whether subpaths of SVG are read as chains of cubic Béziers, in place of their vertices: control points, 3 a piece
+    /// and one more; those of a closed chain do not repeat the first. Lines and quadratic curves become the cubics that
+    /// they are, arcs cubics near them. The points of other formats are read as they stand; false by default.
+    pub controls: bool,
 }
 
 /// How a file is written.
@@ -324,11 +328,7 @@ fn is_finite(batch: &CurveBatch, i: usize) -> bool {
 
 /// Closes the curves that are marked, and by `closed` the others; `opened` are those that must stay open.
 fn close(batch: CurveBatch, closed: Closed, marked: &[bool], opened: &[usize]) -> Result<CurveBatch> {
-    let d = batch.dimension();
-    let repeats = |i: usize| {
-        let points = batch.points(i);
-        points.len() > 2 * d && points[..d] == points[points.len() - d..]
-    };
+    let repeats = |i: usize| batch.count(i) > 2 && batch.repeats_first(i);
     let mut flags: Vec<bool> = (0..batch.len())
         .map(|i| match closed {
             Closed::Auto => marked[i] || repeats(i),

@@ -1,6 +1,6 @@
 //! NPZ: NumPy's archive of arrays, as `numpy.savez` and `numpy.savez_compressed` write it.
 //!
-//! `coords` (N, d) and `offsets` (B + 1), with `t` (N), `weight` (N), `closed` (B) and `names` (B) where there are any.
+//! `coords` (N, d) and `offsets` (B + 1), with `t` (N), `weight` (N), `known` (N), `closed` (B) and `names` (B) where there are any.
 
 use std::io::{self, BufReader, BufWriter, Cursor, Read, Seek, Write};
 use std::sync::Arc;
@@ -12,9 +12,10 @@ use npyz::{AutoSerialize, DType, NpyFile, Order, Serialize, TypeChar, TypeStr, W
 use super::source::Source;
 use super::{Origin, ReadOptions, close};
 use crate::batch::CurveBatch;
+use crate::constraint::Constraints;
 use crate::error::{Error, Result};
 
-const KEYS: [&str; 6] = ["coords", "offsets", "t", "weight", "closed", "names"];
+const KEYS: [&str; 7] = ["coords", "offsets", "t", "weight", "known", "closed", "names"];
 
 /// Reads an archive.
 pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
@@ -31,6 +32,7 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     let names = archive.names(curves)?;
     let t = archive.floats("t", points, "point")?;
     let weight = archive.floats("weight", points, "point")?;
+    let known = archive.known(points)?;
     let closed = archive.floats("closed", curves, "curve")?;
     let source = archive.source;
     let in_file = |error| match error {
@@ -44,6 +46,9 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     }
     if let Some(weight) = weight {
         batch = batch.with_weights(weight)?;
+    }
+    if known.is_some() {
+        batch = batch.with_constraints(Constraints { known, ..Constraints::default() })?;
     }
     let Some(closed) = closed else {
         let marked = vec![false; batch.len()];
@@ -73,7 +78,7 @@ impl Archive<'_> {
         if missing || found.iter().any(|key| !KEYS.contains(key)) {
             let found = if found.is_empty() { "none".to_string() } else { found.join(", ") };
             return Err(self.wrong(format!(
-                "the arrays are {found}: wanted are coords and offsets, and perhaps t, weight, closed, names"
+                "the arrays are {found}: wanted are coords and offsets, and perhaps t, weight, known, closed, names"
             )));
         }
         Ok(())
@@ -139,6 +144,19 @@ impl Archive<'_> {
         self.expect_length(key, array, wanted, unit)
     }
 
+    /// Which control points are given.
+    fn known(&mut self, points: usize) -> Result<Option<Vec<bool>>> {
+        let array = self.array("known", integers)?;
+        let Some(flags) = self.expect_length("known", array, points, "point")? else { return Ok(None) };
+        match flags.iter().position(|flag| !matches!(flag, 0 | 1)) {
+            Some(point) => Err(self.wrong(format!(
+                "array known holds {} for point {point}, which is neither 1 nor 0: write 1 for a given control point, 0 else",
+                flags[point]
+            ))),
+            None => Ok(Some(flags.iter().map(|&flag| flag == 1).collect())),
+        }
+    }
+
     fn names(&mut self, wanted: usize) -> Result<Option<Vec<String>>> {
         let array = self.array("names", |file| match kind(&file) {
             Some((TypeChar::UnicodeStr | TypeChar::ByteStr, _)) => file.into_vec::<String>().map(Some),
@@ -190,6 +208,7 @@ fn tuple(shape: &[u64]) -> String {
 fn wanted_type(key: &str) -> &'static str {
     match key {
         "offsets" => "it must hold integers",
+        "known" => "it must hold booleans or integers, 1 for a given control point and 0 else",
         "names" => "it must hold text, such as numpy.array([\"a\", \"b\"]), and no Python objects",
         _ => "it must hold numbers, such as float64",
     }
@@ -265,6 +284,9 @@ pub(super) fn write_seekable<W: Write + Seek>(out: W, batch: &CurveBatch) -> io:
     if all().any(|i| batch.weights(i).is_some()) {
         let weights = all().flat_map(|i| batch.weights(i).unwrap_or_default()).copied();
         array(&mut zip, "weight", f64::default_dtype(), &[points], weights)?;
+    }
+    if let Some(known) = &batch.constraints().known {
+        array(&mut zip, "known", bool::default_dtype(), &[points], known.iter().copied())?;
     }
     if batch.origin().names.is_some() {
         let longest = all().map(|i| batch.name(i).chars().count()).max().unwrap_or(0).max(1);

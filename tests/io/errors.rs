@@ -54,6 +54,23 @@ fn csv_cells_that_are_no_numbers_are_named_with_line_and_column() {
         complaint("a.csv", "curve,x,y,known\na,0,1,2\n"),
         "a.csv, line 2: column \"known\" holds \"2\", which is neither 1 nor 0: write 1 for a given control point, 0 else"
     );
+    for value in ["yes", "", "0.5", "nan"] {
+        assert_eq!(
+            complaint("a.csv", &format!("curve,x,y,known\na,0,1,1\na,0,1,{value}\n")),
+            format!(
+                "a.csv, line 3: column \"known\" holds {value:?}, which is neither 1 nor 0: write 1 for a given control \
+                 point, 0 else"
+            )
+        );
+    }
+    assert_eq!(
+        complaint("a.csv", "curve,x,y,known\na,0,1,1\na,,,0\na,3,,1\n"),
+        "a.csv, line 4: column \"y\" holds \"\", but its point is known: fill it in, or write 0 in column known"
+    );
+    assert_eq!(
+        complaint("a.csv", "curve,x,y,known\na,0,oops,0\n"),
+        "a.csv, line 2: column \"y\" holds \"oops\", which is no number: mend it, or remove the row"
+    );
     assert_eq!(
         complaint("a.csv", "curve,x,y,tx,ty\na,0,1,,3\n"),
         "a.csv, line 2: column \"tx\" holds \"\", but its vector has other components: give all of them, or none"

@@ -46,7 +46,7 @@ fn npz_arrays_that_do_not_fit_are_named() {
     let zeros = [0u8; 64];
     let coords = ("coords", "<f8", "(2, 2)", &zeros[..32]);
     let offsets = ("offsets", "|u1", "(2,)", &[0u8, 2][..]);
-    let wanted = "wanted are coords and offsets, and perhaps t, weight, closed, names";
+    let wanted = "wanted are coords and offsets, and perhaps t, weight, known, closed, names";
     assert_eq!(say(&[]), format!("a.npz: the arrays are none: {wanted}"));
     assert_eq!(say(&[("xy", "<f8", "(2, 2)", &zeros[..32])]), format!("a.npz: the arrays are xy: {wanted}"));
     let extra = say(&[coords, offsets, ("wind", "<f8", "(2,)", &zeros[..16])]);
@@ -92,6 +92,18 @@ fn npz_arrays_that_do_not_fit_are_named() {
         "a.npz: array names has the type '<i8': it must hold text, such as numpy.array([\"a\", \"b\"]), and no Python objects"
     );
     assert_eq!(
+        say(&[coords, offsets, ("known", "|b1", "(3,)", &zeros[..3])]),
+        "a.npz: array known has 3 entries for 2 points: give one a point"
+    );
+    assert_eq!(
+        say(&[coords, offsets, ("known", "<f8", "(2,)", &zeros[..16])]),
+        "a.npz: array known has the type '<f8': it must hold booleans or integers, 1 for a given control point and 0 else"
+    );
+    assert_eq!(
+        say(&[coords, offsets, ("known", "|u1", "(2,)", &[1u8, 7][..])]),
+        "a.npz: array known holds 7 for point 1, which is neither 1 nor 0: write 1 for a given control point, 0 else"
+    );
+    assert_eq!(
         say(&[("coords", "<f8", "(4611686018427387904, 2)", &zeros[..32]), offsets]),
         "a.npz: array coords has the shape (4611686018427387904, 2), but holds less: write the file again"
     );
@@ -103,5 +115,28 @@ fn npz_arrays_that_do_not_fit_are_named() {
         complaint_with("a.npz", &whole[..whole.len() / 2], &ReadOptions::default()),
         "a.npz: this is no NPZ archive, or it was cut off (invalid Zip archive: Could not find central directory end): \
          write it with numpy.savez"
+    );
+}
+
+#[test]
+fn known_flags_are_booleans_or_integers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.npz");
+    let coords: Vec<u8> = [0.0, 0.0, f64::NAN, f64::NAN, 1.0, 0.0].iter().flat_map(|x: &f64| x.to_le_bytes()).collect();
+    let coords = ("coords", "<f8", "(3, 2)", &coords[..]);
+    let offsets = ("offsets", "|u1", "(2,)", &[0u8, 3][..]);
+    let wide = [1i64, 0, 1].map(i64::to_le_bytes).concat();
+    for known in [("known", "|b1", "(3,)", &[1u8, 0, 1][..]), ("known", "<i8", "(3,)", &wide[..])] {
+        npz(&path, &[coords, offsets, known]);
+        let batch = io::read(&path).unwrap();
+        assert_eq!(batch.constraints().known, Some(vec![true, false, true]), "{}", known.1);
+        assert_eq!(batch.problem(0), None);
+    }
+    npz(&path, &[coords, offsets]);
+    let problem = io::read(&path).unwrap().problem(0).unwrap().message.clone();
+    assert!(
+        problem.ends_with(
+            "curve 0, point 1: x is NaN; every coordinate must be a finite number: mend or remove the point"
+        )
     );
 }

@@ -1,5 +1,6 @@
-//! SVG: vertices of paths in; paths, also of cubic Béziers, out.
+//! SVG: vertices of paths, or their control points, in; paths, also of cubic Béziers, out.
 
+mod chain;
 mod read;
 mod transform;
 mod write;

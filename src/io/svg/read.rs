@@ -1,16 +1,18 @@
 //! Reading: each subpath of `<path>`, and each `<polyline>`, `<polygon>` and `<line>`, is a curve.
 //!
 //! The vertices are the data points; of curved segments (C, S, Q, T, A) only the points on the curve are taken: the
-//! end of the segment, and for an arc also where kurbo divides it into Béziers. `transform` attributes are applied;
+//! end of the segment, and for an arc also where kurbo divides it into Béziers. On demand the data points are the control
+//! points of the subpath as a chain of cubics instead. `transform` attributes are applied;
 //! `viewBox`, units and styles are not. What is only defined (`defs`, `symbol`, `clipPath`, `mask`, `marker`,
 //! `pattern`) is passed over.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use kurbo::{Affine, BezPath, PathEl, Point};
+use kurbo::{Affine, BezPath, PathEl};
 use roxmltree::{Document, Node, ParsingOptions};
 
+use super::chain::{self, Vertices};
 use super::transform;
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
@@ -34,8 +36,15 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
         let name = root.tag_name().name();
         return Err(source.error(None, format!("the document is <{name}>, and must be <svg>: give an SVG file")));
     }
-    let mut curves =
-        Curves { source, text: &text, coords: Vec::new(), offsets: vec![0], closed: Vec::new(), ids: Vec::new() };
+    let mut curves = Curves {
+        source,
+        text: &text,
+        controls: options.controls,
+        coords: Vec::new(),
+        offsets: vec![0],
+        closed: Vec::new(),
+        ids: Vec::new(),
+    };
     curves.walk(root)?;
     let names = curves.names();
     let origin = Origin { file: Some(source.path.display().to_string()), names: Some(names), ..Origin::default() };
@@ -46,6 +55,8 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
 struct Curves<'a> {
     source: &'a Source,
     text: &'a str,
+    /// Whether the data points are control points, and not vertices.
+    controls: bool,
     coords: Vec<f64>,
     offsets: Vec<usize>,
     closed: Vec<bool>,
@@ -94,29 +105,26 @@ impl Curves<'_> {
         let path = BezPath::from_svg(data)
             .map_err(|error| self.wrong(node, &format!("its path cannot be read ({error}): mend it")))?;
         self.ids.push((node.attribute("id").map(str::to_string), self.closed.len()));
-        let mut open = false;
-        for element in path.elements() {
-            let point = match *element {
-                PathEl::MoveTo(point) => {
-                    self.end(&mut open, false);
-                    open = true;
-                    point
-                }
-                PathEl::LineTo(point) | PathEl::QuadTo(_, point) | PathEl::CurveTo(_, _, point) => point,
-                PathEl::ClosePath => {
-                    self.end(&mut open, true);
-                    continue;
-                }
-            };
-            let Point { x, y } = if affine == Affine::IDENTITY { point } else { affine * point };
-            self.coords.extend([x, y]);
+        let add = if self.controls { chain::add_cubic } else { chain::add_vertex };
+        let mut vertices: Vertices = Vec::new();
+        for &element in path.elements() {
+            if matches!(element, PathEl::MoveTo(_)) {
+                self.end(&mut vertices, false);
+            }
+            add(&mut vertices, if affine == Affine::IDENTITY { element } else { affine * element });
+            if element == PathEl::ClosePath {
+                // A chain without a piece is a point.
+                let closed = vertices.len() > 1 || !self.controls;
+                self.end(&mut vertices, closed);
+            }
         }
-        self.end(&mut open, false);
+        self.end(&mut vertices, false);
         Ok(())
     }
 
-    fn end(&mut self, open: &mut bool, closed: bool) {
-        if std::mem::take(open) {
+    fn end(&mut self, vertices: &mut Vertices, closed: bool) {
+        if !vertices.is_empty() {
+            self.coords.extend(vertices.drain(..).flat_map(|point| [point.x, point.y]));
             self.offsets.push(self.coords.len() / 2);
             self.closed.push(closed);
         }

@@ -1,0 +1,53 @@
+//! What a subpath's elements make of it: its vertices, or its control points as a chain of cubic Béziers.
+
+use kurbo::{PathEl, Point};
+
+/// The data points of one subpath.
+pub(super) type Vertices = Vec<Point>;
+
+/// A gap of this part of the subpath's size between its end and its start is no straight piece, but rounding: of arcs, and of sums
+/// of relative coordinates.
+const ROUNDING: f64 = 1e-9;
+
+/// Adds the end of an element.
+pub(super) fn add_vertex(vertices: &mut Vertices, element: PathEl) {
+    vertices.extend(element.end_point());
+}
+
+/// Adds the control points of an element: three, but for the one that a move leads to. Closing adds a straight piece where the end
+/// is not the start, which then is repeated.
+pub(super) fn add_cubic(points: &mut Vertices, element: PathEl) {
+    let Some((&start, &from)) = points.first().zip(points.last()) else {
+        points.extend(element.end_point());
+        return;
+    };
+    points.extend(match element {
+        PathEl::MoveTo(_) => return,
+        PathEl::LineTo(to) => straight(from, to),
+        PathEl::QuadTo(q, to) => [from.lerp(q, 2.0 / 3.0), to.lerp(q, 2.0 / 3.0), to],
+        PathEl::CurveTo(b, c, to) => [b, c, to],
+        PathEl::ClosePath if from.distance(start) <= ROUNDING * size(points) => {
+            points.pop();
+            points.push(start);
+            return;
+        }
+        PathEl::ClosePath => straight(from, start),
+    });
+}
+
+/// A line, run through evenly.
+fn straight(from: Point, to: Point) -> [Point; 3] {
+    [from.lerp(to, 1.0 / 3.0), from.lerp(to, 2.0 / 3.0), to]
+}
+
+/// The larger side of the box that holds the points.
+fn size(points: &[Point]) -> f64 {
+    let extent = |axis: fn(&Point) -> f64| {
+        let (low, high) = points
+            .iter()
+            .map(axis)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        high - low
+    };
+    extent(|p| p.x).max(extent(|p| p.y))
+}
