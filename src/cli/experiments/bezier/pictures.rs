@@ -38,7 +38,7 @@ pub fn sheet() -> Result<String> {
     let panels = vec![
         completed("d = 3, both ends known: the elevated line", &cubic, &[0, 3])?,
         completed("d = 3, P₀, P₁, P₃ known: P₂ = (P₁ + P₃)/2", &cubic, &[0, 1, 3])?,
-        completed("d = 5, two points at each end known: an elevated cubic", &quintic, &[0, 1, 4, 5])?,
+        completed("d = 5, two known at each end: a cubic", &quintic, &[0, 1, 4, 5])?,
         patterns()?,
         orders()?,
         elevated()?,
@@ -98,13 +98,13 @@ fn patterns() -> Result<Panel> {
     let few = [0, 3, 7, 10];
     for (known, colour, name) in [
         (&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10][..], POLYGON, "all points known"),
-        (&[0, 1, 3, 5, 7, 9, 10], OTHER, "seven of eleven known"),
+        (&[0, 1, 2, 5, 8, 9, 10], OTHER, "seven of eleven known"),
         (&few, CURVE, "least bending"),
     ] {
         strokes.push(bold(solved(&DECIC, known, Energy::bending())?.1, colour, name));
     }
     Ok(Panel {
-        title: "d = 10: all points, seven, and four (dots) known".into(),
+        title: "d = 10: all points, seven, four (dots) known".into(),
         strokes,
         dots: dots(&DECIC, &few),
         ..Panel::default()
@@ -119,7 +119,7 @@ fn orders() -> Result<Panel> {
         strokes.push(bold(solved(&DECIC, &known, Energy::of_order(order))?.1, colour, name));
     }
     Ok(Panel {
-        title: "d = 10, five points known: energies of order 1, 2, 3".into(),
+        title: "d = 10, five known: least of three energies".into(),
         strokes,
         dots: dots(&DECIC, &known),
         ..Panel::default()
@@ -137,7 +137,7 @@ fn elevated() -> Result<Panel> {
     }
     strokes.push(bold(curve(&polygons)?, CURVE, "least bending"));
     Ok(Panel {
-        title: "One cubic as a curve of degree 3, 4, 5, 7, 11, 19, 30".into(),
+        title: "One cubic, degrees 3, 4, 5, 7, 11, 19, 30".into(),
         strokes,
         dots: dots(&points, &[0, 1, 2, 3]),
         ..Panel::default()
