@@ -7,62 +7,20 @@
 use std::error::Error;
 use std::fs::File;
 use std::hint::black_box;
-use std::time::Instant;
 
 use faircurve::scf::{Query, Smooth, evaluate_segments};
 use faircurve::{CurveStatus, Device, io};
 use npyz::npz::{NpzArchive, NpzWriter};
 use npyz::{DType, TypeStr, WriterBuilder};
-use serde_json::{Value, json};
+use serde_json::json;
 
-/// The load average of the last minute, where the system tells.
-fn load() -> Option<f64> {
-    std::fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
-}
+#[path = "../benches/common/peer.rs"]
+mod peer;
 
-/// Microseconds an item of `count`, sorted; one run comes before those that count.
-fn times(
-    runs: usize,
-    count: usize,
-    mut work: impl FnMut() -> Result<(), Box<dyn Error>>,
-) -> Result<Vec<f64>, Box<dyn Error>> {
-    let mut times = Vec::with_capacity(runs);
-    for run in 0..=runs {
-        let start = Instant::now();
-        work()?;
-        if run > 0 {
-            times.push(1e6 * start.elapsed().as_secs_f64() / count as f64);
-        }
-    }
-    times.sort_by(f64::total_cmp);
-    Ok(times)
-}
-
-fn line(case: &str, times: &[f64], curves: usize, points: usize) -> Value {
-    let runs = times.len();
-    json!({
-        "case": case,
-        "peer": "faircurve",
-        "versions": {"faircurve": env!("CARGO_PKG_VERSION")},
-        "threads": rayon::current_num_threads(),
-        "curves": curves,
-        "points": points,
-        // The mean of the middle two where their number is even, as Python's statistics.median.
-        "us_per_curve": (times[(runs - 1) / 2] + times[runs / 2]) / 2.0,
-        "timed_curves": curves,
-        "runs": runs,
-        "spread": [times[0], times[runs - 1]],
-        "load": load(),
-    })
-}
+use peer::{line, times};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let runs = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        [] => 7,
-        ["--runs", number] => number.parse().ok().filter(|&runs: &usize| runs > 0).ok_or("--runs wants 1 or more")?,
-        _ => return Err("usage: peer_scf [--runs N]".into()),
-    };
+    let runs = peer::runs()?;
     let device = Device::cpu();
 
     let mut archive = NpzArchive::open("benches/data/scf-segments.npz")?;

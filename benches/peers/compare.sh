@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Times faircurve, SciPy and JAX on the same curves in the same run, and prints the ratios.
+# Times faircurve, NumPy, SciPy and JAX on the same curves in the same run, and prints the ratios.
 #
 #   benches/peers/compare.sh [--runs 7]
 #
@@ -14,7 +14,8 @@ python=benches/peers/.venv/bin/python
 "$python" benches/peers/natural.py --write-random
 "$python" benches/peers/fair.py --write-points
 "$python" benches/peers/scf.py --write-input
-cargo build --release --quiet --locked --example peer_natural --example peer_fair --example peer_scf
+"$python" benches/peers/bezier.py --write-input
+cargo build --release --quiet --locked --example peer_natural --example peer_fair --example peer_scf --example peer_bezier
 
 lines=benches/data/peers.jsonl
 "${CARGO_TARGET_DIR:-target}/release/examples/peer_natural" "$@" | tee "$lines"
@@ -23,5 +24,7 @@ lines=benches/data/peers.jsonl
 "$python" benches/peers/fair.py --faircurve benches/data/fair.json "$@" | tee -a "$lines"
 "${CARGO_TARGET_DIR:-target}/release/examples/peer_scf" "$@" | tee -a "$lines"
 "$python" benches/peers/scf.py --faircurve benches/data/scf-faircurve.npz "$@" | tee -a "$lines"
+"${CARGO_TARGET_DIR:-target}/release/examples/peer_bezier" "$@" | tee -a "$lines"
+"$python" benches/peers/bezier.py "$@" | tee -a "$lines"
 echo
 "$python" benches/peers/ratios.py "$lines"

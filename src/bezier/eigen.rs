@@ -46,7 +46,7 @@ impl Eigenstructure {
             let vector = orthonormal(monomial, &vectors);
             vectors.push(vector);
         }
-        vectors.iter_mut().for_each(orient);
+        vectors.iter_mut().for_each(|vector| orient(vector));
         Ok(Eigenstructure { values, vectors })
     }
 }
@@ -107,7 +107,7 @@ fn orthonormal(mut vector: Vec<f64>, others: &[Vec<f64>]) -> Vec<f64> {
 /// What is this small beside a unit vector is 0 but for rounding.
 const NOTHING: f64 = 1e-12;
 
-fn orient(vector: &mut Vec<f64>) {
+fn orient(vector: &mut [f64]) {
     if vector.iter().find(|x| x.abs() > NOTHING).is_some_and(|&x| x < 0.0) {
         vector.iter_mut().for_each(|x| *x = -*x);
     }

@@ -1,0 +1,57 @@
+//! faircurve's side of the case of Béziers in `benches/peers/compare.sh`: times the completion of control polygons on the CPU, and prints
+//! one JSON line a case in the form that `benches/peers/README.md` lays down. Compares the control points with the peer's.
+//!
+//! usage: `peer_bezier [--runs 7]`, in the repository, after `bezier.py --write-input`
+
+use std::error::Error;
+use std::fs::File;
+use std::hint::black_box;
+use std::io::BufReader;
+
+use faircurve::Device;
+use faircurve::bezier::{Energy, Given, Polygons, complete};
+use npyz::Deserialize;
+use npyz::npz::NpzArchive;
+use serde_json::json;
+
+#[path = "../benches/common/peer.rs"]
+mod peer;
+
+use peer::{line, times};
+
+/// The cases' names and files, as in `bezier.py`.
+const CASES: [(&str, &str); 2] = [
+    ("bezier cubics to decics, 16 patterns", "benches/data/bezier-few.npz"),
+    ("bezier cubics to decics, any pattern", "benches/data/bezier-any.npz"),
+];
+
+fn array<T: Deserialize>(archive: &mut NpzArchive<BufReader<File>>, name: &str) -> Result<Vec<T>, Box<dyn Error>> {
+    Ok(archive.by_name(name)?.ok_or_else(|| format!("no array {name}"))?.into_vec()?)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let runs = peer::runs()?;
+    let device = Device::cpu();
+    for (case, file) in CASES {
+        let mut archive = NpzArchive::open(file)?;
+        let coords: Vec<f64> = array(&mut archive, "coords")?;
+        let offsets: Vec<i64> = array(&mut archive, "offsets")?;
+        let known: Vec<bool> = array(&mut archive, "known")?;
+        let wanted: Vec<f64> = array(&mut archive, "solved")?;
+        let offsets: Vec<usize> = offsets.into_iter().map(|offset| offset as usize).collect();
+        let polygons = Polygons { dimension: 2, coords: &coords, offsets: &offsets };
+        let given = Given { known: Some(&known), ..Given::default() };
+        let completed = || complete(&polygons, &given, &Energy::bending(), &device);
+        let times = times(runs, polygons.len(), || {
+            black_box(completed()?);
+            Ok(())
+        })?;
+        // NaN where the peer solved no curve of the kind.
+        let pairs = completed()?.coords.into_iter().zip(wanted);
+        let worst = pairs.map(|(own, peer)| (own - peer).abs()).filter(|x| !x.is_nan()).fold(0.0, f64::max);
+        let mut line = line(case, &times, polygons.len(), known.len());
+        line["worst_difference"] = json!(worst);
+        println!("{line}");
+    }
+    Ok(())
+}
