@@ -11,7 +11,7 @@
 //! ```
 //!
 //! * [`complete()`] works on slices, in 1 to 4 dimensions; [`Complete`] on a [`CurveBatch`](crate::CurveBatch), one Bézier a curve.
-//! * [`elevate()`], [`reduce()`], [`split`], [`evaluate`] are batched the same way.
+//! * [`elevate()`], [`reduce()`], [`split`], [`evaluate`], [`lengths`] are batched the same way.
 //! * [`Completed`] has the control points, a report each, and the curves behind the trait [`Curve`](crate::Curve).
 //!
 //! Other orders (∫|X′|², ∫|X‴|²) and mixtures of them, derivatives or directions at the ends: see [`Energy`] and [`Given`]. Degrees go up to
@@ -28,6 +28,7 @@ mod eigen;
 mod energy;
 mod exact;
 mod gpu;
+mod length;
 mod linear;
 mod operator;
 mod pattern;
@@ -41,6 +42,7 @@ pub use completed::Completed;
 pub use eigen::Eigenstructure;
 pub use energy::{Energy, energy_matrix, energy_matrix_by_beta};
 pub use exact::Matrix;
+pub use length::lengths;
 pub use linear::{elevate, evaluate, reduce, split};
 pub use num_rational::BigRational;
 pub use pattern::{Completion, MOST_DERIVATIVE, Pattern};
