@@ -39,6 +39,7 @@ pub use complete::{Solved, complete};
 pub use completed::Completed;
 pub use energy::{Energy, energy_matrix, energy_matrix_by_beta};
 pub use exact::Matrix;
+pub(crate) use gpu::bezier_kernels;
 pub use linear::{elevate, evaluate, reduce, split};
 pub use num_rational::BigRational;
 pub use pattern::{Completion, MOST_DERIVATIVE, Pattern};
