@@ -102,6 +102,7 @@
 
 pub mod arclength;
 mod batch;
+mod bezier;
 mod catalogue;
 mod constraint;
 mod curve;

@@ -1,0 +1,3 @@
+//! Bézier curves.
+
+pub(crate) mod convert;
