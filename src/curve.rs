@@ -189,7 +189,12 @@ impl Curve for Polygon<'_> {
 
     fn jet(&self, span: usize, u: f64) -> Jet {
         let (a, b) = (self.vertex(span), self.vertex(span + 1));
-        let point = if u == 1.0 { b } else { a + (b - a) * u };
+        // Both ends as they are, even where the other is no number.
+        let point = match u {
+            0.0 => a,
+            1.0 => b,
+            _ => a + (b - a) * u,
+        };
         Jet { point, first: b - a, ..Jet::default() }
     }
 

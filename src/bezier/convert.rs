@@ -206,7 +206,8 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         let surprise = (middle.off - expected[0]).length() + width / 8.0 * (middle.slope - expected[1]).length();
         let largest = largest(a, &middle).max(largest(&middle, b));
         // Where the curvature jumps, wherever between a and b, less than half of the surprise is left (0.47 times); where it does not, a sixteenth.
-        largest + 0.5 * surprise <= tolerance
+        let enough = if looks == LOOKS { 0.5 * tolerance } else { tolerance };
+        largest + 0.5 * surprise <= enough
             || largest <= tolerance
                 && looks > 0
                 && self.keeps_between(stretch, piece, [a, &middle], tolerance, looks - 1)

@@ -61,7 +61,8 @@ pub fn deviation(curve: &dyn Curve, pieces: &[[DVec3; 4]], count: usize, floor: 
         };
         let fitted = |u: f64| curve.jet(span, u).point;
         let steps = count.max(16 * own.len());
-        let samples = |at: &dyn Fn(f64) -> DVec3| -> Vec<DVec3> { (0..=steps).map(|k| at(k as f64 / steps as f64)).collect() };
+        let samples =
+            |at: &dyn Fn(f64) -> DVec3| -> Vec<DVec3> { (0..=steps).map(|k| at(k as f64 / steps as f64)).collect() };
         worst = directed(&samples(&fitted), &chain, steps, worst);
         worst = directed(&samples(&chain), &fitted, steps, worst);
     }
