@@ -22,6 +22,7 @@
 
 mod complete;
 mod completed;
+pub(crate) mod convert;
 mod curves;
 mod directions;
 mod eigen;

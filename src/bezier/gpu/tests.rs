@@ -33,7 +33,7 @@ fn seeded(seed: u64) -> StdRng {
 /// The whole completion of a pattern.
 fn completion(degree: usize, is_known: impl Fn(usize) -> bool) -> Operator<f64> {
     let known: Vec<bool> = (0..=degree).map(is_known).collect();
-    Operator::from_exact(Completion::new(Pattern::new(&known), &Energy::bending()).unwrap().weights())
+    Operator::from_exact(&Completion::new(Pattern::new(&known), &Energy::bending()).unwrap().weights())
 }
 
 /// All patterns of degrees 3 to 10 with two known points at least, or so many of a degree, drawn; and some of the highest.
