@@ -332,13 +332,14 @@ fn every_method_takes_a_tolerance_with_as_bezier_and_files_hold_that_many_pieces
             let control = io::read(folder.path().join("out.npz")).unwrap();
             let table = io::read(folder.path().join("out.csv")).unwrap();
             let paths = drawn(&folder, "out.svg");
-            for i in 0..2 {
+            assert_eq!(paths.len(), 2);
+            for (i, path) in paths.iter().enumerate() {
                 let pieces = (control.count(i) - 1) / 3;
                 assert_eq!(
-                    (control.count(i), table.count(i), paths[i].len()),
+                    (control.count(i), table.count(i), path.len()),
                     (3 * pieces + 1, 3 * pieces + 1, 3 * pieces + 1)
                 );
-                for (p, q) in paths[i].iter().zip(control.points(i).chunks_exact(2)) {
+                for (p, q) in path.iter().zip(control.points(i).chunks_exact(2)) {
                     let off = (p[0] - q[0]).hypot(p[1] - q[1]);
                     // Exact without a tolerance, else rounded to a hundredth of it.
                     let allowed = tolerance.split(' ').next_back().and_then(|t| t.parse().ok()).unwrap_or(0.0) * 0.0071;
