@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::layout::{Found, FoundCurve};
+use super::layout::FoundCurve;
 use super::{NONE, Task, Work};
 use crate::bezier::complete::{Job, Outcome, Solved};
 use crate::bezier::operator::Operator;
