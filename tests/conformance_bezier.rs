@@ -392,7 +392,9 @@ fn curves_are_evaluated_at_thousands_of_parameters() {
     let Some(devices) = devices() else { return };
     let mut random = seeded(1270);
     let mut batch = Batch::new(2);
-    [4, 31, 4, 11].map(|points| batch.push(&vec![true; points], || random.random_range(-1.0..1.0)));
+    for points in [4, 31, 4, 11] {
+        batch.push(&vec![true; points], || random.random_range(-1.0..1.0));
+    }
     let parameters: Vec<f64> = (0..=20_000).map(|k| f64::from(k) / 20_000.0).collect();
     compare_transformed("many parameters", &batch, &devices, |device| {
         evaluate(&batch.polygons(), &parameters, device).unwrap()
