@@ -9,6 +9,7 @@ use std::process::Command;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use common::{gpu, seeded};
+use faircurve::bezier::{Energy, Given, Polygons, complete, elevate};
 use faircurve::discrete::at::{At, GaugeOf, Want};
 use faircurve::discrete::evaluate_gpu::evaluate;
 use faircurve::discrete::{bending, length, tension, torsion, variation};
@@ -70,6 +71,7 @@ fn capture_everything(gpu: Gpu) -> Vec<CapturedDispatch> {
     captured.extend(gpu.capture(|| splines(&device)).unwrap().1);
     captured.extend(gpu.capture(|| discrete_energies(gpu)).unwrap().1);
     captured.extend(gpu.capture(|| segments(&device)).unwrap().1);
+    captured.extend(gpu.capture(|| beziers(&device)).unwrap().1);
     captured
 }
 
@@ -166,6 +168,25 @@ fn segments(device: &Device) -> faircurve::Result<()> {
         exponents.into_iter().flat_map(|exponent| angles.map(|angles| query((exponent, angles)))).collect();
     let costs = evaluate_segments(&queries, device)?;
     assert!(costs.iter().all(Option::is_some), "{costs:?}");
+    Ok(())
+}
+
+/// Completions of degrees whose energies are small numbers still, and elevations, in every dimension.
+fn beziers(device: &Device) -> faircurve::Result<()> {
+    let mut rng = seeded(15);
+    for dimension in 1..=4 {
+        let (mut known, mut offsets) = (Vec::new(), vec![0]);
+        for i in 0..200 {
+            known.extend((0..3 + i % 3).map(|k| k != 1 + i % 2));
+            offsets.push(known.len());
+        }
+        let coords: Vec<f64> = (0..known.len() * dimension).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let polygons = Polygons { dimension, coords: &coords, offsets: &offsets };
+        let given = Given { known: Some(&known), ..Given::default() };
+        let solved = complete(&polygons, &given, &Energy::bending(), device)?;
+        assert!(solved.refusals.is_empty(), "{:?}", solved.refusals);
+        elevate(&polygons, 2, device)?;
+    }
     Ok(())
 }
 

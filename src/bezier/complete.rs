@@ -34,7 +34,8 @@ pub struct Solved {
 /// has W, which is found once for every degree and pattern.
 ///
 /// On the CPU control points are good to rounding: about 1e-15 of the largest Σ|W||G|, at degree 30 as at degree 3. On a GPU all curves are
-/// completed in one dispatch a chunk, in f32 unless the device is asked for f64.
+/// completed in one dispatch a chunk, in f32 unless the device is asked for f64. In f32 points are good to 2e-6 of half the curve's largest extent, and
+/// energies to 8e-6 of themselves: a curve whose sums are too much larger than it to promise that, the CPU completes again in f64.
 ///
 /// ```
 /// use faircurve::{Device, bezier::{Energy, Given, Polygons, complete}};

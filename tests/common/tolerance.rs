@@ -93,3 +93,9 @@ pub const POWER: Tolerance = tolerance(
     "x itself is a quotient good to two roundings, which count y times; log₂ and 2^x add less than two in f64, and WGSL \
      grants pow in f32 three roundings of y log₂ x beside those",
 );
+
+/// Control points of Béziers, in units of the curve's size.
+pub const BEZIER: Tolerance = tolerance(
+    16.7,
+    "2e-6 in f32, which is what curves that the CPU does not compute again are good to by the magnitudes of their sums",
+);
