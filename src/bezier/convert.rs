@@ -164,8 +164,11 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         if self.keeps(stretch, &hermite, &sites, &places, tolerance) {
             return Some(hermite);
         }
-        let (fitted, places) = stretch.fitted(&sites, places)?;
-        self.keeps(stretch, &fitted, &sites, &places, tolerance).then_some(fitted)
+        let starts = stretch.handles()?;
+        starts.into_iter().find_map(|handles| {
+            let (fitted, places) = stretch.fitted(&sites, places, handles)?;
+            self.keeps(stretch, &fitted, &sites, &places, tolerance).then_some(fitted)
+        })
     }
 
     fn site(&self, stretch: &Stretch, fraction: f64) -> Site {
@@ -269,12 +272,33 @@ impl Stretch {
         [a, a + first * self.third, b - last * self.third, b]
     }
 
+    /// Handles to start from: those of a circle's arc with as much of a turn, whatever the curve's parameter, and Hermite's. On an arc
+    /// one handle may grow and the other shrink with little change: from where Hermite's are uneven the way often leads astray.
+    /// None where a derivative vanishes and there is no tangent.
+    fn handles(&self) -> Option<[[f64; 2]; 2]> {
+        let [(a, first), (b, last)] = self.ends;
+        let (start, end) = (first.try_normalize()?, last.try_normalize()?);
+        // cos of half the turn
+        let half = (0.5 * (1.0 + start.dot(end))).max(0.0).sqrt();
+        let arc = 2.0 / 3.0 * a.distance(b) / (1.0 + half);
+        Some([[arc; 2], [first.length() * self.third, last.length() * self.third]])
+    }
+
     /// The piece whose handles have the lengths of least squared distances from these sites of the curve, and the places matched with them.
-    fn fitted(&self, sites: &[Site; PLACES], mut places: [f64; PLACES]) -> Option<(Piece, [f64; PLACES])> {
+    fn fitted(
+        &self,
+        sites: &[Site; PLACES],
+        places: [f64; PLACES],
+        mut handles: [f64; 2],
+    ) -> Option<(Piece, [f64; PLACES])> {
         let [(a, first), (b, last)] = self.ends;
         let (start, end) = (first.try_normalize()?, last.try_normalize()?);
         let with = |[alpha, beta]: [f64; 2]| [a, a + start * alpha, b - end * beta, b];
-        let mut handles = [first.length() * self.third, last.length() * self.third];
+        // Where a piece ends where it starts, an arc has no length.
+        if handles.iter().any(|&handle| handle <= 0.0) {
+            return None;
+        }
+        let mut places = matched(&with(handles), sites, &places);
         for _ in 0..FIT_STEPS {
             let piece = with(handles);
             let (mut aa, mut ab, mut bb, mut ar, mut br) = (0.0, 0.0, 0.0, 0.0, 0.0);
