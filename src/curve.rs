@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 
 use crate::arclength;
+use crate::bezier::convert;
 
 /// Where a curve is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,51 +145,15 @@ pub trait Curve {
         }
     }
 
-    /// The curve as a chain of cubic Béziers, G1 and within `tolerance` (units of the input) of it: each piece has the
-    /// curve's ends and end derivatives, and is halved until its points at quarters agree. Exact, one piece a span, for cubic splines.
+    /// The curve as a chain of cubic Béziers, in few pieces: each from one point of the curve to another, with its tangents there (G¹), one or more
+    /// a span. No point of the chain is farther than `tolerance` (units of the input) from the curve, and no point of the curve from the
+    /// chain, rounding aside. One piece a span, exact, for cubic splines; none for spans between repeated points. A curve that was not fitted
+    /// is its polyline, a piece an edge.
+    ///
+    /// Each piece starts at the point, bit for bit, where the one before it ends; that of a closed curve ends where it starts.
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
-        let mut pieces = Vec::with_capacity(self.spans());
-        let knots = self.knots();
-        for span in 0..self.spans() {
-            let length = knots[span + 1] - knots[span];
-            if length > 0.0 || !self.is_fitted() {
-                push_beziers(self, span, length, (0.0, 1.0), tolerance, MAX_HALVINGS, &mut pieces);
-            }
-        }
-        pieces
+        convert::beziers(self, tolerance)
     }
-}
-
-/// 2¹² pieces a span are more than any tolerance above rounding asks for.
-pub(crate) const MAX_HALVINGS: u32 = 12;
-
-pub(crate) fn push_beziers<C: Curve + ?Sized>(
-    curve: &C,
-    span: usize,
-    length: f64,
-    (from, to): (f64, f64),
-    tolerance: f64,
-    halvings: u32,
-    pieces: &mut Vec<[DVec3; 4]>,
-) {
-    let (a, b) = (curve.jet(span, from), curve.jet(span, to));
-    let third = length * (to - from) / 3.0;
-    let piece = [a.point, a.point + a.first * third, b.point - b.first * third, b.point];
-    let strays =
-        |v: f64| (bezier_point(&piece, v) - curve.jet(span, from + (to - from) * v).point).length() > tolerance;
-    if halvings > 0 && [0.25, 0.5, 0.75].into_iter().any(strays) {
-        let middle = 0.5 * (from + to);
-        push_beziers(curve, span, length, (from, middle), tolerance, halvings - 1, pieces);
-        push_beziers(curve, span, length, (middle, to), tolerance, halvings - 1, pieces);
-    } else {
-        pieces.push(piece);
-    }
-}
-
-/// A cubic Bézier at the fraction `v`, by de Casteljau's algorithm.
-fn bezier_point(piece: &[DVec3; 4], v: f64) -> DVec3 {
-    let [a, b, c] = [0, 1, 2].map(|i| piece[i].lerp(piece[i + 1], v));
-    a.lerp(b, v).lerp(b.lerp(c, v), v)
 }
 
 /// The input polyline of a curve that could not be fitted, on the parameters 0, 1, 2 ….
@@ -224,7 +189,12 @@ impl Curve for Polygon<'_> {
 
     fn jet(&self, span: usize, u: f64) -> Jet {
         let (a, b) = (self.vertex(span), self.vertex(span + 1));
-        let point = if u == 1.0 { b } else { a + (b - a) * u };
+        // Both ends as they are, even where the other is no number.
+        let point = match u {
+            0.0 => a,
+            1.0 => b,
+            _ => a + (b - a) * u,
+        };
         Jet { point, first: b - a, ..Jet::default() }
     }
 

@@ -100,13 +100,15 @@ pub(super) type Outcome = Result<CurveStatus, Refusal>;
 pub(super) struct Job<'a> {
     pub polygons: Polygons<'a>,
     given: Given<'a>,
+    pub energy: Energy,
     pub ready: Vec<Option<Ready>>,
     numbers: HashMap<Pattern, u32>,
 }
 
 impl<'a> Job<'a> {
     fn new(polygons: &Polygons<'a>, given: &Given<'a>, energy: &Energy) -> Self {
-        let mut job = Job { polygons: *polygons, given: *given, ready: Vec::new(), numbers: HashMap::new() };
+        let mut job =
+            Job { polygons: *polygons, given: *given, energy: *energy, ready: Vec::new(), numbers: HashMap::new() };
         let parts: Vec<HashSet<Pattern>> = tasks(polygons.offsets)
             .into_par_iter()
             .map(|curves| {

@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::MOST_DEGREE;
+use super::{MOST_DEGREE, convert};
 use crate::batch::CurveBatch;
-use crate::curve::{Curve, Jet, MAX_HALVINGS, Polygon, Sampling, push_beziers, vector};
+use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::report::CurveSet;
 
 /// Control points of chains of Béziers, each of its own degree: pieces share their joints, and a closed chain does not repeat its first point.
@@ -120,13 +120,8 @@ impl Curve for Chain<'_> {
     }
 
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
-        let pieces = 0..self.spans();
         if self.degree > 3 {
-            let (knots, mut made) = (self.knots(), Vec::new());
-            pieces.for_each(|k| {
-                push_beziers(self, k, knots[k + 1] - knots[k], (0.0, 1.0), tolerance, MAX_HALVINGS, &mut made);
-            });
-            return made;
+            return convert::beziers(self, tolerance);
         }
         let cubic = |piece| {
             let points: Vec<DVec3> = self.chains.piece(self.i, piece).map(vector).collect();
@@ -137,7 +132,7 @@ impl Curve for Chain<'_> {
                 _ => [points[0], points[1], points[2], points[3]],
             }
         };
-        pieces.map(cubic).collect()
+        (0..self.spans()).map(cubic).collect()
     }
 }
 

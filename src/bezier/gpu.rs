@@ -1,28 +1,282 @@
-//! Completion and transformation of control polygons on a GPU.
+//! [`Work`]: small matrices applied to many curves on a GPU; [`polygons`] has completion and transformation.
 
-use std::collections::BTreeMap;
+mod layout;
+mod polygons;
+#[cfg(test)]
+mod tests;
 
-use super::complete::{Job, Outcome, Solved};
-use super::operator::Operator;
-use super::polygons::{Controls, Polygons};
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use layout::{Found, Layout, Numbers};
+pub(super) use polygons::{complete_on_gpu, transform_on_gpu};
+use rayon::prelude::*;
+
+use super::operator::{BLOCK, Operator};
+use super::ready::MOST_DATA;
 use crate::device::Precision;
 use crate::error::{Error, Result};
-use crate::gpu::Gpu;
+use crate::gpu::plan::{self, Limits};
+use crate::gpu::source::definitions;
+use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, pipeline};
+use crate::linalg::{Real, take};
 
-fn not_yet() -> Error {
-    Error::NoGpu("Béziers are completed by the CPU so far; use --device cpu".into())
+/// Threads, and curves, a workgroup.
+const GROUP: usize = 64;
+
+/// Numbers of a chunk, data and results together, at most: so many are packed while as many are computed.
+const MOST_NUMBERS: u64 = 1 << 23;
+
+/// Turns of a thread's loops at most: llvmpipe ends them, without a word, after 65,535 all told.
+const MOST_TURNS: usize = 60_000;
+
+/// The number of no operator: curves that the GPU is not asked about.
+const NONE: u32 = u32::MAX;
+
+/// `ApplyParams` of `operator.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct ApplyParams {
+    groups: u32,
+    padding: u32,
+    padding_too: u32,
+    padding_three: u32,
 }
 
-pub(super) fn complete_on_gpu<const D: usize>(_: &Gpu, _: Precision, _: &Job, _: &mut Solved) -> Result<Vec<Outcome>> {
-    Err(not_yet())
+/// `ApplyGroup` of `operator.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct ApplyGroup {
+    matrix: u32,
+    rows: u32,
+    columns: u32,
+    points: u32,
+    start: u32,
+    out: u32,
+    curves: u32,
+    padding: u32,
 }
 
-pub(super) fn transform_on_gpu<const D: usize>(
-    _: &Gpu,
-    _: Precision,
-    _: &Polygons,
-    _: &BTreeMap<usize, Operator<f64>>,
-    _: &mut Controls,
-) -> Result<()> {
-    Err(not_yet())
+fn kernel(precision: Precision, dimension: usize) -> KernelKey {
+    let mut definitions = definitions([("GROUP", &GROUP), ("DIMENSION", &dimension)]);
+    if precision == Precision::F64 {
+        definitions.insert("DOUBLE".into(), "1".into());
+    }
+    KernelKey { path: "bezier/operator.wgsl", entry: "apply", precision, definitions }
+}
+
+/// The kernel in every form.
+pub(crate) fn bezier_kernels(precision: Precision) -> Vec<KernelKey> {
+    (1..=4).map(|dimension| kernel(precision, dimension)).collect()
+}
+
+/// A matrix to be applied: the first `points` rows give points, the squares of the others are summed.
+#[derive(Clone, Copy)]
+struct Task<'a> {
+    operator: &'a Operator<f64>,
+    points: usize,
+}
+
+impl Task<'_> {
+    fn has_energy(&self) -> bool {
+        self.points < self.operator.rows()
+    }
+
+    /// Rows that one thread takes at most. Others take those that are left.
+    fn rows_at_once(&self) -> usize {
+        (MOST_TURNS / (self.operator.columns() + 1)).max(1) * BLOCK
+    }
+
+    /// Whether threads have the patience for it.
+    fn is_for_kernel(&self) -> bool {
+        self.operator.columns() < MOST_TURNS && (!self.has_energy() || self.operator.rows() <= self.rows_at_once())
+    }
+}
+
+/// One run: the number of each curve's operator, [`NONE`] where there is nothing to do.
+struct Work<'a> {
+    gpu: &'a Gpu,
+    precision: Precision,
+    operators: Vec<Option<Task<'a>>>,
+    numbers: Vec<u32>,
+}
+
+/// A chunk on the device.
+struct UnderWay<'a> {
+    pending: Pending<'a>,
+    layout: Layout,
+    sizes: Vec<f64>,
+}
+
+impl<'a> Work<'a> {
+    /// Applies all operators. `gather` collects the data of a curve, one point a column, or says that it has none; `finish` gets what
+    /// was found for a range of curves. Ranges come in order and cover all curves.
+    ///
+    /// Data are divided by the power of two at or below the largest of them, which rounds nothing. A curve whose data are not all finite is not
+    /// sent.
+    fn run<const D: usize>(
+        &self,
+        gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
+        mut finish: impl FnMut(&Range<usize>, &Found<D>),
+    ) -> Result<()> {
+        let bytes = if self.precision == Precision::F64 { 8 } else { 4 };
+        self.check(bytes)?;
+        // Storage, what is downloaded of it, and what is packed meanwhile.
+        let together = 3 * bytes;
+        let limits = *self.gpu.limits();
+        let limits = Limits { chunk_bytes: limits.chunk_bytes.min(MOST_NUMBERS * together), ..limits };
+        let numbers = self.numbers.iter().map(|&number| self.task(number).map_or(1, |task| self.numbers_of::<D>(task)));
+        let chunks = plan::chunks(numbers, bytes, together, &limits)?;
+        pipeline(
+            chunks,
+            |chunk| match self.precision {
+                Precision::F64 => self.start::<f64, D>(chunk, &gather),
+                _ => self.start::<f32, D>(chunk, &gather),
+            },
+            |UnderWay { pending, layout, sizes }| Ok((pending.wait()?, layout, sizes)),
+            |chunk, (results, layout, sizes): (Vec<Downloaded>, Layout, Vec<f64>)| {
+                let numbers = match self.precision {
+                    Precision::F64 => Numbers::Double(results[0].as_slice()),
+                    _ => Numbers::Single(results[0].as_slice()),
+                };
+                finish(chunk, &Found::new(self, &layout, &sizes, numbers));
+                Ok(())
+            },
+        )?;
+        Ok(())
+    }
+
+    /// The operator of a number, if it is one for the kernel.
+    fn task(&self, number: u32) -> Option<Task<'a>> {
+        self.operators.get(number as usize).copied().flatten().filter(Task::is_for_kernel)
+    }
+
+    /// Of a curve: data and results.
+    fn numbers_of<const D: usize>(&self, task: Task) -> usize {
+        task.operator.columns() * D + self.results_of::<D>(task)
+    }
+
+    /// Results of a curve: its points, one magnitude a thread in f32, and of energies sum and, in f32, magnitude.
+    fn results_of<const D: usize>(&self, task: Task) -> usize {
+        let magnitude = self.magnitudes();
+        let threads = task.points.div_ceil(task.rows_at_once()).max(1);
+        task.points * D + threads * magnitude + usize::from(task.has_energy()) * (1 + magnitude)
+    }
+
+    /// Whether there are magnitudes, as a number: f64 has none better to turn to.
+    fn magnitudes(&self) -> usize {
+        usize::from(self.precision != Precision::F64)
+    }
+
+    /// Whether the device can hold all operators at once.
+    fn check(&self, bytes: u64) -> Result<()> {
+        let blocks: usize = self.operators.iter().flatten().map(|task| task.operator.blocks().len()).sum();
+        let (asked, allowed) = ((blocks * BLOCK) as u64 * bytes, self.gpu.limits().array_bytes());
+        if asked > allowed {
+            let what = format!("{} matrices of Bézier curves", self.operators.iter().flatten().count());
+            let remedy = "divide the batch, or use the CPU".into();
+            return Err(Error::Limit { what, asked, allowed, remedy });
+        }
+        Ok(())
+    }
+
+    fn start<S: Real + Pod, const D: usize>(
+        &self,
+        chunk: &Range<usize>,
+        gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
+    ) -> Result<UnderWay<'a>> {
+        let layout = Layout::new::<D>(self, chunk);
+        let mut sizes = vec![f64::NAN; layout.members.len()];
+        let data = self.pack::<S, D>(&layout, &mut sizes, gather);
+        let mut operators: Vec<[S; BLOCK]> = Vec::new();
+        let mut groups = Vec::new();
+        let mut last = None;
+        for tile in &layout.tiles {
+            let task = self.task(tile.number).expect("tiles are made of such");
+            let columns = task.operator.columns();
+            if last.replace(tile.number) != Some(tile.number) {
+                operators.extend(task.operator.blocks().iter().map(|block| block.map(S::from_f64)));
+            }
+            let first = operators.len() - task.operator.blocks().len();
+            let at_once = task.rows_at_once();
+            // A task without rows has its one thread too, which says that all is 0.
+            for (k, row) in (0..task.operator.rows().max(1)).step_by(at_once).enumerate() {
+                let points = task.points.saturating_sub(row).min(at_once);
+                groups.push(ApplyGroup {
+                    matrix: (first + row / BLOCK * columns) as u32,
+                    rows: (task.operator.rows() - row).min(at_once) as u32,
+                    columns: columns as u32,
+                    points: points as u32,
+                    start: tile.start as u32,
+                    out: (tile.out + (row * D + k * self.magnitudes()) * tile.curves) as u32,
+                    curves: tile.curves as u32,
+                    padding: 0,
+                });
+            }
+        }
+        if operators.is_empty() {
+            operators.push([S::ZERO; BLOCK]);
+        }
+        let mut recording = self.gpu.record();
+        let found = recording.storage((layout.results * size_of::<S>()) as u64);
+        let params = recording.uniform(&ApplyParams {
+            groups: groups.len() as u32,
+            padding: 0,
+            padding_too: 0,
+            padding_three: 0,
+        });
+        let buffers = [
+            ("params", &params),
+            ("groups", &recording.upload(&groups)),
+            ("matrices", &recording.upload(operators.as_flattened())),
+            ("data", &recording.upload(&data)),
+            ("found", &found),
+        ];
+        let kernel = self.gpu.kernel(&kernel(self.precision, D))?;
+        recording.dispatch(&kernel, plan::workgroups(groups.len(), 1, self.gpu.limits())?, &buffers)?;
+        recording.download(&found);
+        Ok(UnderWay { pending: recording.submit()?, layout, sizes })
+    }
+
+    /// The data of all curves, tile by tile, and their sizes: NaN where a curve is not sent.
+    fn pack<S: Real + Pod, const D: usize>(
+        &self,
+        layout: &Layout,
+        sizes: &mut [f64],
+        gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
+    ) -> Vec<S> {
+        let mut data = vec![S::ZERO; layout.data];
+        let (mut left, mut sizes_left) = (&mut data[..], sizes);
+        let parts: Vec<_> = layout
+            .tiles
+            .iter()
+            .map(|tile| {
+                let columns = self.task(tile.number).expect("tiles are made of such").operator.columns();
+                (tile, take(&mut left, columns * D * tile.curves), take(&mut sizes_left, tile.curves))
+            })
+            .collect();
+        parts.into_par_iter().with_min_len(8).for_each_init(
+            || Vec::with_capacity(MOST_DATA),
+            |own, (tile, data, sizes)| {
+                for (lane, size) in sizes.iter_mut().enumerate() {
+                    let i = layout.members[tile.first + lane] as usize;
+                    if gather(i, own) && own.as_flattened().iter().all(|x| x.is_finite()) {
+                        *size = power_of_two(own.as_flattened());
+                        for (number, x) in own.as_flattened().iter().enumerate() {
+                            data[number * tile.curves + lane] = S::from_f64(x / *size);
+                        }
+                    }
+                }
+            },
+        );
+        data
+    }
+}
+
+/// The power of two at or below the largest magnitude; 1 where all numbers are 0.
+fn power_of_two(numbers: &[f64]) -> f64 {
+    let largest = numbers.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+    // Without its mantissa; a subnormal number has no exponent of its own.
+    let power = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
+    if largest == 0.0 { 1.0 } else { power.max(f64::MIN_POSITIVE) }
 }

@@ -22,6 +22,7 @@
 
 mod complete;
 mod completed;
+pub(crate) mod convert;
 mod curves;
 mod directions;
 mod eigen;
@@ -42,6 +43,7 @@ pub use completed::Completed;
 pub use eigen::Eigenstructure;
 pub use energy::{Energy, energy_matrix, energy_matrix_by_beta};
 pub use exact::Matrix;
+pub(crate) use gpu::bezier_kernels;
 pub use length::lengths;
 pub use linear::{elevate, evaluate, reduce, split};
 pub use num_rational::BigRational;

@@ -1,10 +1,10 @@
-//! [`Operator`]: one small matrix that a group of curves shares. Twin: shaders/bezier/apply.wgsl.
+//! [`Operator`]: one small matrix that a group of curves shares. Twin: shaders/bezier/operator.wgsl.
 
 use super::exact::Matrix;
 use crate::linalg::Real;
 
 /// Rows computed side by side: an AVX2 register of f64.
-const BLOCK: usize = 4;
+pub(super) const BLOCK: usize = 4;
 
 /// A matrix applied to the points of a curve, each coordinate alike.
 #[derive(Clone, Debug)]
@@ -32,6 +32,11 @@ impl<T: Real> Operator<T> {
 
     pub fn columns(&self) -> usize {
         self.columns
+    }
+
+    /// Rows in blocks, zeros after the last; in a block column after column.
+    pub fn blocks(&self) -> &[[T; BLOCK]] {
+        &self.blocks
     }
 
     /// An entry.

@@ -167,7 +167,7 @@ impl BezierArgs {
     }
 
     fn write_options(&self, beziers: bool) -> WriteOptions {
-        WriteOptions { format: self.to, overwrite: self.force, beziers }
+        WriteOptions { format: self.to, overwrite: self.force, beziers, rounding: None }
     }
 
     /// Chains of cubics for SVG: control points of cubics as they are, curves of other degrees within the tolerance.

@@ -8,7 +8,7 @@ use faircurve::picture::Picture;
 use faircurve::{CurveBatch, Error, Fit, Result};
 
 use super::device::{self, DeviceArgs};
-use super::method::{self, MethodArgs};
+use super::method::{self, Method, MethodArgs};
 use super::output;
 use super::progress::Progress;
 use super::report::{self, Head, Seconds};
@@ -17,14 +17,20 @@ use super::{InputArgs, Talk, count};
 /// This many curves that are not usable are listed; --report and -v list them all.
 const MOST_LISTED: usize = 20;
 
-/// Béziers stray from the curve by at most this part of the data's size.
+/// Béziers stray from the curve by at most this part of the data's size, where --tolerance does not say how much.
 pub(super) const BEZIER_TOLERANCE: f64 = 1e-6;
+
+/// Tolerances below this part of the largest coordinate are refused: curves are rounded, to less.
+const LEAST_TOLERANCE: f64 = 1e-12;
+
+/// SVG rounds control points to a power of ten of at most this part of --tolerance.
+const ROUNDING: f64 = 0.01;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub(super) enum Shape {
     /// Points along the curve
     Polyline,
-    /// Chains of cubic Béziers: drawn in SVG, control points in CSV and NPZ
+    /// Chains of cubic Béziers within --tolerance of the curves: drawn in SVG, control points in CSV and NPZ
     Bezier,
 }
 
@@ -66,7 +72,7 @@ pub struct FitArgs {
 
 pub fn run(args: &FitArgs) -> Result<bool> {
     let sampling = method::sampling(&args.method, args.spacing)?;
-    let method = args.method.method(args.spacing)?;
+    let method = args.method()?;
     args.check()?;
 
     let mut progress = Progress::new(args.talk.quiet);
@@ -76,6 +82,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     if let Some(format) = args.to.or_else(|| Format::of_extension(&args.output)) {
         format.check(batch.dimension(), args.shape == Shape::Bezier)?;
     }
+    let tolerance = args.bezier_tolerance(&batch)?;
     seconds.read = progress.step("preparing the device");
     let device = device::open(args.device.device, args.device.precision.precision(), &batch, sampling)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
@@ -84,7 +91,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         Shape::Polyline => method.fit_sampled(&batch, sampling, &device)?,
         Shape::Bezier => {
             let fit = method.fit(&batch, &device)?;
-            let beziers = fit.beziers(BEZIER_TOLERANCE * size(&batch));
+            let beziers = fit.beziers(tolerance);
             (fit, beziers)
         }
     };
@@ -126,6 +133,13 @@ impl FitArgs {
             let why = "--as bezier writes the curves themselves: leave --samples and --spacing out";
             return Err(Error::argument(why));
         }
+        if let Some(tolerance) = self.asked_tolerance().filter(|&tolerance| !(tolerance > 0.0 && tolerance.is_finite()))
+        {
+            return Err(Error::argument(format!(
+                "--tolerance is {tolerance}; with --as bezier it is the largest distance of the Béziers from the curve: a positive number, \
+                 in units of the input, such as --tolerance 0.001"
+            )));
+        }
         if let Some(scale) = self.comb.filter(|&scale| !(scale > 0.0 && scale.is_finite())) {
             return Err(Error::argument(format!(
                 "--comb is {scale}; the scale of its quills must be a positive number, such as --comb 2"
@@ -136,7 +150,39 @@ impl FitArgs {
     }
 
     fn write_options(&self) -> WriteOptions {
-        WriteOptions { format: self.to, overwrite: self.force, beziers: self.shape == Shape::Bezier }
+        WriteOptions {
+            format: self.to,
+            overwrite: self.force,
+            beziers: self.shape == Shape::Bezier,
+            rounding: self.asked_tolerance().map(|tolerance| ROUNDING * tolerance),
+        }
+    }
+
+    /// --tolerance, where it is that of Béziers.
+    fn asked_tolerance(&self) -> Option<f64> {
+        self.method.tolerance.filter(|_| self.shape == Shape::Bezier)
+    }
+
+    /// The method asked for; with --as bezier --tolerance is none of its options.
+    fn method(&self) -> Result<Method> {
+        match self.shape {
+            Shape::Polyline => self.method.method(self.spacing),
+            Shape::Bezier => self.method.without_tolerance().method(self.spacing),
+        }
+    }
+
+    /// How far Béziers may be from the curves.
+    fn bezier_tolerance(&self, batch: &CurveBatch) -> Result<f64> {
+        let Some(tolerance) = self.asked_tolerance() else { return Ok(BEZIER_TOLERANCE * size(batch)) };
+        let largest = batch.coords().iter().filter(|x| x.is_finite()).fold(0.0f64, |largest, x| largest.max(x.abs()));
+        let least = LEAST_TOLERANCE * largest;
+        if tolerance < least {
+            return Err(Error::argument(format!(
+                "--tolerance is {tolerance}, but coordinates up to {largest} are rounded to about as much: give {least:.0e} or more"
+            )));
+        }
+        // What the rounding of the output takes is left to it.
+        Ok((1.0 - ROUNDING) * tolerance)
     }
 
     fn draw(&self, path: &Path, batch: &CurveBatch, fit: &Fit) -> Result<()> {

@@ -125,7 +125,7 @@ pub enum Pin {
 }
 
 /// What is fitted.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct MethodArgs {
     /// How curves are fitted
     #[arg(long, value_enum, default_value_t = MethodName::Natural)]
@@ -163,9 +163,10 @@ pub struct MethodArgs {
     #[arg(long, value_name = "N")]
     max_iterations: Option<u32>,
     /// Gradient at which fair curves have converged, at size 1, and relative decrement at which smooth connection functions have; smaller is
-    /// stricter [default: 1e-8, scf 1e-10]
+    /// stricter [default: 1e-8, scf 1e-10]. With --as bezier, for every method, instead: the largest distance of the Béziers from the curve, in
+    /// units of the input [default: 1e-6 of the data's size]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
-    tolerance: Option<f64>,
+    pub tolerance: Option<f64>,
 }
 
 /// A method with its options.
@@ -203,6 +204,11 @@ impl MethodArgs {
             (_, _, Some(deviation)) => format!("smoothing splines, deviation ≤ {deviation}"),
             _ => "smoothing splines".into(),
         }
+    }
+
+    /// These options where --tolerance means something else.
+    pub fn without_tolerance(&self) -> Self {
+        MethodArgs { tolerance: None, ..self.clone() }
     }
 
     /// Segments a span.
@@ -350,7 +356,8 @@ impl MethodArgs {
             Some((option, _, methods)) => {
                 let owners = if methods == [Scf] { "--method scf" } else { "--method fair" };
                 let others = if methods.len() > 1 { " and --method scf" } else { "" };
-                Err(Error::argument(format!("{option} belongs to {owners}{others}")))
+                let beziers = if option == "--tolerance" { ", and to fit --as bezier" } else { "" };
+                Err(Error::argument(format!("{option} belongs to {owners}{others}{beziers}")))
             }
             None => Ok(()),
         }

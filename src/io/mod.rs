@@ -201,6 +201,9 @@ pub struct WriteOptions {
     /// Whether the points of each curve are the control points of a chain of cubic Béziers: 3 a piece and one more,
     /// the first repeated at the end of a closed chain. SVG draws the curves; CSV and NPZ hold the control points.
     pub beziers: bool,
+    /// SVG with `beziers`: control points are rounded to a power of ten not above this (units of the curves, > 0), and written as steps, in fewer
+    /// bytes; each moves by no more than 0.71 of it. By default, and where coordinates have no such digits, they are exact.
+    pub rounding: Option<f64>,
 }
 
 /// Reads curves from a file, by its extension.
@@ -275,7 +278,7 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
     let fill = |out: &mut dyn Write| match format {
         Format::Csv => csv::write(out, batch),
         Format::GeoJson => geojson::write(out, batch),
-        Format::Svg => svg::write(out, batch, options.beziers),
+        Format::Svg => svg::write(out, batch, options.beziers, options.rounding),
         Format::Npz => npz::write(out, batch),
     };
     write_atomically(path, options.overwrite, |out| {

@@ -118,8 +118,7 @@ impl Segment {
         points
     }
 
-    /// Control points of cubic Béziers, G¹, within 1.1 `tolerance` (units of the chord, > 0) of the segment: each has the segment's ends and
-    /// tangents, and is halved until its points at quarters agree.
+    /// Control points of cubic Béziers, G¹, within `tolerance` (units of the chord, > 0) of the segment: see [`Curve::beziers`](crate::Curve::beziers).
     pub fn beziers(&self, tolerance: f64) -> Vec<[[f64; 2]; 4]> {
         let curve = super::curves::OneArc { arc: self.arc, curve: &self.curve };
         let flat = |p: glam::DVec3| [p.x, p.y];

@@ -10,8 +10,15 @@ use crate::io::text::Text;
 /// Part of the drawing's larger side left free around it.
 const MARGIN: f64 = 0.02;
 
-/// Writes the batch; with `beziers` the points of each curve are a chain of cubic control points.
-pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, beziers: bool) -> io::Result<()> {
+/// Writes the batch; with `beziers` the points of each curve are a chain of cubic control points, with `rounding` in relative steps, rounded
+/// to a power of ten of no more than this.
+pub(in crate::io) fn write(
+    out: &mut dyn Write,
+    batch: &CurveBatch,
+    beziers: bool,
+    rounding: Option<f64>,
+) -> io::Result<()> {
+    let unit = rounding.filter(|_| beziers).and_then(|rounding| unit(batch, rounding));
     let mut text = Text::new(out);
     text.push("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"")?;
     text.point(&view_box(batch), " ")?;
@@ -21,7 +28,10 @@ pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, beziers: boo
         text.push(escaped(&batch.name(i)).as_bytes())?;
         text.push("\" d=\"")?;
         if is_finite(batch, i) {
-            path(&mut text, batch, i, beziers)?;
+            match unit {
+                Some(unit) => rounded_path(&mut text, batch, i, unit)?,
+                None => path(&mut text, batch, i, beziers)?,
+            }
         }
         text.push("\"/>\n")?;
     }
@@ -51,6 +61,42 @@ fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Res
         (false, true) => text.push("Z"),
         _ => Ok(()),
     }
+}
+
+/// How many steps of the rounding a unit has: a power of ten. None where so many digits are more than the coordinates have.
+fn unit(batch: &CurveBatch, rounding: f64) -> Option<f64> {
+    let places = (-rounding.log10()).ceil().max(0.0);
+    let largest = batch.coords().iter().filter(|x| x.is_finite()).fold(0.0f64, |largest, x| largest.max(x.abs()));
+    // Up to here multiples of the step are integers of f64.
+    let unit = 10f64.powi(places as i32);
+    (places <= 22.0 && largest * unit < 2f64.powi(52)).then_some(unit)
+}
+
+/// A chain of cubics in steps from one rounded point to another, so that rounding does not add up.
+fn rounded_path(text: &mut Text, batch: &CurveBatch, i: usize, unit: f64) -> io::Result<()> {
+    let round = |point: &[f64]| [(point[0] * unit).round(), (point[1] * unit).round()];
+    let points = batch.points(i);
+    let Some(first) = points.get(..2).map(round) else { return Ok(()) };
+    text.push("M")?;
+    text.point(&first.map(|x| x / unit), ",")?;
+    let closing = batch.is_closed(i).then_some(&points[..2]);
+    let (mut from, mut command) = (first, "c");
+    let rest: Vec<&[f64]> = points.chunks_exact(2).skip(1).chain(closing).collect();
+    for piece in rest.chunks_exact(3) {
+        for point in piece {
+            let to = round(point);
+            // A minus separates, too. Negative zero would not be short.
+            for (axis, separator) in [(0, command), (1, " ")] {
+                let step = (to[axis] - from[axis]) / unit;
+                text.push(if step < 0.0 && separator == " " { "" } else { separator })?;
+                text.number(step + 0.0)?;
+            }
+            command = " ";
+        }
+        from = round(piece[2]);
+    }
+    let repeats = rest.last().is_some_and(|last| round(last) == first);
+    if repeats { text.push("Z") } else { Ok(()) }
 }
 
 /// Left, top, width and height of what can be drawn.

@@ -1,0 +1,357 @@
+//! Curves as chains of cubic Béziers: within a tolerance of the curve, tangent to it at every joint, in few pieces.
+//!
+//! A piece from one place of a curve to another has the curve's points and tangents at both; what is free are the lengths of its two
+//! handles. First they are those of Hermite's cubic (the derivatives' thirds: exact where the curve is a cubic). Where that strays too far
+//! they become those of least squared distance, found by Gauss' and Newton's method with the distances taken across the curve: a planar
+//! piece of length h then strays by O(h⁶) in place of O(h⁴) (de Boor, Höllig and Sabin, "High accuracy geometric Hermite interpolation",
+//! CAGD 4, 1987). Where that strays too, the piece is halved; and where a span came to three pieces or more, each as long as
+//! it may be is tried instead.
+//!
+//! Distances are geometric: places of the curve are matched with places of the piece, in order, nearest to nearest. So no point of either is
+//! farther from the other than matched points are. Between matched points the gap is Hermite's cubic, and wherever halfway it is not, it is
+//! measured more closely: curves have kinks in their curvature, fair curves one a vertex.
+//!
+//! kurbo's `fit_to_bezpath` fits area and moment of planar curves; it leaves out handles where that suits it, and measures from the curve
+//! at 20 places: neither tangents nor tolerance are sure.
+
+use glam::DVec3;
+
+use crate::curve::Curve;
+
+/// A cubic Bézier's control points.
+type Piece = [DVec3; 4];
+
+/// 2¹² pieces a span are more than any tolerance above rounding asks for.
+const MAX_HALVINGS: u32 = 12;
+
+/// Places between a piece's ends at which distances and their slopes are measured, and to which it is fitted: a fitted piece crosses the
+/// curve twice.
+const PLACES: usize = 7;
+
+/// Steps from one place to the next in which distances are looked at.
+const STEPS: u32 = 4;
+
+/// Between two places distances are measured halfway, and between those again, so often at most.
+const LOOKS: u32 = 6;
+
+/// Distances below this many units of rounding of the control points are none.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// Steps of Gauss' and Newton's method; handles are good after three or four.
+const FIT_STEPS: usize = 8;
+
+/// Handles have converged when a step changes them by less than this part: distances then change by far less than their size.
+const FIT_PRECISION: f64 = 1e-3;
+
+/// How much of a handle's length one step may change at most: what lies beyond is extrapolated.
+const MOST_CHANGE: f64 = 0.5;
+
+/// Pieces as long as they may be are sought to this part of their length.
+const REACH_PRECISION: f64 = 1.0 / 64.0;
+
+/// A curve's Béziers, in order; each starts at the point, bit for bit, at which the one before it ends.
+pub(crate) fn beziers<C: Curve + ?Sized>(curve: &C, tolerance: f64) -> Vec<Piece> {
+    let knots = curve.knots();
+    let spans = curve.spans();
+    let mut pieces = Vec::with_capacity(spans);
+    for span in 0..spans {
+        let length = knots[span + 1] - knots[span];
+        // The next span's first point: some curves compute the last one of a span with a rounding.
+        let end = match span + 1 {
+            next if next < spans => curve.jet(next, 0.0).point,
+            _ if curve.is_closed() => curve.jet(0, 0.0).point,
+            _ => curve.jet(span, 1.0).point,
+        };
+        let span = Span { curve, span, length, end, tolerance };
+        if !curve.is_fitted() {
+            pieces.push(span.stretch(0.0, 1.0).hermite());
+        } else if length > 0.0 {
+            span.convert(&mut pieces);
+        }
+    }
+    pieces
+}
+
+/// One span of a curve.
+struct Span<'a, C: ?Sized> {
+    curve: &'a C,
+    span: usize,
+    /// Of the parameter.
+    length: f64,
+    /// The last point.
+    end: DVec3,
+    tolerance: f64,
+}
+
+impl<C: Curve + ?Sized> Span<'_, C> {
+    fn convert(&self, pieces: &mut Vec<Piece>) {
+        let before = pieces.len();
+        self.halve((0.0, 1.0), MAX_HALVINGS, pieces);
+        let count = pieces.len() - before;
+        // Two are needed where one does not do.
+        if count > 2
+            && let Some(fewer) = self.reach(count - 1)
+        {
+            pieces.truncate(before);
+            pieces.extend(fewer);
+        }
+    }
+
+    /// Halves until one piece is enough.
+    fn halve(&self, (from, to): (f64, f64), halvings: u32, pieces: &mut Vec<Piece>) {
+        let stretch = self.stretch(from, to);
+        match self.piece(&stretch) {
+            // A span between repeated points has no piece.
+            Some([a, b, c, d]) if a == b && b == c && c == d => {}
+            Some(piece) => pieces.push(piece),
+            None if halvings == 0 => pieces.push(stretch.hermite()),
+            None => {
+                let middle = 0.5 * (from + to);
+                self.halve((from, middle), halvings - 1, pieces);
+                self.halve((middle, to), halvings - 1, pieces);
+            }
+        }
+    }
+
+    /// Pieces as long as they may be, one after the other, where `most` are enough.
+    fn reach(&self, most: usize) -> Option<Vec<Piece>> {
+        let mut pieces = Vec::with_capacity(most);
+        let (mut from, mut step) = (0.0, 1.0 / most as f64);
+        while from < 1.0 {
+            if pieces.len() == most {
+                return None;
+            }
+            let (mut low, mut high, mut found) = (from, None, None);
+            while low < 1.0 {
+                let to: f64 = high.map_or(low + step, |high| 0.5 * (low + high));
+                let to = if to > 1.0 - REACH_PRECISION * step { 1.0 } else { to };
+                match self.piece(&self.stretch(from, to)) {
+                    Some(piece) => (low, found, step) = (to, Some(piece), 0.5 * (to - from)),
+                    None if to - from < f64::from(MAX_HALVINGS).exp2().recip() => return None,
+                    None => high = Some(to),
+                }
+                if high.is_some_and(|high| high - low <= REACH_PRECISION * (low - from)) {
+                    break;
+                }
+            }
+            pieces.push(found?);
+            (from, step) = (low, low - from);
+        }
+        Some(pieces)
+    }
+
+    fn stretch(&self, from: f64, to: f64) -> Stretch {
+        let at = |u: f64| {
+            let jet = self.curve.jet(self.span, u);
+            (if u == 1.0 { self.end } else { jet.point }, jet.first)
+        };
+        Stretch { from, to, ends: [at(from), at(to)], third: self.length * (to - from) / 3.0 }
+    }
+
+    /// One piece for a stretch of the span, if one is enough.
+    fn piece(&self, stretch: &Stretch) -> Option<Piece> {
+        let sites = std::array::from_fn(|k| self.site(stretch, fraction(k)));
+        let hermite = stretch.hermite();
+        let size = hermite.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        let rounding = ROUNDING * size;
+        let even = std::array::from_fn(fraction);
+        // What is not finite cannot be bettered.
+        if !(0..PLACES).any(|k| (sites[k].point - point(&hermite, even[k])).length() > rounding) {
+            return Some(hermite);
+        }
+        let tolerance = self.tolerance.max(rounding);
+        let places = matched(&hermite, &sites, &even);
+        if self.keeps(stretch, &hermite, &sites, &places, tolerance) {
+            return Some(hermite);
+        }
+        let (fitted, places) = stretch.fitted(&sites, places)?;
+        self.keeps(stretch, &fitted, &sites, &places, tolerance).then_some(fitted)
+    }
+
+    fn site(&self, stretch: &Stretch, fraction: f64) -> Site {
+        let width = stretch.to - stretch.from;
+        let jet = self.curve.jet(self.span, stretch.from + fraction * width);
+        Site { point: jet.point, first: jet.first * (width * self.length) }
+    }
+
+    /// Whether a piece keeps within a tolerance of the stretch.
+    fn keeps(
+        &self,
+        stretch: &Stretch,
+        piece: &Piece,
+        sites: &[Site; PLACES],
+        places: &[f64; PLACES],
+        tolerance: f64,
+    ) -> bool {
+        // A piece ends where the curve does, with its tangent.
+        let end = |u| Gap { u, v: u, off: DVec3::ZERO, slope: DVec3::ZERO };
+        let gap = |k: usize| match k {
+            0 => end(0.0),
+            _ if k > PLACES => end(1.0),
+            _ => Gap::of(piece, &sites[k - 1], fraction(k - 1), places[k - 1]),
+        };
+        let gaps: [Gap; PLACES + 2] = std::array::from_fn(gap);
+        gaps.windows(2).all(|pair| largest(&pair[0], &pair[1]) <= tolerance)
+            && gaps.windows(2).all(|pair| self.keeps_between(stretch, piece, [&pair[0], &pair[1]], tolerance, LOOKS))
+    }
+
+    /// Whether it does between two places: where what is found halfway is not what was expected, it looks closer.
+    fn keeps_between(&self, stretch: &Stretch, piece: &Piece, [a, b]: [&Gap; 2], tolerance: f64, looks: u32) -> bool {
+        let u = 0.5 * (a.u + b.u);
+        let site = self.site(stretch, u);
+        let v = nearest(piece, site.point, 0.5 * (a.v + b.v), a.v).min(b.v);
+        let middle = Gap::of(piece, &site, u, v);
+        let width = b.u - a.u;
+        let expected = [between(a, b, 0.5), 1.5 * (b.off - a.off) / width - 0.25 * (a.slope + b.slope)];
+        let surprise = (middle.off - expected[0]).length() + width / 8.0 * (middle.slope - expected[1]).length();
+        let largest = largest(a, &middle).max(largest(&middle, b));
+        // Where the curvature jumps, wherever between a and b, less than half of the surprise is left (0.47 times); where it does not, a sixteenth.
+        let enough = if looks == LOOKS { 0.5 * tolerance } else { tolerance };
+        largest + 0.5 * surprise <= enough
+            || largest <= tolerance
+                && looks > 0
+                && self.keeps_between(stretch, piece, [a, &middle], tolerance, looks - 1)
+                && self.keeps_between(stretch, piece, [&middle, b], tolerance, looks - 1)
+    }
+}
+
+/// A place of a curve.
+struct Site {
+    point: DVec3,
+    /// The derivative by the fraction of the stretch.
+    first: DVec3,
+}
+
+/// How a curve and a piece are apart where they are matched.
+struct Gap {
+    /// The fraction of the stretch of the curve.
+    u: f64,
+    /// That of the piece.
+    v: f64,
+    off: DVec3,
+    /// The derivative of `off` by u.
+    slope: DVec3,
+}
+
+impl Gap {
+    fn of(piece: &Piece, site: &Site, u: f64, v: f64) -> Self {
+        let tangent = derivative(piece, v).normalize_or_zero();
+        // The matched place goes along with the curve: what is left goes across.
+        Gap { u, v, off: site.point - point(piece, v), slope: site.first - tangent * site.first.dot(tangent) }
+    }
+}
+
+/// The gap at a fraction of the way from one to the next: Hermite's cubic.
+fn between(a: &Gap, b: &Gap, fraction: f64) -> DVec3 {
+    let third = (b.u - a.u) / 3.0;
+    point(&[a.off, a.off + a.slope * third, b.off - b.slope * third, b.off], fraction)
+}
+
+/// The largest gap from one to the next, their ends too.
+fn largest(a: &Gap, b: &Gap) -> f64 {
+    let inside = (1..STEPS).map(|j| between(a, b, f64::from(j) / f64::from(STEPS)).length());
+    inside.fold(a.off.length().max(b.off.length()), f64::max)
+}
+
+/// A part of a span, with the points and derivatives at its ends.
+struct Stretch {
+    from: f64,
+    to: f64,
+    ends: [(DVec3, DVec3); 2],
+    /// Of its length in the parameter.
+    third: f64,
+}
+
+impl Stretch {
+    /// Hermite's cubic.
+    fn hermite(&self) -> Piece {
+        let [(a, first), (b, last)] = self.ends;
+        [a, a + first * self.third, b - last * self.third, b]
+    }
+
+    /// The piece whose handles have the lengths of least squared distances from these sites of the curve, and the places matched with them.
+    fn fitted(&self, sites: &[Site; PLACES], mut places: [f64; PLACES]) -> Option<(Piece, [f64; PLACES])> {
+        let [(a, first), (b, last)] = self.ends;
+        let (start, end) = (first.try_normalize()?, last.try_normalize()?);
+        let with = |[alpha, beta]: [f64; 2]| [a, a + start * alpha, b - end * beta, b];
+        let mut handles = [first.length() * self.third, last.length() * self.third];
+        for _ in 0..FIT_STEPS {
+            let piece = with(handles);
+            let (mut aa, mut ab, mut bb, mut ar, mut br) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            for (&v, site) in places.iter().zip(sites) {
+                let tangent = derivative(&piece, v).normalize_or_zero();
+                let across = |x: DVec3| x - tangent * x.dot(tangent);
+                let [_, alpha, beta, _] = weights(v);
+                let (alpha, beta) = (across(start) * alpha, across(-end) * beta);
+                let off = across(site.point - point(&piece, v));
+                (aa, ab, bb) = (aa + alpha.dot(alpha), ab + alpha.dot(beta), bb + beta.dot(beta));
+                (ar, br) = (ar + alpha.dot(off), br + beta.dot(off));
+            }
+            let damping = 1e-10 * (aa + bb);
+            (aa, bb) = (aa + damping, bb + damping);
+            let determinant = aa * bb - ab * ab;
+            let step = [(bb * ar - ab * br) / determinant, (aa * br - ab * ar) / determinant];
+            if !step.iter().all(|x| x.is_finite()) {
+                return None;
+            }
+            let most = (0..2).map(|k| step[k].abs() / handles[k]).fold(0.0, f64::max);
+            let shorter = if most > MOST_CHANGE { MOST_CHANGE / most } else { 1.0 };
+            handles = [handles[0] + shorter * step[0], handles[1] + shorter * step[1]];
+            places = matched(&with(handles), sites, &places);
+            if most <= FIT_PRECISION {
+                break;
+            }
+        }
+        Some((with(handles), places))
+    }
+}
+
+/// Where place k is.
+fn fraction(k: usize) -> f64 {
+    (k + 1) as f64 / (PLACES + 1) as f64
+}
+
+/// Places of a piece nearest to sites of the curve, in order, near these.
+fn matched(piece: &Piece, sites: &[Site; PLACES], near: &[f64; PLACES]) -> [f64; PLACES] {
+    let mut low = 0.0;
+    std::array::from_fn(|k| {
+        low = nearest(piece, sites[k].point, near[k], low);
+        low
+    })
+}
+
+/// The place of a piece nearest to a point, by two steps of Newton's method from `v`, and not below `low`.
+fn nearest(piece: &Piece, p: DVec3, mut v: f64, low: f64) -> f64 {
+    for _ in 0..2 {
+        let (off, first) = (point(piece, v) - p, derivative(piece, v));
+        let square = first.length_squared();
+        let slope = square + off.dot(second_derivative(piece, v));
+        // Far from the piece the slope may be that of a place farthest away.
+        let slope = if slope > 0.5 * square { slope } else { square };
+        if slope > 0.0 {
+            v = (v - off.dot(first) / slope).clamp(low, 1.0);
+        }
+    }
+    v.max(low)
+}
+
+/// Bernstein's polynomials.
+fn weights(v: f64) -> [f64; 4] {
+    let w = 1.0 - v;
+    [w * w * w, 3.0 * w * w * v, 3.0 * w * v * v, v * v * v]
+}
+
+fn point(piece: &Piece, v: f64) -> DVec3 {
+    let [a, b, c] = [0, 1, 2].map(|i| piece[i].lerp(piece[i + 1], v));
+    a.lerp(b, v).lerp(b.lerp(c, v), v)
+}
+
+fn derivative(piece: &Piece, v: f64) -> DVec3 {
+    let [a, b, c] = [0, 1, 2].map(|i| piece[i + 1] - piece[i]);
+    3.0 * a.lerp(b, v).lerp(b.lerp(c, v), v)
+}
+
+fn second_derivative(piece: &Piece, v: f64) -> DVec3 {
+    let [a, b] = [0, 1].map(|i| piece[i] - 2.0 * piece[i + 1] + piece[i + 2]);
+    6.0 * a.lerp(b, v)
+}

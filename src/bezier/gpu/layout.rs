@@ -1,0 +1,181 @@
+//! [`Layout`]: where a chunk's curves stand on the device, and [`Found`]: what came back of them.
+
+use std::ops::Range;
+
+use super::{GROUP, NONE, Task, Work};
+use crate::linalg::Real;
+
+/// The curves of one workgroup, which share an operator. Number `at` of its curve k is number `at · curves + k`.
+#[derive(Clone, Debug)]
+pub(super) struct Tile {
+    /// Of the operator.
+    pub number: u32,
+    /// First of them among the members.
+    pub first: usize,
+    pub curves: usize,
+    /// First number of the data, and of the results.
+    pub start: usize,
+    pub out: usize,
+}
+
+/// A chunk, sorted by operators.
+pub(super) struct Layout {
+    /// The first curve of the chunk.
+    first: usize,
+    /// Curves, those of one operator beside each other, in order.
+    pub members: Vec<u32>,
+    pub tiles: Vec<Tile>,
+    /// Tile and lane of every curve of the chunk.
+    places: Vec<(u32, u32)>,
+    /// Numbers of data, and of results.
+    pub data: usize,
+    pub results: usize,
+}
+
+impl Layout {
+    pub fn new<const D: usize>(work: &Work, chunk: &Range<usize>) -> Self {
+        let for_kernel: Vec<bool> = (0..work.operators.len() as u32).map(|k| work.task(k).is_some()).collect();
+        let number = |i: usize| Some(work.numbers[i]).filter(|&k| k != NONE && for_kernel[k as usize]);
+        let mut ends = vec![0; for_kernel.len()];
+        chunk.clone().filter_map(number).for_each(|k| ends[k as usize] += 1);
+        let counts = ends.clone();
+        let mut total = 0;
+        for end in &mut ends {
+            // First where the operator's curves begin, and after all are placed where they end.
+            (*end, total) = (total, total + *end);
+        }
+        let mut members = vec![0; total];
+        for i in chunk.clone() {
+            if let Some(k) = number(i) {
+                members[ends[k as usize]] = i as u32;
+                ends[k as usize] += 1;
+            }
+        }
+        let mut layout = Layout {
+            first: chunk.start,
+            members,
+            tiles: Vec::new(),
+            places: vec![(NONE, 0); chunk.len()],
+            data: 0,
+            results: 0,
+        };
+        for k in (0..counts.len()).filter(|&k| counts[k] > 0) {
+            let task = work.task(k as u32).expect("it was counted");
+            for first in (ends[k] - counts[k]..ends[k]).step_by(GROUP) {
+                let curves = (ends[k] - first).min(GROUP);
+                for lane in 0..curves {
+                    let i = layout.members[first + lane] as usize;
+                    layout.places[i - chunk.start] = (layout.tiles.len() as u32, lane as u32);
+                }
+                layout.tiles.push(Tile { number: k as u32, first, curves, start: layout.data, out: layout.results });
+                layout.data += task.operator.columns() * D * curves;
+                layout.results += work.results_of::<D>(task) * curves;
+            }
+        }
+        layout
+    }
+}
+
+/// Numbers of either precision.
+#[derive(Clone, Copy)]
+pub(super) enum Numbers<'a> {
+    Single(&'a [f32]),
+    Double(&'a [f64]),
+}
+
+impl Numbers<'_> {
+    #[inline(always)]
+    fn at(&self, i: usize) -> f64 {
+        match self {
+            Numbers::Single(numbers) => numbers[i].to_f64(),
+            Numbers::Double(numbers) => numbers[i],
+        }
+    }
+}
+
+/// What came back of a chunk.
+pub(super) struct Found<'a, const D: usize> {
+    work: &'a Work<'a>,
+    layout: &'a Layout,
+    sizes: &'a [f64],
+    numbers: Numbers<'a>,
+}
+
+impl<'a, const D: usize> Found<'a, D> {
+    pub fn new(work: &'a Work<'a>, layout: &'a Layout, sizes: &'a [f64], numbers: Numbers<'a>) -> Self {
+        Found { work, layout, sizes, numbers }
+    }
+
+    /// What came back of a curve, if it was sent.
+    #[inline(always)]
+    pub fn of(&self, i: usize) -> Option<FoundCurve<'_, D>> {
+        let (tile, lane) = self.layout.places[i - self.layout.first];
+        let tile = self.layout.tiles.get(tile as usize)?;
+        let size = self.sizes[tile.first + lane as usize];
+        let task = self.work.task(tile.number)?;
+        let place = tile.out + lane as usize;
+        let magnitudes = self.work.magnitudes();
+        let at_once = task.rows_at_once();
+        (!size.is_nan()).then_some(FoundCurve {
+            numbers: self.numbers,
+            task,
+            place,
+            stride: tile.curves,
+            size,
+            magnitudes,
+            at_once,
+        })
+    }
+}
+
+/// What came back of a curve.
+pub(super) struct FoundCurve<'a, const D: usize> {
+    numbers: Numbers<'a>,
+    task: Task<'a>,
+    place: usize,
+    stride: usize,
+    size: f64,
+    magnitudes: usize,
+    at_once: usize,
+}
+
+impl<const D: usize> FoundCurve<'_, D> {
+    #[inline(always)]
+    fn at(&self, number: usize) -> f64 {
+        self.numbers.at(self.place + number * self.stride)
+    }
+
+    /// Row times data.
+    #[inline(always)]
+    pub fn point(&self, row: usize) -> [f64; D] {
+        // Every thread that came before has left its magnitude too.
+        let first = row * D + if row < self.at_once { 0 } else { row / self.at_once * self.magnitudes };
+        std::array::from_fn(|c| self.at(first + c) * self.size)
+    }
+
+    /// The sum of squares of the other rows.
+    pub fn energy(&self) -> f64 {
+        if self.task.has_energy() {
+            self.at(self.task.points * D + self.magnitudes) * self.size * self.size
+        } else {
+            0.0
+        }
+    }
+
+    /// The largest Σ|entry · datum| of a coordinate, in f32.
+    pub fn magnitude(&self) -> Option<f64> {
+        if self.magnitudes == 0 {
+            return None;
+        }
+        let threads = self.task.points.div_ceil(self.at_once).max(1);
+        let of = |thread: usize| self.at(self.task.points.min((thread + 1) * self.at_once) * D + thread);
+        // A NaN must not get lost.
+        Some((0..threads).map(of).fold(0.0, |largest: f64, x| if x <= largest { largest } else { x }) * self.size)
+    }
+
+    /// The sum of their squares over the rows whose squares are the energy, in f32.
+    pub fn energy_magnitude(&self) -> Option<f64> {
+        let number = self.task.points * D + self.magnitudes + 1;
+        (self.magnitudes == 1 && self.task.has_energy()).then(|| self.at(number) * self.size * self.size)
+    }
+}

@@ -1,0 +1,261 @@
+//! Completion and transformation of control polygons on a GPU.
+//!
+//! What f32 would lose too many digits of, by magnitudes Σ|entry · datum| far above the curve's own size, the CPU computes again in f64.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::layout::FoundCurve;
+use super::{NONE, Task, Work};
+use crate::bezier::complete::{Job, Outcome, Solved};
+use crate::bezier::operator::Operator;
+use crate::bezier::polygons::{Controls, Polygons};
+use crate::bezier::ready::{MOST_DATA, Ready};
+use crate::bezier::refusal::Refusal;
+use crate::device::Precision;
+use crate::error::Result;
+use crate::gpu::Gpu;
+use crate::linalg::{take, tasks};
+
+/// What points in f32 are good to, in units of half the curve's largest extent.
+const POINTS: f64 = 2e-6;
+
+/// What energies in f32 are good to, in units of themselves.
+const ENERGIES: f64 = 64.0 * f32::EPSILON as f64;
+
+/// How many halves of ε of the magnitude a sum in f32 is off at most: see the tests.
+pub(super) const ROUNDINGS: f64 = 5.0;
+
+/// Completes all curves of a job. In f32 control points are good to 2e-6 of half the curve's largest extent, and energies to 64 ε of themselves; what
+/// is not, by the magnitudes that went into it, is computed again by the CPU.
+///
+/// # Errors
+/// Those of [`Gpu::kernel`] and of submissions.
+pub(crate) fn complete_on_gpu<const D: usize>(
+    gpu: &Gpu,
+    precision: Precision,
+    job: &Job,
+    solved: &mut Solved,
+) -> Result<Vec<Outcome>> {
+    let narrow = precision != Precision::F64;
+    let lines: Vec<Option<Line>> =
+        job.ready.iter().map(|ready| ready.as_ref().filter(|_| narrow).and_then(|own| Line::of(own, job))).collect();
+    let operators = job
+        .ready
+        .iter()
+        .map(|ready| ready.as_ref().map(|own| Task { operator: &own.operator, points: own.unknown.len() }))
+        .collect();
+    let numbers = numbers(job.polygons.offsets, |i, last| job.number(i, last).unwrap_or(NONE));
+    let work = Work { gpu, precision, operators, numbers };
+    let gather = |i: usize, data: &mut Vec<[f64; D]>| {
+        let number = work.numbers[i] as usize;
+        let Some(ready) = &job.ready[number] else { return false };
+        let is_given = job.gather(i, ready, data).is_ok();
+        if let (Some(line), true) = (&lines[number], is_given) {
+            line.take_from(data);
+        }
+        is_given
+    };
+    let mut outcomes = Vec::with_capacity(job.polygons.len());
+    let offsets = job.polygons.offsets;
+    let Solved { coords, energies, .. } = solved;
+    let (mut coords, mut energies) = (&mut coords[..], &mut energies[..]);
+    work.run::<D>(gather, |chunk, found| {
+        let parts: Vec<_> = tasks(&offsets[chunk.start..=chunk.end])
+            .into_iter()
+            .map(|curves| {
+                let curves = chunk.start + curves.start..chunk.start + curves.end;
+                let points = offsets[curves.end] - offsets[curves.start];
+                (take(&mut coords, points * D), take(&mut energies, curves.len()), curves)
+            })
+            .collect();
+        outcomes.par_extend(parts.into_par_iter().flat_map_iter(|(coords, energies, curves)| {
+            let (mut points, _) = coords.as_chunks_mut::<D>();
+            let mut data = Vec::with_capacity(MOST_DATA);
+            let mut last = None;
+            let mut outcomes = Vec::with_capacity(curves.len());
+            for (i, energy) in curves.zip(energies) {
+                let own = take(&mut points, job.polygons.count(i));
+                outcomes.push(job.number(i, &mut last).and_then(|number| {
+                    let ready = job.ready[number as usize].as_ref().ok_or(Refusal::Contradiction)?;
+                    if let Some(found) = found.of(i) {
+                        *energy = complete(ready, lines[number as usize].as_ref(), &found, own);
+                        let outcome = ready.status(own.as_flattened(), *energy);
+                        if outcome.is_ok() && is_precise(&found, &[own], *energy) {
+                            return outcome;
+                        }
+                    }
+                    let origin = job.gather(i, ready, &mut data)?;
+                    *energy = ready.complete(&data, &origin, |place, point| own[place] = point);
+                    ready.status(own.as_flattened(), *energy)
+                }));
+            }
+            outcomes
+        }));
+    })?;
+    Ok(outcomes)
+}
+
+/// The number of every curve, by all threads. The second argument of `number` is its own to remember something in.
+fn numbers<T: Default>(offsets: &[usize], number: impl Fn(usize, &mut T) -> u32 + Sync) -> Vec<u32> {
+    let of_part = |curves: std::ops::Range<usize>| {
+        let mut last = T::default();
+        let number = &number;
+        curves.map(move |i| number(i, &mut last))
+    };
+    tasks(offsets).into_par_iter().flat_map_iter(of_part).collect()
+}
+
+/// Puts the unknown points where they belong; returns the energy.
+#[inline(always)]
+fn complete<const D: usize>(ready: &Ready, line: Option<&Line>, found: &FoundCurve<D>, own: &mut [[f64; D]]) -> f64 {
+    let origin = ready.known.first().map_or([0.0; D], |&first| own[usize::from(first)]);
+    let slope = line.map(|line| line.slope::<D>(&std::array::from_fn(|c| own[line.last][c] - origin[c])));
+    for (row, &place) in ready.unknown.iter().enumerate() {
+        let place = usize::from(place);
+        let point = found.point(row);
+        own[place] = match (line, slope) {
+            (Some(line), Some(slope)) => {
+                let steps = place as f64 - line.first as f64;
+                std::array::from_fn(|c| origin[c] + (slope[c] * steps + point[c]))
+            }
+            _ => std::array::from_fn(|c| point[c] + ready.sums[row] * origin[c]),
+        };
+    }
+    found.energy()
+}
+
+/// Whether f32 was good enough for a curve; f64 always is.
+fn is_precise<const D: usize>(found: &FoundCurve<D>, points: &[&[[f64; D]]], energy: f64) -> bool {
+    let Some(magnitude) = found.magnitude() else { return true };
+    let lost = ROUNDINGS * 0.5 * f64::from(f32::EPSILON);
+    let extent = points.iter().map(|points| half_extent(points)).fold(0.0, f64::max);
+    // √(Σ (r + δ)²) is at most √(Σ δ²) from √(Σ r²).
+    let of_energy = found.energy_magnitude().unwrap_or(0.0).sqrt();
+    lost * magnitude <= POINTS * extent && 2.0 * lost * of_energy <= ENERGIES * energy.sqrt()
+}
+
+fn half_extent<const D: usize>(points: &[[f64; D]]) -> f64 {
+    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    for point in points {
+        for c in 0..D {
+            low[c] = low[c].min(point[c]);
+            high[c] = high[c].max(point[c]);
+        }
+    }
+    (0..D).map(|c| 0.5 * high[c] - 0.5 * low[c]).fold(0.0, f64::max)
+}
+
+/// The line through the first and the last known point, evenly passed: where energies of first derivatives do not count, curves with it taken
+/// from what is given have it taken from what is found, with the same energy. What is left is smaller and sheds less in f32.
+struct Line {
+    /// The two points' numbers, and the number of the last among the data.
+    first: usize,
+    last: usize,
+    last_datum: usize,
+    /// What the line with the slope 1 has in the place of each datum.
+    steps: Vec<f64>,
+}
+
+impl Line {
+    fn of(ready: &Ready, job: &Job) -> Option<Self> {
+        let (&first, &last) = (ready.known.first()?, ready.known.last()?);
+        if !ready.is_unique || job.energy.weights[0] > 0.0 || first == last {
+            return None;
+        }
+        let degree = ready.pattern.degree() as f64;
+        let of_points = ready.known.iter().map(|&k| f64::from(k) - f64::from(first));
+        let of_derivatives = ready.pattern.derivatives().map(|(_, r)| if r == 1 { degree } else { 0.0 });
+        let steps = of_points.chain(of_derivatives).collect();
+        Some(Line { first: first.into(), last: last.into(), last_datum: ready.known.len() - 1, steps })
+    }
+
+    /// From the last known point relative to the first.
+    fn slope<const D: usize>(&self, last: &[f64; D]) -> [f64; D] {
+        last.map(|x| x / (self.last - self.first) as f64)
+    }
+
+    fn take_from<const D: usize>(&self, data: &mut [[f64; D]]) {
+        let slope = self.slope(&data[self.last_datum]);
+        for (datum, steps) in data.iter_mut().zip(&self.steps) {
+            *datum = std::array::from_fn(|c| datum[c] - slope[c] * steps);
+        }
+        // Not even a rounding is left.
+        data[self.last_datum] = [0.0; D];
+    }
+}
+
+/// Applies to every curve the matrix of its number of points, whose rows sum to 1: to the points relative to the first one. Rows that are a
+/// point itself give it bit for bit. Points in f32 are good to 2e-6 of half the largest extent of the points given, or of those made.
+///
+/// # Errors
+/// As [`complete_on_gpu`].
+pub(crate) fn transform_on_gpu<const D: usize>(
+    gpu: &Gpu,
+    precision: Precision,
+    polygons: &Polygons,
+    operators: &BTreeMap<usize, Operator<f64>>,
+    made: &mut Controls,
+) -> Result<()> {
+    let counts: Vec<usize> = operators.keys().copied().collect();
+    let number = |i: usize| counts.binary_search(&polygons.count(i)).ok();
+    let copies: Vec<Vec<Option<usize>>> = operators.values().map(copies).collect();
+    let work = Work {
+        gpu,
+        precision,
+        operators: operators.values().map(|operator| Some(Task { operator, points: operator.rows() })).collect(),
+        numbers: numbers(polygons.offsets, |i, _: &mut ()| number(i).map_or(NONE, |number| number as u32)),
+    };
+    let gather = |i: usize, data: &mut Vec<[f64; D]>| {
+        let (points, _) = polygons.points(i).as_chunks::<D>();
+        data.clear();
+        data.extend(points.iter().map(|point| std::array::from_fn(|c| point[c] - points[0][c])));
+        true
+    };
+    let offsets = &made.offsets;
+    let mut coords = &mut made.coords[..];
+    work.run::<D>(gather, |chunk, found| {
+        let parts: Vec<_> = tasks(&offsets[chunk.start..=chunk.end])
+            .into_iter()
+            .map(|curves| {
+                let curves = chunk.start + curves.start..chunk.start + curves.end;
+                (take(&mut coords, (offsets[curves.end] - offsets[curves.start]) * D), curves)
+            })
+            .collect();
+        parts.into_par_iter().for_each(|(coords, curves)| {
+            let (mut points, _) = coords.as_chunks_mut::<D>();
+            for i in curves {
+                let own = take(&mut points, offsets[i + 1] - offsets[i]);
+                let given = polygons.points(i).as_chunks::<D>().0;
+                let Some(number) = number(i) else { continue };
+                if let Some(found) = found.of(i) {
+                    for (row, (point, copy)) in own.iter_mut().zip(&copies[number]).enumerate() {
+                        *point = match *copy {
+                            Some(copy) => given[copy],
+                            None => {
+                                let relative = found.point(row);
+                                std::array::from_fn(|c| given[0][c] + relative[c])
+                            }
+                        };
+                    }
+                    if is_precise(&found, &[given, own], 0.0) {
+                        continue;
+                    }
+                }
+                operators[&polygons.count(i)].apply::<D>(given, |row, point| own[row] = point);
+            }
+        });
+    })
+}
+
+/// The column whose point a row is.
+fn copies(operator: &Operator<f64>) -> Vec<Option<usize>> {
+    let columns = operator.columns();
+    let copy = |row: usize| {
+        let column = (0..columns).find(|&j| operator.at(row, j) != 0.0)?;
+        let others = (column + 1..columns).all(|j| operator.at(row, j) == 0.0);
+        (operator.at(row, column) == 1.0 && others).then_some(column)
+    };
+    (0..operator.rows()).map(copy).collect()
+}
