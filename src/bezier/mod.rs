@@ -11,6 +11,7 @@
 //! ```
 //!
 //! * [`complete()`] works on slices, in 1 to 4 dimensions; [`Complete`] on a [`CurveBatch`](crate::CurveBatch), one Bézier a curve.
+//! * [`Chain`] completes composite Béziers, chains of pieces with free, C1, C2 or G1 joints, every curve of a batch one chain.
 //! * [`elevate()`], [`reduce()`], [`split`], [`evaluate`], [`lengths`] are batched the same way.
 //! * [`Completed`] has the control points, a report each, and the curves behind the trait [`Curve`](crate::Curve).
 //!
@@ -20,6 +21,7 @@
 //! **Accuracy.** Operators are exact but for one rounding: on the CPU a completed point is within some 1e-15 of the largest Σ|W||G| that makes it up, whatever
 //! the degree. Known points keep their bits.
 
+mod chain;
 mod complete;
 mod completed;
 pub(crate) mod convert;
@@ -38,6 +40,7 @@ mod ready;
 mod refusal;
 mod single;
 
+pub use chain::{Chain, Joints, PieceLengths};
 pub use complete::{Solved, complete};
 pub use completed::Completed;
 pub use eigen::Eigenstructure;
