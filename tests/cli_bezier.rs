@@ -292,6 +292,15 @@ fn geojson_takes_polylines_only() {
 fn options_that_do_not_fit_together_are_refused() {
     let folder = folder(TWO);
     let csv = |arguments: &str, sentence: &str| refused(&folder, &format!("in.csv -o out.csv {arguments}"), sentence);
+    csv("--joints c2", "--joints c2 says how the pieces of a chain meet: give --degree D, such as --degree 3");
+    csv("--lengths equal", "--lengths says how long the pieces of a chain are: give --degree D, such as --degree 3");
+    csv("--known joints", "--known joints keeps the points where the pieces of a chain meet: give --degree D");
+    csv("--degree 0", "--degree is 0; degrees from 1 to 30 are possible, such as --degree 3");
+    csv("--degree 31", "--degree is 31; degrees from 1 to 30 are possible");
+    csv(
+        "--degree 3 --tangents directions",
+        "--tangents belongs to single Bézier curves; those of chains are directions with --joints g1",
+    );
     csv("--elevate 0", "--elevate is 0; degrees change by 1 to 29, and stay between 1 and 30: give --elevate 1");
     csv("--reduce -1", "--reduce is -1; degrees change by 1 to 29");
     csv("--samples 4", "--samples belongs to --as polyline; control points are written as they are: leave it out");
@@ -307,7 +316,14 @@ fn options_that_do_not_fit_together_are_refused() {
     );
     completed(&folder, "heavy.csv -o out.csv --columns weight=");
     let svg = drawing("<path d='M0 0 C1 1 2 1 3 0'/>");
-    refused(&svg, "in.svg -o out.svg", "paths of SVG are chains of Béziers");
+    refused(&svg, "in.svg -o out.svg --degree 4", "--degree is 4, but paths of SVG are read as chains of cubics");
+    completed(&svg, "in.svg -o out.svg --degree 3");
+    let ring = drawing("<path d='M0 0 L2 0 L2 2 Z'/>");
+    refused(
+        &ring,
+        "in.svg -o out.svg --known ends",
+        "--known ends: curve 0 is closed and has none: give --known joints",
+    );
 }
 
 #[test]
@@ -322,6 +338,98 @@ fn options_that_cannot_be_read_are_explained() {
     misread("--energy length=1", "there is no energy 'length': use tension, bending, variation");
     misread("--energy bending=0,tension=0", "every weight is 0, and nothing would be minimised");
     misread("--energy bending=-1", "the weight of bending is -1; weights are 0 or positive numbers");
-    misread("--known some", "possible values: file, ends");
+    misread("--joints c3", "possible values: free, c1, c2, g1");
+    misread("--lengths long", "possible values: chords, equal");
+    misread("--known some", "possible values: file, joints, ends");
     misread("--elevate 1 --reduce 1", "cannot be used with");
+}
+
+/// What a chain is a part of: a drawing of one open path, its joints, and one that is closed.
+const PATH: &str = "M0 0 C1 3 2 3 3 0 Q4 -1 6 1 L8 3";
+const JOINTS: &str = "x,y\n0,0\n3,0\n6,1\n8,3\n";
+const RING: &str = "M0 0 C-1 -1 5 -2 4 0 L4 3 Z";
+const CORNERS: &str = "x,y\n0,0\n4,0\n4,3\n";
+
+/// The control points that `fit` gives the natural cubic spline through the points of `in.csv`.
+fn spline(folder: &TempDir, arguments: &str) -> Vec<[f64; 2]> {
+    run(folder, &format!("fit in.csv -o spline.csv --as bezier --device cpu --force {arguments}")).code(0);
+    points(folder, "spline.csv", "0")
+}
+
+#[test]
+fn the_handles_of_a_drawing_are_laid_anew_as_those_of_the_spline_through_its_joints() {
+    for (path, joints, closed) in [(PATH, JOINTS, ""), (RING, CORNERS, "--closed yes")] {
+        let folder = drawing(&format!("<path d='{path}'/>"));
+        completed(&folder, "in.svg -o out.csv --known joints --joints c2").stderr(contains("1 curve"));
+        fs::write(folder.path().join("in.csv"), joints).unwrap();
+        let (found, wanted) = (points(&folder, "out.csv", "0"), spline(&folder, closed));
+        assert_near(&found, &wanted, 1e-13);
+        let kept: Vec<[f64; 2]> = found.iter().step_by(3).copied().collect();
+        let given = joints.lines().skip(1).map(|line| line.split_once(',').unwrap());
+        let given: Vec<[f64; 2]> = given.map(|(x, y)| [x.parse().unwrap(), y.parse().unwrap()]).collect();
+        assert_eq!(kept, given, "joints keep their bits");
+    }
+}
+
+#[test]
+fn a_drawing_without_unknown_points_comes_out_as_it_went_in() {
+    let folder = drawing("<path d='M0.1 0.2 C1 3 2 3 3 0 4 -1 6 1 8 3 M1 1 C2 2 3 2 4 1 5 0 0 -1 1 1 Z'/>");
+    completed(&folder, "in.svg -o out.svg");
+    let drawn = read(&folder, "out.svg");
+    assert!(drawn.contains(r#"d="M0.1,0.2C1,3 2,3 3,0 4,-1 6,1 8,3""#), "{drawn}");
+    assert!(drawn.contains(r#"d="M1,1C2,2 3,2 4,1 5,0 0,-1 1,1Z""#), "{drawn}");
+    completed(&folder, "in.svg -o high.npz --elevate 1 --report report.json");
+    let report = report(&folder, "report.json");
+    assert_eq!((&report["curves"][0]["points_in"], &report["curves"][0]["points_out"]), (&7.into(), &9.into()));
+    assert_eq!((&report["curves"][1]["points_in"], &report["curves"][1]["points_out"]), (&6.into(), &8.into()));
+    completed(&folder, "high.npz -o back.svg --degree 4");
+    completed(&folder, "high.npz -o back.csv --degree 4 --reduce 1");
+    assert_near(&points(&folder, "back.csv", "0/1")[..3], &[[1.0, 1.0], [2.0, 2.0], [3.0, 2.0]], 1e-13);
+    assert!(read(&folder, "back.svg").matches("<path").count() == 2);
+}
+
+#[test]
+fn a_path_that_cannot_be_completed_is_drawn_as_it_was() {
+    let folder = drawing("<path id='corner' d='M0 0 C1 3 2 3 3 0 4 1 6 1 8 3'/><path id='point' d='M5 5'/>");
+    run(&folder, "bezier in.svg -o out.svg --joints c1 --device cpu").code(1).stderr(
+        contains("2 of 2 curves are not usable:").and(contains("curve corner, point 4")).and(contains("not C1")),
+    );
+    let drawn = read(&folder, "out.svg");
+    assert!(drawn.contains(r#"<path id="corner" d="M0,0C1,3 2,3 3,0 4,1 6,1 8,3"/>"#), "{drawn}");
+    assert!(drawn.contains(r#"<path id="point" d="M5,5"/>"#), "{drawn}");
+}
+
+#[test]
+fn chains_in_csv_say_their_degree_and_how_their_pieces_meet() {
+    // Two quintics with a corner at (3, 0), every handle unknown.
+    let unknown = ",,0\n".repeat(4);
+    let folder = folder(&format!("x,y,known\n0,0,1\n{unknown}3,0,1\n{unknown}4,5,1\n"));
+    let energies = ["free", "g1", "c1", "c2"].map(|joints| {
+        completed(&folder, &format!("in.csv -o {joints}.csv --degree 5 --joints {joints} --report report.json"));
+        report(&folder, "report.json")["curves"][0]["energy"].as_f64().unwrap()
+    });
+    assert_near(&points(&folder, "free.csv", "0")[..6], &line([0.0, 0.0], [3.0, 0.0], 5), 1e-14);
+    let [free, g1, c1, c2] = energies;
+    // With bending alone C1 comes to C2.
+    assert!(free < 1e-20 && 0.0 < g1 && g1 <= c1 * (1.0 + 1e-12) && (c1 - c2).abs() <= 1e-12 * c2, "{energies:?}");
+    let found = points(&folder, "c1.csv", "0");
+    let h = [3.0, 26f64.sqrt()];
+    for c in 0..2 {
+        let [before, after] = [(found[5][c] - found[4][c]) / h[0], (found[6][c] - found[5][c]) / h[1]];
+        assert!((before - after).abs() < 1e-13, "{found:?}");
+    }
+    completed(&folder, "in.csv -o equal.csv --degree 5 --joints c1 --lengths equal");
+    let found = points(&folder, "equal.csv", "0");
+    assert!((0..2).all(|c| (found[4][c] + found[6][c] - 2.0 * found[5][c]).abs() < 1e-13), "{found:?}");
+    completed(&folder, "in.csv -o ends.csv --degree 5 --joints c1 --known ends --lengths equal");
+    assert_near(&points(&folder, "ends.csv", "0"), &line([0.0, 0.0], [4.0, 5.0], 10), 1e-12);
+}
+
+#[test]
+fn a_chain_of_another_number_of_points_is_one_curve_s_trouble() {
+    let folder = folder("curve,x,y\na,0,0\na,1,2\na,2,2\na,3,0\na,4,-1\nb,0,0\nb,1,2\nb,2,2\nb,3,0\n");
+    run(&folder, "bezier in.csv -o out.csv --degree 3 --device cpu").code(1).stderr(
+        contains("curve a, point 4: 5 control points make no chain of degree 3").and(contains("1 of 2 curves is")),
+    );
+    assert_eq!(points(&folder, "out.csv", "a").len(), 5);
 }

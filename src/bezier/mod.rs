@@ -11,6 +11,7 @@
 //! ```
 //!
 //! * [`complete()`] works on slices, in 1 to 4 dimensions; [`Complete`] on a [`CurveBatch`](crate::CurveBatch), one Bézier a curve.
+//! * [`Chain`] completes composite Béziers, chains of pieces with free, C1, C2 or G1 joints, every curve of a batch one chain.
 //! * [`elevate()`], [`reduce()`], [`split`], [`evaluate`], [`lengths`] are batched the same way.
 //! * [`Completed`] has the control points, a report each, and the curves behind the trait [`Curve`](crate::Curve).
 //!
@@ -21,6 +22,7 @@
 //! the degree. Known points keep their bits. A GPU in f64 gives the CPU's numbers but for rounding; in f32 points are good to 2e-6 of half the curve's
 //! largest extent.
 
+mod chain;
 mod complete;
 mod completed;
 pub(crate) mod convert;
@@ -39,6 +41,7 @@ mod ready;
 mod refusal;
 mod single;
 
+pub use chain::{Chain, Joints, PieceLengths};
 pub use complete::{Solved, complete};
 pub use completed::Completed;
 pub use eigen::Eigenstructure;

@@ -12,7 +12,7 @@ use super::device::{self, DeviceArgs};
 use super::fit::{self, Shape};
 use super::method;
 use super::output;
-use super::polygons::PlanArgs;
+use super::polygons::{Plan, PlanArgs};
 use super::progress::Progress;
 use super::report::{self, Head, Seconds};
 use super::{InputArgs, Talk, count};
@@ -87,7 +87,7 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     let fit = completed.into_fit();
     let curves = match (args.shape, args.format()) {
         (Shape::Polyline, _) => fit.polylines(Sampling::PerSpan(method::per_span(args.samples)?)),
-        (Shape::Bezier, Some(Format::Svg)) => args.cubics(&controls, &degrees, &fit)?,
+        (Shape::Bezier, Some(Format::Svg)) => args.cubics(&plan, &controls, &degrees, &fit)?,
         (Shape::Bezier, _) => controls,
     };
     seconds.fit = progress.step(format!("writing {}", args.output.display()));
@@ -171,14 +171,16 @@ impl BezierArgs {
     }
 
     /// Chains of cubics for SVG: control points of cubics as they are, curves of other degrees within the tolerance.
-    fn cubics(&self, controls: &CurveBatch, degrees: &[Option<usize>], fit: &Fit) -> Result<CurveBatch> {
+    fn cubics(&self, plan: &Plan, controls: &CurveBatch, degrees: &[Option<usize>], fit: &Fit) -> Result<CurveBatch> {
         let near = fit.beziers(self.tolerance.unwrap_or(fit::BEZIER_TOLERANCE * fit::size(controls)));
         let d = controls.dimension();
         let (mut coords, mut offsets) = (Vec::with_capacity(near.coords().len()), vec![0]);
         for (i, &degree) in degrees.iter().enumerate() {
             let pieces = controls.spans(i) / 3;
             let whole = controls.count(i) > 1 && pieces * 3 == controls.spans(i);
-            let points = if whole && degree == Some(3) { controls.points(i) } else { near.points(i) };
+            // What was not completed is still what was read: of a drawing cubics, else a polygon.
+            let is_cubic = degree.map_or(plan.reads_cubics(), |degree| degree == 3);
+            let points = if whole && is_cubic { controls.points(i) } else { near.points(i) };
             coords.extend_from_slice(points);
             if controls.is_closed(i) {
                 // Marking the chain as closed drops its repeated first point, and only that.

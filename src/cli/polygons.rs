@@ -3,20 +3,45 @@
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use faircurve::bezier::{Complete, Completed, EndTangents, Energy};
+use faircurve::bezier::{Chain, Complete, Completed, EndTangents, Energy, Joints, MOST_DEGREE, PieceLengths};
 use faircurve::io::{Closed, Format};
 use faircurve::{Constraints, CurveBatch, Device, Error, Result};
 
 use super::InputArgs;
 use super::method::weights;
 
+/// The degree of the pieces in SVG.
+const CUBIC: usize = 3;
+
 /// The energies by name, ∫|X′|², ∫|X″|² and ∫|X‴|².
 const ENERGIES: [&str; 3] = ["tension", "bending", "variation"];
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum JointsWord {
+    /// Pieces only meet
+    Free,
+    /// Equal first derivatives
+    C1,
+    /// Equal first and second derivatives
+    C2,
+    /// Equal directions
+    G1,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum LengthsWord {
+    /// The distance of a piece's ends
+    Chords,
+    /// 1 each
+    Equal,
+}
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum KnownWord {
     /// Those that the file says: its column or array `known`, and all of them without
     File,
+    /// Those where pieces meet, and the ends
+    Joints,
     /// The first and the last
     Ends,
 }
@@ -54,22 +79,39 @@ impl FromStr for Weights {
 
 #[derive(Args, Debug)]
 pub struct PlanArgs {
+    /// Every curve is a chain of Béziers of degree D: D a piece and one more control point, none more where it is closed.
+    /// Without it every curve is one Bézier curve, closed only where the file or --closed yes says so; paths of SVG are chains of cubics
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    degree: Option<i64>,
+    /// How the pieces of a chain meet [default: free]
+    #[arg(long, value_enum)]
+    joints: Option<JointsWord>,
+    /// How long the pieces of a chain are in the parameter, which joints and energies refer to [default: chords]
+    #[arg(long, value_enum)]
+    lengths: Option<LengthsWord>,
     /// Which control points are kept; the others are completed
     #[arg(long, value_enum, default_value_t = KnownWord::File)]
     known: KnownWord,
-    /// What the tangents (columns tx ty tz) at the ends of a Bézier curve say [default: derivatives]
+    /// What the tangents (columns tx ty tz) at the ends of a single curve say [default: derivatives]
     #[arg(long, value_enum)]
     tangents: Option<TangentsWord>,
-    /// What is made least, ∫|X″|² (bending), ∫|X′|² (tension) and ∫|X‴|² (variation) of every piece over its parameter, 0 to 1
+    /// What is made least, ∫|X″|² (bending), ∫|X′|² (tension) and ∫|X‴|² (variation) over the parameter, 0 to 1 of a single curve
     #[arg(long, value_name = "NAME=WEIGHT,...", default_value = "bending=1")]
     energy: Weights,
 }
 
 /// What points are, and how they are completed.
 pub struct Plan {
-    method: Complete,
+    method: Method,
     known: KnownWord,
     closed: Closed,
+    /// Whether the input is a drawing.
+    svg: bool,
+}
+
+enum Method {
+    Single(Complete),
+    Chain(Chain),
 }
 
 impl PlanArgs {
@@ -78,22 +120,74 @@ impl PlanArgs {
     /// # Errors
     /// Options that do not fit together, or are out of range.
     pub fn plan(&self, input: &InputArgs) -> Result<Plan> {
-        if input.format() == Some(Format::Svg) {
-            return Err(Error::argument(
-                "paths of SVG are chains of Béziers, and single ones are completed: give control points as CSV or NPZ",
-            ));
+        let svg = input.format() == Some(Format::Svg);
+        let energy = Energy { weights: self.energy.0 };
+        let (method, closed) = match self.degree(svg)? {
+            Some(degree) => {
+                if self.tangents.is_some() {
+                    return Err(Error::argument(
+                        "--tangents belongs to single Bézier curves; those of chains are directions with --joints g1, and derivatives else: \
+                         leave it out",
+                    ));
+                }
+                let joints = match self.joints {
+                    None | Some(JointsWord::Free) => Joints::Free,
+                    Some(JointsWord::C1) => Joints::C1,
+                    Some(JointsWord::C2) => Joints::C2,
+                    Some(JointsWord::G1) => Joints::G1,
+                };
+                let lengths = match self.lengths {
+                    Some(LengthsWord::Equal) => PieceLengths::Equal,
+                    _ => PieceLengths::Chords,
+                };
+                (Method::Chain(Chain { degree, joints, energy, lengths }), input.closed)
+            }
+            None => {
+                self.refuse_what_needs_a_chain()?;
+                let tangents = match self.tangents {
+                    Some(TangentsWord::Directions) => EndTangents::Directions,
+                    _ => EndTangents::Derivatives,
+                };
+                // A curve that ends where it starts has both points in its polygon, unless the file marks it as closed.
+                let closed = match input.closed {
+                    Closed::Auto if input.format() != Some(Format::Npz) => Closed::No,
+                    given => given,
+                };
+                (Method::Single(Complete { energy, tangents }), closed)
+            }
+        };
+        Ok(Plan { method, known: self.known, closed, svg })
+    }
+
+    /// The degree of a chain's pieces; none for single curves.
+    fn degree(&self, svg: bool) -> Result<Option<usize>> {
+        match self.degree {
+            None => Ok(svg.then_some(CUBIC)),
+            Some(degree) if svg && degree != CUBIC as i64 => Err(Error::argument(format!(
+                "--degree is {degree}, but paths of SVG are read as chains of cubics: leave it out; --elevate raises the degree"
+            ))),
+            Some(degree) if (1..=MOST_DEGREE as i64).contains(&degree) => Ok(Some(degree as usize)),
+            Some(degree) => Err(Error::argument(format!(
+                "--degree is {degree}; degrees from 1 to {MOST_DEGREE} are possible, such as --degree 3"
+            ))),
         }
-        // A curve that ends where it starts has both points in its polygon, unless the file marks it as closed.
-        let closed = match input.closed {
-            Closed::Auto if input.format() != Some(Format::Npz) => Closed::No,
-            given => given,
-        };
-        let tangents = match self.tangents {
-            Some(TangentsWord::Directions) => EndTangents::Directions,
-            _ => EndTangents::Derivatives,
-        };
-        let method = Complete { energy: Energy { weights: self.energy.0 }, tangents };
-        Ok(Plan { method, known: self.known, closed })
+    }
+
+    fn refuse_what_needs_a_chain(&self) -> Result<()> {
+        let chain = "give --degree D, such as --degree 3, where every curve of the file is a chain";
+        if let Some(joints) = self.joints.and_then(|joints| joints.to_possible_value()) {
+            let joints = joints.get_name().to_owned();
+            return Err(Error::argument(format!("--joints {joints} says how the pieces of a chain meet: {chain}")));
+        }
+        if self.lengths.is_some() {
+            return Err(Error::argument(format!("--lengths says how long the pieces of a chain are: {chain}")));
+        }
+        if self.known == KnownWord::Joints {
+            return Err(Error::argument(format!(
+                "--known joints keeps the points where the pieces of a chain meet: {chain}, or --known ends"
+            )));
+        }
+        Ok(())
     }
 
     /// What a caption calls it.
@@ -112,16 +206,17 @@ impl Plan {
     /// # Errors
     /// Those of reading; weights; closed chains of which only the ends would be kept.
     pub fn read(&self, input: &InputArgs) -> Result<CurveBatch> {
-        let batch = input.read_as(self.closed, false)?;
+        let batch = input.read_as(self.closed, self.svg)?;
         if (0..batch.len()).any(|i| batch.weights(i).is_some()) {
             return Err(Error::argument(
                 "the file gives its points weights, but Bézier curves are polynomial here and have none: drop the column with \
                  --columns weight=, or the array",
             ));
         }
-        let flags = match self.known {
-            KnownWord::File => return Ok(batch),
-            KnownWord::Ends => ends(&batch)?,
+        let flags = match (self.known, &self.method) {
+            (KnownWord::File, _) => return Ok(batch),
+            (KnownWord::Joints, Method::Chain(chain)) => joints(&batch, chain.degree),
+            _ => ends(&batch)?,
         };
         let constraints = Constraints { known: Some(flags), ..batch.constraints().clone() };
         batch.with_constraints(constraints)
@@ -132,15 +227,28 @@ impl Plan {
     /// # Errors
     /// Those of the device.
     pub fn complete(&self, batch: &CurveBatch, device: &Device) -> Result<Completed> {
-        self.method.fit(batch, device)
+        match &self.method {
+            Method::Single(complete) => complete.fit(batch, device),
+            Method::Chain(chain) => chain.fit(batch, device),
+        }
     }
+
+    /// Whether what is read is drawn as cubics, too.
+    pub fn reads_cubics(&self) -> bool {
+        self.svg
+    }
+}
+
+/// Every point that a piece starts or ends with.
+fn joints(batch: &CurveBatch, degree: usize) -> Vec<bool> {
+    (0..batch.len()).flat_map(|i| (0..batch.count(i)).map(move |k| k % degree == 0)).collect()
 }
 
 /// The first and the last point of every curve.
 fn ends(batch: &CurveBatch) -> Result<Vec<bool>> {
     if let Some(i) = (0..batch.len()).find(|&i| batch.is_closed(i)) {
         return Err(Error::argument(format!(
-            "--known ends: curve {} is closed and has none: give --known file",
+            "--known ends: curve {} is closed and has none: give --known joints",
             batch.name(i)
         )));
     }

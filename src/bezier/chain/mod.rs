@@ -1,0 +1,246 @@
+//! [`Chain`]: composite Béziers of least energy.
+//!
+//! ```text
+//! Layout (lengths, what is known) ─► Joint (free jets) ─┐
+//! Piece (form of a pattern, exact) ─────────────────────┴► System: block tridiagonal ─► control points
+//!                                    G1: Newton's method ─► the same systems, again and again
+//! ```
+
+mod gpu;
+mod joint;
+mod layout;
+mod newton;
+mod piece;
+mod speeds;
+mod system;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeSet, HashMap};
+
+use rayon::prelude::*;
+
+use self::layout::{Layout, Trouble};
+use self::piece::Piece;
+use self::system::{Done, System};
+use super::MOST_DEGREE;
+use super::completed::Completed;
+use super::curves::Chains;
+use super::energy::Energy;
+use super::single::check_constraints;
+use crate::batch::CurveBatch;
+use crate::device::Device;
+use crate::error::{Error, Result};
+use crate::report::{CurveReport, CurveStatus};
+
+/// How the pieces of a chain meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Joints {
+    /// In their joints, no more.
+    Free,
+    /// p′ is continuous. Degree 3 and more.
+    #[default]
+    C1,
+    /// p″, too. Degree 5 and more; degrees 3 and 4 for bending alone, where nothing between joints is known but the outermost handles of an open
+    /// chain: then the chain is the cubic spline.
+    C2,
+    /// The direction of p′ is continuous, the speeds |p′| on both sides free and positive. Degree 3 and more, all joints known, and
+    /// ∫|p′|² or ∫|p″|² weighed.
+    G1,
+}
+
+/// How long the pieces of a chain are, in the parameter t.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PieceLengths {
+    /// The distance of a piece's ends; [`Equal`](Self::Equal) for curves with an unknown joint, or with a piece whose ends coincide.
+    #[default]
+    Chords,
+    /// 1 each.
+    Equal,
+}
+
+/// Completes composite Béziers: every curve of the batch is a chain of n pieces of this degree d that share their joints, d n + 1 control points, or
+/// d n of a closed chain, whose first joint is not repeated. Unknown control points ([`Constraints::known`](crate::Constraints), all known where the
+/// batch says nothing) are those of least
+///
+/// ```text
+/// Σ_k ∫₀^{h_k} Σ_r weight_r |p⁽ʳ⁾|² dt,   r = 1, 2, 3
+/// ```
+///
+/// over the whole chain, with pieces of length h_k in the parameter t ([`PieceLengths`]; the knots of the curves are their sums) that meet as
+/// [`Joints`] says. Derivatives are with respect to t. Known points keep their bits; where they contradict the joints by more than 1e-9 of
+/// their distances, the curve is `invalid`, with a sentence. With cubics, bending, C2 joints (or C1, which comes to the same) and all
+/// joints known the chain is the natural cubic spline, [`spline::Natural`](crate::spline::Natural), periodic where closed.
+///
+/// Tangents (columns `tx ty tz`) may stand at joints: derivatives p′ = dp/dt for C1 and C2, directions for G1. Parameters and weights mean nothing here.
+///
+/// **Method.** Points that depend on one piece alone are eliminated in exact rationals, once a pattern. What remains are the jets (p, p′, p″) of
+/// joints: block tridiagonal, cyclic for closed chains, one matrix for all coordinates, solved directly. On a GPU all curves and coordinates are
+/// solved in one dispatch a chunk, in f32 (refined once, residuals in f64) unless the device is asked for f64.
+///
+/// G1 joints make the energy no quadratic one: directions and speeds are found by Newton's method from the chain with C1 joints, whose energy
+/// they only lower, to a local minimum, by the CPU whatever the device. A handle known on one side of a joint, or a tangent, is the direction there.
+/// Where the energy falls while a speed goes to 0, as at sharp corners of the data, the curve is `no_minimiser`.
+///
+/// Too few known points leave a curve `degenerate`; where only points between known joints are undetermined (∫|p‴|² with free joints) they are
+/// those of least Σ|P|², and the curve is `not_unique`.
+///
+/// **Accuracy.** On the CPU control points are good to about 1e-14 of the chain's size, with one order weighed; orders mixed at degrees
+/// above 2q + 1 (q = 0, 1, 2 for free, C1 and G1, C2) lose digits with the degree. On a GPU in f32 they are within 1e-6 of that, in f64
+/// within 1e-12. Unknown joints in long rows, n of them, cost a factor of about n⁴ in all.
+///
+/// ```
+/// use faircurve::bezier::{Chain, Joints};
+/// use faircurve::{Constraints, CurveBatch, Device};
+///
+/// // Two cubics through three points, all handles unknown.
+/// let points = [[0.0, 0.0], [0.0; 2], [0.0; 2], [1.0, 1.0], [0.0; 2], [0.0; 2], [2.0, 0.0]];
+/// let known = (0..7).map(|k| k % 3 == 0).collect();
+/// let batch = CurveBatch::from_slices(&[&points[..]])?
+///     .with_constraints(Constraints { known: Some(known), ..Constraints::default() })?;
+/// let chain = Chain { joints: Joints::C2, ..Chain::default() };
+/// let completed = chain.fit(&batch, &Device::cpu())?;
+/// let points = completed.control_points().points(0);
+/// assert!((points[4] - 2.0 / 3.0).abs() < 1e-15 && (points[5] - 1.0).abs() < 1e-15);
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chain {
+    /// Of every piece; 3 by default.
+    pub degree: usize,
+    /// How pieces meet; C1 by default.
+    pub joints: Joints,
+    /// What is made least; ∫|p″|² dt by default.
+    pub energy: Energy,
+    /// How long pieces are; chords by default.
+    pub lengths: PieceLengths,
+}
+
+impl Default for Chain {
+    fn default() -> Self {
+        Chain { degree: 3, joints: Joints::C1, energy: Energy::bending(), lengths: PieceLengths::Chords }
+    }
+}
+
+impl Chain {
+    /// Completes a batch. Each curve has a status; one that cannot be completed stays as it is.
+    ///
+    /// # Errors
+    /// A degree, or an energy, with which no chain has such joints; an energy that weighs nothing; exponents or curvature vectors in the batch,
+    /// which have no meaning here; on a GPU what becomes of submissions.
+    pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Completed> {
+        check_constraints(batch)?;
+        self.energy.check()?;
+        self.check()?;
+        let layouts: Vec<Result<Layout, Trouble>> =
+            (0..batch.len()).into_par_iter().map(|i| self.layout(batch, i)).collect();
+        let smoothness = self.smoothness();
+        let inner =
+            |layout: &Layout| (0..layout.pieces).map(|k| layout.inner(k, smoothness)).collect::<BTreeSet<u32>>();
+        let used = layouts.par_iter().flatten().map(inner).reduce(BTreeSet::new, |a, b| &a | &b);
+        let new = |known: u32| (known, Piece::new(self.degree, smoothness, known, &self.energy));
+        let pieces: HashMap<u32, Piece> = used.into_par_iter().map(new).collect();
+        let piece = |known: u32| &pieces[&known];
+        let knots: Vec<Vec<f64>> =
+            layouts.iter().map(|layout| layout.as_ref().map_or(Vec::new(), Layout::knots)).collect();
+        let outcomes = match (self.joints, device.as_gpu()) {
+            (Joints::G1, _) => layouts.into_par_iter().map(|layout| newton::complete(layout?, piece)).collect(),
+            (Joints::C2, Some(gpu)) if smoothness == 2 => gpu::complete::<3>(gpu, device, layouts, smoothness, piece)?,
+            (_, Some(gpu)) => gpu::complete::<2>(gpu, device, layouts, smoothness, piece)?,
+            (Joints::C2, None) if smoothness == 2 => complete::<3>(layouts, smoothness, piece),
+            (_, None) => complete::<2>(layouts, smoothness, piece),
+        };
+        let described =
+            if self.joints == Joints::G1 { Device::cpu().describe(true)? } else { device.describe(true)? };
+        Ok(self.completed(batch, outcomes, knots, described))
+    }
+
+    /// q: jets of joints have derivatives up to this order.
+    fn smoothness(&self) -> usize {
+        match self.joints {
+            Joints::Free => 0,
+            Joints::C2 if self.degree >= 5 => 2,
+            _ => 1,
+        }
+    }
+
+    fn check(&self) -> Result<()> {
+        let degree = self.degree;
+        let bending_alone = self.energy.weights[0] == 0.0 && self.energy.weights[2] == 0.0;
+        if !(1..=MOST_DEGREE).contains(&degree) {
+            return Err(Error::argument(format!(
+                "the degree of the pieces of a chain is {degree}; 1 to {MOST_DEGREE} are possible"
+            )));
+        }
+        match self.joints {
+            Joints::C1 | Joints::G1 if degree < 3 => Err(Error::argument(format!(
+                "pieces of degree {degree} have no freedom for joints {:?}: give degree 3 or more, or take free joints",
+                self.joints
+            ))),
+            Joints::C2 if degree < 3 || (degree < 5 && !bending_alone) => Err(Error::argument(format!(
+                "pieces of degree {degree} have no freedom for C2 joints with this energy: give degree 5 or more (3 and 4 serve for bending alone), \
+                 or take C1 joints"
+            ))),
+            Joints::G1 if self.energy.order() == Some(3) => Err(Error::argument(
+                "∫|p‴|² alone does not determine speeds at G1 joints: weigh ∫|p″|² too (bending), or take C1 joints",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn layout<'a>(&self, batch: &'a CurveBatch, i: usize) -> Result<Layout<'a>, Trouble> {
+        if let Some(problem) = batch.problem(i) {
+            return Err((problem.status, 0, String::new()));
+        }
+        let layout = Layout::new(batch, i, self)?;
+        if self.joints == Joints::C2 && self.degree < 5 {
+            layout.check_second()?;
+        }
+        Ok(layout)
+    }
+
+    fn completed(
+        &self,
+        batch: &CurveBatch,
+        outcomes: Vec<Result<Done, Trouble>>,
+        knots: Vec<Vec<f64>>,
+        device: String,
+    ) -> Completed {
+        let mut coords = Vec::with_capacity(batch.coords().len());
+        let (mut reports, mut degrees) = (Vec::new(), Vec::new());
+        for (i, outcome) in outcomes.into_iter().enumerate() {
+            match outcome {
+                Ok(done) => {
+                    coords.extend_from_slice(&done.coords);
+                    degrees.push(Some(self.degree));
+                    reports.push(done.report(batch, i));
+                }
+                Err((status, point, what)) => {
+                    coords.extend_from_slice(batch.points(i));
+                    degrees.push(None);
+                    let message = match batch.problem(i) {
+                        Some(problem) => problem.message.clone(),
+                        None => batch.sentence(i, point, &what),
+                    };
+                    reports.push(CurveReport::unfitted(status, message));
+                }
+            }
+        }
+        let control = batch.with_points(coords, batch.offsets().to_vec());
+        Completed { chains: Chains { control, degrees, knots: Some(knots) }, reports, device }
+    }
+}
+
+/// Completes all curves on all threads.
+fn complete<'a, const N: usize>(
+    layouts: Vec<Result<Layout<'a>, Trouble>>,
+    smoothness: usize,
+    piece: impl Fn(u32) -> &'a Piece + Sync,
+) -> Vec<Result<Done, Trouble>> {
+    let own = |layout: Result<Layout<'a>, Trouble>| {
+        let system = System::<N>::new(layout?, smoothness, &piece)?;
+        let (x, smallest) = system.solve();
+        system.finish(&x, smallest)
+    };
+    layouts.into_par_iter().map(own).collect()
+}

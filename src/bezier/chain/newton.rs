@@ -1,0 +1,339 @@
+//! Chains with G1 joints: directions and speeds of p′ at joints by Newton's method.
+//!
+//! The energy is a quadratic function of p′ on both sides of the joints. With e^(−σ) T before a joint and e^σ T after it, the direction and both
+//! speeds are free, and speeds stay positive. Newton's matrix is block tridiagonal, as for C1 joints, with blocks of a row more than coordinates; it is
+//! made positive definite by as much of its diagonal as it takes, far from the minimum.
+
+use super::joint::{dot, length};
+use super::layout::{Layout, Trouble, invalid};
+use super::piece::{Piece, Sized, Vector, plus};
+use super::speeds::{Side, Velocity};
+use super::system::{Done, done, finish_piece};
+use crate::linalg::block_ring::{Block, BlockSystem, MOST_REACH, solve_blocks};
+use crate::report::CurveStatus;
+
+/// Most iterations; 5 to 10 are usual.
+const MOST: u32 = 200;
+
+/// The gradient at the end: changes of speeds, relative to the curve's mean speed, and of their logarithms, that a joint alone would ask for.
+const SMALL: f64 = 1e-11;
+
+/// A speed that has fallen to this, relative to the mean one, goes to 0.
+const STILL: f64 = 1e-6;
+
+/// The least pivot of a matrix with a diagonal of about 1 that Newton's steps are taken with.
+const LEAST_PIVOT: f64 = 1e-10;
+
+/// Logarithms of speeds change by no more than this in a step.
+const MOST_RATIO: f64 = 1.5;
+
+/// The energy of a piece: a|u|² + 2b u·w + c|w|² + 2g·u + 2e·w + …, u and w being p′ at its start and its end.
+struct Form {
+    a: f64,
+    b: f64,
+    c: f64,
+    g: Vector,
+    e: Vector,
+}
+
+/// What is minimised.
+struct Problem<'l, 'a> {
+    layout: &'l Layout<'a>,
+    forms: Vec<Form>,
+    /// The mean of all speeds that the joints ask for.
+    speed: f64,
+}
+
+/// How the minimisation ended.
+enum End {
+    Converged,
+    NotConverged,
+    /// A speed at this joint goes to 0.
+    Still(usize),
+}
+
+/// Completes a curve.
+///
+/// # Errors
+/// Joints that are unknown, or have contradictory directions; speeds that go to 0.
+pub(super) fn complete<'a>(layout: Layout<'a>, piece: impl Fn(u32) -> &'a Piece) -> Result<Done, Trouble> {
+    if let Some(place) = (0..layout.joints()).map(|k| layout.joint_place(k)).find(|&place| !layout.is_known(place)) {
+        let what = "it is a joint and unknown, and G1 joints must be known: give it, or take C1 joints";
+        return Err(invalid(place, what));
+    }
+    let pieces: Vec<(&Piece, Sized)> = (0..layout.pieces)
+        .map(|k| {
+            let piece = piece(layout.inner(k, 1));
+            (piece, piece.sized(layout.lengths[k]))
+        })
+        .collect();
+    let chord =
+        |k: usize| plus(layout.relative(layout.place(k, layout.degree)), -1.0, layout.relative(layout.place(k, 0)));
+    let total: f64 = (0..layout.pieces).map(|k| length(chord(k))).sum();
+    let speed = total / layout.lengths.iter().sum::<f64>();
+    let own_speed = |piece: Option<usize>| {
+        let own = piece.map_or(0.0, |k| length(chord(k)) / layout.lengths[k]);
+        if own > 0.0 { own } else { speed }
+    };
+    let new = |joint: usize| Velocity::new(&layout, joint, layout.around(joint).map(own_speed));
+    let asked: Vec<Velocity> = (0..layout.joints()).map(new).collect::<Result<_, Trouble>>()?;
+    let d = layout.dimension();
+    let has_unknowns = asked.iter().any(|joint| joint.unknowns(d) > 0);
+    if has_unknowns && speed == 0.0 {
+        let what = "all joints coincide, and leave the chain no direction: give handles, or joints at different places";
+        return Err((CurveStatus::Degenerate, 0, what.into()));
+    }
+    let forms = pieces.iter().enumerate().map(|(k, (piece, sized))| Form::new(&layout, k, piece, sized)).collect();
+    let problem = Problem { layout: &layout, forms, speed };
+    let (joints, end, iterations, gradient_norm) = match (has_unknowns, d) {
+        (false, _) => (asked, End::Converged, 1, 0.0),
+        (true, 2) => problem.solve::<3>(asked, &chord),
+        (true, _) => problem.solve::<4>(asked, &chord),
+    };
+    if let End::Still(joint) = end {
+        let what = "the energy falls while the speed on one side of this joint goes to 0: give a handle or a tangent there, divide the \
+                    chain, or take C1 joints";
+        return Err((CurveStatus::NoMinimiser, layout.joint_place(joint), what.into()));
+    }
+    let mut coords = layout.coords();
+    let mut energy = 0.0;
+    for (k, (piece, sized)) in pieces.iter().enumerate() {
+        let (next, h) = (layout.next(k), layout.lengths[k]);
+        let jet = |joint: usize, v: Vector| [layout.relative(layout.joint_place(joint)), v.map(|x| h * x)];
+        let jets = [jet(k, joints[k].vectors()[1]), jet(next, joints[next].vectors()[0])];
+        energy += finish_piece(&layout, k, piece, sized, jets.each_ref().map(|jet| &jet[..]), &mut coords);
+    }
+    let done = Done { iterations, gradient_norm, ..done(coords, energy, CurveStatus::Converged)? };
+    Ok(match end {
+        End::NotConverged => {
+            let what = format!(
+                "the gradient is {gradient_norm:.1e} after {iterations} iterations, not {SMALL:e}: give more handles, or take C1 joints"
+            );
+            Done { status: CurveStatus::NotConverged, message: Some((0, what)), ..done }
+        }
+        _ => done,
+    })
+}
+
+impl Form {
+    fn new(layout: &Layout, k: usize, piece: &Piece, sized: &Sized) -> Self {
+        let (columns, h) = (piece.columns(), layout.lengths[k]);
+        let ends = [0, layout.degree].map(|j| layout.relative(layout.place(k, j)));
+        let jets = ends.map(|p| [p, [0.0; 3]]);
+        let inner = |j: usize| layout.relative(layout.place(k, j));
+        let data = piece.data(jets.each_ref().map(|jet| &jet[..]), inner, ends[0]);
+        let row = |i: usize| &sized.gram[i * columns..][..columns];
+        let of = |i: usize| row(i).iter().zip(&data).fold([0.0; 3], |sum, (&x, &datum)| plus(sum, h * x, datum));
+        Form { a: h * h * row(1)[1], b: h * h * row(1)[3], c: h * h * row(3)[3], g: of(1), e: of(3) }
+    }
+
+    /// Half the derivatives with respect to u and w.
+    fn halves(&self, u: Vector, w: Vector) -> [Vector; 2] {
+        [plus(plus(self.g, self.a, u), self.b, w), plus(plus(self.e, self.b, u), self.c, w)]
+    }
+}
+
+impl Problem<'_, '_> {
+    /// From joints C1 to what is asked.
+    fn solve<const N: usize>(
+        &self,
+        asked: Vec<Velocity>,
+        chord: &dyn Fn(usize) -> Vector,
+    ) -> (Vec<Velocity>, End, u32, f64) {
+        let smooth = asked.iter().map(|joint| match joint {
+            Velocity::Along(direction, _) => Velocity::Along(*direction, joint.vectors().map(Side::Known)),
+            even => *even,
+        });
+        let mut smooth: Vec<Velocity> = smooth.collect();
+        let (_, linear, _) = self.minimise::<N>(&mut smooth);
+        let start = |(joint, (asked, smooth)): (usize, (&Velocity, &Velocity))| match (asked, smooth) {
+            (Velocity::Even(_), Velocity::Even(v)) => match self.layout.around(joint) {
+                [Some(_), Some(_)] if length(*v) > 1e-3 * self.speed => Velocity::Turning(*v, 0.0),
+                [Some(before), Some(after)] => {
+                    let across = plus(chord(before), 1.0, chord(after));
+                    let along = [across, chord(after), chord(before), [1.0, 0.0, 0.0]];
+                    let along = along.into_iter().find(|x| length(*x) > 0.0).expect("the last one is not 0");
+                    Velocity::Turning(along.map(|x| 0.1 * self.speed / length(along) * x), 0.0)
+                }
+                _ => Velocity::Even(*v),
+            },
+            (asked, _) => *asked,
+        };
+        let mut joints: Vec<Velocity> = asked.iter().zip(&smooth).enumerate().map(start).collect();
+        let (end, iterations, gradient) = self.minimise::<N>(&mut joints);
+        (joints, end, linear + iterations, gradient)
+    }
+
+    /// p′ at the start and the end of piece k.
+    fn ends(&self, vectors: &[[Vector; 2]], k: usize) -> (Vector, Vector) {
+        (vectors[k][1], vectors[self.layout.next(k)][0])
+    }
+
+    /// Derivatives of the energy with respect to p′ on both sides of each joint.
+    fn forces(&self, vectors: &[[Vector; 2]]) -> Vec<[Vector; 2]> {
+        let mut forces = vec![[[0.0; 3]; 2]; vectors.len()];
+        for (k, form) in self.forms.iter().enumerate() {
+            let (u, w) = self.ends(vectors, k);
+            let [of_u, of_w] = form.halves(u, w).map(|v| v.map(|x| 2.0 * x));
+            forces[k][1] = plus(forces[k][1], 1.0, of_u);
+            let next = self.layout.next(k);
+            forces[next][0] = plus(forces[next][0], 1.0, of_w);
+        }
+        forces
+    }
+
+    /// By how much the energy rises from one state to another; the difference itself, not one of energies.
+    fn rise(&self, from: &[[Vector; 2]], to: &[[Vector; 2]]) -> f64 {
+        let piece = |(k, form): (usize, &Form)| {
+            let ((u, w), (u_to, w_to)) = (self.ends(from, k), self.ends(to, k));
+            let (du, dw) = (plus(u_to, -1.0, u), plus(w_to, -1.0, w));
+            let [of_u, of_w] = form.halves(plus(u, 0.5, du), plus(w, 0.5, dw));
+            2.0 * (dot(of_u, du) + dot(of_w, dw))
+        };
+        self.forms.iter().enumerate().map(piece).sum()
+    }
+
+    /// Newton's method. Returns how it ended, iterations and the gradient's norm.
+    fn minimise<const N: usize>(&self, joints: &mut [Velocity]) -> (End, u32, f64) {
+        let d = self.layout.dimension();
+        let mut damping = 0.0;
+        let mut norm = f64::INFINITY;
+        for iteration in 0..=MOST {
+            let mut newton = Newton::<N>::new(self, joints);
+            norm = newton.norm;
+            if norm <= SMALL {
+                return (End::Converged, iteration, norm);
+            }
+            let slow = |joint: &Velocity| joint.slowest().is_some_and(|speed| speed < STILL * self.speed);
+            if let Some(joint) = joints.iter().position(slow) {
+                return (End::Still(joint), iteration, norm);
+            }
+            if iteration == MOST {
+                break;
+            }
+            loop {
+                let Some((step, slope)) = newton.step(self.layout.closed, damping) else {
+                    damping = f64::max(1e-3, 10.0 * damping);
+                    if damping > 1e12 {
+                        return (End::NotConverged, iteration, norm);
+                    }
+                    continue;
+                };
+                let ratios = step.iter().zip(joints.iter()).flat_map(|(step, joint)| {
+                    (0..joint.unknowns(d)).filter(|&i| joint.is_ratio(i, d)).map(|i| step[i].abs())
+                });
+                let mut factor = (MOST_RATIO / ratios.fold(0.0, f64::max)).min(1.0);
+                let mut taken = None;
+                while factor > 1e-6 {
+                    let moved: Vec<Velocity> =
+                        joints.iter().zip(&step).map(|(joint, step)| joint.moved(step, factor, d)).collect();
+                    let vectors: Vec<[Vector; 2]> = moved.iter().map(Velocity::vectors).collect();
+                    // So near to the minimum rises are rounding.
+                    if norm < 1e-8 || self.rise(&newton.vectors, &vectors) <= 1e-4 * factor * slope {
+                        taken = Some(moved);
+                        break;
+                    }
+                    factor *= 0.5;
+                }
+                if let Some(moved) = taken {
+                    joints.copy_from_slice(&moved);
+                    damping = if damping > 1e-6 && factor == 1.0 { 0.1 * damping } else { damping };
+                    damping = if damping <= 1e-6 { 0.0 } else { damping };
+                    break;
+                }
+                damping = f64::max(1e-3, 10.0 * damping);
+                if damping > 1e12 {
+                    return (End::NotConverged, iteration, norm);
+                }
+            }
+        }
+        (End::NotConverged, MOST, norm)
+    }
+}
+
+/// Newton's system at a state, scaled by the diagonal of its part without second derivatives of p′.
+struct Newton<const N: usize> {
+    vectors: Vec<[Vector; 2]>,
+    blocks: Vec<[Block<f64, N>; MOST_REACH + 1]>,
+    gradient: Vec<[f64; N]>,
+    scale: Vec<[f64; N]>,
+    movable: Vec<bool>,
+    norm: f64,
+}
+
+impl<const N: usize> Newton<N> {
+    fn new(problem: &Problem, joints: &[Velocity]) -> Self {
+        let (layout, d) = (problem.layout, problem.layout.dimension());
+        let vectors: Vec<[Vector; 2]> = joints.iter().map(Velocity::vectors).collect();
+        let forces = problem.forces(&vectors);
+        let slopes: Vec<_> = joints.iter().map(|joint| joint.slopes(d)).collect();
+        let unknowns: Vec<usize> = joints.iter().map(|joint| joint.unknowns(d)).collect();
+        let mut newton = Newton {
+            vectors,
+            blocks: vec![[[[0.0; N]; N]; MOST_REACH + 1]; joints.len()],
+            gradient: vec![[0.0; N]; joints.len()],
+            scale: vec![[1.0; N]; joints.len()],
+            movable: unknowns.iter().map(|&count| count > 0).collect(),
+            norm: 0.0,
+        };
+        for (k, form) in problem.forms.iter().enumerate() {
+            let next = layout.next(k);
+            for (joint, side, factor) in [(k, 1, form.a), (next, 0, form.c)] {
+                for (i, j) in pairs(unknowns[joint], unknowns[joint]) {
+                    newton.blocks[joint][0][i][j] += 2.0 * factor * dot(slopes[joint][side][i], slopes[joint][side][j]);
+                }
+            }
+            for (i, j) in pairs(unknowns[k], unknowns[next]) {
+                newton.blocks[k][1][i][j] += 2.0 * form.b * dot(slopes[k][1][i], slopes[next][0][j]);
+            }
+        }
+        for (k, joint) in joints.iter().enumerate() {
+            let curvatures = joint.curvatures(forces[k], d);
+            for i in 0..unknowns[k] {
+                newton.scale[k][i] = 1.0 / newton.blocks[k][0][i][i].sqrt();
+                let gradient = dot(slopes[k][0][i], forces[k][0]) + dot(slopes[k][1][i], forces[k][1]);
+                newton.gradient[k][i] = gradient;
+                let unit = if joint.is_ratio(i, d) { 1.0 } else { problem.speed };
+                newton.norm = newton.norm.max((gradient / newton.blocks[k][0][i][i] / unit).abs());
+            }
+            for (i, j) in pairs(unknowns[k], unknowns[k]) {
+                newton.blocks[k][0][i][j] += curvatures[i][j];
+            }
+            (unknowns[k]..N).for_each(|i| newton.blocks[k][0][i][i] = 1.0);
+        }
+        for k in 0..joints.len() {
+            let (left, right) = (newton.scale[k], newton.scale[(k + 1) % joints.len()]);
+            for (i, j) in pairs(N, N) {
+                newton.blocks[k][0][i][j] *= left[i] * left[j];
+                newton.blocks[k][1][i][j] *= left[i] * right[j];
+            }
+        }
+        newton
+    }
+
+    /// The step with this much added to the diagonal, and the energy's slope along it; none where the matrix is not positive definite.
+    fn step(&mut self, closed: bool, damping: f64) -> Option<(Vec<[f64; N]>, f64)> {
+        let mut blocks = self.blocks.clone();
+        blocks.iter_mut().for_each(|block| (0..N).for_each(|i| block[0][i][i] += damping));
+        let system = BlockSystem { closed, reach: 1, blocks: &blocks, movable: &self.movable };
+        let rhs: Vec<[f64; N]> = self
+            .gradient
+            .iter()
+            .zip(&self.scale)
+            .map(|(gradient, scale)| std::array::from_fn(|i| -gradient[i] * scale[i]))
+            .collect();
+        let solution = solve_blocks(&system, &rhs, 1);
+        if solution.smallest.is_nan() || solution.smallest <= LEAST_PIVOT {
+            return None;
+        }
+        let step: Vec<[f64; N]> =
+            solution.x.iter().zip(&self.scale).map(|(x, scale)| std::array::from_fn(|i| x[i] * scale[i])).collect();
+        let slope = step.iter().zip(&self.gradient).map(|(x, g)| (0..N).map(|i| x[i] * g[i]).sum::<f64>()).sum();
+        Some((step, slope))
+    }
+}
+
+/// All (i, j), i < m, j < n.
+fn pairs(m: usize, n: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..m).flat_map(move |i| (0..n).map(move |j| (i, j)))
+}

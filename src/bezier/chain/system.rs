@@ -1,0 +1,266 @@
+//! The joints of a chain as one block tridiagonal system, cyclic where the chain is closed: Σ over pieces of the form of their ends.
+
+use super::joint::Joint;
+use super::layout::{Layout, Trouble};
+use super::piece::{Piece, Sized, Vector, plus};
+use crate::batch::CurveBatch;
+use crate::linalg::block_ring::{Block, BlockSystem, MOST_REACH, solve_blocks};
+use crate::report::{CurveReport, CurveStatus};
+
+/// A curve with everything that is linear: its matrix with a unit diagonal, and one right-hand side a coordinate.
+pub(super) struct System<'a, const N: usize> {
+    pub layout: Layout<'a>,
+    smoothness: usize,
+    joints: Vec<Joint>,
+    pieces: Vec<(&'a Piece, Sized)>,
+    pub blocks: Vec<[Block<f64, N>; MOST_REACH + 1]>,
+    /// Where the matrix is not one of unit.
+    pub movable: Vec<bool>,
+    pub rhs: Vec<Vec<[f64; N]>>,
+    /// What an unknown of the scaled matrix is to be multiplied by.
+    scale: Vec<[f64; N]>,
+    /// The terms of the diagonal without their signs.
+    magnitudes: Vec<[f64; N]>,
+}
+
+/// A curve completed.
+pub(super) struct Done {
+    pub coords: Vec<f64>,
+    pub energy: f64,
+    pub status: CurveStatus,
+    /// Of Newton's method; 1 for a direct solve.
+    pub iterations: u32,
+    /// Its gradient at the end.
+    pub gradient_norm: f64,
+    /// The joint to blame, and what is wrong with it.
+    pub message: Option<(usize, String)>,
+}
+
+impl Done {
+    pub fn report(&self, batch: &CurveBatch, i: usize) -> CurveReport {
+        CurveReport {
+            status: self.status,
+            message: self.message.as_ref().map(|(point, what)| batch.sentence(i, *point, what)),
+            iterations: self.iterations,
+            gradient_norm: self.gradient_norm,
+            ..CurveReport::solved(self.energy)
+        }
+    }
+}
+
+/// A matrix of unit diagonal with a pivot not above this is singular, up to the rounding of its entries.
+pub(super) const SINGULAR: f64 = 1e-13;
+
+impl<'a, const N: usize> System<'a, N> {
+    /// `piece` finds the form of a pattern of inner points.
+    ///
+    /// # Errors
+    /// What contradicts itself at a joint.
+    pub fn new(layout: Layout<'a>, smoothness: usize, piece: impl Fn(u32) -> &'a Piece) -> Result<Self, Trouble> {
+        let count = layout.joints();
+        let joints: Vec<Joint> =
+            (0..count).map(|joint| layout.joint(joint, smoothness)).collect::<Result<_, Trouble>>()?;
+        let sized = |k: usize| {
+            let piece = piece(layout.inner(k, smoothness));
+            (piece, piece.sized(layout.lengths[k]))
+        };
+        let pieces = (0..layout.pieces).map(sized).collect();
+        let movable = joints.iter().map(|joint| joint.free > 0).collect();
+        let rhs = vec![vec![[0.0; N]; count]; layout.dimension()];
+        let blocks = vec![[[[0.0; N]; N]; MOST_REACH + 1]; count];
+        let scale = vec![[1.0; N]; count];
+        let magnitudes = vec![[0.0; N]; count];
+        let mut system = System { layout, smoothness, joints, pieces, blocks, movable, rhs, scale, magnitudes };
+        (0..system.pieces.len()).for_each(|k| system.add(k));
+        system.normalise();
+        Ok(system)
+    }
+
+    /// Adds the form of a piece.
+    fn add(&mut self, k: usize) {
+        let (a, b) = (k, self.layout.next(k));
+        let (piece, sized) = &self.pieces[k];
+        let (jet, columns, h) = (self.smoothness + 1, piece.columns(), self.layout.lengths[k]);
+        let base = [a, b].map(|joint| self.joints[joint].jet(|_| [0.0; 3], h));
+        let inner = |j: usize| self.layout.relative(self.layout.place(k, j));
+        let data = piece.data([&base[0][..jet], &base[1][..jet]], inner, base[0][0]);
+        let slope: Vec<Vector> = (0..2 * jet)
+            .map(|i| {
+                let row = &sized.gram[i * columns..][..columns];
+                row.iter().zip(&data).fold([0.0; 3], |sum, (&x, &datum)| plus(sum, x, datum))
+            })
+            .collect();
+        // The jet at an end, by unknowns.
+        let by_unknown = |joint: usize| {
+            let own = &self.joints[joint];
+            let ratio = h / own.scale;
+            let powers = [1.0, ratio, ratio * ratio];
+            (0..own.free).map(move |j| std::array::from_fn::<f64, 3, _>(|r| own.basis[j][r] * powers[r]))
+        };
+        let product = |x: &[f64; 3], from: usize, y: &[f64; 3], to: usize| -> f64 {
+            let entries = (0..jet).flat_map(|r| (0..jet).map(move |s| (r, s)));
+            entries.map(|(r, s)| x[r] * sized.gram[(from * jet + r) * columns + to * jet + s] * y[s]).sum()
+        };
+        let magnitude = |x: &[f64; 3], end: usize| -> f64 {
+            let entries = (0..jet).flat_map(|r| (0..jet).map(move |s| (r, s)));
+            entries.map(|(r, s)| (x[r] * sized.gram[(end * jet + r) * columns + end * jet + s] * x[s]).abs()).sum()
+        };
+        let (mut own, mut sides) = ([[[0.0; N]; N]; 3], [[[0.0; 3]; N]; 2]);
+        for (block, (from, to)) in own.iter_mut().zip([(0, 0), (1, 1), (0, 1)]) {
+            for (i, x) in by_unknown([a, b][from]).enumerate() {
+                for (j, y) in by_unknown([a, b][to]).enumerate() {
+                    block[i][j] = product(&x, from, &y, to);
+                }
+            }
+        }
+        for (end, side) in sides.iter_mut().enumerate() {
+            for (i, x) in by_unknown([a, b][end]).enumerate() {
+                self.magnitudes[[a, b][end]][i] += magnitude(&x, end);
+                side[i] = (0..jet).fold([0.0; 3], |sum, r| plus(sum, -x[r], slope[end * jet + r]));
+            }
+        }
+        for (joint, place, block) in [(a, 0, own[0]), (b, 0, own[1]), (a, 1, own[2])] {
+            let to = self.blocks[joint][place].as_flattened_mut();
+            to.iter_mut().zip(block.as_flattened()).for_each(|(to, x)| *to += x);
+        }
+        for (joint, side) in [(a, sides[0]), (b, sides[1])] {
+            for (c, rhs) in self.rhs.iter_mut().enumerate() {
+                rhs[joint].iter_mut().zip(side).for_each(|(to, x)| *to += x[c]);
+            }
+        }
+    }
+
+    /// Unit diagonals: of the unknowns, and where a joint has fewer of them than a block has rows.
+    fn normalise(&mut self) {
+        let count = self.joints.len();
+        for (joint, scale) in self.scale.iter_mut().enumerate() {
+            let block = &mut self.blocks[joint];
+            for i in 0..self.joints[joint].free {
+                // The only joint of a closed chain is coupled with itself.
+                let coupled = if self.layout.closed && count == 1 { 2.0 * block[1][i][i] } else { 0.0 };
+                let own = block[0][i][i] + coupled;
+                if own > SINGULAR * self.magnitudes[joint][i] {
+                    scale[i] = 1.0 / own.sqrt();
+                } else {
+                    // Nothing but rounding: the matrix is singular, and is to look so.
+                    block[0][i][i] = -coupled;
+                }
+            }
+        }
+        for joint in 0..count {
+            let (left, right) = (self.scale[joint], self.scale[(joint + 1) % count]);
+            for i in 0..N {
+                for j in 0..N {
+                    self.blocks[joint][0][i][j] *= left[i] * left[j];
+                    self.blocks[joint][1][i][j] *= left[i] * right[j];
+                }
+                if i >= self.joints[joint].free {
+                    self.blocks[joint][0][i][i] = 1.0;
+                }
+                self.rhs.iter_mut().for_each(|rhs| rhs[joint][i] *= left[i]);
+            }
+        }
+    }
+
+    /// Solves on this thread: unknowns of each coordinate, and the smallest pivot.
+    pub fn solve(&self) -> (Vec<Vec<[f64; N]>>, f64) {
+        if !self.movable.contains(&true) {
+            return (self.rhs.clone(), 1.0);
+        }
+        let system = BlockSystem { closed: self.layout.closed, reach: 1, blocks: &self.blocks, movable: &self.movable };
+        let mut smallest = f64::INFINITY;
+        let unknowns = self.rhs.iter().map(|rhs| {
+            let solution = solve_blocks(&system, rhs, 1);
+            smallest = smallest.min(solution.smallest);
+            solution.x
+        });
+        (unknowns.collect(), smallest)
+    }
+
+    /// What right-hand sides are left with.
+    pub fn residual(&self, x: &[Vec<[f64; N]>]) -> Vec<Vec<[f64; N]>> {
+        let count = self.joints.len();
+        let residual = |(rhs, x): (&Vec<[f64; N]>, &Vec<[f64; N]>)| {
+            let mut left = rhs.clone();
+            for (joint, block) in self.blocks.iter().enumerate() {
+                let next = (joint + 1) % count;
+                for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
+                    left[joint][i] -= block[0][i][j] * x[joint][j];
+                    if joint + 1 < count || self.layout.closed {
+                        left[joint][i] -= block[1][i][j] * x[next][j];
+                        left[next][j] -= block[1][i][j] * x[joint][i];
+                    }
+                }
+            }
+            left
+        };
+        self.rhs.iter().zip(x).map(residual).collect()
+    }
+
+    /// The control points for these unknowns.
+    ///
+    /// # Errors
+    /// A singular matrix; numbers that overflow.
+    pub fn finish(&self, x: &[Vec<[f64; N]>], smallest: f64) -> Result<Done, Trouble> {
+        if smallest.is_nan() || smallest <= SINGULAR {
+            return Err(self.undetermined());
+        }
+        let unknown = |joint: usize, i: usize| {
+            let value = |c: usize| x.get(c).map_or(0.0, |x| x[joint][i] * self.scale[joint][i]);
+            std::array::from_fn(value)
+        };
+        let mut coords = self.layout.coords();
+        let mut energy = 0.0;
+        for (k, (piece, sized)) in self.pieces.iter().enumerate() {
+            let ends = [k, self.layout.next(k)];
+            let jets = ends.map(|joint| self.joints[joint].jet(|i| unknown(joint, i), self.layout.lengths[k]));
+            energy += finish_piece(
+                &self.layout,
+                k,
+                piece,
+                sized,
+                jets.each_ref().map(|jet| &jet[..=self.smoothness]),
+                &mut coords,
+            );
+        }
+        let unique = self.pieces.iter().all(|(piece, _)| piece.is_unique);
+        let status = if unique { CurveStatus::Converged } else { CurveStatus::NotUnique };
+        done(coords, energy, status)
+    }
+
+    fn undetermined(&self) -> Trouble {
+        let joint = self.joints.iter().position(|joint| joint.free > 0).unwrap_or(0);
+        let known =
+            (0..self.layout.coords().len() / self.layout.dimension()).filter(|&k| self.layout.is_known(k)).count();
+        let what = format!(
+            "the energy does not determine the chain from {known} known control points: give more of them, or a tangent, or let the \
+             energy weigh a lower order"
+        );
+        (CurveStatus::Degenerate, self.layout.joint_place(joint), what)
+    }
+}
+
+/// Writes the points of a piece from the jets at its ends (with respect to u); returns its energy.
+pub(super) fn finish_piece(
+    layout: &Layout,
+    k: usize,
+    piece: &Piece,
+    sized: &Sized,
+    jets: [&[Vector]; 2],
+    coords: &mut [f64],
+) -> f64 {
+    let origin = jets[0][0];
+    let data = piece.data(jets, |j| layout.relative(layout.place(k, j)), origin);
+    let absolute = plus(layout.origin, 1.0, origin);
+    layout.put(coords, layout.place(k, 0), absolute);
+    layout.put(coords, layout.place(k, layout.degree), plus(layout.origin, 1.0, jets[1][0]));
+    piece.make(sized, &data, absolute, |j, point| layout.put(coords, layout.place(k, j), point))
+}
+
+/// A curve completed, if its numbers are finite.
+pub(super) fn done(coords: Vec<f64>, energy: f64, status: CurveStatus) -> Result<Done, Trouble> {
+    if coords.iter().all(|x| x.is_finite()) && energy.is_finite() {
+        return Ok(Done { coords, energy, status, iterations: 1, gradient_norm: 0.0, message: None });
+    }
+    Err((CurveStatus::Invalid, 0, "the completed control points overflow: give more, or smaller, numbers".into()))
+}
