@@ -1,8 +1,9 @@
 //! Completion of many control polygons at once: each has the unknown points that make its energy least.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::MOST_DEGREE;
 use super::directions::Found;
@@ -103,33 +104,29 @@ pub(super) struct Job<'a> {
     given: Given<'a>,
     pub energy: Energy,
     pub ready: Vec<Option<Ready>>,
-    numbers: HashMap<Pattern, u32>,
+    /// Of every curve its pattern's place in `ready`, or [`NONE`].
+    pub numbers: Vec<u32>,
 }
+
+/// The number of no pattern, no operator.
+pub(super) const NONE: u32 = u32::MAX;
 
 impl<'a> Job<'a> {
     fn new(polygons: &Polygons<'a>, given: &Given<'a>, energy: &Energy) -> Self {
         let mut job =
-            Job { polygons: *polygons, given: *given, energy: *energy, ready: Vec::new(), numbers: HashMap::new() };
-        let parts: Vec<HashSet<Pattern>> = tasks(polygons.offsets)
-            .into_par_iter()
-            .map(|curves| {
-                let mut last = None;
-                let mut found = HashSet::new();
-                for pattern in curves.filter_map(|i| job.pattern(i).ok()) {
-                    if last.replace(pattern) != Some(pattern) {
-                        found.insert(pattern);
-                    }
-                }
-                found
+            Job { polygons: *polygons, given: *given, energy: *energy, ready: Vec::new(), numbers: Vec::new() };
+        let found: Vec<Option<Pattern>> =
+            (0..polygons.len()).into_par_iter().with_min_len(1024).map(|i| job.pattern(i).ok()).collect();
+        let (mut patterns, mut places) = (Vec::new(), FxHashMap::default());
+        let mut number = |pattern| {
+            *places.entry(pattern).or_insert_with(|| {
+                patterns.push(pattern);
+                patterns.len() as u32 - 1
             })
-            .collect();
-        let mut patterns: Vec<Pattern> = parts.into_iter().flatten().collect();
-        patterns.par_sort_unstable();
-        patterns.dedup();
-        let mut degrees: Vec<usize> = patterns.iter().map(Pattern::degree).collect();
-        degrees.dedup();
-        let forms: HashMap<usize, Form> = degrees.into_par_iter().map(|d| (d, Form::new(energy, d))).collect();
-        job.numbers = patterns.iter().enumerate().map(|(number, &pattern)| (pattern, number as u32)).collect();
+        };
+        job.numbers = found.into_iter().map(|pattern| pattern.map_or(NONE, &mut number)).collect();
+        let degrees: BTreeSet<usize> = patterns.iter().map(Pattern::degree).collect();
+        let forms: BTreeMap<usize, Form> = degrees.into_par_iter().map(|d| (d, Form::new(energy, d))).collect();
         job.ready = patterns.into_par_iter().map(|own| Ready::new(own, &forms[&own.degree()])).collect();
         job
     }
@@ -154,16 +151,12 @@ impl<'a> Job<'a> {
         Ok(pattern)
     }
 
-    /// The number of a curve's pattern. `last` holds that of the curve before, which mostly is the same.
-    pub fn number(&self, i: usize, last: &mut Option<(Pattern, u32)>) -> Result<u32, Refusal> {
-        let pattern = self.pattern(i)?;
-        match *last {
-            Some((before, number)) if before == pattern => Ok(number),
-            _ => {
-                let number = self.numbers[&pattern];
-                *last = Some((pattern, number));
-                Ok(number)
-            }
+    /// What is computed once for the curve's pattern.
+    #[inline(always)]
+    pub fn ready(&self, i: usize) -> Result<&Ready, Refusal> {
+        match self.numbers[i] {
+            NONE => Err(self.pattern(i).expect_err("curves with a pattern have a number")),
+            number => self.ready[number as usize].as_ref().ok_or(Refusal::Contradiction),
         }
     }
 
@@ -266,12 +259,10 @@ impl<const D: usize> Part<'_, D> {
         let Part { job, curves, coords, energies } = self;
         let (mut points, _) = coords.as_chunks_mut::<D>();
         let mut data = Vec::with_capacity(MOST_DATA);
-        let mut last = None;
         let mut outcomes = Vec::with_capacity(curves.len());
         for (i, energy) in curves.zip(energies) {
             let own = take(&mut points, job.polygons.offsets[i + 1] - job.polygons.offsets[i]);
-            outcomes.push(job.number(i, &mut last).and_then(|number| {
-                let ready = job.ready[number as usize].as_ref().ok_or(Refusal::Contradiction)?;
+            outcomes.push(job.ready(i).and_then(|ready| {
                 let origin = job.gather(i, ready, &mut data)?;
                 *energy = ready.complete(&data, &origin, |place, point| own[place] = point);
                 ready.status(own.as_flattened(), *energy)

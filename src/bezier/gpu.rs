@@ -12,6 +12,7 @@ use layout::{Found, Layout, Numbers};
 pub(super) use polygons::{complete_on_gpu, transform_on_gpu};
 use rayon::prelude::*;
 
+use super::complete::NONE;
 use super::operator::{BLOCK, Operator};
 use super::ready::MOST_DATA;
 use crate::device::Precision;
@@ -29,9 +30,6 @@ const MOST_NUMBERS: u64 = 1 << 23;
 
 /// Turns of a thread's loops at most: llvmpipe ends them, without a word, after 65,535 all told.
 const MOST_TURNS: usize = 60_000;
-
-/// The number of no operator: curves that the GPU is not asked about.
-const NONE: u32 = u32::MAX;
 
 /// `ApplyParams` of `operator.wgsl`.
 #[repr(C)]

@@ -12,7 +12,6 @@ use crate::bezier::complete::{Job, Outcome, Solved};
 use crate::bezier::operator::Operator;
 use crate::bezier::polygons::{Controls, Polygons};
 use crate::bezier::ready::{MOST_DATA, Ready};
-use crate::bezier::refusal::Refusal;
 use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::Gpu;
@@ -47,8 +46,7 @@ pub(crate) fn complete_on_gpu<const D: usize>(
         .iter()
         .map(|ready| ready.as_ref().map(|own| Task { operator: &own.operator, points: own.unknown.len() }))
         .collect();
-    let numbers = numbers(job.polygons.offsets, |i, last| job.number(i, last).unwrap_or(NONE));
-    let work = Work { gpu, precision, operators, numbers };
+    let work = Work { gpu, precision, operators, numbers: job.numbers.clone() };
     let gather = |i: usize, data: &mut Vec<[f64; D]>| {
         let number = work.numbers[i] as usize;
         let Some(ready) = &job.ready[number] else { return false };
@@ -74,18 +72,12 @@ pub(crate) fn complete_on_gpu<const D: usize>(
         outcomes.par_extend(parts.into_par_iter().flat_map_iter(|(coords, energies, curves)| {
             let (mut points, _) = coords.as_chunks_mut::<D>();
             let mut data = Vec::with_capacity(MOST_DATA);
-            let mut last = None;
             let mut outcomes = Vec::with_capacity(curves.len());
             for (i, energy) in curves.zip(energies) {
                 let own = take(&mut points, job.polygons.count(i));
-                let number = match work.numbers[i] {
-                    NONE => job.number(i, &mut last),
-                    number => Ok(number),
-                };
-                outcomes.push(number.and_then(|number| {
-                    let ready = job.ready[number as usize].as_ref().ok_or(Refusal::Contradiction)?;
+                outcomes.push(job.ready(i).and_then(|ready| {
                     if let Some(found) = found.of(i) {
-                        *energy = complete(ready, lines[number as usize].as_ref(), &found, own);
+                        *energy = complete(ready, lines[work.numbers[i] as usize].as_ref(), &found, own);
                         let outcome = ready.status(own.as_flattened(), *energy);
                         if outcome.is_ok() && is_precise(&found, &[own], *energy) {
                             return outcome;
@@ -100,16 +92,6 @@ pub(crate) fn complete_on_gpu<const D: usize>(
         }));
     })?;
     Ok(outcomes)
-}
-
-/// The number of every curve, by all threads. The second argument of `number` is its own to remember something in.
-fn numbers<T: Default>(offsets: &[usize], number: impl Fn(usize, &mut T) -> u32 + Sync) -> Vec<u32> {
-    let of_part = |curves: std::ops::Range<usize>| {
-        let mut last = T::default();
-        let number = &number;
-        curves.map(move |i| number(i, &mut last))
-    };
-    tasks(offsets).into_par_iter().flat_map_iter(of_part).collect()
 }
 
 /// Puts the unknown points where they belong; returns the energy.
@@ -210,7 +192,7 @@ pub(crate) fn transform_on_gpu<const D: usize>(
         gpu,
         precision,
         operators: operators.values().map(|operator| Some(Task { operator, points: operator.rows() })).collect(),
-        numbers: numbers(polygons.offsets, |i, _: &mut ()| number(i).map_or(NONE, |number| number as u32)),
+        numbers: (0..polygons.len()).map(|i| number(i).map_or(NONE, |number| number as u32)).collect(),
     };
     let gather = |i: usize, data: &mut Vec<[f64; D]>| {
         let (points, _) = polygons.points(i).as_chunks::<D>();
