@@ -259,11 +259,6 @@ impl<'a> Layout<'a> {
         knots
     }
 
-    /// Whether there is a point to be found.
-    pub fn is_complete(&self) -> bool {
-        (0..self.batch.count(self.i)).all(|k| self.is_known(k))
-    }
-
     /// The curve's coordinates, to be written over where unknown.
     pub fn coords(&self) -> Vec<f64> {
         self.batch.points(self.i).to_vec()

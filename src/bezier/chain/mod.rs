@@ -31,7 +31,7 @@ use super::single::check_constraints;
 use crate::batch::CurveBatch;
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::report::{CurveReport, CurveStatus};
+use crate::report::CurveReport;
 
 /// How the pieces of a chain meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -80,7 +80,7 @@ pub enum PieceLengths {
 ///
 /// G1 joints make the energy no quadratic one: directions and speeds are found by Newton's method from the chain with C1 joints, whose energy
 /// they only lower, to a local minimum, by the CPU whatever the device. A handle known on one side of a joint, or a tangent, is the direction there.
-/// Where the energy falls while a speed goes to 0, as at sharp corners of the data, the curve is `no_minimiser`.
+/// Where the energy falls while a speed goes to 0, as where the data turn by some 90 degrees or more at a joint, the curve is `no_minimiser`.
 ///
 /// Too few known points leave a curve `degenerate`; where only points between known joints are undetermined (∫|p‴|² with free joints) they are
 /// those of least Σ|P|², and the curve is `not_unique`.

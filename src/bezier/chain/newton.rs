@@ -18,8 +18,8 @@ const MOST: u32 = 200;
 /// The gradient at the end: changes of speeds, relative to the curve's mean speed, and of their logarithms, that a joint alone would ask for.
 const SMALL: f64 = 1e-11;
 
-/// A speed that has fallen to this, relative to the mean one, goes to 0.
-const STILL: f64 = 1e-6;
+/// A speed that has fallen to this, relative to the mean one, while the energy still falls, goes to 0: it does so ever more slowly.
+const STILL: f64 = 1e-4;
 
 /// The least pivot of a matrix with a diagonal of about 1 that Newton's steps are taken with.
 const LEAST_PIVOT: f64 = 1e-10;
@@ -213,7 +213,7 @@ impl Problem<'_, '_> {
             }
             loop {
                 let Some((step, slope)) = newton.step(self.layout.closed, damping) else {
-                    damping = f64::max(1e-3, 10.0 * damping);
+                    damping = f64::max(1e-3, 4.0 * damping);
                     if damping > 1e12 {
                         return (End::NotConverged, iteration, norm);
                     }
@@ -241,7 +241,7 @@ impl Problem<'_, '_> {
                     damping = if damping <= 1e-6 { 0.0 } else { damping };
                     break;
                 }
-                damping = f64::max(1e-3, 10.0 * damping);
+                damping = f64::max(1e-3, 4.0 * damping);
                 if damping > 1e12 {
                     return (End::NotConverged, iteration, norm);
                 }
