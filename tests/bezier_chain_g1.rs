@@ -177,8 +177,8 @@ fn a_handle_known_on_one_side_is_the_direction_on_the_other() {
             let (sine, cosine) = (0.2_f64.sin(), 0.2_f64.cos());
             let (k, v) = handle;
             let turned = [1.1 * (cosine * v[0] - sine * v[1]), 1.1 * (sine * v[0] + cosine * v[1]), *v.last().unwrap()];
-            for c in 0..dimension {
-                case.points[k * dimension + c] = case.points[joint * 3 * dimension + c] + turned[c];
+            for (c, x) in turned.iter().take(dimension).enumerate() {
+                case.points[k * dimension + c] = case.points[joint * 3 * dimension + c] + x;
             }
             case.known[k] = true;
         }

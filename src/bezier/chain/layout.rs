@@ -77,7 +77,7 @@ impl<'a> Layout<'a> {
             }
             if !k.is_multiple_of(self.degree) {
                 let what = format!(
-                    "it has a tangent, but is no joint: every {}th control point is one, from the first on; leave the tangent out",
+                    "it has a tangent, but is no joint, as only points with numbers {} n are: leave the tangent out",
                     self.degree
                 );
                 return Err(invalid(k, what));

@@ -4,6 +4,9 @@
 //! speeds are free, and speeds stay positive. Newton's matrix is block tridiagonal, as for C1 joints, with blocks of a row more than coordinates; it is
 //! made positive definite by as much of its diagonal as it takes, far from the minimum.
 
+// Loops by number read as the formulas do.
+#![allow(clippy::needless_range_loop)]
+
 use super::joint::{dot, length};
 use super::layout::{Layout, Trouble, invalid};
 use super::piece::{Piece, Sized, Vector, plus};

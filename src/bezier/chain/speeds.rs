@@ -1,5 +1,8 @@
 //! [`Velocity`]: p′ on both sides of a joint where its direction is continuous.
 
+// Loops by number read as the formulas do.
+#![allow(clippy::needless_range_loop)]
+
 use super::joint::{AGREES, length};
 use super::layout::{Layout, Trouble, invalid};
 use super::piece::{Vector, plus};
