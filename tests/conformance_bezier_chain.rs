@@ -58,7 +58,8 @@ fn chains_on_a_gpu_are_those_of_the_cpu() {
                     worst = worst.max(chains::spread(a, b) / size);
                 }
                 println!("{degree} {joints:?} {lengths:?} {precision:?}: {worst:e}");
-                // Refined once, f32 has twice its digits less those of the condition: of matrices with pivots down to 1e-3.
+                // Refined once, f32 has twice its digits less those of the condition: of matrices with pivots down to
+                // 1e-3.
                 assert!(
                     worst <= if precision == Precision::F64 { 1e-12 } else { 1e-9 },
                     "{worst:e}, {chain:?}, {precision:?}"

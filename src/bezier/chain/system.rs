@@ -1,4 +1,5 @@
-//! The joints of a chain as one block tridiagonal system, cyclic where the chain is closed: Σ over pieces of the form of their ends.
+//! The joints of a chain as one block tridiagonal system, cyclic where the chain is closed: Σ over pieces of the form
+//! of their ends.
 
 use super::joint::Joint;
 use super::layout::{Layout, Trouble};
@@ -51,8 +52,9 @@ impl Done {
 /// What a sum of rounded numbers may be instead of 0, relative to them.
 const SINGULAR: f64 = 1e-13;
 
-/// Matrices of unit diagonal with a pivot not above this are singular, up to rounding, for so many joints: measured, those of singular
-/// matrices grow with the square of their number to 1e-9, while those of splines, with n unknown joints in a row, are of 1/n.
+/// Matrices of unit diagonal with a pivot not above this are singular, up to rounding, for so many joints: measured,
+/// those of singular matrices grow with the square of their number to 1e-9, while those of splines, with n unknown
+/// joints in a row, are of 1/n.
 fn singular(joints: usize) -> f64 {
     (SINGULAR * (joints as f64).powi(2)).min(2e-9)
 }
@@ -239,7 +241,8 @@ impl<'a, const N: usize> System<'a, N> {
         let known =
             (0..self.layout.coords().len() / self.layout.dimension()).filter(|&k| self.layout.is_known(k)).count();
         let what = format!(
-            "the energy does not determine the chain from {known} known control points: give more of them, or a tangent, or let the \
+            "the energy does not determine the chain from {known} known control points: give more of them, or a \
+             tangent, or let the \
              energy weigh a lower order"
         );
         (CurveStatus::Degenerate, self.layout.joint_place(joint), what)

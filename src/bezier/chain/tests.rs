@@ -12,7 +12,8 @@ fn mixed_energies_of_any_length_are_those_of_the_exact_completion() {
         [(2, 0, 0, 1e-13), (5, 1, 0b100, 1e-13), (8, 2, 0, 1e-13), (12, 1, 0b100100, 1e-12), (20, 2, 0, 1e-11)]
     {
         let energy = Energy { weights: [0.7, 1.0, 0.3] };
-        for h in [0.02, 0.5, 3.0, 60.0_f64] {
+        // Exact completions of high degree take seconds.
+        for h in [0.02, 3.0, 60.0_f64].into_iter().take(if degree > 8 { 1 } else { 3 }) {
             let scaled: [f64; 3] = std::array::from_fn(|k| energy.weights[k] * h.powi(-1 - 2 * k as i32));
             let (mixed, exact) = (
                 Piece::new(degree, smoothness, known, &energy),
@@ -90,7 +91,8 @@ fn report(chain: &Chain, pieces: usize, closed: bool, known: impl Fn(usize) -> b
 
 #[test]
 fn chains_of_parabolas_are_undetermined_but_for_odd_rings() {
-    // ∫|p‴|² is 0 for C1 chains of parabolas, of which there is one a slope at the start, or one in all round an odd ring.
+    // ∫|p‴|² is 0 for C1 chains of parabolas, of which there is one a slope at the start, or one in all round an odd
+    // ring.
     let chain = Chain { energy: Energy::of_order(3), lengths: PieceLengths::Equal, ..Chain::default() };
     for (pieces, closed, status) in [
         (1, false, CurveStatus::Degenerate),
