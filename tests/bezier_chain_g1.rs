@@ -29,7 +29,8 @@ fn case(degree: usize, joints: &[Vec<f64>], closed: bool) -> Case {
     let (dimension, n) = (joints[0].len(), joints.len());
     let pieces = if closed { n } else { n - 1 };
     let count = degree * pieces + usize::from(!closed);
-    let mut points = vec![0.0; count * dimension];
+    // What stands at unknown points is not read.
+    let mut points: Vec<f64> = (0..count * dimension).map(|k| 50.0 + k as f64).collect();
     for (k, joint) in joints.iter().enumerate() {
         points[k * degree * dimension..][..dimension].copy_from_slice(joint);
     }
@@ -80,6 +81,10 @@ fn assert_g1(case: &Case, degree: usize, points: &[f64]) {
 fn energies_fall_from_c2_to_c1_to_g1_joints() {
     for (dimension, closed) in [(2, false), (2, true), (3, false), (3, true)] {
         for (n, seed) in [(2, 1), (3, 2), (5, 3), (12, 4), (60, 5)] {
+            // Polygons turn by 90 degrees and more.
+            if closed && n < 5 {
+                continue;
+            }
             let case = case(3, &wavy(dimension, n, closed, seed), closed);
             let [c2, c1, g1] = [Joints::C2, Joints::C1, Joints::G1].map(|joints| fit(&Chain { joints, ..G1 }, &case));
             let report = &g1.reports()[0];
@@ -87,7 +92,6 @@ fn energies_fall_from_c2_to_c1_to_g1_joints() {
             assert!(report.gradient_norm <= 1e-11 && report.iterations <= 20, "{dimension}, {closed}, {n}: {report:?}");
             let [c2, c1, least] = [&c2, &c1, &g1].map(|completed| completed.reports()[0].energy);
             assert!(c1 <= c2 * (1.0 + 1e-12) && least <= c1 * (1.0 + 1e-12) + 1e-28, "{c2}, {c1}, {least}");
-            // Two pieces between two points and back again are as they are.
             assert!(n < 5 || least < c1 * (1.0 - 1e-6), "{dimension}, {closed}, {n}: {c1}, {least}");
             assert_g1(&case, 3, g1.control_points().points(0));
             println!(
@@ -173,8 +177,8 @@ fn a_handle_known_on_one_side_is_the_direction_on_the_other() {
             let (sine, cosine) = (0.2_f64.sin(), 0.2_f64.cos());
             let (k, v) = handle;
             let turned = [1.1 * (cosine * v[0] - sine * v[1]), 1.1 * (sine * v[0] + cosine * v[1]), *v.last().unwrap()];
-            for c in 0..dimension {
-                case.points[k * dimension + c] = case.points[joint * 3 * dimension + c] + turned[c];
+            for (c, x) in turned.iter().take(dimension).enumerate() {
+                case.points[k * dimension + c] = case.points[joint * 3 * dimension + c] + x;
             }
             case.known[k] = true;
         }
@@ -242,11 +246,19 @@ fn tangents_of_g1_joints_are_directions() {
 #[test]
 fn sharp_corners_have_no_least_g1_chain() {
     let back = [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [2.1, 0.2], [0.0, 0.4]].map(|p| p.to_vec());
-    let completed = fit(&G1, &case(3, &back, false));
-    let report = &completed.reports()[0];
-    assert_eq!(report.status, CurveStatus::NoMinimiser, "{report:?}");
-    assert!(report.message.as_ref().unwrap().starts_with("curve 0, point 6: "), "{report:?}");
-    assert_eq!(completed.control_points().points(0), case(3, &back, false).points);
+    let triangle = [[0.0, 0.0], [2.0, 0.0], [1.0, 1.8]].map(|p| p.to_vec());
+    for (joints, closed) in [(&back[..], false), (&triangle[..], true)] {
+        let case = case(3, joints, closed);
+        let completed = fit(&G1, &case);
+        let report = &completed.reports()[0];
+        assert_eq!(report.status, CurveStatus::NoMinimiser, "{report:?}");
+        let message = report.message.as_ref().unwrap();
+        assert!(closed || message.starts_with("curve 0, point 6: "), "{message}");
+        assert!(message.contains("the energy falls while the speed on one side of this joint goes to 0"), "{message}");
+        assert_eq!(completed.control_points().points(0), case.points);
+        // With C1 joints there is a chain.
+        assert_eq!(fit(&Chain { joints: Joints::C1, ..G1 }, &case).reports()[0].status, CurveStatus::Converged);
+    }
 }
 
 #[test]

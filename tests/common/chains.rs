@@ -1,5 +1,6 @@
 //! Chains of Béziers as dense least squares problems with constraints: the reference of `bezier::Chain`.
 
+// Every test file uses its part.
 #![allow(dead_code)]
 
 use faircurve::bezier::{Chain, Joints, PieceLengths, energy_matrix};

@@ -1,5 +1,8 @@
 //! [`Joint`]: the jets that what is known at a joint leaves.
 
+// Loops by number read as the formulas do.
+#![allow(clippy::needless_range_loop)]
+
 use super::piece::{Vector, plus};
 
 /// Something known of a jet: Σ coefficients\[r\] x_r = value, with x_r = scaleʳ p⁽ʳ⁾.

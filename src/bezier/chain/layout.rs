@@ -45,7 +45,8 @@ impl<'a> Layout<'a> {
             return Err(invalid(
                 count - 1,
                 format!(
-                    "{count} control points make no chain of degree {degree}: {kind} one has {degree} n{form}, n pieces; give \
+                    "{count} control points make no chain of degree {degree}: {kind} one has {degree} n{form}, n \
+                     pieces; give \
                      so many, or another degree"
                 ),
             ));
@@ -77,7 +78,7 @@ impl<'a> Layout<'a> {
             }
             if !k.is_multiple_of(self.degree) {
                 let what = format!(
-                    "it has a tangent, but is no joint: every {}th control point is one, from the first on; leave the tangent out",
+                    "it has a tangent, but is no joint, as only points with numbers {} n are: leave the tangent out",
                     self.degree
                 );
                 return Err(invalid(k, what));
@@ -190,14 +191,16 @@ impl<'a> Layout<'a> {
         }
         Joint::new(smoothness, scale, &conditions, self.largest).map_err(|(point, off)| {
             let what = format!(
-                "the known control points and the tangent around the joint at point {place} are not C{smoothness}: this one is off by \
+                "the known control points and the tangent around the joint at point {place} are not C{smoothness}: \
+                 this one is off by \
                  {off:.3e}; mark it as unknown, mend it, or take joints G1 or free"
             );
             invalid(point, what)
         })
     }
 
-    /// C2 with cubics and quartics: the chain of least energy with C1 joints has C2 joints where every p′ is free, and nothing within pieces is known.
+    /// C2 with cubics and quartics: the chain of least energy with C1 joints has C2 joints where every p′ is free, and
+    /// nothing within pieces is known.
     pub fn check_second(&self) -> Result<(), Trouble> {
         let count = self.batch.count(self.i);
         if (0..count).all(|k| self.is_known(k)) {
@@ -211,14 +214,16 @@ impl<'a> Layout<'a> {
             }
             if !k.is_multiple_of(self.degree) && self.is_known(k) {
                 let what = format!(
-                    "it is known, but C2 pieces of degree {} have no freedom for known points between joints: mark it as unknown, {remedy}",
+                    "it is known, but C2 pieces of degree {} have no freedom for known points between joints: mark \
+                     it as unknown, {remedy}",
                     self.degree
                 );
                 return Err(invalid(k, what));
             }
             if self.tangent(k).is_some() {
                 let what = format!(
-                    "it has a tangent, but C2 joints of pieces of degree {} have none but at the ends: leave it out, {remedy}",
+                    "it has a tangent, but C2 joints of pieces of degree {} have none but at the ends: leave it out, \
+                     {remedy}",
                     self.degree
                 );
                 return Err(invalid(k, what));
@@ -243,7 +248,8 @@ impl<'a> Layout<'a> {
             let rounding = 64.0 * f64::EPSILON * self.largest / self.lengths[before].min(self.lengths[after]).powi(2);
             if jump > super::joint::AGREES * (a + b) + rounding {
                 let what = format!(
-                    "all control points are known, but p″ jumps here by {:.3e}: mark handles as unknown, or take C1 joints",
+                    "all control points are known, but p″ jumps here by {:.3e}: mark handles as unknown, or take C1 \
+                     joints",
                     (d * (d - 1)) as f64 * jump
                 );
                 return Err(invalid(self.joint_place(joint), what));
@@ -257,11 +263,6 @@ impl<'a> Layout<'a> {
         let mut knots = vec![0.0];
         self.lengths.iter().for_each(|h| knots.push(knots[knots.len() - 1] + h));
         knots
-    }
-
-    /// Whether there is a point to be found.
-    pub fn is_complete(&self) -> bool {
-        (0..self.batch.count(self.i)).all(|k| self.is_known(k))
     }
 
     /// The curve's coordinates, to be written over where unknown.

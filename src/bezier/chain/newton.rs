@@ -1,8 +1,12 @@
 //! Chains with G1 joints: directions and speeds of p′ at joints by Newton's method.
 //!
-//! The energy is a quadratic function of p′ on both sides of the joints. With e^(−σ) T before a joint and e^σ T after it, the direction and both
-//! speeds are free, and speeds stay positive. Newton's matrix is block tridiagonal, as for C1 joints, with blocks of a row more than coordinates; it is
-//! made positive definite by as much of its diagonal as it takes, far from the minimum.
+//! The energy is a quadratic function of p′ on both sides of the joints. With e^(−σ) T before a joint and e^σ T after
+//! it, the direction and both speeds are free, and speeds stay positive. Newton's matrix is block tridiagonal, as for
+//! C1 joints, with blocks of a row more than coordinates; it is made positive definite by as much of its diagonal as it
+//! takes, far from the minimum.
+
+// Loops by number read as the formulas do.
+#![allow(clippy::needless_range_loop)]
 
 use super::joint::{dot, length};
 use super::layout::{Layout, Trouble, invalid};
@@ -15,11 +19,13 @@ use crate::report::CurveStatus;
 /// Most iterations; 5 to 10 are usual.
 const MOST: u32 = 200;
 
-/// The gradient at the end: changes of speeds, relative to the curve's mean speed, and of their logarithms, that a joint alone would ask for.
+/// The gradient at the end: changes of speeds, relative to the curve's mean speed, and of their logarithms, that a
+/// joint alone would ask for.
 const SMALL: f64 = 1e-11;
 
-/// A speed that has fallen to this, relative to the mean one, goes to 0.
-const STILL: f64 = 1e-6;
+/// A speed that has fallen to this, relative to the mean one, while the energy still falls, goes to 0: it does so ever
+/// more slowly.
+const STILL: f64 = 1e-4;
 
 /// The least pivot of a matrix with a diagonal of about 1 that Newton's steps are taken with.
 const LEAST_PIVOT: f64 = 1e-10;
@@ -91,7 +97,8 @@ pub(super) fn complete<'a>(layout: Layout<'a>, piece: impl Fn(u32) -> &'a Piece)
         (true, _) => problem.solve::<4>(asked, &chord),
     };
     if let End::Still(joint) = end {
-        let what = "the energy falls while the speed on one side of this joint goes to 0: give a handle or a tangent there, divide the \
+        let what = "the energy falls while the speed on one side of this joint goes to 0: give a handle or a tangent \
+         there, divide the \
                     chain, or take C1 joints";
         return Err((CurveStatus::NoMinimiser, layout.joint_place(joint), what.into()));
     }
@@ -107,7 +114,8 @@ pub(super) fn complete<'a>(layout: Layout<'a>, piece: impl Fn(u32) -> &'a Piece)
     Ok(match end {
         End::NotConverged => {
             let what = format!(
-                "the gradient is {gradient_norm:.1e} after {iterations} iterations, not {SMALL:e}: give more handles, or take C1 joints"
+                "the gradient is {gradient_norm:.1e} after {iterations} iterations, not {SMALL:e}: give more \
+                 handles, or take C1 joints"
             );
             Done { status: CurveStatus::NotConverged, message: Some((0, what)), ..done }
         }
@@ -213,7 +221,7 @@ impl Problem<'_, '_> {
             }
             loop {
                 let Some((step, slope)) = newton.step(self.layout.closed, damping) else {
-                    damping = f64::max(1e-3, 10.0 * damping);
+                    damping = f64::max(1e-3, 4.0 * damping);
                     if damping > 1e12 {
                         return (End::NotConverged, iteration, norm);
                     }
@@ -241,7 +249,7 @@ impl Problem<'_, '_> {
                     damping = if damping <= 1e-6 { 0.0 } else { damping };
                     break;
                 }
-                damping = f64::max(1e-3, 10.0 * damping);
+                damping = f64::max(1e-3, 4.0 * damping);
                 if damping > 1e12 {
                     return (End::NotConverged, iteration, norm);
                 }
@@ -311,7 +319,8 @@ impl<const N: usize> Newton<N> {
         newton
     }
 
-    /// The step with this much added to the diagonal, and the energy's slope along it; none where the matrix is not positive definite.
+    /// The step with this much added to the diagonal, and the energy's slope along it; none where the matrix is not
+    /// positive definite.
     fn step(&mut self, closed: bool, damping: f64) -> Option<(Vec<[f64; N]>, f64)> {
         let mut blocks = self.blocks.clone();
         blocks.iter_mut().for_each(|block| (0..N).for_each(|i| block[0][i][i] += damping));

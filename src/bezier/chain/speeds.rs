@@ -1,5 +1,8 @@
 //! [`Velocity`]: p′ on both sides of a joint where its direction is continuous.
 
+// Loops by number read as the formulas do.
+#![allow(clippy::needless_range_loop)]
+
 use super::joint::{AGREES, length};
 use super::layout::{Layout, Trouble, invalid};
 use super::piece::{Vector, plus};
@@ -55,7 +58,8 @@ impl Velocity {
         let mut given = tangent.into_iter().chain(known.into_iter().flatten());
         let Some((first, direction)) = given.next() else { return Ok(Velocity::Even([0.0; 3])) };
         if length(direction) == 0.0 {
-            let what = "it gives the joint no direction: move it away from the joint, or mark it as unknown (leave a tangent of 0 out)";
+            let what = "it gives the joint no direction: move it away from the joint, or mark it as unknown (leave a \
+             tangent of 0 out)";
             return Err(invalid(first, what));
         }
         for (point, other) in given {
@@ -64,7 +68,8 @@ impl Velocity {
             if sine > AGREES * cosine.abs() + rounding * length(direction) || cosine <= 0.0 {
                 let angle = sine.atan2(cosine).to_degrees();
                 let what = format!(
-                    "the handles and the tangent at the joint at point {place} are not G1: this one turns by {angle:.3e} degrees; mark it as \
+                    "the handles and the tangent at the joint at point {place} are not G1: this one turns by \
+                     {angle:.3e} degrees; mark it as \
                      unknown, mend it, or take free joints"
                 );
                 return Err(invalid(point, what));

@@ -1,4 +1,5 @@
-//! The joints of a chain as one block tridiagonal system, cyclic where the chain is closed: Σ over pieces of the form of their ends.
+//! The joints of a chain as one block tridiagonal system, cyclic where the chain is closed: Σ over pieces of the form
+//! of their ends.
 
 use super::joint::Joint;
 use super::layout::{Layout, Trouble};
@@ -48,8 +49,15 @@ impl Done {
     }
 }
 
-/// A matrix of unit diagonal with a pivot not above this is singular, up to the rounding of its entries.
-pub(super) const SINGULAR: f64 = 1e-13;
+/// What a sum of rounded numbers may be instead of 0, relative to them.
+const SINGULAR: f64 = 1e-13;
+
+/// Matrices of unit diagonal with a pivot not above this are singular, up to rounding, for so many joints: measured,
+/// those of singular matrices grow with the square of their number to 1e-9, while those of splines, with n unknown
+/// joints in a row, are of 1/n.
+fn singular(joints: usize) -> f64 {
+    (SINGULAR * (joints as f64).powi(2)).min(2e-9)
+}
 
 impl<'a, const N: usize> System<'a, N> {
     /// `piece` finds the form of a pattern of inner points.
@@ -202,7 +210,7 @@ impl<'a, const N: usize> System<'a, N> {
     /// # Errors
     /// A singular matrix; numbers that overflow.
     pub fn finish(&self, x: &[Vec<[f64; N]>], smallest: f64) -> Result<Done, Trouble> {
-        if smallest.is_nan() || smallest <= SINGULAR {
+        if smallest.is_nan() || smallest <= singular(self.joints.len()) {
             return Err(self.undetermined());
         }
         let unknown = |joint: usize, i: usize| {
@@ -233,7 +241,8 @@ impl<'a, const N: usize> System<'a, N> {
         let known =
             (0..self.layout.coords().len() / self.layout.dimension()).filter(|&k| self.layout.is_known(k)).count();
         let what = format!(
-            "the energy does not determine the chain from {known} known control points: give more of them, or a tangent, or let the \
+            "the energy does not determine the chain from {known} known control points: give more of them, or a \
+             tangent, or let the \
              energy weigh a lower order"
         );
         (CurveStatus::Degenerate, self.layout.joint_place(joint), what)
