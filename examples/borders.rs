@@ -13,7 +13,12 @@ mod distance;
 use std::path::Path;
 
 use faircurve::io::{self, WriteOptions};
-use faircurve::{CurveBatch, Device, Fit, Result, Sampling, discrete::Fair, scf::Smooth, spline::Natural};
+use faircurve::{
+    CurveBatch, Device, Fit, Result, Sampling,
+    discrete::{Fair, bending, length},
+    scf::Smooth,
+    spline::Natural,
+};
 use rayon::prelude::*;
 
 /// Of the larger side.
@@ -33,7 +38,8 @@ fn main() -> Result<()> {
         let cpu = Device::cpu();
         let fits = [
             ("natural", Natural::default().fit(&batch, &cpu)?),
-            ("fair", Fair::default().fit(&batch, &cpu)?),
+            // Bending alone has no minimum on borders as rough as these.
+            ("fair", Fair { energy: bending(2.0) + length(), ..Fair::default() }.fit(&batch, &cpu)?),
             ("scf", Smooth::default().fit(&batch, &cpu)?),
         ];
         for (method, fit) in fits {
