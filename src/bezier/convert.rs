@@ -187,7 +187,7 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         tolerance: f64,
     ) -> bool {
         // A piece ends where the curve does, with its tangent.
-        let end = |u| Gap { u, v: u, off: DVec3::ZERO, slope: DVec3::ZERO };
+        let end = |u| Gap { u, v: u, off: DVec3::ZERO, slope: DVec3::ZERO, forward: true };
         let gap = |k: usize| match k {
             0 => end(0.0),
             _ if k > PLACES => end(1.0),
@@ -204,13 +204,16 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         let site = self.site(stretch, u);
         let v = nearest(piece, site.point, 0.5 * (a.v + b.v), a.v).min(b.v);
         let middle = Gap::of(piece, &site, u, v);
-        let width = b.u - a.u;
-        let expected = [between(a, b, 0.5), 1.5 * (b.off - a.off) / width - 0.25 * (a.slope + b.slope)];
-        let surprise = (middle.off - expected[0]).length() + width / 8.0 * (middle.slope - expected[1]).length();
+        let (gap, width) = (between(a, b), b.v - a.v);
+        let part = if width > 0.0 { (v - a.v) / width } else { 0.5 };
+        let turn = width * middle.slope - derivative(&gap, part);
+        let surprise = (middle.off - point(&gap, part)).length() + turn.length() / 8.0;
         let largest = largest(a, &middle).max(largest(&middle, b));
+        // A curve that runs on and comes back along its tangent shows no gap across: there, matched places are looked at closely.
+        let forward = a.forward && middle.forward && b.forward;
         // Where the curvature jumps, wherever between a and b, less than half of the surprise is left (0.47 times); where it does not, a sixteenth.
         let enough = if looks == LOOKS { 0.5 * tolerance } else { tolerance };
-        largest + 0.5 * surprise <= enough
+        (forward && largest + 0.5 * surprise <= enough)
             || largest <= tolerance
                 && looks > 0
                 && self.keeps_between(stretch, piece, [a, &middle], tolerance, looks - 1)
@@ -232,27 +235,33 @@ struct Gap {
     /// That of the piece.
     v: f64,
     off: DVec3,
-    /// The derivative of `off` by u.
+    /// The derivative of `off` by v: that by u would jump where the curve's parameter changes its speed.
     slope: DVec3,
+    /// Whether the curve goes the piece's way.
+    forward: bool,
 }
 
 impl Gap {
     fn of(piece: &Piece, site: &Site, u: f64, v: f64) -> Self {
         let tangent = derivative(piece, v).normalize_or_zero();
         // The matched place goes along with the curve: what is left goes across.
-        Gap { u, v, off: site.point - point(piece, v), slope: site.first - tangent * site.first.dot(tangent) }
+        let along = site.first.dot(tangent);
+        let across = site.first - tangent * along;
+        let slope = if along > 0.0 { across * (derivative(piece, v).length() / along) } else { across };
+        Gap { u, v, off: site.point - point(piece, v), slope, forward: along > 0.0 }
     }
 }
 
-/// The gap at a fraction of the way from one to the next: Hermite's cubic.
-fn between(a: &Gap, b: &Gap, fraction: f64) -> DVec3 {
-    let third = (b.u - a.u) / 3.0;
-    point(&[a.off, a.off + a.slope * third, b.off - b.slope * third, b.off], fraction)
+/// The gap from one place to the next: Hermite's cubic, as a Bézier.
+fn between(a: &Gap, b: &Gap) -> Piece {
+    let third = (b.v - a.v) / 3.0;
+    [a.off, a.off + a.slope * third, b.off - b.slope * third, b.off]
 }
 
 /// The largest gap from one to the next, their ends too.
 fn largest(a: &Gap, b: &Gap) -> f64 {
-    let inside = (1..STEPS).map(|j| between(a, b, f64::from(j) / f64::from(STEPS)).length());
+    let gap = between(a, b);
+    let inside = (1..STEPS).map(|j| point(&gap, f64::from(j) / f64::from(STEPS)).length());
     inside.fold(a.off.length().max(b.off.length()), f64::max)
 }
 

@@ -9,7 +9,8 @@ pub fn point(p: &[DVec3; 4], v: f64) -> DVec3 {
     p[0] * (w * w * w) + p[1] * (3.0 * w * w * v) + p[2] * (3.0 * w * v * v) + p[3] * (v * v * v)
 }
 
-/// The largest distance from points to a path at(0 … 1): to the nearest of `count` + 1 samples, and from there to the nearest point by golden section.
+/// The largest distance from points to a path at(0 … 1): to the nearest of `count` + 1 samples, and from there, and from all that are
+/// nearer than their neighbours, to the nearest point by golden section.
 /// Distances up to `floor` are not looked at.
 fn directed(points: &[DVec3], at: &dyn Fn(f64) -> DVec3, count: usize, floor: f64) -> f64 {
     let samples: Vec<DVec3> = (0..=count).map(|k| at(k as f64 / count as f64)).collect();
@@ -23,12 +24,14 @@ fn directed(points: &[DVec3], at: &dyn Fn(f64) -> DVec3, count: usize, floor: f6
     };
     let mut worst = floor;
     for &p in points {
-        let mut near: Vec<(f64, usize)> = samples.iter().map(|q| q.distance(p)).zip(0..).collect();
-        let nearest = *near.iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-        if nearest.0 > worst && refined(p, nearest.1) > worst {
-            // The nearest sample need not be beside the nearest point.
-            near.sort_by(|a, b| a.0.total_cmp(&b.0));
-            worst = near.iter().take(8).map(|&(_, k)| refined(p, k)).fold(f64::INFINITY, f64::min).max(worst);
+        let near: Vec<f64> = samples.iter().map(|q| q.distance(p)).collect();
+        let least =
+            |k: usize| (k == 0 || near[k] <= near[k - 1]) && near.get(k + 1).is_none_or(|after| near[k] <= *after);
+        let nearest = (0..=count).min_by(|&a, &b| near[a].total_cmp(&near[b])).unwrap_or(0);
+        if near[nearest] > worst && refined(p, nearest) > worst {
+            // Where a path comes near itself, the nearest sample need not be beside the nearest point.
+            let all = (0..=count).filter(|&k| least(k)).map(|k| refined(p, k));
+            worst = worst.max(all.fold(f64::INFINITY, f64::min));
         }
     }
     worst
