@@ -226,7 +226,7 @@ fn usage_errors_are_exit_code_2_and_list_what_there_is() {
     };
     usage("fit in.csv -o out.csv --method bezier", "possible values: natural, smoothing");
     usage("fit in.csv", "--output <OUTPUT>");
-    usage("bezier in.csv -o out.csv", "unrecognized subcommand");
+    usage("knit in.csv -o out.csv", "unrecognized subcommand");
     usage("fit in.csv -o out.csv --comb", "--picture <FILE.svg>");
     usage("fit in.csv -o out.csv --device tpu", "use auto, cpu, gpu, or gpu:N");
     usage("fit in.csv -o out.csv --samples 4 --spacing 1", "cannot be used with");

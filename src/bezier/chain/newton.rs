@@ -98,8 +98,7 @@ pub(super) fn complete<'a>(layout: Layout<'a>, piece: impl Fn(u32) -> &'a Piece)
     };
     if let End::Still(joint) = end {
         let what = "the energy falls while the speed on one side of this joint goes to 0: give a handle or a tangent \
-         there, divide the \
-                    chain, or take C1 joints";
+         there, divide the chain, or take C1 joints";
         return Err((CurveStatus::NoMinimiser, layout.joint_place(joint), what.into()));
     }
     let mut coords = layout.coords();
