@@ -150,7 +150,7 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         assert_eq!([count("panel"), count("plot")], [panels, plots], "{name}");
         assert!(count("s") >= curves && !svg.contains("NaN"), "{name}: {} curves", count("s"));
     }
-    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 5 + 5 + 7);
+    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 3 + 5 + 5 + 7);
 }
 
 #[test]
