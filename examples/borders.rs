@@ -83,7 +83,8 @@ fn measure(fit: &Fit, tolerance: f64) -> (usize, usize, f64) {
             return (0, 0, 0.0);
         }
         let pieces = curve.beziers(0.99 * tolerance);
-        let deviation = if i.is_multiple_of(every) { distance::deviation(&*curve, &pieces, 24, 0.8 * tolerance) } else { 0.0 };
+        let deviation =
+            if i.is_multiple_of(every) { distance::deviation(&*curve, &pieces, 24, 0.8 * tolerance) } else { 0.0 };
         (curve.spans(), pieces.len(), deviation)
     };
     let add = |a: (usize, usize, f64), b: (usize, usize, f64)| (a.0 + b.0, a.1 + b.1, a.2.max(b.2));
