@@ -107,7 +107,7 @@ impl Completion {
     /// Solves a pattern; `None` where what is given contradicts itself or says the same twice, as two points and the derivative between
     /// them do.
     pub fn new(pattern: Pattern, energy: &Energy) -> Option<Self> {
-        Self::of_matrix(pattern, &energy.matrix(pattern.degree()))
+        Self::of_matrix(pattern, &energy.matrix(pattern.degree()).whole())
     }
 
     /// The same from M, or a multiple of it, which all patterns of a degree share.

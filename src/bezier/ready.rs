@@ -46,11 +46,17 @@ impl Ready {
         let weights = completion.raw_weights();
         let (unknown, columns) = (weights.rows(), pattern.data());
         let known: Vec<u8> = pattern.known().map(|i| i as u8).collect();
-        let all = Operator::<f64>::from_exact(&completion.all());
+        let rounded = weights.to_f64();
+        let weight = |i: usize, j: usize| rounded[i * columns + j];
+        let places: Vec<usize> = pattern.unknown().collect();
         let energy_rows = factor.len() / width;
-        let of_energy = |k: usize, j: usize| (0..width).map(|i| factor[k * width + i] * all.at(i, j)).sum::<f64>();
+        let of_energy = |k: usize, j: usize| {
+            let row = &factor[k * width..(k + 1) * width];
+            let of_known = known.get(j).map_or(0.0, |&place| row[usize::from(place)]);
+            of_known + places.iter().enumerate().map(|(i, &place)| row[place] * weight(i, j)).sum::<f64>()
+        };
         let operator = Operator::from_fn(unknown + energy_rows, columns, |i, j| match i < unknown {
-            true => weights.f64_at(i, j),
+            true => weight(i, j),
             false => of_energy(i - unknown, j),
         });
         // What is unique moves with what is given; the smallest of many does not.
