@@ -293,6 +293,8 @@ fn arrays_that_do_not_fit_are_an_error_with_a_sentence() {
             .contains("curve 0 has degree 1 and cannot be elevated by 30")
     );
     assert!(reduce(&line, 1, &device).unwrap_err().to_string().contains("cannot be reduced by 1"));
+    // No number overflows.
+    assert!(elevate(&line, usize::MAX, &device).is_err() && reduce(&line, usize::MAX, &device).is_err());
     assert!(split(&line, 1.5, &device).unwrap_err().to_string().contains("t = 1.5"));
 }
 

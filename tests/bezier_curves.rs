@@ -145,3 +145,14 @@ fn closed_polygons_return_to_their_first_point() {
     let curve = raised.into_fit();
     assert_eq!(curve.curve(0).point(0.0), curve.curve(0).point(1.0));
 }
+
+#[test]
+fn curves_of_any_degree_are_evaluated_and_no_parameters_give_no_points() {
+    let device = Device::cpu();
+    let coords: Vec<f64> = (0..=60).map(f64::from).collect();
+    let polygons = Polygons { dimension: 1, coords: &coords, offsets: &[0, 0, 61] };
+    let points = evaluate(&polygons, &[0.0, 0.25, 1.0], &device).unwrap();
+    assert_eq!(points.offsets, [0, 0, 3]);
+    assert!(worst(&points.coords, &[0.0, 15.0, 60.0]) < 1e-12);
+    assert_eq!(evaluate(&polygons, &[], &device).unwrap().offsets, [0, 0, 0]);
+}

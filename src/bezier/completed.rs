@@ -50,7 +50,7 @@ impl Completed {
     /// On a GPU what becomes of submissions.
     pub fn elevate(mut self, by: usize, device: &Device) -> Result<Completed> {
         self.refuse(|degree| {
-            (degree + by > MOST_DEGREE).then(|| {
+            (degree.saturating_add(by) > MOST_DEGREE).then(|| {
                 format!("degree {degree} cannot be elevated by {by}: degrees up to {MOST_DEGREE} are possible")
             })
         });

@@ -1,6 +1,6 @@
 //! What is done to control polygons by one matrix a degree: elevation, reduction, division, evaluation.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use num_rational::BigRational;
 use num_traits::{One, Zero};
@@ -31,7 +31,9 @@ use crate::linalg::{take, tasks, with_wide_registers};
 /// stay so.
 pub fn elevate(polygons: &Polygons, by: usize, device: &Device) -> Result<Controls> {
     polygons.check()?;
-    if let Some(i) = (0..polygons.len()).find(|&i| polygons.count(i) > 0 && polygons.count(i) - 1 + by > MOST_DEGREE) {
+    if let Some(i) =
+        (0..polygons.len()).find(|&i| polygons.count(i) > 0 && (polygons.count(i) - 1).saturating_add(by) > MOST_DEGREE)
+    {
         return Err(Error::argument(format!(
             "curve {i} has degree {} and cannot be elevated by {by}: degrees up to {MOST_DEGREE} are possible",
             polygons.count(i) - 1
@@ -49,7 +51,8 @@ pub fn elevate(polygons: &Polygons, by: usize, device: &Device) -> Result<Contro
 /// As [`elevate`]; a curve whose degree is too low.
 pub fn reduce(polygons: &Polygons, by: usize, device: &Device) -> Result<(Controls, Vec<f64>)> {
     polygons.check()?;
-    let wrong = |&i: &usize| polygons.count(i) > 0 && !(by + 1..=MOST_DEGREE).contains(&(polygons.count(i) - 1));
+    let wrong =
+        |&i: &usize| polygons.count(i) > 0 && !(by.saturating_add(1)..=MOST_DEGREE).contains(&(polygons.count(i) - 1));
     if let Some(i) = (0..polygons.len()).find(wrong) {
         return Err(Error::argument(format!(
             "curve {i} has degree {} and cannot be reduced by {by}: a curve of degree 1 at least must remain, of one up to {MOST_DEGREE}",
@@ -71,7 +74,7 @@ pub fn reduce(polygons: &Polygons, by: usize, device: &Device) -> Result<(Contro
 /// Both parts of every curve, before and after the parameter t, each on \[0, 1\] again: de Casteljau's points.
 ///
 /// # Errors
-/// As [`elevate`]; a t outside 0 … 1.
+/// Arrays that do not fit together, a t outside 0 … 1; on a GPU what becomes of submissions. Any degree is possible.
 pub fn split(polygons: &Polygons, t: f64, device: &Device) -> Result<[Controls; 2]> {
     polygons.check()?;
     if !(0.0..=1.0).contains(&t) {
@@ -90,7 +93,7 @@ pub fn split(polygons: &Polygons, t: f64, device: &Device) -> Result<[Controls; 
 /// coordinate for parameters from 0 to 1.
 ///
 /// # Errors
-/// As [`elevate`].
+/// Arrays that do not fit together; on a GPU what becomes of submissions. Any degree is possible.
 pub fn evaluate(polygons: &Polygons, parameters: &[f64], device: &Device) -> Result<Controls> {
     polygons.check()?;
     let rows = |degree: usize| Operator::from_rows(degree + 1, parameters.iter().map(|&t| bernstein(degree, t)));
@@ -149,7 +152,7 @@ fn transform(polygons: &Polygons, matrix: impl Fn(usize) -> Operator<f64> + Sync
     let counts: BTreeMap<usize, Operator<f64>> = (0..polygons.len())
         .map(|i| polygons.count(i))
         .filter(|&count| count > 0)
-        .collect::<std::collections::BTreeSet<usize>>()
+        .collect::<BTreeSet<usize>>()
         .into_par_iter()
         .map(|count| (count, matrix(count - 1)))
         .collect();

@@ -101,12 +101,7 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     }
     if let Some(path) = &args.report {
         progress.count("measuring", fit.len());
-        let head = Head {
-            faircurve: env!("CARGO_PKG_VERSION"),
-            method: "bezier",
-            device: device::describe(&device),
-            precision: device::precision_word(&fit),
-        };
+        let head = Head::of("bezier", &device, &fit);
         output::write(path, args.force, |out| {
             report::write(out, &head, &batch, &fit, &points_out, seconds, &progress)
         })?;

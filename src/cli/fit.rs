@@ -107,12 +107,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     }
     if let Some(path) = &args.report {
         progress.count("measuring", fit.len());
-        let head = Head {
-            faircurve: env!("CARGO_PKG_VERSION"),
-            method: args.method.word(),
-            device: device::describe(&device),
-            precision: device::precision_word(&fit),
-        };
+        let head = Head::of(args.method.word(), &device, &fit);
         output::write(path, args.force, |out| {
             report::write(out, &head, &batch, &fit, &points_out, seconds, &progress)
         })?;

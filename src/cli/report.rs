@@ -2,11 +2,11 @@
 
 use std::io::{self, Write};
 
-use faircurve::{CurveBatch, CurveReport, Fit};
+use faircurve::{CurveBatch, CurveReport, Device, Fit};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::device::Description;
+use super::device::{self, Description};
 use super::progress::Progress;
 
 /// Curvature is looked at in this many steps a span.
@@ -22,6 +22,18 @@ pub struct Head {
     pub method: &'static str,
     pub device: Description,
     pub precision: &'static str,
+}
+
+impl Head {
+    /// Of a fit by this method on this device.
+    pub fn of(method: &'static str, device: &Device, fit: &Fit) -> Self {
+        Head {
+            faircurve: env!("CARGO_PKG_VERSION"),
+            method,
+            device: device::describe(device),
+            precision: device::precision_word(fit),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, Serialize)]

@@ -9,6 +9,8 @@ pub mod plan;
 mod record;
 pub mod reflect;
 pub mod source;
+#[cfg(test)]
+pub(crate) mod testing;
 
 pub use adapter::{AdapterSummary, adapters};
 pub use capture::{CapturedBuffer, CapturedDispatch};

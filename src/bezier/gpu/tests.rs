@@ -10,20 +10,7 @@ use crate::bezier::{Energy, MOST_DEGREE};
 use crate::gpu::plan::Limits;
 use crate::gpu::reflect::assert_layout;
 use crate::gpu::source;
-
-fn gpu() -> Option<Gpu> {
-    match Gpu::open(0) {
-        Ok(gpu) => Some(gpu.with_poisoned_arrays()),
-        Err(error) if std::env::var_os("FAIRCURVE_REQUIRE_GPU").is_some() => panic!("{error}"),
-        Err(_) => None,
-    }
-}
-
-fn precisions(gpu: &Gpu) -> Vec<Precision> {
-    let mut precisions = vec![Precision::F32];
-    precisions.extend(gpu.summary().has_f64.then_some(Precision::F64));
-    precisions
-}
+use crate::gpu::testing::{gpu, precisions};
 
 fn seeded(seed: u64) -> StdRng {
     println!("seed {seed}");

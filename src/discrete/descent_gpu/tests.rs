@@ -13,20 +13,7 @@ use crate::CurveBatch;
 use crate::discrete::problem::descend;
 use crate::discrete::setup::set_up;
 use crate::discrete::{Custom, Fair, Pins, Segments};
-
-fn gpu() -> Option<Gpu> {
-    match Gpu::open(0) {
-        Ok(gpu) => Some(gpu.with_poisoned_arrays()),
-        Err(error) if std::env::var_os("FAIRCURVE_REQUIRE_GPU").is_some() => panic!("{error}"),
-        Err(_) => None,
-    }
-}
-
-fn precisions(gpu: &Gpu) -> Vec<Precision> {
-    let mut precisions = vec![Precision::F32];
-    precisions.extend(gpu.summary().has_f64.then_some(Precision::F64));
-    precisions
-}
+use crate::gpu::testing::{gpu, precisions};
 
 /// Gentle curves: open ones along a line, closed ones around a circle.
 fn batch<const D: usize>(sizes: &[usize], closed: impl Fn(usize) -> bool, seed: u64) -> CurveBatch {

@@ -9,6 +9,7 @@ use super::search::{MOST_DOTS, NUMBERS, ROUNDINGS, SlopesCurve, SlopesParams, WO
 use super::*;
 use crate::gpu::reflect::assert_layout;
 use crate::gpu::source;
+use crate::gpu::testing::{gpu, precisions};
 use crate::scf::slopes::{Outcome, Problem, Search, Span, Standing, Until};
 use crate::scf::start::{Chords, Start, wrap};
 use crate::scf::workspace::Workspace;
@@ -17,20 +18,6 @@ const EXPONENTS: [f64; 5] = [1.5, 2.0, 4.0, 20.0, 2.7];
 
 /// What f64 reaches for ν = 20 too.
 const UNTIL: Until = Until { tolerance: 1e-8, iterations: 100 };
-
-fn gpu() -> Option<Gpu> {
-    match Gpu::open(0) {
-        Ok(gpu) => Some(gpu.with_poisoned_arrays()),
-        Err(error) if std::env::var_os("FAIRCURVE_REQUIRE_GPU").is_some() => panic!("{error}"),
-        Err(_) => None,
-    }
-}
-
-fn precisions(gpu: &Gpu) -> Vec<Precision> {
-    let mut precisions = vec![Precision::F32];
-    precisions.extend(gpu.summary().has_f64.then_some(Precision::F64));
-    precisions
-}
 
 fn curves() -> Vec<Universal> {
     EXPONENTS.map(Universal::new).to_vec()
