@@ -432,3 +432,12 @@ fn a_million_curves_are_completed_in_one_call() {
     let batch = random_curves(2, &patterns, 1_000_000, &mut random);
     compare_completions("a million", &batch, &batch.given(), &Energy::bending(), &devices[..1]);
 }
+
+#[test]
+fn no_parameters_give_no_points_on_a_gpu_either() {
+    let Some(devices) = devices() else { return };
+    let polygons = Polygons { dimension: 2, coords: &[0.0, 0.0, 1.0, 2.0, 3.0, 0.0], offsets: &[0, 0, 3] };
+    for (device, _) in devices {
+        assert_eq!(evaluate(&polygons, &[], &device).unwrap().offsets, [0, 0, 0]);
+    }
+}
