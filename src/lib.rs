@@ -117,6 +117,7 @@ pub mod discrete;
 mod error;
 pub mod gpu;
 pub mod io;
+pub mod laplacian;
 pub mod linalg;
 pub mod picture;
 mod report;

@@ -1,0 +1,16 @@
+//! Laplacian splines on bounded rectangular grids, after Weimer and Warren, "Variational subdivision for Laplacian splines" (TR97-291, 1997).
+//!
+//! A grid p of (n+1) × (m+1) control points has the Dirichlet energy pᵀEp = Σ w |difference|² over its edges, w = 1, at the border ½
+//! ([`energy`]). Subdivision S puts 2n+1 × 2m+1 points in its place, so that E₂ₙSp = UEₙp, where U puts zeros between: the energy of
+//! each point stays what it was, new points have none, and the mean is kept.
+//!
+//! * [`Rule::Exact`] solves these equations. Its weights die away like the fourth power of the distance, so all points count.
+//! * [`Rule::Sparse`] has weights in a window of 3 to 11 points, chosen by linear programming so that ‖E₂ₙS − UEₙ‖∞ is least: [`SparseRule`].
+//!
+//! [`Subdivide`] is the method: batches of grids of any sizes, of any number of values a point, any number of rounds, on a [`Device`](crate::Device).
+
+mod grids;
+mod subdivide;
+
+pub use grids::Grids;
+pub use subdivide::{GridReport, Rule, Subdivide, Subdivided};
