@@ -263,9 +263,8 @@ fn one_row_is_interpolated_one_point_copied_and_no_round_changes_nothing() {
 #[test]
 fn more_points_than_there_is_room_for_are_refused() {
     let grids = Grids::uniform(1, [3, 3], vec![0.0; 9]).unwrap();
-    let refused = |rounds: u32| {
-        Subdivide { rule: Rule::Exact, rounds }.fit(&grids, &Device::cpu()).unwrap_err().to_string()
-    };
+    let refused =
+        |rounds: u32| Subdivide { rule: Rule::Exact, rounds }.fit(&grids, &Device::cpu()).unwrap_err().to_string();
     assert!(refused(31).contains("31 rounds make 1.845e19 points, for which there is no memory: fewer rounds"));
     assert!(refused(63).contains("63 rounds of a grid of 3 × 3 points make more points than there are numbers for"));
     assert!(refused(64).contains("64 rounds of a grid"));
