@@ -10,7 +10,15 @@
 //! [`Subdivide`] is the method: batches of grids of any sizes, of any number of values a point, any number of rounds, on a [`Device`](crate::Device).
 
 mod grids;
+mod programme;
+mod rule;
 mod subdivide;
+mod unbounded;
+mod unknowns;
 
 pub use grids::Grids;
+pub use programme::{Affine, Class, Energy, Programme, Reproduces, StandardForm};
+pub use rule::SparseRule;
 pub use subdivide::{GridReport, Rule, Subdivide, Subdivided};
+pub use unbounded::{Closed, UnboundedMask, potential, reflected, unbounded_weight};
+pub use unknowns::Unknown;
