@@ -154,13 +154,13 @@ impl ReliefSheet<'_> {
         parts.extend((!self.caption.is_empty()).then(|| self.caption.clone()));
         let seen = |view: View| placed.iter().any(|panel| panel.scene.view == view);
         if seen(View::Oblique) {
-            parts.push("parallel view from the front and above".into());
+            parts.push("parallel view from above".into());
         }
         if seen(View::Above) {
             parts.push("seen from above".into());
         }
         if placed.iter().any(|panel| panel.scene.heights.is_some()) {
-            parts.push("heights are scaled to the panel".into());
+            parts.push("heights scaled".into());
         }
         parts.join(" · ")
     }
