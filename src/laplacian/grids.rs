@@ -89,6 +89,10 @@ impl Grids {
         &self.values[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
     }
 
+    pub(super) fn grid_mut(&mut self, i: usize) -> &mut [f64] {
+        &mut self.values[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
+    }
+
     /// The values of the point of grid `i` in this row and column.
     pub fn point(&self, i: usize, row: usize, column: usize) -> &[f64] {
         let start = (row * self.shapes[i][1] + column) * self.dimension;

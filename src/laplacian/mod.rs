@@ -9,8 +9,17 @@
 //!
 //! [`Subdivide`] is the method: batches of grids of any sizes, of any number of values a point, any number of rounds, on a [`Device`](crate::Device).
 
+mod energy;
+mod exact;
+mod gpu;
 mod grids;
+mod refine;
+mod rule;
+mod sparse;
+mod stencil;
 mod subdivide;
 
+pub use energy::{energy, residual};
 pub use grids::Grids;
+pub use rule::{Reproduces, SparseRule};
 pub use subdivide::{GridReport, Rule, Subdivide, Subdivided};

@@ -1,19 +1,39 @@
 //! [`Subdivide`]: the method, on batches of grids.
 
-use super::Grids;
+use rayon::prelude::*;
+
+use super::refine::{Refiner, refined};
+use super::{Grids, SparseRule};
 use crate::device::Device;
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::linalg::{take, tasks};
 use crate::report::CurveStatus;
+
+/// Beyond this, results are looked through for overflow. No rule makes a value 1e20 times the largest of its grid, sums on the way included.
+const SAFE: f64 = 1e280;
 
 /// How new points come about.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Rule {
-    /// The equations E₂ₙSp = UEₙp are solved: all points count.
+    /// The equations E₂ₙp = UEₙp₀ are solved: all points count.
     #[default]
     Exact,
+    /// The nearest to it with weights in a small window.
+    Sparse(SparseRule),
 }
 
 /// Laplacian subdivision: every round puts a point between any two neighbours, and one in the middle of any four.
+///
+/// ```
+/// use faircurve::{Device, laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide}};
+///
+/// // A 3 × 3 grid with a peak in the middle.
+/// let grids = Grids::uniform(1, [3, 3], vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])?;
+/// let rule = Rule::Sparse(SparseRule::of_support(5, Reproduces::Constants)?);
+/// let fine = Subdivide { rule, rounds: 3 }.fit(&grids, &Device::cpu())?;
+/// assert_eq!(fine.grids().shape(0), [17, 17]);
+/// # Ok::<(), faircurve::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subdivide {
     /// How new points come about.
@@ -40,13 +60,112 @@ pub struct Subdivided {
 }
 
 impl Subdivide {
-    /// Subdivides all grids. One that cannot be subdivided has the same shape as if it could, and NaN in all its places.
+    /// Subdivides all grids. One that cannot be subdivided gets the shape that it would have, and NaN in all places; its neighbours do not notice.
+    ///
+    /// Grids of one row or column are functions of one variable: both rules put new points in the middle between old ones.
     ///
     /// # Errors
     /// What concerns the whole run: more points than there is memory for, a device that fails.
     pub fn fit(&self, grids: &Grids, device: &Device) -> Result<Subdivided> {
-        let _ = (grids, device);
-        todo!()
+        let shapes = self.shapes(grids)?;
+        let mut values = self.room(grids.dimension(), &shapes)?;
+        let mut reports: Vec<GridReport> = (0..grids.len()).into_par_iter().map(|i| grids.report(i)).collect();
+        let device = match device.as_gpu() {
+            Some(gpu) => {
+                let precision = device.kernel_precision(gpu, true)?;
+                super::gpu::subdivide(self, grids, gpu, precision, &mut values, &reports)?;
+                device.describe(true)?
+            }
+            None => {
+                self.on_cpu(grids, &shapes, &mut values, &reports);
+                device.describe(true)?
+            }
+        };
+        let subdivided = Grids::new(grids.dimension(), shapes, values)?.with_file(grids.file().map(Into::into));
+        let mut subdivided = Subdivided { grids: subdivided, reports: Vec::new(), device };
+        for (i, report) in reports.iter_mut().enumerate() {
+            subdivided.check(i, grids, report);
+        }
+        subdivided.reports = reports;
+        Ok(subdivided)
+    }
+
+    /// The shapes that grids will have.
+    fn shapes(&self, grids: &Grids) -> Result<Vec<[usize; 2]>> {
+        let shape = |i: usize| {
+            let shape @ [rows, columns] = grids.shape(i);
+            refined(shape, self.rounds).ok_or_else(|| {
+                Error::argument(format!(
+                    "{} rounds of a grid of {rows} × {columns} points make more points than there are numbers for: fewer rounds do",
+                    self.rounds
+                ))
+            })
+        };
+        (0..grids.len()).map(shape).collect()
+    }
+
+    /// Memory for all values.
+    fn room(&self, dimension: usize, shapes: &[[usize; 2]]) -> Result<Vec<f64>> {
+        let count = shapes.iter().try_fold(0usize, |sum, [rows, columns]| {
+            sum.checked_add(rows.checked_mul(*columns)?.checked_mul(dimension)?)
+        });
+        // Asked for first, since an allocation that fails ends the program; what comes zeroed from the system is written once, by those who compute.
+        match count.filter(|&count| Vec::<f64>::new().try_reserve_exact(count).is_ok()) {
+            Some(count) => Ok(vec![0.0; count]),
+            None => {
+                let points: f64 = shapes.iter().map(|[rows, columns]| *rows as f64 * *columns as f64).sum();
+                Err(Error::argument(format!(
+                    "{} rounds make {points:.3e} points, for which there is no memory: fewer rounds, or fewer grids at a time, do",
+                    self.rounds
+                )))
+            }
+        }
+    }
+
+    fn on_cpu(&self, grids: &Grids, shapes: &[[usize; 2]], values: &mut [f64], reports: &[GridReport]) {
+        let dimension = grids.dimension();
+        let refiner = Refiner::<f64>::new(&self.rule, grids.shapes(), self.rounds);
+        let mut offsets = vec![0];
+        for [rows, columns] in shapes {
+            offsets.push(offsets[offsets.len() - 1] + rows * columns * dimension);
+        }
+        let mut left = values;
+        let tasks: Vec<_> = tasks(&offsets)
+            .into_iter()
+            .map(|task| (task.clone(), take(&mut left, offsets[task.end] - offsets[task.start])))
+            .collect();
+        tasks.into_par_iter().for_each(|(task, mut values)| {
+            for i in task {
+                let fine = take(&mut values, offsets[i + 1] - offsets[i]);
+                match reports[i].status.is_usable() {
+                    true => refiner.refine(dimension, grids.shape(i), grids.grid(i), fine),
+                    false => fine.fill(f64::NAN),
+                }
+            }
+        });
+    }
+}
+
+impl Grids {
+    /// What can be said of grid `i` before it is subdivided.
+    fn report(&self, i: usize) -> GridReport {
+        let place = self.file().map(|file| format!("{file}, ")).unwrap_or_default();
+        if self.grid(i).is_empty() {
+            let message = format!("{place}grid {i} has no points: give it some, or leave it out");
+            return GridReport { status: CurveStatus::Degenerate, message: Some(message) };
+        }
+        match self.grid(i).iter().position(|x| !x.is_finite()) {
+            None => GridReport { status: CurveStatus::Converged, message: None },
+            Some(at) => {
+                let (point, value) = (at / self.dimension(), self.grid(i)[at]);
+                let (row, column) = (point / self.shape(i)[1], point % self.shape(i)[1]);
+                let message = format!(
+                    "{place}grid {i}: the value in row {row}, column {column} (counted from 0) is {value}; all must be finite: mend it, or \
+                     leave the grid out"
+                );
+                GridReport { status: CurveStatus::Invalid, message: Some(message) }
+            }
+        }
     }
 }
 
@@ -69,5 +188,16 @@ impl Subdivided {
     /// Number of grids whose status is usable.
     pub fn usable(&self) -> usize {
         self.reports.iter().filter(|report| report.status.is_usable()).count()
+    }
+
+    /// Takes a grid that has overflowed for what it is.
+    fn check(&mut self, i: usize, given: &Grids, report: &mut GridReport) {
+        let is_large = given.grid(i).iter().any(|x| x.abs() > SAFE);
+        if report.status.is_usable() && is_large && self.grids.grid(i).iter().any(|x| !x.is_finite()) {
+            self.grids.grid_mut(i).fill(f64::NAN);
+            let place = given.file().map(|file| format!("{file}, ")).unwrap_or_default();
+            report.status = CurveStatus::Invalid;
+            report.message = Some(format!("{place}grid {i}: sums of its values overflow: give smaller numbers"));
+        }
     }
 }

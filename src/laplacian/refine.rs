@@ -1,0 +1,137 @@
+//! [`Refiner`]: all rounds of a rule on one grid, on the CPU.
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+use rustdct::{DctNum, DctPlanner};
+
+use super::exact::{Exact, Scratch};
+use super::stencil::{Axis, Stencils};
+use super::{Rule, sparse};
+use crate::linalg::Real;
+
+/// A rule made ready for grids of some shapes and so many rounds.
+pub(super) struct Refiner<S> {
+    rounds: u32,
+    plans: Plans<S>,
+}
+
+enum Plans<S> {
+    Exact(FxHashMap<[usize; 2], Exact<S>>),
+    Sparse { least: usize, stencils: FxHashMap<[Axis; 2], Stencils<S>> },
+}
+
+/// Rows and columns after some rounds; none where they are beyond all numbers.
+pub(super) fn refined(shape: [usize; 2], rounds: u32) -> Option<[usize; 2]> {
+    let refine = |points: usize| match points {
+        0 => Some(0),
+        _ => (points - 1).checked_mul(1usize.checked_shl(rounds)?)?.checked_add(1),
+    };
+    let [rows, columns] = shape;
+    Some([refine(rows)?, refine(columns)?])
+}
+
+/// The same, of shapes that are known to have fitted into memory.
+fn next(shape: [usize; 2]) -> [usize; 2] {
+    shape.map(|points| 2 * points - 1)
+}
+
+/// Whether a grid is a function of one variable: both rules then put new points in the middle.
+fn is_line(shape: [usize; 2]) -> bool {
+    shape.contains(&1)
+}
+
+impl<S: Real + DctNum> Refiner<S> {
+    pub fn new(rule: &Rule, shapes: &[[usize; 2]], rounds: u32) -> Self {
+        let mut planner = DctPlanner::new();
+        let mut plans = match rule {
+            Rule::Exact => Plans::Exact(FxHashMap::default()),
+            Rule::Sparse(rule) => Plans::Sparse { least: rule.least_intervals(), stencils: FxHashMap::default() },
+        };
+        for &shape in shapes {
+            if shape.contains(&0) || is_line(shape) {
+                continue;
+            }
+            for shape in std::iter::successors(Some(shape), |&shape| Some(next(shape))).take(rounds as usize) {
+                match (&mut plans, rule) {
+                    (Plans::Exact(exact), _) => {
+                        exact.entry(shape).or_insert_with(|| Exact::new(shape, &mut planner));
+                    }
+                    (Plans::Sparse { least, stencils }, Rule::Sparse(rule)) => {
+                        let axes = shape.map(|points| Axis::of(points - 1, *least));
+                        stencils.entry(axes).or_insert_with(|| Stencils::new(rule, axes));
+                    }
+                    (Plans::Sparse { .. }, Rule::Exact) => unreachable!("plans are of the rule"),
+                }
+            }
+        }
+        Refiner { rounds, plans }
+    }
+
+    /// All rounds on one grid that has points; `fine` is as large as the last makes it.
+    pub fn refine(&self, dimension: usize, shape: [usize; 2], values: &[S], fine: &mut [S]) {
+        if self.rounds == 0 {
+            fine.copy_from_slice(values);
+            return;
+        }
+        let mut shape = shape;
+        let mut held: Option<Vec<S>> = None;
+        for _ in 1..self.rounds {
+            let [rows, columns] = next(shape);
+            let mut new = vec![<S as Real>::ZERO; rows * columns * dimension];
+            self.round(dimension, shape, held.as_deref().unwrap_or(values), &mut new);
+            held = Some(new);
+            shape = [rows, columns];
+        }
+        self.round(dimension, shape, held.as_deref().unwrap_or(values), fine);
+    }
+
+    fn round(&self, dimension: usize, shape: [usize; 2], coarse: &[S], fine: &mut [S]) {
+        if is_line(shape) {
+            return halve(dimension, coarse, fine);
+        }
+        match &self.plans {
+            Plans::Exact(plans) => each_coordinate(dimension, coarse, fine, |coarse, fine| {
+                plans[&shape].subdivide(coarse, fine, &mut Scratch::default());
+            }),
+            Plans::Sparse { least, stencils } => {
+                let axes = shape.map(|points| Axis::of(points - 1, *least));
+                sparse::subdivide(&stencils[&axes], dimension, shape, coarse, fine);
+            }
+        }
+    }
+}
+
+/// A point halfway between any two neighbours.
+fn halve<S: Real>(dimension: usize, coarse: &[S], fine: &mut [S]) {
+    let half = S::from_f64(0.5);
+    for (k, point) in coarse.chunks_exact(dimension).enumerate() {
+        fine[2 * k * dimension..][..dimension].copy_from_slice(point);
+    }
+    for (k, pair) in coarse.windows(2 * dimension).step_by(dimension).enumerate() {
+        for c in 0..dimension {
+            // Halved first: sums may overflow.
+            fine[(2 * k + 1) * dimension + c] = half * pair[c] + half * pair[dimension + c];
+        }
+    }
+}
+
+/// Applies an operation to every coordinate by itself.
+fn each_coordinate<S: Real>(dimension: usize, coarse: &[S], fine: &mut [S], operation: impl Fn(&[S], &mut [S]) + Sync) {
+    if dimension == 1 {
+        return operation(coarse, fine);
+    }
+    let planes: Vec<Vec<S>> = (0..dimension)
+        .into_par_iter()
+        .map(|c| {
+            let coarse: Vec<S> = coarse.iter().skip(c).step_by(dimension).copied().collect();
+            let mut plane = vec![S::ZERO; fine.len() / dimension];
+            operation(&coarse, &mut plane);
+            plane
+        })
+        .collect();
+    for (k, point) in fine.chunks_exact_mut(dimension).enumerate() {
+        for (x, plane) in point.iter_mut().zip(&planes) {
+            *x = plane[k];
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! [`Stencils`]: a sparse rule seen from the new points: which old points each looks at, and with which weights.
+//!
+//! Rows of new points fall into *lines*: those that see a border have one of their own, counted from it; between them even and odd ones alternate. The
+//! same holds for columns; a pair of lines has one stencil. Where borders are so near to each other that a row may see both, every row is a line of its own.
+
+use super::SparseRule;
+use crate::linalg::Real;
+
+/// The stencils of all pairs of lines.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Stencils<S> {
+    radius: usize,
+    pub axes: [Axis; 2],
+    /// Pair after pair; of each a square of radius + 1 rows and columns, the window's weights row after row in its upper left, then zeros.
+    weights: Vec<S>,
+}
+
+/// The lines across one axis of the grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Axis {
+    /// So many intervals, too few: every row is a line.
+    Short(usize),
+    /// Lines that see a border, at each end; two alternate between.
+    Long(usize),
+}
+
+impl Axis {
+    /// Of so many intervals, under a rule whose own borders need so many at least.
+    pub fn of(intervals: usize, least: usize) -> Self {
+        if intervals < least { Axis::Short(intervals) } else { Axis::Long(least) }
+    }
+
+    /// Number of lines.
+    pub fn lines(self) -> usize {
+        match self {
+            Axis::Short(intervals) => 2 * intervals + 1,
+            Axis::Long(border) => 2 * border + 2,
+        }
+    }
+
+    /// The line of a new row, or column, among 2 · `intervals` + 1 of them.
+    #[inline(always)]
+    pub fn line(self, row: usize, intervals: usize) -> usize {
+        match self {
+            Axis::Short(_) => row,
+            Axis::Long(border) if row < border => row,
+            Axis::Long(border) if row + border > 2 * intervals => 2 * border + 1 - (2 * intervals - row),
+            Axis::Long(border) => border + row % 2,
+        }
+    }
+
+    /// A grid's intervals, and the row of every line in it.
+    fn sample(self) -> (usize, Vec<usize>) {
+        match self {
+            Axis::Short(intervals) => (intervals, (0..=2 * intervals).collect()),
+            Axis::Long(border) => {
+                let intervals = border + 2;
+                let between = border + border % 2;
+                let rows = (0..border).chain([between, between + 1]).chain(2 * intervals + 1 - border..=2 * intervals);
+                (intervals, rows.collect())
+            }
+        }
+    }
+}
+
+/// The old rows (columns) that a new one may look at: the first, and how many.
+#[inline(always)]
+pub(super) fn window(row: usize, radius: usize, intervals: usize) -> (usize, usize) {
+    let first = row.saturating_sub(radius).div_ceil(2);
+    let last = ((row + radius) / 2).min(intervals);
+    (first, last + 1 - first)
+}
+
+impl<S: Real> Stencils<S> {
+    /// The stencils of a rule for grids whose axes have these lines.
+    pub fn new(rule: &SparseRule, axes: [Axis; 2]) -> Self {
+        let radius = rule.radius();
+        let [(n, rows), (m, columns)] = axes.map(Axis::sample);
+        let mut weights = Vec::with_capacity(rows.len() * columns.len() * (radius + 1) * (radius + 1));
+        for &row in &rows {
+            let (top, high) = window(row, radius, n);
+            for &column in &columns {
+                let (left, wide) = window(column, radius, m);
+                let start = weights.len();
+                for a in top..top + high {
+                    for b in left..left + wide {
+                        weights.push(S::from_f64(rule.weight([row, column], [a, b], [n, m])));
+                    }
+                }
+                weights.resize(start + (radius + 1) * (radius + 1), S::ZERO);
+            }
+        }
+        Stencils { radius, axes, weights }
+    }
+
+    pub fn radius(&self) -> usize {
+        self.radius
+    }
+
+    /// All weights: what the device holds.
+    pub fn weights(&self) -> &[S] {
+        &self.weights
+    }
+
+    /// The weights for a pair of lines, the window's row after row.
+    #[inline(always)]
+    pub fn weights_of(&self, lines: [usize; 2]) -> &[S] {
+        let size = (self.radius + 1) * (self.radius + 1);
+        &self.weights[(lines[0] * self.axes[1].lines() + lines[1]) * size..][..size]
+    }
+}
