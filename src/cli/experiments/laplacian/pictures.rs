@@ -12,29 +12,43 @@ use super::{SUPPORTS, peak, subdivided};
 const SIDE: usize = 13;
 const ROUNDS: u32 = 2;
 
+/// Rounds of basis functions, whose poles are seen from near.
+const BASIS_ROUNDS: u32 = 3;
+
 fn sparse(support: usize) -> Result<Rule> {
     Ok(Rule::Sparse(SparseRule::of_support(support, Reproduces::Constants)?))
 }
 
-/// One control point raised: inside, at the border, in the corner.
+/// One control point raised: inside, at the border, in the corner; seven by seven control points around it are drawn.
 pub fn basis_functions() -> Result<String> {
-    let middle = SIDE / 2;
+    let (middle, last) = (SIDE / 2, SIDE - 1);
     let mut panels: Vec<(String, Grids)> = Vec::new();
     for (rule, name) in [(Rule::Exact, "exact"), (sparse(5)?, "support 5"), (sparse(11)?, "support 11")] {
-        for (place, at) in [("inside", [middle; 2]), ("at the border", [0, middle]), ("in the corner", [0, 0])] {
-            let surface = subdivided(rule.clone(), ROUNDS + 1, [SIDE; 2], peak(SIDE, at))?;
-            panels.push((format!("{name}, {place}"), surface));
+        for (place, at, first) in [
+            ("inside", [middle; 2], [middle - 3; 2]),
+            ("at the border", [last, middle], [last - 6, middle - 3]),
+            ("in the corner", [last; 2], [last - 6; 2]),
+        ] {
+            let surface = subdivided(rule.clone(), BASIS_ROUNDS, [SIDE; 2], peak(SIDE, at))?;
+            panels.push((format!("{name}, {place}"), part(&surface, first.map(|k| k << BASIS_ROUNDS))?));
         }
     }
-    let reliefs = panels.iter().map(|(title, surface)| relief(title, surface, None, Some([-0.4, 2.6])));
+    let reliefs = panels.iter().map(|(title, surface)| relief(title, surface, None, Some([-0.4, 2.0])));
     Ok(ReliefSheet {
         columns: 3,
         title: Some("Basis functions of Laplacian splines".into()),
-        caption: format!("one of {SIDE} × {SIDE} control points is 1, three rounds"),
+        caption: format!("one of {SIDE} × {SIDE} control points is 1, all others are 0, three rounds"),
         reliefs: reliefs.collect(),
         ..ReliefSheet::default()
     }
     .draw())
+}
+
+/// What lies over seven by seven control points.
+fn part(surface: &Grids, [row, column]: [usize; 2]) -> Result<Grids> {
+    let side = (6 << BASIS_ROUNDS) + 1;
+    let heights = (0..side * side).map(|k| surface.point(0, row + k / side, column + k % side)[0]);
+    Grids::uniform(1, [side; 2], heights.collect())
 }
 
 /// A random grid: exact, and what sparse rules make of it.
@@ -72,7 +86,7 @@ pub fn plots(distances: &Distances) -> Result<String> {
                 .collect(),
         });
         Plot {
-            title: format!("Distance from the exact surface, {} reproduced", what(reproduces)),
+            title: format!("Distance, {} reproduced", what(reproduces)),
             x: Axis::linear("support"),
             y: Axis::log("root of the mean square"),
             series: series.collect(),
