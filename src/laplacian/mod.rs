@@ -9,6 +9,7 @@
 //!
 //! [`Subdivide`] is the method: batches of grids of any sizes, of any number of values a point, any number of rounds, on a [`Device`](crate::Device).
 
+mod energies;
 mod grids;
 mod programme;
 mod rule;
@@ -16,8 +17,9 @@ mod subdivide;
 mod unbounded;
 mod unknowns;
 
+pub use energies::Energy;
 pub use grids::Grids;
-pub use programme::{Affine, Class, Energy, Programme, Reproduces, StandardForm};
+pub use programme::{Affine, Class, Programme, Reproduces, StandardForm};
 pub use rule::SparseRule;
 pub use subdivide::{GridReport, Rule, Subdivide, Subdivided};
 pub use unbounded::{Closed, UnboundedMask, potential, reflected, unbounded_weight};
