@@ -14,7 +14,8 @@ pub enum Reproduces {
     /// Constants: the weights of each new point have sum 1.
     #[default]
     Constants,
-    /// Linear functions too: each new point of a plane is the middle of its neighbours, at the border and the corners likewise.
+    /// Linear functions too: each new point of a plane is the middle of its neighbours, at the border and the corners likewise. The exact rule does not do
+    /// that at a border, where its surfaces are level across; so these rules stay away from it there, however large their support.
     Linear,
 }
 
