@@ -154,7 +154,7 @@ fn every([rows, columns]: [usize; 2], most: usize) -> usize {
 
 /// The lines that are drawn: the last is always among them.
 fn lines(count: usize, every: usize) -> Vec<usize> {
-    let last = (count - 1) % every != 0;
+    let last = !(count - 1).is_multiple_of(every);
     (0..count).step_by(every).chain(last.then_some(count - 1)).collect()
 }
 
