@@ -211,7 +211,7 @@ fn details(relief: &Relief, scene: &Scene) -> String {
     if let Some(Net { shape: [rows, columns], .. }) = relief.net {
         text += &format!(" from {} × {}", thousands(rows), thousands(columns));
         if rows * columns > MOST_NET_POINTS {
-            text += ", which are too many to draw";
+            text += " (the net is left out)";
         }
     }
     match scene.every {

@@ -98,7 +98,7 @@ impl Scene {
         let space = Space::of(relief);
         let [rows, columns] = relief.shape;
         let is_line = rows.min(columns) == 1;
-        let every = if is_line { 1 } else { every(relief.shape, most) };
+        let every = if is_line { 1 } else { every(relief.shape, between(relief), most) };
         let surface = Sheet { shape: relief.shape, values: relief.values, space: &space };
         let mut scene = Scene {
             view: space.view,
@@ -143,18 +143,26 @@ impl Scene {
 }
 
 /// The step between lines at which there are no more quadrangles than that.
-fn every([rows, columns]: [usize; 2], most: usize) -> usize {
-    let quads = |k: &usize| (rows - 1).div_ceil(*k).saturating_mul((columns - 1).div_ceil(*k));
-    if rows < 2 || columns < 2 {
-        1
-    } else {
-        (1..rows.max(columns)).find(|k| quads(k) <= most.max(1)).unwrap_or(rows.max(columns))
-    }
+///
+/// Surfaces have peaks at their control points, `between` lines apart: a step that met some of them and missed others
+/// would draw waves that are not there, so it divides `between` or is a multiple of it.
+fn every([rows, columns]: [usize; 2], between: usize, most: usize) -> usize {
+    let quads = |k: usize| (rows - 1).div_ceil(k).saturating_mul((columns - 1).div_ceil(k));
+    let longest = rows.max(columns);
+    let mut steps = (1..longest).filter(|&k| k.is_multiple_of(between) || between.is_multiple_of(k));
+    if rows < 2 || columns < 2 { 1 } else { steps.find(|&k| quads(k) <= most.max(1)).unwrap_or(longest) }
+}
+
+/// Lines from one control point to the next; 1 where that is not known.
+fn between(relief: &Relief) -> usize {
+    let step = |fine: usize, coarse: usize| fine.saturating_sub(1).checked_div(coarse.saturating_sub(1));
+    let net = relief.net.map_or([0, 0], |net| net.shape);
+    step(relief.shape[0], net[0]).or(step(relief.shape[1], net[1])).unwrap_or(1).max(1)
 }
 
 /// The lines that are drawn: the last is always among them.
 fn lines(count: usize, every: usize) -> Vec<usize> {
-    let last = (count - 1) % every != 0;
+    let last = !(count - 1).is_multiple_of(every);
     (0..count).step_by(every).chain(last.then_some(count - 1)).collect()
 }
 

@@ -111,8 +111,19 @@ fn large_grids_are_thinned_and_the_picture_says_so() {
     assert!(words.contains("30 grids, 306,030 points · the first 24 are drawn"), "{words}");
     let svg =
         sheet(vec![Relief { net: Some(Net { shape: [101, 101], values: &tile }), ..relief(1, [101, 101], &tile) }]);
-    assert!(texts(&svg).contains("101 × 101 points from 101 × 101, which are too many to draw"));
+    assert!(texts(&svg).contains("101 × 101 points from 101 × 101 (the net is left out)"));
     assert!(class(&Document::parse(&svg).unwrap(), "net").is_empty());
+}
+
+#[test]
+fn thinned_surfaces_meet_all_control_points_or_every_so_manyth() {
+    let every = |fine: usize, coarse: usize, most: usize| {
+        let (surface, net) = (vec![0.0; fine * fine], vec![0.0; coarse * coarse]);
+        let net = Some(Net { shape: [coarse, coarse], values: &net });
+        Scene::of(&Relief { net, ..relief(1, [fine, fine], &surface) }, most).every
+    };
+    // 10 × 8 intervals: 3 would do for 27², but meets some control points and misses others.
+    assert_eq!([every(81, 11, 6400), every(81, 11, 27 * 27), every(81, 11, 10 * 10), every(81, 11, 99)], [1, 4, 8, 16]);
 }
 
 #[test]
