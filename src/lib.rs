@@ -14,6 +14,8 @@
 //!   your choice is least (length, bending, variation of curvature, …), [`scf::Smooth`] exactly where ∫|κ|^ν ds is. A method is a struct of options; `fit` returns a [`Fit`], `fit_sampled` its samples too, taken by the same device.
 //! * [`bezier::Complete`] finds the control points that a Bézier curve lacks, [`bezier::Chain`] those of chains of them, where the energy is least;
 //!   [`bezier`] elevates, reduces, divides, evaluates and measures millions of control polygons in one call.
+//! * [`laplacian::Subdivide`] refines grids of control points to the surfaces of least Dirichlet energy, exactly or by rules of small support; [`io::grids`]
+//!   reads and writes grids.
 //! * A [`Fit`] holds [`Curve`]s, to be sampled, differentiated and measured alike whatever the method, and a
 //!   [`CurveReport`] each. A curve that cannot be fitted has a [`CurveStatus`] and a sentence, comes out as its input
 //!   and changes no bit of its neighbours. An [`Error`] is for what concerns the whole run.
@@ -95,6 +97,8 @@
 //!
 //! Completed Bézier control points come from matrices that are solved in exact rationals and rounded once: they are within some 1e-15 of the largest sum
 //! that makes them up at every degree up to 30; a GPU is held to 2e-6 of the curve's size in f32 and 1e-12 in f64.
+//!
+//! Exact Laplacian subdivision holds its equations to rounding, whatever the grid; a GPU is held to 2e-6 of the grid's size in f32 and 1e-12 in f64.
 //!
 //! # Limits
 //!

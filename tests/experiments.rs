@@ -107,6 +107,38 @@ fn bezier_finds_everything_as_eberly_says() {
 }
 
 #[test]
+fn laplacian_finds_masks_and_optima_and_wider_windows_are_nearer() {
+    let folder = TempDir::new().unwrap();
+    run(&folder, "experiments laplacian -o made")
+        .code(0)
+        .stderr(is_empty())
+        .stdout(contains("Everything is as it should be.").and(contains("NO").not()).and(contains("but:").not()))
+        .stdout(contains("1.4535  0.4535 -0.1277 -0.0338").and(contains("s(0, 0) = 4 − 8/π")))
+        .stdout(contains("s(2, 2) = 8 − 376/15π").and(contains("769 × 769 points")));
+    let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
+    let csv = read("laplacian.csv");
+    let mut rows = csv::Reader::from_reader(csv.as_bytes());
+    let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 2 * 5 * 5);
+    for reproduces in ["constants", "linear"] {
+        for rounds in 1..=5 {
+            let chosen = rows.iter().filter(|row| &row[0] == reproduces && row[2] == rounds.to_string());
+            let chosen: Vec<(usize, f64)> =
+                chosen.map(|row| (row[1].parse().unwrap(), row[3].parse().unwrap())).collect();
+            assert_eq!(chosen.iter().map(|row| row.0).collect::<Vec<_>>(), [3, 5, 7, 9, 11]);
+            assert!(chosen.windows(2).all(|pair| pair[1].1 < pair[0].1), "{reproduces}, {rounds} rounds: {chosen:?}");
+        }
+    }
+    for (name, reliefs, plots) in [("basis", 9, 0), ("surfaces", 6, 0), ("plots", 0, 3)] {
+        let svg = read(&format!("laplacian-{name}.svg"));
+        let picture = roxmltree::Document::parse(&svg).unwrap();
+        let count = |class: &str| picture.descendants().filter(|node| node.attribute("class") == Some(class)).count();
+        assert_eq!([count("relief"), count("plot")], [reliefs, plots], "{name}");
+        assert!(!svg.contains("NaN"), "{name}");
+    }
+}
+
+#[test]
 fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
     let folder = TempDir::new().unwrap();
     // Without a name: all experiments.
@@ -150,7 +182,7 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         assert_eq!([count("panel"), count("plot")], [panels, plots], "{name}");
         assert!(count("s") >= curves && !svg.contains("NaN"), "{name}: {} curves", count("s"));
     }
-    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 3 + 5 + 5 + 7);
+    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 3 + 5 + 5 + 5 + 7);
 }
 
 #[test]
@@ -187,7 +219,7 @@ fn an_unknown_experiment_is_refused_with_the_names_there_are() {
     let folder = TempDir::new().unwrap();
     run(&folder, "experiments toms829 -o .")
         .code(2)
-        .stderr(contains("toms829").and(contains("possible values: ")).and(contains("bezier, renka, scf, toms828")));
+        .stderr(contains("toms829").and(contains("possible values: ")).and(contains("bezier, laplacian, renka, scf, toms828")));
     run(&folder, "experiments").code(2).stderr(contains("--output"));
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
 }
