@@ -1,0 +1,62 @@
+//! Computes the sparse Laplacian rules of all supports: solves their linear programmes, takes of all solutions the one nearest to the exact
+//! rule, and prints unknowns and optima.
+//!
+//! usage: `sparse_rules [FILE]`: with a file, writes the masks there, as `src/laplacian/rule/tables.rs` has them
+
+#[path = "../tests/common/programmes.rs"]
+mod programmes;
+
+use std::fmt::Write;
+
+use faircurve::laplacian::{Class, Reproduces};
+use programmes::{programme, solved};
+
+const HEAD: &str = "\
+//! The masks of the sparse rules, computed by `cargo run --release --example sparse_rules -- src/laplacian/rule/tables.rs`.
+//!
+//! Class after class: the linear programme of [`Programme`](crate::laplacian::Programme) was solved by an interior-point method (Clarabel); of all
+//! masks whose maximum is within 1e-8 of the least, those nearest to the exact rule in least squares were taken, and moved onto the
+//! constraints to rounding. Entries stand in the order of [`Programme::unknowns`](crate::laplacian::Programme::unknowns).
+
+use super::Table;
+";
+
+fn name(support: usize, reproduces: Reproduces) -> String {
+    format!("{reproduces:?}_{support}").to_uppercase()
+}
+
+fn written(support: usize, reproduces: Reproduces, entries: &[f64]) -> String {
+    let programme = programme(support, reproduces);
+    let mut text = format!("\n#[rustfmt::skip]\npub(super) const {}: Table = Table {{\n", name(support, reproduces));
+    writeln!(text, "    residual: {:?},", Class::ALL.map(|class| programme.maximum(class, entries))).unwrap();
+    writeln!(text, "    entries: &[").unwrap();
+    let mut first = 0;
+    for class in Class::ALL {
+        let last = programme.known_after(class);
+        for line in entries[first..last].chunks(5) {
+            let line: Vec<String> = line.iter().map(|x| format!("{x:?}")).collect();
+            writeln!(text, "        {},", line.join(", ")).unwrap();
+        }
+        first = last;
+    }
+    text + "    ],\n};\n"
+}
+
+fn main() {
+    let mut tables = HEAD.to_string();
+    println!("| support | reproduces | unknowns | interior | and border | and corner |\n|---|---|---|---|---|---|");
+    for reproduces in [Reproduces::Constants, Reproduces::Linear] {
+        for support in [3, 5, 7, 9, 11] {
+            let programme = programme(support, reproduces);
+            let entries = solved(&programme);
+            let [interior, border, corner] = Class::ALL.map(|class| programme.maximum(class, &entries));
+            let unknowns = entries.len();
+            println!("| {support} | {reproduces:?} | {unknowns} | {interior:.9} | {border:.9} | {corner:.9} |");
+            tables += &written(support, reproduces, &entries);
+        }
+    }
+    if let Some(file) = std::env::args().nth(1) {
+        std::fs::write(&file, tables).unwrap_or_else(|error| panic!("cannot write {file}: {error}"));
+        println!("written to {file}");
+    }
+}

@@ -1,0 +1,416 @@
+//! The report's linear programme, as data: [`Programme`] says which sparse S makes the rows of E₂ₙS − UEₙ as small as can be.
+//!
+//! An infinity norm is made linear the usual way: an unknown u ≥ |entry| for each entry of a row, and t ≥ Σ u for each row; t is least.
+//! Whatever solves linear programmes solves this one. The same lines state it for curves, where it leads to natural cubic splines.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::unknowns::{Unknown, Unknowns};
+
+/// The energy whose subdivision is looked for: E, one row a point, on a grid or a curve of free ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Energy {
+    /// Σ w |difference|² over the edges of a grid: 4 −1 −1 −1 −1 inside, 2 −½ −½ −1 at the border, 1 −½ −½ at a corner.
+    #[default]
+    Dirichlet,
+    /// Σ |difference|² of a curve: −1 2 −1, at its ends 1 −1.
+    CurveDirichlet,
+    /// Σ |second difference|² of a curve: 1 −4 6 −4 1, at its ends 1 −2 1 and −2 5 −4 1.
+    CurveBending,
+}
+
+/// What a sparse rule keeps as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reproduces {
+    /// Constants: the weights of each new point have sum 1.
+    #[default]
+    Constants,
+    /// Linear functions too: each new point of a plane is the middle of its neighbours, at the border and the corners likewise.
+    Linear,
+}
+
+/// The three classes of rows of E₂ₙS − UEₙ. Each has masks of its own to find, and takes those of the classes before as found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Class {
+    /// Rows that see interior masks only.
+    Interior,
+    /// Rows that see a border mask, and no corner mask.
+    Border,
+    /// Rows that see a corner mask.
+    Corner,
+}
+
+impl Class {
+    /// All three, in the order in which they are solved.
+    pub const ALL: [Class; 3] = [Class::Interior, Class::Border, Class::Corner];
+
+    /// What the grid is along its axes for the rows of this class, as far as they see.
+    fn axes(self, dimension: usize) -> [Axis; 2] {
+        match (dimension, self) {
+            (1, Class::Interior) => [Axis::Endless, Axis::Point],
+            (1, _) => [Axis::HalfLine, Axis::Point],
+            (_, Class::Interior) => [Axis::Endless, Axis::Endless],
+            (_, Class::Border) => [Axis::HalfLine, Axis::Endless],
+            (_, Class::Corner) => [Axis::HalfLine, Axis::HalfLine],
+        }
+    }
+}
+
+/// Where a grid ends along one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Axis {
+    /// Nowhere.
+    Endless,
+    /// At 0.
+    HalfLine,
+    /// It is 0: the second axis of a curve.
+    Point,
+}
+
+/// One-dimensional factors of the energies: E = Σ factor ⊗ factor.
+#[derive(Clone, Copy, Debug)]
+enum Factor {
+    /// −1 2 −1, at an end 1 −1.
+    Difference,
+    /// 1, at an end ½.
+    Mass,
+    /// 1 −4 6 −4 1, at an end 1 −2 1 and −2 5 −4 1.
+    Bending,
+    /// 1.
+    One,
+}
+
+impl Factor {
+    /// Row `i`: places and entries.
+    fn row(self, i: isize, axis: Axis) -> Vec<(isize, f64)> {
+        let end = axis == Axis::HalfLine && i == 0;
+        match self {
+            Factor::Difference if end => vec![(0, 1.0), (1, -1.0)],
+            Factor::Difference => vec![(i - 1, -1.0), (i, 2.0), (i + 1, -1.0)],
+            Factor::Mass if end => vec![(0, 0.5)],
+            Factor::Mass | Factor::One => vec![(i, 1.0)],
+            Factor::Bending => {
+                // The second differences around i − 1, i and i + 1, as far as their points are there.
+                let mut row = BTreeMap::new();
+                for (centre, weight) in [(i - 1, 1.0), (i, -2.0), (i + 1, 1.0)] {
+                    if axis == Axis::Endless || centre >= 1 {
+                        for (place, entry) in [(centre - 1, 1.0), (centre, -2.0), (centre + 1, 1.0)] {
+                            *row.entry(place).or_insert(0.0) += weight * entry;
+                        }
+                    }
+                }
+                row.into_iter().collect()
+            }
+        }
+    }
+}
+
+impl Energy {
+    /// 1 for curves, 2 for grids.
+    pub fn dimension(self) -> usize {
+        if self == Energy::Dirichlet { 2 } else { 1 }
+    }
+
+    /// How far a row of E reaches.
+    fn reach(self) -> isize {
+        if self == Energy::CurveBending { 2 } else { 1 }
+    }
+
+    /// c in E₂ₙS = c UEₙ: what halving the spacing does to the energy of a function of `dimension` variables and its derivatives.
+    fn scale(self) -> f64 {
+        match self {
+            Energy::Dirichlet => 1.0,
+            Energy::CurveDirichlet => 0.5,
+            Energy::CurveBending => 0.125,
+        }
+    }
+
+    fn terms(self) -> &'static [[Factor; 2]] {
+        match self {
+            Energy::Dirichlet => &[[Factor::Difference, Factor::Mass], [Factor::Mass, Factor::Difference]],
+            Energy::CurveDirichlet => &[[Factor::Difference, Factor::One]],
+            Energy::CurveBending => &[[Factor::Bending, Factor::One]],
+        }
+    }
+
+    /// The row of E of a point: places and entries.
+    fn row(self, point: [isize; 2], axes: [Axis; 2]) -> BTreeMap<[isize; 2], f64> {
+        let mut row = BTreeMap::new();
+        for [first, second] in self.terms() {
+            for (a, x) in first.row(point[0], axes[0]) {
+                for (b, y) in second.row(point[1], axes[1]) {
+                    *row.entry([a, b]).or_insert(0.0) += x * y;
+                }
+            }
+        }
+        row
+    }
+}
+
+/// Σ coefficient · unknown + constant, the unknowns by their numbers, none twice.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Affine {
+    /// Unknowns and their coefficients.
+    pub terms: Vec<(usize, f64)>,
+    /// What is added.
+    pub constant: f64,
+}
+
+impl Affine {
+    fn new(terms: BTreeMap<usize, f64>, constant: f64) -> Self {
+        Affine { terms: terms.into_iter().filter(|&(_, coefficient)| coefficient != 0.0).collect(), constant }
+    }
+
+    /// Its value where the unknowns have these.
+    pub fn at(&self, values: &[f64]) -> f64 {
+        self.terms.iter().fold(self.constant, |sum, &(unknown, coefficient)| sum + coefficient * values[unknown])
+    }
+
+    /// What remains once the first unknowns are known; the others are numbered from 0.
+    fn with_known(&self, known: &[f64]) -> Self {
+        let (before, after): (Vec<_>, Vec<_>) = self.terms.iter().partition(|&&(unknown, _)| unknown < known.len());
+        let constant = Affine { terms: before, constant: self.constant }.at(known);
+        Affine { terms: after.iter().map(|&(unknown, x)| (unknown - known.len(), x)).collect(), constant }
+    }
+
+    /// The same up to its sign, bit by bit: all coefficients are multiples of powers of two, so equal ones are the same bits.
+    fn key(&self) -> (Vec<(usize, u64)>, u64) {
+        let first = self.terms.first().map_or(self.constant, |&(_, coefficient)| coefficient);
+        let sign = if first < 0.0 { -1.0 } else { 1.0 };
+        // + 0 makes of −0 what it is worth.
+        let bits = |x: f64| (sign * x + 0.0).to_bits();
+        (self.terms.iter().map(|&(unknown, x)| (unknown, bits(x))).collect(), bits(self.constant))
+    }
+}
+
+/// A linear programme as solvers take it: c·x least, where Ax = b for the equalities and Ax ≤ b for the inequalities.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StandardForm {
+    /// How many of the first variables are entries of masks; bounds of absolute values follow, and last the maximum.
+    pub unknowns: usize,
+    /// c, one entry a variable.
+    pub objective: Vec<f64>,
+    /// Rows of A, sparse, and b.
+    pub equalities: Vec<(Vec<(usize, f64)>, f64)>,
+    /// Rows of A, sparse, and b.
+    pub inequalities: Vec<(Vec<(usize, f64)>, f64)>,
+}
+
+/// The sparse S that makes ‖E₂ₙS − UEₙ‖∞ least: unknowns, residual rows and constraints, class after class.
+///
+/// S has the symmetries of the grid, and no entry further than `radius` from the place of its coarse point. Coarse points less than `own_rows` from
+/// a border (from two: corner) have masks of their own. All others have the interior mask, with the symmetries of the square.
+///
+/// Unknowns are numbered class after class ([`Unknown`]), so that those of the classes before come first.
+///
+/// # Examples
+///
+/// The rule of natural cubic splines makes the bending energy of a curve right in every row:
+///
+/// ```
+/// use faircurve::laplacian::{Class, Energy, Programme, Reproduces};
+///
+/// let programme = Programme::new(Energy::CurveBending, 2, Reproduces::Linear);
+/// let interior = [0.75, 0.5, 0.125];
+/// assert_eq!(programme.unknowns(Class::Interior).len(), interior.len());
+/// assert!(programme.maximum(Class::Interior, &interior) < 1e-15);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Programme {
+    energy: Energy,
+    reproduces: Reproduces,
+    unknowns: Unknowns,
+}
+
+impl Programme {
+    /// The programme for masks of this radius (support 2 · radius + 1), with [`Programme::usual_own_rows`].
+    pub fn new(energy: Energy, radius: usize, reproduces: Reproduces) -> Self {
+        let unknowns = Unknowns::new(energy.dimension(), radius, Self::usual_own_rows(radius));
+        Programme { energy, reproduces, unknowns }
+    }
+
+    /// How many rows of coarse points have border masks where nothing else is said: all those whose window of fine points meets the
+    /// border, radius / 2 + 1. With fewer, reflection of the interior mask is not among the rules to choose from.
+    pub fn usual_own_rows(radius: usize) -> usize {
+        radius / 2 + 1
+    }
+
+    /// The same with another number of rows of border masks, at least 1.
+    pub fn with_own_rows(self, rows: usize) -> Self {
+        Programme { unknowns: Unknowns::new(self.energy.dimension(), self.radius(), rows.max(1)), ..self }
+    }
+
+    /// How far masks reach.
+    pub fn radius(&self) -> usize {
+        self.unknowns.radius
+    }
+
+    /// Number of unknowns of a class and those before it.
+    pub fn known_after(&self, class: Class) -> usize {
+        self.unknowns.count_to(class)
+    }
+
+    /// The unknowns of a class, in the order of their numbers. Curves have no corners.
+    pub fn unknowns(&self, class: Class) -> Vec<Unknown> {
+        self.unknowns.of_class(class)
+    }
+
+    /// The number of the unknown that is the entry of S for a fine and a coarse point, counted from the border where `axes` end; `None` where it is 0.
+    fn entry(&self, fine: [isize; 2], coarse: [isize; 2], axes: [Axis; 2]) -> Option<usize> {
+        let [border_0, border_1] = [0, 1].map(|axis| axes[axis] == Axis::HalfLine);
+        self.unknowns.entry(fine, coarse, [border_0, border_1])
+    }
+
+    /// First unknown of a class, and the one after its last.
+    fn range(&self, class: Class) -> std::ops::Range<usize> {
+        let before = Class::ALL.into_iter().rev().find(|&other| other < class);
+        before.map_or(0, |class| self.known_after(class))..self.known_after(class)
+    }
+
+    /// Fine points of which each row of a class is the like of one: up to the border and its neighbourhood, elsewhere by parity.
+    fn fine_points(&self, class: Class) -> Vec<[isize; 2]> {
+        let last = 2 * (self.unknowns.own_rows as isize - 1) + self.radius() as isize + self.energy.reach();
+        let [first, second] = class.axes(self.energy.dimension()).map(|axis| match axis {
+            Axis::Endless => 0..=1,
+            Axis::HalfLine => 0..=last,
+            Axis::Point => 0..=0,
+        });
+        first.flat_map(|i| second.clone().map(move |j| [i, j])).collect()
+    }
+
+    /// Coarse coordinates along an axis that are at most `distance` from a fine one, in fine steps.
+    fn coarse_near(fine: isize, distance: isize, axis: Axis) -> std::ops::RangeInclusive<isize> {
+        let first = (fine - distance + 1).div_euclid(2);
+        match axis {
+            Axis::Endless => first..=(fine + distance).div_euclid(2),
+            Axis::HalfLine => first.max(0)..=(fine + distance).div_euclid(2),
+            Axis::Point => 0..=0,
+        }
+    }
+
+    /// The row of E₂ₙS − UEₙ of a fine point: its entries that are not 0 whatever S is.
+    fn residual_row(&self, fine: [isize; 2], axes: [Axis; 2]) -> Vec<Affine> {
+        let reach = self.energy.reach();
+        let energy = self.energy.row(fine, axes);
+        let coarse_energy = match fine.iter().all(|i| i % 2 == 0) {
+            true => self.energy.row(fine.map(|i| i / 2), axes),
+            false => BTreeMap::new(),
+        };
+        let distance = reach + reach.max(self.radius() as isize);
+        let [first, second] = [0, 1].map(|axis| Self::coarse_near(fine[axis], distance, axes[axis]));
+        let coarse_points = first.flat_map(|a| second.clone().map(move |b| [a, b]));
+        let entries = coarse_points.map(|coarse| {
+            let mut terms = BTreeMap::new();
+            for (&place, weight) in &energy {
+                if let Some(unknown) = self.entry(place, coarse, axes) {
+                    *terms.entry(unknown).or_insert(0.0) += weight;
+                }
+            }
+            Affine::new(terms, -self.energy.scale() * coarse_energy.get(&coarse).unwrap_or(&0.0))
+        });
+        entries.filter(|entry| !entry.terms.is_empty() || entry.constant != 0.0).collect()
+    }
+
+    /// The distinct rows of E₂ₙS − UEₙ of a class, the entries of each as functions of the unknowns. Signs and order of entries make no difference.
+    pub fn rows(&self, class: Class) -> Vec<Vec<Affine>> {
+        let own = self.range(class);
+        let axes = class.axes(self.energy.dimension());
+        let mut seen = BTreeSet::new();
+        let rows = self.fine_points(class).into_iter().map(|fine| self.residual_row(fine, axes));
+        let of_class =
+            rows.filter(|row| row.iter().flat_map(|entry| &entry.terms).any(|(unknown, _)| own.contains(unknown)));
+        of_class
+            .filter(|row| {
+                let mut key: Vec<_> = row.iter().map(Affine::key).collect();
+                key.sort_unstable();
+                seen.insert(key)
+            })
+            .collect()
+    }
+
+    /// What has to be 0 so that the rule reproduces what it shall: Σ weights − 1, and for linear functions Σ weight · coordinate − coordinate.
+    pub fn constraints(&self, class: Class) -> Vec<Affine> {
+        let own = self.range(class);
+        let axes = class.axes(self.energy.dimension());
+        let radius = self.radius() as isize;
+        // The constant, and the coordinates along both axes.
+        let moments: &[Option<usize>] = match self.reproduces {
+            Reproduces::Constants => &[None],
+            Reproduces::Linear => &[None, Some(0), Some(1)],
+        };
+        let mut constraints = Vec::new();
+        let mut seen = BTreeSet::new();
+        for fine in self.fine_points(class) {
+            let [first, second] = [0, 1].map(|axis| Self::coarse_near(fine[axis], radius, axes[axis]));
+            let weights: Vec<_> = first
+                .flat_map(|a| second.clone().map(move |b| [a, b]))
+                .filter_map(|coarse| Some((self.entry(fine, coarse, axes)?, coarse)))
+                .collect();
+            for moment in moments {
+                // Of a coarse point, and what the fine one has to have.
+                let of = |coarse: [isize; 2]| moment.map_or(1.0, |axis| coarse[axis] as f64);
+                let value = moment.map_or(1.0, |axis| fine[axis] as f64 / 2.0);
+                let mut terms = BTreeMap::new();
+                for &(unknown, coarse) in &weights {
+                    *terms.entry(unknown).or_insert(0.0) += of(coarse);
+                }
+                let constraint = Affine::new(terms, -value);
+                if constraint.terms.iter().any(|(unknown, _)| own.contains(unknown)) && seen.insert(constraint.key()) {
+                    constraints.push(constraint);
+                }
+            }
+        }
+        constraints
+    }
+
+    /// The largest Σ |entry| over the rows of a class where the unknowns up to it have these values.
+    pub fn maximum(&self, class: Class, values: &[f64]) -> f64 {
+        let sum = |row: &Vec<Affine>| row.iter().map(|entry| entry.at(values).abs()).sum();
+        self.rows(class).iter().map(sum).fold(0.0, f64::max)
+    }
+
+    /// The programme of one class, where `known` are the values of the unknowns of all classes before it.
+    ///
+    /// Variables: the unknowns of the class; one u a distinct entry, −u ≤ entry ≤ u; t, and Σ u ≤ t for each row. t is to be least.
+    pub fn standard_form(&self, class: Class, known: &[f64]) -> StandardForm {
+        let unknowns = self.range(class).len();
+        let mut numbers = BTreeMap::new();
+        let mut inequalities = Vec::new();
+        let mut sums = Vec::new();
+        for row in self.rows(class) {
+            let mut counts = BTreeMap::new();
+            let mut constant = 0.0;
+            for entry in row {
+                let key = entry.key();
+                let entry = entry.with_known(known);
+                if entry.terms.is_empty() {
+                    constant += entry.constant.abs();
+                    continue;
+                }
+                let next = unknowns + numbers.len();
+                let bound = *numbers.entry(key).or_insert_with(|| {
+                    for sign in [1.0, -1.0] {
+                        let mut terms: Vec<_> = entry.terms.iter().map(|&(unknown, x)| (unknown, sign * x)).collect();
+                        terms.push((next, -1.0));
+                        inequalities.push((terms, -sign * entry.constant));
+                    }
+                    next
+                });
+                *counts.entry(bound).or_insert(0.0) += 1.0;
+            }
+            sums.push((counts, constant));
+        }
+        let maximum = unknowns + numbers.len();
+        inequalities.extend(sums.into_iter().map(|(counts, constant)| {
+            let terms = counts.into_iter().chain([(maximum, -1.0)]).collect();
+            (terms, -constant)
+        }));
+        let mut objective = vec![0.0; maximum];
+        objective.push(1.0);
+        let equalities = self.constraints(class).into_iter().map(|constraint| {
+            let constraint = constraint.with_known(known);
+            (constraint.terms, -constraint.constant)
+        });
+        StandardForm { unknowns, objective, equalities: equalities.collect(), inequalities }
+    }
+}
