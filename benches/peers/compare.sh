@@ -15,7 +15,9 @@ python=benches/peers/.venv/bin/python
 "$python" benches/peers/fair.py --write-points
 "$python" benches/peers/scf.py --write-input
 "$python" benches/peers/bezier.py --write-input
-cargo build --release --quiet --locked --example peer_natural --example peer_fair --example peer_scf --example peer_bezier
+"$python" benches/peers/laplacian.py --write-input
+cargo build --release --quiet --locked --example peer_natural --example peer_fair --example peer_scf --example peer_bezier \
+    --example peer_laplacian
 
 lines=benches/data/peers.jsonl
 "${CARGO_TARGET_DIR:-target}/release/examples/peer_natural" "$@" | tee "$lines"
@@ -26,5 +28,7 @@ lines=benches/data/peers.jsonl
 "$python" benches/peers/scf.py --faircurve benches/data/scf-faircurve.npz "$@" | tee -a "$lines"
 "${CARGO_TARGET_DIR:-target}/release/examples/peer_bezier" "$@" | tee -a "$lines"
 "$python" benches/peers/bezier.py "$@" | tee -a "$lines"
+"${CARGO_TARGET_DIR:-target}/release/examples/peer_laplacian" "$@" | tee -a "$lines"
+"$python" benches/peers/laplacian.py "$@" | tee -a "$lines"
 echo
 "$python" benches/peers/ratios.py "$lines"
