@@ -22,6 +22,8 @@ mod subdivide;
 mod unbounded;
 mod unknowns;
 
+pub(crate) use gpu::laplacian_kernels;
+
 pub use energy::{energy, residual};
 pub use grids::Grids;
 pub use programme::{Affine, Class, Energy, Programme, Reproduces, StandardForm};

@@ -1,0 +1,1 @@
+//! The kernels against their twins in single precision; host structs; divisions of the work.
