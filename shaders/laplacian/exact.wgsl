@@ -115,13 +115,19 @@ fn sweep(
         w[place] = pivot;
         v[place] = y;
     }
-    v[place] = spectrum[p] - real(2) * lambda * lambda * y;
+    let of_p = (real(4) - lambda) / (real(4) + lambda);
+    let of_bend = real(2) * lambda / (real(4) + lambda);
+    var below = real(0);
     for (var row = last; row > 0u; row--) {
+        let above = v[place - sweeps] + w[place - sweeps] * y;
+        below = select(below, above, row == last);
+        v[place] = of_p * spectrum[p] + of_bend * ((y - above) + (y - below));
+        below = y;
+        y = above;
         p -= stride;
         place -= sweeps;
-        y = v[place] + w[place] * y;
-        v[place] = spectrum[p] - real(2) * lambda * lambda * y;
     }
+    v[place] = of_p * spectrum[p] + of_bend * ((y - below) + (y - below));
 }
 
 // W: a thread has one coordinate of a row and two columns, j and 2m − j.

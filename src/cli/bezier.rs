@@ -101,7 +101,7 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     }
     if let Some(path) = &args.report {
         progress.count("measuring", fit.len());
-        let head = Head::of("bezier", &device, &fit);
+        let head = Head::of("bezier", &device, fit.device());
         output::write(path, args.force, |out| {
             report::write(out, &head, &batch, &fit, &points_out, seconds, &progress)
         })?;

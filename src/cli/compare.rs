@@ -44,7 +44,7 @@ pub struct Run {
 impl Run {
     /// The precision that the work was done in.
     pub fn precision(&self) -> &'static str {
-        device::precision_word(&self.fit)
+        device::precision_word(self.fit.device())
     }
 
     /// What did the work.

@@ -1,7 +1,7 @@
 //! Which device does the work: the choice on the command line, and the one place where it is opened.
 
 use clap::{Args, ValueEnum};
-use faircurve::{Choice, CurveBatch, Device, Error, Fit, Precision, Result, Sampling};
+use faircurve::{Choice, CurveBatch, Device, Error, Precision, Result, Sampling};
 use serde::Serialize;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -39,11 +39,6 @@ pub struct DeviceArgs {
 /// # Errors
 /// A GPU that was asked for and is not there; f32 on the CPU.
 pub fn open(choice: Choice, precision: Precision, batch: &CurveBatch, sampling: Sampling) -> Result<Device> {
-    if (choice, precision) == (Choice::Cpu, Precision::F32) {
-        let why =
-            "--precision f32 belongs to a GPU; the CPU computes in f64: leave --precision out, or use --device gpu";
-        return Err(Error::argument(why));
-    }
     let per_span = match sampling {
         Sampling::PerSpan(n) => n,
         // How many they will be is known only after the fit; this many is usual.
@@ -51,6 +46,19 @@ pub fn open(choice: Choice, precision: Precision, batch: &CurveBatch, sampling: 
     };
     let spans: usize = (0..batch.len()).map(|i| batch.spans(i)).sum();
     let points = batch.total_points().saturating_add(spans.saturating_mul(per_span));
+    open_for(choice, precision, points)
+}
+
+/// The device asked for, where so many points are read and written together.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_for(choice: Choice, precision: Precision, points: usize) -> Result<Device> {
+    if (choice, precision) == (Choice::Cpu, Precision::F32) {
+        let why =
+            "--precision f32 belongs to a GPU; the CPU computes in f64: leave --precision out, or use --device gpu";
+        return Err(Error::argument(why));
+    }
     Ok(Device::choose(choice, points)?.with_precision(precision))
 }
 
@@ -77,9 +85,9 @@ pub fn describe(device: &Device) -> Description {
     }
 }
 
-/// The precision a fit was computed in, from what the fit says about the device that did the work.
-pub fn precision_word(fit: &Fit) -> &'static str {
-    if fit.device().contains("f32") { "f32" } else { "f64" }
+/// The precision of a result, from what it says about the device that did the work.
+pub fn precision_word(device: &str) -> &'static str {
+    if device.contains("f32") { "f32" } else { "f64" }
 }
 
 /// Threads that share the work.

@@ -107,7 +107,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     }
     if let Some(path) = &args.report {
         progress.count("measuring", fit.len());
-        let head = Head::of(args.method.word(), &device, &fit);
+        let head = Head::of(args.method.word(), &device, fit.device());
         output::write(path, args.force, |out| {
             report::write(out, &head, &batch, &fit, &points_out, seconds, &progress)
         })?;
@@ -208,21 +208,26 @@ pub(super) fn check_outputs(output: &Path, report: Option<&Path>, picture: Optio
 
 /// Lists the curves that are not usable, and why.
 pub(super) fn list_unusable(talk: Talk, batch: &CurveBatch, fit: &Fit) {
-    let unusable = fit.len() - fit.usable();
+    let reports = fit.reports().iter().enumerate().filter(|(_, report)| !report.status.is_usable());
+    let lines = reports.map(|(i, report)| {
+        let word = report.status.word();
+        match &report.message {
+            Some(message) => format!("{word}: {message}"),
+            None => format!("{word}: curve {}", batch.name(i)),
+        }
+    });
+    list(talk, "curve", [fit.len() - fit.usable(), fit.len()], lines);
+}
+
+/// Lists how many of all are not usable, and the first of the lines that say why.
+pub(super) fn list(talk: Talk, what: &str, [unusable, all]: [usize; 2], lines: impl Iterator<Item = String>) {
     if unusable == 0 || talk.quiet {
         return;
     }
-    let (are, total) = (if unusable == 1 { "is" } else { "are" }, count(fit.len(), "curve"));
+    let (are, total) = (if unusable == 1 { "is" } else { "are" }, count(all, what));
     talk.say(format_args!("{unusable} of {total} {are} not usable:"));
     let most = if talk.verbose { usize::MAX } else { MOST_LISTED };
-    let reports = fit.reports().iter().enumerate().filter(|(_, report)| !report.status.is_usable());
-    for (i, report) in reports.take(most) {
-        let word = report.status.word();
-        match &report.message {
-            Some(message) => eprintln!("  {word}: {message}"),
-            None => eprintln!("  {word}: curve {}", batch.name(i)),
-        }
-    }
+    lines.take(most).for_each(|line| eprintln!("  {line}"));
     if unusable > most {
         eprintln!("  and {} more: --report FILE.json and -v list them all", super::thousands(unusable - most));
     }

@@ -8,6 +8,7 @@ mod device;
 mod doctor;
 mod experiments;
 mod fit;
+mod grid;
 mod method;
 mod output;
 mod polygons;
@@ -36,6 +37,8 @@ enum Command {
     Fit(fit::FitArgs),
     /// Complete Bézier control points so that the curves bend least, and raise their degree
     Bezier(bezier::BezierArgs),
+    /// Subdivide grids of control points to Laplacian-spline surfaces
+    Grid(grid::GridArgs),
     /// Fit on the CPU in f64 and on the device, and compare the curves one by one
     Compare(compare::CompareArgs),
     /// Say what this machine offers, and test that it computes correctly
@@ -115,6 +118,7 @@ pub fn run() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Fit(args) => fit::run(&args),
         Command::Bezier(args) => bezier::run(&args),
+        Command::Grid(args) => grid::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Experiments(args) => experiments::run(&args),

@@ -25,13 +25,13 @@ pub struct Head {
 }
 
 impl Head {
-    /// Of a fit by this method on this device.
-    pub fn of(method: &'static str, device: &Device, fit: &Fit) -> Self {
+    /// Of a run of this method on this device; `work` is what its result says of the device that did the work.
+    pub fn of(method: &'static str, device: &Device, work: &str) -> Self {
         Head {
             faircurve: env!("CARGO_PKG_VERSION"),
             method,
             device: device::describe(device),
-            precision: device::precision_word(fit),
+            precision: device::precision_word(work),
         }
     }
 }

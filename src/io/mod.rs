@@ -20,11 +20,14 @@
 //! and ±360 is added from there on: curves run on past ±180, in the output too, and never tear. A line that winds round
 //! a pole becomes an open curve that ends 360 from its start; a polygon ring that does is left as it is.
 //! The holes of a polygon are brought to their shell.
+//!
+//! [`grids`] has the files of rectangular grids.
 
 mod atomic;
 mod columns;
 mod csv;
 mod geojson;
+pub mod grids;
 mod longitude;
 mod npz;
 mod source;

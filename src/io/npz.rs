@@ -19,11 +19,7 @@ const KEYS: [&str; 7] = ["coords", "offsets", "t", "weight", "known", "closed", 
 
 /// Reads an archive.
 pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
-    let bytes = source.bytes()?;
-    let zip = NpzArchive::new(Cursor::new(bytes)).map_err(|error| {
-        source.error(None, format!("this is no NPZ archive, or it was cut off ({error}): write it with numpy.savez"))
-    })?;
-    let mut archive = Archive { source, zip };
+    let mut archive = Archive::open(source)?;
     archive.check_keys()?;
     let (dimension, coords) = archive.coords()?;
     let points = coords.len() / dimension;
@@ -61,13 +57,29 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     batch.closed_each(marked)
 }
 
-struct Archive<'a> {
+/// An archive in memory, and the file that it was.
+pub(super) struct Archive<'a> {
     source: &'a Source,
     zip: NpzArchive<Cursor<Vec<u8>>>,
 }
 
-impl Archive<'_> {
-    fn wrong(&self, message: impl Into<String>) -> Error {
+impl<'a> Archive<'a> {
+    /// Reads all of it.
+    pub(super) fn open(source: &'a mut Source) -> Result<Self> {
+        let bytes = source.bytes()?;
+        let zip = NpzArchive::new(Cursor::new(bytes)).map_err(|error| {
+            source
+                .error(None, format!("this is no NPZ archive, or it was cut off ({error}): write it with numpy.savez"))
+        })?;
+        Ok(Archive { source, zip })
+    }
+
+    /// The names of its arrays.
+    pub(super) fn keys(&self) -> Vec<String> {
+        self.zip.array_names().map(String::from).collect()
+    }
+
+    pub(super) fn wrong(&self, message: impl Into<String>) -> Error {
         self.source.error(None, message)
     }
 
@@ -85,7 +97,7 @@ impl Archive<'_> {
     }
 
     /// One array: its shape, whether it is stored column after column, and its values.
-    fn array<T>(
+    pub(super) fn array<T>(
         &mut self,
         key: &str,
         values: impl FnOnce(Npy) -> io::Result<Option<Vec<T>>>,
@@ -190,15 +202,17 @@ impl Archive<'_> {
     }
 }
 
-struct Array<T> {
-    shape: Vec<u64>,
-    order: Order,
-    values: Vec<T>,
+/// The content of one array.
+pub(super) struct Array<T> {
+    pub shape: Vec<u64>,
+    pub order: Order,
+    pub values: Vec<T>,
 }
 
-type Npy<'a> = NpyFile<BufReader<Box<dyn Read + 'a>>>;
+pub(super) type Npy<'a> = NpyFile<BufReader<Box<dyn Read + 'a>>>;
 
-fn tuple(shape: &[u64]) -> String {
+/// A shape as NumPy writes it.
+pub(super) fn tuple(shape: &[u64]) -> String {
     match shape {
         [length] => format!("({length},)"),
         _ => format!("({})", shape.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")),
@@ -222,7 +236,7 @@ fn kind(file: &Npy) -> Option<(TypeChar, u64)> {
 }
 
 /// Floats, integers or booleans as f64; `None` for another type.
-fn numbers(file: Npy) -> io::Result<Option<Vec<f64>>> {
+pub(super) fn numbers(file: Npy) -> io::Result<Option<Vec<f64>>> {
     match kind(&file) {
         Some((TypeChar::Float, 8)) => file.into_vec::<f64>().map(Some),
         Some((TypeChar::Float, 4)) => {
@@ -296,7 +310,8 @@ pub(super) fn write_seekable<W: Write + Seek>(out: W, batch: &CurveBatch) -> io:
     zip.finish()?.flush()
 }
 
-fn array<T: Serialize, W: Write + Seek>(
+/// Writes one array.
+pub(super) fn array<T: Serialize, W: Write + Seek>(
     zip: &mut ZipWriter<W>,
     key: &str,
     dtype: DType,

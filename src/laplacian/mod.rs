@@ -9,7 +9,8 @@
 //!
 //! [`Subdivide`] is the method: batches of grids of any sizes, of any number of values a point, any number of rounds, on a [`Device`](crate::Device).
 
-mod energy;
+mod dirichlet;
+mod energies;
 mod exact;
 mod gpu;
 mod grids;
@@ -24,9 +25,10 @@ mod unknowns;
 
 pub(crate) use gpu::laplacian_kernels;
 
-pub use energy::{energy, residual};
+pub use dirichlet::{energy, residual};
+pub use energies::Energy;
 pub use grids::Grids;
-pub use programme::{Affine, Class, Energy, Programme, Reproduces, StandardForm};
+pub use programme::{Affine, Class, Programme, Reproduces, StandardForm};
 pub use rule::SparseRule;
 pub use subdivide::{GridReport, Rule, Subdivide, Subdivided};
 pub use unbounded::{Closed, UnboundedMask, potential, reflected, unbounded_weight};

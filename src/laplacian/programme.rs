@@ -5,19 +5,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::energies::{Axis, Energy};
 use super::unknowns::{Unknown, Unknowns};
-
-/// The energy whose subdivision is looked for: E, one row a point, on a grid or a curve of free ends.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Energy {
-    /// Σ w |difference|² over the edges of a grid: 4 −1 −1 −1 −1 inside, 2 −½ −½ −1 at the border, 1 −½ −½ at a corner.
-    #[default]
-    Dirichlet,
-    /// Σ |difference|² of a curve: −1 2 −1, at its ends 1 −1.
-    CurveDirichlet,
-    /// Σ |second difference|² of a curve: 1 −4 6 −4 1, at its ends 1 −2 1 and −2 5 −4 1.
-    CurveBending,
-}
 
 /// What a sparse rule keeps as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,7 +14,8 @@ pub enum Reproduces {
     /// Constants: the weights of each new point have sum 1.
     #[default]
     Constants,
-    /// Linear functions too: each new point of a plane is the middle of its neighbours, at the border and the corners likewise.
+    /// Linear functions too: each new point of a plane is the middle of its neighbours, at the border and the corners likewise. The exact rule does not do
+    /// that at a border, where its surfaces are level across; so these rules stay away from it there, however large their support.
     Linear,
 }
 
@@ -53,97 +43,6 @@ impl Class {
             (_, Class::Border) => [Axis::HalfLine, Axis::Endless],
             (_, Class::Corner) => [Axis::HalfLine, Axis::HalfLine],
         }
-    }
-}
-
-/// Where a grid ends along one axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Axis {
-    /// Nowhere.
-    Endless,
-    /// At 0.
-    HalfLine,
-    /// It is 0: the second axis of a curve.
-    Point,
-}
-
-/// One-dimensional factors of the energies: E = Σ factor ⊗ factor.
-#[derive(Clone, Copy, Debug)]
-enum Factor {
-    /// −1 2 −1, at an end 1 −1.
-    Difference,
-    /// 1, at an end ½.
-    Mass,
-    /// 1 −4 6 −4 1, at an end 1 −2 1 and −2 5 −4 1.
-    Bending,
-    /// 1.
-    One,
-}
-
-impl Factor {
-    /// Row `i`: places and entries.
-    fn row(self, i: isize, axis: Axis) -> Vec<(isize, f64)> {
-        let end = axis == Axis::HalfLine && i == 0;
-        match self {
-            Factor::Difference if end => vec![(0, 1.0), (1, -1.0)],
-            Factor::Difference => vec![(i - 1, -1.0), (i, 2.0), (i + 1, -1.0)],
-            Factor::Mass if end => vec![(0, 0.5)],
-            Factor::Mass | Factor::One => vec![(i, 1.0)],
-            Factor::Bending => {
-                // The second differences around i − 1, i and i + 1, as far as their points are there.
-                let mut row = BTreeMap::new();
-                for (centre, weight) in [(i - 1, 1.0), (i, -2.0), (i + 1, 1.0)] {
-                    if axis == Axis::Endless || centre >= 1 {
-                        for (place, entry) in [(centre - 1, 1.0), (centre, -2.0), (centre + 1, 1.0)] {
-                            *row.entry(place).or_insert(0.0) += weight * entry;
-                        }
-                    }
-                }
-                row.into_iter().collect()
-            }
-        }
-    }
-}
-
-impl Energy {
-    /// 1 for curves, 2 for grids.
-    pub fn dimension(self) -> usize {
-        if self == Energy::Dirichlet { 2 } else { 1 }
-    }
-
-    /// How far a row of E reaches.
-    fn reach(self) -> isize {
-        if self == Energy::CurveBending { 2 } else { 1 }
-    }
-
-    /// c in E₂ₙS = c UEₙ: what halving the spacing does to the energy of a function of `dimension` variables and its derivatives.
-    fn scale(self) -> f64 {
-        match self {
-            Energy::Dirichlet => 1.0,
-            Energy::CurveDirichlet => 0.5,
-            Energy::CurveBending => 0.125,
-        }
-    }
-
-    fn terms(self) -> &'static [[Factor; 2]] {
-        match self {
-            Energy::Dirichlet => &[[Factor::Difference, Factor::Mass], [Factor::Mass, Factor::Difference]],
-            Energy::CurveDirichlet => &[[Factor::Difference, Factor::One]],
-            Energy::CurveBending => &[[Factor::Bending, Factor::One]],
-        }
-    }
-
-    /// The row of E of a point: places and entries.
-    fn row(self, point: [isize; 2], axes: [Axis; 2]) -> BTreeMap<[isize; 2], f64> {
-        let mut row = BTreeMap::new();
-        for [first, second] in self.terms() {
-            for (a, x) in first.row(point[0], axes[0]) {
-                for (b, y) in second.row(point[1], axes[1]) {
-                    *row.entry([a, b]).or_insert(0.0) += x * y;
-                }
-            }
-        }
-        row
     }
 }
 

@@ -1,5 +1,6 @@
 //! SVG pictures of a fit: the points given, the curves fitted, and on demand their curvature combs ([`Picture`]); of a
-//! descent ([`Evolution`]); and of several things side by side, with plots below ([`Sheet`]).
+//! descent ([`Evolution`]); of several things side by side, with plots below ([`Sheet`]); and of surfaces over grids
+//! ([`ReliefSheet`]).
 
 mod comb;
 mod evolution;
@@ -7,6 +8,7 @@ mod layout;
 mod page;
 mod panel;
 mod plot;
+mod relief;
 mod sheet;
 mod svg;
 
@@ -26,6 +28,7 @@ use layout::{Bounds, Frame, Plane};
 use page::{Entry, Page};
 pub use panel::{Bar, Panel, Stroke};
 pub use plot::{Axis, Plot, Series};
+pub use relief::{Net, Relief, ReliefSheet};
 pub use sheet::Sheet;
 use svg::{Pen, escape};
 

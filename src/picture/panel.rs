@@ -160,7 +160,7 @@ impl Panel {
 
 impl Bar {
     /// The text, the first value, the strip and the last value on one line.
-    fn write(&self, out: &mut dyn Write, left: f64, y: f64) -> io::Result<()> {
+    pub(super) fn write(&self, out: &mut dyn Write, left: f64, y: f64) -> io::Result<()> {
         let step = ((self.to - self.from).abs() / 100.0).clamp(1e-3, 1.0);
         let value = |value: f64| format!("{}{}", number(value, step), self.unit);
         let head = format!("{} {}", self.text, value(self.from));
@@ -191,11 +191,16 @@ pub(super) fn hex([red, green, blue]: Colour) -> String {
 
 /// Between evenly spaced colours, at `part` of the way from the first to the last.
 fn mix(colours: &[Colour], part: f64) -> Colour {
-    let Some(last) = colours.len().checked_sub(1) else { return [0; 3] };
+    mix_exact(colours, part).to_array().map(|c| c.round() as u8)
+}
+
+/// The same before it is rounded.
+pub(super) fn mix_exact(colours: &[Colour], part: f64) -> DVec3 {
+    let Some(last) = colours.len().checked_sub(1) else { return DVec3::ZERO };
     let at = part.clamp(0.0, 1.0) * last as f64;
     let k = (at as usize).min(last.saturating_sub(1));
     let [from, to] = [k, last.min(k + 1)].map(|k| DVec3::from(colours[k].map(f64::from)));
-    (from + (to - from) * (at - k as f64)).to_array().map(|c| c.round() as u8)
+    from + (to - from) * (at - k as f64)
 }
 
 #[cfg(test)]

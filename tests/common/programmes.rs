@@ -1,5 +1,8 @@
 //! Solves the linear programmes of the sparse Laplacian rules, and chooses among their solutions.
 
+// No test uses all of it.
+#![allow(dead_code)]
+
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::SupportedConeT::{NonnegativeConeT, ZeroConeT};
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus};
@@ -59,11 +62,27 @@ pub fn nearest(programme: &Programme, class: Class, known: &[f64], exact: &Unbou
     let (least, _) = optimum(programme, class, known);
     let maximum = form.objective.len() - 1;
     form.inequalities.push((vec![(maximum, 1.0)], least * (1.0 + SLACK)));
-    let (weights, targets): (Vec<f64>, Vec<f64>) =
-        programme.unknowns(class).into_iter().map(|unknown| (multiplicity(unknown), target(unknown, exact))).unzip();
+    let (weights, targets) = weights_and_targets(programme, class, exact);
     let mut entries = minimised(&form, &vec![0.0; maximum + 1], &weights, &targets);
     entries.truncate(form.unknowns);
     (projected(&form, entries), least)
+}
+
+/// How often each unknown of a class counts, and what it is in the exact rule.
+fn weights_and_targets(programme: &Programme, class: Class, exact: &UnboundedMask) -> (Vec<f64>, Vec<f64>) {
+    programme.unknowns(class).into_iter().map(|unknown| (multiplicity(unknown), target(unknown, exact))).unzip()
+}
+
+/// Σ (entry − exact entry)² over the masks of a class.
+pub fn squared_distance(programme: &Programme, class: Class, entries: &[f64]) -> f64 {
+    let (weights, targets) = weights_and_targets(programme, class, &exact_mask(programme));
+    assert_eq!(weights.len(), entries.len());
+    entries.iter().zip(weights.iter().zip(&targets)).map(|(x, (weight, target))| weight * (x - target).powi(2)).sum()
+}
+
+/// As far as the masks of a programme and their images reach.
+fn exact_mask(programme: &Programme) -> UnboundedMask {
+    UnboundedMask::of_radius(4 * programme.radius() + 2)
 }
 
 /// The nearest entries that satisfy the equalities to rounding.
@@ -127,7 +146,7 @@ fn target(unknown: Unknown, exact: &UnboundedMask) -> f64 {
 
 /// Solves the three classes one after the other: all unknowns.
 pub fn solved(programme: &Programme) -> Vec<f64> {
-    let exact = UnboundedMask::of_radius(4 * programme.radius() + 2);
+    let exact = exact_mask(programme);
     Class::ALL.into_iter().fold(Vec::new(), |mut entries, class| {
         let (own, _) = nearest(programme, class, &entries, &exact);
         entries.extend(own);

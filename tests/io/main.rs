@@ -5,6 +5,7 @@ mod damage;
 mod documents;
 mod errors;
 mod formats;
+mod grids;
 mod npz;
 mod real_data;
 

@@ -22,11 +22,16 @@ fn what_numpy_writes_is_read_compressed_or_not() {
 }
 
 /// An archive of arrays given as type, shape and bytes, written with the crate that NPZ is read with.
-fn npz(path: &Path, arrays: &[(&str, &str, &str, &[u8])]) {
+pub fn npz(path: &Path, arrays: &[(&str, &str, &str, &[u8])]) {
+    npz_in_order(path, "False", arrays);
+}
+
+/// The same, with what the headers say of Fortran's order.
+pub fn npz_in_order(path: &Path, fortran: &str, arrays: &[(&str, &str, &str, &[u8])]) {
     let mut zip = npyz::zip::ZipWriter::new(std::fs::File::create(path).unwrap());
     for (name, dtype, shape, bytes) in arrays {
         zip.start_file(format!("{name}.npy"), Default::default()).unwrap();
-        let header = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}\n");
+        let header = format!("{{'descr': '{dtype}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
         zip.write_all(b"\x93NUMPY\x01\x00").unwrap();
         zip.write_all(&(header.len() as u16).to_le_bytes()).unwrap();
         zip.write_all(header.as_bytes()).unwrap();

@@ -3,6 +3,7 @@
 //! An experiment is a module of this folder and an entry of [`EXPERIMENTS`].
 
 mod bezier;
+mod laplacian;
 mod renka;
 mod scf;
 mod toms828;
@@ -35,7 +36,8 @@ struct Outcome {
     agrees: bool,
 }
 
-const EXPERIMENTS: &[Experiment] = &[bezier::EXPERIMENT, renka::EXPERIMENT, scf::EXPERIMENT, toms828::EXPERIMENT];
+const EXPERIMENTS: &[Experiment] =
+    &[bezier::EXPERIMENT, laplacian::EXPERIMENT, renka::EXPERIMENT, scf::EXPERIMENT, toms828::EXPERIMENT];
 
 fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(EXPERIMENTS.iter().map(|experiment| experiment.name))

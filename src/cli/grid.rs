@@ -1,0 +1,245 @@
+//! `faircurve grid`: grids of control points in, subdivided to Laplacian-spline surfaces.
+
+mod report;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use faircurve::io::grids::{self, GridFormat, GridWrite};
+use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide, Subdivided};
+use faircurve::{Error, Result};
+
+use super::device::{self, DeviceArgs};
+use super::fit;
+use super::output;
+use super::progress::Progress;
+use super::report::{Head, Seconds};
+use super::{Talk, count, thousands};
+use report::GridHead;
+
+/// More rounds would divide a single interval into more pieces than there is memory for.
+const MOST_ROUNDS: i64 = 30;
+
+/// A run may write this many values: 16 GiB.
+const MOST_VALUES: usize = 1 << 31;
+
+/// The support of sparse rules where --support does not say it.
+const SUPPORT: i64 = 5;
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum RuleWord {
+    /// The equations of least energy are solved: all points count
+    Exact,
+    /// A small window of weights that solves them nearly
+    Sparse,
+}
+
+#[derive(Args, Debug)]
+pub struct GridArgs {
+    /// File of grids to read (.csv: rows of heights, a blank line between two grids; .npz: an array `grids`); - for standard input, with --from
+    input: PathBuf,
+    /// Format of the input, where its name does not say it
+    #[arg(long, value_name = "FORMAT")]
+    from: Option<GridFormat>,
+    /// File to write (.csv, .npz, .obj for a mesh, .svg for a picture); - for standard output, with --to
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Format of the output, where its name does not say it
+    #[arg(long, value_name = "FORMAT")]
+    to: Option<GridFormat>,
+    /// How often a point is put between any two
+    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true)]
+    rounds: i64,
+    /// How new points come about
+    #[arg(long, value_enum, default_value_t = RuleWord::Exact)]
+    rule: RuleWord,
+    /// Width of the window of a sparse rule: 3, 5, 7, 9 or 11 new points [default: 5]
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
+    support: Option<i64>,
+    /// The sparse rule that also keeps linear functions, at the borders too
+    #[arg(long)]
+    linear: bool,
+    #[command(flatten)]
+    device: DeviceArgs,
+    /// Writes a report with one line a grid as JSON
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+    /// Draws surfaces and control points as SVG
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+    /// Replaces outputs that exist
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    talk: Talk,
+}
+
+pub fn run(args: &GridArgs) -> Result<bool> {
+    args.check()?;
+    let mut progress = Progress::new(args.talk.quiet);
+    let mut seconds = Seconds::default();
+    progress.step("reading");
+    let grids = grids::read(&args.input, args.from)?;
+    args.format()
+        .into_iter()
+        .chain(args.picture.as_ref().map(|_| GridFormat::Svg))
+        .try_for_each(|format| format.check(&grids))?;
+    let points = args.points_out(&grids)?;
+    seconds.read = progress.step("preparing the device");
+    let precision = args.device.precision.precision();
+    let device = device::open_for(args.device.device, precision, grids.total_points().saturating_add(points))?;
+    let volume = format!("{}, {}", count(grids.len(), "grid"), count(grids.total_points(), "point"));
+    progress.step(format!("subdividing {volume}"));
+    let subdivide = Subdivide { rule: args.rule()?, rounds: args.rounds as u32 };
+    let surfaces = subdivide.fit(&grids, &device)?;
+    seconds.fit = progress.step(format!("writing {}", args.output.display()));
+    grids::write(&args.output, surfaces.grids(), &args.write_options(args.to, &grids, surfaces.device()))?;
+    seconds.write = progress.step("drawing");
+    if let Some(path) = &args.picture {
+        grids::write(path, surfaces.grids(), &args.write_options(Some(GridFormat::Svg), &grids, surfaces.device()))?;
+    }
+    if let Some(path) = &args.report {
+        progress.step("measuring");
+        let head = GridHead {
+            head: Head::of("grid", &device, surfaces.device()),
+            rule: args.rule_word(),
+            support: (args.rule == RuleWord::Sparse).then(|| args.support()),
+            reproduces: (args.rule == RuleWord::Sparse).then_some(if args.linear { "linear" } else { "constants" }),
+            rounds: subdivide.rounds,
+        };
+        output::write(path, args.force, |out| report::write(out, &head, &grids, &surfaces, seconds))?;
+    }
+    progress.finish();
+
+    let (to, device_words, reason) = (thousands(points), surfaces.device(), device.reason());
+    args.talk.say(format_args!("{volume}: subdivided to {to} on {device_words} ({reason})"));
+    let Seconds { read, fit: subdivided, write } = seconds;
+    args.talk.detail(format_args!("read in {read:.3} s, subdivided in {subdivided:.3} s, written in {write:.3} s"));
+    list_unusable(args.talk, &surfaces);
+    Ok(surfaces.usable() == surfaces.reports().len())
+}
+
+impl GridArgs {
+    /// Checks what can be checked before anything is read.
+    fn check(&self) -> Result<()> {
+        if !(1..=MOST_ROUNDS).contains(&self.rounds) {
+            return Err(Error::argument(format!(
+                "--rounds is {}; every round doubles the intervals, and 1 to {MOST_ROUNDS} rounds are possible, such as --rounds 3",
+                self.rounds
+            )));
+        }
+        match (self.rule, self.support) {
+            (RuleWord::Exact, Some(support)) => {
+                return Err(Error::argument(format!(
+                    "--support {support} is the window of a sparse rule; with --rule exact all points count: give --rule sparse, or leave it out"
+                )));
+            }
+            (RuleWord::Sparse, Some(support)) if support % 2 == 0 || !(3..=11).contains(&support) => {
+                return Err(Error::argument(format!(
+                    "--support is {support}; windows are 3, 5, 7, 9 or 11 new points wide: give one of these, such as --support 5"
+                )));
+            }
+            _ => {}
+        }
+        if self.linear && self.rule == RuleWord::Exact {
+            return Err(Error::argument(
+                "--linear asks a sparse rule to keep linear functions; the exact rule is the one of least energy, and has no such choice: \
+                 give --rule sparse, or leave it out",
+            ));
+        }
+        grids::check_output(
+            &self.output,
+            &GridWrite { format: self.to, overwrite: self.force, ..GridWrite::default() },
+        )?;
+        fit::check_outputs(&self.output, self.report.as_deref(), self.picture.as_deref(), self.force)
+    }
+
+    /// The rule asked for; weights of sparse ones are found here.
+    fn rule(&self) -> Result<Rule> {
+        let reproduces = if self.linear { Reproduces::Linear } else { Reproduces::Constants };
+        match self.rule {
+            RuleWord::Exact => Ok(Rule::Exact),
+            RuleWord::Sparse => SparseRule::of_support(self.support() as usize, reproduces).map(Rule::Sparse),
+        }
+    }
+
+    fn support(&self) -> i64 {
+        self.support.unwrap_or(SUPPORT)
+    }
+
+    fn rule_word(&self) -> &'static str {
+        match self.rule {
+            RuleWord::Exact => "exact",
+            RuleWord::Sparse => "sparse",
+        }
+    }
+
+    /// The format that is written, as far as it is known.
+    fn format(&self) -> Option<GridFormat> {
+        self.to.or_else(|| GridFormat::of_extension(&self.output))
+    }
+
+    /// Points that will be written.
+    ///
+    /// # Errors
+    /// More values than there may be, with the number of rounds that is possible.
+    fn points_out(&self, grids: &Grids) -> Result<usize> {
+        let fits =
+            |rounds: u32| points_after(grids, rounds).filter(|points| *points <= MOST_VALUES / grids.dimension());
+        let rounds = self.rounds as u32;
+        if let Some(points) = fits(rounds) {
+            return Ok(points);
+        }
+        let number = match points_after(grids, rounds).and_then(|points| points.checked_mul(grids.dimension())) {
+            Some(values) => format!("{} values", thousands(values)),
+            None => "more values than can be counted".into(),
+        };
+        let remedy = match (1..rounds).rev().find(|&rounds| fits(rounds).is_some()) {
+            Some(rounds) => format!("give --rounds {rounds} or fewer, or divide the file"),
+            None => "divide the file".into(),
+        };
+        let (from, most) = (count(grids.total_points(), "point"), thousands(MOST_VALUES));
+        Err(Error::argument(format!(
+            "--rounds {rounds} makes {number} of the {from} in {}, and {most} are possible: {remedy}",
+            self.input.display()
+        )))
+    }
+
+    fn write_options<'a>(&self, format: Option<GridFormat>, net: &'a Grids, device: &str) -> GridWrite<'a> {
+        let rule = match (self.rule, self.linear) {
+            (RuleWord::Exact, _) => "exact rule".into(),
+            (_, linear) => format!("sparse rule of support {}{}", self.support(), if linear { ", linear" } else { "" }),
+        };
+        GridWrite {
+            format,
+            overwrite: self.force,
+            spacing: 0.5f64.powi(self.rounds as i32),
+            net: Some(net),
+            title: fit::title(Path::new(&self.input)),
+            caption: format!("Laplacian splines, {rule}, {} · {device}", count(self.rounds as usize, "round")),
+        }
+    }
+}
+
+/// Points of all grids after so many rounds; `None` where they are beyond counting.
+fn points_after(grids: &Grids, rounds: u32) -> Option<usize> {
+    let after = |count: usize| match count.checked_sub(1) {
+        None => Some(0),
+        Some(intervals) => intervals.checked_mul(1 << rounds)?.checked_add(1),
+    };
+    grids
+        .shapes()
+        .iter()
+        .try_fold(0usize, |sum, &[rows, columns]| sum.checked_add(after(rows)?.checked_mul(after(columns)?)?))
+}
+
+/// Lists the grids that are not usable, and why.
+fn list_unusable(talk: Talk, surfaces: &Subdivided) {
+    let reports = surfaces.reports();
+    let unusable = reports.iter().enumerate().filter(|(_, report)| !report.status.is_usable());
+    let lines = unusable.map(|(i, report)| {
+        let word = report.status.word();
+        report.message.as_ref().map_or_else(|| format!("{word}: grid {i}"), |message| format!("{word}: {message}"))
+    });
+    fit::list(talk, "grid", [reports.len() - surfaces.usable(), reports.len()], lines);
+}

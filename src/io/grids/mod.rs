@@ -1,0 +1,213 @@
+//! Files of rectangular grids ([`Grids`]) in and out, and pictures and meshes of them out.
+//!
+//! | format | read | written |
+//! |---|---|---|
+//! | [CSV](GridFormat::Csv) | rows of numbers without a header, a blank line between two grids: heights, one value a point | the same |
+//! | [NPZ](GridFormat::Npz) | array `grids` of the shape (B, rows, columns) or (B, rows, columns, d), or (rows, columns) for a single grid; grids of several shapes as `grids_0`, `grids_1`, … of (rows, columns) or (rows, columns, d) | the same |
+//! | [OBJ](GridFormat::Obj) | | meshes of quadrangles, one object a grid |
+//! | [SVG](GridFormat::Svg) | | shaded pictures, one panel a grid |
+//!
+//! Rules for numbers, `.gz`, `-` and files that exist are those of [`io`](super): numbers read back to the same bits, NaN and infinite ones too.
+
+mod csv;
+mod npz;
+mod obj;
+mod svg;
+
+use std::fmt;
+use std::io::Write;
+use std::path::Path;
+use std::str::FromStr;
+
+use super::source::Source;
+use super::{atomic, is_gzip, write_atomically};
+use crate::error::{Error, Result};
+use crate::laplacian::Grids;
+
+/// A file format for grids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum GridFormat {
+    /// Rows of numbers, a blank line between two grids.
+    Csv,
+    /// NumPy's archive of arrays.
+    Npz,
+    /// Wavefront's meshes; only written.
+    Obj,
+    /// Shaded pictures; only written.
+    Svg,
+}
+
+impl GridFormat {
+    /// The format that a file's extension names (`.gz` after it is passed over).
+    pub fn of_extension(path: impl AsRef<Path>) -> Option<Self> {
+        let path = path.as_ref();
+        let inner = if is_gzip(path) { path.with_extension("") } else { path.to_path_buf() };
+        inner.extension()?.to_str()?.parse().ok()
+    }
+
+    /// Refuses what the format cannot hold: several values a point and grids without points in CSV, more than three values a point in OBJ and SVG.
+    ///
+    /// # Errors
+    /// [`Error::Argument`], with the formats that can.
+    pub fn check(self, grids: &Grids) -> Result<()> {
+        let d = grids.dimension();
+        match self {
+            GridFormat::Csv if d > 1 => Err(Error::Argument(format!(
+                "CSV holds grids of heights, one value a point, but these have {d}: write NPZ{}",
+                if d <= 3 { ", OBJ or SVG" } else { "" }
+            ))),
+            GridFormat::Csv => match grids.shapes().iter().position(|[rows, columns]| rows * columns == 0) {
+                Some(i) => Err(Error::Argument(format!(
+                    "grid {i} has no points, and rows of CSV would lose it: write NPZ, OBJ or SVG"
+                ))),
+                None => Ok(()),
+            },
+            GridFormat::Obj | GridFormat::Svg if d > 3 => Err(Error::Argument(format!(
+                "{} shows points of the plane or of space, but these have {d} values each: write NPZ",
+                if self == GridFormat::Obj { "OBJ" } else { "SVG" }
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    fn of(path: &Path, given: Option<Self>, option: &str, words: &str) -> Result<Self> {
+        given.or_else(|| Self::of_extension(path)).ok_or_else(|| {
+            Error::Argument(match path == Path::new("-") {
+                true => format!("- has no extension to tell its format: give {option} with {words}"),
+                false => {
+                    format!(
+                        "the format of {} is not known from its extension: give {option} with {words}",
+                        path.display()
+                    )
+                }
+            })
+        })
+    }
+}
+
+impl FromStr for GridFormat {
+    type Err = Error;
+
+    /// From the words of `--from` and `--to`, which are the extensions too.
+    fn from_str(word: &str) -> Result<Self> {
+        match word.to_ascii_lowercase().as_str() {
+            "csv" => Ok(GridFormat::Csv),
+            "npz" => Ok(GridFormat::Npz),
+            "obj" => Ok(GridFormat::Obj),
+            "svg" => Ok(GridFormat::Svg),
+            _ => Err(Error::Argument(format!(
+                "there is no format {word:?} for grids: csv, npz, obj and svg are possible"
+            ))),
+        }
+    }
+}
+
+impl fmt::Display for GridFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            GridFormat::Csv => "csv",
+            GridFormat::Npz => "npz",
+            GridFormat::Obj => "obj",
+            GridFormat::Svg => "svg",
+        })
+    }
+}
+
+/// How a file of grids is written.
+#[derive(Clone, Debug)]
+pub struct GridWrite<'a> {
+    /// The format; by default that of the extension.
+    pub format: Option<GridFormat>,
+    /// Whether a file that exists is replaced; false by default.
+    pub overwrite: bool,
+    /// OBJ: the distance of neighbouring heights in x and y. After r rounds of subdivision 2⁻ʳ keeps a surface over the
+    /// domain of its control points. 1 by default.
+    pub spacing: f64,
+    /// SVG: the control points, one grid for each grid written, drawn as a net over them. None by default.
+    pub net: Option<&'a Grids>,
+    /// SVG: a line above the picture. None by default.
+    pub title: Option<String>,
+    /// SVG: stands in the caption, after the numbers of grids and points. Empty by default.
+    pub caption: String,
+}
+
+impl Default for GridWrite<'_> {
+    fn default() -> Self {
+        GridWrite { format: None, overwrite: false, spacing: 1.0, net: None, title: None, caption: String::new() }
+    }
+}
+
+/// Reads grids from a file, or from standard input for `-` (then the format must be given).
+///
+/// A value that is NaN or infinite is kept: it is the trouble of its grid, and not of the file.
+///
+/// ```
+/// let grids = faircurve::io::grids::read("examples/data/heights.csv", None)?;
+/// assert_eq!((grids.len(), grids.dimension(), grids.shape(0)), (1, 1, [9, 13]));
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// # Errors
+/// A file that cannot be read or does not hold what its format promises; a format that is unknown or only written.
+pub fn read(path: impl AsRef<Path>, format: Option<GridFormat>) -> Result<Grids> {
+    let path = path.as_ref();
+    let format = GridFormat::of(path, format, "--from", "csv or npz")?;
+    if matches!(format, GridFormat::Obj | GridFormat::Svg) {
+        let word = format.to_string().to_uppercase();
+        return Err(Error::Argument(format!(
+            "{word} is only written, grids are read from CSV and NPZ: give one of these"
+        )));
+    }
+    let mut source = Source::open(path)?;
+    let grids = match format {
+        GridFormat::Csv => csv::read(&mut source),
+        _ => npz::read(&mut source),
+    }?;
+    Ok(grids.with_file(Some(path.display().to_string())))
+}
+
+/// Writes grids to a file, whole or not at all, or to standard output for `-` (then the format must be given).
+///
+/// Grids with NaN or infinite values stay what they are in CSV and NPZ; meshes and pictures say that they are left out.
+///
+/// # Errors
+/// [`Error::Exists`]; [`Error::Write`], which leaves nothing behind; [`Error::Argument`] for an unknown format and for what it cannot hold.
+pub fn write(path: impl AsRef<Path>, grids: &Grids, options: &GridWrite) -> Result<()> {
+    let path = path.as_ref();
+    let format = GridFormat::of(path, options.format, "--to", "csv, npz, obj or svg")?;
+    format.check(grids)?;
+    let fill = |out: &mut dyn Write| match format {
+        GridFormat::Csv => csv::write(out, grids),
+        GridFormat::Npz => npz::write(out, grids),
+        GridFormat::Obj => obj::write(out, grids, options.spacing),
+        GridFormat::Svg => svg::write(out, grids, options),
+    };
+    write_atomically(path, options.overwrite, |out| {
+        if is_gzip(path) {
+            let mut zipped = flate2::write::GzEncoder::new(out, flate2::Compression::default());
+            fill(&mut zipped)?;
+            zipped.finish()?.flush()
+        } else if let (GridFormat::Npz, Some(file)) = (format, out.seekable()) {
+            npz::write_seekable(file, grids)
+        } else {
+            fill(out)
+        }
+    })
+}
+
+/// Checks, before anything is computed, that an output can be written: its format is known, its folder exists, and no
+/// file stands there unless overwriting is allowed.
+///
+/// # Errors
+/// Those of [`write()`] that can be known without the grids.
+pub fn check_output(path: impl AsRef<Path>, options: &GridWrite) -> Result<()> {
+    let path = path.as_ref();
+    GridFormat::of(path, options.format, "--to", "csv, npz, obj or svg")?;
+    atomic::check(path, options.overwrite)
+}
+
+/// Whether all values of grid `i` are finite, as meshes need them.
+fn is_finite(grids: &Grids, i: usize) -> bool {
+    grids.grid(i).iter().all(|x| x.is_finite())
+}

@@ -1,0 +1,129 @@
+//! NPZ: `grids` where all grids have one shape, `grids_0`, `grids_1`, … where they do not.
+
+use std::io::{self, BufWriter, Cursor, Seek, Write};
+
+use npyz::zip::ZipWriter;
+use npyz::{AutoSerialize, Order};
+
+use super::super::npz::{Archive, Array, array, numbers, tuple};
+use super::super::source::Source;
+use crate::error::Result;
+use crate::laplacian::Grids;
+
+/// The array of grids of one shape; before the number of a grid where they have several.
+const KEY: &str = "grids";
+
+/// Reads an archive.
+pub(super) fn read(source: &mut Source) -> Result<Grids> {
+    let mut archive = Archive::open(source)?;
+    let mut keys = archive.keys();
+    if keys == [KEY] {
+        return one_shape(&mut archive);
+    }
+    // By their numbers: grids_10 comes after grids_9.
+    keys.sort_by_key(|key| (key.len(), key.clone()));
+    if keys.is_empty() || (0..keys.len()).any(|k| keys[k] != format!("{KEY}_{k}")) {
+        let found = if keys.is_empty() { "none".to_string() } else { keys.join(", ") };
+        return Err(archive.wrong(format!(
+            "the arrays are {found}: wanted is {KEY} of the shape (B, rows, columns) or (B, rows, columns, d), or, for grids of several \
+             shapes, {KEY}_0, {KEY}_1 and so on, of (rows, columns) or (rows, columns, d)"
+        )));
+    }
+    several_shapes(&mut archive, &keys)
+}
+
+fn one_shape(archive: &mut Archive) -> Result<Grids> {
+    let array = archive.array(KEY, numbers)?.expect("its key was found");
+    let (number, rows, columns, dimension) = match array.shape[..] {
+        [rows, columns] => (1, rows, columns, 1),
+        [number, rows, columns] => (number, rows, columns, 1),
+        [number, rows, columns, dimension] => (number, rows, columns, dimension),
+        _ => {
+            return Err(archive.wrong(format!(
+                "array {KEY} has the shape {}: it must be (B, rows, columns) or (B, rows, columns, d), or (rows, columns) for a single grid",
+                tuple(&array.shape)
+            )));
+        }
+    };
+    if [number, rows, columns, dimension].contains(&0) {
+        return Err(archive.wrong(format!(
+            "array {KEY} has the shape {} and holds no point: there is nothing to read",
+            tuple(&array.shape)
+        )));
+    }
+    Grids::uniform(dimension as usize, [rows as usize, columns as usize], by_rows(array))
+}
+
+fn several_shapes(archive: &mut Archive, keys: &[String]) -> Result<Grids> {
+    let (mut dimension, mut shapes, mut values) = (None, Vec::new(), Vec::new());
+    for key in keys {
+        let array = archive.array(key, numbers)?.expect("its key was found");
+        let (rows, columns, d) = match array.shape[..] {
+            [rows, columns] => (rows, columns, 1),
+            [rows, columns, d] if d > 0 => (rows, columns, d),
+            _ => {
+                return Err(archive.wrong(format!(
+                    "array {key} has the shape {}: it must be (rows, columns) or (rows, columns, d)",
+                    tuple(&array.shape)
+                )));
+            }
+        };
+        match dimension.replace(d) {
+            Some(first) if first != d => {
+                return Err(archive.wrong(format!(
+                    "array {key} has the shape {}, {d} values a point, but {KEY}_0 has {first}: grids of one file have equally many",
+                    tuple(&array.shape)
+                )));
+            }
+            _ => {}
+        }
+        shapes.push([rows as usize, columns as usize]);
+        values.extend(by_rows(array));
+    }
+    Grids::new(dimension.unwrap_or(1) as usize, shapes, values)
+}
+
+/// The values with the last axis running fastest, however they were stored.
+fn by_rows(array: Array<f64>) -> Vec<f64> {
+    if array.order == Order::C {
+        return array.values;
+    }
+    let shape: Vec<usize> = array.shape.iter().map(|&length| length as usize).collect();
+    let at = |mut index: usize| {
+        // The place in the other order, digit by digit: the last axis first.
+        let mut stride: usize = array.values.len();
+        shape.iter().rev().fold(0, |place, &length| {
+            stride /= length;
+            let digit = index % length;
+            index /= length;
+            place + digit * stride
+        })
+    };
+    (0..array.values.len()).map(|index| array.values[at(index)]).collect()
+}
+
+/// Writes an archive through memory, to an output that cannot seek.
+pub(super) fn write(out: &mut dyn Write, grids: &Grids) -> io::Result<()> {
+    let mut bytes = Cursor::new(Vec::new());
+    write_seekable(&mut bytes, grids)?;
+    out.write_all(bytes.get_ref())
+}
+
+/// Writes an archive; equal grids give equal bytes.
+pub(super) fn write_seekable<W: Write + Seek>(out: W, grids: &Grids) -> io::Result<()> {
+    let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 16, out));
+    let d = grids.dimension() as u64;
+    let shape = |i: usize| -> Vec<u64> {
+        let rows_and_columns = grids.shape(i).into_iter().map(|length| length as u64);
+        rows_and_columns.chain((d > 1).then_some(d)).collect()
+    };
+    if grids.shapes().windows(2).all(|pair| pair[0] == pair[1]) && grids.total_points() > 0 {
+        let shape: Vec<u64> = [grids.len() as u64].into_iter().chain(shape(0)).collect();
+        array(&mut zip, KEY, f64::default_dtype(), &shape, grids.values().iter().copied())?;
+    } else {
+        for i in 0..grids.len() {
+            array(&mut zip, &format!("{KEY}_{i}"), f64::default_dtype(), &shape(i), grids.grid(i).iter().copied())?;
+        }
+    }
+    zip.finish()?.flush()
+}
