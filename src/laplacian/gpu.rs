@@ -130,7 +130,7 @@ impl<'a> Work<'a> {
         let is_short = match &self.rule {
             Prepared::Exact => {
                 let [rows, columns] = self.shape_after(shape, self.rounds);
-                // Sums are of half as many terms, twice, in blocks of eight.
+                // Sums are of half as many terms, twice, in blocks of eight. Places in tables, multiplied, stay below 2³² too.
                 (rows.max(columns) / 8).saturating_mul(9) <= MOST_TURNS && self.products(shape) <= MOST_PRODUCTS
             }
             Prepared::Sparse(weights) => weights.turns(self.grids.dimension()) <= MOST_TURNS,
@@ -212,7 +212,7 @@ impl<'a> Work<'a> {
         let given = recording.upload(&given);
         let stations: Vec<&Buffer> = [&given]
             .into_iter()
-            .chain((1..=self.rounds).map(|round| if (self.rounds - round) % 2 == 0 { &last } else { &before }))
+            .chain((1..=self.rounds).map(|round| if (self.rounds - round).is_multiple_of(2) { &last } else { &before }))
             .collect();
         match &self.rule {
             Prepared::Exact => exact::record::<S>(&mut recording, self.precision, &layout, &stations)?,

@@ -151,7 +151,7 @@ fn frames_hold_all_values_between_minus_2_and_2() {
 #[test]
 fn chunks_are_divided_where_products_become_too_many() {
     let of = |parts: &[f64]| divided(10..10 + parts.len(), |i| parts[i - 10] * MOST_PRODUCTS);
-    assert_eq!(of(&[0.0, 0.0]), [10..12]);
+    assert_eq!(of(&[0.0, 0.0, 1.0, 0.5]), [10..13, 13..14]);
     assert_eq!(of(&[0.5, 0.5, 0.25, 0.5, 1.0, 0.0]), [10..12, 12..14, 14..16]);
     assert_eq!(of(&[2.0, 2.0]), [10..11, 11..12]);
 }
