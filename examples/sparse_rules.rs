@@ -15,8 +15,8 @@ const HEAD: &str = "\
 //! The masks of the sparse rules, computed by `cargo run --release --example sparse_rules -- src/laplacian/rule/tables.rs`.
 //!
 //! Class after class: the linear programme of [`Programme`](crate::laplacian::Programme) was solved by an interior-point method (Clarabel); of all
-//! masks whose maximum is within 1e-8 of the least, those nearest to the exact rule in least squares were taken, and moved onto the
-//! constraints to rounding. Entries stand in the order of [`Programme::unknowns`](crate::laplacian::Programme::unknowns).
+//! masks that leave ‖E₂ₙS − UEₙ‖∞ within 1e-8 of the least so far, those nearest to the exact rule in least squares were taken, and moved onto
+//! the constraints to rounding. Entries stand in the order of [`Programme::unknowns`](crate::laplacian::Programme::unknowns).
 
 use super::Table;
 ";

@@ -16,7 +16,7 @@ struct Table {
 }
 
 /// A sparse rule of subdivision: S has the symmetries of the grid and no entry further than the radius from the place of its coarse point, and ‖E₂ₙS − UEₙ‖∞
-/// is as small as can be, class after class ([`Class`](super::Class)); among all such S, it is the nearest to the exact one in least squares.
+/// is as small as can be, class after class ([`Class`](super::Class)); among all such masks of a class, its own are the nearest to the exact rule in least squares.
 ///
 /// | support | least ‖E₂ₙS − UEₙ‖∞ in the interior | least own intervals |
 /// |---|---|---|

@@ -56,12 +56,19 @@ pub fn optimum(programme: &Programme, class: Class, known: &[f64]) -> (f64, Vec<
     (least, solution)
 }
 
-/// Of all masks of a class with the least maximum, those nearest to the exact rule in least squares; the least maximum.
-pub fn nearest(programme: &Programme, class: Class, known: &[f64], exact: &UnboundedMask) -> (Vec<f64>, f64) {
+/// Of all masks of a class that leave ‖E₂ₙS − UEₙ‖∞ the least there is, those nearest to the exact rule in least squares. No row exceeds the least maximum
+/// of the class, which is returned too, or `before`, that of the classes before, where it is larger.
+pub fn nearest(
+    programme: &Programme,
+    class: Class,
+    known: &[f64],
+    before: f64,
+    exact: &UnboundedMask,
+) -> (Vec<f64>, f64) {
     let mut form = programme.standard_form(class, known);
     let (least, _) = optimum(programme, class, known);
     let maximum = form.objective.len() - 1;
-    form.inequalities.push((vec![(maximum, 1.0)], least * (1.0 + SLACK)));
+    form.inequalities.push((vec![(maximum, 1.0)], least.max(before) * (1.0 + SLACK)));
     let (weights, targets) = weights_and_targets(programme, class, exact);
     let mut entries = minimised(&form, &vec![0.0; maximum + 1], &weights, &targets);
     entries.truncate(form.unknowns);
@@ -147,9 +154,11 @@ fn target(unknown: Unknown, exact: &UnboundedMask) -> f64 {
 /// Solves the three classes one after the other: all unknowns.
 pub fn solved(programme: &Programme) -> Vec<f64> {
     let exact = exact_mask(programme);
+    let mut before = 0.0f64;
     Class::ALL.into_iter().fold(Vec::new(), |mut entries, class| {
-        let (own, _) = nearest(programme, class, &entries, &exact);
+        let (own, least) = nearest(programme, class, &entries, before, &exact);
         entries.extend(own);
+        before = before.max(least);
         entries
     })
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide, UnboundedMask};
+use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
 use faircurve::{Device, Result};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -12,16 +12,13 @@ use super::SUPPORTS;
 /// Grids measured.
 pub const GRIDS: usize = 10;
 
-/// Points along their sides: as many as the rule of the widest support needs for border rules of its own, and two more.
+/// Points along their sides: as many as the widest support needs for border rules of its own, and one more.
 pub const SIDE: usize = 13;
 
 /// Rounds measured.
 pub const ROUNDS: u32 = 5;
 
 const SEED: u64 = 1997;
-
-/// Masks are compared so far; beyond, exact weights add less than 1e-5 to their distance.
-const MASK: usize = 40;
 
 /// One rule after some rounds, on all grids.
 pub struct Row {
@@ -43,7 +40,7 @@ pub struct Distances(Vec<Row>);
 /// A wider window that is no nearer.
 pub struct Exception {
     reproduces: Reproduces,
-    pub rounds: u32,
+    rounds: u32,
     supports: [usize; 2],
     grids: usize,
 }
@@ -70,21 +67,6 @@ pub fn word(reproduces: Reproduces) -> &'static str {
         Reproduces::Constants => "constants",
         Reproduces::Linear => "linear",
     }
-}
-
-/// √ Σ of squares of the interior mask less the exact one.
-pub fn of_mask(support: usize) -> Result<f64> {
-    let (rule, exact) = (SparseRule::of_support(support, Reproduces::Constants)?, UnboundedMask::of_radius(MASK));
-    let mut sum = 0.0;
-    for i in 0..=2 * MASK {
-        for j in 0..=2 * MASK {
-            // A point in the middle of a grid.
-            let weight = rule.weight([MASK + i, MASK + j], [MASK; 2], [2 * MASK; 2]);
-            let [x, y] = [i, j].map(|k| k as isize - MASK as isize);
-            sum += (weight - exact.weight(x, y)).powi(2);
-        }
-    }
-    Ok(sum.sqrt())
 }
 
 impl Distances {
