@@ -3,7 +3,7 @@
 use crate::device::Precision;
 use crate::gpu::KernelKey;
 use crate::gpu::source::definitions;
-use crate::{bezier, discrete, linalg, scf, spline};
+use crate::{bezier, discrete, laplacian, linalg, scf, spline};
 
 /// Every kernel in every form: paths, entry points, precisions, definitions.
 pub fn kernels() -> Vec<KernelKey> {
@@ -18,6 +18,7 @@ pub fn kernels() -> Vec<KernelKey> {
         keys.extend(discrete::descent_kernels(precision));
         keys.extend(scf::scf_kernels(precision));
         keys.extend(bezier::bezier_kernels(precision));
+        keys.extend(laplacian::laplacian_kernels(precision));
         for (path, entries) in spline::KERNELS {
             let definitions = definitions([("GROUP", &spline::GROUP)]);
             keys.extend(entries.iter().map(|entry| KernelKey {

@@ -15,6 +15,7 @@ use faircurve::discrete::evaluate_gpu::evaluate;
 use faircurve::discrete::{bending, length, tension, torsion, variation};
 use faircurve::gpu::reflect::Access;
 use faircurve::gpu::{CapturedDispatch, Gpu};
+use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
 use faircurve::linalg::block_ring::{BlockBatch, solve_blocks_on_gpu};
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
@@ -72,6 +73,7 @@ fn capture_everything(gpu: Gpu) -> Vec<CapturedDispatch> {
     captured.extend(gpu.capture(|| discrete_energies(gpu)).unwrap().1);
     captured.extend(gpu.capture(|| segments(&device)).unwrap().1);
     captured.extend(gpu.capture(|| beziers(&device)).unwrap().1);
+    captured.extend(gpu.capture(|| grids(&device)).unwrap().1);
     captured
 }
 
@@ -186,6 +188,22 @@ fn beziers(device: &Device) -> faircurve::Result<()> {
         let solved = complete(&polygons, &given, &Energy::bending(), device)?;
         assert!(solved.refusals.is_empty(), "{:?}", solved.refusals);
         elevate(&polygons, 2, device)?;
+    }
+    Ok(())
+}
+
+/// Grids of a few shapes, by both rules.
+fn grids(device: &Device) -> faircurve::Result<()> {
+    let mut rng = seeded(16);
+    let shapes = [[2, 2], [3, 8], [9, 9], [12, 5], [9, 9]];
+    for dimension in [1, 3] {
+        let count: usize = shapes.iter().map(|[rows, columns]| rows * columns * dimension).sum();
+        let values = (0..count).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let grids = Grids::new(dimension, shapes.to_vec(), values)?;
+        for rule in [Rule::Exact, Rule::Sparse(SparseRule::of_support(5, Reproduces::Constants)?)] {
+            let fine = Subdivide { rule, rounds: 2 }.fit(&grids, device)?;
+            assert_eq!(fine.usable(), shapes.len());
+        }
     }
     Ok(())
 }

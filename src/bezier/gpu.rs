@@ -20,7 +20,7 @@ use crate::error::{Error, Result};
 use crate::gpu::plan::{self, Limits};
 use crate::gpu::source::definitions;
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, pipeline};
-use crate::linalg::{Real, take};
+use crate::linalg::{Real, power_of_two, take};
 
 /// Threads, and curves, a workgroup.
 const GROUP: usize = 64;
@@ -269,12 +269,4 @@ impl<'a> Work<'a> {
         );
         data
     }
-}
-
-/// The power of two at or below the largest magnitude; 1 where all numbers are 0.
-fn power_of_two(numbers: &[f64]) -> f64 {
-    let largest = numbers.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
-    // Without its mantissa; a subnormal number has no exponent of its own.
-    let power = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
-    if largest == 0.0 { 1.0 } else { power.max(f64::MIN_POSITIVE) }
 }

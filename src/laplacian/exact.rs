@@ -9,8 +9,12 @@
 //!
 //! > v = p − 2λ²w,  (2 + μ) wᵢ − wᵢ₋₁ − wᵢ₊₁ = pᵢ.
 //!
-//! 2λ²/μ ≤ 1, so nothing is ill-conditioned, not even the constant (λ = 0, v = p); the mean is kept by itself. With W the inverse
-//! transform of v, 2m + 1 columns for every coarse row, the fine grid is
+//! 2λ²/μ ≤ 1, so nothing is ill-conditioned, not even the constant (λ = 0, v = p); the mean is kept by itself. Where p varies slowly, v is far less than p at
+//! high frequencies, and would be left of a difference; without one, by the equation for w, and mirrored beyond the borders,
+//!
+//! > v = ((4 − λ) pᵢ + 2λ (2wᵢ − wᵢ₋₁ − wᵢ₊₁)) / (4 + λ).
+//!
+//! With W the inverse transform of v, 2m + 1 columns for every coarse row, the fine grid is
 //!
 //! > p₂ᵢ,ⱼ = 2Wᵢⱼ − (Wᵢ,ⱼ₋₁ + Wᵢ,ⱼ₊₁)/2,  p₂ᵢ₊₁,ⱼ = (Wᵢⱼ + Wᵢ₊₁,ⱼ)/2.
 
@@ -113,12 +117,15 @@ impl<S: Real + DctNum> Exact<S> {
                 y[row][k] += pivots[row][k] * y[row + 1][k];
             }
         }
+        let of_p = lambda.map(|lambda| (four - lambda) / (four + lambda));
+        let of_bend = lambda.map(|lambda| two * lambda / (four + lambda));
         for row in 0..rows {
+            let (above, below) = (row.abs_diff(1), if row == last { last - 1 } else { row + 1 });
             for k in 0..count {
-                let v = &mut v[row * wide + first + k];
+                let bend = (y[row][k] - y[above][k]) + (y[row][k] - y[below][k]);
                 // λ = 0, the mean of each row, whose system is singular.
                 let is_mean = first + k == 0;
-                *v = if is_mean { p[row][k] } else { p[row][k] - two * lambda[k] * lambda[k] * y[row][k] };
+                v[row * wide + first + k] = if is_mean { p[row][k] } else { of_p[k] * p[row][k] + of_bend[k] * bend };
             }
         }
     }

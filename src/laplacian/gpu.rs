@@ -1,18 +1,319 @@
-//! Subdivision on a GPU.
+//! [`subdivide`]: many grids, all rounds, on a GPU.
+//!
+//! Both rules keep constants, so a grid is sent relative to the middle of its extent, coordinate by coordinate, and divided by the power of two at or below
+//! the largest of what is left; all that in f64. In f32 results are good to 2e-6 of half the largest extent that they have, in f64 to 1e-12.
+//!
+//! What the device is not made for the host computes in f64 instead, in its turn: grids of one row or column, whose new points are means of two; grids that do
+//! not fit into the device's arrays; and those whose sums are longer than threads have patience for, where the host's fast transforms win in any case.
 
-use super::{GridReport, Grids, Subdivide};
+mod exact;
+mod layout;
+mod sparse;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use bytemuck::Pod;
+use layout::Layout;
+use rayon::prelude::*;
+use sparse::Weights;
+
+use super::refine::{Refiner, is_line, refined};
+use super::{GridReport, Grids, Rule, Subdivide};
 use crate::device::Precision;
 use crate::error::Result;
-use crate::gpu::Gpu;
+use crate::gpu::plan::{self, Limits};
+use crate::gpu::source::definitions;
+use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Pending, pipeline};
+use crate::linalg::{Real, power_of_two, take, tasks};
+
+/// Threads a workgroup.
+const GROUP: usize = 64;
+
+/// New values of a chunk at most: so many are packed while as many are computed.
+const MOST_NUMBERS: u64 = 1 << 23;
+
+/// Turns of a thread's loops at most: llvmpipe ends them, without a word, after 65,535 all told.
+const MOST_TURNS: usize = 60_000;
+
+/// Products of the cosine transforms of a submission at most: seconds on software adapters, so that nobody takes the device for hung.
+const MOST_PRODUCTS: f64 = (1u64 << 31) as f64;
+
+/// Every kernel of the room.
+pub(crate) fn laplacian_kernels(precision: Precision) -> Vec<KernelKey> {
+    let exact = exact::ENTRIES.map(|entry| kernel("laplacian/exact.wgsl", entry, precision));
+    [kernel("laplacian/sparse.wgsl", sparse::ENTRY, precision)].into_iter().chain(exact).collect()
+}
+
+fn kernel(path: &'static str, entry: &'static str, precision: Precision) -> KernelKey {
+    KernelKey { path, entry, precision, definitions: definitions([("GROUP", &GROUP)]) }
+}
 
 /// Subdivides the grids whose report is usable; fills the places of the others with NaN.
+///
+/// # Errors
+/// Those of [`Gpu::kernel`] and of submissions.
 pub(super) fn subdivide(
-    _method: &Subdivide,
-    _grids: &Grids,
-    _gpu: &Gpu,
-    _precision: Precision,
-    _values: &mut [f64],
-    _reports: &[GridReport],
+    method: &Subdivide,
+    grids: &Grids,
+    gpu: &Gpu,
+    precision: Precision,
+    values: &mut [f64],
+    reports: &[GridReport],
 ) -> Result<()> {
-    todo!()
+    Work::new(method, grids, gpu, precision, reports).run(method, values)
+}
+
+/// One run.
+struct Work<'a> {
+    gpu: &'a Gpu,
+    precision: Precision,
+    grids: &'a Grids,
+    reports: &'a [GridReport],
+    rounds: u32,
+    rule: Prepared,
+    /// Which grids the device gets.
+    sent: Vec<bool>,
+}
+
+/// A rule as the kernels need it.
+enum Prepared {
+    Exact,
+    Sparse(Weights),
+}
+
+/// A chunk on the device.
+struct UnderWay<'a> {
+    /// None where no grid of it is sent.
+    pending: Option<Pending<'a>>,
+    layout: Layout,
+    frames: Vec<f64>,
+}
+
+impl<'a> Work<'a> {
+    fn new(
+        method: &Subdivide,
+        grids: &'a Grids,
+        gpu: &'a Gpu,
+        precision: Precision,
+        reports: &'a [GridReport],
+    ) -> Self {
+        let rule = match &method.rule {
+            Rule::Exact => Prepared::Exact,
+            Rule::Sparse(rule) => Prepared::Sparse(Weights::new(rule)),
+        };
+        let mut work = Work { gpu, precision, grids, reports, rounds: method.rounds, rule, sent: Vec::new() };
+        work.sent = (0..grids.len()).map(|i| reports[i].status.is_usable() && work.takes(grids.shape(i))).collect();
+        if let (Prepared::Sparse(weights), Rule::Sparse(rule)) = (&mut work.rule, &method.rule) {
+            let shapes = (0..grids.len()).filter(|&i| work.sent[i]).map(|i| grids.shape(i));
+            weights.add(rule, shapes, method.rounds);
+            if weights.len() as u64 * work.bytes() > gpu.limits().array_bytes() {
+                work.sent.fill(false);
+            }
+        }
+        work
+    }
+
+    /// Bytes of a number on the device.
+    fn bytes(&self) -> u64 {
+        if self.precision == Precision::F64 { 8 } else { 4 }
+    }
+
+    /// Whether grids of this shape are for the device.
+    fn takes(&self, shape: [usize; 2]) -> bool {
+        if is_line(shape) || self.rounds == 0 {
+            return false;
+        }
+        // No array has more numbers than the new values.
+        let fits = self.values(shape) as u64 <= self.gpu.limits().array_bytes() / self.bytes();
+        let is_short = match &self.rule {
+            Prepared::Exact => {
+                let [rows, columns] = self.shape_after(shape, self.rounds);
+                // Sums are of half as many terms, twice, in blocks of eight. Places in tables, multiplied, stay below 2³² too.
+                (rows.max(columns) / 8).saturating_mul(9) <= MOST_TURNS && self.products(shape) <= MOST_PRODUCTS
+            }
+            Prepared::Sparse(weights) => weights.turns(self.grids.dimension()) <= MOST_TURNS,
+        };
+        fits && is_short
+    }
+
+    fn shape_after(&self, shape: [usize; 2], rounds: u32) -> [usize; 2] {
+        refined(shape, rounds).expect("the last shapes have fitted into memory")
+    }
+
+    /// New values of a grid.
+    fn values(&self, shape: [usize; 2]) -> usize {
+        let [rows, columns] = self.shape_after(shape, self.rounds);
+        rows * columns * self.grids.dimension()
+    }
+
+    /// Products of its transforms, about.
+    fn products(&self, shape: [usize; 2]) -> f64 {
+        match self.rule {
+            Prepared::Sparse(_) => 0.0,
+            Prepared::Exact => {
+                let [rows, columns] = self.shape_after(shape, self.rounds - 1).map(|points| points as f64);
+                // Each round has eight times as many as the one before.
+                8.0 / 7.0 * 2.5 * rows * columns * columns * self.grids.dimension() as f64
+            }
+        }
+    }
+
+    fn run(&self, method: &Subdivide, values: &mut [f64]) -> Result<()> {
+        let of_host: Vec<[usize; 2]> =
+            (0..self.grids.len()).filter(|&i| !self.sent[i]).map(|i| self.grids.shape(i)).collect();
+        let refiner = Refiner::<f64>::new(&method.rule, &of_host, method.rounds);
+        let mut left = values;
+        pipeline(
+            self.chunks()?,
+            |chunk| match self.precision {
+                Precision::F64 => self.start::<f64>(chunk),
+                _ => self.start::<f32>(chunk),
+            },
+            |UnderWay { pending, layout, frames }| Ok((pending.map(Pending::wait).transpose()?, layout, frames)),
+            |chunk, (found, layout, frames): (Option<Vec<Downloaded>>, Layout, Vec<f64>)| {
+                let found = found.as_deref().and_then(<[_]>::first);
+                match self.precision {
+                    Precision::F64 => self.finish::<f64>(chunk, found, &layout, &frames, &refiner, &mut left),
+                    _ => self.finish::<f32>(chunk, found, &layout, &frames, &refiner, &mut left),
+                }
+                Ok(())
+            },
+        )?;
+        Ok(())
+    }
+
+    fn chunks(&self) -> Result<Vec<Range<usize>>> {
+        // Old and new values and what is downloaded and packed; for the exact rule spectra, v, W and tables too, each smaller than the new values.
+        let arrays = if let Prepared::Exact = self.rule { 7 } else { 4 };
+        let together = arrays * self.bytes();
+        let limits = *self.gpu.limits();
+        let limits = Limits { chunk_bytes: limits.chunk_bytes.min(MOST_NUMBERS * together), ..limits };
+        let values = (0..self.grids.len()).map(|i| if self.sent[i] { self.values(self.grids.shape(i)) } else { 1 });
+        let products = |i: usize| if self.sent[i] { self.products(self.grids.shape(i)) } else { 0.0 };
+        let chunks = plan::chunks(values, self.bytes(), together, &limits)?;
+        Ok(chunks.into_iter().flat_map(|chunk| divided(chunk, products)).collect())
+    }
+
+    fn start<S: Real + Pod>(&self, chunk: &Range<usize>) -> Result<UnderWay<'a>> {
+        let layout = Layout::new(self.grids, chunk, &self.sent);
+        let mut frames = vec![0.0; layout.members.len() * (self.grids.dimension() + 1)];
+        if layout.members.is_empty() {
+            return Ok(UnderWay { pending: None, layout, frames });
+        }
+        let given = self.pack::<S>(&layout, &mut frames);
+        let mut recording = self.gpu.record();
+        let numbers = |rounds: u32| layout.offsets(rounds).1;
+        let bytes = |numbers: usize| numbers as u64 * self.bytes();
+        // What one round makes the next one reads: two arrays in turn, the larger for the last and every second before.
+        let last = recording.storage(bytes(numbers(self.rounds)));
+        let before = recording.storage(if self.rounds > 1 { bytes(numbers(self.rounds - 1)) } else { 0 });
+        let given = recording.upload(&given);
+        let stations: Vec<&Buffer> = [&given]
+            .into_iter()
+            .chain((1..=self.rounds).map(|round| if (self.rounds - round).is_multiple_of(2) { &last } else { &before }))
+            .collect();
+        match &self.rule {
+            Prepared::Exact => exact::record::<S>(&mut recording, self.precision, &layout, &stations)?,
+            Prepared::Sparse(weights) => weights.record::<S>(&mut recording, self.precision, &layout, &stations)?,
+        }
+        recording.download(&last);
+        Ok(UnderWay { pending: Some(recording.submit()?), layout, frames })
+    }
+
+    /// The values of all grids in their frames: the middle of every coordinate, and the size.
+    fn pack<S: Real + Pod>(&self, layout: &Layout, frames: &mut [f64]) -> Vec<S> {
+        let dimension = self.grids.dimension();
+        let mut given = vec![S::ZERO; layout.offsets(0).1];
+        let mut left = &mut given[..];
+        let parts: Vec<_> = layout
+            .members
+            .iter()
+            .zip(frames.chunks_exact_mut(dimension + 1))
+            .map(|(&i, frame)| (self.grids.grid(i), frame, take(&mut left, self.grids.grid(i).len())))
+            .collect();
+        parts.into_par_iter().with_min_len(16).for_each(|(own, frame, given)| {
+            let (size, middle) = frame.split_last_mut().expect("the size is always there");
+            *size = frame_of(own, middle);
+            for (given, own) in given.chunks_exact_mut(dimension).zip(own.chunks_exact(dimension)) {
+                for c in 0..dimension {
+                    given[c] = S::from_f64((own[c] - middle[c]) / *size);
+                }
+            }
+        });
+        given
+    }
+
+    /// Puts the values of a chunk's grids where they belong, which is at the beginning of what is left to be filled.
+    fn finish<S: Real + Pod>(
+        &self,
+        chunk: &Range<usize>,
+        found: Option<&Downloaded>,
+        layout: &Layout,
+        frames: &[f64],
+        refiner: &Refiner<f64>,
+        left: &mut &mut [f64],
+    ) {
+        let dimension = self.grids.dimension();
+        let found: &[S] = found.map_or(&[], Downloaded::as_slice);
+        let places = layout.places(self.rounds);
+        let mut offsets = vec![0];
+        for i in chunk.clone() {
+            offsets.push(offsets[offsets.len() - 1] + self.values(self.grids.shape(i)));
+        }
+        let parts: Vec<_> = tasks(&offsets)
+            .into_iter()
+            .map(|task| (task.clone(), take(left, offsets[task.end] - offsets[task.start])))
+            .collect();
+        parts.into_par_iter().for_each(|(task, mut values)| {
+            for k in task {
+                let i = chunk.start + k;
+                let fine = take(&mut values, offsets[k + 1] - offsets[k]);
+                if let Some((member, start)) = places[k] {
+                    let frame = &frames[member * (dimension + 1)..][..dimension + 1];
+                    let (size, middle) = frame.split_last().expect("the size is always there");
+                    let found = &found[start..start + fine.len()];
+                    for (fine, found) in fine.chunks_exact_mut(dimension).zip(found.chunks_exact(dimension)) {
+                        for c in 0..dimension {
+                            fine[c] = middle[c] + size * found[c].to_f64();
+                        }
+                    }
+                } else if self.reports[i].status.is_usable() {
+                    refiner.refine(dimension, self.grids.shape(i), self.grids.grid(i), fine);
+                } else {
+                    fine.fill(f64::NAN);
+                }
+            }
+        });
+    }
+}
+
+/// The middle of each coordinate's extent, and the power of two at or below the largest distance from it.
+fn frame_of(values: &[f64], middle: &mut [f64]) -> f64 {
+    let dimension = middle.len();
+    let mut half = 0.0f64;
+    for (c, middle) in middle.iter_mut().enumerate() {
+        let axis = || values.iter().skip(c).step_by(dimension);
+        let low = axis().fold(f64::INFINITY, |low, x| low.min(*x));
+        let high = axis().fold(f64::NEG_INFINITY, |high, x| high.max(*x));
+        // Halved first: sums may overflow.
+        *middle = 0.5 * low + 0.5 * high;
+        half = half.max(high - *middle).max(*middle - low);
+    }
+    power_of_two(&[half])
+}
+
+/// Divides a chunk where its products become too many.
+fn divided(chunk: Range<usize>, products: impl Fn(usize) -> f64) -> Vec<Range<usize>> {
+    let (mut parts, mut start, mut held) = (Vec::new(), chunk.start, 0.0);
+    for i in chunk.clone() {
+        if i > start && held + products(i) > MOST_PRODUCTS {
+            parts.push(start..i);
+            (start, held) = (i, 0.0);
+        }
+        held += products(i);
+    }
+    parts.push(start..chunk.end);
+    parts
 }

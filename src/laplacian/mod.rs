@@ -35,6 +35,8 @@ mod subdivide;
 mod unbounded;
 mod unknowns;
 
+pub(crate) use gpu::laplacian_kernels;
+
 pub use dirichlet::{energy, residual};
 pub use energies::Energy;
 pub use grids::Grids;

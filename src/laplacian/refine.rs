@@ -36,7 +36,7 @@ fn next(shape: [usize; 2]) -> [usize; 2] {
 }
 
 /// Whether a grid is a function of one variable: both rules then put new points in the middle.
-fn is_line(shape: [usize; 2]) -> bool {
+pub(super) fn is_line(shape: [usize; 2]) -> bool {
     shape.contains(&1)
 }
 

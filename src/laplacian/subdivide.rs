@@ -64,6 +64,10 @@ impl Subdivide {
     ///
     /// Grids of one row or column are functions of one variable: both rules put new points in the middle between old ones.
     ///
+    /// On a GPU results are good to 2e-6 of half their largest extent in f32 and to 1e-12 of it in f64, and a grid's bits depend on nothing but the grid. What
+    /// is not for a GPU the host computes in its turn: grids of one row or column, those that exceed the device's arrays, and by the exact rule those of
+    /// millions of new points, for which the host has faster transforms.
+    ///
     /// # Errors
     /// What concerns the whole run: more points than there is memory for, a device that fails.
     pub fn fit(&self, grids: &Grids, device: &Device) -> Result<Subdivided> {

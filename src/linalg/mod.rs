@@ -15,6 +15,7 @@ mod real;
 pub mod ring;
 pub(crate) mod scalar;
 mod singular;
+mod size;
 mod tasks;
 pub mod thomas;
 mod tridiagonal;
@@ -26,6 +27,7 @@ pub use pentadiagonal::{
 };
 pub use real::Real;
 pub use scalar::{Lanes, Scalar};
+pub(crate) use size::power_of_two;
 pub(crate) use tasks::{take, tasks};
 pub use tridiagonal::{Cyclic, Matrix, Solutions, TridiagonalBatch, solve_tridiagonal_batch};
 pub(crate) use wide::with_wide_registers;

@@ -99,3 +99,13 @@ pub const BEZIER: Tolerance = tolerance(
     16.7,
     "2e-6 in f32, which is what curves that the CPU does not compute again are good to by the magnitudes of their sums",
 );
+
+/// Subdivided grids, in units of half their largest extent.
+pub const LAPLACIAN: Tolerance = Tolerance {
+    reach: 32.0,
+    ..tolerance(
+        16.7,
+        "2e-6 in f32: weights sum to 2 or so in magnitude, a round adds some roundings of the values, and those that follow average \
+         what lies side by side; the CPU computes where the grid lies, so its roundings are those of its distance from the origin",
+    )
+};

@@ -226,12 +226,6 @@ fn curves_without_finite_data_are_not_sent() {
 }
 
 #[test]
-fn sizes_are_powers_of_two() {
-    let sizes = [[0.0, -0.0], [1.0, -1.9], [-3.0, 2.0], [1e-310, 0.0], [f64::MAX, 0.0]].map(|own| power_of_two(&own));
-    assert_eq!(sizes, [1.0, 1.0, 2.0, f64::MIN_POSITIVE, 2_f64.powi(1023)]);
-}
-
-#[test]
 fn host_structs_and_constants_are_the_kernels() {
     for precision in [Precision::F32, Precision::F64] {
         for key in bezier_kernels(precision) {
