@@ -47,7 +47,7 @@ fn subdivisions(criterion: &mut Criterion) {
     for (what, count, side, rounds) in [("one of 1025 x 1025", 1, 1025, 1), ("10,000 of 9 x 9, 3 rounds", 10_000, 9, 3)]
     {
         let grids = random_grids(count, side);
-        let fine = count * ((side - 1 << rounds) + 1usize).pow(2);
+        let fine = count * (((side - 1) << rounds) + 1usize).pow(2);
         group.sample_size(10).throughput(Throughput::Elements(fine as u64));
         let source = vec![1.0; fine];
         for (threads, pool) in pools() {
