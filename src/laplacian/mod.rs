@@ -15,8 +15,8 @@
 //! * [`Subdivide`] is the method: batches of grids of any sizes, any number of values a point, any number of rounds, on a [`Device`](crate::Device).
 //!
 //! **Limits of surfaces.** Away from the control points exact surfaces converge as rounds go on. At a control point they have a pole, that of the
-//! Laplacian's Green's function: each round adds ln 2 / 2π of the force (Ep₀) there. Surfaces of sparse rules of 5 points or more follow for some rounds, and
-//! then come to rest; they interpolate no more than the exact ones do. Support 3 is bilinear interpolation.
+//! Laplacian's Green's function: each round adds ln 2 / 2π of the force (Ep₀) there. Sparse rules of 5 points or more add a little less every round: by 1.7 % at
+//! support 7, 0.4 % at 9, 0.1 % at 11, 0.01 % at 5. Neither interpolates. Support 3 is bilinear interpolation.
 //!
 //! **Accuracy.** The exact rule loses nothing to the condition of E: equations hold to some ε times the largest value, on grids of millions of points
 //! too. Sparse rules sum at most 36 products. A GPU is held to 2e-6 of the grid's size in f32 and 1e-12 in f64.

@@ -208,9 +208,11 @@ impl Record {
         for exception in distances.exceptions() {
             self.line(format_args!("    but: {exception}"));
         }
-        self.line("At the data themselves no distance has a limit: exact surfaces rise there by ln 2 / 2π of E p₀ a round (the Green's function of the");
-        self.line("Laplacian has a pole), those of sparse rules soon do not. Rules that reproduce linear functions meet other conditions at borders than least");
-        self.line("energy (no slope across them), and stay away from it there whatever their support.");
+        self.line("At the data themselves no distance has a limit: exact surfaces rise there by ln 2 / 2π of E p₀ every round (the Green's function of the");
+        self.line("Laplacian has a pole), those of sparse rules by a little less each time. Rules that reproduce linear functions meet other conditions at");
+        self.line(
+            "borders than least energy (no slope across them), and stay away from it there whatever their support.",
+        );
     }
 
     fn end(&mut self) {
