@@ -120,6 +120,7 @@ mod device;
 pub mod discrete;
 mod error;
 pub mod gpu;
+mod grids;
 pub mod io;
 pub mod laplacian;
 pub mod linalg;
@@ -134,6 +135,7 @@ pub use constraint::Constraints;
 pub use curve::{Curve, Jet, Sampling};
 pub use device::{Choice, Device, GPU_PAYS_ABOVE, Precision};
 pub use error::{Error, Result};
+pub use grids::Grids;
 pub use report::{CurveReport, CurveSet, CurveStatus, Fit};
 
 /// The example of the README compiles.

@@ -36,12 +36,6 @@ pub(super) struct Exact<S> {
     lambda: Vec<S>,
 }
 
-/// Room for one round.
-#[derive(Default)]
-pub(super) struct Scratch<S> {
-    numbers: Vec<S>,
-}
-
 impl<S: Real + DctNum> Exact<S> {
     pub fn new(shape: [usize; 2], planner: &mut DctPlanner<S>) -> Self {
         let m = shape[1] - 1;
@@ -54,12 +48,12 @@ impl<S: Real + DctNum> Exact<S> {
     }
 
     /// Subdivides one coordinate: `coarse` of (n + 1) × (m + 1), `fine` of (2n + 1) × (2m + 1).
-    pub fn subdivide(&self, coarse: &[S], fine: &mut [S], scratch: &mut Scratch<S>) {
+    pub fn subdivide(&self, coarse: &[S], fine: &mut [S]) {
         let [rows, columns] = self.shape;
         let wide = 2 * columns - 1;
         let own = self.forward.get_scratch_len().max(self.inverse.get_scratch_len()).max(3 * rows * BLOCK);
-        scratch.numbers.resize(rows * (columns + wide) + own, <S as Real>::ZERO);
-        let mut left = &mut scratch.numbers[..];
+        let mut room = vec![<S as Real>::ZERO; rows * (columns + wide) + own];
+        let mut left = &mut room[..];
         let spectrum = take(&mut left, rows * columns);
         let w = take(&mut left, rows * wide);
 

@@ -25,7 +25,6 @@ mod dirichlet;
 mod energies;
 mod exact;
 mod gpu;
-mod grids;
 mod programme;
 mod refine;
 mod rule;
@@ -37,11 +36,11 @@ mod unknowns;
 
 pub(crate) use gpu::laplacian_kernels;
 
+pub use crate::grids::Grids;
 pub use dirichlet::{energy, residual};
 pub use energies::Energy;
-pub use grids::Grids;
-pub use programme::{Affine, Class, Programme, Reproduces, StandardForm};
+pub use programme::{Affine, Programme, Reproduces, StandardForm};
 pub use rule::SparseRule;
 pub use subdivide::{GridReport, Rule, Subdivide, Subdivided};
 pub use unbounded::{Closed, UnboundedMask, potential, reflected, unbounded_weight};
-pub use unknowns::Unknown;
+pub use unknowns::{Class, Unknown};

@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::energies::{Axis, Energy};
-use super::unknowns::{Unknown, Unknowns};
+use super::unknowns::{Class, Unknown, Unknowns};
 
 /// What a sparse rule keeps as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,33 +17,6 @@ pub enum Reproduces {
     /// Linear functions too: each new point of a plane is the middle of its neighbours, at the border and the corners likewise. The exact rule does not do
     /// that at a border, where its surfaces are level across; so these rules stay away from it there, however large their support.
     Linear,
-}
-
-/// The three classes of rows of E₂ₙS − UEₙ. Each has masks of its own to find, and takes those of the classes before as found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Class {
-    /// Rows that see interior masks only.
-    Interior,
-    /// Rows that see a border mask, and no corner mask.
-    Border,
-    /// Rows that see a corner mask.
-    Corner,
-}
-
-impl Class {
-    /// All three, in the order in which they are solved.
-    pub const ALL: [Class; 3] = [Class::Interior, Class::Border, Class::Corner];
-
-    /// What the grid is along its axes for the rows of this class, as far as they see.
-    fn axes(self, dimension: usize) -> [Axis; 2] {
-        match (dimension, self) {
-            (1, Class::Interior) => [Axis::Endless, Axis::Point],
-            (1, _) => [Axis::HalfLine, Axis::Point],
-            (_, Class::Interior) => [Axis::Endless, Axis::Endless],
-            (_, Class::Border) => [Axis::HalfLine, Axis::Endless],
-            (_, Class::Corner) => [Axis::HalfLine, Axis::HalfLine],
-        }
-    }
 }
 
 /// Σ coefficient · unknown + constant, the unknowns by their numbers, none twice.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use rustdct::{DctNum, DctPlanner};
 
-use super::exact::{Exact, Scratch};
+use super::exact::Exact;
 use super::stencil::{Axis, Stencils};
 use super::{Rule, sparse};
 use crate::linalg::Real;
@@ -90,9 +90,9 @@ impl<S: Real + DctNum> Refiner<S> {
             return halve(dimension, coarse, fine);
         }
         match &self.plans {
-            Plans::Exact(plans) => each_coordinate(dimension, coarse, fine, |coarse, fine| {
-                plans[&shape].subdivide(coarse, fine, &mut Scratch::default());
-            }),
+            Plans::Exact(plans) => {
+                each_coordinate(dimension, coarse, fine, |coarse, fine| plans[&shape].subdivide(coarse, fine));
+            }
             Plans::Sparse { least, stencils } => {
                 let axes = shape.map(|points| Axis::of(points - 1, *least));
                 sparse::subdivide(&stencils[&axes], dimension, shape, coarse, fine);

@@ -1,6 +1,33 @@
 //! The entries of sparse masks, their names and their numbers: what the programme finds, and what tables hold.
 
-use super::programme::Class;
+use super::energies::Axis;
+
+/// The three classes of rows of E₂ₙS − UEₙ. Each has masks of its own to find, and takes those of the classes before as found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Class {
+    /// Rows that see interior masks only.
+    Interior,
+    /// Rows that see a border mask, and no corner mask.
+    Border,
+    /// Rows that see a corner mask.
+    Corner,
+}
+
+impl Class {
+    /// All three, in the order in which they are solved.
+    pub const ALL: [Class; 3] = [Class::Interior, Class::Border, Class::Corner];
+
+    /// What the grid is along its axes for the rows of this class, as far as they see.
+    pub(super) fn axes(self, dimension: usize) -> [Axis; 2] {
+        match (dimension, self) {
+            (1, Class::Interior) => [Axis::Endless, Axis::Point],
+            (1, _) => [Axis::HalfLine, Axis::Point],
+            (_, Class::Interior) => [Axis::Endless, Axis::Endless],
+            (_, Class::Border) => [Axis::HalfLine, Axis::Endless],
+            (_, Class::Corner) => [Axis::HalfLine, Axis::HalfLine],
+        }
+    }
+}
 
 /// An entry of a mask: the weight of a coarse point in a fine one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use std::io::{self, BufRead, Write};
 use super::super::source::Source;
 use super::super::text::Text;
 use crate::error::{Error, Result};
-use crate::laplacian::Grids;
+use crate::grids::Grids;
 
 /// Cells that an error quotes, and letters of each.
 const QUOTED: usize = 4;

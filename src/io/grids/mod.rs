@@ -22,7 +22,7 @@ use std::str::FromStr;
 use super::source::Source;
 use super::{atomic, is_gzip, write_atomically};
 use crate::error::{Error, Result};
-use crate::laplacian::Grids;
+use crate::grids::Grids;
 
 /// A file format for grids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

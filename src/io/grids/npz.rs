@@ -8,7 +8,7 @@ use npyz::{AutoSerialize, Order};
 use super::super::npz::{Archive, Array, array, numbers, tuple};
 use super::super::source::Source;
 use crate::error::Result;
-use crate::laplacian::Grids;
+use crate::grids::Grids;
 
 /// The array of grids of one shape; before the number of a grid where they have several.
 const KEY: &str = "grids";

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use super::super::text::Text;
 use super::is_finite;
-use crate::laplacian::Grids;
+use crate::grids::Grids;
 
 /// Writes meshes; heights stand over columns (x) and rows (y), `spacing` apart.
 pub(super) fn write(out: &mut dyn Write, grids: &Grids, spacing: f64) -> io::Result<()> {

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::GridWrite;
-use crate::laplacian::Grids;
+use crate::grids::Grids;
 use crate::picture::{Net, Relief, ReliefSheet};
 
 /// Draws the grids with their nets.

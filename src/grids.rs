@@ -89,7 +89,7 @@ impl Grids {
         &self.values[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
     }
 
-    pub(super) fn grid_mut(&mut self, i: usize) -> &mut [f64] {
+    pub(crate) fn grid_mut(&mut self, i: usize) -> &mut [f64] {
         &mut self.values[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
     }
 
