@@ -114,7 +114,8 @@ fn laplacian_finds_masks_and_optima_and_wider_windows_are_nearer() {
         .stderr(is_empty())
         .stdout(contains("Everything is as it should be.").and(contains("NO").not()).and(contains("but:").not()))
         .stdout(contains("1.4535  0.4535 -0.1277 -0.0338").and(contains("s(0, 0) = 4 − 8/π")))
-        .stdout(contains("s(2, 2) = 8 − 376/15π").and(contains("769 × 769 points")));
+        .stdout(contains("s(2, 2) = 8 − 376/15π").and(contains("769 × 769 points")))
+        .stdout(contains("1/8 3/4 1/8 and 1/2 1/2 leave no residual: yes"));
     let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
     let csv = read("laplacian.csv");
     let mut rows = csv::Reader::from_reader(csv.as_bytes());

@@ -171,6 +171,12 @@ impl Record {
             near &= (found - optimum).abs() <= NEAR_OPTIMUM;
         }
         self.check("interior optima 4, 4/9, 0.150447, 0.031202 of an independent solver", near);
+        let curves = Programme::new(Energy::CurveBending, 2, Reproduces::Linear);
+        let natural = curves.maximum(Class::Interior, &[0.75, 0.5, 0.125]);
+        self.check(
+            "asked about bending energies of curves, 1/8 3/4 1/8 and 1/2 1/2 leave no residual",
+            natural <= NEAR,
+        );
         let rule = SparseRule::of_support(5, Reproduces::Constants)?;
         self.line("The interior mask of support 5:");
         for i in 0..5 {
