@@ -148,6 +148,30 @@ fn a_grid_has_the_same_bits_alone_and_among_others_of_all_sizes() {
     assert!(spoilt.grids().grid(bad).iter().all(|x| x.is_nan()));
 }
 
+#[test]
+fn a_peak_rises_by_the_pole_of_the_laplacian_and_under_sparse_rules_by_a_little_less_every_round() {
+    let mut heights = vec![0.0; 169];
+    heights[84] = 1.0;
+    let grids = Grids::uniform(1, [13, 13], heights).unwrap();
+    // The force E p₀ on the peak is 4.
+    let pole = 4.0 * std::f64::consts::LN_2 / (2.0 * std::f64::consts::PI);
+    let rises = |rule: Rule| {
+        let peak = |rounds: u32| {
+            let fine = Subdivide { rule: rule.clone(), rounds }.fit(&grids, &Device::cpu()).unwrap();
+            fine.grids().point(0, 6 << rounds, 6 << rounds)[0]
+        };
+        let peaks = [4, 5, 6].map(peak);
+        [peaks[1] - peaks[0], peaks[2] - peaks[1]]
+    };
+    let exact = rises(Rule::Exact);
+    assert!(exact.iter().all(|rise| (rise / pole - 1.0).abs() < 1e-3), "{exact:?}, pole {pole}");
+    for (support, loss) in [(5, 1e-4), (7, 1.7e-2), (9, 4e-3), (11, 1e-3)] {
+        let [before, after] = rises(Rule::Sparse(SparseRule::of_support(support, Reproduces::Constants).unwrap()));
+        let lost = 1.0 - after / before;
+        assert!((0.6..1.5).contains(&(lost / loss)) && before < pole, "support {support}: {before}, {after}, {lost:e}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
