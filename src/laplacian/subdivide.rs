@@ -73,24 +73,17 @@ impl Subdivide {
     pub fn fit(&self, grids: &Grids, device: &Device) -> Result<Subdivided> {
         let shapes = self.shapes(grids)?;
         let mut values = self.room(grids.dimension(), &shapes)?;
-        let mut reports: Vec<GridReport> = (0..grids.len()).into_par_iter().map(|i| grids.report(i)).collect();
-        let device = match device.as_gpu() {
+        let reports: Vec<GridReport> = (0..grids.len()).into_par_iter().map(|i| grids.report(i)).collect();
+        match device.as_gpu() {
             Some(gpu) => {
                 let precision = device.kernel_precision(gpu, true)?;
                 super::gpu::subdivide(self, grids, gpu, precision, &mut values, &reports)?;
-                device.describe(true)?
             }
-            None => {
-                self.on_cpu(grids, &shapes, &mut values, &reports);
-                device.describe(true)?
-            }
-        };
-        let subdivided = Grids::new(grids.dimension(), shapes, values)?.with_file(grids.file().map(Into::into));
-        let mut subdivided = Subdivided { grids: subdivided, reports: Vec::new(), device };
-        for (i, report) in reports.iter_mut().enumerate() {
-            subdivided.check(i, grids, report);
+            None => self.on_cpu(grids, &shapes, &mut values, &reports),
         }
-        subdivided.reports = reports;
+        let fine = Grids::new(grids.dimension(), shapes, values)?.with_file(grids.file().map(Into::into));
+        let mut subdivided = Subdivided { grids: fine, reports, device: device.describe(true)? };
+        (0..grids.len()).for_each(|i| subdivided.check(i, grids));
         Ok(subdivided)
     }
 
@@ -195,13 +188,13 @@ impl Subdivided {
     }
 
     /// Takes a grid that has overflowed for what it is.
-    fn check(&mut self, i: usize, given: &Grids, report: &mut GridReport) {
+    fn check(&mut self, i: usize, given: &Grids) {
         let is_large = given.grid(i).iter().any(|x| x.abs() > SAFE);
-        if report.status.is_usable() && is_large && self.grids.grid(i).iter().any(|x| !x.is_finite()) {
+        if self.reports[i].status.is_usable() && is_large && self.grids.grid(i).iter().any(|x| !x.is_finite()) {
             self.grids.grid_mut(i).fill(f64::NAN);
             let place = given.file().map(|file| format!("{file}, ")).unwrap_or_default();
-            report.status = CurveStatus::Invalid;
-            report.message = Some(format!("{place}grid {i}: sums of its values overflow: give smaller numbers"));
+            let message = format!("{place}grid {i}: sums of its values overflow: give smaller numbers");
+            self.reports[i] = GridReport { status: CurveStatus::Invalid, message: Some(message) };
         }
     }
 }
