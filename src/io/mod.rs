@@ -93,9 +93,7 @@ pub enum Format {
 impl Format {
     /// The format that a file's extension names (`.gz` after it is passed over).
     pub fn of_extension(path: impl AsRef<Path>) -> Option<Self> {
-        let path = path.as_ref();
-        let inner = if is_gzip(path) { path.with_extension("") } else { path.to_path_buf() };
-        inner.extension()?.to_str()?.parse().ok()
+        extension_of(path.as_ref())?.parse().ok()
     }
 
     /// Refuses what the format cannot hold: three dimensions in SVG, Bézier curves in GeoJSON.
@@ -115,16 +113,9 @@ impl Format {
     }
 
     fn of(path: &Path, given: Option<Format>, option: &str) -> Result<Self> {
-        if let Some(format) = given.or_else(|| Self::of_extension(path)) {
-            return Ok(format);
-        }
-        let words = "csv, geojson, svg or npz";
-        Err(Error::Argument(match path == Path::new("-") {
-            true => format!("- has no extension to tell its format: give {option} with {words}"),
-            false => {
-                format!("the format of {} is not known from its extension: give {option} with {words}", path.display())
-            }
-        }))
+        given
+            .or_else(|| Self::of_extension(path))
+            .ok_or_else(|| unknown_format(path, option, "csv, geojson, svg or npz"))
     }
 }
 
@@ -306,6 +297,22 @@ pub fn check_output(path: impl AsRef<Path>, options: &WriteOptions) -> Result<()
     let path = path.as_ref();
     Format::of(path, options.format, "--to")?.check(2, options.beziers)?;
     atomic::check(path, options.overwrite)
+}
+
+/// The extension, that before `.gz` where there is one.
+fn extension_of(path: &Path) -> Option<String> {
+    let inner = if is_gzip(path) { path.with_extension("") } else { path.to_path_buf() };
+    Some(inner.extension()?.to_str()?.to_string())
+}
+
+/// The option names the format, one of these words.
+fn unknown_format(path: &Path, option: &str, words: &str) -> Error {
+    Error::Argument(match path == Path::new("-") {
+        true => format!("- has no extension to tell its format: give {option} with {words}"),
+        false => {
+            format!("the format of {} is not known from its extension: give {option} with {words}", path.display())
+        }
+    })
 }
 
 fn is_gzip(path: &Path) -> bool {

@@ -20,7 +20,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use super::source::Source;
-use super::{atomic, is_gzip, write_atomically};
+use super::{atomic, extension_of, is_gzip, unknown_format, write_atomically};
 use crate::error::{Error, Result};
 use crate::grids::Grids;
 
@@ -41,9 +41,7 @@ pub enum GridFormat {
 impl GridFormat {
     /// The format that a file's extension names (`.gz` after it is passed over).
     pub fn of_extension(path: impl AsRef<Path>) -> Option<Self> {
-        let path = path.as_ref();
-        let inner = if is_gzip(path) { path.with_extension("") } else { path.to_path_buf() };
-        inner.extension()?.to_str()?.parse().ok()
+        extension_of(path.as_ref())?.parse().ok()
     }
 
     /// Refuses what the format cannot hold: several values a point and grids without points in CSV, more than three values a point in OBJ and SVG.
@@ -72,17 +70,7 @@ impl GridFormat {
     }
 
     fn of(path: &Path, given: Option<Self>, option: &str, words: &str) -> Result<Self> {
-        given.or_else(|| Self::of_extension(path)).ok_or_else(|| {
-            Error::Argument(match path == Path::new("-") {
-                true => format!("- has no extension to tell its format: give {option} with {words}"),
-                false => {
-                    format!(
-                        "the format of {} is not known from its extension: give {option} with {words}",
-                        path.display()
-                    )
-                }
-            })
-        })
+        given.or_else(|| Self::of_extension(path)).ok_or_else(|| unknown_format(path, option, words))
     }
 }
 
