@@ -1,18 +1,19 @@
 //! Computes the sparse Laplacian rules of all supports: solves their linear programmes, takes of all solutions the one nearest to the exact
 //! rule, and prints unknowns and optima.
 //!
-//! usage: `sparse_rules [FILE]`: with a file, writes the masks there, as `src/laplacian/rule/tables.rs` has them
+//! usage: `sparse_rules [FOLDER]`: with a folder, writes the masks there, as `src/laplacian/rule/{constants,linear}.rs` have them
 
 #[path = "../tests/common/programmes.rs"]
 mod programmes;
 
 use std::fmt::Write;
+use std::path::Path;
 
 use faircurve::laplacian::{Class, Reproduces};
 use programmes::{programme, solved};
 
 const HEAD: &str = "\
-//! The masks of the sparse rules, computed by `cargo run --release --example sparse_rules -- src/laplacian/rule/tables.rs`.
+//! The masks of the sparse rules that reproduce REPRODUCED, computed by `cargo run --release --example sparse_rules -- src/laplacian/rule`.
 //!
 //! Class after class: the linear programme of [`Programme`](crate::laplacian::Programme) was solved by an interior-point method (Clarabel); of all
 //! masks that leave ‖E₂ₙS − UEₙ‖∞ within 1e-8 of the least so far, those nearest to the exact rule in least squares were taken, and moved onto
@@ -21,13 +22,9 @@ const HEAD: &str = "\
 use super::Table;
 ";
 
-fn name(support: usize, reproduces: Reproduces) -> String {
-    format!("{reproduces:?}_{support}").to_uppercase()
-}
-
 fn written(support: usize, reproduces: Reproduces, entries: &[f64]) -> String {
     let programme = programme(support, reproduces);
-    let mut text = format!("\n#[rustfmt::skip]\npub(super) const {}: Table = Table {{\n", name(support, reproduces));
+    let mut text = format!("\n#[rustfmt::skip]\npub(super) const SUPPORT_{support}: Table = Table {{\n");
     writeln!(text, "    residual: {:?},", Class::ALL.map(|class| programme.maximum(class, entries))).unwrap();
     writeln!(text, "    entries: &[").unwrap();
     let mut first = 0;
@@ -43,9 +40,11 @@ fn written(support: usize, reproduces: Reproduces, entries: &[f64]) -> String {
 }
 
 fn main() {
-    let mut tables = HEAD.to_string();
     println!("| support | reproduces | unknowns | interior | and border | and corner |\n|---|---|---|---|---|---|");
-    for reproduces in [Reproduces::Constants, Reproduces::Linear] {
+    for (reproduces, file, words) in
+        [(Reproduces::Constants, "constants.rs", "constants"), (Reproduces::Linear, "linear.rs", "linear functions")]
+    {
+        let mut tables = HEAD.replace("REPRODUCED", words);
         for support in [3, 5, 7, 9, 11] {
             let programme = programme(support, reproduces);
             let entries = solved(&programme);
@@ -54,9 +53,10 @@ fn main() {
             println!("| {support} | {reproduces:?} | {unknowns} | {interior:.9} | {border:.9} | {corner:.9} |");
             tables += &written(support, reproduces, &entries);
         }
-    }
-    if let Some(file) = std::env::args().nth(1) {
-        std::fs::write(&file, tables).unwrap_or_else(|error| panic!("cannot write {file}: {error}"));
-        println!("written to {file}");
+        if let Some(folder) = std::env::args().nth(1) {
+            let file = Path::new(&folder).join(file);
+            std::fs::write(&file, tables).unwrap_or_else(|error| panic!("cannot write {}: {error}", file.display()));
+            println!("written to {}", file.display());
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! [`SparseRule`]: weights in a window of 3 to 11 points, from tables that the report's linear programmes gave.
 
-mod tables;
+mod constants;
+mod linear;
 
 use super::programme::{Programme, Reproduces};
 use super::unknowns::Unknowns;
@@ -55,16 +56,16 @@ impl SparseRule {
     pub fn of_support(support: usize, reproduces: Reproduces) -> Result<Self> {
         use Reproduces::{Constants, Linear};
         let table = match (support, reproduces) {
-            (3, Constants) => &tables::CONSTANTS_3,
-            (5, Constants) => &tables::CONSTANTS_5,
-            (7, Constants) => &tables::CONSTANTS_7,
-            (9, Constants) => &tables::CONSTANTS_9,
-            (11, Constants) => &tables::CONSTANTS_11,
-            (3, Linear) => &tables::LINEAR_3,
-            (5, Linear) => &tables::LINEAR_5,
-            (7, Linear) => &tables::LINEAR_7,
-            (9, Linear) => &tables::LINEAR_9,
-            (11, Linear) => &tables::LINEAR_11,
+            (3, Constants) => &constants::SUPPORT_3,
+            (5, Constants) => &constants::SUPPORT_5,
+            (7, Constants) => &constants::SUPPORT_7,
+            (9, Constants) => &constants::SUPPORT_9,
+            (11, Constants) => &constants::SUPPORT_11,
+            (3, Linear) => &linear::SUPPORT_3,
+            (5, Linear) => &linear::SUPPORT_5,
+            (7, Linear) => &linear::SUPPORT_7,
+            (9, Linear) => &linear::SUPPORT_9,
+            (11, Linear) => &linear::SUPPORT_11,
             _ => {
                 return Err(Error::argument(format!(
                     "a support of {support} points: sparse rules have a support of 3, 5, 7, 9 or 11; for more, take the exact rule"
