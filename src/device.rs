@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::{Error, Result};
 use crate::gpu::{self, Gpu};
@@ -68,12 +69,13 @@ pub struct Device {
     gpu: Option<Arc<Gpu>>,
     precision: Precision,
     reason: String,
+    finished: Option<Arc<AtomicUsize>>,
 }
 
 impl Device {
     /// All threads of the CPU (as many as rayon's pool has).
     pub fn cpu() -> Self {
-        Device { gpu: None, precision: Precision::Auto, reason: "as asked".into() }
+        Device { gpu: None, precision: Precision::Auto, reason: "as asked".into(), finished: None }
     }
 
     /// The adapter of this number; [`gpu::adapters`] lists them.
@@ -86,7 +88,7 @@ impl Device {
 
     /// A GPU opened, or borrowed from the host program, by [`Gpu`].
     pub fn from_gpu(gpu: Gpu) -> Self {
-        Device { gpu: Some(Arc::new(gpu)), precision: Precision::Auto, reason: "as asked".into() }
+        Device { gpu: Some(Arc::new(gpu)), ..Self::cpu() }
     }
 
     /// A hardware GPU where there is one, else the CPU; [`reason`](Self::reason) says why.
@@ -130,6 +132,19 @@ impl Device {
     pub fn with_precision(mut self, precision: Precision) -> Self {
         self.precision = precision;
         self
+    }
+
+    /// The same device, whose fits add the number of curves that are finished to a counter as they go: for progress bars.
+    pub fn with_counter(mut self, finished: Arc<AtomicUsize>) -> Self {
+        self.finished = Some(finished);
+        self
+    }
+
+    /// So many more curves are finished.
+    pub(crate) fn finished(&self, curves: usize) {
+        if let Some(counter) = &self.finished {
+            counter.fetch_add(curves, Ordering::Relaxed);
+        }
     }
 
     /// The precision asked for.
