@@ -59,9 +59,10 @@ impl FromStr for Choice {
     }
 }
 
-/// Below this many points, read and written together, opening a GPU and the round trip to it are taken to cost more than
-/// the whole work on the CPU. An estimate: not yet measured on a hardware GPU.
-pub const GPU_PAYS_ABOVE: usize = 100_000;
+/// Below this many points, read and written together, the CPU fits and samples natural splines before a GPU is open: two cores take some 5 ns a
+/// point (0.05 s for so many), and opening a device takes about as long at best. Where a method takes longer, each of its points counts as
+/// several. An estimate: not yet measured on a hardware GPU.
+pub const GPU_PAYS_ABOVE: usize = 10_000_000;
 
 /// What does the work.
 #[derive(Clone, Debug)]
@@ -99,7 +100,8 @@ impl Device {
         Self::choose(Choice::Auto, usize::MAX)
     }
 
-    /// The device asked for; `Auto` is decided for a batch of so many points, read and written together.
+    /// The device asked for; `Auto` is decided for a batch of so many points of natural splines, read and written together
+    /// ([`GPU_PAYS_ABOVE`]), and looks for no GPU where they are too few.
     ///
     /// # Errors
     /// [`Error::NoGpu`] when a GPU was asked for and does not open.
@@ -114,7 +116,7 @@ impl Device {
     fn choose_automatically(points: usize) -> Self {
         let cpu = |reason: String| Device { reason, ..Self::cpu() };
         if points < GPU_PAYS_ABOVE {
-            return cpu(format!("auto: {points} points are too few for a GPU to pay"));
+            return cpu("auto: done before a GPU would be open".into());
         }
         match gpu::adapters().first() {
             None => cpu("auto: there is no GPU".into()),

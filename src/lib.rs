@@ -62,7 +62,7 @@
 //! ```
 //! use faircurve::{Choice, Device, Precision};
 //!
-//! // The CPU, or a hardware GPU where there is one and so many points, read and written together, may pay.
+//! // The CPU, or a hardware GPU where there is one and so many points, read and written together, make it pay.
 //! let device = Device::choose(Choice::Auto, 20_000)?.with_precision(Precision::Auto);
 //! println!("{}: {}", device.name(), device.reason());
 //!

@@ -198,7 +198,7 @@ fn outputs_that_cannot_be_written_are_refused() {
 fn options_out_of_range_are_sentences_with_the_value_and_an_example() {
     let folder = folder(TWO);
     for (options, sentence) in [
-        ("--samples 0", "--samples is 0; 1 to 1000000 segments a span are possible, such as --samples 16"),
+        ("--samples 0", "--samples is 0; 1 to 1,000,000 segments a span are possible, such as --samples 16"),
         ("--spacing -2", "--spacing is -2; it must be a positive length in units of the input, such as --spacing 0.5"),
         ("--method smoothing", "give --smoothing λ (such as --smoothing 0.1) or --deviation D"),
         ("--method smoothing --smoothing -1", "--smoothing is -1; λ must be 0 or a positive number"),
@@ -206,7 +206,10 @@ fn options_out_of_range_are_sentences_with_the_value_and_an_example() {
             "--method smoothing --deviation 0",
             "--deviation is 0; it must be a positive number, such as --deviation 0.01",
         ),
-        ("--smoothing 0.5", "--smoothing 0.5 belongs to --method smoothing; natural splines go through every point"),
+        (
+            "--method natural --smoothing 0.5",
+            "--smoothing 0.5 belongs to --method smoothing; natural splines go through every point",
+        ),
         ("--pin none", "--pin none belongs to --method smoothing"),
         (
             "--picture p.svg --comb 0",
@@ -237,10 +240,88 @@ fn usage_errors_are_exit_code_2_and_list_what_there_is() {
 }
 
 #[test]
+fn a_mistyped_subcommand_is_answered_with_the_one_that_was_meant() {
+    let folder = folder(TWO);
+    for (typed, meant) in [("fti", "fit"), ("ift", "fit"), ("beizer", "bezier"), ("gird", "grid"), ("docter", "doctor")]
+    {
+        run(&folder, typed).code(2).stdout(is_empty()).stderr(contains(format!("'{meant}'")));
+    }
+    run(&folder, "knit in.csv").code(2).stderr(contains("unrecognized subcommand").and(contains("'fit'")));
+    run(&folder, "polish in.csv").code(2).stderr(contains("unrecognized subcommand").and(contains("tip").not()));
+}
+
+#[test]
+fn help_says_what_the_exit_status_means() {
+    let folder = folder(TWO);
+    for command in ["--help", "fit --help", "bezier --help", "grid --help", "compare --help", "doctor --help"] {
+        run(&folder, command).code(0).stdout(contains("Exit status:").and(contains("--strict")));
+    }
+}
+
+#[test]
+fn a_deviation_alone_asks_for_smoothing() {
+    let folder = folder("curve,x,y\na,0,0\na,1,1\na,2,0\na,3,1\na,4,0\n");
+    run(&folder, "fit in.csv -o short.csv --deviation 0.2 --report short.json").code(0);
+    run(&folder, "fit in.csv -o long.csv --method smoothing --deviation 0.2").code(0);
+    assert_eq!(read(&folder, "short.csv"), read(&folder, "long.csv"));
+    assert_eq!(json(&folder, "short.json")["method"], "smoothing");
+    run(&folder, "fit in.csv -o lambda.csv --smoothing 0.1 --report lambda.json").code(0);
+    assert_eq!(json(&folder, "lambda.json")["method"], "smoothing");
+    refused(
+        &folder,
+        "fit in.csv -o natural.csv --method natural --deviation 0.2",
+        "natural splines go through every point",
+    );
+}
+
+#[test]
+fn single_points_stay_as_they_are_and_are_counted_and_strict_makes_them_a_failure() {
+    let folder = folder("curve,x,y\na,0,0\na,1,2\na,3,1\np,1,1\nq,2,2\nq,2,2\n");
+    for method in ["natural", "smoothing --smoothing 1", "fair", "scf"] {
+        run(&folder, &format!("fit in.csv -o out.csv --force --report r.json --method {method}"))
+            .code(0)
+            .stderr(contains("2 curves are single points and stay as they are").and(contains("not usable").not()));
+        let out = read(&folder, "out.csv");
+        assert_eq!((rows(&out, "p").len(), rows(&out, "q").len()), (1, 2), "{method}: {out}");
+        assert_eq!(json(&folder, "r.json")["curves"][1]["status"], "degenerate", "{method}");
+        run(&folder, &format!("fit in.csv -o out.csv --force --strict --method {method}"))
+            .code(1)
+            .stderr(contains("2 of 3 curves are not usable").and(contains("single points").not()));
+    }
+    fs::write(folder.path().join("one.csv"), "curve,x,y\na,0,0\na,1,2\na,3,1\np,1,1\n").unwrap();
+    run(&folder, "fit one.csv -o one-out.csv").code(0).stderr(contains("1 curve is a single point and stays as it is"));
+    run(&folder, "fit one.csv -o one-out.csv --force -q").code(0).stderr(is_empty());
+}
+
+#[test]
+fn the_data_that_ships_is_fitted_with_status_0_and_nothing_but_faircurve_says_anything() {
+    let folder = TempDir::new().unwrap();
+    let borders = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/countries-110m.geojson");
+    let ours = || predicate::function(|said: &str| said.lines().all(|line| line.starts_with("faircurve: ")));
+    let fit = |options: &str| {
+        let mut program = cargo_bin_cmd!("faircurve");
+        program.current_dir(&folder).env_remove("XDG_RUNTIME_DIR").args([
+            "fit",
+            borders,
+            "-o",
+            "fair.geojson",
+            "--force",
+        ]);
+        program.args(options.split_whitespace()).assert()
+    };
+    fit("--picture fair.svg")
+        .code(0)
+        .stderr(ours().and(contains("595 curves, 8,131 points")).and(contains("1 curve is a single point")));
+    // Drivers may say what they like while a GPU is opened, whether there is one or not.
+    fit("--device gpu").stderr(ours());
+}
+
+#[test]
 fn a_gpu_that_is_not_there_is_an_error_and_never_a_silent_fallback() {
     let folder = folder(TWO);
-    // Drivers may write to stderr too, so only the sentence is looked for.
-    run(&folder, "fit in.csv -o out.csv --device gpu:99").code(2).stderr(contains("faircurve: no usable GPU: "));
+    run(&folder, "fit in.csv -o out.csv --device gpu:99")
+        .code(2)
+        .stderr(predicate::str::starts_with("faircurve: no usable GPU: ").and(contains("gpu:0 … gpu:0").not()));
     assert_eq!(files(&folder), [Path::new("in.csv")]);
 }
 

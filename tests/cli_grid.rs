@@ -72,7 +72,7 @@ fn every_round_doubles_the_intervals_and_one_line_says_which_device_did_the_work
         let after = |count: usize| ((count - 1) << rounds) + 1;
         assert_eq!(surfaces(&folder, "out.csv").shapes(), [[after(3), after(3)], [after(2), after(4)]]);
     }
-    run(&folder, "grid in.csv -o auto.csv").code(0).stderr(contains("(auto: 531 points are too few for a GPU to pay)"));
+    run(&folder, "grid in.csv -o auto.csv").code(0).stderr(contains("(auto: done before a GPU would be open)"));
     run(&folder, "grid in.csv -o auto.csv --force -v").stderr(contains("subdivided in "));
 }
 

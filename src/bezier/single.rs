@@ -89,6 +89,7 @@ impl Complete {
             .map(|i| reports[i].status.is_usable().then(|| job.offsets[i + 1] - job.offsets[i] - 1))
             .collect();
         let control = batch.with_points(coords, batch.offsets().to_vec());
+        device.finished(batch.len());
         Ok(Completed { chains: Chains { control, degrees, knots: None }, reports, device: device.describe(true)? })
     }
 }

@@ -15,7 +15,10 @@ use super::output;
 use super::polygons::{Plan, PlanArgs};
 use super::progress::Progress;
 use super::report::{self, Head, Seconds};
-use super::{InputArgs, Talk, count};
+use super::{InputArgs, Talk, count, thousands};
+
+/// Completing a control point takes the CPU about as long as a point of a natural spline.
+const COST: usize = 1;
 
 #[derive(Args, Debug)]
 pub struct BezierArgs {
@@ -55,6 +58,9 @@ pub struct BezierArgs {
     /// Replaces outputs that exist
     #[arg(long)]
     force: bool,
+    /// Counts single points, which have nothing to complete and stay as they are, as curves that could not be completed
+    #[arg(long)]
+    strict: bool,
     #[command(flatten)]
     talk: Talk,
 }
@@ -72,10 +78,10 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
         format.check(batch.dimension(), args.shape == Shape::Bezier)?;
     }
     seconds.read = progress.step("preparing the device");
-    let precision = args.device.precision.precision();
-    let device = device::open(args.device.device, precision, &batch, Sampling::PerSpan(1))?;
+    let device = device::open(args.device, &batch, Sampling::PerSpan(1), COST, args.talk)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "control point"));
-    progress.step(format!("completing {volume}"));
+    progress.count("completing", batch.len());
+    let device = device.with_counter(progress.counter());
     let completed = plan.complete(&batch, &device)?;
     let completed = match (elevate, reduce) {
         (Some(by), _) => completed.elevate(by, &device)?,
@@ -112,8 +118,7 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     let Seconds { read, fit: completed, write } = seconds;
     args.talk.detail(format_args!("read in {read:.3} s, completed in {completed:.3} s, written in {write:.3} s"));
     args.tell_not_unique(&fit);
-    fit::list_unusable(args.talk, &batch, &fit);
-    Ok(fit.usable() == fit.len())
+    Ok(fit::judge(args.talk, args.strict, &batch, &fit))
 }
 
 impl BezierArgs {
@@ -199,7 +204,8 @@ impl BezierArgs {
         if not_unique > 0 {
             let (are, total) = (if not_unique == 1 { "is" } else { "are" }, count(fit.len(), "curve"));
             self.talk.say(format_args!(
-                "{not_unique} of {total} {are} not unique: too few points are known, and the smallest of equally fair ones was taken"
+                "{} of {total} {are} not unique: too few points are known, and the smallest of equally fair ones was taken",
+                thousands(not_unique)
             ));
         }
     }

@@ -16,6 +16,9 @@ use super::{InputArgs, Talk, count, output, show, thousands};
 /// Every fit runs this often and the fastest run counts: the first one also starts threads and builds kernels.
 const RUNS: usize = 2;
 
+/// What a GPU computes is asked here, not whether it pays: `auto` takes it for the smallest batch.
+const WHATEVER_IT_TAKES: usize = usize::MAX;
+
 #[derive(Args, Debug)]
 pub struct CompareArgs {
     #[command(flatten)]
@@ -219,7 +222,8 @@ pub fn run(args: &CompareArgs) -> Result<bool> {
     let mut described = None;
     for precision in args.precisions() {
         progress.step(format!("fitting on the device in {}", precision.word()));
-        let opened = device::open(args.device.device, precision, &batch, sampling)
+        let asked = DeviceArgs { precision: PrecisionArg::of(precision), ..args.device };
+        let opened = device::open(asked, &batch, sampling, WHATEVER_IT_TAKES, args.talk)
             .and_then(|device| Ok((fit(&device)?, device)));
         match opened {
             Ok((run, _)) if run.precision() != precision.word() => {
@@ -292,7 +296,7 @@ impl CompareArgs {
     }
 
     fn bounds(&self, precision: Precision) -> Bounds {
-        match self.method.method {
+        match self.method.name() {
             MethodName::Fair | MethodName::Scf => Bounds::of_iterated_curves(precision),
             MethodName::Natural | MethodName::Smoothing => Bounds::of_splines(precision),
         }

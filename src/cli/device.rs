@@ -4,6 +4,8 @@ use clap::{Args, ValueEnum};
 use faircurve::{Choice, CurveBatch, Device, Error, Precision, Result, Sampling};
 use serde::Serialize;
 
+use super::Talk;
+
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum PrecisionArg {
     /// f64 on the CPU; on a GPU f32 for natural splines, f64 for smoothing where it has f64
@@ -15,6 +17,14 @@ pub enum PrecisionArg {
 }
 
 impl PrecisionArg {
+    pub fn of(precision: Precision) -> Self {
+        match precision {
+            Precision::Auto => PrecisionArg::Auto,
+            Precision::F32 => PrecisionArg::F32,
+            Precision::F64 => PrecisionArg::F64,
+        }
+    }
+
     pub fn precision(self) -> Precision {
         match self {
             PrecisionArg::Auto => Precision::Auto,
@@ -34,11 +44,12 @@ pub struct DeviceArgs {
     pub precision: PrecisionArg,
 }
 
-/// The device asked for. `auto` decides by the points that are read and written together.
+/// The device asked for. `auto` decides by the points that are read and written together, each worth as many of natural
+/// splines as the method takes longer (`cost`).
 ///
 /// # Errors
 /// A GPU that was asked for and is not there; f32 on the CPU.
-pub fn open(choice: Choice, precision: Precision, batch: &CurveBatch, sampling: Sampling) -> Result<Device> {
+pub fn open(args: DeviceArgs, batch: &CurveBatch, sampling: Sampling, cost: usize, talk: Talk) -> Result<Device> {
     let per_span = match sampling {
         Sampling::PerSpan(n) => n,
         // How many they will be is known only after the fit; this many is usual.
@@ -46,20 +57,31 @@ pub fn open(choice: Choice, precision: Precision, batch: &CurveBatch, sampling: 
     };
     let spans: usize = (0..batch.len()).map(|i| batch.spans(i)).sum();
     let points = batch.total_points().saturating_add(spans.saturating_mul(per_span));
-    open_for(choice, precision, points)
+    open_for(args, points.saturating_mul(cost), talk)
 }
 
 /// The device asked for, where so many points are read and written together.
 ///
 /// # Errors
 /// As [`open`].
-pub fn open_for(choice: Choice, precision: Precision, points: usize) -> Result<Device> {
+pub fn open_for(args: DeviceArgs, points: usize, talk: Talk) -> Result<Device> {
+    let (choice, precision) = (args.device, args.precision.precision());
     if (choice, precision) == (Choice::Cpu, Precision::F32) {
         let why =
             "--precision f32 belongs to a GPU; the CPU computes in f64: leave --precision out, or use --device gpu";
         return Err(Error::argument(why));
     }
-    Ok(Device::choose(choice, points)?.with_precision(precision))
+    let device = match talk.verbose {
+        true => Device::choose(choice, points),
+        false => silently(|| Device::choose(choice, points)),
+    };
+    Ok(device?.with_precision(precision))
+}
+
+/// Does something while what drivers and their loaders print to stderr is kept from the user, where that can be done.
+pub fn silently<T>(act: impl FnOnce() -> T) -> T {
+    let _silence = gag::Gag::stderr();
+    act()
 }
 
 /// A device as the report names it.

@@ -22,7 +22,7 @@ pub fn run(_: &DoctorArgs) -> Result<bool> {
     show(format_args!("\nCPU: {}", device::cpu_name()))?;
     show(format_args!("  {}, {}", count(device::threads(), "thread"), device::simd()))?;
     let mut sound = self_test(&Device::cpu(), &[Precision::F64])?;
-    let adapters = gpu::adapters();
+    let adapters = device::silently(gpu::adapters);
     if adapters.is_empty() {
         show(format_args!(
             "\nGPU: none; there is no Vulkan, Metal or DirectX 12 adapter, so everything runs on the CPU"
@@ -31,7 +31,7 @@ pub fn run(_: &DoctorArgs) -> Result<bool> {
     for (number, adapter) in adapters.iter().enumerate() {
         show(format_args!("\ngpu:{number}: {}", adapter.name))?;
         print_adapter(adapter)?;
-        match Gpu::open(number) {
+        match device::silently(|| Gpu::open(number)) {
             Ok(gpu) => sound &= test_gpu(gpu)?,
             Err(error) => {
                 show(format_args!("  {error}"))?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use faircurve::io::{self, Format, WriteOptions};
 use faircurve::picture::Picture;
-use faircurve::{CurveBatch, Error, Fit, Result};
+use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result};
 
 use super::device::{self, DeviceArgs};
 use super::method::{self, Method, MethodArgs};
@@ -66,6 +66,9 @@ pub struct FitArgs {
     /// Replaces outputs that exist
     #[arg(long)]
     force: bool,
+    /// Counts single points, which have nothing to fit and stay as they are, as curves that could not be fitted
+    #[arg(long)]
+    strict: bool,
     #[command(flatten)]
     talk: Talk,
 }
@@ -84,9 +87,10 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     }
     let tolerance = args.bezier_tolerance(&batch)?;
     seconds.read = progress.step("preparing the device");
-    let device = device::open(args.device.device, args.device.precision.precision(), &batch, sampling)?;
+    let device = device::open(args.device, &batch, sampling, args.method.cost(), args.talk)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
-    progress.step(format!("fitting {volume}"));
+    progress.count("fitting", batch.len());
+    let device = device.with_counter(progress.counter());
     let (fit, curves) = match args.shape {
         Shape::Polyline => method.fit_sampled(&batch, sampling, &device)?,
         Shape::Bezier => {
@@ -117,8 +121,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     args.talk.say(format_args!("{volume}: fitted on {} ({})", fit.device(), device.reason()));
     let Seconds { read, fit: fitted, write } = seconds;
     args.talk.detail(format_args!("read in {read:.3} s, fitted in {fitted:.3} s, written in {write:.3} s"));
-    list_unusable(args.talk, &batch, &fit);
-    Ok(fit.usable() == fit.len())
+    Ok(judge(args.talk, args.strict, &batch, &fit))
 }
 
 impl FitArgs {
@@ -206,17 +209,33 @@ pub(super) fn check_outputs(output: &Path, report: Option<&Path>, picture: Optio
     output::check(&outputs, force)
 }
 
-/// Lists the curves that are not usable, and why.
-pub(super) fn list_unusable(talk: Talk, batch: &CurveBatch, fit: &Fit) {
-    let reports = fit.reports().iter().enumerate().filter(|(_, report)| !report.status.is_usable());
-    let lines = reports.map(|(i, report)| {
-        let word = report.status.word();
-        match &report.message {
-            Some(message) => format!("{word}: {message}"),
-            None => format!("{word}: curve {}", batch.name(i)),
-        }
-    });
-    list(talk, "curve", [fit.len() - fit.usable(), fit.len()], lines);
+/// Lists the curves that are not usable, and why; whether there is none. Single points count only where `strict`.
+pub(super) fn judge(talk: Talk, strict: bool, batch: &CurveBatch, fit: &Fit) -> bool {
+    let reports = || fit.reports().iter().enumerate();
+    let is_point = |i: usize| fit.reports()[i].status == CurveStatus::Degenerate && is_single_point(batch, i);
+    let points = reports().filter(|(i, _)| !strict && is_point(*i)).count();
+    match points {
+        0 => {}
+        1 => talk.say("1 curve is a single point and stays as it is"),
+        n => talk.say(format_args!("{} are single points and stay as they are", count(n, "curve"))),
+    }
+    let unusable = fit.len() - fit.usable() - points;
+    let lines =
+        reports().filter(|(i, report)| !report.status.is_usable() && (strict || !is_point(*i))).map(|(i, report)| {
+            let word = report.status.word();
+            match &report.message {
+                Some(message) => format!("{word}: {message}"),
+                None => format!("{word}: curve {}", batch.name(i)),
+            }
+        });
+    list(talk, "curve", [unusable, fit.len()], lines);
+    unusable == 0
+}
+
+/// Whether a curve is one point, once or repeated, and has nothing to fit.
+fn is_single_point(batch: &CurveBatch, i: usize) -> bool {
+    let mut points = batch.points(i).chunks_exact(batch.dimension());
+    points.next().is_some_and(|first| points.all(|point| point == first))
 }
 
 /// Lists how many of all are not usable, and the first of the lines that say why.
@@ -225,7 +244,7 @@ pub(super) fn list(talk: Talk, what: &str, [unusable, all]: [usize; 2], lines: i
         return;
     }
     let (are, total) = (if unusable == 1 { "is" } else { "are" }, count(all, what));
-    talk.say(format_args!("{unusable} of {total} {are} not usable:"));
+    talk.say(format_args!("{} of {total} {are} not usable:", super::thousands(unusable)));
     let most = if talk.verbose { usize::MAX } else { MOST_LISTED };
     lines.take(most).for_each(|line| eprintln!("  {line}"));
     if unusable > most {

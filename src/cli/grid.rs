@@ -86,8 +86,7 @@ pub fn run(args: &GridArgs) -> Result<bool> {
         .try_for_each(|format| format.check(&grids))?;
     let points = args.points_out(&grids)?;
     seconds.read = progress.step("preparing the device");
-    let precision = args.device.precision.precision();
-    let device = device::open_for(args.device.device, precision, grids.total_points().saturating_add(points))?;
+    let device = device::open_for(args.device, grids.total_points().saturating_add(points), args.talk)?;
     let volume = format!("{}, {}", count(grids.len(), "grid"), count(grids.total_points(), "point"));
     progress.step(format!("subdividing {volume}"));
     let subdivide = Subdivide { rule: args.rule()?, rounds: args.rounds as u32 };

@@ -10,6 +10,8 @@ use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
 use faircurve::{CurveBatch, Device, Error, Fit, Result, Sampling};
 
+use super::thousands;
+
 /// Samples a span where nothing else is asked for.
 const SAMPLES: usize = 16;
 
@@ -42,14 +44,24 @@ enum Solver {
 #[derive(Clone, Debug)]
 struct EnergyWeights(Vec<(String, f64)>);
 
+/// The energy of weight 1 for the exponent of bending.
+type OfExponent = fn(f64) -> Energy;
+
 /// The energies by name.
-const ENERGIES: [&str; 6] = ["bending", "length", "tension", "variation", "torsion", "attachment"];
+const ENERGIES: [(&str, OfExponent); 6] = [
+    ("bending", bending),
+    ("length", |_| length()),
+    ("tension", |_| tension()),
+    ("variation", |_| variation()),
+    ("torsion", |_| torsion()),
+    ("attachment", |_| attachment()),
+];
 
 impl FromStr for EnergyWeights {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        weights(text, &ENERGIES).map(EnergyWeights)
+        weights(text, &ENERGIES.map(|(name, _)| name)).map(EnergyWeights)
     }
 }
 
@@ -77,19 +89,11 @@ pub fn weights(text: &str, energies: &[&str]) -> Result<Vec<(String, f64)>, Stri
 
 impl EnergyWeights {
     fn energy(&self, exponent: f64) -> Energy {
-        let mut sum = Energy::default();
-        for (name, weight) in self.0.iter().filter(|(_, weight)| *weight > 0.0) {
-            let energy = match name.as_str() {
-                "bending" => bending(exponent),
-                "length" => length(),
-                "tension" => tension(),
-                "variation" => variation(),
-                "torsion" => torsion(),
-                _ => attachment(),
-            };
-            sum = sum + *weight * energy;
-        }
-        sum
+        let weighted = self.0.iter().filter(|(_, weight)| *weight > 0.0).map(|(name, weight)| {
+            let (_, energy) = ENERGIES.iter().find(|(known, _)| known == name).expect("names were checked on reading");
+            *weight * energy(exponent)
+        });
+        weighted.fold(Energy::default(), |sum, energy| sum + energy)
     }
 
     fn has(&self, name: &str) -> bool {
@@ -127,9 +131,9 @@ pub enum Pin {
 /// What is fitted.
 #[derive(Args, Clone, Debug)]
 pub struct MethodArgs {
-    /// How curves are fitted
-    #[arg(long, value_enum, default_value_t = MethodName::Natural)]
-    pub method: MethodName,
+    /// How curves are fitted [default: natural, with --deviation or --smoothing: smoothing]
+    #[arg(long, value_enum)]
+    method: Option<MethodName>,
     /// Segments a span between data points: K points give N(K−1)+1 points, a closed curve N·K [default: 16]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub samples: Option<i64>,
@@ -179,9 +183,24 @@ pub enum Method {
 }
 
 impl MethodArgs {
+    /// The method asked for by its name, or by an option that only makes sense with it.
+    pub fn name(&self) -> MethodName {
+        let near = self.deviation.is_some() || self.smoothing.is_some();
+        self.method.unwrap_or(if near { MethodName::Smoothing } else { MethodName::Natural })
+    }
+
+    /// How many times as long as a natural spline each point takes on the CPU, roughly, by the tables of benches/RESULTS.md.
+    pub fn cost(&self) -> usize {
+        match self.name() {
+            MethodName::Natural => 1,
+            MethodName::Smoothing | MethodName::Scf => 10,
+            MethodName::Fair => 50,
+        }
+    }
+
     /// The word of the command line.
     pub fn word(&self) -> &'static str {
-        match self.method {
+        match self.name() {
             MethodName::Natural => "natural",
             MethodName::Smoothing => "smoothing",
             MethodName::Fair => "fair",
@@ -191,7 +210,7 @@ impl MethodArgs {
 
     /// What a caption calls it.
     pub fn title(&self) -> String {
-        match (self.method, self.smoothing, self.deviation) {
+        match (self.name(), self.smoothing, self.deviation) {
             (MethodName::Natural, ..) => "natural cubic splines".into(),
             (MethodName::Scf, ..) => format!("smooth connection functions, ν = {}", self.exponent.unwrap_or(2.0)),
             (MethodName::Fair, ..) => {
@@ -225,7 +244,7 @@ impl MethodArgs {
     /// Options that belong to another method, are missing, or are out of range.
     pub fn method(&self, spacing: Option<f64>) -> Result<Method> {
         self.refuse_options_of_others()?;
-        match self.method {
+        match self.name() {
             MethodName::Fair => Ok(Method::Fair(self.fair(spacing)?)),
             MethodName::Scf => Ok(Method::Scf(self.scf()?)),
             MethodName::Natural => {
@@ -352,7 +371,7 @@ impl MethodArgs {
             ("--max-iterations", self.max_iterations.is_some(), &[Fair, Scf]),
             ("--tolerance", self.tolerance.is_some(), &[Fair, Scf]),
         ];
-        match given.into_iter().find(|(_, given, methods)| *given && !methods.contains(&self.method)) {
+        match given.into_iter().find(|(_, given, methods)| *given && !methods.contains(&self.name())) {
             Some((option, _, methods)) => {
                 let owners = if methods == [Scf] { "--method scf" } else { "--method fair" };
                 let others = if methods.len() > 1 { " and --method scf" } else { "" };
@@ -394,7 +413,8 @@ pub fn per_span(samples: Option<i64>) -> Result<usize> {
         None => Ok(SAMPLES),
         Some(n) if (1..=MOST_SAMPLES as i64).contains(&n) => Ok(n as usize),
         Some(n) => Err(Error::argument(format!(
-            "--samples is {n}; 1 to {MOST_SAMPLES} segments a span are possible, such as --samples {SAMPLES}"
+            "--samples is {n}; 1 to {} segments a span are possible, such as --samples {SAMPLES}",
+            thousands(MOST_SAMPLES)
         ))),
     }
 }
@@ -418,5 +438,19 @@ pub fn sampling(method: &MethodArgs, spacing: Option<f64>) -> Result<Sampling> {
         Some(spacing) => Err(Error::argument(format!(
             "--spacing is {spacing}; it must be a positive length in units of the input, such as --spacing 0.5"
         ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_word_for_an_energy_means_that_energy() {
+        for (name, energy) in ENERGIES {
+            assert_eq!(energy(2.0).to_string(), name);
+            let weights: EnergyWeights = format!("{name}=2").parse().unwrap();
+            assert_eq!(weights.energy(2.0).to_string(), format!("2 {name}"));
+        }
     }
 }

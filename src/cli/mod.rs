@@ -1,6 +1,6 @@
 //! The command line: one file a subcommand, and what the subcommands share.
 //!
-//! Exit codes: 0 all curves usable, 1 some not, 2 the run failed. Results go to files or to stdout, every other word to stderr.
+//! Exit codes stand in [`EXIT_STATUS`]. Results go to files or to stdout, every other word to stderr.
 
 mod bezier;
 mod compare;
@@ -15,17 +15,28 @@ mod polygons;
 mod progress;
 mod report;
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::error::{ContextKind, ContextValue};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use faircurve::io::{self, Closed, Columns, Format, ReadOptions};
 use faircurve::{CurveBatch, Error, Result};
 
+/// What `--help` says of the exit status.
+const EXIT_STATUS: &str = "\
+Exit status:
+  0  all is well
+  1  fit, bezier, grid: some curves or grids could not be used, and are listed;
+     compare, doctor: a difference beyond its bound was found
+  2  the run failed: the last line on standard error says why
+A curve that is a single point has nothing to fit, stays as it is, and leaves the status 0 unless --strict is given.";
+
 /// Fair curves by the thousand: fits smooth curves to files full of points, on the GPU or on the CPU.
 #[derive(Debug, Parser)]
-#[command(name = "faircurve", version, arg_required_else_help = true)]
+#[command(name = "faircurve", version, arg_required_else_help = true, after_help = EXIT_STATUS)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -34,18 +45,26 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Fit a curve to every point list of a file
+    #[command(after_help = EXIT_STATUS)]
     Fit(fit::FitArgs),
     /// Complete Bézier control points so that the curves bend least, and raise their degree
+    #[command(after_help = EXIT_STATUS)]
     Bezier(bezier::BezierArgs),
     /// Subdivide grids of control points to Laplacian-spline surfaces
+    #[command(after_help = EXIT_STATUS)]
     Grid(grid::GridArgs),
     /// Fit on the CPU in f64 and on the device, and compare the curves one by one
+    #[command(after_help = EXIT_STATUS)]
     Compare(compare::CompareArgs),
     /// Say what this machine offers, and test that it computes correctly
+    #[command(after_help = EXIT_STATUS)]
     Doctor(doctor::DoctorArgs),
     /// Reproduce tables and pictures of the papers
     Experiments(experiments::ExperimentsArgs),
 }
+
+/// So many letters may be missing, wrong, too many or exchanged in a subcommand that is meant.
+const MISTYPED: usize = 2;
 
 /// What is read, and how.
 #[derive(Args, Debug)]
@@ -113,9 +132,24 @@ fn show(line: impl std::fmt::Display) -> Result<()> {
     writeln!(std::io::stdout(), "{line}").map_err(|source| Error::Write { path: "standard output".into(), source })
 }
 
-/// Runs the program; a `true` from a subcommand means that everything was as it should be.
+/// Runs the program.
 pub fn run() -> ExitCode {
-    let result = match Cli::parse().command {
+    run_with(std::env::args_os())
+}
+
+/// Runs the program with these arguments, its name first. A `true` from a subcommand means that everything was as it
+/// should be.
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            let error = with_nearest_subcommand(error);
+            // Nothing is left to say where nobody reads what is said.
+            let _ = error.print();
+            return ExitCode::from(error.exit_code() as u8);
+        }
+    };
+    let result = match cli.command {
         Command::Fit(args) => fit::run(&args),
         Command::Bezier(args) => bezier::run(&args),
         Command::Grid(args) => grid::run(&args),
@@ -133,6 +167,22 @@ pub fn run() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// The error of a mistyped subcommand with the nearest one as a tip, where clap itself sees none: `fti` is `fit` with two letters
+/// exchanged.
+fn with_nearest_subcommand(mut error: clap::Error) -> clap::Error {
+    if error.get(ContextKind::SuggestedSubcommand).is_none()
+        && let Some(ContextValue::String(typed)) = error.get(ContextKind::InvalidSubcommand)
+    {
+        let command = Cli::command();
+        let distance = |name: &str| strsim::damerau_levenshtein(typed, name);
+        let nearest = command.get_subcommands().map(|command| command.get_name()).min_by_key(|name| distance(name));
+        if let Some(nearest) = nearest.filter(|name| distance(name) <= MISTYPED) {
+            error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![nearest.to_string()]));
+        }
+    }
+    error
 }
 
 /// 12345 as "12,345".
@@ -159,7 +209,6 @@ mod tests {
 
     #[test]
     fn the_command_line_is_sound() {
-        use clap::CommandFactory;
         Cli::command().debug_assert();
     }
 

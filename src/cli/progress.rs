@@ -1,51 +1,103 @@
-//! The progress bar: on stderr, only where a person can see it.
+//! What is going on, on stderr: a bar where a person can see it, else a line every ten seconds.
 
 use std::io::{IsTerminal, stderr};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Steps of a run, shown one after the other; silent when stderr is no terminal or quiet was asked for.
+use super::{count, thousands};
+
+/// How often a bar moves.
+const BAR_MOVES: Duration = Duration::from_millis(200);
+
+/// How often a line is written where there is no bar.
+const LINE_AFTER: Duration = Duration::from_secs(10);
+
+/// Steps of a run, shown one after the other; silent when quiet was asked for.
 pub struct Progress {
-    bar: ProgressBar,
+    place: Place,
     started: Instant,
+    counter: Arc<AtomicUsize>,
+    watch: Option<Watch>,
+}
+
+enum Place {
+    Nowhere,
+    Bar(ProgressBar),
+    Lines,
 }
 
 impl Progress {
     pub fn new(quiet: bool) -> Self {
-        let bar = if quiet || !stderr().is_terminal() { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
-        // A run that is over at once shows no bar at all.
-        bar.enable_steady_tick(Duration::from_millis(200));
-        Progress { bar, started: Instant::now() }
+        let place = match (quiet, stderr().is_terminal()) {
+            (true, _) => Place::Nowhere,
+            (_, true) => Place::Bar(ProgressBar::new_spinner()),
+            (_, false) => Place::Lines,
+        };
+        Progress { place, started: Instant::now(), counter: Arc::default(), watch: None }
     }
 
     /// Starts a step of unknown length; returns the seconds since the last step began.
     pub fn step(&mut self, what: impl Into<String>) -> f64 {
-        let style = ProgressStyle::with_template("{spinner} {msg} {elapsed}").expect("a fixed template");
-        self.bar.set_style(style);
-        self.bar.set_length(0);
-        self.bar.set_message(what.into());
-        self.lap()
+        self.begin(what.into(), None)
     }
 
-    /// Starts a step that handles `curves` one by one; returns the seconds since the last step began.
+    /// Starts a step that handles `curves`, counted by [`advance`](Self::advance) or the [`counter`](Self::counter);
+    /// returns the seconds since the last step began.
     pub fn count(&mut self, what: impl Into<String>, curves: usize) -> f64 {
-        let template = "{spinner} {msg} {wide_bar} {human_pos}/{human_len} curves, {eta} left";
-        self.bar.set_style(ProgressStyle::with_template(template).expect("a fixed template"));
-        self.bar.set_length(curves as u64);
-        self.bar.set_position(0);
-        self.bar.set_message(what.into());
-        self.lap()
+        self.begin(what.into(), Some(curves))
+    }
+
+    /// Counts the curves of this step that are done.
+    pub fn counter(&self) -> Arc<AtomicUsize> {
+        self.counter.clone()
     }
 
     /// `curves` more are done.
     pub fn advance(&self, curves: usize) {
-        self.bar.inc(curves as u64);
+        self.counter.fetch_add(curves, Ordering::Relaxed);
     }
 
     /// Takes the bar away; returns the seconds since the last step began.
     pub fn finish(&mut self) -> f64 {
-        self.bar.finish_and_clear();
+        self.watch = None;
+        if let Place::Bar(bar) = &self.place {
+            bar.finish_and_clear();
+        }
+        self.lap()
+    }
+
+    fn begin(&mut self, what: String, curves: Option<usize>) -> f64 {
+        self.watch = None;
+        self.counter = Arc::default();
+        let counter = self.counter.clone();
+        let done = move || counter.load(Ordering::Relaxed);
+        self.watch = match &self.place {
+            Place::Nowhere => None,
+            Place::Bar(bar) => {
+                let template = match curves {
+                    None => "{spinner} {msg} {elapsed}",
+                    Some(_) => "{spinner} {msg} {wide_bar} {human_pos} of {human_len} curves, {eta} left",
+                };
+                bar.set_style(ProgressStyle::with_template(template).expect("a fixed template"));
+                bar.set_length(curves.unwrap_or(0) as u64);
+                bar.reset();
+                bar.set_message(what);
+                let bar = bar.clone();
+                // A run that is over at once shows no bar at all.
+                Some(Watch::every(BAR_MOVES, move |_| {
+                    bar.set_position(done() as u64);
+                    bar.tick();
+                }))
+            }
+            Place::Lines => Some(Watch::every(LINE_AFTER, move |elapsed| {
+                eprintln!("faircurve: {}", line(&what, curves.map(|curves| (done(), curves)), elapsed));
+            })),
+        };
         self.lap()
     }
 
@@ -53,5 +105,73 @@ impl Progress {
         let seconds = self.started.elapsed().as_secs_f64();
         self.started = Instant::now();
         seconds
+    }
+}
+
+/// What is going on, for how long, and how much of it is left.
+fn line(what: &str, of: Option<(usize, usize)>, elapsed: Duration) -> String {
+    let for_seconds = format!("for {} s", thousands(elapsed.as_secs() as usize));
+    match of {
+        None => format!("{what}, {for_seconds}"),
+        Some((0, all)) => format!("{what}, 0 of {}, {for_seconds}", count(all, "curve")),
+        Some((done, all)) => {
+            let left = elapsed.as_secs_f64() * all.saturating_sub(done) as f64 / done as f64;
+            let left = thousands(left.round() as usize);
+            format!("{what}, {} of {}, {for_seconds}, about {left} s left", thousands(done), count(all, "curve"))
+        }
+    }
+}
+
+/// A thread that does something again and again until this is dropped.
+struct Watch {
+    stop: Option<Sender<()>>,
+    thread: Option<thread::JoinHandle<()>>,
+}
+
+impl Watch {
+    fn every(interval: Duration, act: impl Fn(Duration) + Send + 'static) -> Self {
+        let (stop, stopped) = channel();
+        let started = Instant::now();
+        let thread = thread::spawn(move || {
+            while stopped.recv_timeout(interval) == Err(RecvTimeoutError::Timeout) {
+                act(started.elapsed());
+            }
+        });
+        Watch { stop: Some(stop), thread: Some(thread) }
+    }
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        self.stop = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_says_how_many_curves_are_done_and_how_long_the_others_will_take() {
+        let after = Duration::from_secs;
+        assert_eq!(line("reading", None, after(10)), "reading, for 10 s");
+        assert_eq!(line("fitting", Some((0, 1595)), after(10)), "fitting, 0 of 1,595 curves, for 10 s");
+        let said = line("fitting", Some((1000, 3000)), after(20));
+        assert_eq!(said, "fitting, 1,000 of 3,000 curves, for 20 s, about 40 s left");
+        assert_eq!(line("fitting", Some((1, 1)), after(30)), "fitting, 1 of 1 curve, for 30 s, about 0 s left");
+    }
+
+    #[test]
+    fn a_watch_acts_until_it_is_dropped() {
+        let (tick, ticked) = channel();
+        let watch = Watch::every(Duration::from_millis(1), move |elapsed| tick.send(elapsed).unwrap());
+        let first = ticked.recv().unwrap();
+        assert!(ticked.recv().unwrap() > first && first >= Duration::from_millis(1));
+        drop(watch);
+        // Iterating ends only because the thread is gone, and its end of the channel with it.
+        assert!(ticked.into_iter().all(|elapsed| elapsed > first));
     }
 }

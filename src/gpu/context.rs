@@ -47,6 +47,9 @@ impl Gpu {
         let found = match adapters.len() {
             0 => "this machine offers no Vulkan, Metal or DirectX 12 adapter; use --device cpu, or install a driver"
                 .to_string(),
+            1 => {
+                format!("gpu:{number} was asked for, but there is one adapter, gpu:0; `faircurve doctor` describes it")
+            }
             n => format!(
                 "gpu:{number} was asked for, but the adapters are gpu:0 … gpu:{}; `faircurve doctor` lists them",
                 n - 1

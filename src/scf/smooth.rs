@@ -87,6 +87,7 @@ impl Smooth {
         let dots: Vec<Result<Dots, Unfitted>> =
             (0..batch.len()).into_par_iter().with_min_len(64).map(|i| Dots::of(batch, i, &exponents)).collect();
         let ready: Vec<&Dots> = dots.iter().flatten().collect();
+        device.finished(batch.len() - ready.len());
         let found = self.search(&ready, &exponents, device)?;
         let mut found = found.into_iter();
         let (mut curves, mut reports, mut problems) = (Vec::new(), Vec::new(), BTreeMap::new());
@@ -177,6 +178,7 @@ impl Smooth {
                 }
                 (found, chain)
             };
+            device.finished(dots.len());
             return Ok(found.into_par_iter().zip(dots).with_min_len(64).map(lay).map(priced).collect());
         }
         let total: usize = dots.iter().map(|dots| dots.chords.lengths.len()).sum();
@@ -187,6 +189,7 @@ impl Smooth {
             let found = search(&self.where_to_start(), chunk, exponents, &mut |dots, exponents, directions| {
                 Ok(search_on_cpu(dots, exponents, directions, &until, &mut workspace))
             })?;
+            device.finished(chunk.len());
             Ok(found.into_iter().zip(chunk).map(lay).collect())
         };
         let all: Vec<Vec<_>> = dots.par_chunks(chunk).map(of_chunk).collect::<Result<_>>()?;

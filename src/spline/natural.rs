@@ -169,6 +169,7 @@ impl Natural {
                 Some(problem) => CurveReport::unfitted(problem.status, problem.message.clone()),
             })
             .collect();
+        device.finished(batch.len());
         Ok((splines, reports, samples))
     }
 

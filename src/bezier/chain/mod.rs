@@ -151,14 +151,24 @@ impl Chain {
         let knots: Vec<Vec<f64>> =
             layouts.iter().map(|layout| layout.as_ref().map_or(Vec::new(), Layout::knots)).collect();
         let outcomes = match (self.joints, device.as_gpu()) {
-            (Joints::G1, _) => layouts.into_par_iter().map(|layout| newton::complete(layout?, piece)).collect(),
+            (Joints::G1, _) => layouts
+                .into_par_iter()
+                .map(|layout| {
+                    let outcome = layout.and_then(|layout| newton::complete(layout, piece));
+                    device.finished(1);
+                    outcome
+                })
+                .collect(),
             (Joints::C2, Some(gpu)) if smoothness == 2 => gpu::complete::<3>(gpu, device, layouts, smoothness, piece)?,
             (_, Some(gpu)) => gpu::complete::<2>(gpu, device, layouts, smoothness, piece)?,
             (Joints::C2, None) if smoothness == 2 => complete::<3>(layouts, smoothness, piece),
             (_, None) => complete::<2>(layouts, smoothness, piece),
         };
-        let described =
-            if self.joints == Joints::G1 { Device::cpu().describe(true)? } else { device.describe(true)? };
+        let iterated = self.joints == Joints::G1;
+        if !iterated {
+            device.finished(batch.len());
+        }
+        let described = if iterated { Device::cpu().describe(true)? } else { device.describe(true)? };
         Ok(self.completed(batch, outcomes, knots, described))
     }
 
