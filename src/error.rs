@@ -28,6 +28,12 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
+    /// Bytes could not be handed on; what takes them may hold a part.
+    #[error("cannot write: {source}; a part may have been written")]
+    Stream {
+        /// What the taker said.
+        source: std::io::Error,
+    },
     /// The output exists and overwriting was not allowed.
     #[error("{} exists already: give --force to replace it, or another name", path.display())]
     Exists {

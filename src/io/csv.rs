@@ -98,7 +98,7 @@ impl Numbers {
 
 /// The rows read so far.
 struct Rows<'a> {
-    source: &'a Source,
+    source: &'a Source<'a>,
     header: &'a [String],
     curve: Option<usize>,
     longitude: bool,
@@ -122,7 +122,7 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn new(source: &'a Source, table: &Table, header: &'a [String]) -> Self {
+    fn new(source: &'a Source<'a>, table: &Table, header: &'a [String]) -> Self {
         let cells = |names: [&str; 3]| names.iter().filter_map(|name| table.cell(name)).collect::<Vec<_>>();
         let axes = cells(["x", "y", "z"]);
         Rows {
@@ -245,7 +245,7 @@ impl<'a> Rows<'a> {
 struct Cells<'a> {
     record: &'a ByteRecord,
     line: u64,
-    source: &'a Source,
+    source: &'a Source<'a>,
     header: &'a [String],
 }
 

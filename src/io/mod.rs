@@ -35,7 +35,7 @@ mod svg;
 mod text;
 
 use std::fmt;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -222,7 +222,28 @@ pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
 pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<CurveBatch> {
     let path = path.as_ref();
     let format = Format::of(path, options.format, "--from")?;
-    let mut source = Source::open(path)?;
+    read_source(Source::open(path)?, format, options)
+}
+
+/// Reads curves from bytes: a slice, a pipe, a part of something larger. The format must be given; gzip is known by its
+/// first bytes. Sentences call the bytes `input`.
+///
+/// ```
+/// use faircurve::io::{self, Format, ReadOptions};
+/// let options = ReadOptions { format: Some(Format::Csv), ..ReadOptions::default() };
+/// let batch = io::read_from(&b"curve,x,y\na,0,0\na,1,2\n"[..], &options)?;
+/// assert_eq!((batch.name(0).as_ref(), batch.points(0)), ("a", &[0.0, 0.0, 1.0, 2.0][..]));
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`read()`]; a format that is not given.
+pub fn read_from(reader: impl Read, options: &ReadOptions) -> Result<CurveBatch> {
+    let format = options.format.ok_or_else(|| unnamed("ReadOptions::format"))?;
+    read_source(Source::of_reader(reader)?, format, options)
+}
+
+fn read_source(mut source: Source, format: Format, options: &ReadOptions) -> Result<CurveBatch> {
     let batch = match format {
         Format::Csv => csv::read(&mut source, options),
         Format::GeoJson => geojson::read(&mut source, options),
@@ -262,6 +283,42 @@ pub fn write(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<()> {
 pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let path = path.as_ref();
     let format = Format::of(path, options.format, "--to")?;
+    check_batch(batch, format, options)?;
+    write_atomically(path, options.overwrite, |out| {
+        if is_gzip(path) {
+            let mut zipped = flate2::write::GzEncoder::new(out, flate2::Compression::default());
+            fill(&mut zipped, batch, format, options)?;
+            zipped.finish()?.flush()
+        } else if let (Format::Npz, Some(file)) = (format, out.seekable()) {
+            npz::write_seekable(file, batch)
+        } else {
+            fill(out, batch, format, options)
+        }
+    })
+}
+
+/// Writes curves as bytes, into a vector or whatever takes them. The format must be given; nothing is compressed.
+///
+/// ```
+/// use faircurve::io::{self, Format, WriteOptions};
+/// let batch = faircurve::CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 2.5]][..]])?;
+/// let mut bytes = Vec::new();
+/// io::write_to(&mut bytes, &batch, &WriteOptions { format: Some(Format::Csv), ..WriteOptions::default() })?;
+/// assert_eq!(bytes, b"curve,x,y,t\n0,0,0,0\n0,1,2.5,1\n");
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Argument`] for what the format cannot hold, and where none is given; [`Error::Stream`] with what `out` said,
+/// which then may hold a part.
+pub fn write_to(mut out: impl Write, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
+    let format = options.format.ok_or_else(|| unnamed("WriteOptions::format"))?;
+    check_batch(batch, format, options)?;
+    fill(&mut out, batch, format, options).map_err(|source| Error::Stream { source })
+}
+
+/// Refuses what the format cannot hold.
+fn check_batch(batch: &CurveBatch, format: Format, options: &WriteOptions) -> Result<()> {
     format.check(batch.dimension(), options.beziers)?;
     if options.beziers {
         check_chains(batch)?;
@@ -269,23 +326,16 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
     if format == Format::Csv {
         csv::check_names(batch)?;
     }
-    let fill = |out: &mut dyn Write| match format {
+    Ok(())
+}
+
+fn fill(out: &mut dyn Write, batch: &CurveBatch, format: Format, options: &WriteOptions) -> std::io::Result<()> {
+    match format {
         Format::Csv => csv::write(out, batch),
         Format::GeoJson => geojson::write(out, batch),
         Format::Svg => svg::write(out, batch, options.beziers, options.rounding),
         Format::Npz => npz::write(out, batch),
-    };
-    write_atomically(path, options.overwrite, |out| {
-        if is_gzip(path) {
-            let mut zipped = flate2::write::GzEncoder::new(out, flate2::Compression::default());
-            fill(&mut zipped)?;
-            zipped.finish()?.flush()
-        } else if let (Format::Npz, Some(file)) = (format, out.seekable()) {
-            npz::write_seekable(file, batch)
-        } else {
-            fill(out)
-        }
-    })
+    }
 }
 
 /// Checks, before anything is computed, that an output can be written: its format is known and can hold what is asked
@@ -313,6 +363,11 @@ fn unknown_format(path: &Path, option: &str, words: &str) -> Error {
             format!("the format of {} is not known from its extension: give {option} with {words}", path.display())
         }
     })
+}
+
+/// Bytes have no extension.
+fn unnamed(option: &str) -> Error {
+    Error::Argument(format!("bytes have no extension to tell their format: set {option}"))
 }
 
 fn is_gzip(path: &Path) -> bool {

@@ -59,13 +59,13 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
 
 /// An archive in memory, and the file that it was.
 pub(super) struct Archive<'a> {
-    source: &'a Source,
+    source: &'a Source<'a>,
     zip: NpzArchive<Cursor<Vec<u8>>>,
 }
 
 impl<'a> Archive<'a> {
     /// Reads all of it.
-    pub(super) fn open(source: &'a mut Source) -> Result<Self> {
+    pub(super) fn open(source: &'a mut Source<'_>) -> Result<Self> {
         let bytes = source.bytes()?;
         let zip = NpzArchive::new(Cursor::new(bytes)).map_err(|error| {
             source

@@ -1,4 +1,4 @@
-//! Bytes in: a file or standard input, gzip and the byte-order mark taken off.
+//! Bytes in: a file, standard input or any reader, gzip and the byte-order mark taken off.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -9,16 +9,16 @@ use flate2::bufread::MultiGzDecoder;
 use crate::error::{Error, Result};
 
 /// An open input.
-pub(super) struct Source {
-    /// The name for errors, as the user gave it; `-` for standard input.
+pub(super) struct Source<'a> {
+    /// The name for errors, as the user gave it; `-` for standard input, `input` for a reader.
     pub path: PathBuf,
     /// The bytes.
-    pub reader: Box<dyn BufRead>,
+    pub reader: Box<dyn BufRead + 'a>,
     zipped: bool,
 }
 
-impl Source {
-    /// Opens a file, or standard input for `-`. Gzip is known by its first two bytes, whatever the name says.
+impl<'a> Source<'a> {
+    /// Opens a file, or standard input for `-`.
     pub fn open(path: &Path) -> Result<Self> {
         let raw: Box<dyn BufRead> = if path == Path::new("-") {
             Box::new(BufReader::new(io::stdin()))
@@ -26,6 +26,16 @@ impl Source {
             let file = File::open(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
             Box::new(BufReader::with_capacity(1 << 16, file))
         };
+        Self::unwrapped(path, raw)
+    }
+
+    /// Takes bytes that have no name.
+    pub fn of_reader(reader: impl Read + 'a) -> Result<Self> {
+        Self::unwrapped(Path::new("input"), Box::new(BufReader::with_capacity(1 << 16, reader)))
+    }
+
+    /// Gzip is known by its first two bytes, whatever the name says.
+    fn unwrapped(path: &Path, raw: Box<dyn BufRead + 'a>) -> Result<Self> {
         let source = Source { path: path.to_path_buf(), reader: Box::new(io::empty()), zipped: false };
         let (head, raw) = peek(raw).map_err(|error| source.failed(error))?;
         if !head.starts_with(&[0x1f, 0x8b]) {
@@ -72,16 +82,16 @@ impl Source {
 }
 
 /// The first three bytes (fewer at the end of the input), and what comes after them.
-fn peek(mut reader: Box<dyn BufRead>) -> io::Result<(Vec<u8>, Box<dyn BufRead>)> {
+fn peek<'a>(mut reader: Box<dyn BufRead + 'a>) -> io::Result<(Vec<u8>, Box<dyn BufRead + 'a>)> {
     let mut head = Vec::with_capacity(3);
     reader.by_ref().take(3).read_to_end(&mut head)?;
     Ok((head, reader))
 }
 
-fn chain(head: Vec<u8>, reader: Box<dyn BufRead>) -> Box<dyn BufRead> {
+fn chain<'a>(head: Vec<u8>, reader: Box<dyn BufRead + 'a>) -> Box<dyn BufRead + 'a> {
     Box::new(io::Cursor::new(head).chain(reader))
 }
 
-fn without_mark(head: &[u8], reader: Box<dyn BufRead>) -> Box<dyn BufRead> {
+fn without_mark<'a>(head: &[u8], reader: Box<dyn BufRead + 'a>) -> Box<dyn BufRead + 'a> {
     if head == b"\xef\xbb\xbf" { reader } else { chain(head.to_vec(), reader) }
 }

@@ -8,6 +8,7 @@ mod formats;
 mod grids;
 mod npz;
 mod real_data;
+mod streams;
 
 use std::path::Path;
 

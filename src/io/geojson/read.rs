@@ -68,7 +68,7 @@ impl<'a> Members<'a> {
 }
 
 struct Reader<'a> {
-    source: &'a Source,
+    source: &'a Source<'a>,
     text: &'a str,
     lines: Lines,
     /// Whether coordinates are longitudes and latitudes: always, unless an old `crs` member says otherwise.
@@ -84,7 +84,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(source: &'a Source, text: &'a str) -> Self {
+    fn new(source: &'a Source<'a>, text: &'a str) -> Self {
         Reader {
             source,
             text,

@@ -53,7 +53,7 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
 }
 
 struct Curves<'a> {
-    source: &'a Source,
+    source: &'a Source<'a>,
     text: &'a str,
     /// Whether the data points are control points, and not vertices.
     controls: bool,
