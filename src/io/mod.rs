@@ -21,6 +21,14 @@
 //! a pole becomes an open curve that ends 360 from its start; a polygon ring that does is left as it is.
 //! The holes of a polygon are brought to their shell.
 //!
+//! **Sizes.** No file ends a program for want of memory: what a file claims is compared with what it has, and what grows
+//! with it is asked for before it is there. Reading takes half of the free memory at most (on Linux as the system, the
+//! process's limits and its control group state it; elsewhere as far as the allocator refuses). Packed data, gzip or in an
+//! archive, may unpack to 100 times its size and 256 MiB: text of numbers packs to a third or a tenth, and only data of
+//! next to no content to less than a hundredth. Whoever has such a file unpacks it and gives that, for which the limit
+//! does not hold. A row of CSV may have 64 MiB, an element of SVG 10,000 attributes, an arc a radius of 10⁹; entities of SVG
+//! may make 16 MiB of text. What is larger is an error that says so. The checksums of gzip and of every array are compared.
+//!
 //! [`grids`] has the files of rectangular grids.
 
 mod atomic;
@@ -29,6 +37,8 @@ mod csv;
 mod geojson;
 pub mod grids;
 mod longitude;
+mod memory;
+mod npy;
 mod npz;
 mod source;
 mod svg;
@@ -41,7 +51,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use crate::batch::{CurveBatch, Cut};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted, shortened};
 
 pub use atomic::{Output, write_atomically};
 pub use columns::Columns;
@@ -129,7 +139,10 @@ impl FromStr for Format {
             "geojson" | "json" => Ok(Format::GeoJson),
             "svg" => Ok(Format::Svg),
             "npz" => Ok(Format::Npz),
-            _ => Err(Error::Argument(format!("there is no format {word:?}: csv, geojson, svg and npz are possible"))),
+            _ => Err(Error::Argument(format!(
+                "there is no format {}: csv, geojson, svg and npz are possible",
+                quoted(word)
+            ))),
         }
     }
 }
@@ -165,7 +178,7 @@ impl FromStr for Closed {
             "auto" => Ok(Closed::Auto),
             "yes" => Ok(Closed::Yes),
             "no" => Ok(Closed::No),
-            _ => Err(Error::Argument(format!("closed is {word:?}: auto, yes and no are possible"))),
+            _ => Err(Error::Argument(format!("closed is {}: auto, yes and no are possible", quoted(word)))),
         }
     }
 }
@@ -383,7 +396,7 @@ fn check_chains(batch: &CurveBatch) -> Result<()> {
         None => Ok(()),
         Some(i) => Err(Error::Argument(format!(
             "curve {} has {} control points, but a chain of cubic Béziers has three a piece and one more",
-            batch.name(i),
+            shortened(&batch.name(i)),
             batch.count(i)
         ))),
     }

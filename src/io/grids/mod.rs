@@ -21,7 +21,7 @@ use std::str::FromStr;
 
 use super::source::Source;
 use super::{atomic, extension_of, is_gzip, unknown_format, unnamed, write_atomically};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 use crate::grids::Grids;
 
 /// A file format for grids.
@@ -96,7 +96,8 @@ impl FromStr for GridFormat {
             "obj" => Ok(GridFormat::Obj),
             "svg" => Ok(GridFormat::Svg),
             _ => Err(Error::Argument(format!(
-                "there is no format {word:?} for grids: csv, npz, obj and svg are possible"
+                "there is no format {} for grids: csv, npz, obj and svg are possible",
+                quoted(word)
             ))),
         }
     }
