@@ -15,6 +15,11 @@
 //! a curve of three points or more whose last equals its first. GeoJSON rings repeat their first point, CSV and NPZ do not:
 //! NPZ holds a flag for each curve, while a CSV file read back needs [`Closed::Yes`].
 //!
+//! **y points up** in every batch, as in GeoJSON, on paper and in the pictures. In SVG it points down: it is turned over when a
+//! drawing is read, and again when one is written. So what is seen stays what is seen, between all formats: a map has its
+//! north on top, a drawing read and written keeps its numbers (but for the sign of 0), and one written as CSV, GeoJSON or
+//! NPZ has the y of the drawing with the other sign. Curvature is positive where the curve, as seen, turns left.
+//!
 //! **Longitudes.** Where x is a longitude (GeoJSON; CSV with x mapped from a column `lon`, `long`, `lng` or `longitude`)
 //! and all of a curve lies within |x| ≤ 360, |y| ≤ 90, neighbours more than 180 apart are taken to cross the antimeridian,
 //! and ±360 is added from there on: curves run on past ±180, in the output too, and never tear. A line that winds round

@@ -2,7 +2,7 @@
 //!
 //! The vertices are the data points; of curved segments (C, S, Q, T, A) only the points on the curve are taken: the
 //! end of the segment, and for an arc also where kurbo divides it into Béziers. On demand the data points are the control
-//! points of the subpath as a chain of cubics instead. `transform` attributes are applied;
+//! points of the subpath as a chain of cubics instead. y is turned over, so that it points up. `transform` attributes are applied;
 //! `viewBox`, units and styles are not. What is only defined (`defs`, `symbol`, `clipPath`, `mask`, `marker`,
 //! `pattern`) is passed over.
 
@@ -141,7 +141,8 @@ impl Curves<'_> {
     fn end(&mut self, vertices: &mut Vertices, closed: bool) -> Result<()> {
         if !vertices.is_empty() {
             self.source.grow(&mut self.coords, 2 * vertices.len())?;
-            self.coords.extend(vertices.drain(..).flat_map(|point| [point.x, point.y]));
+            // Not −y, which makes −0 of 0.
+            self.coords.extend(vertices.drain(..).flat_map(|point| [point.x, 0.0 - point.y]));
             self.offsets.push(self.coords.len() / 2);
             self.closed.push(closed);
         }
