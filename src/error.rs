@@ -3,6 +3,7 @@
 //! An [`Error`] concerns a whole run (a file, an argument, a device). What concerns one curve never becomes an
 //! error: it becomes that curve's [`CurveStatus`](crate::CurveStatus), and its neighbours are fitted as if it were not there.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// The crate's result type.
@@ -26,6 +27,12 @@ pub enum Error {
         /// The file.
         path: PathBuf,
         /// What the system said.
+        source: std::io::Error,
+    },
+    /// Bytes could not be handed on; what takes them may hold a part.
+    #[error("cannot write: {source}; a part may have been written")]
+    Stream {
+        /// What the taker said.
         source: std::io::Error,
     },
     /// The output exists and overwriting was not allowed.
@@ -99,6 +106,57 @@ fn place(file: &str, line: Option<u64>) -> String {
     }
 }
 
+/// The most characters that a sentence quotes of what it was given.
+const QUOTED: usize = 80;
+/// The most entries that a sentence lists.
+const LISTED: usize = 12;
+
+/// Text that was given, for a sentence: no more than 80 characters of it.
+pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
+    match text.char_indices().nth(QUOTED) {
+        None => Cow::Borrowed(text),
+        Some(_) => {
+            let end = text.char_indices().nth(QUOTED - 1).map_or(0, |(at, _)| at);
+            Cow::Owned(format!("{}…", &text[..end]))
+        }
+    }
+}
+
+/// The same in quotation marks, with escapes, as Rust writes text: no more than 80 characters in all between the marks.
+pub(crate) fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    let mut count = 0;
+    for (at, c) in text.char_indices() {
+        let escaped = c.escape_debug();
+        let last = at + c.len_utf8() == text.len();
+        // The last character may take the place of the dots.
+        if count + escaped.len() + usize::from(!last) > QUOTED {
+            quoted.push('…');
+            break;
+        }
+        count += escaped.len();
+        // A single mark needs no escape between double ones.
+        if c == '\'' { quoted.push(c) } else { quoted.extend(escaped) }
+    }
+    quoted.push('"');
+    quoted
+}
+
+/// Entries with commas between them: the first twelve, and how many more there are.
+pub(crate) fn listed(entries: impl IntoIterator<Item = String>) -> String {
+    let mut entries = entries.into_iter();
+    let first: Vec<String> = entries.by_ref().take(LISTED).collect();
+    match entries.count() {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
+    }
+}
+
+/// A number for a sentence: with an exponent where it would be long.
+pub(crate) fn short(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() || (1e-5..1e17).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
+}
+
 impl Error {
     /// A parse error at a line of a file.
     pub fn parse(file: &Path, line: impl Into<Option<u64>>, message: impl Into<String>) -> Self {
@@ -108,5 +166,34 @@ impl Error {
     /// An error about an option or argument.
     pub fn argument(message: impl Into<String>) -> Self {
         Error::Argument(message.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sentences_quote_no_more_than_80_characters_and_list_no_more_than_12_entries() {
+        let long = "ä".repeat(5_000_000);
+        assert_eq!(shortened(&long), format!("{}…", "ä".repeat(79)));
+        assert_eq!(quoted(&long), format!("\"{}…\"", "ä".repeat(79)));
+        assert_eq!(shortened(&long[..160]), long[..160]);
+        assert_eq!(quoted(&long[..160]), format!("\"{}\"", &long[..160]));
+        assert_eq!(quoted("a\"b\\ \n'ü\0"), format!("{:?}", "a\"b\\ \n'ü\0"));
+        assert!(quoted(&"\u{1}".repeat(1000)).chars().count() <= 82);
+        let numbers = |n: usize| listed((0..n).map(|k| k.to_string()));
+        assert_eq!((numbers(0).as_str(), numbers(2).as_str()), ("", "0, 1"));
+        assert_eq!(numbers(5_000), "0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11 and 4988 more");
+    }
+
+    #[test]
+    fn numbers_in_sentences_are_short() {
+        let expected =
+            [(1e308, "1e308"), (-5e-324, "-5e-324"), (0.1, "0.1"), (0.0, "0"), (1e6, "1000000"), (-2.5, "-2.5")];
+        for (x, text) in expected {
+            assert_eq!(short(x), text);
+        }
+        assert_eq!((short(f64::NAN).as_str(), short(f64::INFINITY).as_str()), ("NaN", "inf"));
     }
 }

@@ -297,7 +297,7 @@ fn program(folder: &tempfile::TempDir, arguments: &str) -> assert_cmd::assert::A
     cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
 }
 
-/// Control points of the paths of a drawing.
+/// Control points of the paths of a drawing, with y up.
 fn drawn(folder: &tempfile::TempDir, name: &str) -> Vec<Vec<[f64; 2]>> {
     let text = fs::read_to_string(folder.path().join(name)).unwrap();
     let document = roxmltree::Document::parse(&text).unwrap();
@@ -307,8 +307,8 @@ fn drawn(folder: &tempfile::TempDir, name: &str) -> Vec<Vec<[f64; 2]>> {
             let mut points = Vec::new();
             for element in BezPath::from_svg(d).unwrap().elements() {
                 match *element {
-                    PathEl::MoveTo(p) => points.push([p.x, p.y]),
-                    PathEl::CurveTo(p, q, r) => points.extend([p, q, r].map(|p| [p.x, p.y])),
+                    PathEl::MoveTo(p) => points.push([p.x, -p.y]),
+                    PathEl::CurveTo(p, q, r) => points.extend([p, q, r].map(|p| [p.x, -p.y])),
                     PathEl::ClosePath => {}
                     other => panic!("{other:?}"),
                 }

@@ -195,10 +195,10 @@ fn what_was_written_can_be_read_and_written_again() {
 fn svg_draws_cubics_as_they_are_and_other_degrees_within_the_tolerance() {
     let folder = folder("x,y\n0.1,0.2\n1,2.5\n2,-1.75\n3,0.3\n");
     completed(&folder, "in.csv -o out.svg");
-    assert_eq!(path(&folder, "out.svg"), [0.1, 0.2, 1.0, 2.5, 2.0, -1.75, 3.0, 0.3]);
+    assert_eq!(path(&folder, "out.svg"), [0.1, -0.2, 1.0, -2.5, 2.0, 1.75, 3.0, -0.3]);
     fs::write(folder.path().join("in.csv"), "x,y\n0,0\n3,6\n6,0\n").unwrap();
     completed(&folder, "in.csv -o out.svg");
-    assert_eq!(path(&folder, "out.svg"), [0.0, 0.0, 2.0, 4.0, 4.0, 4.0, 6.0, 0.0]);
+    assert_eq!(path(&folder, "out.svg"), [0.0, 0.0, 2.0, -4.0, 4.0, -4.0, 6.0, 0.0]);
     fs::write(folder.path().join("in.csv"), "x,y\n0,0\n0,9\n9,9\n9,-9\n0,-9\n2,0\n").unwrap();
     let pieces = |tolerance: &str| {
         completed(&folder, &format!("in.csv -o out.svg {tolerance}"));
@@ -344,11 +344,11 @@ fn options_that_cannot_be_read_are_explained() {
     misread("--elevate 1 --reduce 1", "cannot be used with");
 }
 
-/// What a chain is a part of: a drawing of one open path, its joints, and one that is closed.
+/// What a chain is a part of: a drawing of one open path, its joints with y up, and one that is closed.
 const PATH: &str = "M0 0 C1 3 2 3 3 0 Q4 -1 6 1 L8 3";
-const JOINTS: &str = "x,y\n0,0\n3,0\n6,1\n8,3\n";
+const JOINTS: &str = "x,y\n0,0\n3,0\n6,-1\n8,-3\n";
 const RING: &str = "M0 0 C-1 -1 5 -2 4 0 L4 3 Z";
-const CORNERS: &str = "x,y\n0,0\n4,0\n4,3\n";
+const CORNERS: &str = "x,y\n0,0\n4,0\n4,-3\n";
 
 /// The control points that `fit` gives the natural cubic spline through the points of `in.csv`.
 fn spline(folder: &TempDir, arguments: &str) -> Vec<[f64; 2]> {
@@ -384,7 +384,7 @@ fn a_drawing_without_unknown_points_comes_out_as_it_went_in() {
     assert_eq!((&report["curves"][1]["points_in"], &report["curves"][1]["points_out"]), (&6.into(), &8.into()));
     completed(&folder, "high.npz -o back.svg --degree 4");
     completed(&folder, "high.npz -o back.csv --degree 4 --reduce 1");
-    assert_near(&points(&folder, "back.csv", "0/1")[..3], &[[1.0, 1.0], [2.0, 2.0], [3.0, 2.0]], 1e-13);
+    assert_near(&points(&folder, "back.csv", "0/1")[..3], &[[1.0, -1.0], [2.0, -2.0], [3.0, -2.0]], 1e-13);
     assert!(read(&folder, "back.svg").matches("<path").count() == 2);
 }
 

@@ -1,6 +1,7 @@
 //! What curves are checked for: coordinates, parameters and weights that can be fitted.
 
 use super::{CurveBatch, Problem};
+use crate::error::short;
 use crate::report::CurveStatus;
 
 impl CurveBatch {
@@ -10,7 +11,7 @@ impl CurveBatch {
             let (points, dimension) = (batch.points(i), batch.dimension);
             let bad = |&at: &usize| !points[at].is_finite() && batch.is_known(i, at / dimension);
             let bad = (0..points.len()).find(bad)?;
-            let (point, axis, value) = (bad / dimension, ["x", "y", "z"][bad % dimension], points[bad]);
+            let (point, axis, value) = (bad / dimension, ["x", "y", "z"][bad % dimension], short(points[bad]));
             Some((
                 point,
                 format!("{axis} is {value}; every coordinate must be a finite number: mend or remove the point"),
@@ -23,10 +24,10 @@ impl CurveBatch {
         self.find_problems(|batch, i| {
             let t = batch.parameters(i)?;
             if let Some(point) = t.iter().position(|t| !t.is_finite()) {
-                return Some((point, format!("its parameter is {}; parameters must be finite", t[point])));
+                return Some((point, format!("its parameter is {}; parameters must be finite", short(t[point]))));
             }
             let point = t.windows(2).position(|pair| pair[1] < pair[0])? + 1;
-            let (before, here) = (t[point - 1], t[point]);
+            let (before, here) = (short(t[point - 1]), short(t[point]));
             Some((
                 point,
                 format!(
@@ -41,7 +42,7 @@ impl CurveBatch {
         self.find_problems(|batch, i| {
             let weights = batch.weights(i)?;
             let point = weights.iter().position(|&w| !(w > 0.0 && w.is_finite()))?;
-            let weight = weights[point];
+            let weight = short(weights[point]);
             Some((
                 point,
                 format!(

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::constraint::Constraints;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, shortened};
 use crate::io::Origin;
 use crate::report::CurveStatus;
 
@@ -309,7 +309,7 @@ impl CurveBatch {
             None => (&*self.origin, i, k),
         };
         let place = origin.place(curve, k);
-        format!("{place}curve {}, point {k}: {what}", self.name(i))
+        format!("{place}curve {}, point {k}: {what}", shortened(&self.name(i)))
     }
 
     /// The batch with only the curves listed, in that order (names and constraints follow; carried documents do not).

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, listed, quoted};
 
 /// The columns there are: the name of the curve, the point, its parameter and weight, its constraints.
 pub(super) const ROLES: [&str; 14] =
@@ -32,13 +32,15 @@ impl FromStr for Columns {
         for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
             let Some((role, column)) = entry.split_once('=') else {
                 return Err(Error::Argument(format!(
-                    "columns: {entry:?} has no \"=\": write what it means, \"=\", and the column's name, as in x=lon"
+                    "columns: {} has no \"=\": write what it means, \"=\", and the column's name, as in x=lon",
+                    quoted(entry)
                 )));
             };
             let Some(role) = ROLES.iter().position(|known| *known == role.trim()) else {
                 return Err(Error::Argument(format!(
-                    "columns: there is no {:?} in {entry:?}: {} are possible",
-                    role.trim(),
+                    "columns: there is no {} in {}: {} are possible",
+                    quoted(role.trim()),
+                    quoted(entry),
                     ROLES.join(", ")
                 )));
             };
@@ -76,7 +78,7 @@ impl Columns {
     /// Finds the columns in a header.
     pub(super) fn resolve(&self, file: &Path, header: &[String]) -> Result<Table> {
         let wrong = |message: String| Err(Error::parse(file, 1, message));
-        let quoted = |names: &[String]| names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+        let all = |names: &[String]| listed(names.iter().map(|name| quoted(name)));
         let mut cells = [None; ROLES.len()];
         for (role, name) in ROLES.iter().enumerate() {
             let given = self.entries.iter().find(|(entry, _)| *entry == role).map(|(_, column)| column.as_deref());
@@ -84,11 +86,14 @@ impl Columns {
             let mut found = header.iter().enumerate().filter(|(_, heading)| *heading == column).map(|(cell, _)| cell);
             cells[role] = found.next();
             if found.next().is_some() {
-                return wrong(format!("two columns are called {column:?}: rename one of them"));
+                return wrong(format!("two columns are called {}: rename one of them", quoted(column)));
             }
             if cells[role].is_none() && given.is_some() {
-                let columns = quoted(header);
-                return wrong(format!("there is no column {column:?} for {name}: the columns are {columns}"));
+                return wrong(format!(
+                    "there is no column {} for {name}: the columns are {}",
+                    quoted(column),
+                    all(header)
+                ));
             }
         }
         let unknown: Vec<String> =
@@ -98,7 +103,7 @@ impl Columns {
             return wrong(format!(
                 "unknown columns {}: {separator}map them with --columns, as in --columns x=lon,y=lat (which drops the \
                  others); known are {}",
-                quoted(&unknown),
+                all(&unknown),
                 ROLES.join(", ")
             ));
         }
@@ -107,7 +112,7 @@ impl Columns {
             if table.cell(needed).is_none() {
                 return wrong(format!(
                     "there is no column {needed}: the columns are {}; map one with --columns, as in --columns {needed}=…",
-                    quoted(header)
+                    all(header)
                 ));
             }
         }

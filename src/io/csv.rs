@@ -1,26 +1,29 @@
 //! CSV: one row a point, the curve's name in a column; rows of a curve stand together.
 
+use std::cell::Cell;
 use std::collections::HashMap;
-use std::io::{self, BufRead, Read, Write};
+use std::io::{self, Read, Write};
 use std::sync::Arc;
 
 use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
 
 use super::columns::Table;
-use super::source::Source;
+use super::source::{RowReader, Source, read_line};
 use super::text::Text;
 use super::{Origin, ReadOptions, close, longitude};
 use crate::batch::CurveBatch;
 use crate::constraint::Constraints;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted, shortened};
 
 /// Reads a CSV file row by row.
 pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let mut reader = std::mem::replace(&mut source.reader, Box::new(io::empty()));
     let mut first_line = Vec::new();
-    reader.read_until(b'\n', &mut first_line).map_err(|error| source.failed(error))?;
+    read_line(&mut reader, &source.room, &mut first_line).map_err(|error| source.failed(error))?;
     let endings = if first_line.ends_with(b"\r\n") { Endings::CrLf } else { Endings::Lf };
-    let whole = io::Cursor::new(first_line).chain(reader).chain(endings.text());
+    let since_row = Cell::new(0);
+    let rows = RowReader { inner: reader, since_row: &since_row };
+    let whole = io::Cursor::new(first_line).chain(rows).chain(endings.text());
     let mut csv = ReaderBuilder::new().trim(Trim::Headers).from_reader(whole);
     let header: Vec<String> = match csv.byte_headers() {
         Ok(header) => header.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect(),
@@ -39,6 +42,7 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
             return rows.finish(options);
         }
         rows.push(&record, line)?;
+        since_row.set(0);
     }
 }
 
@@ -79,7 +83,7 @@ fn row_error(source: &Source, error: ::csv::Error, line: u64) -> Error {
                 "the row has {len} cells, but the header has {expected_len}: add or remove a comma; a file cut off ends so"
             ),
         ),
-        other => source.error(line, format!("{other:?}: mend the row")),
+        other => source.error(line, format!("{}: mend the row", shortened(&format!("{other:?}")))),
     }
 }
 
@@ -96,9 +100,12 @@ impl Numbers {
     }
 }
 
+/// What a curve takes beside its points and its name, from above.
+const CURVE_BYTES: usize = 256;
+
 /// The rows read so far.
 struct Rows<'a> {
-    source: &'a Source,
+    source: &'a Source<'a>,
     header: &'a [String],
     curve: Option<usize>,
     longitude: bool,
@@ -122,7 +129,7 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn new(source: &'a Source, table: &Table, header: &'a [String]) -> Self {
+    fn new(source: &'a Source<'a>, table: &Table, header: &'a [String]) -> Self {
         let cells = |names: [&str; 3]| names.iter().filter_map(|name| table.cell(name)).collect::<Vec<_>>();
         let axes = cells(["x", "y", "z"]);
         Rows {
@@ -152,16 +159,16 @@ impl<'a> Rows<'a> {
         let cells = Cells { record, line, source: self.source, header: self.header };
         let known = self.known.as_ref().map(|(cell, _)| cells.known(*cell)).transpose()?;
         for &cell in &self.axes {
-            self.coords.push(cells.coordinate(cell, known)?);
+            self.source.push(&mut self.coords, cells.coordinate(cell, known)?)?;
         }
         for (cells_of, values) in self.vectors.iter().zip([&mut self.tangents, &mut self.curvatures]) {
             cells.vector(cells_of, values)?;
         }
         for column in [&mut self.t, &mut self.weight, &mut self.nu].into_iter().flatten() {
-            column.values.push(cells.number(column.cell, column.empty)?);
+            self.source.push(&mut column.values, cells.number(column.cell, column.empty)?)?;
         }
         if let (Some((_, flags)), Some(known)) = (&mut self.known, known) {
-            flags.push(known);
+            self.source.push(flags, known)?;
         }
         Ok(())
     }
@@ -183,11 +190,15 @@ impl<'a> Rows<'a> {
             return Err(self.source.error(
                 line,
                 format!(
-                    "curve {name:?} goes on here, but its last row was line {before} and curve {other:?} begins on line \
-                     {between}: sort the rows by curve"
+                    "curve {} goes on here, but its last row was line {before} and curve {} begins on line {between}: \
+                     sort the rows by curve",
+                    quoted(name),
+                    quoted(other)
                 ),
             ));
         }
+        // The name, twice, and the places in all lists of curves, which grow by doubling.
+        self.source.take(CURVE_BYTES + 2 * name.len())?;
         self.curves.insert(name.to_string(), self.names.len());
         self.names.push(name.to_string());
         self.lines.push((line, line));
@@ -245,7 +256,7 @@ impl<'a> Rows<'a> {
 struct Cells<'a> {
     record: &'a ByteRecord,
     line: u64,
-    source: &'a Source,
+    source: &'a Source<'a>,
     header: &'a [String],
 }
 
@@ -283,7 +294,7 @@ impl Cells<'_> {
     fn vector(&self, cells: &[usize], values: &mut Vec<f64>) -> Result<()> {
         let start = values.len();
         for &cell in cells {
-            values.push(self.number(cell, Some(f64::NAN))?);
+            self.source.push(values, self.number(cell, Some(f64::NAN))?)?;
         }
         let free = values[start..].iter().filter(|x| x.is_nan()).count();
         if free > 0 && free < cells.len() {
@@ -295,7 +306,7 @@ impl Cells<'_> {
 
     fn wrong(&self, cell: usize, why: &str) -> Error {
         let (column, text) = (&self.header[cell], String::from_utf8_lossy(&self.record[cell]));
-        self.source.error(self.line, format!("column {column:?} holds {text:?}, {why}"))
+        self.source.error(self.line, format!("column {} holds {}, {why}", quoted(column), quoted(&text)))
     }
 }
 
@@ -308,9 +319,9 @@ pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
     for i in 0..batch.len() {
         if let Some(first) = curves.insert(batch.name(i), i) {
             return Err(Error::Argument(format!(
-                "curves {first} and {i} are both called {:?}, and rows of CSV are told apart by the name alone: rename \
+                "curves {first} and {i} are both called {}, and rows of CSV are told apart by the name alone: rename \
                  one, or write GeoJSON, SVG or NPZ",
-                batch.name(i)
+                quoted(&batch.name(i))
             )));
         }
     }
@@ -323,7 +334,7 @@ pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     let mut text = Text::new(out);
     text.push(if d == 2 { "curve,x,y,t\n" } else { "curve,x,y,z,t\n" })?;
     for i in 0..batch.len() {
-        let name = quoted(&batch.name(i))?;
+        let name = name_cell(&batch.name(i))?;
         let parameters = batch.parameters(i);
         for (k, point) in batch.points(i).chunks_exact(d).enumerate() {
             text.push(&name)?;
@@ -337,7 +348,7 @@ pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
 }
 
 /// A name and a comma, quoted where it must be.
-fn quoted(name: &str) -> io::Result<Vec<u8>> {
+fn name_cell(name: &str) -> io::Result<Vec<u8>> {
     let mut row = ::csv::WriterBuilder::new().buffer_capacity(64).from_writer(Vec::new());
     row.write_record([name, ""])?;
     let mut cell = row.into_inner().map_err(|error| error.into_error())?;

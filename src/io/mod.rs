@@ -15,11 +15,24 @@
 //! a curve of three points or more whose last equals its first. GeoJSON rings repeat their first point, CSV and NPZ do not:
 //! NPZ holds a flag for each curve, while a CSV file read back needs [`Closed::Yes`].
 //!
+//! **y points up** in every batch, as in GeoJSON, on paper and in the pictures. In SVG it points down: it is turned over when a
+//! drawing is read, and again when one is written. So what is seen stays what is seen, between all formats: a map has its
+//! north on top, a drawing read and written keeps its numbers (but for the sign of 0), and one written as CSV, GeoJSON or
+//! NPZ has the y of the drawing with the other sign. Curvature is positive where the curve, as seen, turns left.
+//!
 //! **Longitudes.** Where x is a longitude (GeoJSON; CSV with x mapped from a column `lon`, `long`, `lng` or `longitude`)
 //! and all of a curve lies within |x| ≤ 360, |y| ≤ 90, neighbours more than 180 apart are taken to cross the antimeridian,
 //! and ±360 is added from there on: curves run on past ±180, in the output too, and never tear. A line that winds round
 //! a pole becomes an open curve that ends 360 from its start; a polygon ring that does is left as it is.
 //! The holes of a polygon are brought to their shell.
+//!
+//! **Sizes.** No file ends a program for want of memory: what a file claims is compared with what it has, and what grows
+//! with it is asked for before it is there. Reading takes half of the free memory at most (on Linux as the system, the
+//! process's limits and its control group state it; elsewhere as far as the allocator refuses). Packed data, gzip or in an
+//! archive, may unpack to 100 times its size and 256 MiB: text of numbers packs to a third or a tenth, and only data of
+//! next to no content to less than a hundredth. Whoever has such a file unpacks it and gives that, for which the limit
+//! does not hold. A row of CSV may have 64 MiB, an element of SVG 10,000 attributes, an arc a radius of 10⁹; entities of SVG
+//! may make 16 MiB of text. What is larger is an error that says so. The checksums of gzip and of every array are compared.
 //!
 //! [`grids`] has the files of rectangular grids.
 
@@ -29,19 +42,21 @@ mod csv;
 mod geojson;
 pub mod grids;
 mod longitude;
+mod memory;
+mod npy;
 mod npz;
 mod source;
 mod svg;
 mod text;
 
 use std::fmt;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
 
 use crate::batch::{CurveBatch, Cut};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted, shortened};
 
 pub use atomic::{Output, write_atomically};
 pub use columns::Columns;
@@ -129,7 +144,10 @@ impl FromStr for Format {
             "geojson" | "json" => Ok(Format::GeoJson),
             "svg" => Ok(Format::Svg),
             "npz" => Ok(Format::Npz),
-            _ => Err(Error::Argument(format!("there is no format {word:?}: csv, geojson, svg and npz are possible"))),
+            _ => Err(Error::Argument(format!(
+                "there is no format {}: csv, geojson, svg and npz are possible",
+                quoted(word)
+            ))),
         }
     }
 }
@@ -165,7 +183,7 @@ impl FromStr for Closed {
             "auto" => Ok(Closed::Auto),
             "yes" => Ok(Closed::Yes),
             "no" => Ok(Closed::No),
-            _ => Err(Error::Argument(format!("closed is {word:?}: auto, yes and no are possible"))),
+            _ => Err(Error::Argument(format!("closed is {}: auto, yes and no are possible", quoted(word)))),
         }
     }
 }
@@ -222,7 +240,28 @@ pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
 pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<CurveBatch> {
     let path = path.as_ref();
     let format = Format::of(path, options.format, "--from")?;
-    let mut source = Source::open(path)?;
+    read_source(Source::open(path)?, format, options)
+}
+
+/// Reads curves from bytes: a slice, a pipe, a part of something larger. The format must be given; gzip is known by its
+/// first bytes. Sentences call the bytes `input`.
+///
+/// ```
+/// use faircurve::io::{self, Format, ReadOptions};
+/// let options = ReadOptions { format: Some(Format::Csv), ..ReadOptions::default() };
+/// let batch = io::read_from(&b"curve,x,y\na,0,0\na,1,2\n"[..], &options)?;
+/// assert_eq!((batch.name(0).as_ref(), batch.points(0)), ("a", &[0.0, 0.0, 1.0, 2.0][..]));
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`read()`]; a format that is not given.
+pub fn read_from(reader: impl Read, options: &ReadOptions) -> Result<CurveBatch> {
+    let format = options.format.ok_or_else(|| unnamed("ReadOptions::format"))?;
+    read_source(Source::of_reader(reader)?, format, options)
+}
+
+fn read_source(mut source: Source, format: Format, options: &ReadOptions) -> Result<CurveBatch> {
     let batch = match format {
         Format::Csv => csv::read(&mut source, options),
         Format::GeoJson => geojson::read(&mut source, options),
@@ -262,6 +301,42 @@ pub fn write(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<()> {
 pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let path = path.as_ref();
     let format = Format::of(path, options.format, "--to")?;
+    check_batch(batch, format, options)?;
+    write_atomically(path, options.overwrite, |out| {
+        if is_gzip(path) {
+            let mut zipped = flate2::write::GzEncoder::new(out, flate2::Compression::default());
+            fill(&mut zipped, batch, format, options)?;
+            zipped.finish()?.flush()
+        } else if let (Format::Npz, Some(file)) = (format, out.seekable()) {
+            npz::write_seekable(file, batch)
+        } else {
+            fill(out, batch, format, options)
+        }
+    })
+}
+
+/// Writes curves as bytes, into a vector or whatever takes them. The format must be given; nothing is compressed.
+///
+/// ```
+/// use faircurve::io::{self, Format, WriteOptions};
+/// let batch = faircurve::CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 2.5]][..]])?;
+/// let mut bytes = Vec::new();
+/// io::write_to(&mut bytes, &batch, &WriteOptions { format: Some(Format::Csv), ..WriteOptions::default() })?;
+/// assert_eq!(bytes, b"curve,x,y,t\n0,0,0,0\n0,1,2.5,1\n");
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Argument`] for what the format cannot hold, and where none is given; [`Error::Stream`] with what `out` said,
+/// which then may hold a part.
+pub fn write_to(mut out: impl Write, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
+    let format = options.format.ok_or_else(|| unnamed("WriteOptions::format"))?;
+    check_batch(batch, format, options)?;
+    fill(&mut out, batch, format, options).map_err(|source| Error::Stream { source })
+}
+
+/// Refuses what the format cannot hold.
+fn check_batch(batch: &CurveBatch, format: Format, options: &WriteOptions) -> Result<()> {
     format.check(batch.dimension(), options.beziers)?;
     if options.beziers {
         check_chains(batch)?;
@@ -269,23 +344,16 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
     if format == Format::Csv {
         csv::check_names(batch)?;
     }
-    let fill = |out: &mut dyn Write| match format {
+    Ok(())
+}
+
+fn fill(out: &mut dyn Write, batch: &CurveBatch, format: Format, options: &WriteOptions) -> std::io::Result<()> {
+    match format {
         Format::Csv => csv::write(out, batch),
         Format::GeoJson => geojson::write(out, batch),
         Format::Svg => svg::write(out, batch, options.beziers, options.rounding),
         Format::Npz => npz::write(out, batch),
-    };
-    write_atomically(path, options.overwrite, |out| {
-        if is_gzip(path) {
-            let mut zipped = flate2::write::GzEncoder::new(out, flate2::Compression::default());
-            fill(&mut zipped)?;
-            zipped.finish()?.flush()
-        } else if let (Format::Npz, Some(file)) = (format, out.seekable()) {
-            npz::write_seekable(file, batch)
-        } else {
-            fill(out)
-        }
-    })
+    }
 }
 
 /// Checks, before anything is computed, that an output can be written: its format is known and can hold what is asked
@@ -315,6 +383,11 @@ fn unknown_format(path: &Path, option: &str, words: &str) -> Error {
     })
 }
 
+/// Bytes have no extension.
+fn unnamed(option: &str) -> Error {
+    Error::Argument(format!("bytes have no extension to tell their format: set {option}"))
+}
+
 fn is_gzip(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"))
 }
@@ -328,7 +401,7 @@ fn check_chains(batch: &CurveBatch) -> Result<()> {
         None => Ok(()),
         Some(i) => Err(Error::Argument(format!(
             "curve {} has {} control points, but a chain of cubic Béziers has three a piece and one more",
-            batch.name(i),
+            shortened(&batch.name(i)),
             batch.count(i)
         ))),
     }

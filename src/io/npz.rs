@@ -9,11 +9,13 @@ use npyz::npz::NpzArchive;
 use npyz::zip::{CompressionMethod, DateTime, ZipWriter, write::FileOptions};
 use npyz::{AutoSerialize, DType, NpyFile, Order, Serialize, TypeChar, TypeStr, WriterBuilder};
 
-use super::source::Source;
+use super::memory::{Full, Room};
+use super::npy::{self, Header};
+use super::source::{Source, UNPACKED_BYTES, UNPACKED_TIMES, most_unpacked};
 use super::{Origin, ReadOptions, close};
 use crate::batch::CurveBatch;
 use crate::constraint::Constraints;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, listed, shortened};
 
 const KEYS: [&str; 7] = ["coords", "offsets", "t", "weight", "known", "closed", "names"];
 
@@ -59,24 +61,41 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
 
 /// An archive in memory, and the file that it was.
 pub(super) struct Archive<'a> {
-    source: &'a Source,
+    source: &'a Source<'a>,
     zip: NpzArchive<Cursor<Vec<u8>>>,
+    packed_bytes: u64,
+    /// What the arrays read so far say that they unpack to.
+    unpacked_bytes: u64,
 }
 
 impl<'a> Archive<'a> {
     /// Reads all of it.
-    pub(super) fn open(source: &'a mut Source) -> Result<Self> {
+    pub(super) fn open(source: &'a mut Source<'_>) -> Result<Self> {
         let bytes = source.bytes()?;
+        let packed_bytes = bytes.len() as u64;
+        // The zip crate takes memory for as many entries as the archive claims: each has at least so many bytes.
+        if entries(&bytes).is_some_and(|entries| entries > packed_bytes / ENTRY_BYTES) {
+            return Err(
+                source.error(None, "the archive claims more arrays than it has bytes for: write the file again")
+            );
+        }
+        // Names and places of all entries.
+        source.take(bytes.len().saturating_mul(8))?;
         let zip = NpzArchive::new(Cursor::new(bytes)).map_err(|error| {
             source
                 .error(None, format!("this is no NPZ archive, or it was cut off ({error}): write it with numpy.savez"))
         })?;
-        Ok(Archive { source, zip })
+        Ok(Archive { source, zip, packed_bytes, unpacked_bytes: 0 })
     }
 
     /// The names of its arrays.
     pub(super) fn keys(&self) -> Vec<String> {
         self.zip.array_names().map(String::from).collect()
+    }
+
+    /// Makes place for more of what was read.
+    pub(super) fn grow<T>(&self, values: &mut Vec<T>, more: usize) -> Result<()> {
+        self.source.grow(values, more)
     }
 
     pub(super) fn wrong(&self, message: impl Into<String>) -> Error {
@@ -88,43 +107,64 @@ impl<'a> Archive<'a> {
         found.sort_unstable();
         let missing = KEYS[..2].iter().any(|key| !found.contains(key));
         if missing || found.iter().any(|key| !KEYS.contains(key)) {
-            let found = if found.is_empty() { "none".to_string() } else { found.join(", ") };
             return Err(self.wrong(format!(
-                "the arrays are {found}: wanted are coords and offsets, and perhaps t, weight, known, closed, names"
+                "the arrays are {}: wanted are coords and offsets, and perhaps t, weight, known, closed, names",
+                arrays(&found)
             )));
         }
         Ok(())
     }
 
-    /// One array: its shape, whether it is stored column after column, and its values.
+    /// One array: its shape, whether it is stored column after column, and its values. All of it is read, so that its
+    /// checksum is compared.
     pub(super) fn array<T>(
         &mut self,
         key: &str,
-        values: impl FnOnce(Npy) -> io::Result<Option<Vec<T>>>,
+        values: impl FnOnce(Npy, &Room) -> io::Result<Option<Vec<T>>>,
     ) -> Result<Option<Array<T>>> {
         if !self.zip.array_names().any(|name| name == key) {
             return Ok(None);
         }
-        let damaged = |error: io::Error, source: &Source| {
-            source.error(None, format!("array {key} is damaged or cut off ({error}): write the file again"))
+        let (source, name) = (self.source, shortened(key));
+        let wrong = |message: String| source.error(None, format!("array {name} {message}"));
+        let damaged = |error: io::Error| match error.get_ref().is_some_and(|inner| inner.is::<Full>()) {
+            true => source.failed(error),
+            false => wrong(format!("is damaged or cut off ({}): write the file again", shortened(&error.to_string()))),
         };
-        let entry = self.zip.zip_archive().by_name(&npyz::npz::file_name_from_array_name(key));
-        let entry = entry.map_err(|error| damaged(error.into(), self.source))?;
-        let stored_bytes = entry.size();
-        let file = NpyFile::new(BufReader::with_capacity(1 << 16, Box::new(entry) as Box<dyn Read>))
-            .map_err(|error| damaged(error, self.source))?;
-        let (shape, order, dtype) = (file.shape().to_vec(), file.order(), file.dtype().descr());
-        // A damaged header must not ask for more memory than the archive can fill.
-        let bytes =
-            shape.iter().try_fold(file.dtype().num_bytes().unwrap_or(1) as u64, |n, &length| n.checked_mul(length));
-        if bytes.is_none_or(|bytes| bytes > stored_bytes) {
-            let message = format!("array {key} has the shape {}, but holds less: write the file again", tuple(&shape));
-            return Err(self.source.error(None, message));
+        // With a password, so that the zip crate tells of a secret entry in place of panicking; none is taken.
+        let entry = self.zip.zip_archive().by_name_decrypt(&npyz::npz::file_name_from_array_name(key), b"");
+        let Ok(mut entry) = entry.map_err(|error| damaged(error.into()))? else {
+            return Err(wrong("is encrypted: write the file without a password".into()));
+        };
+        if !matches!(entry.compression(), CompressionMethod::Stored | CompressionMethod::Deflated) {
+            return Err(wrong("is packed as NumPy packs none: write the file with numpy.savez".into()));
         }
-        match values(file) {
-            Ok(Some(values)) => Ok(Some(Array { shape, order, values })),
-            Ok(None) => Err(self.source.error(None, format!("array {key} has the type {dtype}: {}", wanted_type(key)))),
-            Err(error) => Err(damaged(error, self.source)),
+        let stored_bytes = entry.size();
+        self.unpacked_bytes = self.unpacked_bytes.saturating_add(stored_bytes);
+        if self.unpacked_bytes > most_unpacked(self.packed_bytes) {
+            return Err(wrong(format!(
+                "brings what the archive unpacks to above {UNPACKED_TIMES} times its size and {} MiB: if it is meant to, \
+                 write the file with numpy.savez, which does not pack",
+                UNPACKED_BYTES >> 20
+            )));
+        }
+        let mut reader = BufReader::with_capacity(1 << 16, &mut entry as &mut dyn Read);
+        let header = Header::read(&mut reader).map_err(damaged)?;
+        let of_type = || wrong(format!("has the type {}: {}", shortened(&header.descr), wanted_type(key)));
+        let kind = header.kind().ok_or_else(of_type)?;
+        // A damaged header must not ask for more memory than the archive can fill, nor for elements of no bytes.
+        let element_bytes = kind.num_bytes().unwrap_or(usize::MAX).max(1) as u64;
+        let count =
+            header.count().filter(|count| count.checked_mul(element_bytes).is_some_and(|bytes| bytes <= stored_bytes));
+        let Some(count) = count else {
+            return Err(wrong(format!("has the shape {}, but holds less: write the file again", tuple(&header.shape))));
+        };
+        let file = NpyFile::with_header(npy::plain(&kind, count).map_err(damaged)?, &mut reader as &mut dyn Read);
+        let values = values(file, &source.room).map_err(damaged)?.ok_or_else(of_type)?;
+        // The checksum is compared at the end.
+        match reader.read(&mut [0]).map_err(damaged)? {
+            0 => Ok(Some(Array { shape: header.shape, order: header.order, values })),
+            _ => Err(wrong(format!("has the shape {}, but holds more: write the file again", tuple(&header.shape)))),
         }
     }
 
@@ -142,7 +182,7 @@ impl<'a> Archive<'a> {
     }
 
     fn offsets(&mut self) -> Result<Vec<usize>> {
-        let offsets = self.array("offsets", integers)?.expect("checked with the keys");
+        let offsets = self.array("offsets", |file, room| integers(file, room, |x| x))?.expect("checked with the keys");
         self.expect_one_axis("offsets", &offsets.shape)?;
         let negative = offsets.values.iter().find(|&&offset| offset < 0);
         match negative {
@@ -158,7 +198,7 @@ impl<'a> Archive<'a> {
 
     /// Which control points are given.
     fn known(&mut self, points: usize) -> Result<Option<Vec<bool>>> {
-        let array = self.array("known", integers)?;
+        let array = self.array("known", |file, room| integers(file, room, |x| x))?;
         let Some(flags) = self.expect_length("known", array, points, "point")? else { return Ok(None) };
         match flags.iter().position(|flag| !matches!(flag, 0 | 1)) {
             Some(point) => Err(self.wrong(format!(
@@ -170,8 +210,8 @@ impl<'a> Archive<'a> {
     }
 
     fn names(&mut self, wanted: usize) -> Result<Option<Vec<String>>> {
-        let array = self.array("names", |file| match kind(&file) {
-            Some((TypeChar::UnicodeStr | TypeChar::ByteStr, _)) => file.into_vec::<String>().map(Some),
+        let array = self.array("names", |file, room| match kind(&file) {
+            Some((TypeChar::UnicodeStr | TypeChar::ByteStr, _)) => values::<String, _>(file, room, |name| name),
             _ => Ok(None),
         })?;
         self.expect_length("names", array, wanted, "curve")
@@ -209,14 +249,42 @@ pub(super) struct Array<T> {
     pub values: Vec<T>,
 }
 
-pub(super) type Npy<'a> = NpyFile<BufReader<Box<dyn Read + 'a>>>;
+pub(super) type Npy<'a> = NpyFile<&'a mut dyn Read>;
 
 /// A shape as NumPy writes it.
 pub(super) fn tuple(shape: &[u64]) -> String {
     match shape {
         [length] => format!("({length},)"),
-        _ => format!("({})", shape.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")),
+        _ => format!("({})", listed(shape.iter().map(u64::to_string))),
     }
+}
+
+/// The names of arrays that were found.
+pub(super) fn arrays(found: &[impl AsRef<str>]) -> String {
+    match found {
+        [] => "none".to_string(),
+        _ => listed(found.iter().map(|name| shortened(name.as_ref()).into_owned())),
+    }
+}
+
+/// The least that an entry takes in the directory of an archive.
+const ENTRY_BYTES: u64 = 46;
+
+/// How many entries an archive claims to have where it does so in 64 bits, in the place where the zip crate looks: the
+/// claim in 16 bits asks for no memory to speak of.
+fn entries(bytes: &[u8]) -> Option<u64> {
+    let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at.checked_add(8)?)?.try_into().ok()?));
+    let last = bytes.len().checked_sub(22)?;
+    let end =
+        (last.saturating_sub(usize::from(u16::MAX))..=last).rev().find(|&at| bytes[at..].starts_with(b"PK\x05\x06"))?;
+    let comment = usize::from(u16::from_le_bytes([bytes[end + 20], bytes[end + 21]]));
+    let locator = bytes.len().checked_sub(42 + comment)?;
+    if !bytes[locator..].starts_with(b"PK\x06\x07") {
+        return None;
+    }
+    let from = usize::try_from(number(locator + 8)?).ok()?;
+    let footer = (from..=end.checked_sub(60)?).find(|&at| bytes[at..].starts_with(b"PK\x06\x06"))?;
+    number(footer + 32)
 }
 
 fn wanted_type(key: &str) -> &'static str {
@@ -235,36 +303,37 @@ fn kind(file: &Npy) -> Option<(TypeChar, u64)> {
     }
 }
 
+/// The elements, turned into something else one by one.
+fn values<T: npyz::Deserialize, U>(file: Npy, room: &Room, turn: impl Fn(T) -> U) -> io::Result<Option<Vec<U>>> {
+    let mut values = Vec::new();
+    room.reserve(&mut values, usize::try_from(file.len()).unwrap_or(usize::MAX))?;
+    for value in file.data::<T>().map_err(io::Error::other)? {
+        values.push(turn(value?));
+    }
+    Ok(Some(values))
+}
+
 /// Floats, integers or booleans as f64; `None` for another type.
-pub(super) fn numbers(file: Npy) -> io::Result<Option<Vec<f64>>> {
+pub(super) fn numbers(file: Npy, room: &Room) -> io::Result<Option<Vec<f64>>> {
     match kind(&file) {
-        Some((TypeChar::Float, 8)) => file.into_vec::<f64>().map(Some),
-        Some((TypeChar::Float, 4)) => {
-            let values: io::Result<Vec<f64>> =
-                file.data::<f32>().map_err(io::Error::other)?.map(|x| x.map(f64::from)).collect();
-            values.map(Some)
-        }
-        _ => Ok(integers(file)?.map(|values| values.into_iter().map(|value| value as f64).collect())),
+        Some((TypeChar::Float, 8)) => values::<f64, _>(file, room, |x| x),
+        Some((TypeChar::Float, 4)) => values::<f32, _>(file, room, f64::from),
+        _ => integers(file, room, |value| value as f64),
     }
 }
 
 /// Integers of any width, or booleans; `None` for another type.
-fn integers(file: Npy) -> io::Result<Option<Vec<i64>>> {
-    fn widen<T: npyz::Deserialize>(file: Npy, widen: impl Fn(T) -> i64) -> io::Result<Option<Vec<i64>>> {
-        let values: io::Result<Vec<i64>> =
-            file.data::<T>().map_err(io::Error::other)?.map(|value| value.map(&widen)).collect();
-        values.map(Some)
-    }
+fn integers<U>(file: Npy, room: &Room, turn: impl Fn(i64) -> U) -> io::Result<Option<Vec<U>>> {
     match kind(&file) {
-        Some((TypeChar::Int, 8)) => widen::<i64>(file, |value| value),
-        Some((TypeChar::Int, 4)) => widen::<i32>(file, i64::from),
-        Some((TypeChar::Int, 2)) => widen::<i16>(file, i64::from),
-        Some((TypeChar::Int, 1)) => widen::<i8>(file, i64::from),
-        Some((TypeChar::Uint, 8)) => widen::<u64>(file, |value| i64::try_from(value).unwrap_or(i64::MAX)),
-        Some((TypeChar::Uint, 4)) => widen::<u32>(file, i64::from),
-        Some((TypeChar::Uint, 2)) => widen::<u16>(file, i64::from),
-        Some((TypeChar::Uint, 1)) => widen::<u8>(file, i64::from),
-        Some((TypeChar::Bool, _)) => widen::<bool>(file, i64::from),
+        Some((TypeChar::Int, 8)) => values::<i64, _>(file, room, turn),
+        Some((TypeChar::Int, 4)) => values::<i32, _>(file, room, |x| turn(x.into())),
+        Some((TypeChar::Int, 2)) => values::<i16, _>(file, room, |x| turn(x.into())),
+        Some((TypeChar::Int, 1)) => values::<i8, _>(file, room, |x| turn(x.into())),
+        Some((TypeChar::Uint, 8)) => values::<u64, _>(file, room, |x| turn(i64::try_from(x).unwrap_or(i64::MAX))),
+        Some((TypeChar::Uint, 4)) => values::<u32, _>(file, room, |x| turn(x.into())),
+        Some((TypeChar::Uint, 2)) => values::<u16, _>(file, room, |x| turn(x.into())),
+        Some((TypeChar::Uint, 1)) => values::<u8, _>(file, room, |x| turn(x.into())),
+        Some((TypeChar::Bool, _)) => values::<bool, _>(file, room, |x| turn(x.into())),
         _ => Ok(None),
     }
 }

@@ -1,24 +1,41 @@
-//! Bytes in: a file or standard input, gzip and the byte-order mark taken off.
+//! Bytes in: a file, standard input or any reader, gzip and the byte-order mark taken off.
 
+use std::cell::Cell;
+use std::fmt;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use flate2::bufread::MultiGzDecoder;
 
+use super::memory::{Full, Room};
 use crate::error::{Error, Result};
 
+/// Packed data may unpack to this many times its size, and [`UNPACKED_BYTES`] more: text of numbers packs to a third or a
+/// tenth, while files made to fill memory come near 1,000 times, the most that DEFLATE can.
+pub(super) const UNPACKED_TIMES: u64 = 100;
+/// What packed data of any size may unpack to: a file of a few zeros packs to nearly nothing.
+pub(super) const UNPACKED_BYTES: u64 = 256 << 20;
+
+/// The most that so many bytes may unpack to.
+pub(super) fn most_unpacked(packed_bytes: u64) -> u64 {
+    packed_bytes.saturating_mul(UNPACKED_TIMES).saturating_add(UNPACKED_BYTES)
+}
+
 /// An open input.
-pub(super) struct Source {
-    /// The name for errors, as the user gave it; `-` for standard input.
+pub(super) struct Source<'a> {
+    /// The name for errors, as the user gave it; `-` for standard input, `input` for a reader.
     pub path: PathBuf,
     /// The bytes.
-    pub reader: Box<dyn BufRead>,
+    pub reader: Box<dyn BufRead + 'a>,
+    /// The memory that reading may take.
+    pub room: Room,
     zipped: bool,
 }
 
-impl Source {
-    /// Opens a file, or standard input for `-`. Gzip is known by its first two bytes, whatever the name says.
+impl<'a> Source<'a> {
+    /// Opens a file, or standard input for `-`.
     pub fn open(path: &Path) -> Result<Self> {
         let raw: Box<dyn BufRead> = if path == Path::new("-") {
             Box::new(BufReader::new(io::stdin()))
@@ -26,19 +43,37 @@ impl Source {
             let file = File::open(path).map_err(|source| Error::Read { path: path.to_path_buf(), source })?;
             Box::new(BufReader::with_capacity(1 << 16, file))
         };
-        let source = Source { path: path.to_path_buf(), reader: Box::new(io::empty()), zipped: false };
+        Self::unwrapped(path, raw)
+    }
+
+    /// Takes bytes that have no name.
+    pub fn of_reader(reader: impl Read + 'a) -> Result<Self> {
+        Self::unwrapped(Path::new("input"), Box::new(BufReader::with_capacity(1 << 16, reader)))
+    }
+
+    /// Gzip is known by its first two bytes, whatever the name says.
+    fn unwrapped(path: &Path, raw: Box<dyn BufRead + 'a>) -> Result<Self> {
+        let source =
+            Source { path: path.to_path_buf(), reader: Box::new(io::empty()), room: Room::of_system(), zipped: false };
         let (head, raw) = peek(raw).map_err(|error| source.failed(error))?;
         if !head.starts_with(&[0x1f, 0x8b]) {
             return Ok(Source { reader: without_mark(&head, raw), ..source });
         }
         let source = Source { zipped: true, ..source };
-        let unzipped = Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(chain(head, raw))));
-        let (head, unzipped) = peek(unzipped).map_err(|error| source.failed(error))?;
+        let packed = Rc::new(Cell::new(0));
+        let raw = Counted { inner: chain(head, raw), bytes: packed.clone() };
+        let unpacked = Unpacked { inner: MultiGzDecoder::new(raw), packed, bytes: 0 };
+        let (head, unzipped) =
+            peek(Box::new(BufReader::with_capacity(1 << 16, unpacked))).map_err(|error| source.failed(error))?;
         Ok(Source { reader: without_mark(&head, unzipped), ..source })
     }
 
-    /// A failure to read, as a sentence: the system's, or that of gzip data cut off.
+    /// A failure to read, as a sentence: the system's, or that of gzip data cut off or much too large.
     pub fn failed(&self, error: io::Error) -> Error {
+        let inner = error.get_ref();
+        if inner.is_some_and(|inner| inner.is::<Full>() || inner.is::<Bomb>() || inner.is::<LongRow>()) {
+            return self.error(None, error.to_string());
+        }
         match error.kind() {
             io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData if self.zipped => {
                 self.error(None, format!("the gzip data is damaged or cut off ({error}): fetch the file again"))
@@ -52,10 +87,46 @@ impl Source {
         Error::parse(&self.path, line, message)
     }
 
+    /// No room for what the input holds.
+    pub fn full(&self, full: Full) -> Error {
+        self.error(None, full.to_string())
+    }
+
+    /// Takes memory for what is allocated out of sight.
+    pub fn take(&self, bytes: usize) -> Result<()> {
+        self.room.take(bytes).map_err(|full| self.full(full))
+    }
+
+    /// Makes place for more entries.
+    pub fn grow<T>(&self, values: &mut Vec<T>, more: usize) -> Result<()> {
+        self.room.grow(values, more).map_err(|full| self.full(full))
+    }
+
+    /// Appends an entry.
+    pub fn push<T>(&self, values: &mut Vec<T>, value: T) -> Result<()> {
+        self.grow(values, 1)?;
+        values.push(value);
+        Ok(())
+    }
+
     /// Everything, as bytes.
     pub fn bytes(&mut self) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        self.reader.read_to_end(&mut bytes).map_err(|error| self.failed(error))?;
+        let mut reader = std::mem::replace(&mut self.reader, Box::new(io::empty()));
+        loop {
+            let found = match reader.fill_buf() {
+                Ok(found) => found,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => return Err(self.failed(error)),
+            };
+            if found.is_empty() {
+                break;
+            }
+            self.room.grow(&mut bytes, found.len()).map_err(|full| self.full(full))?;
+            bytes.extend_from_slice(found);
+            let count = found.len();
+            reader.consume(count);
+        }
         if bytes.iter().all(u8::is_ascii_whitespace) {
             return Err(self.error(None, "the file is empty: there is nothing to read"));
         }
@@ -72,16 +143,126 @@ impl Source {
 }
 
 /// The first three bytes (fewer at the end of the input), and what comes after them.
-fn peek(mut reader: Box<dyn BufRead>) -> io::Result<(Vec<u8>, Box<dyn BufRead>)> {
+fn peek<'a>(mut reader: Box<dyn BufRead + 'a>) -> io::Result<(Vec<u8>, Box<dyn BufRead + 'a>)> {
     let mut head = Vec::with_capacity(3);
     reader.by_ref().take(3).read_to_end(&mut head)?;
     Ok((head, reader))
 }
 
-fn chain(head: Vec<u8>, reader: Box<dyn BufRead>) -> Box<dyn BufRead> {
+fn chain<'a>(head: Vec<u8>, reader: Box<dyn BufRead + 'a>) -> Box<dyn BufRead + 'a> {
     Box::new(io::Cursor::new(head).chain(reader))
 }
 
-fn without_mark(head: &[u8], reader: Box<dyn BufRead>) -> Box<dyn BufRead> {
+fn without_mark<'a>(head: &[u8], reader: Box<dyn BufRead + 'a>) -> Box<dyn BufRead + 'a> {
     if head == b"\xef\xbb\xbf" { reader } else { chain(head.to_vec(), reader) }
+}
+
+/// Counts the bytes taken from a reader.
+struct Counted<R> {
+    inner: R,
+    bytes: Rc<Cell<u64>>,
+}
+
+impl<R: BufRead> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.inner.read(buffer)?;
+        self.bytes.set(self.bytes.get() + count as u64);
+        Ok(count)
+    }
+}
+
+impl<R: BufRead> BufRead for Counted<R> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        self.inner.fill_buf()
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.bytes.set(self.bytes.get() + count as u64);
+        self.inner.consume(count);
+    }
+}
+
+/// What a decoder gives, as long as it is not too much for what it took.
+struct Unpacked<R> {
+    inner: R,
+    packed: Rc<Cell<u64>>,
+    bytes: u64,
+}
+
+impl<R: Read> Read for Unpacked<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.inner.read(buffer)?;
+        self.bytes += count as u64;
+        match self.bytes > most_unpacked(self.packed.get()) {
+            true => Err(io::Error::other(Bomb)),
+            false => Ok(count),
+        }
+    }
+}
+
+/// Gzip data that unpacks to too much.
+#[derive(Debug)]
+struct Bomb;
+
+impl fmt::Display for Bomb {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "the gzip data unpacks to more than {UNPACKED_TIMES} times its size and {} MiB: if it is meant to, unpack it \
+             with gunzip and give the file itself",
+            UNPACKED_BYTES >> 20
+        )
+    }
+}
+
+impl std::error::Error for Bomb {}
+
+/// A row of a table may have so many bytes; the longest names are far shorter.
+const ROW_BYTES: u64 = 64 << 20;
+
+/// A row that does not end.
+#[derive(Debug)]
+pub(super) struct LongRow;
+
+impl fmt::Display for LongRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a row is longer than {} MiB: end the rows, and close quotation marks", ROW_BYTES >> 20)
+    }
+}
+
+impl std::error::Error for LongRow {}
+
+/// Gives rows of bounded length: whoever has read a row sets `since_row` to 0.
+pub(super) struct RowReader<'c, R> {
+    pub inner: R,
+    pub since_row: &'c Cell<u64>,
+}
+
+impl<R: Read> Read for RowReader<'_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.inner.read(buffer)?;
+        let bytes = self.since_row.get() + count as u64;
+        self.since_row.set(bytes);
+        if bytes > ROW_BYTES { Err(io::Error::other(LongRow)) } else { Ok(count) }
+    }
+}
+
+/// Reads a line, with its end, after what `bytes` holds.
+pub(super) fn read_line(reader: &mut dyn BufRead, room: &Room, bytes: &mut Vec<u8>) -> io::Result<usize> {
+    let before = bytes.len();
+    loop {
+        let found = match reader.fill_buf() {
+            Ok(found) => found,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => return Err(error),
+        };
+        let end = found.iter().position(|&byte| byte == b'\n').map(|at| at + 1);
+        let count = end.unwrap_or(found.len());
+        room.grow(bytes, count)?;
+        bytes.extend_from_slice(&found[..count]);
+        reader.consume(count);
+        if end.is_some() || count == 0 {
+            return Ok(bytes.len() - before);
+        }
+    }
 }

@@ -13,7 +13,8 @@ fn figures() -> CurveBatch {
     let wave: Vec<[f64; 2]> = (0..7).map(|k| [f64::from(k) / 3.0, (f64::from(k) * 1.1).sin() * 1e-7]).collect();
     let ring: Vec<[f64; 2]> =
         (0..5).map(|k| [(f64::from(k) * 1.2566).cos() * 1e5, (f64::from(k) * 1.2566).sin()]).collect();
-    let (point, pair) = ([[0.1 + 0.2, -0.0]], [[1e300, 5e-324], [f64::MAX, f64::MIN_POSITIVE]]);
+    // Of y = 0 drawings lose the sign.
+    let (point, pair) = ([[-0.0, 0.1 + 0.2]], [[1e300, 5e-324], [f64::MAX, f64::MIN_POSITIVE]]);
     let batch = CurveBatch::from_slices(&[&wave[..], &ring[..], &point[..], &pair[..]]).unwrap();
     let names = ["plain", "a \"quoted\", <odd> & \n two-line näme 曲线", "12/0", " spaces "];
     let batch = batch.with_names(names.map(String::from).to_vec()).unwrap();
@@ -164,9 +165,62 @@ fn svg_vertices_come_from_every_element_through_its_transforms() {
     for ((name, closed, points), wanted) in curves.iter().zip(expected) {
         assert_eq!((name.as_str(), *closed), (wanted.0, wanted.1));
         assert_eq!(points.len(), wanted.2.len(), "{name}");
-        let furthest = points.iter().zip(wanted.2).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        // y points down in the drawing.
+        let wanted = wanted.2.iter().enumerate().map(|(k, x)| if k % 2 == 0 { *x } else { -x });
+        let furthest = points.iter().zip(wanted).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
         assert!(furthest < 1e-14, "{name}: {points:?}");
     }
+}
+
+/// Twice the area that points run round, x to the right and y up: positive where they run counterclockwise.
+fn area(points: &[f64]) -> f64 {
+    let n = points.len() / 2;
+    (0..n).map(|k| (k, (k + 1) % n)).map(|(k, j)| points[2 * k] * points[2 * j + 1] - points[2 * j] * points[2 * k + 1]).sum()
+}
+
+#[test]
+fn what_is_seen_stays_what_is_seen_between_drawings_maps_and_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let d = |name: &str| {
+        let text = std::fs::read_to_string(file(name)).unwrap();
+        let from = text.find(" d=\"").unwrap() + 4;
+        text[from..].split('"').next().unwrap().to_string()
+    };
+    // A wedge of the north: 80° stands above 10°.
+    std::fs::write(file("a.json"), r#"{"type":"Polygon","coordinates":[[[0,10],[40,10],[40,80],[0,10]]]}"#).unwrap();
+    let map = io::read(file("a.json")).unwrap();
+    io::write(file("a.svg"), &map).unwrap();
+    assert_eq!(d("a.svg"), "M0,-10L40,-10 40,-80Z", "SVG's y points down");
+    assert!(std::fs::read_to_string(file("a.svg")).unwrap().contains("viewBox=\"-1.4 -81.4 42.8 72.8\""));
+    let drawing = io::read(file("a.svg")).unwrap();
+    assert_same(&drawing, &map, true, "there and back");
+    // A drawing: right along the top, then down.
+    let text = r#"<svg><path d="M1,2.5L9,2.5 9,7Z"/></svg>"#;
+    std::fs::write(file("b.svg"), text).unwrap();
+    let drawing = io::read(file("b.svg")).unwrap();
+    assert_eq!(drawing.points(0), [1.0, -2.5, 9.0, -2.5, 9.0, -7.0]);
+    assert!(area(drawing.points(0)) < 0.0, "clockwise, as seen");
+    io::write(file("c.svg"), &drawing).unwrap();
+    assert_eq!(d("c.svg"), "M1,2.5L9,2.5 9,7Z");
+    for extension in ["csv", "json", "npz"] {
+        let other = through(folder.path(), &drawing, extension);
+        assert_eq!(other.points(0), drawing.points(0), "{extension}");
+        io::write_with(file("d.svg"), &other, &WriteOptions { overwrite: true, ..WriteOptions::default() }).unwrap();
+        assert_eq!(d("d.svg")[..17], d("c.svg")[..17], "{extension}");
+    }
+    // The picture of it runs as it does: its y points down, too.
+    let fit = faircurve::spline::Natural::default().fit(&drawing, &faircurve::Device::cpu()).unwrap();
+    let picture = faircurve::picture::Picture { points: false, ..Default::default() }.draw(&drawing, &fit);
+    let path = picture.split(" d=\"").filter_map(|rest| rest.split('"').next()).find(|d| d.contains(['C', 'c'])).unwrap();
+    let flat: Vec<f64> = kurbo::BezPath::from_svg(path)
+        .unwrap()
+        .elements()
+        .iter()
+        .filter_map(|element| element.end_point())
+        .flat_map(|p| [p.x, p.y])
+        .collect();
+    assert!(area(&flat) > 0.0, "with y down clockwise is positive: {path}");
 }
 
 #[test]
@@ -183,7 +237,7 @@ fn bezier_chains_are_drawn_as_cubics_and_written_as_control_points() {
     let paths: Vec<&str> = svg.lines().filter(|line| line.starts_with("<path")).collect();
     assert_eq!(
         paths,
-        [r#"<path id="0" d="M0,0C1,2 2,2 3,0 4,-2 5,-2 6,0"/>"#, r#"<path id="1" d="M0,0C1,2 2,2 0,0Z"/>"#]
+        [r#"<path id="0" d="M0,0C1,-2 2,-2 3,0 4,2 5,2 6,0"/>"#, r#"<path id="1" d="M0,0C1,-2 2,-2 0,0Z"/>"#]
     );
     assert!(svg.contains(r#"viewBox="-0.12 -2.12 6.24 4.24""#), "{svg}");
     let closed = batch.clone().closed_each(vec![false, true]).unwrap();

@@ -1,5 +1,6 @@
 //! Files in and out: what is written reads back to the same bits, bad files are sentences, real data comes in whole.
 
+mod bombs;
 mod controls;
 mod damage;
 mod documents;
@@ -8,6 +9,7 @@ mod formats;
 mod grids;
 mod npz;
 mod real_data;
+mod streams;
 
 use std::path::Path;
 

@@ -3,11 +3,14 @@
 use std::fmt;
 use std::ops::Range;
 
+use crate::io::memory::{Full, Room};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
 
 /// Flat coordinates of lines, as they are read.
-#[derive(Default)]
-pub(super) struct Lines {
+pub(super) struct Lines<'a> {
+    room: &'a Room,
+    /// Why there is no place for more.
+    pub full: Option<Full>,
     pub xy: Vec<f64>,
     z: Vec<f64>,
     pub offsets: Vec<usize>,
@@ -19,9 +22,33 @@ pub(super) struct Lines {
     without_z: Option<usize>,
 }
 
-impl Lines {
-    pub fn new() -> Self {
-        Lines { offsets: vec![0], ..Lines::default() }
+impl<'a> Lines<'a> {
+    pub fn new(room: &'a Room) -> Self {
+        Lines {
+            room,
+            full: None,
+            xy: Vec::new(),
+            z: Vec::new(),
+            offsets: vec![0],
+            counts: Vec::new(),
+            feature: 0,
+            with_z: None,
+            without_z: None,
+        }
+    }
+
+    /// Makes place for a position and a line.
+    fn grow<E: serde::de::Error>(&mut self) -> std::result::Result<(), E> {
+        let room = self.room;
+        let z = self.with_z.map_or(Ok(()), |_| room.grow(&mut self.z, 1));
+        let grown = z
+            .and_then(|()| room.grow(&mut self.xy, 2))
+            .and_then(|()| room.grow(&mut self.offsets, 1))
+            .and_then(|()| room.grow(&mut self.counts, 1));
+        grown.map_err(|full| {
+            self.full = Some(full);
+            E::custom(full)
+        })
     }
 
     /// The entries of `xy` that line `i` owns.
@@ -43,19 +70,19 @@ impl Lines {
 }
 
 /// Lists of lines: `depth` 1 is one line, a list of positions.
-pub(super) struct List<'l> {
+pub(super) struct List<'l, 'a> {
     pub depth: usize,
-    pub lines: &'l mut Lines,
+    pub lines: &'l mut Lines<'a>,
 }
 
-impl<'de> DeserializeSeed<'de> for List<'_> {
+impl<'de> DeserializeSeed<'de> for List<'_, '_> {
     type Value = ();
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> std::result::Result<(), D::Error> {
         deserializer.deserialize_seq(self)
     }
 }
 
-impl<'de> Visitor<'de> for List<'_> {
+impl<'de> Visitor<'de> for List<'_, '_> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -66,6 +93,7 @@ impl<'de> Visitor<'de> for List<'_> {
         let List { depth, lines } = self;
         if depth == 1 {
             while list.next_element_seed(Position(lines))?.is_some() {}
+            lines.grow()?;
             lines.offsets.push(lines.xy.len() / 2);
             return Ok(());
         }
@@ -74,6 +102,7 @@ impl<'de> Visitor<'de> for List<'_> {
             count += 1;
         }
         if depth == 2 {
+            lines.grow()?;
             lines.counts.push(count);
         }
         Ok(())
@@ -81,16 +110,16 @@ impl<'de> Visitor<'de> for List<'_> {
 }
 
 /// A position: two numbers, an altitude perhaps; more are passed over, as RFC 7946 allows.
-struct Position<'l>(&'l mut Lines);
+struct Position<'l, 'a>(&'l mut Lines<'a>);
 
-impl<'de> DeserializeSeed<'de> for Position<'_> {
+impl<'de> DeserializeSeed<'de> for Position<'_, '_> {
     type Value = ();
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> std::result::Result<(), D::Error> {
         deserializer.deserialize_seq(self)
     }
 }
 
-impl<'de> Visitor<'de> for Position<'_> {
+impl<'de> Visitor<'de> for Position<'_, '_> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -102,6 +131,7 @@ impl<'de> Visitor<'de> for Position<'_> {
         let (Some(x), Some(y)) = (list.next_element::<f64>()?, list.next_element::<f64>()?) else {
             return Err(A::Error::custom("a position has fewer than two numbers"));
         };
+        lines.grow()?;
         lines.xy.extend([x, y]);
         match list.next_element::<f64>()? {
             Some(z) => {

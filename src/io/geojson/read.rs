@@ -11,9 +11,14 @@ use serde_json::value::RawValue;
 use super::coordinates::{Lines, List};
 use super::{Document, Shape, Slot};
 use crate::batch::CurveBatch;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
 use crate::io::{Origin, ReadOptions, close, longitude};
+
+/// Memory that a comma and an opening bracket stand for, from above: entries of lists of references to the text, names, flags
+/// and places of curves, cuts of the text, which is kept a second time without its coordinates.
+const COMMA_BYTES: usize = 24;
+const BRACKET_BYTES: usize = 64;
 
 /// Geometry collections nested deeper than this are refused.
 const MAX_NESTING: usize = 64;
@@ -21,6 +26,9 @@ const MAX_NESTING: usize = 64;
 /// Reads a document: a feature collection, a feature or a geometry.
 pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let text = source.text()?;
+    let count = |wanted: fn(&u8) -> bool| text.bytes().filter(wanted).count();
+    source
+        .take(text.len() + COMMA_BYTES * count(|&c| c == b',') + BRACKET_BYTES * count(|&c| c == b'[' || c == b'{'))?;
     let root: &RawValue = serde_json::from_str(&text).map_err(|error| {
         let (line, column) = (error.line() as u64, error.column());
         let what = without_place(&error);
@@ -33,7 +41,8 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
 
 fn without_place(error: &serde_json::Error) -> String {
     let text = error.to_string();
-    text.split(" at line ").next().unwrap_or_default().to_string()
+    let what = text.rsplit_once(" at line ").map_or(text.as_str(), |(what, _)| what);
+    shortened(what).into_owned()
 }
 
 /// A member of an object: its name with the quotation marks, and its value.
@@ -68,9 +77,9 @@ impl<'a> Members<'a> {
 }
 
 struct Reader<'a> {
-    source: &'a Source,
+    source: &'a Source<'a>,
     text: &'a str,
-    lines: Lines,
+    lines: Lines<'a>,
     /// Whether coordinates are longitudes and latitudes: always, unless an old `crs` member says otherwise.
     geographic: bool,
     /// Parts of the text to leave out, and the coordinates that stood there.
@@ -84,11 +93,11 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(source: &'a Source, text: &'a str) -> Self {
+    fn new(source: &'a Source<'a>, text: &'a str) -> Self {
         Reader {
             source,
             text,
-            lines: Lines::new(),
+            lines: Lines::new(&source.room),
             geographic: true,
             cuts: Vec::new(),
             rings: Vec::new(),
@@ -120,7 +129,9 @@ impl<'a> Reader<'a> {
                     let members = self.members(feature, "a feature")?;
                     match self.kind(&members)?.as_str() {
                         "Feature" => self.feature(&members)?,
-                        other => return Err(self.wrong(format!("its type is {other:?}: it must be \"Feature\""))),
+                        other => {
+                            return Err(self.wrong(format!("its type is {}: it must be \"Feature\"", quoted(other))));
+                        }
                     }
                 }
                 self.cut_bbox(&members, 0);
@@ -170,7 +181,8 @@ impl<'a> Reader<'a> {
             }
             other => {
                 return Err(self.wrong(format!(
-                    "the type {other:?} is none of GeoJSON's: FeatureCollection, Feature and the geometries are"
+                    "the type {} is none of GeoJSON's: FeatureCollection, Feature and the geometries are",
+                    quoted(other)
                 )));
             }
         }
@@ -185,6 +197,9 @@ impl<'a> Reader<'a> {
         self.lines.feature = self.feature;
         let mut json = serde_json::Deserializer::from_str(raw.get());
         List { depth, lines: &mut self.lines }.deserialize(&mut json).map_err(|error| {
+            if let Some(full) = self.lines.full {
+                return self.source.full(full);
+            }
             let what = without_place(&error);
             self.wrong(format!("its coordinates do not nest as its type asks, or are no numbers: {what}"))
         })?;

@@ -1,15 +1,11 @@
 //! CSV: rows of numbers, one grid a block, a blank line between two.
 
-use std::io::{self, BufRead, Write};
+use std::io::{self, Write};
 
-use super::super::source::Source;
+use super::super::source::{Source, read_line};
 use super::super::text::Text;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, listed, quoted};
 use crate::grids::Grids;
-
-/// Cells that an error quotes, and letters of each.
-const QUOTED: usize = 4;
-const LETTERS: usize = 40;
 
 /// Reads blocks of rows.
 pub(super) fn read(source: &mut Source) -> Result<Grids> {
@@ -19,16 +15,16 @@ pub(super) fn read(source: &mut Source) -> Result<Grids> {
     let mut line = 0;
     loop {
         bytes.clear();
-        if reader.read_until(b'\n', &mut bytes).map_err(|error| source.failed(error))? == 0 {
+        if read_line(&mut reader, &source.room, &mut bytes).map_err(|error| source.failed(error))? == 0 {
             break;
         }
         line += 1;
         match bytes.trim_ascii() {
-            [] => blocks.end(),
+            [] => blocks.end(source)?,
             row => blocks.push(source, line, row)?,
         }
     }
-    blocks.end();
+    blocks.end(source)?;
     match blocks.shapes.is_empty() {
         true => Err(source.error(None, "the file is empty: there is nothing to read")),
         false => Grids::new(1, blocks.shapes, blocks.values),
@@ -49,7 +45,7 @@ impl Blocks {
         let before = self.values.len();
         for (column, cell) in row.split(|&byte| byte == b',').enumerate() {
             match number(cell) {
-                Some(x) => self.values.push(x),
+                Some(x) => source.push(&mut self.values, x)?,
                 None if before == 0 && is_header(row) => return Err(header(source, line, row)),
                 None => return Err(wrong(source, line, column + 1, cell)),
             }
@@ -72,9 +68,10 @@ impl Blocks {
         Ok(())
     }
 
-    fn end(&mut self) {
-        if self.shape[0] > 0 {
-            self.shapes.push(std::mem::take(&mut self.shape));
+    fn end(&mut self, source: &Source) -> Result<()> {
+        match self.shape[0] {
+            0 => Ok(()),
+            _ => source.push(&mut self.shapes, std::mem::take(&mut self.shape)),
         }
     }
 }
@@ -90,10 +87,13 @@ fn is_header(row: &[u8]) -> bool {
 }
 
 fn header(source: &Source, line: u64, row: &[u8]) -> Error {
-    let cells: Vec<String> = row.split(|&byte| byte == b',').map(quoted).collect();
-    let more = if cells.len() > QUOTED { ", …" } else { "" };
-    let words = cells[..cells.len().min(QUOTED)].join(", ");
-    source.error(line, format!("the row holds {words}{more} as a header does, but grids have none: remove the line, so that all rows are numbers"))
+    let words = listed(row.split(|&byte| byte == b',').map(quoted_cell));
+    source.error(
+        line,
+        format!(
+            "the row holds {words} as a header does, but grids have none: remove the line, so that all rows are numbers"
+        ),
+    )
 }
 
 fn wrong(source: &Source, line: u64, column: usize, cell: &[u8]) -> Error {
@@ -103,20 +103,17 @@ fn wrong(source: &Source, line: u64, column: usize, cell: &[u8]) -> Error {
         if text.is_empty() {
             format!("column {column} is empty: fill in a number, or remove the comma")
         } else if text.split(|byte| b"; \t".contains(byte)).all(|part| part.is_empty() || number(part).is_some()) {
-            format!("column {column} holds {}, which is no number: separate numbers by commas", quoted(text))
+            format!("column {column} holds {}, which is no number: separate numbers by commas", quoted_cell(text))
         } else {
-            format!("column {column} holds {}, which is no number: mend it", quoted(text))
+            format!("column {column} holds {}, which is no number: mend it", quoted_cell(text))
         },
     )
 }
 
-/// A cell in quotation marks, cut off where it is long.
-fn quoted(cell: &[u8]) -> String {
-    let text = String::from_utf8_lossy(cell.trim_ascii());
-    match text.char_indices().nth(LETTERS) {
-        Some((at, _)) => format!("{:?} …", &text[..at]),
-        None => format!("{text:?}"),
-    }
+fn quoted_cell(cell: &[u8]) -> String {
+    // The cell may be megabytes.
+    let start = &cell.trim_ascii()[..cell.trim_ascii().len().min(1000)];
+    quoted(&String::from_utf8_lossy(start))
 }
 
 /// Writes rows of heights, and a blank line between two grids.

@@ -15,13 +15,13 @@ mod obj;
 mod svg;
 
 use std::fmt;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::Path;
 use std::str::FromStr;
 
 use super::source::Source;
-use super::{atomic, extension_of, is_gzip, unknown_format, write_atomically};
-use crate::error::{Error, Result};
+use super::{atomic, extension_of, is_gzip, unknown_format, unnamed, write_atomically};
+use crate::error::{Error, Result, quoted};
 use crate::grids::Grids;
 
 /// A file format for grids.
@@ -69,6 +69,17 @@ impl GridFormat {
         }
     }
 
+    /// Refuses the formats that are only written.
+    fn check_read(self) -> Result<()> {
+        match self {
+            GridFormat::Csv | GridFormat::Npz => Ok(()),
+            GridFormat::Obj | GridFormat::Svg => Err(Error::Argument(format!(
+                "{} is only written, grids are read from CSV and NPZ: give one of these",
+                self.to_string().to_uppercase()
+            ))),
+        }
+    }
+
     fn of(path: &Path, given: Option<Self>, option: &str, words: &str) -> Result<Self> {
         given.or_else(|| Self::of_extension(path)).ok_or_else(|| unknown_format(path, option, words))
     }
@@ -85,7 +96,8 @@ impl FromStr for GridFormat {
             "obj" => Ok(GridFormat::Obj),
             "svg" => Ok(GridFormat::Svg),
             _ => Err(Error::Argument(format!(
-                "there is no format {word:?} for grids: csv, npz, obj and svg are possible"
+                "there is no format {} for grids: csv, npz, obj and svg are possible",
+                quoted(word)
             ))),
         }
     }
@@ -141,20 +153,32 @@ impl Default for GridWrite<'_> {
 pub fn read(path: impl AsRef<Path>, format: Option<GridFormat>) -> Result<Grids> {
     let path = path.as_ref();
     let format = GridFormat::of(path, format, "--from", "csv or npz")?;
-    if matches!(format, GridFormat::Obj | GridFormat::Svg) {
-        let word = format.to_string().to_uppercase();
-        return Err(Error::Argument(format!(
-            "{word} is only written, grids are read from CSV and NPZ: give one of these"
-        )));
-    }
-    let mut source = Source::open(path)?;
-    let grids = match format {
-        GridFormat::Csv => csv::read(&mut source),
-        _ => npz::read(&mut source),
-    }?;
-    Ok(grids.with_file(Some(path.display().to_string())))
+    format.check_read()?;
+    Ok(read_source(Source::open(path)?, format)?.with_file(Some(path.display().to_string())))
 }
 
+/// Reads grids from bytes. Gzip is known by its first bytes; sentences call the bytes `input`.
+///
+/// ```
+/// use faircurve::io::grids::{self, GridFormat};
+/// let grids = grids::read_from(&b"1,2,3\n4,5,6\n"[..], GridFormat::Csv)?;
+/// assert_eq!((grids.shape(0), grids.grid(0)), ([2, 3], &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0][..]));
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`read()`].
+pub fn read_from(reader: impl Read, format: GridFormat) -> Result<Grids> {
+    format.check_read()?;
+    read_source(Source::of_reader(reader)?, format)
+}
+
+fn read_source(mut source: Source, format: GridFormat) -> Result<Grids> {
+    match format {
+        GridFormat::Csv => csv::read(&mut source),
+        _ => npz::read(&mut source),
+    }
+}
 /// Writes grids to a file, whole or not at all, or to standard output for `-` (then the format must be given).
 ///
 /// Grids with NaN or infinite values stay what they are in CSV and NPZ; meshes and pictures say that they are left out.
@@ -165,23 +189,37 @@ pub fn write(path: impl AsRef<Path>, grids: &Grids, options: &GridWrite) -> Resu
     let path = path.as_ref();
     let format = GridFormat::of(path, options.format, "--to", "csv, npz, obj or svg")?;
     format.check(grids)?;
-    let fill = |out: &mut dyn Write| match format {
-        GridFormat::Csv => csv::write(out, grids),
-        GridFormat::Npz => npz::write(out, grids),
-        GridFormat::Obj => obj::write(out, grids, options.spacing),
-        GridFormat::Svg => svg::write(out, grids, options),
-    };
     write_atomically(path, options.overwrite, |out| {
         if is_gzip(path) {
             let mut zipped = flate2::write::GzEncoder::new(out, flate2::Compression::default());
-            fill(&mut zipped)?;
+            fill(&mut zipped, grids, format, options)?;
             zipped.finish()?.flush()
         } else if let (GridFormat::Npz, Some(file)) = (format, out.seekable()) {
             npz::write_seekable(file, grids)
         } else {
-            fill(out)
+            fill(out, grids, format, options)
         }
     })
+}
+
+/// Writes grids as bytes, into a vector or whatever takes them. The format must be given; nothing is compressed.
+///
+/// # Errors
+/// [`Error::Argument`] for what the format cannot hold, and where none is given; [`Error::Stream`] with what `out` said,
+/// which then may hold a part.
+pub fn write_to(mut out: impl Write, grids: &Grids, options: &GridWrite) -> Result<()> {
+    let format = options.format.ok_or_else(|| unnamed("GridWrite::format"))?;
+    format.check(grids)?;
+    fill(&mut out, grids, format, options).map_err(|source| Error::Stream { source })
+}
+
+fn fill(out: &mut dyn Write, grids: &Grids, format: GridFormat, options: &GridWrite) -> std::io::Result<()> {
+    match format {
+        GridFormat::Csv => csv::write(out, grids),
+        GridFormat::Npz => npz::write(out, grids),
+        GridFormat::Obj => obj::write(out, grids, options.spacing),
+        GridFormat::Svg => svg::write(out, grids, options),
+    }
 }
 
 /// Checks, before anything is computed, that an output can be written: its format is known, its folder exists, and no

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Cursor, Seek, Write};
 use npyz::zip::ZipWriter;
 use npyz::{AutoSerialize, Order};
 
-use super::super::npz::{Archive, Array, array, numbers, tuple};
+use super::super::npz::{Archive, Array, array, arrays, numbers, tuple};
 use super::super::source::Source;
 use crate::error::Result;
 use crate::grids::Grids;
@@ -23,10 +23,10 @@ pub(super) fn read(source: &mut Source) -> Result<Grids> {
     // By their numbers: grids_10 comes after grids_9.
     keys.sort_by_key(|key| (key.len(), key.clone()));
     if keys.is_empty() || (0..keys.len()).any(|k| keys[k] != format!("{KEY}_{k}")) {
-        let found = if keys.is_empty() { "none".to_string() } else { keys.join(", ") };
         return Err(archive.wrong(format!(
-            "the arrays are {found}: wanted is {KEY} of the shape (B, rows, columns) or (B, rows, columns, d), or, for grids of several \
-             shapes, {KEY}_0, {KEY}_1 and so on, of (rows, columns) or (rows, columns, d)"
+            "the arrays are {}: wanted is {KEY} of the shape (B, rows, columns) or (B, rows, columns, d), or, for grids of several \
+             shapes, {KEY}_0, {KEY}_1 and so on, of (rows, columns) or (rows, columns, d)",
+            arrays(&keys)
         )));
     }
     several_shapes(&mut archive, &keys)
@@ -78,6 +78,7 @@ fn several_shapes(archive: &mut Archive, keys: &[String]) -> Result<Grids> {
             _ => {}
         }
         shapes.push([rows as usize, columns as usize]);
+        archive.grow(&mut values, array.values.len())?;
         values.extend(by_rows(array));
     }
     Grids::new(dimension.unwrap_or(1) as usize, shapes, values)

@@ -1,6 +1,8 @@
 //! SVG: vertices of paths, or their control points, in; paths, also of cubic Béziers, out.
 
 mod chain;
+mod limits;
+mod path;
 mod read;
 mod transform;
 mod write;

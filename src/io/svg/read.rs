@@ -2,38 +2,61 @@
 //!
 //! The vertices are the data points; of curved segments (C, S, Q, T, A) only the points on the curve are taken: the
 //! end of the segment, and for an arc also where kurbo divides it into Béziers. On demand the data points are the control
-//! points of the subpath as a chain of cubics instead. `transform` attributes are applied;
+//! points of the subpath as a chain of cubics instead. y is turned over, so that it points up. `transform` attributes are applied;
 //! `viewBox`, units and styles are not. What is only defined (`defs`, `symbol`, `clipPath`, `mask`, `marker`,
 //! `pattern`) is passed over.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use kurbo::{Affine, BezPath, PathEl};
+use kurbo::{Affine, PathEl};
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::chain::{self, Vertices};
-use super::transform;
+use super::{limits, path, transform};
 use crate::batch::CurveBatch;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
 use crate::io::{Origin, ReadOptions, close};
+
+/// Memory that an element or an attribute takes in roxmltree's tree, which grows by doubling.
+const NODE_BYTES: usize = 192;
 
 /// Reads a drawing.
 pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let text = source.text()?;
-    // Many drawing programs write a document type; entities in it are read, and limited, by roxmltree.
-    let allow = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+    // Many drawing programs write a document type. roxmltree limits how entities nest, but not how much text they make.
+    let grown_bytes = limits::growth(&text);
+    if grown_bytes > limits::GROWTH_BYTES {
+        return Err(source.error(
+            None,
+            format!(
+                "its entities may make {} MiB of text, and {} MiB are the most: write the drawing without them",
+                grown_bytes >> 20,
+                limits::GROWTH_BYTES >> 20
+            ),
+        ));
+    }
+    if limits::attributes(&text) > limits::ATTRIBUTES {
+        let most = limits::ATTRIBUTES;
+        return Err(source.error(None, format!("an element has more than {most} attributes: give an SVG file")));
+    }
+    let count = |wanted: u8| text.bytes().filter(|&c| c == wanted).count();
+    // Elements, and text between them; those in entities begin with a tag of four bytes or more.
+    let nodes = 2 * count(b'<') + grown_bytes / 2;
+    source.take(NODE_BYTES * (nodes + count(b'=') + grown_bytes / 4) + grown_bytes)?;
+    let nodes_limit = u32::try_from(nodes + 16).unwrap_or(u32::MAX);
+    let allow = ParsingOptions { allow_dtd: true, nodes_limit, ..ParsingOptions::default() };
     let document = Document::parse_with_options(&text, allow).map_err(|error| {
         let what = error.to_string();
-        let what = what.split(" at ").next().unwrap_or_default();
+        let what = shortened(what.rsplit_once(" at ").map_or(what.as_str(), |(what, _)| what));
         // At the end of the document roxmltree has no place to tell and says 1:1.
         let line = Some(u64::from(error.pos().row)).filter(|_| (error.pos().row, error.pos().col) != (1, 1));
         source.error(line, format!("{what}: this is no XML, or the file was cut off"))
     })?;
     let root = document.root_element();
     if root.tag_name().name() != "svg" {
-        let name = root.tag_name().name();
+        let name = shortened(root.tag_name().name());
         return Err(source.error(None, format!("the document is <{name}>, and must be <svg>: give an SVG file")));
     }
     let mut curves = Curves {
@@ -53,7 +76,7 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
 }
 
 struct Curves<'a> {
-    source: &'a Source,
+    source: &'a Source<'a>,
     text: &'a str,
     /// Whether the data points are control points, and not vertices.
     controls: bool,
@@ -96,38 +119,34 @@ impl Curves<'_> {
     }
 
     fn path(&mut self, node: Node, data: &str, affine: Affine) -> Result<()> {
-        // kurbo stops at a letter it does not expect and returns what came before it.
-        let foreign =
-            |c: char| !(c.is_ascii_digit() || c.is_ascii_whitespace() || "+-.,eEMmLlHhVvCcSsQqTtAaZz".contains(c));
-        if let Some(c) = data.chars().find(|&c| foreign(c)) {
-            return Err(self.wrong(node, &format!("its path holds {c:?}, which is no path command: mend it")));
-        }
-        let path = BezPath::from_svg(data)
-            .map_err(|error| self.wrong(node, &format!("its path cannot be read ({error}): mend it")))?;
+        self.source.take(path::most_bytes(data))?;
+        let path = path::parse(data).map_err(|what| self.wrong(node, &what))?;
         self.ids.push((node.attribute("id").map(str::to_string), self.closed.len()));
         let add = if self.controls { chain::add_cubic } else { chain::add_vertex };
         let mut vertices: Vertices = Vec::new();
         for &element in path.elements() {
             if matches!(element, PathEl::MoveTo(_)) {
-                self.end(&mut vertices, false);
+                self.end(&mut vertices, false)?;
             }
             add(&mut vertices, if affine == Affine::IDENTITY { element } else { affine * element });
             if element == PathEl::ClosePath {
                 // A chain without a piece is a point.
                 let closed = vertices.len() > 1 || !self.controls;
-                self.end(&mut vertices, closed);
+                self.end(&mut vertices, closed)?;
             }
         }
-        self.end(&mut vertices, false);
-        Ok(())
+        self.end(&mut vertices, false)
     }
 
-    fn end(&mut self, vertices: &mut Vertices, closed: bool) {
+    fn end(&mut self, vertices: &mut Vertices, closed: bool) -> Result<()> {
         if !vertices.is_empty() {
-            self.coords.extend(vertices.drain(..).flat_map(|point| [point.x, point.y]));
+            self.source.grow(&mut self.coords, 2 * vertices.len())?;
+            // Not −y, which makes −0 of 0.
+            self.coords.extend(vertices.drain(..).flat_map(|point| [point.x, 0.0 - point.y]));
             self.offsets.push(self.coords.len() / 2);
             self.closed.push(closed);
         }
+        Ok(())
     }
 
     /// Ids where every element has one of its own, else the elements' numbers; `/part` where a path has several subpaths.
@@ -149,9 +168,9 @@ impl Curves<'_> {
 
     fn wrong(&self, node: Node, what: &str) -> Error {
         let line = u64::from(node.document().text_pos_at(node.range().start).row);
-        let id = node.attribute("id").map(|id| format!(" {id:?}")).unwrap_or_default();
+        let id = node.attribute("id").map(|id| format!(" {}", quoted(id))).unwrap_or_default();
         debug_assert!(node.range().end <= self.text.len());
-        self.source.error(line, format!("<{}>{id}: {what}", node.tag_name().name()))
+        self.source.error(line, format!("<{}>{id}: {what}", shortened(node.tag_name().name())))
     }
 }
 

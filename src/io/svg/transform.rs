@@ -2,16 +2,18 @@
 
 use kurbo::{Affine, Vec2};
 
+use crate::error::quoted;
+
 /// Reads a list of transforms: `translate scale rotate matrix skewX skewY`, applied from right to left.
 pub(super) fn parse(text: &str) -> Result<Affine, String> {
     let mut whole = Affine::IDENTITY;
     let mut rest = text.trim_matches(separator);
     while !rest.is_empty() {
         let (name, after) = rest.split_once('(').ok_or_else(|| unknown(rest))?;
-        let (inner, after) = after.split_once(')').ok_or_else(|| format!("{rest:?} has no closing bracket"))?;
+        let (inner, after) = after.split_once(')').ok_or_else(|| format!("{} has no closing bracket", quoted(rest)))?;
         let numbers: Result<Vec<f64>, _> =
             inner.split(separator).filter(|number| !number.is_empty()).map(str::parse).collect();
-        let numbers = numbers.map_err(|_| format!("{inner:?} is no list of numbers"))?;
+        let numbers = numbers.map_err(|_| format!("{} is no list of numbers", quoted(inner)))?;
         whole *= single(name.trim(), &numbers)?;
         rest = after.trim_start_matches(separator);
     }
@@ -23,7 +25,7 @@ fn separator(c: char) -> bool {
 }
 
 fn unknown(name: &str) -> String {
-    format!("there is no transform {name:?}: translate, scale, rotate, matrix, skewX and skewY are possible")
+    format!("there is no transform {}: translate, scale, rotate, matrix, skewX and skewY are possible", quoted(name))
 }
 
 fn single(name: &str, numbers: &[f64]) -> Result<Affine, String> {

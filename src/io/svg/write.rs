@@ -1,4 +1,4 @@
-//! Writing: one `<path>` a curve, in the coordinates given (SVG's y points down), with a `viewBox` that fits them.
+//! Writing: one `<path>` a curve, with y turned over, since SVG's points down, and a `viewBox` that fits.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -39,6 +39,11 @@ pub(in crate::io) fn write(
     text.finish()
 }
 
+/// The point as SVG has it. Not −y, which makes −0 of 0.
+fn down(point: &[f64]) -> [f64; 2] {
+    [point[0], 0.0 - point[1]]
+}
+
 fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Result<()> {
     let points = batch.points(i);
     for (k, point) in points.chunks_exact(2).enumerate() {
@@ -48,13 +53,13 @@ fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Res
             (1, true) => "C",
             _ => " ",
         })?;
-        text.point(point, ",")?;
+        text.point(&down(point), ",")?;
     }
     let repeats = points.len() > 2 && points[..2] == points[points.len() - 2..];
     match (beziers, batch.is_closed(i)) {
         (true, true) => {
             text.push(" ")?;
-            text.point(&points[..2], ",")?;
+            text.point(&down(points), ",")?;
             text.push("Z")
         }
         (true, false) if repeats => text.push("Z"),
@@ -74,11 +79,11 @@ fn unit(batch: &CurveBatch, rounding: f64) -> Option<f64> {
 
 /// A chain of cubics in steps from one rounded point to another, so that rounding does not add up.
 fn rounded_path(text: &mut Text, batch: &CurveBatch, i: usize, unit: f64) -> io::Result<()> {
-    let round = |point: &[f64]| [(point[0] * unit).round(), (point[1] * unit).round()];
+    let round = |point: &[f64]| down(point).map(|x| (x * unit).round());
     let points = batch.points(i);
     let Some(first) = points.get(..2).map(round) else { return Ok(()) };
     text.push("M")?;
-    text.point(&first.map(|x| x / unit), ",")?;
+    text.point(&first.map(|x| x / unit + 0.0), ",")?;
     let closing = batch.is_closed(i).then_some(&points[..2]);
     let (mut from, mut command) = (first, "c");
     let rest: Vec<&[f64]> = points.chunks_exact(2).skip(1).chain(closing).collect();
@@ -104,9 +109,9 @@ fn view_box(batch: &CurveBatch) -> [f64; 4] {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for i in (0..batch.len()).filter(|&i| is_finite(batch, i)) {
         for point in batch.points(i).chunks_exact(2) {
-            for axis in 0..2 {
-                low[axis] = low[axis].min(point[axis]);
-                high[axis] = high[axis].max(point[axis]);
+            for (axis, x) in down(point).into_iter().enumerate() {
+                low[axis] = low[axis].min(x);
+                high[axis] = high[axis].max(x);
             }
         }
     }

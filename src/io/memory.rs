@@ -1,0 +1,159 @@
+//! How much memory reading may take: what is free is asked of the system once, and all that grows with the input is
+//! asked for before it is there.
+
+use std::cell::Cell;
+use std::fmt;
+
+/// Part of the free memory that reading may fill: a fit takes as much again, and some is only estimated.
+const SHARE: f64 = 0.5;
+
+/// Below this, vectors grow without being asked for.
+const SMALL_BYTES: usize = 1 << 16;
+
+/// The memory that reading a file may take.
+///
+/// Systems that promise more memory than they have (Linux does) kill the process that uses it: there the free memory is
+/// what `/proc/meminfo`, the limits of the process and those of its control group say. Elsewhere the allocator's refusal
+/// has to do.
+pub(super) struct Room {
+    free_bytes: u64,
+    taken_bytes: Cell<u64>,
+}
+
+/// There is no room.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Full {
+    /// What was asked for, together with what had been given.
+    pub wanted_bytes: u64,
+    /// What may be taken, where it is known.
+    pub free_bytes: Option<u64>,
+}
+
+impl fmt::Display for Full {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+        write!(f, "reading it takes {} MiB of memory or more", mib(self.wanted_bytes))?;
+        match self.free_bytes {
+            Some(free) => write!(f, ", but only {} MiB may be taken", mib(free))?,
+            None => f.write_str(", which the system does not give")?,
+        }
+        f.write_str(": give it in smaller files, or close other programs")
+    }
+}
+
+impl std::error::Error for Full {}
+
+impl From<Full> for std::io::Error {
+    fn from(full: Full) -> Self {
+        std::io::Error::new(std::io::ErrorKind::OutOfMemory, full)
+    }
+}
+
+impl Room {
+    /// What the system has now.
+    pub fn of_system() -> Self {
+        let free = system::free_bytes().map_or(u64::MAX, |bytes| (SHARE * bytes as f64) as u64);
+        Room::of(free)
+    }
+
+    fn of(free_bytes: u64) -> Self {
+        Room { free_bytes, taken_bytes: Cell::new(0) }
+    }
+
+    /// Takes bytes for what is allocated out of sight: an estimate from above.
+    pub fn take(&self, bytes: usize) -> Result<(), Full> {
+        let wanted_bytes = self.taken_bytes.get().saturating_add(bytes as u64);
+        if wanted_bytes > self.free_bytes {
+            return Err(Full { wanted_bytes, free_bytes: Some(self.free_bytes) });
+        }
+        self.taken_bytes.set(wanted_bytes);
+        Ok(())
+    }
+
+    /// Makes place for more entries, twice as many as there are where there is too little.
+    pub fn grow<T>(&self, values: &mut Vec<T>, more: usize) -> Result<(), Full> {
+        if values.capacity() - values.len() >= more {
+            return Ok(());
+        }
+        let least = SMALL_BYTES / size_of::<T>().max(1);
+        self.reserve(values, more.max(values.len()).max(least))
+    }
+
+    /// Makes place for just so many more entries.
+    pub fn reserve<T>(&self, values: &mut Vec<T>, more: usize) -> Result<(), Full> {
+        self.take(more.saturating_mul(size_of::<T>()))?;
+        values.try_reserve_exact(more).map_err(|_| Full { wanted_bytes: self.taken_bytes.get(), free_bytes: None })
+    }
+}
+
+#[cfg(target_os = "linux")]
+mod system {
+    use std::fs::read_to_string;
+
+    /// The least of what the machine, the process's limits and its control group leave.
+    pub fn free_bytes() -> Option<u64> {
+        [machine(), address_space(), control_group()].into_iter().flatten().min()
+    }
+
+    /// The number after a word at the start of a line.
+    fn number(text: &str, word: &str) -> Option<u64> {
+        let line = text.lines().find_map(|line| line.strip_prefix(word))?;
+        line.split_whitespace().next()?.parse().ok()
+    }
+
+    fn machine() -> Option<u64> {
+        Some(number(&read_to_string("/proc/meminfo").ok()?, "MemAvailable:")?.saturating_mul(1024))
+    }
+
+    fn address_space() -> Option<u64> {
+        let limit = number(&read_to_string("/proc/self/limits").ok()?, "Max address space")?;
+        let used = number(&read_to_string("/proc/self/status").ok()?, "VmSize:")?.saturating_mul(1024);
+        Some(limit.saturating_sub(used))
+    }
+
+    fn control_group() -> Option<u64> {
+        let file = |name: &str| read_to_string(format!("/sys/fs/cgroup/memory.{name}")).ok();
+        let limit: u64 = file("max")?.trim().parse().ok()?;
+        let used: u64 = file("current")?.trim().parse().ok()?;
+        // Files that the system keeps in memory, and gives up when asked.
+        let kept = number(&file("stat")?, "inactive_file ").unwrap_or(0);
+        Some(limit.saturating_sub(used.saturating_sub(kept)))
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod system {
+    /// Not known.
+    pub fn free_bytes() -> Option<u64> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_there_is_refused_before_it_is_allocated() {
+        let room = Room::of(100 << 20);
+        let mut values: Vec<f64> = Vec::new();
+        for k in 0..1_000_000 {
+            room.grow(&mut values, 1).unwrap();
+            values.push(f64::from(k));
+        }
+        assert!(values.capacity() <= 2_097_152, "grows by doubling, to {}", values.capacity());
+        let error = room.reserve(&mut values, 1 << 40).unwrap_err();
+        assert!(error.to_string().starts_with("reading it takes 8388"), "{error}");
+        assert!(error.to_string().contains(", but only 100 MiB may be taken"), "{error}");
+        assert_eq!(room.take(usize::MAX).unwrap_err().wanted_bytes, u64::MAX);
+        let error = Room::of(u64::MAX).reserve(&mut values, usize::MAX / 16).unwrap_err();
+        assert!(error.to_string().contains("which the system does not give"), "{error}");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn the_free_memory_is_known() {
+        let free = system::free_bytes().unwrap();
+        assert!((1 << 20..1 << 50).contains(&free), "{free}");
+    }
+}

@@ -1,0 +1,77 @@
+//! What roxmltree does not limit, counted before it reads: text that entities make, attributes of an element.
+
+/// The most: drawing programs use them for the names of a few namespaces.
+pub(super) const GROWTH_BYTES: usize = 16 << 20;
+
+/// What roxmltree lets a reference in the document refer to: references in entities.
+const REFERENCES: usize = 255;
+
+/// Bytes of text that references to entities make, from above: the longest entity, for every reference.
+pub(super) fn growth(text: &str) -> usize {
+    let declarations = text.split("<!ENTITY").skip(1).map(value);
+    let (longest, nested) = declarations.fold((0, false), |(longest, nested), value| {
+        // A reference to a character is no entity.
+        let refers = value.match_indices('&').any(|(at, _)| !value[at + 1..].starts_with('#'));
+        (longest.max(value.len()), nested || refers)
+    });
+    let references = if longest > 0 { text.bytes().filter(|&c| c == b'&').count() } else { 0 };
+    references.saturating_mul(longest).saturating_mul(if nested { REFERENCES } else { 1 })
+}
+
+/// The text of a declaration, which stands in quotation marks.
+fn value(declaration: &str) -> &str {
+    let Some((before, _)) = declaration.split_once(['"', '\'']) else { return declaration };
+    let (mark, rest) = declaration[before.len()..].split_at(1);
+    rest.split_once(mark).map_or(rest, |(value, _)| value)
+}
+
+/// The most attributes of an element, each of which roxmltree compares with all others.
+pub(super) const ATTRIBUTES: usize = 10_000;
+
+/// The most attributes that an element has, from above.
+pub(super) fn attributes(text: &str) -> usize {
+    let (mut most, mut count) = (0, 0);
+    // Inside a tag, and the quotation mark that is open there.
+    let (mut inside, mut mark) = (false, None);
+    let bytes = text.as_bytes();
+    for (at, &c) in bytes.iter().enumerate() {
+        match (inside, mark) {
+            (false, _) => {
+                inside = c == b'<' && !matches!(bytes.get(at + 1), Some(b'!' | b'?'));
+                count = 0;
+            }
+            (true, Some(open)) => mark = mark.filter(|_| c != open),
+            (true, None) => match c {
+                b'"' | b'\'' => mark = Some(c),
+                b'>' => inside = false,
+                b'=' => {
+                    count += 1;
+                    most = most.max(count);
+                }
+                _ => {}
+            },
+        }
+    }
+    most
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn growth_is_counted_from_above() {
+        let svg = |entities: &str, body: &str| growth(&format!("<!DOCTYPE svg [{entities}]><svg>{body}</svg>"));
+        assert_eq!(svg("", "&amp;&lt;"), 0);
+        assert_eq!(svg("<!ENTITY a '12\"45'><!ENTITY b \"1\">", "&a;&b;&a;"), 15);
+        assert_eq!(svg("<!ENTITY a '12345'><!ENTITY b '&a;&a;'>", "&b;"), 3 * 6 * 255);
+        assert_eq!(svg("<!ENTITY a '&#65;'>", "&a;"), 2 * 5);
+    }
+
+    #[test]
+    fn attributes_are_counted_by_element() {
+        let text = "<?xml a='' b='' c=''?><!-- <d e='' f='' g='' --><svg a='>' b=\"'=\"><p c=''/> d='' e='' f=''</svg>";
+        assert_eq!(attributes(text), 3, "the comment's element counts");
+        assert_eq!(attributes("<svg a='>' b=\"'=\"><p c=''/> d='' e='' f=''</svg>"), 2);
+    }
+}
