@@ -124,6 +124,7 @@ mod grids;
 pub mod io;
 pub mod laplacian;
 pub mod linalg;
+mod motion;
 pub mod picture;
 mod report;
 pub mod scf;
@@ -136,6 +137,7 @@ pub use curve::{Curve, Jet, Sampling};
 pub use device::{Choice, Device, GPU_PAYS_ABOVE, Precision};
 pub use error::{Error, Result};
 pub use grids::Grids;
+pub use motion::Motion;
 pub use report::{CurveReport, CurveSet, CurveStatus, Fit};
 
 /// The example of the README compiles.

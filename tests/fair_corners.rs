@@ -40,7 +40,7 @@ fn a_square_keeps_its_corners_and_its_sides_are_straight() {
         assert_eq!(found.len(), 8 * SEGMENTS);
         (0..8).for_each(|k| assert_eq!(found[k * SEGMENTS], points[k], "start {start}, point {k}"));
         let curve = fit.curve(0);
-        assert!(curve.is_closed() && curve.max_curvature(16) <= 1e-9 && (curve.length() - 8.0).abs() <= 1e-9);
+        assert!(curve.is_closed() && curve.max_curvature() <= 1e-9 && (curve.length() - 8.0).abs() <= 1e-9);
         assert!(found.iter().all(|[x, y]| [x * (x - 2.0), y * (y - 2.0)].iter().any(|z| z.abs() <= 1e-12)));
     }
 }
@@ -72,7 +72,7 @@ fn a_closed_curve_with_one_corner_is_smooth_everywhere_else() {
         assert!(turns[tip * SEGMENTS] > 0.8 && others.fold(0.0, f64::max) < 0.4, "start {start}: {turns:?}");
         // What the curve turns at its tip is in no curvature.
         let curve = fit.curve(0);
-        assert!(curve.max_curvature(16) < 3.0, "{}", curve.max_curvature(16));
+        assert!(curve.max_curvature() < 3.0, "{}", curve.max_curvature());
         let (before, after) = (curve.jet((tip + count - 1) % count, 1.0), curve.jet(tip, 0.0));
         assert!((before.point - after.point).length() <= 1e-15);
         assert!(before.first.normalize().dot(after.first.normalize()) < 0.7);
@@ -96,8 +96,8 @@ fn pieces_are_curves_of_their_own_and_their_reports_are_joined() {
     let mut wanted = vertices::<2>(&parts, 0, SEGMENTS);
     wanted.extend(&vertices::<2>(&parts, 1, SEGMENTS)[1..]);
     assert_eq!(found, wanted);
-    let largest = whole.curve(0).max_curvature(16);
-    assert_eq!(largest, parts.curve(0).max_curvature(16).max(parts.curve(1).max_curvature(16)));
+    let largest = whole.curve(0).max_curvature();
+    assert_eq!(largest, parts.curve(0).max_curvature().max(parts.curve(1).max_curvature()));
     let (_, uncut) = fitted::<2>(&plain, &one(&ELBOW, false), SEGMENTS);
     assert!(joined.energy < uncut.energy, "{joined:?} {uncut:?}");
 }

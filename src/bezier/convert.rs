@@ -51,11 +51,10 @@ const REACH_PRECISION: f64 = 1.0 / 64.0;
 
 /// A curve's Béziers, in order; each starts at the point, bit for bit, at which the one before it ends.
 pub(crate) fn beziers<C: Curve + ?Sized>(curve: &C, tolerance: f64) -> Vec<Piece> {
-    let knots = curve.knots();
     let spans = curve.spans();
     let mut pieces = Vec::with_capacity(spans);
     for span in 0..spans {
-        let length = knots[span + 1] - knots[span];
+        let length = curve.pace(span);
         // The next span's first point: some curves compute the last one of a span with a rounding.
         let end = match span + 1 {
             next if next < spans => curve.jet(next, 0.0).point,
@@ -76,7 +75,7 @@ pub(crate) fn beziers<C: Curve + ?Sized>(curve: &C, tolerance: f64) -> Vec<Piece
 struct Span<'a, C: ?Sized> {
     curve: &'a C,
     span: usize,
-    /// Of the parameter.
+    /// Of the parameter, or what stands for it: [`Curve::pace`].
     length: f64,
     /// The last point.
     end: DVec3,

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::{MOST_DEGREE, convert};
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
+use crate::motion::Motion;
 use crate::report::CurveSet;
 
 /// Control points of chains of Béziers, each of its own degree: pieces share their joints, and a closed chain does not repeat its first point.
@@ -61,10 +62,16 @@ impl Chains {
 impl CurveSet for Chains {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         match self.degrees[i] {
-            Some(degree) => Box::new(Chain { chains: self, i, degree }),
+            Some(degree) => {
+                let knots = match &self.knots {
+                    Some(knots) => Cow::Borrowed(&knots[i][..]),
+                    None => (0..=self.pieces(i)).map(|k| k as f64).collect(),
+                };
+                Box::new(Chain { chains: self, i, degree, knots })
+            }
             None => {
                 let (dimension, closed) = (self.control.dimension(), self.control.is_closed(i));
-                Box::new(Polygon { coords: self.control.points(i), dimension, closed })
+                Box::new(Polygon::new(self.control.points(i), dimension, closed))
             }
         }
     }
@@ -90,6 +97,7 @@ struct Chain<'a> {
     chains: &'a Chains,
     i: usize,
     degree: usize,
+    knots: Cow<'a, [f64]>,
 }
 
 impl Curve for Chain<'_> {
@@ -101,11 +109,8 @@ impl Curve for Chain<'_> {
         self.chains.control.is_closed(self.i)
     }
 
-    fn knots(&self) -> Cow<'_, [f64]> {
-        match &self.chains.knots {
-            Some(knots) => Cow::Borrowed(&knots[self.i]),
-            None => Cow::Owned((0..=self.chains.pieces(self.i)).map(|k| k as f64).collect()),
-        }
+    fn knots(&self) -> &[f64] {
+        &self.knots
     }
 
     fn spans(&self) -> usize {
@@ -115,24 +120,33 @@ impl Curve for Chain<'_> {
     fn jet(&self, span: usize, u: f64) -> Jet {
         let mut points = [DVec3::ZERO; MOST_DEGREE + 1];
         self.chains.piece(self.i, span).zip(&mut points).for_each(|(coords, point)| *point = vector(coords));
-        let length = self.chains.knots.as_ref().map_or(1.0, |knots| knots[self.i][span + 1] - knots[self.i][span]);
-        de_casteljau(&mut points[..=self.degree], u, length)
+        de_casteljau(&mut points[..=self.degree], u, self.pace(span))
+    }
+
+    fn motion(&self, span: usize, _: usize) -> Option<Motion> {
+        (self.degree <= 3).then(|| Motion::of_bezier(self.cubic(span)))
     }
 
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
         if self.degree > 3 {
             return convert::beziers(self, tolerance);
         }
-        let cubic = |piece| {
-            let points: Vec<DVec3> = self.chains.piece(self.i, piece).map(vector).collect();
-            match points[..] {
-                [a] => [a; 4],
-                [a, b] => [a, a.lerp(b, 1.0 / 3.0), b.lerp(a, 1.0 / 3.0), b],
-                [a, b, c] => [a, a.lerp(b, 2.0 / 3.0), c.lerp(b, 2.0 / 3.0), c],
-                _ => [points[0], points[1], points[2], points[3]],
-            }
-        };
-        (0..self.spans()).map(cubic).collect()
+        (0..self.spans()).map(|piece| self.cubic(piece)).collect()
+    }
+}
+
+impl Chain<'_> {
+    /// A piece of degree 3 or less as a cubic.
+    fn cubic(&self, piece: usize) -> [DVec3; 4] {
+        let mut points = [DVec3::ZERO; 4];
+        self.chains.piece(self.i, piece).zip(&mut points).for_each(|(coords, point)| *point = vector(coords));
+        let [a, b, c, _] = points;
+        match self.degree {
+            0 => [a; 4],
+            1 => [a, a.lerp(b, 1.0 / 3.0), b.lerp(a, 1.0 / 3.0), b],
+            2 => [a, a.lerp(b, 2.0 / 3.0), c.lerp(b, 2.0 / 3.0), c],
+            _ => points,
+        }
     }
 }
 

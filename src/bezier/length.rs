@@ -60,7 +60,7 @@ fn length<const D: usize>(coords: &[f64]) -> f64 {
         // 0, or NaN where a coordinate is.
         return points.iter().flatten().map(|x| x * 0.0).sum();
     }
-    arclength::span_length(&|t| de_casteljau(&mut steps.clone(), t).iter().map(|x| x * x).sum::<f64>().sqrt())
+    arclength::span_length(|t| de_casteljau(&mut steps.clone(), t).iter().map(|x| x * x).sum::<f64>().sqrt())
 }
 
 fn de_casteljau<const D: usize>(points: &mut [[f64; D]], t: f64) -> [f64; D] {

@@ -9,9 +9,6 @@ use serde::Serialize;
 use super::device::{self, Description};
 use super::progress::Progress;
 
-/// Curvature is looked at in this many steps a span.
-const CURVATURE_STEPS: usize = 16;
-
 /// Curves are measured this many at a time.
 const CHUNK: usize = 4096;
 
@@ -109,7 +106,7 @@ fn line(batch: &CurveBatch, fit: &Fit, i: usize, points_out: usize) -> serde_jso
         length: curve.length(),
         iterations: *iterations,
         gradient_norm: *gradient_norm,
-        max_curvature: curve.max_curvature(CURVATURE_STEPS),
+        max_curvature: curve.max_curvature(),
         max_deviation: *max_deviation,
         smoothing: *smoothing,
         message: message.as_deref(),

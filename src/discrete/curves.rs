@@ -1,6 +1,5 @@
 //! Fitted discrete curves as [`Curve`]s: through their vertices, with their tangents and curvature vectors.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
@@ -10,6 +9,7 @@ use rayon::prelude::*;
 use crate::batch::{CurveBatch, Problem};
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::io::Origin;
+use crate::motion::Motion;
 use crate::report::{CurveReport, CurveSet};
 
 /// One fitted curve: vertices, and which of them stand for data points.
@@ -51,6 +51,18 @@ struct FairCurve<'a> {
     vertices: &'a Vertices,
     /// Frames at both ends of every edge, once one is asked for: arc lengths ask for the same ones over and over.
     frames: OnceLock<Vec<[Frame; 2]>>,
+    /// The parameter of every data point.
+    knots: Vec<f64>,
+}
+
+/// The curve along an edge, by the fraction v of it: p + v (a + v (c + v d)), its curvature that of the acceleration bend + v · bend_change.
+struct Edge {
+    ends: [DVec3; 2],
+    a: DVec3,
+    c: DVec3,
+    d: DVec3,
+    bend: DVec3,
+    bend_change: DVec3,
 }
 
 /// Tangent and curvature vector.
@@ -67,6 +79,17 @@ impl FairCurve<'_> {
 
     fn edge(&self, row: usize) -> DVec3 {
         self.vertex(row + 1) - self.vertex(row)
+    }
+
+    /// The curve along the edge after a row.
+    #[inline(always)]
+    fn cubic(&self, row: usize) -> Edge {
+        let (p, q) = (self.vertex(row), self.vertex(row + 1));
+        let [(start, bend), (end, bend_after)] = self.frames(row);
+        let length = (q - p).length();
+        let (a, b) = (length * start, length * end);
+        let (c, d) = (3.0 * (q - p) - 2.0 * a - b, a + b - 2.0 * (q - p));
+        Edge { ends: [p, q], a, c, d, bend: length * length * bend, bend_change: length * length * (bend_after - bend) }
     }
 
     /// Rows of the ends of the smooth piece that holds the edge after a row; none for a closed curve without corners. Rows
@@ -127,12 +150,17 @@ impl Curve for FairCurve<'_> {
         self.closed
     }
 
-    fn knots(&self) -> Cow<'_, [f64]> {
-        Cow::Owned((0..self.vertices.rows.len()).map(|k| k as f64).collect())
+    fn knots(&self) -> &[f64] {
+        &self.knots
     }
 
-    fn spans(&self) -> usize {
-        self.vertices.rows.len() - 1
+    fn pieces(&self, span: usize) -> usize {
+        (self.vertices.rows[span + 1] - self.vertices.rows[span]) as usize
+    }
+
+    fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
+        let edge = self.cubic(self.vertices.rows[span] as usize + piece);
+        Some(Motion { velocity: [edge.a, 2.0 * edge.c, 3.0 * edge.d], acceleration: [edge.bend, edge.bend_change] })
     }
 
     fn jet(&self, span: usize, u: f64) -> Jet {
@@ -145,11 +173,7 @@ impl Curve for FairCurve<'_> {
         let place = u * n;
         let row = from + (place.floor().max(0.0) as usize).min(to - from - 1);
         let v = place - (row - from) as f64;
-        let (p, q) = (self.vertex(row), self.vertex(row + 1));
-        let [(start, bend), (end, bend_after)] = self.frames(row);
-        let length = (q - p).length();
-        let (a, b) = (length * start, length * end);
-        let (c, d) = (3.0 * (q - p) - 2.0 * a - b, a + b - 2.0 * (q - p));
+        let Edge { ends: [p, q], a, c, d, bend, bend_change } = self.cubic(row);
         let point = if v == 0.0 {
             p
         } else if v == 1.0 {
@@ -157,12 +181,11 @@ impl Curve for FairCurve<'_> {
         } else {
             p + v * (a + v * (c + v * d))
         };
-        let second = length * length * (bend + v * (bend_after - bend));
         Jet {
             point,
             first: n * (a + v * (2.0 * c + 3.0 * v * d)),
-            second: n * n * second,
-            third: n * n * n * length * length * (bend_after - bend),
+            second: n * n * (bend + v * bend_change),
+            third: n * n * n * bend_change,
         }
     }
 }
@@ -170,7 +193,8 @@ impl Curve for FairCurve<'_> {
 impl FairCurves {
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
         let vertices = self.curves[i].as_ref().ok()?;
-        Some(FairCurve { dimension: self.dimension, closed: self.closed[i], vertices, frames: OnceLock::new() })
+        let knots = (0..vertices.rows.len()).map(|k| k as f64).collect();
+        Some(FairCurve { dimension: self.dimension, closed: self.closed[i], vertices, frames: OnceLock::new(), knots })
     }
 
     /// Coordinates and parameters of the samples of curve `i`.
@@ -195,7 +219,7 @@ impl CurveSet for FairCurves {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         match (self.fair(i), &self.curves[i]) {
             (Some(curve), _) => Box::new(curve),
-            (None, Err(coords)) => Box::new(Polygon { coords, dimension: self.dimension, closed: self.closed[i] }),
+            (None, Err(coords)) => Box::new(Polygon::new(coords, self.dimension, self.closed[i])),
             (None, Ok(_)) => unreachable!("a curve with vertices is fair"),
         }
     }

@@ -6,7 +6,6 @@ use super::constrain::{Constraints as Kept, constrained};
 use super::energy::{Energy, Functional};
 use super::fair::{Fair, Pins, Segments};
 use super::problem::{Problem, order_of};
-use crate::arclength::span_length;
 use crate::batch::CurveBatch;
 use crate::curve::Curve;
 use crate::device::Device;
@@ -192,10 +191,7 @@ fn divide<const D: usize>(
         vertices.push(from);
         let n = match segments {
             Segments::PerSpan(n) => n,
-            Segments::Spacing(spacing) => {
-                let length = span_length(&|u| curve.speed(span, u));
-                (length / spacing).ceil().max(1.0) as usize
-            }
+            Segments::Spacing(spacing) => (curve.span_length(span) / spacing).ceil().max(1.0) as usize,
         };
         for u in equal_fractions(curve, span, n) {
             let point = curve.jet(span, u).point.to_array();

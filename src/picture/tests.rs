@@ -1,4 +1,3 @@
-use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 use glam::DVec3;
@@ -14,6 +13,7 @@ struct Hermite(CurveBatch);
 struct One<'a> {
     batch: &'a CurveBatch,
     i: usize,
+    knots: Vec<f64>,
 }
 
 impl One<'_> {
@@ -31,8 +31,8 @@ impl Curve for One<'_> {
     fn is_closed(&self) -> bool {
         self.batch.is_closed(self.i)
     }
-    fn knots(&self) -> Cow<'_, [f64]> {
-        Cow::Owned((0..=self.batch.spans(self.i)).map(|k| k as f64).collect())
+    fn knots(&self) -> &[f64] {
+        &self.knots
     }
     fn jet(&self, span: usize, u: f64) -> Jet {
         let k = span as isize;
@@ -48,10 +48,10 @@ impl CurveSet for Hermite {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         let batch = &self.0;
         match batch.problem(i) {
-            None if batch.count(i) > 1 => Box::new(One { batch, i }),
-            _ => {
-                Box::new(Polygon { coords: batch.points(i), dimension: batch.dimension(), closed: batch.is_closed(i) })
+            None if batch.count(i) > 1 => {
+                Box::new(One { batch, i, knots: (0..=batch.spans(i)).map(|k| k as f64).collect() })
             }
+            _ => Box::new(Polygon::new(batch.points(i), batch.dimension(), batch.is_closed(i))),
         }
     }
     fn polylines(&self, _: Sampling) -> CurveBatch {

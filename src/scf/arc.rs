@@ -211,6 +211,17 @@ impl Arc {
         (site, if slope.is_finite() { self.mirrored * slope } else { 0.0 })
     }
 
+    /// Largest |κ|: |κ|^ν is a multiple of sin |T|.
+    pub fn max_curvature(&self, curve: &Universal) -> f64 {
+        if self.is_straight() {
+            return 0.0;
+        }
+        let [from, to] = self.range;
+        let over_the_top = (from..=to).contains(&FRAC_PI_2) || (from..=to).contains(&-FRAC_PI_2);
+        let largest = if over_the_top { 1.0 } else { from.abs().sin().max(to.abs().sin()).max(0.0) };
+        largest.powf(1.0 / curve.exponent) / self.radius()
+    }
+
     /// Curvatures at both ends.
     pub fn curvatures(&self, curve: &Universal) -> [f64; 2] {
         if self.is_straight() {

@@ -1,6 +1,5 @@
 //! Fitted smooth connection functions as [`Curve`]s, by arc length.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync;
 
@@ -56,8 +55,15 @@ fn jet(arc: &Arc, curve: &Universal, u: f64) -> Jet {
 
 /// One arc in the frame of its chord.
 pub(crate) struct OneArc<'a> {
-    pub arc: Arc,
-    pub curve: &'a Universal,
+    arc: Arc,
+    curve: &'a Universal,
+    knots: [f64; 2],
+}
+
+impl<'a> OneArc<'a> {
+    pub fn new(arc: Arc, curve: &'a Universal) -> Self {
+        OneArc { arc, curve, knots: [0.0, arc.length(curve)] }
+    }
 }
 
 impl Curve for OneArc<'_> {
@@ -69,12 +75,21 @@ impl Curve for OneArc<'_> {
         false
     }
 
-    fn knots(&self) -> Cow<'_, [f64]> {
-        Cow::Owned(vec![0.0, self.arc.length(self.curve)])
+    fn knots(&self) -> &[f64] {
+        &self.knots
     }
 
     fn jet(&self, _: usize, u: f64) -> Jet {
         jet(&self.arc, self.curve, u)
+    }
+
+    /// By arc length.
+    fn speed(&self, _: usize, _: f64) -> f64 {
+        self.knots[1]
+    }
+
+    fn max_curvature(&self) -> f64 {
+        self.arc.max_curvature(self.curve)
     }
 }
 
@@ -93,8 +108,8 @@ impl Curve for ChainCurve<'_> {
         self.closed
     }
 
-    fn knots(&self) -> Cow<'_, [f64]> {
-        Cow::Borrowed(&self.chain.knots)
+    fn knots(&self) -> &[f64] {
+        &self.chain.knots
     }
 
     fn spans(&self) -> usize {
@@ -117,6 +132,27 @@ impl Curve for ChainCurve<'_> {
 
     fn length(&self) -> f64 {
         self.chain.knots[self.chain.knots.len() - 1]
+    }
+
+    fn span_length(&self, span: usize) -> f64 {
+        self.pace(span)
+    }
+
+    fn speed(&self, span: usize, _: f64) -> f64 {
+        self.pace(span)
+    }
+
+    fn fraction_at(&self, _: usize, length: f64, target: f64) -> f64 {
+        if target > 0.0 { (target / length).min(1.0) } else { 0.0 }
+    }
+
+    /// Along an arc |κ| rises to the place furthest from its inflections, and falls from there.
+    fn max_curvature(&self) -> f64 {
+        let of_segment = |laid: &Laid| match laid.arc.chord {
+            0.0 => 0.0,
+            _ => laid.arc.max_curvature(&self.universal[laid.curve as usize]),
+        };
+        self.chain.segments.iter().map(of_segment).fold(0.0, f64::max)
     }
 }
 
@@ -147,7 +183,7 @@ impl CurveSet for Chains {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         match (self.chain(i), &self.curves[i]) {
             (Some(curve), _) => Box::new(curve),
-            (None, Err(coords)) => Box::new(Polygon { coords, dimension: 2, closed: self.closed[i] }),
+            (None, Err(coords)) => Box::new(Polygon::new(coords, 2, self.closed[i])),
             (None, Ok(_)) => unreachable!("a curve with segments is a chain"),
         }
     }

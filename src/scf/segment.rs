@@ -120,7 +120,7 @@ impl Segment {
 
     /// Control points of cubic Béziers, G¹, within `tolerance` (units of the chord, > 0) of the segment: see [`Curve::beziers`](crate::Curve::beziers).
     pub fn beziers(&self, tolerance: f64) -> Vec<[[f64; 2]; 4]> {
-        let curve = super::curves::OneArc { arc: self.arc, curve: &self.curve };
+        let curve = super::curves::OneArc::new(self.arc, &self.curve);
         let flat = |p: glam::DVec3| [p.x, p.y];
         crate::Curve::beziers(&curve, tolerance).into_iter().map(|piece| piece.map(flat)).collect()
     }

@@ -1,8 +1,7 @@
 //! [`CubicSplines`]: cubic splines of a whole batch, from knots and second derivatives.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
@@ -10,6 +9,7 @@ use super::knots::Knots;
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::io::Origin;
+use crate::motion::Motion;
 use crate::report::CurveSet;
 
 /// The cubic splines of a batch: knots, points and second derivatives. Curves that could not be fitted are their input
@@ -72,20 +72,19 @@ impl CubicSplines {
 
     pub(super) fn spline(&self, i: usize) -> Spline<'_> {
         Spline {
-            knots: &self.knots,
-            i,
             t: self.knots.t(i),
             values: self.knots.values(i),
             second: self.second_derivatives(i),
             dimension: self.knots.dimension,
             closed: self.knots.closed[i],
             entries: self.knots.repeats.get(&i).map(Vec::as_slice),
+            repeated: OnceLock::new(),
         }
     }
 
     pub(super) fn polygon(&self, i: usize) -> Option<Polygon<'_>> {
         let coords = self.unfitted.get(&i)?;
-        Some(Polygon { coords, dimension: self.knots.dimension, closed: self.knots.closed[i] })
+        Some(Polygon::new(coords, self.knots.dimension, self.knots.closed[i]))
     }
 }
 
@@ -104,8 +103,6 @@ impl CurveSet for CubicSplines {
 
 /// One fitted curve.
 pub(super) struct Spline<'a> {
-    pub knots: &'a Knots,
-    pub i: usize,
     pub t: &'a [f64],
     pub values: &'a [f64],
     pub second: &'a [f64],
@@ -113,10 +110,13 @@ pub(super) struct Spline<'a> {
     pub closed: bool,
     /// The knot of every data point, where they are not one to one.
     pub entries: Option<&'a [u32]>,
+    /// The parameter of every data point then, once they are asked for.
+    repeated: OnceLock<Vec<f64>>,
 }
 
 impl Spline<'_> {
     /// Knot at which a data span starts, and whether the span has any length.
+    #[inline(always)]
     pub fn span(&self, span: usize) -> (usize, bool) {
         match self.entries {
             None => (span, true),
@@ -124,17 +124,27 @@ impl Spline<'_> {
         }
     }
 
+    #[inline(always)]
     fn value(&self, k: usize) -> DVec3 {
         vector(&self.values[k * self.dimension..(k + 1) * self.dimension])
     }
 
-    /// The jet at the fraction `u` between the knots `k` and `k + 1`.
-    pub fn jet_at(&self, k: usize, u: f64) -> Jet {
+    /// The polynomial p + u (a + u (b + u c)) between the knots `k` and `k + 1`: the points and second derivatives at both, a, b and c, and
+    /// the length h.
+    #[inline(always)]
+    fn cubic_at(&self, k: usize) -> ([DVec3; 4], [DVec3; 3], f64) {
         let h = self.t[k + 1] - self.t[k];
         let second = |k: usize| vector(&self.second[k * self.dimension..(k + 1) * self.dimension]);
         let (p, q, m, n) = (self.value(k), self.value(k + 1), second(k), second(k + 1));
         let (start, end) = (h * (h * m), h * (h * n));
         let (a, b, c) = (q - p - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0);
+        ([p, q, m, n], [a, b, c], h)
+    }
+
+    /// The jet at the fraction `u` between the knots `k` and `k + 1`.
+    #[inline(always)]
+    pub fn jet_at(&self, k: usize, u: f64) -> Jet {
+        let ([p, q, m, n], [a, b, c], h) = self.cubic_at(k);
         // Both ends exactly, so that neighbouring spans agree in every bit.
         let (point, second) = match u {
             0.0 => (p, m),
@@ -154,8 +164,13 @@ impl Curve for Spline<'_> {
         self.closed
     }
 
-    fn knots(&self) -> Cow<'_, [f64]> {
-        self.knots.data_parameters(self.i)
+    fn knots(&self) -> &[f64] {
+        match self.entries {
+            None => self.t,
+            Some(entries) => {
+                self.repeated.get_or_init(|| entries.iter().map(|&entry| self.t[entry as usize]).collect())
+            }
+        }
     }
 
     fn spans(&self) -> usize {
@@ -171,9 +186,22 @@ impl Curve for Spline<'_> {
         }
     }
 
-    fn speed(&self, span: usize, u: f64) -> f64 {
+    #[inline(always)]
+    fn pieces(&self, span: usize) -> usize {
+        usize::from(self.span(span).1)
+    }
+
+    #[inline(always)]
+    fn motion(&self, span: usize, _: usize) -> Option<Motion> {
+        let (k, _) = self.span(span);
+        let (_, [a, b, c], _) = self.cubic_at(k);
+        Some(Motion::of_cubic(a, b, c))
+    }
+
+    #[inline(always)]
+    fn pace(&self, span: usize) -> f64 {
         match self.span(span) {
-            (k, true) => self.jet_at(k, u).first.length() * (self.t[k + 1] - self.t[k]),
+            (k, true) => self.t[k + 1] - self.t[k],
             (_, false) => 0.0,
         }
     }

@@ -1,6 +1,5 @@
 //! [`Knots`]: the distinct knots of every curve of a batch, ready to be fitted on the CPU or on a GPU.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -199,15 +198,6 @@ impl Knots {
     /// The points at curve `i`'s entries.
     pub fn values(&self, i: usize) -> &[f64] {
         &self.values[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
-    }
-
-    /// The parameter of every data point of curve `i`, repeated ones repeated; a closed curve's end included.
-    pub fn data_parameters(&self, i: usize) -> Cow<'_, [f64]> {
-        let t = self.t(i);
-        match self.repeats.get(&i) {
-            None => Cow::Borrowed(t),
-            Some(entries) => Cow::Owned(entries.iter().map(|&entry| t[entry as usize]).collect()),
-        }
     }
 }
 

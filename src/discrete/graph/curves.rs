@@ -1,6 +1,5 @@
 //! Fitted graphs as [`Curve`]s: natural cubic splines through their mesh points.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use glam::DVec3;
@@ -10,6 +9,7 @@ use super::GraphTrace;
 use super::mesh::natural_second_derivatives;
 use crate::batch::{CurveBatch, Problem};
 use crate::curve::{Curve, Jet, Polygon, Sampling};
+use crate::motion::Motion;
 use crate::report::CurveSet;
 
 /// The natural cubic spline through the mesh points of a graph: p(t) = (t, y(t)), with a span from data point to data point.
@@ -46,8 +46,20 @@ impl Curve for &GraphCurve {
         false
     }
 
-    fn knots(&self) -> Cow<'_, [f64]> {
-        Cow::Borrowed(&self.knots)
+    fn knots(&self) -> &[f64] {
+        &self.knots
+    }
+
+    fn pieces(&self, span: usize) -> usize {
+        self.data[span + 1] - self.data[span]
+    }
+
+    fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
+        let (k, h) = (self.data[span] + piece, self.width);
+        let (y0, y1, m0, m1) = (self.y[k], self.y[k + 1], h * h * self.second[k], h * h * self.second[k + 1]);
+        let slope = y1 - y0 - (2.0 * m0 + m1) / 6.0;
+        let along = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+        Some(Motion::of_cubic(along(h, slope), along(0.0, 0.5 * m0), along(0.0, (m1 - m0) / 6.0)))
     }
 
     fn jet(&self, span: usize, u: f64) -> Jet {
@@ -81,11 +93,7 @@ impl CurveSet for GraphCurves {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         match &self.curves[i] {
             Some(curve) => Box::new(curve),
-            None => Box::new(Polygon {
-                coords: self.batch.points(i),
-                dimension: self.batch.dimension(),
-                closed: self.batch.is_closed(i),
-            }),
+            None => Box::new(Polygon::new(self.batch.points(i), self.batch.dimension(), self.batch.is_closed(i))),
         }
     }
 
