@@ -27,25 +27,30 @@ const STATUS_FAILED: u32 = 2u;
 // The search is not done.
 const STATUS_PENDING: u32 = 3u;
 
+// Steps of iterative refinement at most; the CPU says why.
+const MAX_REFINEMENTS: u32 = 6u;
+// Steps of λ: 2^(j/512).
+const STEPS_PER_OCTAVE: i32 = 512;
+const STRIDE: i32 = 3 * STEPS_PER_OCTAVE;
+const LAST_STEP: i32 = 66 * STEPS_PER_OCTAVE;
 // Products of constants are written out: naga does not multiply 64-bit ones.
-// NOISE = 64 ε; REFINED, below which a step of refinement is the last: 4096 ε in f64, in f32 16 ε, as much as it
-// resolves; FAILED, above which the last step may not be: 64 and 8 times that; KEPT = 1 − 64 ε, so that the host, which adds up in another order, finds no more than was allowed.
+// NOISE is 64 ε. REFINED, below which a step of refinement is the last, is 256 ε, and FAILED, above which the last step may
+// not be, 8192 ε: the CPU says why. KEPT is 1 − 64 ε, so that the host, which adds up in another order, finds no more
+// than was allowed.
 //:if F64
 const NOISE: real = real(1.4210854715202004e-14);
-const REFINED: real = real(9.094947017729282e-13);
-const FAILED: real = real(5.820766091346741e-11);
+const REFINED: real = real(5.684341886080802e-14);
+const FAILED: real = real(1.8189894035458565e-12);
 const KEPT: real = real(0.9999999999999858);
-const FIRST_STEP: i32 = -1020 * 512;
+const FIRST_STEP: i32 = -1020 * STEPS_PER_OCTAVE;
 //:else
 const NOISE: real = real(7.6293945e-6);
-const REFINED: real = real(1.9073486e-6);
-const FAILED: real = real(1.5258789e-5);
+const REFINED: real = real(3.0517578125e-05);
+const FAILED: real = real(0.0009765625);
 const KEPT: real = real(0.9999924);
-const FIRST_STEP: i32 = -120 * 512;
+// What is smaller underflows.
+const FIRST_STEP: i32 = -120 * STEPS_PER_OCTAVE;
 //:end
-const LAST_STEP: i32 = 66 * 512;
-const STRIDE: i32 = 3 * 512;
-const MAX_REFINEMENTS: u32 = 4u;
 
 @group(0) @binding(0) var<uniform> params: SmoothingParams;
 @group(0) @binding(1) var<storage, read> curves: array<SmoothingCurve>;

@@ -13,8 +13,11 @@ pub(super) const STEPS_PER_OCTAVE: i32 = 512;
 /// A bracket is sought from one multiple of this many steps to the next: by factors of 8.
 const STRIDE: i32 = 3 * STEPS_PER_OCTAVE;
 
-/// First and last step: where no bit of the data is moved, and below [`LAMBDA_CAP`].
-const STEPS: [i32; 2] = [-1020 * STEPS_PER_OCTAVE, 66 * STEPS_PER_OCTAVE];
+/// The first step: where no bit of the data is moved.
+const FIRST_STEP: i32 = -1020 * STEPS_PER_OCTAVE;
+
+/// The last step: below [`LAMBDA_CAP`].
+const LAST_STEP: i32 = 66 * STEPS_PER_OCTAVE;
 
 /// The λ of a step.
 fn lambda_at(step: i32) -> f64 {
@@ -313,20 +316,20 @@ impl Smoother {
         // While λ is small the points move by λ|ΩQγ|: a start close to the goal for noisy data.
         let start = allowed / (self.size * self.problem.largest_pull());
         let octaves =
-            start.log2().clamp(f64::from(STEPS[0] / STEPS_PER_OCTAVE), f64::from(STEPS[1] / STEPS_PER_OCTAVE));
+            start.log2().clamp(f64::from(FIRST_STEP / STEPS_PER_OCTAVE), f64::from(LAST_STEP / STEPS_PER_OCTAVE));
         let mut step = (octaves * f64::from(STEPS_PER_OCTAVE) / f64::from(STRIDE)).floor() as i32 * STRIDE;
         let (mut below, mut above) = (None, None);
         loop {
-            step = step.clamp(STEPS[0], STEPS[1]);
+            step = step.clamp(FIRST_STEP, LAST_STEP);
             if reaches(self, step) {
                 below = Some(step);
-                if above.is_some() || step == STEPS[1] {
+                if above.is_some() || step == LAST_STEP {
                     break;
                 }
                 step += STRIDE;
             } else {
                 above = Some(step);
-                if below.is_some() || step == STEPS[0] {
+                if below.is_some() || step == FIRST_STEP {
                     break;
                 }
                 step -= STRIDE;

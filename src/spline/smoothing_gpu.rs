@@ -49,7 +49,7 @@ pub(crate) struct SmoothingCurve {
 /// steps, and the last. A search that is not done by then is the host's.
 const MOST_SOLVES: usize = 19;
 
-/// Knots of a curve that one thread may take: its loops pass over them up to 46 times in a solve, and llvmpipe ends a
+/// Knots of a curve that one thread may take: its loops pass over them up to 58 times in a solve, and llvmpipe ends a
 /// thread's loops after 65,535 iterations all told. The host's threads are faster for longer curves in any case.
 const MOST_KNOTS: usize = 1024;
 

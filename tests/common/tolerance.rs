@@ -55,7 +55,7 @@ pub const SPACING: Tolerance = tolerance(
 /// Smoothing splines for a given λ, in units of the curve's size.
 pub const SMOOTHING: Tolerance = tolerance(
     96.0,
-    "a last step of refinement of up to 16 ε in f32, the few roundings of a spline, and in f64 what an ill-conditioned \
+    "a hundredth of the last step of refinement, which is 256 ε at most, the few roundings of a spline, and what an ill-conditioned \
      system leaves after it",
 );
 
