@@ -1,4 +1,8 @@
 //! Constraints as data: what a curve must meet at its data points, beside passing through (or near) them.
+//!
+//! What handles all of them takes [`Constraints`] apart by name, here: one more does not compile before it is handled everywhere.
+
+use crate::error::{Error, Result};
 
 /// Constraints of a whole batch, one entry a data point, in the order of the batch's points.
 ///
@@ -17,19 +21,85 @@ pub struct Constraints {
     pub known: Option<Vec<bool>>,
 }
 
+/// One of the [`Constraints`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Constraint {
+    Tangents,
+    Curvatures,
+    Exponents,
+    Known,
+}
+
+impl Constraint {
+    /// What it is called, and where a file has it.
+    fn words(self) -> &'static str {
+        match self {
+            Constraint::Tangents => "tangents (columns tx ty tz)",
+            Constraint::Curvatures => "curvature vectors (columns kx ky kz)",
+            Constraint::Exponents => "exponents of spans (column nu)",
+            Constraint::Known => "known control points (column known)",
+        }
+    }
+}
+
 impl Constraints {
     /// Whether nothing at all is constrained.
     pub fn is_empty(&self) -> bool {
-        self.tangents.is_none() && self.curvatures.is_none() && self.exponents.is_none() && self.known.is_none()
+        self.given().next().is_none()
+    }
+
+    /// Those that are given.
+    fn given(&self) -> impl Iterator<Item = Constraint> + use<> {
+        let Constraints { tangents, curvatures, exponents, known } = self;
+        let all = [
+            (Constraint::Tangents, tangents.is_some()),
+            (Constraint::Curvatures, curvatures.is_some()),
+            (Constraint::Exponents, exponents.is_some()),
+            (Constraint::Known, known.is_some()),
+        ];
+        all.into_iter().filter(|(_, given)| *given).map(|(constraint, _)| constraint)
+    }
+
+    /// Refuses all but those that a method knows; `method` is what its curves are called.
+    ///
+    /// # Errors
+    /// [`Error::Argument`], which names every one that is given and not known.
+    pub(crate) fn expect_only(&self, known: &[Constraint], method: &str) -> Result<()> {
+        let unknown: Vec<&str> = self.given().filter(|given| !known.contains(given)).map(Constraint::words).collect();
+        if unknown.is_empty() {
+            return Ok(());
+        }
+        Err(Error::argument(format!(
+            "{method} know no {}: leave these columns out, or choose a method that knows them",
+            unknown.join(", and no ")
+        )))
     }
 
     /// Keeps only the points for which `keep` is true.
     pub(crate) fn retain(&mut self, dimension: usize, keep: &[bool]) {
-        retain_rows(&mut self.tangents, dimension, keep);
-        retain_rows(&mut self.curvatures, dimension, keep);
-        retain_rows(&mut self.exponents, 1, keep);
-        retain_rows(&mut self.known, 1, keep);
+        let Constraints { tangents, curvatures, exponents, known } = self;
+        retain_rows(tangents, dimension, keep);
+        retain_rows(curvatures, dimension, keep);
+        retain_rows(exponents, 1, keep);
+        retain_rows(known, 1, keep);
     }
+
+    /// Those of the points listed, in that order.
+    pub(crate) fn gather(&self, dimension: usize, points: &[usize]) -> Self {
+        let Constraints { tangents, curvatures, exponents, known } = self;
+        Constraints {
+            tangents: gather_rows(tangents, dimension, points),
+            curvatures: gather_rows(curvatures, dimension, points),
+            exponents: gather_rows(exponents, 1, points),
+            known: gather_rows(known, 1, points),
+        }
+    }
+}
+
+/// The rows (of `width` entries) of the points listed.
+pub(crate) fn gather_rows<T: Copy>(column: &Option<Vec<T>>, width: usize, points: &[usize]) -> Option<Vec<T>> {
+    let column = column.as_ref()?;
+    Some(points.iter().flat_map(|&point| &column[point * width..(point + 1) * width]).copied().collect())
 }
 
 /// Keeps the rows (of `width` entries) whose flag is set.
@@ -40,5 +110,44 @@ pub(crate) fn retain_rows<T>(column: &mut Option<Vec<T>>, width: usize, keep: &[
             entry += 1;
             keep[(entry - 1) / width]
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all() -> Constraints {
+        Constraints {
+            tangents: Some((0..6).map(f64::from).collect()),
+            curvatures: Some((0..6).map(|k| 10.0 + f64::from(k)).collect()),
+            exponents: Some(vec![1.0, 2.0, 3.0]),
+            known: Some(vec![true, false, true]),
+        }
+    }
+
+    #[test]
+    fn points_take_every_column_along() {
+        let gathered = all().gather(2, &[2, 0]);
+        assert_eq!(gathered.tangents, Some(vec![4.0, 5.0, 0.0, 1.0]));
+        assert_eq!(gathered.curvatures, Some(vec![14.0, 15.0, 10.0, 11.0]));
+        assert_eq!((gathered.exponents, gathered.known), (Some(vec![3.0, 1.0]), Some(vec![true, true])));
+    }
+
+    #[test]
+    fn what_a_method_does_not_know_is_refused_in_one_sentence() {
+        use Constraint::{Curvatures, Exponents, Known, Tangents};
+        let refused = |known: &[Constraint]| all().expect_only(known, "curves of a kind").unwrap_err().to_string();
+        assert_eq!(
+            refused(&[Tangents, Curvatures, Exponents]),
+            "curves of a kind know no known control points (column known): leave these columns out, or choose a method that knows them"
+        );
+        assert_eq!(
+            refused(&[Curvatures, Known]),
+            "curves of a kind know no tangents (columns tx ty tz), and no exponents of spans (column nu): leave them out, \
+             or choose a method that knows them"
+        );
+        all().expect_only(&[Tangents, Curvatures, Exponents, Known], "curves of a kind").unwrap();
+        Constraints::default().expect_only(&[], "curves of a kind").unwrap();
     }
 }

@@ -128,11 +128,18 @@ fn what_makes_no_sense_is_refused_with_a_sentence() {
         refused(Smooth::default(), &one(&[[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]], false)),
         "smooth connection functions are planar, and the points have three coordinates: leave z out, or choose --method fair"
     );
-    let sentence = "smooth connection functions know neither curvature vectors (columns kx ky kz) nor known control points (column known): \
-                    leave the columns out";
-    assert_eq!(refused(Smooth::default(), &constrained(&S, false, &[], &[(1, [0.0, 1.0])])), sentence);
+    let sentence = |what: &str| {
+        format!(
+            "smooth connection functions know no {what}: leave these columns out, or choose a method that knows them"
+        )
+    };
+    assert_eq!(
+        refused(Smooth::default(), &constrained(&S, false, &[], &[(1, [0.0, 1.0])])),
+        sentence("curvature vectors (columns kx ky kz)")
+    );
     let known = Constraints { known: Some(vec![true; 5]), ..Constraints::default() };
-    assert_eq!(refused(Smooth::default(), &batch.with_constraints(known).unwrap()), sentence);
+    let known = batch.with_constraints(known).unwrap();
+    assert_eq!(refused(Smooth::default(), &known), sentence("known control points (column known)"));
 }
 
 #[test]

@@ -327,5 +327,7 @@ fn impossible_options_are_sentences() {
     assert!(says(given, &batch).contains("add a column t"));
     let known = Some(vec![true; batch.total_points()]);
     let bound = batch.with_constraints(Constraints { known, ..Constraints::default() }).unwrap();
-    assert!(says(Smoothing::default(), &bound).starts_with("smoothing splines cannot honour tangents"));
+    assert!(
+        says(Smoothing::default(), &bound).starts_with("smoothing splines know no known control points (column known)")
+    );
 }

@@ -1,10 +1,9 @@
 //! Cutting curves into pieces, which are fitted as curves of their own and whose sentences still name the points of the whole.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::CurveBatch;
-use crate::constraint::Constraints;
+use crate::constraint::gather_rows;
 use crate::io::Origin;
 
 /// Consecutive points of a curve, round the end of a closed one if need be.
@@ -39,44 +38,46 @@ impl Cut {
 }
 
 impl CurveBatch {
-    /// The pieces as a batch, with their weights, tangents and curvature vectors, and the problems of their curves; without
-    /// parameters.
+    /// The pieces as a batch, with their weights and constraints, and the problems of their curves; without parameters.
     pub(crate) fn cut(&self, pieces: Vec<Piece>) -> CurveBatch {
-        let mut offsets = vec![0];
-        pieces.iter().for_each(|piece| offsets.push(offsets[offsets.len() - 1] + piece.count));
+        // By name, so that a new column is not left behind without a thought.
+        let CurveBatch {
+            dimension,
+            coords,
+            offsets,
+            closed: _,
+            parameters: _,
+            closing_spans: _,
+            weights,
+            constraints,
+            problems,
+            origin,
+        } = self;
+        let mut ends = vec![0];
+        pieces.iter().for_each(|piece| ends.push(ends[ends.len() - 1] + piece.count));
         let points: Vec<usize> = pieces
             .iter()
             .flat_map(|piece| {
-                let (start, count) = (self.offsets[piece.curve], self.count(piece.curve).max(1));
+                let (start, count) = (offsets[piece.curve], self.count(piece.curve).max(1));
                 (0..piece.count).map(move |k| start + (piece.first + k) % count)
             })
             .collect();
-        let gather = |column: &[f64], width: usize| -> Vec<f64> {
-            points.iter().flat_map(|&point| &column[point * width..(point + 1) * width]).copied().collect()
-        };
-        let vectors = |column: &Option<Vec<f64>>| column.as_ref().map(|column| gather(column, self.dimension));
-        let problem = |(to, piece): (usize, &Piece)| Some((to, self.problems.get(&piece.curve)?.clone()));
-        let problems: BTreeMap<usize, super::Problem> = pieces.iter().enumerate().filter_map(problem).collect();
+        let problem = |(to, piece): (usize, &Piece)| Some((to, problems.get(&piece.curve)?.clone()));
         let names = pieces.iter().map(|piece| self.name(piece.curve).into_owned()).collect();
-        let constraints = Constraints {
-            tangents: vectors(&self.constraints.tangents),
-            curvatures: vectors(&self.constraints.curvatures),
-            ..Constraints::default()
-        };
         CurveBatch {
-            dimension: self.dimension,
-            coords: gather(&self.coords, self.dimension),
-            offsets,
+            dimension: *dimension,
+            coords: points.iter().flat_map(|&k| &coords[k * dimension..(k + 1) * dimension]).copied().collect(),
+            offsets: ends,
             closed: pieces.iter().map(|piece| piece.closed).collect(),
             parameters: None,
             closing_spans: None,
-            weights: self.weights.as_ref().map(|weights| gather(weights, 1)),
-            constraints,
-            problems,
+            weights: gather_rows(weights, 1, &points),
+            constraints: constraints.gather(*dimension, &points),
+            problems: pieces.iter().enumerate().filter_map(problem).collect(),
             origin: Arc::new(Origin {
                 names: Some(names),
                 cut: Some(Cut {
-                    whole: self.origin.clone(),
+                    whole: origin.clone(),
                     counts: pieces.iter().map(|piece| self.count(piece.curve)).collect(),
                     pieces,
                 }),
@@ -89,6 +90,7 @@ impl CurveBatch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Constraints;
 
     #[test]
     fn sentences_about_pieces_name_the_points_of_the_whole() {
@@ -100,7 +102,16 @@ mod tests {
             Piece { curve: 1, first: 1, count: 3, closed: false },
             Piece { curve: 0, first: 0, count: 4, closed: true },
         ];
-        let cut = batch.with_weights((0..8).map(|k| 1.0 + f64::from(k)).collect()).unwrap().cut(pieces);
+        let batch = batch.with_weights((0..8).map(|k| 1.0 + f64::from(k)).collect()).unwrap();
+        let constraints = Constraints {
+            exponents: Some((0..8).map(f64::from).collect()),
+            known: Some((0..8).map(|k| k % 3 == 0).collect()),
+            ..Constraints::default()
+        };
+        let cut = batch.with_constraints(constraints).unwrap().cut(pieces);
+        let columns = cut.constraints();
+        assert_eq!(columns.exponents.as_ref().unwrap()[..6], [7.0, 4.0, 5.0, 5.0, 6.0, 7.0]);
+        assert_eq!(columns.known.as_ref().unwrap()[..6], [false, false, false, false, true, false]);
         assert_eq!(cut.points(0), [0.0, 2.0, 0.0, 0.0, 2.0, 0.0]);
         assert_eq!((cut.weights(0), cut.weights(1)), (Some(&[8.0, 5.0, 6.0][..]), Some(&[6.0, 7.0, 8.0][..])));
         assert_eq!(cut.sentence(0, 2, "so"), "curve b, point 1: so");

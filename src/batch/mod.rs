@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::constraint::Constraints;
+use crate::constraint::{Constraints, gather_rows};
 use crate::error::{Error, Result, shortened};
 use crate::io::Origin;
 use crate::report::CurveStatus;
@@ -314,29 +314,33 @@ impl CurveBatch {
 
     /// The batch with only the curves listed, in that order (names and constraints follow; carried documents do not).
     pub fn select(&self, curves: &[usize]) -> Self {
-        fn rows<T: Copy>(column: &Option<Vec<T>>, width: usize, offsets: &[usize], curves: &[usize]) -> Option<Vec<T>> {
-            let column = column.as_ref()?;
-            Some(curves.iter().flat_map(|&i| &column[offsets[i] * width..offsets[i + 1] * width]).copied().collect())
-        }
+        // By name, so that a new column is not left behind without a thought.
+        let CurveBatch {
+            dimension,
+            coords,
+            offsets: _,
+            closed,
+            parameters,
+            closing_spans,
+            weights,
+            constraints,
+            problems,
+            origin: _,
+        } = self;
         let mut offsets = vec![0];
         curves.iter().for_each(|&i| offsets.push(offsets[offsets.len() - 1] + self.count(i)));
-        let constraints = Constraints {
-            tangents: rows(&self.constraints.tangents, self.dimension, &self.offsets, curves),
-            curvatures: rows(&self.constraints.curvatures, self.dimension, &self.offsets, curves),
-            exponents: rows(&self.constraints.exponents, 1, &self.offsets, curves),
-            known: rows(&self.constraints.known, 1, &self.offsets, curves),
-        };
+        let points: Vec<usize> = curves.iter().flat_map(|&i| self.offsets[i]..self.offsets[i + 1]).collect();
         let names = curves.iter().map(|&i| self.name(i).into_owned()).collect();
-        let problems = curves.iter().enumerate().filter_map(|(to, i)| Some((to, self.problems.get(i)?.clone())));
+        let problems = curves.iter().enumerate().filter_map(|(to, i)| Some((to, problems.get(i)?.clone())));
         CurveBatch {
-            dimension: self.dimension,
-            coords: curves.iter().flat_map(|&i| self.points(i)).copied().collect(),
+            dimension: *dimension,
+            coords: points.iter().flat_map(|&k| &coords[k * dimension..(k + 1) * dimension]).copied().collect(),
             offsets,
-            closed: curves.iter().map(|&i| self.closed[i]).collect(),
-            parameters: rows(&self.parameters, 1, &self.offsets, curves),
-            closing_spans: self.closing_spans.as_ref().map(|spans| curves.iter().map(|&i| spans[i]).collect()),
-            weights: rows(&self.weights, 1, &self.offsets, curves),
-            constraints,
+            closed: curves.iter().map(|&i| closed[i]).collect(),
+            parameters: gather_rows(parameters, 1, &points),
+            closing_spans: closing_spans.as_ref().map(|spans| curves.iter().map(|&i| spans[i]).collect()),
+            weights: gather_rows(weights, 1, &points),
+            constraints: constraints.gather(*dimension, &points),
             problems: problems.collect(),
             origin: Arc::new(Origin { names: Some(names), ..Origin::default() }),
         }

@@ -6,8 +6,9 @@ use super::curves::Chains;
 use super::energy::Energy;
 use super::polygons::{Given, Polygons};
 use crate::batch::CurveBatch;
+use crate::constraint::Constraint;
 use crate::device::Device;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::report::{CurveReport, CurveStatus};
 
 /// What the tangents of a batch (columns `tx ty tz`) say of the ends of a Bézier curve.
@@ -96,13 +97,7 @@ impl Complete {
 
 /// Refuses what Béziers know nothing of.
 pub(super) fn check_constraints(batch: &CurveBatch) -> Result<()> {
-    let constraints = batch.constraints();
-    if constraints.curvatures.is_some() || constraints.exponents.is_some() {
-        return Err(Error::argument(
-            "Bézier curves know neither curvature vectors (columns kx ky kz) nor exponents (column nu): leave them out",
-        ));
-    }
-    Ok(())
+    batch.constraints().expect_only(&[Constraint::Tangents, Constraint::Known], "Bézier curves")
 }
 
 /// The batch as polygons: closed curves with their first point repeated, those with a problem without points.
@@ -133,7 +128,7 @@ impl Job {
                 let (from, count) = (batch.offsets()[i], batch.count(i));
                 let known = batch.constraints().known.as_ref();
                 job.known.extend((from..from + count).map(|k| known.is_none_or(|known| known[k])));
-                if batch.is_closed(i) {
+                if batch.is_closed(i) && count > 0 {
                     job.coords.extend_from_slice(&batch.points(i)[..d]);
                     job.known.push(true);
                 }
@@ -158,7 +153,7 @@ fn trouble(batch: &CurveBatch, i: usize) -> Option<(CurveStatus, String)> {
     }
     let count = batch.count(i);
     let known = |k: usize| batch.constraints().known.as_ref().is_none_or(|known| known[batch.offsets()[i] + k]);
-    if batch.is_closed(i) && !known(0) {
+    if batch.is_closed(i) && count > 0 && !known(0) {
         let what = "a closed curve returns to its first control point, which must be known: mark it as known, or open the curve";
         return Some((CurveStatus::Invalid, batch.sentence(i, 0, what)));
     }

@@ -12,6 +12,7 @@ use super::stages::{Found, Starts, search, search_on_cpu, search_on_device};
 use super::start::{Start, wrap};
 use super::workspace::Workspace;
 use crate::batch::{CurveBatch, Problem as Unfitted};
+use crate::constraint::Constraint;
 use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -143,15 +144,7 @@ impl Smooth {
         if self.starts == 0 {
             return refuse("0 starts: at least 1 is needed".into());
         }
-        let constraints = batch.constraints();
-        if constraints.curvatures.is_some() || constraints.known.is_some() {
-            return refuse(
-                "smooth connection functions know neither curvature vectors (columns kx ky kz) nor known control points (column known): leave \
-                 the columns out"
-                    .into(),
-            );
-        }
-        Ok(())
+        batch.constraints().expect_only(&[Constraint::Tangents, Constraint::Exponents], "smooth connection functions")
     }
 
     /// Where searches start.

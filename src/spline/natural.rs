@@ -18,9 +18,10 @@ use super::gpu::{EndDerivatives, Samples};
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::sample::Sites;
 use crate::batch::{CurveBatch, Problem};
+use crate::constraint::Constraint;
 use crate::curve::Sampling;
 use crate::device::{Device, Precision};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::{Cyclic, Matrix, Part, Real, Scratch, TridiagonalBatch, take, tasks};
 use crate::report::{CurveReport, CurveSet, CurveStatus, Fit};
@@ -127,12 +128,7 @@ impl Natural {
         device: &Device,
     ) -> Result<(CubicSplines, Vec<CurveReport>, Option<Vec<f64>>)> {
         let constraints = batch.constraints();
-        if constraints.exponents.is_some() || constraints.known.is_some() {
-            return Err(Error::argument(
-                "cubic splines know neither exponents (column nu) nor known control points (column known): \
-                 leave the column out, or choose a method that uses it",
-            ));
-        }
+        constraints.expect_only(&[Constraint::Tangents, Constraint::Curvatures], "natural splines")?;
         let mut knots = Knots::new(batch, self.parametrisation, Coincident::Refuse)?;
         if constraints.tangents.is_some() || constraints.curvatures.is_some() || self.ends == Ends::Clamped {
             for i in 0..batch.len() {

@@ -138,11 +138,7 @@ impl Smoothing {
                      to interpolate, give λ = 0 instead"
                 )))
             }
-            _ if !batch.constraints().is_empty() => Err(Error::argument(
-                "smoothing splines cannot honour tangents, curvatures, exponents or known flags, but the batch has some: \
-                 leave these columns out, or pin the ends, or give weights",
-            )),
-            _ => Ok(()),
+            _ => batch.constraints().expect_only(&[], "smoothing splines"),
         }
     }
 

@@ -247,13 +247,7 @@ fn expect_rounds(rounds: u32) -> Result<()> {
 }
 
 fn refuse_constraints(batch: &CurveBatch) -> Result<()> {
-    if batch.constraints().is_empty() {
-        return Ok(());
-    }
-    Err(Error::argument(
-        "splines on the integers cannot honour tangents, curvatures, exponents or known flags, but the batch has some: \
-         leave these columns out, or use the method they belong to",
-    ))
+    batch.constraints().expect_only(&[], "splines on the integers")
 }
 
 fn expect_same_shape(p: &CurveBatch, q: &CurveBatch) -> Result<()> {

@@ -175,7 +175,10 @@ fn svg_vertices_come_from_every_element_through_its_transforms() {
 /// Twice the area that points run round, x to the right and y up: positive where they run counterclockwise.
 fn area(points: &[f64]) -> f64 {
     let n = points.len() / 2;
-    (0..n).map(|k| (k, (k + 1) % n)).map(|(k, j)| points[2 * k] * points[2 * j + 1] - points[2 * j] * points[2 * k + 1]).sum()
+    (0..n)
+        .map(|k| (k, (k + 1) % n))
+        .map(|(k, j)| points[2 * k] * points[2 * j + 1] - points[2 * j] * points[2 * k + 1])
+        .sum()
 }
 
 #[test]
@@ -212,7 +215,8 @@ fn what_is_seen_stays_what_is_seen_between_drawings_maps_and_pictures() {
     // The picture of it runs as it does: its y points down, too.
     let fit = faircurve::spline::Natural::default().fit(&drawing, &faircurve::Device::cpu()).unwrap();
     let picture = faircurve::picture::Picture { points: false, ..Default::default() }.draw(&drawing, &fit);
-    let path = picture.split(" d=\"").filter_map(|rest| rest.split('"').next()).find(|d| d.contains(['C', 'c'])).unwrap();
+    let path =
+        picture.split(" d=\"").filter_map(|rest| rest.split('"').next()).find(|d| d.contains(['C', 'c'])).unwrap();
     let flat: Vec<f64> = kurbo::BezPath::from_svg(path)
         .unwrap()
         .elements()
