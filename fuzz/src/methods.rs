@@ -1,0 +1,155 @@
+//! Every method on arbitrary small batches, and what is promised of whatever comes out.
+
+use arbitrary::{Result, Unstructured};
+use faircurve::bezier::{Chain, Complete};
+use faircurve::discrete::{Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation};
+use faircurve::scf::Smooth;
+use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::{CurveBatch, CurveStatus, Device, Fit, Sampling};
+
+use super::batches::batch;
+use super::numbers::option;
+
+/// A batch and a method out of the bytes, fitted on the CPU.
+pub fn methods(data: &[u8]) {
+    let _ = run(&mut Unstructured::new(data));
+}
+
+fn run(bytes: &mut Unstructured) -> Result<()> {
+    let kind = bytes.int_in_range(0..=5)?;
+    let method = method(bytes, kind)?;
+    let sampling = match bytes.int_in_range(0..=2)? {
+        0 => Sampling::PerSpan(bytes.int_in_range(1..=5)?),
+        1 => Sampling::Count(bytes.int_in_range(0..=20)?),
+        _ => Sampling::Spacing(option(bytes, &[0.5, 2.0, 1e3])?),
+    };
+    let tolerance = option(bytes, &[1e-2, 1e-4])?;
+    let Some(batch) = batch(bytes)? else { return Ok(()) };
+    let Ok((fit, samples)) = method(&batch, sampling) else { return Ok(()) };
+    check(&batch, &fit, &samples, sampling);
+    if tolerance.is_finite() && tolerance > 0.0 {
+        let chains = fit.beziers(tolerance.max(1e-6));
+        assert_eq!(chains.len(), batch.len());
+    }
+    check_alone(&batch, &fit, &samples, |part| method(part, sampling).ok());
+    Ok(())
+}
+
+type Fitted = faircurve::Result<(Fit, CurveBatch)>;
+
+type Method = Box<dyn Fn(&CurveBatch, Sampling) -> Fitted>;
+
+fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
+    let cpu = Device::cpu();
+    Ok(match kind {
+        0 => Box::new(move |batch, sampling| Natural::default().fit_sampled(batch, sampling, &cpu)),
+        1 => {
+            let amount = match bytes.arbitrary()? {
+                true => Amount::Lambda(option(bytes, &[0.0, 0.1, 1e3])?),
+                false => Amount::Deviation(option(bytes, &[0.01, 0.5, 1e3])?),
+            };
+            let smoothing = Smoothing { amount, pin_ends: bytes.arbitrary()?, ..Smoothing::default() };
+            Box::new(move |batch, sampling| smoothing.fit_sampled(batch, sampling, &cpu))
+        }
+        2 => {
+            let fair = fair(bytes)?;
+            Box::new(move |batch, sampling| fair.fit_sampled(batch, sampling, &cpu))
+        }
+        3 => {
+            let smooth = Smooth {
+                exponent: option(bytes, &[2.0, 1.5, 4.0])?,
+                starts: bytes.int_in_range(1..=2)?,
+                max_iterations: 20,
+                ..Smooth::default()
+            };
+            Box::new(move |batch, sampling| smooth.fit_sampled(batch, sampling, &cpu))
+        }
+        4 => {
+            let complete = Complete::default();
+            Box::new(move |batch, sampling| {
+                let fit = complete.fit(batch, &cpu)?.into_fit();
+                let samples = fit.polylines(sampling);
+                Ok((fit, samples))
+            })
+        }
+        _ => {
+            let chain = Chain { degree: bytes.int_in_range(1..=5)?, ..Chain::default() };
+            Box::new(move |batch, sampling| {
+                let fit = chain.fit(batch, &cpu)?.into_fit();
+                let samples = fit.polylines(sampling);
+                Ok((fit, samples))
+            })
+        }
+    })
+}
+
+fn fair(bytes: &mut Unstructured) -> Result<Fair> {
+    let main = match bytes.int_in_range(0..=3)? {
+        0 => bending(option(bytes, &[2.0, 1.5, 3.0])?),
+        1 => variation() + bending(2.0),
+        2 => torsion() + bending(2.0),
+        _ => tension(),
+    };
+    let deviation = if bytes.ratio(1, 3)? { Some(option(bytes, &[0.1, 0.5])?) } else { None };
+    let attached = deviation.is_none() && bytes.ratio(1, 5)?;
+    let mut energy = main + option(bytes, &[0.0, 0.1, 1.0])? * length();
+    if attached {
+        energy = energy + option(bytes, &[0.1, 10.0])? * attachment();
+    }
+    Ok(Fair {
+        energy,
+        deviation,
+        pins: if attached || deviation.is_some() { Pins::Ends } else { Pins::All },
+        segments: match bytes.ratio(3, 4)? {
+            true => Segments::PerSpan(bytes.int_in_range(1..=6)?),
+            false => Segments::Spacing(option(bytes, &[1.0, 5.0])?),
+        },
+        corners: if bytes.ratio(1, 5)? { Some(option(bytes, &[1.0])?) } else { None },
+        max_iterations: 20,
+        ..Fair::default()
+    })
+}
+
+fn bits(x: &[f64]) -> Vec<u64> {
+    x.iter().map(|x| x.to_bits()).collect()
+}
+
+fn is_unfitted(status: CurveStatus) -> bool {
+    matches!(status, CurveStatus::Degenerate | CurveStatus::Invalid)
+}
+
+fn check(batch: &CurveBatch, fit: &Fit, samples: &CurveBatch, sampling: Sampling) {
+    assert_eq!((fit.len(), samples.len()), (batch.len(), batch.len()), "curves");
+    for (i, (curve, report)) in fit.iter().enumerate() {
+        let word = report.status.word();
+        assert_eq!(samples.is_closed(i), batch.is_closed(i), "whether curve {i} is closed");
+        if is_unfitted(report.status) {
+            assert_eq!(bits(samples.points(i)), bits(batch.points(i)), "curve {i}, {word}, comes out as its input");
+            assert!(report.message.is_some(), "curve {i}, {word}, says why");
+            continue;
+        }
+        assert!(curve.length() >= 0.0, "curve {i}, {word}: length {}", curve.length());
+        if report.status == CurveStatus::Converged {
+            assert!(samples.points(i).iter().all(|x| x.is_finite()), "curve {i}, {word}: {:?}", samples.points(i));
+            assert!(report.energy.is_finite() || report.energy > 1e300, "curve {i}, {word}: energy {}", report.energy);
+            if let (Sampling::PerSpan(n), true) = (sampling, curve.is_fitted()) {
+                let least = if curve.is_closed() { 3 } else { 2 };
+                assert!(samples.count(i) >= (n * curve.spans()).min(least), "curve {i}: {} samples", samples.count(i));
+            }
+        }
+    }
+}
+
+/// A curve alone comes out as in company, bit for bit.
+fn check_alone(
+    batch: &CurveBatch,
+    fit: &Fit,
+    samples: &CurveBatch,
+    again: impl Fn(&CurveBatch) -> Option<(Fit, CurveBatch)>,
+) {
+    for i in 0..batch.len().min(2) {
+        let Some((alone, sample)) = again(&batch.select(&[i])) else { continue };
+        assert_eq!(alone.reports()[0].status, fit.reports()[i].status, "status of curve {i} alone");
+        assert_eq!(bits(sample.points(0)), bits(samples.points(i)), "points of curve {i} alone");
+    }
+}

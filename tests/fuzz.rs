@@ -1,0 +1,174 @@
+//! The fuzz targets, driven without a fuzzer: seeds of the corpus, mutated at random, for ten seconds a target
+//! (FAIRCURVE_FUZZ_SECONDS says otherwise). What is found here by chance `fuzz/run.sh` searches for by coverage.
+
+use std::fs;
+use std::panic::catch_unwind;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use rand::rngs::StdRng;
+use rand::{Rng, RngExt, SeedableRng};
+use tempfile::TempDir;
+
+#[path = "../fuzz/src/lib.rs"]
+mod targets;
+
+/// Inputs grow to this many bytes.
+const MOST_BYTES: usize = 4096;
+
+/// No input takes this long.
+const TOO_LONG: Duration = Duration::from_secs(20);
+
+fn seconds() -> Duration {
+    let asked = std::env::var("FAIRCURVE_FUZZ_SECONDS").ok().and_then(|text| text.parse().ok());
+    Duration::from_secs_f64(asked.unwrap_or(10.0))
+}
+
+fn corpus(target: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target);
+    let mut files: Vec<PathBuf> =
+        fs::read_dir(&folder).expect("every target has a corpus").map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files.into_iter().map(|path| fs::read(path).unwrap()).collect()
+}
+
+/// One of the seeds with some bytes changed, cut out, doubled, or taken from another seed.
+fn mutated(seeds: &[Vec<u8>], rng: &mut StdRng) -> Vec<u8> {
+    const PIECES: [&[u8]; 14] = [
+        b"0",
+        b"-1",
+        b"1e308",
+        b"nan",
+        b"inf",
+        b"\"",
+        b",",
+        b"\n",
+        b"null",
+        b"[",
+        b"]",
+        b"1e-320",
+        b"<",
+        b"\xff\xff\xff\x7f",
+    ];
+    let mut data = seeds[rng.random_range(0..seeds.len())].clone();
+    for _ in 0..rng.random_range(0..8) {
+        let at = rng.random_range(0..=data.len());
+        let end = (at + rng.random_range(0..16)).min(data.len());
+        match rng.random_range(0..7) {
+            0 => drop(data.drain(at..end)),
+            1 => data[at..end].iter_mut().for_each(|byte| *byte = rng.random()),
+            2 => drop(data.splice(at..at, PIECES[rng.random_range(0..PIECES.len())].iter().copied())),
+            3 => drop(data.splice(at..end, PIECES[rng.random_range(0..PIECES.len())].iter().copied())),
+            4 => {
+                let piece = data[at..end].to_vec();
+                drop(data.splice(at..at, piece));
+            }
+            5 => {
+                let other = &seeds[rng.random_range(0..seeds.len())];
+                let from = rng.random_range(0..=other.len());
+                data.truncate(at);
+                data.extend_from_slice(&other[from..]);
+            }
+            _ if at < data.len() => data[at] ^= 1 << rng.random_range(0..8),
+            _ => data.push(rng.random()),
+        }
+    }
+    // Beyond the seeds: nothing but noise, now and then.
+    if rng.random_ratio(1, 16) {
+        data = vec![0; rng.random_range(0..512)];
+        rng.fill_bytes(&mut data);
+    }
+    data.truncate(MOST_BYTES);
+    data
+}
+
+/// Runs a target on its seeds and what becomes of them; the input that broke it is left in a file.
+fn drive(name: &str, run: impl Fn(&[u8]) + std::panic::RefUnwindSafe) {
+    let seed = 2026;
+    let (seeds, mut rng, started) = (corpus(name), StdRng::seed_from_u64(seed), Instant::now());
+    assert!(!seeds.is_empty(), "{name} has no corpus");
+    let mut executions = 0;
+    let mut next = seeds.clone().into_iter();
+    while next.len() > 0 || started.elapsed() < seconds() {
+        let data = next.next().unwrap_or_else(|| mutated(&seeds, &mut rng));
+        let began = Instant::now();
+        let sound = catch_unwind(|| run(&data)).is_ok() && began.elapsed() < TOO_LONG;
+        if !sound {
+            let path = std::env::temp_dir().join(format!("faircurve-fuzz-{name}"));
+            fs::write(&path, &data).unwrap();
+            panic!(
+                "{name} broke on execution {executions} after {:?} (seed {seed}): {}",
+                began.elapsed(),
+                path.display()
+            );
+        }
+        executions += 1;
+    }
+    println!("{name}: {executions} executions, seed {seed}");
+}
+
+/// The target of this name; a test each, so that they run side by side.
+fn target(name: &str) {
+    let (_, run) = targets::TARGETS.iter().find(|(target, _)| *target == name).expect("a target of the list");
+    drive(name, run);
+}
+
+#[test]
+fn arbitrary_csv_is_read_or_refused() {
+    target("csv");
+}
+
+#[test]
+fn arbitrary_geojson_is_read_or_refused() {
+    target("geojson");
+}
+
+#[test]
+fn arbitrary_svg_is_read_or_refused() {
+    target("svg");
+}
+
+#[test]
+fn arbitrary_npz_is_read_or_refused() {
+    target("npz");
+}
+
+#[test]
+fn arbitrary_grids_are_read_or_refused() {
+    target("grids");
+}
+
+#[test]
+fn whatever_was_read_and_written_is_read_again_as_it_was() {
+    target("round_trip");
+}
+
+#[test]
+fn every_method_gives_every_curve_of_an_arbitrary_batch_a_status() {
+    target("methods");
+}
+
+#[test]
+fn arbitrary_arguments_end_in_an_exit_status() {
+    let folder = TempDir::new().unwrap();
+    drive("command_line", |data| {
+        let Some(arguments) = targets::arguments(data, folder.path()) else { return };
+        let mut program = Command::new(env!("CARGO_BIN_EXE_faircurve"));
+        program.current_dir(folder.path()).args(&arguments[1..]).stdin(Stdio::null());
+        let output = program.output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(matches!(output.status.code(), Some(0..=2)), "{arguments:?}: {:?}\n{said}", output.status);
+        assert!(!said.contains("panicked"), "{arguments:?}\n{said}");
+    });
+}
+
+#[test]
+fn every_target_has_a_fuzzer_and_a_test() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let this = fs::read_to_string(folder.join("tests/fuzz.rs")).unwrap();
+    for name in targets::TARGETS.iter().map(|(name, _)| *name).chain(["command_line"]) {
+        assert!(folder.join(format!("fuzz/fuzz_targets/{name}.rs")).is_file(), "{name} has no fuzzer");
+        assert!(this.contains(&format!("(\"{name}\"")), "{name} has no test");
+    }
+}
