@@ -14,8 +14,8 @@ use crate::motion::{Motion, searched_curvature};
 
 /// Where a curve is sampled.
 ///
-/// A closed curve has three samples at least, whatever is asked, so that they have an area; where it has one or two spans between different points,
-/// four, of which at least three differ: such spans may go there and back.
+/// A closed curve has three samples at least, whatever is asked, so that they have an area; where no more than two spans lie between different points,
+/// as many as it takes for three that differ: such spans may go there and back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Sampling {
@@ -242,14 +242,19 @@ pub trait Curve: Sync {
 
     /// Samples that a curve has at least, of the whole or a span: see [`Sampling`].
     fn least(&self, sampling: Sampling) -> usize {
-        // With four or more a span, or in all, there is nothing to ask.
-        if !self.is_closed() || matches!(sampling, Sampling::PerSpan(4..) | Sampling::Count(4..)) {
+        // With four or more a span there is nothing to ask.
+        if !self.is_closed() || matches!(sampling, Sampling::PerSpan(4..)) {
             return 0;
         }
         let ends_differ = |span: &usize| self.jet(*span, 0.0).point != self.jet(*span, 1.0).point;
         let long = (0..self.spans()).filter(ends_differ).take(4).count();
         let all: usize = if (1..3).contains(&long) { 4 } else { 3 };
-        if let Sampling::PerSpan(_) = sampling { all.div_ceil(long.max(1)) } else { all }
+        match sampling {
+            Sampling::PerSpan(_) => all.div_ceil(long.max(1)),
+            // Spans between equal points may have parameters of their own: then the middles of the others are needed.
+            Sampling::Count(_) if all > 3 => 2 * self.spans(),
+            _ => all,
+        }
     }
 
     /// Spans and fractions of the samples, in order along the curve. A curve that was not fitted gives its data points, whatever is asked.
