@@ -4,7 +4,7 @@
 //! Relative errors are below 1e-9, at cusps and near them too: there the speed is about √(s² + c²u²), which no rule of any order follows
 //! across u = 0. So what is not smooth enough is cut at the least speed, and halved towards it.
 
-use crate::curve::Curve;
+use crate::curve::{Curve, Sampling};
 
 /// Nodes of the rule, and lanes they are summed in.
 const NODES: usize = 12;
@@ -217,25 +217,23 @@ pub fn fraction_at(speed: impl Fn(f64) -> f64, length: f64, target: f64) -> f64 
 pub(crate) fn even_sites<C: Curve + ?Sized>(curve: &C, spacing: f64) -> Vec<(usize, f64)> {
     let lengths: Vec<f64> = (0..curve.spans()).map(|span| curve.span_length(span)).collect();
     let mut sites = Vec::new();
-    for (span, target) in even_targets(&lengths, spacing, curve.is_closed()) {
+    for (span, target) in even_targets(&lengths, spacing, curve.is_closed(), curve.least(Sampling::Spacing(spacing))) {
         sites.push((span, curve.fraction_at(span, lengths[span], target)));
     }
     sites
 }
 
-/// The most samples by spacing a single curve may ask for: more is a spacing in the wrong unit, not a wish.
-pub const MAX_SAMPLES: f64 = 1e8;
-
 /// Lengths may be off by this part: a spacing that divides a length evenly but for rounding does.
 const EVEN: f64 = 1e-9;
 
-/// For every sample its span and the length to cover inside it, from the lengths of all spans.
-pub(crate) fn even_targets(lengths: &[f64], spacing: f64, closed: bool) -> Vec<(usize, f64)> {
+/// For every sample, `least` of them at least, its span and the length to cover inside it, from the lengths of all spans.
+pub(crate) fn even_targets(lengths: &[f64], spacing: f64, closed: bool, least: usize) -> Vec<(usize, f64)> {
     let total: f64 = lengths.iter().sum();
     let Some(last) = lengths.iter().rposition(|&length| length > 0.0) else {
-        return vec![(0, 0.0); usize::from(!lengths.is_empty())];
+        return vec![(0, 0.0); if lengths.is_empty() { 0 } else { least.max(1) }];
     };
-    let steps = (total / spacing * (1.0 - EVEN)).ceil().clamp(1.0, MAX_SAMPLES);
+    let most = Sampling::MOST_SAMPLES as f64;
+    let steps = (total / spacing * (1.0 - EVEN)).ceil().clamp(least.max(1) as f64, most);
     let step = total / steps;
     let mut targets = Vec::with_capacity(steps as usize + 1);
     let (mut span, mut covered) = (0, 0.0);

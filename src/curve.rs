@@ -7,21 +7,72 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::arclength;
+use crate::batch::CurveBatch;
 use crate::bezier::convert;
+use crate::error::{Error, Result};
 use crate::motion::{Motion, searched_curvature};
 
 /// Where a curve is sampled.
+///
+/// A closed curve has three samples at least, whatever is asked, so that they have an area; where no more than two spans lie between different points,
+/// as many as it takes for three that differ: such spans may go there and back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Sampling {
     /// Every span between data points becomes this many segments of equal parameter length, the data points among
-    /// the samples: K points give N(K−1)+1 samples, a closed curve N·K.
+    /// the samples: K points give N(K−1)+1 samples, a closed curve N·K. Spans are divided further where a closed curve would have too few.
     PerSpan(usize),
     /// This many samples a curve, at equal steps of the parameter from its first to its last value (of a closed
     /// curve: up to, without, the first point again).
     Count(usize),
     /// Samples at equal arc length: the largest spacing not above this one (in the units of the input) that divides the length evenly.
+    ///
+    /// No curve gets more than [`MOST_SAMPLES`](Sampling::MOST_SAMPLES); see [`check`](Sampling::check).
     Spacing(f64),
+}
+
+impl Sampling {
+    /// Samples that a spacing may ask for, of all curves together: with their parameters 640 MB as numbers in 3-D, twice that while they are put
+    /// together, and about as much as text.
+    pub const MOST_SAMPLES: usize = 20_000_000;
+
+    /// Checks, before anything is fitted, that a spacing asks for a number of samples that can be had. Fits that sample do so.
+    ///
+    /// # Errors
+    /// A spacing that is not positive and finite; one that the curves' points are more than [`MOST_SAMPLES`](Self::MOST_SAMPLES)
+    /// times apart, all chords together.
+    pub fn check(self, batch: &CurveBatch) -> Result<()> {
+        match self {
+            Sampling::Spacing(spacing) => check_spacing(batch, spacing, "samples", Self::MOST_SAMPLES),
+            Sampling::PerSpan(_) | Sampling::Count(_) => Ok(()),
+        }
+    }
+}
+
+/// Refuses a spacing that makes more of something than there may be: curves are at least as long as the chords between their points.
+pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: usize) -> Result<()> {
+    if !(spacing > 0.0 && spacing.is_finite()) {
+        return Err(Error::argument(format!(
+            "the spacing is {spacing}; it must be a positive length in units of the input, such as 0.5"
+        )));
+    }
+    let chords = |i: usize| if batch.problem(i).is_some() { 0.0 } else { batch.chords(i).sum::<f64>() };
+    let lengths: Vec<f64> = (0..batch.len()).map(chords).collect();
+    // The sum of the quotients: that of the lengths may overflow.
+    let count: f64 = lengths.iter().map(|length| length / spacing).sum();
+    if count <= most as f64 {
+        return Ok(());
+    }
+    let longest = (0..lengths.len()).max_by(|&i, &j| lengths[i].total_cmp(&lengths[j])).unwrap_or(0);
+    let (length, name) = (lengths[longest], batch.name(longest));
+    let own = length / spacing;
+    let least = lengths.iter().map(|length| length / most as f64).sum::<f64>();
+    Err(Error::argument(format!(
+        "a spacing of {spacing:e} makes {own:.1e} {what} of curve {name}, whose points are {length:.4e} apart one after the other, and \
+         {count:.1e} of all curves; {most:.0e} of all are possible: give a spacing of {least:.1e} or more",
+        most = most as f64,
+        least = 1.05 * least
+    )))
 }
 
 /// A point of a curve with its derivatives with respect to the curve's own parameter. 2-D curves have z = 0.
@@ -189,6 +240,23 @@ pub trait Curve: Sync {
         runs(self, Measure::Curvature { known }).into_iter().fold(known, f64::max)
     }
 
+    /// Samples that a curve has at least, of the whole or a span: see [`Sampling`].
+    fn least(&self, sampling: Sampling) -> usize {
+        // With four or more a span there is nothing to ask.
+        if !self.is_closed() || matches!(sampling, Sampling::PerSpan(4..)) {
+            return 0;
+        }
+        let ends_differ = |span: &usize| self.jet(*span, 0.0).point != self.jet(*span, 1.0).point;
+        let long = (0..self.spans()).filter(ends_differ).take(4).count();
+        let all: usize = if (1..3).contains(&long) { 4 } else { 3 };
+        match sampling {
+            Sampling::PerSpan(_) => all.div_ceil(long.max(1)),
+            // Spans between equal points may have parameters of their own: then the middles of the others are needed.
+            Sampling::Count(_) if all > 3 => 2 * self.spans(),
+            _ => all,
+        }
+    }
+
     /// Spans and fractions of the samples, in order along the curve. A curve that was not fitted gives its data points, whatever is asked.
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
         let spans = self.spans();
@@ -196,10 +264,12 @@ pub trait Curve: Sync {
         let sampling = if self.is_fitted() { sampling } else { Sampling::PerSpan(1) };
         match sampling {
             Sampling::PerSpan(n) => {
+                let n = n.max(self.least(sampling));
                 (0..spans).flat_map(|span| (0..n).map(move |k| (span, k as f64 / n as f64))).chain(end).collect()
             }
             Sampling::Count(n) => {
                 let (from, to) = self.domain();
+                let n = n.max(self.least(sampling));
                 let steps = if self.is_closed() { n } else { n.saturating_sub(1) }.max(1) as f64;
                 (0..n).map(|k| self.locate(from + (to - from) * (k as f64 / steps))).collect()
             }
@@ -361,6 +431,36 @@ impl Curve for Polygon<'_> {
     /// The vertices; also of the single point that has no span.
     fn sites(&self, _: Sampling) -> Vec<(usize, f64)> {
         (0..self.coords.len() / self.dimension).map(|k| (k, 0.0)).collect()
+    }
+}
+
+/// What a curve came in as, which it comes out as where it could not be fitted: its points, and its parameters, bit for bit.
+#[derive(Clone, Debug)]
+pub(crate) struct Input {
+    pub coords: Vec<f64>,
+    /// The parameters given, else 0, 1, 2 ….
+    pub t: Vec<f64>,
+    /// The parameter length of the span that closes the curve; NaN where it is open, or none was given to given parameters.
+    pub closing: f64,
+}
+
+impl Input {
+    pub fn of(batch: &CurveBatch, i: usize) -> Self {
+        let (t, closing) = match batch.parameters(i) {
+            Some(given) => (given.to_vec(), batch.closing_span(i).unwrap_or(f64::NAN)),
+            None => ((0..batch.count(i)).map(|k| k as f64).collect(), 1.0),
+        };
+        let closing = if batch.is_closed(i) { closing } else { f64::NAN };
+        Input { coords: batch.points(i).to_vec(), t, closing }
+    }
+
+    pub fn polygon(&self, dimension: usize, closed: bool) -> Polygon<'_> {
+        let mut knots = Cow::Borrowed(&self.t[..]);
+        if let Some(last) = self.t.last().filter(|_| closed) {
+            let closing = if self.closing.is_nan() { 0.0 } else { self.closing };
+            knots.to_mut().push(last + closing);
+        }
+        Polygon { coords: &self.coords, dimension, closed, knots }
     }
 }
 

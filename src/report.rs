@@ -147,16 +147,24 @@ impl Fit {
 
     /// Every curve as a chain of cubic Béziers within `tolerance` of it (units of the input): control points, three a
     /// piece and one more; the chain of a closed curve does not repeat its first. Names and properties as [`polylines`](Self::polylines).
+    ///
+    /// A curve that is a single point is one piece, all at that point, so that every chain is one; a curve of no points has none.
     pub fn beziers(&self, tolerance: f64) -> CurveBatch {
+        self.beziers_each(|_| tolerance)
+    }
+
+    /// The same with a tolerance a curve.
+    pub fn beziers_each(&self, tolerance: impl Fn(usize) -> f64 + Sync) -> CurveBatch {
         let shape = self.polylines(Sampling::PerSpan(1));
         let chain = |i: usize| {
-            let pieces = self.curve(i).beziers(tolerance);
+            let pieces = self.curve(i).beziers(tolerance(i));
             let mut points: Vec<DVec3> = pieces.iter().flat_map(|piece| &piece[..3]).copied().collect();
             match pieces.last() {
                 // The very first point, bit for bit: it is dropped where the chain is marked as closed.
                 Some(_) if shape.is_closed(i) => points.push(points[0]),
                 Some(piece) => points.push(piece[3]),
-                None => points.extend(shape.points(i).chunks_exact(shape.dimension()).map(vector).take(1)),
+                None => points
+                    .extend(shape.points(i).chunks_exact(shape.dimension()).map(vector).take(1).flat_map(|p| [p; 4])),
             }
             points
         };
@@ -169,6 +177,7 @@ impl Fit {
             .and_then(|batch| batch.closed_each(closed))
             .expect("offsets and flags were counted above")
             .with_origin(shape.origin().clone())
+            .with_problems_of(&shape)
     }
 
     /// Curves and reports, in order.

@@ -114,12 +114,11 @@ fn lengths_keep_nine_digits_at_and_near_cusps() {
     }
 }
 
-/// Cusps that lie ever nearer: the middle of a span of Bézier's letter W, with its handles crossed by 1 + δ.
+/// A zigzag that is pressed ever flatter turns back at cusps.
 #[test]
 fn lengths_keep_nine_digits_however_near_a_cusp_is() {
     for exponent in -16..=0 {
         let height = 10f64.powi(exponent);
-        // Hermite data of a natural spline: p″ = 0 at both ends of three points makes no cusp; given points do.
         let points = [[0.0, 0.0], [2.0, height], [0.2, 0.5 * height], [2.1, 2.0 * height]];
         let fit = natural(&CurveBatch::from_slices(&[&points[..]]).unwrap());
         let curve = fit.curve(0);
@@ -166,7 +165,7 @@ fn part_length(curve: &dyn Curve, span: usize, to: f64) -> f64 {
     length_of(&Cut(curve, span, to, [0.0, width]), 0)
 }
 
-/// The largest |κ| among `places` even places a span, and as many that crowd around its least speeds.
+/// The largest |κ| among `places` even places a span, and 4,000 that crowd around each least speed.
 fn sampled_curvature(curve: &dyn Curve, places: usize) -> f64 {
     let at = |span: usize, u: f64| curve.jet(span, u).curvature(curve.dimension()).abs();
     let mut largest = 0.0f64;
@@ -175,9 +174,9 @@ fn sampled_curvature(curve: &dyn Curve, places: usize) -> f64 {
             largest = largest.max(at(span, k as f64 / places as f64));
         }
         for slow in slowest(curve, span) {
-            for k in 0..=places {
-                // From 1e-12 on, by a factor of e^(27.6/places) a step.
-                let away = 1e-12 * (k as f64 / places as f64 * 27.6).exp();
+            for k in 0..=2000 {
+                // From 1e-12 on, by a factor of e^(27.6/2000) a step.
+                let away = 1e-12 * (f64::from(k) / 2000.0 * 27.6).exp();
                 for u in [slow - away, slow + away].into_iter().filter(|u| (0.0..=1.0).contains(u)) {
                     largest = largest.max(at(span, u));
                 }
@@ -199,7 +198,7 @@ fn the_largest_curvature_is_that_of_the_curve_not_of_some_samples() {
 fn no_sample_of_any_curve_is_more_curved_than_the_largest_curvature_says() {
     let started = Instant::now();
     for (dimension, seed) in [(2, 21), (3, 22)] {
-        for (method, fit) in fits(&random(dimension, 12, 7, seed)) {
+        for (method, fit) in fits(&random(dimension, 2, 5, seed)) {
             for i in 0..fit.len() {
                 let curve = fit.curve(i);
                 if !curve.is_fitted() {

@@ -33,6 +33,27 @@ impl CurveBatch {
         Ok(self)
     }
 
+    /// Distances from each point of curve `i` to the next; of a closed curve also that back to the first.
+    pub(crate) fn chords(&self, i: usize) -> impl Iterator<Item = f64> {
+        let (n, d, points) = (self.count(i), self.dimension, self.points(i));
+        let point = move |k: usize| &points[k % n * d..][..d];
+        (0..self.spans(i)).map(move |k| distance(point(k), point(k + 1)))
+    }
+
+    /// The parameter length of the span that closes curve `i`, which has parameters: as stated; else 0 where the last point is the first again,
+    /// and otherwise the closing chord times the mean parameter length per unit of chord of the other spans.
+    pub(crate) fn closing_length(&self, i: usize, parameters: &[f64]) -> f64 {
+        let chords: Vec<f64> = self.chords(i).collect();
+        match (self.closing_span(i), chords.split_last()) {
+            (Some(length), _) => length,
+            (None, Some((&closing, others))) if closing > 0.0 => {
+                let all: f64 = others.iter().sum();
+                closing * ((parameters[parameters.len() - 1] - parameters[0]) / all)
+            }
+            _ => 0.0,
+        }
+    }
+
     /// Whether the last point of curve `i` is another than its first, and equal to it. An unknown point repeats none.
     pub(crate) fn repeats_first(&self, i: usize) -> bool {
         let (points, d) = (self.points(i), self.dimension);
@@ -64,4 +85,23 @@ impl CurveBatch {
             self.offsets[i + 1] -= lost;
         }
     }
+}
+
+/// Distance between two points that neither overflows nor underflows on the way.
+pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let (mut largest, mut sum) = (0.0_f64, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        let step = (b - a).abs();
+        largest = largest.max(step);
+        sum += step * step;
+    }
+    // Squares of such numbers are normal, and so is the sum of three of them.
+    if (1e-140..1e150).contains(&largest) {
+        return sum.sqrt();
+    }
+    if largest == 0.0 || largest.is_infinite() {
+        return largest;
+    }
+    let scaled: f64 = a.iter().zip(b).map(|(a, b)| ((b - a) / largest).powi(2)).sum();
+    largest * scaled.sqrt()
 }

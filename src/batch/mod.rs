@@ -15,6 +15,7 @@ use crate::error::{Error, Result, shortened};
 use crate::io::Origin;
 use crate::report::CurveStatus;
 
+pub(crate) use closed::distance;
 pub(crate) use cut::{Cut, Piece};
 pub use point::Point;
 

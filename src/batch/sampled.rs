@@ -8,30 +8,34 @@ use crate::constraint::Constraints;
 use crate::io::Origin;
 
 impl CurveBatch {
-    /// [`sampled`](Self::sampled) from coordinates and parameters curve by curve; `end` is the parameter at which a closed curve that was
-    /// fitted meets its first point again.
+    /// [`sampled`](Self::sampled) from coordinates and parameters curve by curve; `closing` is the parameter length from the last sample of a
+    /// closed curve, at this parameter, to its first.
     pub(crate) fn from_samples(
         dimension: usize,
         samples: Vec<(Vec<f64>, Vec<f64>)>,
-        end: impl Fn(usize) -> Option<f64>,
+        closing: impl Fn(usize, f64) -> f64,
         closed: Vec<bool>,
         problems: BTreeMap<usize, Problem>,
         origin: Arc<Origin>,
     ) -> Self {
         let mut offsets = vec![0];
         samples.iter().for_each(|(_, t)| offsets.push(offsets[offsets.len() - 1] + t.len()));
-        let closing = |i: usize| match (end(i), samples[i].1.last()) {
-            _ if !closed[i] => f64::NAN,
-            (Some(end), Some(last)) => end - last,
-            _ => 1.0,
+        let span = |i: usize| match samples[i].1.last() {
+            Some(&last) if closed[i] => closing(i, last),
+            _ => f64::NAN,
         };
-        let spans = closed.contains(&true).then(|| (0..samples.len()).map(closing).collect());
+        let spans = closed.contains(&true).then(|| (0..samples.len()).map(span).collect());
         let (mut coords, mut t) = (Vec::new(), Vec::new());
         for (of_curve, t_of_curve) in samples {
             coords.extend(of_curve);
             t.extend(t_of_curve);
         }
         Self::sampled(dimension, coords, offsets, closed, t, spans, problems, origin)
+    }
+
+    /// The problems of another batch of the same curves.
+    pub(crate) fn with_problems_of(self, other: &CurveBatch) -> Self {
+        CurveBatch { problems: other.problems.clone(), ..self }
     }
 
     /// The samples of fitted curves, which need no check: `problems` are those of curves that were not fitted.

@@ -79,13 +79,13 @@ impl CurveSet for Chains {
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
         let curves = 0..self.control.len();
         let samples = curves.clone().into_par_iter().with_min_len(64).map(|i| self.sample(i, sampling)).collect();
-        let end = |i: usize| self.degrees[i].map(|_| self.curve(i).domain().1);
+        let closing = |i: usize, last: f64| self.degrees[i].map_or(1.0, |_| self.curve(i).domain().1 - last);
         let problems = curves.clone().filter_map(|i| Some((i, self.control.problem(i)?.clone()))).collect();
         let closed = curves.map(|i| self.control.is_closed(i)).collect();
         CurveBatch::from_samples(
             self.control.dimension(),
             samples,
-            end,
+            closing,
             closed,
             problems,
             self.control.origin().clone(),

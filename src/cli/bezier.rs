@@ -172,7 +172,8 @@ impl BezierArgs {
 
     /// Chains of cubics for SVG: control points of cubics as they are, curves of other degrees within the tolerance.
     fn cubics(&self, plan: &Plan, controls: &CurveBatch, degrees: &[Option<usize>], fit: &Fit) -> Result<CurveBatch> {
-        let near = fit.beziers(self.tolerance.unwrap_or(fit::BEZIER_TOLERANCE * fit::size(controls)));
+        let own = |i: usize| fit::BEZIER_TOLERANCE * fit::size(controls.points(i), controls.dimension());
+        let near = fit.beziers_each(|i| self.tolerance.unwrap_or_else(|| own(i)));
         let d = controls.dimension();
         let (mut coords, mut offsets) = (Vec::with_capacity(near.coords().len()), vec![0]);
         for (i, &degree) in degrees.iter().enumerate() {

@@ -17,7 +17,7 @@ use super::{InputArgs, Talk, count};
 /// This many curves that are not usable are listed; --report and -v list them all.
 const MOST_LISTED: usize = 20;
 
-/// Béziers stray from the curve by at most this part of the data's size, where --tolerance does not say how much.
+/// Béziers stray from a curve by at most this part of the size of its points, where --tolerance does not say how much.
 pub(super) const BEZIER_TOLERANCE: f64 = 1e-6;
 
 /// Tolerances below this part of the largest coordinate are refused: curves are rounded, to less.
@@ -85,7 +85,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     if let Some(format) = args.to.or_else(|| Format::of_extension(&args.output)) {
         format.check(batch.dimension(), args.shape == Shape::Bezier)?;
     }
-    let tolerance = args.bezier_tolerance(&batch)?;
+    let tolerances = args.bezier_tolerances(&batch)?;
     seconds.read = progress.step("preparing the device");
     let device = device::open(args.device, &batch, sampling, args.method.cost(), args.talk)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
@@ -95,7 +95,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         Shape::Polyline => method.fit_sampled(&batch, sampling, &device)?,
         Shape::Bezier => {
             let fit = method.fit(&batch, &device)?;
-            let beziers = fit.beziers(tolerance);
+            let beziers = fit.beziers_each(|i| tolerances[i]);
             (fit, beziers)
         }
     };
@@ -169,10 +169,19 @@ impl FitArgs {
         }
     }
 
-    /// How far Béziers may be from the curves.
-    fn bezier_tolerance(&self, batch: &CurveBatch) -> Result<f64> {
-        let Some(tolerance) = self.asked_tolerance() else { return Ok(BEZIER_TOLERANCE * size(batch)) };
-        let largest = batch.coords().iter().filter(|x| x.is_finite()).fold(0.0f64, |largest, x| largest.max(x.abs()));
+    /// How far Béziers may be from each curve.
+    fn bezier_tolerances(&self, batch: &CurveBatch) -> Result<Vec<f64>> {
+        let largest = |points: &[f64]| points.iter().filter(|x| x.is_finite()).fold(0.0f64, |a, x| a.max(x.abs()));
+        let Some(tolerance) = self.asked_tolerance() else {
+            let own = |i: usize| {
+                let points = batch.points(i);
+                (BEZIER_TOLERANCE * size(points, batch.dimension())).max(LEAST_TOLERANCE * largest(points))
+            };
+            return Ok((0..batch.len()).map(own).collect());
+        };
+        // Curves that cannot be fitted come out as they came in, whatever the tolerance.
+        let fitted = (0..batch.len()).filter(|&i| batch.problem(i).is_none());
+        let largest = fitted.map(|i| largest(batch.points(i))).fold(0.0, f64::max);
         let least = LEAST_TOLERANCE * largest;
         if tolerance < least {
             return Err(Error::argument(format!(
@@ -180,7 +189,7 @@ impl FitArgs {
             )));
         }
         // What the rounding of the output takes is left to it.
-        Ok((1.0 - ROUNDING) * tolerance)
+        Ok(vec![(1.0 - ROUNDING) * tolerance; batch.len()])
     }
 
     fn draw(&self, path: &Path, batch: &CurveBatch, fit: &Fit) -> Result<()> {
@@ -264,11 +273,11 @@ fn is_stdio(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Largest extent of the finite points of a batch along an axis.
-pub(super) fn size(batch: &CurveBatch) -> f64 {
+/// Largest extent of points along an axis, of those that are finite.
+pub(super) fn size(points: &[f64], dimension: usize) -> f64 {
     let mut size = 0.0f64;
-    for axis in 0..batch.dimension() {
-        let values = batch.coords().iter().skip(axis).step_by(batch.dimension()).filter(|x| x.is_finite());
+    for axis in 0..dimension {
+        let values = points.iter().skip(axis).step_by(dimension).filter(|x| x.is_finite());
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
         size = size.max(high - low);
     }

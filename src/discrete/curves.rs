@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::batch::{CurveBatch, Problem};
-use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
+use crate::curve::{Curve, Input, Jet, Sampling, vector};
 use crate::io::Origin;
 use crate::motion::Motion;
 use crate::report::{CurveReport, CurveSet};
@@ -31,16 +31,36 @@ pub(crate) struct Fitted {
     pub device: String,
 }
 
-/// The curves of a batch, each its vertices or, unfitted, its data points.
+/// The curves of a batch, each its vertices or, unfitted, its input.
 pub(crate) struct FairCurves {
     pub dimension: usize,
-    pub curves: Vec<Result<Vertices, Vec<f64>>>,
+    pub curves: Vec<Result<Vertices, Input>>,
+    /// The parameters of the data points of every curve: see [`knots_of`].
+    pub knots: Vec<Vec<f64>>,
     pub closed: Vec<bool>,
     pub problems: BTreeMap<usize, Problem>,
     pub origin: Arc<Origin>,
 }
 
-/// A curve through vertices. Its parameter is the number of the span plus the fraction of the span's edges.
+/// The parameters of a curve's data points: as given, those of a closed curve with one more where it meets its first point again; 0, 1, 2 … where
+/// none were given, or all are one.
+pub(super) fn knots_of(batch: &CurveBatch, i: usize) -> Vec<f64> {
+    let ends = batch.count(i) + usize::from(batch.is_closed(i));
+    if let Some(given) = batch.parameters(i).filter(|given| !given.is_empty() && batch.problem(i).is_none()) {
+        let mut knots = given.to_vec();
+        if batch.is_closed(i) {
+            let closing = batch.closing_length(i, given);
+            knots.push(given[given.len() - 1] + if closing > 0.0 && closing.is_finite() { closing } else { 0.0 });
+        }
+        if knots[0] < knots[ends - 1] {
+            return knots;
+        }
+    }
+    (0..ends).map(|k| k as f64).collect()
+}
+
+/// A curve through vertices. Between the parameters of two data points its parameter goes on by the same step from edge to edge; where these
+/// are one, derivatives are those by the fraction of the span.
 ///
 /// At a vertex it has the discrete curve's tangent, halfway between its edges', and its curvature vector K = (T′ − T)/Δa; in
 /// between it is the cubic with those tangents, and its curvature goes linearly from one K to the next. At a corner each side
@@ -52,7 +72,7 @@ struct FairCurve<'a> {
     /// Frames at both ends of every edge, once one is asked for: arc lengths ask for the same ones over and over.
     frames: OnceLock<Vec<[Frame; 2]>>,
     /// The parameter of every data point.
-    knots: Vec<f64>,
+    knots: &'a [f64],
 }
 
 /// The curve along an edge, by the fraction v of it: p + v (a + v (c + v d)), its curvature that of the acceleration bend + v · bend_change.
@@ -151,7 +171,12 @@ impl Curve for FairCurve<'_> {
     }
 
     fn knots(&self) -> &[f64] {
-        &self.knots
+        self.knots
+    }
+
+    fn pace(&self, span: usize) -> f64 {
+        let length = self.knots[span + 1] - self.knots[span];
+        if length > 0.0 { length } else { 1.0 }
     }
 
     fn pieces(&self, span: usize) -> usize {
@@ -173,6 +198,7 @@ impl Curve for FairCurve<'_> {
         let place = u * n;
         let row = from + (place.floor().max(0.0) as usize).min(to - from - 1);
         let v = place - (row - from) as f64;
+        let n = n / self.pace(span);
         let Edge { ends: [p, q], a, c, d, bend, bend_change } = self.cubic(row);
         let point = if v == 0.0 {
             p
@@ -193,23 +219,26 @@ impl Curve for FairCurve<'_> {
 impl FairCurves {
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
         let vertices = self.curves[i].as_ref().ok()?;
-        let knots = (0..vertices.rows.len()).map(|k| k as f64).collect();
-        Some(FairCurve { dimension: self.dimension, closed: self.closed[i], vertices, frames: OnceLock::new(), knots })
+        let (dimension, closed, knots) = (self.dimension, self.closed[i], &self.knots[i][..]);
+        Some(FairCurve { dimension, closed, vertices, frames: OnceLock::new(), knots })
     }
 
     /// Coordinates and parameters of the samples of curve `i`.
     fn sample(&self, i: usize, sampling: Sampling) -> (Vec<f64>, Vec<f64>) {
         let Some(curve) = self.fair(i) else {
-            let coords = self.curves[i].as_ref().err().cloned().unwrap_or_default();
-            let t = (0..coords.len() / self.dimension).map(|k| k as f64).collect();
-            return (coords, t);
+            return self.curves[i]
+                .as_ref()
+                .err()
+                .map(|input| (input.coords.clone(), input.t.clone()))
+                .unwrap_or_default();
         };
         let sites = curve.sites(sampling);
         let mut coords = Vec::with_capacity(sites.len() * self.dimension);
         let mut t = Vec::with_capacity(sites.len());
         for (span, u) in sites {
             coords.extend(&curve.jet(span, u).point.to_array()[..self.dimension]);
-            t.push(span as f64 + u);
+            let (from, to) = (curve.knots[span], curve.knots[span + 1]);
+            t.push((from + u * (to - from)).min(to));
         }
         (coords, t)
     }
@@ -219,7 +248,7 @@ impl CurveSet for FairCurves {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         match (self.fair(i), &self.curves[i]) {
             (Some(curve), _) => Box::new(curve),
-            (None, Err(coords)) => Box::new(Polygon::new(coords, self.dimension, self.closed[i])),
+            (None, Err(input)) => Box::new(input.polygon(self.dimension, self.closed[i])),
             (None, Ok(_)) => unreachable!("a curve with vertices is fair"),
         }
     }
@@ -227,8 +256,11 @@ impl CurveSet for FairCurves {
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
         let samples: Vec<(Vec<f64>, Vec<f64>)> =
             (0..self.curves.len()).into_par_iter().with_min_len(16).map(|i| self.sample(i, sampling)).collect();
-        let end = |i: usize| self.curves[i].as_ref().ok().map(|vertices| (vertices.rows.len() - 1) as f64);
+        let closing = |i: usize, last: f64| match &self.curves[i] {
+            Ok(_) => self.knots[i][self.knots[i].len() - 1] - last,
+            Err(input) => input.closing,
+        };
         let (closed, problems) = (self.closed.clone(), self.problems.clone());
-        CurveBatch::from_samples(self.dimension, samples, end, closed, problems, self.origin.clone())
+        CurveBatch::from_samples(self.dimension, samples, closing, closed, problems, self.origin.clone())
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use super::corners::Corners;
-use super::curves::{FairCurves, Fitted, Vertices};
+use super::curves::{FairCurves, Fitted, Vertices, knots_of};
 use super::deviation;
 use super::energy::{Energy, bending};
 use super::lane::Standing;
@@ -12,7 +12,7 @@ use super::plan::{Direction, Step};
 use super::problem::Outcome;
 use super::setup::{LONGEST, Ready, set_up_pieces};
 use crate::batch::{CurveBatch, Problem as Unfitted};
-use crate::curve::Sampling;
+use crate::curve::{Input, Sampling, check_spacing};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, scale};
@@ -28,6 +28,11 @@ pub enum Segments {
     PerSpan(usize),
     /// Edges of about this length at most, in units of the input.
     Spacing(f64),
+}
+
+impl Segments {
+    /// Vertices that a spacing may ask for, of all curves together: they take some 2 GB while they are fitted.
+    pub const MOST_VERTICES: usize = 5_000_000;
 }
 
 /// Which data points the curve passes through exactly.
@@ -137,7 +142,7 @@ impl Fair {
     ///
     /// # Errors
     /// Weights that are negative or not finite, no energy at all, an exponent below 1, a tolerance, a number of segments or
-    /// pins that make no sense; columns `nu` and `known`; on a GPU what becomes of submissions.
+    /// pins that make no sense; a spacing that makes more than [`Segments::MOST_VERTICES`]; columns `nu` and `known`; on a GPU what becomes of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
         match batch.dimension() {
@@ -150,8 +155,9 @@ impl Fair {
     /// [`segments`](Self::segments) a span, the samples are the vertices.
     ///
     /// # Errors
-    /// As [`fit`](Self::fit).
+    /// As [`fit`](Self::fit); those of [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
+        sampling.check(batch)?;
         let fit = self.fit(batch, device)?;
         let polylines = fit.polylines(sampling);
         Ok((fit, polylines))
@@ -170,9 +176,7 @@ impl Fair {
         }
         match self.segments {
             Segments::PerSpan(0) => return refuse("0 segments a span: at least 1 is needed, such as 16".into()),
-            Segments::Spacing(spacing) if !(spacing > 0.0 && spacing.is_finite()) => {
-                return refuse(format!("the spacing is {spacing}; it must be a positive number"));
-            }
+            Segments::Spacing(spacing) => check_spacing(batch, spacing, "vertices", Segments::MOST_VERTICES)?,
             _ => {}
         }
         if let Some(allowed) = self.deviation {
@@ -225,7 +229,14 @@ impl Fair {
         }
         let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
         let origin = batch.origin().clone();
-        let curves = FairCurves { dimension: D, curves, closed, problems, origin };
+        let curves = FairCurves {
+            dimension: D,
+            knots: (0..batch.len()).map(|i| knots_of(batch, i)).collect(),
+            curves: curves.into_iter().enumerate().map(|(i, curve)| curve.map_err(|_| Input::of(batch, i))).collect(),
+            closed,
+            problems,
+            origin,
+        };
         Ok(Fit::new(Box::new(curves), reports, device))
     }
 

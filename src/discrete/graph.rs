@@ -21,6 +21,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::batch::{CurveBatch, Problem};
+use crate::curve::Input;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::report::{CurveReport, CurveStatus, Fit};
@@ -140,7 +141,9 @@ impl Graph {
                 }
             }
         }
-        let curves = GraphCurves { batch: batch.clone(), curves, problems };
+        let unfitted = (0..batch.len()).filter(|&i| curves[i].is_none());
+        let inputs = unfitted.map(|i| (i, Input::of(batch, i))).collect();
+        let curves = GraphCurves { batch: batch.clone(), curves, problems, inputs };
         Ok(Fit::new(Box::new(curves), reports, Device::cpu().describe(true)?))
     }
 

@@ -191,7 +191,10 @@ fn divide<const D: usize>(
         vertices.push(from);
         let n = match segments {
             Segments::PerSpan(n) => n,
-            Segments::Spacing(spacing) => (curve.span_length(span) / spacing).ceil().max(1.0) as usize,
+            // What all curves may have is checked by their chords; this bounds one that swings out far.
+            Segments::Spacing(spacing) => {
+                (curve.span_length(span) / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
+            }
         };
         for u in equal_fractions(curve, span, n) {
             let point = curve.jet(span, u).point.to_array();

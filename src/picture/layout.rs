@@ -21,13 +21,17 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// x to the right and y up for 2-D data; for 3-D the eigenvectors of the points' covariance with the two largest eigenvalues.
+    /// x to the right and y up for 2-D data; for 3-D the eigenvectors of the points' covariance with the two largest eigenvalues. Curves with
+    /// a problem have no part in it, unless all have one.
     pub fn of(batch: &CurveBatch) -> Self {
         let flat = Plane { origin: DVec3::ZERO, axes: [DVec3::X, DVec3::Y] };
         if batch.dimension() == 2 {
             return flat;
         }
-        let points = || batch.coords().chunks_exact(3).map(vector).filter(|&p| drawable(p));
+        let good = |i: &usize| batch.problem(*i).is_none();
+        let any = (0..batch.len()).any(|i| good(&i));
+        let curves = || (0..batch.len()).filter(|i| !any || good(i));
+        let points = || curves().flat_map(|i| batch.points(i).chunks_exact(3)).map(vector).filter(|&p| drawable(p));
         let (mut low, mut high, mut count) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0usize);
         points().for_each(|p| (low, high, count) = (low.min(p), high.max(p), count + 1));
         let size = (high - low).max_element();
@@ -119,8 +123,9 @@ impl Bounds {
         (self.high - self.low).max_element().max(0.0)
     }
 
-    /// The box of the points given and of the curves fitted.
-    pub fn of(batch: &CurveBatch, fit: &Fit, plane: &Plane) -> Self {
+    /// The box of the points given and of the curves fitted, and for every curve whether it is outside: one that was not fitted and strays from
+    /// the box of those that were by more than the box' size has no part in the picture.
+    pub fn of(batch: &CurveBatch, fit: &Fit, plane: &Plane) -> (Self, Vec<bool>) {
         let one = |i: usize| {
             let curve = fit.curve(i);
             let given = batch.points(i).chunks_exact(batch.dimension()).map(vector);
@@ -129,7 +134,17 @@ impl Bounds {
                 .map(|(span, k)| curve.jet(span, k as f64 / BOX_SAMPLES as f64).point);
             given.chain(sampled).filter_map(|p| plane.project(p)).fold(Bounds::EMPTY, Bounds::with)
         };
-        (0..batch.len()).into_par_iter().map(one).reduce(|| Bounds::EMPTY, Bounds::union)
+        let boxes: Vec<(Bounds, bool)> =
+            (0..batch.len()).into_par_iter().map(|i| (one(i), fit.curve(i).is_fitted())).collect();
+        let of_fitted = boxes.iter().filter(|(_, fitted)| *fitted).fold(Bounds::EMPTY, |all, (own, _)| all.union(*own));
+        let (low, high) = (of_fitted.low - of_fitted.size(), of_fitted.high + of_fitted.size());
+        let outside = |(own, fitted): &(Bounds, bool)| {
+            let strays = own.low.cmplt(low).any() || own.high.cmpgt(high).any();
+            !fitted && of_fitted.size() > 0.0 && strays
+        };
+        let outside: Vec<bool> = boxes.iter().map(outside).collect();
+        let drawn = boxes.iter().zip(&outside).filter(|(_, outside)| !**outside);
+        (drawn.fold(Bounds::EMPTY, |all, ((own, _), _)| all.union(*own)), outside)
     }
 }
 

@@ -55,6 +55,9 @@ const MOST_TOOLTIPS: usize = 5000;
 /// whatever curve is not usable. One scale for both axes, y up; 3-D curves are projected onto the two widest
 /// principal axes of their points. Lines keep their width when the picture is scaled.
 ///
+/// A curve that could not be fitted has no part in the extent of the picture where it strays from the others by more than their size: it is not
+/// drawn then, and the legend says so.
+///
 /// Curves are cubic Béziers within 0.05 pixel of the fit; what is smaller than a pixel is merged, so that the file
 /// grows with what can be seen and not with the data.
 ///
@@ -109,7 +112,7 @@ impl Picture {
         assert_eq!(batch.len(), fit.len(), "a picture needs the batch that was fitted");
         let width = if self.width.is_nan() { 160.0 } else { self.width.clamp(160.0, 1e5) };
         let plane = Plane::of(batch);
-        let mut bounds = Bounds::of(batch, fit, &plane);
+        let (mut bounds, outside) = Bounds::of(batch, fit, &plane);
         let combs = self.comb.map(|scale| Combs::of(fit, &plane, bounds.size(), scale));
         for (root, tip) in combs.iter().flat_map(|combs| &combs.curves).flatten().flatten() {
             bounds = bounds.with(*root).with(*tip);
@@ -117,7 +120,7 @@ impl Picture {
         let top = if self.title.is_some() { 44.0 } else { 0.0 };
         let frame = Frame::fit(bounds, width, top, 24.0);
         let look = Look::of(batch, fit, &frame, self.points);
-        let drawing = Drawing { batch, fit, plane, frame, look };
+        let drawing = Drawing { batch, fit, plane, frame, look, outside };
 
         let page = Page { frame: &frame, width, title: self.title.as_deref() };
         page.open(out, &self.legend(&drawing, combs.as_ref()), &self.caption(batch, fit))?;
@@ -170,7 +173,13 @@ impl Picture {
             entries.push(line(COMB, false, text));
         }
         if fit.usable() < fit.len() {
-            let text = format!("not usable: {}", words(fit));
+            let outside = drawing.outside.iter().filter(|outside| **outside).count();
+            let left_out = if outside > 0 {
+                format!("; {} far outside, not drawn", page::thousands(outside))
+            } else {
+                String::new()
+            };
+            let text = format!("not usable: {}{left_out}", words(fit));
             entries.push(line(NOT_USABLE, true, text));
         }
         entries
@@ -240,6 +249,8 @@ struct Drawing<'a> {
     plane: Plane,
     frame: Frame,
     look: Look,
+    /// The curves that are left out.
+    outside: Vec<bool>,
 }
 
 impl Drawing<'_> {
@@ -251,7 +262,8 @@ impl Drawing<'_> {
         writeln!(out, r#"<g stroke="{colour}" stroke-width="{width:.2}"{style}>"#)?;
         for start in (0..self.batch.len()).step_by(CHUNK) {
             let end = self.batch.len().min(start + CHUNK);
-            let paths: Vec<Shape> = (start..end).into_par_iter().filter_map(&path).collect();
+            let inside = (start..end).into_par_iter().filter(|&i| !self.outside[i]);
+            let paths: Vec<Shape> = inside.filter_map(&path).collect();
             // Without tooltips a curve needs no element of its own.
             for shapes in paths.chunk_by(|a, b| a.tooltip.is_none() && b.tooltip.is_none()) {
                 out.write_all(b"<path d=\"")?;

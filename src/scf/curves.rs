@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::arc::Arc;
 use super::universal::Universal;
 use crate::batch::{CurveBatch, Problem};
-use crate::curve::{Curve, Jet, Polygon, Sampling};
+use crate::curve::{Curve, Input, Jet, Sampling};
 use crate::io::Origin;
 use crate::report::CurveSet;
 
@@ -30,9 +30,9 @@ pub(crate) struct Chain {
     pub knots: Vec<f64>,
 }
 
-/// The curves of a batch, each its segments or, unfitted, its data points.
+/// The curves of a batch, each its segments or, unfitted, its input.
 pub(crate) struct Chains {
-    pub curves: Vec<Result<Chain, Vec<f64>>>,
+    pub curves: Vec<Result<Chain, Input>>,
     pub universal: Vec<Universal>,
     pub closed: Vec<bool>,
     pub problems: BTreeMap<usize, Problem>,
@@ -165,9 +165,11 @@ impl Chains {
     /// Coordinates and parameters of the samples of curve `i`.
     fn sample(&self, i: usize, sampling: Sampling) -> (Vec<f64>, Vec<f64>) {
         let Some(curve) = self.chain(i) else {
-            let coords = self.curves[i].as_ref().err().cloned().unwrap_or_default();
-            let t = (0..coords.len() / 2).map(|k| k as f64).collect();
-            return (coords, t);
+            return self.curves[i]
+                .as_ref()
+                .err()
+                .map(|input| (input.coords.clone(), input.t.clone()))
+                .unwrap_or_default();
         };
         let knots = &curve.chain.knots;
         let site = |(span, u): (usize, f64)| {
@@ -183,7 +185,7 @@ impl CurveSet for Chains {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         match (self.chain(i), &self.curves[i]) {
             (Some(curve), _) => Box::new(curve),
-            (None, Err(coords)) => Box::new(Polygon::new(coords, 2, self.closed[i])),
+            (None, Err(input)) => Box::new(input.polygon(2, self.closed[i])),
             (None, Ok(_)) => unreachable!("a curve with segments is a chain"),
         }
     }
@@ -191,8 +193,11 @@ impl CurveSet for Chains {
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
         let samples: Vec<(Vec<f64>, Vec<f64>)> =
             (0..self.curves.len()).into_par_iter().with_min_len(16).map(|i| self.sample(i, sampling)).collect();
-        let end = |i: usize| self.curves[i].as_ref().ok().map(|chain| chain.knots[chain.knots.len() - 1]);
+        let closing = |i: usize, last: f64| match &self.curves[i] {
+            Ok(chain) => chain.knots[chain.knots.len() - 1] - last,
+            Err(input) => input.closing,
+        };
         let (closed, problems) = (self.closed.clone(), self.problems.clone());
-        CurveBatch::from_samples(2, samples, end, closed, problems, self.origin.clone())
+        CurveBatch::from_samples(2, samples, closing, closed, problems, self.origin.clone())
     }
 }

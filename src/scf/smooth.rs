@@ -13,7 +13,7 @@ use super::start::{Start, wrap};
 use super::workspace::Workspace;
 use crate::batch::{CurveBatch, Problem as Unfitted};
 use crate::constraint::Constraint;
-use crate::curve::Sampling;
+use crate::curve::{Input, Sampling};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::report::{CurveReport, CurveStatus, Fit};
@@ -66,6 +66,9 @@ pub struct Smooth {
     pub max_iterations: u32,
 }
 
+/// Searches a curve: what a thousand random starts do not find, no more of them will, and ten thousand are a bound that arithmetic keeps.
+const MOST_STARTS: u32 = 10_000;
+
 impl Default for Smooth {
     fn default() -> Self {
         Smooth { exponent: 2.0, start: Start::default(), starts: 1, seed: 0, tolerance: 1e-10, max_iterations: 200 }
@@ -108,7 +111,7 @@ impl Smooth {
                 Err(problem) => {
                     reports.push(CurveReport::unfitted(problem.status, problem.message.clone()));
                     problems.insert(i, problem);
-                    curves.push(Err(batch.points(i).to_vec()));
+                    curves.push(Err(Input::of(batch, i)));
                 }
             }
         }
@@ -121,8 +124,9 @@ impl Smooth {
     /// Fits every curve and samples it.
     ///
     /// # Errors
-    /// As [`fit`](Self::fit).
+    /// As [`fit`](Self::fit); those of [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
+        sampling.check(batch)?;
         let fit = self.fit(batch, device)?;
         let polylines = fit.polylines(sampling);
         Ok((fit, polylines))
@@ -143,6 +147,12 @@ impl Smooth {
         }
         if self.starts == 0 {
             return refuse("0 starts: at least 1 is needed".into());
+        }
+        if self.starts > MOST_STARTS {
+            let starts = self.starts;
+            return refuse(format!(
+                "{starts} starts: each is a search of its own, and {MOST_STARTS} are possible; give a number such as 20"
+            ));
         }
         batch.constraints().expect_only(&[Constraint::Tangents, Constraint::Exponents], "smooth connection functions")
     }

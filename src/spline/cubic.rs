@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::knots::Knots;
 use crate::batch::CurveBatch;
-use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
+use crate::curve::{Curve, Input, Jet, Polygon, Sampling, vector};
 use crate::io::Origin;
 use crate::motion::Motion;
 use crate::report::CurveSet;
@@ -18,8 +18,8 @@ pub struct CubicSplines {
     pub(super) knots: Knots,
     /// p″ at the knots, flat as their points.
     pub(super) second: Vec<f64>,
-    /// The data points of the curves that were not fitted.
-    pub(super) unfitted: BTreeMap<usize, Vec<f64>>,
+    /// The curves that were not fitted, as they came in.
+    pub(super) unfitted: BTreeMap<usize, Input>,
     pub(super) origin: Arc<Origin>,
 }
 
@@ -27,7 +27,7 @@ impl CubicSplines {
     /// Splines of a batch from their knots (whose points are the spline's, not necessarily the data's) and second
     /// derivatives there.
     pub(crate) fn new(batch: &CurveBatch, knots: Knots, second: Vec<f64>) -> Self {
-        let unfitted = knots.unfitted.keys().map(|&i| (i, batch.points(i).to_vec())).collect();
+        let unfitted = knots.unfitted.keys().map(|&i| (i, Input::of(batch, i))).collect();
         CubicSplines { knots, second, unfitted, origin: batch.origin().clone() }
     }
 
@@ -70,6 +70,21 @@ impl CubicSplines {
         energy
     }
 
+    /// Whether all coefficients of all spans of curve `i` are within the range of the numbers.
+    pub(super) fn is_in_range(knots: &Knots, second: &[f64], i: usize) -> bool {
+        let (t, d, values) = (knots.t(i), knots.dimension, knots.values(i));
+        let second = &second[knots.offsets[i] * d..knots.offsets[i + 1] * d];
+        let mut steps = t.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
+        steps.all(|(k, h)| {
+            (k * d..(k + 1) * d).all(|at| {
+                let bent = h * (h * second[at].abs().max(second[at + d].abs()));
+                // Sums of a few such are in range, too.
+                (bent + (values[at + d] - values[at]).abs()) * 16.0 < f64::MAX
+                    && (second[at + d] - second[at]).is_finite()
+            })
+        })
+    }
+
     pub(super) fn spline(&self, i: usize) -> Spline<'_> {
         Spline {
             t: self.knots.t(i),
@@ -83,8 +98,7 @@ impl CubicSplines {
     }
 
     pub(super) fn polygon(&self, i: usize) -> Option<Polygon<'_>> {
-        let coords = self.unfitted.get(&i)?;
-        Some(Polygon::new(coords, self.knots.dimension, self.knots.closed[i]))
+        Some(self.unfitted.get(&i)?.polygon(self.knots.dimension, self.knots.closed[i]))
     }
 }
 

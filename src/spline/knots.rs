@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::batch::{CurveBatch, Problem};
+use crate::batch::{CurveBatch, Problem, distance};
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
 use crate::report::CurveStatus;
@@ -201,25 +201,6 @@ impl Knots {
     }
 }
 
-/// Distance between two points that neither overflows nor underflows on the way.
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    let (mut largest, mut sum) = (0.0_f64, 0.0);
-    for (a, b) in a.iter().zip(b) {
-        let step = (b - a).abs();
-        largest = largest.max(step);
-        sum += step * step;
-    }
-    // Squares of such numbers are normal, and so is the sum of three of them.
-    if (1e-140..1e150).contains(&largest) {
-        return sum.sqrt();
-    }
-    if largest == 0.0 || largest.is_infinite() {
-        return largest;
-    }
-    let scaled: f64 = a.iter().zip(b).map(|(a, b)| ((b - a) / largest).powi(2)).sum();
-    largest * scaled.sqrt()
-}
-
 /// How many entries a curve with merged points is left with, and the entry of every data point.
 type Merged = (usize, Vec<u32>);
 
@@ -294,14 +275,7 @@ impl Slots<'_> {
                             );
                             return Err(invalid(n - 1, &what));
                         }
-                        None => match chord(n - 1) {
-                            // The last point is the first one again: its parameter is where the curve closes.
-                            0.0 => 0.0,
-                            closing => {
-                                let chords: f64 = (0..n - 1).map(chord).sum();
-                                closing * ((given[n - 1] - given[0]) / chords)
-                            }
-                        },
+                        None => batch.closing_length(i, given),
                     };
                     self.t[n] = given[n - 1] + length;
                 }

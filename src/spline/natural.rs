@@ -100,8 +100,9 @@ impl Natural {
     /// Fits every curve and samples it; on a GPU in one submission, without a way back and forth between the two.
     ///
     /// # Errors
-    /// As [`fit`](Self::fit).
+    /// As [`fit`](Self::fit); those of [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
+        sampling.check(batch)?;
         let (splines, reports, samples) = self.fit_both(batch, Some(sampling), device)?;
         let polylines = match (samples, device.as_gpu()) {
             (Some(samples), _) => splines.polylines_of(sampling, &samples),
@@ -150,6 +151,11 @@ impl Natural {
                 self.solve_on_gpu(gpu, precision, batch, &mut knots, sampling)?
             }
         };
+        let out_of_range = |i: &usize| !CubicSplines::is_in_range(&knots, &second, *i);
+        let failed: Vec<usize> = failed
+            .into_iter()
+            .chain((0..batch.len()).into_par_iter().with_min_len(1024).filter(out_of_range).collect::<Vec<_>>())
+            .collect();
         for i in failed {
             let what = "its spline leaves the range of the numbers: the spans are too short or too uneven, or the \
                         coordinates too large; scale the curve, or remove points that almost coincide";

@@ -18,15 +18,20 @@ use crate::report::CurveSet;
 impl CubicSplines {
     /// Number of samples of curve `i`; not for [`Sampling::Spacing`], whose number only the lengths tell.
     fn count(&self, i: usize, sampling: Sampling) -> usize {
-        if let Some(coords) = self.unfitted.get(&i) {
-            return coords.len() / self.knots.dimension;
+        if let Some(input) = self.unfitted.get(&i) {
+            return input.t.len();
         }
         let ends = self.knots.repeats.get(&i).map_or(self.knots.range(i).len(), Vec::len);
         match sampling {
-            Sampling::PerSpan(n) => n * (ends - 1) + usize::from(!self.knots.closed[i]),
-            Sampling::Count(n) => n,
+            Sampling::PerSpan(n) => self.steps(i, sampling, n) * (ends - 1) + usize::from(!self.knots.closed[i]),
+            Sampling::Count(n) => self.steps(i, sampling, n),
             Sampling::Spacing(_) => 0,
         }
+    }
+
+    /// Samples a span or of the whole curve `i`, where `n` are asked for: more where it is closed and has few spans.
+    fn steps(&self, i: usize, sampling: Sampling, n: usize) -> usize {
+        n.max(self.spline(i).least(sampling))
     }
 
     /// Samples of all curves by all threads of the CPU.
@@ -63,9 +68,8 @@ impl CubicSplines {
                 (curves, take(&mut coords_rest, count * d), take(&mut t_rest, count))
             })
             .collect();
-        // k/n, and k/(n − 1) for a number of samples with both ends.
-        let fractions = |n: usize| (0..steps).map(|k| k as f64 / n as f64).collect::<Vec<f64>>();
-        let (fractions, open) = (fractions(steps.max(1)), fractions(steps.saturating_sub(1).max(1)));
+        // For a number of samples with both ends the last is at 1.
+        let (fractions, open) = (fractions(steps, steps), fractions(steps, steps.saturating_sub(1)));
         let taken_offsets = taken.map(|_| self.taken_offsets(sampling)).unwrap_or_default();
         work.into_par_iter().for_each(|(curves, coords, t)| {
             let (offsets, fractions, open) = (&offsets[..], &fractions[..], &open[..]);
@@ -90,7 +94,7 @@ impl CubicSplines {
         let closed = self.knots.closed.clone();
         let spans = closed.contains(&true).then(|| {
             let span = |i: usize| match t[offsets[i]..offsets[i + 1]].last() {
-                Some(last) if closed[i] && self.unfitted.contains_key(&i) => last + 1.0 - last,
+                _ if self.unfitted.contains_key(&i) => self.unfitted[&i].closing,
                 Some(last) if closed[i] => self.knots.t(i)[self.knots.range(i).len() - 1] - last,
                 _ => f64::NAN,
             };
@@ -152,9 +156,9 @@ impl CubicSplines {
         for i in 0..self.len() {
             let own = sites.offsets[i]..sites.offsets[i + 1];
             match self.unfitted.get(&i) {
-                Some(points) => {
-                    coords.extend_from_slice(points);
-                    t.extend((0..points.len() / d).map(|k| k as f64));
+                Some(input) => {
+                    coords.extend_from_slice(&input.coords);
+                    t.extend_from_slice(&input.t);
                 }
                 None => {
                     let taken = &samples[own.start * d..own.end * d];
@@ -197,10 +201,10 @@ impl CubicSplines {
             .map(|i| {
                 let sites = self.curve(i).sites(sampling);
                 let (mut coords, mut t) = (vec![0.0; sites.len() * d], vec![0.0; sites.len()]);
-                match self.polygon(i) {
-                    Some(polygon) => {
-                        coords.copy_from_slice(polygon.coords);
-                        t.iter_mut().enumerate().for_each(|(k, t)| *t = k as f64);
+                match self.unfitted.get(&i) {
+                    Some(input) => {
+                        coords.copy_from_slice(&input.coords);
+                        t.copy_from_slice(&input.t);
                     }
                     None => Self::walk(&self.spline(i), &sites, &mut coords, &mut t),
                 }
@@ -217,6 +221,11 @@ impl CubicSplines {
         }
         self.assemble(coords, t, offsets)
     }
+}
+
+/// k/n for so many k; n counts as 1 at least.
+fn fractions(count: usize, n: usize) -> Vec<f64> {
+    (0..count).map(|k| k as f64 / n.max(1) as f64).collect()
 }
 
 /// The samples of a run of curves, compiled once for every instruction set.
@@ -242,22 +251,25 @@ impl pulp::WithSimd for SampledRun<'_> {
         for i in self.curves {
             let count = self.offsets[i + 1] - self.offsets[i];
             let (coords, t) = (take(&mut coords, count * d), take(&mut t, count));
-            if let Some(points) = self.splines.unfitted.get(&i) {
-                coords.copy_from_slice(points);
-                t.iter_mut().enumerate().for_each(|(k, t)| *t = k as f64);
+            if let Some(input) = self.splines.unfitted.get(&i) {
+                coords.copy_from_slice(&input.coords);
+                t.copy_from_slice(&input.t);
                 continue;
             }
             let spline = self.splines.spline(i);
-            let even = if spline.closed { self.fractions } else { self.open };
+            let steps = self.splines.steps(i, self.sampling, self.fractions.len());
+            let more = if steps > self.fractions.len() { fractions(steps, steps) } else { Vec::new() };
+            let own = if more.is_empty() { self.fractions } else { &more };
+            let even = if spline.closed { own } else { self.open };
             // Samples beyond the range of the GPU's floats are taken by the CPU.
             let taken = self.taken.map(|(samples, offsets)| &samples[offsets[i] * d..offsets[i + 1] * d]);
-            let taken = taken.filter(|samples| are_finite(samples));
+            let taken = taken.filter(|samples| more.is_empty() && are_finite(samples));
             if let Sampling::PerSpan(_) = self.sampling {
-                spline.per_span_parameters(self.fractions, t);
+                spline.per_span_parameters(own, t);
                 match taken {
-                    Some(samples) => spline.per_span_taken(self.fractions.len() * d, samples, coords),
-                    None if d == 2 => spline.per_span::<2>(self.fractions, coords),
-                    None => spline.per_span::<3>(self.fractions, coords),
+                    Some(samples) => spline.per_span_taken(own.len() * d, samples, coords),
+                    None if d == 2 => spline.per_span::<2>(own, coords),
+                    None => spline.per_span::<3>(own, coords),
                 }
             } else {
                 spline.even_parameters(even, t);

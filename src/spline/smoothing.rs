@@ -5,12 +5,12 @@ use rayon::prelude::*;
 use super::cubic::CubicSplines;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::smoother::{Smoother, Target};
-use crate::batch::CurveBatch;
+use crate::batch::{CurveBatch, Problem};
 use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
-use crate::report::{CurveReport, CurveSet, Fit};
+use crate::report::{CurveReport, CurveSet, CurveStatus, Fit};
 
 /// How much to smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,8 +98,9 @@ impl Smoothing {
     /// Fits every curve and samples it on the same device.
     ///
     /// # Errors
-    /// As [`fit`](Self::fit).
+    /// As [`fit`](Self::fit); those of [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
+        sampling.check(batch)?;
         let (splines, reports) = self.fit_splines(batch, device)?;
         let polylines = match device.as_gpu() {
             Some(gpu) => splines.sample_on_gpu(gpu, device.kernel_precision(gpu, false)?, sampling)?,
@@ -115,7 +116,7 @@ impl Smoothing {
     pub fn fit_splines(&self, batch: &CurveBatch, device: &Device) -> Result<(CubicSplines, Vec<CurveReport>)> {
         self.check(batch)?;
         let mut knots = Knots::new(batch, self.parametrisation, Coincident::Average)?;
-        let (second, reports) = match device.as_gpu() {
+        let (second, mut reports) = match device.as_gpu() {
             // The system is worse conditioned the larger λ: f64 where the adapter has it.
             Some(gpu) => {
                 let precision = device.kernel_precision(gpu, false)?;
@@ -123,6 +124,18 @@ impl Smoothing {
             }
             None => self.fit_on_cpu(batch, &mut knots),
         };
+        // What failed in the solve comes out as its input, like what failed before.
+        for (i, report) in reports.iter_mut().enumerate() {
+            if !CubicSplines::is_in_range(&knots, &second, i) && !knots.unfitted.contains_key(&i) {
+                let what =
+                    "its spline leaves the range of the numbers: scale the curve, or choose another parametrisation";
+                *report = CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what));
+            }
+            if matches!(report.status, CurveStatus::Invalid | CurveStatus::Degenerate) {
+                let message = report.message.clone().unwrap_or_default();
+                knots.unfitted.entry(i).or_insert(Problem { status: report.status, message });
+            }
+        }
         Ok((CubicSplines::new(batch, knots, second), reports))
     }
 

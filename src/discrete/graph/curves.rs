@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::GraphTrace;
 use super::mesh::natural_second_derivatives;
 use crate::batch::{CurveBatch, Problem};
-use crate::curve::{Curve, Jet, Polygon, Sampling};
+use crate::curve::{Curve, Input, Jet, Sampling};
 use crate::motion::Motion;
 use crate::report::CurveSet;
 
@@ -87,13 +87,15 @@ pub(super) struct GraphCurves {
     /// `None` where the curve comes out as its input polyline.
     pub curves: Vec<Option<GraphCurve>>,
     pub problems: BTreeMap<usize, Problem>,
+    /// Those that come out as they came in.
+    pub inputs: BTreeMap<usize, Input>,
 }
 
 impl CurveSet for GraphCurves {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         match &self.curves[i] {
             Some(curve) => Box::new(curve),
-            None => Box::new(Polygon::new(self.batch.points(i), self.batch.dimension(), self.batch.is_closed(i))),
+            None => Box::new(self.inputs[&i].polygon(self.batch.dimension(), self.batch.is_closed(i))),
         }
     }
 
@@ -102,8 +104,8 @@ impl CurveSet for GraphCurves {
         let sample = |i: usize| -> (Vec<f64>, Vec<f64>) {
             let curve = self.curve(i);
             if !curve.is_fitted() {
-                let points = self.batch.points(i);
-                return (points.to_vec(), (0..points.len() / d).map(|k| k as f64).collect());
+                let input = &self.inputs[&i];
+                return (input.coords.clone(), input.t.clone());
             }
             let points = curve.sites(sampling).into_iter().map(|(span, u)| curve.jet(span, u).point);
             points.map(|p| ([p.x, p.y], p.x)).fold(
@@ -123,8 +125,9 @@ impl CurveSet for GraphCurves {
             offsets.push(t.len());
         }
         let closed: Vec<bool> = (0..self.batch.len()).map(|i| self.batch.is_closed(i)).collect();
-        // Of a closed curve, which is no graph, the parameters count its points.
-        let closing = closed.contains(&true).then(|| closed.iter().map(|&c| if c { 1.0 } else { f64::NAN }).collect());
+        // A closed curve is no graph, and comes out as it came in.
+        let closing = |i: usize| self.inputs.get(&i).map_or(f64::NAN, |input| input.closing);
+        let closing = closed.contains(&true).then(|| (0..closed.len()).map(closing).collect());
         let origin = self.batch.origin().clone();
         CurveBatch::sampled(d, coords, offsets, closed, t, closing, self.problems.clone(), origin)
     }

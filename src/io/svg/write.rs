@@ -28,7 +28,7 @@ pub(in crate::io) fn write(
         text.push(escaped(&batch.name(i)).as_bytes())?;
         text.push("\" d=\"")?;
         if is_finite(batch, i) {
-            match unit {
+            match unit.filter(|_| batch.problem(i).is_none()) {
                 Some(unit) => rounded_path(&mut text, batch, i, unit)?,
                 None => path(&mut text, batch, i, beziers)?,
             }
@@ -46,6 +46,9 @@ fn down(point: &[f64]) -> [f64; 2] {
 
 fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Result<()> {
     let points = batch.points(i);
+    if points.is_empty() {
+        return Ok(());
+    }
     for (k, point) in points.chunks_exact(2).enumerate() {
         text.push(match (k, beziers) {
             (0, _) => "M",
@@ -68,10 +71,13 @@ fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Res
     }
 }
 
-/// How many steps of the rounding a unit has: a power of ten. None where so many digits are more than the coordinates have.
+/// How many steps of the rounding a unit has: a power of ten. None where so many digits are more than the coordinates have. Curves that were not
+/// fitted are written as they came in, and have no part in it.
 fn unit(batch: &CurveBatch, rounding: f64) -> Option<f64> {
     let places = (-rounding.log10()).ceil().max(0.0);
-    let largest = batch.coords().iter().filter(|x| x.is_finite()).fold(0.0f64, |largest, x| largest.max(x.abs()));
+    let fitted = (0..batch.len()).filter(|&i| batch.problem(i).is_none());
+    let coords = fitted.flat_map(|i| batch.points(i)).filter(|x| x.is_finite());
+    let largest = coords.fold(0.0f64, |largest, x| largest.max(x.abs()));
     // Up to here multiples of the step are integers of f64.
     let unit = 10f64.powi(places as i32);
     (places <= 22.0 && largest * unit < 2f64.powi(52)).then_some(unit)
@@ -104,10 +110,12 @@ fn rounded_path(text: &mut Text, batch: &CurveBatch, i: usize, unit: f64) -> io:
     if repeats { text.push("Z") } else { Ok(()) }
 }
 
-/// Left, top, width and height of what can be drawn.
+/// Left, top, width and height of what can be drawn: of the curves that were fitted, where there are any.
 fn view_box(batch: &CurveBatch) -> [f64; 4] {
+    let fitted = |i: usize| batch.problem(i).is_none() && is_finite(batch, i);
+    let any = (0..batch.len()).any(fitted);
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for i in (0..batch.len()).filter(|&i| is_finite(batch, i)) {
+    for i in (0..batch.len()).filter(|&i| if any { fitted(i) } else { is_finite(batch, i) }) {
         for point in batch.points(i).chunks_exact(2) {
             for (axis, x) in down(point).into_iter().enumerate() {
                 low[axis] = low[axis].min(x);
