@@ -213,7 +213,7 @@ pub(super) fn list_unusable(talk: Talk, batch: &CurveBatch, fit: &Fit) {
         let word = report.status.word();
         match &report.message {
             Some(message) => format!("{word}: {message}"),
-            None => format!("{word}: curve {}", batch.name(i)),
+            None => format!("{word}: curve {}", batch.label(i)),
         }
     });
     list(talk, "curve", [fit.len() - fit.usable(), fit.len()], lines);
