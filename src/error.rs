@@ -109,7 +109,7 @@ fn place(file: &str, line: Option<u64>) -> String {
 /// The most characters that a sentence quotes of what it was given.
 const QUOTED: usize = 80;
 /// The most entries that a sentence lists.
-const LISTED: usize = 12;
+const LISTED: usize = 8;
 
 /// Text that was given, for a sentence: no more than 80 characters of it.
 pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
@@ -142,7 +142,7 @@ pub(crate) fn quoted(text: &str) -> String {
     quoted
 }
 
-/// Entries with commas between them: the first twelve, and how many more there are.
+/// Entries with commas between them: the first eight, and how many more there are.
 pub(crate) fn listed(entries: impl IntoIterator<Item = String>) -> String {
     let mut entries = entries.into_iter();
     let first: Vec<String> = entries.by_ref().take(LISTED).collect();
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sentences_quote_no_more_than_80_characters_and_list_no_more_than_12_entries() {
+    fn sentences_quote_no_more_than_80_characters_and_list_no_more_than_8_entries() {
         let long = "ä".repeat(5_000_000);
         assert_eq!(shortened(&long), format!("{}…", "ä".repeat(79)));
         assert_eq!(quoted(&long), format!("\"{}…\"", "ä".repeat(79)));
@@ -184,7 +184,7 @@ mod tests {
         assert!(quoted(&"\u{1}".repeat(1000)).chars().count() <= 82);
         let numbers = |n: usize| listed((0..n).map(|k| k.to_string()));
         assert_eq!((numbers(0).as_str(), numbers(2).as_str()), ("", "0, 1"));
-        assert_eq!(numbers(5_000), "0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11 and 4988 more");
+        assert_eq!(numbers(5_000), "0, 1, 2, 3, 4, 5, 6, 7 and 4992 more");
     }
 
     #[test]

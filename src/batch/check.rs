@@ -63,6 +63,12 @@ impl CurveBatch {
         self.check_weights();
     }
 
+    /// Says why curve `i` cannot be fitted: its point, and what is wrong with it.
+    pub(crate) fn refuse(&mut self, i: usize, point: usize, what: &str) {
+        let message = self.sentence(i, point, what);
+        self.problems.insert(i, Problem { status: CurveStatus::Invalid, message });
+    }
+
     /// Records the first problem that `find` sees in each curve that has none yet: the point and what is wrong with it.
     fn find_problems(&mut self, find: impl Fn(&Self, usize) -> Option<(usize, String)>) {
         for i in 0..self.len() {
@@ -70,8 +76,7 @@ impl CurveBatch {
                 continue;
             }
             if let Some((point, what)) = find(self, i) {
-                let message = self.sentence(i, point, &what);
-                self.problems.insert(i, Problem { status: CurveStatus::Invalid, message });
+                self.refuse(i, point, &what);
             }
         }
     }

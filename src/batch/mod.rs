@@ -298,6 +298,11 @@ impl CurveBatch {
         }
     }
 
+    /// The name of curve `i` for a sentence: 80 characters of it at most.
+    pub fn label(&self, i: usize) -> String {
+        shortened(&self.name(i)).into_owned()
+    }
+
     /// Why curve `i` cannot be fitted, if it cannot.
     pub fn problem(&self, i: usize) -> Option<&Problem> {
         self.problems.get(&i)
@@ -310,7 +315,7 @@ impl CurveBatch {
             None => (&*self.origin, i, k),
         };
         let place = origin.place(curve, k);
-        format!("{place}curve {}, point {k}: {what}", shortened(&self.name(i)))
+        format!("{place}curve {}, point {k}: {what}", self.label(i))
     }
 
     /// The batch with only the curves listed, in that order (names and constraints follow; carried documents do not).

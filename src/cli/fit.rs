@@ -234,7 +234,7 @@ pub(super) fn judge(talk: Talk, strict: bool, batch: &CurveBatch, fit: &Fit) -> 
             let word = report.status.word();
             match &report.message {
                 Some(message) => format!("{word}: {message}"),
-                None => format!("{word}: curve {}", batch.name(i)),
+                None => format!("{word}: curve {}", batch.label(i)),
             }
         });
     list(talk, "curve", [unusable, fit.len()], lines);

@@ -249,7 +249,7 @@ fn ends(batch: &CurveBatch) -> Result<Vec<bool>> {
     if let Some(i) = (0..batch.len()).find(|&i| batch.is_closed(i)) {
         return Err(Error::argument(format!(
             "--known ends: curve {} is closed and has none: give --known joints",
-            batch.name(i)
+            batch.label(i)
         )));
     }
     Ok((0..batch.len()).flat_map(|i| (0..batch.count(i)).map(move |k| k == 0 || k + 1 == batch.count(i))).collect())

@@ -5,13 +5,23 @@ use std::str::FromStr;
 
 use crate::error::{Error, Result, listed, quoted};
 
-/// The columns there are: the name of the curve, the point, its parameter and weight, its constraints.
-pub(super) const ROLES: [&str; 14] =
-    ["curve", "x", "y", "z", "t", "weight", "tx", "ty", "tz", "kx", "ky", "kz", "nu", "known"];
+/// The columns there are: the name of the curve, the point, its parameter and weight, its constraints, whether the curve is closed.
+pub(super) const ROLES: [&str; 15] =
+    ["curve", "x", "y", "z", "t", "weight", "tx", "ty", "tz", "kx", "ky", "kz", "nu", "known", "closed"];
+
+/// Columns that can only be x and y, where a file has both and no column of those names.
+const LONGITUDES: [&str; 4] = ["lon", "long", "lng", "longitude"];
+const LATITUDES: [&str; 2] = ["lat", "latitude"];
+
+fn is_one_of(heading: &str, words: &[&str]) -> bool {
+    words.iter().any(|word| heading.eq_ignore_ascii_case(word))
+}
 
 /// Which column of a CSV file means what: `x=lon,y=lat,curve=id,t=hours`.
 ///
-/// Columns called as what they mean (`curve x y z t weight tx ty tz kx ky kz nu known`) need no entry. `weight=`, with
+/// Columns called as what they mean (`curve x y z t weight tx ty tz kx ky kz nu known closed`) need no entry; `X` means `x`
+/// where no column is called `x`, and so on. A column `lon`, `long`, `lng` or `longitude` is x where one called `lat` or
+/// `latitude` is y and none is called so. `weight=`, with
 /// nothing after it, drops a column. As soon as one entry is given, columns that mean nothing are dropped; without any
 /// they are an error that names them, so that a misspelt name is not passed over.
 ///
@@ -70,6 +80,11 @@ impl Table {
 }
 
 impl Columns {
+    /// Whether nothing is said of any column.
+    pub(super) fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
     /// Whether the role was dropped with `role=`.
     pub(super) fn drops(&self, role: &str) -> bool {
         self.entries.iter().any(|(entry, column)| ROLES[*entry] == role && column.is_none())
@@ -83,9 +98,15 @@ impl Columns {
         for (role, name) in ROLES.iter().enumerate() {
             let given = self.entries.iter().find(|(entry, _)| *entry == role).map(|(_, column)| column.as_deref());
             let Some(column) = given.unwrap_or(Some(*name)) else { continue };
-            let mut found = header.iter().enumerate().filter(|(_, heading)| *heading == column).map(|(cell, _)| cell);
-            cells[role] = found.next();
-            if found.next().is_some() {
+            let find = |is: &dyn Fn(&str) -> bool| -> Vec<usize> {
+                header.iter().enumerate().filter(|(_, heading)| is(heading)).map(|(cell, _)| cell).collect()
+            };
+            let mut found = find(&|heading| heading == column);
+            if found.is_empty() {
+                found = find(&|heading| heading.eq_ignore_ascii_case(column));
+            }
+            cells[role] = found.first().copied();
+            if found.len() > 1 {
                 return wrong(format!("two columns are called {}: rename one of them", quoted(column)));
             }
             if cells[role].is_none() && given.is_some() {
@@ -96,8 +117,18 @@ impl Columns {
                 ));
             }
         }
-        let unknown: Vec<String> =
-            header.iter().filter(|heading| !ROLES.contains(&heading.as_str())).cloned().collect();
+        let [x, y] = ["x", "y"].map(|name| ROLES.iter().position(|role| *role == name).expect("a role of the list"));
+        if cells[x].is_none() && cells[y].is_none() && !self.entries.iter().any(|(role, _)| [x, y].contains(role)) {
+            let only = |words: &[&str]| {
+                let mut found = header.iter().enumerate().filter(|(_, heading)| is_one_of(heading, words));
+                found.next().filter(|_| found.next().is_none()).map(|(cell, _)| cell)
+            };
+            if let (Some(longitude), Some(latitude)) = (only(&LONGITUDES), only(&LATITUDES)) {
+                (cells[x], cells[y]) = (Some(longitude), Some(latitude));
+            }
+        }
+        let unknown = header.iter().enumerate().filter(|(cell, _)| !cells.contains(&Some(*cell)));
+        let unknown: Vec<String> = unknown.map(|(_, heading)| heading.clone()).collect();
         if self.entries.is_empty() && !unknown.is_empty() {
             let separator = if header.len() == 1 { "separate columns by commas; " } else { "" };
             return wrong(format!(
@@ -126,10 +157,7 @@ impl Columns {
                 ));
             }
         }
-        let longitude = self.entries.iter().any(|(role, column)| {
-            let column = column.as_deref().unwrap_or_default().to_ascii_lowercase();
-            ROLES[*role] == "x" && ["lon", "long", "lng", "longitude"].contains(&column.as_str())
-        });
+        let longitude = cells[x].is_some_and(|cell| is_one_of(&header[cell], &LONGITUDES));
         Ok(Table { longitude, ..table })
     }
 }

@@ -1,7 +1,7 @@
 //! CSV: one row a point, the curve's name in a column; rows of a curve stand together.
 
 use std::cell::Cell;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::{self, Read, Write};
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
 use super::columns::Table;
 use super::source::{RowReader, Source, read_line};
 use super::text::Text;
-use super::{Origin, ReadOptions, close, longitude};
+use super::{Origin, ReadOptions, close, close_as_marked, longitude};
 use crate::batch::CurveBatch;
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, quoted, shortened};
@@ -32,9 +32,25 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     if header.iter().all(String::is_empty) {
         return Err(source.error(None, "the file is empty: there is nothing to read"));
     }
+    let mut record = ByteRecord::new();
+    let headless = options.columns.is_empty() && header.iter().all(|cell| cell.parse::<f64>().is_ok());
+    let header = match header.len() {
+        _ if !headless => header,
+        columns @ (2 | 3) => ["x", "y", "z"][..columns].iter().map(|name| name.to_string()).collect(),
+        columns => {
+            let message = format!(
+                "there is no header, but a row of numbers, {columns} of them: two are read as x and y, three as x, y and z; put \
+                 a line above that names the columns, such as curve,x,y,t"
+            );
+            return Err(source.error(1, message));
+        }
+    };
     let table = options.columns.resolve(&source.path, &header)?;
     let mut rows = Rows::new(source, &table, &header);
-    let mut record = ByteRecord::new();
+    if headless {
+        record.clone_from(csv.byte_headers().expect("read above"));
+        rows.push(&record, endings.line(csv.position().line(), &record))?;
+    }
     loop {
         let read = csv.read_byte_record(&mut record);
         let line = endings.line(csv.position().line(), &record);
@@ -87,16 +103,16 @@ fn row_error(source: &Source, error: ::csv::Error, line: u64) -> Error {
     }
 }
 
-/// One column of numbers: its cell, what an empty cell means, and its values.
+/// One column of numbers: its cell, whether it may be blank, and its values.
 struct Numbers {
     cell: usize,
-    empty: Option<f64>,
+    optional: bool,
     values: Vec<f64>,
 }
 
 impl Numbers {
-    fn new(cell: Option<usize>, empty: Option<f64>) -> Option<Self> {
-        cell.map(|cell| Numbers { cell, empty, values: Vec::new() })
+    fn new(cell: Option<usize>, optional: bool) -> Option<Self> {
+        cell.map(|cell| Numbers { cell, optional, values: Vec::new() })
     }
 }
 
@@ -120,6 +136,10 @@ struct Rows<'a> {
     weight: Option<Numbers>,
     nu: Option<Numbers>,
     known: Option<(usize, Vec<bool>)>,
+    /// One flag a curve.
+    closed: Option<(usize, Vec<bool>)>,
+    /// The first point of a curve with a cell that must not be blank, and what to do.
+    blanks: BTreeMap<usize, (usize, String)>,
     offsets: Vec<usize>,
     names: Vec<String>,
     /// Curves by name, to find one that goes on after another began.
@@ -143,10 +163,12 @@ impl<'a> Rows<'a> {
             vectors: [cells(["tx", "ty", "tz"]), cells(["kx", "ky", "kz"])],
             tangents: Vec::new(),
             curvatures: Vec::new(),
-            t: Numbers::new(table.cell("t"), None),
-            weight: Numbers::new(table.cell("weight"), None),
-            nu: Numbers::new(table.cell("nu"), Some(f64::NAN)),
+            t: Numbers::new(table.cell("t"), false),
+            weight: Numbers::new(table.cell("weight"), false),
+            nu: Numbers::new(table.cell("nu"), true),
             known: table.cell("known").map(|cell| (cell, Vec::new())),
+            closed: table.cell("closed").map(|cell| (cell, Vec::new())),
+            blanks: BTreeMap::new(),
             offsets: Vec::new(),
             names: Vec::new(),
             curves: HashMap::new(),
@@ -157,18 +179,48 @@ impl<'a> Rows<'a> {
     fn push(&mut self, record: &ByteRecord, line: u64) -> Result<()> {
         self.begin_or_go_on(record, line)?;
         let cells = Cells { record, line, source: self.source, header: self.header };
-        let known = self.known.as_ref().map(|(cell, _)| cells.known(*cell)).transpose()?;
+        let flag = "1 for a given control point, 0 else";
+        let known = self.known.as_ref().map(|(cell, _)| cells.flag(*cell, flag)).transpose()?;
+        let closed = "1 in all rows of a closed curve, 0 else";
+        let closed = self.closed.as_ref().map(|(cell, _)| cells.flag(*cell, closed)).transpose()?;
+        let curve = self.names.len() - 1;
+        let point = self.coords.len() / self.dimension - self.offsets[curve];
+        let mut blank = None;
         for &cell in &self.axes {
-            self.source.push(&mut self.coords, cells.coordinate(cell, known)?)?;
+            let x = cells.number(cell)?;
+            if x.is_none() && known != Some(false) {
+                blank.get_or_insert((cell, known));
+            }
+            self.source.push(&mut self.coords, x.unwrap_or(f64::NAN))?;
         }
         for (cells_of, values) in self.vectors.iter().zip([&mut self.tangents, &mut self.curvatures]) {
             cells.vector(cells_of, values)?;
         }
         for column in [&mut self.t, &mut self.weight, &mut self.nu].into_iter().flatten() {
-            self.source.push(&mut column.values, cells.number(column.cell, column.empty)?)?;
+            let x = cells.number(column.cell)?;
+            if x.is_none() && !column.optional {
+                blank.get_or_insert((column.cell, None));
+            }
+            self.source.push(&mut column.values, x.unwrap_or(f64::NAN))?;
+        }
+        if let Some((cell, known)) = blank {
+            let why = match known {
+                Some(_) => ", but its point is known: fill it in, or write 0 in column known",
+                None => ": fill it in, or remove the row",
+            };
+            let what = || (point, format!("column {} is blank{why}", quoted(&self.header[cell])));
+            self.blanks.entry(curve).or_insert_with(what);
         }
         if let (Some((_, flags)), Some(known)) = (&mut self.known, known) {
             self.source.push(flags, known)?;
+        }
+        if let (Some((cell, flags)), Some(closed)) = (&mut self.closed, closed) {
+            if flags.len() == curve {
+                flags.push(closed);
+            } else if flags[curve] != closed {
+                let (first, why) = (self.lines[curve].0, "give all rows of a curve the same");
+                return Err(cells.wrong(*cell, &format!("but line {first}, of the same curve, holds the other: {why}")));
+            }
         }
         Ok(())
     }
@@ -212,7 +264,7 @@ impl<'a> Rows<'a> {
         // Blank lines and names of several lines make the line of a point uncertain: then only the curve is named.
         let first_line = |i: usize| {
             let ((first, last), count) = (self.lines[i], self.offsets[i + 1] - self.offsets[i]);
-            (last - first + 1 == count as u64).then_some(first)
+            (last.saturating_sub(first) + 1 == count as u64).then_some(first)
         };
         let mut origin = Origin {
             file: Some(self.source.path.display().to_string()),
@@ -247,8 +299,16 @@ impl<'a> Rows<'a> {
         let known = self.known.map(|(_, flags)| flags);
         let exponents = self.nu.map(|column| column.values);
         batch = batch.with_constraints(Constraints { tangents, curvatures, exponents, known })?;
-        let marked = vec![false; batch.len()];
-        close(batch, options.closed, &marked, &round_pole)
+        for (i, (point, what)) in self.blanks {
+            batch.refuse(i, point, &what);
+        }
+        match self.closed {
+            Some((_, flags)) => close_as_marked(batch, options.closed, flags),
+            None => {
+                let marked = vec![false; batch.len()];
+                close(batch, options.closed, &marked, &round_pole)
+            }
+        }
     }
 }
 
@@ -261,32 +321,21 @@ struct Cells<'a> {
 }
 
 impl Cells<'_> {
-    fn number(&self, cell: usize, empty: Option<f64>) -> Result<f64> {
+    /// The number of a cell; none where it is blank.
+    fn number(&self, cell: usize) -> Result<Option<f64>> {
         let text = self.record[cell].trim_ascii();
         if text.is_empty() {
-            return empty.ok_or_else(|| self.wrong(cell, "which is no number: fill it in, or remove the row"));
+            return Ok(None);
         }
         let number = std::str::from_utf8(text).ok().and_then(|text| text.parse().ok());
-        number.ok_or_else(|| self.wrong(cell, "which is no number: mend it, or remove the row"))
+        number.map(Some).ok_or_else(|| self.wrong(cell, "which is no number: mend it, or remove the row"))
     }
 
-    /// A coordinate: of a point that is not known it may be left out, and is NaN.
-    fn coordinate(&self, cell: usize, known: Option<bool>) -> Result<f64> {
-        match known {
-            Some(false) => self.number(cell, Some(f64::NAN)),
-            Some(true) if self.record[cell].trim_ascii().is_empty() => {
-                Err(self.wrong(cell, "but its point is known: fill it in, or write 0 in column known"))
-            }
-            _ => self.number(cell, None),
-        }
-    }
-
-    /// Whether a control point is given.
-    fn known(&self, cell: usize) -> Result<bool> {
-        match self.number(cell, None) {
-            Ok(1.0) => Ok(true),
-            Ok(0.0) => Ok(false),
-            _ => Err(self.wrong(cell, "which is neither 1 nor 0: write 1 for a given control point, 0 else")),
+    fn flag(&self, cell: usize, meaning: &str) -> Result<bool> {
+        match self.number(cell) {
+            Ok(Some(1.0)) => Ok(true),
+            Ok(Some(0.0)) => Ok(false),
+            _ => Err(self.wrong(cell, &format!("which is neither 1 nor 0: write {meaning}"))),
         }
     }
 
@@ -294,7 +343,7 @@ impl Cells<'_> {
     fn vector(&self, cells: &[usize], values: &mut Vec<f64>) -> Result<()> {
         let start = values.len();
         for &cell in cells {
-            self.source.push(values, self.number(cell, Some(f64::NAN))?)?;
+            self.source.push(values, self.number(cell)?.unwrap_or(f64::NAN))?;
         }
         let free = values[start..].iter().filter(|x| x.is_nan()).count();
         if free > 0 && free < cells.len() {
@@ -328,11 +377,13 @@ pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
     Ok(())
 }
 
-/// Writes `curve,x,y[,z],t`; t is the parameter, or the number of the vertex where there is none.
+/// Writes `curve,x,y[,z],t`, and `closed` where a curve is; t is the parameter, or the number of the vertex where there is none.
 pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     let d = batch.dimension();
     let mut text = Text::new(out);
-    text.push(if d == 2 { "curve,x,y,t\n" } else { "curve,x,y,z,t\n" })?;
+    let any_closed = (0..batch.len()).any(|i| batch.is_closed(i));
+    text.push(if d == 2 { "curve,x,y,t" } else { "curve,x,y,z,t" })?;
+    text.push(if any_closed { ",closed\n" } else { "\n" })?;
     for i in 0..batch.len() {
         let name = name_cell(&batch.name(i))?;
         let parameters = batch.parameters(i);
@@ -341,7 +392,11 @@ pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
             text.point(point, ",")?;
             text.push(",")?;
             text.number(parameters.map_or(k as f64, |t| t[k]))?;
-            text.push("\n")?;
+            text.push(match (any_closed, batch.is_closed(i)) {
+                (false, _) => "\n",
+                (true, true) => ",1\n",
+                (true, false) => ",0\n",
+            })?;
         }
     }
     text.finish()

@@ -70,6 +70,11 @@ impl Room {
         Ok(())
     }
 
+    /// Gives back what was taken for what is there no more.
+    pub fn give_back(&self, bytes: usize) {
+        self.taken_bytes.set(self.taken_bytes.get().saturating_sub(bytes as u64));
+    }
+
     /// Makes place for more entries, twice as many as there are where there is too little.
     pub fn grow<T>(&self, values: &mut Vec<T>, more: usize) -> Result<(), Full> {
         if values.capacity() - values.len() >= more {

@@ -2,7 +2,7 @@
 //!
 //! | format | curves | read | written |
 //! |---|---|---|---|
-//! | [CSV](Format::Csv) | rows with one name in `curve`, one after another | every column of [`Columns`] | `curve,x,y[,z],t` |
+//! | [CSV](Format::Csv) | rows with one name in `curve`, one after another | every column of [`Columns`] | `curve,x,y[,z],t`, and `closed` where a curve is |
 //! | [GeoJSON](Format::GeoJson) | one a LineString or ring | lines and rings; points pass through | the document read, with new coordinates |
 //! | [SVG](Format::Svg) | one a subpath, polyline, polygon or line | vertices, or [control points](ReadOptions::controls), after transforms | one path a curve, also cubic Béziers |
 //! | [NPZ](Format::Npz) | ragged arrays | `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names` | the same |
@@ -11,9 +11,14 @@
 //! compressed input is known by its first bytes. `-` is standard input or output and needs a format. Nothing is ever
 //! left half-written ([`write_atomically`]), and nothing is overwritten unless [`WriteOptions::overwrite`] is set.
 //!
-//! **Closed curves.** Polygon rings, SVG polygons and closed subpaths are always closed. Otherwise [`Closed::Auto`] closes
+//! **Closed curves.** Polygon rings, SVG polygons and closed subpaths are always closed. A column `closed` of CSV (1 or 0, the
+//! same in all rows of a curve) and the array `closed` of NPZ mark each curve as closed or open. Otherwise [`Closed::Auto`] closes
 //! a curve of three points or more whose last equals its first. GeoJSON rings repeat their first point, CSV and NPZ do not:
-//! NPZ holds a flag for each curve, while a CSV file read back needs [`Closed::Yes`].
+//! a closed curve has as many rows as points.
+//!
+//! **Blanks.** A blank coordinate, parameter or weight in CSV, and a position of GeoJSON that is `null`, holds `null` or has fewer
+//! than two numbers, make their curve [`Invalid`](crate::CurveStatus::Invalid), and no other; they are NaN in the batch.
+//! CSV without a header, whose first row is two or three numbers, is one curve with the columns x, y and z.
 //!
 //! **y points up** in every batch, as in GeoJSON, on paper and in the pictures. In SVG it points down: it is turned over when a
 //! drawing is read, and again when one is written. So what is seen stays what is seen, between all formats: a map has its
@@ -56,7 +61,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use crate::batch::{CurveBatch, Cut};
-use crate::error::{Error, Result, quoted, shortened};
+use crate::error::{Error, Result, quoted};
 
 pub use atomic::{Output, write_atomically};
 pub use columns::Columns;
@@ -166,7 +171,7 @@ impl fmt::Display for Format {
 /// Which curves are closed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Closed {
-    /// Those that the file marks, and those of three points or more whose last point equals their first.
+    /// Those that the file marks; where it marks none, also those of three points or more whose last point equals their first.
     #[default]
     Auto,
     /// All of them.
@@ -341,10 +346,11 @@ fn check_batch(batch: &CurveBatch, format: Format, options: &WriteOptions) -> Re
     if options.beziers {
         check_chains(batch)?;
     }
-    if format == Format::Csv {
-        csv::check_names(batch)?;
+    match format {
+        Format::Csv => csv::check_names(batch),
+        Format::Npz => npz::check_names(batch),
+        Format::GeoJson | Format::Svg => Ok(()),
     }
-    Ok(())
 }
 
 fn fill(out: &mut dyn Write, batch: &CurveBatch, format: Format, options: &WriteOptions) -> std::io::Result<()> {
@@ -401,7 +407,7 @@ fn check_chains(batch: &CurveBatch) -> Result<()> {
         None => Ok(()),
         Some(i) => Err(Error::Argument(format!(
             "curve {} has {} control points, but a chain of cubic Béziers has three a piece and one more",
-            shortened(&batch.name(i)),
+            batch.label(i),
             batch.count(i)
         ))),
     }
@@ -410,6 +416,15 @@ fn check_chains(batch: &CurveBatch) -> Result<()> {
 /// Whether all coordinates of curve `i` are finite, as GeoJSON and SVG need them.
 fn is_finite(batch: &CurveBatch, i: usize) -> bool {
     batch.points(i).iter().all(|x| x.is_finite())
+}
+
+/// Closes the curves as a file marks every one, or all of them, or none.
+fn close_as_marked(batch: CurveBatch, closed: Closed, marked: Vec<bool>) -> Result<CurveBatch> {
+    let flags = match closed {
+        Closed::Auto => marked,
+        given => vec![given == Closed::Yes; batch.len()],
+    };
+    batch.closed_each(flags)
 }
 
 /// Closes the curves that are marked, and by `closed` the others; `opened` are those that must stay open.

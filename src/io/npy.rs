@@ -10,6 +10,9 @@ use npyz::{NpyHeader, Order, TypeStr};
 /// Longer headers are refused, as `numpy.load` does.
 const HEADER_BYTES: usize = 10_000;
 
+/// The most that an axis of an array without elements may have: there may be work for every row, even if it is empty.
+const EMPTY_LENGTH: u64 = 1 << 24;
+
 /// What a header says.
 #[derive(Debug)]
 pub(super) struct Header {
@@ -86,11 +89,10 @@ impl Header {
         inner.parse().ok()
     }
 
-    /// Number of elements.
+    /// Number of elements; none where it is beyond all numbers.
     pub fn count(&self) -> Option<u64> {
-        // A length of 0 does not undo what overflows before it.
         match self.shape.contains(&0) {
-            true => Some(0),
+            true => self.shape.iter().all(|&length| length <= EMPTY_LENGTH).then_some(0),
             false => self.shape.iter().try_fold(1u64, |count, &length| count.checked_mul(length)),
         }
     }
@@ -196,7 +198,7 @@ mod tests {
     fn shapes_beyond_all_numbers_have_no_count() {
         let count = |shape: &[u64]| Header { descr: String::new(), order: Order::C, shape: shape.to_vec() }.count();
         assert_eq!(count(&[1 << 32, 1 << 32]), None);
-        assert_eq!(count(&[1 << 32, 1 << 32, 0]), Some(0));
+        assert_eq!((count(&[3, 0, 5]), count(&[1 << 32, 0])), (Some(0), None));
         assert_eq!((count(&[]), count(&[3, 4])), (Some(1), Some(12)));
     }
 }

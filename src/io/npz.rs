@@ -12,7 +12,7 @@ use npyz::{AutoSerialize, DType, NpyFile, Order, Serialize, TypeChar, TypeStr, W
 use super::memory::{Full, Room};
 use super::npy::{self, Header};
 use super::source::{Source, UNPACKED_BYTES, UNPACKED_TIMES, most_unpacked};
-use super::{Origin, ReadOptions, close};
+use super::{Origin, ReadOptions, close, close_as_marked};
 use crate::batch::CurveBatch;
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, listed, shortened};
@@ -52,11 +52,7 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
         let marked = vec![false; batch.len()];
         return close(batch, options.closed, &marked, &[]);
     };
-    let marked = match options.closed {
-        super::Closed::Auto => closed.iter().map(|&flag| flag != 0.0).collect(),
-        given => vec![given == super::Closed::Yes; curves],
-    };
-    batch.closed_each(marked)
+    close_as_marked(batch, options.closed, closed.iter().map(|&flag| flag != 0.0).collect())
 }
 
 /// An archive in memory, and the file that it was.
@@ -335,6 +331,28 @@ fn integers<U>(file: Npy, room: &Room, turn: impl Fn(i64) -> U) -> io::Result<Op
         Some((TypeChar::Uint, 1)) => values::<u8, _>(file, room, |x| turn(x.into())),
         Some((TypeChar::Bool, _)) => values::<bool, _>(file, room, |x| turn(x.into())),
         _ => Ok(None),
+    }
+}
+
+/// Names of NPZ may take so many bytes together.
+const NAMES_BYTES: usize = 1 << 30;
+
+/// Refuses names that would fill the disk: each takes the room of the longest.
+pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
+    let Some(names) = &batch.origin().names else { return Ok(()) };
+    let length = |name: &String| name.chars().count();
+    let longest = (0..batch.len()).max_by_key(|&i| length(&names[i]));
+    match longest.map(|i| (i, length(&names[i]))) {
+        Some((i, longest)) if longest.saturating_mul(4).saturating_mul(batch.len()) > NAMES_BYTES => {
+            Err(Error::Argument(format!(
+                "NPZ gives every name the room of the longest, the {longest} letters of curve {}, and {} names would take \
+                 more than {} MiB: shorten it, or write CSV, GeoJSON or SVG",
+                batch.label(i),
+                batch.len(),
+                NAMES_BYTES >> 20
+            )))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -262,13 +262,13 @@ fn expect_same_shape(p: &CurveBatch, q: &CurveBatch) -> Result<()> {
         if p.count(i) != q.count(i) {
             return differ(format!(
                 "curve {} has {} points in one batch and {} in the other",
-                p.name(i),
+                p.label(i),
                 p.count(i),
                 q.count(i)
             ));
         }
         if p.is_closed(i) != q.is_closed(i) {
-            return differ(format!("curve {} is closed in one batch and open in the other", p.name(i)));
+            return differ(format!("curve {} is closed in one batch and open in the other", p.label(i)));
         }
     }
     Ok(())

@@ -271,9 +271,11 @@ fn drawings_that_grow_without_end_are_a_sentence() {
         say(format!("<svg><path{attributes}/></svg>")),
         ": an element has more than 10000 attributes: give an SVG file"
     );
+    let nested: String = (0..100_000).map(|k| format!("<a xmlns:n{k}=''>")).collect();
+    assert_eq!(say(format!("<svg>{nested}")), ": there are more than 64 names of namespaces: give an SVG file");
     assert_eq!(
-        say("<svg><path d='M0,0A1e300,1e300 0 1 1 1,1'/></svg>".into()),
-        ", line 1: <path>: its path has arcs and the number 1e300, but arcs can be divided up to 1e9: scale it down"
+        say("<svg><path d='M0,0A1e60,1e60 0 1 1 1e60,1e60'/></svg>".into()),
+        ", line 1: <path>: its path has arcs and the number 1e60, but arcs can be divided up to 1e9: scale it down"
     );
 }
 

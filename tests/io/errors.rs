@@ -34,21 +34,13 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     zipped.finish().unwrap()
 }
 
-const KNOWN: &str = "curve, x, y, z, t, weight, tx, ty, tz, kx, ky, kz, nu, known";
+const KNOWN: &str = "curve, x, y, z, t, weight, tx, ty, tz, kx, ky, kz, nu, known, closed";
 
 #[test]
 fn csv_cells_that_are_no_numbers_are_named_with_line_and_column() {
     assert_eq!(
         complaint("a.csv", "curve,x,y\na,0,0\na,oops,1\n"),
         "a.csv, line 3: column \"x\" holds \"oops\", which is no number: mend it, or remove the row"
-    );
-    assert_eq!(
-        complaint("a.csv", "curve,x,y\na,0,\n"),
-        "a.csv, line 2: column \"y\" holds \"\", which is no number: fill it in, or remove the row"
-    );
-    assert_eq!(
-        complaint("a.csv", "curve,x,y,weight\na,0,1,\n"),
-        "a.csv, line 2: column \"weight\" holds \"\", which is no number: fill it in, or remove the row"
     );
     assert_eq!(
         complaint("a.csv", "curve,x,y,known\na,0,1,2\n"),
@@ -64,10 +56,6 @@ fn csv_cells_that_are_no_numbers_are_named_with_line_and_column() {
         );
     }
     assert_eq!(
-        complaint("a.csv", "curve,x,y,known\na,0,1,1\na,,,0\na,3,,1\n"),
-        "a.csv, line 4: column \"y\" holds \"\", but its point is known: fill it in, or write 0 in column known"
-    );
-    assert_eq!(
         complaint("a.csv", "curve,x,y,known\na,0,oops,0\n"),
         "a.csv, line 2: column \"y\" holds \"oops\", which is no number: mend it, or remove the row"
     );
@@ -75,6 +63,67 @@ fn csv_cells_that_are_no_numbers_are_named_with_line_and_column() {
         complaint("a.csv", "curve,x,y,tx,ty\na,0,1,,3\n"),
         "a.csv, line 2: column \"tx\" holds \"\", but its vector has other components: give all of them, or none"
     );
+}
+
+#[test]
+fn a_blank_cell_is_one_curve_s_trouble_and_comes_out_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    let read = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        io::read(&path).unwrap()
+    };
+    let message = |batch: &CurveBatch, i: usize| {
+        batch.problem(i).map(|problem| {
+            assert_eq!(problem.status, CurveStatus::Invalid);
+            without_folder(&problem.message, folder.path())
+        })
+    };
+    let fill = "is blank: fill it in, or remove the row";
+    let batch = read("curve,x,y\na,0,0\na,1,1\nb,0,0\nb,1, \nb,,2\nc,5,5\nc,6,6\n");
+    assert_eq!((message(&batch, 0), message(&batch, 2)), (None, None));
+    assert_eq!(message(&batch, 1), Some(format!("a.csv, line 5, curve b, point 1: column \"y\" {fill}")));
+    assert_eq!((batch.points(0), batch.points(2)), (&[0.0, 0.0, 1.0, 1.0][..], &[5.0, 5.0, 6.0, 6.0][..]));
+    let fit = faircurve::spline::Natural::default().fit(&batch, &faircurve::Device::cpu()).unwrap();
+    let usable: Vec<bool> = fit.reports().iter().map(|report| report.status.is_usable()).collect();
+    assert_eq!(usable, [true, false, true]);
+    let out = crate::through(folder.path(), &fit.polylines(faircurve::Sampling::PerSpan(1)), "csv");
+    assert_eq!(crate::bits(out.points(1)), crate::bits(batch.points(1)), "the input, NaN for what is blank");
+    let batch = read("curve,Lon,LAT,t,weight\na,0,1,0,\na,1,1,1,1\nb,0,1,0,1\nb,0,1,,1\nc,0,1,0,1\n");
+    assert_eq!(message(&batch, 0), Some(format!("a.csv, line 2, curve a, point 0: column \"weight\" {fill}")));
+    assert_eq!(message(&batch, 1), Some(format!("a.csv, line 5, curve b, point 1: column \"t\" {fill}")));
+    assert_eq!(message(&batch, 2), None);
+    let batch = read("curve,x,y,known\na,0,1,1\na,,,0\na,3,,1\nb,3,,0\nb,3,1,1\n");
+    let known = "column \"y\" is blank, but its point is known: fill it in, or write 0 in column known";
+    assert_eq!(message(&batch, 0), Some(format!("a.csv, line 4, curve a, point 2: {known}")));
+    assert_eq!(message(&batch, 1), None);
+}
+
+#[test]
+fn a_position_that_lacks_a_number_is_one_curve_s_trouble() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.json");
+    let lines = ["[[0,0],[1,1]]", "[[0,0],null,[2,2]]", "[[0,0],[null,1]]", "[[5],[6,6],[]]", "[[7,7],[8,8]]"];
+    let read = |lines: &[&str], last: &str| {
+        let text = format!("{{\"type\":\"MultiLineString\",\"coordinates\":[{}{last}]}}", lines.join(","));
+        std::fs::write(&path, text).unwrap();
+        io::read(&path).unwrap()
+    };
+    let batch = read(&lines, "");
+    let lacks = "its position is null, or lacks a number: fill it in, or remove it";
+    for (i, point) in [(1, 1), (2, 1), (3, 0)] {
+        let problem = batch.problem(i).unwrap();
+        assert_eq!(problem.status, CurveStatus::Invalid);
+        let sentence = format!("a.json, curve 0/{i}, point {point}: {lacks}");
+        assert_eq!(without_folder(&problem.message, folder.path()), sentence);
+    }
+    assert_eq!((batch.problem(0), batch.problem(4)), (None, None));
+    assert_eq!((batch.points(0), batch.points(4)), (&[0.0, 0.0, 1.0, 1.0][..], &[7.0, 7.0, 8.0, 8.0][..]));
+    // Altitudes stay with their points.
+    let batch = read(&["[null,[0,0,5]]", "[[1,1,6],[2,2,7]]", "[[1,1,null],[2,2,8]]"], "");
+    assert_eq!((batch.dimension(), batch.points(1)), (3, &[1.0, 1.0, 6.0, 2.0, 2.0, 7.0][..]));
+    assert_eq!((batch.points(0)[3..].to_vec(), batch.points(2)[5]), (vec![0.0, 0.0, 5.0], 8.0));
+    assert!(batch.problem(0).is_some() && batch.problem(1).is_none() && batch.problem(2).is_some());
 }
 
 #[test]
@@ -142,6 +191,28 @@ fn csv_headers_are_checked() {
     assert_eq!(
         complaint("a.csv", "curve,x,y,z,kx,ky\na,0,0,0,0,0\n"),
         "a.csv, line 1: the columns kx, ky, kz do not fit the points: give k for x, y and z"
+    );
+    assert_eq!(
+        complaint("a.csv", "0,1,2,3\n4,5,6,7\n"),
+        "a.csv, line 1: there is no header, but a row of numbers, 4 of them: two are read as x and y, three as x, y and z; put \
+         a line above that names the columns, such as curve,x,y,t"
+    );
+    assert_eq!(
+        complaint("a.csv", "curve,X,x,y\na,0,0,0\n"),
+        format!(
+            "a.csv, line 1: unknown columns \"X\": map them with --columns, as in --columns x=lon,y=lat (which drops the \
+             others); known are {KNOWN}"
+        )
+    );
+    let same = "1 in all rows of a closed curve, 0 else";
+    assert_eq!(
+        complaint("a.csv", "curve,x,y,closed\na,0,0,yes\n"),
+        format!("a.csv, line 2: column \"closed\" holds \"yes\", which is neither 1 nor 0: write {same}")
+    );
+    assert_eq!(
+        complaint("a.csv", "curve,x,y,closed\na,0,0,1\nb,0,0,0\nb,0,0,0\nb,0,0,1\n"),
+        "a.csv, line 5: column \"closed\" holds \"1\", but line 3, of the same curve, holds the other: give all rows of a \
+         curve the same"
     );
     assert_eq!(
         complaint_columns("id,lon,lat\na,0,0\n", "x=lon,y=latitude"),
@@ -218,12 +289,8 @@ fn geojson_that_is_none_is_explained_by_feature() {
         format!("{nest}: invalid type: integer `0`, expected a position of two or three numbers")
     );
     assert_eq!(
-        features(r#"{"type":"LineString","coordinates":[[0],[2,3]]}"#),
-        format!("{nest}: a position has fewer than two numbers")
-    );
-    assert_eq!(
-        features(r#"{"type":"LineString","coordinates":[[0,null]]}"#),
-        format!("{nest}: invalid type: null, expected f64")
+        features(r#"{"type":"MultiLineString","coordinates":[null,[[2,3]]]}"#),
+        format!("{nest}: invalid type: null, expected a list of positions")
     );
     assert_eq!(features(r#"{"type":"LineString","coordinates":[[0,1e999]]}"#), format!("{nest}: number out of range"));
     assert_eq!(

@@ -9,6 +9,7 @@ mod formats;
 mod grids;
 mod npz;
 mod real_data;
+mod sentences;
 mod streams;
 
 use std::path::Path;
@@ -22,14 +23,14 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|x| x.to_bits()).collect()
 }
 
-/// Same dimension, same curves, same names, same coordinates to the last bit; closed ones alike, but for CSV, which does not tell.
-fn assert_same(found: &CurveBatch, wanted: &CurveBatch, closed_too: bool, what: &str) {
+/// Same dimension, same curves, same names, same coordinates to the last bit, the same curves closed.
+fn assert_same(found: &CurveBatch, wanted: &CurveBatch, what: &str) {
     assert_eq!(found.dimension(), wanted.dimension(), "{what}");
     assert_eq!(found.offsets(), wanted.offsets(), "{what}");
     assert_eq!(bits(found.coords()), bits(wanted.coords()), "{what}");
     for i in 0..wanted.len() {
         assert_eq!(found.name(i), wanted.name(i), "{what}, curve {i}");
-        assert!(!closed_too || found.is_closed(i) == wanted.is_closed(i), "{what}, curve {i}");
+        assert_eq!(found.is_closed(i), wanted.is_closed(i), "{what}, curve {i}");
     }
 }
 

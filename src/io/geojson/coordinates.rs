@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 
 use crate::io::memory::{Full, Room};
-use serde::de::{DeserializeSeed, Deserializer, Error as _, IgnoredAny, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, SeqAccess, Visitor};
 
 /// Flat coordinates of lines, as they are read.
 pub(super) struct Lines<'a> {
@@ -17,6 +17,8 @@ pub(super) struct Lines<'a> {
     /// Lines of each innermost list of lines of the geometry at hand.
     pub counts: Vec<usize>,
     pub feature: usize,
+    /// Positions that lack a number, by their place among all: the first of each line.
+    pub lacking: Vec<usize>,
     /// The first feature with an altitude, and the first without one.
     with_z: Option<usize>,
     without_z: Option<usize>,
@@ -32,15 +34,28 @@ impl<'a> Lines<'a> {
             offsets: vec![0],
             counts: Vec::new(),
             feature: 0,
+            lacking: Vec::new(),
             with_z: None,
             without_z: None,
         }
     }
 
+    /// A position that lacks a number, and says nothing of altitudes.
+    fn lack<E: serde::de::Error>(&mut self, xy: [f64; 2]) -> std::result::Result<(), E> {
+        self.grow()?;
+        let point = self.xy.len() / 2;
+        if self.lacking.last().is_none_or(|&last| last < self.offsets[self.offsets.len() - 1]) {
+            self.lacking.push(point);
+        }
+        self.xy.extend(xy);
+        Ok(())
+    }
+
     /// Makes place for a position and a line.
     fn grow<E: serde::de::Error>(&mut self) -> std::result::Result<(), E> {
         let room = self.room;
-        let z = self.with_z.map_or(Ok(()), |_| room.grow(&mut self.z, 1));
+        let lower = (self.xy.len() / 2 + 1).saturating_sub(self.z.len());
+        let z = self.with_z.map_or(Ok(()), |_| room.grow(&mut self.z, lower));
         let grown = z
             .and_then(|()| room.grow(&mut self.xy, 2))
             .and_then(|()| room.grow(&mut self.offsets, 1))
@@ -63,6 +78,7 @@ impl<'a> Lines<'a> {
             (None, _) => Ok((2, xy)),
             (Some(with), Some(without)) => Err((with, without)),
             (Some(_), None) => {
+                self.z.resize(xy.len() / 2, f64::NAN);
                 Ok((3, xy.chunks_exact(2).zip(&self.z).flat_map(|(xy, z)| [xy[0], xy[1], *z]).collect()))
             }
         }
@@ -109,13 +125,14 @@ impl<'de> Visitor<'de> for List<'_, '_> {
     }
 }
 
-/// A position: two numbers, an altitude perhaps; more are passed over, as RFC 7946 allows.
+/// A position: two numbers, an altitude perhaps; more are passed over, as RFC 7946 allows. One that is null, or lacks a number, is
+/// its line's trouble.
 struct Position<'l, 'a>(&'l mut Lines<'a>);
 
 impl<'de> DeserializeSeed<'de> for Position<'_, '_> {
     type Value = ();
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> std::result::Result<(), D::Error> {
-        deserializer.deserialize_seq(self)
+        deserializer.deserialize_any(self)
     }
 }
 
@@ -126,19 +143,33 @@ impl<'de> Visitor<'de> for Position<'_, '_> {
         f.write_str("a position of two or three numbers")
     }
 
+    fn visit_unit<E>(self) -> std::result::Result<(), E>
+    where
+        E: serde::de::Error,
+    {
+        self.0.lack([f64::NAN; 2])
+    }
+
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> std::result::Result<(), A::Error> {
         let Position(lines) = self;
-        let (Some(x), Some(y)) = (list.next_element::<f64>()?, list.next_element::<f64>()?) else {
-            return Err(A::Error::custom("a position has fewer than two numbers"));
+        // Null, or nothing.
+        let [x, y] = [list.next_element::<Option<f64>>()?.flatten(), list.next_element::<Option<f64>>()?.flatten()];
+        let (Some(x), Some(y)) = (x, y) else {
+            while list.next_element::<IgnoredAny>()?.is_some() {}
+            return lines.lack([x, y].map(|x| x.unwrap_or(f64::NAN)));
         };
         lines.grow()?;
-        lines.xy.extend([x, y]);
-        match list.next_element::<f64>()? {
-            Some(z) => {
+        match list.next_element::<Option<f64>>()? {
+            Some(Some(z)) => {
+                // Positions that lack a number have none.
+                lines.z.resize(lines.xy.len() / 2, f64::NAN);
+                lines.xy.extend([x, y]);
                 lines.z.push(z);
                 lines.with_z.get_or_insert(lines.feature);
             }
+            Some(None) => lines.lack([x, y])?,
             None => {
+                lines.xy.extend([x, y]);
                 lines.without_z.get_or_insert(lines.feature);
                 return Ok(());
             }

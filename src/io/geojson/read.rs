@@ -310,7 +310,12 @@ impl<'a> Reader<'a> {
             document: Some(Arc::new(document)),
             ..Origin::default()
         };
-        let batch = CurveBatch::from_file(dimension, coords, self.lines.offsets, Arc::new(origin))?;
+        let mut batch = CurveBatch::from_file(dimension, coords, self.lines.offsets, Arc::new(origin))?;
+        for point in self.lines.lacking {
+            let i = batch.offsets().partition_point(|&offset| offset <= point) - 1;
+            let what = "its position is null, or lacks a number: fill it in, or remove it";
+            batch.refuse(i, point - batch.offsets()[i], what);
+        }
         close(batch, options.closed, &self.rings, &self.round_pole)
     }
 

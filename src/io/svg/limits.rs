@@ -1,5 +1,7 @@
 //! What roxmltree does not limit, counted before it reads: text that entities make, attributes of an element.
 
+use std::collections::HashSet;
+
 /// The most: drawing programs use them for the names of a few namespaces.
 pub(super) const GROWTH_BYTES: usize = 16 << 20;
 
@@ -55,6 +57,16 @@ pub(super) fn attributes(text: &str) -> usize {
     most
 }
 
+/// The most names of namespaces, all of which roxmltree compares and copies for every element that has one of its own.
+pub(super) const NAMESPACES: usize = 64;
+
+/// How many names of namespaces there are, from above.
+pub(super) fn namespaces(text: &str) -> usize {
+    let end = |c: char| c == '=' || c.is_ascii_whitespace();
+    let names = text.split("xmlns:").skip(1).map(|rest| rest.split(end).next().unwrap_or_default());
+    names.collect::<HashSet<_>>().len()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -66,6 +78,11 @@ mod tests {
         assert_eq!(svg("<!ENTITY a '12\"45'><!ENTITY b \"1\">", "&a;&b;&a;"), 15);
         assert_eq!(svg("<!ENTITY a '12345'><!ENTITY b '&a;&a;'>", "&b;"), 3 * 6 * 255);
         assert_eq!(svg("<!ENTITY a '&#65;'>", "&a;"), 2 * 5);
+    }
+
+    #[test]
+    fn namespaces_are_counted_by_name() {
+        assert_eq!(namespaces("<svg xmlns='a' xmlns:b='1' xmlns:c ='2'><p xmlns:b='3'/></svg>"), 2);
     }
 
     #[test]

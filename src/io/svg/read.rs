@@ -41,6 +41,10 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
         let most = limits::ATTRIBUTES;
         return Err(source.error(None, format!("an element has more than {most} attributes: give an SVG file")));
     }
+    if limits::namespaces(&text) > limits::NAMESPACES {
+        let most = limits::NAMESPACES;
+        return Err(source.error(None, format!("there are more than {most} names of namespaces: give an SVG file")));
+    }
     let count = |wanted: u8| text.bytes().filter(|&c| c == wanted).count();
     // Elements, and text between them; those in entities begin with a tag of four bytes or more.
     let nodes = 2 * count(b'<') + grown_bytes / 2;
@@ -119,7 +123,8 @@ impl Curves<'_> {
     }
 
     fn path(&mut self, node: Node, data: &str, affine: Affine) -> Result<()> {
-        self.source.take(path::most_bytes(data))?;
+        let most_bytes = path::most_bytes(data);
+        self.source.take(most_bytes)?;
         let path = path::parse(data).map_err(|what| self.wrong(node, &what))?;
         self.ids.push((node.attribute("id").map(str::to_string), self.closed.len()));
         let add = if self.controls { chain::add_cubic } else { chain::add_vertex };
@@ -135,7 +140,9 @@ impl Curves<'_> {
                 self.end(&mut vertices, closed)?;
             }
         }
-        self.end(&mut vertices, false)
+        self.end(&mut vertices, false)?;
+        self.source.room.give_back(most_bytes);
+        Ok(())
     }
 
     fn end(&mut self, vertices: &mut Vertices, closed: bool) -> Result<()> {

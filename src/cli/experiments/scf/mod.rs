@@ -45,16 +45,18 @@ struct Row {
     curve: String,
     x: f64,
     y: f64,
+    closed: u8,
 }
 
 impl Shape {
     fn read(file: &str) -> Result<Vec<Self>> {
         let mut shapes: Vec<Shape> = Vec::new();
         for row in csv::Reader::from_reader(file.as_bytes()).into_deserialize() {
-            let Row { curve, x, y } = row.map_err(|error| Error::argument(format!("the dots of scf: {error}")))?;
+            let Row { curve, x, y, closed } =
+                row.map_err(|error| Error::argument(format!("the dots of scf: {error}")))?;
             match shapes.last_mut() {
                 Some(shape) if shape.name == curve => shape.points.push(DVec2::new(x, y)),
-                _ => shapes.push(Shape { closed: curve != "ten", name: curve, points: vec![DVec2::new(x, y)] }),
+                _ => shapes.push(Shape { closed: closed == 1, name: curve, points: vec![DVec2::new(x, y)] }),
             }
         }
         Ok(shapes)
