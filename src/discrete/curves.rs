@@ -135,6 +135,11 @@ impl Curve for FairCurve<'_> {
         self.vertices.rows.len() - 1
     }
 
+    fn speed(&self, span: usize, u: f64) -> f64 {
+        // Knots are 1 apart.
+        self.jet(span, u).first.length()
+    }
+
     fn jet(&self, span: usize, u: f64) -> Jet {
         let (from, to) = (self.vertices.rows[span] as usize, self.vertices.rows[span + 1] as usize);
         // A span between repeated points is all at one vertex.
@@ -168,6 +173,16 @@ impl Curve for FairCurve<'_> {
 }
 
 impl FairCurves {
+    /// The curves of a batch.
+    pub fn new(
+        batch: &CurveBatch,
+        curves: Vec<Result<Vertices, Vec<f64>>>,
+        problems: BTreeMap<usize, Problem>,
+    ) -> Self {
+        let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
+        FairCurves { dimension: batch.dimension(), curves, closed, problems, origin: batch.origin().clone() }
+    }
+
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
         let vertices = self.curves[i].as_ref().ok()?;
         Some(FairCurve { dimension: self.dimension, closed: self.closed[i], vertices, frames: OnceLock::new() })
