@@ -16,7 +16,7 @@ pub enum CurveStatus {
     Converged,
     /// The iteration limit, or a lost device, came before the stopping rule was met; the curve is the best one reached.
     NotConverged,
-    /// The length runs away while the energy falls: there is no minimiser.
+    /// The length runs away while the energy falls: there is no minimiser. Comes out as its input polyline.
     Unbounded,
     /// No curve attains the least energy.
     NoMinimiser,

@@ -4,6 +4,8 @@
 mod fair;
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fair::*;
 use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tension, variation};
@@ -73,6 +75,52 @@ fn every_border_keeps_the_deviation_and_most_come_within_a_hundredth_of_it() {
     // 95, 95, 14 and 0 when it was written; the deviation of the others jumps, as their corners swing over.
     assert!(close + free >= 100, "{close} {free}");
     assert!(converged >= 90, "{converged}");
+}
+
+#[test]
+fn borders_in_bending_alone_make_use_of_the_deviation_and_never_swing_out() {
+    let all = io::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/countries-110m.geojson")).unwrap();
+    let batch = all.select(&(20..110).collect::<Vec<_>>());
+    let allowed = 0.2;
+    let fair = Fair { max_iterations: 500, ..near(bending(2.0), allowed) };
+    let (fit, samples) = fair.fit_sampled(&batch, Sampling::PerSpan(SEGMENTS), &Device::cpu()).unwrap();
+    let (mut converged, mut hugging) = (0, 0);
+    for (i, report) in fit.reports().iter().enumerate() {
+        assert!(report.max_deviation <= allowed, "{i}: {report:?}");
+        let (vertices, points) = (samples.points(i).as_chunks::<2>().0, batch.points(i).as_chunks::<2>().0);
+        let times = length_of(vertices, batch.is_closed(i)) / length_of(points, batch.is_closed(i));
+        assert!(times <= 1.3, "{i} is {times} times as long as its points' polygon: {report:?}");
+        converged += usize::from(report.status == CurveStatus::Converged);
+        // Curves that may move, and need to: those that are no line within the deviation.
+        hugging += usize::from(report.energy > 1e-6 && report.max_deviation < 1e-3 * allowed);
+        match &report.message {
+            Some(message) if report.status == CurveStatus::NotConverged => {
+                assert!(message.contains("the spline they started from, which keeps it; add length"), "{message}");
+            }
+            _ => assert_eq!(report.status, CurveStatus::Converged, "{i}: {report:?}"),
+        }
+    }
+    println!("{converged} of {} converged, {hugging} go through their points", batch.len());
+    assert!(converged >= 60, "{converged}");
+    assert_eq!(hugging, 0);
+}
+
+#[test]
+fn a_device_counts_every_curve_once_when_it_is_finished() {
+    let counted = |fair: &Fair, batch: &CurveBatch| {
+        let counter = Arc::new(AtomicUsize::new(0));
+        let device = Device::cpu().with_counter(counter.clone());
+        fair.fit(batch, &device).unwrap();
+        counter.load(Ordering::Relaxed)
+    };
+    let (plain, two) = (noisy::<2>(9, 0.1, 3), [[0.0, 0.0], [3.0, 1.0]]);
+    let (bad, same) = ([[0.0, 0.0], [f64::NAN, 1.0], [2.0, 0.0]], [[1.0, 1.0]; 3]);
+    let stairs = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [3.0, 2.0]];
+    let batch = CurveBatch::from_slices(&[&plain[..], &bad, &two, &same, &stairs, &plain]).unwrap();
+    for fair in [Fair { energy: energy(), ..Fair::default() }, near(energy(), 0.05), near(bending(2.0), 1e-13)] {
+        assert_eq!(counted(&fair, &batch), batch.len(), "{fair:?}");
+        assert_eq!(counted(&Fair { corners: Some(1.0), ..fair.clone() }, &batch), batch.len(), "{fair:?} with corners");
+    }
 }
 
 #[test]

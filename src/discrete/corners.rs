@@ -46,6 +46,11 @@ impl Corners {
         Corners { batch: batch.cut(pieces.clone()), kept, pieces }
     }
 
+    /// The curve of every piece.
+    pub fn curves(&self) -> Vec<usize> {
+        self.pieces.iter().map(|piece| piece.curve).collect()
+    }
+
     /// Joins what was fitted to the pieces. A curve with a piece that could not be fitted is not fitted.
     pub fn join(&self, batch: &CurveBatch, pieces: Fitted) -> Fitted {
         let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));

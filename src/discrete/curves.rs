@@ -188,6 +188,11 @@ impl Curve for FairCurve<'_> {
         Some(Motion { velocity: [edge.a, 2.0 * edge.c, 3.0 * edge.d], acceleration: [edge.bend, edge.bend_change] })
     }
 
+    fn speed(&self, span: usize, u: f64) -> f64 {
+        // Knots are 1 apart.
+        self.jet(span, u).first.length()
+    }
+
     fn jet(&self, span: usize, u: f64) -> Jet {
         let (from, to) = (self.vertices.rows[span] as usize, self.vertices.rows[span + 1] as usize);
         // A span between repeated points is all at one vertex.
@@ -217,6 +222,22 @@ impl Curve for FairCurve<'_> {
 }
 
 impl FairCurves {
+    /// The curves of a batch.
+    pub fn new(
+        batch: &CurveBatch,
+        curves: Vec<Result<Vertices, Vec<f64>>>,
+        problems: BTreeMap<usize, Problem>,
+    ) -> Self {
+        FairCurves {
+            dimension: batch.dimension(),
+            knots: (0..batch.len()).map(|i| knots_of(batch, i)).collect(),
+            curves: curves.into_iter().enumerate().map(|(i, curve)| curve.map_err(|_| Input::of(batch, i))).collect(),
+            closed: (0..batch.len()).map(|i| batch.is_closed(i)).collect(),
+            problems,
+            origin: batch.origin().clone(),
+        }
+    }
+
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
         let vertices = self.curves[i].as_ref().ok()?;
         let (dimension, closed, knots) = (self.dimension, self.closed[i], &self.knots[i][..]);

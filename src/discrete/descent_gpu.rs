@@ -14,7 +14,7 @@ use super::compose::Composition;
 use super::energy::{Energy, Functional, attachment, bending, length, tension};
 use super::lane::Standing;
 use super::plan::{Direction, Plan, Step};
-use super::problem::{Outcome, Problem, descend_on_cpu};
+use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
 use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
@@ -135,9 +135,10 @@ pub(crate) fn descend_on_gpu<const D: usize>(
     plan: &Plan,
     energy: &Energy,
     problems: &[Problem<D>],
+    ended: Ended<'_, D>,
 ) -> Result<Vec<Outcome<D>>> {
     let run = Run { gpu, precision, plan, energy, problems, most_ticks: MOST_TICKS };
-    run.descend(&mut |_| {})
+    run.descend(&mut |_| {}, ended)
 }
 
 /// One run over many curves.
@@ -151,8 +152,9 @@ pub(crate) struct Run<'a, const D: usize> {
 }
 
 impl<const D: usize> Run<'_, D> {
-    /// Descends; `progress` is told of every further number of curves that have ended on the device.
-    pub fn descend(&self, progress: &mut dyn FnMut(usize)) -> Result<Vec<Outcome<D>>> {
+    /// Descends; `progress` is told of every further number of curves that have ended on the device, `ended` of each curve
+    /// when it is back.
+    pub fn descend(&self, progress: &mut dyn FnMut(usize), ended: Ended<'_, D>) -> Result<Vec<Outcome<D>>> {
         let problems = self.problems;
         let (mut order, host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| self.is_for_kernel(i));
         order.sort_by_key(|&i| (problems[i].vertices(), problems[i].closed, problems[i].pinned.len(), i));
@@ -162,13 +164,13 @@ impl<const D: usize> Run<'_, D> {
             let is_newton =
                 self.plan.direction == Direction::Newton && self.plan.order == 2 && composition.edges() == 2;
             let job = Job { run: self, entries: composition.entries_of(&energy), is_newton, composition };
-            match job.descend(&order, &mut outcomes, progress) {
+            match job.descend(&order, &mut outcomes, progress, ended) {
                 Err(Interrupted { error: Error::DeviceLost(_) | Error::Timeout { .. }, finished }) if finished > 0 => {}
                 done => done?,
             }
         }
         let own: Vec<Problem<D>> = host.iter().map(|&i| problems[i].clone()).collect();
-        let descended = descend_on_cpu(self.plan, self.energy, &own);
+        let descended = descend_on_cpu(self.plan, self.energy, &own, &|k, outcome| ended(host[k], outcome));
         host.into_iter().zip(descended).for_each(|(i, outcome)| outcomes[i] = outcome);
         Ok(outcomes)
     }
@@ -235,6 +237,7 @@ impl<'a, const D: usize> Job<'a, D> {
         order: &[usize],
         outcomes: &mut [Outcome<D>],
         progress: &mut dyn FnMut(usize),
+        ended: Ended<'_, D>,
     ) -> Result<(), Interrupted> {
         let gpu = self.run.gpu;
         let nothing = |error: Error| Interrupted { error, finished: 0 };
@@ -255,6 +258,7 @@ impl<'a, const D: usize> Job<'a, D> {
                     Precision::F64 => self.unpack::<f64>(members(groups), &layout, &results, outcomes),
                     _ => self.unpack::<f32>(members(groups), &layout, &results, outcomes),
                 }
+                members(groups).iter().for_each(|&i| ended(i, &outcomes[i]));
                 Ok(())
             },
         );

@@ -1,55 +1,26 @@
 //! Curves near their points: for every curve the smallest weight of the attachment that keeps a deviation.
 //!
 //! ```text
-//! guess: λ of the smoothing spline ─► round: every curve at its own weight, all in one batch ─► deviations ─► next weights
+//! smoothing spline (near) ─► trial: the curve at a weight ─► its deviation ─► next weight (search) … ─► the curve to the method's tolerance
 //! ```
 //!
-//! The smaller the weight, the fairer the curve and the larger its deviation. Weights are searched among
-//! α = unit · 2^(j/128) for whole j, by secants between a weight that breaks the deviation and one that keeps it, until they
-//! are neighbours. Every round starts from the curve of the smallest weight that keeps it so far, the first from the spline;
-//! only the last of a curve goes down to the method's own tolerance.
+//! On the CPU every curve is searched for by itself; a GPU descends the trials of all curves side by side.
 
-use super::curves::Fitted;
+use rayon::prelude::*;
+
+use super::curves::{FairCurves, Fitted};
 use super::energy::attachment;
-use super::fair::{Fair, Pins};
-use super::lane::Standing;
-use super::problem::Outcome;
-use super::setup::{Ready, set_up_pieces};
-use crate::Constraints;
+use super::fair::{Fair, Pins, Segments};
+use super::near::Near;
+use super::search::Search;
+use super::setup::{Ready, set_up_from};
+use super::tally::Tally;
 use crate::Problem as Unfitted;
 use crate::batch::CurveBatch;
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
-use crate::report::CurveReport;
-use crate::spline::{Amount, Parametrisation, Smoothing};
-
-/// Weights tried differ by 2^(1/128), 0.54 %, and so do deviations at most where they go as 1/α: every device and precision
-/// tries the same numbers.
-const STEPS_PER_OCTAVE: f64 = 128.0;
-
-/// Steps to the next weight while nothing brackets the answer: at least a twelfth of an octave, and at most six.
-const LEAST_STRIDE: f64 = 11.0;
-const MOST_STRIDE: f64 = 6.0 * STEPS_PER_OCTAVE;
-
-/// The smallest weight: all attachments together are this part of the stiffness of a curve of size 1. They move it by no more.
-const WEAKEST: f64 = 1e-4;
-
-/// The largest weight makes one attachment 2³⁰ times as stiff as the shortest span.
-const OCTAVES_ABOVE: f64 = 30.0;
-
-/// On the way deviations need be known to this part of the one allowed only.
-const ROUGHLY: f64 = 1e-3;
-
-/// Neighbouring weights whose deviations are farther apart than this have curves of different minima.
-const CLOSE: f64 = 0.98;
-
-/// The method's tolerance moves a deviation by next to nothing; where it breaks the one allowed after all, weights so many
-/// steps higher are tried.
-const STRIDES: [i32; 4] = [1, 4, 16, 64];
-
-/// Rounds at most. A dozen are common; more than these are those of a deviation that jumps.
-const MOST_ROUNDS: u32 = 64;
+use crate::linalg::scalar::{Vector, dot, subtract};
+use crate::report::{CurveReport, CurveSet};
 
 /// Fits every curve with the smallest weight of the attachment that keeps the deviation; and says what did it.
 pub(super) fn fit<const D: usize>(
@@ -58,30 +29,15 @@ pub(super) fn fit<const D: usize>(
     batch: &CurveBatch,
     kept: &[[bool; 2]],
     device: &Device,
+    tally: &Tally<'_>,
 ) -> Result<Fitted> {
     let pins = if fair.pins == Pins::None { Pins::None } else { Pins::Ends };
     let energy = fair.energy.clone() + attachment();
     let attached = Fair { energy, pins, deviation: None, corners: None, ..fair.clone() };
-    let lambdas = smoothing_splines(pins, allowed, batch)?;
-    let ready = set_up_pieces::<D>(&attached, batch, kept)?;
-    let search = |(i, ready): (usize, Result<Ready<D>, Unfitted>)| {
-        ready.map(|ready| Search::new(&attached, allowed, i, ready, lambdas[i]))
-    };
-    let mut searches: Vec<Result<Search<D>, Unfitted>> = ready.into_iter().enumerate().map(search).collect();
-    let mut description = None;
-    loop {
-        let mut active: Vec<&mut Search<D>> =
-            searches.iter_mut().flatten().filter(|search| search.found.is_none()).collect();
-        if active.is_empty() && description.is_some() {
-            break;
-        }
-        let trials: Vec<Result<Ready<D>, Unfitted>> = active.iter().map(|search| Ok(search.trial(&attached))).collect();
-        let (outcomes, device) = attached.descend(&trials, device)?;
-        description.get_or_insert(device);
-        for ((search, trial), outcome) in active.iter_mut().zip(trials.into_iter().flatten()).zip(outcomes) {
-            search.take(trial, outcome, batch.points(search.curve).as_chunks::<D>().0);
-        }
-    }
+    let near = Near::new::<D>(pins, allowed, batch)?;
+    let job = Job { attached: &attached, allowed, batch, kept, device };
+    let sketches = job.sketch::<D>(&near)?;
+    let (searches, description) = job.search::<D>(&near, &sketches, tally)?;
     let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
     for (i, search) in searches.into_iter().enumerate() {
         let (report, vertices) = match search {
@@ -91,281 +47,158 @@ pub(super) fn fit<const D: usize>(
         curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
         reports.push(report);
     }
-    Ok(Fitted { curves, reports, device: description.unwrap_or_default() })
+    Ok(Fitted { curves, reports, device: description })
 }
 
-/// The λ of the smoothing splines of the same deviation: 0 where there is none.
-fn smoothing_splines(pins: Pins, allowed: f64, batch: &CurveBatch) -> Result<Vec<f64>> {
-    let free = batch.clone().with_constraints(Constraints::default())?;
-    let smoothing = Smoothing {
-        amount: Amount::Deviation(allowed),
-        pin_ends: pins != Pins::None,
-        parametrisation: Parametrisation::ChordLength,
-    };
-    let (_, reports) = smoothing.fit_splines(&free, &Device::cpu())?;
-    Ok(reports.iter().map(|report| report.smoothing.unwrap_or(0.0)).collect())
-}
+/// Edges a span among which a weight is searched for first: a curve that has so many is within some per cent of the
+/// curve of many, and costs as little.
+const COARSE: usize = 4;
 
-/// A curve that keeps the deviation.
-#[derive(Clone, Debug)]
-struct Kept<const D: usize> {
-    step: i32,
-    deviation: f64,
-    /// What was descended, and where to.
-    trial: Ready<D>,
-    outcome: Outcome<D>,
-}
-
-/// How far a search has come.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Stage {
-    /// For the weight.
-    Searching,
-    /// It has the weight, and needs the curve to the method's tolerance.
-    Finishing,
-    /// No weight keeps the deviation: through the points, then.
-    Pinned,
-}
-
-/// The search for the weight of one curve.
-struct Search<const D: usize> {
-    curve: usize,
+/// What is searched for.
+struct Job<'a> {
+    attached: &'a Fair,
     allowed: f64,
-    /// At the spline, attachments at weight 1.
-    start: Ready<D>,
-    /// α of step 0.
-    unit: f64,
-    steps: [i32; 2],
-    step: i32,
-    stage: Stage,
-    /// The largest weight known to break the deviation, with the deviation; and the smallest known to keep it.
-    below: Option<(i32, f64)>,
-    above: Option<Kept<D>>,
-    /// Whether `below` was reached from a curve that keeps the deviation, and not from the spline, from where the way may
-    /// end in another minimum.
-    follows: bool,
-    /// How often in a row the same side of the bracket moved.
-    one_sided: i32,
-    /// How many weights were too small for the method's tolerance.
-    finishes: usize,
-    rounds: u32,
-    iterations: u32,
-    found: Option<(Ready<D>, Outcome<D>)>,
+    batch: &'a CurveBatch,
+    kept: &'a [[bool; 2]],
+    device: &'a Device,
 }
 
-impl<const D: usize> Search<D> {
-    fn new(attached: &Fair, allowed: f64, curve: usize, start: Ready<D>, lambda: f64) -> Self {
-        let problem = &start.problem;
-        let order = attached.energy.order() as i32;
-        let is_attached = !problem.attached.is_empty();
-        let own = || problem.attached.iter().map(|(_, weight, _)| *weight);
-        // Where nothing is attached nothing is searched for, and any unit serves.
-        let (heaviest, all) = if is_attached { (own().fold(0.0, f64::max), own().sum::<f64>()) } else { (1.0, 1.0) };
-        let spans = spans(&start);
-        let shortest = spans.iter().copied().fold(f64::INFINITY, f64::min);
-        let unit = problem.highest * shortest.powi(1 - 2 * order) / heaviest;
-        let step = |alpha: f64| STEPS_PER_OCTAVE * (alpha / unit).log2();
-        let lowest = step(WEAKEST * problem.highest / all).floor();
-        let highest = OCTAVES_ABOVE * STEPS_PER_OCTAVE;
-        // Data at distance h smoothed over a length l, l^2m = h w/α: alike for a spline and for a curve of order m.
-        let h = spans.iter().sum::<f64>() / spans.len() as f64;
-        let lambda = lambda / start.size.powi(3);
-        let per_weight = start.size * start.size / start.energy_unit;
-        let guess = step(problem.highest * h * (lambda * h).powf(-0.5 * f64::from(order)) / per_weight);
-        let guess = if guess.is_finite() { guess } else { 0.0 };
-        Search {
-            steps: [lowest as i32, highest as i32],
-            step: guess.round().clamp(lowest, highest) as i32,
-            stage: if is_attached { Stage::Searching } else { Stage::Pinned },
-            curve,
-            allowed,
-            start,
-            unit,
-            below: None,
-            above: None,
-            follows: false,
-            one_sided: 0,
-            finishes: 0,
-            rounds: 0,
-            iterations: 0,
-            found: None,
-        }
-    }
+/// What coarse edges say of a curve.
+enum Hint {
+    /// Where to start from.
+    Start {
+        weight: f64,
+        iterations: u32,
+    },
+    /// That there is no minimum near.
+    Nowhere {
+        iterations: u32,
+    },
+    Nothing,
+}
 
-    fn weight(&self) -> f64 {
-        self.unit * (f64::from(self.step) / STEPS_PER_OCTAVE).exp2()
-    }
+/// Of every curve what coarse edges say, and the curve found there.
+struct Sketches {
+    hints: Vec<Hint>,
+    curves: FairCurves,
+}
 
-    /// What is to be descended next.
-    fn trial(&self, attached: &Fair) -> Ready<D> {
-        if self.stage == Stage::Pinned {
-            let mut ready = self.start.clone();
-            ready.problem.pinned = ready.problem.data.clone();
-            ready.problem.attached.clear();
-            return ready;
+impl Job<'_> {
+    /// Searches among coarse edges, where the curves have finer ones.
+    fn sketch<const D: usize>(&self, near: &Near) -> Result<Option<Sketches>> {
+        if !matches!(self.attached.segments, Segments::PerSpan(n) if n >= 2 * COARSE) {
+            return Ok(None);
         }
-        // Of several minima the one that follows from the curve through the points as its attachments weaken: a curve once
-        // too far away may be caught behind folds that no weight pulls it out of.
-        let mut ready = match &self.above {
-            Some(kept) => kept.trial.moved(&kept.outcome.displacements, &self.start),
-            None => self.start.clone(),
+        let coarse = Fair { segments: Segments::PerSpan(COARSE), ..self.attached.clone() };
+        let ready = set_up_from::<D>(&coarse, self.batch, self.kept, &|i| near.curve(i))?;
+        let search = |(i, ready): (usize, Result<Ready<D>, Unfitted>)| {
+            ready.ok().map(|ready| Search::new(&coarse, self.allowed, i, ready, near.spread(i)).as_sketch())
         };
-        let (weight, mut least) = (self.weight(), f64::INFINITY);
-        for (_, own, _) in &mut ready.problem.attached {
-            *own *= weight;
-            least = least.min(*own);
+        let mut searches: Vec<Option<Search<D>>> = ready.into_iter().enumerate().map(search).collect();
+        let rounds = Rounds { attached: &coarse, batch: self.batch, tally: None };
+        rounds.run(searches.iter_mut().flatten().collect(), self.device)?;
+        let (mut hints, mut curves) = (Vec::new(), Vec::new());
+        for (i, search) in searches.into_iter().enumerate() {
+            let sketch = search.as_ref().and_then(Search::sketch);
+            let iterations = search.as_ref().map_or(0, Search::iterations);
+            hints.push(match &sketch {
+                Some(sketch) => Hint::Start { weight: sketch.weight, iterations },
+                None if search.is_some_and(|search| search.leads_nowhere()) => Hint::Nowhere { iterations },
+                None => Hint::Nothing,
+            });
+            curves.push(sketch.map(|sketch| sketch.vertices).ok_or_else(|| self.batch.points(i).to_vec()));
         }
-        if self.stage == Stage::Searching {
-            // ⟨g, L⁻¹g⟩ bounds α|u − u*|² at every attached vertex, where L is the Hessian.
-            let enough = ROUGHLY * self.allowed / self.start.size * least.sqrt();
-            ready.problem.tolerance = enough.clamp(attached.tolerance, attached.tolerance.max(ROUGHLY));
-        }
-        ready
+        Ok(Some(Sketches { hints, curves: FairCurves::new(self.batch, curves, Default::default()) }))
     }
 
-    /// Takes note of what became of a trial, and decides what follows.
-    fn take(&mut self, trial: Ready<D>, outcome: Outcome<D>, points: &[Vector<f64, D>]) {
-        self.rounds += 1;
-        self.iterations += outcome.iterations;
-        if outcome.standing == Standing::Running {
-            // The device was lost. The spline keeps the deviation, at least.
-            self.stage = Stage::Pinned;
-            self.found = Some((self.start.clone(), Outcome { displacements: zeros(&self.start), ..outcome }));
-            return;
-        }
-        if self.stage == Stage::Pinned {
-            self.found = Some((trial, outcome));
-            return;
-        }
-        let is_curve = !matches!(outcome.standing, Standing::Broken | Standing::Unbounded);
-        let moved = trial.moved(&outcome.displacements, &self.start);
-        let deviation = Some(moved.deviation(points)).filter(|d| is_curve && d.is_finite()).unwrap_or(f64::INFINITY);
-        let keeps = deviation <= self.allowed * (1.0 - 8.0 * f64::EPSILON);
-        if self.stage == Stage::Finishing {
-            if keeps {
-                self.found = Some((trial, outcome));
-            } else {
-                self.finish_again();
-            }
-            return;
-        }
-        self.one_sided = if keeps { self.one_sided.max(0) + 1 } else { self.one_sided.min(0) - 1 };
-        if keeps {
-            self.above = Some(Kept { step: self.step, deviation, trial, outcome });
-        } else {
-            self.follows = self.above.is_some();
-            self.below = Some((self.step, deviation));
-        }
-        let falls_short = |above: &Kept<D>| above.deviation < CLOSE * self.allowed;
-        if self.next().is_none() && !self.follows && self.above.as_ref().is_some_and(falls_short) {
-            (self.below, self.one_sided) = (None, 0);
-        }
-        match (self.next(), &self.above) {
-            (Some(step), _) if self.rounds < MOST_ROUNDS => self.step = step,
-            (_, Some(above)) => (self.stage, self.step) = (Stage::Finishing, above.step),
-            _ => self.stage = Stage::Pinned,
-        }
-    }
-
-    /// The next heavier weight; in the end the curve that kept the deviation, such as it is.
-    fn finish_again(&mut self) {
-        match STRIDES.get(self.finishes) {
-            Some(stride) => (self.step, self.finishes) = (self.step + stride, self.finishes + 1),
-            None => {
-                let Kept { step, trial, mut outcome, .. } = self.above.take().expect("a weight found was tried");
-                if outcome.norm > self.start.problem.tolerance {
-                    outcome.standing = Standing::Exhausted;
-                }
-                (self.step, self.found) = (step, Some((trial, outcome)));
-            }
-        }
-    }
-
-    /// The weight to try next, unless the bracket is as narrow as can be.
-    fn next(&self) -> Option<i32> {
-        let octaves_off = |deviation: f64| (deviation / self.allowed).log2().abs();
-        let stride = |deviation: f64| {
-            // Deviations go as 1/α where attachments are stiff, more slowly where they are not; and those that
-            // had no effect so far are followed by larger ones.
-            let first = STEPS_PER_OCTAVE * 1.5 * octaves_off(deviation);
-            let patient = LEAST_STRIDE * f64::from(self.one_sided.abs()).exp2();
-            first.max(patient).min(MOST_STRIDE) as i32
+    /// Searches; and says what did it.
+    #[allow(clippy::type_complexity)]
+    fn search<const D: usize>(
+        &self,
+        near: &Near,
+        sketches: &Option<Sketches>,
+        tally: &Tally<'_>,
+    ) -> Result<(Vec<Result<Search<D>, Unfitted>>, String)> {
+        let hint = |i: usize| sketches.as_ref().map_or(&Hint::Nothing, |sketches| &sketches.hints[i]);
+        let start = |i: usize| match (hint(i), sketches) {
+            (Hint::Start { .. }, Some(sketches)) => Some(sketches.curves.curve(i)),
+            _ => near.curve(i),
         };
-        let [lowest, highest] = self.steps;
-        match (self.below, &self.above) {
-            (Some((below, deviation)), Some(above)) => {
-                let gap = above.step - below;
-                let (high, low) = (deviation.ln(), above.deviation.ln());
-                let part = (high - self.allowed.ln()) / (high - low);
-                let secant = part.is_finite() && self.one_sided.abs() < 3;
-                let part = if secant { part } else { 0.5 };
-                (gap > 1).then(|| below + ((part * f64::from(gap)).round() as i32).clamp(1, gap - 1))
+        let ready = set_up_from::<D>(self.attached, self.batch, self.kept, &start)?;
+        let search = |(i, ready): (usize, Result<Ready<D>, Unfitted>)| {
+            let search = Search::new(self.attached, self.allowed, i, ready?, near.spread(i));
+            Ok(match *hint(i) {
+                Hint::Start { weight, iterations } => search.from_weight(weight, iterations),
+                Hint::Nowhere { iterations } => search.given_up(iterations),
+                Hint::Nothing => search,
+            })
+        };
+        let mut searches: Vec<Result<Search<D>, Unfitted>> = ready.into_iter().enumerate().map(search).collect();
+        let is_over = |search: &Result<Search<D>, Unfitted>| search.as_ref().map_or(true, Search::has_ended);
+        searches.iter().enumerate().filter(|(_, search)| is_over(search)).for_each(|(i, _)| tally.finished(i));
+        let under_way = searches.iter_mut().flatten().filter(|search| !search.has_ended()).collect();
+        let rounds = Rounds { attached: self.attached, batch: self.batch, tally: Some(tally) };
+        let description = rounds.run(under_way, self.device)?;
+        Ok((searches, description))
+    }
+}
+
+/// What all rounds of all searches need.
+struct Rounds<'a> {
+    attached: &'a Fair,
+    batch: &'a CurveBatch,
+    /// Told of every curve whose search has ended.
+    tally: Option<&'a Tally<'a>>,
+}
+
+impl Rounds<'_> {
+    /// Searches for all curves; and says what did it.
+    fn run<const D: usize>(&self, mut searches: Vec<&mut Search<D>>, device: &Device) -> Result<String> {
+        if device.as_gpu().is_some() {
+            return self.all(searches, device);
+        }
+        // Long curves first: nobody waits for one at the end.
+        searches.sort_by_key(|search| std::cmp::Reverse(search.vertices()));
+        searches.into_par_iter().with_max_len(1).try_for_each(|search| self.one(search))?;
+        device.describe(true)
+    }
+
+    /// Searches for one curve, on this thread of the CPU.
+    fn one<const D: usize>(&self, search: &mut Search<D>) -> Result<()> {
+        while !search.has_ended() {
+            self.round(&mut [search], &Device::cpu())?;
+        }
+        Ok(())
+    }
+
+    /// Searches for all curves side by side; and says what did it.
+    fn all<const D: usize>(&self, mut searches: Vec<&mut Search<D>>, device: &Device) -> Result<String> {
+        let mut description = None;
+        while !searches.is_empty() || description.is_none() {
+            // Caps of iterations are those of a run: searches go first, then curves that need only be finished.
+            let (now, later): (Vec<_>, Vec<_>) = searches.into_iter().partition(|search| search.is_searching());
+            let (mut now, later) = if now.is_empty() { (later, now) } else { (now, later) };
+            let said = self.round(&mut now, device)?;
+            description.get_or_insert(said);
+            searches = now.into_iter().chain(later).filter(|search| !search.has_ended()).collect();
+        }
+        Ok(description.unwrap_or_default())
+    }
+
+    /// One trial of each, all of which are searching, or none; and says what did it.
+    fn round<const D: usize>(&self, searches: &mut [&mut Search<D>], device: &Device) -> Result<String> {
+        let most = searches.iter().map(|search| search.most_iterations(self.attached)).max().unwrap_or(0);
+        let fair = Fair { max_iterations: most, ..self.attached.clone() };
+        let trials: Vec<Result<Ready<D>, Unfitted>> =
+            searches.iter().map(|search| Ok(search.trial(&fair, self.batch))).collect();
+        let (outcomes, description) = fair.descend(&trials, device, &|_, _| {})?;
+        for ((search, trial), outcome) in searches.iter_mut().zip(trials.into_iter().flatten()).zip(outcomes) {
+            search.take(trial, outcome, self.batch.points(search.curve()).as_chunks::<D>().0);
+            if let Some(tally) = self.tally.filter(|_| search.has_ended()) {
+                tally.finished(search.curve());
             }
-            (Some((below, deviation)), None) => (below < highest).then(|| (below + stride(deviation)).min(highest)),
-            (None, Some(above)) => (above.step > lowest).then(|| (above.step - stride(above.deviation)).max(lowest)),
-            (None, None) => None,
         }
-    }
-
-    /// The report of a search that has ended, and the vertices found.
-    fn report(self, attached: &Fair, batch: &CurveBatch) -> (CurveReport, Option<super::curves::Vertices>) {
-        let is_attached = self.stage != Stage::Pinned;
-        let weight = if is_attached { self.weight() } else { f64::INFINITY };
-        let (ready, mut outcome) = self.found.expect("a search ends with a curve");
-        outcome.iterations = self.iterations;
-        for (row, weight, target) in &ready.problem.attached {
-            let away = subtract(outcome.displacements[*row as usize], *target);
-            outcome.energy -= 0.5 * weight * dot(away, away);
-        }
-        let (mut report, vertices) = attached.report(batch, self.curve, &ready, &outcome);
-        let nothing_to_attach = self.start.problem.attached.is_empty();
-        report.smoothing = Some(if nothing_to_attach { 0.0 } else { weight });
-        if !is_attached && !nothing_to_attach && report.message.is_none() {
-            let most = self.unit * OCTAVES_ABOVE.exp2();
-            let what = format!(
-                "no weight of the attachment up to {most:.1e} keeps the deviation of {}: the curve goes through its points; \
-                 allow more, or ask for more segments",
-                self.allowed
-            );
-            report.message = Some(batch.sentence(self.curve, 0, &what));
-        }
-        (report, vertices)
-    }
-}
-
-fn zeros<const D: usize>(ready: &Ready<D>) -> Vec<Vector<f64, D>> {
-    vec![[0.0; D]; ready.vertices.len()]
-}
-
-/// Lengths of the spans that have any, at size 1.
-fn spans<const D: usize>(ready: &Ready<D>) -> Vec<f64> {
-    let lengths: Vec<f64> = ready.problem.base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
-    let span = |pair: &[u32]| lengths[pair[0] as usize..pair[1] as usize].iter().sum();
-    ready.rows.windows(2).map(span).filter(|&length| length > 0.0).collect()
-}
-
-impl<const D: usize> Ready<D> {
-    /// The curve with its vertices where displacements lead, as the base of further ones; weights of attachments as in `start`.
-    fn moved(&self, displacements: &[Vector<f64, D>], start: &Self) -> Self {
-        let mut moved = self.clone();
-        let count = displacements.len();
-        for (vertex, u) in moved.vertices.iter_mut().zip(displacements) {
-            *vertex = add(*vertex, scale(self.size, *u));
-        }
-        for (j, edge) in moved.problem.base.iter_mut().enumerate() {
-            *edge = add(*edge, subtract(displacements[(j + 1) % count], displacements[j]));
-        }
-        for ((row, weight, target), (_, own, _)) in moved.problem.attached.iter_mut().zip(&start.problem.attached) {
-            *target = subtract(*target, displacements[*row as usize]);
-            *weight = *own;
-        }
-        moved.problem.tolerance = start.problem.tolerance;
-        moved
-    }
-
-    /// Largest distance from a data point to its vertex, in the units of the input.
-    pub(super) fn deviation(&self, points: &[Vector<f64, D>]) -> f64 {
-        deviation(&self.vertices, &self.rows, points)
+        Ok(description)
     }
 }
 

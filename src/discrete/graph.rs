@@ -41,7 +41,7 @@ pub use mesh::Mesh;
 /// |---|---|
 /// | `converged` | √⟨g, L⁻¹g⟩ ≤ `tolerance`·√φ, or below what rounding of the ordinates alone makes of it |
 /// | `not_converged` | `max_iterations`, or with [`published`](Self::published) its rule, came first |
-/// | `unbounded` | the graph has grown longer than 10 times its data's polygon, with φ still falling: there is no minimiser |
+/// | `unbounded` | the graph has grown longer than 10 times its data's polygon, with φ still falling: there is no minimiser; comes out as its input polyline |
 /// | `degenerate` | fewer than two points |
 /// | `invalid` | not a graph: 3-D, closed, x not increasing; or two points meet on one mesh point |
 ///
@@ -114,18 +114,7 @@ impl Graph {
     /// Options out of range; constraints, which graphs do not know (columns `tx`, `kx`, `nu` and `known`).
     pub fn fit(&self, batch: &CurveBatch, _device: &Device) -> Result<Fit> {
         self.check()?;
-        let constraints = batch.constraints();
-        let columns = [
-            ("tangents (columns tx, ty)", constraints.tangents.is_some()),
-            ("curvature vectors (columns kx, ky)", constraints.curvatures.is_some()),
-            ("exponents (column nu)", constraints.exponents.is_some()),
-            ("known control points (column known)", constraints.known.is_some()),
-        ];
-        if let Some((what, _)) = columns.iter().find(|(_, given)| *given) {
-            return Err(Error::argument(format!(
-                "graphs know no {what}: leave the column out, or choose a method that uses it"
-            )));
-        }
+        batch.constraints().expect_only(&[], "graphs")?;
         let fitted: Vec<_> = (0..batch.len()).into_par_iter().map(|i| self.fit_one(batch, i)).collect();
         let (mut curves, mut reports, mut problems) = (Vec::new(), Vec::new(), BTreeMap::new());
         for (i, fitted) in fitted.into_iter().enumerate() {
@@ -204,6 +193,10 @@ impl Graph {
         }
         let (t, y): (Vec<f64>, Vec<f64>) = batch.points(i).chunks_exact(2).map(|point| (point[0], point[1])).unzip();
         let trace = self.descend(&t, &y, |_| {}).map_err(problem)?;
+        if trace.status == CurveStatus::Unbounded {
+            let what = trace.message.clone().unwrap_or_default();
+            return Err(problem((trace.status, 0, what)));
+        }
         let at = |&k: &usize| trace.start + k as f64 * trace.width;
         let moved = t.iter().zip(&trace.data).map(|(t, k)| (t - at(k)).abs());
         let report = CurveReport {

@@ -50,11 +50,14 @@ mod lane;
 mod line_search;
 mod metric;
 mod minimisation;
+mod near;
 mod newton;
 mod plan;
 mod problem;
+mod search;
 mod setup;
 mod stages;
+mod tally;
 #[cfg(test)]
 mod tests;
 

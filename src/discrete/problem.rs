@@ -83,13 +83,22 @@ impl<const D: usize> Problem<D> {
     /// the base and h the mean length of an edge. Measured floors are 0.13 to 0.56 ε √(w E)/h, for 64 and for 256 edges: twice
     /// the largest is reached, and leaves curves of 64 edges 1e-6 of their size from where f64 goes, and less.
     pub fn rounding_in_f32(&self, energy: &Energy) -> f64 {
+        let (energy, length) = self.at_base(energy);
+        1.1 * f64::from(f32::EPSILON) * (0.5 * self.highest * energy).sqrt() * self.base.len() as f64 / length
+    }
+
+    /// The energy of the base at size 1, without gauge and attachments.
+    pub fn energy_of_base(&self, energy: &Energy) -> f64 {
+        Problem { attached: vec![], ..self.clone() }.at_base(energy).0
+    }
+
+    /// Energy, without the gauge, and length of the base.
+    fn at_base(&self, energy: &Energy) -> (f64, f64) {
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
         let plan =
             Plan { direction: Default::default(), step: Default::default(), order: 0, gauge: 0, most_iterations: 0 };
         let mut at_base = start::<f64, D>(&plan, &functionals, &[self]);
-        let energy = at_base.energy_without_gauge();
-        let length = at_base.edges.total_length();
-        1.1 * f64::from(f32::EPSILON) * (0.5 * self.highest * energy).sqrt() * self.base.len() as f64 / length
+        (at_base.energy_without_gauge(), at_base.edges.total_length())
     }
 
     /// Whether curves may share a pass: both open or both closed, of similar length, with pins in the same rows as far as
@@ -116,8 +125,16 @@ pub(super) fn order_of(order: usize, closed: bool, vertices: usize) -> usize {
     if closed && vertices < 4 { order.min(2) } else { order }
 }
 
-/// Descends every curve, on all threads of the CPU in f64.
-pub(crate) fn descend_on_cpu<const D: usize>(plan: &Plan, energy: &Energy, problems: &[Problem<D>]) -> Vec<Outcome<D>> {
+/// What is told of every curve that has ended, by its number.
+pub(crate) type Ended<'a, const D: usize> = &'a (dyn Fn(usize, &Outcome<D>) + Sync);
+
+/// Descends every curve, on all threads of the CPU in f64; `ended` is told of each as the curves beside it end too.
+pub(crate) fn descend_on_cpu<const D: usize>(
+    plan: &Plan,
+    energy: &Energy,
+    problems: &[Problem<D>],
+    ended: Ended<'_, D>,
+) -> Vec<Outcome<D>> {
     let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
     let mut order: Vec<usize> = (0..problems.len()).collect();
     order.sort_by_key(|&i| (problems[i].closed, problems[i].base.len(), i));
@@ -142,6 +159,7 @@ pub(crate) fn descend_on_cpu<const D: usize>(plan: &Plan, energy: &Energy, probl
                 Ok(outcomes) => outcomes,
                 Err(_) => members.iter().map(|member| alone(member)).collect(),
             };
+            group.iter().zip(&outcomes).for_each(|(&i, outcome)| ended(i, outcome));
             group.into_iter().zip(outcomes)
         })
         .collect();

@@ -11,7 +11,7 @@ use crate::curve::Curve;
 use crate::device::Device;
 use crate::error::Result;
 use crate::linalg::scalar::{Vector, dot, subtract};
-use crate::report::{CurveReport, CurveStatus};
+use crate::report::{CurveReport, CurveSet, CurveStatus};
 use crate::spline::{Natural, Parametrisation};
 use crate::{Constraints, Problem as Unfitted};
 
@@ -52,6 +52,19 @@ pub(super) fn set_up_pieces<const D: usize>(
     batch: &CurveBatch,
     kept: &[[bool; 2]],
 ) -> Result<Vec<Result<Ready<D>, Unfitted>>> {
+    set_up_from(fair, batch, kept, &|_| None)
+}
+
+/// Curves to start from, by their numbers.
+pub(super) type Starts<'a> = &'a (dyn Fn(usize) -> Option<Box<dyn Curve + 'a>> + Sync);
+
+/// As [`set_up_pieces`], from other curves where there are some, and they go through what is pinned.
+pub(super) fn set_up_from<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    kept: &[[bool; 2]],
+    starts: Starts<'_>,
+) -> Result<Vec<Result<Ready<D>, Unfitted>>> {
     let start = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
     let points = batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec());
     let points = points.with_constraints(end_tangents(batch))?;
@@ -62,10 +75,26 @@ pub(super) fn set_up_pieces<const D: usize>(
             let message = report.message.clone().unwrap_or_default();
             return Err(Unfitted { status: report.status, message });
         }
-        use crate::report::CurveSet;
-        ready::<D>(fair, batch, i, kept.get(i).copied().unwrap_or_default(), splines.curve(i).as_ref())
+        let kept = kept.get(i).copied().unwrap_or_default();
+        let own = starts(i).and_then(|start| ready::<D>(fair, batch, i, kept, start.as_ref(), false).ok());
+        match own.filter(|ready| ready.goes_through_its_pins(batch.points(i).as_chunks::<D>().0)) {
+            Some(ready) => Ok(ready),
+            None => ready::<D>(fair, batch, i, kept, splines.curve(i).as_ref(), true),
+        }
     };
     Ok((0..batch.len()).into_par_iter().with_min_len(16).map(one).collect())
+}
+
+impl<const D: usize> Ready<D> {
+    /// Whether every pinned vertex that stands for a data point is there, and nothing else is pinned.
+    fn goes_through_its_pins(&self, points: &[Vector<f64, D>]) -> bool {
+        let count = self.vertices.len() as u32;
+        let is_there = |&row: &u32| {
+            let of_row = self.rows[..points.len()].iter().position(|&own| own % count == row);
+            of_row.is_some_and(|k| points[k] == self.vertices[row as usize])
+        };
+        self.problem.constraints.is_none() && self.problem.pinned.iter().all(is_there)
+    }
 }
 
 /// The tangents at the ends of open curves, of unit length: chord-length splines can meet those.
@@ -91,10 +120,11 @@ fn ready<const D: usize>(
     i: usize,
     kept: [bool; 2],
     curve: &dyn Curve,
+    interpolates: bool,
 ) -> Result<Ready<D>, Unfitted> {
     let closed = batch.is_closed(i);
     let points = batch.points(i).as_chunks::<D>().0;
-    let (mut vertices, rows) = divide(curve, points, fair.segments);
+    let (mut vertices, rows) = divide(curve, points, fair.segments, interpolates);
     let constraints = constrained::<D>(batch, i, &rows, vertices.len(), closed)?;
     let attached = fair.energy.attachment_weight();
     let size = diagonal(points);
@@ -105,6 +135,17 @@ fn ready<const D: usize>(
     let base: Vec<Vector<f64, D>> = (0..edges).map(edge).collect();
     let curvature = mean_curvature(&base, closed).max(LEAST_CURVATURE);
     let (energy_weights, energy_unit) = normalised_weights(&fair.energy, size, curvature);
+    let refuse =
+        |k: usize, status: CurveStatus, what: &str| Err(Unfitted { status, message: batch.sentence(i, k, what) });
+    let in_range = |x: f64| x > 0.0 && x.is_finite();
+    if ![size, energy_unit, curvature].into_iter().all(in_range) {
+        let what = "its energy leaves the range of the numbers: scale the curve, to a size nearer to 1";
+        return refuse(0, CurveStatus::Invalid, what);
+    }
+    if closed && vertices.len() < 3 && fair.energy.order() > 1 {
+        let what = "it goes there and back on one line, which has no side to turn to: give it more points, or more segments a span";
+        return refuse(0, CurveStatus::Degenerate, what);
+    }
     // The last points of a closed curve may repeat its first.
     let data: Vec<u32> = rows[..points.len()].iter().map(|&row| row % vertices.len() as u32).collect();
     let pinned_at = |k: usize| match fair.pins {
@@ -141,7 +182,7 @@ fn ready<const D: usize>(
         let k = rows.partition_point(|&row| row as usize <= j + 1).saturating_sub(1).min(points.len() - 1);
         let what = "the points around it lie on a line on which the curve turns back, with no side to turn to: move one \
                     aside, or give it a tangent";
-        return Err(Unfitted { status: CurveStatus::Degenerate, message: batch.sentence(i, k, what) });
+        return refuse(k, CurveStatus::Degenerate, what);
     }
     let highest = highest_weight(&fair.energy, &energy_weights, &base, curvature);
     let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
@@ -180,7 +221,12 @@ fn divide<const D: usize>(
     curve: &dyn Curve,
     points: &[Vector<f64, D>],
     segments: Segments,
+    interpolates: bool,
 ) -> (Vec<Vector<f64, D>>, Vec<u32>) {
+    let at = |span: usize, u: f64| -> Vector<f64, D> {
+        let point = curve.jet(span, u).point.to_array();
+        std::array::from_fn(|c| point[c])
+    };
     let (mut vertices, mut rows) = (Vec::new(), Vec::new());
     for span in 0..curve.spans() {
         let (from, to) = (points[span], points[(span + 1) % points.len()]);
@@ -188,7 +234,8 @@ fn divide<const D: usize>(
         if from == to {
             continue;
         }
-        vertices.push(from);
+        // The data themselves, without what a spline's rounding makes of them.
+        vertices.push(if interpolates { from } else { at(span, 0.0) });
         let n = match segments {
             Segments::PerSpan(n) => n,
             // What all curves may have is checked by their chords; this bounds one that swings out far.
@@ -197,13 +244,13 @@ fn divide<const D: usize>(
             }
         };
         for u in equal_fractions(curve, span, n) {
-            let point = curve.jet(span, u).point.to_array();
-            vertices.push(std::array::from_fn(|c| point[c]));
+            vertices.push(at(span, u));
         }
     }
     rows.push(vertices.len() as u32);
     if !curve.is_closed() {
-        vertices.push(points[points.len() - 1]);
+        let spans = curve.spans();
+        vertices.push(if interpolates { points[points.len() - 1] } else { at(spans - 1, 1.0) });
     }
     (vertices, rows)
 }

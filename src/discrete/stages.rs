@@ -11,7 +11,7 @@ use super::energy::{Energy, Functional};
 use super::fair::Fair;
 use super::lane::Standing;
 use super::plan::Plan;
-use super::problem::{Outcome, Problem, descend_on_cpu};
+use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
 use super::setup::Ready;
 use crate::batch::Problem as Unfitted;
 use crate::device::{Device, Precision};
@@ -45,20 +45,22 @@ struct Descender<'a> {
 }
 
 impl Descender<'_> {
-    fn descend<const D: usize>(&self, problems: &[Problem<D>]) -> Result<Vec<Outcome<D>>> {
+    fn descend<const D: usize>(&self, problems: &[Problem<D>], ended: Ended<'_, D>) -> Result<Vec<Outcome<D>>> {
         match self.gpu {
-            Some((gpu, precision)) => descend_on_gpu(gpu, precision, &self.plan, self.energy, problems),
-            None => Ok(descend_on_cpu(&self.plan, self.energy, problems)),
+            Some((gpu, precision)) => descend_on_gpu(gpu, precision, &self.plan, self.energy, problems, ended),
+            None => Ok(descend_on_cpu(&self.plan, self.energy, problems, ended)),
         }
     }
 }
 
 impl Fair {
-    /// Descends what is ready; and says what did it.
+    /// Descends what is ready; and says what did it. `ended` is told of every curve that needs no more, by its number among
+    /// those that are ready.
     pub(super) fn descend<const D: usize>(
         &self,
         ready: &[Result<Ready<D>, Unfitted>],
         device: &Device,
+        ended: Ended<'_, D>,
     ) -> Result<(Vec<Outcome<D>>, String)> {
         let mut problems: Vec<Problem<D>> = ready.iter().flatten().map(|ready| ready.problem.clone()).collect();
         let order = self.energy.order();
@@ -88,24 +90,28 @@ impl Fair {
                 .iter_mut()
                 .for_each(|problem| problem.tolerance = problem.tolerance.max(problem.rounding_in_f32(&self.energy)));
         }
-        let mut outcomes = self.descend_in_stages(&plan, gpu, &mut problems)?;
+        let goes_on = in_f32 && device.precision() == Precision::Auto;
+        let left = |i: usize, outcome: &Outcome<D>| goes_on && (!coarse[i] || outcome.is_short());
+        let on_device = |i: usize, outcome: &Outcome<D>| {
+            if !left(i, outcome) {
+                ended(i, outcome);
+            }
+        };
+        let mut outcomes = self.descend_in_stages(&plan, gpu, &mut problems, &on_device)?;
         let mut description = match gpu {
             Some(_) => device.describe(well_conditioned)?,
             None => Device::cpu().describe(true)?,
         };
-        if in_f32 && device.precision() == Precision::Auto {
-            let left = |i: &usize| !coarse[*i] || outcomes[*i].is_short();
-            let unfinished: Vec<usize> = (0..problems.len()).filter(left).collect();
+        let unfinished: Vec<usize> = (0..problems.len()).filter(|&i| left(i, &outcomes[i])).collect();
+        if !unfinished.is_empty() {
             let rebased = |&i: &usize| {
                 let mut problem = Problem { tolerance: tolerances[i], ..problems[i].clone() };
                 problem.rebase(&outcomes[i].displacements);
                 problem
             };
             let own: Vec<Problem<D>> = unfinished.iter().map(rebased).collect();
-            let finished = descend_on_cpu(&plan, &self.energy, &own);
-            if !unfinished.is_empty() {
-                description += &format!("; {} of its curves finished on the CPU in f64", unfinished.len());
-            }
+            let finished = descend_on_cpu(&plan, &self.energy, &own, &|k, outcome| ended(unfinished[k], outcome));
+            description += &format!("; {} of its curves finished on the CPU in f64", unfinished.len());
             unfinished.into_iter().zip(finished).for_each(|(i, finished)| outcomes[i].go_on(finished));
         }
         Ok((outcomes, description))
@@ -116,13 +122,14 @@ impl Fair {
         plan: &Plan,
         gpu: Option<(&Gpu, Precision)>,
         problems: &mut [Problem<D>],
+        ended: Ended<'_, D>,
     ) -> Result<Vec<Outcome<D>>> {
         let mut before: Option<Vec<Outcome<D>>> = None;
         for bound in stages(&self.energy) {
             let energy = self.energy.within(bound);
             let plan = Plan { most_iterations: plan.most_iterations.min(STAGE_ITERATIONS), ..*plan };
             let staged: Vec<Problem<D>> = problems.iter().map(|problem| problem.within(&self.energy, bound)).collect();
-            let mut outcomes = Descender { plan, energy: &energy, gpu }.descend(&staged)?;
+            let mut outcomes = Descender { plan, energy: &energy, gpu }.descend(&staged, &|_, _| {})?;
             for (problem, outcome) in problems.iter_mut().zip(&mut outcomes) {
                 if !outcome.leads_on() {
                     outcome.displacements.fill([0.0; D]);
@@ -131,7 +138,7 @@ impl Fair {
             }
             before = Some(going_on(before, outcomes));
         }
-        let outcomes = Descender { plan: *plan, energy: &self.energy, gpu }.descend(problems)?;
+        let outcomes = Descender { plan: *plan, energy: &self.energy, gpu }.descend(problems, ended)?;
         Ok(going_on(before, outcomes))
     }
 }

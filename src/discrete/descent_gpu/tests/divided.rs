@@ -35,7 +35,7 @@ fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
         let problems = loosened(&problems_of_all, precision);
         let run = |most_ticks: u32, ended: &mut Vec<usize>| {
             let run = Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &problems, most_ticks };
-            run.descend(&mut |count| ended.push(count)).unwrap()
+            run.descend(&mut |count| ended.push(count), &|_, _| {}).unwrap()
         };
         let mut counts = [Vec::new(), Vec::new(), Vec::new()];
         let whole = run(64, &mut counts[0]);
@@ -59,14 +59,14 @@ fn a_curve_has_the_same_bits_whatever_its_neighbours() {
     {
         let plan = Plan { direction, ..plan_of(&fair) };
         let problems = loosened(&problems, precision);
-        let together = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems).unwrap();
+        let together = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
         let backwards: Vec<_> = problems.iter().rev().cloned().collect();
-        let backwards = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &backwards).unwrap();
+        let backwards = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &backwards, &|_, _| {}).unwrap();
         for (i, (a, b)) in together.iter().zip(backwards.iter().rev()).enumerate() {
             assert_eq!(bits(a), bits(b), "{direction:?} {precision:?}, curve {i} of the batch and of its reverse");
         }
         for i in [0, 1, 20] {
-            let alone = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems[i..=i]).unwrap();
+            let alone = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems[i..=i], &|_, _| {}).unwrap();
             assert_eq!(bits(&together[i]), bits(&alone[0]), "{direction:?} {precision:?}, curve {i} alone");
         }
     }
@@ -85,8 +85,8 @@ fn a_curve_that_is_no_number_breaks_and_leaves_its_neighbours_bits() {
         spoilt[nan].base[2][1] = f64::NAN;
         spoilt[infinite].base[2][1] = f64::INFINITY;
         spoilt[nothing].base[1] = [0.0; 2];
-        let wanted = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &sound).unwrap();
-        let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &spoilt).unwrap();
+        let wanted = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &sound, &|_, _| {}).unwrap();
+        let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &spoilt, &|_, _| {}).unwrap();
         for i in 0..found.len() {
             if [nan, infinite, nothing].contains(&i) {
                 assert_eq!(found[i].standing, Standing::Broken, "{direction:?} {precision:?}, curve {i}");
@@ -114,10 +114,10 @@ fn what_the_iterations_or_the_length_end_is_said_as_by_the_cpu() {
     for (fair, direction) in fairs.into_iter().flat_map(|fair| DIRECTIONS.map(|direction| (fair.clone(), direction))) {
         let fair = Fair { direction, ..fair };
         let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch));
-        let wanted = &descend_on_cpu(&plan, &fair.energy, &problems)[0];
+        let wanted = &descend_on_cpu(&plan, &fair.energy, &problems, &|_, _| {})[0];
         assert!([Standing::Unbounded, Standing::Exhausted].contains(&wanted.standing), "{:?}", wanted.standing);
         for precision in precisions(&gpu) {
-            let found = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems).unwrap()[0];
+            let found = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems, &|_, _| {}).unwrap()[0];
             assert_eq!(found.standing, wanted.standing, "{} {direction:?} {precision:?}", fair.energy);
         }
     }
@@ -140,12 +140,12 @@ fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_ho
     // Beyond the host's own rounding at so many vertices.
     mixed.iter_mut().for_each(|problem| problem.tolerance = 1e-5);
     let plan = plan_of(&fair);
-    let wanted = descend_on_cpu(&plan, &fair.energy, &mixed);
+    let wanted = descend_on_cpu(&plan, &fair.energy, &mixed, &|_, _| {});
     for precision in precisions(&gpu).into_iter().filter(|p| *p == Precision::F64) {
         let run =
             Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &mixed, most_ticks: MOST_TICKS };
         let mut on_device = 0;
-        let found = run.descend(&mut |count| on_device += count).unwrap();
+        let found = run.descend(&mut |count| on_device += count, &|_, _| {}).unwrap();
         assert_eq!(on_device, 2);
         for (i, (wanted, found)) in wanted.iter().zip(&found).enumerate() {
             assert_eq!((wanted.standing, found.standing), (Standing::Converged, Standing::Converged), "curve {i}");
@@ -160,8 +160,8 @@ fn energies_of_order_3_are_descended_by_the_host() {
     let Some(gpu) = gpu() else { return };
     let fair = Fair { energy: variation() + length(), segments: Segments::PerSpan(4), ..conjugate() };
     let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch::<2>(&[4, 5], |i| i == 1, 71)));
-    let wanted = descend_on_cpu(&plan, &fair.energy, &problems);
-    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems).unwrap();
+    let wanted = descend_on_cpu(&plan, &fair.energy, &problems, &|_, _| {});
+    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
     assert!(wanted.iter().zip(&found).all(|(a, b)| bits(a) == bits(b) && a.standing == Standing::Converged));
 }
 
@@ -170,7 +170,7 @@ fn an_energy_that_no_kernel_can_be_made_of_is_refused_in_a_sentence() {
     let Some(gpu) = gpu() else { return };
     let fair = Fair { energy: bending(2.0) + bending(3.0), ..conjugate() };
     let problems = problems::<2>(&fair, &batch::<2>(&[4], |_| false, 81));
-    let error = descend_on_gpu(&gpu, Precision::F32, &plan_of(&fair), &fair.energy, &problems).unwrap_err();
+    let error = descend_on_gpu(&gpu, Precision::F32, &plan_of(&fair), &fair.energy, &problems, &|_, _| {}).unwrap_err();
     assert_eq!(error.to_string(), "a kernel has room for one exponent of bending, and there are two: fit on the CPU");
 }
 
@@ -182,7 +182,7 @@ fn what_was_finished_before_the_device_was_lost_is_kept() {
     let gpu = gpu.with_limits(limits);
     let (fair, problems) = ragged_problems(91);
     let (plan, problems) = (plan_of(&fair), loosened(&problems, Precision::F32));
-    let whole = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems).unwrap();
+    let whole = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
     let run = Run {
         gpu: &gpu,
         precision: Precision::F32,
@@ -193,18 +193,21 @@ fn what_was_finished_before_the_device_was_lost_is_kept() {
     };
     let mut ended = 0;
     let found = run
-        .descend(&mut |count| {
-            ended += count;
-            if ended > GROUP {
-                gpu.wgpu_device().destroy();
-            }
-        })
+        .descend(
+            &mut |count| {
+                ended += count;
+                if ended > GROUP {
+                    gpu.wgpu_device().destroy();
+                }
+            },
+            &|_, _| {},
+        )
         .unwrap();
     let kept = whole.iter().zip(&found).filter(|(a, b)| bits(a) == bits(b)).count();
     let lost: Vec<_> = found.iter().filter(|outcome| outcome.standing == Standing::Running).collect();
     assert_eq!((kept, lost.len()), (GROUP, problems.len() - GROUP));
     assert!(lost.iter().all(|outcome| outcome.displacements.iter().flatten().all(|&x| x == 0.0)));
-    let error = run.descend(&mut |_| {}).unwrap_err();
+    let error = run.descend(&mut |_| {}, &|_, _| {}).unwrap_err();
     assert!(error.to_string().starts_with("the device was lost"), "{error}");
 }
 

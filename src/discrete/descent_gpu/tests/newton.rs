@@ -16,14 +16,14 @@ struct Worst {
 fn compared<const D: usize>(gpu: &Gpu, precision: Precision, fair: &Fair, problems: &[Problem<D>]) -> Worst {
     let plan = plan_of(fair);
     assert_eq!(plan.direction, Direction::Newton);
-    let wanted = descend_on_cpu(&plan, &fair.energy, problems);
+    let wanted = descend_on_cpu(&plan, &fair.energy, problems, &|_, _| {});
     let mut own = problems.to_vec();
     if precision == Precision::F32 {
         // As a fit has it.
         own.iter_mut()
             .for_each(|problem| problem.tolerance = fair.tolerance.max(problem.rounding_in_f32(&fair.energy)));
     }
-    let found = descend_on_gpu(gpu, precision, &plan, &fair.energy, &own).unwrap();
+    let found = descend_on_gpu(gpu, precision, &plan, &fair.energy, &own, &|_, _| {}).unwrap();
     let mut worst = Worst { vertices: 0.0, tolerance: 0.0, most_iterations: 0, trials: 0 };
     for (i, (wanted, found)) in wanted.iter().zip(&found).enumerate() {
         let name = format!("{} {precision:?} curve {i} of {} edges", fair.energy, problems[i].base.len());
@@ -157,14 +157,14 @@ fn curves_that_fold_or_run_away_end_as_on_the_cpu_and_leave_their_neighbours_bit
     // Back along the edge before.
     given[2].base[9] = given[2].base[8].map(|x| -x);
     given.iter_mut().for_each(|problem| problem.tolerance = 1e-4);
-    let wanted = descend_on_cpu(&plan, &fair.energy, &given);
+    let wanted = descend_on_cpu(&plan, &fair.energy, &given, &|_, _| {});
     assert_eq!((wanted[0].standing, wanted[1].standing), (Standing::Converged, Standing::Unbounded));
     for precision in precisions(&gpu) {
-        let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &given).unwrap();
+        let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &given, &|_, _| {}).unwrap();
         let standings = |outcomes: &[Outcome<2>]| outcomes.iter().map(|outcome| outcome.standing).collect::<Vec<_>>();
         assert_eq!(standings(&found), standings(&wanted), "{precision:?}");
         for i in [0, 3] {
-            let alone = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &given[i..=i]).unwrap()[0];
+            let alone = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &given[i..=i], &|_, _| {}).unwrap()[0];
             assert_eq!(found[i].displacements, alone.displacements, "{precision:?}, curve {i}");
         }
     }
@@ -179,7 +179,7 @@ fn a_damped_descent_has_the_same_bits_however_its_ticks_are_divided() {
     for precision in precisions(&gpu) {
         let run = |most_ticks: u32| {
             let run = Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &problems, most_ticks };
-            run.descend(&mut |_| {}).unwrap()
+            run.descend(&mut |_| {}, &|_, _| {}).unwrap()
         };
         let whole = run(1000);
         // More than a trial a step: λ is not 0 where dispatches end.
@@ -200,9 +200,9 @@ fn where_rounding_leaves_no_way_down_a_curve_stalls() {
     let plan = plan_of(&fair);
     let mut problems = problems::<2>(&fair, &batch::<2>(&[5; 8], |i| i % 2 == 1, 71));
     problems.iter_mut().for_each(|problem| problem.tolerance = 0.0);
-    let mut outcomes = vec![descend_on_cpu(&plan, &fair.energy, &problems)];
+    let mut outcomes = vec![descend_on_cpu(&plan, &fair.energy, &problems, &|_, _| {})];
     for precision in precisions(&gpu) {
-        outcomes.push(descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems).unwrap());
+        outcomes.push(descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems, &|_, _| {}).unwrap());
     }
     for (i, outcome) in outcomes.iter().flatten().enumerate() {
         assert_eq!(outcome.standing, Standing::Stalled, "outcome {i} of {}: {}", outcomes.len(), outcome.norm);
@@ -217,9 +217,9 @@ fn energies_whose_terms_couple_more_vertices_than_the_inner_product_are_left_to_
     let problems = loosened(&problems::<2>(&fair, &batch::<2>(&[4, 5], |i| i == 1, 71)), Precision::F32);
     let plan = plan_of(&fair);
     assert_eq!(plan.order, 2);
-    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems).unwrap();
+    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
     let conjugate = Plan { direction: Direction::Hybrid, ..plan };
-    let wanted = descend_on_gpu(&gpu, Precision::F32, &conjugate, &fair.energy, &problems).unwrap();
+    let wanted = descend_on_gpu(&gpu, Precision::F32, &conjugate, &fair.energy, &problems, &|_, _| {}).unwrap();
     for (found, wanted) in found.iter().zip(&wanted) {
         assert_eq!(found.standing, Standing::Converged);
         assert_eq!(found.displacements, wanted.displacements);

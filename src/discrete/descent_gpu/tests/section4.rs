@@ -34,7 +34,8 @@ fn one_sobolev_step_of_length_1_gives_the_segment_of_theorem_2_2() {
     let edges: Vec<f64> = problem.base.iter().map(|e| e[0].hypot(e[1])).collect();
     let total: f64 = edges.iter().sum();
     for precision in precisions(&gpu) {
-        let outcomes = descend_on_gpu(&gpu, precision, &plan, &length(), std::slice::from_ref(&problem)).unwrap();
+        let outcomes =
+            descend_on_gpu(&gpu, precision, &plan, &length(), std::slice::from_ref(&problem), &|_, _| {}).unwrap();
         assert_eq!(outcomes[0].iterations, 1, "{precision:?}");
         let (mut along, mut worst) = (0.0, 0.0f64);
         for (k, (vertex, u)) in vertices.iter().zip(&outcomes[0].displacements).enumerate() {

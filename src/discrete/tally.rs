@@ -1,0 +1,54 @@
+//! [`Tally`]: which curves of a fit are finished, for progress bars.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::device::Device;
+
+/// Tells a device's counter of curves as they are finished: of one that was cut into pieces, with its last piece.
+pub(super) struct Tally<'a> {
+    device: &'a Device,
+    /// Of every piece its curve, and of every curve how many pieces are left. None where nothing was cut.
+    pieces: Option<(Vec<usize>, Vec<AtomicUsize>)>,
+}
+
+impl<'a> Tally<'a> {
+    /// Of curves that are whole.
+    pub fn whole(device: &'a Device) -> Self {
+        Tally { device, pieces: None }
+    }
+
+    /// Of pieces, of each of which the curve is given.
+    pub fn of_pieces(device: &'a Device, curves: Vec<usize>) -> Self {
+        let count = curves.iter().max().map_or(0, |last| last + 1);
+        let left: Vec<AtomicUsize> = (0..count).map(|_| AtomicUsize::new(0)).collect();
+        curves.iter().for_each(|&curve| _ = left[curve].fetch_add(1, Ordering::Relaxed));
+        Tally { device, pieces: Some((curves, left)) }
+    }
+
+    /// Curve, or piece, `i` is finished.
+    pub fn finished(&self, i: usize) {
+        let is_last =
+            |(curves, left): &(Vec<usize>, Vec<AtomicUsize>)| left[curves[i]].fetch_sub(1, Ordering::Relaxed) == 1;
+        if self.pieces.as_ref().is_none_or(is_last) {
+            self.device.finished(1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+
+    #[test]
+    fn a_curve_of_several_pieces_is_counted_once_with_its_last() {
+        let counter = Arc::new(AtomicUsize::new(0));
+        let device = Device::cpu().with_counter(counter.clone());
+        let tally = Tally::of_pieces(&device, vec![0, 1, 1, 1, 2]);
+        for (piece, finished) in [(1, 0), (3, 0), (0, 1), (2, 2), (4, 3)] {
+            tally.finished(piece);
+            assert_eq!(counter.load(Ordering::Relaxed), finished, "{piece}");
+        }
+    }
+}
