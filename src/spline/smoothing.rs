@@ -136,6 +136,7 @@ impl Smoothing {
                 knots.unfitted.entry(i).or_insert(Problem { status: report.status, message });
             }
         }
+        device.finished(batch.len());
         Ok((CubicSplines::new(batch, knots, second), reports))
     }
 
