@@ -35,8 +35,7 @@ pub enum Amount {
 /// for closed curves), values p = y − λ W⁻¹Q γ. Every curve is normalised first: parameters to length 1 (T), coordinates to half
 /// the size of their bounding box, weights by their largest ω. With s = t/T the bending energy is T⁻³ ∫|p_ss|² ds, so
 /// the normalised problem has λ′ = λ/(ω T³). Up to λ′ = [`LAMBDA_CAP`] any λ is fine; from there on the curve is, to
-/// rounding, the limit for λ → ∞, and that is returned: the weighted regression line, of a closed curve the weighted
-/// mean.
+/// rounding, the limit for λ → ∞, and that is returned: the weighted regression line. Closed curves stop long before.
 /// The system grows ill-conditioned as n⁴ below that cap: curves of some 20,000 knots and more can ask
 /// for a λ that 64 bits do not bear. They are [`NotConverged`](crate::CurveStatus::NotConverged) and say so.
 ///
@@ -47,6 +46,16 @@ pub enum Amount {
 /// λ = [`LAMBDA_CAP`]·ωT³. The report says λ, the deviation reached and the number of solves.
 /// Points at one parameter that lie farther than D from their mean make a curve
 /// [`NotConverged`](crate::CurveStatus::NotConverged); it interpolates the means.
+///
+/// **Closed curves stay curves.** As λ grows, a closed curve shrinks to the weighted mean of its points: Fourier mode k
+/// falls as 1/(1 + λ(2πk)⁴/WT³) for n even points of sum W of weights, so that modes k enter with 1/k⁴ and what is left
+/// is nearly the first, an ellipse of size 1/λ. A point is no curve, so none is smoothed further than to
+/// [`LEAST_SHARE`] of its size in any direction, the root mean square distance of its points (weighted) from their
+/// mean: that falls steadily with λ whatever the shape and the direction, where areas and lengths of thin, rough and
+/// self-intersecting curves do not. The λ returned is the largest that keeps the deviation *and* the share. A λ asked
+/// for is used as it is down to [`LEAST_SHARE_OF_LAMBDA`], where a curve is a dot; it stops there, and the report names
+/// the λ used. Such a curve is as smooth as it can be: it is [`Converged`](crate::CurveStatus::Converged) with a
+/// message, and [`notes`](Self::notes) counts them.
 ///
 /// **Pinned ends.** With `pin_ends` an open curve starts and ends exactly at its first and last data point, bit for bit (their
 /// inverse weights are 0), so that curves that meet keep meeting. A closed curve has no ends.
@@ -80,6 +89,15 @@ impl Default for Smoothing {
 /// The normalised λ′ from which on a curve is its limit for λ → ∞ to rounding: for n knots the two differ by n/λ′ of the
 /// curve's size at most.
 pub const LAMBDA_CAP: f64 = 1e20;
+
+/// The share of its size that a closed curve keeps in every direction however much it is smoothed: the root mean square
+/// distance of its points from their mean, in units of that of the data.
+///
+/// Islands of 0.7 of their size have half of their area, and still look like themselves on a map; those of a half look lost.
+pub const LEAST_SHARE: f64 = 0.7;
+
+/// The same where λ is asked for: a hundredth of the size is a dot. Above it the λ asked for is the λ used.
+pub const LEAST_SHARE_OF_LAMBDA: f64 = 0.01;
 
 impl Smoothing {
     /// Fits every curve of a batch.
@@ -124,6 +142,30 @@ impl Smoothing {
             None => self.fit_on_cpu(batch, &mut knots),
         };
         Ok((CubicSplines::new(batch, knots, second), reports))
+    }
+
+    /// Sentences about usable curves, for people who fit many: how many closed curves were smoothed no further than to
+    /// their share of their size. The reports are those of a fit with these options; of usable curves only those that
+    /// were stopped have a message.
+    pub fn notes(&self, reports: &[CurveReport]) -> Vec<String> {
+        let stopped = |report: &&CurveReport| report.status.is_usable() && report.message.is_some();
+        let count = reports.iter().filter(stopped).count();
+        if count == 0 {
+            return Vec::new();
+        }
+        let (curves, their) = if count == 1 { ("closed curve is", "its") } else { ("closed curves are", "their") };
+        let small = match self.amount {
+            Amount::Lambda(lambda) => format!("small for λ = {lambda}"),
+            Amount::Deviation(deviation) => {
+                format!("small for a deviation of {deviation}")
+            }
+        };
+        vec![format!("{count} {curves} {small}: smoothed no further than to {} of {their} size", self.least_share())]
+    }
+
+    /// The share of its size that a closed curve keeps.
+    pub(super) fn least_share(&self) -> f64 {
+        if matches!(self.amount, Amount::Lambda(_)) { LEAST_SHARE_OF_LAMBDA } else { LEAST_SHARE }
     }
 
     fn check(&self, batch: &CurveBatch) -> Result<()> {
