@@ -128,3 +128,15 @@ fn closed_curves_that_would_collapse_are_stopped_where_the_cpu_stops_them() {
         }
     }
 }
+
+#[test]
+fn the_least_curve_within_a_distance_is_the_cpus_and_says_so() {
+    let Some(device) = device() else { return };
+    let batch = batches::storms();
+    let smoothing = Smoothing { amount: Amount::Tube(0.5), ..Smoothing::default() };
+    let (fit, samples) = smoothing.fit_sampled(&batch, SAMPLING, &device).unwrap();
+    let (of_cpu, wanted) = smoothing.fit_sampled(&batch, SAMPLING, &faircurve::Device::cpu()).unwrap();
+    assert_eq!((fit.device(), samples.coords()), (of_cpu.device(), wanted.coords()));
+    assert_eq!(fit.reports(), of_cpu.reports());
+    assert!(fit.device().starts_with("CPU"), "{}", fit.device());
+}

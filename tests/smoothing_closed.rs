@@ -45,6 +45,7 @@ fn share(curve: &[f64], data: &[f64], weights: &[f64], dimension: usize) -> f64 
 fn closed_curves_keep_their_share_of_their_size_whatever_is_asked() {
     let amounts = [0.02, 0.2, 1.0, 50.0].map(Amount::Deviation).into_iter();
     let amounts = amounts.chain([1e-3, 1.0, 1e6, 1e300].map(Amount::Lambda));
+    let amounts = amounts.chain([0.02, 0.2, 1.0, 50.0].map(Amount::Tube));
     for (amount, dimension) in amounts.flat_map(|amount| [(amount, 2), (amount, 3)]) {
         let batch = islands(dimension, true);
         let smoothing = Smoothing { amount, ..Smoothing::default() };
@@ -57,7 +58,7 @@ fn closed_curves_keep_their_share_of_their_size_whatever_is_asked() {
             let share = share(knots.points(i), batch.points(i), weights, dimension);
             assert!(share >= least * (1.0 - 1e-10), "{amount:?}, curve {i}: {share}");
             let deviation = match amount {
-                Amount::Deviation(allowed) => allowed,
+                Amount::Deviation(allowed) | Amount::Tube(allowed) => allowed,
                 _ => f64::INFINITY,
             };
             assert!(report.max_deviation <= deviation, "{amount:?}, curve {i}: {}", report.max_deviation);
@@ -72,7 +73,7 @@ fn closed_curves_keep_their_share_of_their_size_whatever_is_asked() {
         assert_eq!(notes.len(), usize::from(stopped > 0));
         let (all, none) = match amount {
             Amount::Lambda(lambda) => (lambda > 1e100, lambda < 1e3),
-            Amount::Deviation(allowed) => (allowed > 10.0, false),
+            Amount::Deviation(allowed) | Amount::Tube(allowed) => (allowed > 10.0, false),
             _ => unreachable!(),
         };
         assert!(!all || stopped == batch.len(), "{amount:?}: {stopped} of {}", batch.len());
@@ -135,7 +136,7 @@ fn curves_larger_than_the_deviation_are_as_they_were() {
 fn open_curves_still_become_lines() {
     let points = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [3.0, 0.5]];
     let batch = CurveBatch::from_slices(&[&points[..]]).unwrap();
-    for amount in [Amount::Deviation(5.0), Amount::Lambda(1e300)] {
+    for amount in [Amount::Deviation(5.0), Amount::Lambda(1e300), Amount::Tube(5.0)] {
         let fit = Smoothing { amount, ..Smoothing::default() }.fit(&batch, &Device::cpu()).unwrap();
         assert_eq!((fit.reports()[0].energy, fit.reports()[0].message.clone()), (0.0, None));
     }

@@ -24,6 +24,8 @@ mod smoother;
 mod smoothing;
 mod smoothing_gpu;
 mod subdivide;
+mod tube;
+mod tube_rows;
 pub mod uniform;
 mod uniform_gpu;
 

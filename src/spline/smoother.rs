@@ -9,6 +9,7 @@ use super::smoothing::{Amount, LAMBDA_CAP, Smoothing};
 use crate::batch::CurveBatch;
 use crate::report::{CurveReport, CurveStatus};
 
+mod least;
 mod search;
 
 pub(super) use search::octave;
@@ -65,6 +66,7 @@ impl Smoother {
         match options.amount {
             Amount::Lambda(lambda) => self.solve_asked(&mut target, lambda),
             Amount::Deviation(allowed) => self.search(&mut target, allowed),
+            Amount::Tube(allowed) => self.least(&mut target, allowed),
         }
     }
 
@@ -105,6 +107,7 @@ impl Smoother {
                 let is_line = !averaged && self.solve_line() && keeps(self.deviation(target).0, allowed);
                 (!averaged && !is_line).then_some(allowed / self.size)
             }
+            Amount::Tube(_) => None,
         }
     }
 
@@ -139,6 +142,7 @@ impl Smoother {
         let normalised = match options.amount {
             Amount::Lambda(lambda) => lambda / self.weight / self.length / self.length / self.length,
             Amount::Deviation(_) => lambda_at(outcome.step),
+            Amount::Tube(_) => return None,
         };
         if !self.is_resolved(normalised, epsilon) {
             return None;
@@ -156,6 +160,7 @@ impl Smoother {
                 Some(CurveReport { smoothing: Some(lambda), ..self.keep(target, normalised, deviation) })
             }
             Amount::Deviation(allowed) => (deviation <= allowed).then(|| self.keep(target, normalised, deviation)),
+            Amount::Tube(_) => None,
         }
     }
 
