@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use faircurve::spline::Natural;
+use faircurve::spline::{Amount, Natural, Smoothing};
 use faircurve::{CurveBatch, CurveSet, Device, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -67,9 +67,48 @@ fn splines(criterion: &mut Criterion) {
     }
 }
 
+/// GPS-like tracks: waves of so many points with noise of 0.25, every hundredth point 2.5 off.
+fn tracks(curves: usize, points: usize) -> CurveBatch {
+    let mut rng = StdRng::seed_from_u64(3);
+    let mut coords = Vec::new();
+    for k in 0..curves * points {
+        let x = (k % points) as f64 / 3.0;
+        let off = if k % 100 == 50 { 2.5 } else { 0.0 };
+        let noise = [0, 1].map(|_| 0.25 * (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>());
+        coords.extend([x + noise[0], 6.0 * (0.24 * x).sin() + 2.0 * (0.63 * x).sin() + noise[1] + off]);
+    }
+    let t = (0..curves * points).map(|k| (k % points) as f64).collect();
+    let offsets = (0..=curves).map(|i| i * points).collect();
+    CurveBatch::from_ragged(2, coords, offsets).unwrap().with_parameters(t).unwrap()
+}
+
+/// What the least curve within a distance costs beside the best of one λ.
+fn within_a_distance(criterion: &mut Criterion) {
+    for (curves, points) in [(200, 121), (1, 1_000), (1, 10_000), (1, 100_000)] {
+        let batch = tracks(curves, points);
+        let mut group = criterion.benchmark_group(format!("{curves} tracks of {points} points within 1"));
+        group.throughput(Throughput::Elements((curves * points) as u64)).sample_size(10);
+        let mut energies = Vec::new();
+        for (name, amount) in [("one λ", Amount::Deviation(1.0)), ("tube", Amount::Tube(1.0))] {
+            let smoothing = Smoothing { amount, ..Smoothing::default() };
+            let mut energy = 0.0;
+            group.bench_function(name, |bencher| {
+                bencher.iter(|| {
+                    let (splines, reports) = smoothing.fit_splines(&batch, &Device::cpu()).unwrap();
+                    energy = reports.iter().map(|report| report.energy).sum();
+                    black_box(splines);
+                });
+            });
+            energies.push(energy);
+        }
+        println!("energies: one λ {:.4}, tube {:.4}: {:.2} times", energies[0], energies[1], energies[0] / energies[1]);
+        group.finish();
+    }
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(1));
-    targets = splines
+    targets = splines, within_a_distance
 }
 criterion_main!(benches);

@@ -142,6 +142,11 @@ impl Device {
         self
     }
 
+    /// The CPU in its place, counting as this device does.
+    pub(crate) fn on_cpu(&self) -> Self {
+        Device { gpu: None, ..self.clone() }
+    }
+
     /// So many more curves are finished.
     pub(crate) fn finished(&self, curves: usize) {
         if let Some(counter) = &self.finished {

@@ -90,3 +90,53 @@ fn a_deviation_is_kept_by_every_curve_in_every_precision_and_in_f64_by_the_cpus_
         assert!(other_lambda <= most, "{other_lambda} curves at another λ");
     }
 }
+
+#[test]
+fn closed_curves_that_would_collapse_are_stopped_where_the_cpu_stops_them() {
+    let Some(device) = device() else { return };
+    let mut rng = seeded(320);
+    let batch = batches::walks(2, &(4..=40).collect::<Vec<_>>(), &mut rng).closed(true);
+    for amount in [Amount::Lambda(1e-2), Amount::Lambda(1e6), Amount::Deviation(0.4), Amount::Deviation(50.0)] {
+        let smoothing = Smoothing { amount, ..Smoothing::default() };
+        let on = |device: &faircurve::Device| smoothing.fit_splines(&batch, device).unwrap();
+        let (splines, reports) = on(&faircurve::Device::cpu());
+        for precision in common::precisions(device.as_gpu().unwrap()) {
+            let (found, of_device) = on(&device.clone().with_precision(precision));
+            let (mut stopped, mut other) = (0, 0);
+            for (i, (found_report, report)) in of_device.iter().zip(&reports).enumerate() {
+                assert_eq!(found_report.status, report.status, "curve {i}, {amount:?}");
+                if found_report.message.is_some() && report.message.is_some() {
+                    // Both are the CPU's.
+                    stopped += 1;
+                    assert_eq!(found_report, report);
+                    let [found, wanted] = [&found, &splines].map(|splines| {
+                        use faircurve::CurveSet;
+                        let polylines = splines.polylines(SAMPLING);
+                        polylines.points(i).to_vec()
+                    });
+                    assert_eq!(found, wanted, "curve {i}, {amount:?}");
+                } else {
+                    other += usize::from(found_report.message.is_some() != report.message.is_some());
+                }
+            }
+            println!("{amount:?}, {precision:?}: {stopped} of {} stopped", batch.len());
+            // Where a size is within rounding of its share, f32 may decide otherwise.
+            let most = if precision == Precision::F64 { 0 } else { 1 };
+            assert!(other <= most, "{other} curves stopped by one device alone");
+            let all = matches!(amount, Amount::Lambda(1e6) | Amount::Deviation(50.0));
+            assert!(stopped == batch.len() || !all, "{stopped}");
+        }
+    }
+}
+
+#[test]
+fn the_least_curve_within_a_distance_is_the_cpus_and_says_so() {
+    let Some(device) = device() else { return };
+    let batch = batches::storms();
+    let smoothing = Smoothing { amount: Amount::Tube(0.5), ..Smoothing::default() };
+    let (fit, samples) = smoothing.fit_sampled(&batch, SAMPLING, &device).unwrap();
+    let (of_cpu, wanted) = smoothing.fit_sampled(&batch, SAMPLING, &faircurve::Device::cpu()).unwrap();
+    assert_eq!((fit.device(), samples.coords()), (of_cpu.device(), wanted.coords()));
+    assert_eq!(fit.reports(), of_cpu.reports());
+    assert!(fit.device().starts_with("CPU"), "{}", fit.device());
+}

@@ -7,7 +7,9 @@ use faircurve::bezier::{Chain, Complete, Joints};
 use faircurve::discrete::{Fair, bending, length};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
-use faircurve::{CurveBatch, Device};
+use faircurve::{CurveBatch, Device, Sampling};
+
+const SAMPLING: Sampling = Sampling::PerSpan(4);
 
 /// Good curves of many lengths, among them a single point, an empty one and one that is no number.
 fn batch() -> CurveBatch {
@@ -32,6 +34,7 @@ fn every_method_counts_every_curve_once() {
     count("natural", &|cpu| drop(Natural::default().fit(&batch, cpu).unwrap()));
     count("smoothing", &|cpu| drop(smoothing(Amount::Lambda(0.1)).fit(&batch, cpu).unwrap()));
     count("smoothing, deviation", &|cpu| drop(smoothing(Amount::Deviation(0.1)).fit(&batch, cpu).unwrap()));
+    count("smoothing, tube", &|cpu| drop(smoothing(Amount::Tube(0.1)).fit_sampled(&batch, SAMPLING, cpu).unwrap()));
     count("fair", &|cpu| drop(fair().fit(&batch, cpu).unwrap()));
     count("fair, deviation", &|cpu| drop(Fair { deviation: Some(0.1), ..fair() }.fit(&batch, cpu).unwrap()));
     count("fair, corners", &|cpu| drop(Fair { corners: Some(0.5), ..fair() }.fit(&batch, cpu).unwrap()));

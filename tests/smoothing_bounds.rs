@@ -56,7 +56,7 @@ fn deviation(batch: &CurveBatch, fit: &Fit, i: usize) -> f64 {
     points.map(|(y, &t)| (curve.point(t).x - y[0]).hypot(curve.point(t).y - y[1])).fold(0.0, f64::max)
 }
 
-/// Whether a report says that the curve is the regression line, or the mean, of its data.
+/// Whether a report says that the curve is the regression line of its data.
 fn is_line(report: &CurveReport) -> bool {
     report.energy == 0.0 && report.iterations == 1
 }
@@ -79,13 +79,16 @@ fn the_deviation_is_kept_and_used_up() {
                     let found = deviation(&batch, &fitted, i);
                     assert!(found <= allowed && (found - report.max_deviation).abs() < 1e-12, "{found} {report:?}");
                 }
-                if is_line(report) {
+                // Closed curves are not smoothed down to a point.
+                assert!(report.message.is_none() || name == "rings", "{report:?}");
+                if is_line(report) || report.message.is_some() {
                     continue;
                 }
                 tight += 1;
                 let more = Smoothing { pin_ends, ..options(Amount::Lambda(report.smoothing.unwrap() * 1.01)) };
-                let more = fit(&batch.select(&[i]), more).reports()[0].max_deviation;
-                assert!(more > allowed, "{name}, {allowed}: a λ 1 % larger than {report:?} gives {more}");
+                let more = fit(&batch.select(&[i]), more).reports()[0].clone();
+                let (more, stopped) = (more.max_deviation, more.message.is_some());
+                assert!(more > allowed || stopped, "{name}, {allowed}: a λ 1 % larger than {report:?} gives {more}");
             }
             assert!(tight > 0 || allowed == 20.0, "{name}, {allowed}");
         }

@@ -29,7 +29,7 @@ const TWINS: [Twins; 2] = [
     },
     Twins {
         kernel: "spline/reinsch.wgsl",
-        twin: "src/spline/smoother.rs",
+        twin: "src/spline/smoother/search.rs",
         constants: &[
             ["STEPS_PER_OCTAVE", "STEPS_PER_OCTAVE"],
             ["STRIDE", "STRIDE"],

@@ -26,12 +26,13 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 /// Options that take a value, with values that may make sense.
-const OPTIONS: [(&str, &[&str]); 29] = [
+const OPTIONS: [(&str, &[&str]); 30] = [
     ("--method", &["natural", "smoothing", "fair", "scf"]),
     ("--samples", &["1", "2", "16", "100000000000"]),
     ("--spacing", &["0.1", "1", "10", "1e-9", "1e-300", "5e-324"]),
     ("--smoothing", &["0", "0.1", "1e300"]),
     ("--deviation", &["0.01", "0.5", "100", "1e-300"]),
+    ("--tube", &["0.01", "0.5", "100", "1e-300"]),
     ("--pin", &["ends", "none"]),
     ("--corners", &["60deg", "0", "180"]),
     ("--energy", &["bending=1", "bending=1,length=0.1", "variation=1,length=1", "torsion=1", "bending=1,attachment=2"]),

@@ -44,9 +44,10 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
     Ok(match kind {
         0 => Box::new(move |batch, sampling| Natural::default().fit_sampled(batch, sampling, &cpu)),
         1 => {
-            let amount = match bytes.arbitrary()? {
-                true => Amount::Lambda(option(bytes, &[0.0, 0.1, 1e3])?),
-                false => Amount::Deviation(option(bytes, &[0.01, 0.5, 1e3])?),
+            let amount = match bytes.int_in_range(0..=2)? {
+                0 => Amount::Lambda(option(bytes, &[0.0, 0.1, 1e3])?),
+                1 => Amount::Deviation(option(bytes, &[0.01, 0.5, 1e3])?),
+                _ => Amount::Tube(option(bytes, &[0.01, 0.5, 1e3])?),
             };
             let smoothing = Smoothing { amount, pin_ends: bytes.arbitrary()?, ..Smoothing::default() };
             Box::new(move |batch, sampling| smoothing.fit_sampled(batch, sampling, &cpu))

@@ -2,7 +2,7 @@
 // the search for the largest λ that keeps a deviation. A whole search in one dispatch would run into watchdogs, and
 // llvmpipe ends a thread's loops, without a word, after 65,535 iterations all told.
 // Everything is normalised: parameter length 1, coordinates and largest weight of size 1. Twin: src/spline/reinsch.rs
-// (the search: src/spline/smoother.rs); the regression line and averaged points are the host's.
+// (the search: src/spline/smoother/search.rs); the regression line and averaged points are the host's.
 
 struct SmoothingParams {
     curves: u32,

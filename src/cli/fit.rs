@@ -121,6 +121,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     args.talk.say(format_args!("{volume}: fitted on {} ({})", fit.device(), device.reason()));
     let Seconds { read, fit: fitted, write } = seconds;
     args.talk.detail(format_args!("read in {read:.3} s, fitted in {fitted:.3} s, written in {write:.3} s"));
+    method.notes(&fit).iter().for_each(|note| args.talk.say(note));
     Ok(judge(args.talk, args.strict, &batch, &fit))
 }
 

@@ -131,7 +131,7 @@ pub enum Pin {
 /// What is fitted.
 #[derive(Args, Clone, Debug)]
 pub struct MethodArgs {
-    /// How curves are fitted [default: natural, with --deviation or --smoothing: smoothing]
+    /// How curves are fitted [default: natural, with --smoothing, --deviation or --tube: smoothing]
     #[arg(long, value_enum)]
     method: Option<MethodName>,
     /// Segments a span between data points: K points give N(K−1)+1 points, a closed curve N·K [default: 16]
@@ -146,6 +146,10 @@ pub struct MethodArgs {
     /// Make each curve as smooth, or as fair, as it can be with no point moved more than this, in units of the input
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     deviation: Option<f64>,
+    /// Make each smoothing spline the one of least bending of all that stay within this of every point, in units of the
+    /// input: like --deviation, but one point far off does not stiffen the rest
+    #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation"], allow_negative_numbers = true)]
+    tube: Option<f64>,
     /// Keep the corners of fair curves: points where the input turns by more than this, such as 60deg (or 60)
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
     corners: Option<Degrees>,
@@ -185,7 +189,7 @@ pub enum Method {
 impl MethodArgs {
     /// The method asked for by its name, or by an option that only makes sense with it.
     pub fn name(&self) -> MethodName {
-        let near = self.deviation.is_some() || self.smoothing.is_some();
+        let near = self.deviation.is_some() || self.smoothing.is_some() || self.tube.is_some();
         self.method.unwrap_or(if near { MethodName::Smoothing } else { MethodName::Natural })
     }
 
@@ -221,7 +225,10 @@ impl MethodArgs {
             }
             (_, Some(lambda), _) => format!("smoothing splines, λ = {lambda}"),
             (_, _, Some(deviation)) => format!("smoothing splines, deviation ≤ {deviation}"),
-            _ => "smoothing splines".into(),
+            _ => match self.tube {
+                Some(tube) => format!("splines of least bending within {tube}"),
+                None => "smoothing splines".into(),
+            },
         }
     }
 
@@ -252,18 +259,19 @@ impl MethodArgs {
                 Ok(Method::Natural(Natural::default()))
             }
             MethodName::Smoothing => {
-                let amount = match (self.smoothing, self.deviation) {
-                    (Some(lambda), _) if lambda >= 0.0 && lambda.is_finite() => Amount::Lambda(lambda),
-                    (Some(lambda), _) => {
+                let amount = match (self.smoothing, self.deviation, self.tube) {
+                    (Some(lambda), ..) if lambda >= 0.0 && lambda.is_finite() => Amount::Lambda(lambda),
+                    (Some(lambda), ..) => {
                         return Err(Error::argument(format!(
                             "--smoothing is {lambda}; λ must be 0 or a positive number, such as --smoothing 0.1"
                         )));
                     }
-                    (_, Some(deviation)) => Amount::Deviation(positive(deviation)?),
-                    (None, None) => {
+                    (_, Some(deviation), _) => Amount::Deviation(positive("--deviation", deviation)?),
+                    (_, _, Some(tube)) => Amount::Tube(positive("--tube", tube)?),
+                    (None, None, None) => {
                         return Err(Error::argument(
                             "--method smoothing needs to know how far: give --smoothing λ (such as --smoothing 0.1) \
-                             or --deviation D (such as --deviation 0.01, in units of the input)",
+                             or --deviation D (such as --deviation 0.01, in units of the input), or --tube D",
                         ));
                     }
                 };
@@ -287,7 +295,7 @@ impl MethodArgs {
                 "--smoothing {lambda} belongs to --method smoothing; fair curves near their points take --deviation D"
             )));
         }
-        let deviation = self.deviation.map(positive).transpose()?;
+        let deviation = self.deviation.map(|deviation| positive("--deviation", deviation)).transpose()?;
         if let (Some(exponent), Some(weights)) = (self.exponent, &self.energy)
             && !weights.has("bending")
         {
@@ -362,6 +370,9 @@ impl MethodArgs {
 
     fn refuse_options_of_others(&self) -> Result<()> {
         use MethodName::{Fair, Scf};
+        if let Some(tube) = self.tube.filter(|_| self.name() != MethodName::Smoothing) {
+            return Err(Error::argument(format!("--tube {tube} belongs to --method smoothing")));
+        }
         let given: [(_, _, &[MethodName]); 7] = [
             ("--energy", self.energy.is_some(), &[Fair]),
             ("--corners", self.corners.is_some(), &[Fair]),
@@ -384,6 +395,14 @@ impl MethodArgs {
 }
 
 impl Method {
+    /// What is worth a line about curves that are usable.
+    pub fn notes(&self, fit: &Fit) -> Vec<String> {
+        match self {
+            Method::Smoothing(smoothing) => smoothing.notes(fit.reports()),
+            Method::Natural(_) | Method::Fair(_) | Method::Scf(_) => Vec::new(),
+        }
+    }
+
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         match self {
             Method::Natural(natural) => natural.fit(batch, device),
@@ -420,11 +439,11 @@ pub fn per_span(samples: Option<i64>) -> Result<usize> {
 }
 
 /// A deviation that makes sense.
-fn positive(deviation: f64) -> Result<f64> {
+fn positive(option: &str, deviation: f64) -> Result<f64> {
     if deviation > 0.0 && deviation.is_finite() {
         return Ok(deviation);
     }
-    Err(Error::argument(format!("--deviation is {deviation}; it must be a positive number, such as --deviation 0.01")))
+    Err(Error::argument(format!("{option} is {deviation}; it must be a positive number, such as {option} 0.01")))
 }
 
 /// Where curves are sampled: evenly in the parameter or along the arc.

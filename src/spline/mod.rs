@@ -24,6 +24,8 @@ mod smoother;
 mod smoothing;
 mod smoothing_gpu;
 mod subdivide;
+mod tube;
+mod tube_rows;
 pub mod uniform;
 mod uniform_gpu;
 
@@ -31,7 +33,7 @@ pub use cubic::CubicSplines;
 pub(crate) use gpu::GROUP;
 pub use knots::Parametrisation;
 pub use natural::{Ends, Natural};
-pub use smoothing::{Amount, LAMBDA_CAP, Smoothing};
+pub use smoothing::{Amount, LAMBDA_CAP, LEAST_SHARE, LEAST_SHARE_OF_LAMBDA, Smoothing};
 pub(crate) use smoothing_gpu::kernel as smoothing_kernel;
 
 use crate::gpu::source::Definitions;

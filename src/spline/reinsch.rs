@@ -401,6 +401,51 @@ mod tests {
     }
 
     #[test]
+    fn long_curves_keep_their_accuracy_at_large_lambda() {
+        // 3,000 knots: the matrix alone is ill-conditioned to 1e13.
+        for closed in [false, true] {
+            let mut problem = random_problem::<f64>(3000, closed, 1);
+            problem.solve_line();
+            let line = problem.correction.clone();
+            assert!(problem.solve(1e15));
+            let error = worst(&problem.correction, &line);
+            assert!(error < 1e-11, "closed {closed}: {error}");
+        }
+    }
+
+    #[test]
+    fn closed_curves_shrink_mode_by_mode_towards_the_ellipse_of_the_first() {
+        // Modes 1, 2 and 3 of size 1 around (5, −2), the first an ellipse.
+        let n = 120;
+        let angle = |k: usize| std::f64::consts::TAU * k as f64 / n as f64;
+        let mode = |m: usize, k: usize| (m as f64 * angle(k)).sin_cos();
+        let point = |k: usize| {
+            let [(s1, c1), (s2, c2), (s3, c3)] = [1, 2, 3].map(|m| mode(m, k));
+            [5.0 + c1 + c2 + c3, -2.0 + 0.5 * s1 + s2 + s3]
+        };
+        let mut problem = Reinsch::<f64> {
+            count: n,
+            dimension: 2,
+            closed: true,
+            spans: vec![1.0 / n as f64; n],
+            inverse_weights: vec![1.0; n],
+            data: (0..n).flat_map(point).collect(),
+            ..Reinsch::default()
+        };
+        problem.prepare();
+        for lambda in [1e-3, 1.0, 1e3] {
+            assert!(problem.solve(lambda));
+            for m in 1..=3 {
+                let x = |k: usize| problem.data[2 * k] - problem.correction[2 * k];
+                let size = (0..n).map(|k| x(k) * mode(m, k).1).sum::<f64>() * 2.0 / n as f64;
+                let factor = 1.0 / (1.0 + lambda * (std::f64::consts::TAU * m as f64).powi(4) / n as f64);
+                // The spline through samples bends as the mode itself to O((m/n)⁴); beside a mean of 5, rounding.
+                assert!((size - factor).abs() < 1e-3 * factor + 1e-11, "λ {lambda}, mode {m}: {size}, not {factor}");
+            }
+        }
+    }
+
+    #[test]
     fn single_precision_follows_double_precision() {
         for closed in [false, true] {
             for n in [2, 3, 4, 10, 60] {

@@ -1,34 +1,18 @@
-//! The smoothing of one curve: to the normalised problem and back, and the search for the λ that keeps a deviation.
+//! The smoothing of one curve: to the normalised problem and back.
 
+use nalgebra::{Matrix3, Vector3};
+
+use self::search::lambda_at;
 use super::knots::Knots;
 use super::reinsch::Reinsch;
 use super::smoothing::{Amount, LAMBDA_CAP, Smoothing};
 use crate::batch::CurveBatch;
 use crate::report::{CurveReport, CurveStatus};
 
-/// Normalised λ are searched among 2^(j/512) for whole j: neighbours differ by 0.14 %. Every device and precision tries
-/// the same numbers, so that all find the same λ.
-pub(super) const STEPS_PER_OCTAVE: i32 = 512;
+mod least;
+mod search;
 
-/// A bracket is sought from one multiple of this many steps to the next: by factors of 8.
-const STRIDE: i32 = 3 * STEPS_PER_OCTAVE;
-
-/// The first step: where no bit of the data is moved.
-const FIRST_STEP: i32 = -1020 * STEPS_PER_OCTAVE;
-
-/// The last step: below [`LAMBDA_CAP`].
-const LAST_STEP: i32 = 66 * STEPS_PER_OCTAVE;
-
-/// The λ of a step.
-fn lambda_at(step: i32) -> f64 {
-    let mantissa = f64::from(step.rem_euclid(STEPS_PER_OCTAVE)) / f64::from(STEPS_PER_OCTAVE);
-    mantissa.exp2() * 2_f64.powi(step.div_euclid(STEPS_PER_OCTAVE))
-}
-
-/// The numbers 2^(j/512) of one octave, for the kernel.
-pub(super) fn octave() -> impl Iterator<Item = f64> {
-    (0..STEPS_PER_OCTAVE).map(lambda_at)
-}
+pub(super) use search::octave;
 
 /// One curve of a batch and the places of its result.
 pub(super) struct Target<'a> {
@@ -70,30 +54,40 @@ pub(super) struct Smoother {
     length: f64,
     /// ωT³ up to overflow: λ = λ′·ω·T·T·T.
     weight: f64,
+    /// What a closed curve keeps of its size.
+    least_share: f64,
     solves: u32,
 }
 
 impl Smoother {
     /// Fits one curve.
     pub fn fit(&mut self, mut target: Target, options: &Smoothing) -> CurveReport {
-        self.load(&target, options.pin_ends);
+        self.load(&target, options);
         match options.amount {
-            Amount::Lambda(lambda) => {
-                let normalised = lambda / self.weight / self.length / self.length / self.length;
-                let solved = if normalised < LAMBDA_CAP { self.solve(normalised) } else { self.solve_line() };
-                if !solved {
-                    if !self.solve(0.0) {
-                        return unsolvable(&mut target, &self.data);
-                    }
-                    let deviation = self.deviation(&target).0;
-                    let report = self.keep(&mut target, 0.0, deviation);
-                    return self.too_large(&target, lambda, report);
-                }
-                let deviation = self.deviation(&target).0;
-                CurveReport { smoothing: Some(lambda), ..self.keep(&mut target, normalised, deviation) }
-            }
+            Amount::Lambda(lambda) => self.solve_asked(&mut target, lambda),
             Amount::Deviation(allowed) => self.search(&mut target, allowed),
+            Amount::Tube(allowed) => self.least(&mut target, allowed),
         }
+    }
+
+    /// The curve of a given λ; of a closed curve that would collapse, that of the largest λ where it does not.
+    fn solve_asked(&mut self, target: &mut Target, lambda: f64) -> CurveReport {
+        let normalised = lambda / self.weight / self.length / self.length / self.length;
+        let solved = if normalised < LAMBDA_CAP { self.solve(normalised) } else { self.solve_line() };
+        if !solved {
+            if !self.solve(0.0) {
+                return unsolvable(target, &self.data);
+            }
+            let deviation = self.deviation(target).0;
+            let report = self.keep(target, 0.0, deviation);
+            return self.too_large(target, lambda, report);
+        }
+        if !self.stands() {
+            let report = self.search(target, f64::INFINITY);
+            return self.stopped(target, &format!("λ = {lambda}"), report);
+        }
+        let deviation = self.deviation(target).0;
+        CurveReport { smoothing: Some(lambda), ..self.keep(target, normalised, deviation) }
     }
 
     /// Sets up the normalised problem of a curve for the kernel, and gives the amount in its terms: the normalised λ, or
@@ -101,7 +95,7 @@ impl Smoother {
     /// data themselves, the kernel's precision (its ε) does not resolve the system, or points were averaged, which the
     /// kernel does not know.
     pub fn prepare_for_kernel(&mut self, target: &Target, options: &Smoothing, epsilon: f64) -> Option<f64> {
-        self.load(target, options.pin_ends);
+        self.load(target, options);
         match options.amount {
             Amount::Lambda(lambda) => {
                 let normalised = lambda / self.weight / self.length / self.length / self.length;
@@ -113,6 +107,7 @@ impl Smoother {
                 let is_line = !averaged && self.solve_line() && keeps(self.deviation(target).0, allowed);
                 (!averaged && !is_line).then_some(allowed / self.size)
             }
+            Amount::Tube(_) => None,
         }
     }
 
@@ -133,7 +128,7 @@ impl Smoother {
     }
 
     /// Takes over what a kernel solved, as if [`solve`](Self::solve) had; `None` where it is not finite, breaks the
-    /// deviation after all, or the kernel's precision (its ε) does not resolve it.
+    /// deviation after all, has collapsed, or the kernel's precision (its ε) does not resolve it.
     pub fn accept(
         &mut self,
         target: &mut Target,
@@ -143,10 +138,11 @@ impl Smoother {
         moments: impl Iterator<Item = f64>,
         correction: impl Iterator<Item = f64>,
     ) -> Option<CurveReport> {
-        self.load(target, options.pin_ends);
+        self.load(target, options);
         let normalised = match options.amount {
             Amount::Lambda(lambda) => lambda / self.weight / self.length / self.length / self.length,
             Amount::Deviation(_) => lambda_at(outcome.step),
+            Amount::Tube(_) => return None,
         };
         if !self.is_resolved(normalised, epsilon) {
             return None;
@@ -154,7 +150,7 @@ impl Smoother {
         self.problem.alpha = 1.0 / (1.0 + normalised);
         self.problem.moments.iter_mut().zip(moments).for_each(|(to, from)| *to = from);
         self.problem.correction.iter_mut().zip(correction).for_each(|(to, from)| *to = from);
-        if !self.finish_solve() {
+        if !self.finish_solve() || !self.stands() {
             return None;
         }
         self.solves = outcome.solves;
@@ -164,20 +160,21 @@ impl Smoother {
                 Some(CurveReport { smoothing: Some(lambda), ..self.keep(target, normalised, deviation) })
             }
             Amount::Deviation(allowed) => (deviation <= allowed).then(|| self.keep(target, normalised, deviation)),
+            Amount::Tube(_) => None,
         }
     }
 
     /// Sets up the normalised problem of a curve.
-    fn load(&mut self, target: &Target, pin_ends: bool) {
+    fn load(&mut self, target: &Target, options: &Smoothing) {
         let (d, i) = (target.knots.dimension, target.curve);
         let (t, weights) = (target.knots.t(i), target.knots.weights.as_ref().expect("averaged knots have weights"));
         let closed = target.knots.closed[i];
         let count = t.len() - usize::from(closed);
         let weights = &weights[target.knots.range(i)][..count];
-        self.solves = 0;
+        (self.solves, self.least_share) = (0, options.least_share());
         self.data.clear();
         self.data.extend_from_slice(&target.values[..count * d]);
-        let pin = pin_ends && !closed;
+        let pin = options.pin_ends && !closed;
         if pin {
             let points = target.batch.points(i);
             self.data[..d].copy_from_slice(&points[..d]);
@@ -256,6 +253,29 @@ impl Smoother {
         (worst.sqrt() * self.size, at)
     }
 
+    /// Whether the last solve is still a curve: all but closed ones are, whose points keep the least share of
+    /// their spread in every direction.
+    fn stands(&self) -> bool {
+        let problem = &self.problem;
+        if !problem.closed {
+            return true;
+        }
+        let (data, correction) = (&problem.data, &problem.correction);
+        let lost = self.spread(|at| data[at] - correction[at]) - self.spread(|at| data[at]) * self.least_share.powi(2);
+        // No less than nothing in any direction, but for the rounding of directions that the data do not have.
+        lost.symmetric_eigenvalues().min() >= -64.0 * f64::EPSILON * self.spread(|at| data[at]).trace()
+    }
+
+    /// Σ w (x − x̄)(x − x̄)ᵀ of numbers at the knots, x̄ their weighted mean.
+    fn spread(&self, value: impl Fn(usize) -> f64) -> Matrix3<f64> {
+        let d = self.problem.dimension;
+        let weights = || self.problem.inverse_weights.iter().map(|inverse| 1.0 / inverse).enumerate();
+        let point = |k: usize| Vector3::from_fn(|c, _| if c < d { value(k * d + c) } else { 0.0 });
+        let total: f64 = weights().map(|(_, w)| w).sum();
+        let mean = weights().fold(Vector3::zeros(), |sum, (k, w)| sum + point(k) * w) / total;
+        weights().fold(Matrix3::zeros(), |sum, (k, w)| sum + (point(k) - mean) * (point(k) - mean).transpose() * w)
+    }
+
     /// Writes the last solve to its place.
     fn keep(&mut self, target: &mut Target, normalised: f64, deviation: f64) -> CurveReport {
         let d = self.problem.dimension;
@@ -278,79 +298,36 @@ impl Smoother {
         }
     }
 
-    /// The largest λ that keeps the deviation allowed.
-    fn search(&mut self, target: &mut Target, allowed: f64) -> CurveReport {
-        let keeps = |deviation: f64| keeps(deviation, allowed);
-        if self.solve_line() {
-            let deviation = self.deviation(target).0;
-            if keeps(deviation) {
-                return self.keep(target, LAMBDA_CAP, deviation);
-            }
-        }
-        if !self.solve(0.0) {
-            return unsolvable(target, &self.data);
-        }
-        let (deviation, point) = self.deviation(target);
-        let mut best = self.keep(target, 0.0, deviation);
-        if !keeps(deviation) {
-            let what = format!(
-                "it lies {deviation} from the curve even without smoothing, since other points have the same parameter; \
-                 the deviation allowed is {allowed}: give these points parameters of their own, or allow more"
-            );
-            let message = Some(target.batch.sentence(target.curve, point, &what));
-            return CurveReport { status: CurveStatus::NotConverged, message, ..best };
-        }
-        // The λ of the last attempt above the result, where it failed for rounding.
-        let mut unsolved = None;
-        let mut reaches = |smoother: &mut Self, step: i32| {
-            let normalised = lambda_at(step);
-            let solved = smoother.solve(normalised);
-            let deviation = if solved { smoother.deviation(target).0 } else { f64::INFINITY };
-            if keeps(deviation) {
-                best = smoother.keep(target, normalised, deviation);
-            } else {
-                unsolved = (!solved).then_some(normalised);
-            }
-            keeps(deviation)
-        };
-        // While λ is small the points move by λ|ΩQγ|: a start close to the goal for noisy data.
-        let start = allowed / (self.size * self.problem.largest_pull());
-        let octaves =
-            start.log2().clamp(f64::from(FIRST_STEP / STEPS_PER_OCTAVE), f64::from(LAST_STEP / STEPS_PER_OCTAVE));
-        let mut step = (octaves * f64::from(STEPS_PER_OCTAVE) / f64::from(STRIDE)).floor() as i32 * STRIDE;
-        let (mut below, mut above) = (None, None);
-        loop {
-            step = step.clamp(FIRST_STEP, LAST_STEP);
-            if reaches(self, step) {
-                below = Some(step);
-                if above.is_some() || step == LAST_STEP {
-                    break;
-                }
-                step += STRIDE;
-            } else {
-                above = Some(step);
-                if below.is_some() || step == FIRST_STEP {
-                    break;
-                }
-                step -= STRIDE;
-            }
-        }
-        if let (Some(mut below), Some(mut above)) = (below, above) {
-            while above - below > 1 {
-                let middle = below + (above - below) / 2;
-                *(if reaches(self, middle) { &mut below } else { &mut above }) = middle;
-            }
-        }
-        let report = CurveReport { iterations: self.solves, ..best };
-        match unsolved {
-            None => report,
-            Some(normalised) => self.too_large(target, self.in_units(normalised), report),
-        }
-    }
-
     /// λ in the units of the data.
     fn in_units(&self, normalised: f64) -> f64 {
         (normalised * self.weight * self.length * self.length * self.length).min(f64::MAX)
+    }
+
+    /// The report of a closed curve that what was asked for would have made collapse.
+    fn stopped(&self, target: &Target, asked: &str, report: CurveReport) -> CurveReport {
+        let what = format!(
+            "{asked} would shrink it to less than {} of its size: it is smoothed no further than that, with \
+             λ = {}; to see more of it, smooth less",
+            self.least_share,
+            report.smoothing.unwrap_or(0.0)
+        );
+        CurveReport { message: Some(target.batch.sentence(target.curve, 0, &what)), ..report }
+    }
+
+    /// The report of a curve whose points at one parameter lie too far apart for any curve.
+    fn apart(
+        &self,
+        target: &Target,
+        (deviation, point): (f64, usize),
+        allowed: f64,
+        report: CurveReport,
+    ) -> CurveReport {
+        let what = format!(
+            "it lies {deviation} from the curve even without smoothing, since other points have the same parameter; \
+             the deviation allowed is {allowed}: give these points parameters of their own, or allow more"
+        );
+        let message = Some(target.batch.sentence(target.curve, point, &what));
+        CurveReport { status: CurveStatus::NotConverged, message, ..report }
     }
 
     /// The report of a curve whose λ was, or would have been, more than the arithmetic bears.

@@ -1,0 +1,74 @@
+//! `faircurve fit --method smoothing` as its users meet it.
+
+use std::fs;
+
+use assert_cmd::assert::Assert;
+use assert_cmd::cargo::cargo_bin_cmd;
+use predicates::str::contains;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Runs the program; arguments are separated by blanks.
+fn run(folder: &TempDir, arguments: &str) -> Assert {
+    cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
+}
+
+/// A wave with a point far off, and a small island.
+fn folder() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let mut text = "curve,x,y\n".to_string();
+    for k in 0..21 {
+        let y = (f64::from(k) * 0.6).sin() + if k == 10 { 0.9 } else { 0.0 };
+        text += &format!("track,{},{y}\n", f64::from(k) * 0.5);
+    }
+    for (x, y) in [(0.0, 9.0), (0.1, 9.0), (0.12, 9.1), (0.0, 9.08), (0.0, 9.0)] {
+        text += &format!("isle,{x},{y}\n");
+    }
+    fs::write(folder.path().join("in.csv"), text).unwrap();
+    folder
+}
+
+/// The reports of the curves, after a run in which every curve is usable.
+fn reports(folder: &TempDir, arguments: &str) -> Vec<Value> {
+    let fixed = "fit in.csv -o out.csv --device cpu --report report.json --force --method smoothing";
+    run(folder, &format!("{fixed} {arguments}")).code(0);
+    let text = fs::read_to_string(folder.path().join("report.json")).unwrap();
+    serde_json::from_str::<Value>(&text).unwrap()["curves"].as_array().unwrap().clone()
+}
+
+#[test]
+fn a_tube_bends_less_than_one_lambda_and_keeps_the_same_distance() {
+    let folder = folder();
+    let [one, tube] = ["--deviation 0.5", "--tube 0.5"].map(|option| reports(&folder, option)[0].clone());
+    assert!(tube["max_deviation"].as_f64().unwrap() <= 0.5, "{tube}");
+    assert!(tube["energy"].as_f64().unwrap() < 0.9 * one["energy"].as_f64().unwrap(), "{tube} {one}");
+    assert!(tube["smoothing"].is_null(), "{tube}");
+}
+
+#[test]
+fn an_island_smaller_than_the_deviation_stays_an_island() {
+    let folder = folder();
+    for (option, share) in [("--deviation 0.5", 0.7), ("--tube 0.5", 0.7), ("--smoothing 1000", 0.01)] {
+        let isle = &reports(&folder, option)[1];
+        assert_eq!(isle["status"], "converged", "{isle}");
+        // Its outline is 0.41 long.
+        assert!(isle["length"].as_f64().unwrap() > 0.4 * 0.9 * share, "{option}: {isle}");
+        let said = format!("would shrink it to less than {share} of its size");
+        assert!(isle["message"].as_str().unwrap().contains(&said), "{isle}");
+    }
+}
+
+#[test]
+fn a_tube_belongs_to_smoothing_alone() {
+    let folder = folder();
+    let fit = "fit in.csv -o out.csv --device cpu --force";
+    for method in ["natural", "fair", "scf"] {
+        let said = "--tube 0.5 belongs to --method smoothing";
+        run(&folder, &format!("{fit} --method {method} --tube 0.5")).code(2).stderr(contains(said));
+    }
+    let said = "--tube is -1; it must be a positive number, such as --tube 0.01";
+    run(&folder, &format!("{fit} --method smoothing --tube -1")).code(2).stderr(contains(said));
+    run(&folder, &format!("{fit} --method smoothing --tube 1 --deviation 1"))
+        .code(2)
+        .stderr(contains("cannot be used"));
+}
