@@ -25,6 +25,7 @@ fn run(bytes: &mut Unstructured) -> Result<()> {
     };
     let tolerance = option(bytes, &[1e-2, 1e-4])?;
     let Some(batch) = batch(bytes)? else { return Ok(()) };
+    show(&(sampling, &batch));
     let Ok((fit, samples)) = method(&batch, sampling) else { return Ok(()) };
     check(&batch, &fit, &samples, sampling);
     if tolerance.is_finite() && tolerance > 0.0 {
@@ -33,6 +34,13 @@ fn run(bytes: &mut Unstructured) -> Result<()> {
     }
     check_alone(&batch, &fit, &samples, |part| method(part, sampling).ok());
     Ok(())
+}
+
+/// Prints what is about to be fitted where FAIRCURVE_FUZZ_SHOW is set, to see what an input that broke something holds.
+fn show(what: &dyn std::fmt::Debug) {
+    if std::env::var_os("FAIRCURVE_FUZZ_SHOW").is_some() {
+        eprintln!("{what:?}");
+    }
 }
 
 type Fitted = faircurve::Result<(Fit, CurveBatch)>;
@@ -50,10 +58,12 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
                 _ => Amount::Tube(option(bytes, &[0.01, 0.5, 1e3])?),
             };
             let smoothing = Smoothing { amount, pin_ends: bytes.arbitrary()?, ..Smoothing::default() };
+            show(&smoothing);
             Box::new(move |batch, sampling| smoothing.fit_sampled(batch, sampling, &cpu))
         }
         2 => {
             let fair = fair(bytes)?;
+            show(&fair);
             Box::new(move |batch, sampling| fair.fit_sampled(batch, sampling, &cpu))
         }
         3 => {
@@ -63,6 +73,7 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
                 max_iterations: 20,
                 ..Smooth::default()
             };
+            show(&smooth);
             Box::new(move |batch, sampling| smooth.fit_sampled(batch, sampling, &cpu))
         }
         4 => {
@@ -75,6 +86,7 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
         }
         _ => {
             let chain = Chain { degree: bytes.int_in_range(1..=5)?, ..Chain::default() };
+            show(&chain);
             Box::new(move |batch, sampling| {
                 let fit = chain.fit(batch, &cpu)?.into_fit();
                 let samples = fit.polylines(sampling);

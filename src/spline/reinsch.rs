@@ -264,7 +264,8 @@ impl<T: Real + Default> Reinsch<T> {
             let next = if k + 1 == n { 0 } else { k + 1 };
             for axis in 0..d {
                 let (a, b) = (self.alpha * self.moments[k * d + axis], self.alpha * self.moments[next * d + axis]);
-                sum += h * (a * a + a * b + b * b);
+                // The short span times the large moment first: the square of a moment alone may be out of range.
+                sum += h * a * (a + b) + h * b * b;
             }
         }
         sum / T::from_f64(3.0)
