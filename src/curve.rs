@@ -1,79 +1,19 @@
 //! [`Curve`]: what formats, pictures and comparisons know of a fitted curve, whatever room it came from.
 
-use std::borrow::Cow;
+mod sampling;
+mod unfitted;
+
 use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::arclength;
-use crate::batch::CurveBatch;
 use crate::bezier::convert;
-use crate::error::{Error, Result};
 use crate::motion::{Motion, searched_curvature};
-
-/// Where a curve is sampled.
-///
-/// A closed curve has three samples at least, whatever is asked, so that they have an area; where no more than two spans lie between different points,
-/// as many as it takes for three that differ: such spans may go there and back.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Sampling {
-    /// Every span between data points becomes this many segments of equal parameter length, the data points among
-    /// the samples: K points give N(K−1)+1 samples, a closed curve N·K. Spans are divided further where a closed curve would have too few.
-    PerSpan(usize),
-    /// This many samples a curve, at equal steps of the parameter from its first to its last value (of a closed
-    /// curve: up to, without, the first point again).
-    Count(usize),
-    /// Samples at equal arc length: the largest spacing not above this one (in the units of the input) that divides the length evenly.
-    ///
-    /// No curve gets more than [`MOST_SAMPLES`](Sampling::MOST_SAMPLES); see [`check`](Sampling::check).
-    Spacing(f64),
-}
-
-impl Sampling {
-    /// Samples that a spacing may ask for, of all curves together: with their parameters 640 MB as numbers in 3-D, twice that while they are put
-    /// together, and about as much as text.
-    pub const MOST_SAMPLES: usize = 20_000_000;
-
-    /// Checks, before anything is fitted, that a spacing asks for a number of samples that can be had. Fits that sample do so.
-    ///
-    /// # Errors
-    /// A spacing that is not positive and finite; one that the curves' points are more than [`MOST_SAMPLES`](Self::MOST_SAMPLES)
-    /// times apart, all chords together.
-    pub fn check(self, batch: &CurveBatch) -> Result<()> {
-        match self {
-            Sampling::Spacing(spacing) => check_spacing(batch, spacing, "samples", Self::MOST_SAMPLES),
-            Sampling::PerSpan(_) | Sampling::Count(_) => Ok(()),
-        }
-    }
-}
-
-/// Refuses a spacing that makes more of something than there may be: curves are at least as long as the chords between their points.
-pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: usize) -> Result<()> {
-    if !(spacing > 0.0 && spacing.is_finite()) {
-        return Err(Error::argument(format!(
-            "the spacing is {spacing}; it must be a positive length in units of the input, such as 0.5"
-        )));
-    }
-    let chords = |i: usize| if batch.problem(i).is_some() { 0.0 } else { batch.chords(i).sum::<f64>() };
-    let lengths: Vec<f64> = (0..batch.len()).map(chords).collect();
-    // The sum of the quotients: that of the lengths may overflow.
-    let count: f64 = lengths.iter().map(|length| length / spacing).sum();
-    if count <= most as f64 {
-        return Ok(());
-    }
-    let longest = (0..lengths.len()).max_by(|&i, &j| lengths[i].total_cmp(&lengths[j])).unwrap_or(0);
-    let (length, name) = (lengths[longest], batch.name(longest));
-    let own = length / spacing;
-    let least = lengths.iter().map(|length| length / most as f64).sum::<f64>();
-    Err(Error::argument(format!(
-        "a spacing of {spacing:e} makes {own:.1e} {what} of curve {name}, whose points are {length:.4e} apart one after the other, and \
-         {count:.1e} of all curves; {most:.0e} of all are possible: give a spacing of {least:.1e} or more",
-        most = most as f64,
-        least = 1.05 * least
-    )))
-}
+pub use sampling::Sampling;
+pub(crate) use sampling::check_spacing;
+pub(crate) use unfitted::{Input, Polygon};
 
 /// A point of a curve with its derivatives with respect to the curve's own parameter. 2-D curves have z = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -356,111 +296,6 @@ impl<C: Curve + ?Sized> pulp::WithSimd for Run<'_, C> {
             }
         }
         all
-    }
-}
-
-/// The input polyline of a curve that could not be fitted, on the parameters given, else 0, 1, 2 ….
-pub(crate) struct Polygon<'a> {
-    /// Flat coordinates.
-    pub coords: &'a [f64],
-    /// 2 or 3.
-    pub dimension: usize,
-    /// Whether the last point is joined to the first.
-    pub closed: bool,
-    /// The parameter of every point; of a closed curve one more.
-    pub knots: Cow<'a, [f64]>,
-}
-
-impl<'a> Polygon<'a> {
-    /// On the parameters 0, 1, 2 ….
-    pub fn new(coords: &'a [f64], dimension: usize, closed: bool) -> Self {
-        let count = coords.len() / dimension;
-        let ends = if count > 0 { count + usize::from(closed) } else { 0 };
-        Polygon { coords, dimension, closed, knots: (0..ends).map(|k| k as f64).collect() }
-    }
-
-    fn vertex(&self, k: usize) -> DVec3 {
-        let count = self.coords.len() / self.dimension;
-        vector(&self.coords[(k % count) * self.dimension..][..self.dimension])
-    }
-}
-
-impl Curve for Polygon<'_> {
-    fn dimension(&self) -> usize {
-        self.dimension
-    }
-
-    fn is_closed(&self) -> bool {
-        self.closed
-    }
-
-    fn knots(&self) -> &[f64] {
-        &self.knots
-    }
-
-    fn jet(&self, span: usize, u: f64) -> Jet {
-        let (a, b) = (self.vertex(span), self.vertex(span + 1));
-        // Both ends as they are, even where the other is no number.
-        let point = match u {
-            0.0 => a,
-            1.0 => b,
-            _ => a + (b - a) * u,
-        };
-        Jet { point, first: (b - a) / self.pace(span), ..Jet::default() }
-    }
-
-    /// Parameters of what could not be fitted may be anything: where they do not increase, derivatives are those by the fraction.
-    fn pace(&self, span: usize) -> f64 {
-        let length = self.knots[span + 1] - self.knots[span];
-        if length > 0.0 && length.is_finite() { length } else { 1.0 }
-    }
-
-    fn motion(&self, span: usize, _: usize) -> Option<Motion> {
-        Some(Motion::of_cubic(self.vertex(span + 1) - self.vertex(span), DVec3::ZERO, DVec3::ZERO))
-    }
-
-    /// No side is curved; that it turns from one to the next is in none of them.
-    fn max_curvature(&self) -> f64 {
-        0.0
-    }
-
-    fn is_fitted(&self) -> bool {
-        false
-    }
-
-    /// The vertices; also of the single point that has no span.
-    fn sites(&self, _: Sampling) -> Vec<(usize, f64)> {
-        (0..self.coords.len() / self.dimension).map(|k| (k, 0.0)).collect()
-    }
-}
-
-/// What a curve came in as, which it comes out as where it could not be fitted: its points, and its parameters, bit for bit.
-#[derive(Clone, Debug)]
-pub(crate) struct Input {
-    pub coords: Vec<f64>,
-    /// The parameters given, else 0, 1, 2 ….
-    pub t: Vec<f64>,
-    /// The parameter length of the span that closes the curve; NaN where it is open, or none was given to given parameters.
-    pub closing: f64,
-}
-
-impl Input {
-    pub fn of(batch: &CurveBatch, i: usize) -> Self {
-        let (t, closing) = match batch.parameters(i) {
-            Some(given) => (given.to_vec(), batch.closing_span(i).unwrap_or(f64::NAN)),
-            None => ((0..batch.count(i)).map(|k| k as f64).collect(), 1.0),
-        };
-        let closing = if batch.is_closed(i) { closing } else { f64::NAN };
-        Input { coords: batch.points(i).to_vec(), t, closing }
-    }
-
-    pub fn polygon(&self, dimension: usize, closed: bool) -> Polygon<'_> {
-        let mut knots = Cow::Borrowed(&self.t[..]);
-        if let Some(last) = self.t.last().filter(|_| closed) {
-            let closing = if self.closing.is_nan() { 0.0 } else { self.closing };
-            knots.to_mut().push(last + closing);
-        }
-        Polygon { coords: &self.coords, dimension, closed, knots }
     }
 }
 

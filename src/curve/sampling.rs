@@ -1,0 +1,67 @@
+//! [`Sampling`]: where curves are sampled, and how many samples there may be.
+
+use crate::batch::CurveBatch;
+use crate::error::{Error, Result};
+
+/// Where a curve is sampled.
+///
+/// A closed curve has three samples at least, whatever is asked, so that they have an area; where no more than two spans lie between different points,
+/// as many as it takes for three that differ: such spans may go there and back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Sampling {
+    /// Every span between data points becomes this many segments of equal parameter length, the data points among
+    /// the samples: K points give N(K−1)+1 samples, a closed curve N·K. Spans are divided further where a closed curve would have too few.
+    PerSpan(usize),
+    /// This many samples a curve, at equal steps of the parameter from its first to its last value (of a closed
+    /// curve: up to, without, the first point again).
+    Count(usize),
+    /// Samples at equal arc length: the largest spacing not above this one (in the units of the input) that divides the length evenly.
+    ///
+    /// No curve gets more than [`MOST_SAMPLES`](Sampling::MOST_SAMPLES); see [`check`](Sampling::check).
+    Spacing(f64),
+}
+
+impl Sampling {
+    /// Samples that a spacing may ask for, of all curves together: with their parameters 640 MB as numbers in 3-D, twice that while they are put
+    /// together, and about as much as text.
+    pub const MOST_SAMPLES: usize = 20_000_000;
+
+    /// Checks, before anything is fitted, that a spacing asks for a number of samples that can be had. Fits that sample do so.
+    ///
+    /// # Errors
+    /// A spacing that is not positive and finite; one that the curves' points are more than [`MOST_SAMPLES`](Self::MOST_SAMPLES)
+    /// times apart, all chords together.
+    pub fn check(self, batch: &CurveBatch) -> Result<()> {
+        match self {
+            Sampling::Spacing(spacing) => check_spacing(batch, spacing, "samples", Self::MOST_SAMPLES),
+            Sampling::PerSpan(_) | Sampling::Count(_) => Ok(()),
+        }
+    }
+}
+
+/// Refuses a spacing that makes more of something than there may be: curves are at least as long as the chords between their points.
+pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: usize) -> Result<()> {
+    if !(spacing > 0.0 && spacing.is_finite()) {
+        return Err(Error::argument(format!(
+            "the spacing is {spacing}; it must be a positive length in units of the input, such as 0.5"
+        )));
+    }
+    let chords = |i: usize| if batch.problem(i).is_some() { 0.0 } else { batch.chords(i).sum::<f64>() };
+    let lengths: Vec<f64> = (0..batch.len()).map(chords).collect();
+    // The sum of the quotients: that of the lengths may overflow.
+    let count: f64 = lengths.iter().map(|length| length / spacing).sum();
+    if count <= most as f64 {
+        return Ok(());
+    }
+    let longest = (0..lengths.len()).max_by(|&i, &j| lengths[i].total_cmp(&lengths[j])).unwrap_or(0);
+    let (length, name) = (lengths[longest], batch.name(longest));
+    let own = length / spacing;
+    let least = lengths.iter().map(|length| length / most as f64).sum::<f64>();
+    Err(Error::argument(format!(
+        "a spacing of {spacing:e} makes {own:.1e} {what} of curve {name}, whose points are {length:.4e} apart one after the other, and \
+         {count:.1e} of all curves; {most:.0e} of all are possible: give a spacing of {least:.1e} or more",
+        most = most as f64,
+        least = 1.05 * least
+    )))
+}
