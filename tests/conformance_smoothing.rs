@@ -137,6 +137,8 @@ fn the_least_curve_within_a_distance_is_the_cpus_and_says_so() {
     let (fit, samples) = smoothing.fit_sampled(&batch, SAMPLING, &device).unwrap();
     let (of_cpu, wanted) = smoothing.fit_sampled(&batch, SAMPLING, &faircurve::Device::cpu()).unwrap();
     assert_eq!((fit.device(), samples.coords()), (of_cpu.device(), wanted.coords()));
-    assert_eq!(fit.reports(), of_cpu.reports());
+    for (found, wanted) in fit.reports().iter().zip(of_cpu.reports()) {
+        assert_eq!((found.status, found.energy.to_bits()), (wanted.status, wanted.energy.to_bits()));
+    }
     assert!(fit.device().starts_with("CPU"), "{}", fit.device());
 }

@@ -28,7 +28,7 @@ pub(super) const GAP: f64 = 1e-8;
 /// Gaps are measured in the energy or in this, whichever is larger; or they are those that rounding makes.
 const STRAIGHT: f64 = 1e-8;
 
-/// Iterations at most; 15 to 40 are usual, and nothing is gained once rounding stops the steps.
+/// Iterations at most; 5 to 30 are usual, and more gain nothing once rounding stops the steps.
 const MAX_ITERATIONS: u32 = 100;
 
 /// Share of the way to the boundary of the cones that is taken.
