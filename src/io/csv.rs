@@ -8,7 +8,7 @@ use std::sync::Arc;
 use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
 
 use super::columns::Table;
-use super::source::{RowReader, Source, read_line};
+use super::source::{ROW_BYTES, RowReader, Source, read_line};
 use super::text::Text;
 use super::{Origin, ReadOptions, close, close_as_marked, longitude};
 use crate::batch::CurveBatch;
@@ -19,7 +19,9 @@ use crate::error::{Error, Result, quoted, shortened};
 pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let mut reader = std::mem::replace(&mut source.reader, Box::new(io::empty()));
     let mut first_line = Vec::new();
-    read_line(&mut reader, &source.room, &mut first_line).map_err(|error| source.failed(error))?;
+    read_line(&mut reader, &source.room, &mut first_line, ROW_BYTES).map_err(|error| source.failed(error))?;
+    // The names of columns.
+    source.take(HEADING_BYTES * first_line.iter().filter(|&&c| c == b',').count())?;
     let endings = if first_line.ends_with(b"\r\n") { Endings::CrLf } else { Endings::Lf };
     let since_row = Cell::new(0);
     let rows = RowReader { inner: reader, since_row: &since_row };
@@ -115,6 +117,9 @@ impl Numbers {
         cell.map(|cell| Numbers { cell, optional, values: Vec::new() })
     }
 }
+
+/// What the name of a column takes beside its letters, from above.
+const HEADING_BYTES: usize = 96;
 
 /// What a curve takes beside its points and its name, from above.
 const CURVE_BYTES: usize = 256;

@@ -36,7 +36,7 @@
 //! process's limits and its control group state it; elsewhere as far as the allocator refuses). Packed data, gzip or in an
 //! archive, may unpack to 100 times its size and 256 MiB: text of numbers packs to a third or a tenth, and only data of
 //! next to no content to less than a hundredth. Whoever has such a file unpacks it and gives that, for which the limit
-//! does not hold. A row of CSV may have 64 MiB, an element of SVG 10,000 attributes, an arc a radius of 10⁹; entities of SVG
+//! does not hold. A row of CSV may have 16 MiB, an element of SVG 10,000 attributes, an arc a radius of 10⁹; entities of SVG
 //! may make 16 MiB of text. What is larger is an error that says so. The checksums of gzip and of every array are compared.
 //!
 //! [`grids`] has the files of rectangular grids.

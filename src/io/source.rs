@@ -218,7 +218,7 @@ impl fmt::Display for Bomb {
 impl std::error::Error for Bomb {}
 
 /// A row of a table may have so many bytes; the longest names are far shorter.
-const ROW_BYTES: u64 = 64 << 20;
+pub(super) const ROW_BYTES: u64 = 16 << 20;
 
 /// A row that does not end.
 #[derive(Debug)]
@@ -247,8 +247,13 @@ impl<R: Read> Read for RowReader<'_, R> {
     }
 }
 
-/// Reads a line, with its end, after what `bytes` holds.
-pub(super) fn read_line(reader: &mut dyn BufRead, room: &Room, bytes: &mut Vec<u8>) -> io::Result<usize> {
+/// Reads a line of so many bytes at most, with its end, after what `bytes` holds.
+pub(super) fn read_line(
+    reader: &mut dyn BufRead,
+    room: &Room,
+    bytes: &mut Vec<u8>,
+    most_bytes: u64,
+) -> io::Result<usize> {
     let before = bytes.len();
     loop {
         let found = match reader.fill_buf() {
@@ -261,6 +266,9 @@ pub(super) fn read_line(reader: &mut dyn BufRead, room: &Room, bytes: &mut Vec<u
         room.grow(bytes, count)?;
         bytes.extend_from_slice(&found[..count]);
         reader.consume(count);
+        if (bytes.len() - before) as u64 > most_bytes {
+            return Err(io::Error::other(LongRow));
+        }
         if end.is_some() || count == 0 {
             return Ok(bytes.len() - before);
         }

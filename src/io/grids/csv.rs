@@ -15,7 +15,7 @@ pub(super) fn read(source: &mut Source) -> Result<Grids> {
     let mut line = 0;
     loop {
         bytes.clear();
-        if read_line(&mut reader, &source.room, &mut bytes).map_err(|error| source.failed(error))? == 0 {
+        if read_line(&mut reader, &source.room, &mut bytes, u64::MAX).map_err(|error| source.failed(error))? == 0 {
             break;
         }
         line += 1;
