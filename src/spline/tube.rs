@@ -206,7 +206,7 @@ impl Tube<'_> {
                 scalings[k] = Scaling::new(s, z);
                 scaled[k] = scalings[k].apply(z);
             }
-            rows.factor(self.discs.iter().zip(&scalings).map(|(disc, scaling)| (disc.knot, scaling.rows(d))));
+            rows.factor(self.discs.iter().zip(&scalings).map(|(disc, scaling)| (disc.knot, scaling.rows())));
             // Where complementarity alone would lead; then, with what that leaves and towards the centre.
             let mu = gap / s.len() as f64;
             let affine = self.direction(&rows, &energies, &scalings, &scaled, scaled.clone());
@@ -290,16 +290,13 @@ fn longest(s: &[Cone], z: &[Cone], way: &Way) -> f64 {
 }
 
 impl Scaling {
-    /// W⁻¹ for vectors without a head: d + 1 rows of d numbers.
-    fn rows(&self, d: usize) -> [[f64; 3]; 4] {
-        let mut rows = [[0.0; 3]; 4];
-        for c in 0..d {
+    /// W⁻¹ for vectors without a head: d + 1 rows of d numbers, of which those beyond are not read.
+    fn rows(&self) -> [[f64; 3]; 4] {
+        let columns: [Cone; 3] = std::array::from_fn(|c| {
             let mut unit = Cone::default();
             unit.tail[c] = 1.0;
-            let column = self.invert(&unit);
-            rows[0][c] = column.head;
-            (0..d).for_each(|r| rows[r + 1][c] = column.tail[r]);
-        }
-        rows
+            self.invert(&unit)
+        });
+        std::array::from_fn(|r| columns.map(|column| if r == 0 { column.head } else { column.tail[r - 1] }))
     }
 }
