@@ -28,7 +28,7 @@ pub(super) fn parse(data: &str) -> Result<BezPath, String> {
         return Err(format!("its path holds {c:?}, which is no path command: mend it"));
     }
     if has_arcs(data)
-        && let Some(number) = numbers(data).find(|x| !(x.abs() <= LARGEST_ARC))
+        && let Some(number) = numbers(data).find(|x| x.abs() > LARGEST_ARC)
     {
         return Err(format!(
             "its path has arcs and the number {number:e}, but arcs can be divided up to {LARGEST_ARC:e}: scale it down"
