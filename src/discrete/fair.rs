@@ -328,7 +328,9 @@ impl Fair {
         let vertices: Vec<Vector<f64, D>> = ready.vertices.iter().zip(&outcome.displacements).map(place).collect();
         let points = batch.points(i).as_chunks::<D>().0;
         let times = length(&vertices, ready.problem.closed) / length(points, ready.problem.closed);
-        if status == CurveStatus::NotConverged && times > ASTRAY {
+        // What is attached keeps to its points, and small rings may grow round.
+        let astray = times > ASTRAY && ready.problem.attached.is_empty();
+        if status == CurveStatus::NotConverged && astray {
             let what = format!(
                 "after {iterations} iterations it has not converged, and is {times:.1} times as long as its points' polygon: it is on its way into \
                  loops, and stays as it is; {}",

@@ -38,6 +38,9 @@ const ROUGHLY: f64 = 1e-3;
 /// Iterations of a trial at most: nine in ten take fewer than ten, and what takes more than these swings out into a loop.
 const TRIAL_ITERATIONS: u32 = 25;
 
+/// The same where length or tension keep curves from swinging out: then there is a minimum, if far.
+const BOUNDED_ITERATIONS: u32 = 100;
+
 /// A curve on trial that becomes so many times as long as its chord polygon has swung out.
 const SWUNG_OUT: f64 = 2.0;
 
@@ -189,6 +192,12 @@ impl<const D: usize> Search<D> {
         self
     }
 
+    /// The same search, after so many iterations of another.
+    pub fn after(mut self, iterations: u32) -> Self {
+        self.iterations += iterations;
+        self
+    }
+
     /// Iterations so far.
     pub fn iterations(&self) -> u32 {
         self.iterations
@@ -227,7 +236,11 @@ impl<const D: usize> Search<D> {
 
     /// Iterations of the next trial at most.
     pub fn most_iterations(&self, fair: &Fair) -> u32 {
-        if self.is_searching() { fair.max_iterations.min(TRIAL_ITERATIONS) } else { fair.max_iterations }
+        match self.is_searching() {
+            true if fair.energy.bounds_length() => fair.max_iterations.min(BOUNDED_ITERATIONS),
+            true => fair.max_iterations.min(TRIAL_ITERATIONS),
+            false => fair.max_iterations,
+        }
     }
 
     fn weight(&self) -> f64 {
