@@ -13,7 +13,7 @@ use super::energy::attachment;
 use super::fair::{Fair, Pins, Segments};
 use super::near::Near;
 use super::search::Search;
-use super::setup::{Ready, Starts, set_up_from};
+use super::setup::{Ready, set_up_from};
 use super::tally::Tally;
 use crate::Problem as Unfitted;
 use crate::batch::CurveBatch;
@@ -90,17 +90,13 @@ impl Job<'_> {
             return Ok(None);
         }
         let coarse = Fair { segments: Segments::PerSpan(COARSE), ..self.attached.clone() };
-        let mut searches = self.sketch_from::<D>(&coarse, near, &|i| near.curve(i), &|_| true)?;
-        // Some that swing out from there do not from the spline through the points.
-        let nowhere: Vec<bool> =
-            searches.iter().map(|search| search.as_ref().is_some_and(Search::leads_nowhere)).collect();
-        let again = self.sketch_from::<D>(&coarse, near, &|_| None, &|i| nowhere[i])?;
-        for (search, again) in searches.iter_mut().zip(again) {
-            if let (Some(before), Some(again)) = (&search, again) {
-                let iterations = before.iterations();
-                *search = Some(again.after(iterations));
-            }
-        }
+        let ready = set_up_from::<D>(&coarse, self.batch, self.kept, &|i| near.curve(i))?;
+        let search = |(i, ready): (usize, Result<Ready<D>, Unfitted>)| {
+            ready.ok().map(|ready| Search::new(&coarse, self.allowed, i, ready, near.spread(i)).as_sketch())
+        };
+        let mut searches: Vec<Option<Search<D>>> = ready.into_iter().enumerate().map(search).collect();
+        let rounds = Rounds { attached: &coarse, batch: self.batch, tally: None };
+        rounds.run(searches.iter_mut().flatten().collect(), self.device)?;
         let (mut hints, mut curves) = (Vec::new(), Vec::new());
         for (i, search) in searches.into_iter().enumerate() {
             let sketch = search.as_ref().and_then(Search::sketch);
@@ -113,25 +109,6 @@ impl Job<'_> {
             curves.push(sketch.map(|sketch| sketch.vertices).ok_or_else(|| self.batch.points(i).to_vec()));
         }
         Ok(Some(Sketches { hints, curves: FairCurves::new(self.batch, curves, Default::default()) }))
-    }
-
-    /// Searches for the weights of some curves, from where they are said to start.
-    fn sketch_from<const D: usize>(
-        &self,
-        coarse: &Fair,
-        near: &Near,
-        starts: Starts<'_>,
-        some: &dyn Fn(usize) -> bool,
-    ) -> Result<Vec<Option<Search<D>>>> {
-        let ready = set_up_from::<D>(coarse, self.batch, self.kept, starts)?;
-        let search = |(i, ready): (usize, Result<Ready<D>, Unfitted>)| {
-            let ready = ready.ok().filter(|_| some(i))?;
-            Some(Search::new(coarse, self.allowed, i, ready, near.spread(i)).as_sketch())
-        };
-        let mut searches: Vec<Option<Search<D>>> = ready.into_iter().enumerate().map(search).collect();
-        let rounds = Rounds { attached: coarse, batch: self.batch, tally: None };
-        rounds.run(searches.iter_mut().flatten().collect(), self.device)?;
-        Ok(searches)
     }
 
     /// Searches; and says what did it.

@@ -192,12 +192,6 @@ impl<const D: usize> Search<D> {
         self
     }
 
-    /// The same search, after so many iterations of another.
-    pub fn after(mut self, iterations: u32) -> Self {
-        self.iterations += iterations;
-        self
-    }
-
     /// Iterations so far.
     pub fn iterations(&self) -> u32 {
         self.iterations
@@ -378,6 +372,7 @@ impl<const D: usize> Search<D> {
             return self.start.as_it_is(attached, batch, self.curve, self.allowed, self.iterations);
         };
         let through = weight.is_infinite();
+        let minimum_ends = self.stage == Stage::Finishing && outcome.standing != Standing::Converged;
         outcome.iterations = self.iterations;
         for (row, weight, target) in &ready.problem.attached {
             let away = subtract(outcome.displacements[*row as usize], *target);
@@ -387,6 +382,17 @@ impl<const D: usize> Search<D> {
         ready.problem.tolerance = self.start.problem.tolerance;
         let (mut report, vertices) = attached.report(batch, self.curve, &ready, &outcome);
         report.smoothing = Some(weight);
+        if minimum_ends {
+            let what = format!(
+                "its minimum ends near the weight that keeps the deviation of {}: the curve keeps it, with a gradient of {:.1e} where {:.1e} was \
+                 asked for; add length to the energy, such as length={:.1e}",
+                self.allowed,
+                outcome.norm,
+                attached.tolerance,
+                attached.enough_length(&ready)
+            );
+            report.message = Some(batch.sentence(self.curve, 0, &what));
+        }
         if through && report.message.is_none() {
             let most = self.unit * OCTAVES_ABOVE.exp2();
             let what = format!(
