@@ -262,8 +262,8 @@ fn sign_changes<const N: usize>(
         _ if halvings == 0 => found(0.5 * (from + to)),
         _ => {
             let (mut left, mut right) = ([0.0; N], *b);
-            for k in 0..N {
-                left[k] = right[0];
+            for (k, left) in left.iter_mut().enumerate() {
+                *left = right[0];
                 for i in 0..N - 1 - k {
                     right[i] = 0.5 * (right[i] + right[i + 1]);
                 }

@@ -68,7 +68,9 @@ fn least(batch: &CurveBatch, i: usize, distance: f64, pinned: bool) -> (f64, Vec
     let k = stiffness(&spans(batch, i), n, batch.is_closed(i));
     let (mut rows, mut columns, mut entries) = (vec![], vec![], vec![]);
     for (a, b, c) in (0..n).flat_map(|a| (a..n).flat_map(move |b| (0..d).map(move |c| (a, b, c)))) {
-        (rows.push(a * d + c), columns.push(b * d + c), entries.push(2.0 * k[(a, b)]));
+        rows.push(a * d + c);
+        columns.push(b * d + c);
+        entries.push(2.0 * k[(a, b)]);
     }
     let quadratic = CscMatrix::new_from_triplets(n * d, n * d, rows, columns, entries);
     let (mut rows, mut columns, mut entries, mut right, mut cones) = (vec![], vec![], vec![], vec![], vec![]);
@@ -77,7 +79,9 @@ fn least(batch: &CurveBatch, i: usize, distance: f64, pinned: bool) -> (f64, Vec
         cones.push(if held { ZeroConeT(d) } else { SecondOrderConeT(d + 1) });
         (!held).then(|| right.push(distance));
         for c in 0..d {
-            (rows.push(right.len()), columns.push(point * d + c), entries.push(1.0));
+            rows.push(right.len());
+            columns.push(point * d + c);
+            entries.push(1.0);
             right.push(batch.points(i)[point * d + c]);
         }
     }
@@ -222,10 +226,10 @@ fn forces_hold_it_only_where_it_touches_and_towards_the_points() {
                 third.get(k).copied().unwrap_or(zero) - before
             };
             let strongest = (0..n).map(|k| force(k).length()).fold(0.0, f64::max);
-            for k in 0..n {
+            for (k, &t) in times[..n].iter().enumerate() {
                 let y = &batch.points(i)[k * d..(k + 1) * d];
                 let point = glam::DVec3::new(y[0], y[1], y.get(2).copied().unwrap_or(0.0));
-                let off = curve.point(times[k]) - point;
+                let off = curve.point(t) - point;
                 let pull = force(k);
                 if off.length() < 0.99 * distance {
                     assert!(pull.length() <= 1e-5 * strongest, "curve {i}, point {k}: {pull} of {strongest}");

@@ -92,7 +92,7 @@ impl Job<'_> {
         let coarse = Fair { segments: Segments::PerSpan(COARSE), ..self.attached.clone() };
         let ready = set_up_from::<D>(&coarse, self.batch, self.kept, &|i| near.curve(i))?;
         let search = |(i, ready): (usize, Result<Ready<D>, Unfitted>)| {
-            ready.ok().map(|ready| Search::new(&coarse, self.allowed, i, ready, near.spread(i)).as_sketch())
+            ready.ok().map(|ready| Search::new(&coarse, self.allowed, i, ready, near.spread(i)).sketching())
         };
         let mut searches: Vec<Option<Search<D>>> = ready.into_iter().enumerate().map(search).collect();
         let rounds = Rounds { attached: &coarse, batch: self.batch, tally: None };
@@ -128,7 +128,7 @@ impl Job<'_> {
         let search = |(i, ready): (usize, Result<Ready<D>, Unfitted>)| {
             let search = Search::new(self.attached, self.allowed, i, ready?, near.spread(i));
             Ok(match *hint(i) {
-                Hint::Start { weight, iterations } => search.from_weight(weight, iterations),
+                Hint::Start { weight, iterations } => search.starting_from(weight, iterations),
                 Hint::Nowhere { iterations } => search.given_up(iterations),
                 Hint::Nothing => search,
             })

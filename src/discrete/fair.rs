@@ -362,7 +362,7 @@ impl Fair {
     }
 
     /// A weight of length that holds a curve of this size: at size 1 that of the highest order.
-    pub(super) fn enough_length<const D: usize>(&self, ready: &Ready<D>) -> f64 {
+    fn enough_length<const D: usize>(&self, ready: &Ready<D>) -> f64 {
         ready.energy_unit / ready.size * 10.0
     }
 }

@@ -87,7 +87,7 @@ impl Near {
 
 impl<const D: usize> Ready<D> {
     /// The report of a curve that is the spline it would have started from.
-    pub fn as_it_is(
+    pub fn left_as_it_is(
         self,
         attached: &Fair,
         batch: &CurveBatch,

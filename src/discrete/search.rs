@@ -171,7 +171,7 @@ impl<const D: usize> Search<D> {
     }
 
     /// The same search, for the weight alone.
-    pub fn as_sketch(mut self) -> Self {
+    pub fn sketching(mut self) -> Self {
         self.is_sketch = true;
         self
     }
@@ -186,7 +186,7 @@ impl<const D: usize> Search<D> {
     }
 
     /// The same search, from a weight on that is about right, after so many iterations that led there.
-    pub fn from_weight(mut self, weight: f64, iterations: u32) -> Self {
+    pub fn starting_from(mut self, weight: f64, iterations: u32) -> Self {
         let step = STEPS_PER_OCTAVE * (weight / self.unit).log2();
         (self.step, self.iterations) = ((step.round() as i32).clamp(self.steps[0], self.steps[1]), iterations);
         self
@@ -369,7 +369,7 @@ impl<const D: usize> Search<D> {
         let found =
             self.found.filter(|found| found.weight.is_finite() || found.outcome.standing == Standing::Converged);
         let Some(Found { mut ready, mut outcome, weight }) = found else {
-            return self.start.as_it_is(attached, batch, self.curve, self.allowed, self.iterations);
+            return self.start.left_as_it_is(attached, batch, self.curve, self.allowed, self.iterations);
         };
         let through = weight.is_infinite();
         let minimum_ends = self.stage == Stage::Finishing && outcome.standing != Standing::Converged;
@@ -385,11 +385,11 @@ impl<const D: usize> Search<D> {
         if minimum_ends {
             let what = format!(
                 "its minimum ends near the weight that keeps the deviation of {}: the curve keeps it, with a gradient of {:.1e} where {:.1e} was \
-                 asked for; add length to the energy, such as length={:.1e}",
+                 asked for; {}",
                 self.allowed,
                 outcome.norm,
                 attached.tolerance,
-                attached.enough_length(&ready)
+                attached.remedy(&ready)
             );
             report.message = Some(batch.sentence(self.curve, 0, &what));
         }
