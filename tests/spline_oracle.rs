@@ -171,7 +171,7 @@ fn random_curves_satisfy_the_definition_of_a_spline() {
             if batch.is_closed(i) {
                 y.push(y[0]);
             }
-            let exact = by_definition(&knots, &y, batch.is_closed(i));
+            let exact = by_definition(knots, &y, batch.is_closed(i));
             for (span, u) in (0..curve.spans()).flat_map(|span| [0.2, 0.5, 0.9].map(|u| (span, u))) {
                 let (found, wanted) = (curve.jet(span, u).point[c], exact(span, u));
                 // The dense matrix has a condition of some thousands.
