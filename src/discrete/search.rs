@@ -35,11 +35,9 @@ const OCTAVES_ABOVE: f64 = 30.0;
 /// On the way deviations need be known to this part of the one allowed only.
 const ROUGHLY: f64 = 1e-3;
 
-/// Iterations of a trial at most: nine in ten take fewer than ten, and what takes more than these swings out into a loop.
+/// Iterations of a trial at most where nothing keeps curves from swinging out: nine in ten take fewer than ten, and what takes more than these is on its
+/// way into a loop. Where length or tension bound them there is a minimum, if far.
 const TRIAL_ITERATIONS: u32 = 25;
-
-/// The same where length or tension keep curves from swinging out: then there is a minimum, if far.
-const BOUNDED_ITERATIONS: u32 = 100;
 
 /// A curve on trial that becomes so many times as long as its chord polygon has swung out.
 const SWUNG_OUT: f64 = 2.0;
@@ -230,8 +228,7 @@ impl<const D: usize> Search<D> {
 
     /// Iterations of the next trial at most.
     pub fn most_iterations(&self, fair: &Fair) -> u32 {
-        match self.is_searching() {
-            true if fair.energy.bounds_length() => fair.max_iterations.min(BOUNDED_ITERATIONS),
+        match self.is_searching() && !fair.energy.bounds_length() {
             true => fair.max_iterations.min(TRIAL_ITERATIONS),
             false => fair.max_iterations,
         }
