@@ -198,6 +198,7 @@ impl Smoothing {
                 format!("small for a deviation of {deviation}")
             }
         };
+        let count = indicatif::HumanCount(count as u64);
         vec![format!("{count} {curves} {small}: smoothed no further than to {} of {their} size", self.least_share())]
     }
 
