@@ -144,7 +144,7 @@ mod tests {
         );
         assert_eq!(
             refused(&[Curvatures, Known]),
-            "curves of a kind know no tangents (columns tx ty tz), and no exponents of spans (column nu): leave them out, \
+            "curves of a kind know no tangents (columns tx ty tz), and no exponents of spans (column nu): leave these columns out, \
              or choose a method that knows them"
         );
         all().expect_only(&[Tangents, Curvatures, Exponents, Known], "curves of a kind").unwrap();

@@ -442,5 +442,5 @@ fn constraints_a_spline_cannot_meet_are_refused_in_words() {
     assert!(fit.reports()[0].message.as_ref().unwrap().contains("cannot meet a curvature vector"));
     let exponents = Constraints { exponents: Some(vec![2.0; 6]), ..Constraints::default() };
     let error = Natural::default().fit(&batch.with_constraints(exponents).unwrap(), &Device::cpu()).err().unwrap();
-    assert!(error.to_string().contains("leave the column out"), "{error}");
+    assert!(error.to_string().contains("leave these columns out"), "{error}");
 }
