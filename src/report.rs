@@ -148,7 +148,7 @@ impl Fit {
     /// Every curve as a chain of cubic Béziers within `tolerance` of it (units of the input): control points, three a
     /// piece and one more; the chain of a closed curve does not repeat its first. Names and properties as [`polylines`](Self::polylines).
     ///
-    /// A curve that is a single point is one piece, all at that point, so that every chain is one; a curve of no points has none.
+    /// A curve that is a single point stays one, without a piece.
     pub fn beziers(&self, tolerance: f64) -> CurveBatch {
         self.beziers_each(|_| tolerance)
     }
@@ -163,8 +163,7 @@ impl Fit {
                 // The very first point, bit for bit: it is dropped where the chain is marked as closed.
                 Some(_) if shape.is_closed(i) => points.push(points[0]),
                 Some(piece) => points.push(piece[3]),
-                None => points
-                    .extend(shape.points(i).chunks_exact(shape.dimension()).map(vector).take(1).flat_map(|p| [p; 4])),
+                None => points.extend(shape.points(i).chunks_exact(shape.dimension()).map(vector).take(1)),
             }
             points
         };

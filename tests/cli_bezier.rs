@@ -304,7 +304,7 @@ fn options_that_do_not_fit_together_are_refused() {
     csv("--elevate 0", "--elevate is 0; degrees change by 1 to 29, and stay between 1 and 30: give --elevate 1");
     csv("--reduce -1", "--reduce is -1; degrees change by 1 to 29");
     csv("--samples 4", "--samples belongs to --as polyline; control points are written as they are: leave it out");
-    csv("--as polyline --samples 0", "--samples is 0; 1 to 1000000 segments a span are possible");
+    csv("--as polyline --samples 0", "--samples is 0; 1 to 1,000,000 segments a span are possible");
     csv("--tolerance 0.1", "--tolerance 0.1 is how near cubics come to curves of higher degree in SVG");
     refused(&folder, "in.csv -o out.svg --tolerance 0", "--tolerance is 0; it must be a positive length");
     refused(&folder, "in.csv -o out.csv --picture out.png", "pictures are SVG");

@@ -188,7 +188,7 @@ fn wrong_values_are_refused_with_a_sentence() {
         "--exponent 3 is that of bending, which --energy does not name: add bending=1, or leave it out",
     );
     refused("--method fair --tolerance -1", "the tolerance is -1; it must be a positive number, such as 1e-8");
-    refused("--method fair --samples 0", "--samples is 0; 1 to 1000000 segments a span are possible");
+    refused("--method fair --samples 0", "--samples is 0; 1 to 1,000,000 segments a span are possible");
     refused("--method fair --spacing 0", "it must be a positive");
     refused("--method fair --energy attachment=1", "the energy has no fairness in it");
     refused("--method fair --pin none", "points that are not pinned need an attachment");

@@ -269,7 +269,7 @@ fn what_makes_no_sense_is_refused_with_a_sentence() {
     );
     check(
         Fair { segments: Segments::Spacing(-0.1), ..Fair::default() },
-        "the spacing is -0.1; it must be a positive number",
+        "the spacing is -0.1; it must be a positive length in units of the input, such as 0.5",
     );
     check(
         Fair { pins: Pins::Ends, ..Fair::default() },

@@ -5,6 +5,8 @@ use std::fs;
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::{Arc, Mutex, Weak};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use rand::rngs::StdRng;
@@ -17,7 +19,7 @@ mod targets;
 /// Inputs grow to this many bytes.
 const MOST_BYTES: usize = 4096;
 
-/// No input takes this long.
+/// No input takes this long; one that takes three times as long is taken to hang, and ends the test.
 const TOO_LONG: Duration = Duration::from_secs(20);
 
 fn seconds() -> Duration {
@@ -89,23 +91,44 @@ fn drive(name: &str, run: impl Fn(&[u8]) + std::panic::RefUnwindSafe) {
     let (seeds, mut rng, started) = (corpus(name), StdRng::seed_from_u64(seed), Instant::now());
     assert!(!seeds.is_empty(), "{name} has no corpus");
     let mut executions = 0;
+    let running = Arc::new(Mutex::new((Instant::now(), Vec::new())));
+    watch(name, Arc::downgrade(&running));
     let mut next = seeds.clone().into_iter();
     while next.len() > 0 || started.elapsed() < seconds() {
         let data = next.next().unwrap_or_else(|| mutated(&seeds, &mut rng));
         let began = Instant::now();
+        *running.lock().unwrap() = (began, data.clone());
         let sound = catch_unwind(|| run(&data)).is_ok() && began.elapsed() < TOO_LONG;
         if !sound {
-            let path = std::env::temp_dir().join(format!("faircurve-fuzz-{name}"));
-            fs::write(&path, &data).unwrap();
-            panic!(
-                "{name} broke on execution {executions} after {:?} (seed {seed}): {}",
-                began.elapsed(),
-                path.display()
-            );
+            let (path, took) = (left_behind(name, &data), began.elapsed());
+            panic!("{name} broke on execution {executions} after {took:?} (seed {seed}): {}", path.display());
         }
         executions += 1;
     }
     println!("{name}: {executions} executions, seed {seed}");
+}
+
+/// The file that holds the input that broke a target.
+fn left_behind(name: &str, data: &[u8]) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("faircurve-fuzz-{name}"));
+    fs::write(&path, data).unwrap();
+    path
+}
+
+/// Ends the test, and leaves the input behind, where one takes so long that nothing else would end it.
+fn watch(name: &str, running: Weak<Mutex<(Instant, Vec<u8>)>>) {
+    let name = name.to_string();
+    thread::spawn(move || {
+        while let Some(shared) = running.upgrade() {
+            let (began, data) = shared.lock().unwrap().clone();
+            drop(shared);
+            if began.elapsed() > 3 * TOO_LONG {
+                eprintln!("{name} hangs: {}", left_behind(&name, &data).display());
+                std::process::exit(1);
+            }
+            thread::sleep(Duration::from_secs(1));
+        }
+    });
 }
 
 /// The target of this name; a test each, so that they run side by side.

@@ -185,7 +185,8 @@ proptest! {
                         prop_assert_eq!(bits(&joints), bits(batch.points(0)), "{} Béziers", method);
                     }
                     let chains = fit.beziers(1e-3);
-                    prop_assert_eq!((chains.count(0) + usize::from(chains.is_closed(0))) % 3, 1);
+                    let controls = chains.count(0) + usize::from(chains.is_closed(0));
+                    prop_assert!(chains.count(0) == 1 || controls % 3 == 1, "{} {} control points", method, controls);
                 } else if status == CurveStatus::Converged {
                     let finite = samples.points(0).iter().all(|x| x.is_finite());
                     prop_assert!(finite, "{} {:?}", method, samples.points(0));
@@ -233,17 +234,15 @@ fn closed_curves_have_three_samples_at_least_and_rings_four_positions() {
 }
 
 #[test]
-fn every_chain_of_beziers_is_one_single_points_too() {
+fn every_chain_of_beziers_can_be_written_and_single_points_stay_points() {
     let curves: [&[[f64; 2]]; 4] = [&[[1.0, 2.0]], &[[1.0, 2.0]; 3], &[], &[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]]];
     for closed in [false, true] {
         let batch = CurveBatch::from_slices(&curves).unwrap().closed(closed);
         for (method, fit_sampled) in methods(2) {
             let chains = fit_sampled(&batch, Sampling::PerSpan(1)).0.beziers(1e-3);
-            for i in [0, 1, 3] {
-                let points = chains.count(i) + usize::from(closed);
-                assert!(points > 1 && points % 3 == 1, "{method} {i}: {points}");
-            }
-            assert_eq!(chains.count(2), 0);
+            assert_eq!([chains.count(0), chains.count(1), chains.count(2)], [1, 1, 0], "{method}");
+            let points = chains.count(3) + usize::from(closed);
+            assert!(points > 1 && points % 3 == 1, "{method}: {points}");
             for extension in ["csv", "svg", "npz"] {
                 let folder = tempfile::tempdir().unwrap();
                 let options = faircurve::io::WriteOptions { beziers: true, ..Default::default() };

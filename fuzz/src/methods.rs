@@ -18,16 +18,22 @@ pub fn methods(data: &[u8]) {
 fn run(bytes: &mut Unstructured) -> Result<()> {
     let kind = bytes.int_in_range(0..=5)?;
     let method = method(bytes, kind)?;
-    let sampling = match bytes.int_in_range(0..=2)? {
-        0 => Sampling::PerSpan(bytes.int_in_range(1..=5)?),
-        1 => Sampling::Count(bytes.int_in_range(0..=20)?),
-        _ => Sampling::Spacing(option(bytes, &[0.5, 2.0, 1e3])?),
+    let sampling = match bytes.arbitrary()? {
+        true => Sampling::PerSpan(bytes.int_in_range(1..=5)?),
+        false => Sampling::Count(bytes.int_in_range(0..=20)?),
     };
+    let spacing = option(bytes, &[0.5, 2.0, 1e3])?;
     let tolerance = option(bytes, &[1e-2, 1e-4])?;
     let Some(batch) = batch(bytes)? else { return Ok(()) };
     show(&(sampling, &batch));
     let Ok((fit, samples)) = method(&batch, sampling) else { return Ok(()) };
     check(&batch, &fit, &samples, sampling);
+    // Millions of samples are allowed, and take seconds.
+    let length: f64 = fit.iter().map(|(curve, _)| curve.length()).sum();
+    if (0.0..1e4).contains(&(length / spacing)) && spacing.is_finite() {
+        let spacing = Sampling::Spacing(spacing);
+        check(&batch, &fit, &fit.polylines(spacing), spacing);
+    }
     if tolerance.is_finite() && tolerance > 0.0 {
         let chains = fit.beziers(tolerance.max(1e-6));
         assert_eq!(chains.len(), batch.len());

@@ -401,7 +401,7 @@ fn is_gzip(path: &Path) -> bool {
 fn check_chains(batch: &CurveBatch) -> Result<()> {
     let odd = |&i: &usize| {
         let points = batch.count(i) + usize::from(batch.is_closed(i));
-        points % 3 != 1 && batch.count(i) > 0
+        points % 3 != 1 && batch.count(i) > 1
     };
     match (0..batch.len()).find(odd) {
         None => Ok(()),
