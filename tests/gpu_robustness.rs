@@ -26,9 +26,11 @@ fn an_adapter_that_is_not_there_is_refused_with_those_that_are() {
     let Some(_) = gpu() else { return };
     let last = faircurve::gpu::adapters().len() - 1;
     let error = Gpu::open(99).unwrap_err().to_string();
-    let wanted = format!(
-        "no usable GPU: gpu:99 was asked for, but the adapters are gpu:0 … gpu:{last}; `faircurve doctor` lists them"
-    );
+    let there = match last {
+        0 => "there is one adapter, gpu:0; `faircurve doctor` describes it".to_string(),
+        _ => format!("the adapters are gpu:0 … gpu:{last}; `faircurve doctor` lists them"),
+    };
+    let wanted = format!("no usable GPU: gpu:99 was asked for, but {there}");
     assert_eq!(error, wanted);
     assert_eq!(Device::gpu(99).unwrap_err().to_string(), wanted);
 }
