@@ -284,8 +284,11 @@ fn samples_are_the_curve_and_data_points_keep_their_bits() {
                     }
                 }
                 if let Sampling::PerSpan(n) = sampling {
+                    // Closed curves of few spans are divided further, into three samples at least.
+                    let step = (out.count(i) - usize::from(!batch.is_closed(i))) / batch.spans(i);
+                    assert!(step == n || (batch.is_closed(i) && n * batch.spans(i) < 4), "{step} samples a span");
                     for k in 0..batch.count(i) {
-                        let found = &out.points(i)[k * n * dimension..][..dimension];
+                        let found = &out.points(i)[k * step * dimension..][..dimension];
                         let bits = |point: &[f64]| point.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
                         assert_eq!(bits(found), bits(&batch.points(i)[k * dimension..][..dimension]));
                     }
