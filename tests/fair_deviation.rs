@@ -72,9 +72,10 @@ fn every_border_keeps_the_deviation_and_most_come_within_a_hundredth_of_it() {
         close += usize::from(report.smoothing >= Some(1e-3) && found >= 0.99 * allowed);
     }
     println!("{converged} converged, {close} close, {free} free, {pinned} pinned of {}", batch.len());
-    // 95, 95, 14 and 0 when it was written; the deviation of the others jumps, as their corners swing over.
-    assert!(close + free >= 100, "{close} {free}");
-    assert!(converged >= 90, "{converged}");
+    // 102, 87, 12 and 0 (102, 93, 16 and 0 when searches started from the spline through the points, ten times as slowly); the deviation
+    // of the others jumps, as their corners swing over.
+    assert!(close + free >= 95, "{close} {free}");
+    assert!(converged >= 100, "{converged}");
 }
 
 #[test]
