@@ -157,7 +157,7 @@ fn data_points_among_the_samples_keep_their_bits() {
                     let fitted = samples.problem(i).is_none();
                     // Closed curves of few spans are divided further, into three samples at least.
                     let (closed, spans) = (batch.is_closed(i), batch.spans(i).max(1));
-                    let divided = (samples.count(i) - usize::from(!closed)) / spans;
+                    let divided = samples.count(i).saturating_sub(usize::from(!closed)) / spans;
                     assert!(!fitted || divided == n || (closed && n * spans < 4), "{divided} samples a span");
                     let step = if fitted { divided } else { 1 };
                     for (k, point) in batch.points(i).chunks_exact(2).enumerate() {

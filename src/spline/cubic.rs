@@ -63,8 +63,10 @@ impl CubicSplines {
             let third = (pair[1] - pair[0]) / 3.0;
             for c in 0..d {
                 let (m, n) = (m[k * d + c], m[(k + 1) * d + c]);
-                // h times m first: the square of m alone may be out of range.
-                energy += third * m * (m + n) + third * n * n;
+                // m² + mn + n² as squares, whose sum may overflow but is never ∞ − ∞; h times a moment first, since its square alone may be
+                // out of range.
+                let middle = m + 0.5 * n;
+                energy += third * middle * middle + 0.75 * third * n * n;
             }
         }
         energy

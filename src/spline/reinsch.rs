@@ -264,8 +264,10 @@ impl<T: Real + Default> Reinsch<T> {
             let next = if k + 1 == n { 0 } else { k + 1 };
             for axis in 0..d {
                 let (a, b) = (self.alpha * self.moments[k * d + axis], self.alpha * self.moments[next * d + axis]);
-                // The short span times the large moment first: the square of a moment alone may be out of range.
-                sum += h * a * (a + b) + h * b * b;
+                // a² + ab + b² as squares, whose sum may overflow but is never ∞ − ∞; the span times a moment first, since its square alone may be
+                // out of range.
+                let middle = a + T::from_f64(0.5) * b;
+                sum += h * middle * middle + T::from_f64(0.75) * h * b * b;
             }
         }
         sum / T::from_f64(3.0)
