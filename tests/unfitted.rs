@@ -241,10 +241,10 @@ fn every_chain_of_beziers_can_be_written_and_single_points_stay_points() {
         for (method, fit_sampled) in methods(2) {
             let chains = fit_sampled(&batch, Sampling::PerSpan(1)).0.beziers(1e-3);
             assert_eq!([chains.count(0), chains.count(2)], [1, 0], "{method}");
-            for i in [1, 3] {
-                let points = chains.count(i) + usize::from(closed);
-                assert!(points > 1 && points % 3 == 1, "{method} {i}: {points}");
-            }
+            // Where repeated points are fitted they are one point, else their polyline.
+            let [repeated, curve] = [1, 3].map(|i| chains.count(i) + usize::from(closed));
+            assert!(chains.count(1) == 1 || repeated % 3 == 1, "{method}: {repeated}");
+            assert!(curve > 1 && curve % 3 == 1, "{method}: {curve}");
             for extension in ["csv", "svg", "npz"] {
                 let folder = tempfile::tempdir().unwrap();
                 let options = faircurve::io::WriteOptions { beziers: true, ..Default::default() };
