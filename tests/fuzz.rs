@@ -1,5 +1,5 @@
 //! The fuzz targets, driven without a fuzzer: seeds of the corpus, mutated at random, for ten seconds a target
-//! and 2,000 inputs at most (FAIRCURVE_FUZZ_SECONDS asks for more). What is found here by chance `fuzz/run.sh` searches for by coverage.
+//! and 500 inputs at most (FAIRCURVE_FUZZ_SECONDS asks for more). What is found here by chance `fuzz/run.sh` searches for by coverage.
 
 use std::fs;
 use std::panic::catch_unwind;
@@ -23,7 +23,7 @@ const MOST_BYTES: usize = 4096;
 const TOO_LONG: Duration = Duration::from_secs(20);
 
 /// Executions of a target at most, unless a time is asked for: every run of the tests looks at the same inputs, or at the first of them.
-const MOST_EXECUTIONS: usize = 2000;
+const MOST_EXECUTIONS: usize = 500;
 
 /// How long, and how often, a target runs.
 fn limits() -> (Duration, usize) {

@@ -240,9 +240,10 @@ fn every_chain_of_beziers_can_be_written_and_single_points_stay_points() {
         let batch = CurveBatch::from_slices(&curves).unwrap().closed(closed);
         for (method, fit_sampled) in methods(2) {
             let chains = fit_sampled(&batch, Sampling::PerSpan(1)).0.beziers(1e-3);
-            assert_eq!([chains.count(0), chains.count(2)], [1, 0], "{method}");
-            // Where repeated points are fitted they are one point, else their polyline.
-            let [repeated, curve] = [1, 3].map(|i| chains.count(i) + usize::from(closed));
+            assert_eq!(chains.count(2), 0, "{method}");
+            // A point alone, or a chain that stays in it.
+            let [single, repeated, curve] = [0, 1, 3].map(|i| chains.count(i) + usize::from(closed));
+            assert!(chains.count(0) == 1 || single % 3 == 1, "{method}: {single}");
             assert!(chains.count(1) == 1 || repeated % 3 == 1, "{method}: {repeated}");
             assert!(curve > 1 && curve % 3 == 1, "{method}: {curve}");
             for extension in ["csv", "svg", "npz"] {
