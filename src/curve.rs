@@ -219,7 +219,7 @@ pub trait Curve: Sync {
 
     /// The curve as a chain of cubic Béziers, in few pieces: each from one point of the curve to another, with its tangents there (G¹), one or more
     /// a span. No point of the chain is farther than `tolerance` (units of the input) from the curve, and no point of the curve from the
-    /// chain, rounding aside. One piece a span, exact, for cubic splines; none for spans between repeated points. A curve that was not fitted
+    /// chain, rounding aside; a tolerance below [`LEAST_TOLERANCE`](crate::bezier::LEAST_TOLERANCE) of the largest coordinate is taken to be that. One piece a span, exact, for cubic splines; none for spans between repeated points. A curve that was not fitted
     /// is its polyline, a piece an edge.
     ///
     /// Each piece starts at the point, bit for bit, where the one before it ends; that of a closed curve ends where it starts.

@@ -258,6 +258,53 @@ fn cusps_corners_lines_and_jumps_of_curvature_keep_the_tolerance() {
     }
 }
 
+/// A turn about a point far from the origin, of any size.
+struct Turn {
+    size: f64,
+    far: f64,
+}
+
+impl Curve for Turn {
+    fn dimension(&self) -> usize {
+        2
+    }
+    fn is_closed(&self) -> bool {
+        false
+    }
+    fn knots(&self) -> &[f64] {
+        &[0.0, 1.0]
+    }
+    fn jet(&self, _: usize, u: f64) -> Jet {
+        let (sine, cosine) = (3.0 * u).sin_cos();
+        let point = self.size * (DVec3::new(cosine, sine, 0.0) + self.far);
+        Jet { point, first: 3.0 * self.size * DVec3::new(-sine, cosine, 0.0), ..Jet::default() }
+    }
+}
+
+#[test]
+fn a_tolerance_below_rounding_ends_and_is_the_least_that_makes_sense() {
+    for (size, far) in [(1.0, 0.0), (1.0, 1e6), (1e-250, 0.0), (1e251, 0.0), (1e251, 1e6), (1e300, 0.0)] {
+        let turn = Turn { size, far };
+        let least = faircurve::bezier::LEAST_TOLERANCE * size * (1.0 + far);
+        let [sensible, tiny, none] = [least, 1e-320, 0.0].map(|tolerance| turn.beziers(tolerance).len());
+        println!("size {size}, {far} away: {sensible} {tiny} {none}");
+        assert!(sensible < 300, "{size} {far}: {sensible}");
+        assert!(tiny <= sensible + 2 && none <= sensible + 2, "{size} {far}: {sensible} {tiny} {none}");
+    }
+}
+
+#[test]
+fn the_beziers_of_a_curve_of_any_size_are_those_of_it_in_other_units() {
+    let tolerance = 1e-6;
+    let usual = Turn { size: 1.0, far: 2.0 }.beziers(tolerance);
+    for exponent in [-1000, -700, -100, 100, 700, 1000] {
+        let size = f64::from(exponent).exp2();
+        let own = Turn { size, far: 2.0 }.beziers(tolerance * size);
+        let scaled: Vec<_> = usual.iter().map(|piece| piece.map(|point| point * size)).collect();
+        assert_eq!(own, scaled, "2^{exponent}");
+    }
+}
+
 #[test]
 fn repeated_points_have_no_piece_and_unfitted_curves_are_their_polylines() {
     let repeats = [[0.0, 0.0], [1.0, 1.0], [1.0, 1.0], [2.0, 0.0]];

@@ -17,6 +17,7 @@
 use glam::DVec3;
 
 use crate::curve::Curve;
+use crate::linalg::power_of_two;
 
 /// A cubic Bézier's control points.
 type Piece = [DVec3; 4];
@@ -33,6 +34,13 @@ const STEPS: u32 = 4;
 
 /// Between two places distances are measured halfway, and between those again, so often at most.
 const LOOKS: u32 = 6;
+
+/// The least tolerance of Béziers is this part of a curve's largest coordinate: some thousand times what coordinates are rounded by, and curves
+/// are rounded by some hundred. A smaller one is taken to be this one.
+pub const LEAST_TOLERANCE: f64 = 1e-12;
+
+/// Squares of coordinates beyond this, or below its inverse, may be no numbers: such curves are converted in units of their own.
+const MOST_SIZE: f64 = 1e100;
 
 /// Distances below this many units of rounding of the control points are none.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
@@ -53,6 +61,10 @@ const REACH_PRECISION: f64 = 1.0 / 64.0;
 pub(crate) fn beziers<C: Curve + ?Sized>(curve: &C, tolerance: f64) -> Vec<Piece> {
     let spans = curve.spans();
     let mut pieces = Vec::with_capacity(spans);
+    let size = (0..spans).map(|span| curve.jet(span, 0.0).point.abs().max_element()).fold(0.0, f64::max);
+    let is_usual = size == 0.0 || (MOST_SIZE.recip()..MOST_SIZE).contains(&size);
+    let unit = if is_usual { 1.0 } else { power_of_two(&[size]) };
+    let tolerance = tolerance.max(LEAST_TOLERANCE * size) / unit;
     for span in 0..spans {
         let length = curve.pace(span);
         // The next span's first point: some curves compute the last one of a span with a rounding.
@@ -61,13 +73,14 @@ pub(crate) fn beziers<C: Curve + ?Sized>(curve: &C, tolerance: f64) -> Vec<Piece
             _ if curve.is_closed() => curve.jet(0, 0.0).point,
             _ => curve.jet(span, 1.0).point,
         };
-        let span = Span { curve, span, length, end, tolerance };
+        let span = Span { curve, span, length, end: end / unit, unit, tolerance };
         if !curve.is_fitted() {
             pieces.push(span.stretch(0.0, 1.0).hermite());
         } else if length > 0.0 {
             span.convert(&mut pieces);
         }
     }
+    pieces.iter_mut().flatten().for_each(|point| *point *= unit);
     pieces
 }
 
@@ -77,8 +90,9 @@ struct Span<'a, C: ?Sized> {
     span: usize,
     /// Of the parameter, or what stands for it: [`Curve::pace`].
     length: f64,
-    /// The last point.
+    /// The last point, in `unit`s, as all distances and tolerances are.
     end: DVec3,
+    unit: f64,
     tolerance: f64,
 }
 
@@ -142,7 +156,7 @@ impl<C: Curve + ?Sized> Span<'_, C> {
     fn stretch(&self, from: f64, to: f64) -> Stretch {
         let at = |u: f64| {
             let jet = self.curve.jet(self.span, u);
-            (if u == 1.0 { self.end } else { jet.point }, jet.first)
+            (if u == 1.0 { self.end } else { jet.point / self.unit }, jet.first / self.unit)
         };
         Stretch { from, to, ends: [at(from), at(to)], third: self.length * (to - from) / 3.0 }
     }
@@ -173,7 +187,7 @@ impl<C: Curve + ?Sized> Span<'_, C> {
     fn site(&self, stretch: &Stretch, fraction: f64) -> Site {
         let width = stretch.to - stretch.from;
         let jet = self.curve.jet(self.span, stretch.from + fraction * width);
-        Site { point: jet.point, first: jet.first * (width * self.length) }
+        Site { point: jet.point / self.unit, first: jet.first / self.unit * (width * self.length) }
     }
 
     /// Whether a piece keeps within a tolerance of the stretch.

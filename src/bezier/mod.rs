@@ -44,6 +44,7 @@ mod single;
 pub use chain::{Chain, Joints, PieceLengths};
 pub use complete::{Solved, complete};
 pub use completed::Completed;
+pub use convert::LEAST_TOLERANCE;
 pub use eigen::Eigenstructure;
 pub use energy::{Energy, energy_matrix, energy_matrix_by_beta};
 pub use exact::Matrix;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use faircurve::bezier::LEAST_TOLERANCE;
 use faircurve::io::{self, Format, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result};
@@ -19,9 +20,6 @@ const MOST_LISTED: usize = 20;
 
 /// Béziers stray from a curve by at most this part of the size of its points, where --tolerance does not say how much.
 pub(super) const BEZIER_TOLERANCE: f64 = 1e-6;
-
-/// Tolerances below this part of the largest coordinate are refused: curves are rounded, to less.
-const LEAST_TOLERANCE: f64 = 1e-12;
 
 /// SVG rounds control points to a power of ten of at most this part of --tolerance.
 const ROUNDING: f64 = 0.01;
