@@ -27,8 +27,9 @@ for target in "${targets[@]}"; do
   mkdir -p "found/$target" "artifacts/$target"
   echo "=== $target: $binaries/$target"
   ((seconds > 0)) || continue
-  # 2 GiB is far more than inputs of 4 KiB may lead to; 20 s far longer. Standard output and error of the target are closed.
-  "$binaries/$target" "found/$target" "corpus/$target" -max_total_time="$seconds" -max_len=4096 -timeout=20 -rss_limit_mb=2048 \
-    -close_fd_mask=1 -print_final_stats=1 -verbosity=1 -artifact_prefix="artifacts/$target/" 2>&1 | grep -v '^#[0-9]*\s*\(NEW\|REDUCE\|pulse\)' || broken=1
+  # 2 GiB is far more than inputs of 4 KiB may lead to, and a minute far longer, even beside other work. What targets print is not
+  # shown. Whole paths: the command line's target runs in a folder of its own.
+  "$binaries/$target" "$PWD/found/$target" "$PWD/corpus/$target" -max_total_time="$seconds" -max_len=4096 -timeout=60 -rss_limit_mb=2048 \
+    -close_fd_mask=1 -print_final_stats=1 -verbosity=1 -artifact_prefix="$PWD/artifacts/$target/" 2>&1 | grep -v '^#[0-9]*\s*\(NEW\|REDUCE\|pulse\)' || broken=1
 done
 exit $broken

@@ -26,13 +26,29 @@ fn energy() -> Energy {
 
 /// Points of a circle of radius 1, and of a turn of a helix of that radius, with noise of this size.
 fn noisy<const D: usize>(points: usize, noise: f64, seed: u64) -> Vec<[f64; D]> {
+    risen(points, noise, seed, |t| 0.3 * t)
+}
+
+/// Points around the z-axis at distance 1 with this height, with noise of this size.
+fn risen<const D: usize>(points: usize, noise: f64, seed: u64, height: fn(f64) -> f64) -> Vec<[f64; D]> {
     println!("seed {seed}");
     let mut rng = StdRng::seed_from_u64(seed);
     let point = |k: usize| -> [f64; D] {
         let t = TAU * k as f64 / points as f64;
-        std::array::from_fn(|c| [t.cos(), t.sin(), 0.3 * t][c] + rng.random_range(-noise..noise))
+        std::array::from_fn(|c| [t.cos(), t.sin(), height(t)][c] + rng.random_range(-noise..noise))
     };
     (0..points).map(point).collect()
+}
+
+/// Whether a curve with this many segments a span has a loop: a span more than twice as long as its chord, and longer by the deviation.
+fn has_a_loop(vertices: &[Planar], segments: usize, closed: bool, allowed: f64) -> bool {
+    let ends = if closed { Some(vertices[0]) } else { None };
+    let all: Vec<Planar> = vertices.iter().copied().chain(ends).collect();
+    let span = |from: usize| {
+        let own = &all[from..=from + segments];
+        length_of(own, false) > 2.0 * norm(minus(own[segments], own[0])) + allowed
+    };
+    (0..all.len() - 1).step_by(segments).any(span)
 }
 
 /// Largest distance of data points from their vertices.
@@ -66,16 +82,27 @@ fn every_border_keeps_the_deviation_and_most_come_within_a_hundredth_of_it() {
         assert!(found <= allowed, "{i}: {found}");
         assert!((found - report.max_deviation).abs() <= 1e-12, "{i}: {found} {report:?}");
         converged += usize::from(report.status == CurveStatus::Converged);
+        assert!(!has_a_loop(vertices, 4, batch.is_closed(i), allowed), "{i}: {report:?}");
         // No weight at all is needed where the line between the ends is near enough.
         free += usize::from(report.smoothing < Some(1e-3));
         pinned += usize::from(report.smoothing == Some(f64::INFINITY));
         close += usize::from(report.smoothing >= Some(1e-3) && found >= 0.99 * allowed);
     }
     println!("{converged} converged, {close} close, {free} free, {pinned} pinned of {}", batch.len());
-    // 102, 87, 12 and 0 (102, 93, 16 and 0 when searches started from the spline through the points, ten times as slowly); the deviation
-    // of the others jumps, as their corners swing over.
-    assert!(close + free >= 95, "{close} {free}");
-    assert!(converged >= 100, "{converged}");
+    // 95, 78, 31 and 0. The others have no minimum without loops: they are the spline, or stop where their minimum ends. The deviation of some
+    // that converge jumps, as their corners swing over.
+    assert!(close + free >= 100, "{close} {free}");
+    assert!(converged >= 94, "{converged}");
+}
+
+#[test]
+fn every_border_whose_corners_are_kept_has_a_minimum_that_makes_use_of_the_deviation() {
+    let batch = io::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/countries-110m.geojson")).unwrap();
+    let fair = Fair { corners: Some(60f64.to_radians()), ..near(bending(2.0), 0.2) };
+    let fit = fair.fit(&batch, &Device::cpu()).unwrap();
+    let unusable: Vec<usize> = (0..fit.len()).filter(|&i| !fit.reports()[i].status.is_usable()).collect();
+    // It is a single point.
+    assert_eq!(unusable, [386]);
 }
 
 #[test]
@@ -89,6 +116,7 @@ fn borders_in_bending_alone_make_use_of_the_deviation_and_never_swing_out() {
     for (i, report) in fit.reports().iter().enumerate() {
         assert!(report.max_deviation <= allowed, "{i}: {report:?}");
         let (vertices, points) = (samples.points(i).as_chunks::<2>().0, batch.points(i).as_chunks::<2>().0);
+        assert!(!has_a_loop(vertices, SEGMENTS, batch.is_closed(i), allowed), "{i}: {report:?}");
         let times = length_of(vertices, batch.is_closed(i)) / length_of(points, batch.is_closed(i));
         assert!(times <= 2.0, "{i} is {times} times as long as its points' polygon: {report:?}");
         converged += usize::from(report.status == CurveStatus::Converged);
@@ -98,7 +126,10 @@ fn borders_in_bending_alone_make_use_of_the_deviation_and_never_swing_out() {
             Some(message) if report.status == CurveStatus::NotConverged => {
                 let said = ["the curve is the spline they started from, which keeps it", "the curve keeps it"];
                 assert!(said.iter().any(|said| message.contains(said)), "{message}");
-                assert!(message.contains("; add length to the energy, such as length="), "{message}");
+                assert!(
+                    message.ends_with("; keep its corners, such as those of 60° and more, or add length to the energy"),
+                    "{message}"
+                );
             }
             _ => assert_eq!(report.status, CurveStatus::Converged, "{i}: {report:?}"),
         }
@@ -186,11 +217,13 @@ fn ends_of_open_curves_stay_unless_they_are_freed() {
 
 #[test]
 fn curves_in_space_keep_the_deviation_too() {
-    let points = noisy::<3>(13, 0.05, 7);
+    // A helix that is closed comes back from its end to its start by two loops.
+    let (helix, saddle) = (noisy::<3>(13, 0.05, 7), risen::<3>(13, 0.05, 7, |t| 0.3 * (2.0 * t).cos()));
     for (closed, energy) in [(false, energy()), (true, energy()), (false, tension()), (false, variation() + length())] {
-        let (found, report) = fitted::<3>(&near(energy.clone(), 0.04), &one(&points, closed), SEGMENTS);
+        let points = if closed { &saddle } else { &helix };
+        let (found, report) = fitted::<3>(&near(energy.clone(), 0.04), &one(points, closed), SEGMENTS);
         comes_close(&report, 0.04, &format!("{energy}, closed {closed}"));
-        assert!((deviation(&found, &points) - report.max_deviation).abs() <= 1e-12);
+        assert!((deviation(&found, points) - report.max_deviation).abs() <= 1e-12);
     }
 }
 

@@ -73,10 +73,10 @@ fn assert_same(wanted: &CurveBatch, found: &CurveBatch) {
                 .chunks_exact(batch.dimension())
                 .map(|p| p.iter().map(|x| x.to_bits()).collect())
                 .collect();
-            // Where a closed curve repeats its first point at the end, readers take the repetition for its closing.
-            let kept = match points.iter().rposition(|point| *point != points[0]) {
-                Some(last) if batch.is_closed(i) => last + 1,
-                _ => points.len(),
+            // Where a closed curve repeats its first point at the end, readers take the repetition for its closing; it may repeat nothing else.
+            let kept = match batch.is_closed(i) {
+                true => 1 + points.iter().rposition(|point| *point != points[0]).unwrap_or(0),
+                false => points.len(),
             };
             points[..kept].to_vec()
         };

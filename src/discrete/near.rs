@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::curves::Vertices;
+use super::energy::Energy;
 use super::fair::{Fair, Pins};
 use super::setup::Ready;
 use crate::Constraints;
@@ -96,9 +97,9 @@ impl<const D: usize> Ready<D> {
         iterations: u32,
     ) -> (CurveReport, Option<Vertices>) {
         let what = format!(
-            "no weight of the attachment leads to a minimum that keeps the deviation of {allowed}, after {iterations} iterations: the curve is the \
-             spline they started from, which keeps it; {}",
-            attached.remedy(&self)
+            "no weight of the attachment leads to a minimum that keeps the deviation of {allowed} and has no loops, after {iterations} iterations: the \
+             curve is the spline they started from, which keeps it; {}",
+            remedy(&attached.energy)
         );
         let report = CurveReport {
             status: CurveStatus::NotConverged,
@@ -111,6 +112,15 @@ impl<const D: usize> Ready<D> {
         };
         let coords = self.vertices.into_iter().flatten().collect();
         (report, Some(Vertices { coords, rows: self.rows, corners: vec![] }))
+    }
+}
+
+/// What helps a curve whose minimum near its points is not to be had, the best first. Of the 594 borders of countries-110m at a deviation of 0.2 so many
+/// have one: with bending alone 465, with the length 0.1, 1 and 10 times as heavy 473, 517 and 570, with corners of 60° all.
+pub(super) fn remedy(energy: &Energy) -> &'static str {
+    match energy.bounds_length() {
+        true => "keep its corners, such as those of 60° and more, or weigh length more",
+        false => "keep its corners, such as those of 60° and more, or add length to the energy",
     }
 }
 

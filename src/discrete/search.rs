@@ -6,12 +6,14 @@
 //! the first from the spline; only the last goes down to the method's own tolerance.
 
 use super::curves::Vertices;
+use super::energy::Energy;
 use super::fair::{Fair, Pins};
 use super::lane::Standing;
-use super::near::Spread;
+use super::near::{Spread, remedy};
 use super::problem::Outcome;
-use super::setup::{LONGEST, Ready, set_up_pieces};
+use super::setup::{LONGEST, Ready, distance, set_up_pieces};
 use crate::batch::CurveBatch;
+use crate::linalg::power_of_two;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::CurveReport;
 
@@ -35,11 +37,13 @@ const OCTAVES_ABOVE: f64 = 30.0;
 /// On the way deviations need be known to this part of the one allowed only.
 const ROUGHLY: f64 = 1e-3;
 
-/// Iterations of a trial at most where nothing keeps curves from swinging out: nine in ten take fewer than ten, and what takes more than these is on its
-/// way into a loop. Where length or tension bound them there is a minimum, if far.
+/// Iterations of a trial at most: nine in ten take fewer than ten, and what takes more than these is on its way into a loop. Where length or tension
+/// bound loops there is a minimum, but no near one.
 const TRIAL_ITERATIONS: u32 = 25;
 
-/// A curve on trial that becomes so many times as long as its chord polygon has swung out.
+/// A curve on trial that becomes so many times as long as its chord polygon has swung out; and so has one with a span that is so many times as
+/// long as its own chord, and longer by the deviation. Half a circle is 1.57 times as long as its chord, two thirds 2.42 times; among borders,
+/// spans from 1.9 times on are loops.
 const SWUNG_OUT: f64 = 2.0;
 
 /// Steps to the next weight after trials that swung out while no weight is known to keep the deviation; after the last there
@@ -53,6 +57,9 @@ const SOFTENING: i32 = 256;
 /// Where a weight does not do to the method's tolerance after all, weights so many steps higher are tried: it breaks the deviation by next to
 /// nothing, or stands where its minimum is about to end, and is no minimum to Newton's method yet.
 const STRIDES: [i32; 4] = [1, 4, 16, 64];
+
+/// A curve that makes use of less than this part of the deviation may have been caught where another start is not. Nine in ten make use of 99 %.
+const SHORT: f64 = 0.9;
 
 /// Trials at most. Six are common; more than these are those of a deviation that jumps.
 const MOST_ROUNDS: u32 = 32;
@@ -125,10 +132,17 @@ pub(super) struct Sketch {
 
 impl<const D: usize> Search<D> {
     /// A search from a curve on; `spread` is what its smoothing spline says.
-    pub fn new(attached: &Fair, allowed: f64, curve: usize, mut start: Ready<D>, spread: Spread) -> Self {
-        // Curves may leave their points, on all sides.
-        let around = std::f64::consts::TAU * allowed / start.size;
-        start.problem.longest += LONGEST * around;
+    pub fn new(
+        attached: &Fair,
+        allowed: f64,
+        batch: &CurveBatch,
+        curve: usize,
+        mut start: Ready<D>,
+        spread: Spread,
+    ) -> Self {
+        // Curves may leave their points, on all sides. Energies that bound the length do so far away.
+        let chords: f64 = batch.chords(curve).sum();
+        start.problem.longest = LONGEST * (chords + std::f64::consts::TAU * allowed) / start.size;
         let problem = &start.problem;
         let order = attached.energy.order() as i32;
         let is_attached = !problem.attached.is_empty();
@@ -137,7 +151,8 @@ impl<const D: usize> Search<D> {
         let (heaviest, all) = if is_attached { (own().fold(0.0, f64::max), own().sum::<f64>()) } else { (1.0, 1.0) };
         let spans = spans(&start);
         let shortest = spans.iter().copied().fold(f64::INFINITY, f64::min);
-        let unit = problem.highest * shortest.powi(1 - 2 * order) / heaviest;
+        // A power of two: then weights tried are the same ones wherever a curve is searched from, and on every device.
+        let unit = power_of_two(&[problem.highest * shortest.powi(1 - 2 * order) / heaviest]);
         let step = |alpha: f64| STEPS_PER_OCTAVE * (alpha / unit).log2();
         let highest = (OCTAVES_ABOVE * STEPS_PER_OCTAVE) as i32;
         // A cast makes 0 of what is no number.
@@ -179,8 +194,10 @@ impl<const D: usize> Search<D> {
         let kept = self.above.as_ref()?;
         let moved = kept.trial.moved(&kept.outcome.displacements, &self.start);
         let coords = moved.vertices.into_iter().flatten().collect();
-        let weight = self.unit * (f64::from(kept.step) / STEPS_PER_OCTAVE).exp2();
-        Some(Sketch { weight, vertices: Vertices { coords, rows: moved.rows, corners: vec![] } })
+        Some(Sketch {
+            weight: self.weight_of(kept.step),
+            vertices: Vertices { coords, rows: moved.rows, corners: vec![] },
+        })
     }
 
     /// The same search, from a weight on that is about right, after so many iterations that led there.
@@ -206,6 +223,33 @@ impl<const D: usize> Search<D> {
         self
     }
 
+    /// Whether what was found makes so little use of the deviation that another start may lead to a fairer curve.
+    pub fn falls_short(&self) -> bool {
+        let is_short = |kept: &Kept<D>| kept.step > self.steps[0] && kept.deviation < SHORT * self.allowed;
+        self.above.as_ref().is_some_and(is_short)
+    }
+
+    /// Whether another search for the same curve has found less: minima come before what is none, and low energies before high ones.
+    pub fn is_beaten_by(&self, other: &Self, energy: &Energy) -> bool {
+        let rank = |search: &Self| -> Option<(bool, f64)> {
+            let (trial, outcome) = match (&search.found, &search.above) {
+                (Some(found), _) => (&found.ready, &found.outcome),
+                (None, Some(kept)) => (&kept.trial, &kept.outcome),
+                (None, None) => return None,
+            };
+            let moved = trial.moved(&outcome.displacements, &search.start);
+            let energy = moved.problem.energy_of_base(energy) * moved.energy_unit;
+            Some((outcome.standing == Standing::Converged, -energy))
+        };
+        rank(other) > rank(self)
+    }
+
+    /// This search after another one that found less.
+    pub fn after(mut self, other: &Self) -> Self {
+        self.iterations += other.iterations;
+        self
+    }
+
     /// The number of the curve.
     pub fn curve(&self) -> usize {
         self.curve
@@ -228,14 +272,18 @@ impl<const D: usize> Search<D> {
 
     /// Iterations of the next trial at most.
     pub fn most_iterations(&self, fair: &Fair) -> u32 {
-        match self.is_searching() && !fair.energy.bounds_length() {
-            true => fair.max_iterations.min(TRIAL_ITERATIONS),
-            false => fair.max_iterations,
-        }
+        if self.is_searching() { fair.max_iterations.min(TRIAL_ITERATIONS) } else { fair.max_iterations }
     }
 
     fn weight(&self) -> f64 {
-        self.unit * (f64::from(self.step) / STEPS_PER_OCTAVE).exp2()
+        self.weight_of(self.step)
+    }
+
+    /// The weight of a step, as exact whatever the unit.
+    fn weight_of(&self, step: i32) -> f64 {
+        let octave = STEPS_PER_OCTAVE as i32;
+        let within = (f64::from(step.rem_euclid(octave)) / STEPS_PER_OCTAVE).exp2();
+        self.unit * 2_f64.powi(step.div_euclid(octave)) * within
     }
 
     /// What is to be descended next.
@@ -280,13 +328,18 @@ impl<const D: usize> Search<D> {
             self.found = Some(Found { ready: self.start.clone(), outcome, weight: 0.0 });
             return;
         }
+        let moved = trial.moved(&outcome.displacements, &self.start);
         if self.stage == Stage::Pinned {
             let is_attached = !self.start.problem.attached.is_empty();
-            self.found = Some(Found { ready: trial, outcome, weight: if is_attached { f64::INFINITY } else { 0.0 } });
+            if is_attached && moved.has_swung_out(self.allowed) {
+                self.stage = Stage::Nowhere;
+            } else {
+                let weight = if is_attached { f64::INFINITY } else { 0.0 };
+                self.found = Some(Found { ready: trial, outcome, weight });
+            }
             return;
         }
-        let moved = trial.moved(&outcome.displacements, &self.start);
-        let done = outcome.standing == Standing::Converged;
+        let done = outcome.standing == Standing::Converged && !moved.has_swung_out(self.allowed);
         let deviation = Some(moved.deviation(points)).filter(|d| done && d.is_finite()).unwrap_or(f64::INFINITY);
         let keeps = deviation <= self.allowed * (1.0 - 8.0 * f64::EPSILON);
         if self.stage == Stage::Finishing {
@@ -353,6 +406,8 @@ impl<const D: usize> Search<D> {
                 // One step further down it would be broken: as the secant says, where it may be believed.
                 let is_last = secant && gap <= NARROW && (1.0 - part) * f64::from(gap) < 1.0;
                 let part = if secant { part } else { 0.5 };
+                // Next to weights that swing out minima end: nothing is to be had from there.
+                let is_last = is_last || deviation.is_infinite() && gap <= NARROW;
                 (gap > 1 && !is_last).then(|| below + ((part * f64::from(gap)).round() as i32).clamp(1, gap - 1))
             }
             (Some((below, deviation)), None) => (below < highest).then(|| (below + stride(deviation)).min(highest)),
@@ -386,7 +441,7 @@ impl<const D: usize> Search<D> {
                 self.allowed,
                 outcome.norm,
                 attached.tolerance,
-                attached.remedy(&ready)
+                remedy(&attached.energy)
             );
             report.message = Some(batch.sentence(self.curve, 0, &what));
         }
@@ -431,6 +486,14 @@ impl<const D: usize> Ready<D> {
         }
         moved.problem.tolerance = start.problem.tolerance;
         moved
+    }
+
+    /// Whether a span between data points has become a loop.
+    fn has_swung_out(&self, allowed: f64) -> bool {
+        let at = |row: u32| self.vertices[row as usize % self.vertices.len()];
+        let away = |from: u32, to: u32| distance(at(from), at(to));
+        let length = |from: u32, to: u32| (from..to).map(|row| away(row, row + 1)).sum::<f64>();
+        self.rows.windows(2).any(|ends| length(ends[0], ends[1]) > SWUNG_OUT * away(ends[0], ends[1]) + allowed)
     }
 
     /// Largest distance from a data point to its vertex, in the units of the input.

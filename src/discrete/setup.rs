@@ -371,7 +371,7 @@ fn mean_curvature<const D: usize>(base: &[Vector<f64, D>], closed: bool) -> f64 
     if length > 0.0 { (sum / length).sqrt() } else { 0.0 }
 }
 
-fn distance<const D: usize>(a: Vector<f64, D>, b: Vector<f64, D>) -> f64 {
+pub(super) fn distance<const D: usize>(a: Vector<f64, D>, b: Vector<f64, D>) -> f64 {
     let away = subtract(b, a);
     dot(away, away).sqrt()
 }
