@@ -55,7 +55,8 @@ pub struct CurveReport {
     pub status: CurveStatus,
     /// Why, where the status needs a word: names the curve, the point, the value and the remedy.
     pub message: Option<String>,
-    /// The energy minimised, in the units of the input: for the splines ∫|p''|² dt. NaN where nothing was fitted.
+    /// The energy minimised, in the units of the input: for the splines ∫|p''|² dt. Infinite where it is beyond all numbers, NaN where nothing
+    /// was fitted.
     pub energy: f64,
     /// Iterations used; 1 for a direct solve.
     pub iterations: u32,
@@ -106,7 +107,10 @@ pub struct Fit {
 
 impl Fit {
     /// Puts a fit together; `device` says what did the work.
-    pub(crate) fn new(curves: Box<dyn CurveSet>, reports: Vec<CurveReport>, device: String) -> Self {
+    pub(crate) fn new(curves: Box<dyn CurveSet>, mut reports: Vec<CurveReport>, device: String) -> Self {
+        // No energy is negative: one that came to ∞ − ∞ was beyond all numbers.
+        let overflown = |report: &&mut CurveReport| report.status.is_usable() && report.energy.is_nan();
+        reports.iter_mut().filter(overflown).for_each(|report| report.energy = f64::INFINITY);
         Fit { curves, reports, device }
     }
 

@@ -116,6 +116,24 @@ fn a_batch_of_curves_is_completed_and_its_curves_are_sampled_and_measured() {
 }
 
 #[test]
+fn curves_that_are_far_larger_inside_than_at_their_ends_become_cubics_in_no_time() {
+    for inside in [1e12, 1e81, 1e148, 1e292] {
+        let points: Vec<[f64; 2]> =
+            (0..12).map(|k| [[inside, 0.5, -inside][k % 3], [10.25, 1e-160, -4.0][k % 3]]).collect();
+        let mut points = points;
+        points[0] = [11.625, 10.25];
+        points[11] = [0.0, 0.0];
+        let batch = CurveBatch::from_slices(&[&points[..]]).unwrap();
+        let fit = Complete::default().fit(&batch, &Device::cpu()).unwrap().into_fit();
+        for tolerance in [1e-2, 1e-6] {
+            let pieces = fit.curve(0).beziers(tolerance);
+            assert!(pieces.len() <= 500, "{inside} {tolerance}: {}", pieces.len());
+            assert_eq!((pieces[0][0].x, pieces[pieces.len() - 1][3].x), (11.625, 0.0));
+        }
+    }
+}
+
+#[test]
 fn derivatives_at_the_ends_come_from_the_tangents_of_a_batch() {
     let points = [[0.0, 0.0], [f64::NAN; 2], [f64::NAN; 2], [1.0, 0.0]];
     let tangents = Some(vec![0.0, 3.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0, -3.0]);

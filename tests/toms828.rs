@@ -215,10 +215,12 @@ fn a_curve_that_is_no_graph_says_why_and_leaves_its_neighbours_bits() {
     // The remedy that a sentence names is one.
     let close = CurveBatch::from_slices(&[bad[4].0]).unwrap();
     let fine = Graph { mesh: Mesh::Points(5002), max_iterations: 0, ..Graph::default() };
-    // Whether so steep a graph has a minimum is another question: it is one now, and was descended.
+    // It is a graph now, whose spline is far longer than its points' polygon, as it says: that is another matter.
     let fit = fine.fit(&close, &Device::cpu()).unwrap();
-    let status = fit.reports()[0].status;
-    assert!(!matches!(status, CurveStatus::Invalid | CurveStatus::Degenerate), "{:?}", fit.reports()[0]);
+    let report = &fit.reports()[0];
+    let message = report.message.as_ref().unwrap();
+    assert_eq!(report.status, CurveStatus::Unbounded, "{message}");
+    assert!(message.contains("times as long as its data's polygon") && !message.contains(bad[4].2), "{message}");
 }
 
 #[test]

@@ -30,7 +30,7 @@ fn run(bytes: &mut Unstructured) -> Result<()> {
     check(&batch, &fit, &samples, sampling);
     // Millions of samples are allowed, and take seconds.
     let length: f64 = fit.iter().map(|(curve, _)| curve.length()).sum();
-    if (0.0..1e4).contains(&(length / spacing)) && spacing.is_finite() {
+    if (0.0..1e5).contains(&(length / spacing)) && spacing.is_finite() {
         let spacing = Sampling::Spacing(spacing);
         check(&batch, &fit, &fit.polylines(spacing), spacing);
     }
@@ -150,11 +150,7 @@ fn check(batch: &CurveBatch, fit: &Fit, samples: &CurveBatch, sampling: Sampling
         assert!(curve.length() >= 0.0, "curve {i}, {word}: length {}", curve.length());
         if report.status == CurveStatus::Converged {
             assert!(samples.points(i).iter().all(|x| x.is_finite()), "curve {i}, {word}: {:?}", samples.points(i));
-            // Squares of larger numbers overflow, and sums of such are no numbers.
-            let moderate = |x: &f64| x.abs() < 1e70;
-            let moderate =
-                batch.points(i).iter().all(moderate) && batch.parameters(i).unwrap_or_default().iter().all(moderate);
-            assert!(!moderate || !report.energy.is_nan(), "curve {i}, {word}: energy {}", report.energy);
+            assert!(!report.energy.is_nan(), "curve {i}, {word}: energy {}", report.energy);
             if let (Sampling::PerSpan(n), true) = (sampling, curve.is_fitted()) {
                 let least = if curve.is_closed() { 3 } else { 2 };
                 assert!(samples.count(i) >= (n * curve.spans()).min(least), "curve {i}: {} samples", samples.count(i));

@@ -59,9 +59,14 @@ const REACH_PRECISION: f64 = 1.0 / 64.0;
 
 /// A curve's Béziers, in order; each starts at the point, bit for bit, at which the one before it ends.
 pub(crate) fn beziers<C: Curve + ?Sized>(curve: &C, tolerance: f64) -> Vec<Piece> {
+    let largest = (0..curve.spans()).map(|span| curve.jet(span, 0.0).point.abs().max_element()).fold(0.0, f64::max);
+    beziers_of_size(curve, largest, tolerance)
+}
+
+/// The same of a curve with coordinates up to about this size, between the ends of its spans too.
+pub(crate) fn beziers_of_size<C: Curve + ?Sized>(curve: &C, size: f64, tolerance: f64) -> Vec<Piece> {
     let spans = curve.spans();
     let mut pieces = Vec::with_capacity(spans);
-    let size = (0..spans).map(|span| curve.jet(span, 0.0).point.abs().max_element()).fold(0.0, f64::max);
     let is_usual = size == 0.0 || (MOST_SIZE.recip()..MOST_SIZE).contains(&size);
     let unit = if is_usual { 1.0 } else { power_of_two(&[size]) };
     let tolerance = tolerance.max(LEAST_TOLERANCE * size) / unit;
@@ -99,10 +104,11 @@ struct Span<'a, C: ?Sized> {
 impl<C: Curve + ?Sized> Span<'_, C> {
     fn convert(&self, pieces: &mut Vec<Piece>) {
         let before = pieces.len();
-        self.halve((0.0, 1.0), MAX_HALVINGS, pieces);
+        let keeps = self.halve((0.0, 1.0), MAX_HALVINGS, pieces);
         let count = pieces.len() - before;
         // Two are needed where one does not do.
-        if count > 2
+        if keeps
+            && count > 2
             && let Some(fewer) = self.reach(count - 1)
         {
             pieces.truncate(before);
@@ -110,18 +116,24 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         }
     }
 
-    /// Halves until one piece is enough.
-    fn halve(&self, (from, to): (f64, f64), halvings: u32, pieces: &mut Vec<Piece>) {
+    /// Halves until one piece is enough; and says whether it came to that everywhere.
+    fn halve(&self, (from, to): (f64, f64), halvings: u32, pieces: &mut Vec<Piece>) -> bool {
         let stretch = self.stretch(from, to);
         match self.piece(&stretch) {
             // A span between repeated points has no piece.
-            Some([a, b, c, d]) if a == b && b == c && c == d => {}
-            Some(piece) => pieces.push(piece),
-            None if halvings == 0 => pieces.push(stretch.hermite()),
+            Some([a, b, c, d]) if a == b && b == c && c == d => true,
+            Some(piece) => {
+                pieces.push(piece);
+                true
+            }
+            None if halvings == 0 => {
+                pieces.push(stretch.hermite());
+                false
+            }
             None => {
                 let middle = 0.5 * (from + to);
-                self.halve((from, middle), halvings - 1, pieces);
-                self.halve((middle, to), halvings - 1, pieces);
+                let keeps = self.halve((from, middle), halvings - 1, pieces);
+                self.halve((middle, to), halvings - 1, pieces) && keeps
             }
         }
     }

@@ -129,7 +129,10 @@ impl Curve for Chain<'_> {
 
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
         if self.degree > 3 {
-            return convert::beziers(self, tolerance);
+            // Control points inside a piece may be far larger than its ends.
+            let controls = (0..self.spans()).flat_map(|piece| self.chains.piece(self.i, piece).flatten());
+            let largest = controls.fold(0.0, |largest: f64, x| largest.max(x.abs()));
+            return convert::beziers_of_size(self, largest, tolerance);
         }
         (0..self.spans()).map(|piece| self.cubic(piece)).collect()
     }
