@@ -5,12 +5,12 @@ mod unfitted;
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::arclength;
 use crate::bezier::convert;
-use crate::motion::{Motion, searched_curvature};
+use crate::motion::{Motion, Vector, searched_curvature};
 pub use sampling::Sampling;
 pub(crate) use sampling::check_spacing;
 pub(crate) use unfitted::{Input, Polygon};
@@ -231,8 +231,18 @@ pub trait Curve: Sync {
 /// Arc length of a piece of a span of so many.
 #[inline(always)]
 fn piece_length<C: Curve + ?Sized>(curve: &C, span: usize, piece: usize, pieces: usize) -> f64 {
+    if curve.dimension() == 2 {
+        length_in::<DVec2, C>(curve, span, piece, pieces)
+    } else {
+        length_in::<DVec3, C>(curve, span, piece, pieces)
+    }
+}
+
+/// The same in the plane or in space.
+#[inline(always)]
+fn length_in<V: Vector, C: Curve + ?Sized>(curve: &C, span: usize, piece: usize, pieces: usize) -> f64 {
     match curve.motion(span, piece) {
-        Some(motion) => motion.length(),
+        Some(motion) => motion.moving::<V>().length(),
         None => {
             let pieces = pieces as f64;
             arclength::span_length(|v| curve.speed(span, (piece as f64 + v) / pieces) / pieces)
@@ -277,21 +287,31 @@ impl<C: Curve + ?Sized> pulp::WithSimd for Run<'_, C> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
+        if self.curve.dimension() == 2 { self.measured::<DVec2>() } else { self.measured::<DVec3>() }
+    }
+}
+
+impl<C: Curve + ?Sized> Run<'_, C> {
+    #[inline(always)]
+    fn measured<V: Vector>(self) -> f64 {
         let Run { curve, measure, spans } = self;
         let mut all = if let Measure::Curvature { known } = measure { known } else { 0.0 };
         for span in spans {
             let pieces = curve.pieces(span);
             for piece in 0..pieces {
-                let motion = curve.motion(span, piece);
-                match (measure, motion) {
-                    (Measure::Length, _) => all += piece_length(curve, span, piece, pieces),
-                    (Measure::CurvatureSeen, Some(motion)) => all = motion.curvature_seen(all),
-                    (Measure::CurvatureSeen, None) => {}
-                    (Measure::Curvature { .. }, Some(motion)) => all = motion.max_curvature(all),
+                if let Measure::Length = measure {
+                    all += length_in::<V, C>(curve, span, piece, pieces);
+                    continue;
+                }
+                let moving = curve.motion(span, piece).map(|motion| motion.moving::<V>());
+                match (measure, moving) {
+                    (Measure::CurvatureSeen, Some(moving)) => all = moving.curvature_seen(all),
+                    (Measure::Curvature { .. }, Some(moving)) => all = moving.max_curvature(all),
                     (Measure::Curvature { .. }, None) => {
                         let at = |v: f64| curve.jet(span, (piece as f64 + v) / pieces as f64).curvature(3).abs();
                         all = all.max(searched_curvature(at));
                     }
+                    (Measure::CurvatureSeen, None) | (Measure::Length, _) => {}
                 }
             }
         }

@@ -131,13 +131,22 @@ impl FairCurve<'_> {
     /// Frames at both ends of the edge after a row.
     fn frames(&self, row: usize) -> [Frame; 2] {
         let edges = if self.closed { self.count() } else { self.count() - 1 };
-        let of_edge = |row: usize| {
-            let piece = self.piece(row);
-            // Before its first corner a closed curve is on the piece that began at its last, one round ago.
-            let row = if piece.is_some_and(|(first, _)| first > row) { row + self.count() } else { row };
-            [self.frame(row, piece), self.frame(row + 1, piece)]
+        let of_all = || {
+            let mut frames: Vec<[Frame; 2]> = Vec::with_capacity(edges);
+            for row in 0..edges {
+                let piece = self.piece(row);
+                // Before its first corner a closed curve is on the piece that began at its last, one round ago.
+                let at = if piece.is_some_and(|(first, _)| first > row) { row + self.count() } else { row };
+                // But at corners an edge begins as the one before it ends.
+                let start = match frames.last() {
+                    Some([_, end]) if piece.is_none_or(|(first, _)| first != at) => *end,
+                    _ => self.frame(at, piece),
+                };
+                frames.push([start, self.frame(at + 1, piece)]);
+            }
+            frames
         };
-        self.frames.get_or_init(|| (0..edges).map(of_edge).collect())[row]
+        self.frames.get_or_init(of_all)[row]
     }
 
     /// The frame at a vertex of a smooth piece. At its ends the curvature goes on as it went.
