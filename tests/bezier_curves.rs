@@ -134,6 +134,20 @@ fn curves_that_are_far_larger_inside_than_at_their_ends_become_cubics_in_no_time
 }
 
 #[test]
+fn a_short_rest_that_is_too_much_for_one_piece_is_divided_again() {
+    // All but one point are the same: the curve leaves it, and comes back with a cusp.
+    let mut points = [[4.625; 3]; 7];
+    points[1][2] = 5.625;
+    let batch = CurveBatch::from_slices(&[&points[..]]).unwrap().closed(true);
+    let fit = Complete::default().fit(&batch, &Device::cpu()).unwrap().into_fit();
+    for k in 0..200 {
+        let tolerance = 1e-2 * 0.95f64.powi(k);
+        let pieces = fit.curve(0).beziers(tolerance).len();
+        assert!((1..=40).contains(&pieces), "{tolerance:e}: {pieces}");
+    }
+}
+
+#[test]
 fn derivatives_at_the_ends_come_from_the_tangents_of_a_batch() {
     let points = [[0.0, 0.0], [f64::NAN; 2], [f64::NAN; 2], [1.0, 0.0]];
     let tangents = Some(vec![0.0, 3.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0, -3.0]);

@@ -149,7 +149,8 @@ impl<C: Curve + ?Sized> Span<'_, C> {
             let (mut low, mut high, mut found) = (from, None, None);
             while low < 1.0 {
                 let to: f64 = high.map_or(low + step, |high| 0.5 * (low + high));
-                let to = if to > 1.0 - REACH_PRECISION * step { 1.0 } else { to };
+                // A rest that is next to nothing is taken along, unless that is known to be too much.
+                let to = if high.is_none() && to > 1.0 - REACH_PRECISION * step { 1.0 } else { to };
                 match self.piece(&self.stretch(from, to)) {
                     Some(piece) => (low, found, step) = (to, Some(piece), 0.5 * (to - from)),
                     None if to - from < f64::from(MAX_HALVINGS).exp2().recip() => return None,
