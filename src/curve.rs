@@ -12,7 +12,7 @@ use crate::arclength;
 use crate::bezier::convert;
 use crate::motion::{Motion, Vector, searched_curvature};
 pub use sampling::Sampling;
-pub(crate) use sampling::check_spacing;
+pub(crate) use sampling::{check_spacing, spans};
 pub(crate) use unfitted::{Input, Polygon};
 
 /// A point of a curve with its derivatives with respect to the curve's own parameter. 2-D curves have z = 0.

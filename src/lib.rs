@@ -127,6 +127,7 @@ mod grids;
 pub mod io;
 pub mod laplacian;
 pub mod linalg;
+mod memory;
 mod motion;
 pub mod picture;
 mod report;

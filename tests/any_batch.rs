@@ -8,6 +8,7 @@ use faircurve::discrete::{
     Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
 };
 use faircurve::scf::Smooth;
+use faircurve::spline::{Natural, Smoothing};
 use faircurve::{Constraints, CurveBatch, CurveReport, CurveStatus, Device, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -141,6 +142,33 @@ fn beziers_of_any_batch_have_a_status_each() {
         holds(seed, &format!("{complete:?}"), || Some(flat(complete.fit(&batch, &Device::cpu()).ok()?)));
         holds(seed, &format!("{chain:?}"), || Some(flat(chain.fit(&batch, &Device::cpu()).ok()?)));
     }
+}
+
+#[test]
+fn samples_and_segments_that_no_memory_holds_are_refused_before_anything_is_made() {
+    let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]][..]]).unwrap();
+    let (cpu, many) = (Device::cpu(), 100_000_000_000_000);
+    let fair = |segments: usize| Fair { segments: Segments::PerSpan(segments), ..Fair::default() };
+    for sampling in [Sampling::PerSpan(many), Sampling::Count(2 * many)] {
+        for refused in [
+            Natural::default().fit_sampled(&batch, sampling, &cpu).err(),
+            Smoothing::default().fit_sampled(&batch, sampling, &cpu).err(),
+            fair(4).fit_sampled(&batch, sampling, &cpu).err(),
+            Smooth::default().fit_sampled(&batch, sampling, &cpu).err(),
+        ] {
+            let sentence = refused.expect("a refusal").to_string();
+            assert!(
+                sentence.contains(" make 2.0e14 of all curves, which take 4.6e9 MiB of memory, but "),
+                "{sentence}"
+            );
+            assert!(
+                sentence.ends_with(" MiB are free: ask for fewer, or give the curves in smaller batches"),
+                "{sentence}"
+            );
+        }
+    }
+    let sentence = fair(many).fit(&batch, &cpu).err().expect("a refusal").to_string();
+    assert!(sentence.starts_with("100000000000000 segments a span make 2.0e14 of all curves"), "{sentence}");
 }
 
 #[test]

@@ -129,7 +129,7 @@ impl Talk {
 /// # Errors
 /// Nobody reads it any more, or it is a file on a full disk.
 fn show(line: impl std::fmt::Display) -> Result<()> {
-    writeln!(std::io::stdout(), "{line}").map_err(|source| Error::Write { path: "standard output".into(), source })
+    writeln!(std::io::stdout(), "{line}").map_err(|source| Error::Stream { source })
 }
 
 /// Runs the program.
@@ -161,7 +161,11 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),
         // Whoever reads our output has stopped reading: nothing is left to say.
-        Err(Error::Write { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::from(2),
+        Err(Error::Write { source, .. } | Error::Stream { source })
+            if source.kind() == std::io::ErrorKind::BrokenPipe =>
+        {
+            ExitCode::from(2)
+        }
         Err(error) => {
             eprintln!("faircurve: {error}");
             ExitCode::from(2)

@@ -2,6 +2,7 @@
 
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
+use crate::memory;
 
 /// Where a curve is sampled.
 ///
@@ -27,17 +28,25 @@ impl Sampling {
     /// together, and about as much as text.
     pub const MOST_SAMPLES: usize = 20_000_000;
 
-    /// Checks, before anything is fitted, that a spacing asks for a number of samples that can be had. Fits that sample do so.
+    /// Checks, before anything is fitted, that so many samples can be had. Fits that sample do so.
     ///
     /// # Errors
     /// A spacing that is not positive and finite; one that the curves' points are more than [`MOST_SAMPLES`](Self::MOST_SAMPLES)
-    /// times apart, all chords together.
+    /// times apart, all chords together; samples that take more than the memory that is free, as far as the system says.
     pub fn check(self, batch: &CurveBatch) -> Result<()> {
-        match self {
-            Sampling::Spacing(spacing) => check_spacing(batch, spacing, "samples", Self::MOST_SAMPLES),
-            Sampling::PerSpan(_) | Sampling::Count(_) => Ok(()),
-        }
+        let (samples, what) = match self {
+            Sampling::Spacing(spacing) => return check_spacing(batch, spacing, "samples", Self::MOST_SAMPLES),
+            Sampling::PerSpan(n) => (n as f64 * spans(batch), format!("{n} samples a span")),
+            Sampling::Count(n) => (n as f64 * batch.len() as f64, format!("{n} samples a curve")),
+        };
+        // Coordinates and a parameter.
+        memory::check(samples, 8 * (batch.dimension() + 1), &what, "ask for fewer")
     }
+}
+
+/// Number of spans of all curves that may be fitted.
+pub(crate) fn spans(batch: &CurveBatch) -> f64 {
+    (0..batch.len()).filter(|&i| batch.problem(i).is_none()).map(|i| batch.spans(i) as f64).sum()
 }
 
 /// Refuses a spacing that makes more of something than there may be: curves are at least as long as the chords between their points.

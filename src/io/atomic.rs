@@ -55,7 +55,8 @@ impl Write for Output {
 /// ```
 ///
 /// # Errors
-/// [`Error::Exists`] where `path` exists and `overwrite` is false; [`Error::Write`] with what the system or `fill` said.
+/// [`Error::Exists`] where `path` exists and `overwrite` is false; [`Error::Write`] with what the system or `fill` said, of standard output
+/// [`Error::Stream`].
 pub fn write_atomically(
     path: impl AsRef<Path>,
     overwrite: bool,
@@ -66,7 +67,7 @@ pub fn write_atomically(
     match target(path, overwrite)? {
         Target::Stdout => {
             let mut out = Output::Stdout(io::stdout());
-            fill(&mut out).and_then(|()| out.flush()).map_err(failed)
+            fill(&mut out).and_then(|()| out.flush()).map_err(|source| Error::Stream { source })
         }
         Target::Device => {
             let mut out = Output::File(File::options().write(true).open(path).map_err(failed)?);

@@ -4,6 +4,8 @@
 use std::cell::Cell;
 use std::fmt;
 
+use crate::memory::free_bytes;
+
 /// Part of the free memory that reading may fill: a fit takes as much again, and some is only estimated.
 const SHARE: f64 = 0.5;
 
@@ -52,7 +54,7 @@ impl From<Full> for std::io::Error {
 impl Room {
     /// What the system has now.
     pub fn of_system() -> Self {
-        let free = system::free_bytes().map_or(u64::MAX, |bytes| (SHARE * bytes as f64) as u64);
+        let free = free_bytes().map_or(u64::MAX, |bytes| (SHARE * bytes as f64) as u64);
         Room::of(free)
     }
 
@@ -91,49 +93,6 @@ impl Room {
     }
 }
 
-#[cfg(target_os = "linux")]
-mod system {
-    use std::fs::read_to_string;
-
-    /// The least of what the machine, the process's limits and its control group leave.
-    pub fn free_bytes() -> Option<u64> {
-        [machine(), address_space(), control_group()].into_iter().flatten().min()
-    }
-
-    /// The number after a word at the start of a line.
-    fn number(text: &str, word: &str) -> Option<u64> {
-        let line = text.lines().find_map(|line| line.strip_prefix(word))?;
-        line.split_whitespace().next()?.parse().ok()
-    }
-
-    fn machine() -> Option<u64> {
-        Some(number(&read_to_string("/proc/meminfo").ok()?, "MemAvailable:")?.saturating_mul(1024))
-    }
-
-    fn address_space() -> Option<u64> {
-        let limit = number(&read_to_string("/proc/self/limits").ok()?, "Max address space")?;
-        let used = number(&read_to_string("/proc/self/status").ok()?, "VmSize:")?.saturating_mul(1024);
-        Some(limit.saturating_sub(used))
-    }
-
-    fn control_group() -> Option<u64> {
-        let file = |name: &str| read_to_string(format!("/sys/fs/cgroup/memory.{name}")).ok();
-        let limit: u64 = file("max")?.trim().parse().ok()?;
-        let used: u64 = file("current")?.trim().parse().ok()?;
-        // Files that the system keeps in memory, and gives up when asked.
-        let kept = number(&file("stat")?, "inactive_file ").unwrap_or(0);
-        Some(limit.saturating_sub(used.saturating_sub(kept)))
-    }
-}
-
-#[cfg(not(target_os = "linux"))]
-mod system {
-    /// Not known.
-    pub fn free_bytes() -> Option<u64> {
-        None
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -153,12 +112,5 @@ mod tests {
         assert_eq!(room.take(usize::MAX).unwrap_err().wanted_bytes, u64::MAX);
         let error = Room::of(u64::MAX).reserve(&mut values, usize::MAX / 16).unwrap_err();
         assert!(error.to_string().contains("which the system does not give"), "{error}");
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn the_free_memory_is_known() {
-        let free = system::free_bytes().unwrap();
-        assert!((1 << 20..1 << 50).contains(&free), "{free}");
     }
 }

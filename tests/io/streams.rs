@@ -69,3 +69,18 @@ fn sentences_about_bytes_call_them_input_and_ask_for_the_format() {
     let sentence = io::write_to(Full, &batch(), &csv).unwrap_err().to_string();
     assert_eq!(sentence, "cannot write: no storage space; a part may have been written");
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_full_disk_takes_of_standard_output_is_not_said_to_be_nothing() {
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_faircurve"));
+    program.args("fit examples/data/countries-110m.geojson -o - --to csv --device cpu".split(' ')).stdout(full);
+    let output = program.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("cannot write: No space left on device (os error 28); a part may have been written"),
+        "{said}"
+    );
+}

@@ -1,0 +1,97 @@
+//! How much memory is free, and whether what is asked for fits in it.
+
+use crate::error::{Error, Result};
+
+pub(crate) use system::free_bytes;
+
+/// What takes less is had without asking.
+const SMALL_BYTES: f64 = (64 << 20) as f64;
+
+/// What no process gets, where the free memory is not known: the address space of today's processors.
+const MOST_BYTES: u64 = 1 << 47;
+
+/// Refuses so many of something, of so many bytes each, before it is made: where it takes more than the memory that is free.
+pub(crate) fn check(count: f64, bytes: usize, what: &str, remedy: &str) -> Result<()> {
+    let wanted = count * bytes as f64;
+    if wanted <= SMALL_BYTES {
+        return Ok(());
+    }
+    let free = free_bytes().unwrap_or(MOST_BYTES) as f64;
+    if wanted <= free {
+        return Ok(());
+    }
+    let mib = |bytes: f64| bytes / f64::from(1 << 20);
+    Err(Error::argument(format!(
+        "{what} make {count:.1e} of all curves, which take {:.1e} MiB of memory, but {:.0} MiB are free: {remedy}, or give the curves in smaller \
+         batches",
+        mib(wanted),
+        mib(free)
+    )))
+}
+
+#[cfg(target_os = "linux")]
+mod system {
+    use std::fs::read_to_string;
+
+    /// The least of what the machine, the process's limits and its control group leave.
+    pub fn free_bytes() -> Option<u64> {
+        [machine(), address_space(), control_group()].into_iter().flatten().min()
+    }
+
+    /// The number after a word at the start of a line.
+    fn number(text: &str, word: &str) -> Option<u64> {
+        let line = text.lines().find_map(|line| line.strip_prefix(word))?;
+        line.split_whitespace().next()?.parse().ok()
+    }
+
+    fn machine() -> Option<u64> {
+        Some(number(&read_to_string("/proc/meminfo").ok()?, "MemAvailable:")?.saturating_mul(1024))
+    }
+
+    fn address_space() -> Option<u64> {
+        let limit = number(&read_to_string("/proc/self/limits").ok()?, "Max address space")?;
+        let used = number(&read_to_string("/proc/self/status").ok()?, "VmSize:")?.saturating_mul(1024);
+        Some(limit.saturating_sub(used))
+    }
+
+    fn control_group() -> Option<u64> {
+        let file = |name: &str| read_to_string(format!("/sys/fs/cgroup/memory.{name}")).ok();
+        let limit: u64 = file("max")?.trim().parse().ok()?;
+        let used: u64 = file("current")?.trim().parse().ok()?;
+        // Files that the system keeps in memory, and gives up when asked.
+        let kept = number(&file("stat")?, "inactive_file ").unwrap_or(0);
+        Some(limit.saturating_sub(used.saturating_sub(kept)))
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod system {
+    /// Not known.
+    pub fn free_bytes() -> Option<u64> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_refused_with_both_sizes() {
+        assert!(check(1e6, 64, "samples", "ask for fewer").is_ok());
+        let error = check(1e18, 24, "1000000 samples a span", "ask for fewer").unwrap_err().to_string();
+        assert!(
+            error
+                .starts_with("1000000 samples a span make 1.0e18 of all curves, which take 2.3e13 MiB of memory, but "),
+            "{error}"
+        );
+        assert!(error.ends_with(" MiB are free: ask for fewer, or give the curves in smaller batches"), "{error}");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn the_free_memory_is_known() {
+        let free = free_bytes().unwrap();
+        assert!((1 << 20..1 << 50).contains(&free), "{free}");
+    }
+}
