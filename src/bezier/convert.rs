@@ -68,7 +68,8 @@ pub(crate) fn beziers_of_size<C: Curve + ?Sized>(curve: &C, size: f64, tolerance
     let spans = curve.spans();
     let mut pieces = Vec::with_capacity(spans);
     let is_usual = size == 0.0 || (MOST_SIZE.recip()..MOST_SIZE).contains(&size);
-    let unit = if is_usual { 1.0 } else { power_of_two(&[size]) };
+    // What was not fitted keeps its points, bit for bit.
+    let unit = if is_usual || !curve.is_fitted() { 1.0 } else { power_of_two(&[size]) };
     let tolerance = tolerance.max(LEAST_TOLERANCE * size) / unit;
     for span in 0..spans {
         let length = curve.pace(span);
