@@ -11,9 +11,9 @@ use rayon::prelude::*;
 use super::curves::{FairCurves, Fitted};
 use super::energy::attachment;
 use super::fair::{Fair, Pins, Segments};
-use super::near::{Near, Spread};
+use super::near::Near;
 use super::search::Search;
-use super::setup::{Ready, set_up_from, set_up_pieces};
+use super::setup::{Ready, set_up_from};
 use super::tally::Tally;
 use crate::Problem as Unfitted;
 use crate::batch::CurveBatch;
@@ -97,7 +97,6 @@ impl Job<'_> {
         let mut searches: Vec<Option<Search<D>>> = ready.into_iter().enumerate().map(search).collect();
         let rounds = Rounds { attached: &coarse, batch: self.batch, tally: None };
         rounds.run(searches.iter_mut().flatten().collect(), self.device)?;
-        self.again(&coarse, searches.iter_mut().flatten(), Search::sketching)?;
         let (mut hints, mut curves) = (Vec::new(), Vec::new());
         for (i, search) in searches.into_iter().enumerate() {
             let sketch = search.as_ref().and_then(Search::sketch);
@@ -140,40 +139,7 @@ impl Job<'_> {
         let under_way = searches.iter_mut().flatten().filter(|search| !search.has_ended()).collect();
         let rounds = Rounds { attached: self.attached, batch: self.batch, tally: Some(tally) };
         let description = rounds.run(under_way, self.device)?;
-        if sketches.is_none() {
-            self.again(self.attached, searches.iter_mut().flatten(), |search| search)?;
-        }
         Ok((searches, description))
-    }
-
-    /// Searches from the spline through the points too where what was found makes little use of the deviation; and keeps the fairer curve of both.
-    fn again<'s, const D: usize>(
-        &self,
-        attached: &Fair,
-        searches: impl Iterator<Item = &'s mut Search<D>>,
-        kind: fn(Search<D>) -> Search<D>,
-    ) -> Result<()> {
-        let short: Vec<&mut Search<D>> = searches.filter(|search| search.falls_short()).collect();
-        let curves: Vec<usize> = short.iter().map(|search| search.curve()).collect();
-        let kept: Vec<[bool; 2]> = curves.iter().filter_map(|&i| self.kept.get(i).copied()).collect();
-        let ready = set_up_pieces::<D>(attached, &self.batch.select(&curves), &kept)?;
-        let (mut short, mut others): (Vec<&mut Search<D>>, Vec<Search<D>>) = short
-            .into_iter()
-            .zip(ready)
-            .filter_map(|(search, ready)| {
-                let (i, spread) = (search.curve(), Spread::default());
-                let other = Search::new(attached, self.allowed, self.batch, i, ready.ok()?, spread);
-                Some((search, kind(other)))
-            })
-            .unzip();
-        let rounds = Rounds { attached, batch: self.batch, tally: None };
-        rounds.run(others.iter_mut().collect(), self.device)?;
-        for (search, other) in short.iter_mut().zip(others) {
-            if search.is_beaten_by(&other, &attached.energy) {
-                **search = other.after(search);
-            }
-        }
-        Ok(())
     }
 }
 

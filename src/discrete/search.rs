@@ -6,7 +6,6 @@
 //! the first from the spline; only the last goes down to the method's own tolerance.
 
 use super::curves::Vertices;
-use super::energy::Energy;
 use super::fair::{Fair, Pins};
 use super::lane::Standing;
 use super::near::{Spread, remedy};
@@ -57,9 +56,6 @@ const SOFTENING: i32 = 256;
 /// Where a weight does not do to the method's tolerance after all, weights so many steps higher are tried: it breaks the deviation by next to
 /// nothing, or stands where its minimum is about to end, and is no minimum to Newton's method yet.
 const STRIDES: [i32; 4] = [1, 4, 16, 64];
-
-/// A curve that makes use of less than this part of the deviation may have been caught where another start is not. Nine in ten make use of 99 %.
-const SHORT: f64 = 0.9;
 
 /// Trials at most. Six are common; more than these are those of a deviation that jumps.
 const MOST_ROUNDS: u32 = 32;
@@ -220,33 +216,6 @@ impl<const D: usize> Search<D> {
     /// The search of a curve that a sketch says leads nowhere.
     pub fn given_up(mut self, iterations: u32) -> Self {
         (self.stage, self.iterations) = (Stage::Nowhere, iterations);
-        self
-    }
-
-    /// Whether what was found makes so little use of the deviation that another start may lead to a fairer curve.
-    pub fn falls_short(&self) -> bool {
-        let is_short = |kept: &Kept<D>| kept.step > self.steps[0] && kept.deviation < SHORT * self.allowed;
-        self.above.as_ref().is_some_and(is_short)
-    }
-
-    /// Whether another search for the same curve has found less: minima come before what is none, and low energies before high ones.
-    pub fn is_beaten_by(&self, other: &Self, energy: &Energy) -> bool {
-        let rank = |search: &Self| -> Option<(bool, f64)> {
-            let (trial, outcome) = match (&search.found, &search.above) {
-                (Some(found), _) => (&found.ready, &found.outcome),
-                (None, Some(kept)) => (&kept.trial, &kept.outcome),
-                (None, None) => return None,
-            };
-            let moved = trial.moved(&outcome.displacements, &search.start);
-            let energy = moved.problem.energy_of_base(energy) * moved.energy_unit;
-            Some((outcome.standing == Standing::Converged, -energy))
-        };
-        rank(other) > rank(self)
-    }
-
-    /// This search after another one that found less.
-    pub fn after(mut self, other: &Self) -> Self {
-        self.iterations += other.iterations;
         self
     }
 
