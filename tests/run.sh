@@ -127,7 +127,7 @@ section 'Documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --quiet
 
 # One profile for all: optimised, with debug assertions (profile.test). Criterion runs each bench once here, as a test.
-# tests/browser.rs captures dispatches of every kernel and runs them in Chromium too.
+# tests/gpu/browser.rs captures dispatches of every kernel and runs them in Chromium too.
 section 'Tests, examples, and benches in test mode'
 cargo test --locked --all-targets --no-fail-fast
 

@@ -1,8 +1,5 @@
 //! Solves the linear programmes of the sparse Laplacian rules, and chooses among their solutions.
 
-// No test uses all of it.
-#![allow(dead_code)]
-
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::SupportedConeT::{NonnegativeConeT, ZeroConeT};
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus};
@@ -76,19 +73,12 @@ pub fn nearest(
 }
 
 /// How often each unknown of a class counts, and what it is in the exact rule.
-fn weights_and_targets(programme: &Programme, class: Class, exact: &UnboundedMask) -> (Vec<f64>, Vec<f64>) {
+pub fn weights_and_targets(programme: &Programme, class: Class, exact: &UnboundedMask) -> (Vec<f64>, Vec<f64>) {
     programme.unknowns(class).into_iter().map(|unknown| (multiplicity(unknown), target(unknown, exact))).unzip()
 }
 
-/// Σ (entry − exact entry)² over the masks of a class.
-pub fn squared_distance(programme: &Programme, class: Class, entries: &[f64]) -> f64 {
-    let (weights, targets) = weights_and_targets(programme, class, &exact_mask(programme));
-    assert_eq!(weights.len(), entries.len());
-    entries.iter().zip(weights.iter().zip(&targets)).map(|(x, (weight, target))| weight * (x - target).powi(2)).sum()
-}
-
 /// As far as the masks of a programme and their images reach.
-fn exact_mask(programme: &Programme) -> UnboundedMask {
+pub fn exact_mask(programme: &Programme) -> UnboundedMask {
     UnboundedMask::of_radius(4 * programme.radius() + 2)
 }
 

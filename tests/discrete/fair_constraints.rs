@@ -1,0 +1,267 @@
+//! Fair curves meet what they are asked to meet, to rounding, and are the best that do.
+
+use std::f64::consts::TAU;
+
+use faircurve::discrete::{Energy, Fair, Segments, bending, length, variation};
+use faircurve::{CurveBatch, CurveStatus};
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+use crate::common::*;
+
+fn held(energy: Energy) -> Fair {
+    Fair { energy, ..Fair::default() }
+}
+
+const S: [Planar; 5] = [[0.0, 0.0], [1.0, 0.8], [2.0, 0.1], [3.2, -0.5], [4.0, 0.3]];
+
+/// Eight points around an uneven oval.
+fn oval() -> Vec<Planar> {
+    let radius = [1.0, 1.2, 0.9, 1.1, 1.0, 1.3, 0.95, 1.05];
+    let point = |k: usize| {
+        let (sin, cos) = (TAU * k as f64 / 8.0).sin_cos();
+        [3.0 + 2.0 * radius[k] * cos, radius[k] * sin - 1.0]
+    };
+    (0..8).map(point).collect()
+}
+
+const KNOT: [Spatial; 5] = [[0.0, 0.0, 0.0], [1.0, 0.8, 0.3], [2.0, 0.1, 0.9], [3.2, -0.5, 0.4], [4.0, 0.3, 0.0]];
+
+/// Vertices before and after a data point, itself where there is none.
+fn beside<const D: usize>(vertices: &[[f64; D]], row: usize, closed: bool) -> ([f64; D], [f64; D], [f64; D]) {
+    let count = vertices.len();
+    let before = if closed { (row + count - 1) % count } else { row.saturating_sub(1) };
+    let after = if closed { (row + 1) % count } else { (row + 1).min(count - 1) };
+    (vertices[before], vertices[row], vertices[after])
+}
+
+/// f_{i+1} − f_{i−1} is parallel to the tangent, and goes its way.
+fn assert_tangent<const D: usize>(vertices: &[[f64; D]], row: usize, closed: bool, tangent: [f64; D]) {
+    let (before, _, after) = beside(vertices, row, closed);
+    let (chord, tangent) = (minus(after, before), unit(tangent));
+    let along = dot(chord, tangent);
+    let across = norm(minus(chord, tangent.map(|x| x * along)));
+    let size = vertices.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
+    assert!(along > 0.0, "vertex {row} goes backwards");
+    // Differences of coordinates of this size round by so much.
+    assert!(across <= 8.0 * f64::EPSILON * size, "vertex {row}: {across:e} off the tangent, chord {along:e}");
+}
+
+/// (T′ − T)/Δa is the curvature vector.
+fn assert_curvature<const D: usize>(vertices: &[[f64; D]], row: usize, closed: bool, wanted: [f64; D]) {
+    let (before, here, after) = beside(vertices, row, closed);
+    let (e, f) = (minus(here, before), minus(after, here));
+    let (s, t) = (norm(e), norm(f));
+    let found: [f64; D] = std::array::from_fn(|c| (f[c] / t - e[c] / s) / (0.5 * (s + t)));
+    let size = vertices.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
+    // Rounding of coordinates, divided by an edge twice.
+    let rounding = 16.0 * f64::EPSILON * size / (s * t);
+    let away = norm(minus(found, wanted));
+    assert!(away <= 1e-12 * norm(wanted) + rounding, "vertex {row}: {found:?} for {wanted:?}");
+}
+
+/// No small move across the curve that keeps the constraints lowers the energy.
+fn assert_stationary<const D: usize>(
+    energy: &Energy,
+    vertices: &[[f64; D]],
+    closed: bool,
+    n: usize,
+    held: &[usize],
+    seed: u64,
+) {
+    let mut rng = StdRng::seed_from_u64(seed);
+    let at = energy_of(energy, vertices, closed);
+    let count = vertices.len();
+    let near = |row: usize| {
+        held.iter().any(|&k| {
+            let gap = row.abs_diff(k * n);
+            gap.min(if closed { count - gap } else { gap }) <= 1
+        })
+    };
+    for _ in 0..50 {
+        // A smooth bump in one span that is 0 with its slope at both ends, in a random direction.
+        let span = rng.random_range(0..if closed { count / n } else { (count - 1) / n });
+        let random: [f64; D] = std::array::from_fn(|_| rng.random_range(-1.0..1.0));
+        let size = 10_f64.powf(rng.random_range(-5.0..-2.0));
+        let mut moved = vertices.to_vec();
+        for k in 1..n {
+            let row = span * n + k;
+            if !near(row) {
+                let bump = size * (TAU / 2.0 * k as f64 / n as f64).sin().powi(4);
+                let tangent = unit(minus(vertices[(row + 1) % count], vertices[row - 1]));
+                let along = dot(tangent, random);
+                moved[row] = std::array::from_fn(|c| vertices[row][c] + bump * (random[c] - along * tangent[c]));
+            }
+        }
+        let after = energy_of(energy, &moved, closed);
+        // Edges that are equal, as the gauge keeps them, cost h⁴ more than the best: 5e-6 here.
+        assert!(after >= at - 1e-6 * at, "a move of {size:e} in span {span}: {after} below {at}");
+    }
+}
+
+fn assert_through<const D: usize>(vertices: &[[f64; D]], points: &[[f64; D]], n: usize) {
+    for (k, point) in points.iter().enumerate() {
+        assert_eq!(vertices[k * n].map(f64::to_bits), point.map(f64::to_bits), "point {k}");
+    }
+}
+
+#[test]
+fn curves_pass_through_their_points_bit_for_bit() {
+    let fair = held(bending(2.0) + 0.1 * length());
+    for (points, closed) in [(S.to_vec(), false), (oval(), true)] {
+        let (vertices, report) = fitted::<2>(&fair, &one(&points, closed), 16);
+        assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+        assert_eq!(report.max_deviation, 0.0);
+        assert_through(&vertices, &points, 16);
+    }
+    let (vertices, _) = fitted::<3>(&fair, &one(&KNOT, false), 16);
+    assert_through(&vertices, &KNOT, 16);
+}
+
+#[test]
+fn tangents_hold_to_rounding_at_ends_and_inside() {
+    let fair = held(bending(2.0) + 0.1 * length());
+    let tangents = [(0, [1.0, 0.0]), (2, [3.0, -3.0]), (4, [0.2, 0.9])];
+    let (vertices, report) = fitted(&fair, &constrained(&S, false, &tangents, &[]), 16);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    assert_through(&vertices, &S, 16);
+    for (k, tangent) in tangents {
+        assert_tangent(&vertices, k * 16, false, tangent);
+    }
+    assert_stationary(&fair.energy, &vertices, false, 16, &[0, 2, 4], 1);
+}
+
+#[test]
+fn curvature_vectors_are_those_of_the_discrete_curve() {
+    let fair = held(bending(2.0) + 0.1 * length());
+    let (tangents, curvatures) = ([(1, [1.0, 0.1]), (3, [1.0, 0.0])], [(1, [0.2, -2.0]), (3, [0.0, 0.5])]);
+    let (vertices, report) = fitted(&fair, &constrained(&S, false, &tangents, &curvatures), 16);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    assert_through(&vertices, &S, 16);
+    for ((k, tangent), (_, curvature)) in tangents.into_iter().zip(curvatures) {
+        assert_tangent(&vertices, k * 16, false, tangent);
+        assert_curvature(&vertices, k * 16, false, curvature);
+    }
+    assert_stationary(&fair.energy, &vertices, false, 16, &[1, 3], 2);
+}
+
+#[test]
+fn a_closed_curve_through_8_points_meets_two_tangents_and_a_curvature() {
+    let points = oval();
+    let tangents = [(0, [0.2, 1.0]), (3, [-1.0, -0.6])];
+    let curvature = [-1.6, 0.32];
+    for energy in [bending(2.0) + 0.1 * length(), bending(3.0) + 0.1 * length()] {
+        let fair = held(energy);
+        let batch = constrained(&points, true, &tangents, &[(0, curvature)]);
+        let (vertices, report) = fitted(&fair, &batch, 16);
+        assert_eq!(report.status, CurveStatus::Converged, "{}: {report:?}", fair.energy);
+        assert_eq!(vertices.len(), 8 * 16);
+        assert_through(&vertices, &points, 16);
+        tangents.iter().for_each(|&(k, tangent)| assert_tangent(&vertices, k * 16, true, tangent));
+        assert_curvature(&vertices, 0, true, curvature);
+        assert_stationary(&fair.energy, &vertices, true, 16, &[0, 3], 3);
+    }
+}
+
+#[test]
+fn a_mix_of_constraints_holds_in_space() {
+    let fair = held(bending(2.0) + 0.1 * length());
+    let tangents = [(0, [1.0, 1.0, 0.0]), (2, [1.0, -0.5, 0.2]), (3, [1.0, 0.0, -1.0])];
+    let curvature = [0.5, 1.4, 1.0];
+    let (vertices, report) = fitted(&fair, &constrained(&KNOT, false, &tangents, &[(2, curvature)]), 16);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    assert_through(&vertices, &KNOT, 16);
+    tangents.iter().for_each(|&(k, tangent)| assert_tangent(&vertices, k * 16, false, tangent));
+    assert_curvature(&vertices, 32, false, curvature);
+    assert_stationary(&fair.energy, &vertices, false, 16, &[0, 2, 3], 4);
+}
+
+#[test]
+fn a_tangent_that_the_free_curve_has_changes_nothing_and_any_other_costs_energy() {
+    let fair = held(bending(2.0) + 0.1 * length());
+    let (free, report) = fitted::<2>(&fair, &one(&S, false), 16);
+    let own = minus(free[33], free[31]);
+    let (same, with_own) = fitted(&fair, &constrained(&S, false, &[(2, own)], &[]), 16);
+    assert!((with_own.energy - report.energy).abs() <= 1e-9 * report.energy, "{with_own:?} {report:?}");
+    assert!(apart(&free, &same) <= 1e-5 * 4.0, "{:e}", apart(&free, &same));
+    let mut before = report.energy;
+    for turn in [0.1_f64, 0.3, 0.6] {
+        let (sin, cos) = turn.sin_cos();
+        let turned = [own[0] * cos - own[1] * sin, own[0] * sin + own[1] * cos];
+        let (_, with_turned) = fitted::<2>(&fair, &constrained(&S, false, &[(2, turned)], &[]), 16);
+        assert_eq!(with_turned.status, CurveStatus::Converged, "{with_turned:?}");
+        assert!(with_turned.energy > before, "{} after {before}", with_turned.energy);
+        before = with_turned.energy;
+    }
+}
+
+#[test]
+fn free_curves_are_stationary() {
+    for energy in [bending(2.0) + 0.1 * length(), bending(3.0) + 0.1 * length(), variation() + 0.1 * length()] {
+        let fair = held(energy);
+        for (points, closed) in [(S.to_vec(), false), (oval(), true)] {
+            let (vertices, report) = fitted::<2>(&fair, &one(&points, closed), 16);
+            assert_eq!(report.status, CurveStatus::Converged, "{}, closed {closed}: {report:?}", fair.energy);
+            assert_stationary(&fair.energy, &vertices, closed, 16, &[], 5);
+        }
+    }
+}
+
+fn sentence(batch: &CurveBatch, fair: &Fair) -> String {
+    let fit = fit(fair, batch);
+    let report = &fit.reports()[0];
+    assert_eq!(report.status, CurveStatus::Invalid);
+    assert!(!fit.curve(0).is_fitted());
+    report.message.clone().unwrap()
+}
+
+#[test]
+fn constraints_that_cannot_be_met_are_refused_with_a_sentence() {
+    let fair = held(bending(2.0) + length());
+    let coarse = Fair { segments: Segments::PerSpan(3), ..fair.clone() };
+    let lonely = constrained(&S, false, &[], &[(1, [0.0, 1.0])]);
+    assert_eq!(
+        sentence(&lonely, &fair),
+        "curve 0, point 1: a curvature vector needs a tangent beside it: give tx, ty (and tz) too"
+    );
+    let skew = constrained(&S, false, &[(1, [1.0, 0.0])], &[(1, [3.0, 4.0])]);
+    assert_eq!(
+        sentence(&skew, &fair),
+        "curve 0, point 1: its curvature vector is not perpendicular to its tangent (cosine 6.0e-1, at most 1e-6 is \
+         possible): subtract its part along the tangent"
+    );
+    let zero = constrained(&S, false, &[(3, [0.0, 0.0])], &[]);
+    assert_eq!(
+        sentence(&zero, &fair),
+        "curve 0, point 3: its tangent has length 0; give a direction, or leave it empty"
+    );
+    let tangent = constrained(&S, false, &[(2, [1.0, 0.0])], &[]);
+    assert_eq!(
+        sentence(&tangent, &coarse),
+        "curve 0, point 2: its span has 3 segments; to meet a tangent it needs 4: ask for more samples, or a smaller \
+         spacing"
+    );
+    let repeated = [S[0], S[1], S[1], S[2]];
+    let two = constrained(&repeated, false, &[(1, [1.0, 0.0]), (2, [0.0, 1.0])], &[]);
+    assert_eq!(
+        sentence(&two, &fair),
+        "curve 0, point 2: the same point repeated before it asks for another tangent: leave one out"
+    );
+}
+
+#[test]
+fn a_curve_whose_constraints_are_refused_leaves_its_neighbours_as_they_were() {
+    let fair = held(bending(2.0) + length());
+    let coords: Vec<f64> = [S, S, S].as_flattened().as_flattened().to_vec();
+    let all = CurveBatch::from_ragged(2, coords, vec![0, 5, 10, 15]).unwrap();
+    let mut tangents = vec![f64::NAN; 30];
+    (tangents[14], tangents[15]) = (0.0, 0.0);
+    let constraints = faircurve::Constraints { tangents: Some(tangents), ..Default::default() };
+    let fit = fit(&fair, &all.with_constraints(constraints).unwrap());
+    let (alone, report) = fitted::<2>(&fair, &one(&S, false), 16);
+    assert_eq!(fit.reports()[1].status, CurveStatus::Invalid);
+    for i in [0, 2] {
+        assert_eq!(fit.reports()[i], report);
+        assert_eq!(vertices::<2>(&fit, i, 16), alone);
+    }
+}

@@ -1,0 +1,309 @@
+//! Curves near their points keep the deviation asked for, and are as fair as it allows.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tension, variation};
+use faircurve::{CurveBatch, CurveReport, CurveStatus, Device, Sampling, io};
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+use crate::common::*;
+
+const SEGMENTS: usize = 8;
+
+fn near(energy: Energy, deviation: f64) -> Fair {
+    let segments = Segments::PerSpan(SEGMENTS);
+    Fair { energy, segments, deviation: Some(deviation), max_iterations: 2000, ..Fair::default() }
+}
+
+fn energy() -> Energy {
+    bending(2.0) + 0.1 * length()
+}
+
+/// Points of a circle of radius 1, and of a turn of a helix of that radius, with noise of this size.
+fn noisy<const D: usize>(points: usize, noise: f64, seed: u64) -> Vec<[f64; D]> {
+    risen(points, noise, seed, |t| 0.3 * t)
+}
+
+/// Points around the z-axis at distance 1 with this height, with noise of this size.
+fn risen<const D: usize>(points: usize, noise: f64, seed: u64, height: fn(f64) -> f64) -> Vec<[f64; D]> {
+    println!("seed {seed}");
+    let mut rng = StdRng::seed_from_u64(seed);
+    let point = |k: usize| -> [f64; D] {
+        let t = TAU * k as f64 / points as f64;
+        std::array::from_fn(|c| [t.cos(), t.sin(), height(t)][c] + rng.random_range(-noise..noise))
+    };
+    (0..points).map(point).collect()
+}
+
+/// Whether a curve with this many segments a span has a loop: a span more than twice as long as its chord, and longer by the deviation.
+fn has_a_loop(vertices: &[Planar], segments: usize, closed: bool, allowed: f64) -> bool {
+    let ends = if closed { Some(vertices[0]) } else { None };
+    let all: Vec<Planar> = vertices.iter().copied().chain(ends).collect();
+    let span = |from: usize| {
+        let own = &all[from..=from + segments];
+        length_of(own, false) > 2.0 * norm(minus(own[segments], own[0])) + allowed
+    };
+    (0..all.len() - 1).step_by(segments).any(span)
+}
+
+/// Largest distance of data points from their vertices.
+fn deviation<const D: usize>(vertices: &[[f64; D]], points: &[[f64; D]]) -> f64 {
+    let away = |(k, point): (usize, &[f64; D])| norm(minus(vertices[k * SEGMENTS], *point));
+    points.iter().enumerate().map(away).fold(0.0, f64::max)
+}
+
+/// Asserts that the deviation of a curve is at most, and about, as much as was allowed, whether or not the descent at that weight
+/// has reached its tolerance, which its status says.
+fn comes_close(report: &CurveReport, allowed: f64, what: &str) {
+    use CurveStatus::{Converged, NotConverged};
+    assert!([Converged, NotConverged].contains(&report.status), "{what}: {report:?}");
+    assert_eq!(report.status == Converged, report.gradient_norm <= 1e-8, "{what}: {report:?}");
+    assert!(report.max_deviation <= allowed && report.max_deviation >= 0.99 * allowed, "{what}: {report:?}");
+    assert!(report.smoothing.is_some_and(|weight| weight > 0.0 && weight.is_finite()), "{what}: {report:?}");
+}
+
+#[test]
+fn every_border_keeps_the_deviation_and_most_come_within_a_hundredth_of_it() {
+    let all = io::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/countries-110m.geojson")).unwrap();
+    let batch = all.select(&(0..120).collect::<Vec<_>>());
+    let allowed = 0.3;
+    let fair = Fair { segments: Segments::PerSpan(4), ..near(bending(2.0) + length(), allowed) };
+    let (fit, samples) = fair.fit_sampled(&batch, Sampling::PerSpan(4), &Device::cpu()).unwrap();
+    let (mut close, mut free, mut pinned, mut converged) = (0, 0, 0, 0);
+    for (i, report) in fit.reports().iter().enumerate() {
+        let (vertices, points) = (samples.points(i).as_chunks::<2>().0, batch.points(i).as_chunks::<2>().0);
+        let away = |(k, point): (usize, &Planar)| norm(minus(vertices[4 * k], *point));
+        let found = points.iter().enumerate().map(away).fold(0.0, f64::max);
+        assert!(found <= allowed, "{i}: {found}");
+        assert!((found - report.max_deviation).abs() <= 1e-12, "{i}: {found} {report:?}");
+        converged += usize::from(report.status == CurveStatus::Converged);
+        assert!(!has_a_loop(vertices, 4, batch.is_closed(i), allowed), "{i}: {report:?}");
+        // No weight at all is needed where the line between the ends is near enough.
+        free += usize::from(report.smoothing < Some(1e-3));
+        pinned += usize::from(report.smoothing == Some(f64::INFINITY));
+        close += usize::from(report.smoothing >= Some(1e-3) && found >= 0.99 * allowed);
+    }
+    println!("{converged} converged, {close} close, {free} free, {pinned} pinned of {}", batch.len());
+    // 95, 78, 31 and 0. The others have no minimum without loops: they are the spline, or stop where their minimum ends. The deviation of some
+    // that converge jumps, as their corners swing over.
+    assert!(close + free >= 100, "{close} {free}");
+    assert!(converged >= 94, "{converged}");
+}
+
+#[test]
+fn every_border_whose_corners_are_kept_has_a_minimum_that_makes_use_of_the_deviation() {
+    let batch = io::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/countries-110m.geojson")).unwrap();
+    let fair = Fair { corners: Some(60f64.to_radians()), ..near(bending(2.0), 0.2) };
+    let fit = fair.fit(&batch, &Device::cpu()).unwrap();
+    let unusable: Vec<usize> = (0..fit.len()).filter(|&i| !fit.reports()[i].status.is_usable()).collect();
+    // It is a single point.
+    assert_eq!(unusable, [386]);
+}
+
+#[test]
+fn borders_in_bending_alone_make_use_of_the_deviation_and_never_swing_out() {
+    let all = io::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/countries-110m.geojson")).unwrap();
+    let batch = all.select(&(20..110).collect::<Vec<_>>());
+    let allowed = 0.2;
+    let fair = Fair { max_iterations: 500, ..near(bending(2.0), allowed) };
+    let (fit, samples) = fair.fit_sampled(&batch, Sampling::PerSpan(SEGMENTS), &Device::cpu()).unwrap();
+    let (mut converged, mut hugging) = (0, 0);
+    for (i, report) in fit.reports().iter().enumerate() {
+        assert!(report.max_deviation <= allowed, "{i}: {report:?}");
+        let (vertices, points) = (samples.points(i).as_chunks::<2>().0, batch.points(i).as_chunks::<2>().0);
+        assert!(!has_a_loop(vertices, SEGMENTS, batch.is_closed(i), allowed), "{i}: {report:?}");
+        let times = length_of(vertices, batch.is_closed(i)) / length_of(points, batch.is_closed(i));
+        assert!(times <= 2.0, "{i} is {times} times as long as its points' polygon: {report:?}");
+        converged += usize::from(report.status == CurveStatus::Converged);
+        // Curves that may move, and need to: those that are no line within the deviation.
+        hugging += usize::from(report.energy > 1e-6 && report.max_deviation < 1e-3 * allowed);
+        match &report.message {
+            Some(message) if report.status == CurveStatus::NotConverged => {
+                let said = ["the curve is the spline they started from, which keeps it", "the curve keeps it"];
+                assert!(said.iter().any(|said| message.contains(said)), "{message}");
+                assert!(
+                    message.ends_with("; keep its corners, such as those of 60° and more, or add length to the energy"),
+                    "{message}"
+                );
+            }
+            _ => assert_eq!(report.status, CurveStatus::Converged, "{i}: {report:?}"),
+        }
+    }
+    println!("{converged} of {} converged, {hugging} go through their points", batch.len());
+    assert!(converged >= 48, "{converged}");
+    assert_eq!(hugging, 0);
+}
+
+#[test]
+fn a_device_counts_every_curve_once_when_it_is_finished() {
+    let counted = |fair: &Fair, batch: &CurveBatch| {
+        let counter = Arc::new(AtomicUsize::new(0));
+        let device = Device::cpu().with_counter(counter.clone());
+        fair.fit(batch, &device).unwrap();
+        counter.load(Ordering::Relaxed)
+    };
+    let (plain, two) = (noisy::<2>(9, 0.1, 3), [[0.0, 0.0], [3.0, 1.0]]);
+    let (bad, same) = ([[0.0, 0.0], [f64::NAN, 1.0], [2.0, 0.0]], [[1.0, 1.0]; 3]);
+    let stairs = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [3.0, 2.0]];
+    let batch = CurveBatch::from_slices(&[&plain[..], &bad, &two, &same, &stairs, &plain]).unwrap();
+    for fair in [Fair { energy: energy(), ..Fair::default() }, near(energy(), 0.05), near(bending(2.0), 1e-13)] {
+        assert_eq!(counted(&fair, &batch), batch.len(), "{fair:?}");
+        assert_eq!(counted(&Fair { corners: Some(1.0), ..fair.clone() }, &batch), batch.len(), "{fair:?} with corners");
+    }
+}
+
+#[test]
+fn the_energy_falls_as_the_deviation_grows() {
+    let batch = gentle(20, 9, 0.04, 11);
+    let mut before: Option<Vec<f64>> = None;
+    for allowed in [0.004, 0.008, 0.016] {
+        let fair = near(energy(), allowed);
+        let fit = fit(&fair, &batch);
+        for (i, report) in fit.reports().iter().enumerate() {
+            if report.smoothing > Some(1e-2) {
+                comes_close(report, allowed, &format!("{i} at {allowed}"));
+            }
+            assert!(report.max_deviation <= allowed, "{report:?}");
+            let polygon = energy_of(&fair.energy, &vertices::<2>(&fit, i, SEGMENTS), false);
+            assert!((report.energy - polygon).abs() <= 1e-9 * polygon.max(1.0), "{} of {polygon}", report.energy);
+        }
+        let energies: Vec<f64> = fit.reports().iter().map(|report| report.energy).collect();
+        if let Some(before) = before {
+            before.iter().zip(&energies).for_each(|(before, now)| assert!(now < before, "{allowed}: {now} {before}"));
+        }
+        before = Some(energies);
+    }
+}
+
+#[test]
+fn the_curve_is_the_attached_one_of_the_weight_reported_and_that_weight_is_the_smallest() {
+    let points = noisy::<2>(9, 0.1, 3);
+    for (energy, closed) in [(energy(), false), (energy(), true), (length(), false)] {
+        let allowed = 0.05;
+        let fair = near(energy.clone(), allowed);
+        let (found, report) = fitted::<2>(&fair, &one(&points, closed), SEGMENTS);
+        let what = format!("{energy}, closed {closed}");
+        comes_close(&report, allowed, &what);
+        let with = |weight: f64| {
+            let attached = energy.clone() + weight * attachment();
+            let fair = Fair { energy: attached, pins: Pins::Ends, deviation: None, ..fair.clone() };
+            fitted::<2>(&fair, &one(&points, closed), SEGMENTS)
+        };
+        let weight = report.smoothing.unwrap();
+        let (wanted, _) = with(weight);
+        assert!(apart(&found, &wanted) <= 1e-5, "{what}: {:e}", apart(&found, &wanted));
+        let (_, lighter) = with(0.985 * weight);
+        assert!(lighter.max_deviation > allowed, "{what}: {lighter:?}");
+    }
+}
+
+#[test]
+fn ends_of_open_curves_stay_unless_they_are_freed() {
+    let points = noisy::<2>(9, 0.1, 5);
+    let fair = near(energy(), 0.05);
+    let (found, report) = fitted::<2>(&fair, &one(&points, false), SEGMENTS);
+    comes_close(&report, 0.05, "pinned");
+    assert_eq!((found[0], found[8 * SEGMENTS]), (points[0], points[8]));
+    let (freed, report) = fitted::<2>(&Fair { pins: Pins::None, ..fair }, &one(&points, false), SEGMENTS);
+    comes_close(&report, 0.05, "freed");
+    assert!(freed[0] != points[0] && freed[8 * SEGMENTS] != points[8]);
+    assert!(deviation(&freed, &points) <= 0.05);
+}
+
+#[test]
+fn curves_in_space_keep_the_deviation_too() {
+    // A helix that is closed comes back from its end to its start by two loops.
+    let (helix, saddle) = (noisy::<3>(13, 0.05, 7), risen::<3>(13, 0.05, 7, |t| 0.3 * (2.0 * t).cos()));
+    for (closed, energy) in [(false, energy()), (true, energy()), (false, tension()), (false, variation() + length())] {
+        let points = if closed { &saddle } else { &helix };
+        let (found, report) = fitted::<3>(&near(energy.clone(), 0.04), &one(points, closed), SEGMENTS);
+        comes_close(&report, 0.04, &format!("{energy}, closed {closed}"));
+        assert!((deviation(&found, points) - report.max_deviation).abs() <= 1e-12);
+    }
+}
+
+#[test]
+fn what_is_straight_enough_becomes_the_line_between_its_ends() {
+    let points: Vec<Planar> = (0..9).map(|k| [f64::from(k), 0.1 * f64::from(k % 2)]).collect();
+    let (found, report) = fitted::<2>(&near(bending(2.0), 0.2), &one(&points, false), SEGMENTS);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    assert!(report.smoothing < Some(1e-4) && report.energy < 1e-8, "{report:?}");
+    assert!(found.iter().all(|[_, y]| y.abs() <= 1e-4), "{found:?}");
+    // So weak an attachment leaves it open to some thousandths where on the line a point stands.
+    assert!((report.max_deviation - 0.1).abs() <= 5e-3, "{report:?}");
+}
+
+#[test]
+fn a_deviation_larger_than_a_ring_leaves_a_small_ring() {
+    // Length pulls it together, bending holds it open: a circle of radius √(bending/length) = 0.1.
+    let fair = near(0.01 * bending(2.0) + length(), 5.0);
+    let (found, report) = fitted::<2>(&fair, &one(&noisy::<2>(12, 0.02, 9), true), SEGMENTS);
+    assert!(report.max_deviation <= 5.0, "{report:?}");
+    let around = length_of(&found, true);
+    // Nothing but so weak an attachment keeps the twelve spans alike: edges of several lengths cost some per cent.
+    assert!((around / (TAU * 0.1) - 1.0).abs() <= 0.05, "{around}");
+}
+
+#[test]
+fn two_points_repeated_points_and_one_bad_curve_are_no_trouble_to_others() {
+    let mut doubled = noisy::<2>(9, 0.1, 3);
+    let plain = doubled.clone();
+    doubled.insert(4, doubled[4]);
+    let two = [[0.0, 0.0], [3.0, 1.0]];
+    let bad = [[0.0, 0.0], [f64::NAN, 1.0], [2.0, 0.0]];
+    let same = [[1.0, 1.0]; 3];
+    let curves = [&plain[..], &bad, &two, &doubled, &same, &plain];
+    let batch = CurveBatch::from_slices(&curves).unwrap();
+    let fair = near(energy(), 0.05);
+    let fit = fit(&fair, &batch);
+    let statuses: Vec<CurveStatus> = fit.reports().iter().map(|report| report.status).collect();
+    use CurveStatus::{Converged, Degenerate, Invalid};
+    assert_eq!(statuses, [Converged, Invalid, Converged, Converged, Degenerate, Converged]);
+    let (alone, report) = fitted::<2>(&fair, &one(&plain, false), SEGMENTS);
+    for i in [0, 5] {
+        assert_eq!(vertices::<2>(&fit, i, SEGMENTS), alone);
+        assert_eq!(fit.reports()[i], report);
+    }
+    let line = &fit.reports()[2];
+    assert_eq!((line.max_deviation, line.smoothing), (0.0, Some(0.0)));
+    comes_close(&fit.reports()[3], 0.05, "doubled");
+    assert_eq!(fit.polylines(Sampling::PerSpan(SEGMENTS)).count(3), 9 * SEGMENTS + 1);
+}
+
+#[test]
+fn a_deviation_too_small_for_any_weight_is_kept_by_the_points_themselves() {
+    let points = noisy::<2>(5, 0.1, 13);
+    let (found, report) = fitted::<2>(&near(energy(), 1e-13), &one(&points, false), SEGMENTS);
+    assert_eq!((report.status, report.max_deviation), (CurveStatus::Converged, 0.0), "{report:?}");
+    assert_eq!(report.smoothing, Some(f64::INFINITY));
+    assert_eq!(deviation(&found, &points), 0.0);
+    let message = report.message.unwrap();
+    assert!(
+        message.starts_with("curve 0, point 0: no weight of the attachment up to ")
+            && message.ends_with(
+                "keeps the deviation of 0.0000000000001: the curve goes through its points; allow more, or ask for more segments"
+            ),
+        "{message}"
+    );
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let batch = one(&noisy::<2>(5, 0.1, 13), false);
+    let refused = |fair: Fair, sentence: &str| {
+        let error = fair.fit(&batch, &Device::cpu()).err().expect("it is refused").to_string();
+        assert!(error.contains(sentence), "{error}");
+    };
+    for (allowed, word) in [(0.0, "0"), (-1.0, "-1"), (f64::NAN, "NaN"), (f64::INFINITY, "inf")] {
+        let sentence = format!("the largest deviation allowed is {word}; it must be positive and finite");
+        refused(near(energy(), allowed), &sentence);
+    }
+    refused(near(energy() + attachment(), 0.1), "a deviation of 0.1 has one found: leave one of both out");
+    for (angle, word) in [(-0.1, "-0.1"), (3.2, "3.2"), (f64::NAN, "NaN")] {
+        let sentence = format!("the angle of corners is {word}; angles from 0 to π are possible, such as 1.05 (60°)");
+        refused(Fair { corners: Some(angle), ..Fair::default() }, &sentence);
+    }
+}

@@ -1,0 +1,18 @@
+//! Discrete fair curves, their energies, and the procedures that they are measured against.
+
+#[path = "../common/points.rs"]
+mod points;
+#[path = "../common/rough.rs"]
+mod rough;
+
+mod common;
+mod energies;
+mod fair;
+mod fair_constraints;
+mod fair_corners;
+mod fair_deviation;
+mod fair_scf;
+mod fair_status;
+mod newton;
+mod renka;
+mod toms828;

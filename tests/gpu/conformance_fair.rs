@@ -1,0 +1,191 @@
+//! Fair curves on the GPU are those of the CPU: the same statuses, energies within 1e-10 (f64) and 1e-5 (f32) of
+//! themselves, and curves within 1e-9 and 1e-5 of their size. These bounds are of iterations that stop at a gradient, not of
+//! roundings: a curve's distance from the minimum is of the order of that gradient.
+
+use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tension, variation};
+use faircurve::{CurveBatch, CurveStatus, Device, Precision, Sampling};
+use rand::RngExt;
+use rand::rngs::StdRng;
+
+use crate::common::{device, precisions, seeded};
+use crate::rough::Family;
+
+const SEGMENTS: usize = 16;
+
+/// Largest distance over size, and of energies over energies.
+fn bounds(precision: Precision) -> (f64, f64) {
+    if precision == Precision::F64 { (1e-9, 1e-10) } else { (1e-5, 1e-5) }
+}
+
+/// A number of the normal distribution, by the sum of twelve uniform ones.
+fn normal(rng: &mut StdRng) -> f64 {
+    (0..12).map(|_| rng.random_range(-0.5..0.5)).sum()
+}
+
+/// Open curves at unit steps with normal heights, closed ones around a circle with points at unit steps; every second closed.
+fn gentle(dimension: usize, count: usize, points: impl Fn(usize) -> usize, sigma: f64, rng: &mut StdRng) -> CurveBatch {
+    let (mut coords, mut offsets, mut closed) = (Vec::new(), vec![0], Vec::new());
+    for i in 0..count {
+        let (n, is_closed) = (points(i).max(2 + 2 * (i % 2)), i % 2 == 1);
+        for k in 0..n {
+            let turn = std::f64::consts::TAU * k as f64 / n as f64;
+            let radius = n as f64 / std::f64::consts::TAU;
+            let at = if is_closed { [radius * turn.cos(), radius * turn.sin()] } else { [k as f64, 0.0] };
+            let mut point: Vec<f64> = at.into_iter().chain([0.0]).take(dimension).collect();
+            let from = usize::from(!is_closed);
+            // Closed curves turn as it is: a fourth of the noise is as gentle for them.
+            let own = if is_closed { 0.25 * sigma } else { sigma };
+            point[from..].iter_mut().for_each(|x| *x += own * normal(rng));
+            coords.extend(point);
+        }
+        offsets.push(coords.len() / dimension);
+        closed.push(is_closed);
+    }
+    CurveBatch::from_ragged(dimension, coords, offsets).unwrap().closed_each(closed).unwrap()
+}
+
+fn size(batch: &CurveBatch, i: usize) -> f64 {
+    let d = batch.dimension();
+    let extent = |c: usize| {
+        let axis = || batch.points(i).iter().skip(c).step_by(d);
+        axis().fold(f64::NEG_INFINITY, |high, &x| high.max(x)) - axis().fold(f64::INFINITY, |low, &x| low.min(x))
+    };
+    (0..d).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Fits on both, and asserts statuses, energies and distances.
+fn conform(what: &str, fair: &Fair, batch: &CurveBatch, device: &Device) {
+    let sampling = Sampling::PerSpan(SEGMENTS);
+    let (cpu, wanted) = fair.fit_sampled(batch, sampling, &Device::cpu()).unwrap();
+    for precision in precisions(device.as_gpu().expect("a GPU")) {
+        let device = device.clone().with_precision(precision);
+        let (gpu, found) = fair.fit_sampled(batch, sampling, &device).unwrap();
+        assert!(gpu.device().contains(precision.word()), "{what}: done by {}", gpu.device());
+        let (distance_bound, energy_bound) = bounds(precision);
+        let (mut worst, mut worst_energy) = ((0.0, 0), 0.0f64);
+        for i in 0..batch.len() {
+            let (a, b) = (&cpu.reports()[i], &gpu.reports()[i]);
+            assert_eq!(a.status, b.status, "{what}, {precision:?}, curve {i}: {:?}, {:?}", a.message, b.message);
+            assert_eq!(wanted.count(i), found.count(i), "{what}, {precision:?}, curve {i}");
+            let pairs = wanted.points(i).iter().zip(found.points(i));
+            let distance = pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / size(batch, i);
+            assert!(distance <= distance_bound, "{what}, {precision:?}, curve {i}: {distance:e} of its size");
+            let energy = if a.energy == b.energy { 0.0 } else { (a.energy - b.energy).abs() / a.energy };
+            assert!(energy <= energy_bound, "{what}, {precision:?}, curve {i}: energies differ by {energy:e}");
+            worst = if distance > worst.0 { (distance, i) } else { worst };
+            worst_energy = worst_energy.max(energy);
+        }
+        println!(
+            "{what}, {}: curve {} is off by {:.1e} of its size, energies by {worst_energy:.1e} at most, {} of {} converged",
+            precision.word(),
+            worst.1,
+            worst.0,
+            gpu.usable(),
+            gpu.len()
+        );
+    }
+}
+
+fn fair(energy: Energy) -> Fair {
+    Fair { energy, segments: Segments::PerSpan(SEGMENTS), ..Fair::default() }
+}
+
+#[test]
+fn gentle_curves_of_65_vertices_end_where_the_cpu_ends() {
+    let Some(device) = device() else { return };
+    let batch = gentle(2, 400, |_| 5, 0.2, &mut seeded(41));
+    conform("bending + 0.1 length, 2-D", &fair(bending(2.0) + 0.1 * length()), &batch, &device);
+    let batch = gentle(3, 100, |_| 5, 0.2, &mut seeded(42));
+    conform("bending + 0.1 length, 3-D", &fair(bending(2.0) + 0.1 * length()), &batch, &device);
+}
+
+#[test]
+fn ragged_batches_of_every_energy_of_the_kernels_end_where_the_cpu_ends() {
+    let Some(device) = device() else { return };
+    let batch = gentle(2, 60, |i| 2 + i % 13, 0.15, &mut seeded(43));
+    for (what, energy) in [
+        ("length", length()),
+        ("tension", tension()),
+        ("bending, ν = 3, + length", bending(3.0) + length()),
+        ("bending, ν = 2.5, + tension", bending(2.5) + 0.1 * tension()),
+    ] {
+        conform(what, &fair(energy), &batch, &device);
+    }
+    for pins in [Pins::Ends, Pins::None] {
+        let energy = bending(2.0) + length() + 100.0 * attachment();
+        conform(&format!("attached, pins {pins:?}"), &Fair { pins, ..fair(energy) }, &batch, &device);
+    }
+}
+
+#[test]
+fn a_curve_keeps_its_bits_whatever_stands_beside_it() {
+    let Some(device) = device() else { return };
+    let batch = gentle(2, 40, |i| 2 + i % 7, 0.2, &mut seeded(44));
+    let fair = fair(bending(2.0) + 0.1 * length());
+    let order: Vec<usize> = (0..batch.len()).rev().filter(|i| i % 3 != 1).collect();
+    let some = batch.select(&order);
+    let some = some.closed_each(order.iter().map(|&i| batch.is_closed(i)).collect()).unwrap();
+    for device in [Device::cpu(), device.clone().with_precision(Precision::F32)] {
+        let sample = |batch: &CurveBatch| fair.fit_sampled(batch, Sampling::PerSpan(SEGMENTS), &device).unwrap().1;
+        let (all, part) = (sample(&batch), sample(&some));
+        for (k, &i) in order.iter().enumerate() {
+            let bits = |batch: &CurveBatch, i: usize| batch.points(i).iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&part, k), bits(&all, i), "curve {i} on {}", device.name());
+        }
+    }
+}
+
+#[test]
+fn what_no_kernel_can_do_is_done_by_the_cpu_which_says_so() {
+    let Some(device) = device() else { return };
+    let batch = gentle(2, 4, |_| 4, 0.1, &mut seeded(45));
+    let fit = fair(variation() + length()).fit(&batch, &device).unwrap();
+    assert!(fit.device().starts_with("CPU"), "{}", fit.device());
+    assert_eq!(fit.usable(), fit.len());
+}
+
+#[test]
+fn planar_curves_of_65_vertices_agree_to_a_millionth_of_their_size_in_single_precision() {
+    let Some(device) = device() else { return };
+    let batch = Family { dimension: 2, closed: false, points: 5, sigma: 0.2 }.batch(500, 46);
+    let fair = fair(bending(2.0) + 0.1 * length());
+    let [(cpu, wanted), (gpu, found)] = [Device::cpu(), device.with_precision(Precision::F32)]
+        .map(|device| fair.fit_sampled(&batch, Sampling::PerSpan(SEGMENTS), &device).unwrap());
+    for i in 0..batch.len() {
+        let statuses = [&cpu, &gpu].map(|fit| fit.reports()[i].status);
+        assert_eq!(statuses, [CurveStatus::Converged; 2], "curve {i}");
+        let pairs = wanted.points(i).iter().zip(found.points(i));
+        let distance = pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / size(&batch, i);
+        assert!(distance <= 1e-6, "curve {i}: {distance:e}");
+    }
+}
+
+#[test]
+fn what_single_precision_cannot_finish_is_finished_by_the_cpu_unless_it_was_asked_for() {
+    let Some(device) = device() else { return };
+    let batch = Family { dimension: 2, closed: false, points: 5, sigma: 1.2 }.batch(60, 47);
+    let fair = fair(bending(2.0) + 0.1 * length());
+    let left = fair.fit(&batch, &device.clone().with_precision(Precision::F32)).unwrap();
+    let finished = fair.fit(&batch, &device.with_precision(Precision::Auto)).unwrap();
+    println!("{} of {} without help; {}", left.usable(), left.len(), finished.device());
+    assert!(left.usable() < left.len() && left.device().ends_with("f32"), "{}", left.device());
+    assert_eq!(finished.usable(), finished.len());
+    let said = format!("f32; {} of its curves finished on the CPU in f64", left.len() - left.usable());
+    assert!(finished.device().ends_with(&said), "{}", finished.device());
+}
+
+#[test]
+fn the_weight_that_keeps_a_deviation_is_the_one_that_the_cpu_finds() {
+    let Some(device) = device() else { return };
+    if !precisions(device.as_gpu().expect("a GPU")).contains(&Precision::F64) {
+        return;
+    }
+    let batch = Family { dimension: 2, closed: false, points: 7, sigma: 0.2 }.batch(20, 48);
+    let fair = Fair { deviation: Some(0.05), ..fair(bending(2.0) + length()) };
+    let [cpu, gpu] = [Device::cpu(), device.with_precision(Precision::F64)].map(|on| fair.fit(&batch, &on).unwrap());
+    for (i, (a, b)) in cpu.reports().iter().zip(gpu.reports()).enumerate() {
+        assert_eq!((a.status, a.smoothing), (b.status, b.smoothing), "curve {i}");
+        assert!((a.max_deviation - b.max_deviation).abs() <= 1e-9 * size(&batch, i), "curve {i}");
+        assert!(b.max_deviation <= 0.05, "curve {i}");
+    }
+}

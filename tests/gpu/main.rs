@@ -1,0 +1,24 @@
+//! The GPU against the CPU, and kernels against their twins.
+
+// Of the cases, what their reference needs is left out.
+#[allow(dead_code)]
+#[path = "../common/chains.rs"]
+mod chains;
+#[path = "../common/rough.rs"]
+mod rough;
+
+mod bits;
+mod browser;
+mod common;
+mod conformance;
+mod conformance_bezier;
+mod conformance_bezier_chain;
+mod conformance_discrete;
+mod conformance_fair;
+mod conformance_laplacian;
+mod conformance_linalg;
+mod conformance_scf;
+mod conformance_smoothing;
+mod robustness;
+mod shader_lint;
+mod twin_constants;

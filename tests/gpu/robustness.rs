@@ -1,0 +1,219 @@
+//! What can go wrong with a GPU: every failure is an error with a sentence, or the status of a curve, never a panic.
+
+use faircurve::gpu::plan::Limits;
+use faircurve::gpu::{Gpu, Interrupted, Pending, pipeline};
+use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
+use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
+use faircurve::spline::{Natural, uniform};
+use faircurve::{CurveBatch, CurveStatus, Device, Error, Precision, Sampling};
+
+use crate::common::batches::walks;
+use crate::common::conform::{Outcome, Unit, conform};
+use crate::common::{gpu, seeded, tolerance};
+
+fn batch() -> CurveBatch {
+    walks(2, &(1..=16).collect::<Vec<_>>(), &mut seeded(301))
+}
+
+fn sampled(batch: &CurveBatch, device: &Device) -> faircurve::Result<Outcome> {
+    let (fit, samples) = Natural::default().fit_sampled(batch, Sampling::PerSpan(4), device)?;
+    Ok(Outcome::of_curves(&samples, fit.reports()))
+}
+
+#[test]
+fn an_adapter_that_is_not_there_is_refused_with_those_that_are() {
+    let Some(_) = gpu() else { return };
+    let last = faircurve::gpu::adapters().len() - 1;
+    let error = Gpu::open(99).unwrap_err().to_string();
+    let there = match last {
+        0 => "there is one adapter, gpu:0; `faircurve doctor` describes it".to_string(),
+        _ => format!("the adapters are gpu:0 … gpu:{last}; `faircurve doctor` lists them"),
+    };
+    let wanted = format!("no usable GPU: gpu:99 was asked for, but {there}");
+    assert_eq!(error, wanted);
+    assert_eq!(Device::gpu(99).unwrap_err().to_string(), wanted);
+}
+
+#[test]
+fn a_device_lost_before_the_work_is_an_error_with_its_reason() {
+    let Some(gpu) = gpu() else { return };
+    let device = Device::from_gpu(gpu);
+    let batch = batch();
+    // Kernels are compiled while the device lives, and are refused afterwards all the same.
+    sampled(&batch, &device).unwrap();
+    let gpu = device.as_gpu().expect("it is one");
+    gpu.wgpu_device().destroy();
+    type Work<'a> = (&'a str, &'a dyn Fn() -> faircurve::Result<()>);
+    let works: [Work<'_>; 6] = [
+        ("fit", &|| Natural::default().fit(&batch, &device).map(drop)),
+        ("samples", &|| sampled(&batch, &device).map(drop)),
+        ("coefficients", &|| uniform::coefficients(&batch, &device).map(drop)),
+        ("subdivision", &|| uniform::subdivide(&batch, 2, &device).map(drop)),
+        ("energies", &|| uniform::exact_energies(&batch, &device).map(drop)),
+        ("solve", &|| {
+            let matrix = Matrix::Network { excess: &[1.0; 3], weights: &[1.0; 3] };
+            let systems = TridiagonalBatch { matrix, offsets: &[0, 3], cyclic: Cyclic::All };
+            solve_on_gpu(gpu, Precision::F32, RingKernel::Auto, &systems, &[1.0_f64; 3], 1).map(drop)
+        }),
+    ];
+    for (what, work) in works {
+        let error = work().expect_err(what);
+        assert!(matches!(error, Error::DeviceLost(_)), "{what}: {error}");
+        let text = error.to_string();
+        assert!(text.starts_with("the device was lost: "), "{what}: {text}");
+        assert!(text.ends_with("; run again, or use the CPU"), "{what}: {text}");
+    }
+    assert!(gpu.lost().is_some_and(|reason| reason.contains("Destroyed")), "{:?}", gpu.lost());
+}
+
+#[test]
+fn chunks_finished_before_the_device_was_lost_are_kept() {
+    let Some(gpu) = gpu() else { return };
+    let mut finished = Vec::new();
+    let result = pipeline(
+        vec![0..1, 1..2, 2..3, 3..4],
+        |chunk| {
+            let mut recording = gpu.record();
+            let array = recording.upload(&[chunk.start as u32; 64]);
+            recording.download(&array);
+            recording.submit()
+        },
+        Pending::wait,
+        |chunk, arrays| {
+            assert_eq!(arrays[0].as_slice::<u32>(), [chunk.start as u32; 64]);
+            finished.push(chunk.clone());
+            if chunk.end == 2 {
+                gpu.wgpu_device().destroy();
+            }
+            Ok(())
+        },
+    );
+    let Err(Interrupted { error, finished: first_left }) = result else { panic!("the device was lost") };
+    assert!(matches!(error, Error::DeviceLost(_)), "{error}");
+    // The third chunk may have ended well, being under way.
+    assert!((2..=3).contains(&first_left), "{first_left}");
+    assert_eq!(finished.last().map(|chunk| chunk.end), Some(first_left));
+}
+
+#[test]
+fn a_fit_interrupted_by_the_loss_of_the_device_keeps_what_it_has() {
+    for moment in [0.1, 0.4, 0.8] {
+        let Some(gpu) = gpu() else { return };
+        let limits = Limits { chunk_bytes: 2000, ..*gpu.limits() };
+        interrupt(&Device::from_gpu(gpu.with_limits(limits)), moment);
+    }
+}
+
+/// Loses the device after that share of the time a fit takes: before, between or after its chunks.
+fn interrupt(device: &Device, moment: f64) {
+    let batch = walks(2, &(2..=16).cycle().take(900).collect::<Vec<_>>(), &mut seeded(302));
+    let whole = sampled(&batch, device).unwrap();
+    let start = std::time::Instant::now();
+    Natural::default().fit(&batch, device).unwrap();
+    let wait = start.elapsed().mul_f64(moment);
+    let lost = device.as_gpu().expect("it is one").wgpu_device().clone();
+    let killer = std::thread::spawn(move || {
+        std::thread::sleep(wait);
+        lost.destroy();
+    });
+    let result = Natural::default().fit(&batch, device);
+    killer.join().unwrap();
+    let fit = match result {
+        Err(error) => {
+            println!("lost before the first chunk: {error}");
+            assert!(matches!(error, Error::DeviceLost(_)), "{error}");
+            return;
+        }
+        Ok(fit) => fit,
+    };
+    let first_left = (0..batch.len()).find(|&i| fit.reports()[i].status != whole.status[i]);
+    println!("lost at curve {first_left:?} of {}", batch.len());
+    let samples = fit.polylines(Sampling::PerSpan(4));
+    for i in 0..first_left.unwrap_or(batch.len()) {
+        assert_eq!(samples.points(i).len(), whole.curve(i).len(), "curve {i}");
+        let far = samples.points(i).iter().zip(whole.curve(i)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(far <= 1e-5, "curve {i}: {far}");
+    }
+    for i in first_left.unwrap_or(batch.len())..batch.len() {
+        let report = &fit.reports()[i];
+        assert_eq!(report.status, CurveStatus::NotConverged, "curve {i}");
+        let message = report.message.as_deref().expect("a sentence");
+        let wanted = format!("curve {i}, point 0: it was not fitted: the device was lost: ");
+        assert!(message.starts_with(&wanted), "{message}");
+        assert_eq!(samples.points(i), batch.points(i), "an unfitted curve is its polyline");
+    }
+}
+
+#[test]
+fn a_curve_larger_than_the_device_takes_is_refused_with_sizes() {
+    let Some(gpu) = gpu() else { return };
+    let limits = Limits { binding_bytes: 4096, ..*gpu.limits() };
+    let device = Device::from_gpu(gpu.with_limits(limits)).with_precision(Precision::F32);
+    let batch = walks(2, &[3, 700], &mut seeded(303));
+    let refused = |result: faircurve::Result<()>| {
+        let error = result.expect_err("it is too large");
+        assert!(matches!(error, Error::Limit { .. }), "{error}");
+        error.to_string()
+    };
+    let remedy = "but the device allows 4096: fit it on the CPU, or with fewer samples";
+    let fit = refused(Natural::default().fit(&batch, &device).map(drop));
+    assert_eq!(fit, format!("curve 2 with 700 points needs 5600, {remedy}"));
+    let values = refused(uniform::interpolated(&batch, &device).map(drop));
+    assert_eq!(values, format!("curve 2 with 700 points needs 5600, {remedy}"));
+    // Four rounds make sixteen times as many.
+    let small = walks(2, &[40], &mut seeded(304));
+    let finer = refused(uniform::subdivide(&small, 4, &device).map(drop));
+    assert_eq!(finer, format!("curve 0 with 40 points needs 5120, {remedy}"));
+    let gpu = device.as_gpu().expect("it is one");
+    let matrix = Matrix::Network { excess: &[1.0; 600], weights: &[1.0; 600] };
+    let systems = TridiagonalBatch { matrix, offsets: &[0, 600], cyclic: Cyclic::None };
+    let solve = solve_on_gpu(gpu, Precision::F32, RingKernel::Auto, &systems, &[1.0_f64; 1200], 2).map(drop);
+    assert_eq!(refused(solve), format!("curve 0 with 600 points needs 4800, {remedy}"));
+}
+
+/// A device as a host program opens it: nothing but what every adapter has.
+fn bare() -> Option<Gpu> {
+    gpu()?;
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    let (device, queue) = pollster::block_on(adapters[0].request_device(&wgpu::DeviceDescriptor::default())).unwrap();
+    Some(Gpu::from_wgpu(device, queue))
+}
+
+#[test]
+fn a_borrowed_device_without_any_feature_computes_in_f32_and_says_that_it_has_no_f64() {
+    let Some(gpu) = bare() else { return };
+    let summary = gpu.summary().clone();
+    assert!(!summary.has_f64 && !summary.has_subgroups && !summary.has_timestamps, "{summary:?}");
+    let device = Device::from_gpu(gpu.with_poisoned_arrays());
+    let batch = batch();
+    conform("bare device", &device, tolerance::SPLINE, Unit::Size(2), |device| sampled(&batch, device).unwrap());
+    let asked = device.clone().with_precision(Precision::F64);
+    let wanted = format!("no usable GPU: {} has no 64-bit floats; use --precision f32, or --device cpu", summary.name);
+    assert_eq!(sampled(&batch, &asked).unwrap_err().to_string(), wanted);
+    assert_eq!(uniform::coefficients(&batch, &asked).unwrap_err().to_string(), wanted);
+    // The solver takes the precision itself: the compiler refuses what the device lacks.
+    let matrix = Matrix::Network { excess: &[1.0; 3], weights: &[1.0; 3] };
+    let systems = TridiagonalBatch { matrix, offsets: &[0, 3], cyclic: Cyclic::None };
+    let gpu = device.as_gpu().expect("it is one");
+    let error = solve_on_gpu(gpu, Precision::F64, RingKernel::Auto, &systems, &[1.0_f64; 3], 1).unwrap_err();
+    assert!(matches!(error, Error::Kernel { .. }), "{error}");
+    // And goes on afterwards.
+    solve_on_gpu(gpu, Precision::F32, RingKernel::Auto, &systems, &[1.0_f64; 3], 1).unwrap();
+}
+
+#[test]
+fn arrays_that_no_kernel_wrote_are_not_a_number_where_that_is_asked_for() {
+    let (Some(plain), Some(poisoned)) = (gpu(), gpu()) else { return };
+    let poisoned = poisoned.with_poisoned_arrays();
+    let contents = |gpu: &Gpu| {
+        let mut recording = gpu.record();
+        let array = recording.storage(64);
+        recording.download(&array);
+        recording.submit().unwrap().wait().unwrap()[0].as_slice::<u32>().to_vec()
+    };
+    assert_eq!(contents(&plain), [0; 16]);
+    let found = contents(&poisoned);
+    assert!(found.iter().all(|&word| f32::from_bits(word).is_nan()));
+    assert!(f64::from_bits(u64::from(found[1]) << 32 | u64::from(found[0])).is_nan());
+}

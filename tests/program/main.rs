@@ -1,0 +1,15 @@
+//! The program, and what holds for all methods and formats.
+
+mod any_batch;
+mod cli;
+mod cli_bezier;
+mod cli_fair;
+mod cli_fair_deviation;
+mod cli_grid;
+mod cli_scf;
+mod cli_smoothing;
+mod experiments;
+mod finished;
+mod io;
+mod msrv;
+mod unfitted;

@@ -1,0 +1,15 @@
+//! Curves of least ∫|κ|^ν ds, made of smooth connection segments.
+
+#[path = "../common/points.rs"]
+mod points;
+#[path = "../common/rough.rs"]
+mod rough;
+
+mod common;
+mod curves;
+mod made;
+mod search;
+mod segments;
+mod sites;
+mod status;
+mod universal;

@@ -1,0 +1,11 @@
+//! Splines, and the tridiagonal systems behind them.
+
+mod measures;
+mod oracle;
+mod scipy;
+mod smoothing;
+mod smoothing_bounds;
+mod smoothing_closed;
+mod smoothing_tube;
+mod tridiagonal;
+mod uniform;
