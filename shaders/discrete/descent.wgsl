@@ -6,7 +6,7 @@
 // Threads of a workgroup stand side by side in `fixed`, `displacements` and `work`: number c of row v in a section of
 // width w is (v w + c) $GROUP words from the section's first, the curve's lane being part of that. The order is FIRST,
 // SECOND or neither; with NEWTON, of the second order alone, directions are those of damped.wgsl, else those of
-// common_conjugate.wgsl.
+// lane/conjugate.wgsl.
 
 struct DescentParams {
     // Curves listed in `tasks`.
@@ -133,23 +133,23 @@ fn load_weight(curve: Curve, index: u32) -> real {
     return lanes[curve.slot * params.numbers + GIVEN_WEIGHTS + index];
 }
 
-//:include discrete/common_energy.wgsl
-//:include discrete/common_swept.wgsl
-//:include discrete/common_verdict.wgsl
+//:include discrete/energy/mod.wgsl
+//:include discrete/edges/swept.wgsl
+//:include discrete/line_search/verdict.wgsl
 //:if NEWTON
 //:include damping.wgsl
 //:else
 //:include discrete/line_search.wgsl
 //:end
 
-//:include discrete/common_trial.wgsl
-//:include discrete/common_sweep.wgsl SWEEP=sweep EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/descent/trial.wgsl
+//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
 //:include discrete/metric/mod.wgsl
 //:if SECOND
 //:include discrete/metric/hats.wgsl
 //:end
 
-//:include discrete/common_lane.wgsl
+//:include discrete/lane.wgsl
 
 // The base: no displacement, no direction.
 fn begin(curve: Curve) {
@@ -242,7 +242,7 @@ fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved) {
 //:include discrete/newton.wgsl
 //:include discrete/damped.wgsl
 //:else
-//:include discrete/common_conjugate.wgsl
+//:include discrete/lane/conjugate.wgsl
 //:end
 
 // One trial.

@@ -46,9 +46,9 @@ fn load_weight(curve: Curve, index: u32) -> real {
     return weight_table[curve.index * params.weights + index];
 }
 
-//:include discrete/common_energy.wgsl
-//:include discrete/common_swept.wgsl
-//:include discrete/common_hessian.wgsl
+//:include discrete/energy/mod.wgsl
+//:include discrete/edges/swept.wgsl
+//:include discrete/hessian.wgsl
 
 fn load_edge(curve: Curve, j: u32) -> vector {
     let at = (curve.start + j) * ($DIMu + 1u);
@@ -97,9 +97,9 @@ fn load_edge_direction(curve: Curve, j: u32) -> vector {
     return load_direction(curve, next) - load_direction(curve, j);
 }
 
-//:include discrete/common_sweep.wgsl SWEEP=sweep_gradient EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient
-//:include discrete/common_sweep.wgsl SWEEP=sweep_slope EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 DIRECTION=load_edge_direction DIRECTION_AT=load_direction
-//:include discrete/common_sweep.wgsl SWEEP=sweep_value EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness
+//:include discrete/edges.wgsl SWEEP=sweep_gradient EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient
+//:include discrete/edges.wgsl SWEEP=sweep_slope EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/edges.wgsl SWEEP=sweep_value EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness
 
 fn block_index(workgroup: vec3<u32>, workgroups: vec3<u32>, thread: u32) -> u32 {
     return (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;

@@ -5,7 +5,7 @@
 // last window has been added is eliminated, the front moves on by one, and only what solving backwards needs is stored. Of
 // a closed curve the first two vertices, the border, are kept for the end; the walk goes on past the last vertex to two
 // more, which are the border's once more and are brought together with it.
-//:include discrete/common_hessian.wgsl
+//:include discrete/hessian.wgsl
 
 struct Front {
     // By the vertices v, v + 1 and v + 2; a01: rows of v, columns of v + 1.

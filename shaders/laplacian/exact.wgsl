@@ -30,7 +30,7 @@ struct ExactFamily {
 
 @group(0) @binding(0) var<uniform> params: ExactParams;
 @group(0) @binding(1) var<storage, read> families: array<ExactFamily>;
-//:include laplacian/common_family.wgsl
+//:include laplacian/family.wgsl
 @group(0) @binding(3) var<storage, read> tables: array<real>;
 @group(0) @binding(4) var<storage, read> coarse: array<real>;
 @group(0) @binding(5) var<storage, read_write> spectrum: array<real>;
@@ -39,8 +39,8 @@ struct ExactFamily {
 @group(0) @binding(7) var<storage, read_write> w: array<real>;
 @group(0) @binding(8) var<storage, read_write> fine: array<real>;
 
-//:include laplacian/common_cosines.wgsl NAME=coarse_cosines ARRAY=coarse
-//:include laplacian/common_cosines.wgsl NAME=v_cosines ARRAY=v
+//:include laplacian/exact/cosines.wgsl NAME=coarse_cosines ARRAY=coarse
+//:include laplacian/exact/cosines.wgsl NAME=v_cosines ARRAY=v
 
 // The spectra of all rows: a thread has one coordinate of a row and two frequencies, k and m − k.
 @compute @workgroup_size($GROUP)

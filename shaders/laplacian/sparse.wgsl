@@ -28,7 +28,7 @@ struct SparseFamily {
 
 @group(0) @binding(0) var<uniform> params: SparseParams;
 @group(0) @binding(1) var<storage, read> families: array<SparseFamily>;
-//:include laplacian/common_family.wgsl
+//:include laplacian/family.wgsl
 // For every pair of lines a square of radius + 1 rows and columns, the window's weights row after row, then zeros.
 @group(0) @binding(3) var<storage, read> weights: array<real>;
 @group(0) @binding(4) var<storage, read> coarse: array<real>;

@@ -46,8 +46,8 @@ fn factor_pentadiagonal(diagonal: u32, first: u32, second: u32, n: u32) -> bool 
     return true;
 }
 
-//:include linalg/common_pentadiagonal_solve.wgsl NAME=solve_pentadiagonal W=$D
-//:include linalg/common_pentadiagonal_solve.wgsl NAME=solve_border W=2
+//:include linalg/pentadiagonal/solve.wgsl NAME=solve_pentadiagonal W=$D
+//:include linalg/pentadiagonal/solve.wgsl NAME=solve_border W=2
 
 fn factor_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u32, n: u32) -> bool {
     let m = n - 2u;

@@ -30,12 +30,12 @@ struct Segment {
 // Seven numbers a segment: cost, first and second derivatives, and whether there is a minimiser.
 @group(0) @binding(7) var<storage, read_write> found: array<real>;
 
-//:include scf/common_standing.wgsl
-//:include scf/common_trig.wgsl
-//:include linalg/common_power.wgsl
-//:include scf/common_universal.wgsl
-//:include scf/common_root.wgsl
-//:include scf/common_evaluation.wgsl
+//:include scf/slopes/standing.wgsl
+//:include scf/trig.wgsl
+//:include linalg/power.wgsl
+//:include scf/universal.wgsl
+//:include scf/root.wgsl
+//:include scf/evaluation/segment.wgsl
 
 const ENDS_DIRECTED: u32 = 0u;
 const ENDS_FREE_START: u32 = 1u;

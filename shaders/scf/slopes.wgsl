@@ -34,10 +34,10 @@ struct SlopesCurve {
 // WORK_… of all dots, one after the other.
 @group(0) @binding(8) var<storage, read_write> work: array<real>;
 
-//:include scf/common_standing.wgsl
-//:include common_verdict.wgsl
+//:include scf/slopes/standing.wgsl
+//:include damping/verdict.wgsl
 //:include damping.wgsl
-//:include linalg/common_power.wgsl
+//:include linalg/power.wgsl
 
 const MOST_TURN: real = real(0.5);
 const EDGE: real = real(1e4);

@@ -16,8 +16,8 @@
 const FLAG_CLAMPED_START: u32 = 2u;
 const FLAG_CLAMPED_END: u32 = 4u;
 
-//:include linalg/common_read.wgsl NAME=edge_at ARRAY=edges
-//:include linalg/common_read.wgsl NAME=end_derivative ARRAY=end_derivatives
+//:include linalg/ring/read.wgsl NAME=edge_at ARRAY=edges
+//:include linalg/ring/read.wgsl NAME=end_derivative ARRAY=end_derivatives
 
 fn is_end(system: System, i: u32) -> bool {
     return (system.flags & FLAG_CYCLIC) == 0u && (i == 0u || i + 1u == system.rows);

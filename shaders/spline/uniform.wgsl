@@ -3,7 +3,7 @@
 
 @group(0) @binding(4) var<storage, read> values: array<real>;
 
-//:include linalg/common_read.wgsl NAME=value_at ARRAY=values
+//:include linalg/ring/read.wgsl NAME=value_at ARRAY=values
 
 fn is_end(system: System, i: u32) -> bool {
     return (system.flags & FLAG_CYCLIC) == 0u && (i == 0u || i + 1u == system.rows);

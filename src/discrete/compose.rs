@@ -1,5 +1,5 @@
 //! What a kernel compiles in of an energy, and what it is told of every curve: the definitions and the weights that
-//! `shaders/discrete/common_energy.wgsl` asks for.
+//! `shaders/discrete/energy/mod.wgsl` asks for.
 
 use std::fmt::Write as _;
 

@@ -52,7 +52,7 @@ struct Segment {
     kind: u32,
 }
 
-/// `SlopesState` of `common_standing.wgsl`.
+/// `SlopesState` of `slopes/standing.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 struct SlopesState {
@@ -95,7 +95,7 @@ fn kind(curve: u32, ends: Ends) -> u32 {
     4 * curve + ends
 }
 
-/// The blocks of `universals` in `common_universal.wgsl`.
+/// The blocks of `universals` in `universal.wgsl`.
 fn universals<S: Real>(curves: &[Universal]) -> Vec<S> {
     let block = |curve: &Universal| {
         let own = [curve.exponent, curve.q, 1.0 / curve.q, curve.half];

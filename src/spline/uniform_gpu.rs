@@ -14,7 +14,7 @@ use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Pending, Recording, pipelin
 use crate::linalg::Real;
 use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System, real_bytes};
 
-/// `UniformParams` of `common_uniform.wgsl`.
+/// `UniformParams` of `uniform/points.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct UniformParams {
@@ -37,7 +37,7 @@ pub(crate) struct Block {
 /// Points a thread sums over.
 const BLOCK_POINTS: usize = 256;
 
-/// `UniformCurve` of `common_uniform.wgsl`.
+/// `UniformCurve` of `uniform/points.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct UniformCurve {

@@ -22,3 +22,4 @@ mod conformance_smoothing;
 mod robustness;
 mod shader_lint;
 mod twin_constants;
+mod twins;

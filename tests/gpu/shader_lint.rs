@@ -36,14 +36,6 @@ fn every_kernel_is_valid_and_within_the_limits_of_any_device() {
 }
 
 #[test]
-fn every_kernel_has_a_twin_of_the_same_stem() {
-    for path in source::files().filter(|path| !path.contains("common")) {
-        let twin = format!("{}/src/{}.rs", env!("CARGO_MANIFEST_DIR"), path.trim_end_matches(".wgsl"));
-        assert!(std::path::Path::new(&twin).exists(), "shaders/{path} has no twin {twin}");
-    }
-}
-
-#[test]
 fn every_barrier_and_shuffle_stands_in_uniform_control_flow() {
     for key in kernels() {
         let faults = faults(&key.wgsl(), key.entry);

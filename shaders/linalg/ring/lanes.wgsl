@@ -2,9 +2,9 @@
 //
 // $LANES lanes share a system. Each eliminates its chunk of consecutive rows down to the first of them, the kept row;
 // the kept rows form a cyclic tridiagonal system, reduced by log2 $LANES steps of cyclic reduction; then every lane
-// substitutes back. A ring makes open (one weight zero) and cyclic systems the same code. Row form: see common_rows.
+// substitutes back. A ring makes open (one weight zero) and cyclic systems the same code. Row form: see mod.wgsl.
 // Twin: src/linalg/ring/lanes.rs, same names, same order of operations.
-//:include linalg/common_rows.wgsl
+//:include linalg/ring/mod.wgsl
 //:include $ROWS
 
 const LANES: u32 = $LANESu;
@@ -67,7 +67,7 @@ fn solve(
     var delta$i = columns();
     if ($iu < rows) {
         let at = begin + $iu;
-//:include linalg/common_eliminate.wgsl
+//:include linalg/ring/eliminate.wgsl
         alpha$i = alpha;
         gamma$i = gamma;
         delta$i = delta;

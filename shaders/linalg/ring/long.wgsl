@@ -1,7 +1,7 @@
 // Systems longer than a workgroup holds, in three dispatches: `reduce` turns every chunk of rows into one row of a
 // shorter system, which is solved by any kernel (or reduced again), and `substitute` eliminates each chunk anew and
 // substitutes back between the two kept unknowns beside it. One thread a chunk. Twin: src/linalg/ring/long.rs.
-//:include linalg/common_rows.wgsl
+//:include linalg/ring/mod.wgsl
 //:include $ROWS
 
 const CHUNK: u32 = $CHUNKu;
@@ -23,8 +23,8 @@ struct Chunk {
 // … and, once the shorter system is solved, the kept unknown.
 @group(0) @binding(11) var<storage, read> kept_unknowns: array<real>;
 
-//:include linalg/common_read.wgsl NAME=load_kept ARRAY=kept_unknowns
-//:include linalg/common_write.wgsl NAME=store_reduced ARRAY=reduced_rhs
+//:include linalg/ring/read.wgsl NAME=load_kept ARRAY=kept_unknowns
+//:include linalg/ring/write.wgsl NAME=store_reduced ARRAY=reduced_rhs
 
 @compute @workgroup_size($GROUP)
 fn reduce(
@@ -47,7 +47,7 @@ fn reduce(
     var delta = columns();
     for (var i = 1u; i < chunk.rows; i++) {
         let at = chunk.begin + i;
-//:include linalg/common_eliminate.wgsl
+//:include linalg/ring/eliminate.wgsl
         excess += right * share;
         rhs += right * delta;
         right *= gamma;
@@ -82,7 +82,7 @@ fn substitute(
     var delta = columns();
     for (var i = 1u; i < chunk.rows; i++) {
         let at = chunk.begin + i;
-//:include linalg/common_eliminate.wgsl
+//:include linalg/ring/eliminate.wgsl
         alphas[i] = alpha;
         gammas[i] = gamma;
         deltas[i] = delta;

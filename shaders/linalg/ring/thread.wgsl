@@ -1,12 +1,12 @@
 // Batched tridiagonal systems, one thread a system: the ring of lanes.wgsl with a single lane, any number of rows.
 // The coefficients of the back-substitution go to scratch memory, two numbers a row; the intermediate right-hand
 // sides to the place of the solution. Twin: src/linalg/ring/thread.rs.
-//:include linalg/common_rows.wgsl
+//:include linalg/ring/mod.wgsl
 //:include $ROWS
 
 @group(0) @binding(8) var<storage, read_write> scratch: array<real>;
 
-//:include linalg/common_read.wgsl NAME=load_at ARRAY=solution
+//:include linalg/ring/read.wgsl NAME=load_at ARRAY=solution
 
 @compute @workgroup_size($GROUP)
 fn solve(
@@ -28,7 +28,7 @@ fn solve(
     var delta = columns();
     for (var i = 1u; i < system.rows; i++) {
         let at = i;
-//:include linalg/common_eliminate.wgsl
+//:include linalg/ring/eliminate.wgsl
         scratch[2u * (system.start + i)] = alpha;
         scratch[2u * (system.start + i) + 1u] = gamma;
         store_at(system.start + i, delta);

@@ -1,4 +1,4 @@
-//! Twin of `shaders/linalg/block_ring/common_dense.wgsl`: small blocks, factored as C Cᵀ without pivoting.
+//! Twin of `shaders/linalg/block_ring/dense.wgsl`: small blocks, factored as C Cᵀ without pivoting.
 
 // Loops by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]

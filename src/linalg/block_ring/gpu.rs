@@ -231,7 +231,7 @@ fn group(lanes: u32) -> u32 {
     if lanes == 1 { GROUP } else { lanes }
 }
 
-/// What `common_ring.wgsl` is composed with.
+/// What `block_ring/lanes/ring.wgsl` is composed with.
 pub fn block_ring_definitions(dimension: usize, reach: usize, lanes: u32) -> Definitions {
     let mut definitions = definitions([("DIM", &dimension), ("REACH", &reach), ("LANES", &lanes)]);
     if lanes == 1 {

@@ -99,7 +99,7 @@ impl<T: Real> Job<'_, T> {
         if matches!(self.systems.matrix, Matrix::Network { .. }) {
             definitions.insert("NETWORK".into(), "1".into());
         }
-        let source = RowSource { path: "linalg/common_given.wgsl", definitions, buffers };
+        let source = RowSource { path: "linalg/ring/given.wgsl", definitions, buffers };
         let solution = recording.storage((rows.len() * columns) as u64 * real_bytes(self.precision));
         let status = recording.storage(4 * chunk.len() as u64);
         let table = self.table(chunk);

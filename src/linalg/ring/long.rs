@@ -52,7 +52,7 @@ pub(super) fn record(
     };
     dispatch(recording, "reduce")?;
     let parts = RowSource {
-        path: "linalg/common_parts.wgsl",
+        path: "linalg/ring/parts.wgsl",
         definitions: Definitions::new(),
         buffers: vec![("parts", &reduced), ("part_rhs", &reduced_rhs)],
     };

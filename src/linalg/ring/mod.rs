@@ -39,7 +39,7 @@ pub enum RingKernel {
     Long,
 }
 
-/// `Params` of `common_rows.wgsl`.
+/// `Params` of `ring/mod.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Params {
@@ -53,7 +53,7 @@ pub struct Params {
     pub column: u32,
 }
 
-/// `System` of `common_rows.wgsl`.
+/// `System` of `ring/mod.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct System {
@@ -282,9 +282,9 @@ fn kernel_key(
 pub fn row_sources() -> Vec<(&'static str, Definitions)> {
     let network = crate::gpu::source::definitions([("NETWORK", &1)]);
     vec![
-        ("linalg/common_given.wgsl", Definitions::new()),
-        ("linalg/common_given.wgsl", network),
-        ("linalg/common_parts.wgsl", Definitions::new()),
+        ("linalg/ring/given.wgsl", Definitions::new()),
+        ("linalg/ring/given.wgsl", network),
+        ("linalg/ring/parts.wgsl", Definitions::new()),
     ]
 }
 
@@ -318,7 +318,7 @@ mod tests {
         let key = long::key(
             "reduce",
             Precision::F32,
-            &RowSource { path: "linalg/common_given.wgsl", definitions: Definitions::new(), buffers: vec![] },
+            &RowSource { path: "linalg/ring/given.wgsl", definitions: Definitions::new(), buffers: vec![] },
             1,
         );
         assert_layout!(key, Params { first, count, columns, column });

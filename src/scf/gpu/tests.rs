@@ -238,8 +238,8 @@ fn kernel(path: &str) -> &'static str {
 #[test]
 fn the_kernels_constants_are_the_cpus() {
     let pairs = [
-        (include_str!("../root.rs"), "scf/common_root.wgsl", vec!["CLOSE", "NEAR", "REACH"]),
-        (include_str!("../evaluation.rs"), "scf/common_evaluation.wgsl", vec!["STAND_IN"]),
+        (include_str!("../root.rs"), "scf/root.wgsl", vec!["CLOSE", "NEAR", "REACH"]),
+        (include_str!("../evaluation.rs"), "scf/evaluation/segment.wgsl", vec!["STAND_IN"]),
         (include_str!("../slopes.rs"), "scf/slopes.wgsl", vec!["MOST_TURN", "EDGE"]),
     ];
     for (own, path, names) in pairs {
@@ -249,7 +249,7 @@ fn the_kernels_constants_are_the_cpus() {
             assert!(there.contains(constant), "{constant:?} is none of {there:?}");
         }
     }
-    let root = constants(kernel("scf/common_root.wgsl"), ": real = real(", ");");
+    let root = constants(kernel("scf/root.wgsl"), ": real = real(", ");");
     let narrow = f64::from(f32::EPSILON);
     for constant in [
         ("EPSILON", f64::EPSILON),
@@ -261,9 +261,9 @@ fn the_kernels_constants_are_the_cpus() {
         assert!(root.contains(&constant), "{constant:?} is none of {root:?}");
     }
     let steps = constants(include_str!("../root.rs"), ": usize = ", ";");
-    let there = constants(kernel("scf/common_root.wgsl"), ": u32 = ", "u;");
+    let there = constants(kernel("scf/root.wgsl"), ": u32 = ", "u;");
     assert_eq!(steps, there);
-    let straight = constants(kernel("scf/common_evaluation.wgsl"), ": real = real(", ");");
+    let straight = constants(kernel("scf/evaluation/segment.wgsl"), ": real = real(", ");");
     assert!(straight.contains(&("STRAIGHT", f64::MIN_POSITIVE.sqrt())), "{straight:?}");
     assert!(straight.contains(&("STRAIGHT", f64::from(f32::MIN_POSITIVE).sqrt())), "{straight:?}");
     let slopes = constants(kernel("scf/slopes.wgsl"), ": u32 = ", "u;");
@@ -274,7 +274,7 @@ fn the_kernels_constants_are_the_cpus() {
 #[test]
 fn the_kernels_polynomials_and_blocks_are_the_cpus() {
     use crate::scf::trig::{ARCTANGENT, COSINE, SINE};
-    let trig = kernel("scf/common_trig.wgsl");
+    let trig = kernel("scf/trig.wgsl");
     for (function, own) in
         [("sine_series", &SINE[..]), ("cosine_series", &COSINE[..]), ("arctangent_series", &ARCTANGENT[..])]
     {
@@ -283,7 +283,7 @@ fn the_kernels_polynomials_and_blocks_are_the_cpus() {
         assert_eq!(there, own.iter().rev().copied().collect::<Vec<f64>>(), "{function}");
     }
     let block = universals::<f64>(&[Universal::new(3.0)]);
-    let places = constants(kernel("scf/common_universal.wgsl"), ": u32 = ", "u;");
+    let places = constants(kernel("scf/universal.wgsl"), ": u32 = ", "u;");
     let place = |name: &str| places.iter().find(|(own, _)| *own == name).expect("it is there").1 as usize;
     assert_eq!(place("UNIVERSAL_NUMBERS"), block.len());
     let curve = Universal::new(3.0);

@@ -43,4 +43,4 @@ alias columns = vec$R<real>;
 @group(0) @binding(2) var<storage, read_write> status: array<u32>;
 @group(0) @binding(3) var<storage, read_write> solution: array<real>;
 
-//:include linalg/common_write.wgsl NAME=store_at ARRAY=solution
+//:include linalg/ring/write.wgsl NAME=store_at ARRAY=solution

@@ -1,4 +1,5 @@
 // Many grids in one dispatch: those of one shape are a family, whose threads begin with a workgroup.
+// No twin: the CPU takes grids one by one.
 
 // The first workgroup of every family, ascending.
 @group(0) @binding(2) var<storage, read> starts: array<u32>;

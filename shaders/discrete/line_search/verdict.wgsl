@@ -3,4 +3,4 @@
 // See src/discrete/line_search.rs.
 const MOST_OF_AN_EDGE: real = real(0.5);
 
-//:include common_verdict.wgsl
+//:include damping/verdict.wgsl

@@ -2,7 +2,7 @@
 // curve with a window of three edges in registers, and sums the terms whose first edge is one of first … last − 1; the
 // terms of up to three edges before are computed again for the derivatives. Twin: `Edges` in src/discrete/edges.rs.
 //
-// After common_energy.wgsl and common_swept.wgsl, once for every sweep a kernel needs, with these definitions:
+// After energy/mod.wgsl and edges/swept.wgsl, once for every sweep a kernel needs, with these definitions:
 //     SWEEP       the function's name
 //     EDGE        fn(curve: Curve, j: u32) -> vector: edge j, 0 ≤ j < segments
 //     FREE        with GAUGE: fn(curve: Curve, j: u32) -> real: 1 where the vertex at the end of edge j is no data point, else 0

@@ -19,7 +19,7 @@ fn load_row(system: System, i: u32) -> Row {
     return row;
 }
 
-//:include linalg/common_read.wgsl NAME=part_at ARRAY=part_rhs
+//:include linalg/ring/read.wgsl NAME=part_at ARRAY=part_rhs
 fn load_rhs(system: System, i: u32) -> columns {
     let left = parts[5u * (system.start + i) + 1u];
     return part_at(2u * (system.start + i)) + left * part_at(2u * previous_part(system, i) + 1u);

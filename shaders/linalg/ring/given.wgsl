@@ -27,7 +27,7 @@ fn load_row(system: System, i: u32) -> Row {
     return row;
 }
 
-//:include linalg/common_read.wgsl NAME=given_rhs ARRAY=right_hand_sides
+//:include linalg/ring/read.wgsl NAME=given_rhs ARRAY=right_hand_sides
 fn load_rhs(system: System, i: u32) -> columns {
     return given_rhs(system.start + i);
 }

@@ -6,12 +6,12 @@
 // A kernel that includes this defines
 //     alias Curve = …;        a struct with the members `segments: u32` (edges) and `closed: u32` (0 or 1)
 //     fn load_weight(curve: Curve, index: u32) -> real
-//:include discrete/common_window.wgsl
+//:include discrete/energy/window.wgsl
 //:if POWER
-//:include linalg/common_power.wgsl
+//:include linalg/power.wgsl
 //:end
 //:if ACROSS
-//:include discrete/common_across.wgsl
+//:include discrete/energy/across.wgsl
 //:end
 //:if LENGTH
 //:include discrete/energy/length.wgsl

@@ -1,5 +1,5 @@
 // The Hessian of the terms that start at one edge, by the four vertices of their window: the chain rule from tangents and
-// lengths to edges, and from edges to vertices. After common_energy.wgsl. Twin: src/discrete/hessian.rs.
+// lengths to edges, and from edges to vertices. After energy/mod.wgsl. Twin: src/discrete/hessian.rs.
 
 // v01: by vertex 0 (rows) and vertex 1 of the window.
 struct VertexBlocks {

@@ -1,5 +1,5 @@
 // What a term of an energy sees, and what it answers. Tangents and lengths count as independent variables; the chain rule
-// to edges and vertices is that of common_sweep.wgsl and common_hessian.wgsl. Twin: src/discrete/energy/mod.rs.
+// to edges and vertices is that of edges.wgsl and hessian.wgsl. Twin: src/discrete/energy/mod.rs.
 
 alias vector = vec$DIM<real>;
 alias matrix = mat$DIMx$DIM<real>;

@@ -1,4 +1,4 @@
-// The cost of a segment of unit chord, with its first and second derivatives in the angles of its ends. Needs common_root.wgsl.
+// The cost of a segment of unit chord, with its first and second derivatives in the angles of its ends. Needs root.wgsl.
 // Twin: src/scf/evaluation.rs, which gives the formulas; a test compares the constants.
 
 const STAND_IN: real = real(0.5);

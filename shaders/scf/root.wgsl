@@ -1,5 +1,5 @@
 // The chord condition of a segment: which piece of the universal curve joins two points with given tangents. Needs
-// common_universal.wgsl. Twin: src/scf/root.rs, which gives the formulas; a test compares the constants.
+// universal.wgsl. Twin: src/scf/root.rs, which gives the formulas; a test compares the constants.
 
 const MOST_STEPS: u32 = 60u;
 const CLOSE: real = real(0.125);

@@ -99,9 +99,9 @@ fn ring_upper(section: u32, a: u32, b: u32) -> u32 {
     return section + (a * (2u * RING_REACH - a + 1u) / 2u + b - a) * RING_BLOCK;
 }
 
-//:include linalg/block_ring/common_dense.wgsl
-//:include linalg/block_ring/common_chunk.wgsl
-//:include linalg/block_ring/common_kept.wgsl
+//:include linalg/block_ring/dense.wgsl
+//:include linalg/block_ring/lanes/chunk.wgsl
+//:include linalg/block_ring/lanes/kept.wgsl
 
 fn ring_barrier() {
 //:if ALONE
