@@ -9,7 +9,8 @@ mod programmes;
 use std::fmt::Write;
 use std::path::Path;
 
-use faircurve::laplacian::{Class, Reproduces};
+use faircurve::laplacian::Reproduces;
+use faircurve::papers::programmes::Class;
 use programmes::{programme, solved};
 
 const HEAD: &str = "\

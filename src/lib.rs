@@ -129,6 +129,7 @@ pub mod laplacian;
 pub mod linalg;
 mod memory;
 mod motion;
+pub mod papers;
 pub mod picture;
 mod report;
 pub mod scf;

@@ -16,8 +16,8 @@
 //! * Sobolev gradients L⁻¹g are the other way: ordinary gradients have two derivatives fewer than the curve for every
 //!   order of the energy, and steps along them are of the size of the finest edge. In the inner product of the energy's order the
 //!   number of steps does not depend on the number of vertices.
-//! * [`Minimisation`] runs any method of the paper on one curve, step by step; [`Graph`] is Renka's own published program for
-//!   graphs y(t).
+//! * [`papers::renka`](crate::papers::renka) runs any method of the paper on one curve, step by step;
+//!   [`papers::toms828`](crate::papers::toms828) is Renka's own published program for graphs y(t).
 //!
 //! * With [`Fair::deviation`] curves lie near their points, as fair as a largest deviation lets them be; with [`Fair::corners`] they are
 //!   cut where their points turn sharply.
@@ -35,25 +35,23 @@ mod constrain;
 mod corners;
 mod curves;
 mod damped;
-mod descent;
+pub(crate) mod descent;
 mod descent_gpu;
 mod deviation;
 mod edges;
-mod energy;
+pub(crate) mod energy;
 mod evaluate;
 #[doc(hidden)]
 pub mod evaluate_gpu;
 mod fair;
-mod graph;
 mod hessian;
-mod lane;
+pub(crate) mod lane;
 mod line_search;
 mod metric;
-mod minimisation;
 mod near;
-mod newton;
-mod plan;
-mod problem;
+pub(crate) mod newton;
+pub(crate) mod plan;
+pub(crate) mod problem;
 mod search;
 mod setup;
 mod stages;
@@ -66,6 +64,4 @@ pub use energy::*;
 pub use evaluate::{Evaluate, Evaluation};
 pub(crate) use evaluate_gpu::evaluate_kernels;
 pub use fair::{Fair, Pins, Segments};
-pub use graph::{Graph, GraphIteration, GraphMove, GraphTrace, Mesh};
-pub use minimisation::{Ending, InnerProduct, Iterate, Minimisation, Minimised, Minimiser};
 pub use plan::{Direction, Step};

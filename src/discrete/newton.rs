@@ -16,7 +16,7 @@ use crate::linalg::banded::Banded;
 use crate::linalg::scalar::Vector;
 
 /// Newton's systems, one a lane, coordinates interleaved.
-pub(super) struct Newton<S, const D: usize> {
+pub(crate) struct Newton<S, const D: usize> {
     /// The highest order of the energy and the gauge: a vertex is coupled with so many on either side.
     order: usize,
     hessian: BlockHessian<S, D>,

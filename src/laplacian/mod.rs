@@ -10,7 +10,7 @@
 //!           cosine transforms and tridiagonal systems ─────────────────► Rule::Exact ────────┴► Subdivide a batch of Grids
 //! ```
 //!
-//! * [`Rule::Exact`] solves these equations. Weights die away like the fourth power of the distance ([`UnboundedMask`]), so all points count.
+//! * [`Rule::Exact`] solves these equations. Weights die away like the fourth power of the distance ([`UnboundedMask`](crate::papers::unbounded::UnboundedMask)), so all points count.
 //! * [`Rule::Sparse`] has weights in a window of 3 to 11 points, found by linear programming so that ‖E₂ₙS − UEₙ‖∞ is least: [`SparseRule`].
 //! * [`Subdivide`] is the method: batches of grids of any sizes, any number of values a point, any number of rounds, on a [`Device`](crate::Device).
 //!
@@ -22,25 +22,18 @@
 //! too. Sparse rules sum at most 36 products. A GPU is held to 2e-6 of the grid's size in f32 and 1e-12 in f64.
 
 mod dirichlet;
-mod energies;
 mod exact;
 mod gpu;
-mod programme;
 mod refine;
 mod rule;
 mod sparse;
 mod stencil;
 mod subdivide;
-mod unbounded;
-mod unknowns;
+pub(crate) mod unknowns;
 
 pub(crate) use gpu::laplacian_kernels;
 
 pub use crate::grids::Grids;
 pub use dirichlet::{energy, residual};
-pub use energies::Energy;
-pub use programme::{Affine, Programme, Reproduces, StandardForm};
-pub use rule::SparseRule;
+pub use rule::{Reproduces, SparseRule};
 pub use subdivide::{GridReport, Rule, Subdivide, Subdivided};
-pub use unbounded::{Closed, UnboundedMask, potential, reflected, unbounded_weight};
-pub use unknowns::{Class, Unknown};

@@ -3,21 +3,31 @@
 mod constants;
 mod linear;
 
-use super::programme::{Programme, Reproduces};
 use super::unknowns::Unknowns;
 use crate::error::{Error, Result};
+
+/// What a sparse rule keeps as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reproduces {
+    /// Constants: the weights of each new point have sum 1.
+    #[default]
+    Constants,
+    /// Linear functions too: each new point of a plane is the middle of its neighbours, at the border and the corners likewise. The exact rule does not do
+    /// that at a border, where its surfaces are level across; so these rules stay away from it there, however large their support.
+    Linear,
+}
 
 /// What the programmes of one support gave.
 #[derive(Debug, PartialEq)]
 struct Table {
     /// The maxima of the three classes.
     residual: [f64; 3],
-    /// Interior, border and corner masks, in the order of [`Programme::unknowns`].
+    /// Interior, border and corner masks, in the order of [`Programme::unknowns`](crate::papers::programmes::Programme::unknowns).
     entries: &'static [f64],
 }
 
 /// A sparse rule of subdivision: S has the symmetries of the grid and no entry further than the radius from the place of its coarse point, and ‖E₂ₙS − UEₙ‖∞
-/// is as small as can be, class after class ([`Class`](super::Class)); among all such masks of a class, its own are the nearest to the exact rule in least squares.
+/// is as small as can be, class after class ([`Class`](crate::papers::programmes::Class)); among all such masks of a class, its own are the nearest to the exact rule in least squares.
 ///
 /// | support | least ‖E₂ₙS − UEₙ‖∞ in the interior | least own intervals |
 /// |---|---|---|
@@ -73,7 +83,7 @@ impl SparseRule {
             }
         };
         let radius = support / 2;
-        let unknowns = Unknowns::new(2, radius, Programme::usual_own_rows(radius));
+        let unknowns = Unknowns::new(2, radius, Unknowns::usual_own_rows(radius));
         Ok(SparseRule { reproduces, unknowns, table })
     }
 
@@ -170,8 +180,8 @@ impl Place {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Class;
     use super::*;
+    use crate::laplacian::unknowns::Class;
 
     #[test]
     fn reflections_continue_values_as_they_say() {

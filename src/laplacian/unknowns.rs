@@ -1,7 +1,5 @@
 //! The entries of sparse masks, their names and their numbers: what the programme finds, and what tables hold.
 
-use super::energies::Axis;
-
 /// The three classes of rows of E₂ₙS − UEₙ. Each has masks of its own to find, and takes those of the classes before as found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
@@ -16,17 +14,6 @@ pub enum Class {
 impl Class {
     /// All three, in the order in which they are solved.
     pub const ALL: [Class; 3] = [Class::Interior, Class::Border, Class::Corner];
-
-    /// What the grid is along its axes for the rows of this class, as far as they see.
-    pub(super) fn axes(self, dimension: usize) -> [Axis; 2] {
-        match (dimension, self) {
-            (1, Class::Interior) => [Axis::Endless, Axis::Point],
-            (1, _) => [Axis::HalfLine, Axis::Point],
-            (_, Class::Interior) => [Axis::Endless, Axis::Endless],
-            (_, Class::Border) => [Axis::HalfLine, Axis::Endless],
-            (_, Class::Corner) => [Axis::HalfLine, Axis::HalfLine],
-        }
-    }
 }
 
 /// An entry of a mask: the weight of a coarse point in a fine one.
@@ -62,7 +49,7 @@ pub enum Unknown {
 /// A *line* is a pair of distances from a border, of a coarse point (row) and of a fine one in its window. Lines are numbered row after row;
 /// a border entry is a line and a distance along the border, a corner entry is two lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Unknowns {
+pub(crate) struct Unknowns {
     pub dimension: usize,
     pub radius: usize,
     pub own_rows: usize,
@@ -75,12 +62,18 @@ fn triangular([first, second]: [usize; 2]) -> usize {
 }
 
 impl Unknowns {
-    pub(super) fn new(dimension: usize, radius: usize, own_rows: usize) -> Self {
+    pub(crate) fn new(dimension: usize, radius: usize, own_rows: usize) -> Self {
         Unknowns { dimension, radius, own_rows }
     }
 
+    /// How many rows of coarse points have border masks where nothing else is said: all those whose window of fine points
+    /// meets the border, radius / 2 + 1. With fewer, reflection of the interior mask is not among the rules to choose from.
+    pub(crate) fn usual_own_rows(radius: usize) -> usize {
+        radius / 2 + 1
+    }
+
     /// Number of unknowns of a class and those before it.
-    pub(super) fn count_to(&self, class: Class) -> usize {
+    pub(crate) fn count_to(&self, class: Class) -> usize {
         let along = if self.dimension == 1 { 1 } else { self.radius + 1 };
         let lines = self.first_line(self.own_rows);
         let interior = if self.dimension == 1 { self.radius + 1 } else { triangular([self.radius + 1, 0]) };
@@ -121,7 +114,7 @@ impl Unknowns {
     }
 
     /// The number of the entry of S for a fine and a coarse point; `None` where it is 0. Where an axis has a border, points are counted from it.
-    pub(super) fn entry(&self, fine: [isize; 2], coarse: [isize; 2], borders: [bool; 2]) -> Option<usize> {
+    pub(crate) fn entry(&self, fine: [isize; 2], coarse: [isize; 2], borders: [bool; 2]) -> Option<usize> {
         let distances = [0, 1].map(|axis| fine[axis].abs_diff(2 * coarse[axis]));
         if distances.iter().any(|&distance| distance > self.radius) {
             return None;
@@ -145,7 +138,7 @@ impl Unknowns {
     }
 
     /// The unknowns of a class, in the order of their numbers.
-    pub(super) fn of_class(&self, class: Class) -> Vec<Unknown> {
+    pub(crate) fn of_class(&self, class: Class) -> Vec<Unknown> {
         let lines: Vec<(usize, usize)> = (0..self.own_rows)
             .flat_map(|row| (self.nearest(row)..=2 * row + self.radius).map(move |from_border| (row, from_border)))
             .collect();

@@ -4,7 +4,7 @@
 //! Between two points with given tangents the minimiser obeys |κ|^ν = c cos ψ, ψ the angle of the tangent from the direction of a force. So every
 //! [`Segment`] is a piece of one universal curve per ν, fixed by one scalar root, and the cost, its gradient and its Hessian in the two end angles are
 //! closed expressions of that root. [`Smooth`] adds them up over a curve and finds the directions at the points by Newton's method: the gradient is the jump of
-//! the bending moment, the Hessian tridiagonal (cyclic for closed curves). [`search`] has the paper's own searches, [`ExponentSearch`] the ν that draws
+//! the bending moment, the Hessian tridiagonal (cyclic for closed curves). [`papers::searches`](crate::papers::searches) has the paper's own searches, [`papers::exponent`](crate::papers::exponent) the ν that draws
 //! a given shape best.
 //!
 //! | file | holds |
@@ -17,30 +17,27 @@
 //! | `tension` | segments of least ∫(\|κ\|^ν + λ) ds |
 //! | `dots`, `start`, `stages`, `smooth` | from points to problems and back |
 
-mod arc;
+pub(crate) mod arc;
 mod curves;
-mod dots;
-mod evaluation;
+pub(crate) mod dots;
+pub(crate) mod evaluation;
 mod gpu;
-mod queries;
+pub(crate) mod queries;
 mod root;
-pub mod search;
 mod segment;
-mod shape;
-mod slopes;
-mod smooth;
-mod stages;
-mod start;
+pub(crate) mod slopes;
+pub(crate) mod smooth;
+pub(crate) mod stages;
+pub(crate) mod start;
 mod tension;
 mod trig;
-mod universal;
-mod workspace;
+pub(crate) mod universal;
+pub(crate) mod workspace;
 
 pub use arc::Site;
 pub(crate) use gpu::scf_kernels;
 pub use queries::{Cost, Query, evaluate_segments};
 pub use segment::Segment;
-pub use shape::{Deviation, DotsOf, ExponentSearch, ShapeExponent};
 pub use smooth::Smooth;
 pub use start::Start;
 pub use tension::TensionSegment;

@@ -132,7 +132,7 @@ impl Smooth {
         Ok((fit, polylines))
     }
 
-    pub(super) fn check(&self, batch: &CurveBatch) -> Result<()> {
+    pub(crate) fn check(&self, batch: &CurveBatch) -> Result<()> {
         let refuse = |why: String| Err(Error::argument(why));
         if batch.dimension() != 2 {
             return refuse(
@@ -158,7 +158,7 @@ impl Smooth {
     }
 
     /// Where searches start.
-    pub(super) fn where_to_start(&self) -> Starts {
+    pub(crate) fn where_to_start(&self) -> Starts {
         Starts { first: self.start, count: self.starts, seed: self.seed }
     }
 

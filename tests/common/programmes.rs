@@ -3,7 +3,9 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::SupportedConeT::{NonnegativeConeT, ZeroConeT};
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus};
-use faircurve::laplacian::{Class, Energy, Programme, Reproduces, StandardForm, UnboundedMask, Unknown};
+use faircurve::laplacian::Reproduces;
+use faircurve::papers::programmes::{Class, Energy, Programme, StandardForm, Unknown};
+use faircurve::papers::unbounded::UnboundedMask;
 use nalgebra::{DMatrix, DVector};
 
 /// By how much a maximum may exceed the least so that a nearer rule can be chosen, relative to it.

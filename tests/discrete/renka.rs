@@ -1,9 +1,7 @@
 //! R. J. Renka, Geometric Curve Modeling with Sobolev Gradients, 2006: theorem 3.1 and the figures of section 4.
 
-use faircurve::discrete::{
-    Direction, Ending, Energy, InnerProduct, Minimisation, Minimised, Minimiser, Step, bending, length, tension,
-    variation,
-};
+use faircurve::discrete::{Direction, Energy, Step, bending, length, tension, variation};
+use faircurve::papers::renka::{Ending, InnerProduct, Minimisation, Minimised, Minimiser};
 use faircurve::spline::Natural;
 use faircurve::{CurveBatch, Device, Sampling};
 use rand::rngs::StdRng;

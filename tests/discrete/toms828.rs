@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use faircurve::discrete::{Graph, GraphMove, GraphTrace, Mesh};
+use faircurve::papers::toms828::{Graph, GraphMove, GraphTrace, Mesh};
 use faircurve::{CurveBatch, CurveStatus, Device, Sampling};
 use serde::Deserialize;
 

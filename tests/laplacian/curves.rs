@@ -1,6 +1,7 @@
 //! The programme of the sparse Laplacian rules, asked about curves: it finds the rule of natural cubic splines, and linear interpolation.
 
-use faircurve::laplacian::{Class, Energy, Programme, Reproduces, Unknown};
+use faircurve::laplacian::Reproduces;
+use faircurve::papers::programmes::{Class, Energy, Programme, Unknown};
 use faircurve::spline::uniform::subdivide;
 use faircurve::{CurveBatch, Device};
 

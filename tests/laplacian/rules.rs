@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use faircurve::laplacian::{Class, Energy, Programme, Reproduces, SparseRule, Unknown};
+use faircurve::laplacian::{Reproduces, SparseRule};
+use faircurve::papers::programmes::{Class, Energy, Programme, Unknown};
 use serde_json::Value;
 
 use crate::programmes::{exact_mask, optimum, programme, solved, weights_and_targets};

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use faircurve::laplacian::{UnboundedMask, potential, reflected, unbounded_weight};
+use faircurve::papers::unbounded::{UnboundedMask, potential, reflected, unbounded_weight};
 use num_rational::BigRational;
 use serde_json::Value;
 
@@ -23,7 +23,7 @@ fn oracle() -> Value {
 
 #[test]
 fn closed_forms_are_those_known() {
-    let pair = |x: faircurve::laplacian::Closed| (x.rational, x.over_pi);
+    let pair = |x: faircurve::papers::unbounded::Closed| (x.rational, x.over_pi);
     assert_eq!(pair(potential(0, 0)), (ratio(0, 1), ratio(0, 1)));
     assert_eq!(pair(potential(1, 0)), (ratio(1, 4), ratio(0, 1)));
     assert_eq!(pair(potential(0, -2)), (ratio(1, 1), ratio(-2, 1)));

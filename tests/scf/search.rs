@@ -1,8 +1,10 @@
 //! The searches of Alon & Bergmann over real segments: they come near what Newton's method finds, and never below.
 
 use faircurve::Device;
+use faircurve::papers::searches::{
+    GaussianAdaptation, Greedy, Request, SegmentCosts, Segments, initial_slopes, total_cost,
+};
 use faircurve::scf::Smooth;
-use faircurve::scf::search::{GaussianAdaptation, Greedy, Request, SegmentCosts, Segments, initial_slopes, total_cost};
 use glam::DVec2;
 
 use crate::common::{exact, fit, of, set, slopes};

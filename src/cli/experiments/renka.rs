@@ -3,9 +3,8 @@
 
 use std::fmt::Write;
 
-use faircurve::discrete::{
-    Direction, Ending, Energy, InnerProduct, Iterate, Minimisation, Minimised, Minimiser, Step, length, tension,
-};
+use faircurve::discrete::{Direction, Energy, Step, length, tension};
+use faircurve::papers::renka::{Ending, InnerProduct, Iterate, Minimisation, Minimised, Minimiser};
 use faircurve::picture::Evolution;
 use faircurve::spline::Natural;
 use faircurve::{CurveBatch, Device, Result, Sampling};

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use faircurve::discrete::{Graph, GraphTrace, Mesh};
+use faircurve::papers::toms828::{Graph, GraphTrace, Mesh};
 use faircurve::picture::Evolution;
 use faircurve::{Error, Result};
 use glam::DVec2;

@@ -6,10 +6,9 @@ mod pictures;
 use std::fmt::Write;
 
 use faircurve::bezier::BigRational;
-use faircurve::laplacian::{
-    Class, Closed, Energy, Grids, Programme, Reproduces, Rule, SparseRule, Subdivide, UnboundedMask, residual,
-    unbounded_weight,
-};
+use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide, residual};
+use faircurve::papers::programmes::{Class, Energy, Programme};
+use faircurve::papers::unbounded::{Closed, UnboundedMask, unbounded_weight};
 use faircurve::{Device, Result};
 
 use super::{Experiment, Outcome};

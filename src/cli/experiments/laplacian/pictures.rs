@@ -1,7 +1,8 @@
 //! The pictures: basis functions, surfaces and their distances, decay.
 
 use faircurve::Result;
-use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, UnboundedMask};
+use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule};
+use faircurve::papers::unbounded::UnboundedMask;
 use faircurve::picture::{Axis, Net, Plot, Relief, ReliefSheet, Series, Sheet};
 use glam::DVec2;
 

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
+use faircurve::papers::searches::Record;
 use faircurve::picture::{Axis, Panel, Plot, Series, Sheet, Stroke};
 use faircurve::scf::Segment;
-use faircurve::scf::search::Record;
 use glam::DVec2;
 
 use super::Shape;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use faircurve::Result;
-use faircurve::scf::search::{GaussianAdaptation, Greedy, Outcome, Record, Segments, initial_slopes};
+use faircurve::papers::searches::{GaussianAdaptation, Greedy, Outcome, Record, Segments, initial_slopes};
 use faircurve::scf::{Query, Smooth, evaluate_segments};
 use faircurve::{CurveBatch, CurveStatus, Device};
 use glam::DVec2;

@@ -119,8 +119,8 @@ impl SegmentCosts for Segments {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::papers::searches::{initial_slopes, total_cost};
     use crate::scf::Segment;
-    use crate::scf::search::{initial_slopes, total_cost};
 
     #[test]
     fn costs_are_those_of_the_segments_whatever_the_turns_of_their_slopes() {

@@ -1,7 +1,7 @@
 //! Minimisations end as they say.
 
-use super::super::{attachment, length, tension};
 use super::*;
+use crate::discrete::{attachment, length, tension};
 use crate::spline::Natural;
 use crate::{CurveBatch, Device, Sampling};
 

@@ -5,19 +5,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::energies::{Axis, Energy};
-use super::unknowns::{Class, Unknown, Unknowns};
+mod energies;
 
-/// What a sparse rule keeps as it is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Reproduces {
-    /// Constants: the weights of each new point have sum 1.
-    #[default]
-    Constants,
-    /// Linear functions too: each new point of a plane is the middle of its neighbours, at the border and the corners likewise. The exact rule does not do
-    /// that at a border, where its surfaces are level across; so these rules stay away from it there, however large their support.
-    Linear,
-}
+use crate::laplacian::Reproduces;
+use crate::laplacian::unknowns::Unknowns;
+pub use crate::laplacian::unknowns::{Class, Unknown};
+use energies::Axis;
+pub use energies::Energy;
 
 /// Σ coefficient · unknown + constant, the unknowns by their numbers, none twice.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -97,7 +91,7 @@ pub struct Programme {
 impl Programme {
     /// The programme for masks of this radius (support 2 · radius + 1), with [`Programme::usual_own_rows`].
     pub fn new(energy: Energy, radius: usize, reproduces: Reproduces) -> Self {
-        let unknowns = Unknowns::new(energy.dimension(), radius, Self::usual_own_rows(radius));
+        let unknowns = Unknowns::new(energy.dimension(), radius, Unknowns::usual_own_rows(radius));
         Programme { energy, reproduces, unknowns }
     }
 
@@ -142,7 +136,7 @@ impl Programme {
     /// Fine points of which each row of a class is the like of one: up to the border and its neighbourhood, elsewhere by parity.
     fn fine_points(&self, class: Class) -> Vec<[isize; 2]> {
         let last = 2 * (self.unknowns.own_rows as isize - 1) + self.radius() as isize + self.energy.reach();
-        let [first, second] = class.axes(self.energy.dimension()).map(|axis| match axis {
+        let [first, second] = self.energy.axes(class).map(|axis| match axis {
             Axis::Endless => 0..=1,
             Axis::HalfLine => 0..=last,
             Axis::Point => 0..=0,
@@ -186,7 +180,7 @@ impl Programme {
     /// The distinct rows of E₂ₙS − UEₙ of a class, the entries of each as functions of the unknowns. Signs and order of entries make no difference.
     pub fn rows(&self, class: Class) -> Vec<Vec<Affine>> {
         let own = self.range(class);
-        let axes = class.axes(self.energy.dimension());
+        let axes = self.energy.axes(class);
         let mut seen = BTreeSet::new();
         let rows = self.fine_points(class).into_iter().map(|fine| self.residual_row(fine, axes));
         let of_class =
@@ -203,7 +197,7 @@ impl Programme {
     /// What has to be 0 so that the rule reproduces what it shall: Σ weights − 1, and for linear functions Σ weight · coordinate − coordinate.
     pub fn constraints(&self, class: Class) -> Vec<Affine> {
         let own = self.range(class);
-        let axes = class.axes(self.energy.dimension());
+        let axes = self.energy.axes(class);
         let radius = self.radius() as isize;
         // The constant, and the coordinates along both axes.
         let moments: &[Option<usize>] = match self.reproduces {

@@ -1,11 +1,11 @@
 //! The exponent of a shape: which ν draws it through a few of its points.
 
-use super::smooth::Smooth;
 use crate::batch::CurveBatch;
 use crate::constraint::Constraints;
 use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result};
+use crate::scf::Smooth;
 
 /// Samples a span at which a curve is compared with the shape: their chords are within 1/2,000 of a half circle's size of it.
 const SAMPLES: usize = 32;

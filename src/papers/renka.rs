@@ -1,11 +1,11 @@
 //! [`Minimisation`]: one curve, one energy, and any of the methods that the papers compare, step by step.
 
-use super::descent::Descent;
-use super::energy::{Energy, Functional};
-use super::lane::Standing;
-use super::newton::Newton;
-use super::plan::{Direction, Plan, Step};
-use super::problem::{Problem, start};
+use crate::discrete::descent::Descent;
+use crate::discrete::energy::{Energy, Functional};
+use crate::discrete::lane::Standing;
+use crate::discrete::newton::Newton;
+use crate::discrete::plan::{Direction, Plan, Step};
+use crate::discrete::problem::{Problem, start};
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
@@ -21,7 +21,8 @@ use crate::linalg::{Real, Scalar};
 /// | Newton | f − H⁻¹g, H the exact Hessian | √(g·H⁻¹g) |
 ///
 /// ```
-/// use faircurve::discrete::{Direction, Ending, InnerProduct, Minimisation, Minimiser, Step, length};
+/// use faircurve::discrete::{Direction, Step, length};
+/// use faircurve::papers::renka::{Ending, InnerProduct, Minimisation, Minimiser};
 ///
 /// let bent = [[0.0, 0.0], [1.0, 2.0], [2.0, -1.0], [3.0, 0.0]];
 /// let method = Minimiser::Gradient {
@@ -39,7 +40,7 @@ use crate::linalg::{Real, Scalar};
 /// Source: Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), sections 3 and 4.
 #[derive(Clone, Debug)]
 pub struct Minimisation {
-    /// What to minimise; [`attachment`](super::attachment) has no data to hold to here.
+    /// What to minimise; [`attachment`](crate::discrete::attachment) has no data to hold to here.
     pub energy: Energy,
     /// How. Default: steepest descent along Sobolev gradients, with a line search.
     pub method: Minimiser,
@@ -133,7 +134,7 @@ impl Minimisation {
     /// step.
     ///
     /// # Errors
-    /// Options out of range; an energy with [`attachment`](super::attachment); fewer than three vertices, vertices that are
+    /// Options out of range; an energy with [`attachment`](crate::discrete::attachment); fewer than three vertices, vertices that are
     /// not finite, or two neighbours at one place.
     pub fn run<const D: usize>(
         &self,

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::laplacian::unknowns::Class;
+
 /// The energy whose subdivision is looked for: E, one row a point, on a grid or a curve of free ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Energy {
@@ -80,6 +82,17 @@ impl Energy {
             Energy::Dirichlet => 1.0,
             Energy::CurveDirichlet => 0.5,
             Energy::CurveBending => 0.125,
+        }
+    }
+
+    /// What the grid is along its axes for the rows of this class, as far as they see.
+    pub(super) fn axes(self, class: Class) -> [Axis; 2] {
+        match (self.dimension(), class) {
+            (1, Class::Interior) => [Axis::Endless, Axis::Point],
+            (1, _) => [Axis::HalfLine, Axis::Point],
+            (_, Class::Interior) => [Axis::Endless, Axis::Endless],
+            (_, Class::Border) => [Axis::HalfLine, Axis::Endless],
+            (_, Class::Corner) => [Axis::HalfLine, Axis::HalfLine],
         }
     }
 

@@ -179,7 +179,7 @@ impl UnboundedMask {
 /// mask summed over all images of the coarse point, a + 2nt and −a + 2nt along the first axis, likewise along the second.
 ///
 /// Images beyond the mask's radius R are left out, so that entries come out larger than they are by about 1 / (2π nm R²), once R is several times n and m;
-/// half of that for coarse points on a border, a quarter at a corner. [`Rule::Exact`](super::Rule::Exact) has no such error.
+/// half of that for coarse points on a border, a quarter at a corner. [`Rule::Exact`](crate::laplacian::Rule::Exact) has no such error.
 pub fn reflected(mask: &UnboundedMask, fine: [usize; 2], coarse: [usize; 2], intervals: [usize; 2]) -> f64 {
     let [first, second] = [0, 1].map(|axis| images(fine[axis], coarse[axis], intervals[axis], mask.radius));
     first.iter().flat_map(|&i| second.iter().map(move |&j| mask.weight(i, j))).sum()

@@ -104,7 +104,7 @@ fn ended(mut directions: Vec<f64>, dots: &Dots, exponents: &Exponents) -> Vec<f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scf::search::{Greedy, total_cost};
+    use crate::papers::searches::{Greedy, total_cost};
 
     const ZIGZAG: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 0.4], [2.1, 0.1], [3.0, 0.5], [3.9, 0.3]];
     const RING: [[f64; 2]; 5] = [[0.0, 0.0], [1.1, -0.2], [1.8, 0.8], [0.9, 1.7], [-0.3, 1.0]];
