@@ -4,8 +4,6 @@
 //! Relative errors are below 1e-9, at cusps and near them too: there the speed is about √(s² + c²u²), which no rule of any order follows
 //! across u = 0. So what is not smooth enough is cut at the least speed, and halved towards it.
 
-use crate::curve::{Curve, Sampling};
-
 /// Nodes of the rule, and lanes they are summed in.
 const NODES: usize = 12;
 const LANES: usize = 4;
@@ -211,42 +209,4 @@ pub fn fraction_at(speed: impl Fn(f64) -> f64, length: f64, target: f64) -> f64 
         u = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
     }
     u
-}
-
-/// Sites at equal arc length along a curve: the largest spacing not above `spacing` that divides the length evenly.
-pub(crate) fn even_sites<C: Curve + ?Sized>(curve: &C, spacing: f64) -> Vec<(usize, f64)> {
-    let lengths: Vec<f64> = (0..curve.spans()).map(|span| curve.span_length(span)).collect();
-    let mut sites = Vec::new();
-    for (span, target) in even_targets(&lengths, spacing, curve.is_closed(), curve.least(Sampling::Spacing(spacing))) {
-        sites.push((span, curve.fraction_at(span, lengths[span], target)));
-    }
-    sites
-}
-
-/// Lengths may be off by this part: a spacing that divides a length evenly but for rounding does.
-const EVEN: f64 = 1e-9;
-
-/// For every sample, `least` of them at least, its span and the length to cover inside it, from the lengths of all spans.
-pub(crate) fn even_targets(lengths: &[f64], spacing: f64, closed: bool, least: usize) -> Vec<(usize, f64)> {
-    let total: f64 = lengths.iter().sum();
-    let Some(last) = lengths.iter().rposition(|&length| length > 0.0) else {
-        return vec![(0, 0.0); if lengths.is_empty() { 0 } else { least.max(1) }];
-    };
-    let most = Sampling::MOST_SAMPLES as f64;
-    let steps = (total / spacing * (1.0 - EVEN)).ceil().clamp(least.max(1) as f64, most);
-    let step = total / steps;
-    let mut targets = Vec::with_capacity(steps as usize + 1);
-    let (mut span, mut covered) = (0, 0.0);
-    for k in 0..steps as usize {
-        let target = k as f64 * step;
-        while span < last && target - covered >= lengths[span] {
-            covered += lengths[span];
-            span += 1;
-        }
-        targets.push((span, (target - covered).clamp(0.0, lengths[span])));
-    }
-    if !closed {
-        targets.push((last, lengths[last]));
-    }
-    targets
 }

@@ -1,8 +1,8 @@
 //! Every kernel there is, in every form it takes: what the shader tests compose, validate and lint.
 
-use crate::device::Precision;
 use crate::gpu::KernelKey;
 use crate::gpu::source::definitions;
+use crate::precision::Precision;
 use crate::{bezier, discrete, laplacian, linalg, scf, spline};
 
 /// Every kernel in every form: paths, entry points, precisions, definitions.

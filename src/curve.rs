@@ -1,5 +1,7 @@
 //! [`Curve`]: what formats, pictures and comparisons know of a fitted curve, whatever room it came from.
 
+pub(crate) mod convert;
+mod even;
 mod sampling;
 mod unfitted;
 
@@ -9,7 +11,6 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::arclength;
-use crate::bezier::convert;
 use crate::motion::{Motion, Vector, searched_curvature};
 pub use sampling::Sampling;
 pub(crate) use sampling::{check_spacing, spans};
@@ -213,7 +214,7 @@ pub trait Curve: Sync {
                 let steps = if self.is_closed() { n } else { n.saturating_sub(1) }.max(1) as f64;
                 (0..n).map(|k| self.locate(from + (to - from) * (k as f64 / steps))).collect()
             }
-            Sampling::Spacing(spacing) => arclength::even_sites(self, spacing),
+            Sampling::Spacing(spacing) => even::even_sites(self, spacing),
         }
     }
 

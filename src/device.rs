@@ -6,30 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::error::{Error, Result};
 use crate::gpu::{self, Gpu};
-
-/// Precision of the arithmetic on the device.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Precision {
-    /// f64 on the CPU. On a GPU f32 where the problem is well conditioned (natural splines), else (smoothing) f64 if the
-    /// adapter has it.
-    #[default]
-    Auto,
-    /// 32-bit floats.
-    F32,
-    /// 64-bit floats; an error on a GPU that has none.
-    F64,
-}
-
-impl Precision {
-    /// `auto`, `f32` or `f64`.
-    pub fn word(self) -> &'static str {
-        match self {
-            Precision::Auto => "auto",
-            Precision::F32 => "f32",
-            Precision::F64 => "f64",
-        }
-    }
-}
+use crate::precision::Precision;
 
 /// Which device to use, as asked for on the command line: `auto`, `cpu`, `gpu` or `gpu:N`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

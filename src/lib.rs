@@ -131,19 +131,23 @@ mod memory;
 mod motion;
 pub mod papers;
 pub mod picture;
+mod precision;
 mod report;
 pub mod scf;
 pub mod spline;
+mod status;
 
 pub use batch::{CurveBatch, Point, Problem};
 pub use catalogue::kernels;
 pub use constraint::Constraints;
 pub use curve::{Curve, Jet, Sampling};
-pub use device::{Choice, Device, GPU_PAYS_ABOVE, Precision};
+pub use device::{Choice, Device, GPU_PAYS_ABOVE};
 pub use error::{Error, Result};
 pub use grids::Grids;
 pub use motion::Motion;
-pub use report::{CurveReport, CurveSet, CurveStatus, Fit};
+pub use precision::Precision;
+pub use report::{CurveReport, CurveSet, Fit};
+pub use status::CurveStatus;
 
 /// The example of the README compiles.
 #[cfg(doctest)]

@@ -1,52 +1,11 @@
-//! What a fit returns: curves, and one report a curve. Every status is explained here, once.
+//! What a fit returns: curves, and one report a curve. What a status means stands in [`CurveStatus`].
 
 use glam::DVec3;
 use rayon::prelude::*;
-use serde::Serialize;
 
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Sampling, vector};
-
-/// How the fit of one curve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum CurveStatus {
-    /// The curve asked for. For a direct method (natural splines, smoothing with a given λ): the linear system was solved.
-    Converged,
-    /// The iteration limit, or a lost device, came before the stopping rule was met; the curve is the best one reached.
-    NotConverged,
-    /// The length runs away while the energy falls: there is no minimiser. Comes out as its input polyline.
-    Unbounded,
-    /// No curve attains the least energy.
-    NoMinimiser,
-    /// Infinitely many curves attain the least energy; the smallest is returned.
-    NotUnique,
-    /// Too little to fit: fewer than two distinct points, or two different points at one parameter. Comes out as its input polyline.
-    Degenerate,
-    /// NaN, infinite, decreasing or otherwise impossible input. Comes out as its input polyline.
-    Invalid,
-}
-
-impl CurveStatus {
-    /// Whether the curve may be used as what was asked for.
-    pub fn is_usable(self) -> bool {
-        matches!(self, CurveStatus::Converged | CurveStatus::NotUnique)
-    }
-
-    /// The word used in reports and files.
-    pub fn word(self) -> &'static str {
-        match self {
-            CurveStatus::Converged => "converged",
-            CurveStatus::NotConverged => "not_converged",
-            CurveStatus::Unbounded => "unbounded",
-            CurveStatus::NoMinimiser => "no_minimiser",
-            CurveStatus::NotUnique => "not_unique",
-            CurveStatus::Degenerate => "degenerate",
-            CurveStatus::Invalid => "invalid",
-        }
-    }
-}
+use crate::status::CurveStatus;
 
 /// The report of one curve.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::{CurveBatch, Problem};
 use crate::error::short;
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 impl CurveBatch {
     /// Finds coordinates that are not finite, but for those of unknown points.

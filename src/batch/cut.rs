@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::CurveBatch;
+use crate::batch::Origin;
 use crate::constraint::gather_rows;
-use crate::io::Origin;
 
 /// Consecutive points of a curve, round the end of a closed one if need be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

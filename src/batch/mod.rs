@@ -3,6 +3,7 @@
 mod check;
 mod closed;
 mod cut;
+mod origin;
 mod point;
 mod sampled;
 
@@ -12,11 +13,11 @@ use std::sync::Arc;
 
 use crate::constraint::{Constraints, gather_rows};
 use crate::error::{Error, Result, shortened};
-use crate::io::Origin;
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 pub(crate) use closed::distance;
 pub(crate) use cut::{Cut, Piece};
+pub(crate) use origin::Origin;
 pub use point::Point;
 
 /// Why a curve of a batch cannot be fitted: its status and a sentence that names the point, the value and the remedy.

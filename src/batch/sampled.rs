@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{CurveBatch, Problem};
+use crate::batch::Origin;
 use crate::constraint::Constraints;
-use crate::io::Origin;
 
 impl CurveBatch {
     /// [`sampled`](Self::sampled) from coordinates and parameters curve by curve; `closing` is the parameter length from the last sample of a

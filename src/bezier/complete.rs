@@ -16,7 +16,7 @@ use super::refusal::Refusal;
 use crate::device::Device;
 use crate::error::Result;
 use crate::linalg::{take, tasks, with_wide_registers};
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// Completed control polygons.
 #[derive(Clone, Debug)]

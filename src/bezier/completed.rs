@@ -7,7 +7,8 @@ use super::polygons::Controls;
 use crate::batch::CurveBatch;
 use crate::device::Device;
 use crate::error::Result;
-use crate::report::{CurveReport, CurveStatus, Fit};
+use crate::report::{CurveReport, Fit};
+use crate::status::CurveStatus;
 
 /// Chains of Béziers, one a curve of the batch, with a report each. A curve that could not be completed is what came in.
 #[derive(Clone, Debug)]

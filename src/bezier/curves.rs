@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{MOST_DEGREE, convert};
+use super::MOST_DEGREE;
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::motion::Motion;
@@ -132,7 +132,7 @@ impl Curve for Chain<'_> {
             // Control points inside a piece may be far larger than its ends.
             let controls = (0..self.spans()).flat_map(|piece| self.chains.piece(self.i, piece).flatten());
             let largest = controls.fold(0.0, |largest: f64, x| largest.max(x.abs()));
-            return convert::beziers_of_size(self, largest, tolerance);
+            return crate::curve::convert::beziers_of_size(self, largest, tolerance);
         }
         (0..self.spans()).map(|piece| self.cubic(piece)).collect()
     }

@@ -15,12 +15,12 @@ use rayon::prelude::*;
 use super::complete::NONE;
 use super::operator::{BLOCK, Operator};
 use super::ready::MOST_DATA;
-use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::plan::{self, Limits};
 use crate::gpu::source::definitions;
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, pipeline};
 use crate::linalg::{Real, power_of_two, take};
+use crate::precision::Precision;
 
 /// Threads, and curves, a workgroup.
 const GROUP: usize = 64;

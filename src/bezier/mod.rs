@@ -25,7 +25,6 @@
 mod chain;
 mod complete;
 mod completed;
-pub(crate) mod convert;
 mod curves;
 mod directions;
 mod eigen;
@@ -41,10 +40,10 @@ mod ready;
 mod refusal;
 mod single;
 
+pub use crate::curve::convert::LEAST_TOLERANCE;
 pub use chain::{Chain, Joints, PieceLengths};
 pub use complete::{Solved, complete};
 pub use completed::Completed;
-pub use convert::LEAST_TOLERANCE;
 pub use eigen::Eigenstructure;
 pub use energy::{Energy, energy_matrix, energy_matrix_by_beta};
 pub use exact::Matrix;

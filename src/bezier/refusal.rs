@@ -1,7 +1,7 @@
 //! [`Refusal`]: why a curve is not completed, in words.
 
 use super::MOST_DEGREE;
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// Why a curve is not completed. Its control points stay what they were.
 #[derive(Clone, Copy, Debug, PartialEq)]

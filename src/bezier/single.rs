@@ -9,7 +9,8 @@ use crate::batch::CurveBatch;
 use crate::constraint::Constraint;
 use crate::device::Device;
 use crate::error::Result;
-use crate::report::{CurveReport, CurveStatus};
+use crate::report::CurveReport;
+use crate::status::CurveStatus;
 
 /// What the tangents of a batch (columns `tx ty tz`) say of the ends of a Bézier curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

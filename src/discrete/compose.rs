@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 
 use super::energy::{Energy, Functional, TORSION_CURVATURE};
-use crate::device::Precision;
 use crate::gpu::source::{Definitions, definitions};
+use crate::precision::Precision;
 
 /// An energy as a kernel has it.
 #[derive(Clone, Debug)]

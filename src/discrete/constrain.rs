@@ -16,7 +16,7 @@ use crate::Problem as Unfitted;
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// A tangent is perpendicular to a curvature vector if their cosine is below this.
 const PERPENDICULAR: f64 = 1e-6;

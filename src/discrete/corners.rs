@@ -4,7 +4,8 @@
 use super::curves::{Fitted, Vertices};
 use crate::batch::{CurveBatch, Piece};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
-use crate::report::{CurveReport, CurveStatus};
+use crate::report::CurveReport;
+use crate::status::CurveStatus;
 
 /// A turn must exceed the angle by this many radians, so that rounding makes no corner where the data turn by the angle exactly.
 const ROUNDING: f64 = 1e-9;

@@ -6,9 +6,9 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::batch::Origin;
 use crate::batch::{CurveBatch, Problem};
 use crate::curve::{Curve, Input, Jet, Sampling, vector};
-use crate::io::Origin;
 use crate::motion::Motion;
 use crate::report::{CurveReport, CurveSet};
 

@@ -15,10 +15,10 @@ use super::energy::{Energy, Functional, attachment, bending, length, tension};
 use super::lane::Standing;
 use super::plan::{Direction, Plan, Step};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
-use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
+use crate::precision::Precision;
 
 /// Threads a workgroup, whose curves stand side by side in memory.
 pub(crate) const GROUP: usize = 32;

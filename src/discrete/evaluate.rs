@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 
 use crate::linalg::scalar::{Vector, subtract};
 use crate::linalg::{Lanes, Scalar, with_wide_registers};
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
 const LANES: usize = 4;

@@ -8,10 +8,10 @@ use super::at::{At, Found, Want};
 use super::compose::{Composition, DeviceWeights};
 use super::energy::{attachment, bending, length, tension, torsion, variation};
 use super::hessian::COUPLED;
-use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
+use crate::precision::Precision;
 
 /// Threads a workgroup.
 pub(crate) const GROUP: u32 = 64;

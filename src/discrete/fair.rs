@@ -19,7 +19,8 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::memory;
-use crate::report::{CurveReport, CurveStatus, Fit};
+use crate::report::{CurveReport, Fit};
+use crate::status::CurveStatus;
 
 /// A gradient left at so many times the tolerance is rounding, above it the curve's own trouble.
 const ROUNDING_REACHES: f64 = 1e3;

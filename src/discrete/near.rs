@@ -15,8 +15,9 @@ use crate::batch::CurveBatch;
 use crate::curve::Curve;
 use crate::device::Device;
 use crate::error::Result;
-use crate::report::{CurveReport, CurveSet, CurveStatus};
+use crate::report::{CurveReport, CurveSet};
 use crate::spline::{Amount, CubicSplines, Parametrisation, Smoothing};
+use crate::status::CurveStatus;
 
 /// Splines of open curves stray from their points by at most this part of the diagonal of their box: one that is allowed all of it
 /// may be a point.

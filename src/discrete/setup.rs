@@ -11,8 +11,9 @@ use crate::curve::Curve;
 use crate::device::Device;
 use crate::error::Result;
 use crate::linalg::scalar::{Vector, dot, subtract};
-use crate::report::{CurveReport, CurveSet, CurveStatus};
+use crate::report::{CurveReport, CurveSet};
 use crate::spline::{Natural, Parametrisation};
+use crate::status::CurveStatus;
 use crate::{Constraints, Problem as Unfitted};
 
 /// The tangential and the normal stiffness of a vertex are alike at this γ h³/w.

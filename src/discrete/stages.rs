@@ -14,10 +14,11 @@ use super::plan::Plan;
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
 use super::setup::Ready;
 use crate::batch::Problem as Unfitted;
-use crate::device::{Device, Precision};
+use crate::device::Device;
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::scalar::add;
+use crate::precision::Precision;
 
 /// Bending in f32 has the digits for so many edges a span: its condition grows as their fourth power.
 const MOST_EDGES_IN_F32: u32 = 200;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::context::Gpu;
 use super::reflect::{Reflection, reflect};
 use super::source::{Definitions, compose};
-use crate::device::Precision;
 use crate::error::{Error, Result};
+use crate::precision::Precision;
 
 /// Which kernel: a shader file, an entry point, a precision, and its definitions.
 #[derive(Clone, Debug)]

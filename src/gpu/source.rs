@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::device::Precision;
+use crate::precision::Precision;
 
 include!(concat!(env!("OUT_DIR"), "/shader_files.rs"));
 

@@ -1,7 +1,7 @@
 //! What unit tests of kernels share: the adapter, and its precisions.
 
 use super::Gpu;
-use crate::device::Precision;
+use crate::precision::Precision;
 
 /// The first adapter, its arrays filled with what must not be read; none where there is none and none is required.
 pub(crate) fn gpu() -> Option<Gpu> {

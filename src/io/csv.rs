@@ -10,8 +10,9 @@ use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
 use super::columns::Table;
 use super::source::{ROW_BYTES, RowReader, Source, read_line};
 use super::text::Text;
-use super::{Origin, ReadOptions, close, close_as_marked, longitude};
+use super::{ReadOptions, close, close_as_marked, longitude};
 use crate::batch::CurveBatch;
+use crate::batch::Origin;
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, quoted, shortened};
 

@@ -12,8 +12,9 @@ use npyz::{AutoSerialize, DType, NpyFile, Order, Serialize, TypeChar, TypeStr, W
 use super::memory::{Full, Room};
 use super::npy::{self, Header};
 use super::source::{Source, UNPACKED_BYTES, UNPACKED_TIMES, most_unpacked};
-use super::{Origin, ReadOptions, close, close_as_marked};
+use super::{ReadOptions, close, close_as_marked};
 use crate::batch::CurveBatch;
+use crate::batch::Origin;
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, listed, shortened};
 

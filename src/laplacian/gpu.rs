@@ -21,12 +21,12 @@ use sparse::Weights;
 
 use super::refine::{Refiner, is_line, refined};
 use super::{GridReport, Grids, Rule, Subdivide};
-use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::plan::{self, Limits};
 use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Pending, pipeline};
 use crate::linalg::{Real, power_of_two, take, tasks};
+use crate::precision::Precision;
 
 /// Threads a workgroup.
 const GROUP: usize = 64;

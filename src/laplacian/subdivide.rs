@@ -7,7 +7,7 @@ use super::{Grids, SparseRule};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// Beyond this, results are looked through for overflow. No rule makes a value 1e20 times the largest of its grid, sums on the way included.
 const SAFE: f64 = 1e280;

@@ -18,7 +18,7 @@ use super::elimination::{Bands, Carry, Form, Network};
 use super::real::Real;
 use super::singular;
 use super::tridiagonal::{Matrix, TridiagonalBatch};
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// Rows that are carried between the arrays and the lanes at once: L·8 numbers of each array stay in the first cache.
 pub(super) const BLOCK: usize = 8;

@@ -3,7 +3,7 @@
 use super::lanes::Part;
 use super::real::Real;
 use super::tridiagonal::Matrix;
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// Solves system `i` into `x` (all its columns), after the fast path met a number that is not finite.
 ///

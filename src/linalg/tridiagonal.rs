@@ -8,7 +8,7 @@ use super::ring::{self, RingKernel};
 use super::tasks::{take, tasks};
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// The matrices of a batch, one entry a row, the rows of all systems after each other.
 #[derive(Clone, Copy, Debug)]

@@ -241,7 +241,7 @@ fn square_from([x, y]: [f64; 2], [ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::CurveStatus;
+    use crate::status::CurveStatus;
 
     /// A closed curve of the given exponent through uneven dots, densely, and the numbers of its dots.
     fn shape(exponent: f64) -> (Vec<[f64; 2]>, Vec<usize>) {

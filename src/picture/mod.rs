@@ -21,7 +21,8 @@ use rayon::prelude::*;
 
 use crate::batch::CurveBatch;
 use crate::curve::vector;
-use crate::report::{CurveStatus, Fit};
+use crate::report::Fit;
+use crate::status::CurveStatus;
 use comb::Combs;
 pub use evolution::Evolution;
 use layout::{Bounds, Frame, Plane};

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use super::arc::Arc;
 use super::universal::Universal;
+use crate::batch::Origin;
 use crate::batch::{CurveBatch, Problem};
 use crate::curve::{Curve, Input, Jet, Sampling};
-use crate::io::Origin;
 use crate::report::CurveSet;
 
 /// A segment from one data point to the next.

@@ -6,7 +6,7 @@ use super::universal::Universal;
 use crate::batch::{CurveBatch, Problem as Unfitted};
 use crate::error::{Error, Result};
 use crate::linalg::{Real, Scalar};
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// Exponents a batch may hold: their numbers are stored in 16 bits.
 const MOST_EXPONENTS: usize = 1 << 16;

@@ -13,12 +13,12 @@ use super::evaluation::Evaluation;
 use super::slopes::Ends;
 use super::universal::Universal;
 use super::workspace::evaluate_all;
-use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::plan::{self, Limits};
 use crate::gpu::source::definitions;
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline};
 use crate::linalg::Real;
+use crate::precision::Precision;
 
 /// Threads a workgroup.
 const GROUP: u32 = 64;

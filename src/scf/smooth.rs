@@ -16,7 +16,8 @@ use crate::constraint::Constraint;
 use crate::curve::{Input, Sampling};
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::report::{CurveReport, CurveStatus, Fit};
+use crate::report::{CurveReport, Fit};
+use crate::status::CurveStatus;
 
 /// Curves a task takes at least, and about as many segments.
 const TASK_SEGMENTS: usize = 1024;

@@ -8,9 +8,9 @@ use super::gpu::search_on_gpu;
 use super::slopes::{Outcome, Problem, Search, Standing, Until};
 use super::start::Start;
 use super::workspace::Workspace;
-use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::Gpu;
+use crate::precision::Precision;
 
 /// Where segments have no minimiser for the exponent asked for, these parts of the way to it from 2 come first.
 const STAGES: [f64; 4] = [0.0, 0.3, 0.6, 0.8];

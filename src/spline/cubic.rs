@@ -7,8 +7,8 @@ use glam::DVec3;
 
 use super::knots::Knots;
 use crate::batch::CurveBatch;
+use crate::batch::Origin;
 use crate::curve::{Curve, Input, Jet, Polygon, Sampling, vector};
-use crate::io::Origin;
 use crate::motion::Motion;
 use crate::report::CurveSet;
 

@@ -7,12 +7,12 @@ use bytemuck::{Pod, Zeroable};
 use super::knots::Knots;
 use super::packing::Frame;
 use super::sample::Sites;
-use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::source::{Definitions, definitions};
 use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
 use crate::linalg::ring::{RingKernel, RowSource, Solve, real_bytes};
+use crate::precision::Precision;
 
 /// Threads a workgroup of the sampling kernels.
 pub(crate) const GROUP: u32 = 64;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::batch::{CurveBatch, Problem, distance};
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// How the data points of a curve get their parameters t.
 ///

@@ -56,10 +56,10 @@ mod tests {
     use super::smoothing_gpu::{SmoothingCurve, SmoothingParams};
     use super::uniform_gpu::{Block, UniformCurve, UniformParams};
     use super::*;
-    use crate::device::Precision;
     use crate::gpu::KernelKey;
     use crate::gpu::reflect::assert_layout;
     use crate::gpu::source::definitions;
+    use crate::precision::Precision;
 
     #[test]
     fn structs_shared_with_the_kernels_have_their_layout() {

@@ -20,11 +20,13 @@ use super::sample::Sites;
 use crate::batch::{CurveBatch, Problem};
 use crate::constraint::Constraint;
 use crate::curve::Sampling;
-use crate::device::{Device, Precision};
+use crate::device::Device;
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::{Cyclic, Matrix, Part, Real, Scratch, TridiagonalBatch, take, tasks};
-use crate::report::{CurveReport, CurveSet, CurveStatus, Fit};
+use crate::precision::Precision;
+use crate::report::{CurveReport, CurveSet, Fit};
+use crate::status::CurveStatus;
 
 /// What holds at the two ends of an open curve. Closed curves are periodic, whatever is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

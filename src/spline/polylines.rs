@@ -9,10 +9,10 @@ use super::gpu::{self, Samples};
 use super::sample::{Cubic, Sites};
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Sampling};
-use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::{take, tasks};
+use crate::precision::Precision;
 use crate::report::CurveSet;
 
 impl CubicSplines {

@@ -7,7 +7,8 @@ use super::knots::Knots;
 use super::reinsch::Reinsch;
 use super::smoothing::{Amount, LAMBDA_CAP, Smoothing};
 use crate::batch::CurveBatch;
-use crate::report::{CurveReport, CurveStatus};
+use crate::report::CurveReport;
+use crate::status::CurveStatus;
 
 mod least;
 mod search;

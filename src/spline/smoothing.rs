@@ -10,7 +10,8 @@ use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
-use crate::report::{CurveReport, CurveSet, CurveStatus, Fit};
+use crate::report::{CurveReport, CurveSet, Fit};
+use crate::status::CurveStatus;
 
 /// How much to smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]

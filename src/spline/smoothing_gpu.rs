@@ -12,11 +12,11 @@ use super::knots::Knots;
 use super::smoother::{Outcome, Smoother, Target, octave};
 use super::smoothing::Smoothing;
 use crate::batch::CurveBatch;
-use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, pipeline, plan};
 use crate::linalg::Real;
 use crate::linalg::ring::real_bytes;
+use crate::precision::Precision;
 use crate::report::CurveReport;
 
 const FLAG_CLOSED: u32 = 1;

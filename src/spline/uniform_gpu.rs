@@ -7,12 +7,12 @@ use bytemuck::{Pod, Zeroable};
 use super::gpu::GROUP;
 use super::packing::Frame;
 use crate::batch::CurveBatch;
-use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
 use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
 use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System, real_bytes};
+use crate::precision::Precision;
 
 /// `UniformParams` of `uniform/points.wgsl`.
 #[repr(C)]

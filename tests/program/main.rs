@@ -10,6 +10,7 @@ mod cli_scf;
 mod cli_smoothing;
 mod experiments;
 mod finished;
+mod house;
 mod io;
 mod msrv;
 mod unfitted;

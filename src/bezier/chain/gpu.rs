@@ -5,10 +5,11 @@ use rayon::prelude::*;
 use super::layout::{Layout, Trouble};
 use super::piece::Piece;
 use super::system::{Done, System};
-use crate::device::{Device, Precision};
+use crate::device::Device;
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::block_ring::{BlockBatch, BlockSolutions, MOST_REACH, solve_blocks_on_gpu};
+use crate::precision::Precision;
 
 /// Matrices of unit diagonal with a smaller pivot are solved by the CPU: f32 could not tell them from singular ones.
 const LEAST_PIVOT: f64 = 1e-3;

@@ -4,7 +4,7 @@ use super::joint::{Condition, Joint, dot, length};
 use super::piece::{Vector, plus};
 use super::{Chain, Joints, PieceLengths};
 use crate::batch::CurveBatch;
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// Why a curve is not completed: its status, the control point to blame, what is wrong and the remedy.
 pub(super) type Trouble = (CurveStatus, usize, String);

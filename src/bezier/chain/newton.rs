@@ -14,7 +14,7 @@ use super::piece::{Piece, Sized, Vector, plus};
 use super::speeds::{Side, Velocity};
 use super::system::{Done, done, finish_piece};
 use crate::linalg::block_ring::{Block, BlockSystem, MOST_REACH, solve_blocks};
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// Most iterations; 5 to 10 are usual.
 const MOST: u32 = 200;

@@ -6,7 +6,8 @@ use super::layout::{Layout, Trouble};
 use super::piece::{Piece, Sized, Vector, plus};
 use crate::batch::CurveBatch;
 use crate::linalg::block_ring::{Block, BlockSystem, MOST_REACH, solve_blocks};
-use crate::report::{CurveReport, CurveStatus};
+use crate::report::CurveReport;
+use crate::status::CurveStatus;
 
 /// A curve with everything that is linear: its matrix with a unit diagonal, and one right-hand side a coordinate.
 pub(super) struct System<'a, const N: usize> {

@@ -4,7 +4,7 @@ use super::joint::{Condition, Joint, dot};
 use super::piece::Piece;
 use super::*;
 use crate::constraint::Constraints;
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 #[test]
 fn mixed_energies_of_any_length_are_those_of_the_exact_completion() {

@@ -12,10 +12,10 @@ use crate::bezier::complete::{Job, Outcome, Solved};
 use crate::bezier::operator::Operator;
 use crate::bezier::polygons::{Controls, Polygons};
 use crate::bezier::ready::{MOST_DATA, Ready};
-use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::{take, tasks};
+use crate::precision::Precision;
 
 /// What points in f32 are good to, in units of half the curve's largest extent.
 const POINTS: f64 = 2e-6;

@@ -11,9 +11,10 @@ use serde_json::value::RawValue;
 use super::coordinates::{Lines, List};
 use super::{Document, Shape, Slot};
 use crate::batch::CurveBatch;
+use crate::batch::Origin;
 use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
-use crate::io::{Origin, ReadOptions, close, longitude};
+use crate::io::{ReadOptions, close, longitude};
 
 /// Memory that a comma and an opening bracket stand for, from above: entries of lists of references to the text, names, flags
 /// and places of curves, cuts of the text, which is kept a second time without its coordinates.

@@ -10,7 +10,8 @@ use crate::io::text::Text;
 /// Writes the batch, into the document that it came from where there is one.
 pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     let mut text = Text::new(out);
-    match &batch.origin().document {
+    let document = batch.origin().document.as_ref().and_then(|kept| kept.downcast_ref::<Document>());
+    match document {
         Some(document) if document.curves == batch.len() => fill(&mut text, document, batch)?,
         _ => collect(&mut text, batch)?,
     }

@@ -15,9 +15,10 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::chain::{self, Vertices};
 use super::{limits, path, transform};
 use crate::batch::CurveBatch;
+use crate::batch::Origin;
 use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
-use crate::io::{Origin, ReadOptions, close};
+use crate::io::{ReadOptions, close};
 
 /// Memory that an element or an attribute takes in roxmltree's tree, which grows by doubling.
 const NODE_BYTES: usize = 192;

@@ -8,11 +8,11 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::{MOST_REACH, eliminated_numbers, scratch_numbers, shared_numbers};
-use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::source::{Definitions, definitions};
 use crate::gpu::{Gpu, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
+use crate::precision::Precision;
 
 /// `BlockParams` of `lanes.wgsl`.
 #[repr(C)]

@@ -6,12 +6,12 @@ use bytemuck::Pod;
 
 use super::{FLAG_CYCLIC, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, Solve, System, real_bytes};
 use crate::CurveStatus;
-use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::source::Definitions;
 use crate::gpu::{Gpu, Pending, Recording, plan};
 use crate::linalg::tridiagonal::solve_on_cpu;
 use crate::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch};
+use crate::precision::Precision;
 
 /// Solves a batch on a GPU with the kernel asked for, in f32 or f64 (the arrays are converted where they differ).
 ///

@@ -2,11 +2,11 @@
 
 use super::lanes::{Reduced, Row, eliminate, solve_lanes};
 use super::{Chunk, GROUP, LONG_CHUNK, Params, RowSource, Solve, System, kernel_key, real_bytes};
-use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
 use crate::gpu::{Buffer, KernelKey, Recording, plan};
 use crate::linalg::Real;
+use crate::precision::Precision;
 
 /// Solves one system by reducing chunks of `chunk` rows to one each, and what is left by [`solve_lanes`].
 pub fn solve_long<T: Real>(rows: &[Row<T>], chunk: usize, lanes: usize) -> (Vec<T>, bool) {

@@ -12,10 +12,10 @@ mod thread;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::device::Precision;
 use crate::error::Result;
 use crate::gpu::source::Definitions;
 use crate::gpu::{Buffer, KernelKey, Recording, plan};
+use crate::precision::Precision;
 
 pub use batch::solve_on_gpu;
 pub use lanes::{Reduced, Row, eliminate, solve_lanes};

@@ -1,9 +1,10 @@
 //! Does this driver compute what it should? Small batches through every kernel, against the CPU.
 
 use super::{RingKernel, solve_on_gpu};
-use crate::device::{Device, Precision};
+use crate::device::Device;
 use crate::gpu::Gpu;
 use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch};
+use crate::precision::Precision;
 
 /// The outcome of one kernel in one precision.
 #[derive(Clone, Debug)]

@@ -12,7 +12,7 @@ use super::energy::Differences;
 use super::mesh::Placed;
 use super::search;
 use super::{Graph, GraphTrace};
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// An iteration that lowers φ by less than this part of 1 + φ (as published), or of φ, is the last of its kind.
 const LEAST_FALL: f64 = 1e-3;

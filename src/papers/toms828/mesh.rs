@@ -3,7 +3,7 @@
 use super::Refusal;
 use crate::error::{Error, Result};
 use crate::linalg::thomas::thomas;
-use crate::report::CurveStatus;
+use crate::status::CurveStatus;
 
 /// More mesh points a curve are refused: a width in another unit than the curve's is likelier than the wish for them.
 const MOST_POINTS: f64 = 1e7;

@@ -6,10 +6,10 @@ use super::{
     EvaluationParams, FOUND, GROUP, Segment, SlopesState, evaluation_kernel, kind, limits, real_bytes, slopes_kernel,
     universals,
 };
-use crate::device::Precision;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Pending, Recording, pipeline, plan};
 use crate::linalg::Real;
+use crate::precision::Precision;
 use crate::scf::slopes::{Ends, LONGEST, Outcome, Problem, Search, Standing, Until};
 use crate::scf::universal::Universal;
 use crate::scf::workspace::Workspace;

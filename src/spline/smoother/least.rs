@@ -1,8 +1,9 @@
 //! The curve of least bending within a distance of its points: to the normalised programme and back.
 
 use super::{Smoother, Target, keeps, unsolvable};
-use crate::report::{CurveReport, CurveStatus};
+use crate::report::CurveReport;
 use crate::spline::tube::{Disc, GAP, Tube};
+use crate::status::CurveStatus;
 
 /// Roundings of the largest coordinate that a distance has to be larger than: closer than that is on the points.
 const ROUNDINGS: f64 = 1024.0;

@@ -16,7 +16,7 @@
 
 use glam::DVec3;
 
-use crate::curve::Curve;
+use super::Curve;
 use crate::linalg::power_of_two;
 
 /// A cubic Bézier's control points.

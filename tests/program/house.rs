@@ -1,0 +1,82 @@
+//! The house: its rooms use each other one way.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+/// The rooms from the ground up, as files or folders of `src`. Each uses only those before it.
+const ROOMS: [&str; 26] = [
+    "error",
+    "memory",
+    "precision",
+    "status",
+    "constraint",
+    "grids",
+    "batch",
+    "arclength",
+    "motion",
+    "gpu",
+    "device",
+    "linalg",
+    "damping",
+    "curve",
+    "report",
+    "spline",
+    "discrete",
+    "scf",
+    "bezier",
+    "laplacian",
+    "papers",
+    "catalogue",
+    "picture",
+    "io",
+    "lib",
+    "cli",
+];
+
+/// The modules after `crate::` in a source, without its comments and its tests.
+fn used(source: &str) -> BTreeSet<String> {
+    let product = source.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let code = product.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let names = code.flat_map(|line| line.split("crate::").skip(1));
+    let first =
+        |name: &str| name.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default().to_string();
+    names.map(first).filter(|name| name.starts_with(|c: char| c.is_lowercase())).collect()
+}
+
+fn sources(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if entry.is_dir() && !entry.ends_with("tests") {
+            sources(&entry, found);
+        } else if entry.extension().is_some_and(|extension| extension == "rs") {
+            found.push(entry);
+        }
+    }
+}
+
+#[test]
+fn rooms_use_only_those_below_them() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    sources(&src, &mut files);
+    assert!(files.len() > 200, "{} sources found", files.len());
+    let floor = |room: &str| ROOMS.iter().position(|&other| other == room);
+    let tests = |file: &Path| file.file_stem().is_some_and(|stem| stem == "tests" || stem == "testing");
+    for file in files.iter().filter(|file| !tests(file)) {
+        let inside = file.strip_prefix(&src).unwrap();
+        let room = inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs");
+        if room == "main" {
+            continue;
+        }
+        let own = floor(room).unwrap_or_else(|| panic!("src/{room} has no floor: give it one in ROOMS"));
+        for other in used(&std::fs::read_to_string(file).unwrap()) {
+            let below = floor(&other).is_some_and(|other| other <= own);
+            assert!(below, "src/{} uses {other}, which stands above it", inside.display());
+        }
+    }
+}
+
+#[test]
+fn the_reader_of_uses_sees_names_and_passes_over_comments() {
+    let source = "use crate::io::Format;\n// crate::scf\nlet x = crate::linalg::solve(crate::Device::cpu());\n#[cfg(test)]\nmod tests {\n    use crate::cli;";
+    assert_eq!(used(source), BTreeSet::from(["io".to_string(), "linalg".to_string()]));
+}
