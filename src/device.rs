@@ -1,5 +1,6 @@
 //! [`Device`]: the CPU or a GPU, the precision, and how `auto` chooses.
 
+use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -40,6 +41,36 @@ impl FromStr for Choice {
 /// point (0.05 s for so many), and opening a device takes about as long at best. Where a method takes longer, each of its points counts as
 /// several. An estimate: not yet measured on a hardware GPU.
 pub const GPU_PAYS_ABOVE: usize = 10_000_000;
+
+/// What did the work of a fit. Shown as `CPU, 2 threads, f64`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct DeviceReport {
+    /// Whether it is a GPU; else the CPU.
+    pub is_gpu: bool,
+    /// `CPU`, or the adapter's name.
+    pub name: String,
+    /// `2 threads`, or the adapter's driver.
+    pub driver: String,
+    /// Of the arithmetic: f32 or f64.
+    pub precision: Precision,
+    /// So many of a GPU's curves the CPU finished in f64, because f32 had not the digits for them.
+    pub finished_on_cpu: usize,
+}
+
+impl fmt::Display for DeviceReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let DeviceReport { is_gpu, name, driver, precision, finished_on_cpu } = self;
+        match is_gpu {
+            true => write!(f, "{name} ({driver}), {precision}")?,
+            false => write!(f, "{name}, {driver}, {precision}")?,
+        }
+        match finished_on_cpu {
+            0 => Ok(()),
+            _ => write!(f, "; {finished_on_cpu} of its curves finished on the CPU in f64"),
+        }
+    }
+}
 
 /// What does the work.
 #[derive(Clone, Debug)]
@@ -150,23 +181,23 @@ impl Device {
     pub fn name(&self) -> String {
         match self.as_gpu() {
             Some(gpu) => format!("{} ({})", gpu.summary().name, gpu.summary().driver),
-            None => match rayon::current_num_threads() {
-                1 => "CPU, 1 thread".into(),
-                threads => format!("CPU, {threads} threads"),
-            },
+            None => format!("CPU, {}", threads()),
         }
     }
 
-    /// Name and precision, for reports: `CPU, 2 threads, f64`.
+    /// This device as what did the work of a fit.
     ///
     /// # Errors
     /// As [`kernel_precision`](Self::kernel_precision).
-    pub(crate) fn describe(&self, well_conditioned: bool) -> Result<String> {
-        let precision = match self.as_gpu() {
-            Some(gpu) => self.kernel_precision(gpu, well_conditioned)?,
-            None => Precision::F64,
+    pub(crate) fn report(&self, well_conditioned: bool) -> Result<DeviceReport> {
+        let (name, driver, precision) = match self.as_gpu() {
+            Some(gpu) => {
+                let precision = self.kernel_precision(gpu, well_conditioned)?;
+                (gpu.summary().name.clone(), gpu.summary().driver.clone(), precision)
+            }
+            None => ("CPU".into(), threads(), Precision::F64),
         };
-        Ok(format!("{}, {}", self.name(), precision.word()))
+        Ok(DeviceReport { is_gpu: self.gpu.is_some(), name, driver, precision, finished_on_cpu: 0 })
     }
 
     /// The precision a kernel runs in: as asked for, or for `Auto` f32 where that is accurate enough for the
@@ -179,11 +210,18 @@ impl Device {
         match self.precision {
             Precision::F64 if !has_f64 => {
                 let name = &gpu.summary().name;
-                Err(Error::NoGpu(format!("{name} has no 64-bit floats; use --precision f32, or --device cpu")))
+                Err(Error::NoGpu(format!("{name} has no 64-bit floats; use `Precision::F32`, or `Device::cpu`")))
             }
             Precision::Auto if has_f64 && !well_conditioned => Ok(Precision::F64),
             Precision::Auto => Ok(Precision::F32),
             asked => Ok(asked),
         }
+    }
+}
+
+fn threads() -> String {
+    match rayon::current_num_threads() {
+        1 => "1 thread".into(),
+        threads => format!("{threads} threads"),
     }
 }

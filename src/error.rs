@@ -36,7 +36,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// The output exists and overwriting was not allowed.
-    #[error("{} exists already: give --force to replace it, or another name", path.display())]
+    #[error("{} exists already: give `overwrite` to replace it, or another name", path.display())]
     Exists {
         /// The file.
         path: PathBuf,

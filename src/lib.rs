@@ -136,12 +136,13 @@ mod report;
 pub mod scf;
 pub mod spline;
 mod status;
+mod words;
 
 pub use batch::{CurveBatch, Point, Problem};
 pub use catalogue::kernels;
 pub use constraint::Constraints;
 pub use curve::{Curve, Jet, Sampling};
-pub use device::{Choice, Device, GPU_PAYS_ABOVE};
+pub use device::{Choice, Device, DeviceReport, GPU_PAYS_ABOVE};
 pub use error::{Error, Result};
 pub use grids::Grids;
 pub use motion::Motion;

@@ -1,5 +1,7 @@
 //! [`Precision`] of the arithmetic.
 
+use crate::words::words;
+
 /// Precision of the arithmetic on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Precision {
@@ -13,13 +15,8 @@ pub enum Precision {
     F64,
 }
 
-impl Precision {
-    /// `auto`, `f32` or `f64`.
-    pub fn word(self) -> &'static str {
-        match self {
-            Precision::Auto => "auto",
-            Precision::F32 => "f32",
-            Precision::F64 => "f64",
-        }
-    }
-}
+words!(Precision, "precision": [
+    (Auto, "auto", "f64 on the CPU; on a GPU f32 for natural splines, f64 for smoothing where it has f64"),
+    (F32, "f32", "32-bit floats"),
+    (F64, "f64", "64-bit floats"),
+]);

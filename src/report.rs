@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Sampling, vector};
+use crate::device::DeviceReport;
 use crate::status::CurveStatus;
 
 /// The report of one curve.
@@ -61,12 +62,12 @@ pub trait CurveSet: Send + Sync {
 pub struct Fit {
     curves: Box<dyn CurveSet>,
     reports: Vec<CurveReport>,
-    device: String,
+    device: DeviceReport,
 }
 
 impl Fit {
     /// Puts a fit together; `device` says what did the work.
-    pub(crate) fn new(curves: Box<dyn CurveSet>, mut reports: Vec<CurveReport>, device: String) -> Self {
+    pub(crate) fn new(curves: Box<dyn CurveSet>, mut reports: Vec<CurveReport>, device: DeviceReport) -> Self {
         // No energy is negative: one that came to ∞ − ∞ was beyond all numbers.
         let overflown = |report: &&mut CurveReport| report.status.is_usable() && report.energy.is_nan();
         reports.iter_mut().filter(overflown).for_each(|report| report.energy = f64::INFINITY);
@@ -94,7 +95,7 @@ impl Fit {
     }
 
     /// Which device did the work, and in which precision.
-    pub fn device(&self) -> &str {
+    pub fn device(&self) -> &DeviceReport {
         &self.device
     }
 

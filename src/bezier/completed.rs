@@ -5,7 +5,7 @@ use super::curves::Chains;
 use super::linear::{elevate, reduce};
 use super::polygons::Controls;
 use crate::batch::CurveBatch;
-use crate::device::Device;
+use crate::device::{Device, DeviceReport};
 use crate::error::Result;
 use crate::report::{CurveReport, Fit};
 use crate::status::CurveStatus;
@@ -15,7 +15,7 @@ use crate::status::CurveStatus;
 pub struct Completed {
     pub(super) chains: Chains,
     pub(super) reports: Vec<CurveReport>,
-    pub(super) device: String,
+    pub(super) device: DeviceReport,
 }
 
 impl Completed {
@@ -35,7 +35,7 @@ impl Completed {
     }
 
     /// Which device did the work, and in which precision.
-    pub fn device(&self) -> &str {
+    pub fn device(&self) -> &DeviceReport {
         &self.device
     }
 

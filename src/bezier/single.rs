@@ -11,6 +11,7 @@ use crate::device::Device;
 use crate::error::Result;
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
+use crate::words::words;
 
 /// What the tangents of a batch (columns `tx ty tz`) say of the ends of a Bézier curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,6 +22,11 @@ pub enum EndTangents {
     /// Directions only; the speeds |X′| are those of least energy.
     Directions,
 }
+
+words!(EndTangents, "meaning of end tangents": [
+    (Derivatives, "derivatives", "They are the curve's first derivatives"),
+    (Directions, "directions", "Only their directions are, and their lengths are free"),
+]);
 
 /// Completes Bézier curves: every curve of the batch is a control polygon, of degree one less than its points, whose unknown points
 /// ([`Constraints::known`](crate::Constraints), all known where the batch says nothing) are those of least energy.
@@ -92,7 +98,7 @@ impl Complete {
             .collect();
         let control = batch.with_points(coords, batch.offsets().to_vec());
         device.finished(batch.len());
-        Ok(Completed { chains: Chains { control, degrees, knots: None }, reports, device: device.describe(true)? })
+        Ok(Completed { chains: Chains { control, degrees, knots: None }, reports, device: device.report(true)? })
     }
 }
 

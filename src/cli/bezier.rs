@@ -1,35 +1,25 @@
 //! `faircurve bezier`: control points in, completed so that their curves bend least; on demand of a higher degree.
 
-use std::path::{Path, PathBuf};
-
 use clap::Args;
 use faircurve::bezier::MOST_DEGREE;
 use faircurve::io::{self, Format, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result, Sampling};
 
-use super::device::{self, DeviceArgs};
-use super::fit::{self, Shape};
-use super::method;
-use super::output;
+use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, Shape, size};
+use super::output::title;
 use super::polygons::{Plan, PlanArgs};
-use super::progress::Progress;
-use super::report::{self, Head, Seconds};
-use super::{InputArgs, Talk, count, thousands};
-
-/// Completing a control point takes the CPU about as long as a point of a natural spline.
-const COST: usize = 1;
+use super::run::{Run, RunArgs};
+use super::sampling::{per_span, points};
+use super::{count, thousands};
 
 #[derive(Args, Debug)]
 pub struct BezierArgs {
     #[command(flatten)]
-    input: InputArgs,
-    /// File to write, in the format its extension says; - for standard output, with --to
-    #[arg(short, long)]
-    output: PathBuf,
-    /// Format of the output, where its name does not say it
-    #[arg(long, value_name = "FORMAT")]
-    to: Option<Format>,
+    curves: CurveArgs,
+    /// What is written of each curve
+    #[arg(long = "as", value_enum, default_value_t = Shape::Bezier, value_name = "SHAPE")]
+    shape: Shape,
     #[command(flatten)]
     plan: PlanArgs,
     /// Raises the degree of every piece by N; the curves stay the same
@@ -38,9 +28,6 @@ pub struct BezierArgs {
     /// Lowers the degree of every piece by N: the nearest curves with the same ends
     #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "elevate")]
     reduce: Option<i64>,
-    /// What is written of each curve
-    #[arg(long = "as", value_enum, default_value_t = Shape::Bezier, value_name = "SHAPE")]
-    shape: Shape,
     /// Segments a piece, with --as polyline [default: 16]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     samples: Option<i64>,
@@ -48,40 +35,20 @@ pub struct BezierArgs {
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     tolerance: Option<f64>,
     #[command(flatten)]
-    device: DeviceArgs,
-    /// Writes a report with one line a curve as JSON
-    #[arg(long, value_name = "FILE.json")]
-    report: Option<PathBuf>,
-    /// Draws control points and curves as SVG
-    #[arg(long, value_name = "FILE.svg")]
-    picture: Option<PathBuf>,
-    /// Replaces outputs that exist
-    #[arg(long)]
-    force: bool,
-    /// Counts single points, which have nothing to complete and stay as they are, as curves that could not be completed
-    #[arg(long)]
-    strict: bool,
-    #[command(flatten)]
-    talk: Talk,
+    run: RunArgs,
 }
 
 pub fn run(args: &BezierArgs) -> Result<bool> {
-    let plan = args.plan.plan(&args.input)?;
+    let plan = args.plan.plan(&args.curves.input)?;
     let [elevate, reduce] = args.changes_of_degree()?;
     args.check()?;
 
-    let mut progress = Progress::new(args.talk.quiet);
-    let mut seconds = Seconds::default();
-    progress.step("reading");
-    let batch = plan.read(&args.input)?;
-    if let Some(format) = args.format() {
-        format.check(batch.dimension(), args.shape == Shape::Bezier)?;
-    }
-    seconds.read = progress.step("preparing the device");
-    let device = device::open(args.device, &batch, Sampling::PerSpan(1), COST, args.talk)?;
+    let mut run = Run::start(&args.run, "curve", ["completing", "completed"]);
+    let batch = plan.read(&args.curves.input)?;
+    args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "control point"));
-    progress.count("completing", batch.len());
-    let device = device.with_counter(progress.counter());
+    // Completing a control point takes the CPU about as long as a point of a natural spline.
+    let device = run.device(points(&batch, Sampling::PerSpan(1)), volume, Some(batch.len()))?;
     let completed = plan.complete(&batch, &device)?;
     let completed = match (elevate, reduce) {
         (Some(by), _) => completed.elevate(by, &device)?,
@@ -91,34 +58,17 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     let controls = completed.control_points().clone();
     let degrees: Vec<Option<usize>> = (0..controls.len()).map(|i| completed.degree(i)).collect();
     let fit = completed.into_fit();
-    let curves = match (args.shape, args.format()) {
-        (Shape::Polyline, _) => fit.polylines(Sampling::PerSpan(method::per_span(args.samples)?)),
-        (Shape::Bezier, Some(Format::Svg)) => args.cubics(&plan, &controls, &degrees, &fit)?,
-        (Shape::Bezier, _) => controls,
+    let is_drawn = args.shape == Shape::Bezier && args.curves.format() == Some(Format::Svg);
+    let curves = match args.shape {
+        Shape::Polyline => fit.polylines(Sampling::PerSpan(per_span(args.samples)?)),
+        Shape::Bezier if is_drawn => args.cubics(&plan, &controls, &degrees, &fit)?,
+        Shape::Bezier => controls,
     };
-    seconds.fit = progress.step(format!("writing {}", args.output.display()));
-    let drawn = args.shape == Shape::Bezier && args.format() == Some(Format::Svg);
-    io::write_with(&args.output, &curves, &args.write_options(drawn))?;
-    let points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
-    drop(curves);
-    seconds.write = progress.step("drawing");
-    if let Some(path) = &args.picture {
-        args.draw(path, &batch, &fit)?;
-    }
-    if let Some(path) = &args.report {
-        progress.count("measuring", fit.len());
-        let head = Head::of("bezier", &device, fit.device());
-        output::write(path, args.force, |out| {
-            report::write(out, &head, &batch, &fit, &points_out, seconds, &progress)
-        })?;
-    }
-    progress.finish();
-
-    args.talk.say(format_args!("{volume}: completed on {} ({})", fit.device(), device.reason()));
-    let Seconds { read, fit: completed, write } = seconds;
-    args.talk.detail(format_args!("read in {read:.3} s, completed in {completed:.3} s, written in {write:.3} s"));
-    args.tell_not_unique(&fit);
-    Ok(fit::judge(args.talk, args.strict, &batch, &fit))
+    let title = title(&args.curves.input.input);
+    let picture = Picture { title, method: args.plan.title(), ..Picture::default() };
+    let (options, notes) = (args.write_options(is_drawn), not_unique(&fit));
+    let made = Made { batch: &batch, fit: &fit, curves, options, method: "bezier", picture, notes };
+    made.finish(run, &args.curves)
 }
 
 impl BezierArgs {
@@ -129,14 +79,14 @@ impl BezierArgs {
                 "--samples belongs to --as polyline; control points are written as they are: leave it out",
             ));
         }
-        method::per_span(self.samples)?;
+        per_span(self.samples)?;
         if let Some(tolerance) = self.tolerance {
             if !(tolerance > 0.0 && tolerance.is_finite()) {
                 return Err(Error::argument(format!(
                     "--tolerance is {tolerance}; it must be a positive length in units of the input, such as --tolerance 0.001"
                 )));
             }
-            if self.shape == Shape::Polyline || self.format() != Some(Format::Svg) {
+            if self.shape == Shape::Polyline || self.curves.format() != Some(Format::Svg) {
                 return Err(Error::argument(format!(
                     "--tolerance {tolerance} is how near cubics come to curves of higher degree in SVG, which is not written \
                      here: leave it out"
@@ -144,8 +94,8 @@ impl BezierArgs {
             }
         }
         let beziers = self.shape == Shape::Bezier;
-        io::check_output(&self.output, &self.write_options(beziers))?;
-        fit::check_outputs(&self.output, self.report.as_deref(), self.picture.as_deref(), self.force)
+        io::check_output(&self.curves.output, &self.write_options(beziers))?;
+        self.run.check(Some(&self.curves.output), self.curves.picture.as_deref())
     }
 
     /// By how much degrees are raised or lowered.
@@ -161,18 +111,13 @@ impl BezierArgs {
         Ok([change("--elevate", self.elevate)?, change("--reduce", self.reduce)?])
     }
 
-    /// The format that is written, as far as it is known.
-    fn format(&self) -> Option<Format> {
-        self.to.or_else(|| Format::of_extension(&self.output))
-    }
-
     fn write_options(&self, beziers: bool) -> WriteOptions {
-        WriteOptions { format: self.to, overwrite: self.force, beziers, rounding: None }
+        WriteOptions { format: self.curves.to, overwrite: self.run.force, beziers, rounding: None }
     }
 
     /// Chains of cubics for SVG: control points of cubics as they are, curves of other degrees within the tolerance.
     fn cubics(&self, plan: &Plan, controls: &CurveBatch, degrees: &[Option<usize>], fit: &Fit) -> Result<CurveBatch> {
-        let own = |i: usize| fit::BEZIER_TOLERANCE * fit::size(controls.points(i), controls.dimension());
+        let own = |i: usize| BEZIER_TOLERANCE * size(controls.points(i), controls.dimension());
         let near = fit.beziers_each(|i| self.tolerance.unwrap_or_else(|| own(i)));
         let d = controls.dimension();
         let (mut coords, mut offsets) = (Vec::with_capacity(near.coords().len()), vec![0]);
@@ -193,21 +138,17 @@ impl BezierArgs {
         let names = (0..controls.len()).map(|i| controls.name(i).into_owned()).collect();
         CurveBatch::from_ragged(d, coords, offsets)?.closed_each(closed)?.with_names(names)
     }
+}
 
-    fn draw(&self, path: &Path, batch: &CurveBatch, fit: &Fit) -> Result<()> {
-        let picture = Picture { title: fit::title(&self.input.input), method: self.plan.title(), ..Picture::default() };
-        output::write(path, self.force, |out| picture.write(batch, fit, out))
+/// Says how many curves could be others as well.
+fn not_unique(fit: &Fit) -> Vec<String> {
+    let not_unique = fit.reports().iter().filter(|report| report.status == CurveStatus::NotUnique).count();
+    if not_unique == 0 {
+        return Vec::new();
     }
-
-    /// Says how many curves could be others as well.
-    fn tell_not_unique(&self, fit: &Fit) {
-        let not_unique = fit.reports().iter().filter(|report| report.status == CurveStatus::NotUnique).count();
-        if not_unique > 0 {
-            let (are, total) = (if not_unique == 1 { "is" } else { "are" }, count(fit.len(), "curve"));
-            self.talk.say(format_args!(
-                "{} of {total} {are} not unique: too few points are known, and the smallest of equally fair ones was taken",
-                thousands(not_unique)
-            ));
-        }
-    }
+    let (are, total) = (if not_unique == 1 { "is" } else { "are" }, count(fit.len(), "curve"));
+    vec![format!(
+        "{} of {total} {are} not unique: too few points are known, and the smallest of equally fair ones was taken",
+        thousands(not_unique)
+    )]
 }

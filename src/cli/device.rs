@@ -1,38 +1,11 @@
 //! Which device does the work: the choice on the command line, and the one place where it is opened.
 
-use clap::{Args, ValueEnum};
-use faircurve::{Choice, CurveBatch, Device, Error, Precision, Result, Sampling};
+use clap::Args;
+use faircurve::{Choice, Device, DeviceReport, Error, Precision, Result};
 use serde::Serialize;
 
 use super::Talk;
-
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub enum PrecisionArg {
-    /// f64 on the CPU; on a GPU f32 for natural splines, f64 for smoothing where it has f64
-    Auto,
-    /// 32-bit floats
-    F32,
-    /// 64-bit floats
-    F64,
-}
-
-impl PrecisionArg {
-    pub fn of(precision: Precision) -> Self {
-        match precision {
-            Precision::Auto => PrecisionArg::Auto,
-            Precision::F32 => PrecisionArg::F32,
-            Precision::F64 => PrecisionArg::F64,
-        }
-    }
-
-    pub fn precision(self) -> Precision {
-        match self {
-            PrecisionArg::Auto => Precision::Auto,
-            PrecisionArg::F32 => Precision::F32,
-            PrecisionArg::F64 => Precision::F64,
-        }
-    }
-}
+use super::words::one_of;
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct DeviceArgs {
@@ -40,32 +13,17 @@ pub struct DeviceArgs {
     #[arg(long, value_name = "DEVICE", default_value = "auto")]
     pub device: Choice,
     /// Precision of the arithmetic
-    #[arg(long, value_enum, default_value_t = PrecisionArg::Auto)]
-    pub precision: PrecisionArg,
+    #[arg(long, value_parser = one_of(Precision::WORDS), default_value_t = Precision::Auto)]
+    pub precision: Precision,
 }
 
-/// The device asked for. `auto` decides by the points that are read and written together, each worth as many of natural
-/// splines as the method takes longer (`cost`).
+/// The device asked for; `auto` decides by the points, read and written together, of which there are so many. Each is
+/// worth as many of natural splines as the method takes longer.
 ///
 /// # Errors
 /// A GPU that was asked for and is not there; f32 on the CPU.
-pub fn open(args: DeviceArgs, batch: &CurveBatch, sampling: Sampling, cost: usize, talk: Talk) -> Result<Device> {
-    let per_span = match sampling {
-        Sampling::PerSpan(n) => n,
-        // How many they will be is known only after the fit; this many is usual.
-        _ => 16,
-    };
-    let spans: usize = (0..batch.len()).map(|i| batch.spans(i)).sum();
-    let points = batch.total_points().saturating_add(spans.saturating_mul(per_span));
-    open_for(args, points.saturating_mul(cost), talk)
-}
-
-/// The device asked for, where so many points are read and written together.
-///
-/// # Errors
-/// As [`open`].
-pub fn open_for(args: DeviceArgs, points: usize, talk: Talk) -> Result<Device> {
-    let (choice, precision) = (args.device, args.precision.precision());
+pub fn open(args: DeviceArgs, points: usize, talk: Talk) -> Result<Device> {
+    let (choice, precision) = (args.device, args.precision);
     if (choice, precision) == (Choice::Cpu, Precision::F32) {
         let why =
             "--precision f32 belongs to a GPU; the CPU computes in f64: leave --precision out, or use --device gpu";
@@ -93,23 +51,17 @@ pub struct Description {
     pub driver: String,
 }
 
-/// Names a device.
-pub fn describe(device: &Device) -> Description {
-    match device.as_gpu() {
-        None => Description {
-            kind: "cpu",
-            name: cpu_name(),
-            driver: format!("{}, {}", super::count(threads(), "thread"), simd()),
-        },
-        Some(gpu) => {
-            Description { kind: "gpu", name: gpu.summary().name.clone(), driver: gpu.summary().driver.clone() }
+impl Description {
+    /// Of what did the work; of the CPU it says which.
+    pub fn of(device: &DeviceReport) -> Self {
+        match device.is_gpu {
+            true => Description { kind: "gpu", name: device.name.clone(), driver: device.driver.clone() },
+            false => {
+                let driver = format!("{}, {}", super::count(threads(), "thread"), simd());
+                Description { kind: "cpu", name: cpu_name(), driver }
+            }
         }
     }
-}
-
-/// The precision of a result, from what it says about the device that did the work.
-pub fn precision_word(device: &str) -> &'static str {
-    if device.contains("f32") { "f32" } else { "f64" }
 }
 
 /// Threads that share the work.

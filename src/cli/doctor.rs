@@ -6,7 +6,8 @@ use faircurve::linalg::ring;
 use faircurve::spline::Natural;
 use faircurve::{CurveBatch, Device, Precision, Result, Sampling};
 
-use super::compare::{self, Bounds, Outcome};
+use super::compare::difference::{self, Bounds, Outcome};
+use super::words::with_options;
 use super::{count, device, show, thousands};
 
 #[derive(Args, Debug)]
@@ -34,7 +35,7 @@ pub fn run(_: &DoctorArgs) -> Result<bool> {
         match device::silently(|| Gpu::open(number)) {
             Ok(gpu) => sound &= test_gpu(gpu)?,
             Err(error) => {
-                show(format_args!("  {error}"))?;
+                show(format_args!("  {}", with_options(error)))?;
                 sound = false;
             }
         }
@@ -90,19 +91,19 @@ fn self_test(device: &Device, precisions: &[Precision]) -> Result<bool> {
     let batch = spirals()?;
     let natural = Natural::default();
     let fit = |device: &Device| {
-        compare::fit(&batch, device, |batch, device| natural.fit_sampled(batch, Sampling::PerSpan(8), device))
+        difference::fit(&batch, device, |batch, device| natural.fit_sampled(batch, Sampling::PerSpan(8), device))
     };
     let reference = fit(&Device::cpu().with_precision(Precision::F64))?;
     let mut sound = true;
     for &precision in precisions {
-        let what = format!("natural splines, {}", precision.word());
+        let what = format!("natural splines, {precision}");
         match fit(&device.clone().with_precision(precision)) {
-            Ok(run) if run.precision() != precision.word() => {
+            Ok(run) if run.device().precision != precision => {
                 show(format_args!("  no self-test of {what}: {} did the work", run.device()))?;
             }
             Ok(run) => {
                 let Outcome { worst, bound, pass, .. } =
-                    compare::judge(&batch, &reference, &run, precision, Bounds::of_splines(precision));
+                    difference::judge(&batch, &reference, &run, precision, Bounds::of_splines(precision));
                 print_test(&what, worst, bound, pass)?;
                 sound &= pass;
             }

@@ -2,20 +2,18 @@
 
 mod report;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use faircurve::io::grids::{self, GridFormat, GridWrite};
-use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide, Subdivided};
-use faircurve::{Error, Result};
+use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
+use faircurve::{DeviceReport, Error, Result};
 
-use super::device::{self, DeviceArgs};
-use super::fit;
-use super::output;
-use super::progress::Progress;
-use super::report::{Head, Seconds};
-use super::{Talk, count, thousands};
-use report::GridHead;
+use super::output::title;
+use super::report::Head;
+use super::run::{Run, RunArgs};
+use super::{count, thousands};
+use report::{GridHead, Line};
 
 /// More rounds would divide a single interval into more pieces than there is memory for.
 const MOST_ROUNDS: i64 = 30;
@@ -59,63 +57,40 @@ pub struct GridArgs {
     /// The sparse rule that also keeps linear functions, at the borders too
     #[arg(long)]
     linear: bool,
-    #[command(flatten)]
-    device: DeviceArgs,
-    /// Writes a report with one line a grid as JSON
-    #[arg(long, value_name = "FILE.json")]
-    report: Option<PathBuf>,
     /// Draws surfaces and control points as SVG
     #[arg(long, value_name = "FILE.svg")]
     picture: Option<PathBuf>,
-    /// Replaces outputs that exist
-    #[arg(long)]
-    force: bool,
     #[command(flatten)]
-    talk: Talk,
+    run: RunArgs,
 }
 
 pub fn run(args: &GridArgs) -> Result<bool> {
     args.check()?;
-    let mut progress = Progress::new(args.talk.quiet);
-    let mut seconds = Seconds::default();
-    progress.step("reading");
+    let mut run = Run::start(&args.run, "grid", ["subdividing", "subdivided"]);
     let grids = grids::read(&args.input, args.from)?;
-    args.format()
-        .into_iter()
-        .chain(args.picture.as_ref().map(|_| GridFormat::Svg))
-        .try_for_each(|format| format.check(&grids))?;
+    let drawn = args.picture.as_ref().map(|_| GridFormat::Svg);
+    args.format().into_iter().chain(drawn).try_for_each(|format| format.check(&grids))?;
     let points = args.points_out(&grids)?;
-    seconds.read = progress.step("preparing the device");
-    let device = device::open_for(args.device, grids.total_points().saturating_add(points), args.talk)?;
     let volume = format!("{}, {}", count(grids.len(), "grid"), count(grids.total_points(), "point"));
-    progress.step(format!("subdividing {volume}"));
+    let device = run.device(grids.total_points().saturating_add(points), volume, None)?;
     let subdivide = Subdivide { rule: args.rule()?, rounds: args.rounds as u32 };
     let surfaces = subdivide.fit(&grids, &device)?;
-    seconds.fit = progress.step(format!("writing {}", args.output.display()));
-    grids::write(&args.output, surfaces.grids(), &args.write_options(args.to, &grids, surfaces.device()))?;
-    seconds.write = progress.step("drawing");
-    if let Some(path) = &args.picture {
-        grids::write(path, surfaces.grids(), &args.write_options(Some(GridFormat::Svg), &grids, surfaces.device()))?;
-    }
-    if let Some(path) = &args.report {
-        progress.step("measuring");
-        let head = GridHead {
-            head: Head::of("grid", &device, surfaces.device()),
-            rule: args.rule_word(),
-            support: (args.rule == RuleWord::Sparse).then(|| args.support()),
-            reproduces: (args.rule == RuleWord::Sparse).then_some(if args.linear { "linear" } else { "constants" }),
-            rounds: subdivide.rounds,
-        };
-        output::write(path, args.force, |out| report::write(out, &head, &grids, &surfaces, seconds))?;
-    }
-    progress.finish();
-
-    let (to, device_words, reason) = (thousands(points), surfaces.device(), device.reason());
-    args.talk.say(format_args!("{volume}: subdivided to {to} on {device_words} ({reason})"));
-    let Seconds { read, fit: subdivided, write } = seconds;
-    args.talk.detail(format_args!("read in {read:.3} s, subdivided in {subdivided:.3} s, written in {write:.3} s"));
-    list_unusable(args.talk, &surfaces);
-    Ok(surfaces.usable() == surfaces.reports().len())
+    let (fine, reports, did) = (surfaces.grids(), surfaces.reports(), surfaces.device());
+    run.write(&args.output, || grids::write(&args.output, fine, &args.write_options(args.to, &grids, did)))?;
+    run.draw(args.picture.as_deref(), |path| grids::write(path, fine, &args.write_options(drawn, &grids, did)))?;
+    let is_sparse = args.rule == RuleWord::Sparse;
+    let head = || GridHead {
+        head: Head::of("grid", did),
+        rule: if is_sparse { "sparse" } else { "exact" },
+        support: is_sparse.then(|| args.support()),
+        reproduces: is_sparse.then(|| args.reproduces().word()),
+        rounds: subdivide.rounds,
+    };
+    let line = |i: usize| Line::of(&grids, &surfaces, i, subdivide.rounds);
+    run.report([surfaces.usable(), grids.len()], head, line)?;
+    run.tell(&format!(" to {}", thousands(points)), did);
+    let unusable: Vec<usize> = (0..grids.len()).filter(|&i| !reports[i].status.is_usable()).collect();
+    Ok(run.judge(grids.len(), &unusable, |i| (reports[i].status, reports[i].message.as_deref(), i.to_string())))
 }
 
 impl GridArgs {
@@ -148,17 +123,16 @@ impl GridArgs {
         }
         grids::check_output(
             &self.output,
-            &GridWrite { format: self.to, overwrite: self.force, ..GridWrite::default() },
+            &GridWrite { format: self.to, overwrite: self.run.force, ..GridWrite::default() },
         )?;
-        fit::check_outputs(&self.output, self.report.as_deref(), self.picture.as_deref(), self.force)
+        self.run.check(Some(&self.output), self.picture.as_deref())
     }
 
     /// The rule asked for; weights of sparse ones are found here.
     fn rule(&self) -> Result<Rule> {
-        let reproduces = if self.linear { Reproduces::Linear } else { Reproduces::Constants };
         match self.rule {
             RuleWord::Exact => Ok(Rule::Exact),
-            RuleWord::Sparse => SparseRule::of_support(self.support() as usize, reproduces).map(Rule::Sparse),
+            RuleWord::Sparse => SparseRule::of_support(self.support() as usize, self.reproduces()).map(Rule::Sparse),
         }
     }
 
@@ -166,11 +140,8 @@ impl GridArgs {
         self.support.unwrap_or(SUPPORT)
     }
 
-    fn rule_word(&self) -> &'static str {
-        match self.rule {
-            RuleWord::Exact => "exact",
-            RuleWord::Sparse => "sparse",
-        }
+    fn reproduces(&self) -> Reproduces {
+        if self.linear { Reproduces::Linear } else { Reproduces::Constants }
     }
 
     /// The format that is written, as far as it is known.
@@ -204,17 +175,17 @@ impl GridArgs {
         )))
     }
 
-    fn write_options<'a>(&self, format: Option<GridFormat>, net: &'a Grids, device: &str) -> GridWrite<'a> {
+    fn write_options<'a>(&self, format: Option<GridFormat>, net: &'a Grids, device: &DeviceReport) -> GridWrite<'a> {
         let rule = match (self.rule, self.linear) {
             (RuleWord::Exact, _) => "exact rule".into(),
             (_, linear) => format!("sparse rule of support {}{}", self.support(), if linear { ", linear" } else { "" }),
         };
         GridWrite {
             format,
-            overwrite: self.force,
+            overwrite: self.run.force,
             spacing: 0.5f64.powi(self.rounds as i32),
             net: Some(net),
-            title: fit::title(Path::new(&self.input)),
+            title: title(&self.input),
             caption: format!("Laplacian splines, {rule}, {} · {device}", count(self.rounds as usize, "round")),
         }
     }
@@ -230,15 +201,4 @@ fn points_after(grids: &Grids, rounds: u32) -> Option<usize> {
         .shapes()
         .iter()
         .try_fold(0usize, |sum, &[rows, columns]| sum.checked_add(after(rows)?.checked_mul(after(columns)?)?))
-}
-
-/// Lists the grids that are not usable, and why.
-fn list_unusable(talk: Talk, surfaces: &Subdivided) {
-    let reports = surfaces.reports();
-    let unusable = reports.iter().enumerate().filter(|(_, report)| !report.status.is_usable());
-    let lines = unusable.map(|(i, report)| {
-        let word = report.status.word();
-        report.message.as_ref().map_or_else(|| format!("{word}: grid {i}"), |message| format!("{word}: {message}"))
-    });
-    fit::list(talk, "grid", [reports.len() - surfaces.usable(), reports.len()], lines);
 }

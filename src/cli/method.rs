@@ -10,13 +10,8 @@ use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
 use faircurve::{CurveBatch, Device, Error, Fit, Result, Sampling};
 
-use super::thousands;
-
-/// Samples a span where nothing else is asked for.
-const SAMPLES: usize = 16;
-
-/// More samples a span are a mistyped number.
-const MOST_SAMPLES: usize = 1_000_000;
+use super::sampling::per_span;
+use super::words::one_of;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum MethodName {
@@ -28,16 +23,6 @@ pub enum MethodName {
     Fair,
     /// Smooth connection functions through every point: exact planar curves of least ∫|κ|^ν ds
     Scf,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum Solver {
-    /// Newton's method, damped in the Sobolev metric
-    Newton,
-    /// Conjugate gradients in the Sobolev metric
-    Cg,
-    /// Steepest descent in the Sobolev metric
-    Descent,
 }
 
 /// Weights of energies, such as bending=1,length=0.1.
@@ -120,14 +105,6 @@ impl FromStr for Degrees {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-pub enum Pin {
-    /// The first and the last point of open curves stay where they are
-    Ends,
-    /// Every point may move
-    None,
-}
-
 /// What is fitted.
 #[derive(Args, Clone, Debug)]
 pub struct MethodArgs {
@@ -138,8 +115,8 @@ pub struct MethodArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub samples: Option<i64>,
     /// Which points of open curves stay in place where the others move [default: ends]
-    #[arg(long, value_enum)]
-    pin: Option<Pin>,
+    #[arg(long, value_parser = one_of(&Pins::WORDS[1..]))]
+    pin: Option<Pins>,
     /// Smoothing parameter λ ≥ 0: larger is smoother, 0 goes through every point
     #[arg(long, value_name = "λ", conflicts_with = "deviation", allow_negative_numbers = true)]
     smoothing: Option<f64>,
@@ -161,8 +138,8 @@ pub struct MethodArgs {
     #[arg(long, value_name = "ν", allow_negative_numbers = true)]
     exponent: Option<f64>,
     /// How fair curves, and smooth connection functions (by newton only), descend [default: newton]
-    #[arg(long, value_enum)]
-    solver: Option<Solver>,
+    #[arg(long, value_parser = one_of(&Direction::WORDS[..3]))]
+    solver: Option<Direction>,
     /// Searches a smooth connection function, the first from circles through neighbouring points, others from random directions near
     /// those; the cheapest is kept [default: 1]
     #[arg(long, value_name = "N")]
@@ -237,14 +214,6 @@ impl MethodArgs {
         MethodArgs { tolerance: None, ..self.clone() }
     }
 
-    /// Segments a span.
-    ///
-    /// # Errors
-    /// A number below 1 or beyond reason.
-    pub fn per_span(&self) -> Result<usize> {
-        per_span(self.samples)
-    }
-
     /// The method asked for.
     ///
     /// # Errors
@@ -275,7 +244,7 @@ impl MethodArgs {
                         ));
                     }
                 };
-                let pin_ends = self.pin != Some(Pin::None);
+                let pin_ends = self.pin != Some(Pins::None);
                 Ok(Method::Smoothing(Smoothing { amount, pin_ends, ..Smoothing::default() }))
             }
         }
@@ -310,7 +279,7 @@ impl MethodArgs {
             )));
         }
         let pins = match self.pin {
-            Some(Pin::None) => Pins::None,
+            Some(Pins::None) => Pins::None,
             _ if attached || deviation.is_some() => Pins::Ends,
             _ => Pins::All,
         };
@@ -319,17 +288,12 @@ impl MethodArgs {
             energy: self.energy(),
             segments: match spacing {
                 Some(spacing) => Segments::Spacing(spacing),
-                None => Segments::PerSpan(self.per_span()?),
+                None => Segments::PerSpan(per_span(self.samples)?),
             },
             pins,
             deviation,
             corners: self.corners.map(|Degrees(angle)| angle.to_radians()),
-            direction: match self.solver {
-                Some(Solver::Newton) => Direction::Newton,
-                Some(Solver::Cg) => Direction::Hybrid,
-                Some(Solver::Descent) => Direction::Steepest,
-                None => defaults.direction,
-            },
+            direction: self.solver.unwrap_or(defaults.direction),
             tolerance: self.tolerance.unwrap_or(defaults.tolerance),
             max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
             ..defaults
@@ -338,7 +302,7 @@ impl MethodArgs {
 
     fn scf(&self) -> Result<Smooth> {
         self.refuse_distance("smooth connection functions")?;
-        if self.solver.is_some_and(|solver| solver != Solver::Newton) {
+        if self.solver.is_some_and(|solver| solver != Direction::Newton) {
             return Err(Error::argument(
                 "smooth connection functions are found by --solver newton; the others belong to --method fair",
             ));
@@ -361,7 +325,7 @@ impl MethodArgs {
                 "{option} {value} belongs to --method smoothing; {curves} go through every point"
             )));
         }
-        if self.pin == Some(Pin::None) {
+        if self.pin == Some(Pins::None) {
             let why = format!("--pin none belongs to --method smoothing; {curves} go through every point");
             return Err(Error::argument(why));
         }
@@ -423,41 +387,12 @@ impl Method {
     }
 }
 
-/// Segments a span, as `--samples` gives them.
-///
-/// # Errors
-/// A number below 1 or beyond reason.
-pub fn per_span(samples: Option<i64>) -> Result<usize> {
-    match samples {
-        None => Ok(SAMPLES),
-        Some(n) if (1..=MOST_SAMPLES as i64).contains(&n) => Ok(n as usize),
-        Some(n) => Err(Error::argument(format!(
-            "--samples is {n}; 1 to {} segments a span are possible, such as --samples {SAMPLES}",
-            thousands(MOST_SAMPLES)
-        ))),
-    }
-}
-
 /// A deviation that makes sense.
 fn positive(option: &str, deviation: f64) -> Result<f64> {
     if deviation > 0.0 && deviation.is_finite() {
         return Ok(deviation);
     }
     Err(Error::argument(format!("{option} is {deviation}; it must be a positive number, such as {option} 0.01")))
-}
-
-/// Where curves are sampled: evenly in the parameter or along the arc.
-///
-/// # Errors
-/// A spacing that is not a positive number, or a number of samples out of range.
-pub fn sampling(method: &MethodArgs, spacing: Option<f64>) -> Result<Sampling> {
-    match spacing {
-        None => Ok(Sampling::PerSpan(method.per_span()?)),
-        Some(spacing) if spacing > 0.0 && spacing.is_finite() => Ok(Sampling::Spacing(spacing)),
-        Some(spacing) => Err(Error::argument(format!(
-            "--spacing is {spacing}; it must be a positive length in units of the input, such as --spacing 0.5"
-        ))),
-    }
 }
 
 #[cfg(test)]

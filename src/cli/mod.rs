@@ -4,6 +4,7 @@
 
 mod bezier;
 mod compare;
+mod curves;
 mod device;
 mod doctor;
 mod experiments;
@@ -14,6 +15,9 @@ mod output;
 mod polygons;
 mod progress;
 mod report;
+mod run;
+mod sampling;
+mod words;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -24,6 +28,8 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use faircurve::io::{self, Closed, Columns, Format, ReadOptions};
 use faircurve::{CurveBatch, Error, Result};
+
+use words::with_options;
 
 /// What `--help` says of the exit status.
 const EXIT_STATUS: &str = "\
@@ -113,13 +119,13 @@ struct Talk {
 impl Talk {
     fn say(self, line: impl std::fmt::Display) {
         if !self.quiet {
-            eprintln!("faircurve: {line}");
+            eprintln!("faircurve: {}", with_options(line));
         }
     }
 
     fn detail(self, line: impl std::fmt::Display) {
         if self.verbose {
-            eprintln!("faircurve: {line}");
+            eprintln!("faircurve: {}", with_options(line));
         }
     }
 }
@@ -167,7 +173,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             ExitCode::from(2)
         }
         Err(error) => {
-            eprintln!("faircurve: {error}");
+            eprintln!("faircurve: {}", with_options(error));
             ExitCode::from(2)
         }
     }

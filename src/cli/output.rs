@@ -1,4 +1,4 @@
-//! The files of a run: refused before any work is done.
+//! The files of a run: their names, and what is refused before any work is done.
 
 use std::fs;
 use std::io::{self, BufWriter, Write};
@@ -43,4 +43,16 @@ pub fn write(path: &Path, force: bool, fill: impl FnOnce(&mut dyn Write) -> io::
         fill(&mut out)?;
         out.flush()
     })
+}
+
+/// Whether this is standard input or output.
+pub fn is_stdio(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// The file's name without folder and extensions; none for standard input.
+pub fn title(input: &Path) -> Option<String> {
+    let zipped = input.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let stem = if zipped { Path::new(input.file_stem()?).file_stem()? } else { input.file_stem()? };
+    (!is_stdio(input)).then(|| stem.to_string_lossy().into_owned())
 }

@@ -9,32 +9,13 @@ use faircurve::{Constraints, CurveBatch, Device, Error, Result};
 
 use super::InputArgs;
 use super::method::weights;
+use super::words::one_of;
 
 /// The degree of the pieces in SVG.
 const CUBIC: usize = 3;
 
 /// The energies by name, ∫|X′|², ∫|X″|² and ∫|X‴|².
 const ENERGIES: [&str; 3] = ["tension", "bending", "variation"];
-
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum JointsWord {
-    /// Pieces only meet
-    Free,
-    /// Equal first derivatives
-    C1,
-    /// Equal first and second derivatives
-    C2,
-    /// Equal directions
-    G1,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum LengthsWord {
-    /// The distance of a piece's ends
-    Chords,
-    /// 1 each
-    Equal,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum KnownWord {
@@ -44,14 +25,6 @@ enum KnownWord {
     Joints,
     /// The first and the last
     Ends,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum TangentsWord {
-    /// They are the curve's first derivatives
-    Derivatives,
-    /// Only their directions are, and their lengths are free
-    Directions,
 }
 
 /// Weights of ∫|X′|², ∫|X″|² and ∫|X‴|².
@@ -84,17 +57,17 @@ pub struct PlanArgs {
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     degree: Option<i64>,
     /// How the pieces of a chain meet [default: free]
-    #[arg(long, value_enum)]
-    joints: Option<JointsWord>,
+    #[arg(long, value_parser = one_of(Joints::WORDS))]
+    joints: Option<Joints>,
     /// How long the pieces of a chain are in the parameter, which joints and energies refer to [default: chords]
-    #[arg(long, value_enum)]
-    lengths: Option<LengthsWord>,
+    #[arg(long, value_parser = one_of(PieceLengths::WORDS))]
+    lengths: Option<PieceLengths>,
     /// Which control points are kept; the others are completed
     #[arg(long, value_enum, default_value_t = KnownWord::File)]
     known: KnownWord,
     /// What the tangents (columns tx ty tz) at the ends of a single curve say [default: derivatives]
-    #[arg(long, value_enum)]
-    tangents: Option<TangentsWord>,
+    #[arg(long, value_parser = one_of(EndTangents::WORDS))]
+    tangents: Option<EndTangents>,
     /// What is made least, ∫|X″|² (bending), ∫|X′|² (tension) and ∫|X‴|² (variation) over the parameter, 0 to 1 of a single curve
     #[arg(long, value_name = "NAME=WEIGHT,...", default_value = "bending=1")]
     energy: Weights,
@@ -130,24 +103,13 @@ impl PlanArgs {
                          leave it out",
                     ));
                 }
-                let joints = match self.joints {
-                    None | Some(JointsWord::Free) => Joints::Free,
-                    Some(JointsWord::C1) => Joints::C1,
-                    Some(JointsWord::C2) => Joints::C2,
-                    Some(JointsWord::G1) => Joints::G1,
-                };
-                let lengths = match self.lengths {
-                    Some(LengthsWord::Equal) => PieceLengths::Equal,
-                    _ => PieceLengths::Chords,
-                };
+                let joints = self.joints.unwrap_or(Joints::Free);
+                let lengths = self.lengths.unwrap_or_default();
                 (Method::Chain(Chain { degree, joints, energy, lengths }), input.closed)
             }
             None => {
                 self.refuse_what_needs_a_chain()?;
-                let tangents = match self.tangents {
-                    Some(TangentsWord::Directions) => EndTangents::Directions,
-                    _ => EndTangents::Derivatives,
-                };
+                let tangents = self.tangents.unwrap_or_default();
                 // A curve that ends where it starts has both points in its polygon, unless the file marks it as closed.
                 let closed = match input.closed {
                     Closed::Auto if input.format() != Some(Format::Npz) => Closed::No,
@@ -175,8 +137,7 @@ impl PlanArgs {
 
     fn refuse_what_needs_a_chain(&self) -> Result<()> {
         let chain = "give --degree D, such as --degree 3, where every curve of the file is a chain";
-        if let Some(joints) = self.joints.and_then(|joints| joints.to_possible_value()) {
-            let joints = joints.get_name().to_owned();
+        if let Some(joints) = self.joints {
             return Err(Error::argument(format!("--joints {joints} says how the pieces of a chain meet: {chain}")));
         }
         if self.lengths.is_some() {

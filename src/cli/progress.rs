@@ -46,20 +46,20 @@ impl Progress {
         self.begin(what.into(), None)
     }
 
-    /// Starts a step that handles `curves`, counted by [`advance`](Self::advance) or the [`counter`](Self::counter);
-    /// returns the seconds since the last step began.
-    pub fn count(&mut self, what: impl Into<String>, curves: usize) -> f64 {
-        self.begin(what.into(), Some(curves))
+    /// Starts a step that handles so many curves or grids, counted by [`advance`](Self::advance) or the
+    /// [`counter`](Self::counter); returns the seconds since the last step began.
+    pub fn count(&mut self, what: impl Into<String>, all: usize, unit: &'static str) -> f64 {
+        self.begin(what.into(), Some((all, unit)))
     }
 
-    /// Counts the curves of this step that are done.
+    /// Counts those of this step that are done.
     pub fn counter(&self) -> Arc<AtomicUsize> {
         self.counter.clone()
     }
 
-    /// `curves` more are done.
-    pub fn advance(&self, curves: usize) {
-        self.counter.fetch_add(curves, Ordering::Relaxed);
+    /// So many more are done.
+    pub fn advance(&self, more: usize) {
+        self.counter.fetch_add(more, Ordering::Relaxed);
     }
 
     /// Takes the bar away; returns the seconds since the last step began.
@@ -71,7 +71,7 @@ impl Progress {
         self.lap()
     }
 
-    fn begin(&mut self, what: String, curves: Option<usize>) -> f64 {
+    fn begin(&mut self, what: String, of: Option<(usize, &'static str)>) -> f64 {
         self.watch = None;
         self.counter = Arc::default();
         let counter = self.counter.clone();
@@ -79,12 +79,14 @@ impl Progress {
         self.watch = match &self.place {
             Place::Nowhere => None,
             Place::Bar(bar) => {
-                let template = match curves {
-                    None => "{spinner} {msg} {elapsed}",
-                    Some(_) => "{spinner} {msg} {wide_bar} {human_pos} of {human_len} curves, {eta} left",
+                let template = match of {
+                    None => "{spinner} {msg} {elapsed}".into(),
+                    Some((_, unit)) => {
+                        format!("{{spinner}} {{msg}} {{wide_bar}} {{human_pos}} of {{human_len}} {unit}s, {{eta}} left")
+                    }
                 };
-                bar.set_style(ProgressStyle::with_template(template).expect("a fixed template"));
-                bar.set_length(curves.unwrap_or(0) as u64);
+                bar.set_style(ProgressStyle::with_template(&template).expect("a fixed template"));
+                bar.set_length(of.map_or(0, |(all, _)| all as u64));
                 bar.reset();
                 bar.set_message(what);
                 let bar = bar.clone();
@@ -95,7 +97,7 @@ impl Progress {
                 }))
             }
             Place::Lines => Some(Watch::every(LINE_AFTER, move |elapsed| {
-                eprintln!("faircurve: {}", line(&what, curves.map(|curves| (done(), curves)), elapsed));
+                eprintln!("faircurve: {}", line(&what, of.map(|(all, unit)| (done(), all, unit)), elapsed));
             })),
         };
         self.lap()
@@ -109,15 +111,15 @@ impl Progress {
 }
 
 /// What is going on, for how long, and how much of it is left.
-fn line(what: &str, of: Option<(usize, usize)>, elapsed: Duration) -> String {
+fn line(what: &str, of: Option<(usize, usize, &str)>, elapsed: Duration) -> String {
     let for_seconds = format!("for {} s", thousands(elapsed.as_secs() as usize));
     match of {
         None => format!("{what}, {for_seconds}"),
-        Some((0, all)) => format!("{what}, 0 of {}, {for_seconds}", count(all, "curve")),
-        Some((done, all)) => {
+        Some((0, all, unit)) => format!("{what}, 0 of {}, {for_seconds}", count(all, unit)),
+        Some((done, all, unit)) => {
             let left = elapsed.as_secs_f64() * all.saturating_sub(done) as f64 / done as f64;
             let left = thousands(left.round() as usize);
-            format!("{what}, {} of {}, {for_seconds}, about {left} s left", thousands(done), count(all, "curve"))
+            format!("{what}, {} of {}, {for_seconds}, about {left} s left", thousands(done), count(all, unit))
         }
     }
 }
@@ -158,10 +160,10 @@ mod tests {
     fn a_line_says_how_many_curves_are_done_and_how_long_the_others_will_take() {
         let after = Duration::from_secs;
         assert_eq!(line("reading", None, after(10)), "reading, for 10 s");
-        assert_eq!(line("fitting", Some((0, 1595)), after(10)), "fitting, 0 of 1,595 curves, for 10 s");
-        let said = line("fitting", Some((1000, 3000)), after(20));
+        assert_eq!(line("fitting", Some((0, 1595, "curve")), after(10)), "fitting, 0 of 1,595 curves, for 10 s");
+        let said = line("fitting", Some((1000, 3000, "curve")), after(20));
         assert_eq!(said, "fitting, 1,000 of 3,000 curves, for 20 s, about 40 s left");
-        assert_eq!(line("fitting", Some((1, 1)), after(30)), "fitting, 1 of 1 curve, for 30 s, about 0 s left");
+        assert_eq!(line("fitting", Some((1, 1, "grid")), after(30)), "fitting, 1 of 1 grid, for 30 s, about 0 s left");
     }
 
     #[test]

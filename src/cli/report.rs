@@ -1,16 +1,19 @@
-//! The report: a JSON file with one line a curve.
+//! The report: a JSON file with one line a curve, or a grid.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 
-use faircurve::{CurveBatch, CurveReport, Device, Fit};
+use faircurve::{CurveBatch, CurveReport, DeviceReport, Fit};
 use rayon::prelude::*;
 use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::device::{self, Description};
+use super::device::Description;
 use super::progress::Progress;
+use super::words::with_options;
 
-/// Curves are measured this many at a time.
-const CHUNK: usize = 4096;
+/// Lines are made this many at a time.
+const CHUNK: usize = 1024;
 
 /// What concerns the whole run.
 #[derive(Debug, Serialize)]
@@ -22,13 +25,13 @@ pub struct Head {
 }
 
 impl Head {
-    /// Of a run of this method on this device; `work` is what its result says of the device that did the work.
-    pub fn of(method: &'static str, device: &Device, work: &str) -> Self {
+    /// Of a run of this method, whose work this device did.
+    pub fn of(method: &'static str, device: &DeviceReport) -> Self {
         Head {
             faircurve: env!("CARGO_PKG_VERSION"),
             method,
-            device: device::describe(device),
-            precision: device::precision_word(work),
+            device: Description::of(device),
+            precision: device.precision.word(),
         }
     }
 }
@@ -40,17 +43,41 @@ pub struct Seconds {
     pub write: f64,
 }
 
-#[derive(Debug, Serialize)]
-struct Totals {
-    curves: usize,
-    usable: usize,
-    seconds: Seconds,
+/// What is said in the end.
+pub fn totals(what: &str, [usable, all]: [usize; 2], seconds: Seconds) -> Value {
+    json!({(format!("{what}s")): all, "usable": usable, "seconds": seconds})
+}
+
+/// Writes head, lines and totals. Lines are made here, in parallel: lengths and curvatures are measured for them.
+pub fn write<L: Serialize>(
+    out: &mut dyn Write,
+    head: &impl Serialize,
+    what: &str,
+    all: usize,
+    line: impl Fn(usize) -> L + Sync,
+    totals: &Value,
+    progress: &Progress,
+) -> io::Result<()> {
+    // The head is an object: its closing brace makes room for the lines and the totals.
+    let head = serde_json::to_string(head)?;
+    write!(out, "{},\n\"{what}s\":[", head.strip_suffix('}').unwrap_or(&head))?;
+    for start in (0..all).step_by(CHUNK) {
+        let end = all.min(start + CHUNK);
+        let lines: Vec<String> =
+            (start..end).into_par_iter().map(|i| serde_json::to_string(&line(i))).collect::<Result<_, _>>()?;
+        for (i, line) in (start..end).zip(lines) {
+            let separator = if i == 0 { "\n" } else { ",\n" };
+            write!(out, "{separator}{line}")?;
+        }
+        progress.advance(end - start);
+    }
+    writeln!(out, "\n],\n\"totals\":{totals}}}")
 }
 
 /// One curve. Numbers that are not finite become null.
 #[derive(Debug, Serialize)]
-struct Line<'a> {
-    curve: &'a str,
+pub struct Line<'a> {
+    curve: Cow<'a, str>,
     status: &'static str,
     points_in: usize,
     points_out: usize,
@@ -63,52 +90,28 @@ struct Line<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     smoothing: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    message: Option<&'a str>,
+    message: Option<String>,
 }
 
-/// Writes the report; lengths and curvatures are measured here, in parallel.
-pub fn write(
-    out: &mut dyn Write,
-    head: &Head,
-    batch: &CurveBatch,
-    fit: &Fit,
-    points_out: &[usize],
-    seconds: Seconds,
-    progress: &Progress,
-) -> io::Result<()> {
-    // The head is an object: its closing brace makes room for the curves and the totals.
-    let head = serde_json::to_string(head)?;
-    write!(out, "{},\n\"curves\":[", head.strip_suffix('}').unwrap_or(&head))?;
-    for start in (0..fit.len()).step_by(CHUNK) {
-        let end = fit.len().min(start + CHUNK);
-        let lines: Vec<String> =
-            (start..end).into_par_iter().map(|i| line(batch, fit, i, points_out[i])).collect::<Result<_, _>>()?;
-        for (i, line) in (start..end).zip(lines) {
-            let separator = if i == 0 { "\n" } else { ",\n" };
-            write!(out, "{separator}{line}")?;
+impl<'a> Line<'a> {
+    /// Of curve `i`, of which so many points were written.
+    pub fn of(batch: &'a CurveBatch, fit: &Fit, i: usize, points_out: usize) -> Self {
+        let curve = fit.curve(i);
+        let CurveReport { status, message, energy, iterations, gradient_norm, smoothing, max_deviation } =
+            &fit.reports()[i];
+        Line {
+            curve: batch.name(i),
+            status: status.word(),
+            points_in: batch.count(i),
+            points_out,
+            energy: *energy,
+            length: curve.length(),
+            iterations: *iterations,
+            gradient_norm: *gradient_norm,
+            max_curvature: curve.max_curvature(),
+            max_deviation: *max_deviation,
+            smoothing: *smoothing,
+            message: message.as_ref().map(with_options),
         }
-        progress.advance(end - start);
     }
-    let totals = Totals { curves: fit.len(), usable: fit.usable(), seconds };
-    writeln!(out, "\n],\n\"totals\":{}}}", serde_json::to_string(&totals)?)
-}
-
-fn line(batch: &CurveBatch, fit: &Fit, i: usize, points_out: usize) -> serde_json::Result<String> {
-    let curve = fit.curve(i);
-    let CurveReport { status, message, energy, iterations, gradient_norm, smoothing, max_deviation } =
-        &fit.reports()[i];
-    serde_json::to_string(&Line {
-        curve: &batch.name(i),
-        status: status.word(),
-        points_in: batch.count(i),
-        points_out,
-        energy: *energy,
-        length: curve.length(),
-        iterations: *iterations,
-        gradient_norm: *gradient_norm,
-        max_curvature: curve.max_curvature(),
-        max_deviation: *max_deviation,
-        smoothing: *smoothing,
-        message: message.as_deref(),
-    })
 }

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::batch::Origin;
 use crate::batch::{CurveBatch, Problem};
 use crate::curve::{Curve, Input, Jet, Sampling, vector};
+use crate::device::DeviceReport;
 use crate::motion::Motion;
 use crate::report::{CurveReport, CurveSet};
 
@@ -28,7 +29,7 @@ pub(crate) struct Fitted {
     pub curves: Vec<Result<Vertices, Vec<f64>>>,
     pub reports: Vec<CurveReport>,
     /// What did the work.
-    pub device: String,
+    pub device: DeviceReport,
 }
 
 /// The curves of a batch, each its vertices or, unfitted, its input.

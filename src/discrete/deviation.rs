@@ -17,7 +17,7 @@ use super::setup::{Ready, set_up_from};
 use super::tally::Tally;
 use crate::Problem as Unfitted;
 use crate::batch::CurveBatch;
-use crate::device::Device;
+use crate::device::{Device, DeviceReport};
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::report::{CurveReport, CurveSet};
@@ -37,7 +37,7 @@ pub(super) fn fit<const D: usize>(
     let near = Near::new::<D>(pins, allowed, batch)?;
     let job = Job { attached: &attached, allowed, batch, kept, device };
     let sketches = job.sketch::<D>(&near)?;
-    let (searches, description) = job.search::<D>(&near, &sketches, tally)?;
+    let (searches, device) = job.search::<D>(&near, &sketches, tally)?;
     let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
     for (i, search) in searches.into_iter().enumerate() {
         let (report, vertices) = match search {
@@ -47,7 +47,7 @@ pub(super) fn fit<const D: usize>(
         curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
         reports.push(report);
     }
-    Ok(Fitted { curves, reports, device: description })
+    Ok(Fitted { curves, reports, device })
 }
 
 /// Edges a span among which a weight is searched for first: a curve that has so many is within some per cent of the
@@ -118,7 +118,7 @@ impl Job<'_> {
         near: &Near,
         sketches: &Option<Sketches>,
         tally: &Tally<'_>,
-    ) -> Result<(Vec<Result<Search<D>, Unfitted>>, String)> {
+    ) -> Result<(Vec<Result<Search<D>, Unfitted>>, DeviceReport)> {
         let hint = |i: usize| sketches.as_ref().map_or(&Hint::Nothing, |sketches| &sketches.hints[i]);
         let start = |i: usize| match (hint(i), sketches) {
             (Hint::Start { .. }, Some(sketches)) => Some(sketches.curves.curve(i)),
@@ -138,8 +138,8 @@ impl Job<'_> {
         searches.iter().enumerate().filter(|(_, search)| is_over(search)).for_each(|(i, _)| tally.finished(i));
         let under_way = searches.iter_mut().flatten().filter(|search| !search.has_ended()).collect();
         let rounds = Rounds { attached: self.attached, batch: self.batch, tally: Some(tally) };
-        let description = rounds.run(under_way, self.device)?;
-        Ok((searches, description))
+        let did = rounds.run(under_way, self.device)?;
+        Ok((searches, did))
     }
 }
 
@@ -153,14 +153,14 @@ struct Rounds<'a> {
 
 impl Rounds<'_> {
     /// Searches for all curves; and says what did it.
-    fn run<const D: usize>(&self, mut searches: Vec<&mut Search<D>>, device: &Device) -> Result<String> {
+    fn run<const D: usize>(&self, mut searches: Vec<&mut Search<D>>, device: &Device) -> Result<DeviceReport> {
         if device.as_gpu().is_some() {
             return self.all(searches, device);
         }
         // Long curves first: nobody waits for one at the end.
         searches.sort_by_key(|search| std::cmp::Reverse(search.vertices()));
         searches.into_par_iter().with_max_len(1).try_for_each(|search| self.one(search))?;
-        device.describe(true)
+        device.report(true)
     }
 
     /// Searches for one curve, on this thread of the CPU.
@@ -172,33 +172,35 @@ impl Rounds<'_> {
     }
 
     /// Searches for all curves side by side; and says what did it.
-    fn all<const D: usize>(&self, mut searches: Vec<&mut Search<D>>, device: &Device) -> Result<String> {
-        let mut description = None;
-        while !searches.is_empty() || description.is_none() {
+    fn all<const D: usize>(&self, mut searches: Vec<&mut Search<D>>, device: &Device) -> Result<DeviceReport> {
+        let mut first = None;
+        loop {
             // Caps of iterations are those of a run: searches go first, then curves that need only be finished.
             let (now, later): (Vec<_>, Vec<_>) = searches.into_iter().partition(|search| search.is_searching());
             let (mut now, later) = if now.is_empty() { (later, now) } else { (now, later) };
-            let said = self.round(&mut now, device)?;
-            description.get_or_insert(said);
+            let report = self.round(&mut now, device)?;
+            let first = first.get_or_insert(report);
             searches = now.into_iter().chain(later).filter(|search| !search.has_ended()).collect();
+            if searches.is_empty() {
+                return Ok(first.clone());
+            }
         }
-        Ok(description.unwrap_or_default())
     }
 
     /// One trial of each, all of which are searching, or none; and says what did it.
-    fn round<const D: usize>(&self, searches: &mut [&mut Search<D>], device: &Device) -> Result<String> {
+    fn round<const D: usize>(&self, searches: &mut [&mut Search<D>], device: &Device) -> Result<DeviceReport> {
         let most = searches.iter().map(|search| search.most_iterations(self.attached)).max().unwrap_or(0);
         let fair = Fair { max_iterations: most, ..self.attached.clone() };
         let trials: Vec<Result<Ready<D>, Unfitted>> =
             searches.iter().map(|search| Ok(search.trial(&fair, self.batch))).collect();
-        let (outcomes, description) = fair.descend(&trials, device, &|_, _| {})?;
+        let (outcomes, did) = fair.descend(&trials, device, &|_, _| {})?;
         for ((search, trial), outcome) in searches.iter_mut().zip(trials.into_iter().flatten()).zip(outcomes) {
             search.take(trial, outcome, self.batch.points(search.curve()).as_chunks::<D>().0);
             if let Some(tally) = self.tally.filter(|_| search.has_ended()) {
                 tally.finished(search.curve());
             }
         }
-        Ok(description)
+        Ok(did)
     }
 }
 

@@ -21,6 +21,7 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::memory;
 use crate::report::{CurveReport, Fit};
 use crate::status::CurveStatus;
+use crate::words::words;
 
 /// A gradient left at so many times the tolerance is rounding, above it the curve's own trouble.
 const ROUNDING_REACHES: f64 = 1e3;
@@ -60,6 +61,12 @@ pub enum Pins {
     /// None; the energy attaches them.
     None,
 }
+
+words!(Pins, "choice of points": [
+    (All, "all", "Every point stays where it is"),
+    (Ends, "ends", "The first and the last point of open curves stay where they are"),
+    (None, "none", "Every point may move"),
+]);
 
 /// Discrete fair curves: of all curves through (or attached to) the data points the one of least energy, as a polygon of
 /// many vertices.

@@ -1,5 +1,7 @@
 //! [`Plan`]: what a descent is to do.
 
+use crate::words::words;
+
 /// How the direction follows from Sobolev gradients.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Direction {
@@ -13,6 +15,13 @@ pub enum Direction {
     /// β = max(0, min(Hestenes–Stiefel, Dai–Yuan)): a tenth fewer evaluations, and steps need be less exact.
     Hybrid,
 }
+
+words!(Direction, "direction": [
+    (Newton, "newton", "Newton's method, damped in the Sobolev metric"),
+    (Hybrid, "cg", "Conjugate gradients in the Sobolev metric"),
+    (Steepest, "descent", "Steepest descent in the Sobolev metric"),
+    (PolakRibiere, "polak-ribiere", "Conjugate gradients after Polak and Ribière"),
+]);
 
 /// How far each step goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

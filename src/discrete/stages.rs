@@ -14,7 +14,7 @@ use super::plan::Plan;
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
 use super::setup::Ready;
 use crate::batch::Problem as Unfitted;
-use crate::device::Device;
+use crate::device::{Device, DeviceReport};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::scalar::add;
@@ -62,7 +62,7 @@ impl Fair {
         ready: &[Result<Ready<D>, Unfitted>],
         device: &Device,
         ended: Ended<'_, D>,
-    ) -> Result<(Vec<Outcome<D>>, String)> {
+    ) -> Result<(Vec<Outcome<D>>, DeviceReport)> {
         let mut problems: Vec<Problem<D>> = ready.iter().flatten().map(|ready| ready.problem.clone()).collect();
         let order = self.energy.order();
         let plan = Plan {
@@ -99,9 +99,9 @@ impl Fair {
             }
         };
         let mut outcomes = self.descend_in_stages(&plan, gpu, &mut problems, &on_device)?;
-        let mut description = match gpu {
-            Some(_) => device.describe(well_conditioned)?,
-            None => Device::cpu().describe(true)?,
+        let mut report = match gpu {
+            Some(_) => device.report(well_conditioned)?,
+            None => Device::cpu().report(true)?,
         };
         let unfinished: Vec<usize> = (0..problems.len()).filter(|&i| left(i, &outcomes[i])).collect();
         if !unfinished.is_empty() {
@@ -112,10 +112,10 @@ impl Fair {
             };
             let own: Vec<Problem<D>> = unfinished.iter().map(rebased).collect();
             let finished = descend_on_cpu(&plan, &self.energy, &own, &|k, outcome| ended(unfinished[k], outcome));
-            description += &format!("; {} of its curves finished on the CPU in f64", unfinished.len());
+            report.finished_on_cpu = unfinished.len();
             unfinished.into_iter().zip(finished).for_each(|(i, finished)| outcomes[i].go_on(finished));
         }
-        Ok((outcomes, description))
+        Ok((outcomes, report))
     }
 
     fn descend_in_stages<const D: usize>(

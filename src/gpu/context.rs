@@ -45,13 +45,13 @@ impl Gpu {
     pub fn open(number: usize) -> Result<Self> {
         let adapters = adapter::sorted(&adapter::instance());
         let found = match adapters.len() {
-            0 => "this machine offers no Vulkan, Metal or DirectX 12 adapter; use --device cpu, or install a driver"
+            0 => "this machine offers no Vulkan, Metal or DirectX 12 adapter; use `Device::cpu`, or install a driver"
                 .to_string(),
             1 => {
-                format!("gpu:{number} was asked for, but there is one adapter, gpu:0; `faircurve doctor` describes it")
+                format!("gpu:{number} was asked for, but there is one adapter, gpu:0; `gpu::adapters` describes it")
             }
             n => format!(
-                "gpu:{number} was asked for, but the adapters are gpu:0 … gpu:{}; `faircurve doctor` lists them",
+                "gpu:{number} was asked for, but the adapters are gpu:0 … gpu:{}; `gpu::adapters` lists them",
                 n - 1
             ),
         };

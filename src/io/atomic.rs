@@ -191,7 +191,7 @@ mod tests {
             std::fs::write(&path, "other")?;
             out.write_all(b"mine")
         };
-        let sentence = format!("{} exists already: give --force to replace it, or another name", path.display());
+        let sentence = format!("{} exists already: give `overwrite` to replace it, or another name", path.display());
         assert_eq!(write_atomically(&path, false, racing).unwrap_err().to_string(), sentence);
         assert_eq!(write_atomically(&path, false, |_| Ok(())).unwrap_err().to_string(), sentence);
         assert_eq!((entries(folder.path()).len(), std::fs::read(&path).unwrap()), (1, b"other".to_vec()));

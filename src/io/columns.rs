@@ -132,7 +132,7 @@ impl Columns {
         if self.entries.is_empty() && !unknown.is_empty() {
             let separator = if header.len() == 1 { "separate columns by commas; " } else { "" };
             return wrong(format!(
-                "unknown columns {}: {separator}map them with --columns, as in --columns x=lon,y=lat (which drops the \
+                "unknown columns {}: {separator}map them with `ReadOptions::columns`, as in x=lon,y=lat (which drops the \
                  others); known are {}",
                 all(&unknown),
                 ROLES.join(", ")
@@ -142,7 +142,7 @@ impl Columns {
         for needed in ["x", "y"] {
             if table.cell(needed).is_none() {
                 return wrong(format!(
-                    "there is no column {needed}: the columns are {}; map one with --columns, as in --columns {needed}=…",
+                    "there is no column {needed}: the columns are {}; map one with `ReadOptions::columns`, as in {needed}=…",
                     all(header)
                 ));
             }

@@ -112,7 +112,7 @@ impl Format {
 impl FromStr for Format {
     type Err = Error;
 
-    /// From the words of `--from` and `--to`, which are the extensions too.
+    /// From its word, which is its extension too.
     fn from_str(word: &str) -> Result<Self> {
         match word.to_ascii_lowercase().as_str() {
             "csv" => Ok(Format::Csv),
@@ -214,7 +214,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
 /// As [`read()`]; an unknown format.
 pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<CurveBatch> {
     let path = path.as_ref();
-    let format = Format::of(path, options.format, "--from")?;
+    let format = Format::of(path, options.format, "`ReadOptions::format`")?;
     read_source(Source::open(path)?, format, options)
 }
 
@@ -275,7 +275,7 @@ pub fn write(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<()> {
 /// As [`write()`]; an unknown format.
 pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let path = path.as_ref();
-    let format = Format::of(path, options.format, "--to")?;
+    let format = Format::of(path, options.format, "`WriteOptions::format`")?;
     check_batch(batch, format, options)?;
     write_atomically(path, options.overwrite, |out| {
         if is_gzip(path) {
@@ -339,7 +339,7 @@ fn fill(out: &mut dyn Write, batch: &CurveBatch, format: Format, options: &Write
 /// Those of [`write_with`] that can be known without the curves.
 pub fn check_output(path: impl AsRef<Path>, options: &WriteOptions) -> Result<()> {
     let path = path.as_ref();
-    Format::of(path, options.format, "--to")?.check(2, options.beziers)?;
+    Format::of(path, options.format, "`WriteOptions::format`")?.check(2, options.beziers)?;
     atomic::check(path, options.overwrite)
 }
 

@@ -5,6 +5,7 @@ mod linear;
 
 use super::unknowns::Unknowns;
 use crate::error::{Error, Result};
+use crate::words::words;
 
 /// What a sparse rule keeps as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,6 +17,11 @@ pub enum Reproduces {
     /// that at a border, where its surfaces are level across; so these rules stay away from it there, however large their support.
     Linear,
 }
+
+words!(Reproduces, "kind of functions": [
+    (Constants, "constants", "The weights of each new point have sum 1"),
+    (Linear, "linear", "Linear functions are kept, at the borders too"),
+]);
 
 /// What the programmes of one support gave.
 #[derive(Debug, PartialEq)]

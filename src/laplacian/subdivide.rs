@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::refine::{Refiner, refined};
 use super::{Grids, SparseRule};
-use crate::device::Device;
+use crate::device::{Device, DeviceReport};
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
 use crate::status::CurveStatus;
@@ -56,7 +56,7 @@ pub struct GridReport {
 pub struct Subdivided {
     grids: Grids,
     reports: Vec<GridReport>,
-    device: String,
+    device: DeviceReport,
 }
 
 impl Subdivide {
@@ -82,7 +82,7 @@ impl Subdivide {
             None => self.on_cpu(grids, &shapes, &mut values, &reports),
         }
         let fine = Grids::new(grids.dimension(), shapes, values)?.with_file(grids.file().map(Into::into));
-        let mut subdivided = Subdivided { grids: fine, reports, device: device.describe(true)? };
+        let mut subdivided = Subdivided { grids: fine, reports, device: device.report(true)? };
         (0..grids.len()).for_each(|i| subdivided.check(i, grids));
         Ok(subdivided)
     }
@@ -178,7 +178,7 @@ impl Subdivided {
     }
 
     /// Which device did the work, and in which precision.
-    pub fn device(&self) -> &str {
+    pub fn device(&self) -> &DeviceReport {
         &self.device
     }
 

@@ -189,7 +189,8 @@ impl Picture {
     fn caption(&self, batch: &CurveBatch, fit: &Fit) -> String {
         let plural = |n: usize, what: &str| format!("{} {what}{}", page::thousands(n), if n == 1 { "" } else { "s" });
         let mut parts = vec![format!("{}, {}", plural(batch.len(), "curve"), plural(batch.total_points(), "point"))];
-        parts.extend([&self.method[..], fit.device()].into_iter().filter(|part| !part.is_empty()).map(String::from));
+        parts.extend(Some(self.method.clone()).filter(|method| !method.is_empty()));
+        parts.push(fit.device().to_string());
         if batch.dimension() == 3 {
             parts.push("orthographic view onto the two widest principal axes".into());
         }

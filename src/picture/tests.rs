@@ -4,6 +4,7 @@ use glam::DVec3;
 use roxmltree::{Document, Node};
 
 use super::*;
+use crate::Device;
 use crate::curve::{Curve, Jet, Polygon, Sampling};
 use crate::report::{CurveReport, CurveSet};
 
@@ -64,7 +65,11 @@ fn fit(batch: &CurveBatch) -> Fit {
         Some(problem) => CurveReport::unfitted(problem.status, problem.message.clone()),
         None => CurveReport::solved(1.0),
     };
-    Fit::new(Box::new(Hermite(batch.clone())), (0..batch.len()).map(report).collect(), "CPU, f64".into())
+    Fit::new(
+        Box::new(Hermite(batch.clone())),
+        (0..batch.len()).map(report).collect(),
+        Device::cpu().report(true).unwrap(),
+    )
 }
 
 fn draw(picture: &Picture, batch: &CurveBatch) -> String {

@@ -119,7 +119,7 @@ impl Smooth {
         let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
         let chains =
             Chains { curves, universal: exponents.universal, closed, problems, origin: batch.origin().clone() };
-        Ok(Fit::new(Box::new(chains), reports, device.describe(true)?))
+        Ok(Fit::new(Box::new(chains), reports, device.report(true)?))
     }
 
     /// Fits every curve and samples it.
@@ -137,7 +137,7 @@ impl Smooth {
         let refuse = |why: String| Err(Error::argument(why));
         if batch.dimension() != 2 {
             return refuse(
-                "smooth connection functions are planar, and the points have three coordinates: leave z out, or choose --method fair".into(),
+                "smooth connection functions are planar, and the points have three coordinates: leave z out, or choose `discrete::Fair`".into(),
             );
         }
         if !(self.exponent > 1.0 && self.exponent.is_finite()) {

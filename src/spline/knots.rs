@@ -364,7 +364,7 @@ impl Slots<'_> {
             None if value == point => Ok(()),
             None => {
                 let what = format!(
-                    "a different point stands at the same parameter {}: remove one of them, or use --method smoothing, which averages them",
+                    "a different point stands at the same parameter {}: remove one of them, or use `spline::Smoothing`, which averages them",
                     self.t[knot]
                 );
                 Err(Problem { status: CurveStatus::Degenerate, message: batch.sentence(i, k, &what) })

@@ -60,7 +60,7 @@ fn conform(what: &str, fair: &Fair, batch: &CurveBatch, device: &Device) {
     for precision in precisions(device.as_gpu().expect("a GPU")) {
         let device = device.clone().with_precision(precision);
         let (gpu, found) = fair.fit_sampled(batch, sampling, &device).unwrap();
-        assert!(gpu.device().contains(precision.word()), "{what}: done by {}", gpu.device());
+        assert_eq!(gpu.device().precision, precision, "{what}: done by {}", gpu.device());
         let (distance_bound, energy_bound) = bounds(precision);
         let (mut worst, mut worst_energy) = ((0.0, 0), 0.0f64);
         for i in 0..batch.len() {
@@ -140,7 +140,7 @@ fn what_no_kernel_can_do_is_done_by_the_cpu_which_says_so() {
     let Some(device) = device() else { return };
     let batch = gentle(2, 4, |_| 4, 0.1, &mut seeded(45));
     let fit = fair(variation() + length()).fit(&batch, &device).unwrap();
-    assert!(fit.device().starts_with("CPU"), "{}", fit.device());
+    assert!(!fit.device().is_gpu, "{}", fit.device());
     assert_eq!(fit.usable(), fit.len());
 }
 
@@ -168,10 +168,13 @@ fn what_single_precision_cannot_finish_is_finished_by_the_cpu_unless_it_was_aske
     let left = fair.fit(&batch, &device.clone().with_precision(Precision::F32)).unwrap();
     let finished = fair.fit(&batch, &device.with_precision(Precision::Auto)).unwrap();
     println!("{} of {} without help; {}", left.usable(), left.len(), finished.device());
-    assert!(left.usable() < left.len() && left.device().ends_with("f32"), "{}", left.device());
+    assert!(left.usable() < left.len(), "{}", left.device());
+    assert_eq!((left.device().precision, left.device().finished_on_cpu), (Precision::F32, 0));
+    assert!(left.device().to_string().ends_with(", f32"), "{}", left.device());
     assert_eq!(finished.usable(), finished.len());
     let said = format!("f32; {} of its curves finished on the CPU in f64", left.len() - left.usable());
-    assert!(finished.device().ends_with(&said), "{}", finished.device());
+    assert_eq!(finished.device().finished_on_cpu, left.len() - left.usable());
+    assert!(finished.device().to_string().ends_with(&said), "{}", finished.device());
 }
 
 #[test]

@@ -26,8 +26,8 @@ fn an_adapter_that_is_not_there_is_refused_with_those_that_are() {
     let last = faircurve::gpu::adapters().len() - 1;
     let error = Gpu::open(99).unwrap_err().to_string();
     let there = match last {
-        0 => "there is one adapter, gpu:0; `faircurve doctor` describes it".to_string(),
-        _ => format!("the adapters are gpu:0 … gpu:{last}; `faircurve doctor` lists them"),
+        0 => "there is one adapter, gpu:0; `gpu::adapters` describes it".to_string(),
+        _ => format!("the adapters are gpu:0 … gpu:{last}; `gpu::adapters` lists them"),
     };
     let wanted = format!("no usable GPU: gpu:99 was asked for, but {there}");
     assert_eq!(error, wanted);
@@ -189,7 +189,8 @@ fn a_borrowed_device_without_any_feature_computes_in_f32_and_says_that_it_has_no
     let batch = batch();
     conform("bare device", &device, tolerance::SPLINE, Unit::Size(2), |device| sampled(&batch, device).unwrap());
     let asked = device.clone().with_precision(Precision::F64);
-    let wanted = format!("no usable GPU: {} has no 64-bit floats; use --precision f32, or --device cpu", summary.name);
+    let wanted =
+        format!("no usable GPU: {} has no 64-bit floats; use `Precision::F32`, or `Device::cpu`", summary.name);
     assert_eq!(sampled(&batch, &asked).unwrap_err().to_string(), wanted);
     assert_eq!(uniform::coefficients(&batch, &asked).unwrap_err().to_string(), wanted);
     // The solver takes the precision itself: the compiler refuses what the device lacks.

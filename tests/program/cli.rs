@@ -222,6 +222,29 @@ fn options_out_of_range_are_sentences_with_the_value_and_an_example() {
 }
 
 #[test]
+fn what_a_sentence_of_the_library_names_is_an_option_of_the_program() {
+    let space = folder("x,y,z\n0,0,0\n1,2,1\n3,1,0\n");
+    refused(&space, "fit in.csv -o out.csv --method scf", "leave z out, or choose --method fair");
+    let columns = folder("lon,y,when\n0,0,0\n1,2,1\n");
+    refused(&columns, "fit in.csv -o out.csv", "map them with --columns, as in x=lon,y=lat");
+    fs::write(columns.path().join("out.csv"), "precious").unwrap();
+    refused(&columns, "fit in.csv -o out.csv", "out.csv exists already: give --force to replace it, or another name");
+    refused(&columns, "fit in -o new.csv", "the format of in is not known from its extension: give --from with csv");
+    refused(&columns, "fit in.csv -o new", "the format of new is not known from its extension: give --to with csv");
+    refused(&columns, "grid in -o new.csv", "the format of in is not known from its extension: give --from with csv");
+    let no_gpu = "no usable GPU: .*(--device cpu|`faircurve doctor`)";
+    run(&columns, "fit in.csv -o new.csv --columns x=lon --device gpu:99")
+        .code(2)
+        .stderr(predicate::str::is_match(no_gpu).unwrap());
+    // Of one curve, too: on standard error and in the report.
+    let coincident = folder("curve,x,y,t\na,0,0,0\na,1,2,1\na,3,1,1\n");
+    let remedy = "remove one of them, or use --method smoothing, which averages them";
+    run(&coincident, "fit in.csv -o out.csv --report report.json").code(1).stderr(contains(remedy));
+    let message = json(&coincident, "report.json")["curves"][0]["message"].to_string();
+    assert!(message.contains(remedy), "{message}");
+}
+
+#[test]
 fn usage_errors_are_exit_code_2_and_list_what_there_is() {
     let folder = folder(TWO);
     let usage = |arguments: &str, words: &str| {

@@ -120,7 +120,7 @@ fn what_makes_no_sense_is_refused_with_a_sentence() {
     assert_eq!(refused(Smooth { starts: 0, ..Smooth::default() }, &batch), "0 starts: at least 1 is needed");
     assert_eq!(
         refused(Smooth::default(), &one(&[[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]], false)),
-        "smooth connection functions are planar, and the points have three coordinates: leave z out, or choose --method fair"
+        "smooth connection functions are planar, and the points have three coordinates: leave z out, or choose `discrete::Fair`"
     );
     let sentence = |what: &str| {
         format!(

@@ -29,9 +29,10 @@ use super::curves::Chains;
 use super::energy::Energy;
 use super::single::check_constraints;
 use crate::batch::CurveBatch;
-use crate::device::Device;
+use crate::device::{Device, DeviceReport};
 use crate::error::{Error, Result};
 use crate::report::CurveReport;
+use crate::words::words;
 
 /// How the pieces of a chain meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,6 +50,13 @@ pub enum Joints {
     G1,
 }
 
+words!(Joints, "kind of joint": [
+    (Free, "free", "Pieces only meet"),
+    (C1, "c1", "Equal first derivatives"),
+    (C2, "c2", "Equal first and second derivatives"),
+    (G1, "g1", "Equal directions"),
+]);
+
 /// How long the pieces of a chain are, in the parameter t.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PieceLengths {
@@ -59,6 +67,11 @@ pub enum PieceLengths {
     /// 1 each.
     Equal,
 }
+
+words!(PieceLengths, "length of pieces": [
+    (Chords, "chords", "The distance of a piece's ends"),
+    (Equal, "equal", "1 each"),
+]);
 
 /// Completes composite Béziers: every curve of the batch is a chain of n pieces of this degree d that share their
 /// joints, d n + 1 control points, or d n of a closed chain, whose first joint is not repeated. Unknown control points
@@ -168,7 +181,7 @@ impl Chain {
         if !iterated {
             device.finished(batch.len());
         }
-        let described = if iterated { Device::cpu().describe(true)? } else { device.describe(true)? };
+        let described = if iterated { Device::cpu().report(true)? } else { device.report(true)? };
         Ok(self.completed(batch, outcomes, knots, described))
     }
 
@@ -222,7 +235,7 @@ impl Chain {
         batch: &CurveBatch,
         outcomes: Vec<Result<Done, Trouble>>,
         knots: Vec<Vec<f64>>,
-        device: String,
+        device: DeviceReport,
     ) -> Completed {
         let mut coords = Vec::with_capacity(batch.coords().len());
         let (mut reports, mut degrees) = (Vec::new(), Vec::new());

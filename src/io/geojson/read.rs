@@ -289,7 +289,7 @@ impl<'a> Reader<'a> {
                 None,
                 format!(
                     "feature {with} has altitudes, feature {without} has positions without one: give every position an \
-                     altitude, or drop all of them with --columns z="
+                     altitude, or drop all of them with `ReadOptions::columns` z="
                 ),
             )
         })?;

@@ -88,7 +88,7 @@ impl GridFormat {
 impl FromStr for GridFormat {
     type Err = Error;
 
-    /// From the words of `--from` and `--to`, which are the extensions too.
+    /// From its word, which is its extension too.
     fn from_str(word: &str) -> Result<Self> {
         match word.to_ascii_lowercase().as_str() {
             "csv" => Ok(GridFormat::Csv),
@@ -152,7 +152,7 @@ impl Default for GridWrite<'_> {
 /// A file that cannot be read or does not hold what its format promises; a format that is unknown or only written.
 pub fn read(path: impl AsRef<Path>, format: Option<GridFormat>) -> Result<Grids> {
     let path = path.as_ref();
-    let format = GridFormat::of(path, format, "--from", "csv or npz")?;
+    let format = GridFormat::of(path, format, "`format`", "csv or npz")?;
     format.check_read()?;
     Ok(read_source(Source::open(path)?, format)?.with_file(Some(path.display().to_string())))
 }
@@ -187,7 +187,7 @@ fn read_source(mut source: Source, format: GridFormat) -> Result<Grids> {
 /// [`Error::Exists`]; [`Error::Write`], which leaves nothing behind; [`Error::Argument`] for an unknown format and for what it cannot hold.
 pub fn write(path: impl AsRef<Path>, grids: &Grids, options: &GridWrite) -> Result<()> {
     let path = path.as_ref();
-    let format = GridFormat::of(path, options.format, "--to", "csv, npz, obj or svg")?;
+    let format = GridFormat::of(path, options.format, "`GridWrite::format`", "csv, npz, obj or svg")?;
     format.check(grids)?;
     write_atomically(path, options.overwrite, |out| {
         if is_gzip(path) {
@@ -229,7 +229,7 @@ fn fill(out: &mut dyn Write, grids: &Grids, format: GridFormat, options: &GridWr
 /// Those of [`write()`] that can be known without the grids.
 pub fn check_output(path: impl AsRef<Path>, options: &GridWrite) -> Result<()> {
     let path = path.as_ref();
-    GridFormat::of(path, options.format, "--to", "csv, npz, obj or svg")?;
+    GridFormat::of(path, options.format, "`GridWrite::format`", "csv, npz, obj or svg")?;
     atomic::check(path, options.overwrite)
 }
 

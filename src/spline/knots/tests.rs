@@ -44,7 +44,7 @@ fn different_points_at_one_parameter_are_refused_or_averaged() {
     assert_eq!(
         refused.unfitted[&0].message,
         "curve 0, point 2: a different point stands at the same parameter 1.5: \
-         remove one of them, or use --method smoothing, which averages them"
+         remove one of them, or use `spline::Smoothing`, which averages them"
     );
     assert_eq!((refused.offsets.as_slice(), refused.t(1)), (&[0, 0, 2][..], &[0.0, 1.0][..]));
     assert_eq!(refused.values(1), &[0.0, 0.0, 1.0, 0.0]);

@@ -165,20 +165,20 @@ fn csv_headers_are_checked() {
     assert_eq!(
         complaint("a.csv", "curve,lon,y,hours\na,0,0,0\n"),
         format!(
-            "a.csv, line 1: unknown columns \"lon\", \"hours\": map them with --columns, as in --columns x=lon,y=lat \
+            "a.csv, line 1: unknown columns \"lon\", \"hours\": map them with `ReadOptions::columns`, as in x=lon,y=lat \
              (which drops the others); known are {KNOWN}"
         )
     );
     assert_eq!(
         complaint("a.csv", "curve;x;y\na;0;0\n"),
         format!(
-            "a.csv, line 1: unknown columns \"curve;x;y\": separate columns by commas; map them with --columns, as in \
-             --columns x=lon,y=lat (which drops the others); known are {KNOWN}"
+            "a.csv, line 1: unknown columns \"curve;x;y\": separate columns by commas; map them with `ReadOptions::columns`, as in \
+             x=lon,y=lat (which drops the others); known are {KNOWN}"
         )
     );
     assert_eq!(
         complaint("a.csv", "curve,x\na,0\n"),
-        "a.csv, line 1: there is no column y: the columns are \"curve\", \"x\"; map one with --columns, as in --columns y=…"
+        "a.csv, line 1: there is no column y: the columns are \"curve\", \"x\"; map one with `ReadOptions::columns`, as in y=…"
     );
     assert_eq!(
         complaint("a.csv", "curve,x,x,y\na,0,0,0\n"),
@@ -200,8 +200,8 @@ fn csv_headers_are_checked() {
     assert_eq!(
         complaint("a.csv", "curve,X,x,y\na,0,0,0\n"),
         format!(
-            "a.csv, line 1: unknown columns \"X\": map them with --columns, as in --columns x=lon,y=lat (which drops the \
-             others); known are {KNOWN}"
+            "a.csv, line 1: unknown columns \"X\": map them with `ReadOptions::columns`, as in x=lon,y=lat (which \
+             drops the others); known are {KNOWN}"
         )
     );
     let same = "1 in all rows of a closed curve, 0 else";
@@ -296,7 +296,7 @@ fn geojson_that_is_none_is_explained_by_feature() {
     assert_eq!(
         features(r#"{"type":"LineString","coordinates":[[0,0],[1,1]]}"#),
         "a.geojson: feature 0 has altitudes, feature 1 has positions without one: give every position an altitude, or \
-         drop all of them with --columns z="
+         drop all of them with `ReadOptions::columns` z="
     );
     assert_eq!(
         features(r#"{"type":"LineString"}"#),
@@ -376,13 +376,13 @@ fn formats_that_cannot_be_known_are_asked_for() {
     let words = "csv, geojson, svg or npz";
     assert_eq!(
         complaint("a.txt", "curve,x,y\n"),
-        format!("the format of a.txt is not known from its extension: give --from with {words}")
+        format!("the format of a.txt is not known from its extension: give `ReadOptions::format` with {words}")
     );
     let error = io::read("-").unwrap_err().to_string();
-    assert_eq!(error, format!("- has no extension to tell its format: give --from with {words}"));
+    assert_eq!(error, format!("- has no extension to tell its format: give `ReadOptions::format` with {words}"));
     let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 1.0]][..]]).unwrap();
     let error = io::write("-", &batch).unwrap_err().to_string();
-    assert_eq!(error, format!("- has no extension to tell its format: give --to with {words}"));
+    assert_eq!(error, format!("- has no extension to tell its format: give `WriteOptions::format` with {words}"));
     assert_eq!(
         "shp".parse::<Format>().unwrap_err().to_string(),
         "there is no format \"shp\": csv, geojson, svg and npz are possible"
@@ -438,7 +438,7 @@ fn outputs_are_checked_before_the_work() {
     let (keep, replace) = (WriteOptions::default(), WriteOptions { overwrite: true, ..WriteOptions::default() });
     io::check_output(&path, &keep).unwrap();
     std::fs::write(&path, "old").unwrap();
-    let sentence = format!("{} exists already: give --force to replace it, or another name", path.display());
+    let sentence = format!("{} exists already: give `overwrite` to replace it, or another name", path.display());
     assert_eq!(io::check_output(&path, &keep).unwrap_err().to_string(), sentence);
     let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 1.0]][..]]).unwrap();
     assert_eq!(io::write(&path, &batch).unwrap_err().to_string(), sentence);
@@ -450,7 +450,7 @@ fn outputs_are_checked_before_the_work() {
     assert_eq!(
         io::check_output(&unknown, &keep).unwrap_err().to_string(),
         format!(
-            "the format of {} is not known from its extension: give --to with csv, geojson, svg or npz",
+            "the format of {} is not known from its extension: give `WriteOptions::format` with csv, geojson, svg or npz",
             unknown.display()
         )
     );

@@ -271,13 +271,13 @@ fn formats_say_what_they_cannot_hold_and_which_can() {
     assert_eq!(say(&empty, "a.csv"), "grid 1 has no points, and rows of CSV would lose it: write NPZ, OBJ or SVG");
     assert_eq!(
         say(&of(1), "a.txt"),
-        "the format of a.txt is not known from its extension: give --to with csv, npz, obj or svg"
+        "the format of a.txt is not known from its extension: give `GridWrite::format` with csv, npz, obj or svg"
     );
     let unread = |name: &str| grids::read(Path::new(name), None).unwrap_err().to_string();
     assert_eq!(unread("a.obj"), "OBJ is only written, grids are read from CSV and NPZ: give one of these");
     assert_eq!(unread("a.svg"), "SVG is only written, grids are read from CSV and NPZ: give one of these");
-    assert_eq!(unread("a.txt"), "the format of a.txt is not known from its extension: give --from with csv or npz");
-    assert_eq!(unread("-"), "- has no extension to tell its format: give --from with csv or npz");
+    assert_eq!(unread("a.txt"), "the format of a.txt is not known from its extension: give `format` with csv or npz");
+    assert_eq!(unread("-"), "- has no extension to tell its format: give `format` with csv or npz");
     assert!(unread("gone.csv").starts_with("cannot read gone.csv: "));
     let word = "geojson".parse::<GridFormat>().unwrap_err().to_string();
     assert_eq!(word, "there is no format \"geojson\" for grids: csv, npz, obj and svg are possible");
@@ -289,7 +289,7 @@ fn a_file_that_exists_is_kept_unless_it_may_be_replaced() {
     let path = folder.path().join("a.csv");
     let grids = Grids::uniform(1, [1, 2], vec![1.0, 2.0]).unwrap();
     std::fs::write(&path, "precious").unwrap();
-    let sentence = format!("{} exists already: give --force to replace it, or another name", path.display());
+    let sentence = format!("{} exists already: give `overwrite` to replace it, or another name", path.display());
     assert_eq!(grids::write(&path, &grids, &GridWrite::default()).unwrap_err().to_string(), sentence);
     assert_eq!(grids::check_output(&path, &GridWrite::default()).unwrap_err().to_string(), sentence);
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");

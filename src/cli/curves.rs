@@ -1,0 +1,122 @@
+//! Curves in, curves out: what `fit` and `bezier` have in common.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use faircurve::io::{self, Format, WriteOptions};
+use faircurve::picture::Picture;
+use faircurve::{CurveBatch, CurveStatus, Fit, Result};
+
+use super::report::{Head, Line};
+use super::run::Run;
+use super::{InputArgs, count, output};
+
+/// Béziers stray from a curve by at most this part of the size of its points, where --tolerance does not say how much.
+pub const BEZIER_TOLERANCE: f64 = 1e-6;
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+pub enum Shape {
+    /// Points along the curve
+    Polyline,
+    /// Chains of cubic Béziers within --tolerance of the curves: drawn in SVG, control points in CSV and NPZ
+    Bezier,
+}
+
+#[derive(Args, Debug)]
+pub struct CurveArgs {
+    #[command(flatten)]
+    pub input: InputArgs,
+    /// File to write, in the format its extension says; - for standard output, with --to
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// Format of the output, where its name does not say it
+    #[arg(long, value_name = "FORMAT")]
+    pub to: Option<Format>,
+    /// Draws input and curves as SVG
+    #[arg(long, value_name = "FILE.svg")]
+    pub picture: Option<PathBuf>,
+    /// Counts single points, which stay as they are, as curves that are not usable
+    #[arg(long)]
+    pub strict: bool,
+}
+
+impl CurveArgs {
+    /// The format that is written, as far as it is known.
+    pub fn format(&self) -> Option<Format> {
+        self.to.or_else(|| Format::of_extension(&self.output))
+    }
+
+    /// Refuses curves that the format, as far as it is known, cannot hold.
+    pub fn check_format(&self, batch: &CurveBatch, beziers: bool) -> Result<()> {
+        self.format().map_or(Ok(()), |format| format.check(batch.dimension(), beziers))
+    }
+}
+
+/// What was made of a batch.
+pub struct Made<'a> {
+    pub batch: &'a CurveBatch,
+    pub fit: &'a Fit,
+    /// What is written of it, and how.
+    pub curves: CurveBatch,
+    pub options: WriteOptions,
+    /// The word of the method, and how pictures are drawn.
+    pub method: &'static str,
+    pub picture: Picture,
+    /// What is worth a line about curves that are usable.
+    pub notes: Vec<String>,
+}
+
+impl Made<'_> {
+    /// Writes, draws, reports and judges it; whether all curves are usable.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(self, mut run: Run, args: &CurveArgs) -> Result<bool> {
+        let Made { batch, fit, curves, options, .. } = self;
+        run.write(&args.output, || io::write_with(&args.output, &curves, &options))?;
+        let points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
+        drop(curves);
+        run.draw(args.picture.as_deref(), |path| {
+            output::write(path, options.overwrite, |out| self.picture.write(batch, fit, out))
+        })?;
+        run.report(
+            [fit.usable(), fit.len()],
+            || Head::of(self.method, fit.device()),
+            |i| Line::of(batch, fit, i, points_out[i]),
+        )?;
+        run.tell("", fit.device());
+        self.notes.iter().for_each(|note| run.say(note));
+        Ok(judge(&run, args.strict, batch, fit))
+    }
+}
+
+/// Lists the curves that are not usable, and why; whether there is none. Single points count only where `strict`.
+fn judge(run: &Run, strict: bool, batch: &CurveBatch, fit: &Fit) -> bool {
+    let reports = fit.reports();
+    let is_point = |&i: &usize| !strict && reports[i].status == CurveStatus::Degenerate && is_single_point(batch, i);
+    let unusable = (0..fit.len()).filter(|&i| !reports[i].status.is_usable());
+    let (points, unusable): (Vec<usize>, Vec<usize>) = unusable.partition(is_point);
+    match points.len() {
+        0 => {}
+        1 => run.say("1 curve is a single point and stays as it is"),
+        n => run.say(format_args!("{} are single points and stay as they are", count(n, "curve"))),
+    }
+    run.judge(fit.len(), &unusable, |i| (reports[i].status, reports[i].message.as_deref(), batch.label(i).to_string()))
+}
+
+/// Whether a curve is one point, once or repeated, and has nothing to fit.
+fn is_single_point(batch: &CurveBatch, i: usize) -> bool {
+    let mut points = batch.points(i).chunks_exact(batch.dimension());
+    points.next().is_some_and(|first| points.all(|point| point == first))
+}
+
+/// Largest extent of points along an axis, of those that are finite.
+pub fn size(points: &[f64], dimension: usize) -> f64 {
+    let mut size = 0.0f64;
+    for axis in 0..dimension {
+        let values = points.iter().skip(axis).step_by(dimension).filter(|x| x.is_finite());
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
+        size = size.max(high - low);
+    }
+    size
+}

@@ -1,0 +1,51 @@
+//! Where curves are sampled, and how many points that makes.
+
+use faircurve::{CurveBatch, Error, Result, Sampling};
+
+use super::thousands;
+
+/// Samples a span where nothing else is asked for.
+const SAMPLES: usize = 16;
+
+/// More samples a span are a mistyped number.
+const MOST_SAMPLES: usize = 1_000_000;
+
+/// Segments a span, as `--samples` gives them.
+///
+/// # Errors
+/// A number below 1 or beyond reason.
+pub fn per_span(samples: Option<i64>) -> Result<usize> {
+    match samples {
+        None => Ok(SAMPLES),
+        Some(n) if (1..=MOST_SAMPLES as i64).contains(&n) => Ok(n as usize),
+        Some(n) => Err(Error::argument(format!(
+            "--samples is {n}; 1 to {} segments a span are possible, such as --samples {SAMPLES}",
+            thousands(MOST_SAMPLES)
+        ))),
+    }
+}
+
+/// Where curves are sampled: evenly in the parameter or along the arc.
+///
+/// # Errors
+/// A spacing that is not a positive number, or a number of samples out of range.
+pub fn sampling(samples: Option<i64>, spacing: Option<f64>) -> Result<Sampling> {
+    match spacing {
+        None => Ok(Sampling::PerSpan(per_span(samples)?)),
+        Some(spacing) if spacing > 0.0 && spacing.is_finite() => Ok(Sampling::Spacing(spacing)),
+        Some(spacing) => Err(Error::argument(format!(
+            "--spacing is {spacing}; it must be a positive length in units of the input, such as --spacing 0.5"
+        ))),
+    }
+}
+
+/// Points that are read and written together.
+pub fn points(batch: &CurveBatch, sampling: Sampling) -> usize {
+    let per_span = match sampling {
+        Sampling::PerSpan(n) => n,
+        // How many they will be is known only after the fit; this many is usual.
+        _ => SAMPLES,
+    };
+    let spans: usize = (0..batch.len()).map(|i| batch.spans(i)).sum();
+    batch.total_points().saturating_add(spans.saturating_mul(per_span))
+}
