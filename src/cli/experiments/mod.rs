@@ -8,6 +8,7 @@ mod renka;
 mod scf;
 mod toms828;
 
+use std::fmt::{Display, Write as _};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -28,12 +29,44 @@ struct Experiment {
 
 /// What an experiment found.
 struct Outcome {
-    /// The table, for people: printed, and written as well.
-    table: String,
-    /// The text of every file, in the order of [`Experiment::files`].
+    /// The text of every file, in the order of [`Experiment::files`]. The first is a table for people, which is printed as
+    /// well.
     files: Vec<String>,
     /// Whether everything is as the paper says.
     agrees: bool,
+}
+
+/// A table under way, and whether everything in it is as it should be.
+struct Record {
+    table: String,
+    agrees: bool,
+    /// What is said of a claim that holds, and of one that does not.
+    verdicts: [&'static str; 2],
+}
+
+impl Record {
+    fn new(head: &str, verdicts: [&'static str; 2]) -> Self {
+        Record { table: head.into(), agrees: true, verdicts }
+    }
+
+    fn line(&mut self, line: impl Display) {
+        let _ = writeln!(self.table, "{line}");
+    }
+
+    /// A line with a claim and whether it holds.
+    fn check(&mut self, claim: &str, holds: bool) {
+        self.agrees &= holds;
+        let verdict = self.verdicts[usize::from(!holds)];
+        self.line(format_args!("    {claim}: {verdict}"));
+    }
+
+    /// The last line: whether everything is as it should be.
+    fn end(&mut self, should: &str) {
+        self.line(match self.agrees {
+            true => format!("\nEverything is as {should}."),
+            false => format!("\nSomething is not as {should}: see above."),
+        });
+    }
 }
 
 const EXPERIMENTS: &[Experiment] =
@@ -75,7 +108,7 @@ pub fn run(args: &ExperimentsArgs) -> Result<bool> {
         for (file, text) in experiment.files.iter().zip(&outcome.files) {
             output::write(&folder.join(file), args.force, |out| out.write_all(text.as_bytes()))?;
         }
-        show(outcome.table.trim_end())?;
+        show(outcome.files[0].trim_end())?;
         if !outcome.agrees {
             args.talk.say(format_args!("{} does not agree with the paper: see its table", experiment.name));
         }

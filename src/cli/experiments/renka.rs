@@ -78,7 +78,7 @@ fn run() -> Result<Outcome> {
     };
     let (iterations, left) = (lengths.1.iterations, lengths.1.length);
     let files = vec![
-        record.table.clone(),
+        record.table,
         record.csv,
         picture(
             "Length, ordinary gradient with a line search",
@@ -98,7 +98,7 @@ fn run() -> Result<Outcome> {
             "with step 1 the first step leads to the last curve".into(),
         ),
     ];
-    Ok(Outcome { table: record.table, files, agrees: record.agrees })
+    Ok(Outcome { files, agrees: record.agrees })
 }
 
 /// The paper's curve: vertices at equal arc lengths of the natural cubic spline over chord lengths.

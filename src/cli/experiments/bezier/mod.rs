@@ -9,7 +9,7 @@ use faircurve::bezier::{
 };
 use faircurve::{Error, Result};
 
-use super::{Experiment, Outcome};
+use super::{Experiment, Outcome, Record};
 
 const FILES: [&str; 3] = ["bezier.txt", "bezier.csv", "bezier.svg"];
 
@@ -22,35 +22,18 @@ const MOST: usize = 30;
 const NEAR: f64 = 1e-13;
 
 fn run() -> Result<Outcome> {
-    let mut record = Record { table: String::from(HEAD), agrees: true };
+    let mut record = Record::new(HEAD, ["as in the paper", "NOT as in the paper"]);
     record.matrices();
     record.cubic_eigenstructure()?;
     record.completions()?;
     let csv = record.degrees()?;
-    record.end();
-    let files = vec![record.table.clone(), csv, pictures::sheet()?];
-    Ok(Outcome { table: record.table, files, agrees: record.agrees })
+    record.end("the paper says");
+    Ok(Outcome { files: vec![record.table, csv, pictures::sheet()?], agrees: record.agrees })
 }
 
 const HEAD: &str = "Eberly: Bézier curves of least bending energy E = ∫|X″|² dt = Σ Pᵀ M P over the coordinates\n\n";
 
-/// The tables, and whether they are as the paper says.
-struct Record {
-    table: String,
-    agrees: bool,
-}
-
 impl Record {
-    fn line(&mut self, line: impl std::fmt::Display) {
-        let _ = writeln!(self.table, "{line}");
-    }
-
-    /// A line with what the paper says and whether it is so.
-    fn check(&mut self, what: &str, agrees: bool) {
-        self.agrees &= agrees;
-        self.line(format_args!("    {what}: {}", if agrees { "as in the paper" } else { "NOT as in the paper" }));
-    }
-
     /// Sections 3 and 5.
     fn matrices(&mut self) {
         self.line("M of the cubic, section 3 (there divided by 6):");
@@ -139,13 +122,6 @@ impl Record {
             "    eigenvalues of M at degree {MOST} are {condition:.1e} apart: f64 could not solve such equations"
         ));
         Ok(csv)
-    }
-
-    fn end(&mut self) {
-        self.line(match self.agrees {
-            true => "\nEverything is as the paper says.",
-            false => "\nSomething is not as the paper says: see above.",
-        });
     }
 }
 

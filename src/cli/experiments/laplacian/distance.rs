@@ -48,10 +48,10 @@ pub struct Exception {
 impl std::fmt::Display for Exception {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Exception { reproduces, rounds, supports: [wide, wider], grids } = self;
-        let (word, plural) = (word(*reproduces), if *rounds == 1 { "" } else { "s" });
+        let plural = if *rounds == 1 { "" } else { "s" };
         write!(
             f,
-            "{word}, {rounds} round{plural}: support {wider} is no nearer than {wide} on {grids} of {GRIDS} grids"
+            "{reproduces}, {rounds} round{plural}: support {wider} is no nearer than {wide} on {grids} of {GRIDS} grids"
         )
     }
 }
@@ -60,13 +60,6 @@ impl std::fmt::Display for Exception {
 pub fn random_heights(number: u64) -> Vec<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(SEED + number);
     (0..SIDE * SIDE).map(|_| random.random_range(-1.0..1.0)).collect()
-}
-
-pub fn word(reproduces: Reproduces) -> &'static str {
-    match reproduces {
-        Reproduces::Constants => "constants",
-        Reproduces::Linear => "linear",
-    }
 }
 
 impl Distances {
@@ -120,10 +113,11 @@ impl Distances {
         for row in &self.0 {
             let least = row.of_each.iter().copied().fold(f64::INFINITY, f64::min);
             let most = row.of_each.iter().copied().fold(0.0, f64::max);
-            let Row { support, rounds, root_mean_square, largest, largest_away, .. } = row;
-            let word = word(row.reproduces);
-            let _ =
-                writeln!(csv, "{word},{support},{rounds},{root_mean_square},{least},{most},{largest},{largest_away}");
+            let Row { reproduces, support, rounds, root_mean_square, largest, largest_away, .. } = row;
+            let _ = writeln!(
+                csv,
+                "{reproduces},{support},{rounds},{root_mean_square},{least},{most},{largest},{largest_away}"
+            );
         }
         csv
     }

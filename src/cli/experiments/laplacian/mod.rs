@@ -3,15 +3,13 @@
 mod distance;
 mod pictures;
 
-use std::fmt::Write;
-
 use faircurve::bezier::BigRational;
 use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide, residual};
 use faircurve::papers::programmes::{Class, Energy, Programme};
 use faircurve::papers::unbounded::{Closed, UnboundedMask, unbounded_weight};
 use faircurve::{Device, Result};
 
-use super::{Experiment, Outcome};
+use super::{Experiment, Outcome, Record};
 use distance::Distances;
 
 const FILES: [&str; 5] =
@@ -29,22 +27,22 @@ const NEAR: f64 = 1e-13;
 const NEAR_OPTIMUM: f64 = 1e-6;
 
 fn run() -> Result<Outcome> {
-    let mut record = Record { table: String::from(HEAD), agrees: true };
+    let mut record = Record::new(HEAD, ["yes", "NO"]);
     record.exact_masks()?;
     record.decay();
     record.equations()?;
     record.programmes()?;
     let distances = Distances::measure()?;
     record.distances(&distances);
-    record.end();
+    record.end("it should be");
     let files = vec![
-        record.table.clone(),
+        record.table,
         distances.csv(),
         pictures::basis_functions()?,
         pictures::surfaces()?,
         pictures::plots(&distances)?,
     ];
-    Ok(Outcome { table: record.table, files, agrees: record.agrees })
+    Ok(Outcome { files, agrees: record.agrees })
 }
 
 const HEAD: &str = "Weimer and Warren: Laplacian splines, E₂ₙ S = U Eₙ\n\n";
@@ -70,22 +68,7 @@ fn peak(side: usize, [row, column]: [usize; 2]) -> Vec<f64> {
     heights
 }
 
-/// The tables, and whether they are as the report says.
-struct Record {
-    table: String,
-    agrees: bool,
-}
-
 impl Record {
-    fn line(&mut self, line: impl std::fmt::Display) {
-        let _ = writeln!(self.table, "{line}");
-    }
-
-    fn check(&mut self, what: &str, holds: bool) {
-        self.agrees &= holds;
-        self.line(format_args!("    {what}: {}", if holds { "yes" } else { "NO" }));
-    }
-
     /// Weights of a point in the new ones around it: in a corner of 9 × 9 points, as the book by the same authors prints them, and far from all borders.
     fn exact_masks(&mut self) -> Result<()> {
         self.line("Exact weights of a corner of 9 × 9 points in the new points next to it:");
@@ -154,7 +137,7 @@ impl Record {
         self.line("Sparse rules: the least ‖E₂ₙ S − U Eₙ‖∞, solved class after class for the complete grid");
         self.line("    support   unknowns          reproduces     interior     border     corner");
         for support in SUPPORTS {
-            for (reproduces, word) in [(Reproduces::Constants, "constants"), (Reproduces::Linear, "linear")] {
+            for (word, reproduces, _) in Reproduces::WORDS.iter().copied() {
                 let programme = Programme::new(Energy::Dirichlet, support / 2, reproduces);
                 let unknowns = Class::ALL.map(|class| programme.unknowns(class).len().to_string()).join(" + ");
                 let [interior, border, corner] = SparseRule::of_support(support, reproduces)?.residual();
@@ -196,13 +179,12 @@ impl Record {
         ));
         self.line("root of the mean square; away: the largest, a quarter of a square or more from the data");
         self.line("    reproduces   support  rounds: 1         2         3         4         5     away, 5 rounds");
-        for reproduces in [Reproduces::Constants, Reproduces::Linear] {
+        for (word, reproduces, _) in Reproduces::WORDS.iter().copied() {
             for support in SUPPORTS {
                 let rows: Vec<_> =
                     (1..=distance::ROUNDS).map(|rounds| distances.of(reproduces, support, rounds)).collect();
                 let means: Vec<String> = rows.iter().map(|row| format!("{:>9.5}", row.root_mean_square)).collect();
                 let away = rows[rows.len() - 1].largest_away;
-                let word = distance::word(reproduces);
                 self.line(format_args!("    {word:<10}   {support:>7}     {} {away:>12.5}", means.join(" ")));
             }
         }
@@ -218,12 +200,5 @@ impl Record {
         self.line(
             "borders than least energy (no slope across them), and stay away from it there whatever their support.",
         );
-    }
-
-    fn end(&mut self) {
-        self.line(match self.agrees {
-            true => "\nEverything is as it should be.",
-            false => "\nSomething is not as it should be: see above.",
-        });
     }
 }

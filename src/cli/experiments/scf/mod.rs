@@ -95,14 +95,9 @@ fn run() -> Result<Outcome> {
             "\nA search ended lower than Newton's method from 32 starts by more than 1e-6 of the cost: see above.\n"
         }
     });
-    let files = vec![
-        table.clone(),
-        csv,
-        pictures::fans(),
-        pictures::figure_3(&few, &figure_3),
-        pictures::octopus(&many, &octopus),
-    ];
-    Ok(Outcome { table, files, agrees })
+    let files =
+        vec![table, csv, pictures::fans(), pictures::figure_3(&few, &figure_3), pictures::octopus(&many, &octopus)];
+    Ok(Outcome { files, agrees })
 }
 
 const CSV_HEAD: &str = "dots,exponent,method,iteration,segment_solves,cost\n";

@@ -9,6 +9,7 @@ use glam::DVec2;
 
 use super::Shape;
 use super::searches::{Case, Run};
+use crate::cli::thousands;
 
 /// Exponents of the fans.
 const FANS: [f64; 5] = [1.1, 1.5, 2.0, 4.0, 20.0];
@@ -114,7 +115,7 @@ pub fn octopus(shapes: &[Shape], cases: &[Vec<Case>]) -> String {
     for (shape, case) in shapes.iter().zip(cases).flat_map(|(shape, cases)| cases.iter().map(move |case| (shape, case)))
     {
         let title = format!("{} dots, ν = {}", shape.points.len(), case.exponent);
-        let candidates = grouped(case.adaptation.outcome.iterations);
+        let candidates = thousands(case.adaptation.outcome.iterations);
         let ending = if case.has_minimum() { "" } else { "no minimum found after " };
         let slopes: Vec<Vec<f64>> =
             case.adaptation.outcome.snapshots.iter().map(|snapshot| snapshot.slopes.clone()).collect();
@@ -145,13 +146,6 @@ pub fn octopus(shapes: &[Shape], cases: &[Vec<Case>]) -> String {
         ..Sheet::default()
     }
     .draw()
-}
-
-/// 12,345
-fn grouped(number: usize) -> String {
-    let digits = number.to_string();
-    let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().filter_map(|group| str::from_utf8(group).ok()).collect();
-    groups.join(",")
 }
 
 /// The cost over a count, in units of the first slopes' cost.
