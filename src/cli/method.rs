@@ -1,5 +1,7 @@
 //! The methods and their options, checked before any work is done.
 
+mod chosen;
+
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
@@ -8,8 +10,9 @@ use faircurve::discrete::{
 };
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
-use faircurve::{CurveBatch, Device, Error, Fit, Result, Sampling};
+use faircurve::{Error, Result};
 
+pub use self::chosen::Method;
 use super::sampling::per_span;
 use super::words::one_of;
 
@@ -152,15 +155,6 @@ pub struct MethodArgs {
     /// units of the input [default: 1e-6 of the data's size]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
-}
-
-/// A method with its options.
-#[derive(Debug)]
-pub enum Method {
-    Natural(Natural),
-    Smoothing(Smoothing),
-    Fair(Fair),
-    Scf(Smooth),
 }
 
 impl MethodArgs {
@@ -354,35 +348,6 @@ impl MethodArgs {
                 Err(Error::argument(format!("{option} belongs to {owners}{others}{beziers}")))
             }
             None => Ok(()),
-        }
-    }
-}
-
-impl Method {
-    /// What is worth a line about curves that are usable.
-    pub fn notes(&self, fit: &Fit) -> Vec<String> {
-        match self {
-            Method::Smoothing(smoothing) => smoothing.notes(fit.reports()),
-            Method::Natural(_) | Method::Fair(_) | Method::Scf(_) => Vec::new(),
-        }
-    }
-
-    pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
-        match self {
-            Method::Natural(natural) => natural.fit(batch, device),
-            Method::Smoothing(smoothing) => smoothing.fit(batch, device),
-            Method::Fair(fair) => fair.fit(batch, device),
-            Method::Scf(smooth) => smooth.fit(batch, device),
-        }
-    }
-
-    /// Fits and samples on the device.
-    pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
-        match self {
-            Method::Natural(natural) => natural.fit_sampled(batch, sampling, device),
-            Method::Smoothing(smoothing) => smoothing.fit_sampled(batch, sampling, device),
-            Method::Fair(fair) => fair.fit_sampled(batch, sampling, device),
-            Method::Scf(smooth) => smooth.fit_sampled(batch, sampling, device),
         }
     }
 }

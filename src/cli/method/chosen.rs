@@ -1,0 +1,44 @@
+//! [`Method`]: one of the library's, as its options were given.
+
+use faircurve::discrete::Fair;
+use faircurve::scf::Smooth;
+use faircurve::spline::{Natural, Smoothing};
+use faircurve::{CurveBatch, Device, Fit, Result, Sampling};
+
+/// A method with its options.
+#[derive(Debug)]
+pub enum Method {
+    Natural(Natural),
+    Smoothing(Smoothing),
+    Fair(Fair),
+    Scf(Smooth),
+}
+
+impl Method {
+    /// What is worth a line about curves that are usable.
+    pub fn notes(&self, fit: &Fit) -> Vec<String> {
+        match self {
+            Method::Smoothing(smoothing) => smoothing.notes(fit.reports()),
+            Method::Natural(_) | Method::Fair(_) | Method::Scf(_) => Vec::new(),
+        }
+    }
+
+    pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        match self {
+            Method::Natural(natural) => natural.fit(batch, device),
+            Method::Smoothing(smoothing) => smoothing.fit(batch, device),
+            Method::Fair(fair) => fair.fit(batch, device),
+            Method::Scf(smooth) => smooth.fit(batch, device),
+        }
+    }
+
+    /// Fits and samples on the device.
+    pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
+        match self {
+            Method::Natural(natural) => natural.fit_sampled(batch, sampling, device),
+            Method::Smoothing(smoothing) => smoothing.fit_sampled(batch, sampling, device),
+            Method::Fair(fair) => fair.fit_sampled(batch, sampling, device),
+            Method::Scf(smooth) => smooth.fit_sampled(batch, sampling, device),
+        }
+    }
+}
