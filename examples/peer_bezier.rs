@@ -4,16 +4,14 @@
 //! usage: `peer_bezier [--runs 7]`, in the repository, after `bezier.py --write-input`
 
 use std::error::Error;
-use std::fs::File;
 use std::hint::black_box;
-use std::io::BufReader;
 
 use faircurve::Device;
 use faircurve::bezier::{Energy, Given, Polygons, complete};
-use npyz::Deserialize;
-use npyz::npz::NpzArchive;
 use serde_json::json;
 
+#[path = "../benches/common/npz.rs"]
+mod npz;
 #[path = "../benches/common/peer.rs"]
 mod peer;
 
@@ -25,20 +23,14 @@ const CASES: [(&str, &str); 2] = [
     ("bezier cubics to decics, any pattern", "benches/data/bezier-any.npz"),
 ];
 
-fn array<T: Deserialize>(archive: &mut NpzArchive<BufReader<File>>, name: &str) -> Result<Vec<T>, Box<dyn Error>> {
-    Ok(archive.by_name(name)?.ok_or_else(|| format!("no array {name}"))?.into_vec()?)
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     let runs = peer::runs()?;
     let device = Device::cpu();
     for (case, file) in CASES {
-        let mut archive = NpzArchive::open(file)?;
-        let coords: Vec<f64> = array(&mut archive, "coords")?;
-        let offsets: Vec<i64> = array(&mut archive, "offsets")?;
-        let known: Vec<bool> = array(&mut archive, "known")?;
-        let wanted: Vec<f64> = array(&mut archive, "solved")?;
-        let offsets: Vec<usize> = offsets.into_iter().map(|offset| offset as usize).collect();
+        let array = |name: &str| npz::array(file, name).map(|(_, values)| values);
+        let (coords, wanted) = (array("coords")?, array("solved")?);
+        let offsets: Vec<usize> = array("offsets")?.into_iter().map(|offset| offset as usize).collect();
+        let known: Vec<bool> = array("known")?.into_iter().map(|flag| flag != 0.0).collect();
         let polygons = Polygons { dimension: 2, coords: &coords, offsets: &offsets };
         let given = Given { known: Some(&known), ..Given::default() };
         let completed = || complete(&polygons, &given, &Energy::bending(), &device);

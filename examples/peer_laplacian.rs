@@ -8,20 +8,17 @@ use std::hint::black_box;
 
 use faircurve::Device;
 use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
-use npyz::WriterBuilder;
-use npyz::npz::{NpzArchive, NpzWriter};
 
+#[path = "../benches/common/npz.rs"]
+mod npz;
 #[path = "../benches/common/peer.rs"]
 mod peer;
 
 use peer::{line, times};
 
 fn grids(name: &str, side: usize) -> Result<Grids, Box<dyn Error>> {
-    let mut archive = NpzArchive::open(format!("benches/data/laplacian-{name}.npz"))?;
-    let array = archive.by_name("grids")?.ok_or("no array grids")?;
-    let shape: Vec<usize> = array.shape().iter().map(|&count| count as usize).collect();
+    let (shape, values) = npz::array(&format!("benches/data/laplacian-{name}.npz"), "grids")?;
     let [count, rows, columns] = shape[..] else { return Err("grids are not heights".into()) };
-    let values: Vec<f64> = array.into_vec()?;
     if side == rows {
         return Ok(Grids::new(1, vec![[rows, columns]; count], values)?);
     }
@@ -35,13 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rule = SparseRule::of_support(5, Reproduces::Constants)?;
     // In the middle of a large grid: what a single point does to those around it.
     let mask: Vec<f64> = (0..25).map(|k| rule.weight([62 + k / 5, 62 + k % 5], [32, 32], [64, 64])).collect();
-    let mut results = NpzWriter::create("benches/data/laplacian-faircurve.npz")?;
-    let mut write = |name: &str, shape: &[u64], values: &[f64]| -> std::io::Result<()> {
-        let mut array = results.array(name, Default::default())?.default_dtype().shape(shape).begin_nd()?;
-        array.extend(values.iter().copied())?;
-        array.finish()
-    };
-    write("mask", &[5, 5], &mask)?;
+    let mut results = vec![("mask", vec![5, 5], mask)];
     let sparse = Rule::Sparse(rule);
     for (name, case, grids, rule, rounds) in [
         ("sparse", "laplacian 5x5, 1025x1025, 1 round", grids("large", 1025)?, sparse.clone(), 1),
@@ -55,9 +46,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         })?;
         let fine = method.fit(&grids, &device)?;
         let fine = fine.grids();
-        let [rows, columns] = fine.shape(0).map(|count| count as u64);
-        write(name, &[fine.len() as u64, rows, columns], fine.values())?;
+        let [rows, columns] = fine.shape(0);
+        results.push((name, vec![fine.len(), rows, columns], fine.values().to_vec()));
         println!("{}", line(case, &times, grids.len(), fine.total_points()));
     }
-    Ok(())
+    npz::write("benches/data/laplacian-faircurve.npz", &results)
 }

@@ -5,15 +5,14 @@
 //! usage: `peer_scf [--runs 7]`, in the repository, after `scf.py --write-input`
 
 use std::error::Error;
-use std::fs::File;
 use std::hint::black_box;
 
 use faircurve::scf::{Query, Smooth, evaluate_segments};
 use faircurve::{CurveStatus, Device, io};
-use npyz::npz::{NpzArchive, NpzWriter};
-use npyz::{DType, TypeStr, WriterBuilder};
 use serde_json::json;
 
+#[path = "../benches/common/npz.rs"]
+mod npz;
 #[path = "../benches/common/peer.rs"]
 mod peer;
 
@@ -23,10 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let runs = peer::runs()?;
     let device = Device::cpu();
 
-    let mut archive = NpzArchive::open("benches/data/scf-segments.npz")?;
-    let mut array = |name: &str| -> Result<Vec<f64>, Box<dyn Error>> {
-        Ok(archive.by_name(name)?.ok_or_else(|| format!("no array {name}"))?.into_vec()?)
-    };
+    let array = |name: &str| npz::array("benches/data/scf-segments.npz", name).map(|(_, values)| values);
     let (start, end) = (array("start")?, array("end")?);
     let query = |(&a, &b): (&f64, &f64)| Query { chord: 1.0, angles: [a, b], exponent: 2.0 };
     // The peer times a few thousand; these are too few to time here.
@@ -54,13 +50,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     curves["iterations"] = json!([iterations[iterations.len() / 2], iterations[iterations.len() - 1]]);
     println!("{curves}");
 
-    let mut out = NpzWriter::new(File::create("benches/data/scf-faircurve.npz")?);
-    let kind: TypeStr = "<f8".parse()?;
-    let costs = out.array("cost", Default::default())?;
-    let mut costs = costs.dtype(DType::Plain(kind)).shape(&[reports.len() as u64]).begin_nd()?;
-    costs.extend(reports.iter().map(|report| report.energy))?;
-    costs.finish()?;
-    Ok(())
+    let costs = reports.iter().map(|report| report.energy).collect();
+    npz::write("benches/data/scf-faircurve.npz", &[("cost", vec![reports.len()], costs)])
 }
 
 /// The cases' names, as in `scf.py`.

@@ -1,17 +1,174 @@
-//! The header of an array in NumPy's format, read with care.
+//! Arrays in NumPy's format: a header, and elements.
 //!
-//! npyz allocates what a header claims and parses any Python literal in it, at a cost that doubles with each bracket. So
-//! headers are read here, of the form that NumPy writes, and npyz is given a plain one of what was found.
+//! Headers are read with care, and only of the form that NumPy writes: nothing is allocated because a header claims it.
+//!
+//! Source: NumPy enhancement proposal 1, *A simple file format for NumPy arrays*.
 
-use std::io::{self, Read};
+use std::io::{self, Read, Write};
 
-use npyz::{NpyHeader, Order, TypeStr};
+use super::memory::Room;
 
 /// Longer headers are refused, as `numpy.load` does.
 const HEADER_BYTES: usize = 10_000;
 
 /// The most that an axis of an array without elements may have: there may be work for every row, even if it is empty.
 const EMPTY_LENGTH: u64 = 1 << 24;
+
+/// How the elements of an array follow each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// Row after row.
+    C,
+    /// Column after column.
+    Fortran,
+}
+
+/// The type of an element, such as `<f8`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Kind {
+    is_big_endian: bool,
+    /// `f` float, `i` and `u` integer, `b` boolean, `U` text, `S` bytes.
+    letter: char,
+    /// Bytes, of text code points.
+    size: usize,
+}
+
+impl Kind {
+    /// The type that is written so; none where its elements have no size of their own.
+    fn parse(text: &str) -> Option<Self> {
+        let mut characters = text.chars();
+        let order = characters.next().filter(|order| "<>|".contains(*order))?;
+        let letter = characters.next().filter(char::is_ascii_alphabetic)?;
+        let size = characters.as_str().parse().ok()?;
+        Some(Kind { is_big_endian: order == '>', letter, size })
+    }
+
+    /// Bytes of an element; none where they are beyond all numbers.
+    pub fn bytes(self) -> Option<usize> {
+        if self.letter == 'U' { self.size.checked_mul(4) } else { Some(self.size) }
+    }
+}
+
+/// An element that can be written.
+pub(super) trait Element {
+    /// Its bytes, the least significant first.
+    fn write(&self, out: &mut dyn Write) -> io::Result<()>;
+}
+
+impl Element for f64 {
+    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        out.write_all(&self.to_le_bytes())
+    }
+}
+
+impl Element for i64 {
+    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        out.write_all(&self.to_le_bytes())
+    }
+}
+
+impl Element for bool {
+    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        out.write_all(&[u8::from(*self)])
+    }
+}
+
+/// Text as so many code points, NUL after its end.
+pub(super) struct Padded<'a>(pub std::borrow::Cow<'a, str>, pub usize);
+
+impl Element for Padded<'_> {
+    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let points = self.0.chars().chain(std::iter::repeat('\0')).take(self.1);
+        points.map(u32::from).try_for_each(|point| out.write_all(&point.to_le_bytes()))
+    }
+}
+
+/// Writes an array, row after row.
+pub(super) fn write<E: Element>(
+    out: &mut dyn Write,
+    kind: &str,
+    shape: &[u64],
+    mut elements: impl Iterator<Item = E>,
+) -> io::Result<()> {
+    let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
+    let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({lengths}), }}");
+    // The elements begin at a multiple of so many bytes; a new line ends the header.
+    let padded = (START_BYTES + 2 + header.len() + 1).next_multiple_of(64) - START_BYTES - 2;
+    out.write_all(b"\x93NUMPY\x01\x00")?;
+    out.write_all(&(padded as u16).to_le_bytes())?;
+    writeln!(out, "{header:<width$}", width = padded - 1)?;
+    elements.try_for_each(|element| element.write(out))
+}
+
+/// Bytes of the name of the format and its version.
+const START_BYTES: usize = 8;
+
+/// The elements of an array, yet to be read.
+pub(super) struct Elements<'a> {
+    pub kind: Kind,
+    pub count: u64,
+    pub reader: &'a mut dyn Read,
+}
+
+impl Elements<'_> {
+    /// The elements, each made of its bytes, the least significant first (text: of its code points).
+    fn map<T>(self, room: &Room, make: impl Fn(&[u8]) -> Option<T>) -> io::Result<Vec<T>> {
+        let mut found = Vec::new();
+        room.reserve(&mut found, usize::try_from(self.count).unwrap_or(usize::MAX))?;
+        let mut bytes = vec![0; self.kind.bytes().ok_or_else(|| wrong("its elements are too large"))?];
+        let point_bytes = if self.kind.letter == 'U' { 4 } else { bytes.len().max(1) };
+        for _ in 0..self.count {
+            self.reader.read_exact(&mut bytes)?;
+            if self.kind.is_big_endian {
+                bytes.chunks_exact_mut(point_bytes).for_each(<[u8]>::reverse);
+            }
+            found.push(make(&bytes).ok_or_else(|| wrong("an element is not of its type"))?);
+        }
+        Ok(found)
+    }
+}
+
+/// Floats, integers or booleans as f64; `None` for another type.
+pub(super) fn numbers(elements: Elements, room: &Room) -> io::Result<Option<Vec<f64>>> {
+    match (elements.kind.letter, elements.kind.size) {
+        ('f', 8) => elements.map(room, |bytes| Some(f64::from_le_bytes(bytes.try_into().ok()?))).map(Some),
+        ('f', 4) => elements.map(room, |bytes| Some(f32::from_le_bytes(bytes.try_into().ok()?).into())).map(Some),
+        _ => Ok(integers(elements, room)?.map(|values| values.into_iter().map(|value| value as f64).collect())),
+    }
+}
+
+/// Integers of any width, the largest at most i64's, or booleans; `None` for another type.
+pub(super) fn integers(elements: Elements, room: &Room) -> io::Result<Option<Vec<i64>>> {
+    let Kind { letter, size, .. } = elements.kind;
+    if !matches!((letter, size), ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1)) {
+        return Ok(None);
+    }
+    let integer = |bytes: &[u8]| {
+        let is_negative = letter == 'i' && bytes[size - 1] & 0x80 != 0;
+        let mut whole = [if is_negative { 0xff } else { 0 }; 8];
+        whole[..size].copy_from_slice(bytes);
+        match letter {
+            'i' => Some(i64::from_le_bytes(whole)),
+            'u' => Some(i64::try_from(u64::from_le_bytes(whole)).unwrap_or(i64::MAX)),
+            _ => Some(i64::from(bytes[0])).filter(|&flag| flag <= 1),
+        }
+    };
+    elements.map(room, integer).map(Some)
+}
+
+/// Text, or bytes that are UTF-8, up to the NULs at its end; `None` for another type.
+pub(super) fn texts(elements: Elements, room: &Room) -> io::Result<Option<Vec<String>>> {
+    let text = |points: Option<String>| points.map(|text| text.trim_end_matches('\0').to_string());
+    match elements.kind.letter {
+        'U' => elements.map(room, |bytes| {
+            let (points, _) = bytes.as_chunks::<4>();
+            text(points.iter().map(|point| char::from_u32(u32::from_le_bytes(*point))).collect())
+        }),
+        'S' | 'a' => elements.map(room, |bytes| text(String::from_utf8(bytes.to_vec()).ok())),
+        _ => return Ok(None),
+    }
+    .map(Some)
+}
 
 /// What a header says.
 #[derive(Debug)]
@@ -29,7 +186,7 @@ fn wrong(what: impl Into<String>) -> io::Error {
 impl Header {
     /// Reads a header, up to the first byte of the array.
     pub fn read(reader: &mut impl Read) -> io::Result<Self> {
-        let mut start = [0; 8];
+        let mut start = [0; START_BYTES];
         reader.read_exact(&mut start).map_err(|error| match error.kind() {
             io::ErrorKind::UnexpectedEof => wrong("it does not begin as an array of NumPy"),
             _ => error,
@@ -84,9 +241,8 @@ impl Header {
     }
 
     /// The type, where it is a plain one and no record.
-    pub fn kind(&self) -> Option<TypeStr> {
-        let inner = self.descr.strip_prefix(['\'', '"'])?.strip_suffix(['\'', '"'])?;
-        inner.parse().ok()
+    pub fn kind(&self) -> Option<Kind> {
+        Kind::parse(self.descr.strip_prefix(['\'', '"'])?.strip_suffix(['\'', '"'])?)
     }
 
     /// Number of elements; none where it is beyond all numbers.
@@ -96,15 +252,6 @@ impl Header {
             false => self.shape.iter().try_fold(1u64, |count, &length| count.checked_mul(length)),
         }
     }
-}
-
-/// The header that npyz reads for so many elements of a type, all on one axis.
-pub(super) fn plain(kind: &TypeStr, count: u64) -> io::Result<NpyHeader> {
-    let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({count},), }}\n");
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend((text.len() as u16).to_le_bytes());
-    bytes.extend(text.as_bytes());
-    NpyHeader::from_reader(&bytes[..])
 }
 
 /// The byte after the string that the text begins with; without escapes, which no header needs.
@@ -200,5 +347,67 @@ mod tests {
         assert_eq!(count(&[1 << 32, 1 << 32]), None);
         assert_eq!((count(&[3, 0, 5]), count(&[1 << 32, 0])), (Some(0), None));
         assert_eq!((count(&[]), count(&[3, 4])), (Some(1), Some(12)));
+    }
+
+    #[test]
+    fn every_type_is_read_in_either_order_of_bytes() {
+        let room = Room::of_system();
+        let read = |descr: &str, bytes: &[u8]| {
+            let kind = Kind::parse(descr).unwrap();
+            let count = (bytes.len() / kind.bytes().unwrap()) as u64;
+            Elements { kind, count, reader: &mut &bytes.to_vec()[..] }.numbers_of(&room)
+        };
+        assert_eq!(read("<f8", &1.5f64.to_le_bytes()), [1.5]);
+        assert_eq!(read(">f8", &1.5f64.to_be_bytes()), [1.5]);
+        assert_eq!(read(">f4", &(-2.5f32).to_be_bytes()), [-2.5]);
+        assert_eq!(read("<i8", &(-7i64).to_le_bytes()), [-7.0]);
+        assert_eq!(read(">i4", &(-7i32).to_be_bytes()), [-7.0]);
+        assert_eq!(read("<i2", &(-300i16).to_le_bytes()), [-300.0]);
+        assert_eq!(read("|i1", &[0x80, 0x7f]), [-128.0, 127.0]);
+        assert_eq!(read("<u8", &u64::MAX.to_le_bytes()), [i64::MAX as f64]);
+        assert_eq!(read(">u4", &u32::MAX.to_be_bytes()), [f64::from(u32::MAX)]);
+        assert_eq!(read("<u2", &[0xff, 0xff]), [65535.0]);
+        assert_eq!(read("|u1", &[200]), [200.0]);
+        assert_eq!(read("|b1", &[0, 1]), [0.0, 1.0]);
+        for other in ["<f2", "<c16", "<i3", "|b2", "<U1"] {
+            assert!(read(other, &[0; 48]).is_empty(), "{other}");
+        }
+        for bad in ["f8", "<f", "<O", "", "<f8[s]", "=f8"] {
+            assert_eq!(Kind::parse(bad), None, "{bad}");
+        }
+    }
+
+    impl Elements<'_> {
+        fn numbers_of(self, room: &Room) -> Vec<f64> {
+            numbers(self, room).unwrap().unwrap_or_default()
+        }
+    }
+
+    #[test]
+    fn texts_end_where_their_nuls_begin_and_bad_ones_are_errors() {
+        let room = Room::of_system();
+        let read = |descr: &str, bytes: &[u8]| {
+            texts(Elements { kind: Kind::parse(descr).unwrap(), count: 1, reader: &mut &bytes.to_vec()[..] }, &room)
+        };
+        let points = |text: &str| text.chars().map(u32::from).collect::<Vec<u32>>();
+        let little: Vec<u8> = points("nä\0m\0").iter().flat_map(|point| point.to_le_bytes()).collect();
+        let big: Vec<u8> = points("nä\0m\0").iter().flat_map(|point| point.to_be_bytes()).collect();
+        assert_eq!(read("<U5", &little).unwrap().unwrap(), ["nä\0m"]);
+        assert_eq!(read(">U5", &big).unwrap().unwrap(), ["nä\0m"]);
+        assert_eq!(read("|S3", b"ab\0").unwrap().unwrap(), ["ab"]);
+        assert!(read("<U1", &0xd800u32.to_le_bytes()).is_err() && read("|S1", b"\xff").is_err());
+        assert!(read("<U2", &[0; 4]).is_err() && read("<f8", &[0; 8]).unwrap().is_none());
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let mut bytes = Vec::new();
+        write(&mut bytes, "<U3", &[2, 1], ["äb", ""].into_iter().map(|name| Padded(name.into(), 3))).unwrap();
+        assert_eq!((bytes.len() - 24) % 64, 0);
+        let mut reader = &bytes[..];
+        let header = Header::read(&mut reader).unwrap();
+        let elements = Elements { kind: header.kind().unwrap(), count: header.count().unwrap(), reader: &mut reader };
+        assert_eq!(texts(elements, &Room::of_system()).unwrap().unwrap(), ["äb", ""]);
+        assert_eq!((header.shape, reader.len()), (vec![2, 1], 0));
     }
 }

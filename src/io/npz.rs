@@ -5,12 +5,11 @@
 use std::io::{self, BufReader, BufWriter, Cursor, Read, Seek, Write};
 use std::sync::Arc;
 
-use npyz::npz::NpzArchive;
-use npyz::zip::{CompressionMethod, DateTime, ZipWriter, write::FileOptions};
-use npyz::{AutoSerialize, DType, NpyFile, Order, Serialize, TypeChar, TypeStr, WriterBuilder};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::memory::{Full, Room};
-use super::npy::{self, Header};
+use super::npy::{self, Element, Elements, Header, Order, Padded, integers, numbers, texts};
 use super::source::{Source, UNPACKED_BYTES, UNPACKED_TIMES, most_unpacked};
 use super::{ReadOptions, close, close_as_marked};
 use crate::batch::CurveBatch;
@@ -59,7 +58,7 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
 /// An archive in memory, and the file that it was.
 pub(super) struct Archive<'a> {
     source: &'a Source<'a>,
-    zip: NpzArchive<Cursor<Vec<u8>>>,
+    zip: ZipArchive<Cursor<Vec<u8>>>,
     packed_bytes: u64,
     /// What the arrays read so far say that they unpack to.
     unpacked_bytes: u64,
@@ -78,7 +77,7 @@ impl<'a> Archive<'a> {
         }
         // Names and places of all entries.
         source.take(bytes.len().saturating_mul(8))?;
-        let zip = NpzArchive::new(Cursor::new(bytes)).map_err(|error| {
+        let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
             source
                 .error(None, format!("this is no NPZ archive, or it was cut off ({error}): write it with numpy.savez"))
         })?;
@@ -87,7 +86,7 @@ impl<'a> Archive<'a> {
 
     /// The names of its arrays.
     pub(super) fn keys(&self) -> Vec<String> {
-        self.zip.array_names().map(String::from).collect()
+        self.zip.file_names().flatten().filter_map(|name| name.strip_suffix(".npy").map(String::from)).collect()
     }
 
     /// Makes place for more of what was read.
@@ -100,10 +99,10 @@ impl<'a> Archive<'a> {
     }
 
     fn check_keys(&self) -> Result<()> {
-        let mut found: Vec<&str> = self.zip.array_names().collect();
+        let mut found = self.keys();
         found.sort_unstable();
-        let missing = KEYS[..2].iter().any(|key| !found.contains(key));
-        if missing || found.iter().any(|key| !KEYS.contains(key)) {
+        let missing = KEYS[..2].iter().any(|key| !found.iter().any(|found| found == key));
+        if missing || found.iter().any(|key| !KEYS.contains(&key.as_str())) {
             return Err(self.wrong(format!(
                 "the arrays are {}: wanted are coords and offsets, and perhaps t, weight, known, closed, names",
                 arrays(&found)
@@ -117,25 +116,24 @@ impl<'a> Archive<'a> {
     pub(super) fn array<T>(
         &mut self,
         key: &str,
-        values: impl FnOnce(Npy, &Room) -> io::Result<Option<Vec<T>>>,
+        values: fn(Elements, &Room) -> io::Result<Option<Vec<T>>>,
     ) -> Result<Option<Array<T>>> {
-        if !self.zip.array_names().any(|name| name == key) {
-            return Ok(None);
-        }
+        let Some(number) = self.zip.index_for_name(&file_name(key)) else { return Ok(None) };
         let (source, name) = (self.source, shortened(key));
         let wrong = |message: String| source.error(None, format!("array {name} {message}"));
         let damaged = |error: io::Error| match error.get_ref().is_some_and(|inner| inner.is::<Full>()) {
             true => source.failed(error),
             false => wrong(format!("is damaged or cut off ({}): write the file again", shortened(&error.to_string()))),
         };
-        // With a password, so that the zip crate tells of a secret entry in place of panicking; none is taken.
-        let entry = self.zip.zip_archive().by_name_decrypt(&npyz::npz::file_name_from_array_name(key), b"");
-        let Ok(mut entry) = entry.map_err(|error| damaged(error.into()))? else {
+        let raw = self.zip.by_index_raw(number).map_err(|error| damaged(error.into()))?;
+        if raw.encrypted() {
             return Err(wrong("is encrypted: write the file without a password".into()));
-        };
-        if !matches!(entry.compression(), CompressionMethod::Stored | CompressionMethod::Deflated) {
+        }
+        if !matches!(raw.compression(), CompressionMethod::Stored | CompressionMethod::Deflated) {
             return Err(wrong("is packed as NumPy packs none: write the file with numpy.savez".into()));
         }
+        drop(raw);
+        let mut entry = self.zip.by_index(number).map_err(|error| damaged(error.into()))?;
         let stored_bytes = entry.size();
         self.unpacked_bytes = self.unpacked_bytes.saturating_add(stored_bytes);
         if self.unpacked_bytes > most_unpacked(self.packed_bytes) {
@@ -150,14 +148,14 @@ impl<'a> Archive<'a> {
         let of_type = || wrong(format!("has the type {}: {}", shortened(&header.descr), wanted_type(key)));
         let kind = header.kind().ok_or_else(of_type)?;
         // A damaged header must not ask for more memory than the archive can fill, nor for elements of no bytes.
-        let element_bytes = kind.num_bytes().unwrap_or(usize::MAX).max(1) as u64;
+        let element_bytes = kind.bytes().unwrap_or(usize::MAX).max(1) as u64;
         let count =
             header.count().filter(|count| count.checked_mul(element_bytes).is_some_and(|bytes| bytes <= stored_bytes));
         let Some(count) = count else {
             return Err(wrong(format!("has the shape {}, but holds less: write the file again", tuple(&header.shape))));
         };
-        let file = NpyFile::with_header(npy::plain(&kind, count).map_err(damaged)?, &mut reader as &mut dyn Read);
-        let values = values(file, &source.room).map_err(damaged)?.ok_or_else(of_type)?;
+        let elements = Elements { kind, count, reader: &mut reader };
+        let values = values(elements, &source.room).map_err(damaged)?.ok_or_else(of_type)?;
         // The checksum is compared at the end.
         match reader.read(&mut [0]).map_err(damaged)? {
             0 => Ok(Some(Array { shape: header.shape, order: header.order, values })),
@@ -179,7 +177,7 @@ impl<'a> Archive<'a> {
     }
 
     fn offsets(&mut self) -> Result<Vec<usize>> {
-        let offsets = self.array("offsets", |file, room| integers(file, room, |x| x))?.expect("checked with the keys");
+        let offsets = self.array("offsets", integers)?.expect("checked with the keys");
         self.expect_one_axis("offsets", &offsets.shape)?;
         let negative = offsets.values.iter().find(|&&offset| offset < 0);
         match negative {
@@ -195,7 +193,7 @@ impl<'a> Archive<'a> {
 
     /// Which control points are given.
     fn known(&mut self, points: usize) -> Result<Option<Vec<bool>>> {
-        let array = self.array("known", |file, room| integers(file, room, |x| x))?;
+        let array = self.array("known", integers)?;
         let Some(flags) = self.expect_length("known", array, points, "point")? else { return Ok(None) };
         match flags.iter().position(|flag| !matches!(flag, 0 | 1)) {
             Some(point) => Err(self.wrong(format!(
@@ -207,10 +205,7 @@ impl<'a> Archive<'a> {
     }
 
     fn names(&mut self, wanted: usize) -> Result<Option<Vec<String>>> {
-        let array = self.array("names", |file, room| match kind(&file) {
-            Some((TypeChar::UnicodeStr | TypeChar::ByteStr, _)) => values::<String, _>(file, room, |name| name),
-            _ => Ok(None),
-        })?;
+        let array = self.array("names", texts)?;
         self.expect_length("names", array, wanted, "curve")
     }
 
@@ -245,8 +240,6 @@ pub(super) struct Array<T> {
     pub order: Order,
     pub values: Vec<T>,
 }
-
-pub(super) type Npy<'a> = NpyFile<&'a mut dyn Read>;
 
 /// A shape as NumPy writes it.
 pub(super) fn tuple(shape: &[u64]) -> String {
@@ -293,48 +286,6 @@ fn wanted_type(key: &str) -> &'static str {
     }
 }
 
-fn kind(file: &Npy) -> Option<(TypeChar, u64)> {
-    match file.dtype() {
-        DType::Plain(kind) => Some((kind.type_char(), kind.size_field())),
-        _ => None,
-    }
-}
-
-/// The elements, turned into something else one by one.
-fn values<T: npyz::Deserialize, U>(file: Npy, room: &Room, turn: impl Fn(T) -> U) -> io::Result<Option<Vec<U>>> {
-    let mut values = Vec::new();
-    room.reserve(&mut values, usize::try_from(file.len()).unwrap_or(usize::MAX))?;
-    for value in file.data::<T>().map_err(io::Error::other)? {
-        values.push(turn(value?));
-    }
-    Ok(Some(values))
-}
-
-/// Floats, integers or booleans as f64; `None` for another type.
-pub(super) fn numbers(file: Npy, room: &Room) -> io::Result<Option<Vec<f64>>> {
-    match kind(&file) {
-        Some((TypeChar::Float, 8)) => values::<f64, _>(file, room, |x| x),
-        Some((TypeChar::Float, 4)) => values::<f32, _>(file, room, f64::from),
-        _ => integers(file, room, |value| value as f64),
-    }
-}
-
-/// Integers of any width, or booleans; `None` for another type.
-fn integers<U>(file: Npy, room: &Room, turn: impl Fn(i64) -> U) -> io::Result<Option<Vec<U>>> {
-    match kind(&file) {
-        Some((TypeChar::Int, 8)) => values::<i64, _>(file, room, turn),
-        Some((TypeChar::Int, 4)) => values::<i32, _>(file, room, |x| turn(x.into())),
-        Some((TypeChar::Int, 2)) => values::<i16, _>(file, room, |x| turn(x.into())),
-        Some((TypeChar::Int, 1)) => values::<i8, _>(file, room, |x| turn(x.into())),
-        Some((TypeChar::Uint, 8)) => values::<u64, _>(file, room, |x| turn(i64::try_from(x).unwrap_or(i64::MAX))),
-        Some((TypeChar::Uint, 4)) => values::<u32, _>(file, room, |x| turn(x.into())),
-        Some((TypeChar::Uint, 2)) => values::<u16, _>(file, room, |x| turn(x.into())),
-        Some((TypeChar::Uint, 1)) => values::<u8, _>(file, room, |x| turn(x.into())),
-        Some((TypeChar::Bool, _)) => values::<bool, _>(file, room, |x| turn(x.into())),
-        _ => Ok(None),
-    }
-}
-
 /// Names of NPZ may take so many bytes together.
 const NAMES_BYTES: usize = 1 << 30;
 
@@ -368,53 +319,51 @@ pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
 pub(super) fn write_seekable<W: Write + Seek>(out: W, batch: &CurveBatch) -> io::Result<()> {
     let (points, curves) = (batch.total_points() as u64, batch.len() as u64);
     let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 16, out));
-    array(
-        &mut zip,
-        "coords",
-        f64::default_dtype(),
-        &[points, batch.dimension() as u64],
-        batch.coords().iter().copied(),
-    )?;
+    array(&mut zip, "coords", "<f8", &[points, batch.dimension() as u64], batch.coords().iter().copied())?;
     let offsets = batch.offsets().iter().map(|&offset| offset as i64);
-    array(&mut zip, "offsets", i64::default_dtype(), &[curves + 1], offsets)?;
-    array(&mut zip, "closed", bool::default_dtype(), &[curves], (0..batch.len()).map(|i| batch.is_closed(i)))?;
+    array(&mut zip, "offsets", "<i8", &[curves + 1], offsets)?;
+    array(&mut zip, "closed", "|b1", &[curves], (0..batch.len()).map(|i| batch.is_closed(i)))?;
     let all = || 0..batch.len();
     if all().any(|i| batch.parameters(i).is_some()) {
         let t = all().flat_map(|i| batch.parameters(i).unwrap_or_default()).copied();
-        array(&mut zip, "t", f64::default_dtype(), &[points], t)?;
+        array(&mut zip, "t", "<f8", &[points], t)?;
     }
     if all().any(|i| batch.weights(i).is_some()) {
         let weights = all().flat_map(|i| batch.weights(i).unwrap_or_default()).copied();
-        array(&mut zip, "weight", f64::default_dtype(), &[points], weights)?;
+        array(&mut zip, "weight", "<f8", &[points], weights)?;
     }
     if let Some(known) = &batch.constraints().known {
-        array(&mut zip, "known", bool::default_dtype(), &[points], known.iter().copied())?;
+        array(&mut zip, "known", "|b1", &[points], known.iter().copied())?;
     }
     if batch.origin().names.is_some() {
         let longest = all().map(|i| batch.name(i).chars().count()).max().unwrap_or(0).max(1);
-        let text: TypeStr = format!("<U{longest}").parse().map_err(io::Error::other)?;
-        array(&mut zip, "names", DType::Plain(text), &[curves], all().map(|i| batch.name(i).into_owned()))?;
+        let names = all().map(|i| Padded(batch.name(i), longest));
+        array(&mut zip, "names", &format!("<U{longest}"), &[curves], names)?;
     }
     zip.finish()?.flush()
 }
 
-/// Writes one array.
-pub(super) fn array<T: Serialize, W: Write + Seek>(
+/// The archive's name of an array.
+fn file_name(key: &str) -> String {
+    format!("{key}.npy")
+}
+
+/// Writes one array of a type as NumPy names it.
+pub(super) fn array<E: Element, W: Write + Seek>(
     zip: &mut ZipWriter<W>,
     key: &str,
-    dtype: DType,
+    kind: &str,
     shape: &[u64],
-    values: impl Iterator<Item = T>,
+    elements: impl Iterator<Item = E>,
 ) -> io::Result<()> {
-    let bytes = shape.iter().product::<u64>().saturating_mul(dtype.num_bytes().unwrap_or(8) as u64);
-    let options = FileOptions::default()
+    // Names are the widest elements, and check_names bounds them.
+    let bytes = shape.iter().product::<u64>().saturating_mul(8);
+    let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
         .last_modified_time(DateTime::default())
         .large_file(bytes > u64::from(u32::MAX) - 4096);
-    zip.start_file(npyz::npz::file_name_from_array_name(key), options)?;
+    zip.start_file(file_name(key), options)?;
     let mut buffer = BufWriter::with_capacity(1 << 16, zip);
-    let mut npy = npyz::WriteOptions::new().dtype(dtype).shape(shape).writer(&mut buffer).begin_nd()?;
-    npy.extend(values)?;
-    npy.finish()?;
+    npy::write(&mut buffer, kind, shape, elements)?;
     buffer.flush()
 }

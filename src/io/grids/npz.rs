@@ -2,10 +2,10 @@
 
 use std::io::{self, BufWriter, Cursor, Seek, Write};
 
-use npyz::zip::ZipWriter;
-use npyz::{AutoSerialize, Order};
+use zip::ZipWriter;
 
-use super::super::npz::{Archive, Array, array, arrays, numbers, tuple};
+use super::super::npy::{Order, numbers};
+use super::super::npz::{Archive, Array, array, arrays, tuple};
 use super::super::source::Source;
 use crate::error::Result;
 use crate::grids::Grids;
@@ -120,10 +120,10 @@ pub(super) fn write_seekable<W: Write + Seek>(out: W, grids: &Grids) -> io::Resu
     };
     if grids.shapes().windows(2).all(|pair| pair[0] == pair[1]) && grids.total_points() > 0 {
         let shape: Vec<u64> = [grids.len() as u64].into_iter().chain(shape(0)).collect();
-        array(&mut zip, KEY, f64::default_dtype(), &shape, grids.values().iter().copied())?;
+        array(&mut zip, KEY, "<f8", &shape, grids.values().iter().copied())?;
     } else {
         for i in 0..grids.len() {
-            array(&mut zip, &format!("{KEY}_{i}"), f64::default_dtype(), &shape(i), grids.grid(i).iter().copied())?;
+            array(&mut zip, &format!("{KEY}_{i}"), "<f8", &shape(i), grids.grid(i).iter().copied())?;
         }
     }
     zip.finish()?.flush()

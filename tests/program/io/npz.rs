@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use faircurve::io::{self, ReadOptions};
+use zip::write::SimpleFileOptions;
 
 use super::errors::{complaint_with, without_folder};
 
@@ -28,9 +29,9 @@ pub fn npz(path: &Path, arrays: &[(&str, &str, &str, &[u8])]) {
 
 /// The same, with what the headers say of Fortran's order.
 pub fn npz_in_order(path: &Path, fortran: &str, arrays: &[(&str, &str, &str, &[u8])]) {
-    let mut zip = npyz::zip::ZipWriter::new(std::fs::File::create(path).unwrap());
+    let mut zip = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
     for (name, dtype, shape, bytes) in arrays {
-        zip.start_file(format!("{name}.npy"), Default::default()).unwrap();
+        zip.start_file(format!("{name}.npy"), SimpleFileOptions::default()).unwrap();
         let header = format!("{{'descr': '{dtype}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
         zip.write_all(b"\x93NUMPY\x01\x00").unwrap();
         zip.write_all(&(header.len() as u16).to_le_bytes()).unwrap();
