@@ -109,6 +109,7 @@ fn place(file: &str, line: Option<u64>) -> String {
 /// The most characters that a sentence quotes of what it was given.
 const QUOTED: usize = 80;
 /// The most entries that a sentence lists.
+#[cfg(feature = "formats")]
 const LISTED: usize = 8;
 
 /// Text that was given, for a sentence: no more than 80 characters of it.
@@ -123,6 +124,7 @@ pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
 }
 
 /// The same in quotation marks, with escapes, as Rust writes text: no more than 80 characters in all between the marks.
+#[cfg(feature = "formats")]
 pub(crate) fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     let mut count = 0;
@@ -143,6 +145,7 @@ pub(crate) fn quoted(text: &str) -> String {
 }
 
 /// Entries with commas between them: the first eight, and how many more there are.
+#[cfg(feature = "formats")]
 pub(crate) fn listed(entries: impl IntoIterator<Item = String>) -> String {
     let mut entries = entries.into_iter();
     let first: Vec<String> = entries.by_ref().take(LISTED).collect();
@@ -150,6 +153,14 @@ pub(crate) fn listed(entries: impl IntoIterator<Item = String>) -> String {
         0 => first.join(", "),
         more => format!("{} and {more} more", first.join(", ")),
     }
+}
+
+/// 12345 as "12,345".
+pub(crate) fn thousands(n: usize) -> String {
+    let digits = n.to_string();
+    let (head, tail) = digits.split_at((digits.len() + 2) % 3 + 1);
+    let groups = tail.as_bytes().chunks(3).map(|group| format!(",{}", String::from_utf8_lossy(group)));
+    head.chars().map(String::from).chain(groups).collect()
 }
 
 /// A number for a sentence: with an exponent where it would be long.
@@ -173,6 +184,13 @@ impl Error {
 mod tests {
     use super::*;
 
+    #[test]
+    fn large_numbers_have_commas() {
+        let of = [0, 12, 999, 1000, 12_345, 123_456, 1_234_567].map(thousands);
+        assert_eq!(of, ["0", "12", "999", "1,000", "12,345", "123,456", "1,234,567"]);
+    }
+
+    #[cfg(feature = "formats")]
     #[test]
     fn sentences_quote_no_more_than_80_characters_and_list_no_more_than_8_entries() {
         let long = "ä".repeat(5_000_000);

@@ -124,12 +124,14 @@ pub mod discrete;
 mod error;
 pub mod gpu;
 mod grids;
+#[cfg(feature = "formats")]
 pub mod io;
 pub mod laplacian;
 pub mod linalg;
 mod memory;
 mod motion;
 pub mod papers;
+#[cfg(feature = "picture")]
 pub mod picture;
 mod precision;
 mod report;

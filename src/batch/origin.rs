@@ -7,6 +7,7 @@ use super::Cut;
 
 /// Where a batch came from: what is needed to name a place in an error, and to write the same document back.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(not(feature = "formats"), expect(dead_code, reason = "what only files have"))]
 pub(crate) struct Origin {
     /// The file's name as the user gave it.
     pub file: Option<String>,

@@ -8,7 +8,7 @@ use super::smoother::{Smoother, Target};
 use crate::batch::{CurveBatch, Problem};
 use crate::curve::Sampling;
 use crate::device::Device;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, thousands};
 use crate::linalg::{take, tasks};
 use crate::report::{CurveReport, CurveSet, Fit};
 use crate::status::CurveStatus;
@@ -199,7 +199,7 @@ impl Smoothing {
                 format!("small for a deviation of {deviation}")
             }
         };
-        let count = indicatif::HumanCount(count as u64);
+        let count = thousands(count);
         vec![format!("{count} {curves} {small}: smoothed no further than to {} of {their} size", self.least_share())]
     }
 
