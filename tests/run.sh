@@ -119,6 +119,8 @@ fi
 
 section 'Format'
 cargo fmt --all --check
+# Files that a macro declares, which cargo fmt does not find.
+rustfmt --check --edition 2024 src/discrete/energy/*.rs
 
 section 'Lints'
 cargo clippy --locked --all-targets --quiet -- -D warnings

@@ -1,6 +1,6 @@
 // fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept: walks the vertices first … last − 1 of a
-// curve with a window of three edges in registers, and sums the terms whose first edge is one of first … last − 1; the
-// terms of up to three edges before are computed again for the derivatives. Twin: `Edges` in src/discrete/edges.rs.
+// curve with a window of $WIDTH edges in registers, and sums the terms whose first edge is one of first … last − 1; the
+// terms of up to $WIDTH edges before are computed again for the derivatives. Twin: `Edges` in src/discrete/edges.rs.
 //
 // After energy/mod.wgsl and edges/swept.wgsl, once for every sweep a kernel needs, with these definitions:
 //     SWEEP       the function's name
@@ -16,7 +16,7 @@
 fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
     var swept = Swept();
     var w = window_of(curve, weights);
-    // A vertex's gradient needs that by the edge before it, to which windows add that start up to two edges earlier.
+    // A vertex's gradient needs that by the edge before it, to which windows add that start earlier.
 //:if STORE
     let halo = $WIDTH;
 //:else
@@ -34,11 +34,11 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
         }
         w = shifted(w, edge);
     }
-    // By tangents and lengths of the window's edges, as far as windows have added to them; the third's are new.
-    var t0 = vector();
-    var t1 = vector();
-    var s0 = real(0);
-    var s1 = real(0);
+    // By tangents and lengths of the window's edges, as far as windows have added to them; the last's are new.
+//:unroll k 0..$WIDTH
+    var t$k = vector();
+    var s$k = real(0);
+//:end
     var previous = vector();
     for (var j = begin; j < i32(last); j++) {
         var edge = unit_edge();
@@ -56,10 +56,10 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
 //:if DERIVATIVES
         let p = window_gradient(w, weights, edges);
         let by_edge = edge_gradient(w.t0, w.r0, t0 + p.t0, s0 + p.s0);
-        t0 = t1 + p.t1;
-        s0 = s1 + p.s1;
-        t1 = p.t2;
-        s1 = p.s2;
+//:unroll k 0..$LAST
+        t$k = t$(k+1) + p.t$(k+1);
+        s$k = s$(k+1) + p.s$(k+1);
+//:end
         let value = vec2<real>(p.value, p.gauge);
 //:else
         let value = window_value(w, weights, edges);

@@ -37,7 +37,7 @@ struct VertexRange {
 @group(0) @binding(6) var<storage, read_write> sums: array<real>;
 // Gradients, or the direction whose slope is wanted.
 @group(0) @binding(7) var<storage, read_write> gradients: array<real>;
-// Four blocks of $DIM × $DIM numbers a vertex: with itself and its next three.
+// $BLOCKS blocks of $DIM × $DIM numbers a vertex: with itself and its next ones.
 @group(0) @binding(8) var<storage, read_write> hessians: array<real>;
 
 alias Curve = EvaluateCurve;
@@ -167,7 +167,7 @@ fn add_to_hessian(curve: Curve, range: VertexRange, v: i32, k: u32, block: matri
     if (v < i32(range.begin) || v >= i32(range.end)) {
         return;
     }
-    let at = ((curve.start + u32(v)) * 4u + k) * $DIMu * $DIMu;
+    let at = ((curve.start + u32(v)) * $BLOCKSu + k) * $DIMu * $DIMu;
 //:unroll a 0..$DIM
 //:unroll b 0..$DIM
     hessians[at + $au * $DIMu + $bu] += block[$b][$a];
@@ -188,8 +188,8 @@ fn hessian(
     let range = blocks[block];
     let curve = curves[range.curve];
     let weights = load_weights(curve);
-    for (var i = range.begin * 4u * $DIMu * $DIMu; i < range.end * 4u * $DIMu * $DIMu; i++) {
-        hessians[curve.start * 4u * $DIMu * $DIMu + i] = real(0);
+    for (var i = range.begin * $BLOCKSu * $DIMu * $DIMu; i < range.end * $BLOCKSu * $DIMu * $DIMu; i++) {
+        hessians[curve.start * $BLOCKSu * $DIMu * $DIMu + i] = real(0);
     }
 //:if ATTACHMENT
     for (var v = range.begin; v < range.end; v++) {
@@ -197,8 +197,8 @@ fn hessian(
         add_to_hessian(curve, range, i32(v), 0u, attachment_hessian(attached));
     }
 //:end
-    // Windows of three edges reach four vertices.
-    let begin = select(max(i32(range.begin) - 3, 0), i32(range.begin) - 3, curve.closed != 0u);
+    // Windows reach $VERTICES vertices.
+    let begin = select(max(i32(range.begin) - $WIDTH, 0), i32(range.begin) - $WIDTH, curve.closed != 0u);
     var w = window_of(curve, weights);
     for (var j = begin; j < begin + $WIDTH - 1; j++) {
         w = shifted(w, edge_or_unit(curve, j));
@@ -211,15 +211,10 @@ fn hessian(
         }
 //:end
         let by_vertex = vertex_blocks(w, weights, edges_from(curve, j));
-        add_to_hessian(curve, range, j + 0, 0u, by_vertex.v00);
-        add_to_hessian(curve, range, j + 0, 1u, by_vertex.v01);
-        add_to_hessian(curve, range, j + 0, 2u, by_vertex.v02);
-        add_to_hessian(curve, range, j + 0, 3u, by_vertex.v03);
-        add_to_hessian(curve, range, j + 1, 0u, by_vertex.v11);
-        add_to_hessian(curve, range, j + 1, 1u, by_vertex.v12);
-        add_to_hessian(curve, range, j + 1, 2u, by_vertex.v13);
-        add_to_hessian(curve, range, j + 2, 0u, by_vertex.v22);
-        add_to_hessian(curve, range, j + 2, 1u, by_vertex.v23);
-        add_to_hessian(curve, range, j + 3, 0u, by_vertex.v33);
+//:unroll a 0..$VERTICES
+//:unroll b $a..$VERTICES
+        add_to_hessian(curve, range, j + $a, $bu - $au, by_vertex.v$a$b);
+//:end
+//:end
     }
 }

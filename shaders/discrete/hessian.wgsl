@@ -1,18 +1,13 @@
-// The Hessian of the terms that start at one edge, by the four vertices of their window: the chain rule from tangents and
+// The Hessian of the terms that start at one edge, by the vertices of their window: the chain rule from tangents and
 // lengths to edges, and from edges to vertices. After energy/mod.wgsl. Twin: src/discrete/hessian.rs.
 
 // v01: by vertex 0 (rows) and vertex 1 of the window.
 struct VertexBlocks {
-    v00: matrix,
-    v01: matrix,
-    v02: matrix,
-    v03: matrix,
-    v11: matrix,
-    v12: matrix,
-    v13: matrix,
-    v22: matrix,
-    v23: matrix,
-    v33: matrix,
+//:unroll j 0..$VERTICES
+//:unroll k $j..$VERTICES
+    v$j$k: matrix,
+//:end
+//:end
 }
 
 // By two edges: (P/Δs) F_TT (P′/Δs′) + (P/Δs) F_TΔs′ T′ᵀ + T (F_T′Δs P′/Δs′)ᵀ + T F_ΔsΔs′ T′ᵀ with P = I − T Tᵀ; `mixed`
@@ -45,45 +40,24 @@ fn edge_curvature(t: vector, r: real, by_tangent: vector, by_length: real) -> ma
 fn vertex_blocks(w: Window, weights: Weights, edges: u32) -> VertexBlocks {
     let p = window_gradient(w, weights, edges);
     let h = window_hessian(w, weights, edges);
-    let e00 = edge_block(w.t0, w.r0, w.t0, w.r0, h.t00, h.m00, h.m00, h.s00)
-        + edge_curvature(w.t0, w.r0, p.t0, p.s0);
-//:if EDGES_2
-    let e01 = edge_block(w.t0, w.r0, w.t1, w.r1, h.t01, h.m01, h.m10, h.s01);
-//:else
-    let e01 = matrix();
+    var v = VertexBlocks();
+    // By the edges j and k: edge j is vertex j + 1 less vertex j.
+//:unroll j 0..$WIDTH
+    let e$j$j = edge_block(w.t$j, w.r$j, w.t$j, w.r$j, h.t$j$j, h.m$j$j, h.m$j$j, h.s$j$j)
+        + edge_curvature(w.t$j, w.r$j, p.t$j, p.s$j);
+    v.v$j$j += e$j$j;
+    v.v$j$(j+1) -= e$j$j;
+    v.v$(j+1)$(j+1) += e$j$j;
+//:unroll k $(j+1)..$WIDTH
+    let e$j$k = edge_block(w.t$j, w.r$j, w.t$k, w.r$k, h.t$j$k, h.m$j$k, h.m$k$j, h.s$j$k);
+    v.v$j$k += e$j$k;
+    v.v$j$(k+1) -= e$j$k;
+    v.v$(j+1)$k -= e$j$k;
+//:if $k == $(j+1)
+    v.v$k$k -= transpose(e$j$k);
 //:end
-//:if EDGES_3
-    let e02 = edge_block(w.t0, w.r0, w.t2, w.r2, h.t02, h.m02, h.m20, h.s02);
-//:else
-    let e02 = matrix();
+    v.v$(j+1)$(k+1) += e$j$k;
 //:end
-//:if EDGES_2
-    let e11 = edge_block(w.t1, w.r1, w.t1, w.r1, h.t11, h.m11, h.m11, h.s11)
-        + edge_curvature(w.t1, w.r1, p.t1, p.s1);
-//:else
-    let e11 = matrix();
 //:end
-//:if EDGES_3
-    let e12 = edge_block(w.t1, w.r1, w.t2, w.r2, h.t12, h.m12, h.m21, h.s12);
-//:else
-    let e12 = matrix();
-//:end
-//:if EDGES_3
-    let e22 = edge_block(w.t2, w.r2, w.t2, w.r2, h.t22, h.m22, h.m22, h.s22)
-        + edge_curvature(w.t2, w.r2, p.t2, p.s2);
-//:else
-    let e22 = matrix();
-//:end
-    return VertexBlocks(
-        e00,
-        e01 - e00,
-        e02 - e01,
-        real(-1) * e02,
-        e00 - e01 - transpose(e01) + e11,
-        e01 - e02 - e11 + e12,
-        e02 - e12,
-        e11 - e12 - transpose(e12) + e22,
-        e12 - e22,
-        e22,
-    );
+    return v;
 }

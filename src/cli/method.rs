@@ -5,9 +5,7 @@ mod chosen;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use faircurve::discrete::{
-    Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
-};
+use faircurve::discrete::{Direction, Energy, Fair, Pins, Segments, bending};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
 use faircurve::{Error, Result};
@@ -32,25 +30,19 @@ pub enum MethodName {
 #[derive(Clone, Debug)]
 struct EnergyWeights(Vec<(String, f64)>);
 
-/// The energy of weight 1 for the exponent of bending.
-type OfExponent = fn(f64) -> Energy;
-
-/// The energies by name.
-const ENERGIES: [(&str, OfExponent); 6] = [
-    ("bending", bending),
-    ("length", |_| length()),
-    ("tension", |_| tension()),
-    ("variation", |_| variation()),
-    ("torsion", |_| torsion()),
-    ("attachment", |_| attachment()),
-];
-
 impl FromStr for EnergyWeights {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        weights(text, &ENERGIES.map(|(name, _)| name)).map(EnergyWeights)
+        weights(text, Energy::NAMES).map(EnergyWeights)
     }
+}
+
+fn energy_help() -> String {
+    format!(
+        "What fair curves minimise, weights in units of the input: {} (to points then no longer fixed) [default: bending=1]",
+        Energy::NAMES.join(", ")
+    )
 }
 
 /// Reads weights of some of the energies named, such as bending=1,length=0.1.
@@ -77,11 +69,12 @@ pub fn weights(text: &str, energies: &[&str]) -> Result<Vec<(String, f64)>, Stri
 
 impl EnergyWeights {
     fn energy(&self, exponent: f64) -> Energy {
-        let weighted = self.0.iter().filter(|(_, weight)| *weight > 0.0).map(|(name, weight)| {
-            let (_, energy) = ENERGIES.iter().find(|(known, _)| known == name).expect("names were checked on reading");
-            *weight * energy(exponent)
-        });
-        weighted.fold(Energy::default(), |sum, energy| sum + energy)
+        let weighted = self
+            .0
+            .iter()
+            .filter(|(_, weight)| *weight > 0.0)
+            .map(|(name, weight)| *weight * Energy::named(name).expect("names were checked on reading"));
+        weighted.fold(Energy::default(), |sum, energy| sum + energy).with_exponent(exponent)
     }
 
     fn has(&self, name: &str) -> bool {
@@ -133,9 +126,7 @@ pub struct MethodArgs {
     /// Keep the corners of fair curves: points where the input turns by more than this, such as 60deg (or 60)
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
     corners: Option<Degrees>,
-    /// What fair curves minimise, weights in units of the input: bending, length, tension, variation, torsion, attachment
-    /// (to points then no longer fixed) [default: bending=1]
-    #[arg(long, value_name = "NAME=WEIGHT,...")]
+    #[arg(long, value_name = "NAME=WEIGHT,...", help = energy_help())]
     energy: Option<EnergyWeights>,
     /// Exponent ν of fair curves' bending (from 1) and of smooth connection functions (above 1), ∫|κ|^ν ds [default: 2]
     #[arg(long, value_name = "ν", allow_negative_numbers = true)]
@@ -366,8 +357,7 @@ mod tests {
 
     #[test]
     fn every_word_for_an_energy_means_that_energy() {
-        for (name, energy) in ENERGIES {
-            assert_eq!(energy(2.0).to_string(), name);
+        for name in Energy::NAMES {
             let weights: EnergyWeights = format!("{name}=2").parse().unwrap();
             assert_eq!(weights.energy(2.0).to_string(), format!("2 {name}"));
         }

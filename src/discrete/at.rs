@@ -1,7 +1,7 @@
 //! [`At`]: an energy at given curves, with everything that it may depend on, and what devices find there.
 
 use super::edges::Edges;
-use super::energy::{Energy, Functional, TORSION_CURVATURE};
+use super::energy::{Energy, TORSION_CURVATURE};
 use super::hessian::{BlockHessian, COUPLED};
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{Vector, dot, scale};
@@ -171,13 +171,7 @@ impl At<'_> {
         let zero = vec![[0.0; D]; edges.rows()];
         edges.place(&zero);
         let gauge = self.gauge.map(|gauge| gauge.weights[i]);
-        let attached: f64 = self
-            .energy
-            .terms()
-            .iter()
-            .filter(|(_, functional)| matches!(functional, Functional::Attachment))
-            .map(|(weight, _)| weight)
-            .sum();
+        let attached = self.energy.attachment_weight();
         let attachment = |v: usize| -> (Vector<f64, D>, f64) {
             self.attachments.map_or(([0.0; D], 0.0), |attachments| {
                 (

@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable};
 use packing::Layout;
 
 use super::compose::Composition;
-use super::energy::{Energy, Functional, attachment, bending, length, tension};
+use super::energy::{Energy, attachment, bending, length, tension};
 use super::lane::Standing;
 use super::plan::{Direction, Plan, Step};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
@@ -110,7 +110,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     let mut keys = Vec::new();
     for (energy, order) in forms {
         for dimension in [2, 3] {
-            let composition = Composition::of(&energy, order == 2, dimension, precision).expect("one of each");
+            let composition = Composition::of(&energy, order == 2, dimension, precision).expect("built in");
             keys.push(descent_kernel(&composition, order, false, precision));
             if order == 2 {
                 keys.push(descent_kernel(&composition, order, true, precision));
@@ -160,10 +160,10 @@ impl<const D: usize> Run<'_, D> {
         order.sort_by_key(|&i| (problems[i].vertices(), problems[i].closed, problems[i].pinned.len(), i));
         let mut outcomes: Vec<Outcome<D>> = problems.iter().map(unfinished).collect();
         if !order.is_empty() {
-            let (energy, composition) = self.composition(&order)?;
+            let composition = self.composition(&order)?;
             let is_newton =
                 self.plan.direction == Direction::Newton && self.plan.order == 2 && composition.edges() == 2;
-            let job = Job { run: self, entries: composition.entries_of(&energy), is_newton, composition };
+            let job = Job { run: self, is_newton, composition };
             match job.descend(&order, &mut outcomes, progress, ended) {
                 Err(Interrupted { error: Error::DeviceLost(_) | Error::Timeout { .. }, finished }) if finished > 0 => {}
                 done => done?,
@@ -184,14 +184,13 @@ impl<const D: usize> Run<'_, D> {
     }
 
     /// The energy as the kernel has it: attached to points wherever a curve is.
-    fn composition(&self, curves: &[usize]) -> Result<(Energy, Composition)> {
+    fn composition(&self, curves: &[usize]) -> Result<Composition> {
         let mut energy = self.energy.clone();
-        let names = energy.terms().iter().any(|(_, functional)| matches!(functional, Functional::Attachment));
+        let names = energy.is_attached();
         if !names && curves.iter().any(|&i| !self.problems[i].attached.is_empty()) {
             energy = energy + attachment();
         }
-        let composition = Composition::of(&energy, self.plan.gauge > 0, D, self.precision).map_err(Error::Argument)?;
-        Ok((energy, composition))
+        Composition::of(&energy, self.plan.gauge > 0, D, self.precision).map_err(Error::Argument)
     }
 }
 
@@ -220,8 +219,6 @@ struct Job<'a, const D: usize> {
     composition: Composition,
     /// Whether directions are Newton's: not where a term of negative weight couples more vertices than the inner product does.
     is_newton: bool,
-    /// Of each term of the energy, where its weight stands.
-    entries: Vec<usize>,
 }
 
 /// A chunk on the device.

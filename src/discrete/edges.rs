@@ -8,20 +8,11 @@
 // Loops over coordinates and lanes by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]
 
-use super::energy::bending::Bending;
-use super::energy::custom::Adapter;
 use super::energy::gauge::{Gauge, SmoothGauge};
-use super::energy::length::Length;
-use super::energy::tension::Tension;
-use super::energy::torsion::Torsion;
-use super::energy::variation::Variation;
-use super::energy::{Custom, Functional, Partials, TORSION_CURVATURE, Term, Window};
+use super::energy::{Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
 use super::line_search::MOST_OF_AN_EDGE;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
-
-/// A term sees so many edges at most; closed curves repeat all but one of them at their end.
-const MOST_EDGES: usize = 3;
 
 /// The edges of one curve, or of one curve a lane. Lanes with fewer edges than others end in unit edges that count for nothing.
 #[derive(Clone, Debug)]
@@ -51,7 +42,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     pub fn new(closed: bool, bases: &[&[Vector<f64, D>]], data: &[&[bool]]) -> Self {
         let counts: Vec<usize> = bases.iter().map(|base| base.len()).collect();
         let most = counts.iter().copied().max().unwrap_or(0);
-        // Closed curves repeat their first edges; open ones have a row to spare, so that short ones need no case of their own.
+        // Closed curves repeat their first edges, all but one of what a term sees; open ones have a row to spare, so that short ones need no case of their own.
         let rows = most + MOST_EDGES - 1;
         let mut unit = [S::ZERO; D];
         unit[0] = S::ONE;
@@ -209,41 +200,12 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     /// Adds weight · functional to the value returned and to the partial derivatives.
     #[inline(always)]
     pub fn add(&mut self, weight: S, functional: &Functional) -> S {
-        match functional {
-            Functional::Length => self.sweep(weight, &Length),
-            Functional::Tension => self.sweep(weight, &Tension),
-            Functional::Bending { exponent } => self.sweep(weight, &Bending { exponent: *exponent }),
-            Functional::Variation => self.sweep_apart(weight, &Variation),
-            Functional::Torsion => self.sweep_apart(weight, &Torsion),
-            Functional::Custom(custom) => self.sweep_custom(weight, custom.as_ref()),
-            Functional::Attachment => S::ZERO,
-        }
+        functional.visit(Adding { edges: self, weight }).unwrap_or(S::ZERO)
     }
 
     /// The functional alone, without its derivatives.
     pub fn value(&self, functional: &Functional) -> S {
-        match functional {
-            Functional::Length => self.sum(&Length),
-            Functional::Tension => self.sum(&Tension),
-            Functional::Bending { exponent } => self.sum(&Bending { exponent: *exponent }),
-            Functional::Variation => self.sum(&Variation),
-            Functional::Torsion => self.sum(&Torsion),
-            Functional::Custom(custom) => match custom.edges() {
-                1 => self.sum(&Adapter::<1>(custom.as_ref())),
-                2 => self.sum(&Adapter::<2>(custom.as_ref())),
-                _ => self.sum(&Adapter::<3>(custom.as_ref())),
-            },
-            Functional::Attachment => S::ZERO,
-        }
-    }
-
-    #[inline(never)]
-    fn sum<T: Term<W>, const W: usize>(&self, term: &T) -> S {
-        let mut value = S::ZERO;
-        for j in 0..self.windows::<W>() {
-            value += self.starts::<W>(j) * term.value(&self.window::<W>(j));
-        }
-        value
+        functional.visit(Summing { edges: self }).unwrap_or(S::ZERO)
     }
 
     /// Adds weight · the gauge of an order: of first differences of lengths up to order 2, of second ones for 3.
@@ -317,20 +279,10 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         weight * partials.value
     }
 
-    /// Not inlined into what is vectorised: energies over three edges take the compiler long.
+    /// See [`Term::APART`].
     #[inline(never)]
     fn sweep_apart<T: Term<W>, const W: usize>(&mut self, weight: S, term: &T) -> S {
         self.sweep(weight, term)
-    }
-
-    /// A user's energy, lane by lane in f64.
-    #[inline(never)]
-    fn sweep_custom(&mut self, weight: S, custom: &dyn Custom) -> S {
-        match custom.edges() {
-            1 => self.sweep(weight, &Adapter::<1>(custom)),
-            2 => self.sweep(weight, &Adapter::<2>(custom)),
-            _ => self.sweep(weight, &Adapter::<3>(custom)),
-        }
     }
 
     /// The gradient at every vertex, where `movable` is 1; 0 where it is 0.
@@ -339,7 +291,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         let mut last = [S::ZERO; D];
         if self.closed {
             for (lane, &count) in self.counts.iter().enumerate() {
-                for k in 0..MOST_EDGES - 1 {
+                // From the last on: those of a triangle may stand there several times.
+                for k in (0..MOST_EDGES - 1).rev() {
                     let sum = self.by_length[k].lane(lane) + self.by_length[count + k].lane(lane);
                     self.by_length[k].set_lane(lane, sum);
                     for c in 0..D {
@@ -367,5 +320,38 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         let (t, by_tangent) = (self.tangent[j], self.by_tangent[j]);
         let across = subtract(by_tangent, scale(dot(t, by_tangent), t));
         add(scale(self.inverse[j], across), scale(self.by_length[j], t))
+    }
+}
+
+/// [`Edges::add`] of a functional's term.
+struct Adding<'a, S, const D: usize> {
+    edges: &'a mut Edges<S, D>,
+    weight: S,
+}
+
+impl<S: Scalar, const D: usize> Visitor for Adding<'_, S, D> {
+    type Output = S;
+
+    #[inline(always)]
+    fn visit<T: Term<W>, const W: usize>(self, term: &T) -> S {
+        if T::APART { self.edges.sweep_apart(self.weight, term) } else { self.edges.sweep(self.weight, term) }
+    }
+}
+
+/// [`Edges::value`] of a functional's term.
+struct Summing<'a, S, const D: usize> {
+    edges: &'a Edges<S, D>,
+}
+
+impl<S: Scalar, const D: usize> Visitor for Summing<'_, S, D> {
+    type Output = S;
+
+    #[inline(never)]
+    fn visit<T: Term<W>, const W: usize>(self, term: &T) -> S {
+        let mut value = S::ZERO;
+        for j in 0..self.edges.windows::<W>() {
+            value += self.edges.starts::<W>(j) * term.value(&self.edges.window::<W>(j));
+        }
+        value
     }
 }

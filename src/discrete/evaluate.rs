@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::edges::Edges;
-use super::energy::{Energy, Functional, TORSION_CURVATURE};
+use super::energy::{Energy, TORSION_CURVATURE};
 use super::hessian::BlockHessian;
 use crate::batch::{CurveBatch, Problem};
 use crate::error::{Error, Result};
@@ -94,10 +94,6 @@ impl Energy {
         let mut evaluations: Vec<Option<Evaluation>> = vec![None; batch.len()];
         found.into_iter().for_each(|(i, evaluation)| evaluations[i] = Some(evaluation));
         Ok(evaluations.into_iter().map(|evaluation| evaluation.expect("every curve is in one group")).collect())
-    }
-
-    fn is_attached(&self) -> bool {
-        self.terms().iter().any(|(_, functional)| matches!(functional, Functional::Attachment))
     }
 }
 
@@ -193,23 +189,20 @@ impl Evaluating<'_> {
             blocks.assemble_apart(&edges, terms.map(|(weight, functional)| (S::of(*weight), functional)), None);
         }
         edges.gradient(&vec![S::ONE; edges.rows()], &mut gradients);
-        let attachments =
-            || self.energy.terms().iter().filter(|(_, functional)| matches!(functional, Functional::Attachment));
+        let weight = self.energy.attachment_weight();
         let finish = |(l, curve): (usize, &Ready<D>)| {
             let mut value = values.lane(l);
             let mut gradient = Vec::with_capacity(D * count);
             gradients[..count].iter().for_each(|g| gradient.extend(g.map(|x| x.lane(l))));
-            for (weight, _) in attachments() {
-                for &(vertex, target, w) in &curve.attached {
-                    let w = weight * w;
-                    for c in 0..D {
-                        let away = curve.points[vertex][c] - target[c];
-                        value += 0.5 * w * away * away;
-                        gradient[D * vertex + c] += w * away;
-                    }
-                    if let Some(blocks) = &mut blocks {
-                        blocks.add_diagonal(vertex, S::of(w));
-                    }
+            for &(vertex, target, w) in &curve.attached {
+                let w = weight * w;
+                for c in 0..D {
+                    let away = curve.points[vertex][c] - target[c];
+                    value += 0.5 * w * away * away;
+                    gradient[D * vertex + c] += w * away;
+                }
+                if let Some(blocks) = &mut blocks {
+                    blocks.add_diagonal(vertex, S::of(w));
                 }
             }
             let hessian = blocks.as_ref().filter(|_| count > 0).map_or(vec![], |blocks| blocks.dense(l));

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::at::{At, Found, Want};
 use super::compose::{Composition, DeviceWeights};
-use super::energy::{attachment, bending, length, tension, torsion, variation};
+use super::energy::{Energy, bending, tension};
 use super::hessian::COUPLED;
 use crate::error::{Error, Result};
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
@@ -58,19 +58,23 @@ pub(crate) fn evaluate_kernel(composition: &Composition, entry: &'static str, pr
 
 /// Every form the kernels take, as far as one can tell: each energy by itself, some exponents, all together, and one of a user's own.
 pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
-    let alone = [length(), tension(), bending(2.0), bending(2.5), bending(2.7), variation(), torsion(), attachment()];
-    let all = || length() + tension() + bending(3.0) + variation() + torsion() + attachment();
-    let forms = alone.into_iter().map(|energy| (energy, false)).chain([(all(), true), (tension(), true)]);
+    let named = || Energy::NAMES.iter().filter_map(|name| Energy::named(name));
+    let all = named().fold(bending(3.0), |sum, energy| sum + energy);
+    let alone = named().chain([bending(2.5), bending(2.7)]).map(|energy| (energy, false));
+    let forms = alone.chain([(all, true), (tension(), true)]);
     let mut keys = Vec::new();
     for (energy, with_gauge) in forms {
         for dimension in [2, 3] {
-            let composition = Composition::of(&energy, with_gauge, dimension, precision).expect("one of each");
+            let composition = Composition::of(&energy, with_gauge, dimension, precision).expect("built in");
             keys.extend(["value", "slope", "gradient", "hessian"].map(|e| evaluate_kernel(&composition, e, precision)));
         }
     }
-    let mut composition = Composition::of(&length(), false, 2, precision).expect("one of each");
-    let custom = [("CUSTOM", "0"), ("CUSTOM_NAME", "own"), ("CUSTOM_EDGES", "1"), ("CUSTOM_WGSL", OWN)];
-    composition.definitions.extend(custom.map(|(name, value)| (name.to_string(), value.to_string())));
+    // A user's, and the one that the list has for tests alone.
+    let mut composition = Composition::of(&bending(2.0), false, 2, precision).expect("built in");
+    for (k, name, from, text) in [(1, "own", "WGSL", OWN), (2, "toy", "FILE", "discrete/energy/toy.wgsl")] {
+        let own = [("NAME", name), ("EDGES", "2"), ("WEIGHT", "0"), (from, text)];
+        composition.definitions.extend(own.map(|(name, value)| (format!("TERM.{k}.{name}"), value.to_string())));
+    }
     keys.extend(["gradient", "hessian"].map(|entry| evaluate_kernel(&composition, entry, precision)));
     keys
 }
@@ -90,12 +94,6 @@ pub fn evaluate(gpu: &Gpu, precision: Precision, at: At<'_>, want: Want<'_>) -> 
     let d = at.batch.dimension();
     let composition = Composition::of(at.energy, at.gauge.is_some(), d, precision).map_err(Error::Argument)?;
     let mut found = Found::new(&at, want);
-    if composition.width() == 0 {
-        for numbers in [&mut found.energies, &mut found.gauges, &mut found.slopes] {
-            numbers.fill(0.0);
-        }
-        return Ok(found);
-    }
     let job = Job { gpu, precision, at, want, composition };
     let real = if precision == Precision::F64 { 8 } else { 4 };
     let result = if let Want::Hessian = want { (COUPLED + 1) * d * d } else { d };
@@ -291,7 +289,38 @@ impl<'a> Job<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::CurveBatch;
     use crate::gpu::reflect::assert_layout;
+    use crate::gpu::testing::{gpu, precisions};
+
+    #[test]
+    fn every_energy_of_the_list_is_on_the_device_what_it_is_on_the_cpu() {
+        let Some(gpu) = gpu() else { return };
+        let wave = |v: usize| (0.9 * v as f64, (1.7 * v as f64).sin(), 0.6 * (1.1 * v as f64).cos());
+        let coords: Vec<f64> = (0..9).flat_map(|v| <[f64; 3]>::from(wave(v))).collect();
+        let batch = CurveBatch::from_ragged(3, [coords.clone(), coords].concat(), vec![0, 9, 18]).unwrap();
+        let batch = batch.closed_each(vec![false, true]).unwrap();
+        for name in Energy::NAMES {
+            let energy = Energy::named(name).unwrap();
+            let at = At { energy: &energy, batch: &batch, gauge: None, attachments: None };
+            for want in [Want::Value, Want::Gradient, Want::Hessian] {
+                let all = |found: Found| [found.energies, found.gradients, found.hessians].concat();
+                let wanted = all(at.on_cpu(want));
+                let unit = wanted.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+                assert!(unit > 0.0 || *name == "attachment", "{name}, {want:?}");
+                for precision in precisions(&gpu) {
+                    let found = all(evaluate(&gpu, precision, at, want).unwrap());
+                    let epsilon = if precision == Precision::F64 { f64::EPSILON } else { f64::from(f32::EPSILON) };
+                    // Differences of tangents and of curvatures over edges of about 1: tens of roundings of the largest.
+                    let is_near = |(x, y): (&f64, &f64)| (x - y).abs() <= 256.0 * epsilon * unit;
+                    assert!(
+                        found.iter().zip(&wanted).all(is_near),
+                        "{name}, {precision:?}, {want:?}: {found:?} {wanted:?}"
+                    );
+                }
+            }
+        }
+    }
 
     #[test]
     fn structs_are_laid_out_as_the_kernel_has_them() {

@@ -6,29 +6,23 @@
 use std::ops::Range;
 
 use super::edges::Edges;
-use super::energy::bending::Bending;
-use super::energy::custom::Adapter;
 use super::energy::gauge::{Gauge, SmoothGauge};
-use super::energy::length::Length;
-use super::energy::tension::Tension;
-use super::energy::torsion::Torsion;
-use super::energy::variation::Variation;
-use super::energy::{Functional, Partials, SecondPartials, Term};
+use super::energy::{Functional, MOST_EDGES, Partials, SecondPartials, Term, Visitor};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, dot, scale};
 
 /// A D × D matrix, row after row.
 pub(crate) type Block<S, const D: usize> = [Vector<S, D>; D];
 
-/// A vertex is coupled with so many of its successors at most: a term sees three edges, and these four vertices.
-pub(crate) const COUPLED: usize = 3;
+/// A vertex is coupled with so many of its successors at most: a term sees so many edges, and one vertex more.
+pub(crate) const COUPLED: usize = MOST_EDGES;
 
 /// Edges that are worked on together: what windows add up there stays in the nearest cache, however long the curve.
 const TILE: usize = 64;
 
 /// The Hessian of one curve, or of one curve a lane, by its upper half: H = Σ over v and k of block (v, k) in rows of
 /// vertex v and columns of vertex v + k, modulo the number of vertices for closed curves, and for k > 0 its
-/// transpose in the transposed place. On closed curves of fewer than seven vertices several blocks share a place, or stand on
+/// transpose in the transposed place. On closed curves of few vertices several blocks share a place, or stand on
 /// the diagonal for k > 0: they add up.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockHessian<S, const D: usize> {
@@ -55,7 +49,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Blocks of every vertex with itself and its next three; rows beyond a lane's vertices hold 0.
+    /// Blocks of every vertex with itself and its next [`COUPLED`]; rows beyond a lane's vertices hold 0.
     pub fn blocks(&self) -> &[[Block<S, D>; COUPLED + 1]] {
         &self.blocks
     }
@@ -98,27 +92,14 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         terms: impl Iterator<Item = (S, &'a Functional)>,
     ) {
         for (weight, functional) in terms {
-            let tile = tile.clone();
-            match functional {
-                Functional::Length => self.sweep(edges, tile, weight, &Length),
-                Functional::Tension => self.sweep(edges, tile, weight, &Tension),
-                Functional::Bending { exponent } => self.sweep(edges, tile, weight, &Bending { exponent: *exponent }),
-                Functional::Variation => self.sweep_apart(edges, tile, weight, &Variation),
-                Functional::Torsion => self.sweep_apart(edges, tile, weight, &Torsion),
-                Functional::Custom(custom) => match custom.edges() {
-                    1 => self.sweep_apart(edges, tile, weight, &Adapter::<1>(custom.as_ref())),
-                    2 => self.sweep_apart(edges, tile, weight, &Adapter::<2>(custom.as_ref())),
-                    _ => self.sweep_apart(edges, tile, weight, &Adapter::<3>(custom.as_ref())),
-                },
-                Functional::Attachment => (),
-            }
+            functional.visit(Assembling { hessian: self, edges, tile: tile.clone(), weight });
         }
     }
 
     #[inline(always)]
     fn add_gauge(&mut self, edges: &Edges<S, D>, tile: Range<usize>, gauge: Option<(usize, S)>) {
         match gauge {
-            Some((3, weight)) => {
+            Some((3.., weight)) => {
                 self.sweep_apart(edges, tile.clone(), weight, &SmoothGauge);
                 self.add_gauge_at_ends(edges, tile, weight);
             }
@@ -159,7 +140,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Not inlined into what is vectorised: the derivatives of energies over three edges would take minutes to compile.
+    /// See [`Term::APART`].
     #[inline(never)]
     fn sweep_apart<T: Term<W>, const W: usize>(
         &mut self,
@@ -203,19 +184,18 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         let fresh = if edges.start == 0 { 0 } else { edges.start + 1 };
         self.blocks[fresh..=edges.end].fill([[[S::ZERO; D]; D]; COUPLED + 1]);
         for j in edges.clone() {
-            let [same, next, second] = self.at_edges[at + j - edges.start];
-            add_scaled(&mut self.blocks[j][0], plus, &same);
-            add_scaled(&mut self.blocks[j][1], minus, &same);
-            add_scaled(&mut self.blocks[j + 1][0], plus, &same);
-            add_scaled(&mut self.blocks[j][1], plus, &next);
-            add_scaled(&mut self.blocks[j][2], minus, &next);
-            add_scaled(&mut self.blocks[j + 1][0], minus, &next);
-            add_scaled(&mut self.blocks[j + 1][0], minus, &transpose(&next));
-            add_scaled(&mut self.blocks[j + 1][1], plus, &next);
-            add_scaled(&mut self.blocks[j][2], plus, &second);
-            add_scaled(&mut self.blocks[j][3], minus, &second);
-            add_scaled(&mut self.blocks[j + 1][1], minus, &second);
-            add_scaled(&mut self.blocks[j + 1][2], plus, &second);
+            for k in 0..COUPLED {
+                let block = self.at_edges[at + j - edges.start][k];
+                add_scaled(&mut self.blocks[j][k], plus, &block);
+                add_scaled(&mut self.blocks[j][k + 1], minus, &block);
+                if k > 0 {
+                    add_scaled(&mut self.blocks[j + 1][k - 1], minus, &block);
+                }
+                if k == 1 {
+                    add_scaled(&mut self.blocks[j + 1][0], minus, &transpose(&block));
+                }
+                add_scaled(&mut self.blocks[j + 1][k], plus, &block);
+            }
         }
     }
 
@@ -224,7 +204,8 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     fn close(&mut self) {
         if self.closed {
             for (lane, &count) in self.vertices.iter().enumerate() {
-                for v in 0..COUPLED {
+                // From the last on: those of a triangle may stand there several times.
+                for v in (0..COUPLED).rev() {
                     for (k, a, b) in indices::<D>() {
                         let over = self.blocks[count + v][k][a][b].lane(lane);
                         let sum = self.blocks[v][k][a][b].lane(lane) + over;
@@ -277,6 +258,28 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
             }
         }
         dense
+    }
+}
+
+/// [`BlockHessian::add_terms`] of one functional's term.
+struct Assembling<'a, S, const D: usize> {
+    hessian: &'a mut BlockHessian<S, D>,
+    edges: &'a Edges<S, D>,
+    tile: Range<usize>,
+    weight: S,
+}
+
+impl<S: Scalar, const D: usize> Visitor for Assembling<'_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn visit<T: Term<W>, const W: usize>(self, term: &T) {
+        let Assembling { hessian, edges, tile, weight } = self;
+        if T::APART {
+            hessian.sweep_apart(edges, tile, weight, term);
+        } else {
+            hessian.sweep(edges, tile, weight, term);
+        }
     }
 }
 

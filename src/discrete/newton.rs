@@ -8,7 +8,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::edges::Edges;
-use super::energy::Functional;
+use super::energy::{Functional, MOST_EDGES};
 use super::hessian::{Block, BlockHessian, COUPLED};
 use super::metric::Weights;
 use crate::linalg::Scalar;
@@ -31,19 +31,24 @@ pub(crate) struct Newton<S, const D: usize> {
 enum Matrix<S> {
     SecondPlanar(Box<Banded<S, 5>>),
     SecondSpatial(Box<Banded<S, 8>>),
-    ThirdPlanar(Box<Banded<S, 7>>),
-    ThirdSpatial(Box<Banded<S, 11>>),
+    WidestPlanar(Box<Banded<S, { widest(2) }>>),
+    WidestSpatial(Box<Banded<S, { widest(3) }>>),
 }
 
-/// What a matrix of any width does; those of another dimension are known to be none when it is compiled, and those of order 3 would take
+/// The half-bandwidth of the highest order, in a dimension.
+const fn widest(dimension: usize) -> usize {
+    (MOST_EDGES + 1) * dimension - 1
+}
+
+/// What a matrix of any width does; those of another dimension are known to be none when it is compiled, and those of higher orders would take
 /// the compiler minutes within what is vectorised.
 macro_rules! each {
     ($matrix:expr, $banded:ident => $body:expr, $apart:expr) => {
         match $matrix {
             Matrix::SecondPlanar($banded) if D == 2 => $body,
             Matrix::SecondSpatial($banded) if D == 3 => $body,
-            Matrix::ThirdPlanar($banded) => $apart,
-            Matrix::ThirdSpatial($banded) => $apart,
+            Matrix::WidestPlanar($banded) => $apart,
+            Matrix::WidestSpatial($banded) => $apart,
             _ => unreachable!("a matrix of D coordinates a vertex"),
         }
     };
@@ -63,8 +68,8 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
             matrix: match (order, D) {
                 (..3, 2) => Matrix::SecondPlanar(Box::new(Banded::new(closed, &counts))),
                 (..3, _) => Matrix::SecondSpatial(Box::new(Banded::new(closed, &counts))),
-                (_, 2) => Matrix::ThirdPlanar(Box::new(Banded::new(closed, &counts))),
-                _ => Matrix::ThirdSpatial(Box::new(Banded::new(closed, &counts))),
+                (_, 2) => Matrix::WidestPlanar(Box::new(Banded::new(closed, &counts))),
+                _ => Matrix::WidestSpatial(Box::new(Banded::new(closed, &counts))),
             },
             movable: movable[..rows].iter().flat_map(|&movable| [movable; D]).collect(),
             unknowns: vec![[S::ZERO]; rows * D],
@@ -184,7 +189,7 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
     #[inline(always)]
     fn factor<const B: usize>(&self, matrix: &mut Banded<S, B>) -> S {
         matrix.clear();
-        // B = (order + 1)·D − 1. Of closed lanes H has been brought to the rows that exist; L goes on beyond them.
+        // B = (order + 1)·D − 1, or more. Of closed lanes H has been brought to the rows that exist; L goes on beyond them.
         let reach = (B + 1) / D;
         for (v, (blocks, damping)) in self.blocks.iter().zip(self.damping).enumerate() {
             for k in 0..reach {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::constrain::Constraints;
 use super::descent::Descent;
 use super::edges::Edges;
-use super::energy::{Energy, Functional};
+use super::energy::{Energy, Functional, MOST_EDGES};
 use super::lane::Standing;
 use super::metric::{Pins, Weights};
 use super::plan::{Direction, Plan};
@@ -109,7 +109,8 @@ impl<const D: usize> Problem<D> {
         let boundary = |problem: &Self| problem.pinned.get(pins).copied().unwrap_or(problem.base.len() as u32);
         self.closed == other.closed
             && 2 * short.base.len() >= long.base.len()
-            && (!self.closed || order_of(3, true, short.base.len()) == order_of(3, true, long.base.len()))
+            && (!self.closed
+                || order_of(MOST_EDGES, true, short.base.len()) == order_of(MOST_EDGES, true, long.base.len()))
             && self.attached.is_empty()
             && other.attached.is_empty()
             && self.constraints.is_none()
@@ -120,9 +121,9 @@ impl<const D: usize> Problem<D> {
     }
 }
 
-/// The order of the inner product; closed curves of fewer than four vertices cannot hold the third.
+/// The order of the inner product; closed curves hold orders from the third on only with more vertices than that.
 pub(super) fn order_of(order: usize, closed: bool, vertices: usize) -> usize {
-    if closed && vertices < 4 { order.min(2) } else { order }
+    if closed { order.min(vertices.max(3) - 1) } else { order }
 }
 
 /// What is told of every curve that has ended, by its number.

@@ -195,9 +195,10 @@ fn ready<const D: usize>(
         1 if attached > 0.0 => GAUGE * highest / h,
         0 | 1 => 0.0,
         2 => GAUGE * highest * h.powi(-3),
-        _ => GAUGE * highest * h.powi(-5),
+        3 => GAUGE * highest * h.powi(-5),
+        order => GAUGE * highest * h.powi(1 - 2 * order as i32),
     };
-    let free = free(&base, &data, closed, if order > 2 { 2.5 } else { 1.5 });
+    let free = free(&base, &data, closed, order.max(2) as f64 - 0.5);
     let longest = if fair.energy.bounds_length() { f64::INFINITY } else { LONGEST * chords / size };
     let problem = Problem {
         constraints: Kept::new(&constraints),
@@ -312,41 +313,25 @@ fn equal_fractions(curve: &dyn Curve, span: usize, n: usize) -> Vec<f64> {
 ///
 /// |κ|^ν weighs as much as κ² where |κ| is the curvature given: so tolerances mean the same for every exponent.
 fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, f64) {
-    let at_size_1 = |(weight, functional): &(f64, Functional)| weight * size.powf(functional.degree());
+    let at_size_1 = |(weight, functional): &(f64, Functional)| weight * size.powf(functional.facts().degree());
     let order = energy.order();
     let leading = energy.terms().iter().filter(|(weight, functional)| *weight > 0.0 && functional.order() == order);
-    let unit: f64 = leading.map(|term| at_size_1(term) * power(&term.1, curvature)).sum();
+    let unit: f64 = leading.map(|term| at_size_1(term) * curvature.powf(term.1.facts().stiffening())).sum();
     (energy.terms().iter().map(|term| at_size_1(term) / unit).collect(), unit)
 }
 
 /// The second derivative of the energy of highest order at a straight curve, per unit of the highest derivative squared; of
-/// bending with ν ≠ 2 at the curvature given.
+/// energies that stiffen at the curvature given.
 fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vector<f64, D>], curvature: f64) -> f64 {
     let order = energy.order();
     let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
-    let mut highest = 0.0;
-    for (weight, (_, functional)) in weights.iter().zip(energy.terms()) {
-        highest += weight
-            * match functional {
-                _ if functional.order() != order => 0.0,
-                Functional::Tension => length,
-                Functional::Length => 1.0,
-                Functional::Bending { exponent } => {
-                    (exponent * (exponent - 1.0)).max(1.0) * power(functional, curvature)
-                }
-                _ if order == 1 => 1.0,
-                _ => 2.0,
-            };
-    }
-    highest
-}
-
-/// |κ|^(ν − 2) of bending, else 1.
-fn power(functional: &Functional, curvature: f64) -> f64 {
-    match functional {
-        Functional::Bending { exponent } => curvature.powf(exponent - 2.0),
-        _ => 1.0,
-    }
+    let leading = weights.iter().zip(energy.terms()).filter(|(_, (_, functional))| functional.order() == order);
+    leading
+        .map(|(weight, (_, functional))| {
+            let facts = functional.facts();
+            weight * (facts.stiffness(length) * curvature.powf(facts.stiffening()))
+        })
+        .sum()
 }
 
 /// The edge after which the curve turns back exactly. There it is a saddle: by symmetry no gradient leads off the line.

@@ -154,7 +154,7 @@ fn going_on<const D: usize>(before: Option<Vec<Outcome<D>>>, after: Vec<Outcome<
 /// stage, before the energy itself.
 fn stages(energy: &Energy) -> Vec<f64> {
     let exponents = energy.terms().iter().filter_map(|(weight, functional)| match functional {
-        Functional::Bending { exponent } if *weight > 0.0 => Some(*exponent),
+        Functional::Bending(bending) if *weight > 0.0 => Some(bending.exponent),
         _ => None,
     });
     let farthest =
@@ -181,8 +181,8 @@ impl Energy {
     fn within(&self, bound: f64) -> Energy {
         let mut energy = self.clone();
         for (_, functional) in energy.terms_mut() {
-            if let Functional::Bending { exponent } = functional {
-                *exponent = nearer(*exponent, bound);
+            if let Functional::Bending(bending) = functional {
+                bending.exponent = nearer(bending.exponent, bound);
             }
         }
         energy
@@ -200,8 +200,9 @@ impl<const D: usize> Problem<D> {
         problem.tolerance = problem.tolerance.max(STAGE_TOLERANCE);
         let mut highest = (0.0, 0.0);
         for (weight, (_, functional)) in problem.weights.iter_mut().zip(energy.terms()) {
-            if let Functional::Bending { exponent } = functional {
-                let nu = nearer(*exponent, bound);
+            if let Functional::Bending(bending) = functional {
+                let exponent = bending.exponent;
+                let nu = nearer(exponent, bound);
                 let share = *weight * self.curvature.powf(exponent - 2.0);
                 highest.0 += share * exponent * (exponent - 1.0);
                 highest.1 += share * nu * (nu - 1.0);

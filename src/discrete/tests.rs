@@ -5,7 +5,7 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use super::edges::Edges;
-use super::energy::{Custom, Functional};
+use super::energy::{Custom, Energy, Functional, MOST_EDGES, bending, length, variation};
 use super::hessian::BlockHessian;
 use crate::linalg::scalar::{Vector, subtract};
 use crate::linalg::{Lanes, Real, Scalar};
@@ -74,17 +74,15 @@ fn curve<const D: usize>(closed: bool, count: usize, rng: &mut StdRng) -> Vec<Ve
 
 /// Every functional there is, the gauge, and a user's.
 fn functionals() -> Vec<Option<Functional>> {
-    let bending = |exponent| Some(Functional::Bending { exponent });
-    let built_in = [Some(Functional::Length), Some(Functional::Tension), Some(Functional::Variation)];
-    let mut all: Vec<_> = built_in.into_iter().chain([1.0, 1.5, 2.0, 3.0, 4.0].map(bending)).collect();
-    all.extend([Some(Functional::Torsion), None]);
-    all.extend((1..=3).map(|edges| Some(Functional::Custom(std::sync::Arc::new(Mixed(edges))))));
-    all
+    let named = Energy::NAMES.iter().filter_map(|name| Energy::named(name)).filter(|energy| energy.order() > 0);
+    let custom = (1..=MOST_EDGES).map(|edges| Energy::custom(Mixed(edges)));
+    let all = named.chain([1.0, 1.5, 3.0, 4.0].map(bending)).chain(custom);
+    all.map(|energy| Some(energy.terms()[0].1.clone())).chain([None]).collect()
 }
 
 /// Σ over edges j ≤ k of the term: (T_j·T_k)² Δs_j Δs_k² + Δs_k x·T_j, where the constant vector x makes it depend on direction.
 #[derive(Debug)]
-struct Mixed(usize);
+pub(super) struct Mixed(pub usize);
 
 const DIRECTION: DVec3 = DVec3::new(0.3, -1.1, 0.7);
 
@@ -117,9 +115,9 @@ impl Custom for Mixed {
         &self,
         t: &[DVec3],
         s: &[f64],
-        by_tangents: &mut [[DMat3; 3]; 3],
-        mixed: &mut [[DVec3; 3]; 3],
-        by_lengths: &mut [[f64; 3]; 3],
+        by_tangents: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
+        mixed: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
+        by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
     ) {
         let outer = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);
         for (j, k) in pairs(self.0) {
@@ -264,7 +262,9 @@ fn products_are_those_of_the_full_matrix() {
         let zero = vec![[0.0; 3]; edges.rows()];
         edges.place(&zero);
         let mut hessian = BlockHessian::new(&edges);
-        hessian.assemble(&edges, [(1.0, &Functional::Variation), (0.5, &Functional::Length)], Some((2, 2.0)));
+        let energy = variation() + 0.5 * length();
+        let terms = energy.terms().iter().map(|(weight, functional)| (*weight, functional));
+        hessian.assemble(&edges, terms, Some((2, 2.0)));
         hessian.add_diagonal(1, 0.25);
         let x: Vec<[f64; 3]> =
             (0..edges.rows()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();

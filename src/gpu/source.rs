@@ -3,11 +3,13 @@
 //! WGSL has no includes, no generics and no unrolling, and kernels need all three. The directives are lines:
 //!
 //! * `//:include PATH [NAME=VALUE …]` — the file `shaders/PATH`, with further definitions inside it;
-//! * `//:if NAME` … `//:else` … `//:end` — by whether NAME is defined;
+//! * `//:once include PATH` — the file, unless it stands there by `once` already;
+//! * `//:if NAME` … `//:else` … `//:end` — by whether NAME is defined; `//:if A == B` by whether both are one text;
 //! * `//:unroll i A..B` … `//:end` — the lines once for each i from A up to, without, B (downwards, B included, if A > B);
-//! * `$NAME` — the definition of NAME, anywhere.
+//! * `//:each LIST` … `//:end` — the lines once for each k = 0, 1 … with a definition `LIST.k.NAME`, which is `$NAME` there;
+//! * `$NAME` — the definition of NAME, anywhere; `$(i+1)` — what follows an unrolled i.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::precision::Precision;
 
@@ -37,55 +39,87 @@ pub fn files() -> impl Iterator<Item = &'static str> {
 /// On a directive that is malformed or names an unknown file: a fault of the shader, found by the tests that compose all.
 pub fn compose(path: &str, precision: Precision, definitions: &Definitions) -> String {
     let real = if precision == Precision::F64 { "f64" } else { "f32" };
-    let mut text = format!("// Composed from shaders/{path}.\nalias real = {real};\n");
-    expand(file(path).unwrap_or_else(|| panic!("no shader file {path}")), definitions, &mut text);
-    text
+    let text = format!("// Composed from shaders/{path}.\nalias real = {real};\n");
+    let mut composed = Composed { text, once: BTreeSet::new() };
+    composed.include(path, definitions);
+    composed.text
 }
 
-fn expand(source: &str, definitions: &Definitions, out: &mut String) {
-    let lines: Vec<&str> = source.lines().collect();
-    expand_lines(&lines, definitions, out);
+/// A text under way.
+struct Composed {
+    text: String,
+    /// Files that stand there by `once`.
+    once: BTreeSet<String>,
 }
 
-fn expand_lines(lines: &[&str], definitions: &Definitions, out: &mut String) {
-    let mut at = 0;
-    while at < lines.len() {
-        let line = lines[at];
-        at += 1;
-        let Some(directive) = line.trim_start().strip_prefix("//:") else {
-            out.push_str(&substitute(line, definitions));
-            out.push('\n');
-            continue;
-        };
-        let directive = substitute(directive, definitions);
-        let words: Vec<&str> = directive.split_whitespace().collect();
-        match words[..] {
-            ["include", path, ref extra @ ..] => {
-                let mut inner = definitions.clone();
-                inner.extend(extra.iter().map(|pair| {
-                    let (name, value) =
-                        pair.split_once('=').unwrap_or_else(|| panic!("include takes NAME=VALUE: {line}"));
-                    (name.to_string(), value.to_string())
-                }));
-                expand(file(path).unwrap_or_else(|| panic!("no shader file {path}")), &inner, out);
+impl Composed {
+    fn include(&mut self, path: &str, definitions: &Definitions) {
+        let source = file(path).unwrap_or_else(|| panic!("no shader file {path}"));
+        self.expand(&source.lines().collect::<Vec<_>>(), definitions);
+    }
+
+    fn expand(&mut self, lines: &[&str], definitions: &Definitions) {
+        let mut at = 0;
+        while at < lines.len() {
+            let line = lines[at];
+            at += 1;
+            let Some(directive) = line.trim_start().strip_prefix("//:") else {
+                self.text.push_str(&substitute(line, definitions));
+                self.text.push('\n');
+                continue;
+            };
+            let directive = substitute(directive, definitions);
+            let words: Vec<&str> = directive.split_whitespace().collect();
+            if let ["include", path, ref extra @ ..] = words[..] {
+                let pair = |pair: &&str| {
+                    let pair = pair.split_once('=').unwrap_or_else(|| panic!("include takes NAME=VALUE: {line}"));
+                    (pair.0.to_string(), pair.1.to_string())
+                };
+                self.include(path, &with(definitions, extra.iter().map(pair)));
+                continue;
             }
-            ["if", name] => {
-                let (body, otherwise, next) = block(lines, at);
-                expand_lines(if definitions.contains_key(name) { body } else { otherwise }, definitions, out);
-                at = next;
-            }
-            ["unroll", name, range] => {
-                let (body, _, next) = block(lines, at);
-                for value in unrolled(range) {
-                    let mut inner = definitions.clone();
-                    inner.insert(name.to_string(), value.to_string());
-                    expand_lines(body, &inner, out);
+            if let ["once", "include", path] = words[..] {
+                if self.once.insert(path.to_string()) {
+                    self.include(path, definitions);
                 }
-                at = next;
+                continue;
             }
-            _ => panic!("unknown shader directive: {line}"),
+            let (body, otherwise, next) = block(lines, at);
+            at = next;
+            match words[..] {
+                ["if", name] => {
+                    self.expand(if definitions.contains_key(name) { body } else { otherwise }, definitions);
+                }
+                ["if", a, "==", b] => self.expand(if a == b { body } else { otherwise }, definitions),
+                ["unroll", name, range] => {
+                    for i in unrolled(range) {
+                        let own = [(name.to_string(), i.to_string()), (format!("({name}+1)"), (i + 1).to_string())];
+                        self.expand(body, &with(definitions, own));
+                    }
+                }
+                ["each", list] => {
+                    for own in (0..).map(|k| listed(definitions, list, k)).take_while(|own| !own.is_empty()) {
+                        self.expand(body, &with(definitions, own));
+                    }
+                }
+                _ => panic!("unknown shader directive: {line}"),
+            }
         }
     }
+}
+
+/// Definitions with some more.
+fn with(definitions: &Definitions, more: impl IntoIterator<Item = (String, String)>) -> Definitions {
+    let mut all = definitions.clone();
+    all.extend(more);
+    all
+}
+
+/// The definitions of an entry of a list.
+fn listed(definitions: &Definitions, list: &str, k: usize) -> Definitions {
+    let prefix = format!("{list}.{k}.");
+    let own = definitions.range(prefix.clone()..).map_while(|(name, value)| Some((name.strip_prefix(&prefix)?, value)));
+    own.map(|(name, value)| (name.to_string(), value.clone())).collect()
 }
 
 /// The lines of a block up to its `else` and up to its `end`, and the line after it.
@@ -95,7 +129,7 @@ fn block<'a, 'b>(lines: &'a [&'b str], start: usize) -> (&'a [&'b str], &'a [&'b
     for (at, line) in lines.iter().enumerate().skip(start) {
         let Some(directive) = line.trim_start().strip_prefix("//:") else { continue };
         match directive.split_whitespace().next() {
-            Some("if" | "unroll") => depth += 1,
+            Some("if" | "unroll" | "each") => depth += 1,
             Some("else") if depth == 0 => middle = Some(at),
             Some("end") if depth == 0 => {
                 let body = &lines[start..middle.unwrap_or(at)];
@@ -136,9 +170,9 @@ mod tests {
     use super::*;
 
     fn expanded(source: &str, definitions: &Definitions) -> String {
-        let mut out = String::new();
-        expand(source, definitions, &mut out);
-        out
+        let mut composed = Composed { text: String::new(), once: BTreeSet::new() };
+        composed.expand(&source.lines().collect::<Vec<_>>(), definitions);
+        composed.text
     }
 
     #[test]
@@ -152,5 +186,25 @@ mod tests {
     fn unrolling_downwards_excludes_the_start_and_includes_the_end() {
         assert_eq!(expanded("//:unroll i 4..1\n$i\n//:end", &definitions([])), "3\n2\n1\n");
         assert_eq!(expanded("//:unroll i 1..1\n$i\n//:end", &definitions([])), "");
+    }
+
+    #[test]
+    fn lists_repeat_their_lines_with_definitions_of_their_own() {
+        let terms = [("TERM.0.NAME", "a"), ("TERM.1.NAME", "b"), ("TERM.1.MORE", "1"), ("TERM.10.NAME", "far")];
+        let terms = terms.map(|(name, value)| (name.to_string(), value.to_string())).into();
+        let source = "//:each TERM\n$NAME_value\n//:if MORE\nmore\n//:end\n//:end\n//:each OTHER\nnothing\n//:end";
+        assert_eq!(expanded(source, &terms), "a_value\nb_value\nmore\n");
+    }
+
+    #[test]
+    fn unrolled_numbers_have_successors_and_are_compared() {
+        let source = "//:unroll j 0..2\n//:unroll k $(j+1)..3\n$j$k\n//:if $k == $(j+1)\nnext\n//:end\n//:end\n//:end";
+        assert_eq!(expanded(source, &definitions([])), "01\nnext\n02\n12\nnext\n");
+    }
+
+    #[test]
+    fn a_file_stands_once_however_often_it_is_wanted() {
+        let wanted = "//:once include linalg/power.wgsl\n";
+        assert_eq!(expanded(&wanted.repeat(2), &definitions([])), expanded(wanted, &definitions([])));
     }
 }

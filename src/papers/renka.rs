@@ -165,7 +165,7 @@ impl Minimisation {
         {
             return refuse(format!("the constant step is {step}; it must be finite and positive, such as 1"));
         }
-        if self.energy.terms().iter().any(|(_, functional)| matches!(functional, Functional::Attachment)) {
+        if self.energy.is_attached() {
             return refuse(
                 "the energy has an attachment, and a minimisation knows no data points: leave it out".to_string(),
             );

@@ -429,7 +429,7 @@ fn arguments_that_make_no_sense_are_named() {
         (bending(0.5), plain, "the exponent of bending is 0.5: give a finite number of at least 1"),
         (-1.0 * length(), plain, "the weight of length is -1: give a finite number of at least 0"),
         (f64::INFINITY * torsion(), plain, "the weight of torsion is inf: give a finite number of at least 0"),
-        (Energy::custom(Four), plain, "a term of the energy four is of 4 edges; 1, 2 and 3 are possible"),
+        (Energy::custom(Four), plain, "a term of the energy four is of 4 edges; 1 to 3 are possible"),
         (attachment(), plain, "attachment without data points: give them as targets"),
         (
             attachment(),

@@ -250,13 +250,24 @@ fn both(device: &Device) -> Vec<Device> {
 }
 
 #[test]
-fn two_energies_of_a_users_own_are_refused_by_a_kernel_in_a_sentence() {
+fn exponents_and_users_energies_are_composed_in_any_number() {
+    let Some(device) = device() else { return };
+    let mut rng = seeded(380);
+    let case = Case::new(walks(2, &sizes(), &mut rng), &mut rng);
+    let bends = bending(2.0) + 0.4 * bending(3.0) + 0.2 * bending(1.5) + 0.3 * bending(3.0);
+    case.conforms("walks", &bends, &PARTS, &device);
+    let own = 0.7 * Energy::custom(Elastica) + Energy::custom(Quotient { exponent: 0.5 });
+    case.conforms("walks", &(own + 0.2 * Energy::custom(Elastica) + bends), &[Part::Value], &device);
+}
+
+#[test]
+fn two_energies_of_one_name_are_refused_by_a_kernel_in_a_sentence() {
     let Some(device) = device() else { return };
     let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 0.0]][..]]).unwrap();
-    let energy = Energy::custom(Elastica) + Energy::custom(Elastica);
+    let energy = Energy::custom(Quotient { exponent: 0.5 }) + Energy::custom(Quotient { exponent: 1.5 });
     let at = At { energy: &energy, batch: &batch, gauge: None, attachments: None };
     let error = evaluate(device.as_gpu().unwrap(), device.precision(), at, Want::Value).unwrap_err().to_string();
-    assert_eq!(error, "a kernel has room for one energy of a user's own, and elastica is the second: fit on the CPU");
+    assert_eq!(error, "a kernel has something else called quotient: give each energy a name of its own");
 }
 
 /// (Δs/Δs′)^y: a power of any number.

@@ -3,6 +3,7 @@
 //
 // det(T, K̄, C) = r₀ r₂ δ/Δs with δ = det(T₀, T, T₂), so the term is U B of U = δ² A, A = r₀² r₂²/Δs, and
 // B = 1/(Φ + ε²). δ and its derivatives are taken of differences of tangents, which keep more digits.
+//:once include discrete/energy/across.wgsl
 
 //:if SPATIAL
 struct Determinant {

@@ -4,17 +4,13 @@
 alias vector = vec$DIM<real>;
 alias matrix = mat$DIMx$DIM<real>;
 
-// Three consecutive edges: unit tangents, lengths, their inverses. Terms over fewer edges see the first ones.
+// Consecutive edges, $MOST_EDGES of them: unit tangents, lengths, their inverses. Terms over fewer edges see the first ones.
 struct Window {
-    t0: vector,
-    t1: vector,
-    t2: vector,
-    s0: real,
-    s1: real,
-    s2: real,
-    r0: real,
-    r1: real,
-    r2: real,
+//:unroll k 0..$MOST_EDGES
+    t$k: vector,
+    s$k: real,
+    r$k: real,
+//:end
     // Number of edges of the whole curve.
     segments: real,
     // ε of torsion: a curvature.
@@ -26,40 +22,25 @@ struct Window {
 // A term and its partial derivatives by tangents and lengths.
 struct Partials {
     value: real,
-    t0: vector,
-    t1: vector,
-    t2: vector,
-    s0: real,
-    s1: real,
-    s2: real,
+//:unroll k 0..$MOST_EDGES
+    t$k: vector,
+    s$k: real,
+//:end
     // The gauge's part of a sum, which is no part of `value`.
     gauge: real,
 }
 
-// Second partial derivatives: by two tangents (rows: the first), by tangent and length, by two lengths.
+// Second partial derivatives: t01 by two tangents (rows: the first), m01 by tangent 0 and length 1, s01 by two lengths.
 struct SecondPartials {
-    t00: matrix,
-    t01: matrix,
-    t02: matrix,
-    t11: matrix,
-    t12: matrix,
-    t22: matrix,
-    // m01: by tangent 0 and length 1.
-    m00: vector,
-    m01: vector,
-    m02: vector,
-    m10: vector,
-    m11: vector,
-    m12: vector,
-    m20: vector,
-    m21: vector,
-    m22: vector,
-    s00: real,
-    s01: real,
-    s02: real,
-    s11: real,
-    s12: real,
-    s22: real,
+//:unroll j 0..$MOST_EDGES
+//:unroll k 0..$MOST_EDGES
+    m$j$k: vector,
+//:end
+//:unroll k $j..$MOST_EDGES
+    t$j$k: matrix,
+    s$j$k: real,
+//:end
+//:end
 }
 
 // a bᵀ
@@ -93,12 +74,10 @@ fn unit_edge() -> vector {
 fn scaled_partials(weight: real, p: Partials) -> Partials {
     return Partials(
         weight * p.value,
-        weight * p.t0,
-        weight * p.t1,
-        weight * p.t2,
-        weight * p.s0,
-        weight * p.s1,
-        weight * p.s2,
+//:unroll k 0..$MOST_EDGES
+        weight * p.t$k,
+        weight * p.s$k,
+//:end
         real(0),
     );
 }
@@ -107,12 +86,10 @@ fn scaled_partials(weight: real, p: Partials) -> Partials {
 fn add_partials(sum: Partials, weight: real, p: Partials) -> Partials {
     return Partials(
         sum.value + weight * p.value,
-        sum.t0 + weight * p.t0,
-        sum.t1 + weight * p.t1,
-        sum.t2 + weight * p.t2,
-        sum.s0 + weight * p.s0,
-        sum.s1 + weight * p.s1,
-        sum.s2 + weight * p.s2,
+//:unroll k 0..$MOST_EDGES
+        sum.t$k + weight * p.t$k,
+        sum.s$k + weight * p.s$k,
+//:end
         sum.gauge,
     );
 }
@@ -120,26 +97,14 @@ fn add_partials(sum: Partials, weight: real, p: Partials) -> Partials {
 // sum + weight · h
 fn add_seconds(sum: SecondPartials, weight: real, h: SecondPartials) -> SecondPartials {
     return SecondPartials(
-        sum.t00 + weight * h.t00,
-        sum.t01 + weight * h.t01,
-        sum.t02 + weight * h.t02,
-        sum.t11 + weight * h.t11,
-        sum.t12 + weight * h.t12,
-        sum.t22 + weight * h.t22,
-        sum.m00 + weight * h.m00,
-        sum.m01 + weight * h.m01,
-        sum.m02 + weight * h.m02,
-        sum.m10 + weight * h.m10,
-        sum.m11 + weight * h.m11,
-        sum.m12 + weight * h.m12,
-        sum.m20 + weight * h.m20,
-        sum.m21 + weight * h.m21,
-        sum.m22 + weight * h.m22,
-        sum.s00 + weight * h.s00,
-        sum.s01 + weight * h.s01,
-        sum.s02 + weight * h.s02,
-        sum.s11 + weight * h.s11,
-        sum.s12 + weight * h.s12,
-        sum.s22 + weight * h.s22,
+//:unroll j 0..$MOST_EDGES
+//:unroll k 0..$MOST_EDGES
+        sum.m$j$k + weight * h.m$j$k,
+//:end
+//:unroll k $j..$MOST_EDGES
+        sum.t$j$k + weight * h.t$j$k,
+        sum.s$j$k + weight * h.s$j$k,
+//:end
+//:end
     );
 }

@@ -102,7 +102,7 @@ impl<const D: usize> Job<'_, D> {
             let problem = &self.run.problems[i];
             let own = [problem.highest, problem.tolerance, problem.longest, step];
             given.iter_mut().zip(own).for_each(|(to, x)| *to = S::from_f64(x));
-            let weights = self.composition.entries(&self.entries, &problem.weights, problem.gauge);
+            let weights = self.composition.entries(&problem.weights, problem.gauge);
             given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = S::from_f64(x));
             let at = |row: usize, number: usize| table.fixed_start as usize + (row * width + number) * GROUP;
             let rows = problem.vertices();

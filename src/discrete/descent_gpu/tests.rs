@@ -188,7 +188,7 @@ fn single_precision_takes_the_steps_of_its_twin() {
     let problems = problems::<2>(&fair, &batch::<2>(&[5; 40], |i| i % 2 == 1, 43));
     let problems = loosened(&problems, Precision::F32);
     let plan = plan_of(&fair);
-    let functionals: Vec<&Functional> = fair.energy.terms().iter().map(|(_, functional)| functional).collect();
+    let functionals: Vec<_> = fair.energy.terms().iter().map(|(_, functional)| functional).collect();
     let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
     let mut apart = 0;
     for (i, (problem, found)) in problems.iter().zip(&found).enumerate() {

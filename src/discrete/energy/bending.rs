@@ -1,6 +1,9 @@
 //! Bending: Σ |K|^ν Δa, the elastica for ν = 2.
 
-use super::{Energy, Functional, Partials, SecondPartials, Term, Window};
+use std::collections::BTreeMap;
+
+use super::wgsl::{literal, power};
+use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Real;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{dot, scale, subtract};
@@ -10,12 +13,68 @@ use crate::linalg::scalar::{dot, scale, subtract};
 ///
 /// Alone it has no minimiser unless the points lie in order on a line: ever larger loops cost less and less. Add [`length`](super::length).
 pub fn bending(exponent: f64) -> Energy {
-    Energy::of(Functional::Bending { exponent })
+    Bending { exponent }.into()
 }
 
 /// |T′ − T|^ν Δa^(1−ν)
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Bending {
     pub exponent: f64,
+}
+
+impl Default for Bending {
+    fn default() -> Self {
+        Bending { exponent: 2.0 }
+    }
+}
+
+impl Facts for Bending {
+    fn degree(&self) -> f64 {
+        1.0 - self.exponent
+    }
+
+    fn stiffness(&self, _: f64) -> f64 {
+        (self.exponent * (self.exponent - 1.0)).max(1.0)
+    }
+
+    fn stiffening(&self) -> f64 {
+        self.exponent - 2.0
+    }
+
+    fn check(&self) -> Result<(), String> {
+        match self.exponent {
+            nu if nu >= 1.0 && nu.is_finite() => Ok(()),
+            nu => Err(format!("the exponent of bending is {nu}: give a finite number of at least 1")),
+        }
+    }
+
+    /// The powers of q = |T′ − T|², of c, which is q where that is above rounding, and of a = Δa.
+    fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
+        let nu = self.exponent;
+        let mut own = BTreeMap::from([
+            ("ROUNDING", literal(epsilon * epsilon)),
+            ("EXPONENT", literal(nu)),
+            ("BY_LENGTH", literal(0.5 * (1.0 - nu))),
+            ("BY_LENGTHS", literal(0.25 * nu * (nu - 1.0))),
+        ]);
+        if nu != 2.0 {
+            own.insert("ALONG", literal(nu * (nu - 2.0)));
+        }
+        let names = [("POWER_0", "MEASURE_0"), ("POWER_1", "MEASURE_1"), ("POWER_2", "MEASURE_2")];
+        for (lower, (of_q, of_a)) in (0..).map(f64::from).zip(names) {
+            let exponent = 0.5 * nu - lower;
+            own.insert(of_q, power(if exponent == 1.0 { "q" } else { "c" }, exponent));
+            own.insert(of_a, power("a", 1.0 - nu - lower));
+        }
+        if own.values().any(|text| text.contains("power(")) {
+            own.insert("POWER", "1".into());
+        }
+        Ok(own)
+    }
+
+    fn note(&self) -> String {
+        if self.exponent == 2.0 { String::new() } else { format!(" (ν = {})", self.exponent) }
+    }
 }
 
 impl Bending {

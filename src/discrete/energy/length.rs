@@ -1,17 +1,32 @@
 //! Length: φ = Σ Δs.
 
-use super::{Energy, Functional, Partials, SecondPartials, Term, Window};
+use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 
 /// φ(f) = Σ Δs, in units of length. Its gradient at a vertex is T − T′, its order 1.
 ///
 /// Source: Renka (2006), equation (10).
 pub fn length() -> Energy {
-    Energy::of(Functional::Length)
+    Length.into()
 }
 
 /// Δs
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Length;
+
+impl Facts for Length {
+    fn degree(&self) -> f64 {
+        1.0
+    }
+
+    fn stiffness(&self, _: f64) -> f64 {
+        1.0
+    }
+
+    fn bounds_length(&self) -> bool {
+        true
+    }
+}
 
 impl Term<1> for Length {
     #[inline(always)]

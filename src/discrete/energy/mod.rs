@@ -1,51 +1,123 @@
-//! Energies of discrete curves: sums of local terms over a few consecutive edges.
+//! Energies of discrete curves: sums of local terms over a few consecutive edges. Each is a file here, a file of the same
+//! name in `shaders/discrete/energy`, and a line of the list below.
 //!
 //! Edge j leads from vertex j to vertex j + 1; it has a length Δs and a unit tangent T. Every fairness energy here is
-//! a function of the tangents and lengths of one, two or three consecutive edges, summed along the curve: that makes
+//! a function of the tangents and lengths of up to [`MOST_EDGES`] consecutive edges, summed along the curve: that makes
 //! it independent of where the curve lies. An energy states the value of its term, its partial derivatives, and its
 //! second partial derivatives, all with respect to tangents and lengths *taken as independent*; the chain rule from
 //! edges to tangents and lengths, and from vertices to edges, is the same for all of them and stands in
 //! [`edges`](super::edges) and [`hessian`](super::hessian) once.
 //!
-//! | energy | of | formula | order |
-//! |---|---|---|---|
-//! | [`length`] | one edge | Σ Δs | 1 |
-//! | [`tension`] | one edge | ½ m Σ Δs² (m edges) | 1 |
-//! | [`bending`] | two | Σ \|K\|^ν Δa, K = (T' − T)/Δa, Δa the mean of both lengths | 2 |
-//! | [`variation`] | three | Σ \|(I − T Tᵀ)(K' − K)\|²/Δs, T and Δs of the middle edge | 3 |
-//! | [`torsion`] | three | Σ det(T, K̄, C)²/(\|K̄\|² + ε²) Δs | 3 |
-//! | [`attachment`] | a data point | ½ Σ w \|f − p\|² | 0 |
-//!
-//! The order is that of the inner product that suits the energy. Energies are added and scaled as formulas are:
+//! The number of edges is the energy's order, that of the inner product that suits it. Energies are added and scaled as formulas are:
 //! `bending(2.0) + 0.1 * length()`. [`Custom`] energies take part like the ones here.
 //!
 //! Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), section 3, and *Constructing fair curves
 //! and surfaces with a Sobolev gradient method*, CAGD 21 (2004).
 
-mod attachment;
-pub(super) mod bending;
-mod curvatures;
-pub(super) mod custom;
-pub(super) mod gauge;
-pub(super) mod length;
-pub(super) mod tension;
-pub(super) mod torsion;
-pub(super) mod variation;
+/// Declares the energies of edges, each by its file and its type, and what follows from the list: [`Functional`], which is any
+/// of them, the one place where their terms are told apart, and the words by which they are called.
+macro_rules! energies {
+    ($($(#[$when:meta])? $word:ident::$Name:ident),+ $(,)?) => {
+        $(
+            $(#[$when])?
+            mod $word;
 
-use std::ops::{Add, Mul};
+            $(#[$when])?
+            pub use $word::$word;
+
+            $(#[$when])?
+            impl From<$word::$Name> for Energy {
+                fn from(functional: $word::$Name) -> Energy {
+                    Energy::of(Functional::$Name(functional))
+                }
+            }
+        )+
+
+        impl Energy {
+            /// The words of the energies here, by which [`named`](Self::named) knows them.
+            pub const NAMES: &[&str] = &[$($(#[$when])? stringify!($word),)+ "attachment"];
+
+            /// The energy of that name, of weight 1; bending with exponent 2.
+            pub fn named(name: &str) -> Option<Energy> {
+                match name {
+                    $($(#[$when])? stringify!($word) => Some($word::$Name::default().into()),)+
+                    "attachment" => Some(attachment()),
+                    _ => None,
+                }
+            }
+        }
+
+        /// One functional, without its weight.
+        #[derive(Clone, Debug)]
+        pub(crate) enum Functional {
+            $($(#[$when])? $Name($word::$Name),)+
+            Attachment,
+            Custom(Arc<dyn Custom>),
+        }
+
+        impl Functional {
+            /// The word of the command line and of the kernels.
+            pub fn word(&self) -> &str {
+                match self {
+                    $($(#[$when])? Functional::$Name(_) => stringify!($word),)+
+                    Functional::Attachment => "attachment",
+                    Functional::Custom(custom) => custom.name(),
+                }
+            }
+
+            /// What is to be known of it besides its term.
+            pub fn facts(&self) -> &dyn Facts {
+                match self {
+                    $($(#[$when])? Functional::$Name(functional) => functional,)+
+                    Functional::Attachment => &attachment::Attachment,
+                    Functional::Custom(custom) => custom,
+                }
+            }
+
+            /// Shows the functional's term to a visitor; an attachment has none.
+            #[inline(always)]
+            pub fn visit<V: Visitor>(&self, visitor: V) -> Option<V::Output> {
+                match self {
+                    $($(#[$when])? Functional::$Name(functional) => Some(visitor.visit(functional)),)+
+                    Functional::Attachment => None,
+                    Functional::Custom(custom) => Some(custom::visit(custom.as_ref(), visitor)),
+                }
+            }
+        }
+    };
+}
+
+energies! {
+    bending::Bending,
+    length::Length,
+    tension::Tension,
+    variation::Variation,
+    torsion::Torsion,
+    #[cfg(test)]
+    toy::Toy,
+}
+
+mod attachment;
+mod curvatures;
+mod custom;
+pub(super) mod gauge;
+mod sum;
+mod wgsl;
+
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub use attachment::attachment;
-pub use bending::bending;
 pub use custom::Custom;
-pub use length::length;
-pub use tension::tension;
-pub use torsion::{TORSION_CURVATURE, torsion};
-pub use variation::variation;
+pub use sum::Energy;
+pub use torsion::TORSION_CURVATURE;
 
-use crate::error::{Error, Result};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::Vector;
+
+/// A term sees so many consecutive edges at most. Up to 5 are possible: blocks and bands of Hessians, on the CPU and in
+/// kernels, follow from this number.
+pub const MOST_EDGES: usize = 3;
 
 /// W consecutive edges, as a term of an energy sees them.
 #[derive(Clone, Copy, Debug)]
@@ -93,6 +165,10 @@ impl<S: Scalar, const D: usize, const W: usize> SecondPartials<S, D, W> {
 
 /// The term of an energy over W edges.
 pub(crate) trait Term<const W: usize> {
+    /// Whether sweeps of the term are compiled apart from what is vectorised: energies over three edges take the compiler
+    /// minutes there.
+    const APART: bool = W > 2;
+
     /// The term.
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S;
     /// The term and its partial derivatives.
@@ -101,168 +177,64 @@ pub(crate) trait Term<const W: usize> {
     fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W>;
 }
 
-/// One functional, without its weight.
-#[derive(Clone, Debug)]
-pub(crate) enum Functional {
-    Length,
-    Tension,
-    Bending { exponent: f64 },
-    Variation,
-    Torsion,
-    Attachment,
-    Custom(Arc<dyn Custom>),
+/// What is done with the term of some functional.
+pub(crate) trait Visitor {
+    type Output;
+
+    fn visit<T: Term<W>, const W: usize>(self, term: &T) -> Self::Output;
+}
+
+/// What is to be known of an energy besides its term.
+pub(crate) trait Facts {
+    /// E(c·f) = c^degree E(f).
+    fn degree(&self) -> f64;
+
+    /// The second derivative at a straight curve of this length, per unit of the highest derivative squared; where it
+    /// depends on the curvature, at curvature 1.
+    fn stiffness(&self, _length: f64) -> f64 {
+        2.0
+    }
+
+    /// The power of the curvature that the second derivative grows with.
+    fn stiffening(&self) -> f64 {
+        0.0
+    }
+
+    /// Whether a lower energy cannot have ever longer curves.
+    fn bounds_length(&self) -> bool {
+        false
+    }
+
+    /// What is wrong with it, as a sentence.
+    fn check(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// What `$NAME`s stand for in its WGSL, for numbers of this rounding.
+    ///
+    /// # Errors
+    /// A sentence that says why no kernel can have it.
+    fn definitions(&self, _epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
+        Ok(BTreeMap::new())
+    }
+
+    /// What stands after its word in a formula.
+    fn note(&self) -> String {
+        String::new()
+    }
 }
 
 impl Functional {
-    /// The word of the command line and of the kernels.
-    pub fn word(&self) -> &str {
-        match self {
-            Functional::Length => "length",
-            Functional::Tension => "tension",
-            Functional::Bending { .. } => "bending",
-            Functional::Variation => "variation",
-            Functional::Torsion => "torsion",
-            Functional::Attachment => "attachment",
-            Functional::Custom(custom) => custom.name(),
-        }
-    }
-
-    /// E(c·f) = c^degree E(f).
-    pub fn degree(&self) -> f64 {
-        match self {
-            Functional::Length => 1.0,
-            Functional::Tension | Functional::Attachment => 2.0,
-            Functional::Bending { exponent } => 1.0 - exponent,
-            Functional::Variation | Functional::Torsion => -3.0,
-            Functional::Custom(custom) => custom.degree(),
-        }
-    }
-
-    /// Order of the inner product that suits it: the number of derivatives it holds.
+    /// Order of the inner product that suits it: the number of edges that a term sees, and of derivatives that it holds.
     pub fn order(&self) -> usize {
-        match self {
-            Functional::Attachment => 0,
-            Functional::Length | Functional::Tension => 1,
-            Functional::Bending { .. } => 2,
-            Functional::Variation | Functional::Torsion => 3,
-            Functional::Custom(custom) => custom.edges(),
-        }
-    }
-}
+        struct Order;
+        impl Visitor for Order {
+            type Output = usize;
 
-/// A weighted sum of energies.
-///
-/// ```
-/// use faircurve::discrete::{bending, length};
-/// let energy = bending(2.0) + 0.1 * length();
-/// assert_eq!(energy.to_string(), "bending + 0.1 length");
-/// ```
-#[derive(Clone, Debug, Default)]
-pub struct Energy {
-    terms: Vec<(f64, Functional)>,
-}
-
-impl Energy {
-    /// One functional of weight 1.
-    pub(crate) fn of(functional: Functional) -> Self {
-        Energy { terms: vec![(1.0, functional)] }
-    }
-
-    /// An energy of your own.
-    pub fn custom(custom: impl Custom + 'static) -> Self {
-        Self::of(Functional::Custom(Arc::new(custom)))
-    }
-
-    /// Weights and functionals.
-    pub(crate) fn terms(&self) -> &[(f64, Functional)] {
-        &self.terms
-    }
-
-    pub(crate) fn terms_mut(&mut self) -> &mut [(f64, Functional)] {
-        &mut self.terms
-    }
-
-    /// Whether every weight and exponent makes sense.
-    ///
-    /// # Errors
-    /// A weight that is negative or not finite, an exponent below 1, a custom energy over no or too many edges.
-    pub(crate) fn check(&self) -> Result<()> {
-        for (weight, functional) in &self.terms {
-            let word = functional.word();
-            if !(*weight >= 0.0 && weight.is_finite()) {
-                let why = format!("the weight of {word} is {weight}: give a finite number of at least 0");
-                return Err(Error::argument(why));
-            }
-            match functional {
-                Functional::Bending { exponent } if !(*exponent >= 1.0 && exponent.is_finite()) => {
-                    let why = format!("the exponent of bending is {exponent}: give a finite number of at least 1");
-                    return Err(Error::argument(why));
-                }
-                Functional::Custom(custom) if !(1..=3).contains(&custom.edges()) => {
-                    let why =
-                        format!("a term of the energy {word} is of {} edges; 1, 2 and 3 are possible", custom.edges());
-                    return Err(Error::argument(why));
-                }
-                _ => {}
+            fn visit<T: Term<W>, const W: usize>(self, _: &T) -> usize {
+                W
             }
         }
-        Ok(())
-    }
-
-    /// Weight of the attachment to data, 0 without.
-    pub(crate) fn attachment_weight(&self) -> f64 {
-        self.terms.iter().filter(|(_, f)| matches!(f, Functional::Attachment)).map(|(weight, _)| weight).sum()
-    }
-
-    /// Whether a lower energy cannot have ever longer curves: it holds their length, or its square.
-    pub(crate) fn bounds_length(&self) -> bool {
-        let holds = |functional: &Functional| matches!(functional, Functional::Length | Functional::Tension);
-        self.terms.iter().any(|(weight, functional)| *weight > 0.0 && holds(functional))
-    }
-
-    /// The highest order among the functionals of positive weight.
-    pub fn order(&self) -> usize {
-        self.terms
-            .iter()
-            .filter(|(weight, _)| *weight > 0.0)
-            .map(|(_, functional)| functional.order())
-            .max()
-            .unwrap_or(0)
-    }
-}
-
-impl Add for Energy {
-    type Output = Energy;
-
-    fn add(mut self, other: Energy) -> Energy {
-        self.terms.extend(other.terms);
-        self
-    }
-}
-
-impl Mul<Energy> for f64 {
-    type Output = Energy;
-
-    fn mul(self, mut energy: Energy) -> Energy {
-        energy.terms.iter_mut().for_each(|(weight, _)| *weight *= self);
-        energy
-    }
-}
-
-impl std::fmt::Display for Energy {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        for (k, (weight, functional)) in self.terms.iter().enumerate() {
-            f.write_str(if k > 0 { " + " } else { "" })?;
-            if *weight != 1.0 {
-                write!(f, "{weight} ")?;
-            }
-            f.write_str(functional.word())?;
-            if let Functional::Bending { exponent } = functional
-                && *exponent != 2.0
-            {
-                write!(f, " (ν = {exponent})")?;
-            }
-        }
-        Ok(())
+        self.visit(Order).unwrap_or(0)
     }
 }

@@ -1,6 +1,6 @@
 //! Tension: ψ = ½ m Σ Δs².
 
-use super::{Energy, Functional, Partials, SecondPartials, Term, Window};
+use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 
 /// ψ(f) = ½ m Σ Δs² for m edges, in units of length²: half the squared length where all edges are equal. Quadratic; it
@@ -8,11 +8,26 @@ use crate::linalg::Scalar;
 ///
 /// Source: Renka (2006), equation (11), with the constant 1/Δt = m that the paper drops.
 pub fn tension() -> Energy {
-    Energy::of(Functional::Tension)
+    Tension.into()
 }
 
 /// ½ m Δs²
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tension;
+
+impl Facts for Tension {
+    fn degree(&self) -> f64 {
+        2.0
+    }
+
+    fn stiffness(&self, length: f64) -> f64 {
+        length
+    }
+
+    fn bounds_length(&self) -> bool {
+        true
+    }
+}
 
 impl Term<1> for Tension {
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Torsion: Σ det(T, K̄, C)²/(|K̄|² + ε²) Δs.
 
 use super::curvatures::{ByCurvatures, Curvatures, Matrix, matrix};
-use super::{Energy, Functional, Partials, SecondPartials, Term, Window};
+use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 
@@ -15,11 +15,18 @@ pub const TORSION_CURVATURE: f64 = 1e-3;
 /// The curvature ε, [`TORSION_CURVATURE`] over the curve's size, keeps it finite at inflections, where curvature vanishes and
 /// torsion has no meaning.
 pub fn torsion() -> Energy {
-    Energy::of(Functional::Torsion)
+    Torsion.into()
 }
 
 /// δ²/(n Δs) with δ = T·(K × K′), which is Δs det(T, K̄, C), and n = |K̄|² + ε².
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Torsion;
+
+impl Facts for Torsion {
+    fn degree(&self) -> f64 {
+        -3.0
+    }
+}
 
 /// What the term and its derivatives are made of.
 struct Parts<S, const D: usize> {

@@ -1,7 +1,7 @@
 //! Variation of curvature: Σ |(I − T Tᵀ)(K′ − K)|²/Δs.
 
 use super::curvatures::{ByCurvatures, Curvatures, Matrix, matrix};
-use super::{Energy, Functional, Partials, SecondPartials, Term, Window};
+use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{dot, scale, subtract};
 
@@ -10,11 +10,18 @@ use crate::linalg::scalar::{dot, scale, subtract};
 ///
 /// Without the projection a term κ⁴ would remain, and circles would not be optimal. Source: Renka, CAGD 21 (2004).
 pub fn variation() -> Energy {
-    Energy::of(Functional::Variation)
+    Variation.into()
 }
 
 /// |(I − T Tᵀ)(K′ − K)|²/Δs
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Variation;
+
+impl Facts for Variation {
+    fn degree(&self) -> f64 {
+        -3.0
+    }
+}
 
 impl Term<3> for Variation {
     #[inline(always)]

@@ -1,0 +1,123 @@
+//! [`Energy`]: weighted sums of functionals.
+
+use std::ops::{Add, Mul};
+use std::sync::Arc;
+
+use super::{Custom, Functional};
+use crate::error::{Error, Result};
+
+/// A weighted sum of energies.
+///
+/// ```
+/// use faircurve::discrete::{bending, length};
+/// let energy = bending(2.0) + 0.1 * length();
+/// assert_eq!(energy.to_string(), "bending + 0.1 length");
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Energy {
+    terms: Vec<(f64, Functional)>,
+}
+
+impl Energy {
+    /// One functional of weight 1.
+    pub(crate) fn of(functional: Functional) -> Self {
+        Energy { terms: vec![(1.0, functional)] }
+    }
+
+    /// An energy of your own.
+    pub fn custom(custom: impl Custom + 'static) -> Self {
+        Self::of(Functional::Custom(Arc::new(custom)))
+    }
+
+    /// The same with this exponent of bending.
+    #[must_use]
+    pub fn with_exponent(mut self, exponent: f64) -> Self {
+        for (_, functional) in &mut self.terms {
+            if let Functional::Bending(bending) = functional {
+                bending.exponent = exponent;
+            }
+        }
+        self
+    }
+
+    /// Weights and functionals.
+    pub(crate) fn terms(&self) -> &[(f64, Functional)] {
+        &self.terms
+    }
+
+    pub(crate) fn terms_mut(&mut self) -> &mut [(f64, Functional)] {
+        &mut self.terms
+    }
+
+    /// Whether every weight and exponent makes sense.
+    ///
+    /// # Errors
+    /// A weight that is negative or not finite, an exponent below 1, a custom energy over no or too many edges.
+    pub(crate) fn check(&self) -> Result<()> {
+        for (weight, functional) in &self.terms {
+            let word = functional.word();
+            if !(*weight >= 0.0 && weight.is_finite()) {
+                let why = format!("the weight of {word} is {weight}: give a finite number of at least 0");
+                return Err(Error::argument(why));
+            }
+            functional.facts().check().map_err(Error::Argument)?;
+        }
+        Ok(())
+    }
+
+    /// Whether an attachment to data is part of it, of whatever weight.
+    pub(crate) fn is_attached(&self) -> bool {
+        self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Attachment))
+    }
+
+    /// Weight of the attachment to data, 0 without.
+    pub(crate) fn attachment_weight(&self) -> f64 {
+        self.terms.iter().filter(|(_, f)| matches!(f, Functional::Attachment)).map(|(weight, _)| weight).sum()
+    }
+
+    /// Whether a lower energy cannot have ever longer curves: it holds their length, or its square.
+    pub(crate) fn bounds_length(&self) -> bool {
+        self.terms.iter().any(|(weight, functional)| *weight > 0.0 && functional.facts().bounds_length())
+    }
+
+    /// The highest order among the functionals of positive weight.
+    pub fn order(&self) -> usize {
+        self.terms
+            .iter()
+            .filter(|(weight, _)| *weight > 0.0)
+            .map(|(_, functional)| functional.order())
+            .max()
+            .unwrap_or(0)
+    }
+}
+
+impl Add for Energy {
+    type Output = Energy;
+
+    fn add(mut self, other: Energy) -> Energy {
+        self.terms.extend(other.terms);
+        self
+    }
+}
+
+impl Mul<Energy> for f64 {
+    type Output = Energy;
+
+    fn mul(self, mut energy: Energy) -> Energy {
+        energy.terms.iter_mut().for_each(|(weight, _)| *weight *= self);
+        energy
+    }
+}
+
+impl std::fmt::Display for Energy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (k, (weight, functional)) in self.terms.iter().enumerate() {
+            f.write_str(if k > 0 { " + " } else { "" })?;
+            if *weight != 1.0 {
+                write!(f, "{weight} ")?;
+            }
+            write!(f, "{}{}", functional.word(), functional.facts().note())?;
+        }
+        Ok(())
+    }
+}
