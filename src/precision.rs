@@ -20,3 +20,15 @@ words!(Precision, "precision": [
     (F32, "f32", "32-bit floats"),
     (F64, "f64", "64-bit floats"),
 ]);
+
+impl Precision {
+    /// Bytes of a number on a GPU, where [`Auto`](Self::Auto) is f32.
+    pub(crate) fn bytes(self) -> u64 {
+        if self == Precision::F64 { 8 } else { 4 }
+    }
+
+    /// What separates 1 from the next number there.
+    pub(crate) fn epsilon(self) -> f64 {
+        if self == Precision::F64 { f64::EPSILON } else { f32::EPSILON.into() }
+    }
+}

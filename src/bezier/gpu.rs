@@ -8,7 +8,7 @@ mod tests;
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use layout::{Found, Layout, Numbers};
+use layout::{Found, Layout};
 pub(super) use polygons::{complete_on_gpu, transform_on_gpu};
 use rayon::prelude::*;
 
@@ -18,8 +18,8 @@ use super::ready::MOST_DATA;
 use crate::error::{Error, Result};
 use crate::gpu::plan::{self, Limits};
 use crate::gpu::source::definitions;
-use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, pipeline};
-use crate::linalg::{Real, power_of_two, take};
+use crate::gpu::{Downloaded, Gpu, Interrupted, KernelKey, Pending, pipeline};
+use crate::linalg::{power_of_two, take};
 use crate::precision::Precision;
 
 /// Threads, and curves, a workgroup.
@@ -116,8 +116,8 @@ impl<'a> Work<'a> {
         &self,
         gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
         mut finish: impl FnMut(&Range<usize>, &Found<D>),
-    ) -> Result<()> {
-        let bytes = if self.precision == Precision::F64 { 8 } else { 4 };
+    ) -> Result<(), Interrupted> {
+        let bytes = self.precision.bytes();
         self.check(bytes)?;
         // Storage, what is downloaded of it, and what is packed meanwhile.
         let together = 3 * bytes;
@@ -127,21 +127,13 @@ impl<'a> Work<'a> {
         let chunks = plan::chunks(numbers, bytes, together, &limits)?;
         pipeline(
             chunks,
-            |chunk| match self.precision {
-                Precision::F64 => self.start::<f64, D>(chunk, &gather),
-                _ => self.start::<f32, D>(chunk, &gather),
-            },
+            |chunk| self.start(chunk, &gather),
             |UnderWay { pending, layout, sizes }| Ok((pending.wait()?, layout, sizes)),
             |chunk, (results, layout, sizes): (Vec<Downloaded>, Layout, Vec<f64>)| {
-                let numbers = match self.precision {
-                    Precision::F64 => Numbers::Double(results[0].as_slice()),
-                    _ => Numbers::Single(results[0].as_slice()),
-                };
-                finish(chunk, &Found::new(self, &layout, &sizes, numbers));
+                finish(chunk, &Found::new(self, &layout, &sizes, &results[0].reals()));
                 Ok(())
             },
-        )?;
-        Ok(())
+        )
     }
 
     /// The operator of a number, if it is one for the kernel.
@@ -178,22 +170,22 @@ impl<'a> Work<'a> {
         Ok(())
     }
 
-    fn start<S: Real + Pod, const D: usize>(
+    fn start<const D: usize>(
         &self,
         chunk: &Range<usize>,
         gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
     ) -> Result<UnderWay<'a>> {
         let layout = Layout::new::<D>(self, chunk);
         let mut sizes = vec![f64::NAN; layout.members.len()];
-        let data = self.pack::<S, D>(&layout, &mut sizes, gather);
-        let mut operators: Vec<[S; BLOCK]> = Vec::new();
+        let data = self.pack(&layout, &mut sizes, gather);
+        let mut operators: Vec<[f64; BLOCK]> = Vec::new();
         let mut groups = Vec::new();
         let mut last = None;
         for tile in &layout.tiles {
             let task = self.task(tile.number).expect("tiles are made of such");
             let columns = task.operator.columns();
             if last.replace(tile.number) != Some(tile.number) {
-                operators.extend(task.operator.blocks().iter().map(|block| block.map(S::from_f64)));
+                operators.extend_from_slice(task.operator.blocks());
             }
             let first = operators.len() - task.operator.blocks().len();
             let at_once = task.rows_at_once();
@@ -213,10 +205,10 @@ impl<'a> Work<'a> {
             }
         }
         if operators.is_empty() {
-            operators.push([S::ZERO; BLOCK]);
+            operators.push([0.0; BLOCK]);
         }
-        let mut recording = self.gpu.record();
-        let found = recording.storage((layout.results * size_of::<S>()) as u64);
+        let mut recording = self.gpu.record(self.precision);
+        let found = recording.storage_reals(layout.results);
         let params = recording.uniform(&ApplyParams {
             groups: groups.len() as u32,
             padding: 0,
@@ -226,24 +218,23 @@ impl<'a> Work<'a> {
         let buffers = [
             ("params", &params),
             ("groups", &recording.upload(&groups)),
-            ("matrices", &recording.upload(operators.as_flattened())),
-            ("data", &recording.upload(&data)),
+            ("matrices", &recording.upload_reals(operators.as_flattened())),
+            ("data", &recording.upload_reals(&data)),
             ("found", &found),
         ];
-        let kernel = self.gpu.kernel(&kernel(self.precision, D))?;
-        recording.dispatch(&kernel, plan::workgroups(groups.len(), 1, self.gpu.limits())?, &buffers)?;
+        recording.dispatch(&kernel(self.precision, D), groups.len(), 1, &buffers)?;
         recording.download(&found);
         Ok(UnderWay { pending: recording.submit()?, layout, sizes })
     }
 
     /// The data of all curves, tile by tile, and their sizes: NaN where a curve is not sent.
-    fn pack<S: Real + Pod, const D: usize>(
+    fn pack<const D: usize>(
         &self,
         layout: &Layout,
         sizes: &mut [f64],
         gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
-    ) -> Vec<S> {
-        let mut data = vec![S::ZERO; layout.data];
+    ) -> Vec<f64> {
+        let mut data = vec![0.0; layout.data];
         let (mut left, mut sizes_left) = (&mut data[..], sizes);
         let parts: Vec<_> = layout
             .tiles
@@ -261,7 +252,7 @@ impl<'a> Work<'a> {
                     if gather(i, own) && own.as_flattened().iter().all(|x| x.is_finite()) {
                         *size = power_of_two(own.as_flattened());
                         for (number, x) in own.as_flattened().iter().enumerate() {
-                            data[number * tile.curves + lane] = S::from_f64(x / *size);
+                            data[number * tile.curves + lane] = x / *size;
                         }
                     }
                 }

@@ -22,6 +22,8 @@ pub enum Refusal {
     Still(usize),
     /// Numbers of the solution overflow.
     Overflow,
+    /// The device was lost, or did not answer, before it was completed.
+    Lost,
 }
 
 impl Refusal {
@@ -30,6 +32,7 @@ impl Refusal {
         match self {
             Refusal::Empty => CurveStatus::Degenerate,
             Refusal::Still(_) => CurveStatus::NoMinimiser,
+            Refusal::Lost => CurveStatus::NotConverged,
             _ => CurveStatus::Invalid,
         }
     }
@@ -81,6 +84,9 @@ impl Refusal {
                 (point, what)
             }
             Refusal::Overflow => (0, "the completed control points overflow: give more, or smaller, numbers".into()),
+            Refusal::Lost => {
+                (0, "it was not completed: the device was lost, or did not answer; run again, or use the CPU".into())
+            }
         }
     }
 }

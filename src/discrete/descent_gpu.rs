@@ -16,8 +16,7 @@ use super::lane::Standing;
 use super::plan::{Direction, Plan, Step};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
-use crate::linalg::Real;
+use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline, plan};
 use crate::precision::Precision;
 
 /// Threads a workgroup, whose curves stand side by side in memory.
@@ -67,20 +66,18 @@ pub(crate) struct DescentState {
     pub padding_too: u32,
 }
 
-/// Standing words, as the kernel writes them; 0 is what the host writes before the first tick.
-const RUNNING: u32 = 1;
+/// Standing words, from 1 on; 0 is what the host writes before the first tick.
+const STANDINGS: [Standing; 6] = [
+    Standing::Running,
+    Standing::Converged,
+    Standing::Stalled,
+    Standing::Exhausted,
+    Standing::Unbounded,
+    Standing::Broken,
+];
 
-fn standing(word: u32) -> Option<Standing> {
-    Some(match word {
-        RUNNING => Standing::Running,
-        2 => Standing::Converged,
-        3 => Standing::Stalled,
-        4 => Standing::Exhausted,
-        5 => Standing::Unbounded,
-        6 => Standing::Broken,
-        _ => return None,
-    })
-}
+/// The arrays of a chunk that come back.
+const WANTED: [&str; 3] = ["states", "lanes", "displacements"];
 
 /// The kernel of a composition with the inner product of an order, 0, 1 or 2; of order 2 it may be Newton's.
 pub(crate) fn descent_kernel(
@@ -164,10 +161,7 @@ impl<const D: usize> Run<'_, D> {
             let is_newton =
                 self.plan.direction == Direction::Newton && self.plan.order == 2 && composition.edges() == 2;
             let job = Job { run: self, is_newton, composition };
-            match job.descend(&order, &mut outcomes, progress, ended) {
-                Err(Interrupted { error: Error::DeviceLost(_) | Error::Timeout { .. }, finished }) if finished > 0 => {}
-                done => done?,
-            }
+            kept(job.descend(&order, &mut outcomes, progress, ended))?;
         }
         let own: Vec<Problem<D>> = host.iter().map(|&i| problems[i].clone()).collect();
         let descended = descend_on_cpu(self.plan, self.energy, &own, &|k, outcome| ended(host[k], outcome));
@@ -221,13 +215,6 @@ struct Job<'a, const D: usize> {
     is_newton: bool,
 }
 
-/// A chunk on the device.
-struct UnderWay<'a> {
-    pending: Pending<'a>,
-    layout: Layout,
-    buffers: Vec<(&'static str, Buffer)>,
-}
-
 impl<'a, const D: usize> Job<'a, D> {
     fn descend(
         &self,
@@ -237,24 +224,17 @@ impl<'a, const D: usize> Job<'a, D> {
         ended: Ended<'_, D>,
     ) -> Result<(), Interrupted> {
         let gpu = self.run.gpu;
-        let nothing = |error: Error| Interrupted { error, finished: 0 };
         let members = |groups: &Range<usize>| &order[groups.start * GROUP..(groups.end * GROUP).min(order.len())];
         let words = order.chunks(GROUP).map(|group| self.layout(group).work.max(1));
-        let real = self.real_bytes();
+        let real = self.run.precision.bytes();
         // All arrays together are less than twice the largest.
-        let chunks = plan::chunks(words, real, 2 * real, gpu.limits()).map_err(nothing)?;
+        let chunks = plan::chunks(words, real, 2 * real, gpu.limits())?;
         let done = pipeline(
             chunks,
-            |groups| match self.run.precision {
-                Precision::F64 => self.start::<f64>(members(groups)),
-                _ => self.start::<f32>(members(groups)),
-            },
-            |under_way| self.finish(under_way, progress),
+            |groups| self.start(members(groups)),
+            |rounds: Rounds<Layout>| rounds.finish(|r, l, a, s| self.round(r, l, a, s), &WANTED, &mut *progress),
             |groups, (layout, results)| {
-                match self.run.precision {
-                    Precision::F64 => self.unpack::<f64>(members(groups), &layout, &results, outcomes),
-                    _ => self.unpack::<f32>(members(groups), &layout, &results, outcomes),
-                }
+                self.unpack(members(groups), &layout, &results, outcomes);
                 members(groups).iter().for_each(|&i| ended(i, &outcomes[i]));
                 Ok(())
             },
@@ -262,40 +242,33 @@ impl<'a, const D: usize> Job<'a, D> {
         done.map_err(|interrupted| Interrupted { finished: interrupted.finished * GROUP, ..interrupted })
     }
 
-    fn real_bytes(&self) -> u64 {
-        if self.run.precision == Precision::F64 { 8 } else { 4 }
-    }
-
-    fn start<S: Real + Pod>(&self, curves: &[usize]) -> Result<UnderWay<'a>> {
+    fn start(&self, curves: &[usize]) -> Result<Rounds<'a, Layout>> {
         let layout = self.layout(curves);
-        let (given, fixed) = self.pack::<S>(curves, &layout);
-        let real = self.real_bytes();
-        let mut recording = self.run.gpu.record();
-        let buffers = vec![
+        let (given, fixed) = self.pack(curves, &layout);
+        let mut recording = self.run.gpu.record(self.run.precision);
+        let arrays = vec![
             ("curves", recording.upload(&layout.table)),
-            ("fixed", recording.upload(&fixed)),
+            ("fixed", recording.upload_reals(&fixed)),
             ("pins", recording.upload(&layout.pins)),
             ("states", recording.upload(&vec![DescentState::zeroed(); curves.len()])),
-            ("lanes", recording.upload(&given)),
-            ("displacements", recording.storage(layout.displacements as u64 * real)),
-            ("work", recording.storage(layout.work as u64 * real)),
+            ("lanes", recording.upload_reals(&given)),
+            ("displacements", recording.storage_reals(layout.displacements)),
+            ("work", recording.storage_reals(layout.work)),
         ];
-        let all: Vec<u32> = (0..curves.len() as u32).collect();
-        let pending = self.dispatch(recording, &layout, &buffers, &all)?;
-        Ok(UnderWay { pending, layout, buffers })
+        let of_curves = ("discrete/descent", curves.len());
+        Rounds::start::<DescentState>(of_curves, recording, (layout, arrays), |r, l, a, s| self.round(r, l, a, s))
     }
 
-    /// Lets the curves listed descend by as many ticks as fit, and asks for the states.
-    fn dispatch(
+    /// Lets the curves listed descend by as many ticks as fit.
+    fn round(
         &self,
-        mut recording: Recording<'a>,
+        recording: &mut Recording<'a>,
         layout: &Layout,
-        buffers: &[(&'static str, Buffer)],
+        arrays: &[(&str, &Buffer)],
         slots: &[u32],
-    ) -> Result<Pending<'a>> {
+    ) -> Result<()> {
         let run = self.run;
-        let kernel =
-            run.gpu.kernel(&descent_kernel(&self.composition, run.plan.order, self.is_newton, run.precision))?;
+        let kernel = descent_kernel(&self.composition, run.plan.order, self.is_newton, run.precision);
         let params = recording.uniform(&DescentParams {
             tasks: slots.len() as u32,
             numbers: self.numbers() as u32,
@@ -312,47 +285,9 @@ impl<'a, const D: usize> Job<'a, D> {
         });
         let tasks = recording.upload(&tasks(slots, &layout.turns, run.most_ticks));
         let mut bound = vec![("params", &params), ("tasks", &tasks)];
-        bound.extend(buffers.iter().map(|(name, buffer)| (*name, buffer)));
-        let groups = plan::workgroups(slots.len(), GROUP, run.gpu.limits())?;
-        recording.dispatch(&kernel, groups, &bound)?;
-        recording.download(named(buffers, "states"));
-        recording.submit()
+        bound.extend(arrays);
+        recording.dispatch(&kernel, slots.len(), GROUP, &bound)
     }
-
-    /// Dispatches until no curve of a chunk runs; states, numbers and displacements.
-    fn finish(&self, under_way: UnderWay<'a>, progress: &mut dyn FnMut(usize)) -> Result<(Layout, Vec<Downloaded>)> {
-        let UnderWay { mut pending, layout, buffers } = under_way;
-        let mut running = layout.table.len();
-        loop {
-            let results = pending.wait()?;
-            let states = results[0].as_slice::<DescentState>();
-            let mut slots = Vec::new();
-            for (slot, state) in states.iter().enumerate().take(layout.table.len()) {
-                match standing(state.standing) {
-                    Some(Standing::Running) => slots.push(slot as u32),
-                    Some(_) => {}
-                    None => {
-                        let message = format!("slot {slot} has the standing {}: no kernel wrote it", state.standing);
-                        return Err(Error::Kernel { kernel: "discrete/descent".into(), message });
-                    }
-                }
-            }
-            if slots.len() < running {
-                progress(running - slots.len());
-                running = slots.len();
-            }
-            let mut recording = self.run.gpu.record();
-            if slots.is_empty() {
-                ["states", "lanes", "displacements"].iter().for_each(|name| recording.download(named(&buffers, name)));
-                return Ok((layout, recording.submit()?.wait()?));
-            }
-            pending = self.dispatch(recording, &layout, &buffers, &slots)?;
-        }
-    }
-}
-
-fn named<'b>(buffers: &'b [(&'static str, Buffer)], name: &str) -> &'b Buffer {
-    &buffers.iter().find(|(own, _)| *own == name).expect("a name of the list").1
 }
 
 /// Ticks of the curves listed: the same for all threads of a workgroup, whose loops turn together.

@@ -10,11 +10,10 @@ use super::energy::{Energy, bending, tension};
 use super::hessian::COUPLED;
 use crate::error::{Error, Result};
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
-use crate::linalg::Real;
 use crate::precision::Precision;
 
 /// Threads a workgroup.
-pub(crate) const GROUP: u32 = 64;
+pub(crate) const GROUP: usize = 64;
 
 /// Vertices a thread walks over; up to three more are computed twice.
 const BLOCK_VERTICES: usize = 32;
@@ -94,24 +93,18 @@ pub fn evaluate(gpu: &Gpu, precision: Precision, at: At<'_>, want: Want<'_>) -> 
     let d = at.batch.dimension();
     let composition = Composition::of(at.energy, at.gauge.is_some(), d, precision).map_err(Error::Argument)?;
     let mut found = Found::new(&at, want);
-    let job = Job { gpu, precision, at, want, composition };
-    let real = if precision == Precision::F64 { 8 } else { 4 };
+    let job = Job { at, want, composition };
+    let real = precision.bytes();
     let result = if let Want::Hessian = want { (COUPLED + 1) * d * d } else { d };
     let largest = real * result.max(d + 1) as u64;
     let total = real * (result + 2 * (d + 1)) as u64;
     let chunks = plan::chunks((0..at.batch.len()).map(|i| at.batch.count(i)), largest, 2 * total, gpu.limits())?;
     pipeline(
         chunks,
-        |curves| match precision {
-            Precision::F64 => job.record::<f64>(curves)?.submit(),
-            _ => job.record::<f32>(curves)?.submit(),
-        },
+        |curves| job.record(gpu.record(precision), curves)?.submit(),
         Pending::wait,
         |curves, results| {
-            match precision {
-                Precision::F64 => job.unpack::<f64>(curves, &results, &mut found),
-                _ => job.unpack::<f32>(curves, &results, &mut found),
-            }
+            job.unpack(curves, &results, &mut found);
             Ok(())
         },
     )?;
@@ -119,14 +112,12 @@ pub fn evaluate(gpu: &Gpu, precision: Precision, at: At<'_>, want: Want<'_>) -> 
 }
 
 struct Job<'a> {
-    gpu: &'a Gpu,
-    precision: Precision,
     at: At<'a>,
     want: Want<'a>,
     composition: Composition,
 }
 
-impl<'a> Job<'a> {
+impl Job<'_> {
     /// Curves of a chunk that have an energy.
     fn evaluated(&self, curves: &Range<usize>) -> impl Iterator<Item = usize> {
         let at = self.at;
@@ -148,19 +139,18 @@ impl<'a> Job<'a> {
         self.evaluated(curves).flat_map(of_curve).collect()
     }
 
-    fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
-        let mut recording = self.gpu.record();
+    fn record<'g>(&self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<Recording<'g>> {
         let (batch, d) = (self.at.batch, self.at.batch.dimension());
         let first = batch.offsets()[curves.start];
         let points = batch.offsets()[curves.end] - first;
         let width = self.composition.width();
         let blocks = self.blocks(curves);
         let mut table = vec![EvaluateCurve::zeroed(); curves.len()];
-        let mut weights = vec![S::ZERO; curves.len() * width];
+        let mut weights = vec![0.0; curves.len() * width];
         // Differences are taken here, in f64: the device never sees a coordinate.
-        let mut edges = vec![S::ZERO; points * (d + 1)];
-        let mut offsets = vec![S::ZERO; if self.at.attachments.is_some() { points * (d + 1) } else { 0 }];
-        let mut direction = vec![S::ZERO; if let Want::Slope(_) = self.want { points * d } else { 0 }];
+        let mut edges = vec![0.0; points * (d + 1)];
+        let mut offsets = vec![0.0; if self.at.attachments.is_some() { points * (d + 1) } else { 0 }];
+        let mut direction = vec![0.0; if let Want::Slope(_) = self.want { points * d } else { 0 }];
         for i in self.evaluated(curves) {
             let (index, count, size) = (i - curves.start, batch.count(i), self.at.size(i));
             let start = batch.offsets()[i] - first;
@@ -169,71 +159,60 @@ impl<'a> Job<'a> {
             table[index] = EvaluateCurve { start: start_word, segments, closed, index: index as u32 };
             let own = self.weights(i);
             let to = &mut weights[index * width..][..width];
-            to.iter_mut().zip(own.entries).for_each(|(to, weight)| *to = S::from_f64(weight));
+            to.iter_mut().zip(own.entries).for_each(|(to, weight)| *to = weight);
             let vertices = batch.points(i);
             for j in 0..batch.spans(i) {
                 let next = (j + 1) % count;
                 let to = &mut edges[(start + j) * (d + 1)..][..d + 1];
                 for c in 0..d {
-                    to[c] = S::from_f64((vertices[next * d + c] - vertices[j * d + c]) / size);
+                    to[c] = (vertices[next * d + c] - vertices[j * d + c]) / size;
                 }
                 let is_data = self.at.gauge.is_some_and(|gauge| gauge.is_data[batch.offsets()[i] + next]);
-                to[d] = S::from_f64(if is_data { 0.0 } else { 1.0 });
+                to[d] = if is_data { 0.0 } else { 1.0 };
             }
             for v in 0..count {
                 let vertex = batch.offsets()[i] + v;
                 if let Some(attachments) = self.at.attachments {
                     let to = &mut offsets[(start + v) * (d + 1)..][..d + 1];
                     for c in 0..d {
-                        to[c] = S::from_f64((vertices[v * d + c] - attachments.points[vertex * d + c]) / size);
+                        to[c] = (vertices[v * d + c] - attachments.points[vertex * d + c]) / size;
                     }
-                    to[d] = S::from_f64(attachments.weights[vertex]);
+                    to[d] = attachments.weights[vertex];
                 }
                 if let Want::Slope(p) = self.want {
                     let to = &mut direction[(start + v) * d..][..d];
-                    to.iter_mut().zip(&p[vertex * d..]).for_each(|(to, p)| *to = S::from_f64(p / size));
+                    to.iter_mut().zip(&p[vertex * d..]).for_each(|(to, p)| *to = p / size);
                 }
             }
         }
         if self.at.attachments.is_none() && self.composition.definitions.contains_key("ATTACHMENT") {
-            offsets = vec![S::ZERO; points * (d + 1)];
+            offsets = vec![0.0; points * (d + 1)];
         }
-        let real = size_of::<S>() as u64;
-        let params = recording.uniform(&EvaluateParams {
-            blocks: blocks.len() as u32,
-            weights: width as u32,
-            padding: 0,
-            padding_too: 0,
-        });
-        let table = recording.upload(&table);
-        let weights = recording.upload(&weights);
-        let edges = recording.upload(&edges);
-        let offsets = recording.upload(&offsets);
-        let sums = recording.storage(3 * blocks.len() as u64 * real);
+        let (count, weight_count) = (blocks.len(), width as u32);
+        let params = EvaluateParams { blocks: count as u32, weights: weight_count, padding: 0, padding_too: 0 };
+        let sums = recording.storage_reals(3 * count);
         let gradients = match self.want {
-            Want::Slope(_) => recording.upload(&direction),
-            Want::Gradient => recording.storage((points * d) as u64 * real),
-            _ => recording.storage(real),
+            Want::Slope(_) => recording.upload_reals(&direction),
+            Want::Gradient => recording.storage_reals(points * d),
+            _ => recording.storage_reals(1),
         };
-        let hessians = match self.want {
-            Want::Hessian => recording.storage((points * (COUPLED + 1) * d * d) as u64 * real),
-            _ => recording.storage(real),
-        };
-        let kernel = self.gpu.kernel(&evaluate_kernel(&self.composition, self.want.entry(), self.precision))?;
-        let groups = plan::workgroups(blocks.len(), GROUP as usize, self.gpu.limits())?;
-        let block_table = recording.upload(&blocks);
+        let hessians = recording.storage_reals(match self.want {
+            Want::Hessian => points * (COUPLED + 1) * d * d,
+            _ => 1,
+        });
         let buffers = [
-            ("params", &params),
-            ("curves", &table),
-            ("blocks", &block_table),
-            ("weight_table", &weights),
-            ("edges", &edges),
-            ("offsets", &offsets),
+            ("params", &recording.uniform(&params)),
+            ("curves", &recording.upload(&table)),
+            ("blocks", &recording.upload(&blocks)),
+            ("weight_table", &recording.upload_reals(&weights)),
+            ("edges", &recording.upload_reals(&edges)),
+            ("offsets", &recording.upload_reals(&offsets)),
             ("sums", &sums),
             ("gradients", &gradients),
             ("hessians", &hessians),
         ];
-        recording.dispatch(&kernel, groups, &buffers)?;
+        let kernel = evaluate_kernel(&self.composition, self.want.entry(), recording.precision());
+        recording.dispatch(&kernel, count, GROUP, &buffers)?;
         match self.want {
             Want::Hessian => recording.download(&hessians),
             Want::Gradient => {
@@ -245,37 +224,38 @@ impl<'a> Job<'a> {
         Ok(recording)
     }
 
-    fn unpack<S: Real + Pod>(&self, curves: &Range<usize>, results: &[Downloaded], found: &mut Found) {
+    fn unpack(&self, curves: &Range<usize>, results: &[Downloaded], found: &mut Found) {
         let (batch, d) = (self.at.batch, self.at.batch.dimension());
         let first = batch.offsets()[curves.start];
-        let to_input = |to: &mut [f64], from: &[S], unit: f64| {
-            to.iter_mut().zip(from).for_each(|(to, from)| *to = unit * from.to_f64());
+        let to_input = |to: &mut [f64], from: &[f64], unit: f64| {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = unit * from);
         };
+        let (sums, gradients) = (results[0].reals(), results.get(1).map(Downloaded::reals));
         for i in self.evaluated(curves) {
             let size = self.at.size(i);
             let unit = self.weights(i).unit;
             if let Want::Hessian = self.want {
                 let a_vertex = (COUPLED + 1) * d * d;
                 let to = &mut found.hessians[batch.offsets()[i] * a_vertex..batch.offsets()[i + 1] * a_vertex];
-                let from = &results[0].as_slice::<S>()[(batch.offsets()[i] - first) * a_vertex..];
+                let from = &sums[(batch.offsets()[i] - first) * a_vertex..];
                 to_input(to, from, unit / size / size);
                 continue;
             }
             (found.energies[i], found.gauges[i], found.slopes[i]) = (0.0, 0.0, 0.0);
-            if let Want::Gradient = self.want {
+            if let Some(gradients) = &gradients {
                 let to = &mut found.gradients[batch.offsets()[i] * d..batch.offsets()[i + 1] * d];
-                let from = &results[1].as_slice::<S>()[(batch.offsets()[i] - first) * d..];
+                let from = &gradients[(batch.offsets()[i] - first) * d..];
                 to_input(to, from, unit / size);
             }
         }
         if let Want::Hessian = self.want {
             return;
         }
-        for (block, sums) in self.blocks(curves).iter().zip(results[0].as_slice::<S>().chunks_exact(3)) {
+        for (block, sums) in self.blocks(curves).iter().zip(sums.chunks_exact(3)) {
             let i = curves.start + block.curve as usize;
-            found.energies[i] += sums[0].to_f64();
-            found.gauges[i] += sums[1].to_f64();
-            found.slopes[i] += sums[2].to_f64();
+            found.energies[i] += sums[0];
+            found.gauges[i] += sums[1];
+            found.slopes[i] += sums[2];
         }
         for i in self.evaluated(curves) {
             let unit = self.weights(i).unit;

@@ -5,6 +5,7 @@ use super::kernel::Kernel;
 use super::record::{Recording, entry, is_written};
 use super::reflect::{Access, Binding};
 use crate::error::Result;
+use crate::precision::Precision;
 
 /// One buffer of a captured dispatch.
 #[derive(Clone, Debug)]
@@ -59,7 +60,7 @@ impl Recording<'_> {
         let gpu = self.gpu();
         let contents = |recording: &mut Self| -> Result<Vec<Vec<u8>>> {
             recording.flush();
-            let mut reading = gpu.record();
+            let mut reading = gpu.record(Precision::F32);
             bound.iter().for_each(|(_, buffer)| reading.download(buffer));
             Ok(reading.submit()?.wait()?.iter().map(|bytes| bytes.as_slice::<u8>().to_vec()).collect())
         };

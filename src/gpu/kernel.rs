@@ -35,7 +35,7 @@ impl KernelKey {
 }
 
 /// A compiled kernel.
-pub struct Kernel {
+pub(super) struct Kernel {
     pub(super) name: String,
     pub(super) wgsl: String,
     pub(super) entry: &'static str,
@@ -49,7 +49,7 @@ impl Gpu {
     /// # Errors
     /// [`Error::Kernel`] when the compiler refuses it; [`Error::Limit`] when it asks for more workgroup memory or
     /// threads than the device has (which wgpu does not check for us).
-    pub fn kernel(&self, key: &KernelKey) -> Result<Arc<Kernel>> {
+    pub(super) fn kernel(&self, key: &KernelKey) -> Result<Arc<Kernel>> {
         let name = key.name();
         if let Some(kernel) = self.kernels.lock().expect("no panic while held").get(&name) {
             return Ok(Arc::clone(kernel));

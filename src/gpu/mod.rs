@@ -8,6 +8,7 @@ mod pipeline;
 pub mod plan;
 mod record;
 pub mod reflect;
+mod rounds;
 pub mod source;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -15,7 +16,9 @@ pub(crate) mod testing;
 pub use adapter::{AdapterSummary, adapters};
 pub use capture::{CapturedBuffer, CapturedDispatch};
 pub use context::Gpu;
-pub use kernel::{Kernel, KernelKey};
+pub use kernel::KernelKey;
 pub use pipeline::{Interrupted, pipeline};
+pub(crate) use pipeline::{Lost, kept, unwritten};
 pub use record::{Downloaded, Pending, Recording};
+pub(crate) use rounds::{Rounds, standing};
 pub use wgpu::Buffer;

@@ -17,10 +17,46 @@ pub struct Interrupted {
     pub finished: usize,
 }
 
+/// An error before the first chunk.
+impl From<Error> for Interrupted {
+    fn from(error: Error) -> Self {
+        Interrupted { error, finished: 0 }
+    }
+}
+
 impl From<Interrupted> for Error {
     fn from(interrupted: Interrupted) -> Self {
         interrupted.error
     }
+}
+
+/// Where a run lost its device: the curves from this one on are not finished, and why.
+pub(crate) struct Lost {
+    pub finished: usize,
+    pub why: String,
+}
+
+/// What every method with a status a curve does when the device is lost, or does not answer in time: what was finished
+/// is kept, and what was not is said curve by curve. Before anything was finished it is an error, like all else.
+///
+/// # Errors
+/// That of the run, unless it lost its device.
+pub(crate) fn kept(done: Result<(), Interrupted>) -> Result<Option<Lost>> {
+    match done {
+        Ok(()) => Ok(None),
+        Err(Interrupted { error: error @ (Error::DeviceLost(_) | Error::Timeout { .. }), finished })
+            if finished > 0 =>
+        {
+            Ok(Some(Lost { finished, why: error.to_string() }))
+        }
+        Err(interrupted) => Err(interrupted.error),
+    }
+}
+
+/// The error of a curve whose status word is none that the kernel writes.
+pub(crate) fn unwritten(kernel: &str, curve: impl std::fmt::Display, word: u32) -> Error {
+    let message = format!("{curve} has the status word {word}: no kernel wrote it");
+    Error::Kernel { kernel: kernel.into(), message }
 }
 
 /// Submits the chunks (ranges of curves) in order and finishes each, in order, as its results arrive. When the device has
@@ -133,5 +169,17 @@ mod tests {
         let (result, done) = run(10, 20);
         assert!(matches!(result, Err(Interrupted { error: Error::DeviceLost(_), finished: 20 })));
         assert_eq!(done, [0..10, 10..20]);
+        assert!(kept(Ok(())).unwrap().is_none());
+        let lost = kept(result).unwrap().expect("two chunks were finished");
+        assert_eq!((lost.finished, lost.why.as_str()), (20, "the device was lost: gone; run again, or use the CPU"));
+        let timeout = Interrupted { error: Error::Timeout { seconds: 60 }, finished: 20 };
+        assert_eq!(kept(Err(timeout)).unwrap().expect("as before").finished, 20);
+    }
+
+    #[test]
+    fn a_device_lost_before_anything_was_finished_is_an_error() {
+        assert!(matches!(kept(run(10, 0).0), Err(Error::DeviceLost(_))));
+        let other = Interrupted { error: Error::OutOfMemory { chunk_bytes: 1 }, finished: 20 };
+        assert!(matches!(kept(Err(other)), Err(Error::OutOfMemory { .. })));
     }
 }

@@ -1,22 +1,30 @@
 //! One submission: buffers up, dispatches, results back, with every failure turned into an [`Error`].
 
+use std::borrow::Cow;
 use std::sync::mpsc;
 use std::time::Duration;
 
 use bytemuck::Pod;
+use rayon::prelude::*;
 use wgpu::{BufferUsages, ErrorFilter};
 
 use super::context::Gpu;
-use super::kernel::Kernel;
+use super::kernel::{Kernel, KernelKey};
+use super::plan;
 use super::reflect::Access;
 use crate::error::{Error, Result};
+use crate::precision::Precision;
 
 /// How long the host waits for one submission. Dispatches are kept far shorter; only a hung driver takes longer.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// Work being recorded for one submission.
+/// Numbers that a thread converts at least.
+const CONVERTED_TOGETHER: usize = 1 << 14;
+
+/// Work being recorded for one submission. The host's numbers are f64; the kernels' have the precision of the recording.
 pub struct Recording<'g> {
     gpu: &'g Gpu,
+    precision: Precision,
     encoder: wgpu::CommandEncoder,
     // Scopes close in the order opposite to their opening, and fields drop in the order written.
     validation: wgpu::ErrorScopeGuard,
@@ -29,6 +37,7 @@ pub struct Recording<'g> {
 /// A submission under way.
 pub struct Pending<'g> {
     gpu: &'g Gpu,
+    precision: Precision,
     downloads: Vec<wgpu::Buffer>,
     mapped: Vec<mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>>,
     index: wgpu::SubmissionIndex,
@@ -36,12 +45,13 @@ pub struct Pending<'g> {
 }
 
 impl Gpu {
-    /// Starts a submission.
-    pub fn record(&self) -> Recording<'_> {
+    /// Starts a submission whose kernels compute in this precision.
+    pub fn record(&self, precision: Precision) -> Recording<'_> {
         let out_of_memory = self.device.push_error_scope(ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(ErrorFilter::Validation);
         let encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        Recording { gpu: self, encoder, out_of_memory, validation, downloads: vec![], timestamps: vec![], bytes: 0 }
+        let (downloads, timestamps) = (vec![], vec![]);
+        Recording { gpu: self, precision, encoder, out_of_memory, validation, downloads, timestamps, bytes: 0 }
     }
 }
 
@@ -68,6 +78,17 @@ impl<'g> Recording<'g> {
         self.create(bytemuck::cast_slice(data), BufferUsages::STORAGE)
     }
 
+    /// The same of numbers, each rounded once to the precision of the recording.
+    pub fn upload_reals(&mut self, numbers: &[f64]) -> wgpu::Buffer {
+        match self.precision {
+            Precision::F64 => self.upload(numbers),
+            _ => {
+                let rounded = numbers.par_iter().with_min_len(CONVERTED_TOGETHER).map(|&x| x as f32);
+                self.upload(&rounded.collect::<Vec<f32>>())
+            }
+        }
+    }
+
     /// A uniform with these contents.
     pub fn uniform<T: Pod>(&mut self, data: &T) -> wgpu::Buffer {
         self.create(bytemuck::bytes_of(data), BufferUsages::UNIFORM)
@@ -85,12 +106,27 @@ impl<'g> Recording<'g> {
         self.gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
     }
 
-    /// Dispatches a kernel with its buffers by name.
+    /// The same for so many numbers in the precision of the recording.
+    pub fn storage_reals(&mut self, count: usize) -> wgpu::Buffer {
+        self.storage(count as u64 * self.precision.bytes())
+    }
+
+    /// Dispatches a kernel, for so many tasks at `per_group` tasks a workgroup, with its buffers by name.
     ///
     /// # Errors
-    /// [`Error::Kernel`] when a buffer the kernel uses is not named, or too small for one element.
-    pub fn dispatch(&mut self, kernel: &Kernel, groups: [u32; 3], buffers: &[(&str, &wgpu::Buffer)]) -> Result<()> {
-        if groups.contains(&0) {
+    /// Those of [`Gpu::kernel`] and of [`plan::workgroups`]; [`Error::Kernel`] when a buffer the kernel uses is not
+    /// named, or too small for one element.
+    pub fn dispatch(
+        &mut self,
+        key: &KernelKey,
+        tasks: usize,
+        per_group: usize,
+        buffers: &[(&str, &wgpu::Buffer)],
+    ) -> Result<()> {
+        debug_assert_eq!(key.precision, self.precision, "{}", key.name());
+        let kernel = &*self.gpu.kernel(key)?;
+        let groups = plan::workgroups(tasks, per_group, self.gpu.limits())?;
+        if tasks == 0 {
             return Ok(());
         }
         let mut bound = Vec::with_capacity(kernel.reflection.bindings.len());
@@ -113,6 +149,11 @@ impl<'g> Recording<'g> {
 
     pub(crate) fn gpu(&self) -> &'g Gpu {
         self.gpu
+    }
+
+    /// The precision its kernels compute in.
+    pub fn precision(&self) -> Precision {
+        self.precision
     }
 
     pub(super) fn encode(&mut self, kernel: &Kernel, groups: [u32; 3], entries: &[wgpu::BindGroupEntry<'_>]) {
@@ -186,7 +227,8 @@ impl<'g> Recording<'g> {
             let kernel = "submission".to_string();
             return Err(self.gpu.failure(Error::Kernel { kernel, message: error.to_string() }));
         }
-        Ok(Pending { gpu: self.gpu, mapped, downloads: self.downloads, index, timestamps })
+        let Recording { gpu, precision, downloads, .. } = self;
+        Ok(Pending { gpu, precision, mapped, downloads, index, timestamps })
     }
 
     fn resolve_timestamps(&mut self) -> Option<wgpu::Buffer> {
@@ -223,7 +265,15 @@ pub(super) fn is_written(access: Access) -> bool {
     access == Access::ReadWrite
 }
 
-impl Pending<'_> {
+impl<'g> Pending<'g> {
+    pub(super) fn gpu(&self) -> &'g Gpu {
+        self.gpu
+    }
+
+    pub(super) fn precision(&self) -> Precision {
+        self.precision
+    }
+
     /// Waits, and gives the contents asked for.
     ///
     /// # Errors
@@ -246,7 +296,8 @@ impl Pending<'_> {
         if let Some(timestamps) = &self.timestamps {
             self.add_kernel_time(&read(timestamps)?);
         }
-        self.downloads.iter().map(|buffer| Ok(Downloaded(read(buffer)?))).collect()
+        let downloaded = |buffer| Ok(Downloaded { bytes: read(buffer)?, precision: self.precision });
+        self.downloads.iter().map(downloaded).collect()
     }
 
     fn add_kernel_time(&self, bytes: &[u8]) {
@@ -259,11 +310,25 @@ impl Pending<'_> {
 }
 
 /// The contents of a buffer, mapped.
-pub struct Downloaded(wgpu::BufferView);
+pub struct Downloaded {
+    bytes: wgpu::BufferView,
+    precision: Precision,
+}
 
 impl Downloaded {
-    /// The contents as numbers.
+    /// The contents as words, or as structs of words.
     pub fn as_slice<T: Pod>(&self) -> &[T] {
-        bytemuck::cast_slice(&self.0)
+        bytemuck::cast_slice(&self.bytes)
+    }
+
+    /// The contents as numbers in the precision of the recording.
+    pub fn reals(&self) -> Cow<'_, [f64]> {
+        match self.precision {
+            Precision::F64 => self.as_slice().into(),
+            _ => {
+                let narrow = self.as_slice::<f32>().par_iter().with_min_len(CONVERTED_TOGETHER);
+                narrow.map(|&x| f64::from(x)).collect::<Vec<f64>>().into()
+            }
+        }
     }
 }

@@ -12,9 +12,9 @@ mod sparse;
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
 use std::ops::Range;
 
-use bytemuck::Pod;
 use layout::Layout;
 use rayon::prelude::*;
 use sparse::Weights;
@@ -24,9 +24,10 @@ use super::{GridReport, Grids, Rule, Subdivide};
 use crate::error::Result;
 use crate::gpu::plan::{self, Limits};
 use crate::gpu::source::definitions;
-use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Pending, pipeline};
-use crate::linalg::{Real, power_of_two, take, tasks};
+use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, kept, pipeline};
+use crate::linalg::{power_of_two, take, tasks};
 use crate::precision::Precision;
+use crate::status::CurveStatus;
 
 /// Threads a workgroup.
 const GROUP: usize = 64;
@@ -60,9 +61,17 @@ pub(super) fn subdivide(
     gpu: &Gpu,
     precision: Precision,
     values: &mut [f64],
-    reports: &[GridReport],
+    reports: &mut [GridReport],
 ) -> Result<()> {
-    Work::new(method, grids, gpu, precision, reports).run(method, values)
+    let lost = Work::new(method, grids, gpu, precision, reports).run(method, values)?;
+    if let Some(Lost { finished, why }) = lost {
+        for (i, report) in reports.iter_mut().enumerate().skip(finished).filter(|(_, report)| report.status.is_usable())
+        {
+            let message = format!("{}: it was not subdivided: {why}", grids.place(i));
+            *report = GridReport { status: CurveStatus::NotConverged, message: Some(message) };
+        }
+    }
+    Ok(())
 }
 
 /// One run.
@@ -108,16 +117,11 @@ impl<'a> Work<'a> {
         if let (Prepared::Sparse(weights), Rule::Sparse(rule)) = (&mut work.rule, &method.rule) {
             let shapes = (0..grids.len()).filter(|&i| work.sent[i]).map(|i| grids.shape(i));
             weights.add(rule, shapes, method.rounds);
-            if weights.len() as u64 * work.bytes() > gpu.limits().array_bytes() {
+            if weights.len() as u64 * precision.bytes() > gpu.limits().array_bytes() {
                 work.sent.fill(false);
             }
         }
         work
-    }
-
-    /// Bytes of a number on the device.
-    fn bytes(&self) -> u64 {
-        if self.precision == Precision::F64 { 8 } else { 4 }
     }
 
     /// Whether grids of this shape are for the device.
@@ -126,7 +130,7 @@ impl<'a> Work<'a> {
             return false;
         }
         // No array has more numbers than the new values.
-        let fits = self.values(shape) as u64 <= self.gpu.limits().array_bytes() / self.bytes();
+        let fits = self.values(shape) as u64 <= self.gpu.limits().array_bytes() / self.precision.bytes();
         let is_short = match &self.rule {
             Prepared::Exact => {
                 let [rows, columns] = self.shape_after(shape, self.rounds);
@@ -160,72 +164,66 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn run(&self, method: &Subdivide, values: &mut [f64]) -> Result<()> {
+    fn run(&self, method: &Subdivide, values: &mut [f64]) -> Result<Option<Lost>> {
         let of_host: Vec<[usize; 2]> =
             (0..self.grids.len()).filter(|&i| !self.sent[i]).map(|i| self.grids.shape(i)).collect();
         let refiner = Refiner::<f64>::new(&method.rule, &of_host, method.rounds);
         let mut left = values;
-        pipeline(
+        let done = pipeline(
             self.chunks()?,
-            |chunk| match self.precision {
-                Precision::F64 => self.start::<f64>(chunk),
-                _ => self.start::<f32>(chunk),
-            },
+            |chunk| self.start(chunk),
             |UnderWay { pending, layout, frames }| Ok((pending.map(Pending::wait).transpose()?, layout, frames)),
             |chunk, (found, layout, frames): (Option<Vec<Downloaded>>, Layout, Vec<f64>)| {
-                let found = found.as_deref().and_then(<[_]>::first);
-                match self.precision {
-                    Precision::F64 => self.finish::<f64>(chunk, found, &layout, &frames, &refiner, &mut left),
-                    _ => self.finish::<f32>(chunk, found, &layout, &frames, &refiner, &mut left),
-                }
+                let found = found.as_ref().map_or(Cow::default(), |found| found[0].reals());
+                self.finish(chunk, &found, &layout, &frames, &refiner, &mut left);
                 Ok(())
             },
-        )?;
-        Ok(())
+        );
+        left.fill(f64::NAN);
+        kept(done)
     }
 
     fn chunks(&self) -> Result<Vec<Range<usize>>> {
         // Old and new values and what is downloaded and packed; for the exact rule spectra, v, W and tables too, each smaller than the new values.
         let arrays = if let Prepared::Exact = self.rule { 7 } else { 4 };
-        let together = arrays * self.bytes();
+        let together = arrays * self.precision.bytes();
         let limits = *self.gpu.limits();
         let limits = Limits { chunk_bytes: limits.chunk_bytes.min(MOST_NUMBERS * together), ..limits };
         let values = (0..self.grids.len()).map(|i| if self.sent[i] { self.values(self.grids.shape(i)) } else { 1 });
         let products = |i: usize| if self.sent[i] { self.products(self.grids.shape(i)) } else { 0.0 };
-        let chunks = plan::chunks(values, self.bytes(), together, &limits)?;
+        let chunks = plan::chunks(values, self.precision.bytes(), together, &limits)?;
         Ok(chunks.into_iter().flat_map(|chunk| divided(chunk, products)).collect())
     }
 
-    fn start<S: Real + Pod>(&self, chunk: &Range<usize>) -> Result<UnderWay<'a>> {
+    fn start(&self, chunk: &Range<usize>) -> Result<UnderWay<'a>> {
         let layout = Layout::new(self.grids, chunk, &self.sent);
         let mut frames = vec![0.0; layout.members.len() * (self.grids.dimension() + 1)];
         if layout.members.is_empty() {
             return Ok(UnderWay { pending: None, layout, frames });
         }
-        let given = self.pack::<S>(&layout, &mut frames);
-        let mut recording = self.gpu.record();
+        let given = self.pack(&layout, &mut frames);
+        let mut recording = self.gpu.record(self.precision);
         let numbers = |rounds: u32| layout.offsets(rounds).1;
-        let bytes = |numbers: usize| numbers as u64 * self.bytes();
         // What one round makes the next one reads: two arrays in turn, the larger for the last and every second before.
-        let last = recording.storage(bytes(numbers(self.rounds)));
-        let before = recording.storage(if self.rounds > 1 { bytes(numbers(self.rounds - 1)) } else { 0 });
-        let given = recording.upload(&given);
+        let last = recording.storage_reals(numbers(self.rounds));
+        let before = recording.storage_reals(if self.rounds > 1 { numbers(self.rounds - 1) } else { 0 });
+        let given = recording.upload_reals(&given);
         let stations: Vec<&Buffer> = [&given]
             .into_iter()
             .chain((1..=self.rounds).map(|round| if (self.rounds - round).is_multiple_of(2) { &last } else { &before }))
             .collect();
         match &self.rule {
-            Prepared::Exact => exact::record::<S>(&mut recording, self.precision, &layout, &stations)?,
-            Prepared::Sparse(weights) => weights.record::<S>(&mut recording, self.precision, &layout, &stations)?,
+            Prepared::Exact => exact::record(&mut recording, &layout, &stations)?,
+            Prepared::Sparse(weights) => weights.record(&mut recording, &layout, &stations)?,
         }
         recording.download(&last);
         Ok(UnderWay { pending: Some(recording.submit()?), layout, frames })
     }
 
     /// The values of all grids in their frames: the middle of every coordinate, and the size.
-    fn pack<S: Real + Pod>(&self, layout: &Layout, frames: &mut [f64]) -> Vec<S> {
+    fn pack(&self, layout: &Layout, frames: &mut [f64]) -> Vec<f64> {
         let dimension = self.grids.dimension();
-        let mut given = vec![S::ZERO; layout.offsets(0).1];
+        let mut given = vec![0.0; layout.offsets(0).1];
         let mut left = &mut given[..];
         let parts: Vec<_> = layout
             .members
@@ -238,7 +236,7 @@ impl<'a> Work<'a> {
             *size = frame_of(own, middle);
             for (given, own) in given.chunks_exact_mut(dimension).zip(own.chunks_exact(dimension)) {
                 for c in 0..dimension {
-                    given[c] = S::from_f64((own[c] - middle[c]) / *size);
+                    given[c] = (own[c] - middle[c]) / *size;
                 }
             }
         });
@@ -246,17 +244,16 @@ impl<'a> Work<'a> {
     }
 
     /// Puts the values of a chunk's grids where they belong, which is at the beginning of what is left to be filled.
-    fn finish<S: Real + Pod>(
+    fn finish(
         &self,
         chunk: &Range<usize>,
-        found: Option<&Downloaded>,
+        found: &[f64],
         layout: &Layout,
         frames: &[f64],
         refiner: &Refiner<f64>,
         left: &mut &mut [f64],
     ) {
         let dimension = self.grids.dimension();
-        let found: &[S] = found.map_or(&[], Downloaded::as_slice);
         let places = layout.places(self.rounds);
         let mut offsets = vec![0];
         for i in chunk.clone() {
@@ -276,7 +273,7 @@ impl<'a> Work<'a> {
                     let found = &found[start..start + fine.len()];
                     for (fine, found) in fine.chunks_exact_mut(dimension).zip(found.chunks_exact(dimension)) {
                         for c in 0..dimension {
-                            fine[c] = middle[c] + size * found[c].to_f64();
+                            fine[c] = middle[c] + size * found[c];
                         }
                     }
                 } else if self.reports[i].status.is_usable() {

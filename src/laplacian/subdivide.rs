@@ -73,11 +73,11 @@ impl Subdivide {
     pub fn fit(&self, grids: &Grids, device: &Device) -> Result<Subdivided> {
         let shapes = self.shapes(grids)?;
         let mut values = self.room(grids.dimension(), &shapes)?;
-        let reports: Vec<GridReport> = (0..grids.len()).into_par_iter().map(|i| grids.report(i)).collect();
+        let mut reports: Vec<GridReport> = (0..grids.len()).into_par_iter().map(|i| grids.report(i)).collect();
         match device.as_gpu() {
             Some(gpu) => {
                 let precision = device.kernel_precision(gpu, true)?;
-                super::gpu::subdivide(self, grids, gpu, precision, &mut values, &reports)?;
+                super::gpu::subdivide(self, grids, gpu, precision, &mut values, &mut reports)?;
             }
             None => self.on_cpu(grids, &shapes, &mut values, &reports),
         }
@@ -144,11 +144,16 @@ impl Subdivide {
 }
 
 impl Grids {
+    /// How sentences about grid `i` begin.
+    pub(super) fn place(&self, i: usize) -> String {
+        format!("{}grid {i}", self.file().map(|file| format!("{file}, ")).unwrap_or_default())
+    }
+
     /// What can be said of grid `i` before it is subdivided.
     fn report(&self, i: usize) -> GridReport {
-        let place = self.file().map(|file| format!("{file}, ")).unwrap_or_default();
+        let place = self.place(i);
         if self.grid(i).is_empty() {
-            let message = format!("{place}grid {i} has no points: give it some, or leave it out");
+            let message = format!("{place} has no points: give it some, or leave it out");
             return GridReport { status: CurveStatus::Degenerate, message: Some(message) };
         }
         match self.grid(i).iter().position(|x| !x.is_finite()) {
@@ -157,7 +162,7 @@ impl Grids {
                 let (point, value) = (at / self.dimension(), self.grid(i)[at]);
                 let (row, column) = (point / self.shape(i)[1], point % self.shape(i)[1]);
                 let message = format!(
-                    "{place}grid {i}: the value in row {row}, column {column} (counted from 0) is {value}; all must be finite: mend it, or \
+                    "{place}: the value in row {row}, column {column} (counted from 0) is {value}; all must be finite: mend it, or \
                      leave the grid out"
                 );
                 GridReport { status: CurveStatus::Invalid, message: Some(message) }
@@ -192,8 +197,7 @@ impl Subdivided {
         let is_large = given.grid(i).iter().any(|x| x.abs() > SAFE);
         if self.reports[i].status.is_usable() && is_large && self.grids.grid(i).iter().any(|x| !x.is_finite()) {
             self.grids.grid_mut(i).fill(f64::NAN);
-            let place = given.file().map(|file| format!("{file}, ")).unwrap_or_default();
-            let message = format!("{place}grid {i}: sums of its values overflow: give smaller numbers");
+            let message = format!("{}: sums of its values overflow: give smaller numbers", given.place(i));
             self.reports[i] = GridReport { status: CurveStatus::Invalid, message: Some(message) };
         }
     }

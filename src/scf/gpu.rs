@@ -17,11 +17,10 @@ use crate::error::Result;
 use crate::gpu::plan::{self, Limits};
 use crate::gpu::source::definitions;
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline};
-use crate::linalg::Real;
 use crate::precision::Precision;
 
 /// Threads a workgroup.
-const GROUP: u32 = 64;
+const GROUP: usize = 64;
 
 /// Segments, or dots of curves, in one dispatch at most: on a software driver they take seconds.
 const MOST_TOGETHER: u64 = 1 << 20;
@@ -96,16 +95,12 @@ fn kind(curve: u32, ends: Ends) -> u32 {
 }
 
 /// The blocks of `universals` in `universal.wgsl`.
-fn universals<S: Real>(curves: &[Universal]) -> Vec<S> {
+fn universals(curves: &[Universal]) -> Vec<f64> {
     let block = |curve: &Universal| {
         let own = [curve.exponent, curve.q, 1.0 / curve.q, curve.half];
-        own.into_iter().chain(curve.moment).chain(curve.along).chain(curve.differences).collect::<Vec<f64>>()
+        own.into_iter().chain(curve.moment).chain(curve.along).chain(curve.differences)
     };
-    curves.iter().flat_map(block).map(S::from_f64).collect()
-}
-
-fn real_bytes(precision: Precision) -> u64 {
-    if precision == Precision::F64 { 8 } else { 4 }
+    curves.iter().flat_map(block).collect()
 }
 
 /// The limits of a device for chunks of elements of so many bytes, of which no more than [`MOST_TOGETHER`] belong in one.
@@ -125,22 +120,16 @@ pub(crate) fn evaluate_on_gpu(
     curves: &[Universal],
     segments: &[(u32, [f64; 2])],
 ) -> Result<Vec<Evaluation<f64>>> {
-    let real = real_bytes(precision);
+    let real = precision.bytes();
     let (largest, together) = (FOUND as u64 * real, (2 * FOUND + 2) as u64 * real + 20);
     let chunks = plan::chunks(segments.iter().map(|_| 1), largest, together, &limits(gpu, together))?;
     let mut found = Vec::with_capacity(segments.len());
     pipeline(
         chunks,
-        |chunk| match precision {
-            Precision::F64 => record_segments::<f64>(gpu, precision, curves, &segments[chunk.clone()])?.submit(),
-            _ => record_segments::<f32>(gpu, precision, curves, &segments[chunk.clone()])?.submit(),
-        },
+        |chunk| record_segments(gpu.record(precision), curves, &segments[chunk.clone()])?.submit(),
         Pending::wait,
         |_: &Range<usize>, results: Vec<Downloaded>| {
-            match precision {
-                Precision::F64 => found.extend(unpack(results[0].as_slice::<f64>())),
-                _ => found.extend(unpack(results[0].as_slice::<f32>())),
-            }
+            found.extend(results[0].reals().as_chunks::<FOUND>().0.iter().map(evaluation));
             Ok(())
         },
     )?;
@@ -165,41 +154,35 @@ fn is_doubtful(found: &Evaluation<f64>, angles: [f64; 2]) -> bool {
 }
 
 /// Segments of a single curve, whose directions do not turn.
-fn record_segments<'g, S: Real + Pod>(
-    gpu: &'g Gpu,
-    precision: Precision,
+fn record_segments<'g>(
+    mut recording: Recording<'g>,
     curves: &[Universal],
     segments: &[(u32, [f64; 2])],
 ) -> Result<Recording<'g>> {
-    let mut recording = gpu.record();
     let count = segments.len();
     let table: Vec<Segment> = segments
         .iter()
         .map(|&(curve, _)| Segment { owner: 0, first: 0, last: 0, kind: kind(curve, Ends::Directed) })
         .collect();
-    let angles: Vec<S> = segments.iter().flat_map(|(_, angles)| angles.map(S::from_f64)).collect();
-    let found = recording.storage((FOUND * count) as u64 * real_bytes(precision));
-    let params =
-        recording.uniform(&EvaluationParams { tasks: count as u32, padding: 0, padding_too: 0, padding_three: 0 });
+    let angles: Vec<f64> = segments.iter().flat_map(|(_, angles)| *angles).collect();
+    let found = recording.storage_reals(FOUND * count);
+    let params = EvaluationParams { tasks: count as u32, padding: 0, padding_too: 0, padding_three: 0 };
     let buffers = [
-        ("params", &params),
+        ("params", &recording.uniform(&params)),
         ("tasks", &recording.upload(&(0..count as u32).collect::<Vec<u32>>())),
-        ("universals", &recording.upload(&universals::<S>(curves))),
+        ("universals", &recording.upload_reals(&universals(curves))),
         ("segments", &recording.upload(&table)),
-        ("angles", &recording.upload(&angles)),
-        ("turns", &recording.upload(&[S::ZERO])),
+        ("angles", &recording.upload_reals(&angles)),
+        ("turns", &recording.upload_reals(&[0.0])),
         ("states", &recording.upload(&[SlopesState::zeroed()])),
         ("found", &found),
     ];
-    let kernel = gpu.kernel(&evaluation_kernel(precision))?;
-    recording.dispatch(&kernel, plan::workgroups(count, GROUP as usize, gpu.limits())?, &buffers)?;
+    recording.dispatch(&evaluation_kernel(recording.precision()), count, GROUP, &buffers)?;
     recording.download(&found);
     Ok(recording)
 }
 
-fn unpack<S: Real>(found: &[S]) -> impl Iterator<Item = Evaluation<f64>> {
-    found.as_chunks::<FOUND>().0.iter().map(|own| {
-        let [cost, a, b, aa, ab, bb, exists] = own.map(Real::to_f64);
-        Evaluation { cost, gradient: [a, b], hessian: [aa, ab, bb], exists }
-    })
+fn evaluation(found: &[f64; FOUND]) -> Evaluation<f64> {
+    let [cost, a, b, aa, ab, bb, exists] = *found;
+    Evaluation { cost, gradient: [a, b], hessian: [aa, ab, bb], exists }
 }

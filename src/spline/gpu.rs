@@ -7,15 +7,14 @@ use bytemuck::{Pod, Zeroable};
 use super::knots::Knots;
 use super::packing::Frame;
 use super::sample::Sites;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Pending, Recording, pipeline, plan};
-use crate::linalg::Real;
-use crate::linalg::ring::{RingKernel, RowSource, Solve, real_bytes};
+use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, Recording, kept, pipeline, plan};
+use crate::linalg::ring::{RingKernel, RowSource, Solve};
 use crate::precision::Precision;
 
 /// Threads a workgroup of the sampling kernels.
-pub(crate) const GROUP: u32 = 64;
+pub(crate) const GROUP: usize = 64;
 
 /// `SampleParams` of `sample.wgsl`.
 #[repr(C)]
@@ -51,8 +50,8 @@ pub(crate) struct Fitted {
     pub samples: Vec<f64>,
     /// Curves whose numbers left the range of the device's floats: the CPU must fit them.
     pub overflowed: Vec<usize>,
-    /// Where the device was lost: the curves from this one on were not fitted, and why.
-    pub lost: Option<(usize, String)>,
+    /// Where the device was lost.
+    pub lost: Option<Lost>,
 }
 
 /// Where samples of each curve start in [`Fitted::samples`], in points.
@@ -95,30 +94,15 @@ pub(crate) fn fit(
         lost: None,
     };
     let chunks = chunks(gpu, precision, knots, samples)?;
-    let job = Job { gpu, precision, knots, ends, samples, sample_offsets: &offsets };
+    let job = Job { knots, ends, samples, sample_offsets: &offsets };
     let done = pipeline(
         chunks,
-        |curves| match precision {
-            Precision::F64 => job.record::<f64>(curves)?.submit(),
-            _ => job.record::<f32>(curves)?.submit(),
-        },
+        |curves| job.record(gpu.record(precision), curves)?.submit(),
         Pending::wait,
-        |curves, results| match precision {
-            Precision::F64 => job.unpack::<f64>(curves, &results, &mut fitted),
-            _ => job.unpack::<f32>(curves, &results, &mut fitted),
-        },
+        |curves, results| job.unpack(curves, &results, &mut fitted),
     );
-    match done {
-        Ok(()) => Ok(fitted),
-        // What was finished is kept; what was not is said curve by curve.
-        Err(Interrupted { error: error @ (Error::DeviceLost(_) | Error::Timeout { .. }), finished })
-            if finished > 0 =>
-        {
-            fitted.lost = Some((finished, error.to_string()));
-            Ok(fitted)
-        }
-        Err(interrupted) => Err(interrupted.error),
-    }
+    fitted.lost = kept(done)?;
+    Ok(fitted)
 }
 
 /// Samples splines that are fitted already.
@@ -136,21 +120,14 @@ pub(crate) fn sample(
     let offsets = sample_offsets(knots, samples);
     let mut out = vec![0.0; offsets[knots.len()] * d];
     let chunks = chunks(gpu, precision, knots, samples)?;
-    let job = Job { gpu, precision, knots, ends: &NaturalEnds, samples, sample_offsets: &offsets };
+    let job = Job { knots, ends: &NaturalEnds, samples, sample_offsets: &offsets };
     pipeline(
         chunks,
-        |curves| match precision {
-            Precision::F64 => job.record_samples_of::<f64>(curves, second)?.submit(),
-            _ => job.record_samples_of::<f32>(curves, second)?.submit(),
-        },
+        |curves| job.record_samples_of(gpu.record(precision), curves, second)?.submit(),
         Pending::wait,
         |curves, results| {
-            for i in job.fitted_curves(curves) {
-                match precision {
-                    Precision::F64 => job.unpack_samples::<f64>(curves, i, results.first(), &mut out),
-                    _ => job.unpack_samples::<f32>(curves, i, results.first(), &mut out),
-                }
-            }
+            let samples = results.first().map(Downloaded::reals);
+            job.fitted_curves(curves).for_each(|i| job.unpack_samples(curves, i, samples.as_deref(), &mut out));
             Ok(())
         },
     )?;
@@ -168,7 +145,7 @@ impl EndDerivatives for NaturalEnds {
 
 /// Chunks of curves whose arrays fit the device.
 fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>) -> Result<Vec<Range<usize>>> {
-    let (d, real) = (knots.dimension, real_bytes(precision));
+    let (d, real) = (knots.dimension, precision.bytes());
     // The largest array holds either the points or the samples; of both there is a copy to be read.
     let per_knot = match samples {
         Samples::PerSpan(n) => *n,
@@ -184,51 +161,50 @@ fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>)
 
 /// One run over chunks of curves: what its recordings, and `packing`, read.
 pub(super) struct Job<'a> {
-    pub gpu: &'a Gpu,
-    pub precision: Precision,
     pub knots: &'a Knots,
     pub ends: &'a dyn EndDerivatives,
     pub samples: &'a Samples<'a>,
     pub sample_offsets: &'a [usize],
 }
 
-impl<'a> Job<'a> {
-    fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
-        let (spans, edges) = self.pack::<S>(curves);
-        let (systems, end_derivatives) = self.systems::<S>(curves);
-        let mut recording = self.gpu.record();
-        let second = recording.storage(edges.len() as u64 * real_bytes(self.precision));
-        let spans = recording.upload(&spans);
-        let edges = recording.upload(&edges);
-        let end_derivatives = recording.upload(&end_derivatives);
+impl Job<'_> {
+    fn record<'g>(&self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<Recording<'g>> {
+        let (spans, edges) = self.pack(curves);
+        let (systems, end_derivatives) = self.systems(curves);
+        let second = recording.storage_reals(edges.len());
+        let [spans, edges, end_derivatives] =
+            [&spans, &edges, &end_derivatives].map(|numbers| recording.upload_reals(numbers));
         let status = recording.storage(4 * curves.len() as u64);
         let buffers = vec![("spans", &spans), ("edges", &edges), ("end_derivatives", &end_derivatives)];
         let source = RowSource { path: "spline/natural.wgsl", definitions: Definitions::new(), buffers };
-        let columns = self.knots.dimension as u32;
-        let solve = Solve { systems: &systems, columns, precision: self.precision, kernel: RingKernel::Auto };
+        let solve = Solve { systems: &systems, columns: self.knots.dimension as u32, kernel: RingKernel::Auto };
         solve.record(&mut recording, &source, &second, &status)?;
         recording.download(&second);
         recording.download(&status);
-        self.record_samples::<S>(&mut recording, curves, [&spans, &edges, &second])?;
+        self.record_samples(&mut recording, curves, [&spans, &edges, &second])?;
         Ok(recording)
     }
 
-    fn record_samples_of<S: Real + Pod>(&self, curves: &Range<usize>, second: &[f64]) -> Result<Recording<'a>> {
+    fn record_samples_of<'g>(
+        &self,
+        mut recording: Recording<'g>,
+        curves: &Range<usize>,
+        second: &[f64],
+    ) -> Result<Recording<'g>> {
         let (knots, d) = (self.knots, self.knots.dimension);
-        let (spans, edges) = self.pack::<S>(curves);
+        let (spans, edges) = self.pack(curves);
         let mut normalised = Vec::with_capacity(edges.len());
         for i in self.fitted_curves(curves) {
             let scale = Frame::of(knots, i).second_derivative_unit();
             let of_curve = &second[knots.offsets[i] * d..knots.offsets[i + 1] * d];
-            normalised.extend(of_curve.iter().map(|m| S::from_f64(m / scale)));
+            normalised.extend(of_curve.iter().map(|m| m / scale));
         }
-        let mut recording = self.gpu.record();
-        let buffers = [&spans, &edges, &normalised].map(|array| recording.upload(array));
-        self.record_samples::<S>(&mut recording, curves, [&buffers[0], &buffers[1], &buffers[2]])?;
+        let [spans, edges, second] = [&spans, &edges, &normalised].map(|numbers| recording.upload_reals(numbers));
+        self.record_samples(&mut recording, curves, [&spans, &edges, &second])?;
         Ok(recording)
     }
 
-    fn record_samples<S: Real + Pod>(
+    fn record_samples(
         &self,
         recording: &mut Recording<'_>,
         curves: &Range<usize>,
@@ -236,41 +212,33 @@ impl<'a> Job<'a> {
     ) -> Result<()> {
         let (knots, d) = (self.knots, self.knots.dimension);
         let first = knots.offsets[curves.start];
-        let (entry, count, per_span, site_knots, site_fractions) = match self.samples {
+        let mut site_knots = Vec::new();
+        let (entry, count, per_span, site_fractions) = match self.samples {
             Samples::None => return Ok(()),
-            Samples::PerSpan(n) => ("per_span", n * (knots.offsets[curves.end] - first), *n, vec![], vec![]),
+            Samples::PerSpan(n) => ("per_span", n * (knots.offsets[curves.end] - first), *n, &[][..]),
             Samples::At(sites) => {
                 let range = sites.offsets[curves.start]..sites.offsets[curves.end];
-                let mut site_knots = Vec::with_capacity(range.len());
                 for i in curves.clone() {
                     let base = (knots.offsets[i] - first) as u32;
                     site_knots.extend(sites.knots[sites.offsets[i]..sites.offsets[i + 1]].iter().map(|k| base + k));
                 }
-                let fractions: Vec<S> = sites.fractions[range.clone()].iter().map(|&u| S::from_f64(u)).collect();
-                ("at_sites", range.len(), 1, site_knots, fractions)
+                ("at_sites", range.len(), 1, &sites.fractions[range])
             }
         };
         let definitions = definitions([("GROUP", &GROUP)]);
-        let key = KernelKey { path: "spline/sample.wgsl", entry, precision: self.precision, definitions };
-        let kernel = self.gpu.kernel(&key)?;
-        let (count32, per_span) = (count as u32, per_span as u32);
-        let params = recording.uniform(&SampleParams { count: count32, per_span, dimension: d as u32, padding: 0 });
-        let samples = recording.storage((count * d) as u64 * real_bytes(self.precision));
-        let (site_knots, site_fractions) = (recording.upload(&site_knots), recording.upload(&site_fractions));
-        let groups = plan::workgroups(count, GROUP as usize, self.gpu.limits())?;
-        recording.dispatch(
-            &kernel,
-            groups,
-            &[
-                ("params", &params),
-                ("spans", spans),
-                ("edges", edges),
-                ("second", second),
-                ("samples", &samples),
-                ("site_knots", &site_knots),
-                ("site_fractions", &site_fractions),
-            ],
-        )?;
+        let key = KernelKey { path: "spline/sample.wgsl", entry, precision: recording.precision(), definitions };
+        let params = SampleParams { count: count as u32, per_span: per_span as u32, dimension: d as u32, padding: 0 };
+        let samples = recording.storage_reals(count * d);
+        let buffers = [
+            ("params", &recording.uniform(&params)),
+            ("spans", spans),
+            ("edges", edges),
+            ("second", second),
+            ("samples", &samples),
+            ("site_knots", &recording.upload(&site_knots)),
+            ("site_fractions", &recording.upload_reals(site_fractions)),
+        ];
+        recording.dispatch(&key, count, GROUP, &buffers)?;
         recording.download(&samples);
         Ok(())
     }

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::batch::{CurveBatch, Problem, distance};
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
+use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
 /// How the data points of a curve get their parameters t.
@@ -69,6 +70,18 @@ pub(crate) struct Knots {
 }
 
 impl Knots {
+    /// Curve `i` comes out as its polyline: the device was lost before it was fitted.
+    pub fn leave_unfitted(&mut self, batch: &CurveBatch, i: usize, why: &str) {
+        let message = batch.sentence(i, 0, &format!("it was not fitted: {why}"));
+        self.unfitted.entry(i).or_insert(Problem { status: CurveStatus::NotConverged, message });
+    }
+
+    /// The report of curve `i`, if it is not fitted.
+    pub fn report_unfitted(&self, i: usize) -> Option<CurveReport> {
+        let Problem { status, message } = self.unfitted.get(&i)?;
+        Some(CurveReport::unfitted(*status, message.clone()))
+    }
+
     /// The knots of every curve of a batch.
     ///
     /// # Errors

@@ -168,10 +168,7 @@ impl Natural {
         let reports = (0..batch.len())
             .into_par_iter()
             .with_min_len(1024)
-            .map(|i| match splines.knots().unfitted.get(&i) {
-                None => CurveReport::solved(splines.energy(i)),
-                Some(problem) => CurveReport::unfitted(problem.status, problem.message.clone()),
-            })
+            .map(|i| splines.knots().report_unfitted(i).unwrap_or_else(|| CurveReport::solved(splines.energy(i))))
             .collect();
         device.finished(batch.len());
         Ok((splines, reports, samples))
@@ -200,11 +197,8 @@ impl Natural {
         let fitted = super::gpu::fit(gpu, precision, knots, &ends, &wanted)?;
         let mut second = fitted.second;
         let samples = (!matches!(wanted, Samples::None)).then_some(fitted.samples);
-        if let Some((finished, why)) = fitted.lost {
-            for i in finished..batch.len() {
-                let message = batch.sentence(i, 0, &format!("it was not fitted: {why}"));
-                knots.unfitted.entry(i).or_insert(Problem { status: CurveStatus::NotConverged, message });
-            }
+        if let Some(lost) = fitted.lost {
+            (lost.finished..batch.len()).for_each(|i| knots.leave_unfitted(batch, i, &lost.why));
         }
         if fitted.overflowed.is_empty() {
             return Ok(Solved { second, samples, failed: Vec::new() });

@@ -2,13 +2,10 @@
 
 use std::ops::Range;
 
-use bytemuck::Pod;
-
 use super::gpu::{Fitted, Job, Samples};
 use super::knots::Knots;
-use crate::error::{Error, Result};
-use crate::gpu::Downloaded;
-use crate::linalg::Real;
+use crate::error::Result;
+use crate::gpu::{Downloaded, unwritten};
 use crate::linalg::ring::{FLAG_CYCLIC, STATUS_SINGULAR, STATUS_SOLVED, System};
 
 /// Flags of `natural.wgsl` beside [`FLAG_CYCLIC`].
@@ -60,10 +57,10 @@ impl Frame {
     }
 
     /// Normalised coordinates in the units of the input.
-    pub fn map_back<S: Real>(&self, to: &mut [f64], from: &[S], d: usize) {
+    pub fn map_back(&self, to: &mut [f64], from: &[f64], d: usize) {
         for (to, from) in to.chunks_exact_mut(d).zip(from.chunks_exact(d)) {
             for c in 0..d {
-                to[c] = self.center[c] + self.size * from[c].to_f64();
+                to[c] = self.center[c] + self.size * from[c];
             }
         }
     }
@@ -76,28 +73,28 @@ impl Job<'_> {
 
     /// Spans and edges (a point's step to the next) of a chunk, normalised. Edges, not points, since a spline through
     /// two points close to each other hangs on their difference, and f32 would lose it.
-    pub fn pack<S: Real>(&self, curves: &Range<usize>) -> (Vec<S>, Vec<S>) {
+    pub fn pack(&self, curves: &Range<usize>) -> (Vec<f64>, Vec<f64>) {
         let (knots, d) = (self.knots, self.knots.dimension);
         let first = knots.offsets[curves.start];
         let entries = knots.offsets[curves.end] - first;
-        let mut spans = vec![S::ZERO; entries];
-        let mut edges = vec![S::ZERO; entries * d];
+        let mut spans = vec![0.0; entries];
+        let mut edges = vec![0.0; entries * d];
         for i in self.fitted_curves(curves) {
             let frame = Frame::of(knots, i);
             let range = knots.offsets[i] - first..knots.offsets[i + 1] - first;
             for (span, pair) in spans[range.clone()].iter_mut().zip(knots.t(i).windows(2)) {
-                *span = S::from_f64((pair[1] - pair[0]) / frame.mean_span);
+                *span = (pair[1] - pair[0]) / frame.mean_span;
             }
             let (here, next) = (knots.values(i), &knots.values(i)[d..]);
             for (edge, (from, to)) in edges[range.start * d..].iter_mut().zip(here.iter().zip(next)) {
-                *edge = S::from_f64((to - from) / frame.size);
+                *edge = (to - from) / frame.size;
             }
         }
         (spans, edges)
     }
 
     /// The systems of a chunk, and the normalised derivatives at its clamped ends (empty where no end is clamped).
-    pub fn systems<S: Real>(&self, curves: &Range<usize>) -> (Vec<System>, Vec<S>) {
+    pub fn systems(&self, curves: &Range<usize>) -> (Vec<System>, Vec<f64>) {
         let (knots, d) = (self.knots, self.knots.dimension);
         let mut end_derivatives = Vec::new();
         let mut systems = Vec::with_capacity(curves.len());
@@ -107,9 +104,9 @@ impl Job<'_> {
             for (end, flag) in [FLAG_CLAMPED_START, FLAG_CLAMPED_END].into_iter().enumerate() {
                 if let Some(derivative) = self.ends.end_derivative(i, end) {
                     flags |= flag;
-                    end_derivatives.resize(2 * d * curves.len(), S::ZERO);
+                    end_derivatives.resize(2 * d * curves.len(), 0.0);
                     let to = &mut end_derivatives[(2 * (i - curves.start) + end) * d..][..d];
-                    let scaled = derivative.iter().map(|v| S::from_f64(v * (frame.mean_span / frame.size)));
+                    let scaled = derivative.iter().map(|v| v * (frame.mean_span / frame.size));
                     to.iter_mut().zip(scaled).for_each(|(to, v)| *to = v);
                 }
             }
@@ -123,15 +120,15 @@ impl Job<'_> {
         (systems, end_derivatives)
     }
 
-    pub fn unpack<S: Real + Pod>(&self, curves: &Range<usize>, results: &[Downloaded], out: &mut Fitted) -> Result<()> {
+    pub fn unpack(&self, curves: &Range<usize>, results: &[Downloaded], out: &mut Fitted) -> Result<()> {
         let (knots, d) = (self.knots, self.knots.dimension);
         let first = knots.offsets[curves.start];
-        let (second, status) = (results[0].as_slice::<S>(), results[1].as_slice::<u32>());
+        let (second, status) = (results[0].reals(), results[1].as_slice::<u32>());
+        let samples = results.get(2).map(Downloaded::reals);
         for i in self.fitted_curves(curves) {
             let word = status[i - curves.start];
             if word != STATUS_SOLVED && word != STATUS_SINGULAR {
-                let message = format!("curve {i} has the status word {word}: no kernel wrote it");
-                return Err(Error::Kernel { kernel: "spline/natural".into(), message });
+                return Err(unwritten("spline/natural", format_args!("curve {i}"), word));
             }
             let frame = Frame::of(knots, i);
             let scale = frame.second_derivative_unit();
@@ -139,7 +136,7 @@ impl Job<'_> {
             let part = &second[range.start - first * d..range.end - first * d];
             let mut finite = true;
             for (to, from) in out.second[range].iter_mut().zip(part) {
-                *to = from.to_f64() * scale;
+                *to = from * scale;
                 finite &= to.is_finite();
             }
             if !finite {
@@ -147,28 +144,21 @@ impl Job<'_> {
                 out.samples[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d].fill(f64::NAN);
                 continue;
             }
-            self.unpack_samples::<S>(curves, i, results.get(2), &mut out.samples);
+            self.unpack_samples(curves, i, samples.as_deref(), &mut out.samples);
         }
         Ok(())
     }
 
     /// The samples of one curve, from those of its chunk, in input units.
-    pub fn unpack_samples<S: Real + Pod>(
-        &self,
-        curves: &Range<usize>,
-        i: usize,
-        results: Option<&Downloaded>,
-        out: &mut [f64],
-    ) {
+    pub fn unpack_samples(&self, curves: &Range<usize>, i: usize, results: Option<&[f64]>, out: &mut [f64]) {
         let Some(results) = results else { return };
         let (knots, d) = (self.knots, self.knots.dimension);
-        let results = results.as_slice::<S>();
         let frame = Frame::of(knots, i);
         let to = &mut out[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d];
         // The device says how far each sample is from the point at the knot before it; the points keep their bits.
-        let place = |to: &mut [f64], point: &[f64], from: &[S]| {
+        let place = |to: &mut [f64], point: &[f64], from: &[f64]| {
             for ((to, point), from) in to.iter_mut().zip(point).zip(from) {
-                *to = point + frame.size * from.to_f64();
+                *to = point + frame.size * from;
             }
         };
         match self.samples {

@@ -243,10 +243,9 @@ impl Smoothing {
                 let fit_one = |i: usize| {
                     let length = knots_only.range(i).len() * d;
                     let (values, second) = (take(&mut values, length), take(&mut second, length));
-                    let report = match knots_only.unfitted.get(&i) {
-                        Some(problem) => CurveReport::unfitted(problem.status, problem.message.clone()),
-                        None => smoother.fit(Target { batch, knots: knots_only, curve: i, values, second }, self),
-                    };
+                    let report = knots_only.report_unfitted(i).unwrap_or_else(|| {
+                        smoother.fit(Target { batch, knots: knots_only, curve: i, values, second }, self)
+                    });
                     device.finished(1);
                     report
                 };

@@ -12,10 +12,8 @@ use super::knots::Knots;
 use super::smoother::{Outcome, Smoother, Target, octave};
 use super::smoothing::Smoothing;
 use crate::batch::CurveBatch;
-use crate::error::{Error, Result};
-use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, pipeline, plan};
-use crate::linalg::Real;
-use crate::linalg::ring::real_bytes;
+use crate::error::Result;
+use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, kept, pipeline, plan, unwritten};
 use crate::precision::Precision;
 use crate::report::CurveReport;
 
@@ -81,16 +79,15 @@ pub(super) fn fit_on_gpu(
     let mut values = std::mem::take(&mut knots.values);
     let mut second = vec![0.0; values.len()];
     let mut reports: Vec<Option<CurveReport>> = vec![None; knots.len()];
-    let real = real_bytes(precision);
+    let real = precision.bytes();
     let scratch = real * (5 + 3 * d) as u64;
     let counts = (0..knots.len()).map(|i| knots.range(i).len());
-    let fitted = plan::chunks(counts, scratch, 2 * scratch + real * (2 + d) as u64, gpu.limits()).and_then(|chunks| {
+    let done = plan::chunks(counts, scratch, 2 * scratch + real * (2 + d) as u64, gpu.limits()).and_then(|chunks| {
         let mut smoother = Smoother::default();
         // Packing the next chunk and unpacking the last one take turns on this thread.
         let job = std::cell::RefCell::new(Job {
             options,
-            gpu,
-            precision,
+            epsilon: precision.epsilon(),
             batch,
             knots,
             smoother: &mut smoother,
@@ -98,29 +95,27 @@ pub(super) fn fit_on_gpu(
             second: &mut second,
             reports: &mut reports,
         });
-        let done = pipeline(
+        kept(pipeline(
             chunks,
-            |curves| match precision {
-                Precision::F64 => job.borrow_mut().record::<f64>(curves),
-                _ => job.borrow_mut().record::<f32>(curves),
-            },
+            |curves| job.borrow_mut().record(gpu.record(precision), curves),
             |(pending, sent)| Ok((pending.wait()?, sent)),
-            |_, (results, sent)| match precision {
-                Precision::F64 => job.borrow_mut().unpack::<f64>(&sent, &results),
-                _ => job.borrow_mut().unpack::<f32>(&sent, &results),
-            },
-        );
-        Ok(done?)
+            |_, (results, sent)| job.borrow_mut().unpack(&sent, &results),
+        ))
     });
     knots.values = values;
-    fitted?;
+    if let Some(lost) = done? {
+        for (i, report) in reports.iter_mut().enumerate().filter(|(_, report)| report.is_none()) {
+            knots.leave_unfitted(batch, i, &lost.why);
+            *report = knots.report_unfitted(i);
+        }
+    }
     Ok((second, reports.into_iter().map(|report| report.expect("every curve was fitted or refused")).collect()))
 }
 
 struct Job<'a> {
     options: &'a Smoothing,
-    gpu: &'a Gpu,
-    precision: Precision,
+    /// Of the device's precision.
+    epsilon: f64,
     batch: &'a CurveBatch,
     knots: &'a Knots,
     smoother: &'a mut Smoother,
@@ -132,7 +127,7 @@ struct Job<'a> {
 /// A curve on its way: its index and where its knots start in the chunk's arrays.
 type Sent = (usize, usize);
 
-impl<'a> Job<'a> {
+impl Job<'_> {
     fn target(&mut self, i: usize) -> (Target<'_>, &mut Smoother) {
         let d = self.knots.dimension;
         let range = self.knots.offsets[i] * d..self.knots.offsets[i + 1] * d;
@@ -153,24 +148,24 @@ impl<'a> Job<'a> {
         self.reports[i] = Some(report);
     }
 
-    fn record<S: Real + Pod>(&mut self, curves: &Range<usize>) -> Result<(Pending<'a>, Vec<Sent>)> {
+    fn record<'g>(&mut self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<(Pending<'g>, Vec<Sent>)> {
         let d = self.knots.dimension;
         let by_deviation = matches!(self.options.amount, super::Amount::Deviation(_));
         let (mut table, mut searches, mut sent) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut spans, mut inverse_weights, mut data) = (Vec::<S>::new(), Vec::<S>::new(), Vec::<S>::new());
+        let (mut spans, mut inverse_weights, mut data) = (Vec::new(), Vec::new(), Vec::new());
         for i in curves.clone() {
             // A chunk comes twice when it had to be halved; what the host fitted stays.
             if self.reports[i].is_some() {
                 continue;
             }
-            if let Some(problem) = self.knots.unfitted.get(&i) {
-                self.reports[i] = Some(CurveReport::unfitted(problem.status, problem.message.clone()));
+            self.reports[i] = self.knots.report_unfitted(i);
+            if self.reports[i].is_some() {
                 continue;
             }
-            let options = self.options;
+            let (options, epsilon) = (self.options, self.epsilon);
             let (target, smoother) = self.target(i);
             let prepared = (target.knots.range(i).len() <= MOST_KNOTS)
-                .then(|| smoother.prepare_for_kernel(&target, options, S::EPSILON.to_f64()))
+                .then(|| smoother.prepare_for_kernel(&target, options, epsilon))
                 .flatten();
             let Some(amount) = prepared else {
                 self.fit_on_host(i);
@@ -178,82 +173,61 @@ impl<'a> Job<'a> {
             };
             let problem = smoother.problem();
             let start = inverse_weights.len();
-            let convert = |x: &f64| S::from_f64(*x);
-            spans.extend(problem.spans.iter().map(convert));
-            inverse_weights.extend(problem.inverse_weights.iter().map(convert));
-            data.extend(problem.data.iter().map(convert));
+            spans.extend_from_slice(&problem.spans);
+            inverse_weights.extend_from_slice(&problem.inverse_weights);
+            data.extend_from_slice(&problem.data);
             // An open curve has one span fewer than knots.
-            spans.resize(inverse_weights.len(), S::ZERO);
+            spans.resize(inverse_weights.len(), 0.0);
             let mut flags = if problem.closed { FLAG_CLOSED } else { 0 };
             flags |= if by_deviation { FLAG_DEVIATION } else { 0 };
             table.push(SmoothingCurve { start: start as u32, count: problem.count as u32, flags, padding: 0 });
-            searches.push(S::from_f64(amount));
-            searches.resize(SEARCH * table.len(), S::ZERO);
+            searches.push(amount);
+            searches.resize(SEARCH * table.len(), 0.0);
             sent.push((i, start));
         }
-        let real = real_bytes(self.precision);
-        let kernel = self.gpu.kernel(&kernel(self.precision, d))?;
-        let mut recording = self.gpu.record();
         let (count, dimension) = (table.len() as u32, d as u32);
         let params = recording.uniform(&SmoothingParams { curves: count, dimension, padding: 0, padding_too: 0 });
-        let curves = recording.upload(&table);
         let status = recording.storage(4 * u64::from(count));
-        let octave: Vec<S> = octave().map(S::from_f64).collect();
-        let octave = recording.upload(&octave);
-        let knots = inverse_weights.len();
-        let (spans, weights, data) =
-            (recording.upload(&spans), recording.upload(&inverse_weights), recording.upload(&data));
-        let scratch = recording.storage((knots * (5 + 3 * d)) as u64 * real);
-        let searches = recording.upload(&searches);
-        let groups = plan::workgroups(table.len(), GROUP as usize, self.gpu.limits())?;
+        let scratch = recording.storage_reals(inverse_weights.len() * (5 + 3 * d));
+        let searches = recording.upload_reals(&searches);
         let buffers = [
             ("params", &params),
-            ("curves", &curves),
+            ("curves", &recording.upload(&table)),
             ("status", &status),
-            ("octave", &octave),
-            ("spans", &spans),
-            ("inverse_weights", &weights),
-            ("data", &data),
+            ("octave", &recording.upload_reals(&octave().collect::<Vec<f64>>())),
+            ("spans", &recording.upload_reals(&spans)),
+            ("inverse_weights", &recording.upload_reals(&inverse_weights)),
+            ("data", &recording.upload_reals(&data)),
             ("scratch", &scratch),
             ("searches", &searches),
         ];
+        let kernel = kernel(recording.precision(), d);
         // One solve a dispatch; curves that are done sit the rest out.
         for _ in 0..if by_deviation { MOST_SOLVES } else { 1 } {
-            recording.dispatch(&kernel, groups, &buffers)?;
+            recording.dispatch(&kernel, table.len(), GROUP, &buffers)?;
         }
         [&status, &searches, &scratch].into_iter().for_each(|buffer| recording.download(buffer));
         Ok((recording.submit()?, sent))
     }
 
-    fn unpack<S: Real + Pod>(&mut self, sent: &[Sent], results: &[Downloaded]) -> Result<()> {
+    fn unpack(&mut self, sent: &[Sent], results: &[Downloaded]) -> Result<()> {
         let d = self.knots.dimension;
-        let (status, searches) = (results[0].as_slice::<u32>(), results[1].as_slice::<S>());
-        let scratch = results[2].as_slice::<S>();
+        let (status, searches, scratch) = (results[0].as_slice::<u32>(), results[1].reals(), results[2].reals());
         for (k, &(i, start)) in sent.iter().enumerate() {
             let accepted = match status[k] {
                 STATUS_SOLVED => {
                     let count = self.knots.range(i).len() - usize::from(self.knots.closed[i]);
                     let moments = start * (5 + 3 * d) + 5 * count;
                     let correction = moments + 2 * count * d;
-                    let [step, solves] = [4, 5].map(|field| searches[SEARCH * k + field].to_f64());
+                    let [step, solves] = [4, 5].map(|field| searches[SEARCH * k + field]);
                     let outcome = Outcome { step: step as i32, solves: solves as u32 };
-                    let options = self.options;
+                    let (options, epsilon) = (self.options, self.epsilon);
                     let (mut target, smoother) = self.target(i);
-                    let numbers = |from: usize| scratch[from..from + count * d].iter().map(|x| x.to_f64());
-                    smoother.accept(
-                        &mut target,
-                        options,
-                        outcome,
-                        S::EPSILON.to_f64(),
-                        numbers(moments),
-                        numbers(correction),
-                    )
+                    let numbers = |from: usize| scratch[from..from + count * d].iter().copied();
+                    smoother.accept(&mut target, options, outcome, epsilon, numbers(moments), numbers(correction))
                 }
                 STATUS_FAILED | STATUS_PENDING => None,
-                word => {
-                    let message = format!("curve {i} has the status word {word}: no kernel wrote it");
-                    return Err(Error::Kernel { kernel: "spline/reinsch".into(), message });
-                }
+                word => return Err(unwritten("spline/reinsch", format_args!("curve {i}"), word)),
             };
             match accepted {
                 Some(report) => self.reports[i] = Some(report),

@@ -9,9 +9,8 @@ use super::packing::Frame;
 use crate::batch::CurveBatch;
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
-use crate::linalg::Real;
-use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System, real_bytes};
+use crate::gpu::{Buffer, Gpu, KernelKey, Pending, Recording, pipeline, plan};
+use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System};
 use crate::precision::Precision;
 
 /// `UniformParams` of `uniform/points.wgsl`.
@@ -87,23 +86,17 @@ pub(super) fn run(
 ) -> Result<Vec<f64>> {
     let d = batch.dimension();
     let mut out = vec![0.0; if operation.is_energy() { batch.len() } else { offsets[batch.len()] * d }];
-    let real = real_bytes(precision) * d as u64;
+    let real = precision.bytes() * d as u64;
     let largest = real << operation.rounds();
     let points = (0..batch.len()).map(|i| batch.count(i));
     let chunks = plan::chunks(points, largest, 2 * real + 3 * largest, gpu.limits())?;
-    let job = Job { gpu, precision, batch, operation };
+    let job = Job { batch, operation };
     pipeline(
         chunks,
-        |curves| match precision {
-            Precision::F64 => job.record::<f64>(curves)?.submit(),
-            _ => job.record::<f32>(curves)?.submit(),
-        },
+        |curves| job.record(gpu.record(precision), curves)?.submit(),
         Pending::wait,
         |curves, results| {
-            match precision {
-                Precision::F64 => job.unpack::<f64>(curves, &results, offsets, &mut out),
-                _ => job.unpack::<f32>(curves, &results, offsets, &mut out),
-            }
+            job.unpack(curves, &results[0].reals(), offsets, &mut out);
             Ok(())
         },
     )?;
@@ -111,13 +104,11 @@ pub(super) fn run(
 }
 
 struct Job<'a> {
-    gpu: &'a Gpu,
-    precision: Precision,
     batch: &'a CurveBatch,
     operation: Operation<'a>,
 }
 
-impl<'a> Job<'a> {
+impl Job<'_> {
     /// Both factors of a product are scaled alike.
     fn frame(&self, i: usize) -> Frame {
         let d = self.batch.dimension();
@@ -130,26 +121,14 @@ impl<'a> Job<'a> {
         }
     }
 
-    fn upload<S: Real + Pod>(
-        &self,
-        recording: &mut Recording<'_>,
-        batch: &CurveBatch,
-        curves: &Range<usize>,
-    ) -> Buffer {
+    fn upload(&self, recording: &mut Recording<'_>, batch: &CurveBatch, curves: &Range<usize>) -> Buffer {
         let d = batch.dimension();
         let mut points = Vec::with_capacity((batch.offsets()[curves.end] - batch.offsets()[curves.start]) * d);
         for i in curves.clone() {
             let frame = self.frame(i);
-            points.extend(
-                batch.points(i).iter().enumerate().map(|(k, x)| S::from_f64((x - frame.center[k % d]) / frame.size)),
-            );
+            points.extend(batch.points(i).iter().enumerate().map(|(k, x)| (x - frame.center[k % d]) / frame.size));
         }
-        recording.upload(&points)
-    }
-
-    fn kernel(&self, path: &'static str, entry: &'static str) -> Result<std::sync::Arc<crate::gpu::Kernel>> {
-        let definitions = definitions([("GROUP", &GROUP)]);
-        self.gpu.kernel(&KernelKey { path, entry, precision: self.precision, definitions })
+        recording.upload_reals(&points)
     }
 
     /// The blocks that energies are summed in, curve after curve.
@@ -189,54 +168,47 @@ impl<'a> Job<'a> {
         (recording.upload(&table), params, points)
     }
 
-    fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
-        let mut recording = self.gpu.record();
-        let d = self.batch.dimension();
-        let real = real_bytes(self.precision);
-        let mut points = self.upload::<S>(&mut recording, self.batch, curves);
-        let groups = |tasks: usize| plan::workgroups(tasks, GROUP as usize, self.gpu.limits());
+    fn record<'g>(&self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<Recording<'g>> {
+        let (d, precision) = (self.batch.dimension(), recording.precision());
+        let kernel = |path, entry| KernelKey { path, entry, precision, definitions: definitions([("GROUP", &GROUP)]) };
+        let mut points = self.upload(&mut recording, self.batch, curves);
         let result = match self.operation {
             Operation::Coefficients => self.record_coefficients(&mut recording, curves, &points)?,
             Operation::Interpolated => {
-                let kernel = self.kernel("spline/subdivide.wgsl", "interpolated")?;
                 let (table, params, count) = self.tables(&mut recording, curves, 0);
-                let values = recording.storage((count * d) as u64 * real);
+                let values = recording.storage_reals(count * d);
                 let buffers = [("params", &params), ("curves", &table), ("points", &points), ("fine", &values)];
-                recording.dispatch(&kernel, groups(count)?, &buffers)?;
+                recording.dispatch(&kernel("spline/subdivide.wgsl", "interpolated"), count, GROUP, &buffers)?;
                 values
             }
             Operation::Subdivide(rounds) => {
-                let kernel = self.kernel("spline/subdivide.wgsl", "subdivide")?;
                 for round in 0..rounds {
                     let (table, params, count) = self.tables(&mut recording, curves, round);
-                    let fine = recording.storage((2 * count * d) as u64 * real);
+                    let fine = recording.storage_reals(2 * count * d);
                     let buffers = [("params", &params), ("curves", &table), ("points", &points), ("fine", &fine)];
-                    recording.dispatch(&kernel, groups(count)?, &buffers)?;
+                    recording.dispatch(&kernel("spline/subdivide.wgsl", "subdivide"), count, GROUP, &buffers)?;
                     points = fine;
                 }
                 points
             }
             Operation::DiscreteEnergy | Operation::ExactProduct(_) => {
                 let other = match self.operation {
-                    Operation::ExactProduct(other) => Some(self.upload::<S>(&mut recording, other, curves)),
+                    Operation::ExactProduct(other) => Some(self.upload(&mut recording, other, curves)),
                     _ => None,
                 };
                 let entry = if other.is_some() { "exact_product" } else { "discrete_energy" };
-                let kernel = self.kernel("spline/energy.wgsl", entry)?;
                 let (table, params, _) = self.tables(&mut recording, curves, 0);
                 let blocks = self.blocks(curves);
-                let energies = recording.storage(blocks.len() as u64 * real);
-                let block_table = recording.upload(&blocks);
-                let others = other.as_ref().unwrap_or(&points);
+                let energies = recording.storage_reals(blocks.len());
                 let buffers = [
                     ("params", &params),
                     ("curves", &table),
                     ("points", &points),
-                    ("others", others),
+                    ("others", other.as_ref().unwrap_or(&points)),
                     ("energies", &energies),
-                    ("blocks", &block_table),
+                    ("blocks", &recording.upload(&blocks)),
                 ];
-                recording.dispatch(&kernel, groups(blocks.len())?, &buffers)?;
+                recording.dispatch(&kernel("spline/energy.wgsl", entry), blocks.len(), GROUP, &buffers)?;
                 energies
             }
         };
@@ -261,26 +233,23 @@ impl<'a> Job<'a> {
             })
             .collect();
         let d = self.batch.dimension();
-        let solution =
-            recording.storage(((self.batch.offsets()[curves.end] - first) * d) as u64 * real_bytes(self.precision));
+        let solution = recording.storage_reals((self.batch.offsets()[curves.end] - first) * d);
         let status = recording.storage(4 * curves.len() as u64);
         let source = RowSource {
             path: "spline/uniform.wgsl",
             definitions: Definitions::new(),
             buffers: vec![("values", points)],
         };
-        let columns = d as u32;
-        let solve = Solve { systems: &systems, columns, precision: self.precision, kernel: RingKernel::Auto };
+        let solve = Solve { systems: &systems, columns: d as u32, kernel: RingKernel::Auto };
         solve.record(recording, &source, &solution, &status)?;
         Ok(solution)
     }
 
-    fn unpack<S: Real + Pod>(&self, curves: &Range<usize>, results: &[Downloaded], offsets: &[usize], out: &mut [f64]) {
-        let result = results[0].as_slice::<S>();
+    fn unpack(&self, curves: &Range<usize>, result: &[f64], offsets: &[usize], out: &mut [f64]) {
         let (d, rounds) = (self.batch.dimension(), self.operation.rounds());
         let first = self.batch.offsets()[curves.start];
         for (block, energy) in self.blocks(curves).iter().zip(result) {
-            out[curves.start + block.curve as usize] += energy.to_f64();
+            out[curves.start + block.curve as usize] += energy;
         }
         for i in curves.clone() {
             let frame = self.frame(i);

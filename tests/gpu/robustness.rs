@@ -73,7 +73,7 @@ fn chunks_finished_before_the_device_was_lost_are_kept() {
     let result = pipeline(
         vec![0..1, 1..2, 2..3, 3..4],
         |chunk| {
-            let mut recording = gpu.record();
+            let mut recording = gpu.record(Precision::F32);
             let array = recording.upload(&[chunk.start as u32; 64]);
             recording.download(&array);
             recording.submit()
@@ -208,7 +208,7 @@ fn arrays_that_no_kernel_wrote_are_not_a_number_where_that_is_asked_for() {
     let (Some(plain), Some(poisoned)) = (gpu(), gpu()) else { return };
     let poisoned = poisoned.with_poisoned_arrays();
     let contents = |gpu: &Gpu| {
-        let mut recording = gpu.record();
+        let mut recording = gpu.record(Precision::F32);
         let array = recording.storage(64);
         recording.download(&array);
         recording.submit().unwrap().wait().unwrap()[0].as_slice::<u32>().to_vec()

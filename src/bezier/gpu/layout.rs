@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::{GROUP, NONE, Task, Work};
-use crate::linalg::Real;
 
 /// The curves of one workgroup, which share an operator. Number `at` of its curve k is number `at · curves + k`.
 #[derive(Clone, Debug)]
@@ -76,33 +75,16 @@ impl Layout {
     }
 }
 
-/// Numbers of either precision.
-#[derive(Clone, Copy)]
-pub(super) enum Numbers<'a> {
-    Single(&'a [f32]),
-    Double(&'a [f64]),
-}
-
-impl Numbers<'_> {
-    #[inline(always)]
-    fn at(&self, i: usize) -> f64 {
-        match self {
-            Numbers::Single(numbers) => numbers[i].to_f64(),
-            Numbers::Double(numbers) => numbers[i],
-        }
-    }
-}
-
 /// What came back of a chunk.
 pub(super) struct Found<'a, const D: usize> {
     work: &'a Work<'a>,
     layout: &'a Layout,
     sizes: &'a [f64],
-    numbers: Numbers<'a>,
+    numbers: &'a [f64],
 }
 
 impl<'a, const D: usize> Found<'a, D> {
-    pub fn new(work: &'a Work<'a>, layout: &'a Layout, sizes: &'a [f64], numbers: Numbers<'a>) -> Self {
+    pub fn new(work: &'a Work<'a>, layout: &'a Layout, sizes: &'a [f64], numbers: &'a [f64]) -> Self {
         Found { work, layout, sizes, numbers }
     }
 
@@ -130,7 +112,7 @@ impl<'a, const D: usize> Found<'a, D> {
 
 /// What came back of a curve.
 pub(super) struct FoundCurve<'a, const D: usize> {
-    numbers: Numbers<'a>,
+    numbers: &'a [f64],
     task: Task<'a>,
     place: usize,
     stride: usize,
@@ -142,7 +124,7 @@ pub(super) struct FoundCurve<'a, const D: usize> {
 impl<const D: usize> FoundCurve<'_, D> {
     #[inline(always)]
     fn at(&self, number: usize) -> f64 {
-        self.numbers.at(self.place + number * self.stride)
+        self.numbers[self.place + number * self.stride]
     }
 
     /// Row times data.

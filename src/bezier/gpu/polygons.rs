@@ -12,8 +12,9 @@ use crate::bezier::complete::{Job, Outcome, Solved};
 use crate::bezier::operator::Operator;
 use crate::bezier::polygons::{Controls, Polygons};
 use crate::bezier::ready::{MOST_DATA, Ready};
+use crate::bezier::refusal::Refusal;
 use crate::error::Result;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, kept};
 use crate::linalg::{take, tasks};
 use crate::precision::Precision;
 
@@ -60,7 +61,7 @@ pub(crate) fn complete_on_gpu<const D: usize>(
     let offsets = job.polygons.offsets;
     let Solved { coords, energies, .. } = solved;
     let (mut coords, mut energies) = (&mut coords[..], &mut energies[..]);
-    work.run::<D>(gather, |chunk, found| {
+    let done = work.run::<D>(gather, |chunk, found| {
         let parts: Vec<_> = tasks(&offsets[chunk.start..=chunk.end])
             .into_iter()
             .map(|curves| {
@@ -90,7 +91,9 @@ pub(crate) fn complete_on_gpu<const D: usize>(
             }
             outcomes
         }));
-    })?;
+    });
+    kept(done)?;
+    outcomes.resize(job.polygons.len(), Err(Refusal::Lost));
     Ok(outcomes)
 }
 
@@ -233,7 +236,8 @@ pub(crate) fn transform_on_gpu<const D: usize>(
                 operators[&polygons.count(i)].apply::<D>(given, |row, point| own[row] = point);
             }
         });
-    })
+    })?;
+    Ok(())
 }
 
 /// The column whose point a row is.

@@ -2,12 +2,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{DescentState, GROUP, Job, loop_turns, standing};
+use super::{DescentState, GROUP, Job, STANDINGS, loop_turns};
 use crate::discrete::lane::Standing;
 use crate::discrete::plan::Step;
 use crate::discrete::problem::{Outcome, Problem};
-use crate::gpu::Downloaded;
-use crate::linalg::Real;
+use crate::gpu::{Downloaded, standing};
 
 /// Numbers of a curve in `lanes` before its weights, and those of them that the host gives.
 const NUMBERS: usize = 19;
@@ -89,38 +88,38 @@ impl<const D: usize> Job<'_, D> {
     }
 
     /// Numbers that the host gives, and rows that do not change.
-    pub(super) fn pack<S: Real + Pod>(&self, curves: &[usize], layout: &Layout) -> (Vec<S>, Vec<S>) {
+    pub(super) fn pack(&self, curves: &[usize], layout: &Layout) -> (Vec<f64>, Vec<f64>) {
         let (numbers, width) = (self.numbers(), self.fixed_numbers());
         let step = match self.run.plan.step {
             Step::Constant(step) => step,
             Step::Search => 0.0,
         };
         // What the kernel must write first is NaN, so that it cannot be read by mistake.
-        let mut given = vec![S::NAN; curves.len() * numbers];
-        let mut fixed = vec![S::ZERO; layout.fixed];
+        let mut given = vec![f64::NAN; curves.len() * numbers];
+        let mut fixed = vec![0.0; layout.fixed];
         for ((&i, table), given) in curves.iter().zip(&layout.table).zip(given.chunks_exact_mut(numbers)) {
             let problem = &self.run.problems[i];
             let own = [problem.highest, problem.tolerance, problem.longest, step];
-            given.iter_mut().zip(own).for_each(|(to, x)| *to = S::from_f64(x));
+            given[..GIVEN].copy_from_slice(&own);
             let weights = self.composition.entries(&problem.weights, problem.gauge);
-            given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = S::from_f64(x));
+            given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = x);
             let at = |row: usize, number: usize| table.fixed_start as usize + (row * width + number) * GROUP;
             let rows = problem.vertices();
             for (j, edge) in problem.base.iter().enumerate() {
-                (0..D).for_each(|c| fixed[at(j, c)] = S::from_f64(edge[c]));
-                fixed[at(j, D)] = S::from_f64(problem.free[(j + 1) % rows]);
+                (0..D).for_each(|c| fixed[at(j, c)] = edge[c]);
+                fixed[at(j, D)] = problem.free[(j + 1) % rows];
             }
-            (0..rows).for_each(|row| fixed[at(row, D + 1)] = S::ONE);
-            problem.pinned.iter().for_each(|&row| fixed[at(row as usize, D + 1)] = S::ZERO);
+            (0..rows).for_each(|row| fixed[at(row, D + 1)] = 1.0);
+            problem.pinned.iter().for_each(|&row| fixed[at(row as usize, D + 1)] = 0.0);
             for &(row, weight, target) in &problem.attached {
-                (0..D).for_each(|c| fixed[at(row as usize, D + 2 + c)] = S::from_f64(target[c]));
-                fixed[at(row as usize, 2 * D + 2)] = S::from_f64(weight);
+                (0..D).for_each(|c| fixed[at(row as usize, D + 2 + c)] = target[c]);
+                fixed[at(row as usize, 2 * D + 2)] = weight;
             }
         }
         (given, fixed)
     }
 
-    pub(super) fn unpack<S: Real + Pod>(
+    pub(super) fn unpack(
         &self,
         curves: &[usize],
         layout: &Layout,
@@ -128,16 +127,16 @@ impl<const D: usize> Job<'_, D> {
         outcomes: &mut [Outcome<D>],
     ) {
         let states = results[0].as_slice::<DescentState>();
-        let (lanes, displacements) = (results[1].as_slice::<S>(), results[2].as_slice::<S>());
+        let (lanes, displacements) = (results[1].reals(), results[2].reals());
         for (slot, (&i, table)) in curves.iter().zip(&layout.table).enumerate() {
             let lane = &lanes[slot * self.numbers()..];
             let word = |row: usize, c: usize| table.displacement_start as usize + (row * D + c) * GROUP;
-            let row = |row: usize| std::array::from_fn(|c| displacements[word(row, c)].to_f64());
+            let row = |row: usize| std::array::from_fn(|c| displacements[word(row, c)]);
             outcomes[i] = Outcome {
                 displacements: (0..self.run.problems[i].vertices()).map(row).collect(),
-                standing: standing(states[slot].standing).unwrap_or(Standing::Broken),
-                energy: lane[REPORTED].to_f64(),
-                norm: lane[NORM2].to_f64().sqrt(),
+                standing: standing(&STANDINGS, states[slot].standing).unwrap_or(Standing::Broken),
+                energy: lane[REPORTED],
+                norm: lane[NORM2].sqrt(),
                 iterations: states[slot].iterations,
                 evaluations: states[slot].evaluations,
             };

@@ -3,12 +3,11 @@
 use bytemuck::{Pod, Zeroable};
 use rustc_hash::FxHashMap;
 
+use super::kernel;
 use super::layout::Layout;
-use super::{Precision, kernel, plan};
 use crate::error::Result;
 use crate::gpu::{Buffer, Recording};
 use crate::laplacian::exact::lambda;
-use crate::linalg::Real;
 
 /// The steps of a round.
 pub(super) const ENTRIES: [&str; 4] = ["forward", "sweep", "inverse", "combine"];
@@ -60,20 +59,13 @@ fn threads(dimension: usize) -> [impl Fn([usize; 2]) -> usize; 4] {
 }
 
 /// Records all rounds, each from one array to the next.
-pub(super) fn record<S: Real + Pod>(
-    recording: &mut Recording,
-    precision: Precision,
-    layout: &Layout,
-    stations: &[&Buffer],
-) -> Result<()> {
+pub(super) fn record(recording: &mut Recording, layout: &Layout, stations: &[&Buffer]) -> Result<()> {
     let rounds = (stations.len() - 1) as u32;
     let tables = Tables::new(layout, rounds);
-    let numbers: Vec<S> = tables.numbers.iter().map(|&x| S::from_f64(x)).collect();
-    let numbers = recording.upload(&numbers);
+    let numbers = recording.upload_reals(&tables.numbers);
     // The last round has the most of everything.
-    let mut room = |(_, total): (_, usize)| recording.storage((total * size_of::<S>()) as u64);
-    let spectrum = room(layout.offsets(rounds - 1));
-    let [v, w] = [0, 1].map(|_| room(layout.numbers(rounds - 1, half_refined)));
+    let spectrum = recording.storage_reals(layout.offsets(rounds - 1).1);
+    let [v, w] = [0, 1].map(|_| recording.storage_reals(layout.numbers(rounds - 1, half_refined).1));
     for (round, pair) in stations.windows(2).enumerate() {
         let round = round as u32;
         let families = recording.upload(&families(layout, &tables, round, rounds));
@@ -96,8 +88,7 @@ pub(super) fn record<S: Real + Pod>(
                 ("w", &w),
                 ("fine", pair[1]),
             ];
-            let kernel = recording.gpu().kernel(&kernel("laplacian/exact.wgsl", entry, precision))?;
-            recording.dispatch(&kernel, plan::workgroups(total, 1, recording.gpu().limits())?, &buffers)?;
+            recording.dispatch(&kernel("laplacian/exact.wgsl", entry, recording.precision()), total, 1, &buffers)?;
         }
     }
     Ok(())

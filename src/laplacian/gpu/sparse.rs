@@ -4,12 +4,11 @@ use bytemuck::{Pod, Zeroable};
 use rustc_hash::FxHashMap;
 
 use super::layout::Layout;
-use super::{Precision, kernel, plan, refined};
+use super::{kernel, refined};
 use crate::error::Result;
 use crate::gpu::{Buffer, Recording};
 use crate::laplacian::SparseRule;
 use crate::laplacian::stencil::{Axis, Stencils};
-use crate::linalg::Real;
 
 pub(super) const ENTRY: &str = "subdivide";
 
@@ -83,16 +82,9 @@ impl Weights {
     }
 
     /// Records all rounds, each from one array to the next.
-    pub fn record<S: Real + Pod>(
-        &self,
-        recording: &mut Recording,
-        precision: Precision,
-        layout: &Layout,
-        stations: &[&Buffer],
-    ) -> Result<()> {
-        let weights: Vec<S> = self.weights.iter().map(|&weight| S::from_f64(weight)).collect();
-        let weights = recording.upload(&weights);
-        let kernel = recording.gpu().kernel(&kernel("laplacian/sparse.wgsl", ENTRY, precision))?;
+    pub fn record(&self, recording: &mut Recording, layout: &Layout, stations: &[&Buffer]) -> Result<()> {
+        let weights = recording.upload_reals(&self.weights);
+        let kernel = kernel("laplacian/sparse.wgsl", ENTRY, recording.precision());
         for (round, pair) in stations.windows(2).enumerate() {
             let round = round as u32;
             let families = self.families(layout, round);
@@ -111,7 +103,7 @@ impl Weights {
                 ("coarse", pair[0]),
                 ("fine", pair[1]),
             ];
-            recording.dispatch(&kernel, plan::workgroups(total, 1, recording.gpu().limits())?, &buffers)?;
+            recording.dispatch(&kernel, total, 1, &buffers)?;
         }
         Ok(())
     }

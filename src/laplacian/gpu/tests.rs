@@ -9,6 +9,7 @@ use super::*;
 use crate::gpu::reflect::assert_layout;
 use crate::gpu::testing::{gpu, precisions};
 use crate::laplacian::{Reproduces, SparseRule};
+use crate::linalg::Real;
 use crate::status::CurveStatus;
 
 fn seeded(seed: u64) -> StdRng {

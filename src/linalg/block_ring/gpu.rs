@@ -90,25 +90,17 @@ pub fn solve_blocks_on_gpu<T: Real>(
     let counts = systems.offsets.windows(2).map(|pair| pair[1] - pair[0]);
     // A lane of few vertices has the least scratch memory to each of what it shares.
     let scratch = eliminated_numbers(reach, d) + shared_numbers(reach, d);
-    let largest = scratch.max((MOST_REACH + 1) * d * d) as u64 * real_bytes(precision);
+    let largest = scratch.max((MOST_REACH + 1) * d * d) as u64 * precision.bytes();
     let chunks = plan::chunks(counts, largest, 2 * largest, gpu.limits())?;
     let mut solutions =
         BlockSolutions { x: vec![T::ZERO; rhs.len()], pivots: vec![T::from_f64(1e30); systems.closed.len()] };
-    let job = Job { gpu, precision, lanes, systems, rhs };
+    let job = Job { lanes, systems, rhs };
     pipeline(
         chunks,
-        |curves| match precision {
-            Precision::F64 => job.record::<f64>(curves)?.submit(),
-            _ => job.record::<f32>(curves)?.submit(),
-        },
+        |curves| job.record(gpu.record(precision), curves)?.submit(),
         Pending::wait,
         |curves, results| {
-            match precision {
-                Precision::F64 => {
-                    job.unpack(curves, results[0].as_slice::<f64>(), results[1].as_slice(), &mut solutions)
-                }
-                _ => job.unpack(curves, results[0].as_slice::<f32>(), results[1].as_slice(), &mut solutions),
-            }
+            job.unpack(curves, &results[0].reals(), &results[1].reals(), &mut solutions);
             Ok(())
         },
     )?;
@@ -146,14 +138,12 @@ impl<T> BlockBatch<'_, T> {
 }
 
 struct Job<'a, T> {
-    gpu: &'a Gpu,
-    precision: Precision,
     lanes: u32,
     systems: &'a BlockBatch<'a, T>,
     rhs: &'a [T],
 }
 
-impl<'a, T: Real> Job<'a, T> {
+impl<T: Real> Job<'_, T> {
     fn vertices(&self, curves: &Range<usize>) -> Range<usize> {
         self.systems.offsets[curves.start]..self.systems.offsets[curves.end]
     }
@@ -164,8 +154,7 @@ impl<'a, T: Real> Job<'a, T> {
         curves.clone().filter(move |&i| systems.count(i) > 0)
     }
 
-    fn record<S: Real + Pod>(&self, curves: &Range<usize>) -> Result<Recording<'a>> {
-        let mut recording = self.gpu.record();
+    fn record<'g>(&self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<Recording<'g>> {
         let (systems, vertices) = (self.systems, self.vertices(curves));
         let (d, reach) = (systems.dimension, systems.reach);
         let mut scratch = 0;
@@ -181,21 +170,18 @@ impl<'a, T: Real> Job<'a, T> {
             .collect();
         let mut up = |numbers: &[T], width: usize| {
             let own = &numbers[vertices.start * width..vertices.end * width];
-            recording.upload(&own.iter().map(|&x| S::from_f64(x.to_f64())).collect::<Vec<S>>())
+            recording.upload_reals(&own.iter().map(|x| x.to_f64()).collect::<Vec<f64>>())
         };
         let blocks = up(systems.blocks, (MOST_REACH + 1) * d * d);
         let rhs = up(self.rhs, d);
         let movable: Vec<u32> = systems.movable[vertices.clone()].iter().map(|&moves| moves.into()).collect();
         let movable = recording.upload(&movable);
-        let real = size_of::<S>() as u64;
-        let solution = recording.storage((vertices.len() * d) as u64 * real);
-        let pivots = recording.storage(table.len() as u64 * real);
-        let scratch = recording.storage(u64::from(scratch) * real);
+        let solution = recording.storage_reals(vertices.len() * d);
+        let pivots = recording.storage_reals(table.len());
+        let scratch = recording.storage_reals(scratch as usize);
         let params =
             recording.uniform(&BlockParams { count: table.len() as u32, padding: 0, padding_too: 0, padding_three: 0 });
-        let key = kernel_key(self.precision, d, reach, self.lanes);
-        let kernel = self.gpu.kernel(&key)?;
-        let groups = plan::workgroups(table.len(), (group(self.lanes) / self.lanes) as usize, self.gpu.limits())?;
+        let key = kernel_key(recording.precision(), d, reach, self.lanes);
         let curves = recording.upload(&table);
         let buffers = [
             ("params", &params),
@@ -207,24 +193,20 @@ impl<'a, T: Real> Job<'a, T> {
             ("pivots", &pivots),
             ("ring_scratch", &scratch),
         ];
-        recording.dispatch(&kernel, groups, &buffers)?;
+        recording.dispatch(&key, table.len(), (group(self.lanes) / self.lanes) as usize, &buffers)?;
         recording.download(&solution);
         recording.download(&pivots);
         Ok(recording)
     }
 
-    fn unpack<S: Real>(&self, curves: &Range<usize>, x: &[S], pivots: &[S], out: &mut BlockSolutions<T>) {
+    fn unpack(&self, curves: &Range<usize>, x: &[f64], pivots: &[f64], out: &mut BlockSolutions<T>) {
         let (d, vertices) = (self.systems.dimension, self.vertices(curves));
         let to = &mut out.x[vertices.start * d..vertices.end * d];
-        to.iter_mut().zip(x).for_each(|(to, x)| *to = T::from_f64(x.to_f64()));
-        for (i, pivot) in self.solved(curves).zip(pivots) {
-            out.pivots[i] = T::from_f64(pivot.to_f64());
+        to.iter_mut().zip(x).for_each(|(to, &x)| *to = T::from_f64(x));
+        for (i, &pivot) in self.solved(curves).zip(pivots) {
+            out.pivots[i] = T::from_f64(pivot);
         }
     }
-}
-
-fn real_bytes(precision: Precision) -> u64 {
-    if precision == Precision::F64 { 8 } else { 4 }
 }
 
 fn group(lanes: u32) -> u32 {

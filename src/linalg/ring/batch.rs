@@ -2,18 +2,18 @@
 
 use std::ops::Range;
 
-use bytemuck::Pod;
-
-use super::{FLAG_CYCLIC, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, Solve, System, real_bytes};
+use super::{FLAG_CYCLIC, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, Solve, System};
 use crate::CurveStatus;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::source::Definitions;
-use crate::gpu::{Gpu, Pending, Recording, plan};
+use crate::gpu::{Gpu, Pending, Recording, kept, pipeline, plan, unwritten};
 use crate::linalg::tridiagonal::solve_on_cpu;
 use crate::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch};
 use crate::precision::Precision;
 
 /// Solves a batch on a GPU with the kernel asked for, in f32 or f64 (the arrays are converted where they differ).
+///
+/// Where the device is lost, systems that were not solved have the status [`CurveStatus::NotConverged`] and NaN.
 ///
 /// # Errors
 /// Those of [`Gpu::kernel`] and of submissions; [`Error::Limit`] when a single system exceeds the device's largest array.
@@ -27,28 +27,25 @@ pub fn solve_on_gpu<T: Real>(
 ) -> Result<Solutions<T>> {
     let count = systems.offsets.len() - 1;
     let mut solutions = Solutions { x: vec![T::ZERO; rhs.len()], status: vec![CurveStatus::Converged; count] };
-    let real = real_bytes(precision);
+    let real = precision.bytes();
     let rows = systems.offsets.windows(2).map(|pair| pair[1] - pair[0]);
     // Three bands, right-hand sides and solution with its copy for reading, and two numbers of scratch.
     let chunks = plan::chunks(rows, real * columns.max(2) as u64, real * (5 + 3 * columns as u64), gpu.limits())?;
-    let job = Job { precision, kernel, systems, rhs, columns };
-    crate::gpu::pipeline(
+    let job = Job { kernel, systems, rhs, columns };
+    let done = pipeline(
         chunks,
-        |chunk| match precision {
-            Precision::F64 => job.record::<f64>(gpu, chunk)?.submit(),
-            _ => job.record::<f32>(gpu, chunk)?.submit(),
-        },
+        |chunk| job.record(gpu.record(precision), chunk)?.submit(),
         Pending::wait,
-        |chunk, results| match precision {
-            Precision::F64 => job.unpack(chunk, results[0].as_slice::<f64>(), results[1].as_slice(), &mut solutions),
-            _ => job.unpack(chunk, results[0].as_slice::<f32>(), results[1].as_slice(), &mut solutions),
-        },
-    )?;
+        |chunk, results| job.unpack(chunk, &results[0].reals(), results[1].as_slice(), &mut solutions),
+    );
+    if let Some(lost) = kept(done)? {
+        solutions.x[systems.offsets[lost.finished] * columns..].fill(T::NAN);
+        solutions.status[lost.finished..].fill(CurveStatus::NotConverged);
+    }
     Ok(solutions)
 }
 
 struct Job<'a, T> {
-    precision: Precision,
     kernel: RingKernel,
     systems: &'a TridiagonalBatch<'a, T>,
     rhs: &'a [T],
@@ -75,13 +72,9 @@ impl<T: Real> Job<'_, T> {
             .collect()
     }
 
-    fn record<'g, S: Real + Pod>(&self, gpu: &'g Gpu, chunk: &Range<usize>) -> Result<Recording<'g>> {
-        let mut recording = gpu.record();
+    fn record<'g>(&self, mut recording: Recording<'g>, chunk: &Range<usize>) -> Result<Recording<'g>> {
         let rows = self.rows(chunk);
-        let mut up = |array: &[T]| {
-            let converted: Vec<S> = array.iter().map(|&x| S::from_f64(x.to_f64())).collect();
-            recording.upload(&converted)
-        };
+        let mut up = |array: &[T]| recording.upload_reals(&array.iter().map(|x| x.to_f64()).collect::<Vec<f64>>());
         let (names, arrays): ([&str; 3], _) = match self.systems.matrix {
             Matrix::Bands { lower, diagonal, upper } => (
                 ["lower", "diagonal", "upper"],
@@ -100,32 +93,29 @@ impl<T: Real> Job<'_, T> {
             definitions.insert("NETWORK".into(), "1".into());
         }
         let source = RowSource { path: "linalg/ring/given.wgsl", definitions, buffers };
-        let solution = recording.storage((rows.len() * columns) as u64 * real_bytes(self.precision));
+        let solution = recording.storage_reals(rows.len() * columns);
         let status = recording.storage(4 * chunk.len() as u64);
         let table = self.table(chunk);
-        let solve = Solve { systems: &table, columns: columns as u32, precision: self.precision, kernel: self.kernel };
+        let solve = Solve { systems: &table, columns: columns as u32, kernel: self.kernel };
         solve.record(&mut recording, &source, &solution, &status)?;
         recording.download(&solution);
         recording.download(&status);
         Ok(recording)
     }
 
-    fn unpack<S: Real>(&self, chunk: &Range<usize>, x: &[S], status: &[u32], out: &mut Solutions<T>) -> Result<()> {
+    fn unpack(&self, chunk: &Range<usize>, x: &[f64], status: &[u32], out: &mut Solutions<T>) -> Result<()> {
         let offsets = self.systems.offsets;
         let first = offsets[chunk.start] * self.columns;
         for i in chunk.clone() {
             let range = offsets[i] * self.columns..offsets[i + 1] * self.columns;
             let part = &x[range.start - first..range.end - first];
             let solution = &mut out.x[range];
-            solution.iter_mut().zip(part).for_each(|(to, &from)| *to = T::from_f64(from.to_f64()));
+            solution.iter_mut().zip(part).for_each(|(to, &from)| *to = T::from_f64(from));
             match status[i - chunk.start] {
                 _ if solution.is_empty() => {}
                 STATUS_SOLVED if solution.iter().all(|x| x.is_finite()) => {}
                 STATUS_SOLVED | STATUS_SINGULAR => out.status[i] = self.solve_again(i, solution),
-                word => {
-                    let message = format!("system {i} has the status word {word}: no kernel wrote it");
-                    return Err(Error::Kernel { kernel: "linalg/ring".into(), message });
-                }
+                word => return Err(unwritten("linalg/ring", format_args!("system {i}"), word)),
             }
         }
         Ok(())
@@ -161,8 +151,7 @@ mod tests {
     fn a_status_that_no_kernel_wrote_is_an_error_that_names_the_system() {
         let matrix = Matrix::Network { excess: &[1.0; 3], weights: &[1.0; 3] };
         let systems = TridiagonalBatch { matrix, offsets: &[0, 2, 3], cyclic: Cyclic::None };
-        let job =
-            Job { precision: Precision::F64, kernel: RingKernel::Auto, systems: &systems, rhs: &[1.0; 3], columns: 1 };
+        let job = Job { kernel: RingKernel::Auto, systems: &systems, rhs: &[1.0; 3], columns: 1 };
         let unpack = |status: [u32; 2]| {
             let mut out = Solutions { x: vec![0.0; 3], status: vec![CurveStatus::Converged; 2] };
             job.unpack(&(0..2), &[1.0_f64; 3], &status, &mut out)

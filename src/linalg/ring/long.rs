@@ -1,10 +1,10 @@
 //! Twin of `shaders/linalg/ring/long.wgsl`, and the dispatches it takes: systems longer than a workgroup holds.
 
 use super::lanes::{Reduced, Row, eliminate, solve_lanes};
-use super::{Chunk, GROUP, LONG_CHUNK, Params, RowSource, Solve, System, kernel_key, real_bytes};
+use super::{Chunk, GROUP, LONG_CHUNK, Params, RowSource, Solve, System, kernel_key};
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Buffer, KernelKey, Recording, plan};
+use crate::gpu::{Buffer, KernelKey, Recording};
 use crate::linalg::Real;
 use crate::precision::Precision;
 
@@ -30,10 +30,9 @@ pub(super) fn record(
     status: &Buffer,
 ) -> Result<()> {
     let (chunks, shorter) = divide(solve.systems);
-    let bytes = chunks.len() as u64 * real_bytes(solve.precision);
-    let reduced = recording.storage(5 * bytes);
-    let reduced_rhs = recording.storage(2 * bytes * u64::from(solve.columns));
-    let kept = recording.storage(bytes * u64::from(solve.columns));
+    let (count, columns) = (chunks.len(), solve.columns as usize);
+    let [reduced, reduced_rhs, kept] =
+        [5, 2 * columns, columns].map(|numbers| recording.storage_reals(numbers * count));
     let (systems, table) = (recording.upload(solve.systems), recording.upload(&chunks));
     let own = [("systems", &systems), ("chunks", &table), ("reduced", &reduced), ("reduced_rhs", &reduced_rhs)];
     let mut buffers = own.to_vec();
@@ -42,12 +41,11 @@ pub(super) fn record(
 
     let dispatch = |recording: &mut Recording<'_>, entry: &'static str| {
         solve.for_each_column_group(|column, together| {
-            let kernel = recording.gpu().kernel(&key(entry, solve.precision, source, together))?;
-            let count = chunks.len();
+            let key = key(entry, recording.precision(), source, together);
             let params = recording.uniform(&Params { first: 0, count: count as u32, columns: solve.columns, column });
             let mut all = buffers.clone();
             all.push(("params", &params));
-            recording.dispatch(&kernel, plan::workgroups(count, GROUP as usize, recording.gpu().limits())?, &all)
+            recording.dispatch(&key, count, GROUP as usize, &all)
         })
     };
     dispatch(recording, "reduce")?;

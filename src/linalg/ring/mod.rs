@@ -140,8 +140,6 @@ pub struct Solve<'a> {
     pub systems: &'a [System],
     /// Right-hand sides a row.
     pub columns: u32,
-    /// f32 or f64.
-    pub precision: Precision,
     /// Which kernel.
     pub kernel: RingKernel,
 }
@@ -201,20 +199,18 @@ impl Solve<'_> {
         let mut buffers = vec![("systems", &systems), ("solution", solution), ("status", status)];
         let scratch = matches!(variant, Variant::Thread { .. }).then(|| {
             let end = self.systems.iter().map(|system| system.start + system.rows).max().unwrap_or(0);
-            recording.storage(2 * u64::from(end) * real_bytes(self.precision))
+            recording.storage_reals(2 * end as usize)
         });
         buffers.extend(scratch.as_ref().map(|scratch| ("scratch", scratch)));
         buffers.extend(&source.buffers);
         self.for_each_column_group(|column, together| {
             let (path, definitions, per_group) = variant.kernel();
-            let key = kernel_key(path, "solve", self.precision, definitions, source, together);
-            let kernel = recording.gpu().kernel(&key)?;
+            let key = kernel_key(path, "solve", recording.precision(), definitions, source, together);
             let count = self.systems.len();
-            let groups = plan::workgroups(count, per_group, recording.gpu().limits())?;
             let params = recording.uniform(&Params { first: 0, count: count as u32, columns: self.columns, column });
             let mut all = buffers.clone();
             all.push(("params", &params));
-            recording.dispatch(&kernel, groups, &all)
+            recording.dispatch(&key, count, per_group, &all)
         })
     }
 
@@ -253,11 +249,6 @@ impl Variant {
             Variant::Long => u32::MAX,
         }
     }
-}
-
-/// Bytes of a kernel's `real`.
-pub fn real_bytes(precision: Precision) -> u64 {
-    if precision == Precision::F64 { 8 } else { 4 }
 }
 
 /// A kernel of this room, with the row source's file and definitions and the number of right-hand sides.

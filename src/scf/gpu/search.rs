@@ -3,12 +3,10 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    EvaluationParams, FOUND, GROUP, Segment, SlopesState, evaluation_kernel, kind, limits, real_bytes, slopes_kernel,
-    universals,
+    EvaluationParams, FOUND, GROUP, Segment, SlopesState, evaluation_kernel, kind, limits, slopes_kernel, universals,
 };
-use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Pending, Recording, pipeline, plan};
-use crate::linalg::Real;
+use crate::error::Result;
+use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Recording, Rounds, kept, pipeline, plan, standing};
 use crate::precision::Precision;
 use crate::scf::slopes::{Ends, LONGEST, Outcome, Problem, Search, Standing, Until};
 use crate::scf::universal::Universal;
@@ -64,17 +62,15 @@ const DECREMENT: usize = 5;
 /// Numbers of a dot in `work`.
 pub(super) const WORK: usize = 8;
 
-fn standing(word: u32) -> Option<Standing> {
-    Some(match word {
-        1 => Standing::Running,
-        2 => Standing::Converged,
-        3 => Standing::Stalled,
-        4 => Standing::Unattained,
-        5 => Standing::Nowhere,
-        6 => Standing::Tired,
-        _ => return None,
-    })
-}
+/// Standing words, from 1 on.
+const STANDINGS: [Standing; 6] = [
+    Standing::Running,
+    Standing::Converged,
+    Standing::Stalled,
+    Standing::Unattained,
+    Standing::Nowhere,
+    Standing::Tired,
+];
 
 /// Searches for the slopes of every curve, from the turns given. Turns are displacements, so that f32 keeps their digits, and the
 /// tolerance in f32 is 32 ε at least.
@@ -99,10 +95,7 @@ pub(crate) fn search_on_gpu(
     order.sort_by_key(|&i| (searches[i].0.movable.len(), i));
     if !order.is_empty() {
         let job = Job { gpu, precision, curves, searches: &searches, until, order: &order };
-        match job.run(&mut outcomes) {
-            Err(Interrupted { error: Error::DeviceLost(_) | Error::Timeout { .. }, finished }) if finished > 0 => {}
-            done => done?,
-        }
+        kept(job.run(&mut outcomes))?;
     }
     if precision != Precision::F64 {
         let done = [Standing::Converged, Standing::Running];
@@ -164,47 +157,35 @@ struct Job<'a> {
     order: &'a [usize],
 }
 
-/// A chunk on the device.
-struct UnderWay<'a> {
-    pending: Pending<'a>,
-    table: Vec<SlopesCurve>,
-    buffers: Vec<(&'static str, Buffer)>,
-}
+/// Where the curves of a chunk stand in its arrays.
+type Table = Vec<SlopesCurve>;
 
-/// What comes back of a chunk, and where its curves stand in it.
-type Finished = (Vec<SlopesCurve>, Vec<Downloaded>);
+/// The arrays of a chunk that come back.
+const WANTED: [&str; 3] = ["states", "numbers", "turns"];
 
 impl<'a> Job<'a> {
     fn run(&self, outcomes: &mut [Outcome]) -> Result<(), Interrupted> {
-        let real = real_bytes(self.precision);
+        let real = self.precision.bytes();
         // Of a dot and its segment: work, what was found, turns (and to be read), angles, weight and whether it moves; segment, task.
         let together = (WORK + FOUND + 4 + 2 + 2) as u64 * real + 20;
         let dots = self.order.iter().map(|&i| self.searches[i].0.movable.len());
-        let chunks = plan::chunks(dots, WORK as u64 * real, together, &limits(self.gpu, together))
-            .map_err(|error| Interrupted { error, finished: 0 })?;
+        let chunks = plan::chunks(dots, WORK as u64 * real, together, &limits(self.gpu, together))?;
         pipeline(
             chunks,
-            |chunk| match self.precision {
-                Precision::F64 => self.start::<f64>(&self.order[chunk.clone()]),
-                _ => self.start::<f32>(&self.order[chunk.clone()]),
-            },
-            |under_way| self.finish(under_way),
+            |chunk| self.start(&self.order[chunk.clone()]),
+            |rounds: Rounds<Table>| rounds.finish(|r, t, a, s| self.round(r, t, a, s), &WANTED, |_| {}),
             |chunk, results| {
-                let members = &self.order[chunk.clone()];
-                match self.precision {
-                    Precision::F64 => unpack::<f64>(members, &results, outcomes),
-                    _ => unpack::<f32>(members, &results, outcomes),
-                }
+                unpack(&self.order[chunk.clone()], &results, outcomes);
                 Ok(())
             },
         )
     }
 
-    fn start<S: Real + Pod>(&self, members: &[usize]) -> Result<UnderWay<'a>> {
-        let mut recording = self.gpu.record();
+    fn start(&self, members: &[usize]) -> Result<Rounds<'a, Table>> {
+        let mut recording = self.gpu.record(self.precision);
         let problems = || members.iter().map(|&i| &self.searches[i].0);
         let mut dots = 0;
-        let table: Vec<SlopesCurve> = problems()
+        let table: Table = problems()
             .map(|problem| {
                 let (start, own) = (dots, problem.movable.len() as u32);
                 dots += own;
@@ -214,45 +195,42 @@ impl<'a> Job<'a> {
         let count = dots as usize;
         // An open curve has no segment where a closed one has its last.
         let mut segments = vec![Segment { owner: 0, first: 0, last: 0, kind: 0 }; count];
-        let (mut angles, mut fixed, mut turns) =
-            (vec![S::ZERO; 2 * count], vec![S::ZERO; 2 * count], vec![S::ZERO; 2 * count]);
-        let mut numbers = vec![S::NAN; NUMBERS * members.len()];
+        let [mut angles, mut fixed, mut turns] = [0, 1, 2].map(|_| vec![0.0; 2 * count]);
+        let mut numbers = vec![f64::NAN; NUMBERS * members.len()];
         for (slot, (&i, curve)) in members.iter().zip(&table).enumerate() {
             let (problem, start_turns) = &self.searches[i];
             let start = curve.start as usize;
             for (k, (&movable, &turn)) in problem.movable.iter().zip(start_turns).enumerate() {
-                fixed[start + k] = S::from_f64(movable);
-                turns[start + k] = S::from_f64(turn);
-                turns[count + start + k] = S::from_f64(turn);
+                fixed[start + k] = movable;
+                turns[start + k] = turn;
+                turns[count + start + k] = turn;
             }
             for (k, span) in problem.spans.iter().enumerate() {
                 let after = if k + 1 == problem.movable.len() { 0 } else { k + 1 };
                 let [first, last] = [start + k, start + after].map(|at| at as u32);
                 segments[start + k] =
                     Segment { owner: slot as u32, first, last, kind: kind(span.curve.into(), span.ends) };
-                angles[2 * (start + k)] = S::from_f64(span.angles[0]);
-                angles[2 * (start + k) + 1] = S::from_f64(span.angles[1]);
-                fixed[count + start + k] = S::from_f64(span.weight);
+                angles[2 * (start + k)] = span.angles[0];
+                angles[2 * (start + k) + 1] = span.angles[1];
+                fixed[count + start + k] = span.weight;
             }
             let own = &mut numbers[slot * NUMBERS..];
-            self.given(problem.exponent).into_iter().zip(own).for_each(|(x, to)| *to = S::from_f64(x));
+            own[..NUMBERS].copy_from_slice(&self.given(problem.exponent));
         }
-        let real = real_bytes(self.precision);
-        let buffers = vec![
-            ("universals", recording.upload(&universals::<S>(self.curves))),
+        let arrays = vec![
+            ("universals", recording.upload_reals(&universals(self.curves))),
             ("segments", recording.upload(&segments)),
-            ("angles", recording.upload(&angles)),
-            ("turns", recording.upload(&turns)),
+            ("angles", recording.upload_reals(&angles)),
+            ("turns", recording.upload_reals(&turns)),
             ("states", recording.upload(&vec![SlopesState::zeroed(); members.len()])),
-            ("found", recording.storage((FOUND * count) as u64 * real)),
+            ("found", recording.storage_reals(FOUND * count)),
             ("curves", recording.upload(&table)),
-            ("numbers", recording.upload(&numbers)),
-            ("fixed", recording.upload(&fixed)),
-            ("work", recording.storage((WORK * count) as u64 * real)),
+            ("numbers", recording.upload_reals(&numbers)),
+            ("fixed", recording.upload_reals(&fixed)),
+            ("work", recording.storage_reals(WORK * count)),
         ];
-        let all: Vec<u32> = (0..members.len() as u32).collect();
-        let pending = self.dispatch(recording, &table, &buffers, &all)?;
-        Ok(UnderWay { pending, table, buffers })
+        let of_curves = ("scf/slopes", members.len());
+        Rounds::start::<SlopesState>(of_curves, recording, (table, arrays), |r, t, a, s| self.round(r, t, a, s))
     }
 
     /// The numbers of a curve at first: see `slopes.wgsl`. What the kernel must write before it reads it is NaN.
@@ -265,91 +243,49 @@ impl<'a> Job<'a> {
         [share, part, least, tolerance, infinity, infinity, unknown, unknown, unknown, unknown, 0.0]
     }
 
-    /// Some trials of the curves listed, each an evaluation of their segments and a step, after which their states are asked for.
-    fn dispatch(
+    /// Some trials of the curves listed, each an evaluation of their segments and a step.
+    fn round(
         &self,
-        mut recording: Recording<'a>,
-        table: &[SlopesCurve],
-        buffers: &[(&'static str, Buffer)],
+        recording: &mut Recording<'a>,
+        table: &Table,
+        arrays: &[(&str, &Buffer)],
         slots: &[u32],
-    ) -> Result<Pending<'a>> {
-        let gpu = self.gpu;
+    ) -> Result<()> {
         let dots: u32 = table.iter().map(|curve| curve.dots).sum();
         let running = || slots.iter().map(|&slot| table[slot as usize]);
         let segments: Vec<u32> =
             running().flat_map(|curve| curve.start..curve.start + curve.dots - 1 + curve.closed).collect();
-        let evaluation = recording.uniform(&EvaluationParams {
-            tasks: segments.len() as u32,
-            padding: 0,
-            padding_too: 0,
-            padding_three: 0,
-        });
-        let slopes = recording.uniform(&SlopesParams {
-            tasks: slots.len() as u32,
-            dots,
-            most_iterations: self.until.iterations,
-            padding: 0,
-        });
+        let tasks = segments.len() as u32;
+        let evaluation = recording.uniform(&EvaluationParams { tasks, padding: 0, padding_too: 0, padding_three: 0 });
+        let (tasks, most_iterations) = (slots.len() as u32, self.until.iterations);
+        let slopes = recording.uniform(&SlopesParams { tasks, dots, most_iterations, padding: 0 });
         let trials = (MOST_EVALUATIONS / segments.len().max(1)).clamp(1, MOST_TRIALS);
-        let mut steps = Vec::new();
-        for (key, params, tasks) in [
+        let steps = [
             (evaluation_kernel(self.precision), evaluation, &segments[..]),
             (slopes_kernel(self.precision), slopes, slots),
-        ] {
-            let groups = plan::workgroups(tasks.len(), GROUP as usize, gpu.limits())?;
-            steps.push((gpu.kernel(&key)?, params, recording.upload(tasks), groups));
-        }
-        for (kernel, params, tasks, groups) in steps.iter().cycle().take(2 * trials) {
+        ]
+        .map(|(key, params, tasks)| (key, params, recording.upload(tasks), tasks.len()));
+        for (key, params, tasks, count) in steps.iter().cycle().take(2 * trials) {
             let mut bound = vec![("params", params), ("tasks", tasks)];
-            bound.extend(buffers.iter().map(|(name, buffer)| (*name, buffer)));
-            recording.dispatch(kernel, *groups, &bound)?;
+            bound.extend(arrays);
+            recording.dispatch(key, *count, GROUP, &bound)?;
         }
-        recording.download(named(buffers, "states"));
-        recording.submit()
-    }
-
-    /// Until none of a chunk's curves runs any more.
-    fn finish(&self, under_way: UnderWay<'a>) -> Result<Finished> {
-        let UnderWay { mut pending, table, buffers } = under_way;
-        loop {
-            let results = pending.wait()?;
-            let mut slots = Vec::new();
-            for (slot, state) in results[0].as_slice::<SlopesState>().iter().enumerate().take(table.len()) {
-                match standing(state.standing) {
-                    Some(Standing::Running) => slots.push(slot as u32),
-                    Some(_) => {}
-                    None => {
-                        let message = format!("curve {slot} has the standing {}: no kernel wrote it", state.standing);
-                        return Err(Error::Kernel { kernel: "scf/slopes".into(), message });
-                    }
-                }
-            }
-            let mut recording = self.gpu.record();
-            if slots.is_empty() {
-                ["states", "numbers", "turns"].iter().for_each(|name| recording.download(named(&buffers, name)));
-                return Ok((table, recording.submit()?.wait()?));
-            }
-            pending = self.dispatch(recording, &table, &buffers, &slots)?;
-        }
+        Ok(())
     }
 }
 
-fn named<'b>(buffers: &'b [(&'static str, Buffer)], name: &str) -> &'b Buffer {
-    &buffers.iter().find(|(own, _)| *own == name).expect("a name of the list").1
-}
-
-fn unpack<S: Real + Pod>(members: &[usize], (table, results): &Finished, outcomes: &mut [Outcome]) {
+fn unpack(members: &[usize], (table, results): &(Table, Vec<Downloaded>), outcomes: &mut [Outcome]) {
     let states = results[0].as_slice::<SlopesState>();
-    let (numbers, turns) = (results[1].as_slice::<S>(), results[2].as_slice::<S>());
+    let (numbers, turns) = (results[1].reals(), results[2].reals());
     let count: usize = table.iter().map(|curve| curve.dots as usize).sum();
     for (slot, (&i, curve)) in members.iter().zip(table).enumerate() {
         let start = count + curve.start as usize;
         let own = &numbers[slot * NUMBERS..];
         outcomes[i] = Outcome {
-            turns: turns[start..start + curve.dots as usize].iter().map(|turn| turn.to_f64()).collect(),
-            cost: own[COST].to_f64(),
-            decrement: own[DECREMENT].to_f64(),
-            standing: standing(states[slot].standing).unwrap_or(Standing::Running),
+            turns: turns[start..start + curve.dots as usize].to_vec(),
+            cost: own[COST],
+            decrement: own[DECREMENT],
+            standing: standing(&STANDINGS, states[slot].standing).unwrap_or(Standing::Running),
             iterations: states[slot].iterations,
             evaluations: states[slot].evaluations,
             culprit: (states[slot].culprit as usize).checked_sub(1),

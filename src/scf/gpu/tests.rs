@@ -282,7 +282,7 @@ fn the_kernels_polynomials_and_blocks_are_the_cpus() {
         let there: Vec<f64> = body.split("real(").filter_map(|part| part.split_once(')')?.0.parse().ok()).collect();
         assert_eq!(there, own.iter().rev().copied().collect::<Vec<f64>>(), "{function}");
     }
-    let block = universals::<f64>(&[Universal::new(3.0)]);
+    let block = universals(&[Universal::new(3.0)]);
     let places = constants(kernel("scf/universal.wgsl"), ": u32 = ", "u;");
     let place = |name: &str| places.iter().find(|(own, _)| *own == name).expect("it is there").1 as usize;
     assert_eq!(place("UNIVERSAL_NUMBERS"), block.len());

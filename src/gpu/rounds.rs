@@ -1,0 +1,110 @@
+//! [`Rounds`]: curves that stay on the device, round after round, until none of them runs.
+
+use bytemuck::Pod;
+
+use super::{Buffer, Downloaded, Pending, Recording, unwritten};
+use crate::error::Result;
+
+/// Standing word of a curve that runs. The words from 2 to [`LAST`] say how it ended; the host writes 0 first.
+const RUNNING: u32 = 1;
+const LAST: u32 = 6;
+
+/// What a standing word says, given the meanings of 1 to 6; `None` for a word that no kernel writes.
+pub(crate) fn standing<T: Copy>(meanings: &[T; LAST as usize], word: u32) -> Option<T> {
+    meanings.get(word.checked_sub(RUNNING)? as usize).copied()
+}
+
+/// The arrays of a chunk, by name.
+pub(crate) type Arrays = Vec<(&'static str, Buffer)>;
+
+/// A chunk on the device, with a layout that says where its curves stand. Its array `states` has a state a curve, whose
+/// first word is the curve's standing.
+pub(crate) struct Rounds<'g, Layout> {
+    kernel: &'static str,
+    curves: usize,
+    state_words: usize,
+    layout: Layout,
+    arrays: Arrays,
+    pending: Pending<'g>,
+}
+
+impl<'g, Layout> Rounds<'g, Layout> {
+    /// Submits the first round of a kernel, of so many curves. `round` records what the curves listed do; it finds the arrays by name.
+    pub fn start<State: Pod>(
+        (kernel, curves): (&'static str, usize),
+        recording: Recording<'g>,
+        (layout, arrays): (Layout, Arrays),
+        round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,
+    ) -> Result<Self> {
+        let all: Vec<u32> = (0..curves as u32).collect();
+        let pending = submit(recording, &layout, &arrays, &all, round)?;
+        Ok(Rounds { kernel, curves, state_words: size_of::<State>() / 4, layout, arrays, pending })
+    }
+
+    /// Goes on until no curve runs, and gives the contents of the arrays wanted. `ended` is told of every further number
+    /// of curves that have ended.
+    pub fn finish(
+        self,
+        round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,
+        wanted: &[&str],
+        mut ended: impl FnMut(usize),
+    ) -> Result<(Layout, Vec<Downloaded>)> {
+        let Rounds { kernel, curves, state_words, layout, arrays, mut pending } = self;
+        let mut running = curves;
+        loop {
+            let (gpu, precision) = (pending.gpu(), pending.precision());
+            let states = pending.wait()?;
+            let mut slots = Vec::new();
+            for (slot, state) in states[0].as_slice::<u32>().chunks_exact(state_words).take(curves).enumerate() {
+                match state[0] {
+                    RUNNING => slots.push(slot as u32),
+                    word if word > LAST || word == 0 => {
+                        return Err(unwritten(kernel, format_args!("slot {slot}"), word));
+                    }
+                    _ => {}
+                }
+            }
+            if slots.len() < running {
+                ended(running - slots.len());
+                running = slots.len();
+            }
+            let mut recording = gpu.record(precision);
+            if slots.is_empty() {
+                wanted.iter().for_each(|name| recording.download(named(&arrays, name)));
+                return Ok((layout, recording.submit()?.wait()?));
+            }
+            pending = submit(recording, &layout, &arrays, &slots, &round)?;
+        }
+    }
+}
+
+fn submit<'g, Layout>(
+    mut recording: Recording<'g>,
+    layout: &Layout,
+    arrays: &Arrays,
+    slots: &[u32],
+    round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,
+) -> Result<Pending<'g>> {
+    let bound: Vec<(&str, &Buffer)> = arrays.iter().map(|(name, array)| (*name, array)).collect();
+    round(&mut recording, layout, &bound, slots)?;
+    recording.download(named(arrays, "states"));
+    recording.submit()
+}
+
+fn named<'b>(arrays: &'b Arrays, name: &str) -> &'b Buffer {
+    &arrays.iter().find(|(own, _)| *own == name).expect("a name of the list").1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn standings_are_the_words_from_one_to_six() {
+        let meanings = ['r', 'b', 'c', 'd', 'e', 'f'];
+        assert_eq!(
+            [0, 1, 6, 7, u32::MAX].map(|word| standing(&meanings, word)),
+            [None, Some('r'), Some('f'), None, None]
+        );
+    }
+}
