@@ -3,9 +3,6 @@
 
 struct ApplyParams {
     groups: u32,
-    padding: u32,
-    padding_too: u32,
-    padding_three: u32,
 }
 
 // Curves of one workgroup: number `at` of curve k stands at the start of the group's numbers + at · curves + k.
@@ -34,17 +31,11 @@ struct ApplyGroup {
 
 const BLOCK: u32 = 4u;
 
-@compute @workgroup_size($GROUP)
-fn apply(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let number = workgroup.y * workgroups.x + workgroup.x;
-    if (number >= params.groups) {
+//:include entry.wgsl ENTRY=apply
+    if (workgroup >= params.groups) {
         return;
     }
-    let group = groups[number];
+    let group = groups[workgroup];
     if (thread >= group.curves) {
         return;
     }

@@ -18,9 +18,6 @@ struct DescentParams {
     direction: u32,
     // 1: a line search; 0: steps of constant size.
     search: u32,
-    padding: u32,
-    padding_too: u32,
-    padding_three: u32,
 }
 
 struct DescentTask {
@@ -288,27 +285,21 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     }
 }
 
-@compute @workgroup_size($GROUP)
-fn descend(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let index = (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
-    if (index >= params.tasks) {
+//:include entry.wgsl ENTRY=descend
+    if (task >= params.tasks) {
         return;
     }
-    let task = tasks[index];
-    let curve = load_curve(task.slot);
-    var lane = load_lane(task.slot);
+    let own = tasks[task];
+    let curve = load_curve(own.slot);
+    var lane = load_lane(own.slot);
     if (lane.standing == STANDING_START) {
         begin(curve);
     }
-    for (var done = 0u; done < task.ticks; done++) {
+    for (var done = 0u; done < own.ticks; done++) {
         if (lane.standing > STANDING_RUNNING) {
             break;
         }
         tick(&lane, curve);
     }
-    store_lane(task.slot, lane);
+    store_lane(own.slot, lane);
 }

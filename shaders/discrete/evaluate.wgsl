@@ -5,8 +5,6 @@ struct EvaluateParams {
     blocks: u32,
     // Weights of a curve.
     weights: u32,
-    padding: u32,
-    padding_too: u32,
 }
 
 struct EvaluateCurve {
@@ -101,59 +99,37 @@ fn load_edge_direction(curve: Curve, j: u32) -> vector {
 //:include discrete/edges.wgsl SWEEP=sweep_slope EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 DIRECTION=load_edge_direction DIRECTION_AT=load_direction
 //:include discrete/edges.wgsl SWEEP=sweep_value EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness
 
-fn block_index(workgroup: vec3<u32>, workgroups: vec3<u32>, thread: u32) -> u32 {
-    return (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
-}
-
 fn store_sums(block: u32, swept: Swept) {
     sums[3u * block] = swept.energy;
     sums[3u * block + 1u] = swept.gauge;
     sums[3u * block + 2u] = swept.slope;
 }
 
-@compute @workgroup_size($GROUP)
-fn gradient(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let block = block_index(workgroup, workgroups, thread);
-    if (block >= params.blocks) {
+//:include entry.wgsl ENTRY=gradient
+    if (task >= params.blocks) {
         return;
     }
-    let range = blocks[block];
+    let range = blocks[task];
     let curve = curves[range.curve];
-    store_sums(block, sweep_gradient(curve, load_weights(curve), range.begin, range.end));
+    store_sums(task, sweep_gradient(curve, load_weights(curve), range.begin, range.end));
 }
 
-@compute @workgroup_size($GROUP)
-fn slope(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let block = block_index(workgroup, workgroups, thread);
-    if (block >= params.blocks) {
+//:include entry.wgsl ENTRY=slope
+    if (task >= params.blocks) {
         return;
     }
-    let range = blocks[block];
+    let range = blocks[task];
     let curve = curves[range.curve];
-    store_sums(block, sweep_slope(curve, load_weights(curve), range.begin, range.end));
+    store_sums(task, sweep_slope(curve, load_weights(curve), range.begin, range.end));
 }
 
-@compute @workgroup_size($GROUP)
-fn value(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let block = block_index(workgroup, workgroups, thread);
-    if (block >= params.blocks) {
+//:include entry.wgsl ENTRY=value
+    if (task >= params.blocks) {
         return;
     }
-    let range = blocks[block];
+    let range = blocks[task];
     let curve = curves[range.curve];
-    store_sums(block, sweep_value(curve, load_weights(curve), range.begin, range.end));
+    store_sums(task, sweep_value(curve, load_weights(curve), range.begin, range.end));
 }
 
 fn edge_or_unit(curve: Curve, j: i32) -> vector {
@@ -175,17 +151,11 @@ fn add_to_hessian(curve: Curve, range: VertexRange, v: i32, k: u32, block: matri
 //:end
 }
 
-@compute @workgroup_size($GROUP)
-fn hessian(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let block = block_index(workgroup, workgroups, thread);
-    if (block >= params.blocks) {
+//:include entry.wgsl ENTRY=hessian
+    if (task >= params.blocks) {
         return;
     }
-    let range = blocks[block];
+    let range = blocks[task];
     let curve = curves[range.curve];
     let weights = load_weights(curve);
     for (var i = range.begin * $BLOCKSu * $DIMu * $DIMu; i < range.end * $BLOCKSu * $DIMu * $DIMu; i++) {

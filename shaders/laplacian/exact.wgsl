@@ -5,8 +5,6 @@ struct ExactParams {
     families: u32,
     // Values a point.
     dimension: u32,
-    padding: u32,
-    padding_too: u32,
 }
 
 // Grids of one shape.
@@ -43,19 +41,14 @@ struct ExactFamily {
 //:include laplacian/exact/cosines.wgsl NAME=v_cosines ARRAY=v
 
 // The spectra of all rows: a thread has one coordinate of a row and two frequencies, k and m − k.
-@compute @workgroup_size($GROUP)
-fn forward(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = task_of(workgroup.y * workgroups.x + workgroup.x, thread, params.families);
-    let family = families[task.x];
+//:include entry.wgsl ENTRY=forward
+    let own = family_task_of(workgroup, thread);
+    let family = families[own.x];
     let m = family.columns - 1u;
     let pairs = m / 2u + 1u;
     // Row after row of all grids, each coordinate by itself.
-    let line = task.y / pairs;
-    let k = task.y - line * pairs;
+    let line = own.y / pairs;
+    let k = own.y - line * pairs;
     if (line >= family.grids * family.rows * params.dimension) {
         return;
     }
@@ -68,21 +61,16 @@ fn forward(
 }
 
 // v of one coordinate and frequency of a grid.
-@compute @workgroup_size($GROUP)
-fn sweep(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = task_of(workgroup.y * workgroups.x + workgroup.x, thread, params.families);
-    let family = families[task.x];
+//:include entry.wgsl ENTRY=sweep
+    let own = family_task_of(workgroup, thread);
+    let family = families[own.x];
     let wide = 2u * family.columns - 1u;
     let sweeps = params.dimension * wide;
-    let grid = task.y / sweeps;
+    let grid = own.y / sweeps;
     if (grid >= family.grids) {
         return;
     }
-    let sweep = task.y - grid * sweeps;
+    let sweep = own.y - grid * sweeps;
     let c = sweep / wide;
     let l = sweep - c * wide;
     let last = family.rows - 1u;
@@ -131,17 +119,12 @@ fn sweep(
 }
 
 // W: a thread has one coordinate of a row and two columns, j and 2m − j.
-@compute @workgroup_size($GROUP)
-fn inverse(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = task_of(workgroup.y * workgroups.x + workgroup.x, thread, params.families);
-    let family = families[task.x];
+//:include entry.wgsl ENTRY=inverse
+    let own = family_task_of(workgroup, thread);
+    let family = families[own.x];
     let m = family.columns - 1u;
-    let line = task.y / (m + 1u);
-    let j = task.y - line * (m + 1u);
+    let line = own.y / (m + 1u);
+    let j = own.y - line * (m + 1u);
     if (line >= family.grids * family.rows * params.dimension) {
         return;
     }
@@ -153,22 +136,17 @@ fn inverse(
 }
 
 // One value of the fine grid from W.
-@compute @workgroup_size($GROUP)
-fn combine(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = task_of(workgroup.y * workgroups.x + workgroup.x, thread, params.families);
-    let family = families[task.x];
+//:include entry.wgsl ENTRY=combine
+    let own = family_task_of(workgroup, thread);
+    let family = families[own.x];
     let wide = 2u * family.columns - 1u;
     let width = params.dimension * wide;
     let values = (2u * family.rows - 1u) * width;
-    let grid = task.y / values;
+    let grid = own.y / values;
     if (grid >= family.grids) {
         return;
     }
-    let value = task.y - grid * values;
+    let value = own.y - grid * values;
     let row = value / width;
     let j = (value - row * width) / params.dimension;
     let c = value - row * width - j * params.dimension;
@@ -183,5 +161,5 @@ fn combine(
         let right = select(place + 1u, place - 1u, j == wide - 1u);
         x = real(2) * w[place] - real(0.5) * (w[left] + w[right]);
     }
-    fine[family.fine + task.y] = x;
+    fine[family.fine + own.y] = x;
 }

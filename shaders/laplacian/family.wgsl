@@ -5,9 +5,9 @@
 @group(0) @binding(2) var<storage, read> starts: array<u32>;
 
 // The family that a thread works for, and the number of its task there.
-fn task_of(workgroup: u32, thread: u32, families: u32) -> vec2<u32> {
+fn family_task_of(workgroup: u32, thread: u32) -> vec2<u32> {
     var low = 0u;
-    var high = families;
+    var high = params.families;
     while (high - low > 1u) {
         let middle = (low + high) / 2u;
         if (starts[middle] <= workgroup) {

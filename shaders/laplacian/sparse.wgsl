@@ -6,7 +6,6 @@ struct SparseParams {
     // Values a point.
     dimension: u32,
     radius: u32,
-    padding: u32,
 }
 
 // Grids of one shape.
@@ -52,15 +51,10 @@ fn window(row: u32, intervals: u32) -> vec2<u32> {
     return vec2<u32>(first, last + 1u - first);
 }
 
-@compute @workgroup_size($GROUP)
-fn subdivide(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = task_of(workgroup.y * workgroups.x + workgroup.x, thread, params.families);
-    let family = families[task.x];
-    let point = task.y;
+//:include entry.wgsl ENTRY=subdivide
+    let own = family_task_of(workgroup, thread);
+    let family = families[own.x];
+    let point = own.y;
     let n = family.rows - 1u;
     let m = family.columns - 1u;
     let points = (2u * n + 1u) * (2u * m + 1u);

@@ -2,9 +2,6 @@
 
 struct EvaluationParams {
     tasks: u32,
-    padding: u32,
-    padding_too: u32,
-    padding_three: u32,
 }
 
 struct Segment {
@@ -59,13 +56,7 @@ fn evaluation_of(segment: Segment, a: real, b: real) -> Evaluation {
     return own;
 }
 
-@compute @workgroup_size($GROUP)
-fn evaluate(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = (workgroup.y * workgroups.x + workgroup.x) * $GROUPu + thread;
+//:include entry.wgsl ENTRY=evaluate
     if (task >= params.tasks) {
         return;
     }

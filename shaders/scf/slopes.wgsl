@@ -7,7 +7,6 @@ struct SlopesParams {
     // Dots of all curves.
     dots: u32,
     most_iterations: u32,
-    padding: u32,
 }
 
 struct SlopesCurve {
@@ -386,13 +385,7 @@ fn tick(index: u32) {
     states[index] = state;
 }
 
-@compute @workgroup_size($GROUP)
-fn advance(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = (workgroup.y * workgroups.x + workgroup.x) * $GROUPu + thread;
+//:include entry.wgsl ENTRY=advance
     if (task < params.tasks) {
         tick(tasks[task]);
     }

@@ -36,13 +36,7 @@ fn other_difference(curve: UniformCurve, i: u32, axis: u32) -> real {
 }
 
 // Σ |d_i|²
-@compute @workgroup_size($GROUP)
-fn discrete_energy(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = task_index(workgroup, workgroups, thread);
+//:include entry.wgsl ENTRY=discrete_energy
     if (task >= params.blocks) {
         return;
     }
@@ -59,13 +53,7 @@ fn discrete_energy(
 }
 
 // Σ (4 d_i·e_i + d_i·e_{i+1} + d_{i+1}·e_i) / 6
-@compute @workgroup_size($GROUP)
-fn exact_product(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = task_index(workgroup, workgroups, thread);
+//:include entry.wgsl ENTRY=exact_product
     if (task >= params.blocks) {
         return;
     }

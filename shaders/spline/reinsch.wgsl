@@ -7,8 +7,6 @@
 struct SmoothingParams {
     curves: u32,
     dimension: u32,
-    padding: u32,
-    padding_too: u32,
 }
 
 struct SmoothingCurve {
@@ -324,13 +322,7 @@ fn lambda_at(step: i32) -> real {
     return lambda;
 }
 
-@compute @workgroup_size($GROUP)
-fn fit(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+//:include entry.wgsl ENTRY=fit
     if (task >= params.curves) {
         return;
     }

@@ -10,7 +10,6 @@ struct SampleParams {
     // Samples a span, where every span has as many.
     per_span: u32,
     dimension: u32,
-    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: SampleParams;
@@ -38,33 +37,17 @@ fn evaluate(sample: u32, knot: u32, u: real) {
     }
 }
 
-fn sample_index(workgroup: vec3<u32>, workgroups: vec3<u32>, thread: u32) -> u32 {
-    return (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
-}
-
 // Every span at the fractions 0, 1/N, …: sample k N + j is fraction j/N of the span after knot k.
-@compute @workgroup_size($GROUP)
-fn per_span(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let sample = sample_index(workgroup, workgroups, thread);
-    if (sample < params.count) {
-        let j = sample % params.per_span;
-        evaluate(sample, sample / params.per_span, real(j) / real(params.per_span));
+//:include entry.wgsl ENTRY=per_span
+    if (task < params.count) {
+        let j = task % params.per_span;
+        evaluate(task, task / params.per_span, real(j) / real(params.per_span));
     }
 }
 
 // Any samples, each at a site of its own.
-@compute @workgroup_size($GROUP)
-fn at_sites(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let sample = sample_index(workgroup, workgroups, thread);
-    if (sample < params.count) {
-        evaluate(sample, site_knots[sample], site_fractions[sample]);
+//:include entry.wgsl ENTRY=at_sites
+    if (task < params.count) {
+        evaluate(task, site_knots[task], site_fractions[task]);
     }
 }

@@ -4,13 +4,8 @@
 
 @group(0) @binding(3) var<storage, read_write> fine: array<real>;
 
-@compute @workgroup_size($GROUP)
-fn subdivide(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let point = task_index(workgroup, workgroups, thread);
+//:include entry.wgsl ENTRY=subdivide
+    let point = task;
     if (point >= params.points) {
         return;
     }
@@ -36,13 +31,8 @@ fn subdivide(
 }
 
 // N p: the curve's points on the integers.
-@compute @workgroup_size($GROUP)
-fn interpolated(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let point = task_index(workgroup, workgroups, thread);
+//:include entry.wgsl ENTRY=interpolated
+    let point = task;
     if (point >= params.points) {
         return;
     }

@@ -36,9 +36,6 @@ const MOST_TURNS: usize = 60_000;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct ApplyParams {
     groups: u32,
-    padding: u32,
-    padding_too: u32,
-    padding_three: u32,
 }
 
 /// `ApplyGroup` of `operator.wgsl`.
@@ -209,12 +206,7 @@ impl<'a> Work<'a> {
         }
         let mut recording = self.gpu.record(self.precision);
         let found = recording.storage_reals(layout.results);
-        let params = recording.uniform(&ApplyParams {
-            groups: groups.len() as u32,
-            padding: 0,
-            padding_too: 0,
-            padding_three: 0,
-        });
+        let params = recording.uniform(&ApplyParams { groups: groups.len() as u32 });
         let buffers = [
             ("params", &params),
             ("groups", &recording.upload(&groups)),

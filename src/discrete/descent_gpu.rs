@@ -39,9 +39,6 @@ pub(crate) struct DescentParams {
     pub most_iterations: u32,
     pub direction: u32,
     pub search: u32,
-    pub padding: u32,
-    pub padding_too: u32,
-    pub padding_three: u32,
 }
 
 /// `DescentTask` of `descent.wgsl`.
@@ -279,9 +276,6 @@ impl<'a, const D: usize> Job<'a, D> {
                 Direction::Hybrid | Direction::Newton => 2,
             },
             search: (run.plan.step == Step::Search).into(),
-            padding: 0,
-            padding_too: 0,
-            padding_three: 0,
         });
         let tasks = recording.upload(&tasks(slots, &layout.turns, run.most_ticks));
         let mut bound = vec![("params", &params), ("tasks", &tasks)];

@@ -24,8 +24,6 @@ const BLOCK_VERTICES: usize = 32;
 pub(crate) struct EvaluateParams {
     pub blocks: u32,
     pub weights: u32,
-    pub padding: u32,
-    pub padding_too: u32,
 }
 
 /// `EvaluateCurve` of `evaluate.wgsl`.
@@ -189,7 +187,7 @@ impl Job<'_> {
             offsets = vec![0.0; points * (d + 1)];
         }
         let (count, weight_count) = (blocks.len(), width as u32);
-        let params = EvaluateParams { blocks: count as u32, weights: weight_count, padding: 0, padding_too: 0 };
+        let params = EvaluateParams { blocks: count as u32, weights: weight_count };
         let sums = recording.storage_reals(3 * count);
         let gradients = match self.want {
             Want::Slope(_) => recording.upload_reals(&direction),
@@ -305,7 +303,7 @@ mod tests {
     #[test]
     fn structs_are_laid_out_as_the_kernel_has_them() {
         for key in evaluate_kernels(Precision::F32) {
-            assert_layout!(key, EvaluateParams { blocks, weights, padding, padding_too });
+            assert_layout!(key, EvaluateParams { blocks, weights });
             assert_layout!(key, EvaluateCurve { start, segments, closed, index });
             assert_layout!(key, VertexRange { curve, begin, end, padding });
         }

@@ -36,8 +36,9 @@ pub(crate) struct Lost {
     pub why: String,
 }
 
-/// What every method with a status a curve does when the device is lost, or does not answer in time: what was finished
-/// is kept, and what was not is said curve by curve. Before anything was finished it is an error, like all else.
+/// What every method with a status a curve does when the device is lost, or does not answer in
+/// time: what was finished is kept, and what was not is said curve by curve. Before anything was
+/// finished it is an error, like all else.
 ///
 /// # Errors
 /// That of the run, unless it lost its device.

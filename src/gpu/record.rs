@@ -21,7 +21,8 @@ const TIMEOUT: Duration = Duration::from_secs(60);
 /// Numbers that a thread converts at least.
 const CONVERTED_TOGETHER: usize = 1 << 14;
 
-/// Work being recorded for one submission. The host's numbers are f64; the kernels' have the precision of the recording.
+/// Work being recorded for one submission. The host's numbers are f64; the kernels' have the
+/// precision of the recording.
 pub struct Recording<'g> {
     gpu: &'g Gpu,
     precision: Precision,
@@ -111,11 +112,12 @@ impl<'g> Recording<'g> {
         self.storage(count as u64 * self.precision.bytes())
     }
 
-    /// Dispatches a kernel, for so many tasks at `per_group` tasks a workgroup, with its buffers by name.
+    /// Dispatches a kernel, for so many tasks at `per_group` tasks a workgroup, with its buffers by
+    /// name.
     ///
     /// # Errors
-    /// Those of [`Gpu::kernel`] and of [`plan::workgroups`]; [`Error::Kernel`] when a buffer the kernel uses is not
-    /// named, or too small for one element.
+    /// Those of [`Gpu::kernel`] and of [`plan::workgroups`]; [`Error::Kernel`] when a buffer the
+    /// kernel uses is not named, or too small for one element.
     pub fn dispatch(
         &mut self,
         key: &KernelKey,

@@ -5,11 +5,13 @@ use bytemuck::Pod;
 use super::{Buffer, Downloaded, Pending, Recording, unwritten};
 use crate::error::Result;
 
-/// Standing word of a curve that runs. The words from 2 to [`LAST`] say how it ended; the host writes 0 first.
+/// Standing word of a curve that runs. The words from 2 to [`LAST`] say how it ended; the host
+/// writes 0 first.
 const RUNNING: u32 = 1;
 const LAST: u32 = 6;
 
-/// What a standing word says, given the meanings of 1 to 6; `None` for a word that no kernel writes.
+/// What a standing word says, given the meanings of 1 to 6; `None` for a word that no kernel
+/// writes.
 pub(crate) fn standing<T: Copy>(meanings: &[T; LAST as usize], word: u32) -> Option<T> {
     meanings.get(word.checked_sub(RUNNING)? as usize).copied()
 }
@@ -17,8 +19,8 @@ pub(crate) fn standing<T: Copy>(meanings: &[T; LAST as usize], word: u32) -> Opt
 /// The arrays of a chunk, by name.
 pub(crate) type Arrays = Vec<(&'static str, Buffer)>;
 
-/// A chunk on the device, with a layout that says where its curves stand. Its array `states` has a state a curve, whose
-/// first word is the curve's standing.
+/// A chunk on the device, with a layout that says where its curves stand. Its array `states` has a
+/// state a curve, whose first word is the curve's standing.
 pub(crate) struct Rounds<'g, Layout> {
     kernel: &'static str,
     curves: usize,
@@ -29,7 +31,8 @@ pub(crate) struct Rounds<'g, Layout> {
 }
 
 impl<'g, Layout> Rounds<'g, Layout> {
-    /// Submits the first round of a kernel, of so many curves. `round` records what the curves listed do; it finds the arrays by name.
+    /// Submits the first round of a kernel, of so many curves. `round` records what the curves
+    /// listed do; it finds the arrays by name.
     pub fn start<State: Pod>(
         (kernel, curves): (&'static str, usize),
         recording: Recording<'g>,
@@ -41,8 +44,8 @@ impl<'g, Layout> Rounds<'g, Layout> {
         Ok(Rounds { kernel, curves, state_words: size_of::<State>() / 4, layout, arrays, pending })
     }
 
-    /// Goes on until no curve runs, and gives the contents of the arrays wanted. `ended` is told of every further number
-    /// of curves that have ended.
+    /// Goes on until no curve runs, and gives the contents of the arrays wanted. `ended` is told of
+    /// every further number of curves that have ended.
     pub fn finish(
         self,
         round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,

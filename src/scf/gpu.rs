@@ -36,9 +36,6 @@ const FOUND: usize = 7;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct EvaluationParams {
     tasks: u32,
-    padding: u32,
-    padding_too: u32,
-    padding_three: u32,
 }
 
 /// `Segment` of `evaluation.wgsl`.
@@ -166,7 +163,7 @@ fn record_segments<'g>(
         .collect();
     let angles: Vec<f64> = segments.iter().flat_map(|(_, angles)| *angles).collect();
     let found = recording.storage_reals(FOUND * count);
-    let params = EvaluationParams { tasks: count as u32, padding: 0, padding_too: 0, padding_three: 0 };
+    let params = EvaluationParams { tasks: count as u32 };
     let buffers = [
         ("params", &recording.uniform(&params)),
         ("tasks", &recording.upload(&(0..count as u32).collect::<Vec<u32>>())),

@@ -23,7 +23,6 @@ pub(crate) struct SampleParams {
     pub count: u32,
     pub per_span: u32,
     pub dimension: u32,
-    pub padding: u32,
 }
 
 /// Derivatives at the ends of clamped curves, in input units.
@@ -227,7 +226,7 @@ impl Job<'_> {
         };
         let definitions = definitions([("GROUP", &GROUP)]);
         let key = KernelKey { path: "spline/sample.wgsl", entry, precision: recording.precision(), definitions };
-        let params = SampleParams { count: count as u32, per_span: per_span as u32, dimension: d as u32, padding: 0 };
+        let params = SampleParams { count: count as u32, per_span: per_span as u32, dimension: d as u32 };
         let samples = recording.storage_reals(count * d);
         let buffers = [
             ("params", &recording.uniform(&params)),

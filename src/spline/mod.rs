@@ -68,13 +68,13 @@ mod tests {
             KernelKey { path, entry, precision: Precision::F32, definitions }
         };
         let sample = key("spline/sample.wgsl", "per_span");
-        assert_layout!(sample, SampleParams { count, per_span, dimension, padding });
+        assert_layout!(sample, SampleParams { count, per_span, dimension });
         let energy = key("spline/energy.wgsl", "discrete_energy");
         assert_layout!(energy, UniformParams { curves, points, dimension, blocks });
         assert_layout!(energy, Block { curve, begin, end, padding });
         assert_layout!(energy, UniformCurve { start, count, closed, padding });
         let smoothing = smoothing_kernel(Precision::F32, 2);
-        assert_layout!(smoothing, SmoothingParams { curves, dimension, padding, padding_too });
+        assert_layout!(smoothing, SmoothingParams { curves, dimension });
         assert_layout!(smoothing, SmoothingCurve { start, count, flags, padding });
     }
 }

@@ -29,8 +29,6 @@ const STATUS_PENDING: u32 = 3;
 pub(crate) struct SmoothingParams {
     pub curves: u32,
     pub dimension: u32,
-    pub padding: u32,
-    pub padding_too: u32,
 }
 
 /// `SmoothingCurve` of `reinsch.wgsl`.
@@ -186,7 +184,7 @@ impl Job<'_> {
             sent.push((i, start));
         }
         let (count, dimension) = (table.len() as u32, d as u32);
-        let params = recording.uniform(&SmoothingParams { curves: count, dimension, padding: 0, padding_too: 0 });
+        let params = recording.uniform(&SmoothingParams { curves: count, dimension });
         let status = recording.storage(4 * u64::from(count));
         let scratch = recording.storage_reals(inverse_weights.len() * (5 + 3 * d));
         let searches = recording.upload_reals(&searches);

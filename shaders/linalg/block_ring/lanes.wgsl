@@ -3,9 +3,6 @@
 struct BlockParams {
     // Curves of the dispatch.
     count: u32,
-    padding: u32,
-    padding_too: u32,
-    padding_three: u32,
 }
 
 struct BlockCurve {
@@ -64,18 +61,13 @@ fn ring_store(curve: Curve, v: u32, x: vector) {
 //:end
 }
 
-@compute @workgroup_size($GROUP)
-fn solve(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = (workgroup.x + workgroup.y * workgroups.x) * ($GROUPu / RING_LANES) + thread / RING_LANES;
-    let curve = curves[min(task, params.count - 1u)];
-    let live = task < params.count;
+//:include entry.wgsl ENTRY=solve
+    let index = task / RING_LANES;
+    let curve = curves[min(index, params.count - 1u)];
+    let live = index < params.count;
     let ring = block_ring(curve.vertices, curve.closed != 0u, curve.scratch, thread % RING_LANES, live);
     let smallest = solve_block_ring(curve, ring);
     if (ring.working && ring.lane == 0u) {
-        pivots[task] = smallest;
+        pivots[index] = smallest;
     }
 }

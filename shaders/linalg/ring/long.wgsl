@@ -26,13 +26,7 @@ struct Chunk {
 //:include linalg/ring/read.wgsl NAME=load_kept ARRAY=kept_unknowns
 //:include linalg/ring/write.wgsl NAME=store_reduced ARRAY=reduced_rhs
 
-@compute @workgroup_size($GROUP)
-fn reduce(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+//:include entry.wgsl ENTRY=reduce
     if (task >= params.count) {
         return;
     }
@@ -62,13 +56,7 @@ fn reduce(
     store_reduced(2u * (params.first + task) + 1u, delta);
 }
 
-@compute @workgroup_size($GROUP)
-fn substitute(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+//:include entry.wgsl ENTRY=substitute
     if (task >= params.count) {
         return;
     }

@@ -8,13 +8,7 @@
 
 //:include linalg/ring/read.wgsl NAME=load_at ARRAY=solution
 
-@compute @workgroup_size($GROUP)
-fn solve(
-    @builtin(workgroup_id) workgroup: vec3<u32>,
-    @builtin(num_workgroups) workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let task = (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
+//:include entry.wgsl ENTRY=solve
     if (task >= params.count) {
         return;
     }

@@ -20,10 +20,6 @@ struct UniformCurve {
 @group(0) @binding(1) var<storage, read> curves: array<UniformCurve>;
 @group(0) @binding(2) var<storage, read> points: array<real>;
 
-fn task_index(workgroup: vec3<u32>, workgroups: vec3<u32>, thread: u32) -> u32 {
-    return (workgroup.x + workgroup.y * workgroups.x) * $GROUPu + thread;
-}
-
 // The last curve that starts at or before a point.
 fn curve_of(point: u32) -> u32 {
     var low = 0u;

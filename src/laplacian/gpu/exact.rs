@@ -18,8 +18,6 @@ pub(super) const ENTRIES: [&str; 4] = ["forward", "sweep", "inverse", "combine"]
 pub(super) struct ExactParams {
     pub families: u32,
     pub dimension: u32,
-    pub padding: u32,
-    pub padding_too: u32,
 }
 
 /// `ExactFamily` of `exact.wgsl`.
@@ -69,12 +67,8 @@ pub(super) fn record(recording: &mut Recording, layout: &Layout, stations: &[&Bu
     for (round, pair) in stations.windows(2).enumerate() {
         let round = round as u32;
         let families = recording.upload(&families(layout, &tables, round, rounds));
-        let params = recording.uniform(&ExactParams {
-            families: layout.families.len() as u32,
-            dimension: layout.dimension as u32,
-            padding: 0,
-            padding_too: 0,
-        });
+        let params = recording
+            .uniform(&ExactParams { families: layout.families.len() as u32, dimension: layout.dimension as u32 });
         for (entry, threads) in ENTRIES.into_iter().zip(threads(layout.dimension)) {
             let (starts, total) = layout.workgroups(round, threads);
             let buffers = [

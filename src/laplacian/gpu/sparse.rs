@@ -19,7 +19,6 @@ pub(super) struct SparseParams {
     pub families: u32,
     pub dimension: u32,
     pub radius: u32,
-    pub padding: u32,
 }
 
 /// `SparseFamily` of `sparse.wgsl`.
@@ -92,7 +91,6 @@ impl Weights {
                 families: families.len() as u32,
                 dimension: layout.dimension as u32,
                 radius: self.radius as u32,
-                padding: 0,
             };
             let (starts, total) = layout.workgroups(round + 1, |[rows, columns]| rows * columns);
             let buffers = [

@@ -184,13 +184,13 @@ fn host_structs_are_the_kernels() {
     for precision in [Precision::F32, Precision::F64] {
         for key in laplacian_kernels(precision) {
             if key.path == "laplacian/sparse.wgsl" {
-                assert_layout!(key, SparseParams { families, dimension, radius, padding });
+                assert_layout!(key, SparseParams { families, dimension, radius });
                 assert_layout!(
                     key,
                     SparseFamily { grids, rows, columns, coarse, fine, stencils, lines, row_border, column_border }
                 );
             } else {
-                assert_layout!(key, ExactParams { families, dimension, padding, padding_too });
+                assert_layout!(key, ExactParams { families, dimension });
                 assert_layout!(
                     key,
                     ExactFamily { grids, rows, columns, coarse, fine, spectrum, v, table, intervals, step }

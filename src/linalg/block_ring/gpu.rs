@@ -19,9 +19,6 @@ use crate::precision::Precision;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct BlockParams {
     count: u32,
-    padding: u32,
-    padding_too: u32,
-    padding_three: u32,
 }
 
 /// `BlockCurve` of `lanes.wgsl`.
@@ -179,8 +176,7 @@ impl<T: Real> Job<'_, T> {
         let solution = recording.storage_reals(vertices.len() * d);
         let pivots = recording.storage_reals(table.len());
         let scratch = recording.storage_reals(scratch as usize);
-        let params =
-            recording.uniform(&BlockParams { count: table.len() as u32, padding: 0, padding_too: 0, padding_three: 0 });
+        let params = recording.uniform(&BlockParams { count: table.len() as u32 });
         let key = kernel_key(recording.precision(), d, reach, self.lanes);
         let curves = recording.upload(&table);
         let buffers = [

@@ -13,7 +13,8 @@ use crate::precision::Precision;
 
 /// Solves a batch on a GPU with the kernel asked for, in f32 or f64 (the arrays are converted where they differ).
 ///
-/// Where the device is lost, systems that were not solved have the status [`CurveStatus::NotConverged`] and NaN.
+/// Where the device is lost, systems that were not solved have the status
+/// [`CurveStatus::NotConverged`] and NaN.
 ///
 /// # Errors
 /// Those of [`Gpu::kernel`] and of submissions; [`Error::Limit`] when a single system exceeds the device's largest array.

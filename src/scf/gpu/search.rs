@@ -41,7 +41,6 @@ pub(super) struct SlopesParams {
     pub tasks: u32,
     pub dots: u32,
     pub most_iterations: u32,
-    pub padding: u32,
 }
 
 /// `SlopesCurve` of `slopes.wgsl`.
@@ -256,9 +255,9 @@ impl<'a> Job<'a> {
         let segments: Vec<u32> =
             running().flat_map(|curve| curve.start..curve.start + curve.dots - 1 + curve.closed).collect();
         let tasks = segments.len() as u32;
-        let evaluation = recording.uniform(&EvaluationParams { tasks, padding: 0, padding_too: 0, padding_three: 0 });
+        let evaluation = recording.uniform(&EvaluationParams { tasks });
         let (tasks, most_iterations) = (slots.len() as u32, self.until.iterations);
-        let slopes = recording.uniform(&SlopesParams { tasks, dots, most_iterations, padding: 0 });
+        let slopes = recording.uniform(&SlopesParams { tasks, dots, most_iterations });
         let trials = (MOST_EVALUATIONS / segments.len().max(1)).clamp(1, MOST_TRIALS);
         let steps = [
             (evaluation_kernel(self.precision), evaluation, &segments[..]),
