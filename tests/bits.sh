@@ -28,7 +28,7 @@ run() {
   [[ $verbose == no ]] || echo "$program $* ${device[*]} -o $output --report $work/report.json --force -q" >&2
   rm -f "$work"/*
   "$program" "$@" "${device[@]}" -o "$output" --report "$work/report.json" --force -q >/dev/null 2>&1 || status=$?
-  if [[ -e $work/report.json ]]; then tail -n +2 "$work/report.json" >"$work/rows.json"; fi
+  if [[ -e $work/report.json ]]; then sed '1d; s/"seconds":{[^}]*}//' "$work/report.json" >"$work/rows.json"; fi
   printf '%s %s %s %s %s\n' "$(hash_of "$output")" "$(hash_of "$work/rows.json")" "$status" "$which" "$name"
 }
 

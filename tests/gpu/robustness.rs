@@ -1,11 +1,13 @@
 //! What can go wrong with a GPU: every failure is an error with a sentence, or the status of a curve, never a panic.
 
+use faircurve::bezier::Complete;
 use faircurve::gpu::plan::Limits;
 use faircurve::gpu::{Gpu, Interrupted, Pending, pipeline};
+use faircurve::laplacian::{Rule, Subdivide};
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
-use faircurve::spline::{Natural, uniform};
-use faircurve::{CurveBatch, CurveStatus, Device, Error, Precision, Sampling};
+use faircurve::spline::{Amount, Natural, Smoothing, uniform};
+use faircurve::{CurveBatch, CurveReport, CurveStatus, Device, Error, Grids, Precision, Sampling};
 
 use crate::common::batches::walks;
 use crate::common::conform::{Outcome, Unit, conform};
@@ -104,28 +106,77 @@ fn a_fit_interrupted_by_the_loss_of_the_device_keeps_what_it_has() {
     }
 }
 
-/// Loses the device after that share of the time a fit takes: before, between or after its chunks.
-fn interrupt(device: &Device, moment: f64) {
-    let batch = walks(2, &(2..=16).cycle().take(900).collect::<Vec<_>>(), &mut seeded(302));
-    let whole = sampled(&batch, device).unwrap();
+/// Does some work while the device is lost, after that share of the time it takes: before, between or after its chunks.
+fn losing<T>(device: &Device, moment: f64, work: &dyn Fn(&Device) -> faircurve::Result<T>) -> Option<T> {
     let start = std::time::Instant::now();
-    Natural::default().fit(&batch, device).unwrap();
+    work(device).unwrap();
     let wait = start.elapsed().mul_f64(moment);
     let lost = device.as_gpu().expect("it is one").wgpu_device().clone();
     let killer = std::thread::spawn(move || {
         std::thread::sleep(wait);
         lost.destroy();
     });
-    let result = Natural::default().fit(&batch, device);
+    let result = work(device);
     killer.join().unwrap();
-    let fit = match result {
-        Err(error) => {
-            println!("lost before the first chunk: {error}");
-            assert!(matches!(error, Error::DeviceLost(_)), "{error}");
-            return;
-        }
-        Ok(fit) => fit,
+    if let Err(error) = &result {
+        println!("lost before the first chunk: {error}");
+        assert!(matches!(error, Error::DeviceLost(_)), "{error}");
+    }
+    result.ok()
+}
+
+/// What a method says of every curve.
+type Said = Vec<(CurveStatus, Option<String>)>;
+
+#[test]
+fn every_method_with_a_status_a_curve_keeps_what_was_finished_before_the_device_was_lost() {
+    let batch = walks(2, &(3..=12).cycle().take(300).collect::<Vec<_>>(), &mut seeded(306));
+    let polygons = walks(2, &(3..=12).cycle().take(4000).collect::<Vec<_>>(), &mut seeded(307));
+    let grids = Grids::new(1, vec![[4, 5]; 400], (0..8000).map(f64::from).collect()).unwrap();
+    let said = |reports: &[CurveReport]| reports.iter().map(|own| (own.status, own.message.clone())).collect();
+    let smoothing = Smoothing { amount: Amount::Lambda(0.1), ..Smoothing::default() };
+    let solve = |device: &Device| {
+        let matrix = Matrix::Network { excess: &[1.0; 9000], weights: &[1.0; 9000] };
+        let offsets: Vec<usize> = (0..=900).map(|i| 10 * i).collect();
+        let systems = TridiagonalBatch { matrix, offsets: &offsets, cyclic: Cyclic::None };
+        let gpu = device.as_gpu().expect("it is one");
+        let solved = solve_on_gpu(gpu, Precision::F32, RingKernel::Auto, &systems, &[1.0_f64; 9000], 1)?;
+        assert!((0..900).all(|i| solved.x[10 * i].is_nan() == (solved.status[i] == CurveStatus::NotConverged)));
+        Ok(solved.status.into_iter().map(|status| (status, None)).collect())
     };
+    let subdivide = |device: &Device| {
+        let subdivided = Subdivide { rule: Rule::Exact, rounds: 2 }.fit(&grids, device)?;
+        Ok(subdivided.reports().iter().map(|own| (own.status, own.message.clone())).collect())
+    };
+    type Method<'a> = (&'a str, &'a dyn Fn(&Device) -> faircurve::Result<Said>);
+    let methods: [Method<'_>; 4] = [
+        ("smoothing", &|device| smoothing.fit(&batch, device).map(|fit| said(fit.reports()))),
+        ("bezier", &|device| Complete::default().fit(&polygons, device).map(|fit| said(fit.reports()))),
+        ("grids", &subdivide),
+        ("systems", &solve),
+    ];
+    for (what, method) in methods {
+        for moment in [0.4, 0.8] {
+            let Some(gpu) = gpu() else { return };
+            let limits = Limits { chunk_bytes: 2000, ..*gpu.limits() };
+            let device = Device::from_gpu(gpu.with_limits(limits));
+            let whole = method(&device).unwrap();
+            let Some(found) = losing(&device, moment, method) else { continue };
+            let left = found.iter().zip(&whole).filter(|(found, whole)| found != whole);
+            println!("{what}: {} of {} are left", left.clone().count(), whole.len());
+            for ((status, message), _) in left {
+                assert_eq!(*status, CurveStatus::NotConverged, "{what}");
+                let is_told = message.as_ref().is_some_and(|message| message.contains(": the device was lost"));
+                assert_eq!(is_told, what != "systems", "{what}: {message:?}");
+            }
+        }
+    }
+}
+
+fn interrupt(device: &Device, moment: f64) {
+    let batch = walks(2, &(2..=16).cycle().take(900).collect::<Vec<_>>(), &mut seeded(302));
+    let whole = sampled(&batch, device).unwrap();
+    let Some(fit) = losing(device, moment, &|device| Natural::default().fit(&batch, device)) else { return };
     let first_left = (0..batch.len()).find(|&i| fit.reports()[i].status != whole.status[i]);
     println!("lost at curve {first_left:?} of {}", batch.len());
     let samples = fit.polylines(Sampling::PerSpan(4));
