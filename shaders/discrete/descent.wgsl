@@ -285,10 +285,7 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     }
 }
 
-//:include entry.wgsl ENTRY=descend
-    if (task >= params.tasks) {
-        return;
-    }
+//:include entry.wgsl ENTRY=descend TASKS=params.tasks
     let own = tasks[task];
     let curve = load_curve(own.slot);
     var lane = load_lane(own.slot);

@@ -105,28 +105,19 @@ fn store_sums(block: u32, swept: Swept) {
     sums[3u * block + 2u] = swept.slope;
 }
 
-//:include entry.wgsl ENTRY=gradient
-    if (task >= params.blocks) {
-        return;
-    }
+//:include entry.wgsl ENTRY=gradient TASKS=params.blocks
     let range = blocks[task];
     let curve = curves[range.curve];
     store_sums(task, sweep_gradient(curve, load_weights(curve), range.begin, range.end));
 }
 
-//:include entry.wgsl ENTRY=slope
-    if (task >= params.blocks) {
-        return;
-    }
+//:include entry.wgsl ENTRY=slope TASKS=params.blocks
     let range = blocks[task];
     let curve = curves[range.curve];
     store_sums(task, sweep_slope(curve, load_weights(curve), range.begin, range.end));
 }
 
-//:include entry.wgsl ENTRY=value
-    if (task >= params.blocks) {
-        return;
-    }
+//:include entry.wgsl ENTRY=value TASKS=params.blocks
     let range = blocks[task];
     let curve = curves[range.curve];
     store_sums(task, sweep_value(curve, load_weights(curve), range.begin, range.end));
@@ -151,10 +142,7 @@ fn add_to_hessian(curve: Curve, range: VertexRange, v: i32, k: u32, block: matri
 //:end
 }
 
-//:include entry.wgsl ENTRY=hessian
-    if (task >= params.blocks) {
-        return;
-    }
+//:include entry.wgsl ENTRY=hessian TASKS=params.blocks
     let range = blocks[task];
     let curve = curves[range.curve];
     let weights = load_weights(curve);

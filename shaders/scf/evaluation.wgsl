@@ -56,10 +56,7 @@ fn evaluation_of(segment: Segment, a: real, b: real) -> Evaluation {
     return own;
 }
 
-//:include entry.wgsl ENTRY=evaluate
-    if (task >= params.tasks) {
-        return;
-    }
+//:include entry.wgsl ENTRY=evaluate TASKS=params.tasks
     let index = tasks[task];
     let segment = segments[index];
     if (!is_waiting(states[segment.owner])) {

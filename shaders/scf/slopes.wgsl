@@ -385,8 +385,6 @@ fn tick(index: u32) {
     states[index] = state;
 }
 
-//:include entry.wgsl ENTRY=advance
-    if (task < params.tasks) {
-        tick(tasks[task]);
-    }
+//:include entry.wgsl ENTRY=advance TASKS=params.tasks
+    tick(tasks[task]);
 }

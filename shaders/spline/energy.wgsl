@@ -36,10 +36,7 @@ fn other_difference(curve: UniformCurve, i: u32, axis: u32) -> real {
 }
 
 // Σ |d_i|²
-//:include entry.wgsl ENTRY=discrete_energy
-    if (task >= params.blocks) {
-        return;
-    }
+//:include entry.wgsl ENTRY=discrete_energy TASKS=params.blocks
     let block = blocks[task];
     let curve = curves[block.curve];
     var sum = real(0);
@@ -53,10 +50,7 @@ fn other_difference(curve: UniformCurve, i: u32, axis: u32) -> real {
 }
 
 // Σ (4 d_i·e_i + d_i·e_{i+1} + d_{i+1}·e_i) / 6
-//:include entry.wgsl ENTRY=exact_product
-    if (task >= params.blocks) {
-        return;
-    }
+//:include entry.wgsl ENTRY=exact_product TASKS=params.blocks
     let block = blocks[task];
     let curve = curves[block.curve];
     var sum = real(0);

@@ -322,10 +322,7 @@ fn lambda_at(step: i32) -> real {
     return lambda;
 }
 
-//:include entry.wgsl ENTRY=fit
-    if (task >= params.curves) {
-        return;
-    }
+//:include entry.wgsl ENTRY=fit TASKS=params.curves
     let curve = curves[task];
     let n = curve.count;
     let d = params.dimension;

@@ -38,16 +38,12 @@ fn evaluate(sample: u32, knot: u32, u: real) {
 }
 
 // Every span at the fractions 0, 1/N, …: sample k N + j is fraction j/N of the span after knot k.
-//:include entry.wgsl ENTRY=per_span
-    if (task < params.count) {
-        let j = task % params.per_span;
-        evaluate(task, task / params.per_span, real(j) / real(params.per_span));
-    }
+//:include entry.wgsl ENTRY=per_span TASKS=params.count
+    let j = task % params.per_span;
+    evaluate(task, task / params.per_span, real(j) / real(params.per_span));
 }
 
 // Any samples, each at a site of its own.
-//:include entry.wgsl ENTRY=at_sites
-    if (task < params.count) {
-        evaluate(task, site_knots[task], site_fractions[task]);
-    }
+//:include entry.wgsl ENTRY=at_sites TASKS=params.count
+    evaluate(task, site_knots[task], site_fractions[task]);
 }

@@ -4,11 +4,8 @@
 
 @group(0) @binding(3) var<storage, read_write> fine: array<real>;
 
-//:include entry.wgsl ENTRY=subdivide
+//:include entry.wgsl ENTRY=subdivide TASKS=params.points
     let point = task;
-    if (point >= params.points) {
-        return;
-    }
     let curve = curves[curve_of(point)];
     let i = point - curve.start;
     if (i >= curve.count) {
@@ -31,11 +28,8 @@
 }
 
 // N p: the curve's points on the integers.
-//:include entry.wgsl ENTRY=interpolated
+//:include entry.wgsl ENTRY=interpolated TASKS=params.points
     let point = task;
-    if (point >= params.points) {
-        return;
-    }
     let curve = curves[curve_of(point)];
     let i = point - curve.start;
     if (i >= curve.count) {

@@ -16,7 +16,7 @@ use super::complete::NONE;
 use super::operator::{BLOCK, Operator};
 use super::ready::MOST_DATA;
 use crate::error::{Error, Result};
-use crate::gpu::plan::{self, Limits};
+use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::source::definitions;
 use crate::gpu::{Downloaded, Gpu, Interrupted, KernelKey, Pending, pipeline};
 use crate::linalg::{power_of_two, take};
@@ -27,9 +27,6 @@ const GROUP: usize = 64;
 
 /// Numbers of a chunk, data and results together, at most: so many are packed while as many are computed.
 const MOST_NUMBERS: u64 = 1 << 23;
-
-/// Turns of a thread's loops at most: llvmpipe ends them, without a word, after 65,535 all told.
-const MOST_TURNS: usize = 60_000;
 
 /// `ApplyParams` of `operator.wgsl`.
 #[repr(C)]
@@ -79,12 +76,12 @@ impl Task<'_> {
 
     /// Rows that one thread takes at most. Others take those that are left.
     fn rows_at_once(&self) -> usize {
-        (MOST_TURNS / (self.operator.columns() + 1)).max(1) * BLOCK
+        (LOOP_TURNS / (self.operator.columns() + 1)).max(1) * BLOCK
     }
 
     /// Whether threads have the patience for it.
     fn is_for_kernel(&self) -> bool {
-        self.operator.columns() < MOST_TURNS && (!self.has_energy() || self.operator.rows() <= self.rows_at_once())
+        self.operator.columns() < LOOP_TURNS && (!self.has_energy() || self.operator.rows() <= self.rows_at_once())
     }
 }
 
@@ -118,8 +115,7 @@ impl<'a> Work<'a> {
         self.check(bytes)?;
         // Storage, what is downloaded of it, and what is packed meanwhile.
         let together = 3 * bytes;
-        let limits = *self.gpu.limits();
-        let limits = Limits { chunk_bytes: limits.chunk_bytes.min(MOST_NUMBERS * together), ..limits };
+        let limits = self.gpu.limits().with_chunks_of(MOST_NUMBERS * together);
         let numbers = self.numbers.iter().map(|&number| self.task(number).map_or(1, |task| self.numbers_of::<D>(task)));
         let chunks = plan::chunks(numbers, bytes, together, &limits)?;
         pipeline(

@@ -16,7 +16,8 @@ use super::lane::Standing;
 use super::plan::{Direction, Plan, Step};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
 use crate::error::{Error, Result};
-use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline, plan};
+use crate::gpu::plan::{self, LOOP_TURNS};
+use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline};
 use crate::precision::Precision;
 
 /// Threads a workgroup, whose curves stand side by side in memory.
@@ -25,10 +26,6 @@ pub(crate) const GROUP: usize = 32;
 /// Ticks a dispatch at most: what a gentle curve needs in f32 in all. Curves that go on are then brought together,
 /// and are faster by a tenth on a software driver than with four times as many.
 const MOST_TICKS: u32 = 16;
-
-/// Loop turns of a thread in one dispatch: llvmpipe ends a thread's loops, without a word, after 65,535 all told, and
-/// watchdogs of hardware end what takes too long.
-const LOOP_TURNS: usize = 60_000;
 
 /// `DescentParams` of `descent.wgsl`.
 #[repr(C)]

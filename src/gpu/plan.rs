@@ -4,6 +4,10 @@ use std::ops::Range;
 
 use crate::error::{Error, Result};
 
+/// Turns that a thread's loops may take together in one dispatch: llvmpipe ends them, without a word,
+/// after 65,535, and watchdogs of hardware end what takes too long.
+pub const LOOP_TURNS: usize = 60_000;
+
 /// The limits that matter here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
@@ -22,6 +26,11 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// The same with chunks of no more than so many bytes.
+    pub fn with_chunks_of(self, bytes: u64) -> Self {
+        Limits { chunk_bytes: self.chunk_bytes.min(bytes), ..self }
+    }
+
     /// The largest single array a chunk may hold.
     pub fn array_bytes(&self) -> u64 {
         self.binding_bytes.min(self.buffer_bytes)

@@ -22,7 +22,7 @@ use sparse::Weights;
 use super::refine::{Refiner, is_line, refined};
 use super::{GridReport, Grids, Rule, Subdivide};
 use crate::error::Result;
-use crate::gpu::plan::{self, Limits};
+use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, kept, pipeline};
 use crate::linalg::{power_of_two, take, tasks};
@@ -34,9 +34,6 @@ const GROUP: usize = 64;
 
 /// New values of a chunk at most: so many are packed while as many are computed.
 const MOST_NUMBERS: u64 = 1 << 23;
-
-/// Turns of a thread's loops at most: llvmpipe ends them, without a word, after 65,535 all told.
-const MOST_TURNS: usize = 60_000;
 
 /// Products of the cosine transforms of a submission at most: seconds on software adapters, so that nobody takes the device for hung.
 const MOST_PRODUCTS: f64 = (1u64 << 31) as f64;
@@ -135,9 +132,9 @@ impl<'a> Work<'a> {
             Prepared::Exact => {
                 let [rows, columns] = self.shape_after(shape, self.rounds);
                 // Sums are of half as many terms, twice, in blocks of eight. Places in tables, multiplied, stay below 2³² too.
-                (rows.max(columns) / 8).saturating_mul(9) <= MOST_TURNS && self.products(shape) <= MOST_PRODUCTS
+                (rows.max(columns) / 8).saturating_mul(9) <= LOOP_TURNS && self.products(shape) <= MOST_PRODUCTS
             }
-            Prepared::Sparse(weights) => weights.turns(self.grids.dimension()) <= MOST_TURNS,
+            Prepared::Sparse(weights) => weights.turns(self.grids.dimension()) <= LOOP_TURNS,
         };
         fits && is_short
     }
@@ -187,8 +184,7 @@ impl<'a> Work<'a> {
         // Old and new values and what is downloaded and packed; for the exact rule spectra, v, W and tables too, each smaller than the new values.
         let arrays = if let Prepared::Exact = self.rule { 7 } else { 4 };
         let together = arrays * self.precision.bytes();
-        let limits = *self.gpu.limits();
-        let limits = Limits { chunk_bytes: limits.chunk_bytes.min(MOST_NUMBERS * together), ..limits };
+        let limits = self.gpu.limits().with_chunks_of(MOST_NUMBERS * together);
         let values = (0..self.grids.len()).map(|i| if self.sent[i] { self.values(self.grids.shape(i)) } else { 1 });
         let products = |i: usize| if self.sent[i] { self.products(self.grids.shape(i)) } else { 0.0 };
         let chunks = plan::chunks(values, self.precision.bytes(), together, &limits)?;

@@ -102,8 +102,7 @@ fn universals(curves: &[Universal]) -> Vec<f64> {
 
 /// The limits of a device for chunks of elements of so many bytes, of which no more than [`MOST_TOGETHER`] belong in one.
 fn limits(gpu: &Gpu, total_bytes: u64) -> Limits {
-    let limits = *gpu.limits();
-    Limits { chunk_bytes: limits.chunk_bytes.min(MOST_TOGETHER * total_bytes), ..limits }
+    gpu.limits().with_chunks_of(MOST_TOGETHER * total_bytes)
 }
 
 /// Evaluates segments of unit chord, each with the number of its universal curve and the angles at its ends, all in one dispatch a

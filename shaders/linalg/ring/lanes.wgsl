@@ -36,7 +36,7 @@ fn solve(
 //:end
     let task = (workgroup.x + workgroup.y * workgroups.x) * (GROUP / LANES) + slot;
     let live = task < params.count;
-    let system = systems[params.first + min(task, params.count - 1u)];
+    let system = systems[min(task, params.count - 1u)];
     let lane = thread % LANES;
     let base = thread - lane;
 

@@ -26,11 +26,8 @@ struct Chunk {
 //:include linalg/ring/read.wgsl NAME=load_kept ARRAY=kept_unknowns
 //:include linalg/ring/write.wgsl NAME=store_reduced ARRAY=reduced_rhs
 
-//:include entry.wgsl ENTRY=reduce
-    if (task >= params.count) {
-        return;
-    }
-    let chunk = chunks[params.first + task];
+//:include entry.wgsl ENTRY=reduce TASKS=params.count
+    let chunk = chunks[task];
     let system = systems[chunk.system];
     let row = load_row(system, chunk.begin);
     var excess = row.excess;
@@ -46,21 +43,18 @@ struct Chunk {
         rhs += right * delta;
         right *= gamma;
     }
-    let k = 5u * (params.first + task);
+    let k = 5u * task;
     reduced[k] = excess;
     reduced[k + 1u] = row.left;
     reduced[k + 2u] = right;
     reduced[k + 3u] = alpha;
     reduced[k + 4u] = share;
-    store_reduced(2u * (params.first + task), rhs);
-    store_reduced(2u * (params.first + task) + 1u, delta);
+    store_reduced(2u * task, rhs);
+    store_reduced(2u * task + 1u, delta);
 }
 
-//:include entry.wgsl ENTRY=substitute
-    if (task >= params.count) {
-        return;
-    }
-    let chunk = chunks[params.first + task];
+//:include entry.wgsl ENTRY=substitute TASKS=params.count
+    let chunk = chunks[task];
     let system = systems[chunk.system];
     var alphas: array<real, CHUNK>;
     var gammas: array<real, CHUNK>;
@@ -75,7 +69,7 @@ struct Chunk {
         gammas[i] = gamma;
         deltas[i] = delta;
     }
-    let kept = load_kept(params.first + task);
+    let kept = load_kept(task);
     var x = load_kept(chunk.next);
     for (var i = chunk.rows - 1u; i > 0u; i--) {
         x = deltas[i] + alphas[i] * kept + gammas[i] * x;

@@ -4,8 +4,7 @@
 // reduction of a resistor network: sums, products and quotients, no subtraction where all three are non-negative.
 
 struct Params {
-    // Systems first … first + count − 1 of the table belong to this dispatch.
-    first: u32,
+    // Systems of this dispatch, or chunks of them.
     count: u32,
     // Right-hand sides a row has in memory, and the first of those solved for here.
     columns: u32,

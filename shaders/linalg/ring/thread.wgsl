@@ -8,11 +8,8 @@
 
 //:include linalg/ring/read.wgsl NAME=load_at ARRAY=solution
 
-//:include entry.wgsl ENTRY=solve
-    if (task >= params.count) {
-        return;
-    }
-    let system = systems[params.first + task];
+//:include entry.wgsl ENTRY=solve TASKS=params.count
+    let system = systems[task];
     let row = load_row(system, 0u);
     var excess = row.excess;
     var right = row.right;

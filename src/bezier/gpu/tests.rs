@@ -185,8 +185,8 @@ fn matrices_of_many_rows_are_divided_among_threads_and_very_wide_ones_left_out()
         Operator::<f64>::from_fn(rows, columns, |i, j| entries[i * columns + j])
     };
     // Four threads, the last with few rows; and one thread that takes four rows at once.
-    let operators = [matrix(23_000, 30), matrix(11, MOST_TURNS - 1), matrix(3, 2)];
-    let wide = matrix(1, MOST_TURNS);
+    let operators = [matrix(23_000, 30), matrix(11, LOOP_TURNS - 1), matrix(3, 2)];
+    let wide = matrix(1, LOOP_TURNS);
     let at_once = operators.each_ref().map(|operator| Task { operator, points: 0 }.rows_at_once());
     assert_eq!(at_once, [7740, 4, 80_000]);
     let data = data::<1>(&operators, 9, &mut random);

@@ -9,8 +9,9 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{MOST_REACH, eliminated_numbers, scratch_numbers, shared_numbers};
 use crate::error::{Error, Result};
+use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Gpu, KernelKey, Pending, Recording, pipeline, plan};
+use crate::gpu::{Gpu, KernelKey, Pending, Recording, pipeline};
 use crate::linalg::Real;
 use crate::precision::Precision;
 
@@ -37,9 +38,8 @@ pub const BLOCK_LANES: [u32; 5] = [1, 8, 16, 32, 64];
 /// Threads a workgroup, where a lane has its curve for itself.
 const GROUP: u32 = 32;
 
-/// Vertices of a chunk: llvmpipe ends a thread's loops, without a word, after 65,535 turns all told, and a chunk takes two a
-/// vertex.
-const MOST_CHUNK: usize = 30_000;
+/// Vertices of a chunk, which takes two turns a vertex.
+const MOST_CHUNK: usize = LOOP_TURNS / 2;
 
 /// Systems of a batch of curves, vertex after vertex.
 #[derive(Clone, Copy, Debug)]

@@ -42,7 +42,7 @@ pub(super) fn record(
     let dispatch = |recording: &mut Recording<'_>, entry: &'static str| {
         solve.for_each_column_group(|column, together| {
             let key = key(entry, recording.precision(), source, together);
-            let params = recording.uniform(&Params { first: 0, count: count as u32, columns: solve.columns, column });
+            let params = recording.uniform(&Params { count: count as u32, columns: solve.columns, column });
             let mut all = buffers.clone();
             all.push(("params", &params));
             recording.dispatch(&key, count, GROUP as usize, &all)

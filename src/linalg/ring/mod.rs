@@ -43,8 +43,6 @@ pub enum RingKernel {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Params {
-    /// First system of the dispatch.
-    pub first: u32,
     /// Number of systems (or chunks, in the long kernels).
     pub count: u32,
     /// Right-hand sides a row has in memory.
@@ -207,7 +205,7 @@ impl Solve<'_> {
             let (path, definitions, per_group) = variant.kernel();
             let key = kernel_key(path, "solve", recording.precision(), definitions, source, together);
             let count = self.systems.len();
-            let params = recording.uniform(&Params { first: 0, count: count as u32, columns: self.columns, column });
+            let params = recording.uniform(&Params { count: count as u32, columns: self.columns, column });
             let mut all = buffers.clone();
             all.push(("params", &params));
             recording.dispatch(&key, count, per_group, &all)
@@ -312,7 +310,7 @@ mod tests {
             &RowSource { path: "linalg/ring/given.wgsl", definitions: Definitions::new(), buffers: vec![] },
             1,
         );
-        assert_layout!(key, Params { first, count, columns, column });
+        assert_layout!(key, Params { count, columns, column });
         assert_layout!(key, System { start, rows, flags, index });
         assert_layout!(key, Chunk { system, begin, rows, next });
     }
