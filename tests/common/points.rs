@@ -19,7 +19,7 @@ pub fn constrained<const D: usize>(
     let column = |given: &[(usize, [f64; D])]| {
         let mut column = vec![[f64::NAN; D]; points.len()];
         given.iter().for_each(|&(k, vector)| column[k] = vector);
-        Some(column.as_flattened().to_vec())
+        (!given.is_empty()).then(|| column.as_flattened().to_vec())
     };
     let constraints =
         Constraints { tangents: column(tangents), curvatures: column(curvatures), ..Constraints::default() };
