@@ -124,7 +124,6 @@ pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
 }
 
 /// The same in quotation marks, with escapes, as Rust writes text: no more than 80 characters in all between the marks.
-#[cfg(feature = "formats")]
 pub(crate) fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     let mut count = 0;
