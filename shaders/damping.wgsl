@@ -1,5 +1,4 @@
-// How much Newton's steps are damped: λ of (H + λL) p = −g, one trial a tick. Twin: src/damping.rs, which says why; a test
-// compares the constants.
+// How much Newton's steps are damped: λ of (H + λL) p = −g, one trial a tick. Twin: src/damping.rs, which says why.
 
 const FIRST: real = real(1e-2);
 const GROWTH: real = real(4.0);
@@ -11,7 +10,7 @@ const POOR: real = real(0.25);
 const GOOD: real = real(0.75);
 const ROUNDING: real = real(16.0);
 
-//:if DOUBLE
+//:if F64
 const EPSILON: real = real(2.220446049250313e-16);
 //:else
 const EPSILON: real = real(1.1920929e-7);

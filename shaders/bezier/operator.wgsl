@@ -40,7 +40,7 @@ const BLOCK: u32 = 4u;
         return;
     }
     var energy = real(0);
-    //:if DOUBLE
+    //:if F64
     //:else
     // The largest Σ|entry · datum| of points, whose rounding is what f32 loses, and the sum of their squares for the others.
     var magnitude = real(0);
@@ -50,7 +50,7 @@ const BLOCK: u32 = 4u;
         let block = group.matrix + row / BLOCK * group.columns;
         //:unroll c 0..$DIMENSION
         var sums$c = vec4<real>();
-        //:if DOUBLE
+        //:if F64
         //:else
         var sizes$c = vec4<real>();
         //:end
@@ -61,7 +61,7 @@ const BLOCK: u32 = 4u;
             //:unroll c 0..$DIMENSION
             let term$c = entries * data[datum + $cu * group.curves];
             sums$c += term$c;
-            //:if DOUBLE
+            //:if F64
             //:else
             sizes$c += abs(term$c);
             //:end
@@ -72,7 +72,7 @@ const BLOCK: u32 = 4u;
             let place = group.out + (row + $ku) * $DIMENSIONu * group.curves + thread;
             //:unroll c 0..$DIMENSION
             found[place + $cu * group.curves] = sums$c[$k];
-            //:if DOUBLE
+            //:if F64
             //:else
             magnitude = max(magnitude, sizes$c[$k]);
             //:end
@@ -82,7 +82,7 @@ const BLOCK: u32 = 4u;
             var square = real(0);
             //:unroll c 0..$DIMENSION
             square += sums$c[$k] * sums$c[$k];
-            //:if DOUBLE
+            //:if F64
             //:else
             energy_magnitude += sizes$c[$k] * sizes$c[$k];
             //:end
@@ -92,14 +92,14 @@ const BLOCK: u32 = 4u;
         //:end
     }
     var place = group.out + group.points * $DIMENSIONu * group.curves + thread;
-    //:if DOUBLE
+    //:if F64
     //:else
     found[place] = magnitude;
     place += group.curves;
     //:end
     if (group.points < group.rows) {
         found[place] = energy;
-        //:if DOUBLE
+        //:if F64
         //:else
         found[place + group.curves] = energy_magnitude;
         //:end

@@ -51,37 +51,18 @@ struct DescentState {
     padding_too: u32,
 }
 
-const STANDING_START: u32 = 0u;
-const STANDING_RUNNING: u32 = 1u;
-const STANDING_CONVERGED: u32 = 2u;
-const STANDING_STALLED: u32 = 3u;
-const STANDING_EXHAUSTED: u32 = 4u;
-const STANDING_UNBOUNDED: u32 = 5u;
-const STANDING_BROKEN: u32 = 6u;
-
-// See PATIENCE, NEWTON_PATIENCE, PROGRESS and FALL of src/discrete/lane.rs.
-//:if NEWTON
-const PATIENCE: u32 = 16u;
-//:else
-const PATIENCE: u32 = 100u;
-//:end
-const PROGRESS: real = real(0.7);
-// 64 ε
-//:if DOUBLE
-const FALL: real = real(1.4210854715202004e-14);
-//:else
-const FALL: real = real(7.6293945e-6);
-//:end
-// Stands for what nothing has bounded yet.
+// No twin: stands for the infinity of what nothing has bounded yet.
 const UNBOUNDED: real = real(1e38);
 
 // Numbers of a curve in `lanes`: what the host says, then what the descent keeps, then the energy's weights.
+// Twin: descent_gpu/packing.rs
+const GIVEN: u32 = 4u;
+const NUMBERS: u32 = 19u;
+// No twin: the host gives them in this order.
 const GIVEN_HIGHEST: u32 = 0u;
 const GIVEN_TOLERANCE: u32 = 1u;
 const GIVEN_LONGEST: u32 = 2u;
 const GIVEN_STEP: u32 = 3u;
-const KEPT: u32 = 4u;
-const GIVEN_WEIGHTS: u32 = 19u;
 
 @group(0) @binding(0) var<uniform> params: DescentParams;
 @group(0) @binding(1) var<storage, read> tasks: array<DescentTask>;
@@ -127,7 +108,7 @@ struct Curve {
 }
 
 fn load_weight(curve: Curve, index: u32) -> real {
-    return lanes[curve.slot * params.numbers + GIVEN_WEIGHTS + index];
+    return lanes[curve.slot * params.numbers + NUMBERS + index];
 }
 
 //:include discrete/energy/mod.wgsl
@@ -224,7 +205,12 @@ fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved) {
     } else {
         (*lane).since_best += 1u;
     }
-    if ((*lane).standing == STANDING_RUNNING && (*lane).since_best > PATIENCE && params.search != 0u) {
+//:if NEWTON
+    let patience = NEWTON_PATIENCE;
+//:else
+    let patience = PATIENCE;
+//:end
+    if ((*lane).standing == STANDING_RUNNING && (*lane).since_best > patience && params.search != 0u) {
         (*lane).standing = STANDING_STALLED;
     }
 }

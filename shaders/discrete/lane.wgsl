@@ -1,6 +1,24 @@
 // What a descent keeps of a curve, and its place in the arrays of descent.wgsl between dispatches.
 
-// 1: p is −z; 2: the search has a bracket; 4: it knows the slope at its end.
+// No twin: what the host writes before the first tick.
+const STANDING_START: u32 = 0u;
+
+const STANDING_RUNNING: u32 = 1u;
+const STANDING_CONVERGED: u32 = 2u;
+const STANDING_STALLED: u32 = 3u;
+const STANDING_EXHAUSTED: u32 = 4u;
+const STANDING_UNBOUNDED: u32 = 5u;
+const STANDING_BROKEN: u32 = 6u;
+const PATIENCE: u32 = 100u;
+const NEWTON_PATIENCE: u32 = 16u;
+const PROGRESS: real = real(0.7);
+//:if F64
+const FALL: real = real(1.4210854715202004e-14);
+//:else
+const FALL: real = real(7.6293945e-6);
+//:end
+
+// No twin: what the CPU has in variables. 1: p is −z; 2: the search has a bracket; 4: it knows the slope at its end.
 const FLAG_STEEPEST: u32 = 1u;
 const FLAG_HIGH: u32 = 2u;
 const FLAG_HIGH_SLOPE: u32 = 4u;
@@ -33,7 +51,7 @@ struct Lane {
 
 fn load_lane(slot: u32) -> Lane {
     let state = states[slot];
-    let at = slot * params.numbers + KEPT;
+    let at = slot * params.numbers + GIVEN;
     var lane = Lane();
     lane.standing = state.standing;
     if (state.standing == STANDING_START) {
@@ -75,7 +93,7 @@ fn load_lane(slot: u32) -> Lane {
 }
 
 fn store_lane(slot: u32, lane: Lane) {
-    let at = slot * params.numbers + KEPT;
+    let at = slot * params.numbers + GIVEN;
     states[slot].standing = lane.standing;
     states[slot].iterations = lane.iterations;
     states[slot].evaluations = lane.evaluations;

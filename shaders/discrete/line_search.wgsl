@@ -5,8 +5,7 @@ const SLOPE: real = real(0.5);
 const ENERGY_ROUNDING: real = real(1e-6);
 const MOST_TRIALS: u32 = 20u;
 
-// 8 ε; naga does not multiply 64-bit constants.
-//:if DOUBLE
+//:if F64
 const CLOSED_BRACKET: real = real(1.7763568394002505e-15);
 //:else
 const CLOSED_BRACKET: real = real(9.5367432e-7);

@@ -2,6 +2,14 @@
 // `scratch`. Positions in it are arguments: of the diagonal, the two bands beside it, the border of a cyclic system, and
 // the right-hand sides, $D numbers a row. Included by the kernels that need it. Twin: src/linalg/pentadiagonal.rs.
 
+// No twin: the CPU refuses a matrix whose last pivot is not positive. Here one within 64 ε of the entry that it came from
+// counts as 0, and its unknown is 0.
+//:if F64
+const NOISE: real = real(1.4210854715202004e-14);
+//:else
+const NOISE: real = real(7.6293945e-6);
+//:end
+
 // NaN or infinite, by its bits: comparisons with NaN are not to be relied on.
 fn is_out_of_range(x: real) -> bool {
     return (bitcast<u32>(f32(x)) & 0x7f800000u) == 0x7f800000u;

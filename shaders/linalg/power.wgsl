@@ -3,7 +3,7 @@
 // 4 (1 + |y|) ε where x is 0 or 2.3e−308 < x < 3.4e38, and the result within 1e±300; 0 for x = 0 < y. In f32 WGSL's own pow, for
 // normal x and results. No twin: the CPU has `powf`.
 
-//:if DOUBLE
+//:if F64
 // 2^n, −126 ≤ n ≤ 127
 fn power_of_two(n: i32) -> real {
     return real(bitcast<f32>(u32(n + 127) << 23u));

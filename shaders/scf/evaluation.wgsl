@@ -34,6 +34,7 @@ struct Segment {
 //:include scf/root.wgsl
 //:include scf/evaluation/segment.wgsl
 
+// Twin: slopes.rs
 const ENDS_DIRECTED: u32 = 0u;
 const ENDS_FREE_START: u32 = 1u;
 const ENDS_FREE_END: u32 = 2u;

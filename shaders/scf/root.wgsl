@@ -1,5 +1,5 @@
 // The chord condition of a segment: which piece of the universal curve joins two points with given tangents. Needs
-// universal.wgsl. Twin: src/scf/root.rs, which gives the formulas; a test compares the constants.
+// universal.wgsl. Twin: src/scf/root.rs, which gives the formulas.
 
 const MOST_STEPS: u32 = 60u;
 const CLOSE: real = real(0.125);
@@ -9,10 +9,9 @@ const SMALL_STEPS: real = real(6);
 const EDGE: real = real(-0.998);
 const REACH: real = real(0.9);
 
-// No sine is smaller: f32's smallest normal number.
 const LEAST_SINE: real = real(1.1754943508222875e-38);
 
-//:if DOUBLE
+//:if F64
 const EPSILON: real = real(2.220446049250313e-16);
 const ROOT_EPSILON: real = real(1.4901161193847656e-8);
 //:else

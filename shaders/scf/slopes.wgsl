@@ -1,6 +1,6 @@
 // Newton's method on the slopes of a curve, one thread a curve: takes what its segments cost at the trial, and finds the next
 // trial. Where the matrix is not positive definite the next dispatch goes on with more damping, so that a thread's loops
-// stay short. Twin: src/scf/slopes.rs; a test compares the constants.
+// stay short. Twin: src/scf/slopes.rs.
 
 struct SlopesParams {
     tasks: u32,
@@ -41,21 +41,25 @@ struct SlopesCurve {
 const MOST_TURN: real = real(0.5);
 const EDGE: real = real(1e4);
 
-// Given: 1/ν, 1 − 1/ν, the least that is left of a step's length, and the tolerance of the relative decrement.
+// No twin: the host gives them in this order: 1/ν, 1 − 1/ν, the least that is left of a step's length, and the tolerance of
+// the relative decrement.
 const SLOPES_SHARE: u32 = 0u;
 const SLOPES_PART: u32 = 1u;
 const SLOPES_LEAST: u32 = 2u;
 const SLOPES_TOLERANCE: u32 = 3u;
-// Kept, as in the twin.
+
+// Kept, as in the twin. Twin: gpu/search.rs
 const SLOPES_COST: u32 = 4u;
 const SLOPES_DECREMENT: u32 = 5u;
+const SLOPES_NUMBERS: u32 = 11u;
+// No twin: these do not come back.
 const SLOPES_ALPHA: u32 = 6u;
 const SLOPES_SLOPE: u32 = 7u;
 const SLOPES_STRETCH: u32 = 8u;
 const SLOPES_SMALLEST: u32 = 9u;
 const SLOPES_LAMBDA: u32 = 10u;
-const SLOPES_NUMBERS: u32 = 11u;
 
+// No twin: what the CPU has in arrays of their own.
 const WORK_GRADIENT: u32 = 0u;
 const WORK_THERE: u32 = 1u;
 const WORK_STEP: u32 = 2u;
@@ -64,10 +68,12 @@ const WORK_COUPLING: u32 = 4u;
 const WORK_PIVOT: u32 = 5u;
 const WORK_BAND: u32 = 6u;
 const WORK_BORDER: u32 = 7u;
+// Twin: gpu/search.rs
+const WORK_NUMBERS: u32 = 8u;
 
 // NaN or infinite: also of numbers beyond the range of f32.
 fn is_no_number(x: real) -> bool {
-//:if DOUBLE
+//:if F64
     return is_out_of_range(x * real(1.1830521861667747e-271));
 //:else
     return is_out_of_range(x);

@@ -5,7 +5,6 @@ const PI: real = real(3.141592653589793);
 const FRAC_PI_2: real = real(1.5707963267948966);
 const FRAC_PI_4: real = real(0.7853981633974483);
 
-// √2 − 1
 const TANGENT: real = real(0.41421356237309515);
 
 // sin(x)/x as a polynomial in x², |x| ≤ π/2.

@@ -3,6 +3,7 @@
 // ν, q, 1/q, J(π/2), the coefficients of S(t)/t^q and of J(t)/t^{q+1}, and those of the series of differences.
 // Twin: src/scf/universal.rs, which gives the formulas.
 
+// No twin: the host writes a block in this order.
 const UNIVERSAL_EXPONENT: u32 = 0u;
 const UNIVERSAL_Q: u32 = 1u;
 const UNIVERSAL_INVERSE_Q: u32 = 2u;
@@ -12,7 +13,6 @@ const UNIVERSAL_ALONG: u32 = 18u;
 const UNIVERSAL_DIFFERENCES: u32 = 32u;
 const UNIVERSAL_NUMBERS: u32 = 60u;
 
-// 2/(π/2)²
 const TO_UNIT: real = real(0.8105694691387022);
 
 struct Universal {

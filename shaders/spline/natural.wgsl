@@ -13,6 +13,7 @@
 // Two derivatives a curve, at its first and last knot; read only where the flags say clamped.
 @group(0) @binding(6) var<storage, read> end_derivatives: array<real>;
 
+// Twin: packing.rs
 const FLAG_CLAMPED_START: u32 = 2u;
 const FLAG_CLAMPED_END: u32 = 4u;
 

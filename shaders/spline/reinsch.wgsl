@@ -17,6 +17,7 @@ struct SmoothingCurve {
     padding: u32,
 }
 
+// Twin: smoothing_gpu.rs
 const FLAG_CLOSED: u32 = 1u;
 const FLAG_DEVIATION: u32 = 2u;
 const STATUS_SOLVED: u32 = 1u;
@@ -25,28 +26,28 @@ const STATUS_FAILED: u32 = 2u;
 // The search is not done.
 const STATUS_PENDING: u32 = 3u;
 
-// Steps of iterative refinement at most; the CPU says why.
+// Products of constants are written out: naga does not multiply 64-bit ones.
 const MAX_REFINEMENTS: u32 = 6u;
-// Steps of λ: 2^(j/512).
+//:if F64
+const REFINED: real = real(5.684341886080802e-14);
+const FAILED: real = real(1.8189894035458565e-12);
+// No twin: 1 − 64 ε, so that the host, which adds up in another order, finds no more than was allowed.
+const KEPT: real = real(0.9999999999999858);
+//:else
+const REFINED: real = real(3.0517578125e-05);
+const FAILED: real = real(0.0009765625);
+// No twin: as in f64.
+const KEPT: real = real(0.9999924);
+//:end
+
+// Steps of λ: 2^(j/512). Twin: smoother/search.rs
 const STEPS_PER_OCTAVE: i32 = 512;
 const STRIDE: i32 = 3 * STEPS_PER_OCTAVE;
 const LAST_STEP: i32 = 66 * STEPS_PER_OCTAVE;
-// Products of constants are written out: naga does not multiply 64-bit ones.
-// NOISE is 64 ε. REFINED, below which a step of refinement is the last, is 256 ε, and FAILED, above which the last step may
-// not be, 8192 ε: the CPU says why. KEPT is 1 − 64 ε, so that the host, which adds up in another order, finds no more
-// than was allowed.
 //:if F64
-const NOISE: real = real(1.4210854715202004e-14);
-const REFINED: real = real(5.684341886080802e-14);
-const FAILED: real = real(1.8189894035458565e-12);
-const KEPT: real = real(0.9999999999999858);
 const FIRST_STEP: i32 = -1020 * STEPS_PER_OCTAVE;
 //:else
-const NOISE: real = real(7.6293945e-6);
-const REFINED: real = real(3.0517578125e-05);
-const FAILED: real = real(0.0009765625);
-const KEPT: real = real(0.9999924);
-// What is smaller underflows.
+// No twin: what is smaller underflows.
 const FIRST_STEP: i32 = -120 * STEPS_PER_OCTAVE;
 //:end
 
@@ -64,6 +65,7 @@ const FIRST_STEP: i32 = -120 * STEPS_PER_OCTAVE;
 // known to keep the deviation, the smallest known to break it, the next one to try; the number of solves.
 @group(0) @binding(8) var<storage, read_write> searches: array<real>;
 
+// No twin: the CPU searches in one loop.
 const PHASE_START: u32 = 0u;
 const PHASE_SEARCH: u32 = 1u;
 const PHASE_LAST: u32 = 2u;

@@ -50,10 +50,7 @@ struct ApplyGroup {
 }
 
 fn kernel(precision: Precision, dimension: usize) -> KernelKey {
-    let mut definitions = definitions([("GROUP", &GROUP), ("DIMENSION", &dimension)]);
-    if precision == Precision::F64 {
-        definitions.insert("DOUBLE".into(), "1".into());
-    }
+    let definitions = definitions([("GROUP", &GROUP), ("DIMENSION", &dimension)]);
     KernelKey { path: "bezier/operator.wgsl", entry: "apply", precision, definitions }
 }
 

@@ -98,7 +98,7 @@ impl Composition {
             places,
             edges,
         };
-        let flags = [("SPATIAL", dimension == 3), ("DOUBLE", precision == Precision::F64), ("WIDE", edges > 3)];
+        let flags = [("SPATIAL", dimension == 3), ("WIDE", edges > 3)];
         flags.into_iter().filter(|(_, is_so)| *is_so).for_each(|(name, _)| composing.define(name, 1));
         let mut names = RESERVED.map(String::from).to_vec();
         for (entry, kind) in kinds.into_iter().enumerate() {

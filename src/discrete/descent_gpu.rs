@@ -60,7 +60,7 @@ pub(crate) struct DescentState {
     pub padding_too: u32,
 }
 
-/// Standing words, from 1 on; 0 is what the host writes before the first tick.
+/// How the kernel says that a curve stands; its word is 0 before the first tick.
 const STANDINGS: [Standing; 6] = [
     Standing::Running,
     Standing::Converged,
@@ -267,11 +267,7 @@ impl<'a, const D: usize> Job<'a, D> {
             tasks: slots.len() as u32,
             numbers: self.numbers() as u32,
             most_iterations: run.plan.most_iterations,
-            direction: match run.plan.direction {
-                Direction::Steepest => 0,
-                Direction::PolakRibiere => 1,
-                Direction::Hybrid | Direction::Newton => 2,
-            },
+            direction: run.plan.direction as u32,
             search: (run.plan.step == Step::Search).into(),
         });
         let tasks = recording.upload(&tasks(slots, &layout.turns, run.most_ticks));

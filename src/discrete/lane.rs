@@ -8,7 +8,7 @@ use crate::linalg::{Real, Scalar};
 /// How a curve stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Standing {
-    Running,
+    Running = 1,
     /// √⟨g, z⟩ ≤ tolerance.
     Converged,
     /// No direction leads down any more, at rounding level or not.
@@ -21,7 +21,7 @@ pub(crate) enum Standing {
     Broken,
 }
 
-/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`] or the energy by [`FALL`], if nothing else is said, else rounding has the upper hand.
+/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`] or the energy by [`FALL_EPSILONS`], if nothing else is said, else rounding has the upper hand.
 const PATIENCE: u32 = 100;
 
 /// The same of Newton's steps, of which as many lead from anywhere to the minimum.
@@ -31,7 +31,7 @@ const NEWTON_PATIENCE: u32 = 16;
 const PROGRESS: f64 = 0.7;
 
 /// So many units of rounding of the energy, relative, are more than a sum's own.
-const FALL: f64 = 64.0;
+const FALL_EPSILONS: f64 = 64.0;
 
 /// A new direction leads down by at least this part of ⟨g, z⟩, else −z is taken.
 const DOWNWARDS: f64 = 0.01;
@@ -118,7 +118,7 @@ impl<N: Real + Scalar> Lane<N> {
         } else if self.iterations >= plan.most_iterations {
             self.standing = Standing::Exhausted;
         } else if norm < N::of(PROGRESS) * self.best || self.energy < self.energy_then {
-            let rounding = N::of(FALL) * <N as Real>::EPSILON * Scalar::abs(self.energy);
+            let rounding = N::of(FALL_EPSILONS) * <N as Real>::EPSILON * Scalar::abs(self.energy);
             (self.best, self.energy_then, self.since_best) = (least(norm, self.best), self.energy - rounding, 0);
         } else {
             self.since_best += 1;

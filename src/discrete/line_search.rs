@@ -21,6 +21,9 @@ pub(super) const MOST_OF_AN_EDGE: f64 = 0.5;
 /// Trials of one step: a bracket shrinks by 0.9 each at least, mostly by far more.
 const MOST_TRIALS: u32 = 20;
 
+/// A bracket no wider than this many ε of its end is closed.
+const CLOSED_BRACKET_EPSILONS: f64 = 8.0;
+
 /// The search along one direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LineSearch<N> {
@@ -79,7 +82,8 @@ impl<N: Real + Scalar> LineSearch<N> {
             self.inside(finite);
         }
         let width = self.high - self.low;
-        let closed = self.high.is_finite() && width <= N::of(8.0) * <N as Real>::EPSILON * self.high;
+        let closed =
+            self.high.is_finite() && width <= N::of(CLOSED_BRACKET_EPSILONS) * <N as Real>::EPSILON * self.high;
         if self.trials >= MOST_TRIALS || closed { Verdict::Fail } else { Verdict::Again }
     }
 

@@ -20,5 +20,5 @@ pub use kernel::KernelKey;
 pub use pipeline::{Interrupted, pipeline};
 pub(crate) use pipeline::{Lost, kept, unwritten};
 pub use record::{Downloaded, Pending, Recording};
-pub(crate) use rounds::{Rounds, standing};
+pub(crate) use rounds::Rounds;
 pub use wgpu::Buffer;

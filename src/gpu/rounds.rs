@@ -10,12 +10,6 @@ use crate::error::Result;
 const RUNNING: u32 = 1;
 const LAST: u32 = 6;
 
-/// What a standing word says, given the meanings of 1 to 6; `None` for a word that no kernel
-/// writes.
-pub(crate) fn standing<T: Copy>(meanings: &[T; LAST as usize], word: u32) -> Option<T> {
-    meanings.get(word.checked_sub(RUNNING)? as usize).copied()
-}
-
 /// The arrays of a chunk, by name.
 pub(crate) type Arrays = Vec<(&'static str, Buffer)>;
 
@@ -96,18 +90,4 @@ fn submit<'g, Layout>(
 
 fn named<'b>(arrays: &'b Arrays, name: &str) -> &'b Buffer {
     &arrays.iter().find(|(own, _)| *own == name).expect("a name of the list").1
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn standings_are_the_words_from_one_to_six() {
-        let meanings = ['r', 'b', 'c', 'd', 'e', 'f'];
-        assert_eq!(
-            [0, 1, 6, 7, u32::MAX].map(|word| standing(&meanings, word)),
-            [None, Some('r'), Some('f'), None, None]
-        );
-    }
 }

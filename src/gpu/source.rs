@@ -33,15 +33,19 @@ pub fn files() -> impl Iterator<Item = &'static str> {
     SHADER_FILES.iter().map(|(name, _)| *name)
 }
 
-/// Composes a kernel from the file at `path`; `real` is f32 or f64.
+/// Composes a kernel from the file at `path`; `real` is f32 or f64, and F64 is defined for f64.
 ///
 /// # Panics
 /// On a directive that is malformed or names an unknown file: a fault of the shader, found by the tests that compose all.
 pub fn compose(path: &str, precision: Precision, definitions: &Definitions) -> String {
     let real = if precision == Precision::F64 { "f64" } else { "f32" };
-    let text = format!("// Composed from shaders/{path}.\nalias real = {real};\n");
+    let text = format!(
+        "// Composed from shaders/{path}.
+alias real = {real};
+"
+    );
     let mut composed = Composed { text, once: BTreeSet::new() };
-    composed.include(path, definitions);
+    composed.include(path, &with(definitions, (real == "f64").then(|| ("F64".into(), "1".into()))));
     composed.text
 }
 

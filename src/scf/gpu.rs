@@ -68,11 +68,7 @@ fn slopes_kernel(precision: Precision) -> KernelKey {
 }
 
 fn kernel_key(path: &'static str, entry: &'static str, precision: Precision) -> KernelKey {
-    let mut definitions = definitions([("GROUP", &GROUP)]);
-    if precision == Precision::F64 {
-        definitions.insert("DOUBLE".into(), "1".into());
-    }
-    KernelKey { path, entry, precision, definitions }
+    KernelKey { path, entry, precision, definitions: definitions([("GROUP", &GROUP)]) }
 }
 
 /// The kernels in every form.
@@ -82,13 +78,7 @@ pub(crate) fn scf_kernels(precision: Precision) -> Vec<KernelKey> {
 
 /// `Segment::kind`
 fn kind(curve: u32, ends: Ends) -> u32 {
-    let ends = match ends {
-        Ends::Directed => 0,
-        Ends::FreeStart => 1,
-        Ends::FreeEnd => 2,
-        Ends::Straight => 3,
-    };
-    4 * curve + ends
+    4 * curve + ends as u32
 }
 
 /// The blocks of `universals` in `universal.wgsl`.

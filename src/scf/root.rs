@@ -42,6 +42,9 @@ const EDGE: f64 = -0.998;
 /// The largest part of the way to where the room ends that a step may take.
 const REACH: f64 = 0.9;
 
+/// No sine is smaller: the smallest normal number of f32, in f64 too.
+const LEAST_SINE: f64 = 1.1754943508222875e-38;
+
 /// A pair of end angles, canonical, and how it became so.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Canonical<S> {
@@ -135,8 +138,7 @@ impl<S: Scalar> Given<S> {
         let q = S::of(curve.q);
         let t1 = t0 + self.turning;
         let (sine0, cosine0) = sine_cosine(t0);
-        let sine1 =
-            (sine0 * self.cosine_turning + cosine0 * self.sine_turning).max(S::of(f64::from(f32::MIN_POSITIVE)));
+        let sine1 = (sine0 * self.cosine_turning + cosine0 * self.sine_turning).max(S::of(LEAST_SINE));
         let cosine1 = cosine0 * self.cosine_turning - sine0 * self.sine_turning;
         let (moment0, along0, power) = curve.moment_along_power(t0);
         let (moment1, along1) = curve.moment_along(t1);
@@ -327,7 +329,7 @@ pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, 
     let mut step = 0;
     loop {
         let (sine, cosine) = sine_cosine(t);
-        let sine = sine.max(S::of(f64::from(f32::MIN_POSITIVE)));
+        let sine = sine.max(S::of(LEAST_SINE));
         let (moment, along) = curve.moment_along(t);
         let across = moment / q;
         // φ = b − π/2 + t₁

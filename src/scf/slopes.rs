@@ -16,7 +16,7 @@ use crate::linalg::{Real, Scalar};
 const MOST_TURN: f64 = 0.5;
 
 /// Steps are longer than Newton's own by (ν − 1) to this power at most. Of a pure power ν the whole way would be ν − 1; of the powers 0.3, ½,
-/// 0.7 and 1 tried, with ν = 4 and 20, this one wastes the fewest trials.
+/// 0.7 and 1 tried, with ν = 4 and 20, this one wastes the fewest trials. Not in the kernel: the host gives it.
 pub(super) const LONGEST: f64 = 0.3;
 
 /// Where steps damped by so much, some 1e-4 of Newton's, lead to segments without minimiser still, the way down ends at an edge.
@@ -73,7 +73,7 @@ pub(crate) struct Problem<T> {
 /// How a curve's search goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Standing {
-    Running,
+    Running = 1,
     Converged,
     /// No step leads down.
     Stalled,

@@ -76,7 +76,7 @@ pub(crate) fn sine_cosine<S: Scalar>(x: S) -> (S, S) {
 #[inline(always)]
 pub(crate) fn first_quadrant_angle<S: Scalar>(y: S, x: S) -> S {
     // tan(π/8) = √2 − 1: beyond it, and before its cotangent, the angle is π/4 more than that of (x + y, y − x).
-    const TANGENT: f64 = std::f64::consts::SQRT_2 - 1.0;
+    const TANGENT: f64 = 0.41421356237309515;
     let low = S::of(TANGENT) * x - y;
     let high = S::of(TANGENT) * y - x;
     let numerator = low.if_positive(y, (-high).if_positive(y - x, -x));

@@ -28,6 +28,9 @@ pub(crate) const DIFFERENCES: usize = 7;
 /// Coefficients a difference's series has in all.
 pub(crate) const DIFFERENCE_TERMS: usize = DIFFERENCES * (DIFFERENCES + 1) / 2;
 
+/// 2/(π/2)²: polynomials see 2 t²/(π/2)² − 1.
+const TO_UNIT: f64 = 0.8105694691387022;
+
 /// The universal curve of an exponent.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Universal {
@@ -96,7 +99,7 @@ impl Universal {
     pub fn moment_along_power<S: Scalar>(&self, t: S) -> (S, S, S) {
         let folds = t - S::of(FRAC_PI_2);
         let near = folds.if_positive(S::of(PI) - t, t).max(S::ZERO);
-        let x = near * near * S::of(2.0 / (FRAC_PI_2 * FRAC_PI_2)) - S::ONE;
+        let x = near * near * S::of(TO_UNIT) - S::ONE;
         let power = self.power(near);
         let along = near * power * polynomial(&self.along, x);
         (power * polynomial(&self.moment, x), folds.if_positive(S::of(2.0 * self.half) - along, along), power)
@@ -105,7 +108,7 @@ impl Universal {
     /// L(t) for 0 ≤ t ≤ π.
     pub fn length_at(&self, t: f64) -> f64 {
         let near = if t > FRAC_PI_2 { PI - t } else { t }.max(0.0);
-        let x = near * near * (2.0 / (FRAC_PI_2 * FRAC_PI_2)) - 1.0;
+        let x = near * near * TO_UNIT - 1.0;
         let length = self.power(near) * polynomial(&self.length, x);
         if t > FRAC_PI_2 { 2.0 * self.half_length - length } else { length }
     }

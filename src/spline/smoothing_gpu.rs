@@ -54,10 +54,7 @@ const SEARCH: usize = 8;
 
 /// The kernel in a precision, for points of a dimension.
 pub(crate) fn kernel(precision: Precision, dimension: usize) -> KernelKey {
-    let mut definitions = crate::gpu::source::definitions([("GROUP", &GROUP), ("D", &dimension)]);
-    if precision == Precision::F64 {
-        definitions.insert("F64".into(), "1".into());
-    }
+    let definitions = crate::gpu::source::definitions([("GROUP", &GROUP), ("D", &dimension)]);
     KernelKey { path: "spline/reinsch.wgsl", entry: "fit", precision, definitions }
 }
 

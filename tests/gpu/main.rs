@@ -21,5 +21,4 @@ mod conformance_scf;
 mod conformance_smoothing;
 mod robustness;
 mod shader_lint;
-mod twin_constants;
 mod twins;

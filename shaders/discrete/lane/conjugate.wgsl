@@ -1,13 +1,11 @@
 // Directions of conjugate gradients, p = −z + βp, and a line search along them: for descent.wgsl, which says what is asked
 // for. Twins: `Lane::turn`, `Lane::begin` and `Descent::restart` of src/discrete.
 
-const DIRECTION_POLAK_RIBIERE: u32 = 1u;
-const DIRECTION_HYBRID: u32 = 2u;
+// Twin: plan.rs
+const DIRECTION_STEEPEST: u32 = 1u;
+const DIRECTION_POLAK_RIBIERE: u32 = 2u;
 
-// See src/discrete/lane.rs.
 const DOWNWARDS: real = real(0.01);
-// Stands for what nothing has bounded.
-const UNGUARDED: real = UNBOUNDED;
 
 // p = βp − z, of which the largest allowed step is returned.
 fn take_direction(curve: Curve, beta: real) -> real {
@@ -40,7 +38,7 @@ fn coefficient(lane: ptr<function, Lane>, solved: Solved, before: real, slope: r
     var beta = real(0);
     if (params.direction == DIRECTION_POLAK_RIBIERE) {
         beta = (norm2 - solved.mixed) / before;
-    } else if (params.direction == DIRECTION_HYBRID && change > real(0)) {
+    } else if (params.direction != DIRECTION_STEEPEST && change > real(0)) {
         beta = min((norm2 - solved.mixed) / change, norm2 / change);
     }
     if (is_out_of_range(beta) || beta <= real(0) || beta * slope - norm2 >= -(DOWNWARDS * norm2)) {

@@ -4,7 +4,7 @@
 // end. Blocks act normal to the curve alone: along it right-hand sides and couplings are 0, so that a multiple of the
 // unit matrix serves there.
 
-// Numbers a pin: own and coupling integrals, tangent, inverse block, block with the border, turn.
+// No twin: what the CPU has in structs. Numbers a pin: own and coupling integrals, tangent, inverse block, block with the border, turn.
 const PIN_TANGENT: u32 = 2u;
 const PIN_INVERSE: u32 = 2u + $DIMu;
 const PIN_BORDER: u32 = 2u + $DIMu + $DIMu * $DIMu;

@@ -1,13 +1,11 @@
 // The cost of a segment of unit chord, with its first and second derivatives in the angles of its ends. Needs root.wgsl.
-// Twin: src/scf/evaluation.rs, which gives the formulas; a test compares the constants.
+// Twin: src/scf/evaluation.rs, which gives the formulas.
 
-const STAND_IN: real = real(0.5);
-
-// Angles both below this are 0.
-//:if DOUBLE
-const STRAIGHT: real = real(1.4916681462400413e-154);
+// Angles both below this are 0: √ of the smallest normal number.
+//:if F64
+const ROOT_SMALLEST_NORMAL: real = real(1.4916681462400413e-154);
 //:else
-const STRAIGHT: real = real(1.0842021724855044e-19);
+const ROOT_SMALLEST_NORMAL: real = real(1.0842021724855044e-19);
 //:end
 
 struct Evaluation {
@@ -26,7 +24,7 @@ struct Evaluation {
 
 // The cheapest segment with end angles a and b from its unit chord.
 fn evaluate_directed(curve: Universal, a: real, b: real) -> Evaluation {
-    if (!(larger(abs(a), abs(b)) - STRAIGHT > real(0))) {
+    if (!(larger(abs(a), abs(b)) - ROOT_SMALLEST_NORMAL > real(0))) {
         // Cost of a nearly straight segment for ν = 2: 4 (a² + ab + b²).
         let flat = select(real(0), real(4), curve.exponent == real(2));
         return Evaluation(real(0), real(0), real(0), real(2) * flat, flat, real(2) * flat, real(1));
@@ -83,7 +81,7 @@ fn at_piece(curve: Universal, piece: Piece, a: real, b: real) -> Evaluation {
 // The segment that starts with a free tangent, and ends at the angle b from its unit chord.
 fn evaluate_free(curve: Universal, b: real) -> Evaluation {
     let nu = curve.exponent;
-    if (!(abs(b) - STRAIGHT > real(0))) {
+    if (!(abs(b) - ROOT_SMALLEST_NORMAL > real(0))) {
         let flat = select(real(0), real(6), nu == real(2));
         return Evaluation(real(0), real(0), real(0), real(0), real(0), flat, real(1));
     }

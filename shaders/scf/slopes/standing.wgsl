@@ -1,7 +1,8 @@
 // How a curve's search goes, as evaluation.wgsl and slopes.wgsl both see it. Twin: src/scf/slopes.rs.
 
-// What the host writes before the first trial.
+// No twin: what the host writes before the first trial.
 const STANDING_FRESH: u32 = 0u;
+
 const STANDING_RUNNING: u32 = 1u;
 const STANDING_CONVERGED: u32 = 2u;
 const STANDING_STALLED: u32 = 3u;
@@ -9,6 +10,7 @@ const STANDING_UNATTAINED: u32 = 4u;
 const STANDING_NOWHERE: u32 = 5u;
 const STANDING_TIRED: u32 = 6u;
 
+// No twin: what the CPU has in variables, or does at once.
 // Trials failed since the last step, one of them for want of a minimiser.
 const FLAG_UNATTAINED: u32 = 1u;
 // A step was just taken.

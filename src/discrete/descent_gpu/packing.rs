@@ -6,7 +6,7 @@ use super::{DescentState, GROUP, Job, STANDINGS, loop_turns};
 use crate::discrete::lane::Standing;
 use crate::discrete::plan::Step;
 use crate::discrete::problem::{Outcome, Problem};
-use crate::gpu::{Downloaded, standing};
+use crate::gpu::Downloaded;
 
 /// Numbers of a curve in `lanes` before its weights, and those of them that the host gives.
 const NUMBERS: usize = 19;
@@ -134,7 +134,10 @@ impl<const D: usize> Job<'_, D> {
             let row = |row: usize| std::array::from_fn(|c| displacements[word(row, c)]);
             outcomes[i] = Outcome {
                 displacements: (0..self.run.problems[i].vertices()).map(row).collect(),
-                standing: standing(&STANDINGS, states[slot].standing).unwrap_or(Standing::Broken),
+                standing: STANDINGS
+                    .into_iter()
+                    .find(|own| *own as u32 == states[slot].standing)
+                    .unwrap_or(Standing::Broken),
                 energy: lane[REPORTED],
                 norm: lane[NORM2].sqrt(),
                 iterations: states[slot].iterations,

@@ -5,7 +5,7 @@ use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 
-/// ε of [`torsion`]: a curvature of 10⁻³ over the curve's size.
+/// ε of [`torsion`]: a curvature of 10⁻³ over the curve's size. Not in the kernel: the host gives it, curve by curve.
 pub const TORSION_CURVATURE: f64 = 1e-3;
 
 /// ∫κ²τ² ds as Σ det(T, K̄, C)²/(|K̄|² + ε²) Δs over every edge between two interior vertices, in units of 1/length³.

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::lanes::RING_NO_PIVOT;
 use super::{MOST_REACH, eliminated_numbers, scratch_numbers, shared_numbers};
 use crate::error::{Error, Result};
 use crate::gpu::plan::{self, LOOP_TURNS};
@@ -90,7 +91,7 @@ pub fn solve_blocks_on_gpu<T: Real>(
     let largest = scratch.max((MOST_REACH + 1) * d * d) as u64 * precision.bytes();
     let chunks = plan::chunks(counts, largest, 2 * largest, gpu.limits())?;
     let mut solutions =
-        BlockSolutions { x: vec![T::ZERO; rhs.len()], pivots: vec![T::from_f64(1e30); systems.closed.len()] };
+        BlockSolutions { x: vec![T::ZERO; rhs.len()], pivots: vec![T::from_f64(RING_NO_PIVOT); systems.closed.len()] };
     let job = Job { lanes, systems, rhs };
     pipeline(
         chunks,

@@ -11,6 +11,9 @@ use super::{BlockSystem, MOST_REACH, ring_of};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add};
 
+/// Stands for the pivot of a matrix without rows.
+pub(super) const RING_NO_PIVOT: f64 = 1e30;
+
 /// Blocks by the kept vertices of two chunks, or of one; the first `reach` rows and columns are used, and of symmetric ones the
 /// upper half.
 type Blocks<S, const D: usize> = [[Block<S, D>; MOST_REACH]; MOST_REACH];
@@ -73,7 +76,7 @@ pub fn solve_blocks<S: Scalar, const D: usize>(
     let ring = ring_of(n, reach, lanes);
     // An open curve of fewer vertices than are kept is continued by vertices that stand still.
     let from = |lane: usize| lane * n.max(reach) / ring;
-    let mut smallest = S::ONE / S::of(1e-30);
+    let mut smallest = S::of(RING_NO_PIVOT);
     let mut eliminated = Vec::with_capacity(ring);
     let mut shares = Vec::with_capacity(ring);
     for lane in 0..ring {

@@ -6,7 +6,7 @@ use super::{
     EvaluationParams, FOUND, GROUP, Segment, SlopesState, evaluation_kernel, kind, limits, slopes_kernel, universals,
 };
 use crate::error::Result;
-use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Recording, Rounds, kept, pipeline, plan, standing};
+use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Recording, Rounds, kept, pipeline, plan};
 use crate::precision::Precision;
 use crate::scf::slopes::{Ends, LONGEST, Outcome, Problem, Search, Standing, Until};
 use crate::scf::universal::Universal;
@@ -54,14 +54,14 @@ pub(super) struct SlopesCurve {
 }
 
 /// Numbers of a curve, and those of them that come back.
-pub(super) const NUMBERS: usize = 11;
-const COST: usize = 4;
-const DECREMENT: usize = 5;
+const SLOPES_NUMBERS: usize = 11;
+const SLOPES_COST: usize = 4;
+const SLOPES_DECREMENT: usize = 5;
 
 /// Numbers of a dot in `work`.
-pub(super) const WORK: usize = 8;
+const WORK_NUMBERS: usize = 8;
 
-/// Standing words, from 1 on.
+/// How the kernel says that a curve stands.
 const STANDINGS: [Standing; 6] = [
     Standing::Running,
     Standing::Converged,
@@ -166,9 +166,9 @@ impl<'a> Job<'a> {
     fn run(&self, outcomes: &mut [Outcome]) -> Result<(), Interrupted> {
         let real = self.precision.bytes();
         // Of a dot and its segment: work, what was found, turns (and to be read), angles, weight and whether it moves; segment, task.
-        let together = (WORK + FOUND + 4 + 2 + 2) as u64 * real + 20;
+        let together = (WORK_NUMBERS + FOUND + 4 + 2 + 2) as u64 * real + 20;
         let dots = self.order.iter().map(|&i| self.searches[i].0.movable.len());
-        let chunks = plan::chunks(dots, WORK as u64 * real, together, &limits(self.gpu, together))?;
+        let chunks = plan::chunks(dots, WORK_NUMBERS as u64 * real, together, &limits(self.gpu, together))?;
         pipeline(
             chunks,
             |chunk| self.start(&self.order[chunk.clone()]),
@@ -195,7 +195,7 @@ impl<'a> Job<'a> {
         // An open curve has no segment where a closed one has its last.
         let mut segments = vec![Segment { owner: 0, first: 0, last: 0, kind: 0 }; count];
         let [mut angles, mut fixed, mut turns] = [0, 1, 2].map(|_| vec![0.0; 2 * count]);
-        let mut numbers = vec![f64::NAN; NUMBERS * members.len()];
+        let mut numbers = vec![f64::NAN; SLOPES_NUMBERS * members.len()];
         for (slot, (&i, curve)) in members.iter().zip(&table).enumerate() {
             let (problem, start_turns) = &self.searches[i];
             let start = curve.start as usize;
@@ -213,8 +213,8 @@ impl<'a> Job<'a> {
                 angles[2 * (start + k) + 1] = span.angles[1];
                 fixed[count + start + k] = span.weight;
             }
-            let own = &mut numbers[slot * NUMBERS..];
-            own[..NUMBERS].copy_from_slice(&self.given(problem.exponent));
+            let own = &mut numbers[slot * SLOPES_NUMBERS..];
+            own[..SLOPES_NUMBERS].copy_from_slice(&self.given(problem.exponent));
         }
         let arrays = vec![
             ("universals", recording.upload_reals(&universals(self.curves))),
@@ -226,14 +226,14 @@ impl<'a> Job<'a> {
             ("curves", recording.upload(&table)),
             ("numbers", recording.upload_reals(&numbers)),
             ("fixed", recording.upload_reals(&fixed)),
-            ("work", recording.storage_reals(WORK * count)),
+            ("work", recording.storage_reals(WORK_NUMBERS * count)),
         ];
         let of_curves = ("scf/slopes", members.len());
         Rounds::start::<SlopesState>(of_curves, recording, (table, arrays), |r, t, a, s| self.round(r, t, a, s))
     }
 
     /// The numbers of a curve at first: see `slopes.wgsl`. What the kernel must write before it reads it is NaN.
-    fn given(&self, exponent: f64) -> [f64; NUMBERS] {
+    fn given(&self, exponent: f64) -> [f64; SLOPES_NUMBERS] {
         let epsilon = if self.precision == Precision::F64 { 0.0 } else { f64::from(f32::EPSILON) };
         let (share, part) = (1.0 / exponent, 1.0 - 1.0 / exponent);
         let least = (exponent - 1.0).max(1.0).powf(-LONGEST);
@@ -279,12 +279,15 @@ fn unpack(members: &[usize], (table, results): &(Table, Vec<Downloaded>), outcom
     let count: usize = table.iter().map(|curve| curve.dots as usize).sum();
     for (slot, (&i, curve)) in members.iter().zip(table).enumerate() {
         let start = count + curve.start as usize;
-        let own = &numbers[slot * NUMBERS..];
+        let own = &numbers[slot * SLOPES_NUMBERS..];
         outcomes[i] = Outcome {
             turns: turns[start..start + curve.dots as usize].to_vec(),
-            cost: own[COST],
-            decrement: own[DECREMENT],
-            standing: standing(&STANDINGS, states[slot].standing).unwrap_or(Standing::Running),
+            cost: own[SLOPES_COST],
+            decrement: own[SLOPES_DECREMENT],
+            standing: STANDINGS
+                .into_iter()
+                .find(|own| *own as u32 == states[slot].standing)
+                .unwrap_or(Standing::Running),
             iterations: states[slot].iterations,
             evaluations: states[slot].evaluations,
             culprit: (states[slot].culprit as usize).checked_sub(1),

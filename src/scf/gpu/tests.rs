@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use super::search::{MOST_DOTS, NUMBERS, ROUNDINGS, SlopesCurve, SlopesParams, WORK, is_for_kernel};
+use super::search::{MOST_DOTS, ROUNDINGS, SlopesCurve, SlopesParams, is_for_kernel};
 use super::*;
 use crate::gpu::reflect::assert_layout;
 use crate::gpu::source;
@@ -221,54 +221,8 @@ fn host_structs_are_laid_out_as_the_kernels() {
     }
 }
 
-/// `NAME` and literal of every line `const NAME: TYPE = LITERAL;`, with what stands around the literal taken off.
-fn constants<'t>(text: &'t str, opening: &str, closing: &str) -> Vec<(&'t str, f64)> {
-    let line = |line: &'t str| {
-        let name = line.trim_start_matches("pub(crate) ").trim_start_matches("pub(super) ").strip_prefix("const ")?;
-        let (name, value) = name.split_once(opening)?;
-        Some((name, value.strip_suffix(closing)?.parse().ok()?))
-    };
-    text.lines().filter_map(line).collect()
-}
-
 fn kernel(path: &str) -> &'static str {
     source::file(path).expect("a file of the room")
-}
-
-#[test]
-fn the_kernels_constants_are_the_cpus() {
-    let pairs = [
-        (include_str!("../root.rs"), "scf/root.wgsl", vec!["CLOSE", "NEAR", "REACH"]),
-        (include_str!("../evaluation.rs"), "scf/evaluation/segment.wgsl", vec!["STAND_IN"]),
-        (include_str!("../slopes.rs"), "scf/slopes.wgsl", vec!["MOST_TURN", "EDGE"]),
-    ];
-    for (own, path, names) in pairs {
-        let (own, there) = (constants(own, ": f64 = ", ";"), constants(kernel(path), ": real = real(", ");"));
-        for name in names {
-            let constant = own.iter().find(|(own, _)| *own == name).unwrap_or_else(|| panic!("{name}"));
-            assert!(there.contains(constant), "{constant:?} is none of {there:?}");
-        }
-    }
-    let root = constants(kernel("scf/root.wgsl"), ": real = real(", ");");
-    let narrow = f64::from(f32::EPSILON);
-    for constant in [
-        ("EPSILON", f64::EPSILON),
-        ("EPSILON", narrow),
-        ("ROOT_EPSILON", f64::EPSILON.sqrt()),
-        ("ROOT_EPSILON", narrow.sqrt()),
-        ("LEAST_SINE", f64::from(f32::MIN_POSITIVE)),
-    ] {
-        assert!(root.contains(&constant), "{constant:?} is none of {root:?}");
-    }
-    let steps = constants(include_str!("../root.rs"), ": usize = ", ";");
-    let there = constants(kernel("scf/root.wgsl"), ": u32 = ", "u;");
-    assert_eq!(steps, there);
-    let straight = constants(kernel("scf/evaluation/segment.wgsl"), ": real = real(", ");");
-    assert!(straight.contains(&("STRAIGHT", f64::MIN_POSITIVE.sqrt())), "{straight:?}");
-    assert!(straight.contains(&("STRAIGHT", f64::from(f32::MIN_POSITIVE).sqrt())), "{straight:?}");
-    let slopes = constants(kernel("scf/slopes.wgsl"), ": u32 = ", "u;");
-    assert!(slopes.contains(&("SLOPES_NUMBERS", NUMBERS as f64)), "{slopes:?}");
-    assert!(slopes.contains(&("WORK_BORDER", (WORK - 1) as f64)), "{slopes:?}");
 }
 
 #[test]
@@ -283,8 +237,11 @@ fn the_kernels_polynomials_and_blocks_are_the_cpus() {
         assert_eq!(there, own.iter().rev().copied().collect::<Vec<f64>>(), "{function}");
     }
     let block = universals(&[Universal::new(3.0)]);
-    let places = constants(kernel("scf/universal.wgsl"), ": u32 = ", "u;");
-    let place = |name: &str| places.iter().find(|(own, _)| *own == name).expect("it is there").1 as usize;
+    let place = |name: &str| -> usize {
+        let (_, after) =
+            kernel("scf/universal.wgsl").split_once(&format!("const {name}: u32 = ")).expect("it is there");
+        after.split_once("u;").expect("a number").0.parse().expect("a number")
+    };
     assert_eq!(place("UNIVERSAL_NUMBERS"), block.len());
     let curve = Universal::new(3.0);
     for (name, own) in [

@@ -19,9 +19,9 @@ const RING_BLOCKS: u32 = RING_REACH * RING_REACH;
 const RING_BLOCK: u32 = $DIMu * $DIMu;
 const RING_HALF: u32 = RING_REACH * (RING_REACH + 1u) / 2u * RING_BLOCK;
 
-// What a lane shares: what is to be added to the blocks and right-hand sides of the kept vertices before and after it, the
-// block that couples these, rows of those after; the smallest pivot. Then what it has eliminated: a vertex's factor, what
-// couples it with those after it and with the kept ones, its right-hand side.
+// No twin: what the CPU has in arrays. What a lane shares: what is to be added to the blocks and right-hand sides of the
+// kept vertices before and after it, the block that couples these, rows of those after; the smallest pivot. Then what it
+// has eliminated: a vertex's factor, what couples it with those after it and with the kept ones, its right-hand side.
 const RING_LOW: u32 = 0u;
 const RING_HIGH: u32 = RING_HALF;
 const RING_ACROSS: u32 = 2u * RING_HALF;

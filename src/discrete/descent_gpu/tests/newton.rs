@@ -3,7 +3,6 @@
 use super::divided::bits;
 use super::*;
 use crate::discrete::variation;
-use crate::gpu::source;
 
 /// What curves come out as, against the CPU in f64 at the same tolerances: in f64 by the same trials.
 struct Worst {
@@ -226,25 +225,4 @@ fn energies_whose_terms_couple_more_vertices_than_the_inner_product_are_left_to_
         assert_eq!(found.standing, Standing::Converged);
         assert_eq!(found.displacements, wanted.displacements);
     }
-}
-
-/// `NAME` and literal of every line `const NAME: TYPE = LITERAL;`, with what stands around the literal taken off.
-fn constants<'t>(text: &'t str, opening: &str, closing: &str) -> Vec<(&'t str, f64)> {
-    let line = |line: &'t str| {
-        let (name, value) = line.strip_prefix("const ")?.split_once(opening)?;
-        Some((name, value.strip_suffix(closing)?.parse().ok()?))
-    };
-    text.lines().filter_map(line).collect()
-}
-
-#[test]
-fn the_kernel_damps_by_the_constants_of_the_cpu() {
-    let own = constants(include_str!("../../../damping.rs"), ": f64 = ", ";");
-    let kernel = constants(source::file("damping.wgsl").unwrap(), ": real = real(", ");");
-    assert!(own.len() > 5, "{own:?}");
-    for constant in &own {
-        assert!(kernel.contains(constant), "{constant:?} is none of the kernel's {kernel:?}");
-    }
-    let rounding = |epsilon| kernel.contains(&("EPSILON", epsilon));
-    assert!(rounding(f64::EPSILON) && kernel.len() == own.len() + 2, "{kernel:?}");
 }
