@@ -11,6 +11,7 @@ use crate::precision::Precision;
 
 /// Which device to use, as asked for on the command line: `auto`, `cpu`, `gpu` or `gpu:N`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Choice {
     /// A hardware GPU where there is one and the batch is large enough to gain, else the CPU.
     #[default]
@@ -190,14 +191,20 @@ impl Device {
     /// # Errors
     /// As [`kernel_precision`](Self::kernel_precision).
     pub(crate) fn report(&self, well_conditioned: bool) -> Result<DeviceReport> {
-        let (name, driver, precision) = match self.as_gpu() {
-            Some(gpu) => {
-                let precision = self.kernel_precision(gpu, well_conditioned)?;
-                (gpu.summary().name.clone(), gpu.summary().driver.clone(), precision)
-            }
-            None => ("CPU".into(), threads(), Precision::F64),
+        let precision = match self.as_gpu() {
+            Some(gpu) => self.kernel_precision(gpu, well_conditioned)?,
+            None => Precision::F64,
         };
-        Ok(DeviceReport { is_gpu: self.gpu.is_some(), name, driver, precision, finished_on_cpu: 0 })
+        Ok(self.report_of(precision))
+    }
+
+    /// What a fit of a method of your own says of this device, which computed in such a precision.
+    pub fn report_of(&self, precision: Precision) -> DeviceReport {
+        let (name, driver) = match self.as_gpu() {
+            Some(gpu) => (gpu.summary().name.clone(), gpu.summary().driver.clone()),
+            None => ("CPU".into(), threads()),
+        };
+        DeviceReport { is_gpu: self.gpu.is_some(), name, driver, precision, finished_on_cpu: 0 }
     }
 
     /// The precision a kernel runs in: as asked for, or for `Auto` f32 where that is accurate enough for the

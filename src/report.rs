@@ -1,5 +1,8 @@
 //! What a fit returns: curves, and one report a curve. What a status means stands in [`CurveStatus`].
 
+use std::fmt;
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -10,6 +13,7 @@ use crate::status::CurveStatus;
 
 /// The report of one curve.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CurveReport {
     /// How the fit ended.
     pub status: CurveStatus,
@@ -30,8 +34,8 @@ pub struct CurveReport {
 }
 
 impl CurveReport {
-    /// The report of a direct solve.
-    pub(crate) fn solved(energy: f64) -> Self {
+    /// The report of a direct solve. Fields that differ are set afterwards.
+    pub fn solved(energy: f64) -> Self {
         CurveReport {
             status: CurveStatus::Converged,
             message: None,
@@ -44,12 +48,12 @@ impl CurveReport {
     }
 
     /// The report of a curve that was not fitted and comes out as its input polyline.
-    pub(crate) fn unfitted(status: CurveStatus, message: String) -> Self {
+    pub fn unfitted(status: CurveStatus, message: String) -> Self {
         CurveReport { status, message: Some(message), energy: f64::NAN, iterations: 0, ..CurveReport::solved(0.0) }
     }
 }
 
-/// The curves of a room, seen through the [`Curve`] trait: what [`Fit`] holds.
+/// The curves of a method, seen through the [`Curve`] trait: what [`Fit`] holds.
 pub trait CurveSet: Send + Sync {
     /// Curve `i`.
     fn curve(&self, i: usize) -> Box<dyn Curve + '_>;
@@ -59,19 +63,29 @@ pub trait CurveSet: Send + Sync {
 }
 
 /// The result of a fit: one curve and one [`CurveReport`] for every curve of the batch, in its order.
+///
+/// A clone shares the curves.
+#[derive(Clone)]
 pub struct Fit {
-    curves: Box<dyn CurveSet>,
+    curves: Arc<dyn CurveSet>,
     reports: Vec<CurveReport>,
     device: DeviceReport,
 }
 
+impl fmt::Debug for Fit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Fit").field("reports", &self.reports).field("device", &self.device).finish_non_exhaustive()
+    }
+}
+
 impl Fit {
-    /// Puts a fit together; `device` says what did the work.
-    pub(crate) fn new(curves: Box<dyn CurveSet>, mut reports: Vec<CurveReport>, device: DeviceReport) -> Self {
+    /// Puts a fit together, of a method of your own too: as many reports as `curves` has curves, in the order of the
+    /// batch. `device` says what did the work, such as [`Device::report_of`](crate::Device::report_of).
+    pub fn new(curves: impl CurveSet + 'static, mut reports: Vec<CurveReport>, device: DeviceReport) -> Self {
         // No energy is negative: one that came to ∞ − ∞ was beyond all numbers.
         let overflown = |report: &&mut CurveReport| report.status.is_usable() && report.energy.is_nan();
         reports.iter_mut().filter(overflown).for_each(|report| report.energy = f64::INFINITY);
-        Fit { curves, reports, device }
+        Fit { curves: Arc::new(curves), reports, device }
     }
 
     /// Number of curves.

@@ -41,7 +41,7 @@ impl Completed {
 
     /// The curves behind the trait [`Curve`](crate::Curve).
     pub fn into_fit(self) -> Fit {
-        Fit::new(Box::new(self.chains), self.reports, self.device)
+        Fit::new(self.chains, self.reports, self.device)
     }
 
     /// The same curves with pieces of a degree higher by `by` ([`elevate()`]). Those that would pass [`MOST_DEGREE`] stay as they are and become

@@ -5,6 +5,7 @@ use crate::status::CurveStatus;
 
 /// Why a curve is not completed. Its control points stay what they were.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Refusal {
     /// It has no control point.
     Empty,

@@ -15,6 +15,7 @@ use crate::words::words;
 
 /// What the tangents of a batch (columns `tx ty tz`) say of the ends of a Bézier curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum EndTangents {
     /// The derivatives X′(0) and X′(1), in units of length: d (P₁ − P₀) and d (P_d − P_{d−1}).
     #[default]

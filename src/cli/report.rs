@@ -97,7 +97,7 @@ impl<'a> Line<'a> {
     /// Of curve `i`, of which so many points were written.
     pub fn of(batch: &'a CurveBatch, fit: &Fit, i: usize, points_out: usize) -> Self {
         let curve = fit.curve(i);
-        let CurveReport { status, message, energy, iterations, gradient_norm, smoothing, max_deviation } =
+        let CurveReport { status, message, energy, iterations, gradient_norm, smoothing, max_deviation, .. } =
             &fit.reports()[i];
         Line {
             curve: batch.name(i),

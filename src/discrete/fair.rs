@@ -38,6 +38,7 @@ const VERTEX_BYTES: usize = 56;
 
 /// How spans between data points are divided into edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Segments {
     /// So many edges a span.
     PerSpan(usize),
@@ -52,6 +53,7 @@ impl Segments {
 
 /// Which data points the curve passes through exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Pins {
     /// All.
     #[default]
@@ -254,7 +256,7 @@ impl Fair {
             problems.insert(i, Unfitted { status: report.status, message });
         }
         let curves = FairCurves::new(batch, curves, problems);
-        Ok(Fit::new(Box::new(curves), reports, device))
+        Ok(Fit::new(curves, reports, device))
     }
 
     /// Fits curves that have no corners; `kept` says which keep their ends whatever the pins say.

@@ -4,6 +4,7 @@ use crate::words::words;
 
 /// How the direction follows from Sobolev gradients.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Direction {
     /// −(H + λL)⁻¹g with the Hessian H and the Sobolev inner product L, damped by λ ≥ 0 as far as it takes. The step is 1.
     #[default]
@@ -25,6 +26,7 @@ words!(Direction, "direction": [
 
 /// How far each step goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Step {
     /// Always so far.
     Constant(f64),

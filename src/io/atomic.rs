@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 
 /// Where bytes go while a file is written.
+#[non_exhaustive]
 pub enum Output {
     /// Standard output.
     Stdout(io::Stdout),

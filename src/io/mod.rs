@@ -140,6 +140,7 @@ impl fmt::Display for Format {
 
 /// Which curves are closed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Closed {
     /// Those that the file marks; where it marks none, also those of three points or more whose last point equals their first.
     #[default]

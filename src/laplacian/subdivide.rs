@@ -14,6 +14,7 @@ const SAFE: f64 = 1e280;
 
 /// How new points come about.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Rule {
     /// The equations E₂ₙp = UEₙp₀ are solved: all points count.
     #[default]

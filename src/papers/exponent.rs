@@ -18,6 +18,7 @@ const ROUNDS: usize = 3;
 
 /// Which of a shape's points are dots.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum DotsOf {
     /// So many, at equal arc lengths, the first point (and of open shapes the last) among them.
     Count(usize),

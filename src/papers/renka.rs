@@ -52,6 +52,7 @@ pub struct Minimisation {
 
 /// A method to minimise by.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Minimiser {
     /// Descent along gradients.
     Gradient {
@@ -68,6 +69,7 @@ pub enum Minimiser {
 
 /// The inner product of perturbations of a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum InnerProduct {
     /// Σ g·h
     Ordinary,

@@ -134,7 +134,7 @@ impl Graph {
         let unfitted = (0..batch.len()).filter(|&i| curves[i].is_none());
         let inputs = unfitted.map(|i| (i, Input::of(batch, i))).collect();
         let curves = GraphCurves { batch: batch.clone(), curves, problems, inputs };
-        Ok(Fit::new(Box::new(curves), reports, Device::cpu().report(true)?))
+        Ok(Fit::new(curves, reports, Device::cpu().report(true)?))
     }
 
     /// Fits one graph through the points (t, y), and keeps its history. `observe` is shown the ordinates at all mesh points,

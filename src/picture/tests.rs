@@ -65,11 +65,7 @@ fn fit(batch: &CurveBatch) -> Fit {
         Some(problem) => CurveReport::unfitted(problem.status, problem.message.clone()),
         None => CurveReport::solved(1.0),
     };
-    Fit::new(
-        Box::new(Hermite(batch.clone())),
-        (0..batch.len()).map(report).collect(),
-        Device::cpu().report(true).unwrap(),
-    )
+    Fit::new(Hermite(batch.clone()), (0..batch.len()).map(report).collect(), Device::cpu().report(true).unwrap())
 }
 
 fn draw(picture: &Picture, batch: &CurveBatch) -> String {

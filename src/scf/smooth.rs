@@ -119,7 +119,7 @@ impl Smooth {
         let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
         let chains =
             Chains { curves, universal: exponents.universal, closed, problems, origin: batch.origin().clone() };
-        Ok(Fit::new(Box::new(chains), reports, device.report(true)?))
+        Ok(Fit::new(chains, reports, device.report(true)?))
     }
 
     /// Fits every curve and samples it.

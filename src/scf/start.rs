@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Where the search for the slopes starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Start {
     /// The tangent of the circle through a dot and its neighbours.
     #[default]

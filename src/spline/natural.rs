@@ -96,7 +96,7 @@ impl Natural {
     /// `known`).
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         let (splines, reports) = self.fit_splines(batch, device)?;
-        Ok(Fit::new(Box::new(splines), reports, device.report(true)?))
+        Ok(Fit::new(splines, reports, device.report(true)?))
     }
 
     /// Fits every curve and samples it; on a GPU in one submission, without a way back and forth between the two.
@@ -111,7 +111,7 @@ impl Natural {
             (None, Some(gpu)) => splines.sample_on_gpu(gpu, device.kernel_precision(gpu, true)?, sampling)?,
             (None, None) => splines.polylines(sampling),
         };
-        Ok((Fit::new(Box::new(splines), reports, device.report(true)?), polylines))
+        Ok((Fit::new(splines, reports, device.report(true)?), polylines))
     }
 
     /// As [`fit`](Self::fit), with the splines themselves.

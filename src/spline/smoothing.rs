@@ -128,7 +128,7 @@ impl Smoothing {
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         let device = &self.worker(device);
         let (splines, reports) = self.fit_splines(batch, device)?;
-        Ok(Fit::new(Box::new(splines), reports, device.report(false)?))
+        Ok(Fit::new(splines, reports, device.report(false)?))
     }
 
     /// Fits every curve and samples it on the same device.
@@ -143,7 +143,7 @@ impl Smoothing {
             Some(gpu) => splines.sample_on_gpu(gpu, device.kernel_precision(gpu, false)?, sampling)?,
             None => splines.polylines(sampling),
         };
-        Ok((Fit::new(Box::new(splines), reports, device.report(false)?), polylines))
+        Ok((Fit::new(splines, reports, device.report(false)?), polylines))
     }
 
     /// As [`fit`](Self::fit), with the splines themselves.

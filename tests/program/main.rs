@@ -13,4 +13,5 @@ mod finished;
 mod house;
 mod io;
 mod msrv;
+mod public_face;
 mod unfitted;

@@ -36,6 +36,7 @@ use crate::words::words;
 
 /// How the pieces of a chain meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Joints {
     /// In their joints, no more.
     Free,
@@ -59,6 +60,7 @@ words!(Joints, "kind of joint": [
 
 /// How long the pieces of a chain are, in the parameter t.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PieceLengths {
     /// The distance of a piece's ends; [`Equal`](Self::Equal) for curves with an unknown joint, or with a piece whose
     /// ends coincide.

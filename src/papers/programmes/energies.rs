@@ -6,6 +6,7 @@ use crate::laplacian::unknowns::Class;
 
 /// The energy whose subdivision is looked for: E, one row a point, on a grid or a curve of free ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Energy {
     /// Σ w |difference|² over the edges of a grid: 4 −1 −1 −1 −1 inside, 2 −½ −½ −1 at the border, 1 −½ −½ at a corner.
     #[default]

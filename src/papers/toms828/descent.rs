@@ -33,6 +33,7 @@ const DAMPING_RANGE: [f64; 2] = [1e-15, 1e12];
 
 /// What an iteration did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum GraphMove {
     /// A line search along a conjugate direction, as published.
     Conjugate,
