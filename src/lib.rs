@@ -141,6 +141,7 @@ mod status;
 mod words;
 
 pub use batch::{CurveBatch, Point, Problem};
+#[doc(hidden)]
 pub use catalogue::kernels;
 pub use constraint::Constraints;
 pub use curve::{Curve, Jet, Sampling};

@@ -2,7 +2,7 @@
 
 mod layout;
 mod polygons;
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests;
 
 use std::ops::Range;

@@ -2,7 +2,7 @@
 //! none runs.
 
 mod packing;
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests;
 
 use std::ops::Range;

@@ -264,7 +264,7 @@ impl Job<'_> {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests {
     use super::*;
     use crate::CurveBatch;

@@ -2,35 +2,7 @@
 
 use wgpu::{Adapter, DeviceType, Features, Instance};
 
-/// What an adapter is and can do.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AdapterSummary {
-    /// Name of the hardware.
-    pub name: String,
-    /// Driver and its version.
-    pub driver: String,
-    /// Vulkan, Metal or DirectX 12.
-    pub backend: String,
-    /// `discrete GPU`, `integrated GPU`, `software` …
-    pub kind: &'static str,
-    /// Bus address, where the backend knows it.
-    pub pci_bus_id: String,
-    /// Whether kernels can compute in f64.
-    pub has_f64: bool,
-    /// Whether lanes can exchange values without memory, eight or more at a time.
-    pub has_subgroups: bool,
-    /// Smallest and largest subgroup.
-    pub subgroup_sizes: (u32, u32),
-    /// Whether kernels can be timed on the device.
-    pub has_timestamps: bool,
-}
-
-impl AdapterSummary {
-    /// Whether this is a program on the CPU that only looks like a GPU.
-    pub fn is_software(&self) -> bool {
-        self.kind == "software"
-    }
-}
+use super::summary::AdapterSummary;
 
 /// Lanes a curve in the subgroup kernels: no subgroup may be smaller.
 pub(crate) const SUBGROUP_LANES: u32 = 8;

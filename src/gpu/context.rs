@@ -5,10 +5,11 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use wgpu::{Adapter, Features};
 
-use super::adapter::{self, AdapterSummary};
+use super::adapter;
 use super::capture::CapturedDispatch;
 use super::kernel::Kernel;
 use super::plan::Limits;
+use super::summary::AdapterSummary;
 use crate::error::{Error, Result};
 
 /// Workgroup memory the kernels are designed for: every WebGPU device has it.

@@ -1,24 +1,60 @@
-//! The GPU: adapters, limits, shader composition, kernels, submissions. Knows wgpu, knows no mathematics.
+//! The GPU: adapters, limits, shader composition, kernels, submissions. Knows wgpu, knows no
+//! mathematics.
+//!
+//! wgpu's types show in one place, [`Gpu::from_wgpu`] and [`Gpu::wgpu_device`], for host programs
+//! that share a device. That place follows wgpu's releases; nothing else does.
+//!
+//! Without the feature `gpu` there is no adapter, and no [`Gpu`] can be made.
 
+#[cfg(not(feature = "gpu"))]
+mod absent;
+#[cfg(feature = "gpu")]
 mod adapter;
+#[cfg(feature = "gpu")]
 mod capture;
+#[cfg(feature = "gpu")]
 mod context;
+#[cfg(feature = "gpu")]
 mod kernel;
+mod key;
 mod pipeline;
 pub mod plan;
+#[cfg(feature = "gpu")]
 mod record;
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
 pub mod reflect;
 mod rounds;
+#[doc(hidden)]
 pub mod source;
-#[cfg(test)]
+mod summary;
+#[cfg(all(test, feature = "gpu"))]
 pub(crate) mod testing;
 
-pub use adapter::{AdapterSummary, adapters};
-pub use capture::{CapturedBuffer, CapturedDispatch};
+#[cfg(not(feature = "gpu"))]
+pub use absent::{Gpu, adapters};
+#[cfg(feature = "gpu")]
+pub use adapter::adapters;
+#[cfg(feature = "gpu")]
 pub use context::Gpu;
-pub use kernel::KernelKey;
-pub use pipeline::{Interrupted, pipeline};
 pub(crate) use pipeline::{Lost, kept, unwritten};
-pub use record::{Downloaded, Pending, Recording};
 pub(crate) use rounds::Rounds;
+pub use summary::AdapterSummary;
+
+// For tests of the kernels; nothing that versions promise.
+#[cfg(not(feature = "gpu"))]
+#[doc(hidden)]
+pub use absent::{Buffer, Downloaded, Pending, Recording};
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub use capture::{CapturedBuffer, CapturedDispatch};
+#[doc(hidden)]
+pub use key::KernelKey;
+#[doc(hidden)]
+pub use pipeline::{Interrupted, pipeline};
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub use record::{Downloaded, Pending, Recording};
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
 pub use wgpu::Buffer;

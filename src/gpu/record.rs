@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use wgpu::{BufferUsages, ErrorFilter};
 
 use super::context::Gpu;
-use super::kernel::{Kernel, KernelKey};
+use super::kernel::Kernel;
+use super::key::KernelKey;
 use super::plan;
 use super::reflect::Access;
 use crate::error::{Error, Result};

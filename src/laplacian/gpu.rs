@@ -9,7 +9,7 @@
 mod exact;
 mod layout;
 mod sparse;
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests;
 
 use std::borrow::Cow;

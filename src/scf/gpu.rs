@@ -1,7 +1,7 @@
 //! Smooth connection functions on a GPU: kernels, and segments by themselves; [`search`] has those of curves.
 
 mod search;
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests;
 
 use std::ops::Range;

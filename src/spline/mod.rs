@@ -50,7 +50,7 @@ pub(crate) const KERNELS: [(&str, &[&str]); 3] = [
     ("spline/energy.wgsl", &["discrete_energy", "exact_product"]),
 ];
 
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests {
     use super::gpu::SampleParams;
     use super::smoothing_gpu::{SmoothingCurve, SmoothingParams};

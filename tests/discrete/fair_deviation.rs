@@ -294,7 +294,7 @@ fn a_deviation_too_small_for_any_weight_is_kept_by_the_points_themselves() {
 fn what_makes_no_sense_is_refused() {
     let batch = one(&noisy::<2>(5, 0.1, 13), false);
     let refused = |fair: Fair, sentence: &str| {
-        let error = fair.fit(&batch, &Device::cpu()).err().expect("it is refused").to_string();
+        let error = fair.fit(&batch, &Device::cpu()).expect_err("it is refused").to_string();
         assert!(error.contains(sentence), "{error}");
     };
     for (allowed, word) in [(0.0, "0"), (-1.0, "-1"), (f64::NAN, "NaN"), (f64::INFINITY, "inf")] {

@@ -240,7 +240,7 @@ fn closed_and_spatial_curves_are_no_graphs() {
 #[test]
 fn options_out_of_range_are_refused_with_value_and_remedy() {
     let batch = CurveBatch::from_slices(&[&gentle()[..]]).unwrap();
-    let refused = |graph: Graph| graph.fit(&batch, &Device::cpu()).err().expect("refused").to_string();
+    let refused = |graph: Graph| graph.fit(&batch, &Device::cpu()).expect_err("refused").to_string();
     let sentence = refused(Graph { mesh: Mesh::Points(2), ..Graph::default() });
     assert_eq!(sentence, "a mesh of 2 points has no curvature: take at least 3, such as 241");
     for width in [0.0, -1.0, f64::NAN, f64::INFINITY] {

@@ -167,7 +167,7 @@ fn samples_and_segments_that_no_memory_holds_are_refused_before_anything_is_made
             );
         }
     }
-    let sentence = fair(many).fit(&batch, &cpu).err().expect("a refusal").to_string();
+    let sentence = fair(many).fit(&batch, &cpu).expect_err("a refusal").to_string();
     assert!(sentence.starts_with("100000000000000 segments a span make 2.0e14 of all curves"), "{sentence}");
 }
 

@@ -1,6 +1,6 @@
 //! Batches of block-banded systems on a GPU: arrays up, one dispatch a chunk, solutions and smallest pivots back.
 
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests;
 
 use std::ops::Range;

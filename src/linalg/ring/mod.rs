@@ -297,7 +297,7 @@ pub fn kernels(precision: Precision, rows: &'static str, definitions: &Definitio
     keys
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests {
     use super::*;
     use crate::gpu::reflect::assert_layout;

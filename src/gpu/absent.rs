@@ -1,0 +1,124 @@
+//! What stands in the GPU's place without the feature `gpu`: nothing of these types can be made, and
+//! what the rooms do with them compiles to nothing.
+
+#![expect(missing_docs, reason = "documented where they are, with the feature")]
+
+use std::borrow::Cow;
+
+use bytemuck::Pod;
+
+use super::key::KernelKey;
+use super::plan::Limits;
+use super::summary::AdapterSummary;
+use crate::error::{Error, Result};
+use crate::precision::Precision;
+
+/// A GPU, of which there is none: the feature `gpu` is off.
+#[derive(Debug)]
+pub enum Gpu {}
+
+/// No adapter.
+pub fn adapters() -> Vec<AdapterSummary> {
+    Vec::new()
+}
+
+impl Gpu {
+    /// Opens none.
+    ///
+    /// # Errors
+    /// [`Error::NoGpu`], always.
+    pub fn open(number: usize) -> Result<Self> {
+        Err(Error::NoGpu(format!("gpu:{number} was asked for, but faircurve was built without the feature `gpu`")))
+    }
+
+    /// What the adapter is and can do.
+    pub fn summary(&self) -> &AdapterSummary {
+        match *self {}
+    }
+
+    /// The limits that plans are made against.
+    pub fn limits(&self) -> &Limits {
+        match *self {}
+    }
+
+    pub fn record(&self, _: Precision) -> Recording<'_> {
+        match *self {}
+    }
+}
+
+// Boxes, since code after a value that cannot be is a warning.
+pub struct Buffer {
+    _gpu: Box<Gpu>,
+}
+
+pub struct Downloaded(Box<Gpu>);
+
+impl Downloaded {
+    pub fn as_slice<T: Pod>(&self) -> &[T] {
+        match *self.0 {}
+    }
+
+    pub fn reals(&self) -> Cow<'_, [f64]> {
+        match *self.0 {}
+    }
+}
+
+pub struct Recording<'g>(&'g Gpu);
+
+impl<'g> Recording<'g> {
+    pub fn upload<T: Pod>(&mut self, _: &[T]) -> Buffer {
+        match *self.0 {}
+    }
+
+    pub fn upload_reals(&mut self, _: &[f64]) -> Buffer {
+        match *self.0 {}
+    }
+
+    pub fn uniform<T: Pod>(&mut self, _: &T) -> Buffer {
+        match *self.0 {}
+    }
+
+    pub fn storage(&mut self, _: u64) -> Buffer {
+        match *self.0 {}
+    }
+
+    pub fn storage_reals(&mut self, _: usize) -> Buffer {
+        match *self.0 {}
+    }
+
+    pub fn dispatch(&mut self, _: &KernelKey, _: usize, _: usize, _: &[(&str, &Buffer)]) -> Result<()> {
+        match *self.0 {}
+    }
+
+    pub fn download(&mut self, _: &Buffer) {
+        match *self.0 {}
+    }
+
+    pub fn gpu(&self) -> &'g Gpu {
+        self.0
+    }
+
+    pub fn precision(&self) -> Precision {
+        match *self.0 {}
+    }
+
+    pub fn submit(self) -> Result<Pending<'g>> {
+        match *self.0 {}
+    }
+}
+
+pub struct Pending<'g>(&'g Gpu);
+
+impl<'g> Pending<'g> {
+    pub fn gpu(&self) -> &'g Gpu {
+        self.0
+    }
+
+    pub fn precision(&self) -> Precision {
+        match *self.0 {}
+    }
+
+    pub fn wait(self) -> Result<Vec<Downloaded>> {
+        match *self.0 {}
+    }
+}
