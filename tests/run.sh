@@ -124,6 +124,9 @@ rustfmt --check --edition 2024 src/discrete/energy/*.rs
 
 section 'Lints'
 cargo clippy --locked --all-targets --quiet -- -D warnings
+# The core alone, and the program without a GPU.
+cargo clippy --locked --no-default-features --quiet -- -D warnings
+cargo clippy --locked --no-default-features --features cli --quiet -- -D warnings
 
 section 'Documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --quiet
