@@ -51,7 +51,7 @@ fn kernel(path: &'static str, entry: &'static str, precision: Precision) -> Kern
 /// Subdivides the grids whose report is usable; fills the places of the others with NaN.
 ///
 /// # Errors
-/// Those of [`Gpu::kernel`] and of submissions.
+/// Those of compiling the kernel and of submissions.
 pub(super) fn subdivide(
     method: &Subdivide,
     grids: &Grids,

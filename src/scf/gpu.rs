@@ -99,7 +99,7 @@ fn limits(gpu: &Gpu, total_bytes: u64) -> Limits {
 /// chunk. Of those that f32 finds no minimiser of, or no cost of full precision, the CPU has the last word, in f64.
 ///
 /// # Errors
-/// Those of [`Gpu::kernel`] and of submissions.
+/// Those of compiling the kernel and of submissions.
 pub(crate) fn evaluate_on_gpu(
     gpu: &Gpu,
     precision: Precision,

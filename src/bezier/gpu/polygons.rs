@@ -32,7 +32,7 @@ pub(super) const ROUNDINGS: f64 = 5.0;
 /// is not, by the magnitudes that went into it, is computed again by the CPU.
 ///
 /// # Errors
-/// Those of [`Gpu::kernel`] and of submissions.
+/// Those of compiling the kernel and of submissions.
 pub(crate) fn complete_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,

@@ -74,7 +74,7 @@ pub struct BlockSolutions<T> {
 ///
 /// # Errors
 /// [`Error::Argument`] for a number of lanes that there is no kernel for, and for a closed curve of fewer vertices than `reach`; those of
-/// [`Gpu::kernel`] and of submissions; [`Error::Limit`] for a curve larger than the device's largest array, or too long
+/// compiling the kernel and of submissions; [`Error::Limit`] for a curve larger than the device's largest array, or too long
 /// for its lanes.
 pub fn solve_blocks_on_gpu<T: Real>(
     gpu: &Gpu,

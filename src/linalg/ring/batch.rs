@@ -17,7 +17,7 @@ use crate::precision::Precision;
 /// [`CurveStatus::NotConverged`] and NaN.
 ///
 /// # Errors
-/// Those of [`Gpu::kernel`] and of submissions; [`Error::Limit`] when a single system exceeds the device's largest array.
+/// Those of compiling the kernel and of submissions; [`Error::Limit`](crate::Error::Limit) when a single system exceeds the device's largest array.
 pub fn solve_on_gpu<T: Real>(
     gpu: &Gpu,
     precision: Precision,

@@ -80,7 +80,7 @@ const STANDINGS: [Standing; 6] = [
 /// Where the device is lost, what it had finished is kept, and the other curves come out as they came in.
 ///
 /// # Errors
-/// Those of [`Gpu::kernel`] and of submissions, if nothing was finished.
+/// Those of compiling the kernel and of submissions, if nothing was finished.
 pub(crate) fn search_on_gpu(
     gpu: &Gpu,
     precision: Precision,
