@@ -1,6 +1,8 @@
-//! How long does it take to complete, and to elevate, Bézier curves of many degrees and patterns, on the CPU?
+//! How long does it take to complete, and to elevate, Bézier curves of many degrees and patterns,
+//! on the CPU?
 //!
-//! The bound is memory: a planar control point is read and written once, 32 bytes, beside some 60 operations for its curve's energy.
+//! The bound is memory: a planar control point is read and written once, 32 bytes, beside some 60
+//! operations for its curve's energy.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use faircurve::Device;

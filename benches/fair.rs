@@ -1,7 +1,8 @@
-//! How long do an energy with its gradient, a Sobolev gradient and a whole fit of discrete fair curves take, on the CPU?
+//! How long do an energy with its gradient, a Sobolev gradient and a whole fit of discrete fair
+//! curves take, on the CPU?
 //!
-//! The bound of all three is the traffic of a pass over the vertices, 2 · 2 numbers of 8 bytes each, at the copy bandwidth of
-//! as many threads.
+//! The bound of all three is the traffic of a pass over the vertices, 2 · 2 numbers of 8 bytes
+//! each, at the copy bandwidth of as many threads.
 
 use std::time::{Duration, Instant};
 
@@ -33,7 +34,8 @@ const SIZES: [usize; 4] = [8, 64, 512, 4096];
 /// Bytes that a pass over the vertices moves for each.
 const BYTES: f64 = 32.0;
 
-/// Sobolev steps whose time is that of [`FEW`] taken from that of [`MANY`], so that set-up and results are left out.
+/// Sobolev steps whose time is that of [`FEW`] taken from that of [`MANY`], so that set-up and
+/// results are left out.
 const FEW: u32 = 8;
 
 /// See [`FEW`].

@@ -1,8 +1,10 @@
-//! How many rows a second do the ring kernels take, and how many samples the spline kernels, by the device's own clock?
+//! How many rows a second do the ring kernels take, and how many samples the spline kernels, by the
+//! device's own clock?
 //!
-//! A table, not a sampling harness: kernel times come from timestamps on the device. Each rate also as a fraction of its
-//! bound, the bytes that an on-chip solve must move over the bandwidth: that of this machine's copy for a software
-//! adapter, or `FAIRCURVE_BANDWIDTH` in GB/s for a hardware one. `FAIRCURVE_ADAPTER` chooses the adapter.
+//! A table, not a sampling harness: kernel times come from timestamps on the device. Each rate also
+//! as a fraction of its bound, the bytes that an on-chip solve must move over the bandwidth: that
+//! of this machine's copy for a software adapter, or `FAIRCURVE_BANDWIDTH` in GB/s for a hardware
+//! one. `FAIRCURVE_ADAPTER` chooses the adapter.
 
 use faircurve::gpu::Gpu;
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
@@ -71,7 +73,8 @@ fn tridiagonal(gpu: &Gpu, bandwidth: f64, rows: usize) {
                         solve_on_gpu(gpu, precision, kernel, &systems, &rhs, columns).expect("a right problem");
                     });
                     let rate = rows as f64 / seconds;
-                    // gpu.md's bound counts two matrix words a row, those of the network; bands are three.
+                    // gpu.md's bound counts two matrix words a row, those of the network; bands are
+                    // three.
                     let bound = bandwidth / (bytes * (3 + 2 * columns) as f64);
                     let (name, word) = (format!("{kernel:?}"), precision.word());
                     let share = 100.0 * rate / bound;

@@ -1,7 +1,8 @@
 //! How fast are grids subdivided on the CPU, by sparse rules and by the exact one?
 //!
-//! The bound is memory: of a new value 8 bytes are written and 2 read of the old ones, beside some 6 multiplications (support 5); the processor reads what
-//! it is to write, too. A copy of as many values, into memory as fresh as that of the new grid, is measured in the same run.
+//! The bound is memory: of a new value 8 bytes are written and 2 read of the old ones, beside some
+//! 6 multiplications (support 5); the processor reads what it is to write, too. A copy of as many
+//! values, into memory as fresh as that of the new grid, is measured in the same run.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use faircurve::Device;

@@ -1,4 +1,5 @@
-//! What does a report cost beside the fit it is of? Lengths and largest curvatures of all curves, against fitting and sampling them at 16 a span.
+//! What does a report cost beside the fit it is of? Lengths and largest curvatures of all curves,
+//! against fitting and sampling them at 16 a span.
 //!
 //! The target is half of a fit, whatever the method and the number of points a curve.
 
@@ -22,7 +23,8 @@ use best_of::{best_of, timed};
 /// Points a curve.
 const SIZES: [usize; 4] = [10, 1_000, 100_000, 1_000_000];
 
-/// Points of all curves of a batch, at least; fewer where every point is 16 vertices that are iterated.
+/// Points of all curves of a batch, at least; fewer where every point is 16 vertices that are
+/// iterated.
 const POINTS: usize = 200_000;
 
 /// Points of all fair curves of a batch.
@@ -33,7 +35,8 @@ const SAMPLING: Sampling = Sampling::PerSpan(16);
 
 type FitSampled = fn(&CurveBatch, &Device) -> Result<(Fit, CurveBatch)>;
 
-/// Points on circles, where every span may hold the largest curvature, or at unit steps with heights from −¼ to ¼, which every method can fit.
+/// Points on circles, where every span may hold the largest curvature, or at unit steps with
+/// heights from −¼ to ¼, which every method can fit.
 fn points(data: &str, total: usize, count: usize) -> CurveBatch {
     let mut rng = StdRng::seed_from_u64(1);
     let curves = total.div_ceil(count);

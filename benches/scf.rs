@@ -1,7 +1,8 @@
-//! How long do segments with their derivatives, and whole fits of smooth connection functions take, on the CPU?
+//! How long do segments with their derivatives, and whole fits of smooth connection functions take,
+//! on the CPU?
 //!
-//! The bound of segments is arithmetic: Newton's method takes 4 to 5 evaluations of the universal curve, each some 200 operations
-//! and two powers.
+//! The bound of segments is arithmetic: Newton's method takes 4 to 5 evaluations of the universal
+//! curve, each some 200 operations and two powers.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use faircurve::scf::{Query, Smooth, evaluate_segments};
@@ -31,7 +32,8 @@ fn queries(exponent: f64) -> Vec<Query> {
     (0..SEGMENTS).map(|_| Query { chord: 1.0, angles: [angle(), angle()], exponent }).collect()
 }
 
-/// Dots at unit steps, heights from −¼ to ¼: curves that have minimisers, however many dots they have.
+/// Dots at unit steps, heights from −¼ to ¼: curves that have minimisers, however many dots they
+/// have.
 fn dots(curves: usize, count: usize) -> CurveBatch {
     let mut rng = StdRng::seed_from_u64(2);
     let coords = (0..curves * count).flat_map(|k| [(k % count) as f64, rng.random_range(-0.25..0.25)]).collect();

@@ -25,7 +25,8 @@ fn own_knots() -> CurveBatch {
     CurveBatch::from_ragged(2, coords, offsets).unwrap().with_parameters(t).unwrap()
 }
 
-/// As many curves as the strokes of a font of Chinese characters: 112,617 of 2 to 38 points, 5.6 on average.
+/// As many curves as the strokes of a font of Chinese characters: 112,617 of 2 to 38 points, 5.6 on
+/// average.
 fn strokes() -> CurveBatch {
     let mut rng = StdRng::seed_from_u64(2);
     let mut offsets = vec![0];

@@ -1,4 +1,5 @@
-//! How many rows a second does a batch of tridiagonal systems take, and how much of the memory bandwidth is that?
+//! How many rows a second does a batch of tridiagonal systems take, and how much of the memory
+//! bandwidth is that?
 //!
 //! Rows a second count everything: reading bands and right-hand sides, writing solutions.
 

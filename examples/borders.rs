@@ -5,7 +5,8 @@
 //! cargo run --release --example borders -- drawings  # and the SVGs, into a folder that exists
 //! ```
 //!
-//! Each curve is drawn twice: as Béziers within a tenth of a pixel of a drawing 2,000 pixels wide, and as a polyline of 16 segments a span.
+//! Each curve is drawn twice: as Béziers within a tenth of a pixel of a drawing 2,000 pixels wide,
+//! and as a polyline of 16 segments a span.
 
 #[path = "../tests/common/distance.rs"]
 mod distance;
@@ -73,8 +74,8 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Spans and pieces of the fitted curves, and the largest distance between curves and pieces, both ways.
-/// (of every tenth curve where there are thousands).
+/// Spans and pieces of the fitted curves, and the largest distance between curves and pieces, both
+/// ways. (of every tenth curve where there are thousands).
 fn measure(fit: &Fit, tolerance: f64) -> (usize, usize, f64) {
     let every = if fit.len() > 1000 { 10 } else { 1 };
     let one = |i: usize| {

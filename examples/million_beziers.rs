@@ -1,8 +1,10 @@
-//! A million Bézier curves, cubics to decics with unknown control points, completed in one call on the CPU and on the GPU.
+//! A million Bézier curves, cubics to decics with unknown control points, completed in one call on
+//! the CPU and on the GPU.
 //!
 //!     cargo run --release --example million_beziers [CURVES]
 //!
-//! Prints times, and how far the GPU's points (in units of half the curve's largest extent) and energies (in units of themselves) are from the CPU's.
+//! Prints times, and how far the GPU's points (in units of half the curve's largest extent) and
+//! energies (in units of themselves) are from the CPU's.
 
 use std::time::Instant;
 

@@ -1,6 +1,7 @@
-//! How many iterations Newton's method in the Sobolev metric takes, and where it ends: energies, gentle and rough points, planar and
-//! spatial, open and closed, few and many points, coarse and fine; prints Markdown tables of median / 99 % / most iterations of
-//! what converged, and how many did not.
+//! How many iterations Newton's method in the Sobolev metric takes, and where it ends: energies,
+//! gentle and rough points, planar and spatial, open and closed, few and many points, coarse and
+//! fine; prints Markdown tables of median / 99 % / most iterations of what converged, and how many
+//! did not.
 //!
 //! usage: `newton_table [CURVES]`: so many random curves a cell, 1000 if not said
 

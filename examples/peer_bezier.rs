@@ -1,5 +1,6 @@
-//! faircurve's side of the case of Béziers in `benches/peers/compare.sh`: times the completion of control polygons on the CPU, and prints
-//! one JSON line a case in the form that `benches/peers/README.md` lays down. Compares the control points with the peer's.
+//! faircurve's side of the case of Béziers in `benches/peers/compare.sh`: times the completion of
+//! control polygons on the CPU, and prints one JSON line a case in the form that
+//! `benches/peers/README.md` lays down. Compares the control points with the peer's.
 //!
 //! usage: `peer_bezier [--runs 7]`, in the repository, after `bezier.py --write-input`
 

@@ -1,6 +1,7 @@
-//! faircurve's side of the case of fair curves in `benches/peers/compare.sh`: times fits of least bending on the CPU and prints
-//! one JSON line in the form that `benches/peers/README.md` lays down. Writes where the fits start, for the peers to start
-//! there too, and where they end, for the peers to compute all energies by one function.
+//! faircurve's side of the case of fair curves in `benches/peers/compare.sh`: times fits of least
+//! bending on the CPU and prints one JSON line in the form that `benches/peers/README.md` lays
+//! down. Writes where the fits start, for the peers to start there too, and where they end, for the
+//! peers to compute all energies by one function.
 //!
 //! usage: `peer_fair [--runs 7]`, in the repository, after `fair.py --write-points`
 

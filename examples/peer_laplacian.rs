@@ -1,5 +1,7 @@
-//! faircurve's side of the case of grids in `benches/peers/compare.sh`: times Laplacian subdivision on the CPU, prints one JSON line a case in the form that
-//! `benches/peers/README.md` lays down, and writes the rule's interior mask and the surfaces for the peer to compare with: laplacian-faircurve.npz.
+//! faircurve's side of the case of grids in `benches/peers/compare.sh`: times Laplacian subdivision
+//! on the CPU, prints one JSON line a case in the form that `benches/peers/README.md` lays down,
+//! and writes the rule's interior mask and the surfaces for the peer to compare with:
+//! laplacian-faircurve.npz.
 //!
 //! usage: `peer_laplacian [--runs 7]`, in the repository, after `laplacian.py --write-input`
 

@@ -1,7 +1,8 @@
-//! faircurve's side of `benches/peers/compare.sh`: times natural splines, fitted and sampled, on the CPU, and prints
-//! one JSON line a case in the form that `benches/peers/README.md` lays down.
+//! faircurve's side of `benches/peers/compare.sh`: times natural splines, fitted and sampled, on
+//! the CPU, and prints one JSON line a case in the form that `benches/peers/README.md` lays down.
 //!
-//! usage: `peer_natural [--runs 7]`, in the repository, after `benches/data.sh hanzi` and `natural.py --write-random`
+//! usage: `peer_natural [--runs 7]`, in the repository, after `benches/data.sh hanzi` and
+//! `natural.py --write-random`
 
 use std::error::Error;
 use std::hint::black_box;

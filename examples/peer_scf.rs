@@ -1,6 +1,7 @@
-//! faircurve's side of the case of smooth connection functions in `benches/peers/compare.sh`: times segments with derivatives, and
-//! fits of curves of 10 points, on the CPU, and prints one JSON line each in the form that `benches/peers/README.md` lays down.
-//! Writes the costs, for the peer to compare with its own.
+//! faircurve's side of the case of smooth connection functions in `benches/peers/compare.sh`: times
+//! segments with derivatives, and fits of curves of 10 points, on the CPU, and prints one JSON line
+//! each in the form that `benches/peers/README.md` lays down. Writes the costs, for the peer to
+//! compare with its own.
 //!
 //! usage: `peer_scf [--runs 7]`, in the repository, after `scf.py --write-input`
 

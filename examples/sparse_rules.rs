@@ -1,7 +1,8 @@
-//! Computes the sparse Laplacian rules of all supports: solves their linear programmes, takes of all solutions the one nearest to the exact
-//! rule, and prints unknowns and optima.
+//! Computes the sparse Laplacian rules of all supports: solves their linear programmes, takes of
+//! all solutions the one nearest to the exact rule, and prints unknowns and optima.
 //!
-//! usage: `sparse_rules [FOLDER]`: with a folder, writes the masks there, as `src/laplacian/rule/{constants,linear}.rs` have them
+//! usage: `sparse_rules [FOLDER]`: with a folder, writes the masks there, as
+//! `src/laplacian/rule/{constants,linear}.rs` have them
 
 #[path = "../tests/common/programmes.rs"]
 mod programmes;
@@ -14,11 +15,14 @@ use faircurve::papers::programmes::Class;
 use programmes::{programme, solved};
 
 const HEAD: &str = "\
-//! The masks of the sparse rules that reproduce REPRODUCED, computed by `cargo run --release --example sparse_rules -- src/laplacian/rule`.
+//! The masks of the sparse rules that reproduce REPRODUCED, computed by
+//! `cargo run --release --example sparse_rules -- src/laplacian/rule`.
 //!
-//! Class after class: the linear programme of [`Programme`](crate::laplacian::Programme) was solved by an interior-point method (Clarabel); of all
-//! masks that leave ‖E₂ₙS − UEₙ‖∞ within 1e-8 of the least so far, those nearest to the exact rule in least squares were taken, and moved onto
-//! the constraints to rounding. Entries stand in the order of [`Programme::unknowns`](crate::laplacian::Programme::unknowns).
+//! Class after class: the linear programme of [`Programme`](crate::laplacian::Programme) was solved
+//! by an interior-point method (Clarabel); of all masks that leave ‖E₂ₙS − UEₙ‖∞ within 1e-8 of the
+//! least so far, those nearest to the exact rule in least squares were taken, and moved onto the
+//! constraints to rounding. Entries stand in the order of
+//! [`Programme::unknowns`](crate::laplacian::Programme::unknowns).
 
 use super::Table;
 ";

@@ -1,4 +1,5 @@
-// How much Newton's steps are damped: λ of (H + λL) p = −g, one trial a tick. Twin: src/damping.rs, which says why.
+// How much Newton's steps are damped: λ of (H + λL) p = −g, one trial a tick. Twin: src/damping.rs,
+// which says why.
 
 const FIRST: real = real(1e-2);
 const GROWTH: real = real(4.0);

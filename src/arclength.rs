@@ -1,8 +1,10 @@
-//! Arc length of smooth pieces, and its inverse: Gauss' quadrature with a look at how the speed's Legendre coefficients fall, cut at the
-//! least speed where they do not, then safeguarded Newton steps.
+//! Arc length of smooth pieces, and its inverse: Gauss' quadrature with a look at how the speed's
+//! Legendre coefficients fall, cut at the least speed where they do not, then safeguarded Newton
+//! steps.
 //!
-//! Relative errors are below 1e-9, at cusps and near them too: there the speed is about √(s² + c²u²), which no rule of any order follows
-//! across u = 0. So what is not smooth enough is cut at the least speed, and halved towards it.
+//! Relative errors are below 1e-9, at cusps and near them too: there the speed is about √(s² +
+//! c²u²), which no rule of any order follows across u = 0. So what is not smooth enough is cut at
+//! the least speed, and halved towards it.
 
 /// Nodes of the rule, and lanes they are summed in.
 const NODES: usize = 12;
@@ -65,15 +67,17 @@ const fn legendre(degree: usize, x: f64) -> f64 {
 /// Error that a piece may have, as a part of the length of all.
 const TOLERANCE: f64 = 1e-11;
 
-/// A piece whose speed falls below this part of its largest may have a cusp nearby. There coefficients first fall as powers of their number, and
-/// the square of the last says nothing of the error.
+/// A piece whose speed falls below this part of its largest may have a cusp nearby. There
+/// coefficients first fall as powers of their number, and the square of the last says nothing of
+/// the error.
 const SLOW: f64 = 0.1;
 
-/// Towards a least speed s pieces are halved until they are about as short as s, or their length is no part of the whole: in 2⁻²⁰ it is the
-/// tolerance's root.
+/// Towards a least speed s pieces are halved until they are about as short as s, or their length is
+/// no part of the whole: in 2⁻²⁰ it is the tolerance's root.
 const MAX_HALVINGS: u32 = 40;
 
-/// Steps of the search for the least speed, each to 0.618 of the bracket: a cut beside it by 1e-7 of a piece is 1e-14 of its length.
+/// Steps of the search for the least speed, each to 0.618 of the bracket: a cut beside it by 1e-7
+/// of a piece is 1e-14 of its length.
 const SEARCH: usize = 40;
 
 /// A piece's length by the rule, and what that tells of its error.
@@ -107,7 +111,8 @@ impl Estimate {
 
     /// Whether it is good enough beside a length of all pieces.
     ///
-    /// Coefficients of a smooth speed fall as ρ⁻ᵏ, and the rule's error is that of number 24: far below the square of number 9.
+    /// Coefficients of a smooth speed fall as ρ⁻ᵏ, and the rule's error is that of number 24: far
+    /// below the square of number 9.
     #[inline(always)]
     fn is_good(&self, whole: f64) -> bool {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
@@ -119,7 +124,8 @@ impl Estimate {
         smooth || self.tail <= TOLERANCE * whole
     }
 
-    /// The fraction at which the speed is least inside, where it is far below the largest, and not at an end.
+    /// The fraction at which the speed is least inside, where it is far below the largest, and not
+    /// at an end.
     #[cold]
     fn slowest(&self, speed: &impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
         let at = |k: usize| {
@@ -188,7 +194,8 @@ pub fn span_length(speed: impl Fn(f64) -> f64) -> f64 {
     partial_length(&speed, 0.0, 1.0)
 }
 
-/// The fraction of a smooth span of length `length` at which `target` of it has been covered, to 1e-9 of the length.
+/// The fraction of a smooth span of length `length` at which `target` of it has been covered, to
+/// 1e-9 of the length.
 pub fn fraction_at(speed: impl Fn(f64) -> f64, length: f64, target: f64) -> f64 {
     /// Part of the length by which a site may be off.
     const CLOSE: f64 = 1e-10;

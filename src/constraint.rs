@@ -1,17 +1,20 @@
-//! Constraints as data: what a curve must meet at its data points, beside passing through (or near) them.
+//! Constraints as data: what a curve must meet at its data points, beside passing through (or near)
+//! them.
 //!
-//! What handles all of them takes [`Constraints`] apart by name, here: one more does not compile before it is handled everywhere.
+//! What handles all of them takes [`Constraints`] apart by name, here: one more does not compile
+//! before it is handled everywhere.
 
 use crate::error::{Error, Result};
 
 /// Constraints of a whole batch, one entry a data point, in the order of the batch's points.
 ///
-/// Vectors are stored flat, `dimension` numbers a point; a NaN in the first component means "free". A method that
-/// cannot honour a constraint refuses it with a sentence; none is ever ignored.
+/// Vectors are stored flat, `dimension` numbers a point; a NaN in the first component means "free".
+/// A method that cannot honour a constraint refuses it with a sentence; none is ever ignored.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Constraints {
-    /// Tangents (columns `tx ty tz`). For the splines the derivative dp/dt at an end, in units of length per unit
-    /// of the parameter, so with chord-length parameters a unit vector is the natural choice.
+    /// Tangents (columns `tx ty tz`). For the splines the derivative dp/dt at an end, in units of
+    /// length per unit of the parameter, so with chord-length parameters a unit vector is the
+    /// natural choice.
     pub tangents: Option<Vec<f64>>,
     /// Curvature vectors (columns `kx ky kz`), in 1/length.
     pub curvatures: Option<Vec<f64>>,

@@ -16,7 +16,8 @@ pub use sampling::Sampling;
 pub(crate) use sampling::{check_spacing, spans};
 pub(crate) use unfitted::{Input, Polygon};
 
-/// A point of a curve with its derivatives with respect to the curve's own parameter. 2-D curves have z = 0.
+/// A point of a curve with its derivatives with respect to the curve's own parameter. 2-D curves
+/// have z = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Jet {
     /// p(t)
@@ -30,7 +31,8 @@ pub struct Jet {
 }
 
 impl Jet {
-    /// Curvature |p′ × p″| / |p′|³ in 1/length; for a planar curve signed, positive where it turns left. 0 where p′ vanishes.
+    /// Curvature |p′ × p″| / |p′|³ in 1/length; for a planar curve signed, positive where it turns
+    /// left. 0 where p′ vanishes.
     pub fn curvature(&self, dimension: usize) -> f64 {
         let speed = self.first.length();
         if speed == 0.0 {
@@ -47,8 +49,8 @@ const RUN: usize = 4096;
 
 /// A curve through (or near) data points, with a span from each to the next.
 ///
-/// What is the same for a whole curve is computed when the curve is made: nothing here costs more for a curve of many spans, but what visits
-/// all of them.
+/// What is the same for a whole curve is computed when the curve is made: nothing here costs more
+/// for a curve of many spans, but what visits all of them.
 pub trait Curve: Sync {
     /// 2 or 3.
     fn dimension(&self) -> usize;
@@ -56,13 +58,16 @@ pub trait Curve: Sync {
     /// Whether the last span leads back to the first point.
     fn is_closed(&self) -> bool;
 
-    /// The parameter of every data point, nondecreasing; a closed curve has one more, where it meets its first point again.
+    /// The parameter of every data point, nondecreasing; a closed curve has one more, where it
+    /// meets its first point again.
     fn knots(&self) -> &[f64];
 
-    /// The curve at the fraction `u` (0 … 1) of span `span`, with its derivatives with respect to the parameter.
+    /// The curve at the fraction `u` (0 … 1) of span `span`, with its derivatives with respect to
+    /// the parameter.
     fn jet(&self, span: usize, u: f64) -> Jet;
 
-    /// Whether this is a fitted curve, and not the input polyline of a curve that could not be fitted.
+    /// Whether this is a fitted curve, and not the input polyline of a curve that could not be
+    /// fitted.
     fn is_fitted(&self) -> bool {
         true
     }
@@ -78,7 +83,8 @@ pub trait Curve: Sync {
         (knots[0], knots[knots.len() - 1])
     }
 
-    /// The span that holds the parameter `t`, and the fraction of it; outside the domain its nearest end.
+    /// The span that holds the parameter `t`, and the fraction of it; outside the domain its
+    /// nearest end.
     fn locate(&self, t: f64) -> (usize, f64) {
         let knots = self.knots();
         let last = knots.len().saturating_sub(2);
@@ -101,24 +107,27 @@ pub trait Curve: Sync {
         [jet.point, jet.first, jet.second, jet.third].get(order).copied().unwrap_or(DVec3::ZERO)
     }
 
-    /// Curvature at parameter `t`, in 1/length; planar curves: signed, positive where they turn left.
+    /// Curvature at parameter `t`, in 1/length; planar curves: signed, positive where they turn
+    /// left.
     fn curvature(&self, t: f64) -> f64 {
         let (span, u) = self.locate(t);
         self.jet(span, u).curvature(self.dimension())
     }
 
-    /// Number of smooth pieces of a span, alike in their parameter length: 1, but for curves with knots of their own between data points.
-    /// None where the span is a point.
+    /// Number of smooth pieces of a span, alike in their parameter length: 1, but for curves with
+    /// knots of their own between data points. None where the span is a point.
     fn pieces(&self, _span: usize) -> usize {
         1
     }
 
-    /// How the curve moves along a piece of a span, where its velocity is quadratic there: then lengths and curvatures are known from it.
+    /// How the curve moves along a piece of a span, where its velocity is quadratic there: then
+    /// lengths and curvatures are known from it.
     fn motion(&self, _span: usize, _piece: usize) -> Option<Motion> {
         None
     }
 
-    /// What derivatives by the parameter are multiplied by on a span to be those by its fraction u: its parameter length.
+    /// What derivatives by the parameter are multiplied by on a span to be those by its fraction u:
+    /// its parameter length.
     #[inline(always)]
     fn pace(&self, span: usize) -> f64 {
         let knots = self.knots();
@@ -143,7 +152,8 @@ pub trait Curve: Sync {
         (0..pieces).map(|piece| piece_length(self, span, piece, pieces)).sum()
     }
 
-    /// The fraction of a span of length `length` before which `target` of it has been covered, to 1e-9 of the length.
+    /// The fraction of a span of length `length` before which `target` of it has been covered, to
+    /// 1e-9 of the length.
     fn fraction_at(&self, span: usize, length: f64, target: f64) -> f64 {
         let pieces = self.pieces(span);
         if target >= length || pieces == 0 {
@@ -172,10 +182,12 @@ pub trait Curve: Sync {
 
     /// Largest |curvature|, in 1/length; infinite where the curve has a cusp.
     ///
-    /// Cubic splines, fair curves and Béziers of degree 3 or less: the true maximum, to 1e-9 of itself, from the roots of the polynomial of its
-    /// stationary places ([`Motion::max_curvature`]); next to a cusp, where the speed falls to a part r of its largest, to 1e-15/r. Smooth
-    /// connection functions: from their closed form, to rounding. Béziers of higher degree: tops that are seen at 128 places a piece are
-    /// followed to 1e-9; a peak narrower than that may be missed.
+    /// Cubic splines, fair curves and Béziers of degree 3 or less: the true maximum, to 1e-9 of
+    /// itself, from the roots of the polynomial of its stationary places
+    /// ([`Motion::max_curvature`]); next to a cusp, where the speed falls to a part r of its
+    /// largest, to 1e-15/r. Smooth connection functions: from their closed form, to rounding.
+    /// Béziers of higher degree: tops that are seen at 128 places a piece are followed to 1e-9; a
+    /// peak narrower than that may be missed.
     fn max_curvature(&self) -> f64 {
         let known = runs(self, Measure::CurvatureSeen).into_iter().fold(0.0, f64::max);
         runs(self, Measure::Curvature { known }).into_iter().fold(known, f64::max)
@@ -192,13 +204,15 @@ pub trait Curve: Sync {
         let all: usize = if (1..3).contains(&long) { 4 } else { 3 };
         match sampling {
             Sampling::PerSpan(_) => all.div_ceil(long.max(1)),
-            // Spans between equal points may have parameters of their own: then the middles of the others are needed.
+            // Spans between equal points may have parameters of their own: then the middles of the
+            // others are needed.
             Sampling::Count(_) if all > 3 => 2 * self.spans(),
             _ => all,
         }
     }
 
-    /// Spans and fractions of the samples, in order along the curve. A curve that was not fitted gives its data points, whatever is asked.
+    /// Spans and fractions of the samples, in order along the curve. A curve that was not fitted
+    /// gives its data points, whatever is asked.
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
         let spans = self.spans();
         let end = (!self.is_closed() && spans > 0).then(|| (spans - 1, 1.0));
@@ -218,12 +232,16 @@ pub trait Curve: Sync {
         }
     }
 
-    /// The curve as a chain of cubic Béziers, in few pieces: each from one point of the curve to another, with its tangents there (G¹), one or more
-    /// a span. No point of the chain is farther than `tolerance` (units of the input) from the curve, and no point of the curve from the
-    /// chain, rounding aside; a tolerance below [`LEAST_TOLERANCE`](crate::bezier::LEAST_TOLERANCE) of the largest coordinate is taken to be that. One piece a span, exact, for cubic splines; none for spans between repeated points. A curve that was not fitted
-    /// is its polyline, a piece an edge.
+    /// The curve as a chain of cubic Béziers, in few pieces: each from one point of the curve to
+    /// another, with its tangents there (G¹), one or more a span. No point of the chain is farther
+    /// than `tolerance` (units of the input) from the curve, and no point of the curve from the
+    /// chain, rounding aside; a tolerance below [`LEAST_TOLERANCE`](crate::bezier::LEAST_TOLERANCE)
+    /// of the largest coordinate is taken to be that. One piece a span, exact, for cubic splines;
+    /// none for spans between repeated points. A curve that was not fitted is its polyline, a piece
+    /// an edge.
     ///
-    /// Each piece starts at the point, bit for bit, where the one before it ends; that of a closed curve ends where it starts.
+    /// Each piece starts at the point, bit for bit, where the one before it ends; that of a closed
+    /// curve ends where it starts.
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
         convert::beziers(self, tolerance)
     }

@@ -1,7 +1,7 @@
 //! How much Newton's steps are damped: λ of (H + λL) p = −g, one trial a tick, one curve a lane.
 //!
-//! λ is 0 as long as that serves. It grows where H + λL is not positive definite or the energy falls by less than the quadratic
-//! model promises, and shrinks back to 0 where the model holds.
+//! λ is 0 as long as that serves. It grows where H + λL is not positive definite or the energy
+//! falls by less than the quadratic model promises, and shrinks back to 0 where the model holds.
 
 use crate::linalg::{Real, Scalar};
 
@@ -100,7 +100,8 @@ impl<N: Real + Scalar> Damping<N> {
         Verdict::Accept
     }
 
-    /// Damps more, before anything is tried: where H + λL is not positive definite. Whether that may help still.
+    /// Damps more, before anything is tried: where H + λL is not positive definite. Whether that
+    /// may help still.
     pub fn stiffen(&mut self) -> bool {
         self.grow();
         self.lambda <= N::of(MOST)
@@ -120,7 +121,8 @@ impl<N: Real + Scalar> Damping<N> {
 mod tests {
     use super::*;
 
-    /// A full step that is sound, with the energy falling by `share` of what the model promises: ½ of 1.
+    /// A full step that is sound, with the energy falling by `share` of what the model promises: ½
+    /// of 1.
     fn trial(share: f64) -> Trial<f64> {
         Trial { smallest: 1.0, slopes: [-1.0, 0.0], energies: [10.0, 10.0 - 0.5 * share], alpha: 1.0 }
     }

@@ -38,8 +38,9 @@ impl FromStr for Choice {
     }
 }
 
-/// Below this many points, read and written together, the CPU fits and samples natural splines before a GPU is open: two cores take some 5 ns a
-/// point (0.05 s for so many), and opening a device takes about as long at best. Where a method takes longer, each of its points counts as
+/// Below this many points, read and written together, the CPU fits and samples natural splines
+/// before a GPU is open: two cores take some 5 ns a point (0.05 s for so many), and opening a
+/// device takes about as long at best. Where a method takes longer, each of its points counts as
 /// several. An estimate: not yet measured on a hardware GPU.
 pub const GPU_PAYS_ABOVE: usize = 10_000_000;
 
@@ -109,8 +110,8 @@ impl Device {
         Self::choose(Choice::Auto, usize::MAX)
     }
 
-    /// The device asked for; `Auto` is decided for a batch of so many points of natural splines, read and written together
-    /// ([`GPU_PAYS_ABOVE`]), and looks for no GPU where they are too few.
+    /// The device asked for; `Auto` is decided for a batch of so many points of natural splines,
+    /// read and written together ([`GPU_PAYS_ABOVE`]), and looks for no GPU where they are too few.
     ///
     /// # Errors
     /// [`Error::NoGpu`] when a GPU was asked for and does not open.
@@ -145,7 +146,8 @@ impl Device {
         self
     }
 
-    /// The same device, whose fits add the number of curves that are finished to a counter as they go: for progress bars.
+    /// The same device, whose fits add the number of curves that are finished to a counter as they
+    /// go: for progress bars.
     pub fn with_counter(mut self, finished: Arc<AtomicUsize>) -> Self {
         self.finished = Some(finished);
         self
@@ -207,8 +209,8 @@ impl Device {
         DeviceReport { is_gpu: self.gpu.is_some(), name, driver, precision, finished_on_cpu: 0 }
     }
 
-    /// The precision a kernel runs in: as asked for, or for `Auto` f32 where that is accurate enough for the
-    /// problem (`well_conditioned`) or all the adapter has.
+    /// The precision a kernel runs in: as asked for, or for `Auto` f32 where that is accurate
+    /// enough for the problem (`well_conditioned`) or all the adapter has.
     ///
     /// # Errors
     /// [`Error::NoGpu`] when f64 was asked for and the adapter has none.

@@ -1,7 +1,8 @@
 //! The one error type: every message is a sentence with the value, the limit and the remedy.
 //!
-//! An [`Error`] concerns a whole run (a file, an argument, a device). What concerns one curve never becomes an
-//! error: it becomes that curve's [`CurveStatus`](crate::CurveStatus), and its neighbours are fitted as if it were not there.
+//! An [`Error`] concerns a whole run (a file, an argument, a device). What concerns one curve never
+//! becomes an error: it becomes that curve's [`CurveStatus`](crate::CurveStatus), and its
+//! neighbours are fitted as if it were not there.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -51,7 +52,8 @@ pub enum Error {
         /// What is wrong, the value found, and the remedy.
         message: String,
     },
-    /// An option or an argument of a call makes no sense; the sentence names it, its value and what is allowed.
+    /// An option or an argument of a call makes no sense; the sentence names it, its value and what
+    /// is allowed.
     #[error("{0}")]
     Argument(String),
     /// The arrays that describe a batch do not fit together.
@@ -89,7 +91,8 @@ pub enum Error {
         /// How long the host waited.
         seconds: u64,
     },
-    /// A kernel was refused by the shader compiler or the driver: a fault of faircurve or of the driver, never of the data.
+    /// A kernel was refused by the shader compiler or the driver: a fault of faircurve or of the
+    /// driver, never of the data.
     #[error("kernel {kernel} was refused: {message}")]
     Kernel {
         /// The kernel's name.
@@ -123,7 +126,8 @@ pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// The same in quotation marks, with escapes, as Rust writes text: no more than 80 characters in all between the marks.
+/// The same in quotation marks, with escapes, as Rust writes text: no more than 80 characters in
+/// all between the marks.
 pub(crate) fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     let mut count = 0;

@@ -2,9 +2,11 @@
 
 use crate::error::{Error, Result};
 
-/// Rectangular grids of control points, each of its own size, all with as many values a point: heights (1), points of the plane (2), of space (3), …
+/// Rectangular grids of control points, each of its own size, all with as many values a point:
+/// heights (1), points of the plane (2), of space (3), …
 ///
-/// Values are flat: grid after grid, row after row, point after point. A grid of one row is a list of points; one without points is kept in its place.
+/// Values are flat: grid after grid, row after row, point after point. A grid of one row is a list
+/// of points; one without points is kept in its place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grids {
     dimension: usize,

@@ -7,10 +7,12 @@ pub(crate) use system::free_bytes;
 /// What takes less is had without asking.
 const SMALL_BYTES: f64 = (64 << 20) as f64;
 
-/// What no process gets, where the free memory is not known: the address space of today's processors.
+/// What no process gets, where the free memory is not known: the address space of today's
+/// processors.
 const MOST_BYTES: u64 = 1 << 47;
 
-/// Refuses so many of something, of so many bytes each, before it is made: where it takes more than the memory that is free.
+/// Refuses so many of something, of so many bytes each, before it is made: where it takes more than
+/// the memory that is free.
 pub(crate) fn check(count: f64, bytes: usize, what: &str, remedy: &str) -> Result<()> {
     let wanted = count * bytes as f64;
     if wanted <= SMALL_BYTES {

@@ -9,7 +9,8 @@ use glam::DVec3;
 pub(crate) use moving::Moving;
 pub(crate) use vector::Vector;
 
-/// Velocity and acceleration along a piece, by its fraction v (0 … 1): V(v) = V₀ + v V₁ + v² V₂ and A(v) = A₀ + v A₁.
+/// Velocity and acceleration along a piece, by its fraction v (0 … 1): V(v) = V₀ + v V₁ + v² V₂ and
+/// A(v) = A₀ + v A₁.
 ///
 /// Of a cubic A is V′. A curve with a curvature of its own may have another: κ = |V × A| / |V|³.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,19 +51,22 @@ impl Motion {
         self.moving::<DVec3>().length()
     }
 
-    /// The largest of `known` and of |κ| on the piece, to 1e-9 of itself, but for what rounding of the coefficients does near cusps. Infinite at a
-    /// cusp, where V vanishes and the piece is not straight.
+    /// The largest of `known` and of |κ| on the piece, to 1e-9 of itself, but for what rounding of
+    /// the coefficients does near cusps. Infinite at a cusp, where V vanishes and the piece is not
+    /// straight.
     ///
-    /// κ² = N/q³ with N = |V × A|² and q = |V|² is stationary where N′q − 3Nq′ = 0. All roots of that polynomial are found, by
-    /// the changes of sign of its Bernstein coefficients; in pieces that come near a cusp from the least speed on, so that it keeps its digits.
+    /// κ² = N/q³ with N = |V × A|² and q = |V|² is stationary where N′q − 3Nq′ = 0. All roots of
+    /// that polynomial are found, by the changes of sign of its Bernstein coefficients; in pieces
+    /// that come near a cusp from the least speed on, so that it keeps its digits.
     #[inline(always)]
     pub fn max_curvature(&self, known: f64) -> f64 {
         self.moving::<DVec3>().max_curvature(known)
     }
 }
 
-/// The largest |κ| of a smooth piece of any kind, of which only curvature and speed at its fractions are known: looked for at [`PLACES`]
-/// places and at the least speed, and followed to the top where it is largest among its neighbours.
+/// The largest |κ| of a smooth piece of any kind, of which only curvature and speed at its
+/// fractions are known: looked for at [`PLACES`] places and at the least speed, and followed to the
+/// top where it is largest among its neighbours.
 pub(crate) fn searched_curvature(curvature: impl Fn(f64) -> f64) -> f64 {
     /// Places; a Bézier of degree 30 has a curvature with some ten tops.
     const PLACES: usize = 128;

@@ -5,8 +5,8 @@ use crate::words::words;
 /// Precision of the arithmetic on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Precision {
-    /// f64 on the CPU. On a GPU f32 where the problem is well conditioned (natural splines), else (smoothing) f64 if the
-    /// adapter has it.
+    /// f64 on the CPU. On a GPU f32 where the problem is well conditioned (natural splines), else
+    /// (smoothing) f64 if the adapter has it.
     #[default]
     Auto,
     /// 32-bit floats.

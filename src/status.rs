@@ -7,17 +7,21 @@ use serde::Serialize;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum CurveStatus {
-    /// The curve asked for. For a direct method (natural splines, smoothing with a given λ): the linear system was solved.
+    /// The curve asked for. For a direct method (natural splines, smoothing with a given λ): the
+    /// linear system was solved.
     Converged,
-    /// The iteration limit, or a lost device, came before the stopping rule was met; the curve is the best one reached.
+    /// The iteration limit, or a lost device, came before the stopping rule was met; the curve is
+    /// the best one reached.
     NotConverged,
-    /// The length runs away while the energy falls: there is no minimiser. Comes out as its input polyline.
+    /// The length runs away while the energy falls: there is no minimiser. Comes out as its input
+    /// polyline.
     Unbounded,
     /// No curve attains the least energy.
     NoMinimiser,
     /// Infinitely many curves attain the least energy; the smallest is returned.
     NotUnique,
-    /// Too little to fit: fewer than two distinct points, or two different points at one parameter. Comes out as its input polyline.
+    /// Too little to fit: fewer than two distinct points, or two different points at one parameter.
+    /// Comes out as its input polyline.
     Degenerate,
     /// NaN, infinite, decreasing or otherwise impossible input. Comes out as its input polyline.
     Invalid,

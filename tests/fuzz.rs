@@ -1,5 +1,6 @@
-//! The fuzz targets, driven without a fuzzer: seeds of the corpus, mutated at random, for ten seconds a target
-//! (FAIRCURVE_FUZZ_SECONDS asks for more). What is found here by chance `fuzz/run.sh` searches for by coverage.
+//! The fuzz targets, driven without a fuzzer: seeds of the corpus, mutated at random, for ten
+//! seconds a target (FAIRCURVE_FUZZ_SECONDS asks for more). What is found here by chance
+//! `fuzz/run.sh` searches for by coverage.
 
 use std::fs;
 use std::panic::catch_unwind;
@@ -116,7 +117,8 @@ fn left_behind(name: &str, data: &[u8]) -> PathBuf {
     path
 }
 
-/// Ends the test, and leaves the input behind, where one takes so long that nothing else would end it.
+/// Ends the test, and leaves the input behind, where one takes so long that nothing else would end
+/// it.
 fn watch(name: &str, running: Weak<Mutex<(Instant, Vec<u8>)>>) {
     let name = name.to_string();
     thread::spawn(move || {

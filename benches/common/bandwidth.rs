@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-/// Bytes a second that all threads copy, reading and writing counted: the bound of everything that streams.
+/// Bytes a second that all threads copy, reading and writing counted: the bound of everything that
+/// streams.
 pub fn copy_bandwidth() -> f64 {
     let source = vec![1.0_f64; 4 << 20];
     let mut target = vec![0.0_f64; source.len()];

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId};
 
-/// Times `run`, which says how long it took, and returns the best; infinite where the bench is not asked for.
+/// Times `run`, which says how long it took, and returns the best; infinite where the bench is not
+/// asked for.
 pub fn best_of(group: &mut BenchmarkGroup<WallTime>, id: BenchmarkId, mut run: impl FnMut() -> Duration) -> f64 {
     let mut best = f64::INFINITY;
     group.bench_function(id, |bencher| {

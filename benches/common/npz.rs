@@ -1,4 +1,5 @@
-//! Archives of NumPy's arrays, as far as the peers exchange them: `<f8`, `<i8` and `|b1`, row after row.
+//! Archives of NumPy's arrays, as far as the peers exchange them: `<f8`, `<i8` and `|b1`, row after
+//! row.
 
 use std::error::Error;
 use std::fs::File;

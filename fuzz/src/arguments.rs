@@ -63,8 +63,9 @@ const FLAGS: [&str; 6] = ["--force", "-q", "-v", "--strict", "--linear", "--help
 
 const OUTPUTS: [&str; 6] = ["out.csv", "out.geojson", "out.svg", "out.npz", "out.obj", "out.csv.gz"];
 
-/// Arguments of a run, the program's name among them; the files that it may read stand in `folder`, and only there it may write. Always on
-/// the CPU: to open a GPU takes longer than the run. `None` where the bytes are used up.
+/// Arguments of a run, the program's name among them; the files that it may read stand in `folder`,
+/// and only there it may write. Always on the CPU: to open a GPU takes longer than the run. `None`
+/// where the bytes are used up.
 pub fn arguments(data: &[u8], folder: &Path) -> Option<Vec<OsString>> {
     for (name, text) in FILES {
         let path = folder.join(name);

@@ -8,7 +8,8 @@ use super::numbers::number;
 const MOST_CURVES: usize = 4;
 const MOST_POINTS: usize = 12;
 
-/// A batch of a few short curves with the columns that chance gives it; `None` where the arrays are refused as malformed.
+/// A batch of a few short curves with the columns that chance gives it; `None` where the arrays are
+/// refused as malformed.
 pub fn batch(bytes: &mut Unstructured) -> Result<Option<CurveBatch>> {
     let dimension = bytes.int_in_range(2..=3)?;
     let mut offsets = vec![0];

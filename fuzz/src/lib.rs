@@ -1,5 +1,6 @@
-//! What is fuzzed: functions of arbitrary bytes that must not panic, hang, or take memory beyond reason, and that check what faircurve
-//! promises of any input. libFuzzer drives them by coverage (`fuzz/run.sh`), `tests/fuzz.rs` for some seconds in every run of the tests.
+//! What is fuzzed: functions of arbitrary bytes that must not panic, hang, or take memory beyond
+//! reason, and that check what faircurve promises of any input. libFuzzer drives them by coverage
+//! (`fuzz/run.sh`), `tests/fuzz.rs` for some seconds in every run of the tests.
 
 mod arguments;
 mod batches;
@@ -14,7 +15,8 @@ pub use readers::{csv, geojson, grids, npz, round_trip, svg};
 /// A function of arbitrary bytes.
 pub type Target = fn(&[u8]);
 
-/// The targets that need nothing but bytes, by name: each has a folder of that name in `fuzz/corpus`.
+/// The targets that need nothing but bytes, by name: each has a folder of that name in
+/// `fuzz/corpus`.
 pub const TARGETS: [(&str, Target); 7] = [
     ("csv", csv),
     ("geojson", geojson),

@@ -42,7 +42,8 @@ fn run(bytes: &mut Unstructured) -> Result<()> {
     Ok(())
 }
 
-/// Prints what is about to be fitted where FAIRCURVE_FUZZ_SHOW is set, to see what an input that broke something holds.
+/// Prints what is about to be fitted where FAIRCURVE_FUZZ_SHOW is set, to see what an input that
+/// broke something holds.
 fn show(what: &dyn std::fmt::Debug) {
     if std::env::var_os("FAIRCURVE_FUZZ_SHOW").is_some() {
         eprintln!("{what:?}");

@@ -41,7 +41,8 @@ pub fn grids(data: &[u8]) {
     }
 }
 
-/// Whatever a reader makes of bytes, written in a format and read again: the same curves, bit for bit.
+/// Whatever a reader makes of bytes, written in a format and read again: the same curves, bit for
+/// bit.
 pub fn round_trip(data: &[u8]) {
     let [from, to, rest @ ..] = data else { return };
     let formats = [Format::Csv, Format::GeoJson, Format::Svg, Format::Npz];
@@ -52,7 +53,8 @@ pub fn round_trip(data: &[u8]) {
     if io::write_to(&mut written, &batch, &WriteOptions { format: Some(to), ..WriteOptions::default() }).is_err() {
         return;
     }
-    // In rows of text the parameter tells nothing of a curve without points, and a document keeps only what it had places for.
+    // In rows of text the parameter tells nothing of a curve without points, and a document keeps
+    // only what it had places for.
     let back = io::read_from(&written[..], &ReadOptions { format: Some(to), ..ReadOptions::default() });
     if matches!(to, Format::Csv | Format::Npz) {
         let filled: Vec<usize> = (0..batch.len()).filter(|&i| batch.count(i) > 0).collect();
@@ -73,7 +75,8 @@ fn assert_same(wanted: &CurveBatch, found: &CurveBatch) {
                 .chunks_exact(batch.dimension())
                 .map(|p| p.iter().map(|x| x.to_bits()).collect())
                 .collect();
-            // Where a closed curve repeats its first point at the end, readers take the repetition for its closing; it may repeat nothing else.
+            // Where a closed curve repeats its first point at the end, readers take the repetition
+            // for its closing; it may repeat nothing else.
             let kept = match batch.is_closed(i) {
                 true => 1 + points.iter().rposition(|point| *point != points[0]).unwrap_or(0),
                 false => points.len(),

@@ -1,11 +1,13 @@
-// The same small matrix applied to the data of many curves, one thread a curve, the curves of a workgroup sharing one matrix.
+// The same small matrix applied to the data of many curves, one thread a curve, the curves of a
+// workgroup sharing one matrix.
 // Twin: src/bezier/operator.rs, whose blocks of four rows and order of sums these are; a test compares the results.
 
 struct ApplyParams {
     groups: u32,
 }
 
-// Curves of one workgroup: number `at` of curve k stands at the start of the group's numbers + at · curves + k.
+// Curves of one workgroup: number `at` of curve k stands at the start of the group's numbers + at ·
+// curves + k.
 struct ApplyGroup {
     // First block of the matrix.
     matrix: u32,
@@ -26,7 +28,8 @@ struct ApplyGroup {
 // Blocks of four rows, zeros after the last; in a block column after column.
 @group(0) @binding(2) var<storage, read> matrices: array<vec4<real>>;
 @group(0) @binding(3) var<storage, read> data: array<real>;
-// Points, then their magnitude (in f32), then, where some rows are squared, the sum of squares and (in f32) of squared magnitudes.
+// Points, then their magnitude (in f32), then, where some rows are squared, the sum of squares and
+// (in f32) of squared magnitudes.
 @group(0) @binding(4) var<storage, read_write> found: array<real>;
 
 const BLOCK: u32 = 4u;
@@ -42,7 +45,8 @@ const BLOCK: u32 = 4u;
     var energy = real(0);
     //:if F64
     //:else
-    // The largest Σ|entry · datum| of points, whose rounding is what f32 loses, and the sum of their squares for the others.
+    // The largest Σ|entry · datum| of points, whose rounding is what f32 loses, and the sum of
+    // their squares for the others.
     var magnitude = real(0);
     var energy_magnitude = real(0);
     //:end

@@ -4,8 +4,8 @@ const VERDICT_ACCEPT: u32 = 0u;
 const VERDICT_AGAIN: u32 = 1u;
 const VERDICT_FAIL: u32 = 2u;
 
-// NaN or infinite, by its bits: comparisons with NaN are not to be relied on. Beyond the range of f32 counts as
-// infinite.
+// NaN or infinite, by its bits: comparisons with NaN are not to be relied on. Beyond the range of
+// f32 counts as infinite.
 fn is_out_of_range(x: real) -> bool {
     return (bitcast<u32>(f32(x)) & 0x7f800000u) == 0x7f800000u;
 }

@@ -1,5 +1,5 @@
-// Newton's method damped in the Sobolev metric, (H + λL) p = −g, one trial a tick: for descent.wgsl, which says what is asked
-// for. Twin: src/discrete/damped.rs.
+// Newton's method damped in the Sobolev metric, (H + λL) p = −g, one trial a tick: for
+// descent.wgsl, which says what is asked for. Twin: src/discrete/damped.rs.
 
 fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real {
     let found = newton_direction(curve, weights, (*lane).lambda);

@@ -1,12 +1,12 @@
-// Curves on their way down an energy, one thread a curve: a tick is one energy and gradient and, where the trial is
-// accepted, one Sobolev gradient and a new direction. Many ticks a dispatch; everything that a curve needs to go on
-// is in storage, so that a descent is the same whatever its ticks are divided into. Twin: src/discrete/descent.rs,
-// which says why.
+// Curves on their way down an energy, one thread a curve: a tick is one energy and gradient and,
+// where the trial is accepted, one Sobolev gradient and a new direction. Many ticks a dispatch;
+// everything that a curve needs to go on is in storage, so that a descent is the same whatever its
+// ticks are divided into. Twin: src/discrete/descent.rs, which says why.
 //
-// Threads of a workgroup stand side by side in `fixed`, `displacements` and `work`: number c of row v in a section of
-// width w is (v w + c) $GROUP words from the section's first, the curve's lane being part of that. The order is FIRST,
-// SECOND or neither; with NEWTON, of the second order alone, directions are those of damped.wgsl, else those of
-// lane/conjugate.wgsl.
+// Threads of a workgroup stand side by side in `fixed`, `displacements` and `work`: number c of row
+// v in a section of width w is (v w + c) $GROUP words from the section's first, the curve's lane
+// being part of that. The order is FIRST, SECOND or neither; with NEWTON, of the second order
+// alone, directions are those of damped.wgsl, else those of lane/conjugate.wgsl.
 
 struct DescentParams {
     // Curves listed in `tasks`.
@@ -54,7 +54,8 @@ struct DescentState {
 // No twin: stands for the infinity of what nothing has bounded yet.
 const UNBOUNDED: real = real(1e38);
 
-// Numbers of a curve in `lanes`: what the host says, then what the descent keeps, then the energy's weights.
+// Numbers of a curve in `lanes`: what the host says, then what the descent keeps, then the energy's
+// weights.
 // Twin: descent_gpu/packing.rs
 const GIVEN: u32 = 4u;
 const NUMBERS: u32 = 19u;
@@ -67,16 +68,16 @@ const GIVEN_STEP: u32 = 3u;
 @group(0) @binding(0) var<uniform> params: DescentParams;
 @group(0) @binding(1) var<storage, read> tasks: array<DescentTask>;
 @group(0) @binding(2) var<storage, read> curves: array<DescentCurve>;
-// A row: the edge of the base from the vertex on, 1 where the vertex at its end is no data point, 1 where the vertex
-// may move; with ATTACHMENT its data point's displacement and weight.
+// A row: the edge of the base from the vertex on, 1 where the vertex at its end is no data point, 1
+// where the vertex may move; with ATTACHMENT its data point's displacement and weight.
 @group(0) @binding(3) var<storage, read> fixed: array<real>;
 @group(0) @binding(4) var<storage, read> pins: array<u32>;
 @group(0) @binding(5) var<storage, read_write> states: array<DescentState>;
 @group(0) @binding(6) var<storage, read_write> lanes: array<real>;
 @group(0) @binding(7) var<storage, read_write> displacements: array<real>;
-// Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the border, fractions of
-// spans; last the pins'. With NEWTON the factors come before the pins', and what they share with the border of a
-// closed curve before its first section.
+// Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the
+// border, fractions of spans; last the pins'. With NEWTON the factors come before the pins', and
+// what they share with the border of a closed curve before its first section.
 @group(0) @binding(8) var<storage, read_write> work: array<real>;
 
 // A curve as its thread sees it: first words of its sections.

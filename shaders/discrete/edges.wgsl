@@ -1,8 +1,10 @@
-// fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept: walks the vertices first … last − 1 of a
-// curve with a window of $WIDTH edges in registers, and sums the terms whose first edge is one of first … last − 1; the
-// terms of up to $WIDTH edges before are computed again for the derivatives. Twin: `Edges` in src/discrete/edges.rs.
+// fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept: walks the vertices
+// first … last − 1 of a curve with a window of $WIDTH edges in registers, and sums the terms whose
+// first edge is one of first … last − 1; the terms of up to $WIDTH edges before are computed again
+// for the derivatives. Twin: `Edges` in src/discrete/edges.rs.
 //
-// After energy/mod.wgsl and edges/swept.wgsl, once for every sweep a kernel needs, with these definitions:
+// After energy/mod.wgsl and edges/swept.wgsl, once for every sweep a kernel needs, with these
+// definitions:
 //     SWEEP       the function's name
 //     EDGE        fn(curve: Curve, j: u32) -> vector: edge j, 0 ≤ j < segments
 //     FREE        with GAUGE: fn(curve: Curve, j: u32) -> real: 1 where the vertex at the end of edge j is no data point, else 0
@@ -34,7 +36,8 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
         }
         w = shifted(w, edge);
     }
-    // By tangents and lengths of the window's edges, as far as windows have added to them; the last's are new.
+    // By tangents and lengths of the window's edges, as far as windows have added to them; the
+    // last's are new.
 //:unroll k 0..$WIDTH
     var t$k = vector();
     var s$k = real(0);

@@ -1,5 +1,5 @@
-// Energies, gradients and Hessians of discrete curves, one thread a block of a curve's vertices; the host adds the blocks'
-// energies up. Twin: src/discrete/evaluate.rs.
+// Energies, gradients and Hessians of discrete curves, one thread a block of a curve's vertices;
+// the host adds the blocks' energies up. Twin: src/discrete/evaluate.rs.
 
 struct EvaluateParams {
     blocks: u32,
@@ -27,8 +27,9 @@ struct VertexRange {
 @group(0) @binding(1) var<storage, read> curves: array<EvaluateCurve>;
 @group(0) @binding(2) var<storage, read> blocks: array<VertexRange>;
 @group(0) @binding(3) var<storage, read> weight_table: array<real>;
-// Vectors of $DIM numbers and, where vertices may be data points, one number more: of an edge, 1 where the vertex at its
-// end is no data point, else 0; of a vertex's offset from its data point, the weight of that.
+// Vectors of $DIM numbers and, where vertices may be data points, one number more: of an edge, 1
+// where the vertex at its end is no data point, else 0; of a vertex's offset from its data point,
+// the weight of that.
 @group(0) @binding(4) var<storage, read> edges: array<real>;
 @group(0) @binding(5) var<storage, read> offsets: array<real>;
 // Energy, gauge and slope of a block.

@@ -1,5 +1,6 @@
-// The Hessian of the terms that start at one edge, by the vertices of their window: the chain rule from tangents and
-// lengths to edges, and from edges to vertices. After energy/mod.wgsl. Twin: src/discrete/hessian.rs.
+// The Hessian of the terms that start at one edge, by the vertices of their window: the chain rule
+// from tangents and lengths to edges, and from edges to vertices. After energy/mod.wgsl.
+// Twin: src/discrete/hessian.rs.
 
 // v01: by vertex 0 (rows) and vertex 1 of the window.
 struct VertexBlocks {
@@ -10,8 +11,9 @@ struct VertexBlocks {
 //:end
 }
 
-// By two edges: (P/Δs) F_TT (P′/Δs′) + (P/Δs) F_TΔs′ T′ᵀ + T (F_T′Δs P′/Δs′)ᵀ + T F_ΔsΔs′ T′ᵀ with P = I − T Tᵀ; `mixed`
-// is by the first tangent and the second length, `mixed_back` the other way round.
+// By two edges: (P/Δs) F_TT (P′/Δs′) + (P/Δs) F_TΔs′ T′ᵀ + T (F_T′Δs P′/Δs′)ᵀ + T F_ΔsΔs′ T′ᵀ with
+// P = I − T Tᵀ; `mixed` is by the first tangent and the second length, `mixed_back` the other way
+// round.
 fn edge_block(
     t: vector,
     r: real,

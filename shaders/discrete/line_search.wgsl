@@ -1,5 +1,6 @@
-// How far along a direction: one trial a tick, decided from the energy and its slope at the trial. What is infinite or
-// NaN in the twin, until something is known, is a flag here. Twin: src/discrete/line_search.rs, which says why.
+// How far along a direction: one trial a tick, decided from the energy and its slope at the trial.
+// What is infinite or NaN in the twin, until something is known, is a flag here.
+// Twin: src/discrete/line_search.rs, which says why.
 
 const SLOPE: real = real(0.5);
 const ENERGY_ROUNDING: real = real(1e-6);

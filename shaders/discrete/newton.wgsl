@@ -1,10 +1,12 @@
-// The system (H + λL) p = −g of a curve: H the Hessian of its energy and gauge over windows of two edges, L the inner product
-// of order 2 in its plain form, λ ≥ 0. Twin: src/discrete/newton.rs, with src/linalg/banded.rs.
+// The system (H + λL) p = −g of a curve: H the Hessian of its energy and gauge over windows of two
+// edges, L the inner product of order 2 in its plain form, λ ≥ 0. Twin: src/discrete/newton.rs,
+// with src/linalg/banded.rs.
 //
-// Assembled and eliminated in one walk: a front holds the blocks of the three vertices that a window touches. A vertex whose
-// last window has been added is eliminated, the front moves on by one, and only what solving backwards needs is stored. Of
-// a closed curve the first two vertices, the border, are kept for the end; the walk goes on past the last vertex to two
-// more, which are the border's once more and are brought together with it.
+// Assembled and eliminated in one walk: a front holds the blocks of the three vertices that a
+// window touches. A vertex whose last window has been added is eliminated, the front moves on by
+// one, and only what solving backwards needs is stored. Of a closed curve the first two vertices,
+// the border, are kept for the end; the walk goes on past the last vertex to two more, which are
+// the border's once more and are brought together with it.
 //:include discrete/hessian.wgsl
 
 struct Front {
@@ -41,8 +43,8 @@ struct Inverse {
     sound: bool,
 }
 
-// The inverse of a symmetric block as Σ rᵀ r / pivot over the rows r of L⁻¹, of L D Lᵀ = m; and whether all pivots are
-// positive.
+// The inverse of a symmetric block as Σ rᵀ r / pivot over the rows r of L⁻¹, of L D Lᵀ = m; and
+// whether all pivots are positive.
 fn positive_inverse(m: matrix) -> Inverse {
     let p0 = m[0][0];
     let l10 = m[0][1] / p0;
@@ -225,7 +227,8 @@ fn solve_border(front: Front) -> Border {
     return Border(y - u * x1, x1, first.sound && second.sound);
 }
 
-// Of a direction: whether its matrix was positive definite, g·p, and the square of the largest change of an edge to its length.
+// Of a direction: whether its matrix was positive definite, g·p, and the square of the largest
+// change of an edge to its length.
 struct Found {
     sound: bool,
     slope: real,

@@ -1,5 +1,6 @@
-// The exact rule, by cosine transforms along rows and tridiagonal systems along columns, in four steps. Twin: src/laplacian/exact.rs, but that the
-// transforms are plain sums here, over cosines from the host.
+// The exact rule, by cosine transforms along rows and tridiagonal systems along columns, in four
+// steps. Twin: src/laplacian/exact.rs, but that the transforms are plain sums here, over cosines
+// from the host.
 
 struct ExactParams {
     families: u32,
@@ -16,10 +17,12 @@ struct ExactFamily {
     // First value of the old points, and of the new ones.
     coarse: u32,
     fine: u32,
-    // First number of the spectra, and of v and what is as large. Both stand row after row, coordinate after coordinate, frequency after frequency.
+    // First number of the spectra, and of v and what is as large. Both stand row after row,
+    // coordinate after coordinate, frequency after frequency.
     spectrum: u32,
     v: u32,
-    // The table cos(πk / intervals), k = 0 … 2 · intervals − 1, then 2 − 2 cos(πk / intervals), k = 0 … intervals.
+    // The table cos(πk / intervals), k = 0 … 2 · intervals − 1, then 2 − 2 cos(πk / intervals), k =
+    // 0 … intervals.
     table: u32,
     intervals: u32,
     // Places of the table that are one frequency of the fine grid.

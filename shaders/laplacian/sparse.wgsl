@@ -1,5 +1,5 @@
-// Sparse rules applied: every thread makes one new point, the weighted sum of the old ones in its window. Twin: src/laplacian/sparse.rs, with
-// src/laplacian/stencil.rs for lines and windows.
+// Sparse rules applied: every thread makes one new point, the weighted sum of the old ones in its
+// window. Twin: src/laplacian/sparse.rs, with src/laplacian/stencil.rs for lines and windows.
 
 struct SparseParams {
     families: u32,
@@ -20,7 +20,8 @@ struct SparseFamily {
     // First weight of the stencils; lines of columns among them.
     stencils: u32,
     lines: u32,
-    // Lines at each end that see a border, more than there are where every row, or column, is a line.
+    // Lines at each end that see a border, more than there are where every row, or column, is a
+    // line.
     row_border: u32,
     column_border: u32,
 }
@@ -28,7 +29,8 @@ struct SparseFamily {
 @group(0) @binding(0) var<uniform> params: SparseParams;
 @group(0) @binding(1) var<storage, read> families: array<SparseFamily>;
 //:include laplacian/family.wgsl
-// For every pair of lines a square of radius + 1 rows and columns, the window's weights row after row, then zeros.
+// For every pair of lines a square of radius + 1 rows and columns, the window's weights row after
+// row, then zeros.
 @group(0) @binding(3) var<storage, read> weights: array<real>;
 @group(0) @binding(4) var<storage, read> coarse: array<real>;
 @group(0) @binding(5) var<storage, read_write> fine: array<real>;

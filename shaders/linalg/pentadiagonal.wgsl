@@ -1,6 +1,7 @@
-// Symmetric pentadiagonal systems, open and cyclic, LDLᵀ in place: one thread a system, everything in the array
-// `scratch`. Positions in it are arguments: of the diagonal, the two bands beside it, the border of a cyclic system, and
-// the right-hand sides, $D numbers a row. Included by the kernels that need it. Twin: src/linalg/pentadiagonal.rs.
+// Symmetric pentadiagonal systems, open and cyclic, LDLᵀ in place: one thread a system, everything
+// in the array `scratch`. Positions in it are arguments: of the diagonal, the two bands beside it,
+// the border of a cyclic system, and the right-hand sides, $D numbers a row. Included by the
+// kernels that need it. Twin: src/linalg/pentadiagonal.rs.
 
 // No twin: the CPU refuses a matrix whose last pivot is not positive. Here one within 64 ε of the entry that it came from
 // counts as 0, and its unknown is 0.

@@ -1,4 +1,5 @@
-// Costs and derivatives of segments of unit chord, one thread a segment. Twin: src/scf/evaluation.rs.
+// Costs and derivatives of segments of unit chord, one thread a segment.
+// Twin: src/scf/evaluation.rs.
 
 struct EvaluationParams {
     tasks: u32,

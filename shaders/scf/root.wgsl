@@ -1,5 +1,5 @@
-// The chord condition of a segment: which piece of the universal curve joins two points with given tangents. Needs
-// universal.wgsl. Twin: src/scf/root.rs, which gives the formulas.
+// The chord condition of a segment: which piece of the universal curve joins two points with given
+// tangents. Needs universal.wgsl. Twin: src/scf/root.rs, which gives the formulas.
 
 const MOST_STEPS: u32 = 60u;
 const CLOSE: real = real(0.125);
@@ -266,7 +266,8 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
             }
             newton = smaller(newton, t0 + REACH * (room - t0));
             var next = select(real(0.5) * (low + t0), newton, rises);
-            // Below the root and falling, or at the end of the room: g, being concave, never reaches 0.
+            // Below the root and falling, or at the end of the room: g, being concave, never
+            // reaches 0.
             let ended = t0 - (real(1) - last_step) * room > real(0) || -piece.slope > real(0);
             past = ended && -miss > real(0);
             // From beyond the root back to where g rose already: to and fro, else.
@@ -276,7 +277,8 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
                 break;
             }
             if (past) {
-                // From where g last rose below 0 on in t₀; where that is only t₀ = 0, where t₀ does not move, half the way in w there first.
+                // From where g last rose below 0 on in t₀; where that is only t₀ = 0, where t₀ does
+                // not move, half the way in w there first.
                 next = select(half_way * t0, low, low > real(0));
                 careful = low > real(0);
             }
@@ -284,7 +286,8 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
         }
         let small = !past && last_step * scale - abs(moved) > real(0);
         small_steps += select(real(0), real(1), small);
-        // An inflection near an end, for ν > 2, leaves g without a second derivative there: an error of s²/R, or s² R.
+        // An inflection near an end, for ν > 2, leaves g without a second derivative there: an
+        // error of s²/R, or s² R.
         var fine = scale;
         if (curve.exponent > real(2)) {
             fine = scale * sqrt(smaller(ratio, real(1) / ratio));

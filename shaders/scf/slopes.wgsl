@@ -1,6 +1,6 @@
-// Newton's method on the slopes of a curve, one thread a curve: takes what its segments cost at the trial, and finds the next
-// trial. Where the matrix is not positive definite the next dispatch goes on with more damping, so that a thread's loops
-// stay short. Twin: src/scf/slopes.rs.
+// Newton's method on the slopes of a curve, one thread a curve: takes what its segments cost at the
+// trial, and finds the next trial. Where the matrix is not positive definite the next dispatch goes
+// on with more damping, so that a thread's loops stay short. Twin: src/scf/slopes.rs.
 
 struct SlopesParams {
     tasks: u32,
@@ -165,7 +165,8 @@ fn damped_diagonal(curve: SlopesCurve, k: u32, lambda: real) -> real {
     return select(d + lambda * abs(d), real(1), d == real(0));
 }
 
-// Factors H + λ diag|H|, and takes −g through the first half of the solution; the smallest pivot. See src/linalg/banded.rs.
+// Factors H + λ diag|H|, and takes −g through the first half of the solution; the smallest pivot.
+// See src/linalg/banded.rs.
 fn factor(curve: SlopesCurve, lambda: real) -> real {
     let dots = params.dots;
     let coupling = WORK_COUPLING * dots + curve.start;

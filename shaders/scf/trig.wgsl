@@ -1,5 +1,5 @@
-// Sine, cosine and arctangent by polynomials: WGSL's own are missing or wrong in f64. Twin: src/scf/trig.rs; a test compares
-// the coefficients.
+// Sine, cosine and arctangent by polynomials: WGSL's own are missing or wrong in f64.
+// Twin: src/scf/trig.rs; a test compares the coefficients.
 
 const PI: real = real(3.141592653589793);
 const FRAC_PI_2: real = real(1.5707963267948966);

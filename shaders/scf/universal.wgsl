@@ -1,6 +1,7 @@
-// The universal curves, of which segments are pieces: S(t), J(t) and differences between near places. Needs trig.wgsl,
-// linalg/power.wgsl (t ≥ 2.3e−308 in f64 and 1.2e−38 in f32, or 0) and an array `universals` of a block a curve:
-// ν, q, 1/q, J(π/2), the coefficients of S(t)/t^q and of J(t)/t^{q+1}, and those of the series of differences.
+// The universal curves, of which segments are pieces: S(t), J(t) and differences between near
+// places. Needs trig.wgsl, linalg/power.wgsl (t ≥ 2.3e−308 in f64 and 1.2e−38 in f32, or 0) and an
+// array `universals` of a block a curve: ν, q, 1/q, J(π/2), the coefficients of S(t)/t^q and of
+// J(t)/t^{q+1}, and those of the series of differences.
 // Twin: src/scf/universal.rs, which gives the formulas.
 
 // No twin: the host writes a block in this order.

@@ -1,6 +1,7 @@
-// Discrete and exact bending energies of splines on the integers, one thread a block of a curve's points; the host adds
-// the blocks up. A thread for a whole curve would be slow for long ones, and llvmpipe ends a thread's loops, without a
-// word, after 65,535 iterations all told. Twin: src/spline/energy.rs.
+// Discrete and exact bending energies of splines on the integers, one thread a block of a curve's
+// points; the host adds the blocks up. A thread for a whole curve would be slow for long ones, and
+// llvmpipe ends a thread's loops, without a word, after 65,535 iterations all told.
+// Twin: src/spline/energy.rs.
 //:include spline/uniform/points.wgsl
 
 // The second factor of an inner product; the same array again for an energy.

@@ -1,14 +1,16 @@
-// Rows of the moment system of cubic splines through a curve's own knots, computed from spans and edges as they are
-// needed: nothing but the data is in memory. Included by the kernels of linalg/ring. Twin: src/spline/natural.rs.
+// Rows of the moment system of cubic splines through a curve's own knots, computed from spans and
+// edges as they are needed: nothing but the data is in memory. Included by the kernels of
+// linalg/ring. Twin: src/spline/natural.rs.
 //
-// Unknowns are the second derivatives M at the knots. Interior (and periodic) row i, with mu = before/(before + after)
+// Unknowns are the second derivatives M at the knots. Interior (and periodic) row i, with mu =
+// before/(before + after)
 // and lambda = 1 − mu:   mu M_{i−1} + 2 M_i + lambda M_{i+1} = 6 [x_{i−1}, x_i, x_{i+1}] y, so its excess is 3.
 // Natural end: M = 0. Clamped end: 2 M_0 + M_1 = 6/h ((y_1 − y_0)/h − v).
 
 // Length of the span after each knot; 0 after a curve's last.
 @group(0) @binding(4) var<storage, read> spans: array<real>;
-// Edges: the step from the point at each knot to the next; 0 after a curve's last. Not the points, whose differences
-// would lose what two points close to each other have apart.
+// Edges: the step from the point at each knot to the next; 0 after a curve's last. Not the points,
+// whose differences would lose what two points close to each other have apart.
 @group(0) @binding(5) var<storage, read> edges: array<real>;
 // Two derivatives a curve, at its first and last knot; read only where the flags say clamped.
 @group(0) @binding(6) var<storage, read> end_derivatives: array<real>;

@@ -1,8 +1,9 @@
-// Cubic smoothing splines after Reinsch, one thread a curve and one solve a dispatch: for a given λ, or the next step of
-// the search for the largest λ that keeps a deviation. A whole search in one dispatch would run into watchdogs, and
-// llvmpipe ends a thread's loops, without a word, after 65,535 iterations all told.
-// Everything is normalised: parameter length 1, coordinates and largest weight of size 1. Twin: src/spline/reinsch.rs
-// (the search: src/spline/smoother/search.rs); the regression line and averaged points are the host's.
+// Cubic smoothing splines after Reinsch, one thread a curve and one solve a dispatch: for a given
+// λ, or the next step of the search for the largest λ that keeps a deviation. A whole search in one
+// dispatch would run into watchdogs, and llvmpipe ends a thread's loops, without a word, after
+// 65,535 iterations all told. Everything is normalised: parameter length 1, coordinates and largest
+// weight of size 1. Twin: src/spline/reinsch.rs (the search: src/spline/smoother/search.rs); the
+// regression line and averaged points are the host's.
 
 struct SmoothingParams {
     curves: u32,
@@ -59,10 +60,12 @@ const FIRST_STEP: i32 = -120 * STEPS_PER_OCTAVE;
 @group(0) @binding(4) var<storage, read> spans: array<real>;
 @group(0) @binding(5) var<storage, read> inverse_weights: array<real>;
 @group(0) @binding(6) var<storage, read> data: array<real>;
-// Of every curve in turn: diagonal, first, second (1 a knot each), border (2), moments, step, correction (dimension each).
+// Of every curve in turn: diagonal, first, second (1 a knot each), border (2), moments, step,
+// correction (dimension each).
 @group(0) @binding(7) var<storage, read_write> scratch: array<real>;
-// Eight numbers a curve: the amount asked for (λ, or the deviation to keep); the phase of the search; the largest step
-// known to keep the deviation, the smallest known to break it, the next one to try; the number of solves.
+// Eight numbers a curve: the amount asked for (λ, or the deviation to keep); the phase of the
+// search; the largest step known to keep the deviation, the smallest known to break it, the next
+// one to try; the number of solves.
 @group(0) @binding(8) var<storage, read_write> searches: array<real>;
 
 // No twin: the CPU searches in one loop.
@@ -291,7 +294,8 @@ fn square_deviation(p: Problem) -> real {
     return largest;
 }
 
-// Largest squared |ω_i (Qγ)_i| of the last solve: what a small λ is multiplied by to give the largest correction.
+// Largest squared |ω_i (Qγ)_i| of the last solve: what a small λ is multiplied by to give the
+// largest correction.
 fn square_pull(p: Problem, alpha: real) -> real {
     var largest = real(0);
     for (var k = 0u; k < p.n; k++) {

@@ -1,7 +1,9 @@
-// Points of cubic splines, from edges and second derivatives at the knots, each as its displacement from the point at
-// the knot before it: the host adds that point in f64. Twin: src/spline/sample.rs.
+// Points of cubic splines, from edges and second derivatives at the knots, each as its displacement
+// from the point at the knot before it: the host adds that point in f64.
+// Twin: src/spline/sample.rs.
 //
-// In the span after knot k, of length h, between the points p, q with second derivatives m, n, at its fraction u:
+// In the span after knot k, of length h, between the points p, q with second derivatives m, n, at
+// its fraction u:
 //     p(u) − p = u (A + u (B + u C)),   A = (q − p) − h² (2m + n)/6,   B = h² m/2,   C = h² (n − m)/6.
 
 struct SampleParams {

@@ -1,5 +1,6 @@
-// Rows of N, the interpolation matrix of natural cubic splines on the integers: 1/6 2/3 1/6, unit rows at the ends of an
-// open curve, times 6. Included by the kernels of linalg/ring. Twin: src/spline/uniform.rs.
+// Rows of N, the interpolation matrix of natural cubic splines on the integers: 1/6 2/3 1/6, unit
+// rows at the ends of an open curve, times 6. Included by the kernels of linalg/ring.
+// Twin: src/spline/uniform.rs.
 
 @group(0) @binding(4) var<storage, read> values: array<real>;
 

@@ -52,8 +52,8 @@ impl CurveBatch {
         });
     }
 
-    /// Looks once more at the curves with coordinates that are not finite, after other points have become known: they may
-    /// have a problem no more, or a new one.
+    /// Looks once more at the curves with coordinates that are not finite, after other points have
+    /// become known: they may have a problem no more, or a new one.
     pub(super) fn check_again(&mut self) {
         let mut problems = std::mem::take(&mut self.problems);
         problems.retain(|&i, _| self.points(i).iter().all(|x| x.is_finite()));
@@ -69,7 +69,8 @@ impl CurveBatch {
         self.problems.insert(i, Problem { status: CurveStatus::Invalid, message });
     }
 
-    /// Records the first problem that `find` sees in each curve that has none yet: the point and what is wrong with it.
+    /// Records the first problem that `find` sees in each curve that has none yet: the point and
+    /// what is wrong with it.
     fn find_problems(&mut self, find: impl Fn(&Self, usize) -> Option<(usize, String)>) {
         for i in 0..self.len() {
             if self.problems.contains_key(&i) {

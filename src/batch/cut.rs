@@ -1,4 +1,5 @@
-//! Cutting curves into pieces, which are fitted as curves of their own and whose sentences still name the points of the whole.
+//! Cutting curves into pieces, which are fitted as curves of their own and whose sentences still
+//! name the points of the whole.
 
 use std::sync::Arc;
 
@@ -13,8 +14,8 @@ pub(crate) struct Piece {
     pub curve: usize,
     /// Its first point in that curve.
     pub first: usize,
-    /// Number of its points; that of a closed curve cut open at one point, which is then both first and last, is one
-    /// more than the curve's.
+    /// Number of its points; that of a closed curve cut open at one point, which is then both first
+    /// and last, is one more than the curve's.
     pub count: usize,
     /// Whether it is all of a closed curve, still closed.
     pub closed: bool,
@@ -38,7 +39,8 @@ impl Cut {
 }
 
 impl CurveBatch {
-    /// The pieces as a batch, with their weights and constraints, and the problems of their curves; without parameters.
+    /// The pieces as a batch, with their weights and constraints, and the problems of their curves;
+    /// without parameters.
     pub(crate) fn cut(&self, pieces: Vec<Piece>) -> CurveBatch {
         // By name, so that a new column is not left behind without a thought.
         let CurveBatch {

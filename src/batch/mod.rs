@@ -20,7 +20,8 @@ pub(crate) use cut::{Cut, Piece};
 pub(crate) use origin::Origin;
 pub use point::Point;
 
-/// Why a curve of a batch cannot be fitted: its status and a sentence that names the point, the value and the remedy.
+/// Why a curve of a batch cannot be fitted: its status and a sentence that names the point, the
+/// value and the remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// [`CurveStatus::Invalid`] or [`CurveStatus::Degenerate`].
@@ -29,13 +30,15 @@ pub struct Problem {
     pub message: String,
 }
 
-/// A ragged batch of point lists: 2-D or 3-D, open or closed, with names, parameters, weights and constraints.
+/// A ragged batch of point lists: 2-D or 3-D, open or closed, with names, parameters, weights and
+/// constraints.
 ///
 /// Coordinates are flat, point after point (`x y x y …`), and curve `i` owns the points
-/// `offsets[i] .. offsets[i + 1]`. A closed curve does not repeat its first point: [`closed`](Self::closed) and
-/// [`closed_auto`](Self::closed_auto) drop a repeated last point. Arrays that do not fit together are an error at
-/// once; a curve that cannot be fitted (NaN, decreasing parameters …) is kept, with a [`Problem`] of its own, and
-/// comes out of every fit as its input polyline.
+/// `offsets[i] .. offsets[i + 1]`. A closed curve does not repeat its first point:
+/// [`closed`](Self::closed) and [`closed_auto`](Self::closed_auto) drop a repeated last point.
+/// Arrays that do not fit together are an error at once; a curve that cannot be fitted (NaN,
+/// decreasing parameters …) is kept, with a [`Problem`] of its own, and comes out of every fit as
+/// its input polyline.
 ///
 /// ```
 /// use faircurve::CurveBatch;
@@ -76,15 +79,18 @@ impl CurveBatch {
         Self::from_ragged(P::DIMENSION, coords, offsets)
     }
 
-    /// A batch of open curves from flat coordinates and offsets: curve `i` is the points `offsets[i] .. offsets[i+1]`.
+    /// A batch of open curves from flat coordinates and offsets: curve `i` is the points
+    /// `offsets[i] .. offsets[i+1]`.
     ///
     /// # Errors
-    /// A dimension other than 2 or 3; offsets that are empty, do not start at 0, decrease, or do not end at the number of points.
+    /// A dimension other than 2 or 3; offsets that are empty, do not start at 0, decrease, or do
+    /// not end at the number of points.
     pub fn from_ragged(dimension: usize, coords: Vec<f64>, offsets: Vec<usize>) -> Result<Self> {
         Self::from_file(dimension, coords, offsets, Arc::default())
     }
 
-    /// The same for a batch read from a file, so that the problems found name the file, the line and the curve.
+    /// The same for a batch read from a file, so that the problems found name the file, the line
+    /// and the curve.
     pub(crate) fn from_file(
         dimension: usize,
         coords: Vec<f64>,
@@ -127,9 +133,10 @@ impl CurveBatch {
         Ok(batch)
     }
 
-    /// Gives every point its parameter. They must increase along a curve; equal ones are possible where the points are equal too
-    /// (and, for smoothing, anywhere). A closed curve's first point may be repeated at its end to state the length
-    /// of the closing span: call this before [`closed`](Self::closed).
+    /// Gives every point its parameter. They must increase along a curve; equal ones are possible
+    /// where the points are equal too (and, for smoothing, anywhere). A closed curve's first point
+    /// may be repeated at its end to state the length of the closing span: call this before
+    /// [`closed`](Self::closed).
     ///
     /// # Errors
     /// A number of parameters other than the number of points.
@@ -140,7 +147,8 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Gives every closed curve the parameter length of the span that closes it (ignored for open curves).
+    /// Gives every closed curve the parameter length of the span that closes it (ignored for open
+    /// curves).
     ///
     /// # Errors
     /// A number of lengths other than the number of curves.
@@ -161,8 +169,8 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Gives the batch its constraints. Coordinates of points that they call unknown may be anything, also NaN or infinite;
-    /// those of all others must be finite, as ever.
+    /// Gives the batch its constraints. Coordinates of points that they call unknown may be
+    /// anything, also NaN or infinite; those of all others must be finite, as ever.
     ///
     /// # Errors
     /// A column whose length is not the number of points (times the dimension, for vectors).
@@ -274,7 +282,8 @@ impl CurveBatch {
         Some(&self.weights.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
     }
 
-    /// Whether point `k` of curve `i` is given: every point is, but for those that the constraints call unknown.
+    /// Whether point `k` of curve `i` is given: every point is, but for those that the constraints
+    /// call unknown.
     pub fn is_known(&self, i: usize, k: usize) -> bool {
         self.constraints.known.as_ref().is_none_or(|known| known[self.offsets[i] + k])
     }
@@ -309,7 +318,8 @@ impl CurveBatch {
         self.problems.get(&i)
     }
 
-    /// A sentence about point `k` of curve `i` that starts with where it stands: file, line, curve, point.
+    /// A sentence about point `k` of curve `i` that starts with where it stands: file, line, curve,
+    /// point.
     pub fn sentence(&self, i: usize, k: usize, what: &str) -> String {
         let (origin, curve, k) = match &self.origin.cut {
             Some(cut) => cut.given(i, k),
@@ -319,7 +329,8 @@ impl CurveBatch {
         format!("{place}curve {}, point {k}: {what}", self.label(i))
     }
 
-    /// The batch with only the curves listed, in that order (names and constraints follow; carried documents do not).
+    /// The batch with only the curves listed, in that order (names and constraints follow; carried
+    /// documents do not).
     pub fn select(&self, curves: &[usize]) -> Self {
         // By name, so that a new column is not left behind without a thought.
         let CurveBatch {
@@ -353,7 +364,8 @@ impl CurveBatch {
         }
     }
 
-    /// The same curves (names, closedness, problems) with other points; parameters, weights and constraints are left behind.
+    /// The same curves (names, closedness, problems) with other points; parameters, weights and
+    /// constraints are left behind.
     pub(crate) fn with_points(&self, coords: Vec<f64>, offsets: Vec<usize>) -> Self {
         debug_assert_eq!((offsets.len(), offsets[self.len()] * self.dimension), (self.offsets.len(), coords.len()));
         CurveBatch {

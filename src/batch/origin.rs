@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::Cut;
 
-/// Where a batch came from: what is needed to name a place in an error, and to write the same document back.
+/// Where a batch came from: what is needed to name a place in an error, and to write the same
+/// document back.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(not(feature = "formats"), expect(dead_code, reason = "what only files have"))]
 pub(crate) struct Origin {
@@ -13,11 +14,13 @@ pub(crate) struct Origin {
     pub file: Option<String>,
     /// One name a curve; without them curves are numbered from 0.
     pub names: Option<Vec<String>>,
-    /// The line of the first point of every curve, counted from 1, in formats that have one line a point.
+    /// The line of the first point of every curve, counted from 1, in formats that have one line a
+    /// point.
     pub first_lines: Option<Vec<Option<u64>>>,
     /// The curves whose longitudes were carried past ±180 because they cross the antimeridian.
     pub unwrapped: Vec<usize>,
-    /// Those of them that wind round a pole, and so became open curves that end 360 degrees from their start.
+    /// Those of them that wind round a pole, and so became open curves that end 360 degrees from
+    /// their start.
     pub round_pole: Vec<usize>,
     /// What a format keeps of the file to write it again; that format alone knows its type.
     pub(crate) document: Option<Arc<dyn Any + Send + Sync>>,

@@ -8,8 +8,8 @@ use crate::batch::Origin;
 use crate::constraint::Constraints;
 
 impl CurveBatch {
-    /// [`sampled`](Self::sampled) from coordinates and parameters curve by curve; `closing` is the parameter length from the last sample of a
-    /// closed curve, at this parameter, to its first.
+    /// [`sampled`](Self::sampled) from coordinates and parameters curve by curve; `closing` is the
+    /// parameter length from the last sample of a closed curve, at this parameter, to its first.
     pub(crate) fn from_samples(
         dimension: usize,
         samples: Vec<(Vec<f64>, Vec<f64>)>,
@@ -38,7 +38,8 @@ impl CurveBatch {
         CurveBatch { problems: other.problems.clone(), ..self }
     }
 
-    /// The samples of fitted curves, which need no check: `problems` are those of curves that were not fitted.
+    /// The samples of fitted curves, which need no check: `problems` are those of curves that were
+    /// not fitted.
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn sampled(
         dimension: usize,

@@ -1,4 +1,5 @@
-//! Completion of many control polygons at once: each has the unknown points that make its energy least.
+//! Completion of many control polygons at once: each has the unknown points that make its energy
+//! least.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +22,8 @@ use crate::status::CurveStatus;
 /// Completed control polygons.
 #[derive(Clone, Debug)]
 pub struct Solved {
-    /// All control points, where those of the polygons were; known ones bit for bit. Refused curves are as they were.
+    /// All control points, where those of the polygons were; known ones bit for bit. Refused curves
+    /// are as they were.
     pub coords: Vec<f64>,
     /// The energy of every curve, summed over coordinates; NaN for refused ones.
     pub energies: Vec<f64>,
@@ -31,12 +33,15 @@ pub struct Solved {
     pub refusals: Vec<(usize, Refusal)>,
 }
 
-/// Completes control polygons of any degrees and patterns in one call, in 1 to 4 dimensions: U = W G a curve, where [`Completion`](super::Completion)
-/// has W, which is found once for every degree and pattern.
+/// Completes control polygons of any degrees and patterns in one call, in 1 to 4 dimensions: U = W
+/// G a curve, where [`Completion`](super::Completion) has W, which is found once for every degree
+/// and pattern.
 ///
-/// On the CPU control points are good to rounding: about 1e-15 of the largest Σ|W||G|, at degree 30 as at degree 3. On a GPU all curves are
-/// completed in one dispatch a chunk, in f32 unless the device is asked for f64. In f32 points are good to 2e-6 of half the curve's largest extent, and
-/// energies to 8e-6 of themselves: a curve whose sums are too much larger than it to promise that, the CPU completes again in f64.
+/// On the CPU control points are good to rounding: about 1e-15 of the largest Σ|W||G|, at degree 30
+/// as at degree 3. On a GPU all curves are completed in one dispatch a chunk, in f32 unless the
+/// device is asked for f64. In f32 points are good to 2e-6 of half the curve's largest extent, and
+/// energies to 8e-6 of themselves: a curve whose sums are too much larger than it to promise that,
+/// the CPU completes again in f64.
 ///
 /// ```
 /// use faircurve::{Device, bezier::{Energy, Given, Polygons, complete}};
@@ -50,8 +55,8 @@ pub struct Solved {
 /// ```
 ///
 /// # Errors
-/// Arrays that do not fit together, an energy without a positive weight; on a GPU what becomes of submissions. A curve that cannot be completed is
-/// [refused](Solved::refusals) by itself.
+/// Arrays that do not fit together, an energy without a positive weight; on a GPU what becomes of
+/// submissions. A curve that cannot be completed is [refused](Solved::refusals) by itself.
 pub fn complete(polygons: &Polygons, given: &Given, energy: &Energy, device: &Device) -> Result<Solved> {
     polygons.check()?;
     given.check(polygons)?;
@@ -166,8 +171,8 @@ impl<'a> Job<'a> {
         (!vector[0].is_nan()).then_some(vector)
     }
 
-    /// Collects what is given of a curve of this pattern, points relative to the first known one, which is returned: 0 where there
-    /// is none. Lengths of directions are found here.
+    /// Collects what is given of a curve of this pattern, points relative to the first known one,
+    /// which is returned: 0 where there is none. Lengths of directions are found here.
     #[inline(always)]
     pub fn gather<const D: usize>(
         &self,

@@ -10,7 +10,8 @@ use crate::error::Result;
 use crate::report::{CurveReport, Fit};
 use crate::status::CurveStatus;
 
-/// Chains of Béziers, one a curve of the batch, with a report each. A curve that could not be completed is what came in.
+/// Chains of Béziers, one a curve of the batch, with a report each. A curve that could not be
+/// completed is what came in.
 #[derive(Clone, Debug)]
 pub struct Completed {
     pub(super) chains: Chains,
@@ -19,7 +20,8 @@ pub struct Completed {
 }
 
 impl Completed {
-    /// Control points: names, order and closedness of the input. Pieces share their joints; a closed chain does not repeat its first point.
+    /// Control points: names, order and closedness of the input. Pieces share their joints; a
+    /// closed chain does not repeat its first point.
     pub fn control_points(&self) -> &CurveBatch {
         &self.chains.control
     }
@@ -44,8 +46,8 @@ impl Completed {
         Fit::new(self.chains, self.reports, self.device)
     }
 
-    /// The same curves with pieces of a degree higher by `by` ([`elevate()`]). Those that would pass [`MOST_DEGREE`] stay as they are and become
-    /// `invalid`.
+    /// The same curves with pieces of a degree higher by `by` ([`elevate()`]). Those that would
+    /// pass [`MOST_DEGREE`] stay as they are and become `invalid`.
     ///
     /// # Errors
     /// On a GPU what becomes of submissions.
@@ -60,8 +62,9 @@ impl Completed {
         Ok(self)
     }
 
-    /// Curves of a degree lower by `by` near these, pieces keeping their ends ([`reduce()`]); the reports' deviations are bounds of what that
-    /// changes. Pieces of degree `by` or less stay as they are, and the curve becomes `invalid`. Joints of a chain lose their smoothness.
+    /// Curves of a degree lower by `by` near these, pieces keeping their ends ([`reduce()`]); the
+    /// reports' deviations are bounds of what that changes. Pieces of degree `by` or less stay as
+    /// they are, and the curve becomes `invalid`. Joints of a chain lose their smoothness.
     ///
     /// # Errors
     /// On a GPU what becomes of submissions.

@@ -11,7 +11,8 @@ use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::motion::Motion;
 use crate::report::CurveSet;
 
-/// Control points of chains of Béziers, each of its own degree: pieces share their joints, and a closed chain does not repeat its first point.
+/// Control points of chains of Béziers, each of its own degree: pieces share their joints, and a
+/// closed chain does not repeat its first point.
 #[derive(Clone, Debug)]
 pub(super) struct Chains {
     pub control: CurveBatch,
@@ -153,9 +154,11 @@ impl Chain<'_> {
     }
 }
 
-/// Point and derivatives of a Bézier curve at the fraction `u` of a span of this length; the control points are overwritten.
+/// Point and derivatives of a Bézier curve at the fraction `u` of a span of this length; the
+/// control points are overwritten.
 ///
-/// The last columns of the triangle hold the differences that the derivatives are: X⁽ʳ⁾ = d!/(d−r)! Δʳ over what is left of r + 1 points.
+/// The last columns of the triangle hold the differences that the derivatives are: X⁽ʳ⁾ = d!/(d−r)!
+/// Δʳ over what is left of r + 1 points.
 fn de_casteljau(points: &mut [DVec3], u: f64, length: f64) -> Jet {
     let degree = points.len() - 1;
     let mut jet = Jet::default();

@@ -1,7 +1,9 @@
 //! Directions at the ends: first derivatives of which the length, the speed, is free.
 //!
-//! With X′(0) = α T₀ and X′(1) = β T₁ the least energy is a quadratic function of α and β, whose coefficients are inner products of columns of
-//! the energy's rows. Directions ask for α, β > 0: where the least is at 0 or on the far side of it, no curve has the direction and the least energy.
+//! With X′(0) = α T₀ and X′(1) = β T₁ the least energy is a quadratic function of α and β, whose
+//! coefficients are inner products of columns of the energy's rows. Directions ask for α, β > 0:
+//! where the least is at 0 or on the far side of it, no curve has the direction and the least
+//! energy.
 
 use super::operator::Operator;
 use super::pattern::Pattern;
@@ -14,7 +16,8 @@ pub(super) struct Speeds {
     products: [Vec<f64>; 2],
 }
 
-/// Energies that change by no more than this, relative to the largest entry of their form, do not depend on a speed: rounding of some thirty terms.
+/// Energies that change by no more than this, relative to the largest entry of their form, do not
+/// depend on a speed: rounding of some thirty terms.
 const NOTHING: f64 = 1e-13;
 
 /// What became of the speeds.
@@ -74,7 +77,8 @@ impl Speeds {
             }
             _ => {}
         }
-        // With one of them held at 0 the other may change its sign, but the least energy stays on the border.
+        // With one of them held at 0 the other may change its sign, but the least energy stays on
+        // the border.
         match ends.iter().find(|&&(end, _)| speeds[end].is_nan() || speeds[end] <= 0.0) {
             Some(&(end, _)) => Found::Still(end),
             None => Found::Speeds(speeds),

@@ -5,8 +5,9 @@ use crate::error::Result;
 
 /// M = Σ λₖ vₖ vₖᵀ: with Qₖ = vₖᵀ P the energy is Σ λₖ |Qₖ|² (Eberly, section 3).
 ///
-/// Eigenvalues of 0, as many as the order of the energy (or d + 1, if that is less), have control polygons that are polynomials in the number of the
-/// control point: curves of lower degree, elevated.
+/// Eigenvalues of 0, as many as the order of the energy (or d + 1, if that is less), have control
+/// polygons that are polynomials in the number of the control point: curves of lower degree,
+/// elevated.
 ///
 /// ```
 /// use faircurve::bezier::{Eigenstructure, Energy};
@@ -21,12 +22,14 @@ use crate::error::Result;
 pub struct Eigenstructure {
     /// d + 1 eigenvalues, the largest first.
     pub values: Vec<f64>,
-    /// Unit eigenvectors in the same order, orthogonal to each other; the first entry that is not 0 is positive.
+    /// Unit eigenvectors in the same order, orthogonal to each other; the first entry that is not 0
+    /// is positive.
     pub vectors: Vec<Vec<f64>>,
 }
 
 impl Eigenstructure {
-    /// From the singular values of F, M = FᵀF: an eigenvalue λ is good to some ε √(λ λ₀), λ₀ the largest.
+    /// From the singular values of F, M = FᵀF: an eigenvalue λ is good to some ε √(λ λ₀), λ₀ the
+    /// largest.
     ///
     /// # Errors
     /// An energy that weighs nothing.
@@ -51,9 +54,10 @@ impl Eigenstructure {
     }
 }
 
-/// Squares of the singular values, and right singular vectors, of a matrix given by its columns: rotations in pairs until all columns are orthogonal
-/// (Hestenes 1958), which finds small ones to their own digits where these can be had (Demmel and Veselić 1992). nalgebra's, by a bidiagonal matrix,
-/// is wrong in the eleventh digit at degree 5 and order 3.
+/// Squares of the singular values, and right singular vectors, of a matrix given by its columns:
+/// rotations in pairs until all columns are orthogonal (Hestenes 1958), which finds small ones to
+/// their own digits where these can be had (Demmel and Veselić 1992). nalgebra's, by a bidiagonal
+/// matrix, is wrong in the eleventh digit at degree 5 and order 3.
 fn right_singular(mut columns: Vec<Vec<f64>>) -> Vec<(f64, Vec<f64>)> {
     let count = columns.len();
     let mut vectors: Vec<Vec<f64>> =
@@ -93,7 +97,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// A unit vector in the direction of this one's part that is orthogonal to all others; twice is enough (Kahan, Parlett).
+/// A unit vector in the direction of this one's part that is orthogonal to all others; twice is
+/// enough (Kahan, Parlett).
 fn orthonormal(mut vector: Vec<f64>, others: &[Vec<f64>]) -> Vec<f64> {
     for other in others.iter().chain(others) {
         let along = dot(&vector, other);

@@ -1,7 +1,7 @@
 //! ∫|X⁽ʳ⁾|² dt of a Bézier curve as a quadratic form of its control points.
 //!
-//! With the differences Δʳ of the control points, X⁽ʳ⁾ is the Bézier curve of degree n = d − r whose control points are
-//! d!/(d−r)! ΔʳP, and ∫ Bᵢ Bⱼ dt = C(n,i) C(n,j) / ((2n+1) C(2n,i+j)).
+//! With the differences Δʳ of the control points, X⁽ʳ⁾ is the Bézier curve of degree n = d − r
+//! whose control points are d!/(d−r)! ΔʳP, and ∫ Bᵢ Bⱼ dt = C(n,i) C(n,j) / ((2n+1) C(2n,i+j)).
 
 use num_rational::BigRational;
 use num_traits::Zero;
@@ -76,8 +76,9 @@ impl Energy {
         })
     }
 
-    /// F with M = FᵀF, row after row (columns: control points): the coefficients of √weight X⁽ʳ⁾ in orthonormal Legendre polynomials. Energies
-    /// as |F P|² have no more error than the rounding of coordinates brings, however near to 0 they are.
+    /// F with M = FᵀF, row after row (columns: control points): the coefficients of √weight X⁽ʳ⁾ in
+    /// orthonormal Legendre polynomials. Energies as |F P|² have no more error than the rounding of
+    /// coordinates brings, however near to 0 they are.
     pub(super) fn factor(&self, degree: usize) -> Vec<f64> {
         let rows = |(order, weight): (usize, f64)| {
             let legendre = legendre_matrix(degree, order);
@@ -91,7 +92,8 @@ impl Energy {
     }
 }
 
-/// M of ∫₀¹ |X⁽ʳ⁾|² dt = Pᵀ M P for curves of degree d: exact, (d+1) × (d+1), by the closed form. Zero for r > d.
+/// M of ∫₀¹ |X⁽ʳ⁾|² dt = Pᵀ M P for curves of degree d: exact, (d+1) × (d+1), by the closed form.
+/// Zero for r > d.
 ///
 /// ```
 /// use faircurve::bezier::energy_matrix;
@@ -109,8 +111,8 @@ pub fn energy_matrix(degree: usize, order: usize) -> Matrix {
     derivative.transposed().times(&gram.times(&derivative))
 }
 
-/// M again, by Eberly's recursion for the Beta function (section 5 of the paper): the terms of X⁽ʳ⁾ are integrated one by one.
-/// Slower; kept as a second witness.
+/// M again, by Eberly's recursion for the Beta function (section 5 of the paper): the terms of X⁽ʳ⁾
+/// are integrated one by one. Slower; kept as a second witness.
 pub fn energy_matrix_by_beta(degree: usize, order: usize) -> Matrix {
     let beta = beta_table(2 * degree);
     // X⁽ʳ⁾ by Leibniz' rule: coefficients of tᵖ (1−t)^(d−r−p), p = i − k.
@@ -134,7 +136,8 @@ pub fn energy_matrix_by_beta(degree: usize, order: usize) -> Matrix {
     })
 }
 
-/// ∫ tᵖ (1−t)ⁿ dt = B(p+1, n+1) for p + n ≤ most, by B(p+1, n+1) = p/(p+n+1) B(p, n+1), or n/(p+n+1) B(p+1, n).
+/// ∫ tᵖ (1−t)ⁿ dt = B(p+1, n+1) for p + n ≤ most, by B(p+1, n+1) = p/(p+n+1) B(p, n+1), or
+/// n/(p+n+1) B(p+1, n).
 fn beta_table(most: usize) -> Vec<Vec<BigRational>> {
     let mut table: Vec<Vec<BigRational>> = Vec::with_capacity(most + 1);
     for p in 0..=most {
@@ -162,7 +165,8 @@ pub(super) fn derivative_matrix(degree: usize, order: usize) -> Matrix {
     })
 }
 
-/// ∫ X⁽ʳ⁾ Lₖ dt from control points, k = 0 … d − r: Lₖ = Σⱼ (−1)^(k+j) C(k,j) Bⱼᵏ is Legendre's polynomial on [0, 1], ∫ Lₖ² = 1/(2k+1).
+/// ∫ X⁽ʳ⁾ Lₖ dt from control points, k = 0 … d − r: Lₖ = Σⱼ (−1)^(k+j) C(k,j) Bⱼᵏ is Legendre's
+/// polynomial on [0, 1], ∫ Lₖ² = 1/(2k+1).
 fn legendre_matrix(degree: usize, order: usize) -> Matrix {
     if order > degree {
         return Matrix::from_fn(0, degree + 1, |_, _| BigRational::zero());

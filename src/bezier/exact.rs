@@ -107,8 +107,8 @@ pub(super) struct Solutions {
     pub free: Matrix,
 }
 
-/// Solves A x = B g exactly for all g at once: A and B side by side, `unknowns` columns of A. `None` where some g has no
-/// solution.
+/// Solves A x = B g exactly for all g at once: A and B side by side, `unknowns` columns of A.
+/// `None` where some g has no solution.
 pub(super) fn solve(system: &Matrix, unknowns: usize) -> Option<Solutions> {
     let mut rows: Vec<Vec<BigInt>> = (0..system.rows).map(|i| integers(system, i)).collect();
     let (pivots, denominator) = echelon(&mut rows, unknowns);
@@ -145,8 +145,9 @@ fn integers(system: &Matrix, i: usize) -> Vec<BigInt> {
     row.iter().map(|x| x.numer() * (&common / x.denom())).collect()
 }
 
-/// Reduced row echelon form without fractions (Bareiss 1968, in the manner of Gauss and Jordan: all divisions are exact). Returns the columns
-/// of the pivots, one a row from the first on, and what all pivots are in the end.
+/// Reduced row echelon form without fractions (Bareiss 1968, in the manner of Gauss and Jordan: all
+/// divisions are exact). Returns the columns of the pivots, one a row from the first on, and what
+/// all pivots are in the end.
 fn echelon(rows: &mut [Vec<BigInt>], unknowns: usize) -> (Vec<usize>, BigInt) {
     let mut pivots = Vec::new();
     let mut last = BigInt::one();

@@ -25,7 +25,8 @@ use crate::precision::Precision;
 /// Threads, and curves, a workgroup.
 const GROUP: usize = 64;
 
-/// Numbers of a chunk, data and results together, at most: so many are packed while as many are computed.
+/// Numbers of a chunk, data and results together, at most: so many are packed while as many are
+/// computed.
 const MOST_NUMBERS: u64 = 1 << 23;
 
 /// `ApplyParams` of `operator.wgsl`.
@@ -59,7 +60,8 @@ pub(crate) fn bezier_kernels(precision: Precision) -> Vec<KernelKey> {
     (1..=4).map(|dimension| kernel(precision, dimension)).collect()
 }
 
-/// A matrix to be applied: the first `points` rows give points, the squares of the others are summed.
+/// A matrix to be applied: the first `points` rows give points, the squares of the others are
+/// summed.
 #[derive(Clone, Copy)]
 struct Task<'a> {
     operator: &'a Operator<f64>,
@@ -98,11 +100,12 @@ struct UnderWay<'a> {
 }
 
 impl<'a> Work<'a> {
-    /// Applies all operators. `gather` collects the data of a curve, one point a column, or says that it has none; `finish` gets what
-    /// was found for a range of curves. Ranges come in order and cover all curves.
+    /// Applies all operators. `gather` collects the data of a curve, one point a column, or says
+    /// that it has none; `finish` gets what was found for a range of curves. Ranges come in order
+    /// and cover all curves.
     ///
-    /// Data are divided by the power of two at or below the largest of them, which rounds nothing. A curve whose data are not all finite is not
-    /// sent.
+    /// Data are divided by the power of two at or below the largest of them, which rounds nothing.
+    /// A curve whose data are not all finite is not sent.
     fn run<const D: usize>(
         &self,
         gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
@@ -136,7 +139,8 @@ impl<'a> Work<'a> {
         task.operator.columns() * D + self.results_of::<D>(task)
     }
 
-    /// Results of a curve: its points, one magnitude a thread in f32, and of energies sum and, in f32, magnitude.
+    /// Results of a curve: its points, one magnitude a thread in f32, and of energies sum and, in
+    /// f32, magnitude.
     fn results_of<const D: usize>(&self, task: Task) -> usize {
         let magnitude = self.magnitudes();
         let threads = task.points.div_ceil(task.rows_at_once()).max(1);

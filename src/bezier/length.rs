@@ -10,8 +10,9 @@ use crate::error::Result;
 /// Relative accuracy asked of kurbo; what [`arclength`] keeps by itself.
 const TOLERANCE: f64 = 1e-9;
 
-/// The arc length of every curve, to 1e-9 of the length of its control polygon or better: planar ones up to cubics by kurbo, the others by
-/// Gauss–Legendre quadrature with halving ([`arclength`]). NaN where a coordinate is; 0 without control points.
+/// The arc length of every curve, to 1e-9 of the length of its control polygon or better: planar
+/// ones up to cubics by kurbo, the others by Gauss–Legendre quadrature with halving
+/// ([`arclength`]). NaN where a coordinate is; 0 without control points.
 ///
 /// ```
 /// use faircurve::bezier::{Polygons, lengths};

@@ -1,4 +1,5 @@
-//! What is done to control polygons by one matrix a degree: elevation, reduction, division, evaluation.
+//! What is done to control polygons by one matrix a degree: elevation, reduction, division,
+//! evaluation.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,8 +16,9 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks, with_wide_registers};
 
-/// The same curves as curves of a degree higher by `by`: Q = T P with T\[i\]\[j\] = C(d,j) C(by,i−j) / C(d+by,i), what `by` elevations
-/// Qᵢ = i/(d+1) Pᵢ₋₁ + (1 − i/(d+1)) Pᵢ come to. End points keep their bits; the others are averages, good to rounding.
+/// The same curves as curves of a degree higher by `by`: Q = T P with T\[i\]\[j\] = C(d,j)
+/// C(by,i−j) / C(d+by,i), what `by` elevations Qᵢ = i/(d+1) Pᵢ₋₁ + (1 − i/(d+1)) Pᵢ come to. End
+/// points keep their bits; the others are averages, good to rounding.
 ///
 /// ```
 /// use faircurve::{Device, bezier::{Polygons, elevate}};
@@ -27,8 +29,8 @@ use crate::linalg::{take, tasks, with_wide_registers};
 /// ```
 ///
 /// # Errors
-/// Arrays that do not fit together, degrees beyond [`MOST_DEGREE`]; on a GPU what becomes of submissions. Curves without control points
-/// stay so.
+/// Arrays that do not fit together, degrees beyond [`MOST_DEGREE`]; on a GPU what becomes of
+/// submissions. Curves without control points stay so.
 pub fn elevate(polygons: &Polygons, by: usize, device: &Device) -> Result<Controls> {
     polygons.check()?;
     if let Some(i) =
@@ -42,10 +44,12 @@ pub fn elevate(polygons: &Polygons, by: usize, device: &Device) -> Result<Contro
     transform(polygons, |degree| elevation_matrix(degree, by), device)
 }
 
-/// The curves of a degree lower by `by`, with the same end points, of least ∫|X − Y|² dt; and for each curve a bound of its distance from the given one,
-/// the largest difference of control points after elevation.
+/// The curves of a degree lower by `by`, with the same end points, of least ∫|X − Y|² dt; and for
+/// each curve a bound of its distance from the given one, the largest difference of control points
+/// after elevation.
 ///
-/// A curve that is one of lower degree comes out exact but for rounding. Curves of degree `by` or less are an error; degree 1 at least remains.
+/// A curve that is one of lower degree comes out exact but for rounding. Curves of degree `by` or
+/// less are an error; degree 1 at least remains.
 ///
 /// # Errors
 /// As [`elevate`]; a curve whose degree is too low.
@@ -71,16 +75,19 @@ pub fn reduce(polygons: &Polygons, by: usize, device: &Device) -> Result<(Contro
     Ok((reduced, bounds))
 }
 
-/// Both parts of every curve, before and after the parameter t, each on \[0, 1\] again: de Casteljau's points.
+/// Both parts of every curve, before and after the parameter t, each on \[0, 1\] again: de
+/// Casteljau's points.
 ///
 /// # Errors
-/// Arrays that do not fit together, a t outside 0 … 1; on a GPU what becomes of submissions. Any degree is possible.
+/// Arrays that do not fit together, a t outside 0 … 1; on a GPU what becomes of submissions. Any
+/// degree is possible.
 pub fn split(polygons: &Polygons, t: f64, device: &Device) -> Result<[Controls; 2]> {
     polygons.check()?;
     if !(0.0..=1.0).contains(&t) {
         return Err(Error::argument(format!("curves cannot be divided at t = {t}: parameters go from 0 to 1")));
     }
-    // Row i of the first part is the start of de Casteljau's i-th column, of the second the end of the (d−i)-th.
+    // Row i of the first part is the start of de Casteljau's i-th column, of the second the end of
+    // the (d−i)-th.
     let first = |degree: usize| Operator::from_rows(degree + 1, (0..=degree).map(|i| bernstein(i, t)));
     let second = |degree: usize| {
         let row = |i: usize| [vec![0.0; i], bernstein(degree - i, t)].concat();
@@ -89,8 +96,8 @@ pub fn split(polygons: &Polygons, t: f64, device: &Device) -> Result<[Controls; 
     Ok([transform(polygons, first, device)?, transform(polygons, second, device)?])
 }
 
-/// Every curve's points at the same parameters, by de Casteljau's algorithm: as many a curve, in order. Errors stay below d/2 roundings of the largest
-/// coordinate for parameters from 0 to 1.
+/// Every curve's points at the same parameters, by de Casteljau's algorithm: as many a curve, in
+/// order. Errors stay below d/2 roundings of the largest coordinate for parameters from 0 to 1.
 ///
 /// # Errors
 /// Arrays that do not fit together; on a GPU what becomes of submissions. Any degree is possible.
@@ -125,7 +132,8 @@ pub(super) fn exact_elevation(degree: usize, by: usize) -> Matrix {
     })
 }
 
-/// The normal equations of the inner control points: ∫ Bᵢᵐ (Y − X) dt = 0, m = d − by, exactly solved.
+/// The normal equations of the inner control points: ∫ Bᵢᵐ (Y − X) dt = 0, m = d − by, exactly
+/// solved.
 fn reduction_matrix(degree: usize, by: usize) -> Operator<f64> {
     let m = degree - by;
     let product =

@@ -44,8 +44,8 @@ impl<T: Real> Operator<T> {
         self.blocks[i / BLOCK * self.columns + j][i % BLOCK]
     }
 
-    /// Hands out, row by row, the sum of entries times points: from the first column to the last, so that a curve's bits depend on
-    /// nothing else.
+    /// Hands out, row by row, the sum of entries times points: from the first column to the last,
+    /// so that a curve's bits depend on nothing else.
     #[inline(always)]
     pub fn apply<const D: usize>(&self, points: &[[T; D]], mut put: impl FnMut(usize, [T; D])) {
         debug_assert_eq!(points.len(), self.columns);

@@ -83,11 +83,13 @@ impl Pattern {
     }
 }
 
-/// The unknown control points of least energy as a combination of what is given: U = W G, where the rows of G are the known control
-/// points in order, then the derivatives at the start, then those at the end, by order.
+/// The unknown control points of least energy as a combination of what is given: U = W G, where the
+/// rows of G are the known control points in order, then the derivatives at the start, then those
+/// at the end, by order.
 ///
-/// With the unknown rows first, M = (A B; Bᵀ C) and A U = −B K; derivatives are met by multipliers. All is solved in exact rationals and rounded
-/// once, so that W is as good at degree 30 as at degree 3. Where A is singular, U is the minimiser of least Σ|Uᵢ|².
+/// With the unknown rows first, M = (A B; Bᵀ C) and A U = −B K; derivatives are met by multipliers.
+/// All is solved in exact rationals and rounded once, so that W is as good at degree 30 as at
+/// degree 3. Where A is singular, U is the minimiser of least Σ|Uᵢ|².
 ///
 /// ```
 /// use faircurve::bezier::{Completion, Energy, Pattern};
@@ -104,8 +106,8 @@ pub struct Completion {
 }
 
 impl Completion {
-    /// Solves a pattern; `None` where what is given contradicts itself or says the same twice, as two points and the derivative between
-    /// them do.
+    /// Solves a pattern; `None` where what is given contradicts itself or says the same twice, as
+    /// two points and the derivative between them do.
     pub fn new(pattern: Pattern, energy: &Energy) -> Option<Self> {
         Self::of_matrix(pattern, &energy.matrix(pattern.degree()).whole())
     }

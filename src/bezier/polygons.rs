@@ -2,7 +2,8 @@
 
 use crate::error::{Error, Result};
 
-/// Control polygons of many Bézier curves, each of its own degree, borrowed: curve i has the control points `offsets[i] .. offsets[i + 1]`.
+/// Control polygons of many Bézier curves, each of its own degree, borrowed: curve i has the
+/// control points `offsets[i] .. offsets[i + 1]`.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygons<'a> {
     /// Coordinates of a point, 1 to 4.
@@ -41,9 +42,11 @@ impl Controls {
 pub struct Given<'a> {
     /// Whether each control point is known; what stands at the others is not read.
     pub known: Option<&'a [bool]>,
-    /// X⁽ʳ⁾(0) at \[0\]\[r−1\] and X⁽ʳ⁾(1) at \[1\]\[r−1\], one vector a curve; free where its first component is NaN.
+    /// X⁽ʳ⁾(0) at \[0\]\[r−1\] and X⁽ʳ⁾(1) at \[1\]\[r−1\], one vector a curve; free where its
+    /// first component is NaN.
     pub derivatives: [[Option<&'a [f64]>; 3]; 2],
-    /// Whether first derivatives are directions only, their lengths chosen so that the energy is least.
+    /// Whether first derivatives are directions only, their lengths chosen so that the energy is
+    /// least.
     pub directions: bool,
 }
 

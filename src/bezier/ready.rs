@@ -21,10 +21,11 @@ impl Form {
     }
 }
 
-/// A completion with the energy of what it completes: rows of W for the unknown points, then rows of F W, whose squares are the energy.
+/// A completion with the energy of what it completes: rows of W for the unknown points, then rows
+/// of F W, whose squares are the energy.
 ///
-/// It is applied to what is given relative to the first known point o: U = W (G − o) + o W 1, so that coordinates far from 0 keep
-/// their digits. Constants have no energy.
+/// It is applied to what is given relative to the first known point o: U = W (G − o) + o W 1, so
+/// that coordinates far from 0 keep their digits. Constants have no energy.
 #[derive(Clone, Debug)]
 pub(super) struct Ready {
     pub pattern: Pattern,
@@ -70,7 +71,8 @@ impl Ready {
         Some(Ready { pattern, known, unknown, operator, sums, is_unique: completion.is_unique(), speeds })
     }
 
-    /// Completes a curve: `data` relative to `origin`. Hands out the unknown points by their numbers; returns the energy.
+    /// Completes a curve: `data` relative to `origin`. Hands out the unknown points by their
+    /// numbers; returns the energy.
     #[inline(always)]
     pub fn complete<const D: usize>(
         &self,

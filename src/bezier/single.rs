@@ -29,12 +29,14 @@ words!(EndTangents, "meaning of end tangents": [
     (Directions, "directions", "Only their directions are, and their lengths are free"),
 ]);
 
-/// Completes Bézier curves: every curve of the batch is a control polygon, of degree one less than its points, whose unknown points
-/// ([`Constraints::known`](crate::Constraints), all known where the batch says nothing) are those of least energy.
+/// Completes Bézier curves: every curve of the batch is a control polygon, of degree one less than
+/// its points, whose unknown points ([`Constraints::known`](crate::Constraints), all known where
+/// the batch says nothing) are those of least energy.
 ///
-/// Tangents at the first and the last point are kept. A closed curve returns to its first point, which must be known. Parameters and weights
-/// mean nothing here. Fewer known points (and derivatives) than the order of the energy leave a curve undetermined: then the unknown points are those of
-/// least Σ|Pᵢ|², and the curve is `not_unique`.
+/// Tangents at the first and the last point are kept. A closed curve returns to its first point,
+/// which must be known. Parameters and weights mean nothing here. Fewer known points (and
+/// derivatives) than the order of the energy leave a curve undetermined: then the unknown points
+/// are those of least Σ|Pᵢ|², and the curve is `not_unique`.
 ///
 /// ```
 /// use faircurve::{Constraints, CurveBatch, Device, bezier::Complete};
@@ -58,8 +60,8 @@ impl Complete {
     /// Completes a batch. Each curve has a status; one that cannot be completed stays as it is.
     ///
     /// # Errors
-    /// An energy that weighs nothing; exponents or curvature vectors in the batch, which have no meaning here; on a GPU what becomes of
-    /// submissions.
+    /// An energy that weighs nothing; exponents or curvature vectors in the batch, which have no
+    /// meaning here; on a GPU what becomes of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Completed> {
         check_constraints(batch)?;
         let job = Job::of(batch);
@@ -108,7 +110,8 @@ pub(super) fn check_constraints(batch: &CurveBatch) -> Result<()> {
     batch.constraints().expect_only(&[Constraint::Tangents, Constraint::Known], "Bézier curves")
 }
 
-/// The batch as polygons: closed curves with their first point repeated, those with a problem without points.
+/// The batch as polygons: closed curves with their first point repeated, those with a problem
+/// without points.
 struct Job {
     coords: Vec<f64>,
     offsets: Vec<usize>,

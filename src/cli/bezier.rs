@@ -1,4 +1,5 @@
-//! `faircurve bezier`: control points in, completed so that their curves bend least; on demand of a higher degree.
+//! `faircurve bezier`: control points in, completed so that their curves bend least; on demand of a
+//! higher degree.
 
 use clap::Args;
 use faircurve::bezier::MOST_DEGREE;
@@ -31,7 +32,8 @@ pub struct BezierArgs {
     /// Segments a piece, with --as polyline [default: 16]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     samples: Option<i64>,
-    /// Cubics in SVG stray at most this far from curves of higher degree, in units of the input [default: 1e-6 of the size]
+    /// Cubics in SVG stray at most this far from curves of higher degree, in units of the input
+    /// [default: 1e-6 of the size]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     tolerance: Option<f64>,
     #[command(flatten)]
@@ -115,7 +117,8 @@ impl BezierArgs {
         WriteOptions { format: self.curves.to, overwrite: self.run.force, beziers, rounding: None }
     }
 
-    /// Chains of cubics for SVG: control points of cubics as they are, curves of other degrees within the tolerance.
+    /// Chains of cubics for SVG: control points of cubics as they are, curves of other degrees
+    /// within the tolerance.
     fn cubics(&self, plan: &Plan, controls: &CurveBatch, degrees: &[Option<usize>], fit: &Fit) -> Result<CurveBatch> {
         let own = |i: usize| BEZIER_TOLERANCE * size(controls.points(i), controls.dimension());
         let near = fit.beziers_each(|i| self.tolerance.unwrap_or_else(|| own(i)));

@@ -103,7 +103,8 @@ struct Reference {
     seconds: f64,
 }
 
-/// One curve: its status on the CPU, and its difference in each precision compared (null where neither side fitted it).
+/// One curve: its status on the CPU, and its difference in each precision compared (null where
+/// neither side fitted it).
 #[derive(Serialize)]
 struct Line<'a> {
     curve: String,

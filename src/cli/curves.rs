@@ -11,14 +11,16 @@ use super::report::{Head, Line};
 use super::run::Run;
 use super::{InputArgs, count, output};
 
-/// Béziers stray from a curve by at most this part of the size of its points, where --tolerance does not say how much.
+/// Béziers stray from a curve by at most this part of the size of its points, where --tolerance
+/// does not say how much.
 pub const BEZIER_TOLERANCE: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum Shape {
     /// Points along the curve
     Polyline,
-    /// Chains of cubic Béziers within --tolerance of the curves: drawn in SVG, control points in CSV and NPZ
+    /// Chains of cubic Béziers within --tolerance of the curves: drawn in SVG, control points in
+    /// CSV and NPZ
     Bezier,
 }
 
@@ -90,7 +92,8 @@ impl Made<'_> {
     }
 }
 
-/// Lists the curves that are not usable, and why; whether there is none. Single points count only where `strict`.
+/// Lists the curves that are not usable, and why; whether there is none. Single points count only
+/// where `strict`.
 fn judge(run: &Run, strict: bool, batch: &CurveBatch, fit: &Fit) -> bool {
     let reports = fit.reports();
     let is_point = |&i: &usize| !strict && reports[i].status == CurveStatus::Degenerate && is_single_point(batch, i);

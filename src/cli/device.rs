@@ -17,8 +17,8 @@ pub struct DeviceArgs {
     pub precision: Precision,
 }
 
-/// The device asked for; `auto` decides by the points, read and written together, of which there are so many. Each is
-/// worth as many of natural splines as the method takes longer.
+/// The device asked for; `auto` decides by the points, read and written together, of which there
+/// are so many. Each is worth as many of natural splines as the method takes longer.
 ///
 /// # Errors
 /// A GPU that was asked for and is not there; f32 on the CPU.
@@ -36,7 +36,8 @@ pub fn open(args: DeviceArgs, points: usize, talk: Talk) -> Result<Device> {
     Ok(device?.with_precision(precision))
 }
 
-/// Does something while what drivers and their loaders print to stderr is kept from the user, where that can be done.
+/// Does something while what drivers and their loaders print to stderr is kept from the user, where
+/// that can be done.
 pub fn silently<T>(act: impl FnOnce() -> T) -> T {
     let _silence = gag::Gag::stderr();
     act()

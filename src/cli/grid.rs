@@ -34,12 +34,14 @@ enum RuleWord {
 
 #[derive(Args, Debug)]
 pub struct GridArgs {
-    /// File of grids to read (.csv: rows of heights, a blank line between two grids; .npz: an array `grids`); - for standard input, with --from
+    /// File of grids to read (.csv: rows of heights, a blank line between two grids; .npz: an array
+    /// `grids`); - for standard input, with --from
     input: PathBuf,
     /// Format of the input, where its name does not say it
     #[arg(long, value_name = "FORMAT")]
     from: Option<GridFormat>,
-    /// File to write (.csv, .npz, .obj for a mesh, .svg for a picture); - for standard output, with --to
+    /// File to write (.csv, .npz, .obj for a mesh, .svg for a picture); - for standard output, with
+    /// --to
     #[arg(short, long)]
     output: PathBuf,
     /// Format of the output, where its name does not say it

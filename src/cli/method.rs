@@ -20,7 +20,8 @@ pub enum MethodName {
     Natural,
     /// Smoothing splines near the points: --smoothing or --deviation says how near
     Smoothing,
-    /// Discrete fair curves of least --energy through every point, or near them: --deviation says how near
+    /// Discrete fair curves of least --energy through every point, or near them: --deviation says
+    /// how near
     Fair,
     /// Smooth connection functions through every point: exact planar curves of least ∫|κ|^ν ds
     Scf,
@@ -107,7 +108,8 @@ pub struct MethodArgs {
     /// How curves are fitted [default: natural, with --smoothing, --deviation or --tube: smoothing]
     #[arg(long, value_enum)]
     method: Option<MethodName>,
-    /// Segments a span between data points: K points give N(K−1)+1 points, a closed curve N·K [default: 16]
+    /// Segments a span between data points: K points give N(K−1)+1 points, a closed curve N·K
+    /// [default: 16]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub samples: Option<i64>,
     /// Which points of open curves stay in place where the others move [default: ends]
@@ -116,33 +118,38 @@ pub struct MethodArgs {
     /// Smoothing parameter λ ≥ 0: larger is smoother, 0 goes through every point
     #[arg(long, value_name = "λ", conflicts_with = "deviation", allow_negative_numbers = true)]
     smoothing: Option<f64>,
-    /// Make each curve as smooth, or as fair, as it can be with no point moved more than this, in units of the input
+    /// Make each curve as smooth, or as fair, as it can be with no point moved more than this, in
+    /// units of the input
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     deviation: Option<f64>,
-    /// Make each smoothing spline the one of least bending of all that stay within this of every point, in units of the
-    /// input: like --deviation, but one point far off does not stiffen the rest
+    /// Make each smoothing spline the one of least bending of all that stay within this of every
+    /// point, in units of the input: like --deviation, but one point far off does not stiffen the
+    /// rest
     #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation"], allow_negative_numbers = true)]
     tube: Option<f64>,
-    /// Keep the corners of fair curves: points where the input turns by more than this, such as 60deg (or 60)
+    /// Keep the corners of fair curves: points where the input turns by more than this, such as
+    /// 60deg (or 60)
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
     corners: Option<Degrees>,
     #[arg(long, value_name = "NAME=WEIGHT,...", help = energy_help())]
     energy: Option<EnergyWeights>,
-    /// Exponent ν of fair curves' bending (from 1) and of smooth connection functions (above 1), ∫|κ|^ν ds [default: 2]
+    /// Exponent ν of fair curves' bending (from 1) and of smooth connection functions (above 1),
+    /// ∫|κ|^ν ds [default: 2]
     #[arg(long, value_name = "ν", allow_negative_numbers = true)]
     exponent: Option<f64>,
     /// How fair curves, and smooth connection functions (by newton only), descend [default: newton]
     #[arg(long, value_parser = one_of(&Direction::WORDS[..3]))]
     solver: Option<Direction>,
-    /// Searches a smooth connection function, the first from circles through neighbouring points, others from random directions near
-    /// those; the cheapest is kept [default: 1]
+    /// Searches a smooth connection function, the first from circles through neighbouring points,
+    /// others from random directions near those; the cheapest is kept [default: 1]
     #[arg(long, value_name = "N")]
     starts: Option<u32>,
     /// Iterations of fair curves and smooth connection functions at most [default: 500, scf 200]
     #[arg(long, value_name = "N")]
     max_iterations: Option<u32>,
-    /// Gradient at which fair curves have converged, at size 1, and relative decrement at which smooth connection functions have; smaller is
-    /// stricter [default: 1e-8, scf 1e-10]. With --as bezier, for every method, instead: the largest distance of the Béziers from the curve, in
+    /// Gradient at which fair curves have converged, at size 1, and relative decrement at which
+    /// smooth connection functions have; smaller is stricter [default: 1e-8, scf 1e-10]. With --as
+    /// bezier, for every method, instead: the largest distance of the Béziers from the curve, in
     /// units of the input [default: 1e-6 of the data's size]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
@@ -155,7 +162,8 @@ impl MethodArgs {
         self.method.unwrap_or(if near { MethodName::Smoothing } else { MethodName::Natural })
     }
 
-    /// How many times as long as a natural spline each point takes on the CPU, roughly, by the tables of benches/RESULTS.md.
+    /// How many times as long as a natural spline each point takes on the CPU, roughly, by the
+    /// tables of benches/RESULTS.md.
     pub fn cost(&self) -> usize {
         match self.name() {
             MethodName::Natural => 1,

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand, and what the subcommands share.
 //!
-//! Exit codes stand in [`EXIT_STATUS`]. Results go to files or to stdout, every other word to stderr.
+//! Exit codes stand in [`EXIT_STATUS`]. Results go to files or to stdout, every other word to
+//! stderr.
 
 mod bezier;
 mod compare;
@@ -40,7 +41,8 @@ Exit status:
   2  the run failed: the last line on standard error says why
 A curve that is a single point has nothing to fit, stays as it is, and leaves the status 0 unless --strict is given.";
 
-/// Fair curves by the thousand: fits smooth curves to files full of points, on the GPU or on the CPU.
+/// Fair curves by the thousand: fits smooth curves to files full of points, on the GPU or on the
+/// CPU.
 #[derive(Debug, Parser)]
 #[command(name = "faircurve", version, arg_required_else_help = true, after_help = EXIT_STATUS)]
 struct Cli {
@@ -93,7 +95,8 @@ impl InputArgs {
         self.read_as(self.closed, false)
     }
 
-    /// Reads with another rule for closed curves, and on demand control points in place of SVG's vertices.
+    /// Reads with another rule for closed curves, and on demand control points in place of SVG's
+    /// vertices.
     fn read_as(&self, closed: Closed, controls: bool) -> Result<CurveBatch> {
         let columns = self.columns.clone().unwrap_or_default();
         io::read_with(&self.input, &ReadOptions { format: self.from, columns, closed, controls })
@@ -143,8 +146,8 @@ pub fn run() -> ExitCode {
     run_with(std::env::args_os())
 }
 
-/// Runs the program with these arguments, its name first. A `true` from a subcommand means that everything was as it
-/// should be.
+/// Runs the program with these arguments, its name first. A `true` from a subcommand means that
+/// everything was as it should be.
 pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
@@ -179,8 +182,8 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     }
 }
 
-/// The error of a mistyped subcommand with the nearest one as a tip, where clap itself sees none: `fti` is `fit` with two letters
-/// exchanged.
+/// The error of a mistyped subcommand with the nearest one as a tip, where clap itself sees none:
+/// `fti` is `fit` with two letters exchanged.
 fn with_nearest_subcommand(mut error: clap::Error) -> clap::Error {
     if error.get(ContextKind::SuggestedSubcommand).is_none()
         && let Some(ContextValue::String(typed)) = error.get(ContextKind::InvalidSubcommand)

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use faircurve::io::{Format, WriteOptions, check_output, write_atomically};
 use faircurve::{Error, Result};
 
-/// Checks every output before anything is computed: none may be there already (unless `force`), each folder must
-/// take a file, and no two may be the same. `outputs` pairs the option with its path.
+/// Checks every output before anything is computed: none may be there already (unless `force`),
+/// each folder must take a file, and no two may be the same. `outputs` pairs the option with its
+/// path.
 ///
 /// # Errors
 /// The first output that cannot be written, in the order given.

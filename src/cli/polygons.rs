@@ -52,14 +52,16 @@ impl FromStr for Weights {
 
 #[derive(Args, Debug)]
 pub struct PlanArgs {
-    /// Every curve is a chain of Béziers of degree D: D a piece and one more control point, none more where it is closed.
-    /// Without it every curve is one Bézier curve, closed only where the file or --closed yes says so; paths of SVG are chains of cubics
+    /// Every curve is a chain of Béziers of degree D: D a piece and one more control point, none
+    /// more where it is closed. Without it every curve is one Bézier curve, closed only where the
+    /// file or --closed yes says so; paths of SVG are chains of cubics
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     degree: Option<i64>,
     /// How the pieces of a chain meet [default: free]
     #[arg(long, value_parser = one_of(Joints::WORDS))]
     joints: Option<Joints>,
-    /// How long the pieces of a chain are in the parameter, which joints and energies refer to [default: chords]
+    /// How long the pieces of a chain are in the parameter, which joints and energies refer to
+    /// [default: chords]
     #[arg(long, value_parser = one_of(PieceLengths::WORDS))]
     lengths: Option<PieceLengths>,
     /// Which control points are kept; the others are completed
@@ -68,7 +70,8 @@ pub struct PlanArgs {
     /// What the tangents (columns tx ty tz) at the ends of a single curve say [default: derivatives]
     #[arg(long, value_parser = one_of(EndTangents::WORDS))]
     tangents: Option<EndTangents>,
-    /// What is made least, ∫|X″|² (bending), ∫|X′|² (tension) and ∫|X‴|² (variation) over the parameter, 0 to 1 of a single curve
+    /// What is made least, ∫|X″|² (bending), ∫|X′|² (tension) and ∫|X‴|² (variation) over the
+    /// parameter, 0 to 1 of a single curve
     #[arg(long, value_name = "NAME=WEIGHT,...", default_value = "bending=1")]
     energy: Weights,
 }
@@ -110,7 +113,8 @@ impl PlanArgs {
             None => {
                 self.refuse_what_needs_a_chain()?;
                 let tangents = self.tangents.unwrap_or_default();
-                // A curve that ends where it starts has both points in its polygon, unless the file marks it as closed.
+                // A curve that ends where it starts has both points in its polygon, unless the file
+                // marks it as closed.
                 let closed = match input.closed {
                     Closed::Auto if input.format() != Some(Format::Npz) => Closed::No,
                     given => given,

@@ -46,8 +46,8 @@ impl Progress {
         self.begin(what.into(), None)
     }
 
-    /// Starts a step that handles so many curves or grids, counted by [`advance`](Self::advance) or the
-    /// [`counter`](Self::counter); returns the seconds since the last step began.
+    /// Starts a step that handles so many curves or grids, counted by [`advance`](Self::advance) or
+    /// the [`counter`](Self::counter); returns the seconds since the last step began.
     pub fn count(&mut self, what: impl Into<String>, all: usize, unit: &'static str) -> f64 {
         self.begin(what.into(), Some((all, unit)))
     }

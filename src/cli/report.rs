@@ -48,7 +48,8 @@ pub fn totals(what: &str, [usable, all]: [usize; 2], seconds: Seconds) -> Value 
     json!({(format!("{what}s")): all, "usable": usable, "seconds": seconds})
 }
 
-/// Writes head, lines and totals. Lines are made here, in parallel: lengths and curvatures are measured for them.
+/// Writes head, lines and totals. Lines are made here, in parallel: lengths and curvatures are
+/// measured for them.
 pub fn write<L: Serialize>(
     out: &mut dyn Write,
     head: &impl Serialize,

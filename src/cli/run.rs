@@ -37,7 +37,8 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
-    /// Checks the places of all files that will be written, and that a picture's name is that of an SVG file.
+    /// Checks the places of all files that will be written, and that a picture's name is that of an
+    /// SVG file.
     ///
     /// # Errors
     /// As [`output::check`].
@@ -77,8 +78,8 @@ impl<'a> Run<'a> {
         Run { args, what, verbs, volume, reason, seconds, progress }
     }
 
-    /// Opens the device for so many points, read and written together; then the work begins. Of curves those that are
-    /// finished are counted: `counted` says how many there are.
+    /// Opens the device for so many points, read and written together; then the work begins. Of
+    /// curves those that are finished are counted: `counted` says how many there are.
     ///
     /// # Errors
     /// As [`device::open`].
@@ -140,7 +141,8 @@ impl<'a> Run<'a> {
         self.args.talk.say(line);
     }
 
-    /// Lists those of all that are not usable, and why; whether there is none. `of` gives status, message and name.
+    /// Lists those of all that are not usable, and why; whether there is none. `of` gives status,
+    /// message and name.
     pub fn judge<'r>(
         &self,
         all: usize,

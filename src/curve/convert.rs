@@ -1,18 +1,22 @@
-//! Curves as chains of cubic Béziers: within a tolerance of the curve, tangent to it at every joint, in few pieces.
+//! Curves as chains of cubic Béziers: within a tolerance of the curve, tangent to it at every
+//! joint, in few pieces.
 //!
-//! A piece from one place of a curve to another has the curve's points and tangents at both; what is free are the lengths of its two
-//! handles. First they are those of Hermite's cubic (the derivatives' thirds: exact where the curve is a cubic). Where that strays too far
-//! they become those of least squared distance, found by Gauss' and Newton's method with the distances taken across the curve: a planar
-//! piece of length h then strays by O(h⁶) in place of O(h⁴) (de Boor, Höllig and Sabin, "High accuracy geometric Hermite interpolation",
-//! CAGD 4, 1987). Where that strays too, the piece is halved; and where a span came to three pieces or more, each as long as
+//! A piece from one place of a curve to another has the curve's points and tangents at both; what
+//! is free are the lengths of its two handles. First they are those of Hermite's cubic (the
+//! derivatives' thirds: exact where the curve is a cubic). Where that strays too far they become
+//! those of least squared distance, found by Gauss' and Newton's method with the distances taken
+//! across the curve: a planar piece of length h then strays by O(h⁶) in place of O(h⁴) (de Boor,
+//! Höllig and Sabin, "High accuracy geometric Hermite interpolation", CAGD 4, 1987). Where that
+//! strays too, the piece is halved; and where a span came to three pieces or more, each as long as
 //! it may be is tried instead.
 //!
-//! Distances are geometric: places of the curve are matched with places of the piece, in order, nearest to nearest. So no point of either is
-//! farther from the other than matched points are. Between matched points the gap is Hermite's cubic, and wherever halfway it is not, it is
+//! Distances are geometric: places of the curve are matched with places of the piece, in order,
+//! nearest to nearest. So no point of either is farther from the other than matched points are.
+//! Between matched points the gap is Hermite's cubic, and wherever halfway it is not, it is
 //! measured more closely: curves have kinks in their curvature, fair curves one a vertex.
 //!
-//! kurbo's `fit_to_bezpath` fits area and moment of planar curves; it leaves out handles where that suits it, and measures from the curve
-//! at 20 places: neither tangents nor tolerance are sure.
+//! kurbo's `fit_to_bezpath` fits area and moment of planar curves; it leaves out handles where that
+//! suits it, and measures from the curve at 20 places: neither tangents nor tolerance are sure.
 
 use glam::DVec3;
 
@@ -25,8 +29,8 @@ type Piece = [DVec3; 4];
 /// 2¹² pieces a span are more than any tolerance above rounding asks for.
 const MAX_HALVINGS: u32 = 12;
 
-/// Places between a piece's ends at which distances and their slopes are measured, and to which it is fitted: a fitted piece crosses the
-/// curve twice.
+/// Places between a piece's ends at which distances and their slopes are measured, and to which it
+/// is fitted: a fitted piece crosses the curve twice.
 const PLACES: usize = 7;
 
 /// Steps from one place to the next in which distances are looked at.
@@ -35,11 +39,13 @@ const STEPS: u32 = 4;
 /// Between two places distances are measured halfway, and between those again, so often at most.
 const LOOKS: u32 = 6;
 
-/// The least tolerance of Béziers is this part of a curve's largest coordinate: some thousand times what coordinates are rounded by, and curves
-/// are rounded by some hundred. A smaller one is taken to be this one.
+/// The least tolerance of Béziers is this part of a curve's largest coordinate: some thousand times
+/// what coordinates are rounded by, and curves are rounded by some hundred. A smaller one is taken
+/// to be this one.
 pub const LEAST_TOLERANCE: f64 = 1e-12;
 
-/// Squares of coordinates beyond this, or below its inverse, may be no numbers: such curves are converted in units of their own.
+/// Squares of coordinates beyond this, or below its inverse, may be no numbers: such curves are
+/// converted in units of their own.
 const MOST_SIZE: f64 = 1e100;
 
 /// Distances below this many units of rounding of the control points are none.
@@ -48,7 +54,8 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// Steps of Gauss' and Newton's method; handles are good after three or four.
 const FIT_STEPS: usize = 8;
 
-/// Handles have converged when a step changes them by less than this part: distances then change by far less than their size.
+/// Handles have converged when a step changes them by less than this part: distances then change by
+/// far less than their size.
 const FIT_PRECISION: f64 = 1e-3;
 
 /// How much of a handle's length one step may change at most: what lies beyond is extrapolated.
@@ -57,7 +64,8 @@ const MOST_CHANGE: f64 = 0.5;
 /// Pieces as long as they may be are sought to this part of their length.
 const REACH_PRECISION: f64 = 1.0 / 64.0;
 
-/// A curve's Béziers, in order; each starts at the point, bit for bit, at which the one before it ends.
+/// A curve's Béziers, in order; each starts at the point, bit for bit, at which the one before it
+/// ends.
 pub(crate) fn beziers<C: Curve + ?Sized>(curve: &C, tolerance: f64) -> Vec<Piece> {
     let largest = (0..curve.spans()).map(|span| curve.jet(span, 0.0).point.abs().max_element()).fold(0.0, f64::max);
     beziers_of_size(curve, largest, tolerance)
@@ -150,7 +158,8 @@ impl<C: Curve + ?Sized> Span<'_, C> {
             let (mut low, mut high, mut found) = (from, None, None);
             while low < 1.0 {
                 let to: f64 = high.map_or(low + step, |high| 0.5 * (low + high));
-                // A rest that is next to nothing is taken along, unless that is known to be too much.
+                // A rest that is next to nothing is taken along, unless that is known to be too
+                // much.
                 let to = if high.is_none() && to > 1.0 - REACH_PRECISION * step { 1.0 } else { to };
                 match self.piece(&self.stretch(from, to)) {
                     Some(piece) => (low, found, step) = (to, Some(piece), 0.5 * (to - from)),
@@ -225,7 +234,8 @@ impl<C: Curve + ?Sized> Span<'_, C> {
             && gaps.windows(2).all(|pair| self.keeps_between(stretch, piece, [&pair[0], &pair[1]], tolerance, LOOKS))
     }
 
-    /// Whether it does between two places: where what is found halfway is not what was expected, it looks closer.
+    /// Whether it does between two places: where what is found halfway is not what was expected, it
+    /// looks closer.
     fn keeps_between(&self, stretch: &Stretch, piece: &Piece, [a, b]: [&Gap; 2], tolerance: f64, looks: u32) -> bool {
         let u = 0.5 * (a.u + b.u);
         let site = self.site(stretch, u);
@@ -236,9 +246,11 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         let turn = width * middle.slope - derivative(&gap, part);
         let surprise = (middle.off - point(&gap, part)).length() + turn.length() / 8.0;
         let largest = largest(a, &middle).max(largest(&middle, b));
-        // A curve that runs on and comes back along its tangent shows no gap across: there, matched places are looked at closely.
+        // A curve that runs on and comes back along its tangent shows no gap across: there, matched
+        // places are looked at closely.
         let forward = a.forward && middle.forward && b.forward;
-        // Where the curvature jumps, wherever between a and b, less than half of the surprise is left (0.47 times); where it does not, a sixteenth.
+        // Where the curvature jumps, wherever between a and b, less than half of the surprise is
+        // left (0.47 times); where it does not, a sixteenth.
         let enough = if looks == LOOKS { 0.5 * tolerance } else { tolerance };
         (forward && largest + 0.5 * surprise <= enough)
             || largest <= tolerance
@@ -262,7 +274,8 @@ struct Gap {
     /// That of the piece.
     v: f64,
     off: DVec3,
-    /// The derivative of `off` by v: that by u would jump where the curve's parameter changes its speed.
+    /// The derivative of `off` by v: that by u would jump where the curve's parameter changes its
+    /// speed.
     slope: DVec3,
     /// Whether the curve goes the piece's way.
     forward: bool,
@@ -308,9 +321,10 @@ impl Stretch {
         [a, a + first * self.third, b - last * self.third, b]
     }
 
-    /// Handles to start from: those of a circle's arc with as much of a turn, whatever the curve's parameter, and Hermite's. On an arc
-    /// one handle may grow and the other shrink with little change: from where Hermite's are uneven the way often leads astray.
-    /// None where a derivative vanishes and there is no tangent.
+    /// Handles to start from: those of a circle's arc with as much of a turn, whatever the curve's
+    /// parameter, and Hermite's. On an arc one handle may grow and the other shrink with little
+    /// change: from where Hermite's are uneven the way often leads astray. None where a derivative
+    /// vanishes and there is no tangent.
     fn handles(&self) -> Option<[[f64; 2]; 2]> {
         let [(a, first), (b, last)] = self.ends;
         let (start, end) = (first.try_normalize()?, last.try_normalize()?);
@@ -320,7 +334,8 @@ impl Stretch {
         Some([[arc; 2], [first.length() * self.third, last.length() * self.third]])
     }
 
-    /// The piece whose handles have the lengths of least squared distances from these sites of the curve, and the places matched with them.
+    /// The piece whose handles have the lengths of least squared distances from these sites of the
+    /// curve, and the places matched with them.
     fn fitted(
         &self,
         sites: &[Site; PLACES],
@@ -380,7 +395,8 @@ fn matched(piece: &Piece, sites: &[Site; PLACES], near: &[f64; PLACES]) -> [f64;
     })
 }
 
-/// The place of a piece nearest to a point, by two steps of Newton's method from `v`, and not below `low`.
+/// The place of a piece nearest to a point, by two steps of Newton's method from `v`, and not below
+/// `low`.
 fn nearest(piece: &Piece, p: DVec3, mut v: f64, low: f64) -> f64 {
     for _ in 0..2 {
         let (off, first) = (point(piece, v) - p, derivative(piece, v));

@@ -58,7 +58,8 @@ impl Curve for Polygon<'_> {
         Jet { point, first: (b - a) / self.pace(span), ..Jet::default() }
     }
 
-    /// Parameters of what could not be fitted may be anything: where they do not increase, derivatives are those by the fraction.
+    /// Parameters of what could not be fitted may be anything: where they do not increase,
+    /// derivatives are those by the fraction.
     fn pace(&self, span: usize) -> f64 {
         let length = self.knots[span + 1] - self.knots[span];
         if length > 0.0 && length.is_finite() { length } else { 1.0 }
@@ -83,13 +84,15 @@ impl Curve for Polygon<'_> {
     }
 }
 
-/// What a curve came in as, which it comes out as where it could not be fitted: its points, and its parameters, bit for bit.
+/// What a curve came in as, which it comes out as where it could not be fitted: its points, and its
+/// parameters, bit for bit.
 #[derive(Clone, Debug)]
 pub(crate) struct Input {
     pub coords: Vec<f64>,
     /// The parameters given, else 0, 1, 2 ….
     pub t: Vec<f64>,
-    /// The parameter length of the span that closes the curve; NaN where it is open, or none was given to given parameters.
+    /// The parameter length of the span that closes the curve; NaN where it is open, or none was
+    /// given to given parameters.
     pub closing: f64,
 }
 

@@ -48,8 +48,8 @@ pub struct Found {
     pub slopes: Vec<f64>,
     /// The gradient of both, laid out as the batch's coordinates are.
     pub gradients: Vec<f64>,
-    /// Four blocks of D × D numbers a vertex, row after row: with itself and with its next three, modulo the number of
-    /// vertices of a closed curve.
+    /// Four blocks of D × D numbers a vertex, row after row: with itself and with its next three,
+    /// modulo the number of vertices of a closed curve.
     pub hessians: Vec<f64>,
 }
 
@@ -98,7 +98,8 @@ impl Found {
 }
 
 impl At<'_> {
-    /// Whether there is something to compute: at least an edge (three on closed curves), and none without a direction.
+    /// Whether there is something to compute: at least an edge (three on closed curves), and none
+    /// without a direction.
     pub(super) fn is_evaluated(&self, i: usize) -> bool {
         let (d, count) = (self.batch.dimension(), self.batch.count(i));
         let least = if self.batch.is_closed(i) { 3 } else { 2 };
@@ -132,7 +133,8 @@ impl At<'_> {
         high - low
     }
 
-    /// Half the largest extent of a curve, 1 where there is none: the unit of its coordinates on a device.
+    /// Half the largest extent of a curve, 1 where there is none: the unit of its coordinates on a
+    /// device.
     pub(super) fn size(&self, i: usize) -> f64 {
         let size = (0..self.batch.dimension()).map(|c| 0.5 * self.extent(i, c)).fold(0.0, f64::max);
         if size > 0.0 && size.is_finite() { size } else { 1.0 }

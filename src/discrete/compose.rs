@@ -1,5 +1,5 @@
-//! What a kernel compiles in of an energy, and what it is told of every curve: the definitions and the weights that
-//! `shaders/discrete/energy/mod.wgsl` asks for.
+//! What a kernel compiles in of an energy, and what it is told of every curve: the definitions and
+//! the weights that `shaders/discrete/energy/mod.wgsl` asks for.
 
 use std::collections::BTreeSet;
 
@@ -34,8 +34,8 @@ enum Entry {
     TorsionCurvature,
 }
 
-/// A functional as its text tells it from others, in the order in which kernels add up: sums are the same however an energy is
-/// written.
+/// A functional as its text tells it from others, in the order in which kernels add up: sums are
+/// the same however an energy is written.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Kind {
     edges: usize,
@@ -70,8 +70,8 @@ pub(crate) struct DeviceWeights {
 }
 
 impl Composition {
-    /// Composes the energies of curves of a dimension, and the gauge if asked for. Functionals that are one but for their
-    /// weights share one.
+    /// Composes the energies of curves of a dimension, and the gauge if asked for. Functionals that
+    /// are one but for their weights share one.
     ///
     /// # Errors
     /// A sentence that says what no kernel can be made of.
@@ -151,7 +151,8 @@ impl Composition {
         self.edges
     }
 
-    /// The entries of a curve of size 1 whose terms have these weights. An attachment is weighed at its points.
+    /// The entries of a curve of size 1 whose terms have these weights. An attachment is weighed at
+    /// its points.
     pub fn entries(&self, weights: &[f64], gauge: f64) -> Vec<f64> {
         let entry = |(place, entry): (usize, &Entry)| match entry {
             Entry::Weight(..) => {
@@ -164,7 +165,8 @@ impl Composition {
         self.entries.iter().enumerate().map(entry).collect()
     }
 
-    /// The weights of a curve that the device has divided by `size`; the weight of its gauge and ε of torsion are in the units of the input.
+    /// The weights of a curve that the device has divided by `size`; the weight of its gauge and ε
+    /// of torsion are in the units of the input.
     pub fn weights(&self, size: f64, gauge: f64, torsion_curvature: f64) -> DeviceWeights {
         let scaled = |entry: &Entry| match *entry {
             Entry::Weight(weight, degree) | Entry::Attachment(weight, degree) => weight * size.powf(degree),
@@ -192,7 +194,8 @@ mod tests {
         let energy = bending(2.0) + 0.5 * length() + 3.0 * bending(2.0);
         let composition = Composition::of(&energy, true, 2, Precision::F32).unwrap();
         assert_eq!(composition.places, [1, 0, 1]);
-        // Of degrees 1 and −1, on a curve of size 4: 0.5·4 and 4/4; the larger is the unit. The gauge has degree 2.
+        // Of degrees 1 and −1, on a curve of size 4: 0.5·4 and 4/4; the larger is the unit. The
+        // gauge has degree 2.
         let weights = composition.weights(4.0, 0.25, 1e-3);
         assert_eq!((weights.unit, weights.entries), (2.0, vec![1.0, 0.5, 2.0, 4e-3]));
     }

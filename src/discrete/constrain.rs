@@ -1,14 +1,16 @@
 //! Tangents and curvature vectors at data points.
 //!
-//! A tangent τ at vertex i keeps f_{i+1} − f_{i−1} parallel to τ (at an end f_{i+1} − f_i). With a curvature vector k ⊥ τ the
-//! neighbours lie on the circle of that curvature, at one angle θ either way, d = (2/|k|) tan(θ/2):
+//! A tangent τ at vertex i keeps f_{i+1} − f_{i−1} parallel to τ (at an end f_{i+1} − f_i). With a
+//! curvature vector k ⊥ τ the neighbours lie on the circle of that curvature, at one angle θ either
+//! way, d = (2/|k|) tan(θ/2):
 //!
 //! ```text
 //! f_{i±1} = f_i + (±d τ + ½ d² k)/(1 + ¼ d² |k|²)
 //! ```
 //!
-//! so that the discrete curvature vector (T′ − T)/Δa *is* k, whatever d. The point itself is pinned, and with a curvature its
-//! neighbours are too: any d serves the shape alike, and were it free, the gauges of both spans would quarrel over it.
+//! so that the discrete curvature vector (T′ − T)/Δa *is* k, whatever d. The point itself is
+//! pinned, and with a curvature its neighbours are too: any d serves the shape alike, and were it
+//! free, the gauges of both spans would quarrel over it.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -183,10 +185,11 @@ impl<const D: usize> Constraints<D> {
         (!normals.is_empty()).then_some(Constraints { normals })
     }
 
-    /// z = L⁻¹g along the constraints, in the metric that `solve` solves for; what of g they hold is taken from it.
+    /// z = L⁻¹g along the constraints, in the metric that `solve` solves for; what of g they hold
+    /// is taken from it.
     ///
-    /// ⟨g, z⟩ would be the small difference of large numbers near a minimum, where constraints push hard: the forces are taken
-    /// from g first, and what is left is solved for again.
+    /// ⟨g, z⟩ would be the small difference of large numbers near a minimum, where constraints push
+    /// hard: the forces are taken from g first, and what is left is solved for again.
     pub fn project<S: Scalar>(
         &self,
         solve: &mut dyn FnMut(&mut [Vector<S, D>]),
@@ -211,7 +214,8 @@ impl<const D: usize> Constraints<D> {
         for again in [true, false] {
             let excess = DVector::from_fn(count, |a, _| along(&self.normals[a], z));
             let Some(multipliers) = gram.solve(&excess) else {
-                // Two constraints on the same vertices: refused before, so never here. NaN ends the curve.
+                // Two constraints on the same vertices: refused before, so never here. NaN ends the
+                // curve.
                 z.iter_mut().for_each(|z| *z = [number(f64::NAN); D]);
                 return;
             };

@@ -1,5 +1,5 @@
-//! Corners: where the data turn sharply a curve is cut, its pieces are fitted side by side as curves of their own, and
-//! joined again.
+//! Corners: where the data turn sharply a curve is cut, its pieces are fitted side by side as
+//! curves of their own, and joined again.
 
 use super::curves::{Fitted, Vertices};
 use crate::batch::{CurveBatch, Piece};
@@ -7,7 +7,8 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
-/// A turn must exceed the angle by this many radians, so that rounding makes no corner where the data turn by the angle exactly.
+/// A turn must exceed the angle by this many radians, so that rounding makes no corner where the
+/// data turn by the angle exactly.
 const ROUNDING: f64 = 1e-9;
 
 /// A batch cut at its corners.
@@ -52,7 +53,8 @@ impl Corners {
         self.pieces.iter().map(|piece| piece.curve).collect()
     }
 
-    /// Joins what was fitted to the pieces. A curve with a piece that could not be fitted is not fitted.
+    /// Joins what was fitted to the pieces. A curve with a piece that could not be fitted is not
+    /// fitted.
     pub fn join(&self, batch: &CurveBatch, pieces: Fitted) -> Fitted {
         let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
         let mut fitted = pieces.curves.into_iter().zip(pieces.reports);
@@ -75,7 +77,8 @@ impl Corners {
     }
 }
 
-/// The points at which a curve turns by more than an angle; of points repeated the last. A point with a tangent is none.
+/// The points at which a curve turns by more than an angle; of points repeated the last. A point
+/// with a tangent is none.
 fn corners<const D: usize>(batch: &CurveBatch, i: usize, angle: f64) -> Vec<usize> {
     let (points, closed) = (batch.points(i).as_chunks::<D>().0, batch.is_closed(i));
     let count = points.len();
@@ -109,7 +112,8 @@ fn turn<const D: usize>(from: Vector<f64, D>, to: Vector<f64, D>) -> f64 {
     2.0 * dot(apart, apart).sqrt().atan2(dot(along, along).sqrt())
 }
 
-/// One curve of its pieces: a corner is one vertex, and the vertices of a closed curve begin with its first data point.
+/// One curve of its pieces: a corner is one vertex, and the vertices of a closed curve begin with
+/// its first data point.
 fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dimension: usize) -> Vertices {
     if parts.len() == 1 && !closed || pieces[0].closed {
         return parts.swap_remove(0);
@@ -143,8 +147,8 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
     Vertices { coords, rows, corners }
 }
 
-/// One report of those of the pieces: the worst status with its sentence, sums of energies and iterations, and the largest
-/// gradient, deviation and weight.
+/// One report of those of the pieces: the worst status with its sentence, sums of energies and
+/// iterations, and the largest gradient, deviation and weight.
 fn joined_report(reports: Vec<CurveReport>) -> CurveReport {
     let severity = |report: &CurveReport| match report.status {
         CurveStatus::Converged => 0,

@@ -1,4 +1,5 @@
-//! Fitted discrete curves as [`Curve`]s: through their vertices, with their tangents and curvature vectors.
+//! Fitted discrete curves as [`Curve`]s: through their vertices, with their tangents and curvature
+//! vectors.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
@@ -24,7 +25,8 @@ pub(crate) struct Vertices {
     pub corners: Vec<u32>,
 }
 
-/// The curves of a batch in its order, each its vertices or, unfitted, its data points; and what was found of each.
+/// The curves of a batch in its order, each its vertices or, unfitted, its data points; and what
+/// was found of each.
 pub(crate) struct Fitted {
     pub curves: Vec<Result<Vertices, Vec<f64>>>,
     pub reports: Vec<CurveReport>,
@@ -43,8 +45,8 @@ pub(crate) struct FairCurves {
     pub origin: Arc<Origin>,
 }
 
-/// The parameters of a curve's data points: as given, those of a closed curve with one more where it meets its first point again; 0, 1, 2 … where
-/// none were given, or all are one.
+/// The parameters of a curve's data points: as given, those of a closed curve with one more where
+/// it meets its first point again; 0, 1, 2 … where none were given, or all are one.
 pub(super) fn knots_of(batch: &CurveBatch, i: usize) -> Vec<f64> {
     let ends = batch.count(i) + usize::from(batch.is_closed(i));
     if let Some(given) = batch.parameters(i).filter(|given| !given.is_empty() && batch.problem(i).is_none()) {
@@ -60,23 +62,27 @@ pub(super) fn knots_of(batch: &CurveBatch, i: usize) -> Vec<f64> {
     (0..ends).map(|k| k as f64).collect()
 }
 
-/// A curve through vertices. Between the parameters of two data points its parameter goes on by the same step from edge to edge; where these
-/// are one, derivatives are those by the fraction of the span.
+/// A curve through vertices. Between the parameters of two data points its parameter goes on by the
+/// same step from edge to edge; where these are one, derivatives are those by the fraction of the
+/// span.
 ///
-/// At a vertex it has the discrete curve's tangent, halfway between its edges', and its curvature vector K = (T′ − T)/Δa; in
-/// between it is the cubic with those tangents, and its curvature goes linearly from one K to the next. At a corner each side
-/// has the tangent and the curvature of an end; that the curve turns there is in none of them.
+/// At a vertex it has the discrete curve's tangent, halfway between its edges', and its curvature
+/// vector K = (T′ − T)/Δa; in between it is the cubic with those tangents, and its curvature goes
+/// linearly from one K to the next. At a corner each side has the tangent and the curvature of an
+/// end; that the curve turns there is in none of them.
 struct FairCurve<'a> {
     dimension: usize,
     closed: bool,
     vertices: &'a Vertices,
-    /// Frames at both ends of every edge, once one is asked for: arc lengths ask for the same ones over and over.
+    /// Frames at both ends of every edge, once one is asked for: arc lengths ask for the same ones
+    /// over and over.
     frames: OnceLock<Vec<[Frame; 2]>>,
     /// The parameter of every data point.
     knots: &'a [f64],
 }
 
-/// The curve along an edge, by the fraction v of it: p + v (a + v (c + v d)), its curvature that of the acceleration bend + v · bend_change.
+/// The curve along an edge, by the fraction v of it: p + v (a + v (c + v d)), its curvature that of
+/// the acceleration bend + v · bend_change.
 struct Edge {
     ends: [DVec3; 2],
     a: DVec3,
@@ -113,8 +119,8 @@ impl FairCurve<'_> {
         Edge { ends: [p, q], a, c, d, bend: length * length * bend, bend_change: length * length * (bend_after - bend) }
     }
 
-    /// Rows of the ends of the smooth piece that holds the edge after a row; none for a closed curve without corners. Rows
-    /// of closed curves are counted on, past their last.
+    /// Rows of the ends of the smooth piece that holds the edge after a row; none for a closed
+    /// curve without corners. Rows of closed curves are counted on, past their last.
     fn piece(&self, row: usize) -> Option<(usize, usize)> {
         let (count, corners) = (self.count(), &self.vertices.corners);
         let next = corners.partition_point(|&corner| corner as usize <= row);
@@ -136,7 +142,8 @@ impl FairCurve<'_> {
             let mut frames: Vec<[Frame; 2]> = Vec::with_capacity(edges);
             for row in 0..edges {
                 let piece = self.piece(row);
-                // Before its first corner a closed curve is on the piece that began at its last, one round ago.
+                // Before its first corner a closed curve is on the piece that began at its last,
+                // one round ago.
                 let at = if piece.is_some_and(|(first, _)| first > row) { row + self.count() } else { row };
                 // But at corners an edge begins as the one before it ends.
                 let start = match frames.last() {

@@ -26,8 +26,8 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         self.newton_tick_inlined(newton);
     }
 
-    /// One trial of every lane, with the instructions of the caller. The first tick is [`tick`](Self::tick), which evaluates where
-    /// the curves are.
+    /// One trial of every lane, with the instructions of the caller. The first tick is
+    /// [`tick`](Self::tick), which evaluates where the curves are.
     #[inline(always)]
     pub(super) fn newton_tick_inlined(&mut self, newton: &mut Newton<S, D>) {
         let smallest = self.newton_direction(newton);

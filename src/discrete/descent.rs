@@ -1,9 +1,9 @@
 //! [`Descent`]: curves on their way down an energy, one a lane, one trial a tick.
 //!
-//! A tick evaluates the energy and its gradient at u + αp. Where the step is accepted, the inner product is frozen at
-//! the new curve, the Sobolev gradient z found, and a new direction p = −z + βp taken; where it is not, another α follows. Lanes that have
-//! ended stay as they are. Everything a curve needs to go on is in its lane: a descent can be stopped after any tick, and
-//! resumed.
+//! A tick evaluates the energy and its gradient at u + αp. Where the step is accepted, the inner
+//! product is frozen at the new curve, the Sobolev gradient z found, and a new direction p = −z +
+//! βp taken; where it is not, another α follows. Lanes that have ended stay as they are. Everything
+//! a curve needs to go on is in its lane: a descent can be stopped after any tick, and resumed.
 
 use super::constrain::Constraints;
 use super::edges::Edges;
@@ -209,7 +209,8 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         for (p, z) in self.p.iter_mut().zip(&self.z) {
             (0..D).for_each(|c| p[c].set_lane(l, -z[c].lane(l)));
         }
-        // Against the edges of the trial that failed: about those of the curve, and a guard is all it is.
+        // Against the edges of the trial that failed: about those of the curve, and a guard is all
+        // it is.
         let most = self.edges.most_step(&self.p).lane(l);
         let lane = &mut self.lanes[l];
         let most = if lane.guarded { most } else { <S::Number as Scalar>::of(f64::INFINITY) };

@@ -1,5 +1,5 @@
-//! Descents on a GPU: where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and the dispatches until
-//! none runs.
+//! Descents on a GPU: where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and the
+//! dispatches until none runs.
 
 mod packing;
 #[cfg(all(test, feature = "gpu"))]
@@ -23,8 +23,8 @@ use crate::precision::Precision;
 /// Threads a workgroup, whose curves stand side by side in memory.
 pub(crate) const GROUP: usize = 32;
 
-/// Ticks a dispatch at most: what a gentle curve needs in f32 in all. Curves that go on are then brought together,
-/// and are faster by a tenth on a software driver than with four times as many.
+/// Ticks a dispatch at most: what a gentle curve needs in f32 in all. Curves that go on are then
+/// brought together, and are faster by a tenth on a software driver than with four times as many.
 const MOST_TICKS: u32 = 16;
 
 /// `DescentParams` of `descent.wgsl`.
@@ -73,7 +73,8 @@ const STANDINGS: [Standing; 6] = [
 /// The arrays of a chunk that come back.
 const WANTED: [&str; 3] = ["states", "lanes", "displacements"];
 
-/// The kernel of a composition with the inner product of an order, 0, 1 or 2; of order 2 it may be Newton's.
+/// The kernel of a composition with the inner product of an order, 0, 1 or 2; of order 2 it may be
+/// Newton's.
 pub(crate) fn descent_kernel(
     composition: &Composition,
     order: usize,
@@ -111,15 +112,17 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     keys
 }
 
-/// Descends every curve, from its base: by Newton's method, where the plan asks for it, if the inner product is of order 2, else by
-/// conjugate gradients. Curves that are too long for a thread, that keep tangents or curvatures, or
-/// whose inner product is of order 3, which f32 cannot hold, are descended by the CPU in f64.
+/// Descends every curve, from its base: by Newton's method, where the plan asks for it, if the
+/// inner product is of order 2, else by conjugate gradients. Curves that are too long for a thread,
+/// that keep tangents or curvatures, or whose inner product is of order 3, which f32 cannot hold,
+/// are descended by the CPU in f64.
 ///
-/// Where the device is lost, what it had finished is kept, and the other curves come out as [`Standing::Running`] at
-/// their bases.
+/// Where the device is lost, what it had finished is kept, and the other curves come out as
+/// [`Standing::Running`] at their bases.
 ///
 /// # Errors
-/// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions, if nothing was finished.
+/// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions, if
+/// nothing was finished.
 pub(crate) fn descend_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,
@@ -143,8 +146,8 @@ pub(crate) struct Run<'a, const D: usize> {
 }
 
 impl<const D: usize> Run<'_, D> {
-    /// Descends; `progress` is told of every further number of curves that have ended on the device, `ended` of each curve
-    /// when it is back.
+    /// Descends; `progress` is told of every further number of curves that have ended on the
+    /// device, `ended` of each curve when it is back.
     pub fn descend(&self, progress: &mut dyn FnMut(usize), ended: Ended<'_, D>) -> Result<Vec<Outcome<D>>> {
         let problems = self.problems;
         let (mut order, host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| self.is_for_kernel(i));
@@ -194,10 +197,12 @@ fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
     }
 }
 
-/// Loop turns of one tick at most: an accepted step and, in another lane of the same subgroup, a restart; loops over
-/// the rows, counted in the kernel's text, a few turns more for the windows, and loops over the pins.
+/// Loop turns of one tick at most: an accepted step and, in another lane of the same subgroup, a
+/// restart; loops over the rows, counted in the kernel's text, a few turns more for the windows,
+/// and loops over the pins.
 fn loop_turns(order: usize, rows: usize, pins: usize) -> usize {
-    // The base (once), the sweep, the step, two directions or Newton's system there and back; then the inner product.
+    // The base (once), the sweep, the step, two directions or Newton's system there and back; then
+    // the inner product.
     let loops = 5 + [1, 3, 9][order];
     loops * (rows + 8) + if order == 2 { 4 * pins } else { 0 }
 }
@@ -205,7 +210,8 @@ fn loop_turns(order: usize, rows: usize, pins: usize) -> usize {
 struct Job<'a, const D: usize> {
     run: &'a Run<'a, D>,
     composition: Composition,
-    /// Whether directions are Newton's: not where a term of negative weight couples more vertices than the inner product does.
+    /// Whether directions are Newton's: not where a term of negative weight couples more vertices
+    /// than the inner product does.
     is_newton: bool,
 }
 

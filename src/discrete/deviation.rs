@@ -1,10 +1,12 @@
-//! Curves near their points: for every curve the smallest weight of the attachment that keeps a deviation.
+//! Curves near their points: for every curve the smallest weight of the attachment that keeps a
+//! deviation.
 //!
 //! ```text
 //! smoothing spline (near) ─► trial: the curve at a weight ─► its deviation ─► next weight (search) … ─► the curve to the method's tolerance
 //! ```
 //!
-//! On the CPU every curve is searched for by itself; a GPU descends the trials of all curves side by side.
+//! On the CPU every curve is searched for by itself; a GPU descends the trials of all curves side
+//! by side.
 
 use rayon::prelude::*;
 
@@ -22,7 +24,8 @@ use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::report::{CurveReport, CurveSet};
 
-/// Fits every curve with the smallest weight of the attachment that keeps the deviation; and says what did it.
+/// Fits every curve with the smallest weight of the attachment that keeps the deviation; and says
+/// what did it.
 pub(super) fn fit<const D: usize>(
     fair: &Fair,
     allowed: f64,
@@ -50,8 +53,8 @@ pub(super) fn fit<const D: usize>(
     Ok(Fitted { curves, reports, device })
 }
 
-/// Edges a span among which a weight is searched for first: a curve that has so many is within some per cent of the
-/// curve of many, and costs as little.
+/// Edges a span among which a weight is searched for first: a curve that has so many is within some
+/// per cent of the curve of many, and costs as little.
 const COARSE: usize = 4;
 
 /// What is searched for.
@@ -175,7 +178,8 @@ impl Rounds<'_> {
     fn all<const D: usize>(&self, mut searches: Vec<&mut Search<D>>, device: &Device) -> Result<DeviceReport> {
         let mut first = None;
         loop {
-            // Caps of iterations are those of a run: searches go first, then curves that need only be finished.
+            // Caps of iterations are those of a run: searches go first, then curves that need only
+            // be finished.
             let (now, later): (Vec<_>, Vec<_>) = searches.into_iter().partition(|search| search.is_searching());
             let (mut now, later) = if now.is_empty() { (later, now) } else { (now, later) };
             let report = self.round(&mut now, device)?;

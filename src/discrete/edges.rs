@@ -1,9 +1,10 @@
 //! [`Edges`]: the edges of discrete curves side by side, the energies summed over them, and the way from partial
 //! derivatives by tangents and lengths to the gradient at the vertices.
 //!
-//! Edge j of an open curve of m edges leads from vertex j to vertex j + 1; a closed curve has as many vertices as edges, and
-//! its last edge leads back to vertex 0. Vertices are kept as displacements u from a base, edges as those of the base
-//! plus differences of displacements, so that small changes of a curve far from the origin keep all their digits.
+//! Edge j of an open curve of m edges leads from vertex j to vertex j + 1; a closed curve has as
+//! many vertices as edges, and its last edge leads back to vertex 0. Vertices are kept as
+//! displacements u from a base, edges as those of the base plus differences of displacements, so
+//! that small changes of a curve far from the origin keep all their digits.
 
 // Loops over coordinates and lanes by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]
@@ -14,7 +15,8 @@ use super::line_search::MOST_OF_AN_EDGE;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 
-/// The edges of one curve, or of one curve a lane. Lanes with fewer edges than others end in unit edges that count for nothing.
+/// The edges of one curve, or of one curve a lane. Lanes with fewer edges than others end in unit
+/// edges that count for nothing.
 #[derive(Clone, Debug)]
 pub(crate) struct Edges<S, const D: usize> {
     closed: bool,
@@ -27,7 +29,8 @@ pub(crate) struct Edges<S, const D: usize> {
     base: Vec<Vector<S, D>>,
     /// 1 where a lane has the edge.
     exists: Vec<S>,
-    /// 0 where the vertex between this edge and the next is a data point; elsewhere 1, or what [`Self::set_free`] says.
+    /// 0 where the vertex between this edge and the next is a data point; elsewhere 1, or what
+    /// [`Self::set_free`] says.
     free: Vec<S>,
     pub tangent: Vec<Vector<S, D>>,
     pub length: Vec<S>,
@@ -37,12 +40,13 @@ pub(crate) struct Edges<S, const D: usize> {
 }
 
 impl<S: Scalar, const D: usize> Edges<S, D> {
-    /// Edges of curves that are all open or all closed: of lane l those of `bases[l]` (3 at least for closed curves), and
-    /// `data[l][j]` says whether vertex j is a data point.
+    /// Edges of curves that are all open or all closed: of lane l those of `bases[l]` (3 at least
+    /// for closed curves), and `data[l][j]` says whether vertex j is a data point.
     pub fn new(closed: bool, bases: &[&[Vector<f64, D>]], data: &[&[bool]]) -> Self {
         let counts: Vec<usize> = bases.iter().map(|base| base.len()).collect();
         let most = counts.iter().copied().max().unwrap_or(0);
-        // Closed curves repeat their first edges, all but one of what a term sees; open ones have a row to spare, so that short ones need no case of their own.
+        // Closed curves repeat their first edges, all but one of what a term sees; open ones have a
+        // row to spare, so that short ones need no case of their own.
         let rows = most + MOST_EDGES - 1;
         let mut unit = [S::ZERO; D];
         unit[0] = S::ONE;
@@ -79,7 +83,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         self.torsion_curvature.set_lane(lane, number::<S>(curvature));
     }
 
-    /// Sets by what differences of lengths count in the gauge at each vertex of a lane: 0 at data points.
+    /// Sets by what differences of lengths count in the gauge at each vertex of a lane: 0 at data
+    /// points.
     pub fn set_free(&mut self, lane: usize, free: &[f64]) {
         for j in 0..self.counts[lane] {
             let next = if self.closed { (j + 1) % self.counts[lane] } else { j + 1 };
@@ -97,7 +102,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
-    /// Most vertices of a lane; displacements have a row for each, and closed curves one more, which repeats vertex 0.
+    /// Most vertices of a lane; displacements have a row for each, and closed curves one more,
+    /// which repeats vertex 0.
     pub fn rows(&self) -> usize {
         self.most + 1
     }
@@ -208,7 +214,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         functional.visit(Summing { edges: self }).unwrap_or(S::ZERO)
     }
 
-    /// Adds weight · the gauge of an order: of first differences of lengths up to order 2, of second ones for 3.
+    /// Adds weight · the gauge of an order: of first differences of lengths up to order 2, of
+    /// second ones for 3.
     #[inline(always)]
     pub fn add_gauge(&mut self, order: usize, weight: S) -> S {
         if order < 3 {

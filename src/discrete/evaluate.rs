@@ -1,4 +1,5 @@
-//! Energies, gradients and Hessians of given curves: nothing is fitted, the points of a batch are the vertices.
+//! Energies, gradients and Hessians of given curves: nothing is fitted, the points of a batch are
+//! the vertices.
 
 use rayon::prelude::*;
 
@@ -18,11 +19,12 @@ const LANES: usize = 4;
 /// What an evaluation needs besides the curves.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Evaluate<'a> {
-    /// The data points of [`attachment`](super::attachment), with their weights, for each curve. A curve whose edges are N
-    /// times the spans between its data points has data point k at vertex k N. Only attachment needs them.
+    /// The data points of [`attachment`](super::attachment), with their weights, for each curve. A
+    /// curve whose edges are N times the spans between its data points has data point k at vertex k
+    /// N. Only attachment needs them.
     pub targets: Option<&'a CurveBatch>,
-    /// ε of [`torsion`](super::torsion), a curvature in 1/length. By default [`TORSION_CURVATURE`] over the diagonal of the
-    /// bounding box of each curve's vertices.
+    /// ε of [`torsion`](super::torsion), a curvature in 1/length. By default [`TORSION_CURVATURE`]
+    /// over the diagonal of the bounding box of each curve's vertices.
     pub torsion_curvature: Option<f64>,
 }
 
@@ -31,21 +33,23 @@ pub struct Evaluate<'a> {
 pub struct Evaluation {
     /// The weighted sum of energies; NaN where there is a problem.
     pub value: f64,
-    /// Its derivatives by the coordinates of the vertices, in the batch's order; NaN where there is a problem.
+    /// Its derivatives by the coordinates of the vertices, in the batch's order; NaN where there is
+    /// a problem.
     pub gradient: Vec<f64>,
-    /// Its second derivatives, row after row: as many rows and columns as the gradient has entries. Empty where not asked
-    /// for; NaN where there is a problem.
+    /// Its second derivatives, row after row: as many rows and columns as the gradient has entries.
+    /// Empty where not asked for; NaN where there is a problem.
     pub hessian: Vec<f64>,
     /// Why there is no value.
     pub problem: Option<Problem>,
 }
 
 impl Energy {
-    /// The energy and its gradient at every curve of the batch, whose points are the vertices, in f64 on all threads of the
-    /// CPU. Energies of two or three edges are 0 on curves of fewer.
+    /// The energy and its gradient at every curve of the batch, whose points are the vertices, in
+    /// f64 on all threads of the CPU. Energies of two or three edges are 0 on curves of fewer.
     ///
-    /// A curve with a problem of its own, with two neighbouring vertices at one place (a tangent is wanted there), closed with
-    /// fewer than three vertices, or whose data points do not go with its vertices has NaN and a [`Problem`].
+    /// A curve with a problem of its own, with two neighbouring vertices at one place (a tangent is
+    /// wanted there), closed with fewer than three vertices, or whose data points do not go with
+    /// its vertices has NaN and a [`Problem`].
     ///
     /// ```
     /// use faircurve::{CurveBatch, discrete::{Evaluate, bending, length}};
@@ -59,8 +63,9 @@ impl Energy {
     /// ```
     ///
     /// # Errors
-    /// A weight that is negative or not finite, an exponent below 1, a custom energy of other than 1, 2 or 3 edges;
-    /// attachment without targets, targets of another dimension or number of curves; a torsion curvature that is not positive.
+    /// A weight that is negative or not finite, an exponent below 1, a custom energy of other than
+    /// 1, 2 or 3 edges; attachment without targets, targets of another dimension or number of
+    /// curves; a torsion curvature that is not positive.
     pub fn evaluate(&self, batch: &CurveBatch, options: Evaluate) -> Result<Vec<Evaluation>> {
         self.run(batch, options, false)
     }
@@ -77,8 +82,8 @@ impl Energy {
         self.check()?;
         options.validate(self, batch)?;
         let evaluating = Evaluating { energy: self, batch, options, hessian };
-        // Curves of as many edges undergo the same operations, and none is idle in its lane. Dense Hessians are most of their
-        // own cost: those curves go alone.
+        // Curves of as many edges undergo the same operations, and none is idle in its lane. Dense
+        // Hessians are most of their own cost: those curves go alone.
         let kind = |i: usize| (batch.is_closed(i), batch.count(i));
         let mut order: Vec<usize> = (0..batch.len()).collect();
         order.sort_by_key(|&i| kind(i));

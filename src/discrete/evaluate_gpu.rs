@@ -53,7 +53,8 @@ pub(crate) fn evaluate_kernel(composition: &Composition, entry: &'static str, pr
     KernelKey { path: "discrete/evaluate.wgsl", entry, precision, definitions }
 }
 
-/// Every form the kernels take, as far as one can tell: each energy by itself, some exponents, all together, and one of a user's own.
+/// Every form the kernels take, as far as one can tell: each energy by itself, some exponents, all
+/// together, and one of a user's own.
 pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
     let named = || Energy::NAMES.iter().filter_map(|name| Energy::named(name));
     let all = named().fold(bending(3.0), |sum, energy| sum + energy);
@@ -81,12 +82,13 @@ const OWN: &str = "fn own_value(w: Window) -> real { return w.s0; }
 fn own_gradient(w: Window) -> Partials { var p = Partials(); p.value = w.s0; p.s0 = real(1); return p; }
 fn own_hessian(w: Window) -> SecondPartials { return SecondPartials(); }";
 
-/// Evaluates an energy at every curve of a batch. A curve with an edge of no length, a coordinate that is not
-/// finite, or closed with one or two vertices has NaN for an energy and zeros at its vertices.
+/// Evaluates an energy at every curve of a batch. A curve with an edge of no length, a coordinate
+/// that is not finite, or closed with one or two vertices has NaN for an energy and zeros at its
+/// vertices.
 ///
 /// # Errors
-/// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions; [`Error::Limit`] for a curve
-/// larger than the device's largest array.
+/// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions;
+/// [`Error::Limit`] for a curve larger than the device's largest array.
 pub fn evaluate(gpu: &Gpu, precision: Precision, at: At<'_>, want: Want<'_>) -> Result<Found> {
     let d = at.batch.dimension();
     let composition = Composition::of(at.energy, at.gauge.is_some(), d, precision).map_err(Error::Argument)?;
@@ -289,7 +291,8 @@ mod tests {
                 for precision in precisions(&gpu) {
                     let found = all(evaluate(&gpu, precision, at, want).unwrap());
                     let epsilon = if precision == Precision::F64 { f64::EPSILON } else { f64::from(f32::EPSILON) };
-                    // Differences of tangents and of curvatures over edges of about 1: tens of roundings of the largest.
+                    // Differences of tangents and of curvatures over edges of about 1: tens of
+                    // roundings of the largest.
                     let is_near = |(x, y): (&f64, &f64)| (x - y).abs() <= 256.0 * epsilon * unit;
                     assert!(
                         found.iter().zip(&wanted).all(is_near),

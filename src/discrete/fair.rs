@@ -26,14 +26,17 @@ use crate::words::words;
 /// A gradient left at so many times the tolerance is rounding, above it the curve's own trouble.
 const ROUNDING_REACHES: f64 = 1e3;
 
-/// What has not converged after so many iterations does not with ten times as many, as measured with borders of countries.
+/// What has not converged after so many iterations does not with ten times as many, as measured
+/// with borders of countries.
 const ENOUGH_ITERATIONS: u32 = 200;
 
-/// A curve that has not converged and is this many times as long as its chord polygon is no curve to be shown: a half circle
-/// through two points is 1.57 times, and no curve that converged was seen to pass 1.23 on its way.
+/// A curve that has not converged and is this many times as long as its chord polygon is no curve
+/// to be shown: a half circle through two points is 1.57 times, and no curve that converged was
+/// seen to pass 1.23 on its way.
 const ASTRAY: f64 = 2.0;
 
-/// Memory that a vertex takes while all curves are descended, a dimension: 110 bytes were measured in the plane, with its share of the samples.
+/// Memory that a vertex takes while all curves are descended, a dimension: 110 bytes were measured
+/// in the plane, with its share of the samples.
 const VERTEX_BYTES: usize = 56;
 
 /// How spans between data points are divided into edges.
@@ -47,7 +50,8 @@ pub enum Segments {
 }
 
 impl Segments {
-    /// Vertices that a spacing may ask for, of all curves together: they take some 2 GB while they are fitted.
+    /// Vertices that a spacing may ask for, of all curves together: they take some 2 GB while they
+    /// are fitted.
     pub const MOST_VERTICES: usize = 5_000_000;
 }
 
@@ -70,24 +74,26 @@ words!(Pins, "choice of points": [
     (None, "none", "Every point may move"),
 ]);
 
-/// Discrete fair curves: of all curves through (or attached to) the data points the one of least energy, as a polygon of
-/// many vertices.
+/// Discrete fair curves: of all curves through (or attached to) the data points the one of least
+/// energy, as a polygon of many vertices.
 ///
-/// Starts from the natural, or periodic, spline through the points and goes down by Newton's method, damped in the Sobolev metric
-/// that suits the energy (see [`Energy`] and [`Direction`]), with a gauge that keeps edges between data points equal and takes
-/// nothing from the shape. Gentle curves of least bending take about 3 iterations, rough ones 10, however many vertices they
-/// have. Exponents of bending beyond 5, and below 1.5, are approached in stages.
+/// Starts from the natural, or periodic, spline through the points and goes down by Newton's
+/// method, damped in the Sobolev metric that suits the energy (see [`Energy`] and [`Direction`]),
+/// with a gauge that keeps edges between data points equal and takes nothing from the shape. Gentle
+/// curves of least bending take about 3 iterations, rough ones 10, however many vertices they have.
+/// Exponents of bending beyond 5, and below 1.5, are approached in stages.
 ///
-/// The minimum found is a local one, the one down from the spline. Gentle data have no other near; rough data do: of 60
-/// rough curves in bending and 0.1 of length, random starts found an energy lower by more than 1 % for 19, and by more than 10 %
-/// for 14.
+/// The minimum found is a local one, the one down from the spline. Gentle data have no other near;
+/// rough data do: of 60 rough curves in bending and 0.1 of length, random starts found an energy
+/// lower by more than 1 % for 19, and by more than 10 % for 14.
 ///
-/// Tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) are met: a tangent τ by
-/// f_{i+1} − f_{i−1} ∥ τ, a curvature vector k ⊥ τ exactly, by (T′ − T)/Δa = k.
+/// Tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) are met: a
+/// tangent τ by f_{i+1} − f_{i−1} ∥ τ, a curvature vector k ⊥ τ exactly, by (T′ − T)/Δa = k.
 ///
-/// Accuracy: the polygon's energy is that of the smooth curve of least energy to O(h²), h the length of an edge. On a GPU
-/// curves agree with those of the CPU to 1e-9 of their size in f64, and 1e-5 in f32 (1e-6 up to 64 edges). Where the precision is
-/// left to the program, what f32 cannot finish is finished by the CPU.
+/// Accuracy: the polygon's energy is that of the smooth curve of least energy to O(h²), h the
+/// length of an edge. On a GPU curves agree with those of the CPU to 1e-9 of their size in f64, and
+/// 1e-5 in f32 (1e-6 up to 64 edges). Where the precision is left to the program, what f32 cannot
+/// finish is finished by the CPU.
 ///
 /// ```
 /// use faircurve::discrete::{Fair, bending, length};
@@ -101,8 +107,8 @@ words!(Pins, "choice of points": [
 /// # Ok::<(), faircurve::Error>(())
 /// ```
 ///
-/// Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006); gauge, metric at pins and curvature
-/// constraints are faircurve's.
+/// Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006); gauge, metric at
+/// pins and curvature constraints are faircurve's.
 #[derive(Clone, Debug)]
 pub struct Fair {
     /// What is minimised; bending ∫κ² ds by default. Weights are in units of the input.
@@ -111,35 +117,40 @@ pub struct Fair {
     pub segments: Segments,
     /// All points are passed through, unless the energy holds an [`attachment`](super::attachment).
     pub pins: Pins,
-    /// Near the points instead: the largest distance D > 0 between a data point and its vertex, in units of the input.
-    /// Every curve is attached to its points with the smallest weight α that keeps it, as
-    /// [`attachment`](super::attachment) would with that weight: smaller is closer. Ends of open curves are pinned,
-    /// unless pins are [`Pins::None`]. `None`, the default, searches for nothing.
+    /// Near the points instead: the largest distance D > 0 between a data point and its vertex, in
+    /// units of the input. Every curve is attached to its points with the smallest weight α that
+    /// keeps it, as [`attachment`](super::attachment) would with that weight: smaller is closer.
+    /// Ends of open curves are pinned, unless pins are [`Pins::None`]. `None`, the default,
+    /// searches for nothing.
     ///
-    /// Weights tried are 0.54 % apart, between one so weak that the curve is as fair as its ends let it be, and one so
-    /// strong that it goes through its points but for rounding; the report says the one found
-    /// ([`smoothing`](CurveReport::smoothing)). Where none is strong enough the curve goes through its points,
-    /// converged, with a message. The way leads from the smoothing spline that keeps the deviation (from one that keeps
-    /// less where it might vanish; from the natural spline where tangents are given) along curves that keep it; where
-    /// minima end, deviations jump, and the curve before the jump is taken. Rough curves may have no minimum near, at any weight:
-    /// without length in the energy they swing out into loops. Those are `not_converged`, and the curve is the spline.
-    /// Curves of 8 segments a span and more are searched for at 4 first. The energy reported has no attachment in it,
-    /// iterations are those of all weights tried.
+    /// Weights tried are 0.54 % apart, between one so weak that the curve is as fair as its ends
+    /// let it be, and one so strong that it goes through its points but for rounding; the report
+    /// says the one found ([`smoothing`](CurveReport::smoothing)). Where none is strong enough the
+    /// curve goes through its points, converged, with a message. The way leads from the smoothing
+    /// spline that keeps the deviation (from one that keeps less where it might vanish; from the
+    /// natural spline where tangents are given) along curves that keep it; where minima end,
+    /// deviations jump, and the curve before the jump is taken. Rough curves may have no minimum
+    /// near, at any weight: without length in the energy they swing out into loops. Those are
+    /// `not_converged`, and the curve is the spline. Curves of 8 segments a span and more are
+    /// searched for at 4 first. The energy reported has no attachment in it, iterations are those
+    /// of all weights tried.
     pub deviation: Option<f64>,
-    /// Corners are kept: curves are cut at data points where the polygon of the data turns by more than this angle, in
-    /// radians from 0 to π, unless they have a tangent of their own. The pieces are fitted as open curves, free to
-    /// leave a corner in any direction, with the corner pinned; in the report stand the worst status with its message,
-    /// sums of energies and iterations, and the largest of the rest. Curvatures leave out what the curve turns at a
-    /// corner, where each side has its own. `None`, the default, cuts nothing.
+    /// Corners are kept: curves are cut at data points where the polygon of the data turns by more
+    /// than this angle, in radians from 0 to π, unless they have a tangent of their own. The pieces
+    /// are fitted as open curves, free to leave a corner in any direction, with the corner pinned;
+    /// in the report stand the worst status with its message, sums of energies and iterations, and
+    /// the largest of the rest. Curvatures leave out what the curve turns at a corner, where each
+    /// side has its own. `None`, the default, cuts nothing.
     pub corners: Option<f64>,
-    /// How curves go down: by Newton's method unless asked for otherwise. Energies of order 1 are descended along their Sobolev
-    /// gradients, which lead to the minimum in a few steps.
+    /// How curves go down: by Newton's method unless asked for otherwise. Energies of order 1 are
+    /// descended along their Sobolev gradients, which lead to the minimum in a few steps.
     pub direction: Direction,
     /// How far each step goes.
     pub step: Step,
-    /// √⟨g, L⁻¹g⟩ at which a curve has converged: the size of the gradient in the Sobolev metric, with the curve scaled to
-    /// size 1 and the energy to weight 1 of its highest order (of |κ|^ν to κ̄^(2 − ν), κ̄ the mean curvature of the start). Smaller is stricter; 1e-8 by default. In f32 at least
-    /// 1.1 ε √E/h, which rounding leaves.
+    /// √⟨g, L⁻¹g⟩ at which a curve has converged: the size of the gradient in the Sobolev metric,
+    /// with the curve scaled to size 1 and the energy to weight 1 of its highest order (of |κ|^ν to
+    /// κ̄^(2 − ν), κ̄ the mean curvature of the start). Smaller is stricter; 1e-8 by default. In
+    /// f32 at least 1.1 ε √E/h, which rounding leaves.
     pub tolerance: f64,
     /// Iterations at most; 500 by default.
     pub max_iterations: u32,
@@ -164,17 +175,20 @@ impl Default for Fair {
 impl Fair {
     /// Fits every curve of the batch.
     ///
-    /// Statuses: `converged`; `not_converged` (the curve is the best one reached, or its input where that is more than twice as long
-    /// as the points' polygon); `unbounded` where, without length and tension in the energy, the curve grows past five times its chord
-    /// polygon while its energy falls: bending alone often has no minimum; `degenerate` and `invalid`. Curves of the last three
-    /// come out as their input. The energy reported is the weighted sum asked for, in units of the input, without the gauge.
+    /// Statuses: `converged`; `not_converged` (the curve is the best one reached, or its input
+    /// where that is more than twice as long as the points' polygon); `unbounded` where, without
+    /// length and tension in the energy, the curve grows past five times its chord polygon while
+    /// its energy falls: bending alone often has no minimum; `degenerate` and `invalid`. Curves of
+    /// the last three come out as their input. The energy reported is the weighted sum asked for,
+    /// in units of the input, without the gauge.
     ///
-    /// Curves are counted at the device's [counter](Device::with_counter) as they are finished, those cut at
-    /// [`corners`](Self::corners) with their last piece.
+    /// Curves are counted at the device's [counter](Device::with_counter) as they are finished,
+    /// those cut at [`corners`](Self::corners) with their last piece.
     ///
     /// # Errors
-    /// Weights that are negative or not finite, no energy at all, an exponent below 1, a tolerance, a number of segments or
-    /// pins that make no sense; a spacing that makes more than [`Segments::MOST_VERTICES`]; columns `nu` and `known`; on a GPU what becomes of submissions.
+    /// Weights that are negative or not finite, no energy at all, an exponent below 1, a tolerance,
+    /// a number of segments or pins that make no sense; a spacing that makes more than
+    /// [`Segments::MOST_VERTICES`]; columns `nu` and `known`; on a GPU what becomes of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
         match batch.dimension() {
@@ -183,8 +197,8 @@ impl Fair {
         }
     }
 
-    /// Fits every curve and samples it. Where the sampling is [`Sampling::PerSpan`] of as many as there are
-    /// [`segments`](Self::segments) a span, the samples are the vertices.
+    /// Fits every curve and samples it. Where the sampling is [`Sampling::PerSpan`] of as many as
+    /// there are [`segments`](Self::segments) a span, the samples are the vertices.
     ///
     /// # Errors
     /// As [`fit`](Self::fit); those of [`Sampling::check`].

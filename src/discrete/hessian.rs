@@ -1,7 +1,8 @@
 //! [`BlockHessian`]: second derivatives of a sum of energies at the vertices, from those by tangents and lengths.
 //!
-//! By the chain rule with e = Δs T and P = I − T Tᵀ: ∂Δs/∂e = T, ∂T/∂e = P/Δs, ∂²Δs/∂e² = P/Δs, and for a fixed g
-//! ∂²(g·T)/∂e² = −(T (P g)ᵀ + (P g) Tᵀ + (T·g) P)/Δs²; then from edges to the vertices they lie between.
+//! By the chain rule with e = Δs T and P = I − T Tᵀ: ∂Δs/∂e = T, ∂T/∂e = P/Δs, ∂²Δs/∂e² = P/Δs, and
+//! for a fixed g ∂²(g·T)/∂e² = −(T (P g)ᵀ + (P g) Tᵀ + (T·g) P)/Δs²; then from edges to the
+//! vertices they lie between.
 
 use std::ops::Range;
 
@@ -14,16 +15,18 @@ use crate::linalg::scalar::{Vector, dot, scale};
 /// A D × D matrix, row after row.
 pub(crate) type Block<S, const D: usize> = [Vector<S, D>; D];
 
-/// A vertex is coupled with so many of its successors at most: a term sees so many edges, and one vertex more.
+/// A vertex is coupled with so many of its successors at most: a term sees so many edges, and one
+/// vertex more.
 pub(crate) const COUPLED: usize = MOST_EDGES;
 
-/// Edges that are worked on together: what windows add up there stays in the nearest cache, however long the curve.
+/// Edges that are worked on together: what windows add up there stays in the nearest cache, however
+/// long the curve.
 const TILE: usize = 64;
 
-/// The Hessian of one curve, or of one curve a lane, by its upper half: H = Σ over v and k of block (v, k) in rows of
-/// vertex v and columns of vertex v + k, modulo the number of vertices for closed curves, and for k > 0 its
-/// transpose in the transposed place. On closed curves of few vertices several blocks share a place, or stand on
-/// the diagonal for k > 0: they add up.
+/// The Hessian of one curve, or of one curve a lane, by its upper half: H = Σ over v and k of block
+/// (v, k) in rows of vertex v and columns of vertex v + k, modulo the number of vertices for closed
+/// curves, and for k > 0 its transpose in the transposed place. On closed curves of few vertices
+/// several blocks share a place, or stand on the diagonal for k > 0: they add up.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockHessian<S, const D: usize> {
     closed: bool,
@@ -49,13 +52,14 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Blocks of every vertex with itself and its next [`COUPLED`]; rows beyond a lane's vertices hold 0.
+    /// Blocks of every vertex with itself and its next [`COUPLED`]; rows beyond a lane's vertices
+    /// hold 0.
     pub fn blocks(&self) -> &[[Block<S, D>; COUPLED + 1]] {
         &self.blocks
     }
 
-    /// Replaces the blocks by those of the weighted sum of functionals and of the gauge, given by its order and weight, at the
-    /// curve where the edges are placed.
+    /// Replaces the blocks by those of the weighted sum of functionals and of the gauge, given by
+    /// its order and weight, at the curve where the edges are placed.
     #[inline(always)]
     pub fn assemble<'a>(
         &mut self,
@@ -119,7 +123,8 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         self.assemble(edges, terms, gauge);
     }
 
-    /// The gauge of first differences beside the ends of open curves, which belongs to that of second ones.
+    /// The gauge of first differences beside the ends of open curves, which belongs to that of
+    /// second ones.
     #[inline(never)]
     fn add_gauge_at_ends(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S) {
         for start in tile.start..if self.closed { tile.start } else { tile.end.min(edges.windows::<2>()) } {
@@ -176,7 +181,8 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// From these edges, of a tile from its edge `at` on, to vertices: edge j is vertex j + 1 less vertex j.
+    /// From these edges, of a tile from its edge `at` on, to vertices: edge j is vertex j + 1 less
+    /// vertex j.
     #[inline(always)]
     fn scatter(&mut self, edges: Range<usize>, at: usize) {
         let (plus, minus) = (S::ONE, -S::ONE);

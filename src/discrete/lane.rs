@@ -21,7 +21,8 @@ pub(crate) enum Standing {
     Broken,
 }
 
-/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`] or the energy by [`FALL_EPSILONS`], if nothing else is said, else rounding has the upper hand.
+/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`] or the energy by [`FALL_EPSILONS`],
+/// if nothing else is said, else rounding has the upper hand.
 const PATIENCE: u32 = 100;
 
 /// The same of Newton's steps, of which as many lead from anywhere to the minimum.

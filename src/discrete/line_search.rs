@@ -1,21 +1,25 @@
-//! How far along a direction: one trial a tick, one curve a lane, decided from the energy and its slope at the trial.
+//! How far along a direction: one trial a tick, one curve a lane, decided from the energy and its
+//! slope at the trial.
 //!
-//! A step is accepted where the energy has not risen beyond its rounding and the slope has fallen to [`SLOPE`] of that at the
-//! start (Hager and Zhang's approximate Wolfe conditions, SIAM J. Optim. 16, 2005): near a minimum differences of
-//! energies drown in rounding long before slopes do. Trials that are too short move on by the secant of the slopes, those that are too
-//! long bracket the step, and the bracket shrinks by secants and cuts.
+//! A step is accepted where the energy has not risen beyond its rounding and the slope has fallen
+//! to [`SLOPE`] of that at the start (Hager and Zhang's approximate Wolfe conditions, SIAM J.
+//! Optim. 16, 2005): near a minimum differences of energies drown in rounding long before slopes
+//! do. Trials that are too short move on by the secant of the slopes, those that are too long
+//! bracket the step, and the bracket shrinks by secants and cuts.
 
 use crate::damping::Verdict;
 use crate::linalg::{Real, Scalar};
 
-/// A step is accepted when the slope is at most this part of the slope at its start. Between 0.3 and 0.8 the number of
-/// evaluations hardly changes.
+/// A step is accepted when the slope is at most this part of the slope at its start. Between 0.3
+/// and 0.8 the number of evaluations hardly changes.
 const SLOPE: f64 = 0.5;
 
-/// Energies that differ by less than this part count as equal: above the rounding of a sum in f32, about eight units.
+/// Energies that differ by less than this part count as equal: above the rounding of a sum in f32,
+/// about eight units.
 const ENERGY_ROUNDING: f64 = 1e-6;
 
-/// No edge changes by more than this part of its length in a step: less than 1, so that none turns over or vanishes.
+/// No edge changes by more than this part of its length in a step: less than 1, so that none turns
+/// over or vanishes.
 pub(super) const MOST_OF_AN_EDGE: f64 = 0.5;
 
 /// Trials of one step: a bracket shrinks by 0.9 each at least, mostly by far more.

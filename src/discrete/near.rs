@@ -1,8 +1,9 @@
 //! Where searches for a deviation start: at smoothing splines, which keep it and are gentle already.
 //!
-//! The natural spline goes through every point, however sharply points turn: descents from there may swing out into large
-//! loops instead of letting go of the points. The smoothing spline is on the right side of that from the start, and its λ says about
-//! which weight of an attachment the deviation needs.
+//! The natural spline goes through every point, however sharply points turn: descents from there
+//! may swing out into large loops instead of letting go of the points. The smoothing spline is on
+//! the right side of that from the start, and its λ says about which weight of an attachment the
+//! deviation needs.
 
 use std::collections::BTreeMap;
 
@@ -19,11 +20,12 @@ use crate::report::{CurveReport, CurveSet};
 use crate::spline::{Amount, CubicSplines, Parametrisation, Smoothing};
 use crate::status::CurveStatus;
 
-/// Splines of open curves stray from their points by at most this part of the diagonal of their box: one that is allowed all of it
-/// may be a point.
+/// Splines of open curves stray from their points by at most this part of the diagonal of their
+/// box: one that is allowed all of it may be a point.
 const OF_DIAGONAL: f64 = 0.25;
 
-/// Of closed curves, this part of area over length: a circle keeps three quarters of its radius, a sliver half its width.
+/// Of closed curves, this part of area over length: a circle keeps three quarters of its radius, a
+/// sliver half its width.
 const OF_WIDTH: f64 = 0.5;
 
 /// Closed curves that enclose nothing, such as an eight, stray by this part of their diagonal.
@@ -46,7 +48,8 @@ pub(super) struct Spread {
 }
 
 impl Near {
-    /// The splines that keep the deviation, or halves of it where a curve is so small that it might vanish.
+    /// The splines that keep the deviation, or halves of it where a curve is so small that it might
+    /// vanish.
     pub fn new<const D: usize>(pins: Pins, allowed: f64, batch: &CurveBatch) -> Result<Self> {
         let free = batch.clone().with_constraints(Constraints::default())?;
         let mut groups: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
@@ -116,8 +119,9 @@ impl<const D: usize> Ready<D> {
     }
 }
 
-/// What helps a curve whose minimum near its points is not to be had, the best first. Of the 594 borders of countries-110m at a deviation of 0.2 so many
-/// have one: with bending alone 466, with a length of weight 0.1, 1 and 10 beside it 473, 518 and 571, with corners of 60° all.
+/// What helps a curve whose minimum near its points is not to be had, the best first. Of the 594
+/// borders of countries-110m at a deviation of 0.2 so many have one: with bending alone 466, with a
+/// length of weight 0.1, 1 and 10 beside it 473, 518 and 571, with corners of 60° all.
 pub(super) fn remedy(energy: &Energy) -> &'static str {
     match energy.bounds_length() {
         true => "keep its corners, such as those of 60° and more, or weigh length more",

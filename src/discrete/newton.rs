@@ -1,8 +1,9 @@
 //! [`Newton`]: the systems (H + λL) p = −g of curves side by side: H the Hessian of their energies and the gauge, L the inner
 //! product of the energy's order, λ ≥ 0 the damping.
 //!
-//! λ → ∞ is descent along the Sobolev gradient, λ = 0 Newton's method. L is that of [`metric`](super::metric) in its plain form,
-//! D_k at pins included: it only has to bound steps, and this one is as wide as H.
+//! λ → ∞ is descent along the Sobolev gradient, λ = 0 Newton's method. L is that of
+//! [`metric`](super::metric) in its plain form, D_k at pins included: it only has to bound steps,
+//! and this one is as wide as H.
 
 // Loops over coordinates and lanes by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]
@@ -17,7 +18,8 @@ use crate::linalg::scalar::Vector;
 
 /// Newton's systems, one a lane, coordinates interleaved.
 pub(crate) struct Newton<S, const D: usize> {
-    /// The highest order of the energy and the gauge: a vertex is coupled with so many on either side.
+    /// The highest order of the energy and the gauge: a vertex is coupled with so many on either
+    /// side.
     order: usize,
     hessian: BlockHessian<S, D>,
     /// L, alike for all coordinates: by vertices v and v + k.
@@ -40,8 +42,8 @@ const fn widest(dimension: usize) -> usize {
     (MOST_EDGES + 1) * dimension - 1
 }
 
-/// What a matrix of any width does; those of another dimension are known to be none when it is compiled, and those of higher orders would take
-/// the compiler minutes within what is vectorised.
+/// What a matrix of any width does; those of another dimension are known to be none when it is
+/// compiled, and those of higher orders would take the compiler minutes within what is vectorised.
 macro_rules! each {
     ($matrix:expr, $banded:ident => $body:expr, $apart:expr) => {
         match $matrix {
@@ -55,8 +57,8 @@ macro_rules! each {
 }
 
 impl<S: Scalar, const D: usize> Newton<S, D> {
-    /// Room for the systems of energies of an order; `movable` is 1 where a vertex may move, else 0. Closed curves have more
-    /// vertices than the order.
+    /// Room for the systems of energies of an order; `movable` is 1 where a vertex may move, else
+    /// 0. Closed curves have more vertices than the order.
     pub fn new(order: usize, edges: &Edges<S, D>, movable: &[S]) -> Self {
         let closed = edges.is_closed();
         let counts: Vec<usize> = edges.vertices().iter().map(|count| count * D).collect();
@@ -124,8 +126,8 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
-    /// Adds weight · v vᵀ at the vertices from `start` on. Closed lanes go on in the rows after their last: [`factor`](Self::factor)
-    /// knows what those mean.
+    /// Adds weight · v vᵀ at the vertices from `start` on. Closed lanes go on in the rows after
+    /// their last: [`factor`](Self::factor) knows what those mean.
     #[inline(always)]
     fn damp<const N: usize>(&mut self, start: usize, weight: S, v: [S; N]) {
         for j in 0..N {
@@ -135,8 +137,8 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
-    /// Factors H + λL. Returns the smallest pivot of each lane: where it is not positive, the matrix was not positive definite,
-    /// and what [`solve`](Self::solve) finds there means nothing.
+    /// Factors H + λL. Returns the smallest pivot of each lane: where it is not positive, the
+    /// matrix was not positive definite, and what [`solve`](Self::solve) finds there means nothing.
     #[inline(always)]
     pub fn factor(&mut self, lambda: S) -> S {
         let (blocks, damping, movable) = (self.hessian.blocks(), &self.damping[..], &self.movable[..]);
@@ -189,7 +191,8 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
     #[inline(always)]
     fn factor<const B: usize>(&self, matrix: &mut Banded<S, B>) -> S {
         matrix.clear();
-        // B = (order + 1)·D − 1, or more. Of closed lanes H has been brought to the rows that exist; L goes on beyond them.
+        // B = (order + 1)·D − 1, or more. Of closed lanes H has been brought to the rows that
+        // exist; L goes on beyond them.
         let reach = (B + 1) / D;
         for (v, (blocks, damping)) in self.blocks.iter().zip(self.damping).enumerate() {
             for k in 0..reach {

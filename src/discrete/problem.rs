@@ -15,7 +15,8 @@ use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
 /// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
 const LANES: usize = 4;
 
-/// Curves of more edges come alone: side by side their arrays leave the caches, and cost more than lanes save.
+/// Curves of more edges come alone: side by side their arrays leave the caches, and cost more than
+/// lanes save.
 const LONG: usize = 16_384;
 
 /// One curve with all that its descent needs, translated and scaled to size 1.
@@ -79,9 +80,10 @@ impl<const D: usize> Problem<D> {
         }
     }
 
-    /// The √⟨g, L⁻¹g⟩ that rounding in f32 may leave: 1.1 ε √(w E)/h, with w half the weight of the inner product, E the energy of
-    /// the base and h the mean length of an edge. Measured floors are 0.13 to 0.56 ε √(w E)/h, for 64 and for 256 edges: twice
-    /// the largest is reached, and leaves curves of 64 edges 1e-6 of their size from where f64 goes, and less.
+    /// The √⟨g, L⁻¹g⟩ that rounding in f32 may leave: 1.1 ε √(w E)/h, with w half the weight of the
+    /// inner product, E the energy of the base and h the mean length of an edge. Measured floors
+    /// are 0.13 to 0.56 ε √(w E)/h, for 64 and for 256 edges: twice the largest is reached, and
+    /// leaves curves of 64 edges 1e-6 of their size from where f64 goes, and less.
     pub fn rounding_in_f32(&self, energy: &Energy) -> f64 {
         let (energy, length) = self.at_base(energy);
         1.1 * f64::from(f32::EPSILON) * (0.5 * self.highest * energy).sqrt() * self.base.len() as f64 / length
@@ -101,8 +103,8 @@ impl<const D: usize> Problem<D> {
         (at_base.energy_without_gauge(), at_base.edges.total_length())
     }
 
-    /// Whether curves may share a pass: both open or both closed, of similar length, with pins in the same rows as far as
-    /// both go.
+    /// Whether curves may share a pass: both open or both closed, of similar length, with pins in
+    /// the same rows as far as both go.
     fn suits(&self, other: &Self) -> bool {
         let (short, long) = if self.base.len() <= other.base.len() { (self, other) } else { (other, self) };
         let pins = short.pinned.len();
@@ -121,7 +123,8 @@ impl<const D: usize> Problem<D> {
     }
 }
 
-/// The order of the inner product; closed curves hold orders from the third on only with more vertices than that.
+/// The order of the inner product; closed curves hold orders from the third on only with more
+/// vertices than that.
 pub(super) fn order_of(order: usize, closed: bool, vertices: usize) -> usize {
     if closed { order.min(vertices.max(3) - 1) } else { order }
 }
@@ -129,7 +132,8 @@ pub(super) fn order_of(order: usize, closed: bool, vertices: usize) -> usize {
 /// What is told of every curve that has ended, by its number.
 pub(crate) type Ended<'a, const D: usize> = &'a (dyn Fn(usize, &Outcome<D>) + Sync);
 
-/// Descends every curve, on all threads of the CPU in f64; `ended` is told of each as the curves beside it end too.
+/// Descends every curve, on all threads of the CPU in f64; `ended` is told of each as the curves
+/// beside it end too.
 pub(crate) fn descend_on_cpu<const D: usize>(
     plan: &Plan,
     energy: &Energy,
@@ -227,7 +231,8 @@ fn outcomes<S: Scalar, const D: usize>(descent: &mut Descent<'_, S, D>, count: u
     (0..count).map(outcome).collect()
 }
 
-/// A descent of up to S::LANES curves that suit each other, at their bases. Lanes without a curve repeat the first, already ended.
+/// A descent of up to S::LANES curves that suit each other, at their bases. Lanes without a curve
+/// repeat the first, already ended.
 pub(crate) fn start<'a, S: Scalar, const D: usize>(
     plan: &Plan,
     functionals: &[&'a Functional],
@@ -271,7 +276,8 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let gauge = each(&|problem| problem.gauge);
     let bounds: Vec<(f64, f64)> = (0..S::LANES).map(|l| (lane(l).tolerance, lane(l).longest)).collect();
     let limited = |order: usize| order_of(order, lane(0).closed, lane(0).vertices());
-    // Length and tension are as good as solved by their inner product; a triangle has no room for the third derivative.
+    // Length and tension are as good as solved by their inner product; a triangle has no room for
+    // the third derivative.
     let newton = plan.order > 1 && limited(plan.order) == plan.order;
     let direction = if plan.direction == Direction::Newton && !newton { Direction::Hybrid } else { plan.direction };
     let plan = Plan { direction, order: limited(plan.order), gauge: limited(plan.gauge), ..*plan };

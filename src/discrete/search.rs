@@ -1,9 +1,10 @@
 //! [`Search`]: the search for the weight of one curve.
 //!
-//! The smaller the weight, the fairer the curve and the larger its deviation. Weights are searched among
-//! α = unit · 2^(j/128) for whole j, by secants between a weight that breaks the deviation and one that keeps it, until they
-//! are neighbours, or the secant says so. Every trial starts from the curve of the smallest weight that keeps the deviation so far,
-//! the first from the spline; only the last goes down to the method's own tolerance.
+//! The smaller the weight, the fairer the curve and the larger its deviation. Weights are searched
+//! among α = unit · 2^(j/128) for whole j, by secants between a weight that breaks the deviation
+//! and one that keeps it, until they are neighbours, or the secant says so. Every trial starts from
+//! the curve of the smallest weight that keeps the deviation so far, the first from the spline;
+//! only the last goes down to the method's own tolerance.
 
 use super::curves::Vertices;
 use super::fair::{Fair, Pins};
@@ -16,18 +17,21 @@ use crate::linalg::power_of_two;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::CurveReport;
 
-/// Weights tried differ by 2^(1/128), 0.54 %, and so do deviations at most where they go as 1/α: every device and precision
-/// tries the same numbers.
+/// Weights tried differ by 2^(1/128), 0.54 %, and so do deviations at most where they go as 1/α:
+/// every device and precision tries the same numbers.
 const STEPS_PER_OCTAVE: f64 = 128.0;
 
-/// Steps to the next weight while nothing brackets the answer: at least a twelfth of an octave, and at most six.
+/// Steps to the next weight while nothing brackets the answer: at least a twelfth of an octave, and
+/// at most six.
 const LEAST_STRIDE: f64 = 11.0;
 const MOST_STRIDE: f64 = 6.0 * STEPS_PER_OCTAVE;
 
-/// Brackets up to this many steps, an eighth of an octave, are narrow enough for their secant to be believed.
+/// Brackets up to this many steps, an eighth of an octave, are narrow enough for their secant to be
+/// believed.
 const NARROW: i32 = 16;
 
-/// The smallest weight: all attachments together are this part of the stiffness of a curve of size 1. They move it by no more.
+/// The smallest weight: all attachments together are this part of the stiffness of a curve of size
+/// 1. They move it by no more.
 const WEAKEST: f64 = 1e-4;
 
 /// The largest weight makes one attachment 2³⁰ times as stiff as the shortest span.
@@ -36,25 +40,29 @@ const OCTAVES_ABOVE: f64 = 30.0;
 /// On the way deviations need be known to this part of the one allowed only.
 const ROUGHLY: f64 = 1e-3;
 
-/// Iterations of a trial at most: nine in ten take fewer than ten, and what takes more than these is on its way into a loop. Where length or tension
-/// bound loops there is a minimum, but no near one.
+/// Iterations of a trial at most: nine in ten take fewer than ten, and what takes more than these
+/// is on its way into a loop. Where length or tension bound loops there is a minimum, but no near
+/// one.
 const TRIAL_ITERATIONS: u32 = 25;
 
-/// A curve on trial that becomes so many times as long as its chord polygon has swung out; and so has one with a span that is so many times as
-/// long as its own chord, and longer by the deviation. Half a circle is 1.57 times as long as its chord, two thirds 2.42 times; among borders,
-/// spans from 1.9 times on are loops.
+/// A curve on trial that becomes so many times as long as its chord polygon has swung out; and so
+/// has one with a span that is so many times as long as its own chord, and longer by the deviation.
+/// Half a circle is 1.57 times as long as its chord, two thirds 2.42 times; among borders, spans
+/// from 1.9 times on are loops.
 const SWUNG_OUT: f64 = 2.0;
 
-/// Steps to the next weight after trials that swung out while no weight is known to keep the deviation; after the last there
-/// is taken to be none.
+/// Steps to the next weight after trials that swung out while no weight is known to keep the
+/// deviation; after the last there is taken to be none.
 const STIFFENING: [i32; 3] = [192, 384, 768];
 
-/// Steps to the weight of a deviation twice as large as that of the spline: two octaves. Rings that are smaller than the deviation
-/// grow round at weak weights, and swing out at those that hold every corner.
+/// Steps to the weight of a deviation twice as large as that of the spline: two octaves. Rings that
+/// are smaller than the deviation grow round at weak weights, and swing out at those that hold
+/// every corner.
 const SOFTENING: i32 = 256;
 
-/// Where a weight does not do to the method's tolerance after all, weights so many steps higher are tried: it breaks the deviation by next to
-/// nothing, or stands where its minimum is about to end, and is no minimum to Newton's method yet.
+/// Where a weight does not do to the method's tolerance after all, weights so many steps higher are
+/// tried: it breaks the deviation by next to nothing, or stands where its minimum is about to end,
+/// and is no minimum to Newton's method yet.
 const STRIDES: [i32; 4] = [1, 4, 16, 64];
 
 /// Trials at most. Six are common; more than these are those of a deviation that jumps.
@@ -104,7 +112,8 @@ pub(super) struct Search<const D: usize> {
     steps: [i32; 2],
     step: i32,
     stage: Stage,
-    /// The largest weight known to break the deviation, with the deviation; and the smallest known to keep it.
+    /// The largest weight known to break the deviation, with the deviation; and the smallest known
+    /// to keep it.
     below: Option<(i32, f64)>,
     above: Option<Kept<D>>,
     /// How often in a row the same side of the bracket moved.
@@ -136,7 +145,8 @@ impl<const D: usize> Search<D> {
         mut start: Ready<D>,
         spread: Spread,
     ) -> Self {
-        // Curves may leave their points, on all sides. Energies that bound the length do so far away.
+        // Curves may leave their points, on all sides. Energies that bound the length do so far
+        // away.
         let chords: f64 = batch.chords(curve).sum();
         start.problem.longest = LONGEST * (chords + std::f64::consts::TAU * allowed) / start.size;
         let problem = &start.problem;
@@ -147,13 +157,15 @@ impl<const D: usize> Search<D> {
         let (heaviest, all) = if is_attached { (own().fold(0.0, f64::max), own().sum::<f64>()) } else { (1.0, 1.0) };
         let spans = spans(&start);
         let shortest = spans.iter().copied().fold(f64::INFINITY, f64::min);
-        // A power of two: then weights tried are the same ones wherever a curve is searched from, and on every device.
+        // A power of two: then weights tried are the same ones wherever a curve is searched from,
+        // and on every device.
         let unit = power_of_two(&[problem.highest * shortest.powi(1 - 2 * order) / heaviest]);
         let step = |alpha: f64| STEPS_PER_OCTAVE * (alpha / unit).log2();
         let highest = (OCTAVES_ABOVE * STEPS_PER_OCTAVE) as i32;
         // A cast makes 0 of what is no number.
         let lowest = (step(WEAKEST * problem.highest / all).floor() as i32).min(highest);
-        // Data at distance h smoothed over a length l, l^2m = h w/α: alike for a spline and for a curve of order m.
+        // Data at distance h smoothed over a length l, l^2m = h w/α: alike for a spline and for a
+        // curve of order m.
         let h = spans.iter().sum::<f64>() / spans.len() as f64;
         let lambda = spread.lambda / start.size.powi(3);
         let per_weight = start.size * start.size / start.energy_unit;
@@ -196,7 +208,8 @@ impl<const D: usize> Search<D> {
         })
     }
 
-    /// The same search, from a weight on that is about right, after so many iterations that led there.
+    /// The same search, from a weight on that is about right, after so many iterations that led
+    /// there.
     pub fn starting_from(mut self, weight: f64, iterations: u32) -> Self {
         let step = STEPS_PER_OCTAVE * (weight / self.unit).log2();
         (self.step, self.iterations) = ((step.round() as i32).clamp(self.steps[0], self.steps[1]), iterations);
@@ -260,8 +273,9 @@ impl<const D: usize> Search<D> {
         if self.stage == Stage::Pinned {
             return self.through_its_points(fair, batch).unwrap_or_else(|| self.start.clone());
         }
-        // Of several minima the one that follows from curves that keep the deviation as their attachments weaken: a curve once
-        // too far away may be caught behind folds that no weight pulls it out of.
+        // Of several minima the one that follows from curves that keep the deviation as their
+        // attachments weaken: a curve once too far away may be caught behind folds that no weight
+        // pulls it out of.
         let mut ready = match &self.above {
             Some(kept) => kept.trial.moved(&kept.outcome.displacements, &self.start),
             None => self.start.clone(),
@@ -359,8 +373,8 @@ impl<const D: usize> Search<D> {
     fn next(&self) -> Option<i32> {
         let octaves_off = |deviation: f64| (deviation / self.allowed).log2().abs();
         let stride = |deviation: f64| {
-            // Deviations go as 1/α where attachments are stiff, more slowly where they are not; and those that
-            // had no effect so far are followed by larger ones.
+            // Deviations go as 1/α where attachments are stiff, more slowly where they are not; and
+            // those that had no effect so far are followed by larger ones.
             let first = STEPS_PER_OCTAVE * 1.5 * octaves_off(deviation);
             let patient = LEAST_STRIDE * f64::from(self.one_sided.abs()).exp2();
             first.max(patient).min(MOST_STRIDE) as i32
@@ -372,7 +386,8 @@ impl<const D: usize> Search<D> {
                 let (high, low) = (deviation.ln(), above.deviation.ln());
                 let part = (high - self.allowed.ln()) / (high - low);
                 let secant = part.is_finite() && self.one_sided.abs() < 3;
-                // One step further down it would be broken: as the secant says, where it may be believed.
+                // One step further down it would be broken: as the secant says, where it may be
+                // believed.
                 let is_last = secant && gap <= NARROW && (1.0 - part) * f64::from(gap) < 1.0;
                 let part = if secant { part } else { 0.5 };
                 // Next to weights that swing out minima end: nothing is to be had from there.
@@ -439,7 +454,8 @@ fn spans<const D: usize>(ready: &Ready<D>) -> Vec<f64> {
 }
 
 impl<const D: usize> Ready<D> {
-    /// The curve with its vertices where displacements lead, as the base of further ones; weights of attachments as in `start`.
+    /// The curve with its vertices where displacements lead, as the base of further ones; weights
+    /// of attachments as in `start`.
     fn moved(&self, displacements: &[Vector<f64, D>], start: &Self) -> Self {
         let mut moved = self.clone();
         let count = displacements.len();

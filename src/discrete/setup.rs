@@ -1,4 +1,5 @@
-//! From data points to vertices: the natural, or periodic, spline through them, divided into edges of equal arc length.
+//! From data points to vertices: the natural, or periodic, spline through them, divided into edges
+//! of equal arc length.
 
 use rayon::prelude::*;
 
@@ -19,11 +20,13 @@ use crate::{Constraints, Problem as Unfitted};
 /// The tangential and the normal stiffness of a vertex are alike at this γ h³/w.
 const GAUGE: f64 = 1.0;
 
-/// Mean curvatures below this part of 1/size count as this where an exponent ν > 2 makes straight curves infinitely soft.
+/// Mean curvatures below this part of 1/size count as this where an exponent ν > 2 makes straight
+/// curves infinitely soft.
 const LEAST_CURVATURE: f64 = 0.1;
 
-/// A curve this many times as long as its chord polygon is no minimum: a half circle through two points is 1.57 times, and no curve
-/// that converged was seen to pass 1.23 on its way, where all that ran away pass 5 within some hundred iterations.
+/// A curve this many times as long as its chord polygon is no minimum: a half circle through two
+/// points is 1.57 times, and no curve that converged was seen to pass 1.23 on its way, where all
+/// that ran away pass 5 within some hundred iterations.
 pub(super) const LONGEST: f64 = 5.0;
 
 /// A curve that can be descended.
@@ -46,8 +49,8 @@ pub(crate) fn set_up<const D: usize>(fair: &Fair, batch: &CurveBatch) -> Result<
     set_up_pieces(fair, batch, &[])
 }
 
-/// Brings every curve of a batch to vertices; or says why it cannot be. `kept` says which curves keep their first or last point
-/// whatever the pins say; none do where it is empty.
+/// Brings every curve of a batch to vertices; or says why it cannot be. `kept` says which curves
+/// keep their first or last point whatever the pins say; none do where it is empty.
 pub(super) fn set_up_pieces<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -87,7 +90,8 @@ pub(super) fn set_up_from<const D: usize>(
 }
 
 impl<const D: usize> Ready<D> {
-    /// Whether every pinned vertex that stands for a data point is there, and nothing else is pinned.
+    /// Whether every pinned vertex that stands for a data point is there, and nothing else is
+    /// pinned.
     fn goes_through_its_pins(&self, points: &[Vector<f64, D>]) -> bool {
         let count = self.vertices.len() as u32;
         let is_there = |&row: &u32| {
@@ -240,7 +244,8 @@ fn divide<const D: usize>(
         vertices.push(if interpolates { from } else { at(span, 0.0) });
         let n = match segments {
             Segments::PerSpan(n) => n,
-            // What all curves may have is checked by their chords; this bounds one that swings out far.
+            // What all curves may have is checked by their chords; this bounds one that swings out
+            // far.
             Segments::Spacing(spacing) => {
                 (curve.span_length(span) / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
             }
@@ -257,8 +262,9 @@ fn divide<const D: usize>(
     (vertices, rows)
 }
 
-/// What differences of lengths count by in the gauge at each vertex: (h/h_s)^power, h_s the mean edge of the vertex' span and h that of
-/// all, so that in every span the tangential stiffness is that of the normal; 0 at data points.
+/// What differences of lengths count by in the gauge at each vertex: (h/h_s)^power, h_s the mean
+/// edge of the vertex' span and h that of all, so that in every span the tangential stiffness is
+/// that of the normal; 0 at data points.
 fn free<const D: usize>(base: &[Vector<f64, D>], data: &[u32], closed: bool, power: f64) -> Vec<f64> {
     let vertices = base.len() + usize::from(!closed);
     let mean = |edges: &mut dyn Iterator<Item = usize>| {
@@ -284,9 +290,11 @@ fn free<const D: usize>(base: &[Vector<f64, D>], data: &[u32], closed: bool, pow
     free
 }
 
-/// Fractions of a span that divide it into n pieces of about equal length: the gauge evens out what is left.
+/// Fractions of a span that divide it into n pieces of about equal length: the gauge evens out what
+/// is left.
 fn equal_fractions(curve: &dyn Curve, span: usize, n: usize) -> Vec<f64> {
-    // Simpson's rule on as many panels as there will be pieces, which resolves the speed as finely as the curve itself.
+    // Simpson's rule on as many panels as there will be pieces, which resolves the speed as finely
+    // as the curve itself.
     let panel = 1.0 / n as f64;
     let speed = |u: f64| curve.speed(span, u);
     let mut arc = vec![0.0; n + 1];
@@ -309,7 +317,8 @@ fn equal_fractions(curve: &dyn Curve, span: usize, n: usize) -> Vec<f64> {
     (1..n).map(at).collect()
 }
 
-/// The weight of every term at size 1, the sum divided by the unit returned, which gives the highest order the weight asked for.
+/// The weight of every term at size 1, the sum divided by the unit returned, which gives the
+/// highest order the weight asked for.
 ///
 /// |κ|^ν weighs as much as κ² where |κ| is the curvature given: so tolerances mean the same for every exponent.
 fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, f64) {
@@ -320,8 +329,8 @@ fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, 
     (energy.terms().iter().map(|term| at_size_1(term) / unit).collect(), unit)
 }
 
-/// The second derivative of the energy of highest order at a straight curve, per unit of the highest derivative squared; of
-/// energies that stiffen at the curvature given.
+/// The second derivative of the energy of highest order at a straight curve, per unit of the
+/// highest derivative squared; of energies that stiffen at the curvature given.
 fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vector<f64, D>], curvature: f64) -> f64 {
     let order = energy.order();
     let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
@@ -334,7 +343,8 @@ fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vect
         .sum()
 }
 
-/// The edge after which the curve turns back exactly. There it is a saddle: by symmetry no gradient leads off the line.
+/// The edge after which the curve turns back exactly. There it is a saddle: by symmetry no gradient
+/// leads off the line.
 fn fold<const D: usize>(base: &[Vector<f64, D>], closed: bool) -> Option<usize> {
     let turns_back = |j: &usize| {
         let (e, f) = (base[*j], base[(*j + 1) % base.len()]);

@@ -1,10 +1,12 @@
-//! How fits are descended: on which device and in which precision, and in which stages where one will not do.
+//! How fits are descended: on which device and in which precision, and in which stages where one
+//! will not do.
 //!
-//! * Exponents ν of bending far from 2 are approached in stages, each from where the one before ended: for large ν the energy is that of
-//!   the sharpest bend alone, and its Hessian says nothing of the others.
-//! * Where the precision is left to the program, curves that f32 could not finish, or whose edges are too fine for it on a device
-//!   that has nothing else, are finished by the host in f64, from where f32 left them: Newton's method then takes an
-//!   iteration or two.
+//! * Exponents ν of bending far from 2 are approached in stages, each from where the one before
+//!   ended: for large ν the energy is that of the sharpest bend alone, and its Hessian says nothing
+//!   of the others.
+//! * Where the precision is left to the program, curves that f32 could not finish, or whose edges
+//!   are too fine for it on a device that has nothing else, are finished by the host in f64, from
+//!   where f32 left them: Newton's method then takes an iteration or two.
 
 use super::descent_gpu::descend_on_gpu;
 use super::energy::{Energy, Functional};
@@ -20,10 +22,12 @@ use crate::gpu::Gpu;
 use crate::linalg::scalar::add;
 use crate::precision::Precision;
 
-/// Bending in f32 has the digits for so many edges a span: its condition grows as their fourth power.
+/// Bending in f32 has the digits for so many edges a span: its condition grows as their fourth
+/// power.
 const MOST_EDGES_IN_F32: u32 = 200;
 
-/// Exponents up to this one, and down to [`LEAST_EXPONENT`], need no stages: from the spline they take as long as through them.
+/// Exponents up to this one, and down to [`LEAST_EXPONENT`], need no stages: from the spline they
+/// take as long as through them.
 const MOST_EXPONENT: f64 = 5.0;
 
 /// See [`MOST_EXPONENT`].
@@ -55,8 +59,8 @@ impl Descender<'_> {
 }
 
 impl Fair {
-    /// Descends what is ready; and says what did it. `ended` is told of every curve that needs no more, by its number among
-    /// those that are ready.
+    /// Descends what is ready; and says what did it. `ended` is told of every curve that needs no
+    /// more, by its number among those that are ready.
     pub(super) fn descend<const D: usize>(
         &self,
         ready: &[Result<Ready<D>, Unfitted>],
@@ -150,8 +154,8 @@ fn going_on<const D: usize>(before: Option<Vec<Outcome<D>>>, after: Vec<Outcome<
     outcomes
 }
 
-/// Exponents that those of the energy are bounded by (from above where they are large, from below where they are small), one a
-/// stage, before the energy itself.
+/// Exponents that those of the energy are bounded by (from above where they are large, from below
+/// where they are small), one a stage, before the energy itself.
 fn stages(energy: &Energy) -> Vec<f64> {
     let exponents = energy.terms().iter().filter_map(|(weight, functional)| match functional {
         Functional::Bending(bending) if *weight > 0.0 => Some(bending.exponent),
@@ -194,7 +198,8 @@ fn nearer(exponent: f64, bound: f64) -> f64 {
 }
 
 impl<const D: usize> Problem<D> {
-    /// The problem of [`Energy::within`]: where the curve has its mean curvature all exponents weigh alike.
+    /// The problem of [`Energy::within`]: where the curve has its mean curvature all exponents
+    /// weigh alike.
     fn within(&self, energy: &Energy, bound: f64) -> Problem<D> {
         let mut problem = self.clone();
         problem.tolerance = problem.tolerance.max(STAGE_TOLERANCE);

@@ -4,10 +4,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::device::Device;
 
-/// Tells a device's counter of curves as they are finished: of one that was cut into pieces, with its last piece.
+/// Tells a device's counter of curves as they are finished: of one that was cut into pieces, with
+/// its last piece.
 pub(super) struct Tally<'a> {
     device: &'a Device,
-    /// Of every piece its curve, and of every curve how many pieces are left. None where nothing was cut.
+    /// Of every piece its curve, and of every curve how many pieces are left. None where nothing
+    /// was cut.
     pieces: Option<(Vec<usize>, Vec<AtomicUsize>)>,
 }
 

@@ -80,7 +80,8 @@ fn functionals() -> Vec<Option<Functional>> {
     all.map(|energy| Some(energy.terms()[0].1.clone())).chain([None]).collect()
 }
 
-/// Σ over edges j ≤ k of the term: (T_j·T_k)² Δs_j Δs_k² + Δs_k x·T_j, where the constant vector x makes it depend on direction.
+/// Σ over edges j ≤ k of the term: (T_j·T_k)² Δs_j Δs_k² + Δs_k x·T_j, where the constant vector x
+/// makes it depend on direction.
 #[derive(Debug)]
 pub(super) struct Mixed(pub usize);
 
@@ -145,7 +146,8 @@ fn largest(numbers: &[f64]) -> f64 {
     numbers.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
-/// Largest difference over the largest magnitude, or over 1 where all is smaller: rounding of energies of curves of size 1.
+/// Largest difference over the largest magnitude, or over 1 where all is smaller: rounding of
+/// energies of curves of size 1.
 fn apart(found: &[f64], wanted: &[f64]) -> f64 {
     assert_eq!(found.len(), wanted.len());
     let differences: Vec<f64> = found.iter().zip(wanted).map(|(a, b)| a - b).collect();
@@ -224,8 +226,8 @@ fn a_curve_has_the_same_bits_alone_and_beside_others() {
 
 #[test]
 fn single_precision_differs_by_rounding() {
-    // Tangents carry ε, curvature vectors 2 ε/Δs, and every derivative takes another 1/Δs, as the numbers themselves do;
-    // the largest found is 7.8.
+    // Tangents carry ε, curvature vectors 2 ε/Δs, and every derivative takes another 1/Δs, as the
+    // numbers themselves do; the largest found is 7.8.
     const FACTOR: f64 = 16.0;
     let mut worst = 0.0f64;
     let mut rng = StdRng::seed_from_u64(5);

@@ -14,8 +14,8 @@ pub(crate) fn instance() -> Instance {
     Instance::new(descriptor)
 }
 
-/// All adapters of the machine, hardware before software, faster kinds first, then by PCI bus address and name: the
-/// numbers that `gpu:N` and [`Device::gpu`](crate::Device::gpu) mean.
+/// All adapters of the machine, hardware before software, faster kinds first, then by PCI bus
+/// address and name: the numbers that `gpu:N` and [`Device::gpu`](crate::Device::gpu) mean.
 pub(crate) fn sorted(instance: &Instance) -> Vec<Adapter> {
     let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     adapters.sort_by_cached_key(|adapter| {

@@ -1,4 +1,5 @@
-//! Recording of dispatches with their buffers, so that any kernel can be replayed by another WGSL compiler.
+//! Recording of dispatches with their buffers, so that any kernel can be replayed by another WGSL
+//! compiler.
 
 use super::context::Gpu;
 use super::kernel::Kernel;
@@ -38,7 +39,8 @@ pub struct CapturedDispatch {
 }
 
 impl Gpu {
-    /// Runs `work` and returns every dispatch it made, with the buffers before and after. Slow: each dispatch is a submission of its own.
+    /// Runs `work` and returns every dispatch it made, with the buffers before and after. Slow:
+    /// each dispatch is a submission of its own.
     ///
     /// # Errors
     /// Those of `work`.

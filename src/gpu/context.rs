@@ -15,8 +15,8 @@ use crate::error::{Error, Result};
 /// Workgroup memory the kernels are designed for: every WebGPU device has it.
 const DESIGN_WORKGROUP_BYTES: u32 = 16 * 1024;
 
-/// What the buffers of one chunk take together unless a caller says otherwise: small enough to keep two chunks in
-/// flight on a modest GPU, large enough to hide the round trip.
+/// What the buffers of one chunk take together unless a caller says otherwise: small enough to keep
+/// two chunks in flight on a modest GPU, large enough to hide the round trip.
 const DESIGN_CHUNK_BYTES: u64 = 256 << 20;
 
 /// An open GPU.
@@ -74,8 +74,9 @@ impl Gpu {
         Ok(Self::from_wgpu(device, queue))
     }
 
-    /// Borrows a device and queue that the host program opened itself. Features it did not enable are not used:
-    /// without `SUBGROUP` the workgroup-memory kernels run, without `SHADER_F64` only f32 is possible.
+    /// Borrows a device and queue that the host program opened itself. Features it did not enable
+    /// are not used: without `SUBGROUP` the workgroup-memory kernels run, without `SHADER_F64` only
+    /// f32 is possible.
     ///
     /// The device's lost callback is set.
     pub fn from_wgpu(device: wgpu::Device, queue: wgpu::Queue) -> Self {
@@ -119,8 +120,8 @@ impl Gpu {
         self
     }
 
-    /// Fills the arrays that kernels write with NaN first, instead of zeros, so that what no kernel wrote can be told
-    /// from what is zero: for tests.
+    /// Fills the arrays that kernels write with NaN first, instead of zeros, so that what no kernel
+    /// wrote can be told from what is zero: for tests.
     pub fn with_poisoned_arrays(mut self) -> Self {
         self.poisoned = true;
         self
@@ -146,15 +147,16 @@ impl Gpu {
         self.lost.get().map(String::as_str)
     }
 
-    /// Time the kernels ran on the device since the last call, in seconds, by its own clock; 0 where it has none.
+    /// Time the kernels ran on the device since the last call, in seconds, by its own clock; 0
+    /// where it has none.
     pub fn take_kernel_seconds(&self) -> f64 {
         std::mem::take(&mut *self.kernel_nanoseconds.lock().expect("no panic while held")) * 1e-9
     }
 
     /// The error behind a failed wait: a lost device with its reason, or else `otherwise`.
     pub(super) fn failure(&self, otherwise: Error) -> Error {
-        // The reason arrives by a callback that only polling calls, once nothing is under way any more; what polling
-        // fails of is told by that reason.
+        // The reason arrives by a callback that only polling calls, once nothing is under way any
+        // more; what polling fails of is told by that reason.
         let timeout = Some(std::time::Duration::from_secs(5));
         let _ = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout });
         match self.lost() {

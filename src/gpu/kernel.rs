@@ -20,8 +20,8 @@ impl Gpu {
     /// Compiles a kernel, or finds it compiled.
     ///
     /// # Errors
-    /// [`Error::Kernel`] when the compiler refuses it; [`Error::Limit`] when it asks for more workgroup memory or
-    /// threads than the device has (which wgpu does not check for us).
+    /// [`Error::Kernel`] when the compiler refuses it; [`Error::Limit`] when it asks for more
+    /// workgroup memory or threads than the device has (which wgpu does not check for us).
     pub(super) fn kernel(&self, key: &KernelKey) -> Result<Arc<Kernel>> {
         let name = key.name();
         if let Some(kernel) = self.kernels.lock().expect("no panic while held").get(&name) {

@@ -1,4 +1,5 @@
-//! Chunks one after the other, the next being prepared and uploaded while the device works on the last.
+//! Chunks one after the other, the next being prepared and uploaded while the device works on the
+//! last.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -60,8 +61,9 @@ pub(crate) fn unwritten(kernel: &str, curve: impl std::fmt::Display, word: u32) 
     Error::Kernel { kernel: kernel.into(), message }
 }
 
-/// Submits the chunks (ranges of curves) in order and finishes each, in order, as its results arrive. When the device has
-/// no memory for a chunk, what is under way is finished and the chunks left are halved, once.
+/// Submits the chunks (ranges of curves) in order and finishes each, in order, as its results
+/// arrive. When the device has no memory for a chunk, what is under way is finished and the chunks
+/// left are halved, once.
 ///
 /// # Errors
 /// The first error of `submit`, `wait` or `finish`, with the number of curves finished before.
@@ -129,7 +131,8 @@ fn halves(chunk: &Range<usize>) -> Vec<Range<usize>> {
 mod tests {
     use super::*;
 
-    /// Runs chunks of ten curves on a device that has memory for `room` curves, and is lost before curve `lost`.
+    /// Runs chunks of ten curves on a device that has memory for `room` curves, and is lost before
+    /// curve `lost`.
     fn run(room: usize, lost: usize) -> (Result<(), Interrupted>, Vec<Range<usize>>) {
         let mut done = Vec::new();
         let result = pipeline(

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use crate::error::{Error, Result};
 
-/// Turns that a thread's loops may take together in one dispatch: llvmpipe ends them, without a word,
-/// after 65,535, and watchdogs of hardware end what takes too long.
+/// Turns that a thread's loops may take together in one dispatch: llvmpipe ends them, without a
+/// word, after 65,535, and watchdogs of hardware end what takes too long.
 pub const LOOP_TURNS: usize = 60_000;
 
 /// The limits that matter here.
@@ -37,9 +37,9 @@ impl Limits {
     }
 }
 
-/// Divides curves, in order, into chunks none of whose arrays exceeds a binding, and whose arrays together stay
-/// below the chunk size. `points[i]` is the size of curve `i`; a point takes `largest_bytes` in the largest array and
-/// `total_bytes` in all arrays together.
+/// Divides curves, in order, into chunks none of whose arrays exceeds a binding, and whose arrays
+/// together stay below the chunk size. `points[i]` is the size of curve `i`; a point takes
+/// `largest_bytes` in the largest array and `total_bytes` in all arrays together.
 ///
 /// # Errors
 /// [`Error::Limit`] when a single curve does not fit: it never will, on this device.
@@ -92,8 +92,8 @@ pub fn workgroups(tasks: usize, per_group: usize, limits: &Limits) -> Result<[u3
     Ok([across as u32, rows as u32, 1])
 }
 
-/// Sorts indices into buckets by the first bound not below their size. Returns the order and one range of it a bound;
-/// sizes above the last bound form the last bucket.
+/// Sorts indices into buckets by the first bound not below their size. Returns the order and one
+/// range of it a bound; sizes above the last bound form the last bucket.
 pub fn buckets(sizes: &[usize], bounds: &[usize]) -> (Vec<u32>, Vec<Range<usize>>) {
     let bucket = |size: usize| bounds.partition_point(|&bound| bound < size);
     let mut order: Vec<u32> = (0..sizes.len() as u32).collect();

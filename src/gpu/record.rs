@@ -1,4 +1,5 @@
-//! One submission: buffers up, dispatches, results back, with every failure turned into an [`Error`].
+//! One submission: buffers up, dispatches, results back, with every failure turned into an
+//! [`Error`].
 
 use std::borrow::Cow;
 use std::sync::mpsc;
@@ -16,7 +17,8 @@ use super::reflect::Access;
 use crate::error::{Error, Result};
 use crate::precision::Precision;
 
-/// How long the host waits for one submission. Dispatches are kept far shorter; only a hung driver takes longer.
+/// How long the host waits for one submission. Dispatches are kept far shorter; only a hung driver
+/// takes longer.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Numbers that a thread converts at least.
@@ -66,7 +68,8 @@ impl<'g> Recording<'g> {
         let size = (contents.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
         let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: true };
         let buffer = self.gpu.device.create_buffer(&descriptor);
-        // On a device that is lost or out of memory there is nothing to fill: the scopes say so when the work is submitted.
+        // On a device that is lost or out of memory there is nothing to fill: the scopes say so
+        // when the work is submitted.
         if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
             mapped.slice(..contents.len()).copy_from_slice(contents);
             drop(mapped);
@@ -187,7 +190,8 @@ impl<'g> Recording<'g> {
         self.gpu.queue.submit([recorded.finish()]);
     }
 
-    /// Asks for the contents of a buffer after the dispatches recorded so far; results come in the order of the calls.
+    /// Asks for the contents of a buffer after the dispatches recorded so far; results come in the
+    /// order of the calls.
     pub fn download(&mut self, buffer: &wgpu::Buffer) {
         let size = buffer.size();
         self.bytes += size;
@@ -205,7 +209,8 @@ impl<'g> Recording<'g> {
     /// Submits. The work goes on while the host prepares the next.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`], [`Error::DeviceLost`], or [`Error::Kernel`] for what wgpu's validation refuses.
+    /// [`Error::OutOfMemory`], [`Error::DeviceLost`], or [`Error::Kernel`] for what wgpu's
+    /// validation refuses.
     pub fn submit(mut self) -> Result<Pending<'g>> {
         let timestamps = self.resolve_timestamps();
         let index = self.gpu.queue.submit([self.encoder.finish()]);

@@ -1,4 +1,5 @@
-//! What naga knows of a composed kernel: its bindings by name, its workgroup size and memory, its struct layouts.
+//! What naga knows of a composed kernel: its bindings by name, its workgroup size and memory, its
+//! struct layouts.
 
 use naga::proc::Layouter;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -124,7 +125,8 @@ pub fn struct_layout(kernel: &str, wgsl: &str, name: &str) -> Result<StructLayou
     }
 }
 
-/// Asserts that a Rust struct has the members, offsets and size of the WGSL struct of its name in a kernel.
+/// Asserts that a Rust struct has the members, offsets and size of the WGSL struct of its name in a
+/// kernel.
 #[cfg(test)]
 macro_rules! assert_layout {
     ($key:expr, $type:ident { $($field:ident),+ $(,)? }) => {{

@@ -3,7 +3,8 @@
 use super::Gpu;
 use crate::precision::Precision;
 
-/// The first adapter, its arrays filled with what must not be read; none where there is none and none is required.
+/// The first adapter, its arrays filled with what must not be read; none where there is none and
+/// none is required.
 pub(crate) fn gpu() -> Option<Gpu> {
     match Gpu::open(0) {
         Ok(gpu) => Some(gpu.with_poisoned_arrays()),

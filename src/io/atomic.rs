@@ -41,11 +41,13 @@ impl Write for Output {
     }
 }
 
-/// Writes a file whole or not at all: into a temporary file in the same folder, flushed to the disk, then renamed.
+/// Writes a file whole or not at all: into a temporary file in the same folder, flushed to the
+/// disk, then renamed.
 ///
-/// Until the last step nothing is seen at `path`; after a failure nothing new is left in the folder and what stood at
-/// `path` is untouched. `-` is standard output; a device or a pipe is written straight, whatever `overwrite` says.
-/// A symbolic link is followed; a file replaced keeps its permissions.
+/// Until the last step nothing is seen at `path`; after a failure nothing new is left in the folder
+/// and what stood at `path` is untouched. `-` is standard output; a device or a pipe is written
+/// straight, whatever `overwrite` says. A symbolic link is followed; a file replaced keeps its
+/// permissions.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().unwrap();
@@ -56,8 +58,8 @@ impl Write for Output {
 /// ```
 ///
 /// # Errors
-/// [`Error::Exists`] where `path` exists and `overwrite` is false; [`Error::Write`] with what the system or `fill` said, of standard output
-/// [`Error::Stream`].
+/// [`Error::Exists`] where `path` exists and `overwrite` is false; [`Error::Write`] with what the
+/// system or `fill` said, of standard output [`Error::Stream`].
 pub fn write_atomically(
     path: impl AsRef<Path>,
     overwrite: bool,
@@ -90,7 +92,8 @@ enum Target {
     File(PathBuf),
 }
 
-/// What stands behind the path, or why it cannot be written: all that can be known before there are bytes to write.
+/// What stands behind the path, or why it cannot be written: all that can be known before there are
+/// bytes to write.
 fn target(path: &Path, overwrite: bool) -> Result<Target> {
     if path == Path::new("-") {
         return Ok(Target::Stdout);

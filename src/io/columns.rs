@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 use crate::error::{Error, Result, listed, quoted};
 
-/// The columns there are: the name of the curve, the point, its parameter and weight, its constraints, whether the curve is closed.
+/// The columns there are: the name of the curve, the point, its parameter and weight, its
+/// constraints, whether the curve is closed.
 pub(super) const ROLES: [&str; 15] =
     ["curve", "x", "y", "z", "t", "weight", "tx", "ty", "tz", "kx", "ky", "kz", "nu", "known", "closed"];
 
@@ -19,11 +20,12 @@ fn is_one_of(heading: &str, words: &[&str]) -> bool {
 
 /// Which column of a CSV file means what: `x=lon,y=lat,curve=id,t=hours`.
 ///
-/// Columns called as what they mean (`curve x y z t weight tx ty tz kx ky kz nu known closed`) need no entry; `X` means `x`
-/// where no column is called `x`, and so on. A column `lon`, `long`, `lng` or `longitude` is x where one called `lat` or
-/// `latitude` is y and none is called so. `weight=`, with
-/// nothing after it, drops a column. As soon as one entry is given, columns that mean nothing are dropped; without any
-/// they are an error that names them, so that a misspelt name is not passed over.
+/// Columns called as what they mean (`curve x y z t weight tx ty tz kx ky kz nu known closed`) need
+/// no entry; `X` means `x` where no column is called `x`, and so on. A column `lon`, `long`, `lng`
+/// or `longitude` is x where one called `lat` or `latitude` is y and none is called so. `weight=`,
+/// with nothing after it, drops a column. As soon as one entry is given, columns that mean nothing
+/// are dropped; without any they are an error that names them, so that a misspelt name is not
+/// passed over.
 ///
 /// ```
 /// let columns: faircurve::io::Columns = "x=lon,y=lat,curve=id,t=hours".parse()?;

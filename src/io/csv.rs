@@ -65,8 +65,8 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     }
 }
 
-/// How lines end, to tell the line that a row begins on: the csv crate counts from before the blank lines ahead of
-/// a row, and takes the second byte of CR LF for one of them.
+/// How lines end, to tell the line that a row begins on: the csv crate counts from before the blank
+/// lines ahead of a row, and takes the second byte of CR LF for one of them.
 #[derive(Clone, Copy)]
 enum Endings {
     Lf,
@@ -267,7 +267,8 @@ impl<'a> Rows<'a> {
     fn finish(mut self, options: &ReadOptions) -> Result<CurveBatch> {
         self.offsets.push(self.coords.len() / self.dimension);
         let d = self.dimension;
-        // Blank lines and names of several lines make the line of a point uncertain: then only the curve is named.
+        // Blank lines and names of several lines make the line of a point uncertain: then only the
+        // curve is named.
         let first_line = |i: usize| {
             let ((first, last), count) = (self.lines[i], self.offsets[i + 1] - self.offsets[i]);
             (last.saturating_sub(first) + 1 == count as u64).then_some(first)
@@ -383,7 +384,8 @@ pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
     Ok(())
 }
 
-/// Writes `curve,x,y[,z],t`, and `closed` where a curve is; t is the parameter, or the number of the vertex where there is none.
+/// Writes `curve,x,y[,z],t`, and `closed` where a curve is; t is the parameter, or the number of
+/// the vertex where there is none.
 pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     let d = batch.dimension();
     let mut text = Text::new(out);

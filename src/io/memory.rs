@@ -1,12 +1,13 @@
-//! How much memory reading may take: what is free is asked of the system once, and all that grows with the input is
-//! asked for before it is there.
+//! How much memory reading may take: what is free is asked of the system once, and all that grows
+//! with the input is asked for before it is there.
 
 use std::cell::Cell;
 use std::fmt;
 
 use crate::memory::free_bytes;
 
-/// Part of the free memory that reading may fill: a fit takes as much again, and some is only estimated.
+/// Part of the free memory that reading may fill: a fit takes as much again, and some is only
+/// estimated.
 const SHARE: f64 = 0.5;
 
 /// Below this, vectors grow without being asked for.
@@ -14,9 +15,9 @@ const SMALL_BYTES: usize = 1 << 16;
 
 /// The memory that reading a file may take.
 ///
-/// Systems that promise more memory than they have (Linux does) kill the process that uses it: there the free memory is
-/// what `/proc/meminfo`, the limits of the process and those of its control group say. Elsewhere the allocator's refusal
-/// has to do.
+/// Systems that promise more memory than they have (Linux does) kill the process that uses it:
+/// there the free memory is what `/proc/meminfo`, the limits of the process and those of its
+/// control group say. Elsewhere the allocator's refusal has to do.
 pub(super) struct Room {
     free_bytes: u64,
     taken_bytes: Cell<u64>,

@@ -7,37 +7,44 @@
 //! | [SVG](Format::Svg) | one a subpath, polyline, polygon or line | vertices, or [control points](ReadOptions::controls), after transforms | one path a curve, also cubic Béziers |
 //! | [NPZ](Format::Npz) | ragged arrays | `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names` | the same |
 //!
-//! Numbers are written as the shortest decimals that read back to the same bits. `.gz` after the extension compresses;
-//! compressed input is known by its first bytes. `-` is standard input or output and needs a format. Nothing is ever
-//! left half-written ([`write_atomically`]), and nothing is overwritten unless [`WriteOptions::overwrite`] is set.
+//! Numbers are written as the shortest decimals that read back to the same bits. `.gz` after the
+//! extension compresses; compressed input is known by its first bytes. `-` is standard input or
+//! output and needs a format. Nothing is ever left half-written ([`write_atomically`]), and nothing
+//! is overwritten unless [`WriteOptions::overwrite`] is set.
 //!
-//! **Closed curves.** Polygon rings, SVG polygons and closed subpaths are always closed. A column `closed` of CSV (1 or 0, the
-//! same in all rows of a curve) and the array `closed` of NPZ mark each curve as closed or open. Otherwise [`Closed::Auto`] closes
-//! a curve of three points or more whose last equals its first. GeoJSON rings repeat their first point, CSV and NPZ do not:
-//! a closed curve has as many rows as points.
+//! **Closed curves.** Polygon rings, SVG polygons and closed subpaths are always closed. A column
+//! `closed` of CSV (1 or 0, the same in all rows of a curve) and the array `closed` of NPZ mark
+//! each curve as closed or open. Otherwise [`Closed::Auto`] closes a curve of three points or more
+//! whose last equals its first. GeoJSON rings repeat their first point, CSV and NPZ do not: a
+//! closed curve has as many rows as points.
 //!
-//! **Blanks.** A blank coordinate, parameter or weight in CSV, and a position of GeoJSON that is `null`, holds `null` or has fewer
-//! than two numbers, make their curve [`Invalid`](crate::CurveStatus::Invalid), and no other; they are NaN in the batch.
-//! CSV without a header, whose first row is two or three numbers, is one curve with the columns x, y and z.
+//! **Blanks.** A blank coordinate, parameter or weight in CSV, and a position of GeoJSON that is
+//! `null`, holds `null` or has fewer than two numbers, make their curve
+//! [`Invalid`](crate::CurveStatus::Invalid), and no other; they are NaN in the batch. CSV without a
+//! header, whose first row is two or three numbers, is one curve with the columns x, y and z.
 //!
-//! **y points up** in every batch, as in GeoJSON, on paper and in the pictures. In SVG it points down: it is turned over when a
-//! drawing is read, and again when one is written. So what is seen stays what is seen, between all formats: a map has its
-//! north on top, a drawing read and written keeps its numbers (but for the sign of 0), and one written as CSV, GeoJSON or
-//! NPZ has the y of the drawing with the other sign. Curvature is positive where the curve, as seen, turns left.
+//! **y points up** in every batch, as in GeoJSON, on paper and in the pictures. In SVG it points
+//! down: it is turned over when a drawing is read, and again when one is written. So what is seen
+//! stays what is seen, between all formats: a map has its north on top, a drawing read and written
+//! keeps its numbers (but for the sign of 0), and one written as CSV, GeoJSON or NPZ has the y of
+//! the drawing with the other sign. Curvature is positive where the curve, as seen, turns left.
 //!
-//! **Longitudes.** Where x is a longitude (GeoJSON; CSV with x mapped from a column `lon`, `long`, `lng` or `longitude`)
-//! and all of a curve lies within |x| ≤ 360, |y| ≤ 90, neighbours more than 180 apart are taken to cross the antimeridian,
-//! and ±360 is added from there on: curves run on past ±180, in the output too, and never tear. A line that winds round
-//! a pole becomes an open curve that ends 360 from its start; a polygon ring that does is left as it is.
-//! The holes of a polygon are brought to their shell.
+//! **Longitudes.** Where x is a longitude (GeoJSON; CSV with x mapped from a column `lon`, `long`,
+//! `lng` or `longitude`) and all of a curve lies within |x| ≤ 360, |y| ≤ 90, neighbours more than
+//! 180 apart are taken to cross the antimeridian, and ±360 is added from there on: curves run on
+//! past ±180, in the output too, and never tear. A line that winds round a pole becomes an open
+//! curve that ends 360 from its start; a polygon ring that does is left as it is. The holes of a
+//! polygon are brought to their shell.
 //!
-//! **Sizes.** No file ends a program for want of memory: what a file claims is compared with what it has, and what grows
-//! with it is asked for before it is there. Reading takes half of the free memory at most (on Linux as the system, the
-//! process's limits and its control group state it; elsewhere as far as the allocator refuses). Packed data, gzip or in an
-//! archive, may unpack to 100 times its size and 256 MiB: text of numbers packs to a third or a tenth, and only data of
-//! next to no content to less than a hundredth. Whoever has such a file unpacks it and gives that, for which the limit
-//! does not hold. A row of CSV may have 16 MiB, an element of SVG 10,000 attributes, an arc a radius of 10⁹; entities of SVG
-//! may make 16 MiB of text. What is larger is an error that says so. The checksums of gzip and of every array are compared.
+//! **Sizes.** No file ends a program for want of memory: what a file claims is compared with what
+//! it has, and what grows with it is asked for before it is there. Reading takes half of the free
+//! memory at most (on Linux as the system, the process's limits and its control group state it;
+//! elsewhere as far as the allocator refuses). Packed data, gzip or in an archive, may unpack to
+//! 100 times its size and 256 MiB: text of numbers packs to a third or a tenth, and only data of
+//! next to no content to less than a hundredth. Whoever has such a file unpacks it and gives that,
+//! for which the limit does not hold. A row of CSV may have 16 MiB, an element of SVG 10,000
+//! attributes, an arc a radius of 10⁹; entities of SVG may make 16 MiB of text. What is larger is
+//! an error that says so. The checksums of gzip and of every array are compared.
 //!
 //! [`grids`] has the files of rectangular grids.
 
@@ -142,7 +149,8 @@ impl fmt::Display for Format {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Closed {
-    /// Those that the file marks; where it marks none, also those of three points or more whose last point equals their first.
+    /// Those that the file marks; where it marks none, also those of three points or more whose
+    /// last point equals their first.
     #[default]
     Auto,
     /// All of them.
@@ -169,13 +177,15 @@ impl FromStr for Closed {
 pub struct ReadOptions {
     /// The format; by default that of the extension.
     pub format: Option<Format>,
-    /// What the columns of a CSV file mean. In GeoJSON only `z=` has a meaning: altitudes are dropped.
+    /// What the columns of a CSV file mean. In GeoJSON only `z=` has a meaning: altitudes are
+    /// dropped.
     pub columns: Columns,
     /// Which curves are closed.
     pub closed: Closed,
-    /// Whether subpaths of SVG are read as chains of cubic Béziers, in place of their vertices: control points, 3 a piece
-    /// and one more; those of a closed chain do not repeat the first. Lines and quadratic curves become the cubics that
-    /// they are, arcs cubics near them. The points of other formats are read as they stand; false by default.
+    /// Whether subpaths of SVG are read as chains of cubic Béziers, in place of their vertices:
+    /// control points, 3 a piece and one more; those of a closed chain do not repeat the first.
+    /// Lines and quadratic curves become the cubics that they are, arcs cubics near them. The
+    /// points of other formats are read as they stand; false by default.
     pub controls: bool,
 }
 
@@ -186,11 +196,13 @@ pub struct WriteOptions {
     pub format: Option<Format>,
     /// Whether a file that exists is replaced; false by default.
     pub overwrite: bool,
-    /// Whether the points of each curve are the control points of a chain of cubic Béziers: 3 a piece and one more,
-    /// the first repeated at the end of a closed chain. SVG draws the curves; CSV and NPZ hold the control points.
+    /// Whether the points of each curve are the control points of a chain of cubic Béziers: 3 a
+    /// piece and one more, the first repeated at the end of a closed chain. SVG draws the curves;
+    /// CSV and NPZ hold the control points.
     pub beziers: bool,
-    /// SVG with `beziers`: control points are rounded to a power of ten not above this (units of the curves, > 0), and written as steps, in fewer
-    /// bytes; each moves by no more than 0.71 of it. By default, and where coordinates have no such digits, they are exact.
+    /// SVG with `beziers`: control points are rounded to a power of ten not above this (units of
+    /// the curves, > 0), and written as steps, in fewer bytes; each moves by no more than 0.71 of
+    /// it. By default, and where coordinates have no such digits, they are exact.
     pub rounding: Option<f64>,
 }
 
@@ -203,8 +215,8 @@ pub struct WriteOptions {
 /// ```
 ///
 /// # Errors
-/// A file that cannot be read or does not hold what its format promises. What concerns one curve (NaN, decreasing
-/// parameters) is no error but the curve's [`Problem`](crate::Problem).
+/// A file that cannot be read or does not hold what its format promises. What concerns one curve
+/// (NaN, decreasing parameters) is no error but the curve's [`Problem`](crate::Problem).
 pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
     read_with(path, &ReadOptions::default())
 }
@@ -219,8 +231,8 @@ pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<CurveB
     read_source(Source::open(path)?, format, options)
 }
 
-/// Reads curves from bytes: a slice, a pipe, a part of something larger. The format must be given; gzip is known by its
-/// first bytes. Sentences call the bytes `input`.
+/// Reads curves from bytes: a slice, a pipe, a part of something larger. The format must be given;
+/// gzip is known by its first bytes. Sentences call the bytes `input`.
 ///
 /// ```
 /// use faircurve::io::{self, Format, ReadOptions};
@@ -262,15 +274,16 @@ fn wanted(format: Format) -> &'static str {
 /// Writes curves to a file, in the format of its extension; a file that exists is never replaced.
 ///
 /// # Errors
-/// [`Error::Exists`]; [`Error::Write`], which leaves nothing behind; [`Error::Argument`] for what the format cannot hold.
+/// [`Error::Exists`]; [`Error::Write`], which leaves nothing behind; [`Error::Argument`] for what
+/// the format cannot hold.
 pub fn write(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<()> {
     write_with(path, batch, &WriteOptions::default())
 }
 
 /// Writes curves to a file, or to standard output for `-` (then the format must be given).
 ///
-/// A curve with a coordinate that is NaN or infinite stays what it is in CSV and NPZ; GeoJSON and SVG have no such
-/// numbers, so there it keeps its place and its name but has no points.
+/// A curve with a coordinate that is NaN or infinite stays what it is in CSV and NPZ; GeoJSON and
+/// SVG have no such numbers, so there it keeps its place and its name but has no points.
 ///
 /// # Errors
 /// As [`write()`]; an unknown format.
@@ -291,7 +304,8 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
     })
 }
 
-/// Writes curves as bytes, into a vector or whatever takes them. The format must be given; nothing is compressed.
+/// Writes curves as bytes, into a vector or whatever takes them. The format must be given; nothing
+/// is compressed.
 ///
 /// ```
 /// use faircurve::io::{self, Format, WriteOptions};
@@ -303,8 +317,8 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
 /// ```
 ///
 /// # Errors
-/// [`Error::Argument`] for what the format cannot hold, and where none is given; [`Error::Stream`] with what `out` said,
-/// which then may hold a part.
+/// [`Error::Argument`] for what the format cannot hold, and where none is given; [`Error::Stream`]
+/// with what `out` said, which then may hold a part.
 pub fn write_to(mut out: impl Write, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let format = options.format.ok_or_else(|| unnamed("WriteOptions::format"))?;
     check_batch(batch, format, options)?;
@@ -333,8 +347,9 @@ fn fill(out: &mut dyn Write, batch: &CurveBatch, format: Format, options: &Write
     }
 }
 
-/// Checks, before anything is computed, that an output can be written: its format is known and can hold what is asked
-/// for, its folder exists, and no file stands there unless overwriting is allowed.
+/// Checks, before anything is computed, that an output can be written: its format is known and can
+/// hold what is asked for, its folder exists, and no file stands there unless overwriting is
+/// allowed.
 ///
 /// # Errors
 /// Those of [`write_with`] that can be known without the curves.
@@ -398,7 +413,8 @@ fn close_as_marked(batch: CurveBatch, closed: Closed, marked: Vec<bool>) -> Resu
     batch.closed_each(flags)
 }
 
-/// Closes the curves that are marked, and by `closed` the others; `opened` are those that must stay open.
+/// Closes the curves that are marked, and by `closed` the others; `opened` are those that must stay
+/// open.
 fn close(batch: CurveBatch, closed: Closed, marked: &[bool], opened: &[usize]) -> Result<CurveBatch> {
     let repeats = |i: usize| batch.count(i) > 2 && batch.repeats_first(i);
     let mut flags: Vec<bool> = (0..batch.len())

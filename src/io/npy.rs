@@ -1,6 +1,7 @@
 //! Arrays in NumPy's format: a header, and elements.
 //!
-//! Headers are read with care, and only of the form that NumPy writes: nothing is allocated because a header claims it.
+//! Headers are read with care, and only of the form that NumPy writes: nothing is allocated because
+//! a header claims it.
 //!
 //! Source: NumPy enhancement proposal 1, *A simple file format for NumPy arrays*.
 
@@ -11,7 +12,8 @@ use super::memory::Room;
 /// Longer headers are refused, as `numpy.load` does.
 const HEADER_BYTES: usize = 10_000;
 
-/// The most that an axis of an array without elements may have: there may be work for every row, even if it is empty.
+/// The most that an axis of an array without elements may have: there may be work for every row,
+/// even if it is empty.
 const EMPTY_LENGTH: u64 = 1 << 24;
 
 /// How the elements of an array follow each other.

@@ -1,6 +1,7 @@
 //! NPZ: NumPy's archive of arrays, as `numpy.savez` and `numpy.savez_compressed` write it.
 //!
-//! `coords` (N, d) and `offsets` (B + 1), with `t` (N), `weight` (N), `known` (N), `closed` (B) and `names` (B) where there are any.
+//! `coords` (N, d) and `offsets` (B + 1), with `t` (N), `weight` (N), `known` (N), `closed` (B) and
+//! `names` (B) where there are any.
 
 use std::io::{self, BufReader, BufWriter, Cursor, Read, Seek, Write};
 use std::sync::Arc;
@@ -69,7 +70,8 @@ impl<'a> Archive<'a> {
     pub(super) fn open(source: &'a mut Source<'_>) -> Result<Self> {
         let bytes = source.bytes()?;
         let packed_bytes = bytes.len() as u64;
-        // The zip crate takes memory for as many entries as the archive claims: each has at least so many bytes.
+        // The zip crate takes memory for as many entries as the archive claims: each has at least
+        // so many bytes.
         if entries(&bytes).is_some_and(|entries| entries > packed_bytes / ENTRY_BYTES) {
             return Err(
                 source.error(None, "the archive claims more arrays than it has bytes for: write the file again")
@@ -111,8 +113,8 @@ impl<'a> Archive<'a> {
         Ok(())
     }
 
-    /// One array: its shape, whether it is stored column after column, and its values. All of it is read, so that its
-    /// checksum is compared.
+    /// One array: its shape, whether it is stored column after column, and its values. All of it is
+    /// read, so that its checksum is compared.
     pub(super) fn array<T>(
         &mut self,
         key: &str,
@@ -147,7 +149,8 @@ impl<'a> Archive<'a> {
         let header = Header::read(&mut reader).map_err(damaged)?;
         let of_type = || wrong(format!("has the type {}: {}", shortened(&header.descr), wanted_type(key)));
         let kind = header.kind().ok_or_else(of_type)?;
-        // A damaged header must not ask for more memory than the archive can fill, nor for elements of no bytes.
+        // A damaged header must not ask for more memory than the archive can fill, nor for elements
+        // of no bytes.
         let element_bytes = kind.bytes().unwrap_or(usize::MAX).max(1) as u64;
         let count =
             header.count().filter(|count| count.checked_mul(element_bytes).is_some_and(|bytes| bytes <= stored_bytes));
@@ -260,8 +263,8 @@ pub(super) fn arrays(found: &[impl AsRef<str>]) -> String {
 /// The least that an entry takes in the directory of an archive.
 const ENTRY_BYTES: u64 = 46;
 
-/// How many entries an archive claims to have where it does so in 64 bits, in the place where the zip crate looks: the
-/// claim in 16 bits asks for no memory to speak of.
+/// How many entries an archive claims to have where it does so in 64 bits, in the place where the
+/// zip crate looks: the claim in 16 bits asks for no memory to speak of.
 fn entries(bytes: &[u8]) -> Option<u64> {
     let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at.checked_add(8)?)?.try_into().ok()?));
     let last = bytes.len().checked_sub(22)?;

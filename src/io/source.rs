@@ -12,8 +12,9 @@ use flate2::bufread::MultiGzDecoder;
 use super::memory::{Full, Room};
 use crate::error::{Error, Result};
 
-/// Packed data may unpack to this many times its size, and [`UNPACKED_BYTES`] more: text of numbers packs to a third or a
-/// tenth, while files made to fill memory come near 1,000 times, the most that DEFLATE can.
+/// Packed data may unpack to this many times its size, and [`UNPACKED_BYTES`] more: text of numbers
+/// packs to a third or a tenth, while files made to fill memory come near 1,000 times, the most
+/// that DEFLATE can.
 pub(super) const UNPACKED_TIMES: u64 = 100;
 /// What packed data of any size may unpack to: a file of a few zeros packs to nearly nothing.
 pub(super) const UNPACKED_BYTES: u64 = 256 << 20;
@@ -68,7 +69,8 @@ impl<'a> Source<'a> {
         Ok(Source { reader: without_mark(&head, unzipped), ..source })
     }
 
-    /// A failure to read, as a sentence: the system's, or that of gzip data cut off or much too large.
+    /// A failure to read, as a sentence: the system's, or that of gzip data cut off or much too
+    /// large.
     pub fn failed(&self, error: io::Error) -> Error {
         let inner = error.get_ref();
         if inner.is_some_and(|inner| inner.is::<Full>() || inner.is::<Bomb>() || inner.is::<LongRow>()) {

@@ -13,7 +13,8 @@ impl Grid<'_> {
         self.values[(row * self.shape[1] + column) * self.dimension + c]
     }
 
-    /// Weight of the edges along a row (column): ½ where it is a border. A grid that is one row has no borders beside it.
+    /// Weight of the edges along a row (column): ½ where it is a border. A grid that is one row has
+    /// no borders beside it.
     fn weight(&self, axis: usize, line: usize) -> f64 {
         let last = self.shape[axis] - 1;
         if last > 0 && (line == 0 || line == last) { 0.5 } else { 1.0 }
@@ -39,15 +40,17 @@ impl Grid<'_> {
         force
     }
 
-    /// The factor of U: 1 for surfaces. For a grid of one row, a function of one variable, the energy of a line doubles as its points do.
+    /// The factor of U: 1 for surfaces. For a grid of one row, a function of one variable, the
+    /// energy of a line doubles as its points do.
     fn upsampling(&self) -> f64 {
         if self.shape.contains(&1) { 0.5 } else { 1.0 }
     }
 }
 
-/// The Dirichlet energy pᵀEp of a grid of so many rows and columns: the sum of w · |difference|² over all edges between neighbours, w = 1, at
-/// the border ½. Squares of the values' unit; with values linear along an edge it is ∫|∇p|² over squares of two triangles each, whatever the spacing. Summed over the
-/// `dimension` values of a point.
+/// The Dirichlet energy pᵀEp of a grid of so many rows and columns: the sum of w · |difference|²
+/// over all edges between neighbours, w = 1, at the border ½. Squares of the values' unit; with
+/// values linear along an edge it is ∫|∇p|² over squares of two triangles each, whatever the
+/// spacing. Summed over the `dimension` values of a point.
 ///
 /// ```
 /// use faircurve::laplacian::energy;
@@ -75,8 +78,9 @@ pub fn energy(dimension: usize, shape: [usize; 2], values: &[f64]) -> f64 {
     edges(0) + edges(1)
 }
 
-/// The largest entry of |E p − UʳE p₀|: how far a grid p, of (rows − 1) · 2ʳ + 1 rows and columns likewise, is from the exact subdivision
-/// of p₀ after r `rounds`. In the unit of the values; rounding makes it some ε times the largest of them.
+/// The largest entry of |E p − UʳE p₀|: how far a grid p, of (rows − 1) · 2ʳ + 1 rows and columns
+/// likewise, is from the exact subdivision of p₀ after r `rounds`. In the unit of the values;
+/// rounding makes it some ε times the largest of them.
 ///
 /// # Panics
 /// Where the shapes or the values do not fit.

@@ -1,16 +1,20 @@
-//! The exact rule, by cosine transforms along rows and tridiagonal systems along columns. Twin: shaders/laplacian/exact.wgsl.
+//! The exact rule, by cosine transforms along rows and tridiagonal systems along columns.
+//! Twin: shaders/laplacian/exact.wgsl.
 //!
-//! Even reflection at the borders turns E₂ₙp = UEₙp₀ into L p = U L p₀ with the plain five-point Laplacian L. A cosine transform along the
-//! rows leaves one system a frequency: with λ = 2 − 2 cos θ on the fine grid, θ = πl / 2m, l = 0 … 2m, that is 2 − 2 cos 2θ = λ(4 − λ) on the coarse one,
+//! Even reflection at the borders turns E₂ₙp = UEₙp₀ into L p = U L p₀ with the plain five-point
+//! Laplacian L. A cosine transform along the rows leaves one system a frequency: with λ = 2 − 2 cos
+//! θ on the fine grid, θ = πl / 2m, l = 0 … 2m, that is 2 − 2 cos 2θ = λ(4 − λ) on the coarse one,
 //!
 //! > (2 + λ) uᵢ − uᵢ₋₁ − uᵢ₊₁ = at even rows (2 + λ(4 − λ)) pᵢ − pᵢ₋₁ − pᵢ₊₁, else 0.
 //!
-//! Odd rows are eliminated, u = (uᵢ₋₁ + uᵢ₊₁) / (2 + λ), and with μ = λ(4 + λ) what is left is u₂ᵢ = (2 + λ) vᵢ, where
+//! Odd rows are eliminated, u = (uᵢ₋₁ + uᵢ₊₁) / (2 + λ), and with μ = λ(4 + λ) what is left is u₂ᵢ
+//! = (2 + λ) vᵢ, where
 //!
 //! > v = p − 2λ²w,  (2 + μ) wᵢ − wᵢ₋₁ − wᵢ₊₁ = pᵢ.
 //!
-//! 2λ²/μ ≤ 1, so nothing is ill-conditioned, not even the constant (λ = 0, v = p); the mean is kept by itself. Where p varies slowly, v is far less than p at
-//! high frequencies, and would be left of a difference; without one, by the equation for w, and mirrored beyond the borders,
+//! 2λ²/μ ≤ 1, so nothing is ill-conditioned, not even the constant (λ = 0, v = p); the mean is kept
+//! by itself. Where p varies slowly, v is far less than p at high frequencies, and would be left of
+//! a difference; without one, by the equation for w, and mirrored beyond the borders,
 //!
 //! > v = ((4 − λ) pᵢ + 2λ (2wᵢ − wᵢ₋₁ − wᵢ₊₁)) / (4 + λ).
 //!

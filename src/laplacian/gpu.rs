@@ -1,10 +1,13 @@
 //! [`subdivide`]: many grids, all rounds, on a GPU.
 //!
-//! Both rules keep constants, so a grid is sent relative to the middle of its extent, coordinate by coordinate, and divided by the power of two at or below
-//! the largest of what is left; all that in f64. In f32 results are good to 2e-6 of half the largest extent that they have, in f64 to 1e-12.
+//! Both rules keep constants, so a grid is sent relative to the middle of its extent, coordinate by
+//! coordinate, and divided by the power of two at or below the largest of what is left; all that in
+//! f64. In f32 results are good to 2e-6 of half the largest extent that they have, in f64 to 1e-12.
 //!
-//! What the device is not made for the host computes in f64 instead, in its turn: grids of one row or column, whose new points are means of two; grids that do
-//! not fit into the device's arrays; and those whose sums are longer than threads have patience for, where the host's fast transforms win in any case.
+//! What the device is not made for the host computes in f64 instead, in its turn: grids of one row
+//! or column, whose new points are means of two; grids that do not fit into the device's arrays;
+//! and those whose sums are longer than threads have patience for, where the host's fast transforms
+//! win in any case.
 
 mod exact;
 mod layout;
@@ -35,7 +38,8 @@ const GROUP: usize = 64;
 /// New values of a chunk at most: so many are packed while as many are computed.
 const MOST_NUMBERS: u64 = 1 << 23;
 
-/// Products of the cosine transforms of a submission at most: seconds on software adapters, so that nobody takes the device for hung.
+/// Products of the cosine transforms of a submission at most: seconds on software adapters, so that
+/// nobody takes the device for hung.
 const MOST_PRODUCTS: f64 = (1u64 << 31) as f64;
 
 /// Every kernel of the room.
@@ -131,7 +135,8 @@ impl<'a> Work<'a> {
         let is_short = match &self.rule {
             Prepared::Exact => {
                 let [rows, columns] = self.shape_after(shape, self.rounds);
-                // Sums are of half as many terms, twice, in blocks of eight. Places in tables, multiplied, stay below 2³² too.
+                // Sums are of half as many terms, twice, in blocks of eight. Places in tables,
+                // multiplied, stay below 2³² too.
                 (rows.max(columns) / 8).saturating_mul(9) <= LOOP_TURNS && self.products(shape) <= MOST_PRODUCTS
             }
             Prepared::Sparse(weights) => weights.turns(self.grids.dimension()) <= LOOP_TURNS,
@@ -181,7 +186,8 @@ impl<'a> Work<'a> {
     }
 
     fn chunks(&self) -> Result<Vec<Range<usize>>> {
-        // Old and new values and what is downloaded and packed; for the exact rule spectra, v, W and tables too, each smaller than the new values.
+        // Old and new values and what is downloaded and packed; for the exact rule spectra, v, W
+        // and tables too, each smaller than the new values.
         let arrays = if let Prepared::Exact = self.rule { 7 } else { 4 };
         let together = arrays * self.precision.bytes();
         let limits = self.gpu.limits().with_chunks_of(MOST_NUMBERS * together);
@@ -200,7 +206,8 @@ impl<'a> Work<'a> {
         let given = self.pack(&layout, &mut frames);
         let mut recording = self.gpu.record(self.precision);
         let numbers = |rounds: u32| layout.offsets(rounds).1;
-        // What one round makes the next one reads: two arrays in turn, the larger for the last and every second before.
+        // What one round makes the next one reads: two arrays in turn, the larger for the last and
+        // every second before.
         let last = recording.storage_reals(numbers(self.rounds));
         let before = recording.storage_reals(if self.rounds > 1 { numbers(self.rounds - 1) } else { 0 });
         let given = recording.upload_reals(&given);
@@ -239,7 +246,8 @@ impl<'a> Work<'a> {
         given
     }
 
-    /// Puts the values of a chunk's grids where they belong, which is at the beginning of what is left to be filled.
+    /// Puts the values of a chunk's grids where they belong, which is at the beginning of what is
+    /// left to be filled.
     fn finish(
         &self,
         chunk: &Range<usize>,
@@ -282,7 +290,8 @@ impl<'a> Work<'a> {
     }
 }
 
-/// The middle of each coordinate's extent, and the power of two at or below the largest distance from it.
+/// The middle of each coordinate's extent, and the power of two at or below the largest distance
+/// from it.
 fn frame_of(values: &[f64], middle: &mut [f64]) -> f64 {
     let dimension = middle.len();
     let mut half = 0.0f64;

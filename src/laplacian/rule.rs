@@ -13,8 +13,10 @@ pub enum Reproduces {
     /// Constants: the weights of each new point have sum 1.
     #[default]
     Constants,
-    /// Linear functions too: each new point of a plane is the middle of its neighbours, at the border and the corners likewise. The exact rule does not do
-    /// that at a border, where its surfaces are level across; so these rules stay away from it there, however large their support.
+    /// Linear functions too: each new point of a plane is the middle of its neighbours, at the
+    /// border and the corners likewise. The exact rule does not do that at a border, where its
+    /// surfaces are level across; so these rules stay away from it there, however large their
+    /// support.
     Linear,
 }
 
@@ -28,12 +30,15 @@ words!(Reproduces, "kind of functions": [
 struct Table {
     /// The maxima of the three classes.
     residual: [f64; 3],
-    /// Interior, border and corner masks, in the order of [`Programme::unknowns`](crate::papers::programmes::Programme::unknowns).
+    /// Interior, border and corner masks, in the order of
+    /// [`Programme::unknowns`](crate::papers::programmes::Programme::unknowns).
     entries: &'static [f64],
 }
 
-/// A sparse rule of subdivision: S has the symmetries of the grid and no entry further than the radius from the place of its coarse point, and ‖E₂ₙS − UEₙ‖∞
-/// is as small as can be, class after class ([`Class`](crate::papers::programmes::Class)); among all such masks of a class, its own are the nearest to the exact rule in least squares.
+/// A sparse rule of subdivision: S has the symmetries of the grid and no entry further than the
+/// radius from the place of its coarse point, and ‖E₂ₙS − UEₙ‖∞ is as small as can be, class after
+/// class ([`Class`](crate::papers::programmes::Class)); among all such masks of a class, its own
+/// are the nearest to the exact rule in least squares.
 ///
 /// | support | least ‖E₂ₙS − UEₙ‖∞ in the interior | least own intervals |
 /// |---|---|---|
@@ -43,8 +48,9 @@ struct Table {
 /// | 9 | 0.031202 | 10 |
 /// | 11 | 0.016186 | 11 |
 ///
-/// At borders and corners it is no more, with constants reproduced. Rules that reproduce linear functions pay for it there: 1, 0.99, ½ and ½ for
-/// supports 5 to 11, since planes have energy at a border, which the fine grid cannot keep on every second point alone.
+/// At borders and corners it is no more, with constants reproduced. Rules that reproduce linear
+/// functions pay for it there: 1, 0.99, ½ and ½ for supports 5 to 11, since planes have energy at a
+/// border, which the fine grid cannot keep on every second point alone.
 ///
 /// # Examples
 ///
@@ -108,23 +114,26 @@ impl SparseRule {
         self.reproduces
     }
 
-    /// The fewest intervals along both axes with which a grid has border and corner masks: so many that no row of E₂ₙS − UEₙ sees those of two opposite
-    /// borders, since no programme has looked at such rows.
+    /// The fewest intervals along both axes with which a grid has border and corner masks: so many
+    /// that no row of E₂ₙS − UEₙ sees those of two opposite borders, since no programme has looked
+    /// at such rows.
     pub fn least_intervals(&self) -> usize {
         2 * (self.unknowns.own_rows - 1) + self.radius() + 2
     }
 
-    /// The largest Σ |entry| of the rows of E₂ₙS − UEₙ: of those that see interior masks only, those that see a border mask, those that see a corner mask.
-    /// They exceed the least that is possible by no more than 1e-7 of it, the masks of the classes before being as they are.
+    /// The largest Σ |entry| of the rows of E₂ₙS − UEₙ: of those that see interior masks only,
+    /// those that see a border mask, those that see a corner mask. They exceed the least that is
+    /// possible by no more than 1e-7 of it, the masks of the classes before being as they are.
     pub fn residual(&self) -> [f64; 3] {
         self.table.residual
     }
 
-    /// The entry of S: the weight of a coarse point in a fine one, 0 ≤ fine ≤ 2 · intervals and 0 ≤ coarse ≤ intervals along both axes, in a grid of so many
-    /// intervals (at least 1).
+    /// The entry of S: the weight of a coarse point in a fine one, 0 ≤ fine ≤ 2 · intervals and 0 ≤
+    /// coarse ≤ intervals along both axes, in a grid of so many intervals (at least 1).
     ///
-    /// Grids of fewer than [`least_intervals`](Self::least_intervals) along an axis have the interior mask everywhere, summed over all reflections: even ones,
-    /// as the exact rule has, or, for linear functions, reflections in the points of the border, p(−a) = 2p(0) − p(a).
+    /// Grids of fewer than [`least_intervals`](Self::least_intervals) along an axis have the
+    /// interior mask everywhere, summed over all reflections: even ones, as the exact rule has, or,
+    /// for linear functions, reflections in the points of the border, p(−a) = 2p(0) − p(a).
     ///
     /// Entries that the symmetries of the rectangle make alike are the same bits.
     pub fn weight(&self, fine: [usize; 2], coarse: [usize; 2], intervals: [usize; 2]) -> f64 {
@@ -144,7 +153,8 @@ impl SparseRule {
         self.unknowns.entry([i, j], [0, 0], [false, false]).map_or(0.0, |unknown| self.table.entries[unknown])
     }
 
-    /// The points of the endless line in the window of a fine point whose values depend on the coarse one: fine distances, and weights of the coarse point.
+    /// The points of the endless line in the window of a fine point whose values depend on the
+    /// coarse one: fine distances, and weights of the coarse point.
     fn images(&self, place: Place) -> Vec<(isize, f64)> {
         let radius = self.radius() as isize;
         let window = (place.fine - radius + 1).div_euclid(2)..=(place.fine + radius).div_euclid(2);
@@ -153,7 +163,8 @@ impl SparseRule {
     }
 }
 
-/// A fine and a coarse point along one axis, counted from the end where the fine one comes first; in the middle, the coarse one.
+/// A fine and a coarse point along one axis, counted from the end where the fine one comes first;
+/// in the middle, the coarse one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Place {
     intervals: isize,
@@ -168,7 +179,8 @@ impl Place {
         Place { intervals, fine, coarse }
     }
 
-    /// The coefficient of the coarse point in the value at a whole number `x`, once reflections have continued values beyond the ends.
+    /// The coefficient of the coarse point in the value at a whole number `x`, once reflections
+    /// have continued values beyond the ends.
     fn share(&self, x: isize, reproduces: Reproduces) -> f64 {
         let (turns, rest) = (x.div_euclid(2 * self.intervals), x.rem_euclid(2 * self.intervals));
         let is = |place: isize| if place == self.coarse { 1.0 } else { 0.0 };

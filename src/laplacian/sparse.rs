@@ -1,4 +1,5 @@
-//! Sparse rules applied: every new point is the weighted sum of the old ones in its window. Twin: shaders/laplacian/sparse.wgsl.
+//! Sparse rules applied: every new point is the weighted sum of the old ones in its window.
+//! Twin: shaders/laplacian/sparse.wgsl.
 
 use rayon::prelude::*;
 
@@ -11,7 +12,8 @@ const LANES: usize = 8;
 /// New values a parallel task computes at least.
 const VALUES_PER_TASK: usize = 1 << 15;
 
-/// One round on one grid of (n + 1) × (m + 1) points, n and m > 0, into `fine` of (2n + 1) × (2m + 1).
+/// One round on one grid of (n + 1) × (m + 1) points, n and m > 0, into `fine` of (2n + 1) × (2m +
+/// 1).
 pub(super) fn subdivide<S: Real>(
     stencils: &Stencils<S>,
     dimension: usize,

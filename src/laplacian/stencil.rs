@@ -1,7 +1,9 @@
 //! [`Stencils`]: a sparse rule seen from the new points: which old points each looks at, and with which weights.
 //!
-//! Rows of new points fall into *lines*: those that see a border have one of their own, counted from it; between them even and odd ones alternate. The
-//! same holds for columns; a pair of lines has one stencil. Where borders are so near to each other that a row may see both, every row is a line of its own.
+//! Rows of new points fall into *lines*: those that see a border have one of their own, counted
+//! from it; between them even and odd ones alternate. The same holds for columns; a pair of lines
+//! has one stencil. Where borders are so near to each other that a row may see both, every row is a
+//! line of its own.
 
 use super::SparseRule;
 use crate::linalg::Real;
@@ -11,7 +13,8 @@ use crate::linalg::Real;
 pub(super) struct Stencils<S> {
     radius: usize,
     pub axes: [Axis; 2],
-    /// Pair after pair; of each a square of radius + 1 rows and columns, the window's weights row after row in its upper left, then zeros.
+    /// Pair after pair; of each a square of radius + 1 rows and columns, the window's weights row
+    /// after row in its upper left, then zeros.
     weights: Vec<S>,
 }
 

@@ -9,7 +9,8 @@ use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
 use crate::status::CurveStatus;
 
-/// Beyond this, results are looked through for overflow. No rule makes a value 1e20 times the largest of its grid, sums on the way included.
+/// Beyond this, results are looked through for overflow. No rule makes a value 1e20 times the
+/// largest of its grid, sums on the way included.
 const SAFE: f64 = 1e280;
 
 /// How new points come about.
@@ -23,7 +24,8 @@ pub enum Rule {
     Sparse(SparseRule),
 }
 
-/// Laplacian subdivision: every round puts a point between any two neighbours, and one in the middle of any four.
+/// Laplacian subdivision: every round puts a point between any two neighbours, and one in the
+/// middle of any four.
 ///
 /// ```
 /// use faircurve::{Device, laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide}};
@@ -46,7 +48,8 @@ pub struct Subdivide {
 /// What became of one grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridReport {
-    /// [`Converged`](CurveStatus::Converged): subdivided; `Degenerate`: without points; `Invalid`: a value is NaN or infinite, or a result overflows.
+    /// [`Converged`](CurveStatus::Converged): subdivided; `Degenerate`: without points; `Invalid`:
+    /// a value is NaN or infinite, or a result overflows.
     pub status: CurveStatus,
     /// Why, where the status needs a word: names the grid, the place, the value and the remedy.
     pub message: Option<String>,
@@ -61,13 +64,16 @@ pub struct Subdivided {
 }
 
 impl Subdivide {
-    /// Subdivides all grids. One that cannot be subdivided gets the shape that it would have, and NaN in all places; its neighbours do not notice.
+    /// Subdivides all grids. One that cannot be subdivided gets the shape that it would have, and
+    /// NaN in all places; its neighbours do not notice.
     ///
-    /// Grids of one row or column are functions of one variable: both rules put new points in the middle between old ones.
+    /// Grids of one row or column are functions of one variable: both rules put new points in the
+    /// middle between old ones.
     ///
-    /// On a GPU results are good to 2e-6 of half their largest extent in f32 and to 1e-12 of it in f64, and a grid's bits depend on nothing but the grid. What
-    /// is not for a GPU the host computes in its turn: grids of one row or column, those that exceed the device's arrays, and by the exact rule those of
-    /// millions of new points, for which the host has faster transforms.
+    /// On a GPU results are good to 2e-6 of half their largest extent in f32 and to 1e-12 of it in
+    /// f64, and a grid's bits depend on nothing but the grid. What is not for a GPU the host
+    /// computes in its turn: grids of one row or column, those that exceed the device's arrays, and
+    /// by the exact rule those of millions of new points, for which the host has faster transforms.
     ///
     /// # Errors
     /// What concerns the whole run: more points than there is memory for, a device that fails.
@@ -107,7 +113,8 @@ impl Subdivide {
         let count = shapes.iter().try_fold(0usize, |sum, [rows, columns]| {
             sum.checked_add(rows.checked_mul(*columns)?.checked_mul(dimension)?)
         });
-        // Asked for first, since an allocation that fails ends the program; what comes zeroed from the system is written once, by those who compute.
+        // Asked for first, since an allocation that fails ends the program; what comes zeroed from
+        // the system is written once, by those who compute.
         match count.filter(|&count| Vec::<f64>::new().try_reserve_exact(count).is_ok()) {
             Some(count) => Ok(vec![0.0; count]),
             None => {

@@ -1,6 +1,8 @@
-//! The entries of sparse masks, their names and their numbers: what the programme finds, and what tables hold.
+//! The entries of sparse masks, their names and their numbers: what the programme finds, and what
+//! tables hold.
 
-/// The three classes of rows of E₂ₙS − UEₙ. Each has masks of its own to find, and takes those of the classes before as found.
+/// The three classes of rows of E₂ₙS − UEₙ. Each has masks of its own to find, and takes those of
+/// the classes before as found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
     /// Rows that see interior masks only.
@@ -19,7 +21,8 @@ impl Class {
 /// An entry of a mask: the weight of a coarse point in a fine one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
-    /// For fine points `far` and `near` away along the two axes, near ≤ far, from coarse points far from all borders.
+    /// For fine points `far` and `near` away along the two axes, near ≤ far, from coarse points far
+    /// from all borders.
     Interior {
         /// The greater distance, in fine steps.
         far: usize,
@@ -46,8 +49,9 @@ pub enum Unknown {
 
 /// Which unknowns there are, and how they are numbered: interior, border, corner.
 ///
-/// A *line* is a pair of distances from a border, of a coarse point (row) and of a fine one in its window. Lines are numbered row after row;
-/// a border entry is a line and a distance along the border, a corner entry is two lines.
+/// A *line* is a pair of distances from a border, of a coarse point (row) and of a fine one in its
+/// window. Lines are numbered row after row; a border entry is a line and a distance along the
+/// border, a corner entry is two lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unknowns {
     pub dimension: usize,
@@ -66,8 +70,9 @@ impl Unknowns {
         Unknowns { dimension, radius, own_rows }
     }
 
-    /// How many rows of coarse points have border masks where nothing else is said: all those whose window of fine points
-    /// meets the border, radius / 2 + 1. With fewer, reflection of the interior mask is not among the rules to choose from.
+    /// How many rows of coarse points have border masks where nothing else is said: all those whose
+    /// window of fine points meets the border, radius / 2 + 1. With fewer, reflection of the
+    /// interior mask is not among the rules to choose from.
     pub(crate) fn usual_own_rows(radius: usize) -> usize {
         radius / 2 + 1
     }
@@ -113,7 +118,8 @@ impl Unknowns {
         }
     }
 
-    /// The number of the entry of S for a fine and a coarse point; `None` where it is 0. Where an axis has a border, points are counted from it.
+    /// The number of the entry of S for a fine and a coarse point; `None` where it is 0. Where an
+    /// axis has a border, points are counted from it.
     pub(crate) fn entry(&self, fine: [isize; 2], coarse: [isize; 2], borders: [bool; 2]) -> Option<usize> {
         let distances = [0, 1].map(|axis| fine[axis].abs_diff(2 * coarse[axis]));
         if distances.iter().any(|&distance| distance > self.radius) {

@@ -1,8 +1,8 @@
 //! [`Banded`]: symmetric positive definite banded matrices, open and cyclic, factored as L D Lᵀ, one a lane.
 //!
-//! Rows are eliminated from the first down. A cyclic matrix keeps its first B rows, the border, for the end: what
-//! couples to them on either side of the ring is carried along in B columns of its own, so that open and cyclic, and
-//! lanes of different lengths, take the same steps.
+//! Rows are eliminated from the first down. A cyclic matrix keeps its first B rows, the border, for
+//! the end: what couples to them on either side of the ring is carried along in B columns of its
+//! own, so that open and cyclic, and lanes of different lengths, take the same steps.
 
 // Loops by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]
@@ -11,8 +11,9 @@ use super::scalar::{Scalar, Vector, scale, subtract};
 
 /// A symmetric matrix of half-bandwidth B in every lane, then its factors.
 ///
-/// Filled by [`add`](Self::add) over unwrapped rows: where the row after the last one of a cyclic matrix of n rows is meant, n is
-/// written for 0, n + 1 for 1, and so on. A cyclic matrix has B rows at least.
+/// Filled by [`add`](Self::add) over unwrapped rows: where the row after the last one of a cyclic
+/// matrix of n rows is meant, n is written for 0, n + 1 for 1, and so on. A cyclic matrix has B
+/// rows at least.
 #[derive(Clone, Debug)]
 pub(crate) struct Banded<S, const B: usize> {
     cyclic: bool,
@@ -80,9 +81,11 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
         }
     }
 
-    /// Factors. `movable` is 1 where a row takes part and 0 where its unknown is held at 0 (and where a lane has no row).
+    /// Factors. `movable` is 1 where a row takes part and 0 where its unknown is held at 0 (and
+    /// where a lane has no row).
     ///
-    /// Returns the smallest pivot of each lane: where it is not positive, the matrix was not positive definite.
+    /// Returns the smallest pivot of each lane: where it is not positive, the matrix was not
+    /// positive definite.
     #[inline(always)]
     pub fn factor(&mut self, movable: &[S]) -> S {
         self.hold(movable);
@@ -326,7 +329,8 @@ mod tests {
     use super::super::scalar::Lanes;
     use super::*;
 
-    /// A sum of squares of random stencils, as `Banded` takes them, and the same as a dense matrix a lane.
+    /// A sum of squares of random stencils, as `Banded` takes them, and the same as a dense matrix
+    /// a lane.
     #[allow(clippy::type_complexity)]
     fn random<const B: usize>(
         cyclic: bool,

@@ -1,4 +1,5 @@
-//! How the two forms of a matrix are eliminated, row by row, in all lanes at once; see [`lanes`](super::lanes).
+//! How the two forms of a matrix are eliminated, row by row, in all lanes at once; see
+//! [`lanes`](super::lanes).
 
 // Loops over lanes by number read as the formulas do, and become vector instructions.
 #![allow(clippy::needless_range_loop)]
@@ -194,7 +195,8 @@ pub(super) struct Network<'a, T> {
 }
 
 impl<T: Real> Form<T> for Network<'_, T> {
-    /// Per row its excess and the weight of the edge to the next row; the third array carries row 0's own weight.
+    /// Per row its excess and the weight of the edge to the next row; the third array carries row
+    /// 0's own weight.
     #[inline(always)]
     fn load<const L: usize, const CYCLIC: bool>(
         &self,

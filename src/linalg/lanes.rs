@@ -6,8 +6,9 @@
 //! x_i = de_i + ga_i·x_{i+1} + al_i·x_0        (al only in a cyclic system, whose row 0 is kept for the end)
 //! ```
 //!
-//! and substituted back from the last row up. A lane's operations and their order depend on its own system only, and
-//! no products and sums are fused, so a system's bits depend neither on its neighbours nor on the processor.
+//! and substituted back from the last row up. A lane's operations and their order depend on its own
+//! system only, and no products and sums are fused, so a system's bits depend neither on its
+//! neighbours nor on the processor.
 
 // Loops over lanes by number become vector instructions.
 #![allow(clippy::needless_range_loop)]
@@ -20,7 +21,8 @@ use super::singular;
 use super::tridiagonal::{Matrix, TridiagonalBatch};
 use crate::status::CurveStatus;
 
-/// Rows that are carried between the arrays and the lanes at once: L·8 numbers of each array stay in the first cache.
+/// Rows that are carried between the arrays and the lanes at once: L·8 numbers of each array stay
+/// in the first cache.
 pub(super) const BLOCK: usize = 8;
 
 /// A run of consecutive systems of a batch.
@@ -301,8 +303,8 @@ impl<const L: usize> Group<L> {
         }
     }
 
-    /// Reads up to [`BLOCK`] rows from `row` on of every system into the lanes. `missing` rows at a system's end are
-    /// not there to be read.
+    /// Reads up to [`BLOCK`] rows from `row` on of every system into the lanes. `missing` rows at a
+    /// system's end are not there to be read.
     #[inline(always)]
     pub(super) fn gather<T: Real>(
         &self,
@@ -360,8 +362,9 @@ impl<const L: usize> Group<L> {
     }
 }
 
-/// [`Group::solve`], compiled once for every instruction set and chosen at run time. A type of its own, since the
-/// call of a closure need not be inlined, and only what is inlined uses the instructions.
+/// [`Group::solve`], compiled once for every instruction set and chosen at run time. A type of its
+/// own, since the call of a closure need not be inlined, and only what is inlined uses the
+/// instructions.
 struct Vectorised<'a, 'b, T, const L: usize> {
     group: &'a Group<L>,
     part: &'a Part<'b, T>,

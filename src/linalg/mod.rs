@@ -1,10 +1,12 @@
 //! Batched linear algebra on plain slices.
 //!
-//! [`solve_tridiagonal_batch`] solves many tridiagonal systems at once, open and cyclic, of any and different lengths.
-//! On the CPU systems lie side by side in the lanes of the vector registers, so that a batch is solved many times faster
-//! than one system after the other, with the same bits for each; on a GPU they are solved by the kernels of [`ring`].
-//! [`thomas`] is the textbook's elimination, which the CPU's fast path is tested against, as the kernels are against the
-//! CPU. Symmetric pentadiagonal systems, as smoothing splines need them, are factored and solved one at a time.
+//! [`solve_tridiagonal_batch`] solves many tridiagonal systems at once, open and cyclic, of any and
+//! different lengths. On the CPU systems lie side by side in the lanes of the vector registers, so
+//! that a batch is solved many times faster than one system after the other, with the same bits for
+//! each; on a GPU they are solved by the kernels of [`ring`]. [`thomas`] is the textbook's
+//! elimination, which the CPU's fast path is tested against, as the kernels are against the CPU.
+//! Symmetric pentadiagonal systems, as smoothing splines need them, are factored and solved one at
+//! a time.
 
 pub(crate) mod banded;
 pub mod block_ring;

@@ -1,21 +1,25 @@
-//! Symmetric pentadiagonal systems, open and cyclic: LDLᵀ without pivoting, factored in place once, solved for many right-hand sides.
+//! Symmetric pentadiagonal systems, open and cyclic: LDLᵀ without pivoting, factored in place once,
+//! solved for many right-hand sides.
 //!
-//! A matrix is three slices: the diagonal, and the bands one and two places beside it, entry `i` of which couples the
-//! unknowns `i` and `i + 1`, or `i` and `i + 2`. Nothing is allocated and every loop runs over the rows in order, so
-//! that one GPU thread can do the same for its curve with the same steps. No pivoting is needed, and the growth of errors is
-//! bounded, where the matrix is positive definite.
+//! A matrix is three slices: the diagonal, and the bands one and two places beside it, entry `i` of
+//! which couples the unknowns `i` and `i + 1`, or `i` and `i + 2`. Nothing is allocated and every
+//! loop runs over the rows in order, so that one GPU thread can do the same for its curve with the
+//! same steps. No pivoting is needed, and the growth of errors is bounded, where the matrix is
+//! positive definite.
 //!
 //! Right-hand sides are interleaved: `width` numbers a row.
 
 use super::real::Real;
 
-/// Factors an open system of `n = diagonal.len()` unknowns: L D Lᵀ with unit lower bidiagonal-by-two L.
+/// Factors an open system of `n = diagonal.len()` unknowns: L D Lᵀ with unit lower
+/// bidiagonal-by-two L.
 ///
-/// `first` and `second` hold at least n − 1 and n − 2 entries; further ones are not touched. Afterwards `diagonal` holds the
-/// inverse pivots and `first`, `second` the two subdiagonals of L.
+/// `first` and `second` hold at least n − 1 and n − 2 entries; further ones are not touched.
+/// Afterwards `diagonal` holds the inverse pivots and `first`, `second` the two subdiagonals of L.
 ///
 /// # Errors
-/// The row whose pivot is not positive: the matrix is not positive definite, or not so in this precision.
+/// The row whose pivot is not positive: the matrix is not positive definite, or not so in this
+/// precision.
 pub fn factor_pentadiagonal<T: Real>(diagonal: &mut [T], first: &mut [T], second: &mut [T]) -> Result<(), usize> {
     let n = diagonal.len();
     // Of the rows before: subdiagonals of L, and the same times their pivots.
@@ -60,7 +64,8 @@ pub fn solve_pentadiagonal<T: Real>(diagonal: &[T], first: &[T], second: &[T], r
     }
 }
 
-/// 0 for numbers that decay below what matters: the border of a long cyclic system does, and subnormal numbers are slow.
+/// 0 for numbers that decay below what matters: the border of a long cyclic system does, and
+/// subnormal numbers are slow.
 fn settled<T: Real>(x: T) -> T {
     if x.abs() < T::SMALLEST_NORMAL { T::ZERO } else { x }
 }
@@ -97,10 +102,11 @@ fn solve_rows<T: Real, const W: usize, const SETTLE: bool>(diagonal: &[T], first
 
 /// Factors a cyclic system of n ≥ 2 unknowns, bordered by its last two.
 ///
-/// All three bands have n entries; entry `i` of `first` couples `i` and `(i + 1) mod n`, of `second` `i` and
-/// `(i + 2) mod n`. The matrix is their *sum*: where two entries couple the same unknowns (n ≤ 4) they add up, and an
-/// entry that couples an unknown with itself (n = 2) counts twice on the diagonal, as the wrapped sum of an infinite
-/// periodic band matrix does. `border` holds 2(n − 2) entries of scratch that belong to the factors.
+/// All three bands have n entries; entry `i` of `first` couples `i` and `(i + 1) mod n`, of
+/// `second` `i` and `(i + 2) mod n`. The matrix is their *sum*: where two entries couple the same
+/// unknowns (n ≤ 4) they add up, and an entry that couples an unknown with itself (n = 2) counts
+/// twice on the diagonal, as the wrapped sum of an infinite periodic band matrix does. `border`
+/// holds 2(n − 2) entries of scratch that belong to the factors.
 ///
 /// # Errors
 /// The row whose pivot is not positive, as for [`factor_pentadiagonal`].
@@ -139,7 +145,8 @@ pub fn factor_cyclic_pentadiagonal<T: Real>(
         }
     }
     factor_pentadiagonal(&mut diagonal[..m], first, second)?;
-    // Z = B⁻¹ F in place of F, and the Schur complement G − FᵀZ from the half-way D^−½ L⁻¹ F, which keeps it symmetric.
+    // Z = B⁻¹ F in place of F, and the Schur complement G − FᵀZ from the half-way D^−½ L⁻¹ F, which
+    // keeps it symmetric.
     let (mut y1, mut y2) = ([T::ZERO; 2], [T::ZERO; 2]);
     for i in 0..m {
         let l1 = if i >= 1 { first[i - 1] } else { T::ZERO };
@@ -166,7 +173,8 @@ pub fn factor_cyclic_pentadiagonal<T: Real>(
     Ok(())
 }
 
-/// Solves with the factors of [`factor_cyclic_pentadiagonal`], in place: `rhs` holds `width` numbers a row.
+/// Solves with the factors of [`factor_cyclic_pentadiagonal`], in place: `rhs` holds `width`
+/// numbers a row.
 pub fn solve_cyclic_pentadiagonal<T: Real>(
     diagonal: &[T],
     first: &[T],

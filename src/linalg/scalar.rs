@@ -5,8 +5,9 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use super::real::Real;
 
-/// A number, or [`Lanes`] of numbers that undergo the same operations. Every operation rounds each lane like the number
-/// alone, so that a curve's bits do not depend on whether it was computed alone or beside others.
+/// A number, or [`Lanes`] of numbers that undergo the same operations. Every operation rounds each
+/// lane like the number alone, so that a curve's bits do not depend on whether it was computed
+/// alone or beside others.
 pub trait Scalar:
     Copy
     + Debug
@@ -109,7 +110,8 @@ impl<T: Real, const L: usize> Default for Lanes<T, L> {
     }
 }
 
-// Loops as plain as can be: iterators and ranges in every operation make descents take minutes to compile.
+// Loops as plain as can be: iterators and ranges in every operation make descents take minutes to
+// compile.
 macro_rules! operator {
     ($trait:ident $method:ident $assign_trait:ident $assign_method:ident) => {
         impl<T: Real, const L: usize> $trait for Lanes<T, L> {

@@ -5,10 +5,12 @@ use super::real::Real;
 use super::tridiagonal::Matrix;
 use crate::status::CurveStatus;
 
-/// Solves system `i` into `x` (all its columns), after the fast path met a number that is not finite.
+/// Solves system `i` into `x` (all its columns), after the fast path met a number that is not
+/// finite.
 ///
-/// Weights of 0 divide a network into components. One without any excess fixes its solution up to a constant only,
-/// and has one only if its right-hand side sums to 0: then the solution of mean 0 is returned.
+/// Weights of 0 divide a network into components. One without any excess fixes its solution up to a
+/// constant only, and has one only if its right-hand side sums to 0: then the solution of mean 0 is
+/// returned.
 pub(super) fn solve<T: Real>(part: &Part<T>, i: usize, x: &mut [T]) -> CurveStatus {
     let status = match part.systems.matrix {
         Matrix::Bands { .. } => CurveStatus::Invalid,
@@ -50,7 +52,8 @@ impl Components {
         if !finite(&self.excess) || !finite(&self.weights) || !finite(rhs) {
             return CurveStatus::Invalid;
         }
-        // Row by row from a missing edge on, the network is a row of paths. The edge of a single row to itself does nothing.
+        // Row by row from a missing edge on, the network is a row of paths. The edge of a single
+        // row to itself does nothing.
         let cut = if n == 1 { Some(0) } else { self.weights.iter().position(|&w| w == 0.0) };
         let order: Vec<usize> = (0..n).map(|k| (cut.unwrap_or(0) + k) % n).collect();
         let mut status = CurveStatus::Converged;
@@ -81,8 +84,8 @@ impl Components {
         status
     }
 
-    /// The solution of mean 0 of a component without excess, from the flow along its edges; none where more flows in
-    /// than out.
+    /// The solution of mean 0 of a component without excess, from the flow along its edges; none
+    /// where more flows in than out.
     fn balance(&self, rows: &[usize], d: &[f64], ring: bool) -> Option<Vec<f64>> {
         let n = rows.len();
         let size: f64 = d.iter().map(|d| d.abs()).sum();

@@ -5,7 +5,8 @@ use std::ops::Range;
 /// Rows (or points) a parallel task works on at least: some tens of microseconds of work.
 const ROWS_PER_TASK: usize = 4096;
 
-/// Divides the curves, or systems, into runs of about [`ROWS_PER_TASK`] rows, from the offsets of their first rows.
+/// Divides the curves, or systems, into runs of about [`ROWS_PER_TASK`] rows, from the offsets of
+/// their first rows.
 pub(crate) fn tasks(offsets: &[usize]) -> Vec<Range<usize>> {
     let mut tasks = Vec::new();
     let mut from = 0;

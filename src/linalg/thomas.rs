@@ -1,12 +1,13 @@
-//! Thomas elimination as textbooks print it (Golub & Van Loan, *Matrix Computations*, section 4.3): the reference
-//! that the fast paths are compared with. One system at a time, no step shared with them.
+//! Thomas elimination as textbooks print it (Golub & Van Loan, *Matrix Computations*, section 4.3):
+//! the reference that the fast paths are compared with. One system at a time, no step shared with
+//! them.
 
 use super::real::Real;
 
 /// Solves the open system with the given bands; `lower[0]` and `upper[n − 1]` are ignored.
 ///
-/// Stable without pivoting for dominant, and for symmetric positive definite matrices. A pivot of 0 gives numbers
-/// that are not finite.
+/// Stable without pivoting for dominant, and for symmetric positive definite matrices. A pivot of 0
+/// gives numbers that are not finite.
 pub fn thomas<T: Real>(lower: &[T], diagonal: &[T], upper: &[T], rhs: &[T]) -> Vec<T> {
     let n = rhs.len();
     let mut c = vec![T::ZERO; n];
@@ -27,9 +28,10 @@ pub fn thomas<T: Real>(lower: &[T], diagonal: &[T], upper: &[T], rhs: &[T]) -> V
     x
 }
 
-/// Solves the cyclic system, in which `lower[0]` couples row 0 with row n − 1 and `upper[n − 1]` couples row n − 1
-/// with row 0, by the Sherman–Morrison formula: the matrix is an open one plus the rank-one matrix u·vᵀ with
-/// `u = (γ, 0 … 0, upper[n − 1])`, `v = (1, 0 … 0, lower[0]/γ)`, `γ = −diagonal[0]`.
+/// Solves the cyclic system, in which `lower[0]` couples row 0 with row n − 1 and `upper[n − 1]`
+/// couples row n − 1 with row 0, by the Sherman–Morrison formula: the matrix is an open one plus
+/// the rank-one matrix u·vᵀ with `u = (γ, 0 … 0, upper[n − 1])`, `v = (1, 0 … 0, lower[0]/γ)`,
+/// `γ = −diagonal[0]`.
 pub fn thomas_cyclic<T: Real>(lower: &[T], diagonal: &[T], upper: &[T], rhs: &[T]) -> Vec<T> {
     let n = rhs.len();
     match n {

@@ -15,9 +15,9 @@ use crate::status::CurveStatus;
 pub enum Matrix<'a, T> {
     /// The three bands: row i reads lower_i·x_{i−1} + diagonal_i·x_i + upper_i·x_{i+1}.
     ///
-    /// Solved by Thomas elimination without pivoting: for matrices that are diagonally dominant or symmetric positive
-    /// definite. The first entry of `lower` and the last of `upper` of an open system are ignored; of a cyclic system
-    /// they couple its first row with its last.
+    /// Solved by Thomas elimination without pivoting: for matrices that are diagonally dominant or
+    /// symmetric positive definite. The first entry of `lower` and the last of `upper` of an open
+    /// system are ignored; of a cyclic system they couple its first row with its last.
     Bands {
         /// Coefficient of the row before.
         lower: &'a [T],
@@ -26,16 +26,17 @@ pub enum Matrix<'a, T> {
         /// Coefficient of the next row.
         upper: &'a [T],
     },
-    /// A resistor network, the form of symmetric M-matrices: row i reads
-    /// excess_i·x_i + w_i·(x_i − x_{i−1}) + w_{i+1}·(x_i − x_{i+1}) with excess and weights ≥ 0 (not checked).
+    /// A resistor network, the form of symmetric M-matrices: row i reads excess_i·x_i + w_i·(x_i −
+    /// x_{i−1}) + w_{i+1}·(x_i − x_{i+1}) with excess and weights ≥ 0 (not checked).
     ///
-    /// Eliminated without any subtraction, so that every component of the solution is accurate to a few units of
-    /// rounding of A⁻¹|rhs|, however ill-conditioned the matrix is, and a right-hand side ≥ 0 gives a solution ≥ 0.
+    /// Eliminated without any subtraction, so that every component of the solution is accurate to a
+    /// few units of rounding of A⁻¹|rhs|, however ill-conditioned the matrix is, and a right-hand
+    /// side ≥ 0 gives a solution ≥ 0.
     Network {
         /// What the diagonal exceeds the sum of the row's weights by.
         excess: &'a [T],
-        /// Weight of the edge between row i − 1 and row i. The first one of a cyclic system joins its last row to its
-        /// first; of an open system it is ignored.
+        /// Weight of the edge between row i − 1 and row i. The first one of a cyclic system joins
+        /// its last row to its first; of an open system it is ignored.
         weights: &'a [T],
     },
 }
@@ -78,21 +79,25 @@ pub struct TridiagonalBatch<'a, T> {
 pub struct Solutions<T> {
     /// As the right-hand sides: row after row, `columns` numbers each.
     pub x: Vec<T>,
-    /// [`Converged`](CurveStatus::Converged): solved. [`NotUnique`](CurveStatus::NotUnique): a network without any
-    /// excess (or with a component without any, where weights are 0) whose right-hand side sums to 0; x is the
-    /// solution whose mean over the component is 0. [`Invalid`](CurveStatus::Invalid): entries that are not finite,
-    /// a pivot of 0, or no solution; x is NaN in all columns of the system.
+    /// [`Converged`](CurveStatus::Converged): solved. [`NotUnique`](CurveStatus::NotUnique): a
+    /// network without any excess (or with a component without any, where weights are 0) whose
+    /// right-hand side sums to 0; x is the solution whose mean over the component is 0.
+    /// [`Invalid`](CurveStatus::Invalid): entries that are not finite, a pivot of 0, or no
+    /// solution; x is NaN in all columns of the system.
     pub status: Vec<CurveStatus>,
 }
 
-/// Solves every system of a batch for `columns` right-hand sides each: entry `rhs[row · columns + c]` is column c.
+/// Solves every system of a batch for `columns` right-hand sides each: entry
+/// `rhs[row · columns + c]` is column c.
 ///
-/// Time grows linearly with the number of rows. The bits of a solution depend on its own system only: not on the other
-/// systems, nor on their order, nor, on the CPU, on the number of threads or the processor.
+/// Time grows linearly with the number of rows. The bits of a solution depend on its own system
+/// only: not on the other systems, nor on their order, nor, on the CPU, on the number of threads or
+/// the processor.
 ///
 /// The CPU computes in the type given. A GPU computes in the precision of the [`Device`]; with
-/// [`Precision::Auto`](crate::Precision::Auto) f32 for arrays of f32, and for arrays of f64 f64 where the adapter has it.
-/// Systems that are singular, or that leave the range of its floats, are solved by the CPU.
+/// [`Precision::Auto`](crate::Precision::Auto) f32 for arrays of f32, and for arrays of f64 f64
+/// where the adapter has it. Systems that are singular, or that leave the range of its floats, are
+/// solved by the CPU.
 ///
 /// ```
 /// use faircurve::{Device, linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch}};
@@ -109,8 +114,9 @@ pub struct Solutions<T> {
 /// ```
 ///
 /// # Errors
-/// Arrays whose lengths do not fit together; on a GPU also f64 where the adapter has none ([`Error::NoGpu`]), a system
-/// larger than its largest array ([`Error::Limit`]), and what becomes of submissions.
+/// Arrays whose lengths do not fit together; on a GPU also f64 where the adapter has none
+/// ([`Error::NoGpu`]), a system larger than its largest array ([`Error::Limit`]), and what becomes
+/// of submissions.
 pub fn solve_tridiagonal_batch<T: Real>(
     systems: &TridiagonalBatch<T>,
     rhs: &[T],
@@ -121,7 +127,8 @@ pub fn solve_tridiagonal_batch<T: Real>(
     match device.as_gpu() {
         None => Ok(solve_on_cpu(systems, rhs, columns)),
         Some(gpu) => {
-            // Nothing is known of the condition of a system given in f64: it keeps f64 where the adapter has it.
+            // Nothing is known of the condition of a system given in f64: it keeps f64 where the
+            // adapter has it.
             let precision = device.kernel_precision(gpu, size_of::<T>() == size_of::<f32>())?;
             ring::solve_on_gpu(gpu, precision, RingKernel::Auto, systems, rhs, columns)
         }

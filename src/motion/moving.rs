@@ -129,7 +129,8 @@ impl<V: Vector> Moving<V> {
         [a, a + b * 0.5, a + b + c]
     }
 
-    /// Whether |κ| is nowhere on the piece above `known`, as the control points of V × A and of V in the direction of its middle tell.
+    /// Whether |κ| is nowhere on the piece above `known`, as the control points of V × A and of V
+    /// in the direction of its middle tell.
     #[inline(always)]
     fn is_below(&self, known: f64) -> bool {
         let controls = self.controls();

@@ -22,9 +22,11 @@ pub(super) fn bernstein<const N: usize>(mut a: [f64; N]) -> [f64; N] {
     a
 }
 
-/// Where a polynomial in Bernstein form on `from … to` changes its sign from minus to plus (`rising`), or from plus to minus.
+/// Where a polynomial in Bernstein form on `from … to` changes its sign from minus to plus
+/// (`rising`), or from plus to minus.
 ///
-/// Coefficients of one sign have no root between, one change of sign one root (Descartes' rule); what has more is halved.
+/// Coefficients of one sign have no root between, one change of sign one root (Descartes' rule);
+/// what has more is halved.
 pub(super) fn sign_changes<const N: usize>(
     b: &[f64; N],
     rising: bool,
@@ -59,8 +61,8 @@ pub(super) fn sign_changes<const N: usize>(
     }
 }
 
-/// The root in 0 … 1 of a polynomial whose Bernstein coefficients change their sign once: regula falsi, the end that stays counting half (the
-/// Illinois rule), and bisection where that is slow.
+/// The root in 0 … 1 of a polynomial whose Bernstein coefficients change their sign once: regula
+/// falsi, the end that stays counting half (the Illinois rule), and bisection where that is slow.
 fn root<const N: usize>(b: &[f64; N]) -> f64 {
     let mut scaled = *b;
     let mut binomial = 1.0;

@@ -7,13 +7,15 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::scf::Smooth;
 
-/// Samples a span at which a curve is compared with the shape: their chords are within 1/2,000 of a half circle's size of it.
+/// Samples a span at which a curve is compared with the shape: their chords are within 1/2,000 of a
+/// half circle's size of it.
 const SAMPLES: usize = 32;
 
 /// Exponents tried at first, in equal ratios.
 const CANDIDATES: usize = 24;
 
-/// Rounds of refinement around the best; each tries as many as the first, between the best one's neighbours.
+/// Rounds of refinement around the best; each tries as many as the first, between the best one's
+/// neighbours.
 const ROUNDS: usize = 3;
 
 /// Which of a shape's points are dots.
@@ -31,7 +33,8 @@ pub enum DotsOf {
 pub struct Deviation {
     /// ν
     pub exponent: f64,
-    /// Root of the mean square of the distances of the shape's points from the curve, in units of the input; infinite where there is no curve.
+    /// Root of the mean square of the distances of the shape's points from the curve, in units of
+    /// the input; infinite where there is no curve.
     pub rms: f64,
     /// Largest of the distances.
     pub largest: f64,
@@ -48,8 +51,8 @@ pub struct ShapeExponent {
     pub dots: Vec<usize>,
 }
 
-/// Finds the ν whose curve through some dots of a given shape deviates least from it, as Alon and Bergmann propose for characterising
-/// handwriting.
+/// Finds the ν whose curve through some dots of a given shape deviates least from it, as Alon and
+/// Bergmann propose for characterising handwriting.
 ///
 /// ```
 /// use faircurve::scf::{DotsOf, ExponentSearch};
@@ -80,8 +83,8 @@ impl ExponentSearch {
     /// The exponent of a whole shape: a dense list of points, closed or open.
     ///
     /// # Errors
-    /// Fewer than two dots (closed shapes: three), numbers of dots that are not points or do not increase, a range that is not within
-    /// 1 < ν; points that are not finite.
+    /// Fewer than two dots (closed shapes: three), numbers of dots that are not points or do not
+    /// increase, a range that is not within 1 < ν; points that are not finite.
     pub fn whole(&self, shape: &[[f64; 2]], closed: bool, device: &Device) -> Result<ShapeExponent> {
         let dots = self.choose(shape, closed)?;
         let [least, most] = self.range;
@@ -104,8 +107,8 @@ impl ExponentSearch {
         Ok(ShapeExponent { best: profile[best_of(&profile)], profile, dots })
     }
 
-    /// The exponents of a shape's pieces, each of so many chords between dots, and on its own: a profile along the shape. What is left at
-    /// the end of an open shape is a piece too.
+    /// The exponents of a shape's pieces, each of so many chords between dots, and on its own: a
+    /// profile along the shape. What is left at the end of an open shape is a piece too.
     ///
     /// # Errors
     /// As [`whole`](Self::whole); no chord a piece.
@@ -212,7 +215,8 @@ fn deviations(
     Ok(exponents.iter().enumerate().map(deviation).collect())
 }
 
-/// Root mean square and largest distance of the shape's points between two dots from the curve between the same.
+/// Root mean square and largest distance of the shape's points between two dots from the curve
+/// between the same.
 fn distances(shape: &[[f64; 2]], closed: bool, dots: &[usize], curve: &[[f64; 2]]) -> (f64, f64) {
     let (mut sum, mut count, mut largest) = (0.0, 0usize, 0.0f64);
     for span in 0..if closed { dots.len() } else { dots.len() - 1 } {
@@ -244,7 +248,8 @@ mod tests {
     use super::*;
     use crate::status::CurveStatus;
 
-    /// A closed curve of the given exponent through uneven dots, densely, and the numbers of its dots.
+    /// A closed curve of the given exponent through uneven dots, densely, and the numbers of its
+    /// dots.
     fn shape(exponent: f64) -> (Vec<[f64; 2]>, Vec<usize>) {
         let dots = [[0.0, 0.0], [2.0, -0.3], [3.1, 0.7], [2.4, 1.9], [0.9, 1.6], [-0.4, 1.1]];
         let batch = CurveBatch::from_slices(&[&dots[..]]).unwrap().closed(true);

@@ -1,5 +1,5 @@
-//! The papers' own procedures: what the rooms are measured against, and what `faircurve experiments` shows. No fit takes
-//! this way.
+//! The papers' own procedures: what the rooms are measured against, and what
+//! `faircurve experiments` shows. No fit takes this way.
 //!
 //! | module | procedure | source |
 //! |---|---|---|

@@ -10,9 +10,9 @@ use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
 
-/// Minimises an energy over the inner vertices of one open curve, both ends held, by the method of your choice, and shows every
-/// iterate: for experiments, teaching and tests. It does what the formulas say and no more: no rescaling, no term that
-/// spreads vertices. The CPU works in f64.
+/// Minimises an energy over the inner vertices of one open curve, both ends held, by the method of
+/// your choice, and shows every iterate: for experiments, teaching and tests. It does what the
+/// formulas say and no more: no rescaling, no term that spreads vertices. The CPU works in f64.
 ///
 /// | method | step | measure of the gradient g |
 /// |---|---|---|
@@ -44,7 +44,8 @@ pub struct Minimisation {
     pub energy: Energy,
     /// How. Default: steepest descent along Sobolev gradients, with a line search.
     pub method: Minimiser,
-    /// The gradient's measure at which the curve has converged, in the units of the method (see the table). Default 10⁻⁸.
+    /// The gradient's measure at which the curve has converged, in the units of the method (see the
+    /// table). Default 10⁻⁸.
     pub tolerance: f64,
     /// Steps at most. Default 1,000.
     pub max_iterations: u32,
@@ -73,8 +74,8 @@ pub enum Minimiser {
 pub enum InnerProduct {
     /// Σ g·h
     Ordinary,
-    /// That of derivatives with respect to arc length, of the energy's order, frozen at each iterate: of order 1
-    /// Σ (g_i − g_{i−1})·(h_i − h_{i−1})/Δs_i.
+    /// That of derivatives with respect to arc length, of the energy's order, frozen at each
+    /// iterate: of order 1 Σ (g_i − g_{i−1})·(h_i − h_{i−1})/Δs_i.
     #[default]
     Sobolev,
 }
@@ -84,13 +85,16 @@ pub enum InnerProduct {
 pub enum Ending {
     /// The gradient's measure is at most the tolerance.
     Converged,
-    /// The energy could not be reduced further: a constant step would raise it, or a line search found no step.
+    /// The energy could not be reduced further: a constant step would raise it, or a line search
+    /// found no step.
     Stalled,
     /// The iterations were used up.
     Exhausted,
-    /// The Hessian is singular to working precision, or indefinite: Newton's method has no step to take.
+    /// The Hessian is singular to working precision, or indefinite: Newton's method has no step to
+    /// take.
     Singular,
-    /// The energy or its gradient has left the range of the numbers; the curve is the last one that had both.
+    /// The energy or its gradient has left the range of the numbers; the curve is the last one that
+    /// had both.
     Broken,
 }
 
@@ -118,7 +122,8 @@ pub struct Minimised<const D: usize> {
     pub energy: f64,
     /// Its length Σ Δs.
     pub length: f64,
-    /// The measure of its gradient; NaN where the method has none there, since its matrix is singular.
+    /// The measure of its gradient; NaN where the method has none there, since its matrix is
+    /// singular.
     pub gradient_norm: f64,
     /// Steps taken.
     pub iterations: u32,
@@ -132,12 +137,12 @@ impl Minimisation {
         Minimisation { energy, method, tolerance: 1e-8, max_iterations: 1_000 }
     }
 
-    /// Minimises from the curve with these vertices, 2-D or 3-D. `observe` is shown that curve, then the one after every
-    /// step.
+    /// Minimises from the curve with these vertices, 2-D or 3-D. `observe` is shown that curve,
+    /// then the one after every step.
     ///
     /// # Errors
-    /// Options out of range; an energy with [`attachment`](crate::discrete::attachment); fewer than three vertices, vertices that are
-    /// not finite, or two neighbours at one place.
+    /// Options out of range; an energy with [`attachment`](crate::discrete::attachment); fewer than
+    /// three vertices, vertices that are not finite, or two neighbours at one place.
     pub fn run<const D: usize>(
         &self,
         vertices: &[[f64; D]],
@@ -185,7 +190,8 @@ impl Minimisation {
         Ok(())
     }
 
-    /// The curve as a problem: displacements from where it is, ends pinned, the inner product's own weight 1.
+    /// The curve as a problem: displacements from where it is, ends pinned, the inner product's own
+    /// weight 1.
     fn problem<const D: usize>(&self, vertices: &[[f64; D]]) -> Problem<D> {
         let last = vertices.len() - 1;
         Problem {
@@ -300,9 +306,10 @@ impl Minimisation {
 
 /// Whether a Hessian of n unknowns with this smallest pivot is singular or indefinite.
 ///
-/// H = L D Lᵀ counts as singular where a pivot is not above n ε a: ε the rounding of f64, a the largest entry on the diagonal
-/// of H. Pivots of a semidefinite matrix are at most a, and rounding perturbs them by no more than n ε a to first order: below
-/// that nothing tells a pivot from 0, and a solution would be made of rounding errors alone.
+/// H = L D Lᵀ counts as singular where a pivot is not above n ε a: ε the rounding of f64, a the
+/// largest entry on the diagonal of H. Pivots of a semidefinite matrix are at most a, and rounding
+/// perturbs them by no more than n ε a to first order: below that nothing tells a pivot from 0, and
+/// a solution would be made of rounding errors alone.
 fn is_singular(smallest: f64, largest: f64, n: usize) -> bool {
     smallest.is_nan() || smallest <= n as f64 * f64::EPSILON * largest
 }

@@ -1,13 +1,14 @@
-//! The searches of Alon & Bergmann for the slopes through many points: named alternatives to Newton's method, and the
-//! baselines it is compared with.
+//! The searches of Alon & Bergmann for the slopes through many points: named alternatives to
+//! Newton's method, and the baselines it is compared with.
 //!
-//! With a slope α_k at every dot P_k the total cost is S_Σ(α) = Σ_k S_k(α_k, α_{k+1}), the sum over the segments. Both
-//! searches see nothing but costs, many segments at once, through [`SegmentCosts`], such as those of [`Segments`]:
-//! [`Greedy`] moves one slope at a time by ±Δα, as in section 4 of the paper; [`GaussianAdaptation`] samples all slopes
-//! together.
+//! With a slope α_k at every dot P_k the total cost is S_Σ(α) = Σ_k S_k(α_k, α_{k+1}), the sum over
+//! the segments. Both searches see nothing but costs, many segments at once, through
+//! [`SegmentCosts`], such as those of [`Segments`]: [`Greedy`] moves one slope at a time by ±Δα, as
+//! in section 4 of the paper; [`GaussianAdaptation`] samples all slopes together.
 //!
-//! Angles are in radians and absolute (0: along x, counter-clockwise), costs in the units of the input. A segment
-//! without a minimiser costs ∞ (NaN is read as ∞); both searches leave such places where they can.
+//! Angles are in radians and absolute (0: along x, counter-clockwise), costs in the units of the
+//! input. A segment without a minimiser costs ∞ (NaN is read as ∞); both searches leave such places
+//! where they can.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -26,7 +27,8 @@ pub use adaptation::GaussianAdaptation;
 pub use greedy::Greedy;
 pub use segments::Segments;
 
-/// One segment to be evaluated: which, and the directions of its two end tangents (radians, absolute).
+/// One segment to be evaluated: which, and the directions of its two end tangents (radians,
+/// absolute).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
     /// Segment k leads from dot k to dot k + 1; the last one of a closed curve back to dot 0.
@@ -43,14 +45,17 @@ pub trait SegmentCosts {
     /// Whether a last segment leads back to the first dot.
     fn is_closed(&self) -> bool;
 
-    /// Writes the cost of every request into `costs`, which is as long; the same request must cost the same every time.
+    /// Writes the cost of every request into `costs`, which is as long; the same request must cost
+    /// the same every time.
     ///
     /// # Errors
     ///
-    /// What ends the whole search, such as a lost device. A segment that has no cost is no error: it costs ∞.
+    /// What ends the whole search, such as a lost device. A segment that has no cost is no error:
+    /// it costs ∞.
     fn costs(&mut self, requests: &[Request], costs: &mut [f64]) -> Result<()>;
 
-    /// Number of segments: as many as dots if closed, else one fewer; none where there is only one dot.
+    /// Number of segments: as many as dots if closed, else one fewer; none where there is only one
+    /// dot.
     fn segments(&self) -> usize {
         match self.dots() {
             0 | 1 => 0,
@@ -83,7 +88,8 @@ pub struct Snapshot {
 /// What a search found, and how it went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// The best direction at every dot. They are not reduced to one turn: a slope may have gone round.
+    /// The best direction at every dot. They are not reduced to one turn: a slope may have gone
+    /// round.
     pub slopes: Vec<f64>,
     /// The total cost there; ∞ where no slopes were found with which all segments exist.
     pub cost: f64,
@@ -93,27 +99,28 @@ pub struct Outcome {
     pub iterations: usize,
     /// Segments evaluated.
     pub segment_solves: usize,
-    /// Segments that the same search evaluates where nothing is kept from one iteration to the next: for [`Greedy`] one
-    /// for every segment and two for every end of it that may move, each time; [`GaussianAdaptation`] keeps nothing
-    /// anyway.
+    /// Segments that the same search evaluates where nothing is kept from one iteration to the
+    /// next: for [`Greedy`] one for every segment and two for every end of it that may move, each
+    /// time; [`GaussianAdaptation`] keeps nothing anyway.
     pub textbook_solves: usize,
-    /// The costs over time: every iteration up to a few thousand, then every second, every fourth and so on.
-    /// The first and the last are always there.
+    /// The costs over time: every iteration up to a few thousand, then every second, every fourth
+    /// and so on. The first and the last are always there.
     pub history: Vec<Record>,
-    /// The slopes at the start, after (or just after, where candidates come in batches) 1, 2, 4, 8 … iterations, and at
-    /// the end.
+    /// The slopes at the start, after (or just after, where candidates come in batches) 1, 2, 4, 8
+    /// … iterations, and at the end.
     pub snapshots: Vec<Snapshot>,
 }
 
-/// The slopes that the search starts from: at every dot the direction of the line between its two neighbours, at the
-/// ends of an open curve that of the line to the only one,
+/// The slopes that the search starts from: at every dot the direction of the line between its two
+/// neighbours, at the ends of an open curve that of the line to the only one,
 ///
 /// α_k = atan2(y_{k+1} − y_{k−1}, x_{k+1} − x_{k−1}).
 ///
-/// Step 1 of the paper prints the differences the other way round, which points backwards along the curve; this is the
-/// direction in which it is drawn. Where both neighbours are one point the line has no direction: the curve turns
-/// back there, and the slope is that of the chord, a quarter turn to the left (two dots, closed: an oval drawn
-/// counter-clockwise). A dot without distinct neighbours gets 0. Radians, in (−π, π].
+/// Step 1 of the paper prints the differences the other way round, which points backwards along the
+/// curve; this is the direction in which it is drawn. Where both neighbours are one point the line
+/// has no direction: the curve turns back there, and the slope is that of the chord, a quarter turn
+/// to the left (two dots, closed: an oval drawn counter-clockwise). A dot without distinct
+/// neighbours gets 0. Radians, in (−π, π].
 pub fn initial_slopes(points: &[DVec2], closed: bool) -> Vec<f64> {
     let dots = points.len();
     let slope = |k: usize| {

@@ -1,14 +1,15 @@
 //! [`Graph`]: nonlinear splines y(t) on a uniform mesh, by Sobolev gradients.
 //!
-//! The energy is the discrete ∫κ² ds of the graph over a mesh of width H, its data points moved to the nearest mesh points:
+//! The energy is the discrete ∫κ² ds of the graph over a mesh of width H, its data points moved to
+//! the nearest mesh points:
 //!
 //! ```text
 //! φ(y) = H Σ y″_i² / (1 + y′_i²)^{5/2},   y′_i = (y_{i+1} − y_{i−1}) / 2H,   y″_i = (y_{i−1} − 2 y_i + y_{i+1}) / H²
 //! ```
 //!
-//! The method is that of R. J. Renka, *Algorithm 828: DNSPLIN1*, ACM Transactions on Mathematical Software 29(4), 2003:
-//! nonlinear conjugate gradients in the metric of the current curve. What the paper's printed results stop short of is
-//! reached by Newton's method damped in the same metric.
+//! The method is that of R. J. Renka, *Algorithm 828: DNSPLIN1*, ACM Transactions on Mathematical
+//! Software 29(4), 2003: nonlinear conjugate gradients in the metric of the current curve. What the
+//! paper's printed results stop short of is reached by Newton's method damped in the same metric.
 
 mod curves;
 mod descent;
@@ -30,13 +31,16 @@ use curves::{GraphCurve, GraphCurves};
 pub use descent::{GraphIteration, GraphMove};
 pub use mesh::Mesh;
 
-/// Nonlinear interpolating splines as graphs: of all y(t) through the data points, a local minimum of ∫κ² ds.
+/// Nonlinear interpolating splines as graphs: of all y(t) through the data points, a local minimum
+/// of ∫κ² ds.
 ///
-/// For open 2-D curves whose x, taken as t, increases. Data points are moved to the nearest points of a uniform mesh, by at
-/// most half its width; y at the other mesh points is found. Between mesh points the result is the natural cubic spline
-/// through all of them (t is its parameter). The curve starts as the natural cubic spline through the moved data.
+/// For open 2-D curves whose x, taken as t, increases. Data points are moved to the nearest points
+/// of a uniform mesh, by at most half its width; y at the other mesh points is found. Between mesh
+/// points the result is the natural cubic spline through all of them (t is its parameter). The
+/// curve starts as the natural cubic spline through the moved data.
 ///
-/// Graphs are fitted by the CPU in f64, all its threads side by side, whatever device is given: [`Fit::device`] says so.
+/// Graphs are fitted by the CPU in f64, all its threads side by side, whatever device is given:
+/// [`Fit::device`] says so.
 ///
 /// | status | when |
 /// |---|---|
@@ -46,9 +50,9 @@ pub use mesh::Mesh;
 /// | `degenerate` | fewer than two points |
 /// | `invalid` | not a graph: 3-D, closed, x not increasing; or two points meet on one mesh point |
 ///
-/// Most rough data have no minimiser. Steep data may have several that are the mesh's own: the graph jumps within a mesh
-/// width or two, and there is a minimum for every place to jump at. Which is reached depends on the path; it is `converged`
-/// with a message that says so.
+/// Most rough data have no minimiser. Steep data may have several that are the mesh's own: the
+/// graph jumps within a mesh width or two, and there is a minimum for every place to jump at. Which
+/// is reached depends on the path; it is `converged` with a message that says so.
 ///
 /// ```
 /// use faircurve::{CurveBatch, CurveStatus, Device, discrete::Graph};
@@ -62,10 +66,12 @@ pub use mesh::Mesh;
 pub struct Graph {
     /// The mesh; by default 241 points from the first data point to the last.
     pub mesh: Mesh,
-    /// Stops where the printed results of the published program do, after the first iteration that lowers φ by less than
-    /// 10⁻³ (1 + φ). That is early: the status is `not_converged` unless the gradient has become small, too. Default false.
+    /// Stops where the printed results of the published program do, after the first iteration that
+    /// lowers φ by less than 10⁻³ (1 + φ). That is early: the status is `not_converged` unless the
+    /// gradient has become small, too. Default false.
     pub published: bool,
-    /// Size of the gradient, as a part of √φ, at which a graph has converged; smaller is stricter, without unit. Default 10⁻⁸.
+    /// Size of the gradient, as a part of √φ, at which a graph has converged; smaller is stricter,
+    /// without unit. Default 10⁻⁸.
     pub tolerance: f64,
     /// Most iterations a curve, conjugate gradients and Newton steps together. Default 500.
     pub max_iterations: u32,
@@ -108,11 +114,13 @@ type Refusal = (CurveStatus, usize, String);
 impl Graph {
     /// Fits every curve of the batch.
     ///
-    /// A curve that is no graph comes out as its input polyline. The parameters and weights of the batch are not used: x
-    /// is the parameter. A report's `max_deviation` is the farthest that one of the curve's points was moved along t.
+    /// A curve that is no graph comes out as its input polyline. The parameters and weights of the
+    /// batch are not used: x is the parameter. A report's `max_deviation` is the farthest that one
+    /// of the curve's points was moved along t.
     ///
     /// # Errors
-    /// Options out of range; constraints, which graphs do not know (columns `tx`, `kx`, `nu` and `known`).
+    /// Options out of range; constraints, which graphs do not know (columns `tx`, `kx`, `nu` and
+    /// `known`).
     pub fn fit(&self, batch: &CurveBatch, _device: &Device) -> Result<Fit> {
         self.check()?;
         batch.constraints().expect_only(&[], "graphs")?;
@@ -137,8 +145,9 @@ impl Graph {
         Ok(Fit::new(curves, reports, Device::cpu().report(true)?))
     }
 
-    /// Fits one graph through the points (t, y), and keeps its history. `observe` is shown the ordinates at all mesh points,
-    /// those of the initial curve first, then those after each iteration.
+    /// Fits one graph through the points (t, y), and keeps its history. `observe` is shown the
+    /// ordinates at all mesh points, those of the initial curve first, then those after each
+    /// iteration.
     ///
     /// ```
     /// use faircurve::{CurveStatus, discrete::Graph};
@@ -148,7 +157,8 @@ impl Graph {
     /// ```
     ///
     /// # Errors
-    /// Options out of range, as many t as y not given, and whatever would make the curve `degenerate` or `invalid`.
+    /// Options out of range, as many t as y not given, and whatever would make the curve
+    /// `degenerate` or `invalid`.
     pub fn trace(&self, t: &[f64], y: &[f64], observe: impl FnMut(&[f64])) -> Result<GraphTrace> {
         self.check()?;
         if t.len() != y.len() {

@@ -1,4 +1,5 @@
-//! The exact rule of a grid without borders, in closed form: [`UnboundedMask`], from the potential kernel of the square lattice.
+//! The exact rule of a grid without borders, in closed form: [`UnboundedMask`], from the potential
+//! kernel of the square lattice.
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -27,7 +28,8 @@ impl Closed {
         })
     }
 
-    /// The f64 next to it: π is taken to as many digits as are needed for 64 bits to remain after both parts have cancelled.
+    /// The f64 next to it: π is taken to as many digits as are needed for 64 bits to remain after
+    /// both parts have cancelled.
     pub fn value(&self) -> f64 {
         if self.over_pi.is_zero() {
             return to_f64(&self.rational);
@@ -84,8 +86,9 @@ impl Pi {
 struct Potential(Vec<Vec<Closed>>);
 
 impl Potential {
-    /// Outward from the diagonal, where it is known: each place is what makes the equation of a place before it true. In floating point every step
-    /// would multiply errors by 3 + 2√2; these fractions have none.
+    /// Outward from the diagonal, where it is known: each place is what makes the equation of a
+    /// place before it true. In floating point every step would multiply errors by 3 + 2√2; these
+    /// fractions have none.
     fn of_radius(radius: usize) -> Self {
         let whole = |x: i64| BigRational::from_integer(x.into());
         let mut columns = vec![vec![Closed::of(whole(0), whole(0))]];
@@ -112,7 +115,8 @@ impl Potential {
         &self.0[x.max(y)][x.min(y)]
     }
 
-    /// −(4a(x) − a(x ± (2, 0)) − a(x ± (0, 2))): the potential of a coarse point with its four neighbours, every second of the fine grid.
+    /// −(4a(x) − a(x ± (2, 0)) − a(x ± (0, 2))): the potential of a coarse point with its four
+    /// neighbours, every second of the fine grid.
     fn mask(&self, x: isize, y: isize) -> Closed {
         Closed::sum([
             (-4, self.at(x, y)),
@@ -124,24 +128,29 @@ impl Potential {
     }
 }
 
-/// The potential kernel a(x, y) of the square lattice: La = −δ with L = 4 −1 −1 −1 −1 and a(0, 0) = 0, growing like ln |x| / 2π.
+/// The potential kernel a(x, y) of the square lattice: La = −δ with L = 4 −1 −1 −1 −1 and a(0, 0) =
+/// 0, growing like ln |x| / 2π.
 ///
-/// a(1, 0) = ¼, and a(n, n) = (1 + ⅓ + ⅕ + … + 1/(2n − 1)) / π (F. Spitzer, Principles of Random Walk, §15, whose kernel is 4a).
-/// All others follow from symmetry and La = 0. Takes about a tenth of a second at a distance of 64, and ten times as long at twice that.
+/// a(1, 0) = ¼, and a(n, n) = (1 + ⅓ + ⅕ + … + 1/(2n − 1)) / π (F. Spitzer, Principles of Random
+/// Walk, §15, whose kernel is 4a). All others follow from symmetry and La = 0. Takes about a tenth
+/// of a second at a distance of 64, and ten times as long at twice that.
 pub fn potential(x: isize, y: isize) -> Closed {
     Potential::of_radius(x.unsigned_abs().max(y.unsigned_abs()).max(1)).at(x, y).clone()
 }
 
-/// The entry of the exact rule of a grid without borders, for a fine point this far from the place of a coarse one, in fine steps: 4 − 8/π at 0,
-/// 3 − 8/π beside it. See [`UnboundedMask`] for many of them.
+/// The entry of the exact rule of a grid without borders, for a fine point this far from the place
+/// of a coarse one, in fine steps: 4 − 8/π at 0, 3 − 8/π beside it. See [`UnboundedMask`] for many
+/// of them.
 pub fn unbounded_weight(x: isize, y: isize) -> Closed {
     Potential::of_radius(x.unsigned_abs().max(y.unsigned_abs()) + 2).mask(x, y)
 }
 
-/// The exact mask s of a grid without borders, as far as a radius: Ls is 4 −1 −1 −1 −1 on every second point, 0 elsewhere.
+/// The exact mask s of a grid without borders, as far as a radius: Ls is 4 −1 −1 −1 −1 on every
+/// second point, 0 elsewhere.
 ///
-/// Its Fourier transform Λ(2ξ)/Λ(ξ), Λ(ξ) = 4 − 2 cos ξ₁ − 2 cos ξ₂, is 4 − (ξ₁⁴ + ξ₂⁴)/|ξ|² + … at 0, whose kink −|ξ|² cos 4θ / 4 makes the mask
-/// fall like −(6/π) cos 4φ / |x|⁴: like a power, not exponentially. Nowhere out to 64 is |s(x)| |x|⁴ above 2.74, which it is at (3, 0).
+/// Its Fourier transform Λ(2ξ)/Λ(ξ), Λ(ξ) = 4 − 2 cos ξ₁ − 2 cos ξ₂, is 4 − (ξ₁⁴ + ξ₂⁴)/|ξ|² + … at
+/// 0, whose kink −|ξ|² cos 4θ / 4 makes the mask fall like −(6/π) cos 4φ / |x|⁴: like a power, not
+/// exponentially. Nowhere out to 64 is |s(x)| |x|⁴ above 2.74, which it is at (3, 0).
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnboundedMask {
     radius: usize,
@@ -150,7 +159,8 @@ pub struct UnboundedMask {
 }
 
 impl UnboundedMask {
-    /// All entries with |i|, |j| ≤ radius, each rounded from its closed form. At radius 64 this takes about half a second.
+    /// All entries with |i|, |j| ≤ radius, each rounded from its closed form. At radius 64 this
+    /// takes about half a second.
     pub fn of_radius(radius: usize) -> Self {
         let potential = Potential::of_radius(radius + 2);
         let places = (0..=radius as isize).flat_map(|i| (0..=i).map(move |j| (i, j)));
@@ -166,8 +176,8 @@ impl UnboundedMask {
         self.radius
     }
 
-    /// The entry for a fine point this far from the place of a coarse one, in fine steps; 0 beyond the radius, where the true one is
-    /// about −(6/π) cos 4φ / |x|⁴.
+    /// The entry for a fine point this far from the place of a coarse one, in fine steps; 0 beyond
+    /// the radius, where the true one is about −(6/π) cos 4φ / |x|⁴.
     pub fn weight(&self, i: isize, j: isize) -> f64 {
         let (i, j) = (i.unsigned_abs(), j.unsigned_abs());
         let (far, near) = (i.max(j), i.min(j));
@@ -175,11 +185,13 @@ impl UnboundedMask {
     }
 }
 
-/// The entry of the exact rule of a bounded grid of n × m intervals, for a fine point i, j (0 ≤ i ≤ 2n, 0 ≤ j ≤ 2m) and a coarse point a, b: the unbounded
-/// mask summed over all images of the coarse point, a + 2nt and −a + 2nt along the first axis, likewise along the second.
+/// The entry of the exact rule of a bounded grid of n × m intervals, for a fine point i, j (0 ≤ i ≤
+/// 2n, 0 ≤ j ≤ 2m) and a coarse point a, b: the unbounded mask summed over all images of the coarse
+/// point, a + 2nt and −a + 2nt along the first axis, likewise along the second.
 ///
-/// Images beyond the mask's radius R are left out, so that entries come out larger than they are by about 1 / (2π nm R²), once R is several times n and m;
-/// half of that for coarse points on a border, a quarter at a corner. [`Rule::Exact`](crate::laplacian::Rule::Exact) has no such error.
+/// Images beyond the mask's radius R are left out, so that entries come out larger than they are by
+/// about 1 / (2π nm R²), once R is several times n and m; half of that for coarse points on a
+/// border, a quarter at a corner. [`Rule::Exact`](crate::laplacian::Rule::Exact) has no such error.
 pub fn reflected(mask: &UnboundedMask, fine: [usize; 2], coarse: [usize; 2], intervals: [usize; 2]) -> f64 {
     let [first, second] = [0, 1].map(|axis| images(fine[axis], coarse[axis], intervals[axis], mask.radius));
     first.iter().flat_map(|&i| second.iter().map(move |&j| mask.weight(i, j))).sum()

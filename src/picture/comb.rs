@@ -7,13 +7,16 @@ use super::layout::Plane;
 use crate::curve::Jet;
 use crate::report::Fit;
 
-/// A quill of the 95 % quantile of |κ| is this part of the larger side of the data, for up to [`ROOMY`] curves.
+/// A quill of the 95 % quantile of |κ| is this part of the larger side of the data, for up to
+/// [`ROOMY`] curves.
 const QUILL: f64 = 0.04;
 
-/// With more curves than this each has less room, and quills shrink as its side does: with the root of their number.
+/// With more curves than this each has less room, and quills shrink as its side does: with the root
+/// of their number.
 const ROOMY: f64 = 20.0;
 
-/// No quill is longer than this many times the quill of the quantile: cusps and kinks would leave the page.
+/// No quill is longer than this many times the quill of the quantile: cusps and kinks would leave
+/// the page.
 const CLAMP: f64 = 3.0;
 
 /// The quantile of |κ| that sets the scale.
@@ -22,7 +25,8 @@ const QUANTILE: f64 = 0.95;
 /// All combs of a picture together have about this many quills; more could not be told apart.
 const MOST_QUILLS: usize = 60_000;
 
-/// Where the quills of one curve stand and end, in the plane of the picture. `None` breaks the envelope.
+/// Where the quills of one curve stand and end, in the plane of the picture. `None` breaks the
+/// envelope.
 pub(super) type Quills = Vec<Option<(DVec2, DVec2)>>;
 
 /// The combs of a picture.
@@ -34,8 +38,9 @@ pub(super) struct Combs {
 }
 
 impl Combs {
-    /// Combs for the usable curves: quills point away from the centre of curvature, so that the comb stands on the
-    /// outside of every bend and changes sides at an inflection. `size` is the larger side of the data.
+    /// Combs for the usable curves: quills point away from the centre of curvature, so that the
+    /// comb stands on the outside of every bend and changes sides at an inflection. `size` is the
+    /// larger side of the data.
     pub fn of(fit: &Fit, plane: &Plane, size: f64, scale: f64) -> Self {
         let spans: usize = (0..fit.len()).into_par_iter().map(|i| fit.curve(i).spans()).sum();
         let per_span = (MOST_QUILLS / spans.max(1)).clamp(1, 32);
@@ -83,7 +88,8 @@ fn roots(fit: &Fit, i: usize, per_span: usize, every: usize) -> Vec<Option<(DVec
         .collect()
 }
 
-/// (p″ − (p″·T)T) / |p′|², the vector of length |κ| towards the centre of curvature; `None` where p′ vanishes.
+/// (p″ − (p″·T)T) / |p′|², the vector of length |κ| towards the centre of curvature; `None` where
+/// p′ vanishes.
 fn curvature_vector(jet: &Jet) -> Option<DVec3> {
     let tangent = jet.first.try_normalize()?;
     let across = jet.second - tangent * jet.second.dot(tangent);

@@ -17,8 +17,9 @@ const MIX: [[f64; 3]; 2] = [[191.0, 221.0, 240.0], [8.0, 48.0, 107.0]];
 /// Room for curves around the data, in the data's size.
 pub(super) const ROOM: f64 = 1.0 / 3.0;
 
-/// How an iteration changed a planar curve: polylines from light to dark blue, the last one bold, over the data points.
-/// One scale for both axes, y up. What runs away from the data is cut off where it is a third of their size away.
+/// How an iteration changed a planar curve: polylines from light to dark blue, the last one bold,
+/// over the data points. One scale for both axes, y up. What runs away from the data is cut off
+/// where it is a third of their size away.
 ///
 /// ```
 /// use faircurve::picture::Evolution;

@@ -1,4 +1,5 @@
-//! Where things stand on the page: the plane a picture shows, the box of what is drawn, and the map from data to pixels.
+//! Where things stand on the page: the plane a picture shows, the box of what is drawn, and the map
+//! from data to pixels.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -10,7 +11,8 @@ use crate::report::Fit;
 /// Coordinates beyond this are not drawn: their squares and differences would overflow.
 const DRAWABLE: f64 = 1e150;
 
-/// Samples a span that make the box; a cubic's extremes lie closer to one of them than the margin is wide.
+/// Samples a span that make the box; a cubic's extremes lie closer to one of them than the margin
+/// is wide.
 const BOX_SAMPLES: usize = 8;
 
 /// The plane shown: the data's own for 2-D, the two widest principal axes for 3-D.
@@ -21,8 +23,9 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// x to the right and y up for 2-D data; for 3-D the eigenvectors of the points' covariance with the two largest eigenvalues. Curves with
-    /// a problem have no part in it, unless all have one.
+    /// x to the right and y up for 2-D data; for 3-D the eigenvectors of the points' covariance
+    /// with the two largest eigenvalues. Curves with a problem have no part in it, unless all have
+    /// one.
     pub fn of(batch: &CurveBatch) -> Self {
         let flat = Plane { origin: DVec3::ZERO, axes: [DVec3::X, DVec3::Y] };
         if batch.dimension() == 2 {
@@ -72,7 +75,8 @@ fn drawable(p: DVec3) -> bool {
 /// (Golub & Van Loan, *Matrix Computations*, 8.5). Signs: the largest component is positive.
 fn principal_axes(mut a: [[f64; 3]; 3]) -> [DVec3; 3] {
     let mut v = [DVec3::X, DVec3::Y, DVec3::Z];
-    // Jacobi converges quadratically: 3 × 3 needs four or five sweeps, and a finished one rotates by nothing.
+    // Jacobi converges quadratically: 3 × 3 needs four or five sweeps, and a finished one rotates
+    // by nothing.
     for _ in 0..12 {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
             if a[p][q] == 0.0 {
@@ -123,8 +127,9 @@ impl Bounds {
         (self.high - self.low).max_element().max(0.0)
     }
 
-    /// The box of the points given and of the curves fitted, and for every curve whether it is outside: one that was not fitted and strays from
-    /// the box of those that were by more than the box' size has no part in the picture.
+    /// The box of the points given and of the curves fitted, and for every curve whether it is
+    /// outside: one that was not fitted and strays from the box of those that were by more than the
+    /// box' size has no part in the picture.
     pub fn of(batch: &CurveBatch, fit: &Fit, plane: &Plane) -> (Self, Vec<bool>) {
         let one = |i: usize| {
             let curve = fit.curve(i);
@@ -159,8 +164,8 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Fits `bounds` into a plot `width` pixels wide that starts at `top`. Tall data make the plot at most 1.25 times
-    /// as high as wide, flat data at least 0.15 times.
+    /// Fits `bounds` into a plot `width` pixels wide that starts at `top`. Tall data make the plot
+    /// at most 1.25 times as high as wide, flat data at least 0.15 times.
     pub fn fit(bounds: Bounds, width: f64, top: f64, margin: f64) -> Self {
         // An empty batch, or a single point, gets a box of its own.
         let empty = bounds.low.x > bounds.high.x;
@@ -173,8 +178,9 @@ impl Frame {
         Frame { scale, plot: [0.0, top, width, top + height + 2.0 * margin], middle }
     }
 
-    /// The middle of `bounds` in the middle of `plot`, at the scale at which something `extent` large fills it up to
-    /// `margin`: frames of one extent and one size of plot show their data at one scale.
+    /// The middle of `bounds` in the middle of `plot`, at the scale at which something `extent`
+    /// large fills it up to `margin`: frames of one extent and one size of plot show their data at
+    /// one scale.
     pub fn inside(bounds: Bounds, extent: DVec2, plot: [f64; 4], margin: f64) -> Self {
         let middle = if bounds.low.x > bounds.high.x { DVec2::ZERO } else { bounds.low.midpoint(bounds.high) };
         let inner = (DVec2::new(plot[2] - plot[0], plot[3] - plot[1]) - 2.0 * margin).max(DVec2::ONE);
@@ -205,8 +211,8 @@ impl Frame {
         (0..=count as i64).map(|k| ((from / step).ceil() + k as f64) * step).collect()
     }
 
-    /// The round step (1, 2 or 5 times a power of ten, or 30, which divides a circle) at which grid lines stand at
-    /// least `apart` pixels from each other.
+    /// The round step (1, 2 or 5 times a power of ten, or 30, which divides a circle) at which grid
+    /// lines stand at least `apart` pixels from each other.
     pub fn grid_step(&self, apart: f64) -> f64 {
         let least = apart / self.scale;
         let power = 10f64.powf(least.log10().floor());

@@ -1,6 +1,6 @@
-//! SVG pictures of a fit: the points given, the curves fitted, and on demand their curvature combs ([`Picture`]); of a
-//! descent ([`Evolution`]); of several things side by side, with plots below ([`Sheet`]); and of surfaces over grids
-//! ([`ReliefSheet`]).
+//! SVG pictures of a fit: the points given, the curves fitted, and on demand their curvature combs
+//! ([`Picture`]); of a descent ([`Evolution`]); of several things side by side, with plots below
+//! ([`Sheet`]); and of surfaces over grids ([`ReliefSheet`]).
 
 mod comb;
 mod evolution;
@@ -43,7 +43,8 @@ const DOTS: &str = "#333333";
 /// Béziers stray from the curve by at most this part of a pixel.
 const TOLERANCE_PX: f64 = 0.05;
 
-/// With points closer than this to each other, in pixels, the input cannot be told from the curve, and is left out.
+/// With points closer than this to each other, in pixels, the input cannot be told from the curve,
+/// and is left out.
 const LEAST_ROOM: f64 = 2.0;
 
 /// Curves are turned into text this many at a time: parallel, and without holding the whole picture.
@@ -52,15 +53,16 @@ const CHUNK: usize = 2048;
 /// Up to this many curves carry their name as a tooltip.
 const MOST_TOOLTIPS: usize = 5000;
 
-/// How a fit is drawn: white page, input in grey, fitted curves in blue, combs in purple, and dashed in vermilion
-/// whatever curve is not usable. One scale for both axes, y up; 3-D curves are projected onto the two widest
-/// principal axes of their points. Lines keep their width when the picture is scaled.
+/// How a fit is drawn: white page, input in grey, fitted curves in blue, combs in purple, and
+/// dashed in vermilion whatever curve is not usable. One scale for both axes, y up; 3-D curves are
+/// projected onto the two widest principal axes of their points. Lines keep their width when the
+/// picture is scaled.
 ///
-/// A curve that could not be fitted has no part in the extent of the picture where it strays from the others by more than their size: it is not
-/// drawn then, and the legend says so.
+/// A curve that could not be fitted has no part in the extent of the picture where it strays from
+/// the others by more than their size: it is not drawn then, and the legend says so.
 ///
-/// Curves are cubic Béziers within 0.05 pixel of the fit; what is smaller than a pixel is merged, so that the file
-/// grows with what can be seen and not with the data.
+/// Curves are cubic Béziers within 0.05 pixel of the fit; what is smaller than a pixel is merged,
+/// so that the file grows with what can be seen and not with the data.
 ///
 /// ```no_run
 /// # use faircurve::{CurveBatch, Fit, picture::Picture};
@@ -73,11 +75,13 @@ const MOST_TOOLTIPS: usize = 5000;
 pub struct Picture {
     /// Width in pixels; the height follows from the data. Default 1200, at least 160.
     pub width: f64,
-    /// Draws curvature combs: quills away from the centre of curvature, |κ| long, with an envelope through their tips.
-    /// At scale 1 the 95 % quantile of |κ| makes a quill of 4 % of the picture (with more than 20 curves less, by the
-    /// root of their number); no quill is longer than three times that. `None`, the default, draws none.
+    /// Draws curvature combs: quills away from the centre of curvature, |κ| long, with an envelope
+    /// through their tips. At scale 1 the 95 % quantile of |κ| makes a quill of 4 % of the picture
+    /// (with more than 20 curves less, by the root of their number); no quill is longer than three
+    /// times that. `None`, the default, draws none.
     pub comb: Option<f64>,
-    /// Whether the input is drawn: its points and the polyline through them, where there is room for them. Default true.
+    /// Whether the input is drawn: its points and the polyline through them, where there is room
+    /// for them. Default true.
     pub points: bool,
     /// A line above the picture. Default none.
     pub title: Option<String>,
@@ -289,7 +293,8 @@ impl Drawing<'_> {
         points.map(|p| Some(self.frame.map(self.plane.project(vector(p))?)))
     }
 
-    /// The input polyline, without vertices that stand less than half a pixel from the last one drawn.
+    /// The input polyline, without vertices that stand less than half a pixel from the last one
+    /// drawn.
     fn given(&self, i: usize) -> Option<Shape> {
         let mut pen = Pen::new(self.look.decimals);
         let (mut last, mut skipped, mut drawn) = (None, None, 0);
@@ -322,7 +327,8 @@ impl Drawing<'_> {
         path(pen.finish(), None)
     }
 
-    /// The fitted curve, or what stands in its place, with its name (and what went wrong) as a tooltip.
+    /// The fitted curve, or what stands in its place, with its name (and what went wrong) as a
+    /// tooltip.
     fn fitted(&self, i: usize) -> Option<Shape> {
         let curve = self.fit.curve(i);
         let mut pen = Pen::new(self.look.decimals);

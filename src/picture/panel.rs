@@ -18,8 +18,8 @@ const FIRST: Colour = [0, 0, 0];
 const EARLY: Colour = [31, 79, 224];
 const LAST: Colour = [208, 0, 0];
 
-/// Colours of a fan, from the smallest end angle to the largest: steps of Matplotlib's plasma (CC0), which rises in
-/// lightness all the way; its yellow end is left out, as it fades on white.
+/// Colours of a fan, from the smallest end angle to the largest: steps of Matplotlib's plasma
+/// (CC0), which rises in lightness all the way; its yellow end is left out, as it fades on white.
 const FAN: [Colour; 4] = [[13, 8, 135], [126, 3, 168], [204, 71, 120], [248, 149, 64]];
 
 /// Segments of a fan may swing out this far, in chords.
@@ -29,7 +29,8 @@ const SWING: f64 = 2.0;
 const BAR: f64 = 24.0;
 const STRIP: f64 = 140.0;
 
-/// A polyline in a [`Panel`]. Vertices that are not finite are left out; a closed curve repeats its first vertex.
+/// A polyline in a [`Panel`]. Vertices that are not finite are left out; a closed curve repeats its
+/// first vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
     /// The vertices, y up.
@@ -38,7 +39,8 @@ pub struct Stroke {
     pub colour: [u8; 3],
     /// Width of the line in pixels.
     pub width: f64,
-    /// What the legend calls it; strokes of one name share an entry, with the looks of the first. `None` has no entry.
+    /// What the legend calls it; strokes of one name share an entry, with the looks of the first.
+    /// `None` has no entry.
     pub name: Option<String>,
 }
 
@@ -57,7 +59,8 @@ pub struct Bar {
     pub colours: Vec<[u8; 3]>,
 }
 
-/// One field of a [`Sheet`](super::Sheet): curves, dots on top, a title above. One scale for both axes, y up.
+/// One field of a [`Sheet`](super::Sheet): curves, dots on top, a title above. One scale for both
+/// axes, y up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
     /// Stands above the panel; long titles are broken into lines.
@@ -79,8 +82,9 @@ impl Default for Panel {
 }
 
 impl Panel {
-    /// How an iteration changed a planar curve: the first curve in black and the last in red, both bold, those between
-    /// thin and from blue to red. A single curve counts as the last. What is a third of the dots' size away is cut off.
+    /// How an iteration changed a planar curve: the first curve in black and the last in red, both
+    /// bold, those between thin and from blue to red. A single curve counts as the last. What is a
+    /// third of the dots' size away is cut off.
     pub fn evolution(title: impl Into<String>, dots: &[DVec2], curves: &[Vec<DVec2>]) -> Self {
         let between = curves.len().saturating_sub(2);
         let stroke = |(k, points): (usize, &Vec<DVec2>)| {
@@ -103,8 +107,8 @@ impl Panel {
         Panel { title: title.into(), strokes, dots: dots.to_vec(), ..Panel::default() }
     }
 
-    /// Segments that share their first point and their last, each with its end angle in radians, by which it is
-    /// coloured; the two points are marked. What is two chords away is cut off.
+    /// Segments that share their first point and their last, each with its end angle in radians, by
+    /// which it is coloured; the two points are marked. What is two chords away is cut off.
     ///
     /// Segments whose angle is not finite are left out.
     pub fn fan(title: impl Into<String>, segments: &[(f64, Vec<DVec2>)]) -> Self {
@@ -137,7 +141,8 @@ impl Panel {
         if self.bar.is_some() { BAR } else { 0.0 }
     }
 
-    /// Writes grid, curves and dots, cut off at the frame, and the bar below it. `id` is unique in the document.
+    /// Writes grid, curves and dots, cut off at the frame, and the bar below it. `id` is unique in
+    /// the document.
     pub(super) fn write(&self, out: &mut dyn Write, frame: &Frame, id: &str) -> io::Result<()> {
         let [left, top, right, bottom] = frame.plot;
         let (w, h) = (right - left, bottom - top);

@@ -51,12 +51,13 @@ impl Axis {
 pub struct Series {
     /// Its name in the legend.
     pub name: String,
-    /// Its points, which are joined in order. Those without a place (not finite, or not positive on a logarithmic axis)
-    /// are left out and interrupt the line.
+    /// Its points, which are joined in order. Those without a place (not finite, or not positive on
+    /// a logarithmic axis) are left out and interrupt the line.
     pub points: Vec<DVec2>,
 }
 
-/// Curves over two axes with a legend to their right, such as the cost of several descents against the iteration.
+/// Curves over two axes with a legend to their right, such as the cost of several descents against
+/// the iteration.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plot {
     /// Stands above the plot. May be empty.
@@ -168,7 +169,8 @@ impl Plot {
     }
 }
 
-/// Where ticks stand between two places, at least `apart` pixels from each other on `pixels`, and what they say.
+/// Where ticks stand between two places, at least `apart` pixels from each other on `pixels`, and
+/// what they say.
 fn ticks(axis: &Axis, [low, high]: [f64; 2], pixels: f64, apart: f64) -> Vec<(f64, String)> {
     let least = (high - low) * apart / pixels;
     let most = 1.0 + pixels / apart;
@@ -180,7 +182,8 @@ fn ticks(axis: &Axis, [low, high]: [f64; 2], pixels: f64, apart: f64) -> Vec<(f6
             let text = |k: f64| if plain { format!("{}", 10f64.powf(k)) } else { power_of_ten(k) };
             return decades.into_iter().map(|k| (k, text(k))).collect();
         }
-        // Within a decade or two, the round numbers between the powers of ten say more, if they are not too close.
+        // Within a decade or two, the round numbers between the powers of ten say more, if they are
+        // not too close.
         let between = multiples(low - 1.0, high, 1.0, 4.0).into_iter().flat_map(|k| {
             [1.0, 2.0, 5.0].map(|m: f64| (k + m.log10(), number(m * 10f64.powf(k), 10f64.powf(k.min(0.0)))))
         });
@@ -204,7 +207,8 @@ fn round_step(least: f64) -> f64 {
     [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|&step| step >= least).unwrap_or(10.0 * power)
 }
 
-/// The multiples of `step` from `low` to `high`; none if they are more than `most` or below the numbers' spacing.
+/// The multiples of `step` from `low` to `high`; none if they are more than `most` or below the
+/// numbers' spacing.
 fn multiples(low: f64, high: f64, step: f64, most: f64) -> Vec<f64> {
     let (from, to) = ((low / step).ceil(), (high / step).floor());
     if !(0.0..=most).contains(&(to - from)) || (low + step) - low < 0.5 * step {

@@ -18,8 +18,9 @@ const MARGIN: f64 = 18.0;
 const LOWEST: f64 = 0.25;
 const HIGHEST: f64 = 1.3;
 
-/// Several [`Panel`]s in rows of `columns`, and below them [`Plot`]s, with one legend for the panels. Panels of a row
-/// have one scale and one size, so that their curves can be compared; each has its own middle.
+/// Several [`Panel`]s in rows of `columns`, and below them [`Plot`]s, with one legend for the
+/// panels. Panels of a row have one scale and one size, so that their curves can be compared; each
+/// has its own middle.
 ///
 /// ```
 /// use faircurve::picture::{Axis, Panel, Plot, Series, Sheet};
@@ -264,7 +265,8 @@ mod tests {
         assert_eq!(placed[0].frame.scale, placed[1].frame.scale);
         let [a, b] = [placed[0].frame.plot, placed[1].frame.plot];
         assert!(a[2] < b[0] && b[2] <= sheet.width && a[3] == b[3] && a[3] <= end, "{a:?} {b:?}");
-        // The longer wave fills its panel from margin to margin, the shorter one stands in the middle.
+        // The longer wave fills its panel from margin to margin, the shorter one stands in the
+        // middle.
         let across =
             |at: &Placed, length: f64| [0.0, length].map(|x| at.frame.map(DVec2::new(x, 0.0)).x - at.frame.plot[0]);
         assert_eq!(across(&placed[1], 4.0), [MARGIN, wide - MARGIN]);

@@ -4,15 +4,16 @@ use std::fmt::Write;
 
 use glam::DVec2;
 
-/// Consecutive pieces are merged while they are shorter than this together, in steps of the rounding (0.8 pixels at two
-/// decimal places, with one at most 1.6).
+/// Consecutive pieces are merged while they are shorter than this together, in steps of the
+/// rounding (0.8 pixels at two decimal places, with one at most 1.6).
 const MERGE: f64 = 80.0;
 
-/// A cubic whose control points lie this close to its chord, in steps of the rounding, is written as a line.
+/// A cubic whose control points lie this close to its chord, in steps of the rounding, is written
+/// as a line.
 const STRAIGHT: f64 = 4.0;
 
-/// Writes path data with coordinates rounded to `decimals` places of a pixel. Steps are differences of rounded
-/// positions, so that rounding does not add up along a curve.
+/// Writes path data with coordinates rounded to `decimals` places of a pixel. Steps are differences
+/// of rounded positions, so that rounding does not add up along a curve.
 pub(super) struct Pen {
     text: String,
     at: [i64; 2],
@@ -32,7 +33,8 @@ impl Pen {
     }
 
     fn round(&self, p: DVec2) -> [i64; 2] {
-        // Saturates where a coordinate is beyond i64, and NaN (which callers keep out) would become 0.
+        // Saturates where a coordinate is beyond i64, and NaN (which callers keep out) would become
+        // 0.
         [(p.x * self.unit).round() as i64, (p.y * self.unit).round() as i64]
     }
 
@@ -88,8 +90,9 @@ impl Pen {
         self.command = b'h';
     }
 
-    /// A cubic that starts where the last one ended. Pieces of less than a pixel are joined into one with the same
-    /// ends and end directions: exactly the same curve where they were parts of one cubic.
+    /// A cubic that starts where the last one ended. Pieces of less than a pixel are joined into
+    /// one with the same ends and end directions: exactly the same curve where they were parts of
+    /// one cubic.
     pub fn cubic(&mut self, next: [DVec2; 4]) {
         let Some(last) = self.waiting.take() else {
             self.waiting = Some(next);

@@ -8,7 +8,8 @@ use crate::Device;
 use crate::curve::{Curve, Jet, Polygon, Sampling};
 use crate::report::{CurveReport, CurveSet};
 
-/// Cubics through the points with central differences as tangents; curves with a problem stay polygons.
+/// Cubics through the points with central differences as tangents; curves with a problem stay
+/// polygons.
 struct Hermite(CurveBatch);
 
 struct One<'a> {
@@ -92,7 +93,8 @@ fn attribute(node: Node, name: &str) -> f64 {
     node.attribute(name).unwrap().parse().unwrap()
 }
 
-/// The numbers of absolute or relative path data that has a blank or a command between any two of them.
+/// The numbers of absolute or relative path data that has a blank or a command between any two of
+/// them.
 fn numbers(data: &str) -> Vec<f64> {
     let spaced = data.replace('-', " -").replace(|c: char| c.is_ascii_alphabetic(), " ");
     spaced.split_whitespace().map(|n| n.parse().unwrap()).collect()

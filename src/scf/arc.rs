@@ -1,6 +1,7 @@
 //! A piece of a universal curve, laid between two points: where it runs.
 //!
-//! Computed in f64 on the host. Pieces that turn little are measured by differences' series, so that their points keep their digits.
+//! Computed in f64 on the host. Pieces that turn little are measured by differences' series, so
+//! that their points keep their digits.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -18,7 +19,8 @@ pub struct Site {
     pub curvature: f64,
 }
 
-/// A segment between (0, 0) and (chord, 0): which piece of its universal curve, how large, which way round.
+/// A segment between (0, 0) and (chord, 0): which piece of its universal curve, how large, which
+/// way round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Arc {
     /// Length of the chord.
@@ -64,7 +66,8 @@ impl Arc {
         all
     }
 
-    /// The segment that starts with a free direction and ends at the angle b; for one that ends so, mirrored and from the other end.
+    /// The segment that starts with a free direction and ends at the angle b; for one that ends so,
+    /// mirrored and from the other end.
     pub fn free(curve: &Universal, chord: f64, b: f64) -> Option<Self> {
         if b.abs() < f64::MIN_POSITIVE.sqrt() {
             return Some(Arc::straight(chord));
@@ -233,8 +236,8 @@ impl Arc {
 }
 
 impl Universal {
-    /// Middle and half of [from, to] where both are on one side of the inflection at 0 and near each other: there differences are
-    /// taken from series, at the distances from 0.
+    /// Middle and half of [from, to] where both are on one side of the inflection at 0 and near
+    /// each other: there differences are taken from series, at the distances from 0.
     fn close(&self, from: f64, to: f64) -> Option<(f64, f64)> {
         let (middle, half) = (0.5 * (from + to).abs(), 0.5 * (to - from));
         (from * to > 0.0 && half < CLOSE * middle.min(PI - middle)).then_some((middle, half))
@@ -277,8 +280,8 @@ impl Universal {
         }
     }
 
-    /// T at the fraction u of the length from `from` to `to`, by Newton's method in w = sgn T |T|^q, of which the length is almost a
-    /// multiple near the inflection, bracketed.
+    /// T at the fraction u of the length from `from` to `to`, by Newton's method in w = sgn T
+    /// |T|^q, of which the length is almost a multiple near the inflection, bracketed.
     pub fn at_length(&self, from: f64, to: f64, u: f64) -> f64 {
         /// Newton's steps: quadratic from a start good to a few per cent; brackets catch the rest.
         const STEPS: usize = 60;

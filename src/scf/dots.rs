@@ -1,4 +1,5 @@
-//! From the points of a curve to the [`Problem`] of its slopes: distinct dots, chords, exponents, weights.
+//! From the points of a curve to the [`Problem`] of its slopes: distinct dots, chords, exponents,
+//! weights.
 
 use super::slopes::{Ends, Problem, Span};
 use super::start::{Chords, Start, wrap};
@@ -47,7 +48,8 @@ impl Exponents {
         self.values.partition_point(|&value| value < exponent) as u16
     }
 
-    /// Whether a way from 2 to these exponents leads anywhere: within a tenth of 2 curves differ little.
+    /// Whether a way from 2 to these exponents leads anywhere: within a tenth of 2 curves differ
+    /// little.
     pub fn are_far_from_two(&self) -> bool {
         self.values.iter().any(|nu| (nu / 2.0).ln().abs() > 0.1)
     }
@@ -154,7 +156,8 @@ impl Dots {
         (0..self.points.len()).map(direction).collect()
     }
 
-    /// The problem of the slopes with these directions for references, and the logarithm of what its costs are divided by.
+    /// The problem of the slopes with these directions for references, and the logarithm of what
+    /// its costs are divided by.
     pub fn problem<T: Real + Scalar<Number = T>>(
         &self,
         directions: &[f64],

@@ -1,13 +1,16 @@
-//! The cost of a segment of unit chord, with its first and second derivatives in the angles of its ends.
+//! The cost of a segment of unit chord, with its first and second derivatives in the angles of its
+//! ends.
 //!
-//! With D, S, J as in [`root`](super::root), σ = ±1 without and with an inflection, and canonical angles
+//! With D, S, J as in [`root`](super::root), σ = ±1 without and with an inflection, and canonical
+//! angles
 //!
 //! ```text
 //! cost = D^{ν−1} along,   ∂cost/∂a = νσ D^{ν−1} S(t₀),   ∂cost/∂b = −ν D^{ν−1} S(t₁)
 //! ```
 //!
-//! −ν and ν times the bending moments |κ|^{ν−1} sgn κ at the ends (envelope theorem). The second derivatives follow from those of the chord
-//! condition; S′(t₀), infinite at an inflection, always comes with dt₀, which is 0 there.
+//! −ν and ν times the bending moments |κ|^{ν−1} sgn κ at the ends (envelope theorem). The second
+//! derivatives follow from those of the chord condition; S′(t₀), infinite at an inflection, always
+//! comes with dt₀, which is 0 there.
 
 use super::root::{Canonical, Piece, cheapest, from_inflection};
 use super::universal::Universal;
@@ -26,7 +29,8 @@ pub(crate) struct Evaluation<S> {
     pub exists: S,
 }
 
-/// Angles that stand in for those of a straight segment, where lanes cannot part. Not in the kernel: threads can.
+/// Angles that stand in for those of a straight segment, where lanes cannot part. Not in the
+/// kernel: threads can.
 const STAND_IN: f64 = 0.5;
 
 /// Angles both below this are 0: their squares would be no numbers of full precision.
@@ -84,7 +88,8 @@ fn at_piece<S: Scalar>(curve: &Universal, piece: &Piece<S>, a: S, b: S) -> Evalu
     }
 }
 
-/// The segment that starts with a free tangent, and ends at the angle b from its unit chord: derivatives in b in the second places.
+/// The segment that starts with a free tangent, and ends at the angle b from its unit chord:
+/// derivatives in b in the second places.
 #[inline(always)]
 pub(crate) fn evaluate_free<S: Scalar>(curve: &Universal, b: S) -> Evaluation<S> {
     let (zero, one, nu, q) = (S::ZERO, S::ONE, S::of(curve.exponent), S::of(curve.q));

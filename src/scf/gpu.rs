@@ -1,4 +1,5 @@
-//! Smooth connection functions on a GPU: kernels, and segments by themselves; [`search`] has those of curves.
+//! Smooth connection functions on a GPU: kernels, and segments by themselves; [`search`] has those
+//! of curves.
 
 mod search;
 #[cfg(all(test, feature = "gpu"))]
@@ -90,13 +91,15 @@ fn universals(curves: &[Universal]) -> Vec<f64> {
     curves.iter().flat_map(block).collect()
 }
 
-/// The limits of a device for chunks of elements of so many bytes, of which no more than [`MOST_TOGETHER`] belong in one.
+/// The limits of a device for chunks of elements of so many bytes, of which no more than
+/// [`MOST_TOGETHER`] belong in one.
 fn limits(gpu: &Gpu, total_bytes: u64) -> Limits {
     gpu.limits().with_chunks_of(MOST_TOGETHER * total_bytes)
 }
 
-/// Evaluates segments of unit chord, each with the number of its universal curve and the angles at its ends, all in one dispatch a
-/// chunk. Of those that f32 finds no minimiser of, or no cost of full precision, the CPU has the last word, in f64.
+/// Evaluates segments of unit chord, each with the number of its universal curve and the angles at
+/// its ends, all in one dispatch a chunk. Of those that f32 finds no minimiser of, or no cost of
+/// full precision, the CPU has the last word, in f64.
 ///
 /// # Errors
 /// Those of compiling the kernel and of submissions.
@@ -132,7 +135,8 @@ pub(crate) fn evaluate_on_gpu(
     Ok(found)
 }
 
-/// Whether f32 may have been too coarse for a segment: almost circular ones of small angles it tends to lose.
+/// Whether f32 may have been too coarse for a segment: almost circular ones of small angles it
+/// tends to lose.
 fn is_doubtful(found: &Evaluation<f64>, angles: [f64; 2]) -> bool {
     let numbers = found.gradient.iter().chain(&found.hessian);
     let coarse = found.cost < LEAST_COST || !found.cost.is_finite() || numbers.into_iter().any(|x| !x.is_finite());

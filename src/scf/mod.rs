@@ -1,11 +1,15 @@
-//! Smooth connection functions: the curves of least ∫|κ|^ν ds through given points, exactly, after A. Alon and
-//! S. Bergmann, *Connecting points by smooth connection functions defines shapes in the smoothest possible way*.
+//! Smooth connection functions: the curves of least ∫|κ|^ν ds through given points, exactly, after
+//! A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines shapes in the
+//! smoothest possible way*.
 //!
-//! Between two points with given tangents the minimiser obeys |κ|^ν = c cos ψ, ψ the angle of the tangent from the direction of a force. So every
-//! [`Segment`] is a piece of one universal curve per ν, fixed by one scalar root, and the cost, its gradient and its Hessian in the two end angles are
-//! closed expressions of that root. [`Smooth`] adds them up over a curve and finds the directions at the points by Newton's method: the gradient is the jump of
-//! the bending moment, the Hessian tridiagonal (cyclic for closed curves). [`papers::searches`](crate::papers::searches) has the paper's own searches, [`papers::exponent`](crate::papers::exponent) the ν that draws
-//! a given shape best.
+//! Between two points with given tangents the minimiser obeys |κ|^ν = c cos ψ, ψ the angle of the
+//! tangent from the direction of a force. So every [`Segment`] is a piece of one universal curve
+//! per ν, fixed by one scalar root, and the cost, its gradient and its Hessian in the two end
+//! angles are closed expressions of that root. [`Smooth`] adds them up over a curve and finds the
+//! directions at the points by Newton's method: the gradient is the jump of the bending moment, the
+//! Hessian tridiagonal (cyclic for closed curves). [`papers::searches`](crate::papers::searches)
+//! has the paper's own searches, [`papers::exponent`](crate::papers::exponent) the ν that draws a
+//! given shape best.
 //!
 //! | file | holds |
 //! |---|---|

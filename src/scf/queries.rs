@@ -23,17 +23,20 @@ pub struct Query {
 pub struct Cost {
     /// ∫|κ|^ν ds
     pub cost: f64,
-    /// Derivatives in the angles of the first and of the last tangent: −ν and ν times the bending moments |κ|^{ν−1} sgn κ there.
+    /// Derivatives in the angles of the first and of the last tangent: −ν and ν times the bending
+    /// moments |κ|^{ν−1} sgn κ there.
     pub gradient: [f64; 2],
     /// Second derivatives: in the first angle, in both, in the last.
     pub hessian: [f64; 3],
 }
 
-/// The cost of the cheapest segment for every query, with its derivatives; `None` where there is no minimiser.
+/// The cost of the cheapest segment for every query, with its derivatives; `None` where there is no
+/// minimiser.
 ///
-/// Relative errors of costs are about 1e-13 in f64; of segments that hardly turn, second derivatives are good to ε/turning².
-/// The universal curve of every exponent asked for is computed once: many segments of few exponents are fastest, several
-/// million a second on two cores. On a GPU segments of all exponents are evaluated together, in f64 where the adapter has it; in f32,
+/// Relative errors of costs are about 1e-13 in f64; of segments that hardly turn, second
+/// derivatives are good to ε/turning². The universal curve of every exponent asked for is computed
+/// once: many segments of few exponents are fastest, several million a second on two cores. On a
+/// GPU segments of all exponents are evaluated together, in f64 where the adapter has it; in f32,
 /// costs of unit chord below 1.2e-38 count as 0.
 ///
 /// ```
@@ -47,8 +50,8 @@ pub struct Cost {
 /// ```
 ///
 /// # Errors
-/// A chord that is not positive, an angle beyond ±π, an exponent that is not above 1, or what is not finite, with the number of the
-/// query; on a GPU what becomes of submissions.
+/// A chord that is not positive, an angle beyond ±π, an exponent that is not above 1, or what is
+/// not finite, with the number of the query; on a GPU what becomes of submissions.
 pub fn evaluate_segments(queries: &[Query], device: &Device) -> Result<Vec<Option<Cost>>> {
     for (number, query) in queries.iter().enumerate() {
         check(number, query)?;

@@ -1,19 +1,24 @@
-//! The chord condition of a segment: which piece of the universal curve joins two points with given tangents.
+//! The chord condition of a segment: which piece of the universal curve joins two points with given
+//! tangents.
 //!
-//! Mirrored and reversed as need be, every pair of end angles (from the chord) becomes **canonical**: a ≥ b, a + b ≤ 0, so that the
-//! curve ends at its more curved side. The piece then runs from T₀ to t₁ = |T₀| + (a − b) on the universal curve, with κ < 0 where
-//! T > 0 and an inflection at T = 0 where T₀ < 0; t = |T|. The force has the direction φ = a − π/2 + t₀, the chord the direction 0:
+//! Mirrored and reversed as need be, every pair of end angles (from the chord) becomes
+//! **canonical**: a ≥ b, a + b ≤ 0, so that the curve ends at its more curved side. The piece then
+//! runs from T₀ to t₁ = |T₀| + (a − b) on the universal curve, with κ < 0 where T > 0 and an
+//! inflection at T = 0 where T₀ < 0; t = |T|. The force has the direction φ = a − π/2 + t₀, the
+//! chord the direction 0:
 //!
 //! ```text
 //! along = J(t₁) ∓ J(t₀),   across = (S(t₁) ∓ S(t₀))/q,   g(t₀) = φ + atan2(across, along) = 0,   |φ| < π/2
 //! ```
 //!
-//! − without, + with an inflection. If g ≥ 0 at t₀ = 0 there is exactly one root without inflection, else none; with one there are up to
-//! two, g being concave, and the first from below is the cheaper. So Newton's method from below converges monotonically, in the variable
-//! in which g is nearest to linear: the ratio of the moments without an inflection (linear, and met at once, for ν = 2 and small angles),
-//! t₀^q, the moment at the start, or t₀ with one. In t₀^q, for ν near 1, g may bend the other way: steps that lead past what might be two
-//! roots are taken back, and g is followed in t₀, in which it is concave. a − b ≥ π leaves no room for a root, but for a = −b = π/2, the
-//! half arch, which is met as far as angles can be told apart.
+//! − without, + with an inflection. If g ≥ 0 at t₀ = 0 there is exactly one root without
+//! inflection, else none; with one there are up to two, g being concave, and the first from below
+//! is the cheaper. So Newton's method from below converges monotonically, in the variable in which
+//! g is nearest to linear: the ratio of the moments without an inflection (linear, and met at once,
+//! for ν = 2 and small angles), t₀^q, the moment at the start, or t₀ with one. In t₀^q, for ν near
+//! 1, g may bend the other way: steps that lead past what might be two roots are taken back, and g
+//! is followed in t₀, in which it is concave. a − b ≥ π leaves no room for a root, but for a = −b =
+//! π/2, the half arch, which is met as far as angles can be told apart.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -27,16 +32,19 @@ const MOST_STEPS: usize = 60;
 /// Where h/m is less than this, differences come from series: see [`Universal::difference_series`].
 pub(crate) const CLOSE: f64 = 0.125;
 
-/// After a last, small step g is no larger than this part of the angles, or the step was small for another reason.
+/// After a last, small step g is no larger than this part of the angles, or the step was small for
+/// another reason.
 const NEAR: f64 = 1e-3;
 
 /// A Newton step s of this part of √ε is the last: it leaves an error of s².
 const LAST_STEP: f64 = 0.1;
 
-/// So many steps of that size are enough in any case: each leaves a part 1/(ν − 1) of the error at most, down to rounding.
+/// So many steps of that size are enough in any case: each leaves a part 1/(ν − 1) of the error at
+/// most, down to rounding.
 const SMALL_STEPS: f64 = 6.0;
 
-/// From this cosine of t₁ on, a sixteenth from its end at π, digits lost by t₁ are those of its moment.
+/// From this cosine of t₁ on, a sixteenth from its end at π, digits lost by t₁ are those of its
+/// moment.
 const EDGE: f64 = -0.998;
 
 /// The largest part of the way to where the room ends that a step may take.
@@ -173,8 +181,8 @@ impl<S: Scalar> Given<S> {
         piece
     }
 
-    /// The same where both ends are near each other, from the series at the middle m: the chord's direction from the force is −η at
-    /// tan = u = cos m (Q − P)/(P sin m + Q cos² m / sin m).
+    /// The same where both ends are near each other, from the series at the middle m: the chord's
+    /// direction from the force is −η at tan = u = cos m (Q − P)/(P sin m + Q cos² m / sin m).
     #[inline(never)]
     fn close(&self, curve: &Universal, piece: &Piece<S>, close: S) -> Piece<S> {
         let [sine0, cosine0] = [piece.sine[0], piece.cosine[0]];
@@ -215,14 +223,16 @@ fn smaller<S: Scalar>(x: S, y: S) -> S {
     (y - x).if_positive(x, y)
 }
 
-/// The cheapest piece for canonical angles, and 1 where there is one, else 0. Angles may be 0 only one at a time.
+/// The cheapest piece for canonical angles, and 1 where there is one, else 0. Angles may be 0 only
+/// one at a time.
 #[inline(always)]
 pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S>, S) {
     let given = Given::of(angles);
     let [a, b] = angles;
     let (zero, one, q) = (S::ZERO, S::ONE, S::of(curve.q));
     let at_inflection = given.piece(curve, zero, one);
-    // 1 without, −1 with an inflection: from a < 0 on, a curve that turns right never comes back to its chord.
+    // 1 without, −1 with an inflection: from a < 0 on, a curve that turns right never comes back to
+    // its chord.
     let side = (-a).max(-at_inflection.miss[0]).if_positive(-one, one);
     // Without: t₀ from the ratio of moments R that splines have; with: from below, where φ > −π/2.
     let ratio = ((S::of(2.0) * a + b) / (-(a + S::of(2.0) * b))).max(zero);
@@ -281,7 +291,8 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         let past = side.if_positive(-one, past.max(returns));
         let hopeless = careful.if_positive(past, -one);
         live = hopeless.if_positive(-one, live);
-        // From where g last rose below 0 on in t₀; where that is only t₀ = 0, where t₀ does not move, half the way in w there first.
+        // From where g last rose below 0 on in t₀; where that is only t₀ = 0, where t₀ does not
+        // move, half the way in w there first.
         let back = low.if_positive(low, half_way * t0);
         let inflected = past.if_positive(back, inflected);
         let next = side.if_positive(given.start_of(root), inflected);
@@ -290,7 +301,8 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         let moved = side.if_positive(next_ratio - ratio, moved);
         let small = past.if_positive(zero, (last_step * scale - moved.abs()).if_positive(one, zero));
         small_steps = live.if_positive(small_steps + small, small_steps);
-        // An inflection near an end, for ν > 2, leaves g without a second derivative there: an error of s²/R, or s² R.
+        // An inflection near an end, for ν > 2, leaves g without a second derivative there: an
+        // error of s²/R, or s² R.
         let bend = if curve.exponent > 2.0 { smaller(ratio, one / ratio).sqrt() } else { one };
         let small = small * (last_step * scale * bend - moved.abs()).if_positive(one, zero);
         let small = small.max((small_steps - S::of(SMALL_STEPS - 0.5)).if_positive(one, zero));
@@ -307,14 +319,16 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
 }
 
 impl<S: Scalar> Given<S> {
-    /// t₀ at which the moments have the ratio R = S(t₀)/S(t₁): tan t₀ = ρ sin 2h / (1 − ρ cos 2h), ρ = R^{1/q} = sin t₀/sin t₁.
+    /// t₀ at which the moments have the ratio R = S(t₀)/S(t₁): tan t₀ = ρ sin 2h / (1 − ρ cos 2h),
+    /// ρ = R^{1/q} = sin t₀/sin t₁.
     #[inline(always)]
     fn start_of(&self, rho: S) -> S {
         first_quadrant_angle(rho * self.sine_turning, S::ONE - rho * self.cosine_turning)
     }
 }
 
-/// The piece that starts at an inflection (a free end, without moment) and ends at the angle b < 0, and 1 where there is one, else 0.
+/// The piece that starts at an inflection (a free end, without moment) and ends at the angle b < 0,
+/// and 1 where there is one, else 0.
 #[inline(always)]
 pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, S) {
     let (zero, one, q) = (S::ZERO, S::ONE, S::of(curve.q));
@@ -371,8 +385,8 @@ pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, 
     }
 }
 
-/// The other piece with an inflection for canonical angles, where there is one beyond that which starts at t₀: g has risen there, and falls
-/// below 0 again before the room ends.
+/// The other piece with an inflection for canonical angles, where there is one beyond that which
+/// starts at t₀: g has risen there, and falls below 0 again before the room ends.
 pub(crate) fn second(curve: &Universal, angles: [f64; 2], t0: f64) -> Option<Piece<f64>> {
     let given = Given::of(angles);
     let room = PI - given.turning.max(angles[0]).max(0.0);

@@ -5,17 +5,21 @@ use std::sync;
 use super::arc::{Arc, Site};
 use super::universal::Universal;
 
-/// The curve of least ∫|κ|^ν ds between two points with given tangents: the segment of Alon and Bergmann.
+/// The curve of least ∫|κ|^ν ds between two points with given tangents: the segment of Alon and
+/// Bergmann.
 ///
-/// In the frame of its chord: from (0, 0) to (chord, 0), end tangents at the angles a and b from the chord. Its curvature is |κ|^ν = c cos ψ,
-/// ψ the angle of the tangent from a fixed direction, that of the force; so it is a piece of one universal curve per ν, with one inflection
-/// or none. Costs and points are good to about 1e-13 relative.
+/// In the frame of its chord: from (0, 0) to (chord, 0), end tangents at the angles a and b from
+/// the chord. Its curvature is |κ|^ν = c cos ψ, ψ the angle of the tangent from a fixed direction,
+/// that of the force; so it is a piece of one universal curve per ν, with one inflection or none.
+/// Costs and points are good to about 1e-13 relative.
 ///
-/// Not every pair of angles has a minimiser: where a − b is π or more, and for larger ν well before, curves grow ever larger and cheaper. What
-/// stands here is the cheapest of the stationary curves with one inflection at most, a local minimum; curves of two and more turn
-/// by π from one to the next, as no minimiser does.
+/// Not every pair of angles has a minimiser: where a − b is π or more, and for larger ν well
+/// before, curves grow ever larger and cheaper. What stands here is the cheapest of the stationary
+/// curves with one inflection at most, a local minimum; curves of two and more turn by π from one
+/// to the next, as no minimiser does.
 ///
-/// Flat pieces: κ = 0 in single points only, for every ν; for ν > 2 the curvature has an infinite slope there.
+/// Flat pieces: κ = 0 in single points only, for every ν; for ν > 2 the curvature has an infinite
+/// slope there.
 ///
 /// ```
 /// use faircurve::scf::Segment;
@@ -36,9 +40,11 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// The cheapest segment over a chord of this length, with tangents at these angles from it (radians, from −π to π), for ν > 1.
+    /// The cheapest segment over a chord of this length, with tangents at these angles from it
+    /// (radians, from −π to π), for ν > 1.
     ///
-    /// `None` where there is no minimiser, and for a chord that is not positive, ν that is not above 1, and numbers that are not finite.
+    /// `None` where there is no minimiser, and for a chord that is not positive, ν that is not
+    /// above 1, and numbers that are not finite.
     pub fn between(chord: f64, angles: [f64; 2], exponent: f64) -> Option<Self> {
         let curve = universal(chord, angles, exponent)?;
         Some(Segment { arc: Arc::cheapest(&curve, chord, angles)?, curve })
@@ -66,7 +72,8 @@ impl Segment {
         self.arc.length(&self.curve)
     }
 
-    /// The direction φ of the force, from the chord: |κ|^ν is proportional to cos(θ − φ). 0 where the segment is straight.
+    /// The direction φ of the force, from the chord: |κ|^ν is proportional to cos(θ − φ). 0 where
+    /// the segment is straight.
     pub fn force_direction(&self) -> f64 {
         self.arc.force_direction()
     }
@@ -81,7 +88,8 @@ impl Segment {
         self.arc.curvatures(&self.curve)
     }
 
-    /// Bending moments |κ|^{ν−1} sgn κ at both ends: the cost's derivatives in the end angles are −ν and ν times these.
+    /// Bending moments |κ|^{ν−1} sgn κ at both ends: the cost's derivatives in the end angles are
+    /// −ν and ν times these.
     pub fn moments(&self) -> [f64; 2] {
         self.curvatures().map(|curvature| curvature.signum() * curvature.abs().powf(self.curve.exponent - 1.0))
     }
@@ -91,17 +99,19 @@ impl Segment {
         self.arc.at(&self.curve, (arc_length / self.length()).clamp(0.0, 1.0)).0
     }
 
-    /// The sites at which the tangent has an angle from the chord: none, one, or two where the segment has an inflection.
+    /// The sites at which the tangent has an angle from the chord: none, one, or two where the
+    /// segment has an inflection.
     pub fn at_angle(&self, angle: f64) -> Vec<Site> {
         self.arc.at_angle(angle).into_iter().map(|t| self.arc.site(&self.curve, t)).collect()
     }
 
-    /// Points of a polyline that keeps within `tolerance` (units of the chord, > 0) of the segment, both ends among them. Where it
-    /// curves more they are denser.
+    /// Points of a polyline that keeps within `tolerance` (units of the chord, > 0) of the segment,
+    /// both ends among them. Where it curves more they are denser.
     pub fn polyline(&self, tolerance: f64) -> Vec<[f64; 2]> {
         let length = self.length();
         let mut points = vec![[0.0, 0.0]];
-        // Between two tangents an arc of length s that turns by τ keeps within s |τ|/8 of its chord, and s²κ/8 where κ is the largest.
+        // Between two tangents an arc of length s that turns by τ keeps within s |τ|/8 of its
+        // chord, and s²κ/8 where κ is the largest.
         let mut pending = vec![(0.0, 1.0, MOST_HALVINGS)];
         while let Some((from, to, halvings)) = pending.pop() {
             let middle = 0.5 * (from + to);
@@ -118,7 +128,8 @@ impl Segment {
         points
     }
 
-    /// Control points of cubic Béziers, G¹, within `tolerance` (units of the chord, > 0) of the segment: see [`Curve::beziers`](crate::Curve::beziers).
+    /// Control points of cubic Béziers, G¹, within `tolerance` (units of the chord, > 0) of the
+    /// segment: see [`Curve::beziers`](crate::Curve::beziers).
     pub fn beziers(&self, tolerance: f64) -> Vec<[[f64; 2]; 4]> {
         let curve = super::curves::OneArc::new(self.arc, &self.curve);
         let flat = |p: glam::DVec3| [p.x, p.y];

@@ -1,25 +1,31 @@
-//! Newton's method on the slopes of a chunk of curves: Σ cost over all segments, as a function of the directions at the dots.
+//! Newton's method on the slopes of a chunk of curves: Σ cost over all segments, as a function of
+//! the directions at the dots.
 //!
-//! The gradient is the jump of the bending moment at every dot (times ν), the Hessian is tridiagonal, cyclic for closed curves. Unknowns are
-//! turns from reference directions, so that small angles keep their digits. Steps are those of cost^{1/ν}, the ν-norm of the curvature, which for large ν is
-//! far closer to a quadratic: Newton's own steps on a power ν shrink what is left by (ν − 2)/(ν − 1) only. All curves of a chunk advance together, a trial a tick: first
-//! their segments are evaluated side by side in vector lanes, whichever curve they belong to, then every curve judges its trial, and solves
-//! for its next step. What a curve does depends on nothing but itself.
+//! The gradient is the jump of the bending moment at every dot (times ν), the Hessian is
+//! tridiagonal, cyclic for closed curves. Unknowns are turns from reference directions, so that
+//! small angles keep their digits. Steps are those of cost^{1/ν}, the ν-norm of the curvature,
+//! which for large ν is far closer to a quadratic: Newton's own steps on a power ν shrink what is
+//! left by (ν − 2)/(ν − 1) only. All curves of a chunk advance together, a trial a tick: first
+//! their segments are evaluated side by side in vector lanes, whichever curve they belong to, then
+//! every curve judges its trial, and solves for its next step. What a curve does depends on nothing
+//! but itself.
 
 use super::evaluation::Evaluation;
 use crate::damping::{Damping, Trial, Verdict};
 use crate::linalg::banded::Banded;
 use crate::linalg::{Real, Scalar};
 
-/// No direction turns by more than this in a step, in radians: further than a third of the way to where segments cease to exist
-/// the quadratic model says little.
+/// No direction turns by more than this in a step, in radians: further than a third of the way to
+/// where segments cease to exist the quadratic model says little.
 const MOST_TURN: f64 = 0.5;
 
-/// Steps are longer than Newton's own by (ν − 1) to this power at most. Of a pure power ν the whole way would be ν − 1; of the powers 0.3, ½,
-/// 0.7 and 1 tried, with ν = 4 and 20, this one wastes the fewest trials. Not in the kernel: the host gives it.
+/// Steps are longer than Newton's own by (ν − 1) to this power at most. Of a pure power ν the whole
+/// way would be ν − 1; of the powers 0.3, ½, 0.7 and 1 tried, with ν = 4 and 20, this one wastes
+/// the fewest trials. Not in the kernel: the host gives it.
 pub(super) const LONGEST: f64 = 0.3;
 
-/// Where steps damped by so much, some 1e-4 of Newton's, lead to segments without minimiser still, the way down ends at an edge.
+/// Where steps damped by so much, some 1e-4 of Newton's, lead to segments without minimiser still,
+/// the way down ends at an edge.
 const EDGE: f64 = 1e4;
 
 /// What is known of a segment's ends.
@@ -251,7 +257,8 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
         let square = -self.slope;
         let undamped = self.damping.lambda == zero && self.smallest > zero;
         if undamped && square <= zero && self.gradient.iter().all(|&g| g == zero) {
-            // A minimum; a saddle, where symmetric points may start, has a Hessian that is not positive definite.
+            // A minimum; a saddle, where symmetric points may start, has a Hessian that is not
+            // positive definite.
             self.decrement = zero;
             self.standing = Standing::Converged;
         } else if undamped {
@@ -295,7 +302,8 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
             most = Scalar::max(most, Scalar::abs(p));
         }
         self.slope = dot(&self.gradient, &self.step);
-        // Newton's step of cost^{1/ν} is longer than that of the cost by 1/(1 − (1 − 1/ν) gᵀH⁻¹g/cost).
+        // Newton's step of cost^{1/ν} is longer than that of the cost by 1/(1 − (1 − 1/ν)
+        // gᵀH⁻¹g/cost).
         let exponent = self.problem.exponent;
         let left = one + T::of(1.0 - 1.0 / exponent) * self.slope / self.cost;
         let least = T::of((exponent - 1.0).max(1.0).powf(-LONGEST));

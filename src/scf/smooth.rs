@@ -22,19 +22,25 @@ use crate::status::CurveStatus;
 /// Curves a task takes at least, and about as many segments.
 const TASK_SEGMENTS: usize = 1024;
 
-/// Smooth connection functions: of all curves through the data points the one of least Σ∫|κ|^ν ds, exactly.
+/// Smooth connection functions: of all curves through the data points the one of least Σ∫|κ|^ν ds,
+/// exactly.
 ///
-/// Between two points the curve is a [`Segment`](super::Segment), given by the directions at its ends; those directions are found by
-/// Newton's method, whose Hessian is tridiagonal. At the optimum the bending moment ν|κ|^{ν−1} sgn κ is continuous at every point, and so,
-/// where ν is the same on both sides, is the curvature; free ends of open curves have none. ν → 1 leads to polygons, ν → ∞ to circular arcs.
+/// Between two points the curve is a [`Segment`](super::Segment), given by the directions at its
+/// ends; those directions are found by Newton's method, whose Hessian is tridiagonal. At the
+/// optimum the bending moment ν|κ|^{ν−1} sgn κ is continuous at every point, and so, where ν is the
+/// same on both sides, is the curvature; free ends of open curves have none. ν → 1 leads to
+/// polygons, ν → ∞ to circular arcs.
 ///
-/// Tangents of the batch's [`Constraints`](crate::Constraints) are kept wherever they are given (their lengths mean nothing); exponents
-/// (column `nu`) replace ν on the span that starts at their point. Points repeated one after the other count once. Planar data only.
+/// Tangents of the batch's [`Constraints`](crate::Constraints) are kept wherever they are given
+/// (their lengths mean nothing); exponents (column `nu`) replace ν on the span that starts at their
+/// point. Points repeated one after the other count once. Planar data only.
 ///
-/// The minimum found is a local one, near circular arcs through neighbouring points; not every curve has one: a closed triangle with
-/// ν ≤ 2, for example, grows without end unless it is near equilateral.
+/// The minimum found is a local one, near circular arcs through neighbouring points; not every
+/// curve has one: a closed triangle with ν ≤ 2, for example, grows without end unless it is near
+/// equilateral.
 ///
-/// Accuracy: costs to about 1e-12, points to 1e-13 of the chord, directions at the tolerance asked for.
+/// Accuracy: costs to about 1e-12, points to 1e-13 of the chord, directions at the tolerance asked
+/// for.
 ///
 /// ```
 /// use faircurve::{CurveBatch, CurveStatus, Device, scf};
@@ -47,27 +53,31 @@ const TASK_SEGMENTS: usize = 1024;
 /// # Ok::<(), faircurve::Error>(())
 /// ```
 ///
-/// Source: A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines shapes in the smoothest possible way*; the
-/// solution by one root a segment and Newton's method on the slopes is faircurve's.
+/// Source: A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines
+/// shapes in the smoothest possible way*; the solution by one root a segment and Newton's method on
+/// the slopes is faircurve's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smooth {
     /// ν > 1; 2 by default. Larger spreads the curvature more evenly.
     pub exponent: f64,
-    /// Where the search starts: at circles through neighbouring points by default. Where a segment has no minimiser there, the other
-    /// starts, and exponents nearer to 2, are tried by themselves.
+    /// Where the search starts: at circles through neighbouring points by default. Where a segment
+    /// has no minimiser there, the other starts, and exponents nearer to 2, are tried by
+    /// themselves.
     pub start: Start,
-    /// Searches a curve, the first from [`start`](Self::start), the others from random directions near it; the cheapest curve is kept. 1 by default.
+    /// Searches a curve, the first from [`start`](Self::start), the others from random directions
+    /// near it; the cheapest curve is kept. 1 by default.
     pub starts: u32,
     /// Seed of the random directions; 0 by default. Same seed, same curves.
     pub seed: u64,
-    /// √(gᵀH⁻¹g/cost), the relative Newton decrement, at which a curve has converged: its cost is then good to half its square. Smaller is
-    /// stricter; 1e-10 by default, in f32 32 ε at least.
+    /// √(gᵀH⁻¹g/cost), the relative Newton decrement, at which a curve has converged: its cost is
+    /// then good to half its square. Smaller is stricter; 1e-10 by default, in f32 32 ε at least.
     pub tolerance: f64,
     /// Iterations at most; 200 by default.
     pub max_iterations: u32,
 }
 
-/// Searches a curve: what a thousand random starts do not find, no more of them will, and ten thousand are a bound that arithmetic keeps.
+/// Searches a curve: what a thousand random starts do not find, no more of them will, and ten
+/// thousand are a bound that arithmetic keeps.
 const MOST_STARTS: u32 = 10_000;
 
 impl Default for Smooth {
@@ -79,13 +89,14 @@ impl Default for Smooth {
 impl Smooth {
     /// Fits every curve of the batch.
     ///
-    /// Statuses: `converged`; `no_minimiser` where segments that lead to lower costs have none, or the start has none (the curve is the best one
-    /// reached, or the input polyline); `not_converged`; `degenerate` and `invalid`, whose curves come out as they came in. The energy is
-    /// Σ∫|κ|^ν ds in units of the input, the parameter the arc length.
+    /// Statuses: `converged`; `no_minimiser` where segments that lead to lower costs have none, or
+    /// the start has none (the curve is the best one reached, or the input polyline);
+    /// `not_converged`; `degenerate` and `invalid`, whose curves come out as they came in. The
+    /// energy is Σ∫|κ|^ν ds in units of the input, the parameter the arc length.
     ///
     /// # Errors
-    /// Points with three coordinates; an exponent, a tolerance or a number of starts that makes no sense; columns `known` and `kx ky kz`; on a GPU what
-    /// becomes of submissions.
+    /// Points with three coordinates; an exponent, a tolerance or a number of starts that makes no
+    /// sense; columns `known` and `kx ky kz`; on a GPU what becomes of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
         let exponents = Exponents::of(self.exponent, batch)?;
@@ -281,7 +292,8 @@ impl Chain {
 }
 
 impl Dots {
-    /// The segments between dots of the given directions (NaN where free); `None` where one has no minimiser.
+    /// The segments between dots of the given directions (NaN where free); `None` where one has no
+    /// minimiser.
     fn lay(&self, directions: &[f64], exponents: &Exponents) -> Option<Chain> {
         let n = directions.len();
         let mut segments = Vec::with_capacity(self.spans.len());

@@ -12,7 +12,8 @@ use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::precision::Precision;
 
-/// Where segments have no minimiser for the exponent asked for, these parts of the way to it from 2 come first.
+/// Where segments have no minimiser for the exponent asked for, these parts of the way to it from 2
+/// come first.
 const STAGES: [f64; 4] = [0.0, 0.3, 0.6, 0.8];
 
 /// Random starts turn every direction by this much at most, in radians.

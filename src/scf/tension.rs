@@ -1,40 +1,49 @@
-//! One planar segment with tension: least ∫(|κ|^ν + λ) ds between two points with given end tangents.
+//! One planar segment with tension: least ∫(|κ|^ν + λ) ds between two points with given end
+//! tangents.
 //!
 //! # The curves
 //!
-//! The length is free, ν > 1 and λ > 0. With ψ the tangent's angle from a fixed direction, every stationary curve has
-//! the first integral (ν − 1)|κ|^ν = F cos ψ + λ. Here it is written (ν − 1)|κ|^ν = λ − P·T, T the unit tangent and
-//! P = −F the pull on the second end, [`force`](TensionSegment::force), which is the gradient of the cost with
-//! respect to that end. As an arc is a function of the tangent's angle θ with radius of curvature
-//! ρ = ((ν − 1)/(λ − P·T))^{1/ν}, its displacement across P is elementary, and its displacement along P and its
+//! The length is free, ν > 1 and λ > 0. With ψ the tangent's angle from a fixed direction, every
+//! stationary curve has the first integral (ν − 1)|κ|^ν = F cos ψ + λ. Here it is written (ν −
+//! 1)|κ|^ν = λ − P·T, T the unit tangent and P = −F the pull on the second end,
+//! [`force`](TensionSegment::force), which is the gradient of the cost with respect to that end. As
+//! an arc is a function of the tangent's angle θ with radius of curvature ρ = ((ν − 1)/(λ −
+//! P·T))^{1/ν}, its displacement across P is elementary, and its displacement along P and its
 //! length are integrals of ρ, by Gauss rules good to 1e−12 of the arc's length.
 //!
-//! * |P| < λ: the curvature is never 0, and the curve turns one way (orbit-like; P = 0 is the circle).
-//! * |P| > λ: the curvature is 0 where the tangent is at acos(λ/|P|) to the pull; there may be an inflection.
-//! * |P| = λ: the curvature falls to 0 as the tangent nears the pull. For ν ≤ 2 it never gets there. **For ν > 2 it gets
-//!   there within a finite length, and a straight piece of any length fits in** along the pull: between two arcs that
-//!   turn the same way or opposite ways, the minimiser is then exactly straight in its middle, of
-//!   [`flat_length`](TensionSegment::flat_length). This is not a rare case: every segment that does not start and end
-//!   along its chord has a flat piece once λ·chord^ν is large enough.
+//! * |P| < λ: the curvature is never 0, and the curve turns one way (orbit-like; P = 0 is the
+//!   circle).
+//! * |P| > λ: the curvature is 0 where the tangent is at acos(λ/|P|) to the pull; there may be an
+//!   inflection.
+//! * |P| = λ: the curvature falls to 0 as the tangent nears the pull. For ν ≤ 2 it never gets
+//!   there. **For ν > 2 it gets there within a finite length, and a straight piece of any length
+//!   fits in** along the pull: between two arcs that turn the same way or opposite ways, the
+//!   minimiser is then exactly straight in its middle, of
+//!   [`flat_length`](TensionSegment::flat_length). This is not a rare case: every segment that does
+//!   not start and end along its chord has a flat piece once λ·chord^ν is large enough.
 //!
 //! # Which curve is returned
 //!
-//! The turning b − a is that of the angles as given, in [−π, π] each, so that a segment may turn by up to a full turn.
-//! Among curves that turn one way only, the problem is convex in ρ(θ), so the stationary one, if there is one, is the
-//! cheapest; [`between`](TensionSegment::between) returns it. If there is none, the best of them would like to be straight
-//! at an end, and turning beyond that end is cheaper: the curve has one inflection, or a flat piece between opposite arcs,
-//! at an angle beyond both ends' angles. The one of least overshoot that is a local minimum in it is returned. For λ → 0
-//! this is the tension-free segment where that exists. Where it does not, as for (150°, −20°) or (100°, −90°), the curve
-//! is a loop whose size is of order λ^{−1/ν} as λ → 0, most often one that turns beyond both ends, with two inflections.
+//! The turning b − a is that of the angles as given, in [−π, π] each, so that a segment may turn by
+//! up to a full turn. Among curves that turn one way only, the problem is convex in ρ(θ), so the
+//! stationary one, if there is one, is the cheapest; [`between`](TensionSegment::between) returns
+//! it. If there is none, the best of them would like to be straight at an end, and turning beyond
+//! that end is cheaper: the curve has one inflection, or a flat piece between opposite arcs, at an
+//! angle beyond both ends' angles. The one of least overshoot that is a local minimum in it is
+//! returned. For λ → 0 this is the tension-free segment where that exists. Where it does not, as
+//! for (150°, −20°) or (100°, −90°), the curve is a loop whose size is of order λ^{−1/ν} as λ → 0,
+//! most often one that turns beyond both ends, with two inflections.
 //!
-//! Such a loop is a local minimum beside the segment next to the chord for most pairs of angles, and under a weak tension
-//! it is the cheaper one, since without a bound on the length a large figure of eight with the same end tangents costs
-//! as little as one likes. `between` stays with the segment next to the chord where there is one;
-//! [`all_between`](TensionSegment::all_between) has both, the cheapest first.
+//! Such a loop is a local minimum beside the segment next to the chord for most pairs of angles,
+//! and under a weak tension it is the cheaper one, since without a bound on the length a large
+//! figure of eight with the same end tangents costs as little as one likes. `between` stays with
+//! the segment next to the chord where there is one; [`all_between`](TensionSegment::all_between)
+//! has both, the cheapest first.
 //!
-//! Curves with more inflections, those that overshoot on the other side, and those with two inflections in the other order
-//! are left out. It is not proved that none of them is cheaper; minimising polygons of the same turning from 6000
-//! random starts over 400 random segments found none that is cheaper than the first of `all_between`.
+//! Curves with more inflections, those that overshoot on the other side, and those with two
+//! inflections in the other order are left out. It is not proved that none of them is cheaper;
+//! minimising polygons of the same turning from 6000 random starts over 400 random segments found
+//! none that is cheaper than the first of `all_between`.
 
 mod quadrature;
 mod solve;
@@ -140,24 +149,27 @@ impl Piece {
 }
 
 impl TensionSegment {
-    /// The segment over a chord of `chord_length` whose end tangents are at `angles` from the chord, in radians, left
-    /// positive, for ν = `exponent` and λ = `tension`.
+    /// The segment over a chord of `chord_length` whose end tangents are at `angles` from the
+    /// chord, in radians, left positive, for ν = `exponent` and λ = `tension`.
     ///
-    /// `None` for input outside its domain: a chord that is not positive, angles outside [−π, π], ν ≤ 1, λ ≤ 0 (a
-    /// segment without tension is another's work, since it may have no minimiser), or anything not finite. `None` as well
-    /// where the roots are beyond f64: λ·chord^ν under- or overflows, or the middle of a segment with ν ≤ 2 (or just
-    /// above) is straighter than 1e−300, for ν = 2 from about chord·√λ = 700 on. Of 20,000 random segments
-    /// (ν in 1.2 … 20, λ·chord^ν in 1e−3 … 1e3) two have no solution, both weak tensions with ν < 1.35, where an end
-    /// lies so near an inflection that its angle in f64 does not tell how near. A few symmetric pairs (a, a) of large angles have none either,
-    /// for ν ≤ 1.5 and λ·chord^ν ≤ 1e−3, such as 150° for ν = 1.2.
+    /// `None` for input outside its domain: a chord that is not positive, angles outside [−π, π], ν
+    /// ≤ 1, λ ≤ 0 (a segment without tension is another's work, since it may have no minimiser), or
+    /// anything not finite. `None` as well where the roots are beyond f64: λ·chord^ν under- or
+    /// overflows, or the middle of a segment with ν ≤ 2 (or just above) is straighter than 1e−300,
+    /// for ν = 2 from about chord·√λ = 700 on. Of 20,000 random segments (ν in 1.2 … 20, λ·chord^ν
+    /// in 1e−3 … 1e3) two have no solution, both weak tensions with ν < 1.35, where an end lies so
+    /// near an inflection that its angle in f64 does not tell how near. A few symmetric pairs (a,
+    /// a) of large angles have none either, for ν ≤ 1.5 and λ·chord^ν ≤ 1e−3, such as 150° for ν =
+    /// 1.2.
     pub fn between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Option<Self> {
         let frame = Frame::new(chord_length, angles, exponent, tension)?;
         frame.segment(frame.solver().solve()?)
     }
 
-    /// The stationary segments that are known, the cheapest first: that of [`between`](Self::between), and the large loop
-    /// with an inflection beyond either end where there is one, which is the cheaper one under a weak tension. Empty
-    /// where `between` is `None`.
+    /// The stationary segments that are known, the cheapest first: that of
+    /// [`between`](Self::between), and the large loop with an inflection beyond either end where
+    /// there is one, which is the cheaper one under a weak tension. Empty where `between` is
+    /// `None`.
     pub fn all_between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Vec<Self> {
         let Some(frame) = Frame::new(chord_length, angles, exponent, tension) else { return Vec::new() };
         let mut segments: Vec<Self> =
@@ -286,8 +298,8 @@ impl TensionSegment {
         self.curvatures().map(|curvature| curvature.abs().powf(self.law.nu - 1.0).copysign(curvature))
     }
 
-    /// The pull P on the second end: the gradient of the cost with respect to the second point, the tangents kept. The
-    /// first integral is (ν − 1)|κ|^ν = λ − P·T.
+    /// The pull P on the second end: the gradient of the cost with respect to the second point, the
+    /// tangents kept. The first integral is (ν − 1)|κ|^ν = λ − P·T.
     pub fn force(&self) -> [f64; 2] {
         let [x, y] = self.pull();
         let scale = self.chord.powf(-self.law.nu);
@@ -301,13 +313,14 @@ impl TensionSegment {
         turning.any(|left| Some(left) != first)
     }
 
-    /// Length of the exactly straight piece; 0 where there is none, and always for ν ≤ 2 but on a straight segment.
+    /// Length of the exactly straight piece; 0 where there is none, and always for ν ≤ 2 but on a
+    /// straight segment.
     pub fn flat_length(&self) -> f64 {
         self.chord * self.shape.flat
     }
 
-    /// Point, tangent and curvature at an arc length from the first point, held to 0 … [`length`](Self::length).
-    /// A root of the arc's length to rounding: some tens of microseconds.
+    /// Point, tangent and curvature at an arc length from the first point, held to 0 …
+    /// [`length`](Self::length). A root of the arc's length to rounding: some tens of microseconds.
     pub fn at(&self, arc_length: f64) -> Site {
         let target = (arc_length / self.chord).clamp(0.0, self.length);
         let reached = self.pieces.iter().rposition(|piece| target >= piece.start && piece.length > 0.0);
@@ -334,7 +347,8 @@ impl TensionSegment {
 
     /// The law's argument at a length from the one at which an arc starts.
     fn argument_at(&self, from: f64, to: f64, along: f64, length: f64) -> f64 {
-        // A scale on which the length is about linear in the unknown, however near to 0 the curvature comes.
+        // A scale on which the length is about linear in the unknown, however near to 0 the
+        // curvature comes.
         let Law { nu, q, .. } = self.law;
         let (power, width): (f64, f64) = match self.shape.pull {
             Pull::Below(gap) => (1.0, (2.0 * gap / (1.0 - gap)).sqrt().min(1.0)),

@@ -1,8 +1,8 @@
-//! Sine, cosine and arctangent by polynomials: the same operations in every lane of a vector register, and on GPUs, whose
-//! own are missing or wrong in f64.
+//! Sine, cosine and arctangent by polynomials: the same operations in every lane of a vector
+//! register, and on GPUs, whose own are missing or wrong in f64.
 //!
-//! The polynomials interpolate at Chebyshev nodes; in f64 their own error is below rounding (absolute 2e-17 for sine and cosine,
-//! relative 2e-18 for the arctangent).
+//! The polynomials interpolate at Chebyshev nodes; in f64 their own error is below rounding
+//! (absolute 2e-17 for sine and cosine, relative 2e-18 for the arctangent).
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -75,7 +75,8 @@ pub(crate) fn sine_cosine<S: Scalar>(x: S) -> (S, S) {
 /// The angle of the direction (x, y) from the x axis, x ≥ 0, y ≥ 0, not both 0.
 #[inline(always)]
 pub(crate) fn first_quadrant_angle<S: Scalar>(y: S, x: S) -> S {
-    // tan(π/8) = √2 − 1: beyond it, and before its cotangent, the angle is π/4 more than that of (x + y, y − x).
+    // tan(π/8) = √2 − 1: beyond it, and before its cotangent, the angle is π/4 more than that of (x
+    // + y, y − x).
     const TANGENT: f64 = 0.41421356237309515;
     let low = S::of(TANGENT) * x - y;
     let high = S::of(TANGENT) * y - x;

@@ -7,22 +7,25 @@
 //! q = 1 − 1/ν    moment S(t) = sin^q t    along the force J(t) = ∫₀ᵗ sin^q    across it S/q    length L(t) = ∫₀ᵗ sin^{q−1}
 //! ```
 //!
-//! Near t = 0 these are t^q, t^{q+1} and t^q times smooth functions of t², analytic for |t| < π: polynomials of 14 coefficients
-//! on [0, π/2] give them to rounding, and t^q is the only power. Beyond π/2 all is symmetric.
+//! Near t = 0 these are t^q, t^{q+1} and t^q times smooth functions of t², analytic for |t| < π:
+//! polynomials of 14 coefficients on [0, π/2] give them to rounding, and t^q is the only power.
+//! Beyond π/2 all is symmetric.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::trig::polynomial;
 use crate::linalg::Scalar;
 
-/// Coefficients of a polynomial of the universal curve. The functions have their nearest singularity at t = π, so their Chebyshev
-/// coefficients in t² on [0, (π/2)²] fall as (7 + √48)⁻ᵏ: 14 are enough for 1e-16.
+/// Coefficients of a polynomial of the universal curve. The functions have their nearest
+/// singularity at t = π, so their Chebyshev coefficients in t² on [0, (π/2)²] fall as (7 + √48)⁻ᵏ:
+/// 14 are enough for 1e-16.
 pub(crate) const TERMS: usize = 14;
 
 /// Terms of the power series at 0, which fall as 4⁻ᵏ at t = π/2.
 const SERIES: usize = 30;
 
-/// Pairs of terms of the series of small differences: (1/8)^{2·7} of the first, times binomial coefficients below 1e-3.
+/// Pairs of terms of the series of small differences: (1/8)^{2·7} of the first, times binomial
+/// coefficients below 1e-3.
 pub(crate) const DIFFERENCES: usize = 7;
 
 /// Coefficients a difference's series has in all.
@@ -48,7 +51,8 @@ pub(crate) struct Universal {
     pub along: [f64; TERMS],
     /// L(t)/t^q, likewise.
     pub length: [f64; TERMS],
-    /// cₖⱼ/(2k + 1)!, row after row, of (sin^q)^{(2k)} = sin^q Σⱼ cₖⱼ sin^{−2j}: see [`Differences`].
+    /// cₖⱼ/(2k + 1)!, row after row, of (sin^q)^{(2k)} = sin^q Σⱼ cₖⱼ sin^{−2j}: see
+    /// [`Differences`].
     pub differences: [f64; DIFFERENCE_TERMS],
     /// The same for L, with q − 1 for q.
     pub length_differences: [f64; DIFFERENCE_TERMS],
@@ -114,8 +118,9 @@ impl Universal {
     }
 }
 
-/// Differences of J and S between m − h and m + h where h is small beside the distance to the inflections: by Taylor series at
-/// m, since the differences of the values would lose digits. With P and Q of the order of 1,
+/// Differences of J and S between m − h and m + h where h is small beside the distance to the
+/// inflections: by Taylor series at m, since the differences of the values would lose digits. With
+/// P and Q of the order of 1,
 ///
 /// ```text
 /// J(m+h) − J(m−h) = 2h sin^q m · P,    (S(m+h) − S(m−h))/q = 2h sin^q m cot m · Q

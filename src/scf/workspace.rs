@@ -1,4 +1,5 @@
-//! Segments of many curves side by side in vector lanes, whichever curve they belong to, and searches that advance by them.
+//! Segments of many curves side by side in vector lanes, whichever curve they belong to, and
+//! searches that advance by them.
 
 use rayon::prelude::*;
 
@@ -61,7 +62,8 @@ impl<T: Real + Scalar<Number = T>, const L: usize> pulp::WithSimd for Evaluate<'
     }
 }
 
-/// Evaluates segments of unit chord with the given end angles, of one universal curve, on all threads.
+/// Evaluates segments of unit chord with the given end angles, of one universal curve, on all
+/// threads.
 pub(crate) fn evaluate_all<T: Real + Scalar<Number = T>>(
     curve: &Universal,
     free: bool,

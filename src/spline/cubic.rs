@@ -12,8 +12,8 @@ use crate::curve::{Curve, Input, Jet, Polygon, Sampling, vector};
 use crate::motion::Motion;
 use crate::report::CurveSet;
 
-/// The cubic splines of a batch: knots, points and second derivatives. Curves that could not be fitted are their input
-/// polylines.
+/// The cubic splines of a batch: knots, points and second derivatives. Curves that could not be
+/// fitted are their input polylines.
 pub struct CubicSplines {
     pub(super) knots: Knots,
     /// p″ at the knots, flat as their points.
@@ -24,8 +24,8 @@ pub struct CubicSplines {
 }
 
 impl CubicSplines {
-    /// Splines of a batch from their knots (whose points are the spline's, not necessarily the data's) and second
-    /// derivatives there.
+    /// Splines of a batch from their knots (whose points are the spline's, not necessarily the
+    /// data's) and second derivatives there.
     pub(crate) fn new(batch: &CurveBatch, knots: Knots, second: Vec<f64>) -> Self {
         let unfitted = knots.unfitted.keys().map(|&i| (i, Input::of(batch, i))).collect();
         CubicSplines { knots, second, unfitted, origin: batch.origin().clone() }
@@ -46,8 +46,9 @@ impl CubicSplines {
         &self.knots
     }
 
-    /// The second derivatives with respect to the parameter at the distinct knots of curve `i`, `dimension` numbers a
-    /// knot; those of a closed curve repeat the first at the end. Empty where the curve was not fitted.
+    /// The second derivatives with respect to the parameter at the distinct knots of curve `i`,
+    /// `dimension` numbers a knot; those of a closed curve repeat the first at the end. Empty where
+    /// the curve was not fitted.
     pub fn second_derivatives(&self, i: usize) -> &[f64] {
         if self.unfitted.contains_key(&i) {
             return &[];
@@ -55,7 +56,8 @@ impl CubicSplines {
         &self.second[self.knots.offsets[i] * self.knots.dimension..self.knots.offsets[i + 1] * self.knots.dimension]
     }
 
-    /// ∫|p″|² dt of curve `i`, exactly: p″ is linear between knots, so a span contributes h/3·(m·m + m·n + n·n).
+    /// ∫|p″|² dt of curve `i`, exactly: p″ is linear between knots, so a span contributes h/3·(m·m
+    /// + m·n + n·n).
     pub(crate) fn energy(&self, i: usize) -> f64 {
         let (t, d, m) = (self.knots.t(i), self.knots.dimension, self.second_derivatives(i));
         let mut energy = 0.0;
@@ -63,8 +65,8 @@ impl CubicSplines {
             let third = (pair[1] - pair[0]) / 3.0;
             for c in 0..d {
                 let (m, n) = (m[k * d + c], m[(k + 1) * d + c]);
-                // m² + mn + n² as squares, whose sum may overflow but is never ∞ − ∞; h times a moment first, since its square alone may be
-                // out of range.
+                // m² + mn + n² as squares, whose sum may overflow but is never ∞ − ∞; h times a
+                // moment first, since its square alone may be out of range.
                 let middle = m + 0.5 * n;
                 energy += third * middle * middle + 0.75 * third * n * n;
             }
@@ -145,8 +147,8 @@ impl Spline<'_> {
         vector(&self.values[k * self.dimension..(k + 1) * self.dimension])
     }
 
-    /// The polynomial p + u (a + u (b + u c)) between the knots `k` and `k + 1`: the points and second derivatives at both, a, b and c, and
-    /// the length h.
+    /// The polynomial p + u (a + u (b + u c)) between the knots `k` and `k + 1`: the points and
+    /// second derivatives at both, a, b and c, and the length h.
     #[inline(always)]
     fn cubic_at(&self, k: usize) -> ([DVec3; 4], [DVec3; 3], f64) {
         let h = self.t[k + 1] - self.t[k];

@@ -1,14 +1,17 @@
-//! Discrete and exact bending energies of uniform cubic splines, on slices: the arithmetic of the CPU and of the kernels.
+//! Discrete and exact bending energies of uniform cubic splines, on slices: the arithmetic of the
+//! CPU and of the kernels.
 //!
-//! With d_i = p_{i−1} − 2p_i + p_{i+1} at the interior points of an open curve (at all points of a closed one) the
-//! matrix E_0 of the book is DᵀD, so pᵀE_0 q = Σ d_i·e_i. Interpolation on the integers commutes with these
-//! differences when the differences at the ends are taken as 0, hence E_0 N = Dᵀ M D with the tridiagonal matrix M of
-//! rows 1/6 2/3 1/6: the exact inner product ∫p″·q″ of two piecewise linear second derivatives. In this form nothing
-//! cancels but the differences themselves, and the product is symmetric to the last bit.
+//! With d_i = p_{i−1} − 2p_i + p_{i+1} at the interior points of an open curve (at all points of a
+//! closed one) the matrix E_0 of the book is DᵀD, so pᵀE_0 q = Σ d_i·e_i. Interpolation on the
+//! integers commutes with these differences when the differences at the ends are taken as 0, hence
+//! E_0 N = Dᵀ M D with the tridiagonal matrix M of rows 1/6 2/3 1/6: the exact inner product ∫p″·q″
+//! of two piecewise linear second derivatives. In this form nothing cancels but the differences
+//! themselves, and the product is symmetric to the last bit.
 
 use crate::linalg::Real;
 
-/// Second difference at point `i`, coordinate `axis`; 0 at the ends of an open curve, as the natural ends have it.
+/// Second difference at point `i`, coordinate `axis`; 0 at the ends of an open curve, as the
+/// natural ends have it.
 fn second_difference<T: Real>(p: &[T], count: usize, dimension: usize, closed: bool, i: usize, axis: usize) -> T {
     if !closed && (i == 0 || i + 1 == count) {
         return T::ZERO;
@@ -55,7 +58,8 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// E_0 as printed: the stencil 1 −4 6 −4 1, at the ends rows 1 −2 1 and −2 5 −4 1; cyclic for closed curves.
+    /// E_0 as printed: the stencil 1 −4 6 −4 1, at the ends rows 1 −2 1 and −2 5 −4 1; cyclic for
+    /// closed curves.
     pub(crate) fn energy_matrix(count: usize, closed: bool) -> DMatrix<f64> {
         if !closed && count < 3 {
             return DMatrix::zeros(count, count);

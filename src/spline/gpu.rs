@@ -1,4 +1,5 @@
-//! Splines on the GPU: one submission a chunk of curves, which fits and samples; `packing` brings numbers there and back.
+//! Splines on the GPU: one submission a chunk of curves, which fits and samples; `packing` brings
+//! numbers there and back.
 
 use std::ops::Range;
 

@@ -13,8 +13,9 @@ use crate::status::CurveStatus;
 
 /// How the data points of a curve get their parameters t.
 ///
-/// Points that follow each other at one parameter become one knot where they are equal, so that repeated points do no
-/// harm under chord length. Different points at one parameter cannot be interpolated ([`CurveStatus::Degenerate`]).
+/// Points that follow each other at one parameter become one knot where they are equal, so that
+/// repeated points do no harm under chord length. Different points at one parameter cannot be
+/// interpolated ([`CurveStatus::Degenerate`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Parametrisation {
@@ -23,13 +24,14 @@ pub enum Parametrisation {
     Auto,
     /// 0, 1, 2, …; a closed curve's last span has length 1 as well.
     Uniform,
-    /// Steps of t equal to the distances between points: close to arc length, so p″ is close to curvature.
+    /// Steps of t equal to the distances between points: close to arc length, so p″ is close to
+    /// curvature.
     ChordLength,
     /// Steps of t equal to the square roots of the distances: turns more gently at sharp corners.
     Centripetal,
-    /// The batch's parameters; an error where it has none. The closing span of a closed curve is as long as the batch
-    /// says; where it says nothing, the closing chord times the mean parameter length per unit of chord of the
-    /// other spans.
+    /// The batch's parameters; an error where it has none. The closing span of a closed curve is as
+    /// long as the batch says; where it says nothing, the closing chord times the mean parameter
+    /// length per unit of chord of the other spans.
     Given,
 }
 
@@ -38,16 +40,16 @@ pub enum Parametrisation {
 pub(crate) enum Coincident {
     /// The curve is degenerate: no curve interpolates them.
     Refuse,
-    /// One knot at their weighted mean that carries the sum of their weights: for a sum of weighted squares this
-    /// changes the objective by a constant only, so the minimiser is the same.
+    /// One knot at their weighted mean that carries the sum of their weights: for a sum of weighted
+    /// squares this changes the objective by a constant only, so the minimiser is the same.
     Average,
 }
 
 /// The knots of all curves, flat.
 ///
-/// Curve `i` owns the entries `offsets[i] .. offsets[i + 1]`: none where it cannot be fitted, and otherwise at least
-/// two. A closed curve's first knot is repeated as its last entry, one period later, so that the spans of every
-/// curve lie between consecutive entries.
+/// Curve `i` owns the entries `offsets[i] .. offsets[i + 1]`: none where it cannot be fitted, and
+/// otherwise at least two. A closed curve's first knot is repeated as its last entry, one period
+/// later, so that the spans of every curve lie between consecutive entries.
 #[derive(Clone, Debug)]
 pub(crate) struct Knots {
     /// 2 or 3.
@@ -58,12 +60,14 @@ pub(crate) struct Knots {
     pub t: Vec<f64>,
     /// The points at the knots, `dimension` numbers each.
     pub values: Vec<f64>,
-    /// The weights at the knots, 1 a data point where the batch has none; only with [`Coincident::Average`].
+    /// The weights at the knots, 1 a data point where the batch has none; only with
+    /// [`Coincident::Average`].
     pub weights: Option<Vec<f64>>,
     /// Whether the last entry repeats the first.
     pub closed: Vec<bool>,
-    /// For curves whose data points are not one to one with their entries: the entry (counted within the curve) of
-    /// every data point, and for a closed curve of its first point again at the end.
+    /// For curves whose data points are not one to one with their entries: the entry (counted
+    /// within the curve) of every data point, and for a closed curve of its first point again at
+    /// the end.
     pub repeats: BTreeMap<usize, Vec<u32>>,
     /// Why curves own no entry.
     pub unfitted: BTreeMap<usize, Problem>,
@@ -101,7 +105,8 @@ impl Knots {
         };
         let d = batch.dimension();
         let closed: Vec<bool> = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
-        // Room for every data point; curves that need less are moved together afterwards, which is rare.
+        // Room for every data point; curves that need less are moved together afterwards, which is
+        // rare.
         let mut offsets = Vec::with_capacity(batch.len() + 1);
         offsets.push(0);
         for i in 0..batch.len() {
@@ -228,8 +233,8 @@ struct Slots<'a> {
 }
 
 impl Slots<'_> {
-    /// Writes the knots of curve `i`; where data points were merged, says how many entries are left and which entry
-    /// every data point belongs to.
+    /// Writes the knots of curve `i`; where data points were merged, says how many entries are left
+    /// and which entry every data point belongs to.
     fn fill(mut self, batch: &CurveBatch, i: usize, rule: Parametrisation) -> Result<Option<Merged>, Problem> {
         if let Some(problem) = batch.problem(i) {
             return Err(problem.clone());
@@ -355,7 +360,8 @@ impl Slots<'_> {
         Ok((last + 1, at))
     }
 
-    /// Takes data point `k` of curve `i`, or the mean of several up to it, into a knot at the same parameter.
+    /// Takes data point `k` of curve `i`, or the mean of several up to it, into a knot at the same
+    /// parameter.
     fn absorb(
         &mut self,
         batch: &CurveBatch,

@@ -6,10 +6,11 @@
 //! | [`Smoothing`] | near the points, by λ or by a largest deviation (Reinsch 1967) |
 //! | [`uniform`] | on the integers, as a subdivision system (Warren & Weimer, *Subdivision Methods for Geometric Design*, chapter 6) |
 //!
-//! The first two return [`CubicSplines`], knots with points and second derivatives, behind a [`Fit`](crate::Fit).
-//! Each runs on the CPU in f64, or on a GPU in f32 or f64 with every curve normalised, in f64, to its own centre and
-//! size. What a GPU leaves to the host: numbers beyond the range of its floats, the places of equal arc lengths, and
-//! smoothing of curves that are long (more than 1,024 knots) or that its precision cannot resolve.
+//! The first two return [`CubicSplines`], knots with points and second derivatives, behind a
+//! [`Fit`](crate::Fit). Each runs on the CPU in f64, or on a GPU in f32 or f64 with every curve
+//! normalised, in f64, to its own centre and size. What a GPU leaves to the host: numbers beyond
+//! the range of its floats, the places of equal arc lengths, and smoothing of curves that are long
+//! (more than 1,024 knots) or that its precision cannot resolve.
 
 mod cubic;
 mod energy;

@@ -1,15 +1,17 @@
 //! [`Natural`]: interpolating cubic splines with natural, clamped or periodic ends.
 //!
-//! Unknowns are the second derivatives M_i at the knots (de Boor, *A Practical Guide to Splines*, chapter IV). With
-//! h_i = t_{i+1} − t_i and slopes δ_i = (y_{i+1} − y_i)/h_i, continuity of the first derivative reads
+//! Unknowns are the second derivatives M_i at the knots (de Boor, *A Practical Guide to Splines*,
+//! chapter IV). With h_i = t_{i+1} − t_i and slopes δ_i = (y_{i+1} − y_i)/h_i, continuity of the
+//! first derivative reads
 //!
 //! ```text
 //! μ_i M_{i−1} + 2 M_i + λ_i M_{i+1} = 6 (δ_i − δ_{i−1}) / (h_{i−1} + h_i),
 //! μ_i = h_{i−1} / (h_{i−1} + h_i),   λ_i = h_i / (h_{i−1} + h_i)
 //! ```
 //!
-//! one matrix for all coordinates, dominant by a factor of two for any knots. A natural end has M = 0, a clamped start
-//! 2 M_0 + M_1 = 6 (δ_0 − v) / h_0 for the derivative v asked for; a closed curve's rows go around.
+//! one matrix for all coordinates, dominant by a factor of two for any knots. A natural end has M =
+//! 0, a clamped start 2 M_0 + M_1 = 6 (δ_0 − v) / h_0 for the derivative v asked for; a closed
+//! curve's rows go around.
 
 use rayon::prelude::*;
 
@@ -41,7 +43,8 @@ pub enum Ends {
     Clamped,
 }
 
-/// Interpolating cubic splines: the curve through the points with the least ∫|p″|² dt for the parameters chosen.
+/// Interpolating cubic splines: the curve through the points with the least ∫|p″|² dt for the
+/// parameters chosen.
 ///
 /// ```
 /// use faircurve::{Curve, CurveBatch, Device, Sampling, spline::Natural};
@@ -88,18 +91,20 @@ struct Assembly {
 impl Natural {
     /// Fits every curve of the batch.
     ///
-    /// The second derivatives solve their system to a few units of rounding. Two-point curves are straight. A curve
-    /// that cannot be fitted comes out as its input polyline, with a status and a sentence in its report.
+    /// The second derivatives solve their system to a few units of rounding. Two-point curves are
+    /// straight. A curve that cannot be fitted comes out as its input polyline, with a status and a
+    /// sentence in its report.
     ///
     /// # Errors
-    /// [`Parametrisation::Given`] without parameters; constraints no spline of this kind can meet (columns `nu` and
-    /// `known`).
+    /// [`Parametrisation::Given`] without parameters; constraints no spline of this kind can meet
+    /// (columns `nu` and `known`).
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         let (splines, reports) = self.fit_splines(batch, device)?;
         Ok(Fit::new(splines, reports, device.report(true)?))
     }
 
-    /// Fits every curve and samples it; on a GPU in one submission, without a way back and forth between the two.
+    /// Fits every curve and samples it; on a GPU in one submission, without a way back and forth
+    /// between the two.
     ///
     /// # Errors
     /// As [`fit`](Self::fit); those of [`Sampling::check`].
@@ -203,7 +208,8 @@ impl Natural {
         if fitted.overflowed.is_empty() {
             return Ok(Solved { second, samples, failed: Vec::new() });
         }
-        // Rare: numbers beyond the range of f32. The CPU fits these curves, and takes the samples that are NaN here.
+        // Rare: numbers beyond the range of f32. The CPU fits these curves, and takes the samples
+        // that are NaN here.
         let mut on_cpu = vec![0.0; second.len()];
         let failed = self.solve(batch, knots, &mut on_cpu);
         for i in fitted.overflowed {

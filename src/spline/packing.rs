@@ -1,4 +1,5 @@
-//! Splines on their way to the device and back: normalised in f64, laid out as the kernels take them, mapped back.
+//! Splines on their way to the device and back: normalised in f64, laid out as the kernels take
+//! them, mapped back.
 
 use std::ops::Range;
 
@@ -12,8 +13,8 @@ use crate::linalg::ring::{FLAG_CYCLIC, STATUS_SINGULAR, STATUS_SOLVED, System};
 const FLAG_CLAMPED_START: u32 = 2;
 const FLAG_CLAMPED_END: u32 = 4;
 
-/// How a curve is normalised: y = center + size · y′, and t by its mean span, so that all numbers on the device are
-/// of order 1 and f32 loses nothing to an offset or a unit.
+/// How a curve is normalised: y = center + size · y′, and t by its mean span, so that all numbers
+/// on the device are of order 1 and f32 loses nothing to an offset or a unit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub center: [f64; 3],
@@ -28,8 +29,8 @@ impl Frame {
         Frame { mean_span, ..Self::of_points(knots.values(i), knots.dimension) }
     }
 
-    /// For points on the integers: every span has length 1. What is not finite spoils no more than on the CPU: it has no
-    /// part in the frame.
+    /// For points on the integers: every span has length 1. What is not finite spoils no more than
+    /// on the CPU: it has no part in the frame.
     pub fn of_points(points: &[f64], d: usize) -> Self {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for point in points.chunks_exact(d) {
@@ -71,8 +72,9 @@ impl Job<'_> {
         curves.clone().filter(|&i| !self.knots.range(i).is_empty())
     }
 
-    /// Spans and edges (a point's step to the next) of a chunk, normalised. Edges, not points, since a spline through
-    /// two points close to each other hangs on their difference, and f32 would lose it.
+    /// Spans and edges (a point's step to the next) of a chunk, normalised. Edges, not points,
+    /// since a spline through two points close to each other hangs on their difference, and f32
+    /// would lose it.
     pub fn pack(&self, curves: &Range<usize>) -> (Vec<f64>, Vec<f64>) {
         let (knots, d) = (self.knots, self.knots.dimension);
         let first = knots.offsets[curves.start];
@@ -93,7 +95,8 @@ impl Job<'_> {
         (spans, edges)
     }
 
-    /// The systems of a chunk, and the normalised derivatives at its clamped ends (empty where no end is clamped).
+    /// The systems of a chunk, and the normalised derivatives at its clamped ends (empty where no
+    /// end is clamped).
     pub fn systems(&self, curves: &Range<usize>) -> (Vec<System>, Vec<f64>) {
         let (knots, d) = (self.knots, self.knots.dimension);
         let mut end_derivatives = Vec::new();
@@ -155,7 +158,8 @@ impl Job<'_> {
         let (knots, d) = (self.knots, self.knots.dimension);
         let frame = Frame::of(knots, i);
         let to = &mut out[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d];
-        // The device says how far each sample is from the point at the knot before it; the points keep their bits.
+        // The device says how far each sample is from the point at the knot before it; the points
+        // keep their bits.
         let place = |to: &mut [f64], point: &[f64], from: &[f64]| {
             for ((to, point), from) in to.iter_mut().zip(point).zip(from) {
                 *to = point + frame.size * from;

@@ -16,7 +16,8 @@ use crate::precision::Precision;
 use crate::report::CurveSet;
 
 impl CubicSplines {
-    /// Number of samples of curve `i`; not for [`Sampling::Spacing`], whose number only the lengths tell.
+    /// Number of samples of curve `i`; not for [`Sampling::Spacing`], whose number only the lengths
+    /// tell.
     fn count(&self, i: usize, sampling: Sampling) -> usize {
         if let Some(input) = self.unfitted.get(&i) {
             return input.t.len();
@@ -29,7 +30,8 @@ impl CubicSplines {
         }
     }
 
-    /// Samples a span or of the whole curve `i`, where `n` are asked for: more where it is closed and has few spans.
+    /// Samples a span or of the whole curve `i`, where `n` are asked for: more where it is closed
+    /// and has few spans.
     fn steps(&self, i: usize, sampling: Sampling, n: usize) -> usize {
         n.max(self.spline(i).least(sampling))
     }
@@ -335,7 +337,8 @@ impl Spline<'_> {
         }
     }
 
-    /// The same from samples by knots, `width` numbers a span: spans between repeated data points are put in.
+    /// The same from samples by knots, `width` numbers a span: spans between repeated data points
+    /// are put in.
     fn per_span_taken(&self, width: usize, samples: &[f64], coords: &mut [f64]) {
         if self.entries.is_none() {
             return coords.copy_from_slice(samples);
@@ -367,7 +370,8 @@ impl Spline<'_> {
         }
     }
 
-    /// Points at increasing parameters, the first of them the curve's, and for an open curve the last.
+    /// Points at increasing parameters, the first of them the curve's, and for an open curve the
+    /// last.
     #[inline(always)]
     fn evenly<const D: usize>(&self, t: &[f64], coords: &mut [f64]) {
         let (points, _) = coords.as_chunks_mut::<D>();

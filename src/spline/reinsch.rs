@@ -1,39 +1,44 @@
-//! The penalised least-squares problem of one curve, normalised, after Reinsch: the arithmetic of the CPU and of the kernel.
+//! The penalised least-squares problem of one curve, normalised, after Reinsch: the arithmetic of
+//! the CPU and of the kernel.
 //!
-//! Knots s_0 < … < s_{n−1} with spans h_i, data y_i, inverse weights ω_i (0 pins a point). With the divided second
-//! difference (Qᵀu)_j = (u_{j+1} − u_j)/h_j − (u_j − u_{j−1})/h_{j−1} and the tridiagonal matrix R of rows
-//! h_{j−1}/6, (h_{j−1} + h_j)/3, h_j/6, a natural (or periodic) cubic spline of values g has second derivatives γ with
-//! Rγ = Qᵀg, and energy γᵀRγ. Minimising Σ |y_i − g_i|²/ω_i + λ γᵀRγ gives g = y − λ Ω Q γ and
+//! Knots s_0 < … < s_{n−1} with spans h_i, data y_i, inverse weights ω_i (0 pins a point). With the
+//! divided second difference (Qᵀu)_j = (u_{j+1} − u_j)/h_j − (u_j − u_{j−1})/h_{j−1} and the
+//! tridiagonal matrix R of rows h_{j−1}/6, (h_{j−1} + h_j)/3, h_j/6, a natural (or periodic) cubic
+//! spline of values g has second derivatives γ with Rγ = Qᵀg, and energy γᵀRγ. Minimising Σ |y_i −
+//! g_i|²/ω_i + λ γᵀRγ gives g = y − λ Ω Q γ and
 //!
 //! ```text
 //! (R + λ Qᵀ Ω Q) γ = Qᵀ y.
 //! ```
 //!
-//! So that no λ from 0 to ∞ overflows, both sides are divided by 1 + λ: with α = 1/(1 + λ), β = λ/(1 + λ) and v = γ/α,
-//! (αR + β QᵀΩQ) v = Qᵀy and g = y − βΩQv. The matrix grows ill-conditioned as n⁴ for large λ; one step of
-//! iterative refinement through g, which the ill-conditioned part of v hardly enters, restores full accuracy.
+//! So that no λ from 0 to ∞ overflows, both sides are divided by 1 + λ: with α = 1/(1 + λ), β =
+//! λ/(1 + λ) and v = γ/α, (αR + β QᵀΩQ) v = Qᵀy and g = y − βΩQv. The matrix grows ill-conditioned
+//! as n⁴ for large λ; one step of iterative refinement through g, which the ill-conditioned part of
+//! v hardly enters, restores full accuracy.
 //!
-//! C. H. Reinsch, Smoothing by spline functions, Numer. Math. 10 (1967) 177–183; P. J. Green, B. W. Silverman,
-//! Nonparametric Regression and Generalized Linear Models (1994), section 2.3.
+//! C. H. Reinsch, Smoothing by spline functions, Numer. Math. 10 (1967) 177–183; P. J. Green, B. W.
+//! Silverman, Nonparametric Regression and Generalized Linear Models (1994), section 2.3.
 
 use crate::linalg::{
     Real, factor_cyclic_pentadiagonal, factor_pentadiagonal, solve_cyclic_pentadiagonal, solve_pentadiagonal,
 };
 
-/// Steps of iterative refinement at most. One suffices below some 10,000 knots; beyond, where a step leaves a tenth of the
-/// error or more, the rest are spent.
+/// Steps of iterative refinement at most. One suffices below some 10,000 knots; beyond, where a
+/// step leaves a tenth of the error or more, the rest are spent.
 const MAX_REFINEMENTS: usize = 6;
 
-/// Refinement stops once it moves no value by more than this many ε of the curve's size. A step that moved so little leaves
-/// a hundredth of it: kernels are sent only what their precision resolves to that, and in f64 nearly all is so. Smaller
-/// bounds meet the rounding of the values themselves, and ask for steps that mend nothing …
+/// Refinement stops once it moves no value by more than this many ε of the curve's size. A step
+/// that moved so little leaves a hundredth of it: kernels are sent only what their precision
+/// resolves to that, and in f64 nearly all is so. Smaller bounds meet the rounding of the values
+/// themselves, and ask for steps that mend nothing …
 const REFINED_EPSILONS: f64 = 256.0;
 
-/// … and has failed if the last step still moved one by more than this many: 2e-12 in f64, 1e-3 in f32, of which again a
-/// hundredth stays. The host then fits again what a kernel failed at.
+/// … and has failed if the last step still moved one by more than this many: 2e-12 in f64, 1e-3 in
+/// f32, of which again a hundredth stays. The host then fits again what a kernel failed at.
 const FAILED_EPSILONS: f64 = 8192.0;
 
-/// The problem of one curve and its solution. The buffers are kept from curve to curve, so that none is allocated twice.
+/// The problem of one curve and its solution. The buffers are kept from curve to curve, so that
+/// none is allocated twice.
 #[derive(Default)]
 pub(crate) struct Reinsch<T> {
     /// Number of knots; a closed curve's first is not repeated.
@@ -42,7 +47,8 @@ pub(crate) struct Reinsch<T> {
     pub dimension: usize,
     /// Periodic instead of natural ends.
     pub closed: bool,
-    /// Length of the span that starts at each knot: `count` of a closed curve, one fewer of an open one.
+    /// Length of the span that starts at each knot: `count` of a closed curve, one fewer of an open
+    /// one.
     pub spans: Vec<T>,
     /// ω_i: inverse weights; 0 pins.
     pub inverse_weights: Vec<T>,
@@ -106,8 +112,8 @@ impl<T: Real + Default> Reinsch<T> {
         skipped * self.dimension..(skipped + self.unknowns()) * self.dimension
     }
 
-    /// Diagonal and band of R, diagonal and two bands of QᵀΩQ, at every unknown; those of a closed curve with all
-    /// indices modulo n, to be summed as `factor_cyclic_pentadiagonal` does.
+    /// Diagonal and band of R, diagonal and two bands of QᵀΩQ, at every unknown; those of a closed
+    /// curve with all indices modulo n, to be summed as `factor_cyclic_pentadiagonal` does.
     fn fill_bands(&mut self) {
         let (n, skipped) = (self.count, usize::from(!self.closed));
         let wrap = |k: usize| if k >= n { k - n } else { k };
@@ -125,7 +131,8 @@ impl<T: Real + Default> Reinsch<T> {
                 h[here] / T::from_f64(6.0),
                 w[before] * (ih[before] * ih[before]) + w[here] * (centre * centre) + w[next] * (ih[here] * ih[here]),
                 ih[here] * (w[here] * centre + w[next] * centre_next),
-                // Of an open curve's last two unknowns this would couple with knots that have no unknown; it is not read.
+                // Of an open curve's last two unknowns this would couple with knots that have no
+                // unknown; it is not read.
                 w[next] * (ih[here] * ih[next]),
             ]);
         }
@@ -177,8 +184,8 @@ impl<T: Real + Default> Reinsch<T> {
         moved <= T::from_f64(FAILED_EPSILONS) * T::EPSILON
     }
 
-    /// Factors αR + βQᵀΩQ, for a closed curve with its last diagonal entry doubled: constants are in the null space of Q,
-    /// so that for large λ the matrix itself is singular to rounding.
+    /// Factors αR + βQᵀΩQ, for a closed curve with its last diagonal entry doubled: constants are
+    /// in the null space of Q, so that for large λ the matrix itself is singular to rounding.
     fn factor(&mut self, alpha: T, beta: T) -> bool {
         for (j, band) in self.bands.iter().enumerate() {
             // Without smoothing the penalty plays no part, even where it overflows.
@@ -202,9 +209,9 @@ impl<T: Real + Default> Reinsch<T> {
 
     /// Solves with the factors, in place: `moments` or `step`.
     ///
-    /// For a closed curve the factors are those of A + τeeᵀ, and the solution for A is x + κz, z = (A + τeeᵀ)⁻¹e. Second
-    /// derivatives of a periodic spline integrate to 0: that is 1ᵀA = α·1ᵀR and 1ᵀQᵀ = 0, and it determines κ for
-    /// every α, 0 included.
+    /// For a closed curve the factors are those of A + τeeᵀ, and the solution for A is x + κz, z =
+    /// (A + τeeᵀ)⁻¹e. Second derivatives of a periodic spline integrate to 0: that is 1ᵀA = α·1ᵀR
+    /// and 1ᵀQᵀ = 0, and it determines κ for every α, 0 included.
     fn solve_factored(&mut self, moments: bool) {
         let inner = self.inner();
         let (n, d) = (self.count, self.dimension);
@@ -242,7 +249,8 @@ impl<T: Real + Default> Reinsch<T> {
         }
     }
 
-    /// Largest |ω_i (Qγ)_i| of the last solve: what a small λ is multiplied by to give the largest correction.
+    /// Largest |ω_i (Qγ)_i| of the last solve: what a small λ is multiplied by to give the largest
+    /// correction.
     pub fn largest_pull(&self) -> T {
         let (n, d) = (self.count, self.dimension);
         let (mut largest, mut square) = (T::ZERO, T::ZERO);
@@ -264,8 +272,8 @@ impl<T: Real + Default> Reinsch<T> {
             let next = if k + 1 == n { 0 } else { k + 1 };
             for axis in 0..d {
                 let (a, b) = (self.alpha * self.moments[k * d + axis], self.alpha * self.moments[next * d + axis]);
-                // a² + ab + b² as squares, whose sum may overflow but is never ∞ − ∞; the span times a moment first, since its square alone may be
-                // out of range.
+                // a² + ab + b² as squares, whose sum may overflow but is never ∞ − ∞; the span
+                // times a moment first, since its square alone may be out of range.
                 let middle = a + T::from_f64(0.5) * b;
                 sum += h * middle * middle + T::from_f64(0.75) * h * b * b;
             }
@@ -273,8 +281,8 @@ impl<T: Real + Default> Reinsch<T> {
         sum / T::from_f64(3.0)
     }
 
-    /// The limit λ → ∞: the weighted regression line, through the ends that are pinned; of a closed curve the weighted
-    /// mean. Sets `correction`, and `moments` to 0.
+    /// The limit λ → ∞: the weighted regression line, through the ends that are pinned; of a closed
+    /// curve the weighted mean. Sets `correction`, and `moments` to 0.
     pub fn solve_line(&mut self) {
         let (n, d) = (self.count, self.dimension);
         self.moments.fill(T::ZERO);
@@ -301,7 +309,8 @@ impl<T: Real + Default> Reinsch<T> {
         }
     }
 
-    /// Weighted mean of the parameters, weighted mean of a coordinate, and slope (0 for closed curves).
+    /// Weighted mean of the parameters, weighted mean of a coordinate, and slope (0 for closed
+    /// curves).
     fn regression(&self, axis: usize) -> (T, T, T) {
         let (n, d) = (self.count, self.dimension);
         let weight = |k: usize| T::ONE / self.inverse_weights[k];
@@ -332,8 +341,9 @@ impl<T: Real + Default> Reinsch<T> {
     }
 }
 
-/// (u_{j+1} − u_j)/h_j − (u_j − u_{j−1})/h_{j−1} at every knot, handed to `put` with its flat index. A span that an
-/// open curve does not have counts as infinitely long, which makes the operator its own transpose, Q and Qᵀ at once.
+/// (u_{j+1} − u_j)/h_j − (u_j − u_{j−1})/h_{j−1} at every knot, handed to `put` with its flat
+/// index. A span that an open curve does not have counts as infinitely long, which makes the
+/// operator its own transpose, Q and Qᵀ at once.
 fn second_differences<T: Real>(
     u: &[T],
     inverse_spans: &[T],
@@ -395,7 +405,8 @@ mod tests {
                         let lambda = 10_f64.powi(power);
                         assert!(problem.solve(lambda), "{n} points, closed {closed}, λ 1e{power}, seed {seed}");
                         let error = worst(&problem.correction, &line);
-                        // The smallest eigenvalue of the penalty is at least (3π/2)⁴/n, inverse weights being 1 and more.
+                        // The smallest eigenvalue of the penalty is at least (3π/2)⁴/n, inverse
+                        // weights being 1 and more.
                         assert!(error < n as f64 / lambda + 1e-12, "{n}, closed {closed}, λ 1e{power}: {error}");
                     }
                 }
@@ -442,7 +453,8 @@ mod tests {
                 let x = |k: usize| problem.data[2 * k] - problem.correction[2 * k];
                 let size = (0..n).map(|k| x(k) * mode(m, k).1).sum::<f64>() * 2.0 / n as f64;
                 let factor = 1.0 / (1.0 + lambda * (std::f64::consts::TAU * m as f64).powi(4) / n as f64);
-                // The spline through samples bends as the mode itself to O((m/n)⁴); beside a mean of 5, rounding.
+                // The spline through samples bends as the mode itself to O((m/n)⁴); beside a mean
+                // of 5, rounding.
                 assert!((size - factor).abs() < 1e-3 * factor + 1e-11, "λ {lambda}, mode {m}: {size}, not {factor}");
             }
         }

@@ -1,7 +1,8 @@
-//! Points of cubic splines from points and second derivatives at the knots. Twin: `shaders/spline/sample.wgsl`.
+//! Points of cubic splines from points and second derivatives at the knots.
+//! Twin: `shaders/spline/sample.wgsl`.
 //!
-//! On a span of length h between the points p, q with second derivatives m, n, at the fraction u (Press et al.,
-//! *Numerical Recipes*, section 3.3, written as a polynomial in u):
+//! On a span of length h between the points p, q with second derivatives m, n, at the fraction u
+//! (Press et al., *Numerical Recipes*, section 3.3, written as a polynomial in u):
 //!
 //! ```text
 //! p(u) = p + u·(A + u·(B + u·C)),   A = q − p − h²(2m + n)/6,   B = h²m/2,   C = h²(n − m)/6
@@ -9,7 +10,8 @@
 
 use super::knots::Knots;
 
-/// Samples that are not evenly spread over the spans: the knot before each, and the fraction of the span after it.
+/// Samples that are not evenly spread over the spans: the knot before each, and the fraction of the
+/// span after it.
 pub(crate) struct Sites {
     /// First sample of every curve, and the number of all at the end.
     pub offsets: Vec<usize>,
@@ -47,7 +49,8 @@ impl Sites {
 pub(crate) struct Cubic<const D: usize>([[f64; 4]; D]);
 
 impl<const D: usize> Cubic<D> {
-    /// From the span's length and the points and second derivatives at its two ends, `D` numbers each.
+    /// From the span's length and the points and second derivatives at its two ends, `D` numbers
+    /// each.
     #[inline(always)]
     pub fn new(h: f64, points: &[f64], second: &[f64]) -> Self {
         let (p, m) = (&points[..2 * D], &second[..2 * D]);

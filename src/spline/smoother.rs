@@ -71,7 +71,8 @@ impl Smoother {
         }
     }
 
-    /// The curve of a given λ; of a closed curve that would collapse, that of the largest λ where it does not.
+    /// The curve of a given λ; of a closed curve that would collapse, that of the largest λ where
+    /// it does not.
     fn solve_asked(&mut self, target: &mut Target, lambda: f64) -> CurveReport {
         let normalised = lambda / self.weight / self.length / self.length / self.length;
         let solved = if normalised < LAMBDA_CAP { self.solve(normalised) } else { self.solve_line() };
@@ -91,10 +92,10 @@ impl Smoother {
         CurveReport { smoothing: Some(lambda), ..self.keep(target, normalised, deviation) }
     }
 
-    /// Sets up the normalised problem of a curve for the kernel, and gives the amount in its terms: the normalised λ, or
-    /// the deviation in units of the size. `None` where the host must fit: the answer is the regression line or the
-    /// data themselves, the kernel's precision (its ε) does not resolve the system, or points were averaged, which the
-    /// kernel does not know.
+    /// Sets up the normalised problem of a curve for the kernel, and gives the amount in its terms:
+    /// the normalised λ, or the deviation in units of the size. `None` where the host must fit: the
+    /// answer is the regression line or the data themselves, the kernel's precision (its ε) does
+    /// not resolve the system, or points were averaged, which the kernel does not know.
     pub fn prepare_for_kernel(&mut self, target: &Target, options: &Smoothing, epsilon: f64) -> Option<f64> {
         self.load(target, options);
         match options.amount {
@@ -117,19 +118,22 @@ impl Smoother {
         &self.problem
     }
 
-    /// Whether a precision resolves the system for a normalised λ: its condition number, bounded by the largest row sum
-    /// over the smallest eigenvalue of αR, may lose all but a hundredth of the digits, which refinement brings back.
+    /// Whether a precision resolves the system for a normalised λ: its condition number, bounded by
+    /// the largest row sum over the smallest eigenvalue of αR, may lose all but a hundredth of the
+    /// digits, which refinement brings back.
     fn is_resolved(&self, normalised: f64, epsilon: f64) -> bool {
         let problem = &self.problem;
         let shortest = problem.spans.iter().copied().fold(f64::INFINITY, f64::min);
         let heaviest = problem.inverse_weights.iter().copied().fold(0.0, f64::max);
-        // Rows of R sum to at most 1, those of Q to 4/h in magnitude; the eigenvalues of R are at least h/6.
+        // Rows of R sum to at most 1, those of Q to 4/h in magnitude; the eigenvalues of R are at
+        // least h/6.
         let condition = (1.0 + normalised * heaviest * (4.0 / shortest) * (4.0 / shortest)) / (shortest / 6.0);
         condition * epsilon <= 0.01
     }
 
-    /// Takes over what a kernel solved, as if [`solve`](Self::solve) had; `None` where it is not finite, breaks the
-    /// deviation after all, has collapsed, or the kernel's precision (its ε) does not resolve it.
+    /// Takes over what a kernel solved, as if [`solve`](Self::solve) had; `None` where it is not
+    /// finite, breaks the deviation after all, has collapsed, or the kernel's precision (its ε)
+    /// does not resolve it.
     pub fn accept(
         &mut self,
         target: &mut Target,
@@ -224,7 +228,8 @@ impl Smoother {
         self.finish_solve()
     }
 
-    /// The curve in the units of the data. As a correction of the data, so that a correction of 0 leaves their bits alone.
+    /// The curve in the units of the data. As a correction of the data, so that a correction of 0
+    /// leaves their bits alone.
     fn finish_solve(&mut self) -> bool {
         self.solves += 1;
         let mut finite = self.problem.moments.iter().all(|v| v.is_finite());
@@ -235,7 +240,8 @@ impl Smoother {
         finite
     }
 
-    /// Largest distance from a data point to the curve's point of its parameter, and which point that is.
+    /// Largest distance from a data point to the curve's point of its parameter, and which point
+    /// that is.
     fn deviation(&self, target: &Target) -> (f64, usize) {
         let d = target.knots.dimension;
         let points = target.batch.points(target.curve);
@@ -254,8 +260,8 @@ impl Smoother {
         (worst.sqrt() * self.size, at)
     }
 
-    /// Whether the last solve is still a curve: all but closed ones are, whose points keep the least share of
-    /// their spread in every direction.
+    /// Whether the last solve is still a curve: all but closed ones are, whose points keep the
+    /// least share of their spread in every direction.
     fn stands(&self) -> bool {
         let problem = &self.problem;
         if !problem.closed {
@@ -263,7 +269,8 @@ impl Smoother {
         }
         let (data, correction) = (&problem.data, &problem.correction);
         let lost = self.spread(|at| data[at] - correction[at]) - self.spread(|at| data[at]) * self.least_share.powi(2);
-        // No less than nothing in any direction, but for the rounding of directions that the data do not have.
+        // No less than nothing in any direction, but for the rounding of directions that the data
+        // do not have.
         lost.symmetric_eigenvalues().min() >= -64.0 * f64::EPSILON * self.spread(|at| data[at]).trace()
     }
 
@@ -344,7 +351,8 @@ impl Smoother {
     }
 }
 
-/// The report of a curve that overflows even without smoothing; its data come out, joined by segments.
+/// The report of a curve that overflows even without smoothing; its data come out, joined by
+/// segments.
 fn unsolvable(target: &mut Target, data: &[f64]) -> CurveReport {
     target.values[..data.len()].copy_from_slice(data);
     target.second.fill(0.0);

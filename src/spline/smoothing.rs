@@ -17,65 +17,73 @@ use crate::status::CurveStatus;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Amount {
-    /// The factor λ ≥ 0 of the bending energy, the same for every curve. 0 interpolates; larger is smoother. Its unit
-    /// is that of t³ times that of the weights.
+    /// The factor λ ≥ 0 of the bending energy, the same for every curve. 0 interpolates; larger is
+    /// smoother. Its unit is that of t³ times that of the weights.
     Lambda(f64),
-    /// The largest distance D > 0 between a data point and the curve's point of the same parameter, in the units of the
-    /// coordinates: every curve gets the largest λ that keeps it. Smaller is closer.
+    /// The largest distance D > 0 between a data point and the curve's point of the same parameter,
+    /// in the units of the coordinates: every curve gets the largest λ that keeps it. Smaller is
+    /// closer.
     ///
-    /// That is the least ∫|p″|² among curves of one λ, not among all that keep D: one point far off the others makes the
-    /// whole curve follow closely. [`Tube`](Self::Tube) is the least of all.
+    /// That is the least ∫|p″|² among curves of one λ, not among all that keep D: one point far off
+    /// the others makes the whole curve follow closely. [`Tube`](Self::Tube) is the least of all.
     Deviation(f64),
     /// The same distance D > 0, kept by the curve of least ∫|p″|² of *all* that keep it.
     Tube(f64),
 }
 
-/// Cubic smoothing splines p that minimise Σ w_i |y_i − p(t_i)|² + λ ∫|p″|² dt, natural at the ends of an open curve,
-/// periodic for a closed one.
+/// Cubic smoothing splines p that minimise Σ w_i |y_i − p(t_i)|² + λ ∫|p″|² dt, natural at the ends
+/// of an open curve, periodic for a closed one.
 ///
-/// The weights w are the batch's, 1 where it has none. Data points at one parameter are one knot at their weighted mean
-/// that carries the sum of their weights, which leaves the minimiser as it is; reported deviations refer to the data
-/// points as given.
+/// The weights w are the batch's, 1 where it has none. Data points at one parameter are one knot at
+/// their weighted mean that carries the sum of their weights, which leaves the minimiser as it is;
+/// reported deviations refer to the data points as given.
 ///
-/// **Method.** Reinsch's system (R + λ QᵀW⁻¹Q) γ = Qᵀy for the second derivatives γ at the knots, pentadiagonal (cyclic
-/// for closed curves), values p = y − λ W⁻¹Q γ. Every curve is normalised first: parameters to length 1 (T), coordinates to half
-/// the size of their bounding box, weights by their largest ω. With s = t/T the bending energy is T⁻³ ∫|p_ss|² ds, so
-/// the normalised problem has λ′ = λ/(ω T³). Up to λ′ = [`LAMBDA_CAP`] any λ is fine; from there on the curve is, to
-/// rounding, the limit for λ → ∞, and that is returned: the weighted regression line. Closed curves stop long before.
-/// The system grows ill-conditioned as n⁴ below that cap: curves of some 20,000 knots and more can ask
-/// for a λ that 64 bits do not bear. They are [`NotConverged`](crate::CurveStatus::NotConverged) and say so.
+/// **Method.** Reinsch's system (R + λ QᵀW⁻¹Q) γ = Qᵀy for the second derivatives γ at the knots,
+/// pentadiagonal (cyclic for closed curves), values p = y − λ W⁻¹Q γ. Every curve is normalised
+/// first: parameters to length 1 (T), coordinates to half the size of their bounding box, weights
+/// by their largest ω. With s = t/T the bending energy is T⁻³ ∫|p_ss|² ds, so the normalised
+/// problem has λ′ = λ/(ω T³). Up to λ′ = [`LAMBDA_CAP`] any λ is fine; from there on the curve is,
+/// to rounding, the limit for λ → ∞, and that is returned: the weighted regression line. Closed
+/// curves stop long before. The system grows ill-conditioned as n⁴ below that cap: curves of some
+/// 20,000 knots and more can ask for a λ that 64 bits do not bear. They are
+/// [`NotConverged`](crate::CurveStatus::NotConverged) and say so.
 ///
-/// **A deviation kept.** Normalised λ′ are tried among the numbers 2^(j/512), 0.14 % apart, by bracketing and bisection of
-/// j, the same on every device and in every precision: the λ returned keeps the deviation, and the next one breaks it.
-/// The largest deviation grows with λ but for rare curves, where the λ found is the first to break it. If the regression
-/// line keeps it, the line is returned, with
-/// λ = [`LAMBDA_CAP`]·ωT³. The report says λ, the deviation reached and the number of solves.
-/// Points at one parameter that lie farther than D from their mean make a curve
+/// **A deviation kept.** Normalised λ′ are tried among the numbers 2^(j/512), 0.14 % apart, by
+/// bracketing and bisection of j, the same on every device and in every precision: the λ returned
+/// keeps the deviation, and the next one breaks it. The largest deviation grows with λ but for rare
+/// curves, where the λ found is the first to break it. If the regression line keeps it, the line is
+/// returned, with λ = [`LAMBDA_CAP`]·ωT³. The report says λ, the deviation reached and the number
+/// of solves. Points at one parameter that lie farther than D from their mean make a curve
 /// [`NotConverged`](crate::CurveStatus::NotConverged); it interpolates the means.
 ///
-/// **Closed curves stay curves.** As λ grows, a closed curve shrinks to the weighted mean of its points: Fourier mode k
-/// falls as 1/(1 + λ(2πk)⁴/WT³) for n even points of sum W of weights, so that modes k enter with 1/k⁴ and what is left
-/// is nearly the first, an ellipse of size 1/λ. A point is no curve, so none is smoothed further than to
-/// [`LEAST_SHARE`] of its size in any direction, the root mean square distance of its points (weighted) from their
-/// mean: that falls steadily with λ whatever the shape and the direction, where areas and lengths of thin, rough and
-/// self-intersecting curves do not. The λ returned is the largest that keeps the deviation *and* the share. A λ asked
-/// for is used as it is down to [`LEAST_SHARE_OF_LAMBDA`], where a curve is a dot; it stops there, and the report names
-/// the λ used. Such a curve is as smooth as it can be: it is [`Converged`](crate::CurveStatus::Converged) with a
-/// message, and [`notes`](Self::notes) counts them.
+/// **Closed curves stay curves.** As λ grows, a closed curve shrinks to the weighted mean of its
+/// points: Fourier mode k falls as 1/(1 + λ(2πk)⁴/WT³) for n even points of sum W of weights, so
+/// that modes k enter with 1/k⁴ and what is left is nearly the first, an ellipse of size 1/λ. A
+/// point is no curve, so none is smoothed further than to [`LEAST_SHARE`] of its size in any
+/// direction, the root mean square distance of its points (weighted) from their mean: that falls
+/// steadily with λ whatever the shape and the direction, where areas and lengths of thin, rough and
+/// self-intersecting curves do not. The λ returned is the largest that keeps the deviation *and*
+/// the share. A λ asked for is used as it is down to [`LEAST_SHARE_OF_LAMBDA`], where a curve is a
+/// dot; it stops there, and the report names the λ used. Such a curve is as smooth as it can be: it
+/// is [`Converged`](crate::CurveStatus::Converged) with a message, and [`notes`](Self::notes)
+/// counts them.
 ///
-/// **A tube kept.** [`Amount::Tube`] seeks min ∫|p″|² dt over all curves with |p(t_i) − y_i| ≤ D, a convex programme.
-/// Its minimiser is the smoothing spline whose weights are the forces at the points, 0 where the curve does not touch:
-/// around 41 points of a wave of height 5, with noise of 0.15 and one point 2 off, [`Amount::Deviation`] of 1 bends 8
-/// to 13 times as much, without that point 1.2 to 1.4 times. An interior-point method finds it in linear time, with the
-/// duality gap as certificate: the energy exceeds the least by 1e-8 of itself at most, which the report gives as
-/// `gradient_norm`; or, where that is more, by 1e-16 D²/T³, since with 1e-8 D²/T³ a curve is a line to 1e-4 D, or by
-/// the energy that rounding its coordinates makes. `smoothing` is `None`. Weights have no part in it, but for the
-/// regression line, which is returned where it serves. A closed curve that would collapse, to a point or to a line run
-/// through twice, is the spline of one λ instead, and its message says so. 64 bits on the CPU do it, whatever the
-/// device; the fit says so.
+/// **A tube kept.** [`Amount::Tube`] seeks min ∫|p″|² dt over all curves with |p(t_i) − y_i| ≤ D, a
+/// convex programme. Its minimiser is the smoothing spline whose weights are the forces at the
+/// points, 0 where the curve does not touch: around 41 points of a wave of height 5, with noise of
+/// 0.15 and one point 2 off, [`Amount::Deviation`] of 1 bends 8 to 13 times as much, without that
+/// point 1.2 to 1.4 times. An interior-point method finds it in linear time, with the duality gap
+/// as certificate: the energy exceeds the least by 1e-8 of itself at most, which the report gives
+/// as `gradient_norm`; or, where that is more, by 1e-16 D²/T³, since with 1e-8 D²/T³ a curve is a
+/// line to 1e-4 D, or by the energy that rounding its coordinates makes. `smoothing` is `None`.
+/// Weights have no part in it, but for the regression line, which is returned where it serves. A
+/// closed curve that would collapse, to a point or to a line run through twice, is the spline of
+/// one λ instead, and its message says so. 64 bits on the CPU do it, whatever the device; the fit
+/// says so.
 ///
-/// **Pinned ends.** With `pin_ends` an open curve starts and ends exactly at its first and last data point, bit for bit (their
-/// inverse weights are 0), so that curves that meet keep meeting. A closed curve has no ends.
+/// **Pinned ends.** With `pin_ends` an open curve starts and ends exactly at its first and last
+/// data point, bit for bit (their inverse weights are 0), so that curves that meet keep meeting. A
+/// closed curve has no ends.
 ///
 /// ```
 /// use faircurve::{CurveBatch, Device, spline::{Amount, Smoothing}};
@@ -103,28 +111,32 @@ impl Default for Smoothing {
     }
 }
 
-/// The normalised λ′ from which on a curve is its limit for λ → ∞ to rounding: for n knots the two differ by n/λ′ of the
-/// curve's size at most.
+/// The normalised λ′ from which on a curve is its limit for λ → ∞ to rounding: for n knots the two
+/// differ by n/λ′ of the curve's size at most.
 pub const LAMBDA_CAP: f64 = 1e20;
 
-/// The share of its size that a closed curve keeps in every direction however much it is smoothed: the root mean square
-/// distance of its points from their mean, in units of that of the data.
+/// The share of its size that a closed curve keeps in every direction however much it is smoothed:
+/// the root mean square distance of its points from their mean, in units of that of the data.
 ///
-/// Islands of 0.7 of their size have half of their area, and still look like themselves on a map; those of a half look lost.
+/// Islands of 0.7 of their size have half of their area, and still look like themselves on a map;
+/// those of a half look lost.
 pub const LEAST_SHARE: f64 = 0.7;
 
-/// The same where λ is asked for: a hundredth of the size is a dot. Above it the λ asked for is the λ used.
+/// The same where λ is asked for: a hundredth of the size is a dot. Above it the λ asked for is the
+/// λ used.
 pub const LEAST_SHARE_OF_LAMBDA: f64 = 0.01;
 
 impl Smoothing {
     /// Fits every curve of a batch.
     ///
-    /// Reports: energy ∫|p″|² dt, λ, largest deviation from a data point, number of solves. A curve that cannot be
-    /// fitted (see [`CurveBatch::problem`]; fewer than two different parameters) keeps its points and says why.
+    /// Reports: energy ∫|p″|² dt, λ, largest deviation from a data point, number of solves. A curve
+    /// that cannot be fitted (see [`CurveBatch::problem`]; fewer than two different parameters)
+    /// keeps its points and says why.
     ///
     /// # Errors
-    /// λ that is negative, infinite or NaN; a deviation that is not positive and finite; parameters asked for
-    /// ([`Parametrisation::Given`]) but absent; a batch with constraints, which smoothing cannot honour.
+    /// λ that is negative, infinite or NaN; a deviation that is not positive and finite; parameters
+    /// asked for ([`Parametrisation::Given`]) but absent; a batch with constraints, which smoothing
+    /// cannot honour.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         let device = &self.worker(device);
         let (splines, reports) = self.fit_splines(batch, device)?;
@@ -183,9 +195,9 @@ impl Smoothing {
         if matches!(self.amount, Amount::Tube(_)) { device.on_cpu() } else { device.clone() }
     }
 
-    /// Sentences about usable curves, for people who fit many: how many closed curves were smoothed no further than to
-    /// their share of their size. The reports are those of a fit with these options; of usable curves only those that
-    /// were stopped have a message.
+    /// Sentences about usable curves, for people who fit many: how many closed curves were smoothed
+    /// no further than to their share of their size. The reports are those of a fit with these
+    /// options; of usable curves only those that were stopped have a message.
     pub fn notes(&self, reports: &[CurveReport]) -> Vec<String> {
         let stopped = |report: &&CurveReport| report.status.is_usable() && report.message.is_some();
         let count = reports.iter().filter(stopped).count();
@@ -224,8 +236,8 @@ impl Smoothing {
         }
     }
 
-    /// [`fit`](Self::fit) on all threads of the CPU. The values of the knots become those of the curves; second
-    /// derivatives at the knots and the reports are returned.
+    /// [`fit`](Self::fit) on all threads of the CPU. The values of the knots become those of the
+    /// curves; second derivatives at the knots and the reports are returned.
     fn fit_on_cpu(&self, batch: &CurveBatch, knots: &mut Knots, device: &Device) -> (Vec<f64>, Vec<CurveReport>) {
         let d = knots.dimension;
         let mut values = std::mem::take(&mut knots.values);

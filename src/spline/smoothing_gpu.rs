@@ -1,7 +1,9 @@
-//! Smoothing splines on the GPU: normalised and mapped back by the code of the CPU, solved by `reinsch.wgsl`.
+//! Smoothing splines on the GPU: normalised and mapped back by the code of the CPU, solved by
+//! `reinsch.wgsl`.
 //!
-//! The host keeps what is not the kernel's: curves whose regression line is the answer, averaged points under a
-//! deviation, and curves that the device's precision cannot resolve, which it fits in f64.
+//! The host keeps what is not the kernel's: curves whose regression line is the answer, averaged
+//! points under a deviation, and curves that the device's precision cannot resolve, which it fits
+//! in f64.
 
 use std::ops::Range;
 
@@ -41,12 +43,14 @@ pub(crate) struct SmoothingCurve {
     pub padding: u32,
 }
 
-/// Solves that a search for a deviation takes at most: the start, up to six strides, eleven bisections of a stride's 1,536
-/// steps, and the last. A search that is not done by then is the host's.
+/// Solves that a search for a deviation takes at most: the start, up to six strides, eleven
+/// bisections of a stride's 1,536 steps, and the last. A search that is not done by then is the
+/// host's.
 const MOST_SOLVES: usize = 19;
 
-/// Knots of a curve that one thread may take: its loops pass over them up to 58 times in a solve, and llvmpipe ends a
-/// thread's loops after 65,535 iterations all told. The host's threads are faster for longer curves in any case.
+/// Knots of a curve that one thread may take: its loops pass over them up to 58 times in a solve,
+/// and llvmpipe ends a thread's loops after 65,535 iterations all told. The host's threads are
+/// faster for longer curves in any case.
 const MOST_KNOTS: usize = 1024;
 
 /// Numbers a curve in `searches`.
@@ -58,8 +62,8 @@ pub(crate) fn kernel(precision: Precision, dimension: usize) -> KernelKey {
     KernelKey { path: "spline/reinsch.wgsl", entry: "fit", precision, definitions }
 }
 
-/// Fits every curve: the values of the knots become those of the curves; second derivatives at the knots and the
-/// reports are returned.
+/// Fits every curve: the values of the knots become those of the curves; second derivatives at the
+/// knots and the reports are returned.
 ///
 /// # Errors
 /// Those of submissions; [`Error::Limit`] for a curve larger than the device's largest array.

@@ -1,4 +1,5 @@
-//! One round of bounded-domain cubic subdivision, on slices: the arithmetic of the CPU and of the kernel, in one order of operations.
+//! One round of bounded-domain cubic subdivision, on slices: the arithmetic of the CPU and of the
+//! kernel, in one order of operations.
 
 use crate::linalg::Real;
 
@@ -7,10 +8,11 @@ pub(crate) fn refined_count(count: usize, closed: bool) -> usize {
     if closed { 2 * count } else { (2 * count).saturating_sub(1) }
 }
 
-/// Point `i` of the finer curve, coordinate `axis`; `count` points of `dimension` numbers stand in `coarse`.
+/// Point `i` of the finer curve, coordinate `axis`; `count` points of `dimension` numbers stand in
+/// `coarse`.
 ///
-/// A new point (odd `i`) is the mean ½ ½ of its neighbours; an old one (even `i`) becomes ⅛ ¾ ⅛ of itself and its
-/// neighbours, except that the ends of an open curve stay where they are.
+/// A new point (odd `i`) is the mean ½ ½ of its neighbours; an old one (even `i`) becomes ⅛ ¾ ⅛ of
+/// itself and its neighbours, except that the ends of an open curve stay where they are.
 pub(crate) fn refined<T: Real>(coarse: &[T], count: usize, dimension: usize, closed: bool, i: usize, axis: usize) -> T {
     let at = |k: usize| coarse[k * dimension + axis];
     let here = i / 2;
@@ -35,7 +37,8 @@ pub(crate) fn subdivide_once<T: Real>(coarse: &[T], fine: &mut [T], dimension: u
     }
 }
 
-/// Any number of rounds for one curve, into `fine`, which has the final length. `spare` is scratch of any length.
+/// Any number of rounds for one curve, into `fine`, which has the final length. `spare` is scratch
+/// of any length.
 pub(crate) fn subdivide_rounds<T: Real>(
     coarse: &[T],
     fine: &mut [T],

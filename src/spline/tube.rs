@@ -1,31 +1,37 @@
-//! Least bending within a distance of every data point: min ∫|p″|² over the curves with |p(t_i) − y_i| ≤ D, for one curve.
+//! Least bending within a distance of every data point: min ∫|p″|² over the curves with |p(t_i) −
+//! y_i| ≤ D, for one curve.
 //!
-//! The least curve is a cubic spline with knots at the data. It is sought by its values g_k = y_k + D u_k and slopes m_k at
-//! the knots: over a span of length h the energy is that of the two numbers a coordinate
+//! The least curve is a cubic spline with knots at the data. It is sought by its values g_k = y_k +
+//! D u_k and slopes m_k at the knots: over a span of length h the energy is that of the two numbers
+//! a coordinate
 //!
 //! ```text
 //! (m₁ − m₀)/√h,    √(3/h) (m₀ + m₁ − 2 (g₁ − g₀)/h),
 //! ```
 //!
-//! so that all of it is ‖Ax + b‖², x = (u, m): a sum of squares over neighbours. That p″ is continuous comes out by itself.
-//! Each data point is a second-order cone, (1, u_k + o) with its offset o from the centre of its knot. This is a convex
-//! programme; a primal–dual interior-point method after Mehrotra in the scaling of Nesterov and Todd solves it.
-//! Primal and dual points are feasible from the start (the interpolating spline, and the forces that hold it), so the gap Σ sᵀz
-//! bounds at every step by how much ½‖Ax + b‖² exceeds the least there is.
+//! so that all of it is ‖Ax + b‖², x = (u, m): a sum of squares over neighbours. That p″ is
+//! continuous comes out by itself. Each data point is a second-order cone, (1, u_k + o) with its
+//! offset o from the centre of its knot. This is a convex programme; a primal–dual interior-point
+//! method after Mehrotra in the scaling of Nesterov and Todd solves it. Primal and dual points are
+//! feasible from the start (the interpolating spline, and the forces that hold it), so the gap Σ
+//! sᵀz bounds at every step by how much ½‖Ax + b‖² exceeds the least there is.
 //!
-//! Every Newton step is a least-squares problem over neighbours, factored by Householder reflections from knot to knot (as
-//! a Kalman smoother in square-root form): squaring A would square its condition, which grows as the square of
-//! the number of knots between points that are touched. Time and memory are linear in the number of knots.
+//! Every Newton step is a least-squares problem over neighbours, factored by Householder
+//! reflections from knot to knot (as a Kalman smoother in square-root form): squaring A would
+//! square its condition, which grows as the square of the number of knots between points that are
+//! touched. Time and memory are linear in the number of knots.
 //!
-//! L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers (2010); P. J. Goulart, Y. Chen, Clarabel (2024).
+//! L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers (2010); P. J. Goulart, Y.
+//! Chen, Clarabel (2024).
 
 use super::tube_rows::Rows;
 
 /// The gap, relative to the energy, at which a curve is the least one.
 pub(super) const GAP: f64 = 1e-8;
 
-/// An energy below this many D²/T³ is that of a straight line: a curve with ∫|p″|² = e D²/T³ is within √e D of one.
-/// Gaps are measured in the energy or in this, whichever is larger; or they are those that rounding makes.
+/// An energy below this many D²/T³ is that of a straight line: a curve with ∫|p″|² = e D²/T³ is
+/// within √e D of one. Gaps are measured in the energy or in this, whichever is larger; or they are
+/// those that rounding makes.
 const STRAIGHT: f64 = 1e-8;
 
 /// Iterations at most; 5 to 30 are usual, and more gain nothing once rounding stops the steps.
@@ -37,7 +43,8 @@ const TO_BOUNDARY: f64 = 0.99;
 /// Steps shorter than this have stalled.
 const STALLED: f64 = 1e-6;
 
-/// A data point: the knot that it holds, and its offset, centre of the knot minus point, in units of D: shorter than 1.
+/// A data point: the knot that it holds, and its offset, centre of the knot minus point, in units
+/// of D: shorter than 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Disc {
     pub knot: usize,
@@ -52,7 +59,8 @@ pub(super) struct Tube<'a> {
     pub closed: bool,
     /// Whether the first and the last knot of an open curve keep their centres.
     pub pinned: bool,
-    /// Length of the span that starts at each knot: one fewer than knots of an open curve. Their sum is 1.
+    /// Length of the span that starts at each knot: one fewer than knots of an open curve. Their
+    /// sum is 1.
     pub spans: &'a [f64],
     /// Centres of the knots, in units of D.
     pub centres: &'a [f64],
@@ -173,7 +181,8 @@ impl Tube<'_> {
         let d = self.dimension;
         let mut rows = Rows::new(d, self.closed, self.pinned, self.spans, self.centres);
         let knots = rows.knots();
-        // The interpolating spline, and the forces that hold it: shared among the points of each knot.
+        // The interpolating spline, and the forces that hold it: shared among the points of each
+        // knot.
         let mut x = rows.interpolate();
         let mut energies = rows.residual(&x);
         let force = rows.transposed(&energies);
@@ -207,7 +216,8 @@ impl Tube<'_> {
                 scaled[k] = scalings[k].apply(z);
             }
             rows.factor(self.discs.iter().zip(&scalings).map(|(disc, scaling)| (disc.knot, scaling.rows())));
-            // Where complementarity alone would lead; then, with what that leaves and towards the centre.
+            // Where complementarity alone would lead; then, with what that leaves and towards the
+            // centre.
             let mu = gap / s.len() as f64;
             let affine = self.direction(&rows, &energies, &scalings, &scaled, scaled.clone());
             let reach = longest(&s, &z, &affine);

@@ -1,9 +1,11 @@
 //! [`Rows`]: the least-squares problem ‖Ax + b‖² + ‖Wx‖² of a [`Tube`](super::tube::Tube), factored from knot to knot.
 //!
-//! A state is u and m of one knot, d numbers each; rows couple neighbours. Householder reflections eliminate one state
-//! after the other; what they leave on the next one is carried on. The first state of a closed curve is kept to the end: the border.
-//! Solutions are those of the seminormal equations RᵀR x = …, with one step of refinement, which makes them as good as
-//! those by the reflections themselves (Å. Björck, Stability analysis of the method of seminormal equations, 1987).
+//! A state is u and m of one knot, d numbers each; rows couple neighbours. Householder reflections
+//! eliminate one state after the other; what they leave on the next one is carried on. The first
+//! state of a closed curve is kept to the end: the border. Solutions are those of the seminormal
+//! equations RᵀR x = …, with one step of refinement, which makes them as good as those by the
+//! reflections themselves (Å. Björck, Stability analysis of the method of seminormal equations,
+//! 1987).
 
 /// The rows of A and b, and the triangle of the last [`factor`](Rows::factor).
 pub(super) struct Rows<'a> {
@@ -13,7 +15,8 @@ pub(super) struct Rows<'a> {
     centres: &'a [f64],
     /// Knots whose u is 0.
     held: Vec<bool>,
-    /// Of every state in order of elimination: `width` rows over itself, the next one and the border.
+    /// Of every state in order of elimination: `width` rows over itself, the next one and the
+    /// border.
     triangle: Vec<f64>,
     /// The border's own.
     corner: Vec<f64>,
@@ -113,7 +116,8 @@ impl<'a> Rows<'a> {
         out
     }
 
-    /// Factors A with further rows on the u of knots, in the order of the knots: d + 1 rows of d numbers.
+    /// Factors A with further rows on the u of knots, in the order of the knots: d + 1 rows of d
+    /// numbers.
     pub fn factor(&mut self, discs: impl Iterator<Item = (usize, [[f64; 3]; 4])>) {
         let (w, columns, n) = (self.width(), self.columns(), self.knots());
         let mut discs = discs.peekable();

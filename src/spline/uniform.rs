@@ -1,18 +1,22 @@
-//! Natural cubic splines on the integers: the bounded-domain subdivision system of Warren & Weimer, chapter 6.
+//! Natural cubic splines on the integers: the bounded-domain subdivision system of Warren & Weimer,
+//! chapter 6.
 //!
-//! A spline is given by its *coefficients* p⁰, one point an integer. Three matrices make up the system:
+//! A spline is given by its *coefficients* p⁰, one point an integer. Three matrices make up the
+//! system:
 //!
-//! * **N**, rows 1/6 2/3 1/6, unit rows at the ends: N p⁰ are the spline's [values](interpolated) on the integers, and
-//!   p⁰ = N⁻¹ b the [`coefficients`] that interpolate b.
-//! * **S**, which keeps the ends, turns an interior point into ⅛ ¾ ⅛ and sets a new point ½ ½ between two:
-//!   [`subdivide`]. p^k = S p^{k−1} converges to the spline.
+//! * **N**, rows 1/6 2/3 1/6, unit rows at the ends: N p⁰ are the spline's [values](interpolated)
+//!   on the integers, and p⁰ = N⁻¹ b the [`coefficients`] that interpolate b.
+//! * **S**, which keeps the ends, turns an interior point into ⅛ ¾ ⅛ and sets a new point ½ ½
+//!   between two: [`subdivide`]. p^k = S p^{k−1} converges to the spline.
 //! * **E_k = 8^k E_0**, E_0 with rows 1 −2 1, −2 5 −4 1, 1 −4 6 −4 1 …: p_kᵀE_k p_k are the
-//!   [discrete energies](discrete_energies) and p⁰ᵀE_0 N p⁰ the [exact energy](exact_energies) ∫|p″|² dt of the limit.
+//!   [discrete energies](discrete_energies) and p⁰ᵀE_0 N p⁰ the [exact energy](exact_energies)
+//!   ∫|p″|² dt of the limit.
 //!
-//! They fit together by 8 E S = U E, U inserting zeros, and so E_k = E_∞ + 4^{−k}(E_0 − E_∞) for the energies of any
-//! p⁰. Closed curves use the same rows cyclically. Every coordinate of every curve is treated alike; parameters and
-//! weights of a batch play no part here, since the knots are the integers. For knots of their own see
-//! [`Natural`](super::Natural) and [`Smoothing`](super::Smoothing).
+//! They fit together by 8 E S = U E, U inserting zeros, and so E_k = E_∞ + 4^{−k}(E_0 − E_∞) for
+//! the energies of any p⁰. Closed curves use the same rows cyclically. Every coordinate of every
+//! curve is treated alike; parameters and weights of a batch play no part here, since the knots are
+//! the integers. For knots of their own see [`Natural`](super::Natural) and
+//! [`Smoothing`](super::Smoothing).
 //!
 //! A curve that holds a NaN spoils only itself: its results are NaN.
 
@@ -30,14 +34,16 @@ use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch, t
 /// Points that [`subdivide`] writes at most, over all curves: 1.6 GB in two dimensions.
 pub const MAX_POINTS: u64 = 100_000_000;
 
-/// Rounds that [`subdivide`] and [`discrete_energies`] accept at most; steps of 2⁻⁴⁸ are below the resolution of any curve.
+/// Rounds that [`subdivide`] and [`discrete_energies`] accept at most; steps of 2⁻⁴⁸ are below the
+/// resolution of any curve.
 pub const MAX_ROUNDS: u32 = 48;
 
 /// The coefficients p⁰ = N⁻¹ b whose spline takes the batch's points as values on the integers.
 ///
-/// One tridiagonal system a curve (cyclic for closed curves), one right-hand side a coordinate. N is diagonally
-/// dominant with condition number 3 at most, so the coefficients are good to a few units of the last place of the
-/// curve's largest coordinate. A curve that has a [`problem`](CurveBatch::problem) keeps its points.
+/// One tridiagonal system a curve (cyclic for closed curves), one right-hand side a coordinate. N
+/// is diagonally dominant with condition number 3 at most, so the coefficients are good to a few
+/// units of the last place of the curve's largest coordinate. A curve that has a
+/// [`problem`](CurveBatch::problem) keeps its points.
 ///
 /// ```
 /// use faircurve::{CurveBatch, Device, spline::uniform};
@@ -57,8 +63,8 @@ pub fn coefficients(values: &CurveBatch, device: &Device) -> Result<CurveBatch> 
     Ok(values.with_points(coords, values.offsets().to_vec()))
 }
 
-/// The values N p⁰ of the splines on the integers: the inverse of [`coefficients`], and the way from the coefficients
-/// of any round of [`subdivide`] to points of the curve, at steps of 2^−k.
+/// The values N p⁰ of the splines on the integers: the inverse of [`coefficients`], and the way
+/// from the coefficients of any round of [`subdivide`] to points of the curve, at steps of 2^−k.
 ///
 /// # Errors
 /// A batch with constraints.
@@ -69,10 +75,11 @@ pub fn interpolated(coefficients: &CurveBatch, device: &Device) -> Result<CurveB
     Ok(coefficients.with_points(coords, coefficients.offsets().to_vec()))
 }
 
-/// The coefficients p^k = S^k p⁰ after `rounds` rounds: n points become (n − 1)·2^k + 1, of a closed curve n·2^k.
+/// The coefficients p^k = S^k p⁰ after `rounds` rounds: n points become (n − 1)·2^k + 1, of a
+/// closed curve n·2^k.
 ///
-/// Point i of the result belongs to the parameter i/2^k. The points converge to the curve like 4^−k; N p^k, from
-/// [`interpolated`], lies on it.
+/// Point i of the result belongs to the parameter i/2^k. The points converge to the curve like
+/// 4^−k; N p^k, from [`interpolated`], lies on it.
 ///
 /// # Errors
 /// More than [`MAX_ROUNDS`] rounds or more than [`MAX_POINTS`] points; a batch with constraints.
@@ -84,11 +91,12 @@ pub fn subdivide(coefficients: &CurveBatch, rounds: u32, device: &Device) -> Res
     Ok(coefficients.with_points(coords, offsets))
 }
 
-/// The discrete energies p_kᵀE_k p_k = 8^k Σ|Δ²p_k|² of curves that went through `round` rounds of [`subdivide`], one
-/// a curve, summed over the coordinates. Units: length² (the parameter has none).
+/// The discrete energies p_kᵀE_k p_k = 8^k Σ|Δ²p_k|² of curves that went through `round` rounds of
+/// [`subdivide`], one a curve, summed over the coordinates. Units: length² (the parameter has
+/// none).
 ///
-/// Differences of nearby points are taken, so the relative rounding error grows as 4^k ε; [`exact_energies`] of p⁰ is
-/// the limit without that loss.
+/// Differences of nearby points are taken, so the relative rounding error grows as 4^k ε;
+/// [`exact_energies`] of p⁰ is the limit without that loss.
 ///
 /// # Errors
 /// More than [`MAX_ROUNDS`] rounds; a batch with constraints.
@@ -101,7 +109,8 @@ pub fn discrete_energies(coefficients: &CurveBatch, round: u32, device: &Device)
     Ok(energies)
 }
 
-/// The energies ∫|p″|² dt = p⁰ᵀE_0 N p⁰ of the splines with these coefficients, one a curve, summed over the coordinates.
+/// The energies ∫|p″|² dt = p⁰ᵀE_0 N p⁰ of the splines with these coefficients, one a curve, summed
+/// over the coordinates.
 ///
 /// # Errors
 /// A batch with constraints.
@@ -109,11 +118,12 @@ pub fn exact_energies(coefficients: &CurveBatch, device: &Device) -> Result<Vec<
     inner_products(coefficients, coefficients, device)
 }
 
-/// The inner products ∫p″·q″ dt = p⁰ᵀE_0 N q⁰ of the splines with these coefficients, curve by curve, summed over the
-/// coordinates. Symmetric in p and q to the last bit.
+/// The inner products ∫p″·q″ dt = p⁰ᵀE_0 N q⁰ of the splines with these coefficients, curve by
+/// curve, summed over the coordinates. Symmetric in p and q to the last bit.
 ///
 /// # Errors
-/// Batches that differ in the number of curves, their dimension, their points or their closedness; a batch with constraints.
+/// Batches that differ in the number of curves, their dimension, their points or their closedness;
+/// a batch with constraints.
 pub fn inner_products(p: &CurveBatch, q: &CurveBatch, device: &Device) -> Result<Vec<f64>> {
     refuse_constraints(p)?;
     refuse_constraints(q)?;
@@ -122,13 +132,14 @@ pub fn inner_products(p: &CurveBatch, q: &CurveBatch, device: &Device) -> Result
     on_gpu(gpu, device, p, Operation::ExactProduct(q), p.offsets())
 }
 
-/// N is diagonally dominant, so f32 serves for points where nothing else is asked for; energies are made of differences of
-/// nearby points, which cancel: they take f64 where the adapter has it.
+/// N is diagonally dominant, so f32 serves for points where nothing else is asked for; energies are
+/// made of differences of nearby points, which cancel: they take f64 where the adapter has it.
 fn on_gpu(gpu: &Gpu, device: &Device, batch: &CurveBatch, operation: Operation, offsets: &[usize]) -> Result<Vec<f64>> {
     uniform_gpu::run(gpu, device.kernel_precision(gpu, !operation.is_energy())?, batch, operation, offsets)
 }
 
-/// The systems of [`coefficients`], rows 1 4 1 for the right-hand side 6 b: lower band, diagonal, upper band, right-hand side.
+/// The systems of [`coefficients`], rows 1 4 1 for the right-hand side 6 b: lower band, diagonal,
+/// upper band, right-hand side.
 fn interpolation_systems(values: &CurveBatch) -> [Vec<f64>; 4] {
     let d = values.dimension();
     let total = values.total_points();

@@ -1,4 +1,5 @@
-//! Splines on the integers on the GPU: coefficients, values, subdivision and energies, on normalised coordinates.
+//! Splines on the integers on the GPU: coefficients, values, subdivision and energies, on
+//! normalised coordinates.
 
 use std::ops::Range;
 
@@ -72,8 +73,8 @@ impl Operation<'_> {
     }
 }
 
-/// Runs an operation on every curve: coordinates of the results, curve after curve from `offsets` (in points) on, or
-/// one energy a curve.
+/// Runs an operation on every curve: coordinates of the results, curve after curve from `offsets`
+/// (in points) on, or one energy a curve.
 ///
 /// # Errors
 /// Those of submissions; [`crate::Error::Limit`] for a curve larger than the device's largest array.

@@ -190,7 +190,8 @@ impl Curve for Made {
 
 #[test]
 fn a_quarter_of_a_circle_is_off_by_a_few_in_ten_thousand_whatever_its_parameter() {
-    // The best G1 cubic with the circle's ends: radius off by 2.7e-4 (handles 0.5519, Goldapp 1991: 1.96e-4 between its two sides).
+    // The best G1 cubic with the circle's ends: radius off by 2.7e-4 (handles 0.5519, Goldapp 1991:
+    // 1.96e-4 between its two sides).
     let even = made(|u| {
         let (sine, cosine) = (0.5 * std::f64::consts::PI * u).sin_cos();
         [DVec3::new(cosine, sine, 0.0), 0.5 * std::f64::consts::PI * DVec3::new(-sine, cosine, 0.0)]

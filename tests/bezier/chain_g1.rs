@@ -101,7 +101,8 @@ fn energies_fall_from_c2_to_c1_to_g1_joints() {
     }
 }
 
-/// Turns the handles of a joint in the plane of two axes, and scales them; returns what becomes of the energy.
+/// Turns the handles of a joint in the plane of two axes, and scales them; returns what becomes of
+/// the energy.
 fn perturbed(
     case: &Case,
     degree: usize,
@@ -125,7 +126,8 @@ fn perturbed(
     points
 }
 
-/// The energy's changes when directions and speeds of one joint change have no slope, and do not fall.
+/// The energy's changes when directions and speeds of one joint change have no slope, and do not
+/// fall.
 fn assert_least(chain: &Chain, case: &Case, found: &[f64], turns: bool) {
     let form = form_of(chain, case);
     let least = energy(&form, case.dimension, found);
@@ -189,7 +191,8 @@ fn a_handle_known_on_one_side_is_the_direction_on_the_other() {
         for k in (0..case.known.len()).filter(|&k| case.known[k]) {
             assert_eq!(found[k * dimension..(k + 1) * dimension], case.points[k * dimension..(k + 1) * dimension]);
         }
-        // Speeds beside known handles are of least energy too; a joint whose handles are known is as it is.
+        // Speeds beside known handles are of least energy too; a joint whose handles are known is
+        // as it is.
         let form = form_of(&G1, &case);
         let least = energy(&form, dimension, found);
         for (joint, scales) in [(2, [1.0, 1.001]), (2, [1.0, 0.999]), (3, [1.001, 1.0]), (3, [0.999, 1.0])] {

@@ -1,4 +1,5 @@
-//! Chains of Béziers against dense least squares: control points, energies, what is determined and what is not.
+//! Chains of Béziers against dense least squares: control points, energies, what is determined and
+//! what is not.
 
 use faircurve::bezier::{Chain, Energy, Joints, PieceLengths};
 use faircurve::{CurveStatus, Device};

@@ -52,7 +52,8 @@ fn operators_solve_the_equations_exactly_up_to_degree_30() {
     }
 }
 
-/// Control points as good as their sums allow, at degree 30 as at degree 3: against the exact solution for the same f64 points.
+/// Control points as good as their sums allow, at degree 30 as at degree 3: against the exact
+/// solution for the same f64 points.
 #[test]
 fn completed_points_are_within_roundings_of_the_exact_ones_at_degree_30() {
     let mut largest = 0.0f64;
@@ -85,7 +86,8 @@ fn completed_points_are_within_roundings_of_the_exact_ones_at_degree_30() {
     assert!(largest < 1.5e-15, "{largest:e}");
 }
 
-/// By multipliers for all that is given, known points too, in f64: for low degrees, where f64 serves.
+/// By multipliers for all that is given, known points too, in f64: for low degrees, where f64
+/// serves.
 #[test]
 fn mixed_energies_and_derivatives_agree_with_dense_least_squares() {
     let mut random = StdRng::seed_from_u64(17);
@@ -298,7 +300,8 @@ fn arrays_that_do_not_fit_are_an_error_with_a_sentence() {
     assert!(split(&line, 1.5, &device).unwrap_err().to_string().contains("t = 1.5"));
 }
 
-/// Speeds of least energy, found by trying: no other pair of speeds is cheaper, and directions are kept.
+/// Speeds of least energy, found by trying: no other pair of speeds is cheaper, and directions are
+/// kept.
 #[test]
 fn directions_take_the_speeds_of_least_energy() {
     let mut random = StdRng::seed_from_u64(23);

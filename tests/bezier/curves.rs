@@ -1,4 +1,5 @@
-//! What elevating, reducing, dividing and evaluating Bézier curves promises, and completing those of a batch.
+//! What elevating, reducing, dividing and evaluating Bézier curves promises, and completing those
+//! of a batch.
 
 use faircurve::bezier::{Complete, EndTangents, Polygons, elevate, evaluate, reduce, split};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Sampling};

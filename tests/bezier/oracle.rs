@@ -1,4 +1,5 @@
-//! Bézier curves of least bending energy are what Eberly's paper, and reference values, say they are.
+//! Bézier curves of least bending energy are what Eberly's paper, and reference values, say they
+//! are.
 
 use faircurve::Device;
 use faircurve::bezier::{
@@ -164,8 +165,9 @@ fn two_points_at_each_end_make_an_elevated_cubic() {
     }
 }
 
-/// Where the known points are those that an elevated curve of lower degree has, and that curve is the minimiser, completing and elevating
-/// commute: r known derivatives of either end are those of a polynomial of degree 2r − 1, which is what has the least ∫|X⁽ʳ⁾|².
+/// Where the known points are those that an elevated curve of lower degree has, and that curve is
+/// the minimiser, completing and elevating commute: r known derivatives of either end are those of
+/// a polynomial of degree 2r − 1, which is what has the least ∫|X⁽ʳ⁾|².
 #[test]
 fn elevation_commutes_with_completion_from_the_ends() {
     for order in 1..=3 {

@@ -1,4 +1,5 @@
-//! Chains of Béziers as dense least squares problems with constraints: the reference of `bezier::Chain`.
+//! Chains of Béziers as dense least squares problems with constraints: the reference of
+//! `bezier::Chain`.
 
 use faircurve::bezier::{Chain, energy_matrix};
 use nalgebra::{DMatrix, DVector};
@@ -126,7 +127,8 @@ impl Reference {
     }
 }
 
-/// The smallest solution of a symmetric system whose eigenvalues up to `nothing` count as 0, refined.
+/// The smallest solution of a symmetric system whose eigenvalues up to `nothing` count as 0,
+/// refined.
 fn solve(matrix: &DMatrix<f64>, rhs: &DMatrix<f64>, nothing: f64) -> DMatrix<f64> {
     let eigen = matrix.clone().symmetric_eigen();
     let inverse = eigen.eigenvalues.map(|x| if x > nothing { 1.0 / x } else { 0.0 });

@@ -22,7 +22,8 @@ pub struct Case {
 const ANYTHING: f64 = -77.0;
 
 impl Case {
-    /// A chain whose joints are as asked for, of which joints and other points are known with these probabilities.
+    /// A chain whose joints are as asked for, of which joints and other points are known with these
+    /// probabilities.
     pub fn random(
         chain: &Chain,
         dimension: usize,

@@ -1,4 +1,5 @@
-//! How far a curve and its Béziers are apart, both ways, measured from points to nearest points: nothing of it is shared with the conversion.
+//! How far a curve and its Béziers are apart, both ways, measured from points to nearest points:
+//! nothing of it is shared with the conversion.
 
 use faircurve::Curve;
 use glam::DVec3;
@@ -9,9 +10,9 @@ pub fn point(p: &[DVec3; 4], v: f64) -> DVec3 {
     p[0] * (w * w * w) + p[1] * (3.0 * w * w * v) + p[2] * (3.0 * w * v * v) + p[3] * (v * v * v)
 }
 
-/// The largest distance from points to a path at(0 … 1): to the nearest of `count` + 1 samples, and from there, and from all that are
-/// nearer than their neighbours, to the nearest point by golden section.
-/// Distances up to `floor` are not looked at.
+/// The largest distance from points to a path at(0 … 1): to the nearest of `count` + 1 samples, and
+/// from there, and from all that are nearer than their neighbours, to the nearest point by golden
+/// section. Distances up to `floor` are not looked at.
 fn directed(points: &[DVec3], at: &dyn Fn(f64) -> DVec3, count: usize, floor: f64) -> f64 {
     let samples: Vec<DVec3> = (0..=count).map(|k| at(k as f64 / count as f64)).collect();
     let refined = |p: DVec3, k: usize| {
@@ -29,7 +30,8 @@ fn directed(points: &[DVec3], at: &dyn Fn(f64) -> DVec3, count: usize, floor: f6
             |k: usize| (k == 0 || near[k] <= near[k - 1]) && near.get(k + 1).is_none_or(|after| near[k] <= *after);
         let nearest = (0..=count).min_by(|&a, &b| near[a].total_cmp(&near[b])).unwrap_or(0);
         if near[nearest] > worst && refined(p, nearest) > worst {
-            // Where a path comes near itself, the nearest sample need not be beside the nearest point.
+            // Where a path comes near itself, the nearest sample need not be beside the nearest
+            // point.
             let all = (0..=count).filter(|&k| least(k)).map(|k| refined(p, k));
             worst = worst.max(all.fold(f64::INFINITY, f64::min));
         }
@@ -53,7 +55,8 @@ pub fn by_span<'a>(curve: &dyn Curve, pieces: &'a [[DVec3; 4]]) -> Vec<&'a [[DVe
     spans
 }
 
-/// The largest distance between a curve and its Béziers, measured at `count` places a span and more; `floor` where it is less.
+/// The largest distance between a curve and its Béziers, measured at `count` places a span and
+/// more; `floor` where it is less.
 pub fn deviation(curve: &dyn Curve, pieces: &[[DVec3; 4]], count: usize, floor: f64) -> f64 {
     let mut worst = floor;
     for (span, own) in by_span(curve, pieces).into_iter().enumerate().filter(|(_, own)| !own.is_empty()) {

@@ -46,7 +46,8 @@ fn minimised(form: &StandardForm, cost: &[f64], weights: &[f64], targets: &[f64]
     solver.solution.x.clone()
 }
 
-/// The least maximum of a class, the masks of the classes before being known, and masks that have it.
+/// The least maximum of a class, the masks of the classes before being known, and masks that have
+/// it.
 pub fn optimum(programme: &Programme, class: Class, known: &[f64]) -> (f64, Vec<f64>) {
     let form = programme.standard_form(class, known);
     let mut solution = minimised(&form, &form.objective, &[], &[]);
@@ -55,8 +56,9 @@ pub fn optimum(programme: &Programme, class: Class, known: &[f64]) -> (f64, Vec<
     (least, solution)
 }
 
-/// Of all masks of a class that leave ‖E₂ₙS − UEₙ‖∞ the least there is, those nearest to the exact rule in least squares. No row exceeds the least maximum
-/// of the class, which is returned too, or `before`, that of the classes before, where it is larger.
+/// Of all masks of a class that leave ‖E₂ₙS − UEₙ‖∞ the least there is, those nearest to the exact
+/// rule in least squares. No row exceeds the least maximum of the class, which is returned too, or
+/// `before`, that of the classes before, where it is larger.
 pub fn nearest(
     programme: &Programme,
     class: Class,
@@ -125,7 +127,8 @@ fn multiplicity(unknown: Unknown) -> f64 {
     }
 }
 
-/// The entry of the exact rule: of the unbounded plane, of the half plane (two images), of the quarter (four).
+/// The entry of the exact rule: of the unbounded plane, of the half plane (two images), of the
+/// quarter (four).
 fn target(unknown: Unknown, exact: &UnboundedMask) -> f64 {
     let images = |row: usize, fine: usize| -> Vec<isize> {
         let (row, fine) = (2 * row as isize, fine as isize);

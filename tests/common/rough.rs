@@ -12,8 +12,8 @@ pub struct Family {
     pub closed: bool,
     /// Data points of a curve.
     pub points: usize,
-    /// Open curves: standard deviation of the heights over points at unit steps. Closed ones: of the radius about a circle of
-    /// radius 1, and of the height.
+    /// Open curves: standard deviation of the heights over points at unit steps. Closed ones: of
+    /// the radius about a circle of radius 1, and of the height.
     pub sigma: f64,
 }
 

@@ -1,4 +1,5 @@
-//! Energies of discrete curves against automatic differentiation, closed forms, and what every energy must be.
+//! Energies of discrete curves against automatic differentiation, closed forms, and what every
+//! energy must be.
 
 use std::f64::consts::{PI, TAU};
 
@@ -160,7 +161,8 @@ proptest! {
         for (name, energy, degree) in energies() {
             let here = run(&energy, &points, 1.0);
             let gradient = vectors(&here.gradient);
-            // Coordinates of 5 round by 1e-15, which energies of third order on edges of 0.2 multiply by 1e3 … 1e5.
+            // Coordinates of 5 round by 1e-15, which energies of third order on edges of 0.2
+            // multiply by 1e3 … 1e5.
             let close = |found: Evaluation, value: f64, wanted: &[DVec3], what: &str| {
                 let what = format!("{name}, {count} vertices, closed {closed}, {what}");
                 // A value moves by its gradient times the coordinates' rounding.
@@ -209,8 +211,9 @@ fn circles_cost_no_variation_and_are_critical() {
         let circle: Vec<f64> =
             (0..count).flat_map(|v| [3.0 + 2.0 * angle(v).cos(), 1.0 + 2.0 * angle(v).sin()]).collect();
         let found = at(&variation(), 2, &circle, true, Evaluate::default());
-        // Coordinates up to 5 round edges by 4 ε, tangents by that over the edge, and K′ − K by 4 tangents over the edge. The
-        // gradient takes 2/Δs of it, twice the factors 2/Δs of tangents in curvature vectors, and 2/Δs of edges in tangents.
+        // Coordinates up to 5 round edges by 4 ε, tangents by that over the edge, and K′ − K by 4
+        // tangents over the edge. The gradient takes 2/Δs of it, twice the factors 2/Δs of tangents
+        // in curvature vectors, and 2/Δs of edges in tangents.
         let edge = 4.0 * (PI / count as f64).sin();
         let jump = 16.0 * f64::EPSILON / edge.powi(2);
         assert!(found.value <= count as f64 * jump * jump / edge, "{count}: {}", found.value);
@@ -228,7 +231,8 @@ fn energies_of_a_helix_tend_to_curvature_and_torsion_in_second_order() {
     let (curvature, twist) = (radius / speed.powi(2), pitch / speed.powi(2));
     let options = Evaluate { torsion_curvature: Some(1e-9), ..Evaluate::default() };
     let product = (curvature * twist).powi(2);
-    // Of how many edges' length the terms are: those of two edges stand at m − 1 vertices, those of three on m − 2 edges.
+    // Of how many edges' length the terms are: those of two edges stand at m − 1 vertices, those of
+    // three on m − 2 edges.
     let cases = [
         ("length", length(), 1.0, 0),
         ("bending", bending(2.0), curvature.powi(2), 1),

@@ -319,7 +319,8 @@ fn weights_of_points_draw_the_curve_to_them() {
 
 #[test]
 fn half_a_circle_is_bent_as_the_elastica_between_tangents_is() {
-    // Variation with the tangents and the points of a half circle has the half circle as its only minimiser of energy 0.
+    // Variation with the tangents and the points of a half circle has the half circle as its only
+    // minimiser of energy 0.
     let points: Vec<Planar> =
         (0..4).map(|k| [(PI * f64::from(k) / 3.0).cos(), (PI * f64::from(k) / 3.0).sin()]).collect();
     let (vertices, report) = fitted::<2>(&of(variation()), &one(&points, false), 16);

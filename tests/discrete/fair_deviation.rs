@@ -38,7 +38,8 @@ fn risen<const D: usize>(points: usize, noise: f64, seed: u64, height: fn(f64) -
     (0..points).map(point).collect()
 }
 
-/// Whether a curve with this many segments a span has a loop: a span more than twice as long as its chord, and longer by the deviation.
+/// Whether a curve with this many segments a span has a loop: a span more than twice as long as its
+/// chord, and longer by the deviation.
 fn has_a_loop(vertices: &[Planar], segments: usize, closed: bool, allowed: f64) -> bool {
     let ends = if closed { Some(vertices[0]) } else { None };
     let all: Vec<Planar> = vertices.iter().copied().chain(ends).collect();
@@ -55,8 +56,8 @@ fn deviation<const D: usize>(vertices: &[[f64; D]], points: &[[f64; D]]) -> f64 
     points.iter().enumerate().map(away).fold(0.0, f64::max)
 }
 
-/// Asserts that the deviation of a curve is at most, and about, as much as was allowed, whether or not the descent at that weight
-/// has reached its tolerance, which its status says.
+/// Asserts that the deviation of a curve is at most, and about, as much as was allowed, whether or
+/// not the descent at that weight has reached its tolerance, which its status says.
 fn comes_close(report: &CurveReport, allowed: f64, what: &str) {
     use CurveStatus::{Converged, NotConverged};
     assert!([Converged, NotConverged].contains(&report.status), "{what}: {report:?}");
@@ -87,8 +88,9 @@ fn every_border_keeps_the_deviation_and_most_come_within_a_hundredth_of_it() {
         close += usize::from(report.smoothing >= Some(1e-3) && found >= 0.99 * allowed);
     }
     println!("{converged} converged, {close} close, {free} free, {pinned} pinned of {}", batch.len());
-    // 95, 78, 31 and 0. The others have no minimum without loops: they are the spline, or stop where their minimum ends. The deviation of some
-    // that converge jumps, as their corners swing over.
+    // 95, 78, 31 and 0. The others have no minimum without loops: they are the spline, or stop
+    // where their minimum ends. The deviation of some that converge jumps, as their corners swing
+    // over.
     assert!(close + free >= 100, "{close} {free}");
     assert!(converged >= 94, "{converged}");
 }
@@ -243,7 +245,8 @@ fn a_deviation_larger_than_a_ring_leaves_a_small_ring() {
     let (found, report) = fitted::<2>(&fair, &one(&noisy::<2>(12, 0.02, 9), true), SEGMENTS);
     assert!(report.max_deviation <= 5.0, "{report:?}");
     let around = length_of(&found, true);
-    // Nothing but so weak an attachment keeps the twelve spans alike: edges of several lengths cost some per cent.
+    // Nothing but so weak an attachment keeps the twelve spans alike: edges of several lengths cost
+    // some per cent.
     assert!((around / (TAU * 0.1) - 1.0).abs() <= 0.05, "{around}");
 }
 

@@ -1,7 +1,9 @@
-//! Discrete fair curves tend to the exact curves of least ∫|κ|^ν ds, as h²: to reference values, and to the curves of the room `scf`.
+//! Discrete fair curves tend to the exact curves of least ∫|κ|^ν ds, as h²: to reference values,
+//! and to the curves of the room `scf`.
 //!
-//! The reference has nothing in common with what is tested: it is made of smooth-connection segments, whose curvature follows from
-//! a Hamiltonian, and of optimal slopes at the points; no polygon, no energy of one, no gauge and no solver of ours.
+//! The reference has nothing in common with what is tested: it is made of smooth-connection
+//! segments, whose curvature follows from a Hamiltonian, and of optimal slopes at the points; no
+//! polygon, no energy of one, no gauge and no solver of ours.
 
 use faircurve::discrete::{Fair, Segments, bending};
 use faircurve::scf::Smooth;
@@ -41,8 +43,9 @@ fn energies_tend_to_the_exact_optimum_as_the_square_of_the_edges() {
         let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
         println!("{} ν = {}: errors {errors:?}, orders {orders:?}", exact.name, exact.nu);
         println!("    iterations {:?}", found.iter().map(|(_, iterations)| iterations).collect::<Vec<_>>());
-        // Where an inflection lies between two vertices ν > 2 makes the error wander: by halves of an edge, so over three halvings
-        // the mean order settles; for ν = 20 it would take finer edges to.
+        // Where an inflection lies between two vertices ν > 2 makes the error wander: by halves of
+        // an edge, so over three halvings the mean order settles; for ν = 20 it would take finer
+        // edges to.
         let mean = (errors[0] / errors[3]).log2() / 3.0;
         assert!(exact.nu > 4.0 || (1.9..2.1).contains(&mean), "{} ν = {}: order {mean}", exact.name, exact.nu);
         assert!(errors[3].abs() <= 3e-4, "{} ν = {}: {errors:?}", exact.name, exact.nu);
@@ -59,7 +62,8 @@ fn distance([x, y]: [f64; 2], line: &[[f64; 2]]) -> f64 {
     line.windows(2).map(from_edge).fold(f64::INFINITY, f64::min)
 }
 
-/// Largest distance of vertices from the exact curve, in units of the mean chord; `n` edges and `m` exact samples a span.
+/// Largest distance of vertices from the exact curve, in units of the mean chord; `n` edges and `m`
+/// exact samples a span.
 fn largest_distance(vertices: &[[f64; 2]], n: usize, exact: &[[f64; 2]], m: usize, unit: f64) -> f64 {
     let own = |k: usize| {
         let span = k / n;
@@ -73,7 +77,8 @@ fn largest_distance(vertices: &[[f64; 2]], n: usize, exact: &[[f64; 2]], m: usiz
 fn discrete_curves_and_smooth_connection_functions_agree_to_the_square_of_the_edges() {
     let wave: Vec<Planar> = (0..7).map(|k| [f64::from(k), 0.5 * (1.3 * f64::from(k)).sin()]).collect();
     let bean = vec![[0.0, 0.0], [1.2, -0.4], [2.3, 0.1], [2.5, 1.2], [1.4, 1.7], [0.2, 1.2]];
-    // Chords of the exact samples keep within κ (length/512)²/8 of the curve, far below what is compared.
+    // Chords of the exact samples keep within κ (length/512)²/8 of the curve, far below what is
+    // compared.
     const EXACT: usize = 512;
     println!("curve  ν    h (mean chords)  energy error  order  largest distance  order");
     for (name, points, closed) in [("wave", &wave, false), ("bean", &bean, true)] {
@@ -103,8 +108,8 @@ fn discrete_curves_and_smooth_connection_functions_agree_to_the_square_of_the_ed
             }
             let mean = |k: usize| (rows[1][k] / rows[4][k]).abs().log2() / 3.0;
             assert!((1.8..2.2).contains(&mean(1)), "{name} ν = {nu}: energies of order {}", mean(1));
-            // At an inflection and for ν > 2 curvature has an infinite slope, and vertices miss the place by parts of an edge: there the
-            // order wanders below 2.
+            // At an inflection and for ν > 2 curvature has an infinite slope, and vertices miss the
+            // place by parts of an edge: there the order wanders below 2.
             let least = if nu > 2.0 { 1.2 } else { 1.8 };
             assert!((least..2.2).contains(&mean(2)), "{name} ν = {nu}: distances of order {}", mean(2));
             assert!(rows[4][1].abs() < 1e-4 && rows[4][2] < 1e-4, "{name} ν = {nu}: {rows:?}");

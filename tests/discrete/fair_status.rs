@@ -1,5 +1,5 @@
-//! Every fair curve ends with an honest status: hard, degenerate and impossible ones, at every size; and what does not
-//! make sense is refused with a sentence.
+//! Every fair curve ends with an honest status: hard, degenerate and impossible ones, at every
+//! size; and what does not make sense is refused with a sentence.
 
 use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tension, variation};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Sampling};
@@ -27,8 +27,8 @@ fn few_segments_and_few_points_are_fitted_too() {
         for n in [1, 2, 3, 4] {
             for (points, closed) in [(&S[..2], false), (&S[..3], false), (&S[..], false), (&TRIANGLE, true), (&S, true)]
             {
-                // Every arc through two points has no variation: nothing but length tells them apart, and the inner
-                // product of order 3 needs a third point.
+                // Every arc through two points has no variation: nothing but length tells them
+                // apart, and the inner product of order 3 needs a third point.
                 if energy.order() == 3 && points.len() == 2 {
                     continue;
                 }
@@ -336,7 +336,8 @@ fn the_curve_goes_on_smoothly_across_spans_and_has_the_vertices_curvature() {
             let (e, f) = (minus(vertices[row], vertices[row - 1]), minus(vertices[row + 1], vertices[row]));
             let (s, t) = (norm(e), norm(f));
             let k = norm(minus(f.map(|x| x / t), e.map(|x| x / s))) / (0.5 * (s + t));
-            // K is not quite perpendicular to the tangent where edges differ, as the gauge leaves them beside data points.
+            // K is not quite perpendicular to the tangent where edges differ, as the gauge leaves
+            // them beside data points.
             assert!((jet.curvature(2).abs() - k).abs() <= 0.01 * k + 1e-9, "vertex {row}: {} {k}", jet.curvature(2));
         }
         let polygon = length_of(&vertices, closed);

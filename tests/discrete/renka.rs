@@ -1,4 +1,5 @@
-//! R. J. Renka, Geometric Curve Modeling with Sobolev Gradients, 2006: theorem 3.1 and the figures of section 4.
+//! R. J. Renka, Geometric Curve Modeling with Sobolev Gradients, 2006: theorem 3.1 and the figures
+//! of section 4.
 
 use faircurve::discrete::{Direction, Energy, Step, bending, length, tension, variation};
 use faircurve::papers::renka::{Ending, InnerProduct, Minimisation, Minimised, Minimiser};
@@ -7,7 +8,8 @@ use faircurve::{CurveBatch, Device, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-/// The paper's start: 201 vertices at equal arc lengths of the spline through four points, which crosses itself.
+/// The paper's start: 201 vertices at equal arc lengths of the spline through four points, which
+/// crosses itself.
 fn start() -> Vec<[f64; 2]> {
     let points = [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]];
     let fit = Natural::default().fit(&CurveBatch::from_slices(&[&points[..]]).unwrap(), &Device::cpu()).unwrap();
@@ -55,7 +57,8 @@ fn worst<const D: usize>(a: &[[f64; D]], b: &[[f64; D]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| distance(a, b)).fold(0.0, f64::max)
 }
 
-/// A random walk whose steps differ by a factor of a hundred, or points that know nothing of each other.
+/// A random walk whose steps differ by a factor of a hundred, or points that know nothing of each
+/// other.
 fn random<const D: usize>(m: usize, walk: bool, rng: &mut StdRng) -> Vec<[f64; D]> {
     let mut at = [0.0; D];
     let mut vertices = Vec::new();
@@ -72,9 +75,10 @@ fn random<const D: usize>(m: usize, walk: bool, rng: &mut StdRng) -> Vec<[f64; D
 
 /// Theorem 3.1 on random curves of m edges. Returns the largest error as a part of what is allowed.
 ///
-/// Allowed is ε (4 max|f| + m s_m): a few roundings of the coordinates themselves; and unit tangents and the sums over
-/// them err by about ε at each of m vertices, while no entry of the inverse of L_f exceeds s_m/4 and the solve,
-/// without subtractions, adds nothing worse. The condition of L_f, m² at least, does not enter.
+/// Allowed is ε (4 max|f| + m s_m): a few roundings of the coordinates themselves; and unit
+/// tangents and the sums over them err by about ε at each of m vertices, while no entry of the
+/// inverse of L_f exceeds s_m/4 and the solve, without subtractions, adds nothing worse. The
+/// condition of L_f, m² at least, does not enter.
 fn theorem<const D: usize>(m: usize, seed: u64) -> f64 {
     let mut rng = StdRng::seed_from_u64(seed);
     let mut largest = 0.0f64;

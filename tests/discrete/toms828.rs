@@ -1,5 +1,5 @@
-//! Graphs y(t) against R. J. Renka's published program: Algorithm 828, ACM TOMS 29(4), 2003. `data/toms828.json` holds the
-//! inputs and the printed output of its five data sets.
+//! Graphs y(t) against R. J. Renka's published program: Algorithm 828, ACM TOMS 29(4), 2003.
+//! `data/toms828.json` holds the inputs and the printed output of its five data sets.
 
 use std::collections::BTreeMap;
 
@@ -81,8 +81,9 @@ fn descents_go_on_to_a_minimum_or_are_unbounded() {
             ("1" | "3", Some(phi)) => {
                 assert!((trace.phi - phi).abs() < 1e-9, "set {name}: {} and not {phi}", trace.phi)
             }
-            // Two cliffs, and a minimum for every pair of places where the mesh may jump: the one given is reached in a
-            // test beside the descent. Every descent ends in one of them, whose energies are a few hundredths apart.
+            // Two cliffs, and a minimum for every pair of places where the mesh may jump: the one
+            // given is reached in a test beside the descent. Every descent ends in one of them,
+            // whose energies are a few hundredths apart.
             ("4", Some(phi)) => {
                 assert!((trace.phi - phi).abs() < 0.05, "{} is far from {phi}", trace.phi);
                 assert!(trace.message.as_ref().unwrap().contains("a minimum for the mesh"), "{:?}", trace.message);
@@ -96,7 +97,8 @@ fn descents_go_on_to_a_minimum_or_are_unbounded() {
                 "{message}"
             );
         }
-        // Whatever the ending, φ fell at every step: by rounding at most it may rise where the gradient decides.
+        // Whatever the ending, φ fell at every step: by rounding at most it may rise where the
+        // gradient decides.
         let phi: Vec<f64> =
             [trace.initial_phi].into_iter().chain(trace.iterations.iter().map(|step| step.phi)).collect();
         assert!(phi.windows(2).all(|pair| pair[1] <= pair[0] * (1.0 + 1e-12)), "set {name}: {phi:?}");
@@ -215,7 +217,8 @@ fn a_curve_that_is_no_graph_says_why_and_leaves_its_neighbours_bits() {
     // The remedy that a sentence names is one.
     let close = CurveBatch::from_slices(&[bad[4].0]).unwrap();
     let fine = Graph { mesh: Mesh::Points(5002), max_iterations: 0, ..Graph::default() };
-    // It is a graph now, whose spline is far longer than its points' polygon, as it says: that is another matter.
+    // It is a graph now, whose spline is far longer than its points' polygon, as it says: that is
+    // another matter.
     let fit = fine.fit(&close, &Device::cpu()).unwrap();
     let report = &fit.reports()[0];
     let message = report.message.as_ref().unwrap();

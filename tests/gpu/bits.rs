@@ -1,4 +1,5 @@
-//! The bits of a curve on a GPU depend on nothing but the curve: not on its neighbours, their order, or the chunks.
+//! The bits of a curve on a GPU depend on nothing but the curve: not on its neighbours, their
+//! order, or the chunks.
 
 use faircurve::gpu::Gpu;
 use faircurve::gpu::plan::Limits;

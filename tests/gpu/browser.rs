@@ -1,6 +1,6 @@
-//! Every kernel through a second WGSL compiler: dispatches are captured on this machine's adapter and run again in
-//! headless Chromium's WebGPU by `tests/browser/run.mjs`, which compares the buffers. Skipped with a notice where
-//! Chromium or its driver is absent.
+//! Every kernel through a second WGSL compiler: dispatches are captured on this machine's adapter
+//! and run again in headless Chromium's WebGPU by `tests/browser/run.mjs`, which compares the
+//! buffers. Skipped with a notice where Chromium or its driver is absent.
 
 use std::process::Command;
 
@@ -25,11 +25,12 @@ use serde_json::{Value, json};
 use crate::common;
 use crate::common::{gpu, seeded};
 
-/// Two compilers may contract and reorder f32 operations differently; the systems here have condition numbers below 10.
+/// Two compilers may contract and reorder f32 operations differently; the systems here have
+/// condition numbers below 10.
 const TOLERANCE: f64 = 2e-5;
 
-/// The smoothing kernel's scratch holds second derivatives and what they were made of side by side: its words are measured
-/// by the largest of them, and agree to some 16 roundings of that.
+/// The smoothing kernel's scratch holds second derivatives and what they were made of side by side:
+/// its words are measured by the largest of them, and agree to some 16 roundings of that.
 const SCRATCH_TOLERANCE: f64 = 2e-6;
 
 /// Exit code of the script where there is no browser to run in.
@@ -62,7 +63,8 @@ fn kernels_give_the_same_numbers_through_a_browsers_compiler() {
     }
 }
 
-/// Small problems that reach every kernel that has no subgroup operations (which browsers spell differently).
+/// Small problems that reach every kernel that has no subgroup operations (which browsers spell
+/// differently).
 fn capture_everything(gpu: Gpu) -> Vec<CapturedDispatch> {
     let gpu = gpu.without_subgroups();
     let mut captured = tridiagonal(&gpu);
@@ -173,7 +175,8 @@ fn segments(device: &Device) -> faircurve::Result<()> {
     Ok(())
 }
 
-/// Completions of degrees whose energies are small numbers still, and elevations, in every dimension.
+/// Completions of degrees whose energies are small numbers still, and elevations, in every
+/// dimension.
 fn beziers(device: &Device) -> faircurve::Result<()> {
     let mut rng = seeded(15);
     for dimension in 1..=4 {

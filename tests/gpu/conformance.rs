@@ -1,4 +1,5 @@
-//! The GPU against the CPU, operation by operation: f64 there, f32 and f64 here, every number of every curve.
+//! The GPU against the CPU, operation by operation: f64 there, f32 and f64 here, every number of
+//! every curve.
 
 use faircurve::spline::{Natural, uniform};
 use faircurve::{CurveBatch, CurveStatus, Device, Sampling};
@@ -200,7 +201,8 @@ fn energies_and_products_on_the_integers() {
     let Some(device) = device() else { return };
     for (name, batch) in on_the_integers() {
         let other = uniform::coefficients(&batch, &Device::cpu()).unwrap();
-        // Of n second differences of points of size s, each rounded by ε s: 2 √(n E) s + n s², s the larger of two.
+        // Of n second differences of points of size s, each rounded by ε s: 2 √(n E) s + n s², s
+        // the larger of two.
         let size = |batch: &CurveBatch, i: usize| {
             let d = batch.dimension();
             let spread = |c: usize| {

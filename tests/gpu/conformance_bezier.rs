@@ -1,4 +1,5 @@
-//! Béziers completed, elevated, reduced, divided and evaluated on the GPU: the CPU's points, energies and refusals.
+//! Béziers completed, elevated, reduced, divided and evaluated on the GPU: the CPU's points,
+//! energies and refusals.
 
 use faircurve::bezier::{
     Complete, Controls, Energy, Given, Polygons, Refusal, Solved, complete, elevate, evaluate, reduce, split,
@@ -122,7 +123,8 @@ fn half_extents(controls: Polygons) -> Vec<f64> {
     (0..controls.len()).map(of).collect()
 }
 
-/// Completes on the CPU and everywhere else, and compares points, energies, refusals; known points to the bit.
+/// Completes on the CPU and everywhere else, and compares points, energies, refusals; known points
+/// to the bit.
 fn compare_completions(
     what: &str,
     batch: &Batch,
@@ -319,7 +321,8 @@ fn curves_that_f32_is_hard_on_are_as_good_as_others() {
     compare_completions("hard", &batch, &batch.given(), &Energy::bending(), &devices);
 }
 
-/// Compares what an operation makes of polygons, in units of their half extents or those of what is made.
+/// Compares what an operation makes of polygons, in units of their half extents or those of what is
+/// made.
 fn compare_transformed(
     what: &str,
     batch: &Batch,

@@ -8,7 +8,8 @@ use rand::rngs::StdRng;
 use crate::chains::{self, Case};
 use crate::common;
 
-/// Chains of 1 to 60 pieces, open and closed, joints and handles known here and there; one that is not determined.
+/// Chains of 1 to 60 pieces, open and closed, joints and handles known here and there; one that is
+/// not determined.
 fn batch(chain: &Chain, dimension: usize) -> CurveBatch {
     let mut rng = StdRng::seed_from_u64(3);
     let (mut coords, mut offsets, mut known, mut closed) = (Vec::new(), vec![0], Vec::new(), Vec::new());
@@ -56,8 +57,8 @@ fn chains_on_a_gpu_are_those_of_the_cpu() {
                     worst = worst.max(chains::spread(a, b) / size);
                 }
                 println!("{degree} {joints:?} {lengths:?} {precision:?}: {worst:e}");
-                // Refined once, f32 has twice its digits less those of the condition: of matrices with pivots down to
-                // 1e-3.
+                // Refined once, f32 has twice its digits less those of the condition: of matrices
+                // with pivots down to 1e-3.
                 assert!(
                     worst <= if precision == Precision::F64 { 1e-12 } else { 1e-9 },
                     "{worst:e}, {chain:?}, {precision:?}"

@@ -1,4 +1,5 @@
-//! Discrete energies on the GPU against the CPU: values, slopes, gradients and Hessians, in f32 and f64 against f64.
+//! Discrete energies on the GPU against the CPU: values, slopes, gradients and Hessians, in f32 and
+//! f64 against f64.
 
 use faircurve::discrete::at::{At, Want};
 use faircurve::discrete::evaluate_gpu::evaluate;
@@ -77,7 +78,8 @@ fn nasty_curves_beside_each_other() {
     for dimension in [2, 3] {
         let batch = batches::nasty(dimension);
         let all = Case::new(batch.clone(), &mut seeded(330));
-        // Energies in 1/length³ of curves of sizes 1e±100 and their derivatives are beyond f64 on the CPU.
+        // Energies in 1/length³ of curves of sizes 1e±100 and their derivatives are beyond f64 on
+        // the CPU.
         let in_range: Vec<usize> = (0..batch.len()).filter(|&i| !batch.name(i).contains("the range of f32")).collect();
         let in_range = Case::new(batch.select(&in_range), &mut seeded(331));
         for energy in [length(), tension(), bending(2.0), variation(), everything()] {

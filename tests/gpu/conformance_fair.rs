@@ -1,6 +1,7 @@
-//! Fair curves on the GPU are those of the CPU: the same statuses, energies within 1e-10 (f64) and 1e-5 (f32) of
-//! themselves, and curves within 1e-9 and 1e-5 of their size. These bounds are of iterations that stop at a gradient, not of
-//! roundings: a curve's distance from the minimum is of the order of that gradient.
+//! Fair curves on the GPU are those of the CPU: the same statuses, energies within 1e-10 (f64) and
+//! 1e-5 (f32) of themselves, and curves within 1e-9 and 1e-5 of their size. These bounds are of
+//! iterations that stop at a gradient, not of roundings: a curve's distance from the minimum is of
+//! the order of that gradient.
 
 use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tension, variation};
 use faircurve::{CurveBatch, CurveStatus, Device, Precision, Sampling};
@@ -22,7 +23,8 @@ fn normal(rng: &mut StdRng) -> f64 {
     (0..12).map(|_| rng.random_range(-0.5..0.5)).sum()
 }
 
-/// Open curves at unit steps with normal heights, closed ones around a circle with points at unit steps; every second closed.
+/// Open curves at unit steps with normal heights, closed ones around a circle with points at unit
+/// steps; every second closed.
 fn gentle(dimension: usize, count: usize, points: impl Fn(usize) -> usize, sigma: f64, rng: &mut StdRng) -> CurveBatch {
     let (mut coords, mut offsets, mut closed) = (Vec::new(), vec![0], Vec::new());
     for i in 0..count {

@@ -1,4 +1,5 @@
-//! Grids subdivided on the GPU: the CPU's points and statuses, by both rules, alone and by the ten thousand.
+//! Grids subdivided on the GPU: the CPU's points and statuses, by both rules, alone and by the ten
+//! thousand.
 
 use std::time::Instant;
 
@@ -12,7 +13,8 @@ use crate::common::conform::{Outcome, Unit, compare, conform};
 use crate::common::tolerance::LAPLACIAN;
 use crate::common::{device, epsilon, gpu, precisions, seeded};
 
-/// Shapes about which everything is told apart: points, lines, grids whose borders see each other under one rule or another, one axis or both, and large ones.
+/// Shapes about which everything is told apart: points, lines, grids whose borders see each other
+/// under one rule or another, one axis or both, and large ones.
 const SHAPES: [[usize; 2]; 18] = [
     [1, 1],
     [1, 7],

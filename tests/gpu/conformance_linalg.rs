@@ -11,8 +11,8 @@ use crate::common::{device, precisions, seeded, tolerance};
 
 const KERNELS: [RingKernel; 4] = [RingKernel::Auto, RingKernel::Workgroup, RingKernel::Thread, RingKernel::Long];
 
-/// A ragged batch; networks where `lower` is empty, with the excess as diagonal and the weights as upper band. All
-/// numbers are exact in f32, so that both precisions solve the same systems.
+/// A ragged batch; networks where `lower` is empty, with the excess as diagonal and the weights as
+/// upper band. All numbers are exact in f32, so that both precisions solve the same systems.
 struct Systems<T> {
     lower: Vec<T>,
     diagonal: Vec<T>,

@@ -1,4 +1,5 @@
-//! Smooth-connection segments on the GPU: reference values, and the CPU's costs, derivatives and refusals.
+//! Smooth-connection segments on the GPU: reference values, and the CPU's costs, derivatives and
+//! refusals.
 
 use std::f64::consts::PI;
 
@@ -12,12 +13,13 @@ use crate::common::{device, epsilon, precisions, seeded};
 
 const EXPONENTS: [f64; 9] = [1.05, 1.3, 1.5, 2.0, 2.7, 3.0, 4.0, 8.0, 20.0];
 
-/// Roundings of a cost, for ν = 1: those of an angle, of a power, of the polynomials, of the sums, about a dozen. They change the chord
-/// D of the piece, which enters as D^{ν−1}: ν times as many.
+/// Roundings of a cost, for ν = 1: those of an angle, of a power, of the polynomials, of the sums,
+/// about a dozen. They change the chord D of the piece, which enters as D^{ν−1}: ν times as many.
 const COST: f64 = 24.0;
 
-/// Roundings of a moment D^{ν−1} S: to those of the cost comes what the root itself is good to. It is found where the chord's direction is
-/// that of the force to ½ ε of the angles, or after a last step of √ε/10 of itself or less, which leaves its square.
+/// Roundings of a moment D^{ν−1} S: to those of the cost comes what the root itself is good to. It
+/// is found where the chord's direction is that of the force to ½ ε of the angles, or after a last
+/// step of √ε/10 of itself or less, which leaves its square.
 const MOMENT: f64 = 150.0;
 
 fn query(exponent: f64, a: f64, b: f64) -> Query {
@@ -35,7 +37,8 @@ fn largest(numbers: &[f64]) -> f64 {
     numbers.iter().fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
-/// Differences of costs, first and second derivatives, in units of the cost, and of the largest derivative.
+/// Differences of costs, first and second derivatives, in units of the cost, and of the largest
+/// derivative.
 fn differences(found: &Cost, wanted: &Cost) -> [f64; 3] {
     let difference = |a: &[f64], b: &[f64]| {
         let apart: Vec<f64> = a.iter().zip(b).map(|(a, b)| if a == b { 0.0 } else { a - b }).collect();
@@ -49,7 +52,8 @@ fn differences(found: &Cost, wanted: &Cost) -> [f64; 3] {
     ]
 }
 
-/// Compares costs and moments with the CPU's; `roundings` is those of second derivatives, which are told by the caller.
+/// Compares costs and moments with the CPU's; `roundings` is those of second derivatives, which are
+/// told by the caller.
 fn compare(what: &str, queries: &[Query], devices: &[(Device, Precision)], second: impl Fn(&Query) -> f64) {
     let wanted = evaluate_segments(queries, &Device::cpu()).unwrap();
     for (device, precision) in devices {
@@ -111,7 +115,8 @@ fn random_segments_of_any_exponent_have_the_costs_and_derivatives_of_the_cpu() {
     let mut angle = || random.random_range(-1.9..1.9);
     // Exponents alternate: all go in one dispatch.
     let queries: Vec<Query> = (0..2000).map(|i| query(EXPONENTS[i % 9], angle(), angle())).collect();
-    // What almost cancels of a nearly straight segment's second derivatives is that of the turning twice.
+    // What almost cancels of a nearly straight segment's second derivatives is that of the turning
+    // twice.
     compare("random", &queries, &devices, |query| {
         let turning = (query.angles[0] - query.angles[1]).abs();
         400.0 / turning.min(1.0).powi(2)
@@ -150,7 +155,8 @@ fn segments_near_where_minimisers_end_are_found_or_refused_as_by_the_cpu() {
             assert_eq!(found.is_some(), wanted.is_some(), "{query:?} in {precision:?}");
             let (Some(found), Some(wanted)) = (found, wanted) else { continue };
             let used = differences(found, wanted)[0];
-            // The chord's square root and the force's direction have no derivative at the end itself: √short from it digits are lost.
+            // The chord's square root and the force's direction have no derivative at the end
+            // itself: √short from it digits are lost.
             let bound = 1e3 * query.exponent * epsilon(*precision);
             assert!(used <= bound, "{query:?} in {precision:?}: {found:?} for {wanted:?}");
         }

@@ -19,8 +19,8 @@ fn weighted(dimension: usize) -> CurveBatch {
     batch.with_weights(weights).unwrap()
 }
 
-/// Half the largest extent of every curve or of its data: smoothed curves may be far smaller than these, and between
-/// points of almost one parameter far larger.
+/// Half the largest extent of every curve or of its data: smoothed curves may be far smaller than
+/// these, and between points of almost one parameter far larger.
 fn sizes(batch: &CurveBatch, smoothing: &Smoothing) -> Vec<f64> {
     let (_, curves) = smoothing.fit_sampled(batch, SAMPLING, &faircurve::Device::cpu()).unwrap();
     let pairs = extents(batch).into_iter().zip(extents(&curves));
@@ -85,7 +85,8 @@ fn a_deviation_is_kept_by_every_curve_in_every_precision_and_in_f64_by_the_cpus_
             other_lambda += usize::from(found.smoothing != wanted.smoothing);
         }
         println!("{precision:?}: {other_lambda} of {} curves at another λ", batch.len());
-        // Where a deviation is within rounding of the one allowed, f32 may decide for the neighbour on the grid.
+        // Where a deviation is within rounding of the one allowed, f32 may decide for the neighbour
+        // on the grid.
         let most = if precision == Precision::F64 { 0 } else { batch.len() / 20 };
         assert!(other_lambda <= most, "{other_lambda} curves at another λ");
     }

@@ -1,4 +1,5 @@
-//! What can go wrong with a GPU: every failure is an error with a sentence, or the status of a curve, never a panic.
+//! What can go wrong with a GPU: every failure is an error with a sentence, or the status of a
+//! curve, never a panic.
 
 use faircurve::bezier::Complete;
 use faircurve::gpu::plan::Limits;
@@ -106,7 +107,8 @@ fn a_fit_interrupted_by_the_loss_of_the_device_keeps_what_it_has() {
     }
 }
 
-/// Does some work while the device is lost, after that share of the time it takes: before, between or after its chunks.
+/// Does some work while the device is lost, after that share of the time it takes: before, between
+/// or after its chunks.
 fn losing<T>(device: &Device, moment: f64, work: &dyn Fn(&Device) -> faircurve::Result<T>) -> Option<T> {
     let start = std::time::Instant::now();
     work(device).unwrap();

@@ -126,7 +126,8 @@ impl Walk<'_> {
         self.faults.extend(walk.faults);
     }
 
-    /// Whether an expression is the same for all threads of a workgroup, as far as a simple look can tell.
+    /// Whether an expression is the same for all threads of a workgroup, as far as a simple look
+    /// can tell.
     fn is_uniform(&self, expression: Handle<Expression>, under_way: &mut Vec<Handle<LocalVariable>>) -> bool {
         let mut all = |parts: &[Handle<Expression>]| parts.iter().all(|&part| self.is_uniform(part, under_way));
         match self.function.expressions[expression] {

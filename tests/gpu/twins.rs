@@ -1,10 +1,13 @@
-//! A kernel and its twin, the CPU's code for the same, are held together: files by their paths, constants by their names.
+//! A kernel and its twin, the CPU's code for the same, are held together: files by their paths,
+//! constants by their names.
 //!
-//! A constant of a kernel stands in its twin under the same name, with the same value. Three kinds stand there in other words:
-//! what counts ε of the precision (`REFINED`: `REFINED_EPSILONS`), the words of an enum (`STANDING_RUNNING`:
-//! `Standing::Running`), and what a number's type tells (`EPSILON`). One that stands in another file is preceded by a comment with
-//! `Twin: FILE`, that file's path from the twin's folder; one that stands nowhere by `No twin: why`. Such a comment counts up to the
-//! next one, the next blank line or the end of its block. What the host defines (`$NAME`) is its own.
+//! A constant of a kernel stands in its twin under the same name, with the same value. Three kinds
+//! stand there in other words: what counts ε of the precision (`REFINED`: `REFINED_EPSILONS`), the
+//! words of an enum (`STANDING_RUNNING`: `Standing::Running`), and what a number's type tells
+//! (`EPSILON`). One that stands in another file is preceded by a comment with `Twin: FILE`, that
+//! file's path from the twin's folder; one that stands nowhere by `No twin: why`. Such a comment
+//! counts up to the next one, the next blank line or the end of its block. What the host defines
+//! (`$NAME`) is its own.
 
 use std::collections::HashMap;
 use std::fs;
@@ -17,7 +20,8 @@ fn head(text: &str) -> String {
     text.lines().map_while(|line| line.strip_prefix("//")).collect()
 }
 
-/// The twin of a shader file: that of its own path or, of a part, that of the file that its folder belongs to.
+/// The twin of a shader file: that of its own path or, of a part, that of the file that its folder
+/// belongs to.
 fn twin(path: &str) -> Option<PathBuf> {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let stem = path.strip_suffix(".wgsl").expect("a shader file");
@@ -42,7 +46,8 @@ type Constant<'a> = (&'a str, &'a str, Told<'a>);
 
 /// The constants of a kernel in a precision.
 fn of_kernel(text: &str, is_f64: bool) -> Vec<Constant<'_>> {
-    // Of every open block, whether it is one of precision, whether it counts, and what was told before it.
+    // Of every open block, whether it is one of precision, whether it counts, and what was told
+    // before it.
     let mut blocks = Vec::new();
     let (mut told, mut found) = (Told::Nothing, Vec::new());
     for line in text.lines().map(str::trim) {

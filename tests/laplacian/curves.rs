@@ -1,4 +1,5 @@
-//! The programme of the sparse Laplacian rules, asked about curves: it finds the rule of natural cubic splines, and linear interpolation.
+//! The programme of the sparse Laplacian rules, asked about curves: it finds the rule of natural
+//! cubic splines, and linear interpolation.
 
 use faircurve::laplacian::Reproduces;
 use faircurve::papers::programmes::{Class, Energy, Programme, Unknown};
@@ -25,7 +26,8 @@ fn the_programme_of_the_bending_energy_gives_the_rule_of_natural_cubic_splines()
     let unknowns: Vec<Unknown> = unknowns.collect();
     assert_eq!(unknowns.len(), entries.len());
 
-    // S as spline subdivision has it, column by column, against 3/4, 1/2, 1/8, and the end that stays.
+    // S as spline subdivision has it, column by column, against 3/4, 1/2, 1/8, and the end that
+    // stays.
     let (count, middle) = (12, 6);
     let mut coords = vec![0.0; 2 * count * count];
     (0..count).for_each(|k| coords[2 * (k * count + k)] = 1.0);

@@ -1,4 +1,5 @@
-//! Sparse Laplacian rules are what their programmes say: least maxima, precision, symmetries, on grids of any size.
+//! Sparse Laplacian rules are what their programmes say: least maxima, precision, symmetries, on
+//! grids of any size.
 
 use std::collections::BTreeMap;
 
@@ -149,7 +150,8 @@ fn on_a_whole_grid_no_row_exceeds_the_optimum_of_its_class() {
                 assert!((largest[0] - interior).abs() < 1e-12, "{what}");
                 assert!((largest[1] - border).abs() < 1e-12, "{what}");
             }
-            // Not every row so near to both borders sees a corner mask, but those that do are among them.
+            // Not every row so near to both borders sees a corner mask, but those that do are among
+            // them.
             assert!(largest[2] > corner - 1e-12 && largest[2] < interior.max(border).max(corner) + 1e-12, "{what}");
         }
     }
@@ -237,13 +239,15 @@ fn small_grids_reflect_the_interior_mask() {
         assert_eq!(rule.weight([0, 1], [0, 1], [1, 1]), 0.5);
         assert_eq!(rule.weight([2, 2], [1, 1], [1, 1]), 1.0);
     }
-    // Support 5 at the end of a grid of 4 intervals, by hand: the coarse points beside it and their images.
+    // Support 5 at the end of a grid of 4 intervals, by hand: the coarse points beside it and their
+    // images.
     let of = |reproduces| SparseRule::of_support(5, reproduces).unwrap();
     let mask = |rule: &SparseRule, i: usize| rule.weight([40 + i, 40], [20, 20], [40, 40]);
     let even = of(Reproduces::Constants);
     assert_eq!(even.weight([0, 4], [1, 2], [4, 4]), 2.0 * mask(&even, 2));
     assert_eq!(even.weight([1, 4], [0, 2], [4, 4]), mask(&even, 1));
-    // p(−1) = 2p(0) − p(1): the first two cancel at the point beside the end, and all of it falls to the end.
+    // p(−1) = 2p(0) − p(1): the first two cancel at the point beside the end, and all of it falls
+    // to the end.
     let turned = of(Reproduces::Linear);
     assert_eq!(turned.weight([0, 4], [1, 2], [4, 4]), 0.0);
     assert!((turned.weight([0, 4], [0, 2], [4, 4]) - (mask(&turned, 0) + 2.0 * mask(&turned, 2))).abs() < 1e-15);
@@ -290,7 +294,8 @@ fn reflection_of_the_interior_mask_is_feasible_and_no_worse_than_the_interior() 
 fn with_masks_of_their_own_only_for_points_on_the_border_the_residual_is_larger() {
     let narrow = Programme::new(Energy::Dirichlet, 2, Reproduces::Constants).with_own_rows(1);
     let wide = SparseRule::of_support(5, Reproduces::Constants).unwrap();
-    // What the border attains depends on which of the best interior masks it meets: ours, or that of the vertex 13/9, 11/24, ….
+    // What the border attains depends on which of the best interior masks it meets: ours, or that
+    // of the vertex 13/9, 11/24, ….
     let ours = entries(&wide)[..6].to_vec();
     let vertex = vec![13.0 / 9.0, 11.0 / 24.0, 0.25, -1.0 / 9.0, 1.0 / 48.0, 0.0];
     for (mut known, at_border) in [(ours, 0.6097), (vertex, 11.0 / 18.0)] {

@@ -1,4 +1,5 @@
-//! Sparse Laplacian subdivision is its rule applied, whatever the grid's size, and keeps what it says it keeps.
+//! Sparse Laplacian subdivision is its rule applied, whatever the grid's size, and keeps what it
+//! says it keeps.
 
 use faircurve::Device;
 use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};

@@ -1,4 +1,5 @@
-//! The exact rule without borders: its closed form, its decay, and the bounded rule as its reflections.
+//! The exact rule without borders: its closed form, its decay, and the bounded rule as its
+//! reflections.
 
 use std::f64::consts::PI;
 
@@ -53,7 +54,8 @@ fn the_potential_is_harmonic_and_grows_like_the_logarithm() {
         let here = potential(x, y);
         assert_eq!((rational, over_pi), (here.rational * ratio(4, 1), here.over_pi * ratio(4, 1)), "{x}, {y}");
     }
-    // ln |x| / 2π + (γ + ln 8 / 2) / 2π (Spitzer's kernel is four times this), with an error like |x|⁻².
+    // ln |x| / 2π + (γ + ln 8 / 2) / 2π (Spitzer's kernel is four times this), with an error like
+    // |x|⁻².
     let gamma = 0.577_215_664_901_532_9;
     for (x, y) in [(64, 0), (60, 60), (100, 31)] {
         let distance = f64::hypot(x as f64, y as f64);
@@ -147,7 +149,8 @@ fn reflections_of_the_mask_make_the_exact_rule_of_bounded_grids() {
         let mut last = f64::INFINITY;
         for radius in [8, 16, 32, 64] {
             let error = reflection_error(&UnboundedMask::of_radius(radius), &matrix, n);
-            // The images left out, −(6/π) cos 4φ / |x|⁴ at 1 / 4n² a point outside the square: 1 / (2π n² R²), once it is large for the grid.
+            // The images left out, −(6/π) cos 4φ / |x|⁴ at 1 / 4n² a point outside the square: 1 /
+            // (2π n² R²), once it is large for the grid.
             let tail = 1.0 / (2.0 * PI * (n * n * radius * radius) as f64);
             assert!(error < last / 3.9, "{name}, {radius}: {error} after {last}");
             let allowed = if radius >= 8 * n { 1.02 } else { 4.1 };

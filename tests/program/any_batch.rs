@@ -1,5 +1,5 @@
-//! No batch, however small or extreme, is a panic: every curve gets a status, what is not usable a sentence, and what is usable
-//! is made of numbers.
+//! No batch, however small or extreme, is a panic: every curve gets a status, what is not usable a
+//! sentence, and what is usable is made of numbers.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -20,7 +20,8 @@ fn pick<T: Clone>(rng: &mut StdRng, all: &[T]) -> T {
     all[rng.random_range(0..all.len())].clone()
 }
 
-/// Up to five curves of up to six points: random ones, some repeated, some on a line that turns back, some no number.
+/// Up to five curves of up to six points: random ones, some repeated, some on a line that turns
+/// back, some no number.
 fn batch(rng: &mut StdRng, constrained: bool) -> CurveBatch {
     let dimension = rng.random_range(2..4);
     let (mut coords, mut offsets, mut closed) = (Vec::new(), vec![0], Vec::new());

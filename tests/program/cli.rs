@@ -27,7 +27,8 @@ fn run(folder: &TempDir, arguments: &str) -> Assert {
     cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
 }
 
-/// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on stderr.
+/// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on
+/// stderr.
 fn refused(folder: &TempDir, arguments: &str, sentence: &str) {
     let one_line = predicate::function(|text: &str| text.lines().count() == 1);
     run(folder, arguments)
@@ -158,7 +159,8 @@ fn an_output_that_exists_is_refused_before_anything_is_read_and_stays_as_it_is()
             "report.json" => "-o new.csv --report report.json",
             _ => "-o new.csv --picture picture.svg",
         };
-        // The input does not exist: that the sentence is about the output shows what is checked first.
+        // The input does not exist: that the sentence is about the output shows what is checked
+        // first.
         refused(
             &folder,
             &format!("fit in.csv {options}"),

@@ -35,7 +35,8 @@ fn completed(folder: &TempDir, arguments: &str) -> Assert {
     run(folder, &format!("bezier {arguments} --device cpu --force")).code(0).stdout(is_empty())
 }
 
-/// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on stderr.
+/// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on
+/// stderr.
 fn refused(folder: &TempDir, arguments: &str, sentence: &str) {
     let one_line = predicate::function(|text: &str| text.lines().count() == 1);
     run(folder, &format!("bezier {arguments}"))
@@ -344,7 +345,8 @@ fn options_that_cannot_be_read_are_explained() {
     misread("--elevate 1 --reduce 1", "cannot be used with");
 }
 
-/// What a chain is a part of: a drawing of one open path, its joints with y up, and one that is closed.
+/// What a chain is a part of: a drawing of one open path, its joints with y up, and one that is
+/// closed.
 const PATH: &str = "M0 0 C1 3 2 3 3 0 Q4 -1 6 1 L8 3";
 const JOINTS: &str = "x,y\n0,0\n3,0\n6,-1\n8,-3\n";
 const RING: &str = "M0 0 C-1 -1 5 -2 4 0 L4 3 Z";

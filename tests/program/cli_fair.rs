@@ -30,7 +30,8 @@ fn run(folder: &TempDir, arguments: &str) -> Assert {
     cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
 }
 
-/// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on stderr.
+/// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on
+/// stderr.
 fn refused(arguments: &str, sentence: &str) {
     let one_line = predicate::function(|text: &str| text.lines().count() == 1);
     run(&folder(TWO), &format!("fit in.csv -o out.csv {arguments}"))
@@ -39,7 +40,8 @@ fn refused(arguments: &str, sentence: &str) {
         .stderr(predicate::str::starts_with("faircurve: ").and(contains(sentence)).and(one_line));
 }
 
-/// Runs with a value that the argument parser refuses: exit code 2, and this among the lines on stderr.
+/// Runs with a value that the argument parser refuses: exit code 2, and this among the lines on
+/// stderr.
 fn misread(arguments: &str, sentence: &str) {
     run(&folder(TWO), &format!("fit in.csv -o out.csv --method fair {arguments}"))
         .code(2)

@@ -34,7 +34,8 @@ fn subdivided(folder: &TempDir, arguments: &str) -> Assert {
     run(folder, &format!("grid {arguments} --device cpu --force")).code(0).stdout(is_empty())
 }
 
-/// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on stderr.
+/// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on
+/// stderr.
 fn refused(folder: &TempDir, arguments: &str, sentence: &str) {
     let one_line = predicate::function(|text: &str| text.lines().count() == 1);
     run(folder, &format!("grid {arguments}"))

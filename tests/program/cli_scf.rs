@@ -9,7 +9,8 @@ use predicates::str::{contains, is_empty};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Open, of reference cost 4.763872659 for ν = 4, 3.60575449971 for ν = 2; then three dots in a line.
+/// Open, of reference cost 4.763872659 for ν = 4, 3.60575449971 for ν = 2; then three dots in a
+/// line.
 const TWO: &str = "curve,x,y\na,0,0\na,1,0.6\na,2.1,0.1\na,3,0.9\nb,0,5\nb,2,5\nb,3,5\n";
 
 /// Another exponent on the middle span, and a tangent at the third dot.

@@ -1,6 +1,7 @@
 //! The Rust version that Cargo.toml and README.md promise is honest.
 //!
-//! Clippy's `incompatible_msrv` (on in Cargo.toml) watches our own code; these tests watch the dependencies and the words.
+//! Clippy's `incompatible_msrv` (on in Cargo.toml) watches our own code; these tests watch the
+//! dependencies and the words.
 
 use std::collections::{BTreeSet, HashMap};
 use std::process::Command;
@@ -35,8 +36,9 @@ fn metadata() -> Value {
     serde_json::from_slice(&output.stdout).expect("cargo metadata prints JSON")
 }
 
-/// The ids of all packages that a user of the crate compiles: reached from `root` over normal and build dependencies.
-/// Development dependencies are exempt: they are compiled by those who work on the crate, with a current toolchain.
+/// The ids of all packages that a user of the crate compiles: reached from `root` over normal and
+/// build dependencies. Development dependencies are exempt: they are compiled by those who work on
+/// the crate, with a current toolchain.
 fn compiled_packages<'a>(metadata: &'a Value, root: &'a str) -> BTreeSet<&'a str> {
     let nodes: HashMap<&str, &Value> =
         list(&metadata["resolve"], "nodes").iter().map(|node| (text(node, "id"), node)).collect();

@@ -1,4 +1,5 @@
-//! Curves that could not be fitted come out as they came in, and change nothing for their neighbours.
+//! Curves that could not be fitted come out as they came in, and change nothing for their
+//! neighbours.
 
 use assert_cmd::cargo::cargo_bin_cmd;
 use faircurve::discrete::{Fair, bending, length};
@@ -39,7 +40,8 @@ fn bits(numbers: &[f64]) -> Vec<u64> {
     numbers.iter().map(|x| x.to_bits()).collect()
 }
 
-/// Ring and line that cannot be fitted, a single point of both kinds, and one good line; with parameters that are nobody's guess.
+/// Ring and line that cannot be fitted, a single point of both kinds, and one good line; with
+/// parameters that are nobody's guess.
 fn broken() -> CurveBatch {
     let curves: [&[[f64; 2]]; 5] = [
         &[[0.0, 0.0], [1.0, NAN], [2.0, 0.0], [1.0, -1.0]],
@@ -97,7 +99,8 @@ fn fair_curves_have_the_parameters_given() {
     let t = samples.parameters(0).unwrap();
     assert_eq!(t, [1.0, 1.25, 1.5, 1.75, 2.0, 2.0, 2.0, 2.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     for u in [0.0, 0.3, 1.0] {
-        // The last span is four times as long; the middle one has no length, and derivatives by its fraction.
+        // The last span is four times as long; the middle one has no length, and derivatives by its
+        // fraction.
         for (span, pace) in [(0, 1.0), (1, 1.0), (2, 4.0)] {
             let (a, b) = (timed.jet(span, u), counted.jet(span, u));
             assert!((a.first * pace - b.first).length() <= 1e-12 * b.first.length());
@@ -126,7 +129,8 @@ fn closed_fair_curves_have_the_closing_span_given() {
     }
 }
 
-/// Numbers of every size: ordinary ones, the largest, the smallest, and neighbours that differ by rounding.
+/// Numbers of every size: ordinary ones, the largest, the smallest, and neighbours that differ by
+/// rounding.
 fn extreme() -> impl Strategy<Value = f64> {
     prop_oneof![
         4 => -2.0..2.0f64,

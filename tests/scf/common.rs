@@ -51,7 +51,8 @@ pub fn slopes(fit: &Fit, i: usize) -> Vec<f64> {
     ends.map(|(span, u)| curve.jet(span, u).first).map(|first| first.y.atan2(first.x)).collect()
 }
 
-/// The cost of every segment of curves through the same points with these slopes; NaN where one has no minimiser.
+/// The cost of every segment of curves through the same points with these slopes; NaN where one has
+/// no minimiser.
 pub fn total_costs(points: &[[f64; 2]], closed: bool, exponent: f64, slopes: &[Vec<f64>]) -> Vec<f64> {
     let n = points.len();
     let segments = if closed { n } else { n - 1 };

@@ -30,7 +30,8 @@ fn every_reference_spline_is_met_within_a_dozen_iterations() {
             report.iterations,
             report.energy / row.total_cost - 1.0
         );
-        // As good as the reference: near its minimum the cost does not tell slopes apart, least with free ends and ν < 2.
+        // As good as the reference: near its minimum the cost does not tell slopes apart, least
+        // with free ends and ν < 2.
         let allowed = if row.nu < 2.0 { 1e-4 } else { 1e-5 };
         assert!(wrong <= allowed, "{case}: {wrong:.1e}");
         let again = total_costs(&row.points, row.closed, row.nu, &[slopes])[0];
@@ -65,7 +66,8 @@ fn curves_go_by_arc_length_through_their_points_and_cost_what_their_curvature_sa
                 largest_step = largest_step.max((step - 1.0).abs());
             }
         }
-        // Chords of arcs that turn by 1e-3 are shorter by 1e-6 of 1/24; the sum's error falls with the square of the step.
+        // Chords of arcs that turn by 1e-3 are shorter by 1e-6 of 1/24; the sum's error falls with
+        // the square of the step.
         assert!(largest_step <= 1e-6, "{name} ν = {nu}: {largest_step:.1e}");
         assert!((energy / report.energy - 1.0).abs() <= 1e-5, "{name} ν = {nu}: {energy} {}", report.energy);
     }
@@ -152,7 +154,8 @@ fn to_polygon(point: DVec2, points: &[Planar], closed: bool) -> f64 {
 
 #[test]
 fn curves_near_their_polygon_as_the_exponent_falls_to_1() {
-    // Points that turn to and fro: where the polygon turns twice the same way, other curves turn no more than it does in all.
+    // Points that turn to and fro: where the polygon turns twice the same way, other curves turn no
+    // more than it does in all.
     let zigzag = vec![[0.0, 0.0], [1.0, 0.6], [2.0, 0.0], [3.0, 0.8], [4.0, -0.1]];
     for (name, (points, closed)) in [("open_four", set("open_four")), ("zigzag", (zigzag, false))] {
         let far = [2.0, 1.5, 1.2, 1.1, 1.05].map(|nu| {
@@ -223,7 +226,8 @@ fn random_curves_converge_in_few_iterations_or_say_why_not() {
             assert!(of_status[0] as f64 >= least * CURVES as f64, "ν = {nu}, {family}: {of_status:?}");
             // Along the edge of what exists searches may creep.
             assert!(of_status[2] as f64 <= 0.06 * CURVES as f64, "ν = {nu}, {family}: {of_status:?}");
-            // For ν = 20 parts of a curve that cost next to nothing come down by (ν − 2)/(ν − 1) a step; few curves need several searches.
+            // For ν = 20 parts of a curve that cost next to nothing come down by (ν − 2)/(ν − 1) a
+            // step; few curves need several searches.
             assert!(at(0.5) <= 14 && at(0.99) <= 40, "ν = {nu}, {family}: {} {}", at(0.5), at(0.99));
             let silent = |report: &CurveReport| report.message.is_none();
             assert!(found.reports().iter().all(|report| silent(report) == (report.status == CurveStatus::Converged)));

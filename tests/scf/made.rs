@@ -56,8 +56,9 @@ impl Made {
     }
 }
 
-/// Rounding of the end angles: of their sums of numbers up to π, and of the chord's direction, since displacements are differences: of J,
-/// which is T₁ at most, and of moments over q, which near π have lost the digits of π − T.
+/// Rounding of the end angles: of their sums of numbers up to π, and of the chord's direction,
+/// since displacements are differences: of J, which is T₁ at most, and of moments over q, which
+/// near π have lost the digits of π − T.
 fn angle_rounding(reference: &Reference, known: &Known) -> f64 {
     let moment = known.t.iter().map(|t| t.abs().sin().powf(reference.q)).fold(0.0, f64::max);
     let late = known.t.iter().filter(|t| t.abs() > FRAC_PI_2);
@@ -65,7 +66,8 @@ fn angle_rounding(reference: &Reference, known: &Known) -> f64 {
     16.0 * (1.0 + (moment / reference.q + known.t[1] + lost) / known.chord()) * f64::EPSILON
 }
 
-/// Near a fold, where two segments with an inflection meet, T moves with the root of what the angles move.
+/// Near a fold, where two segments with an inflection meet, T moves with the root of what the
+/// angles move.
 const FOLD: f64 = 1e-6;
 
 /// Differences of cost, force direction and ends from those made, in units of what rounding may do.
@@ -77,11 +79,13 @@ fn differences(reference: &Reference, made: &Made, segment: &Segment) -> [f64; 3
     // A power ν of some roundings.
     let rounding = (64.0 + 16.0 * nu) * f64::EPSILON;
     let wanted = reference.cost(known, *chord);
-    // The derivatives of the cost in the angles are ν times the moments, of the unit chord D^{ν−1} sin^q: through folds, too.
+    // The derivatives of the cost in the angles are ν times the moments, of the unit chord D^{ν−1}
+    // sin^q: through folds, too.
     let moments: f64 = known.t.iter().map(|t| t.abs().sin().powf(reference.q)).sum();
     let of_cost = rounding + of_angles * nu * moments / known.along;
     let most = if known.t[0] < 0.0 { FOLD } else { f64::INFINITY };
-    // T comes from a ratio of moments, to the power 1/q, and of nearly equal ones where T₀ and T₁ are near each other.
+    // T comes from a ratio of moments, to the power 1/q, and of nearly equal ones where T₀ and T₁
+    // are near each other.
     let of_power = 16.0 * (1.0 + 1.0 / (reference.q * (known.t[1] - known.t[0]))) * f64::EPSILON;
     let moved = reference.sensitivity(known, of_angles).map(|moved| moved.min(most) + of_power);
     let of_force = of_angles + moved[0].min(moved[1]);

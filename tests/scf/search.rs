@@ -1,4 +1,5 @@
-//! The searches of Alon & Bergmann over real segments: they come near what Newton's method finds, and never below.
+//! The searches of Alon & Bergmann over real segments: they come near what Newton's method finds,
+//! and never below.
 
 use faircurve::Device;
 use faircurve::papers::searches::{

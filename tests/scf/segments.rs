@@ -148,7 +148,8 @@ fn gradients_and_hessians_are_derivatives() {
         };
         let largest = at.gradient[0].abs().max(at.gradient[1].abs());
         let stiffest = at.hessian.iter().fold(0.0_f64, |most, h| most.max(h.abs()));
-        // Where two steps differ, at the edges of what exists and where inflections come and go, differences are no derivatives.
+        // Where two steps differ, at the edges of what exists and where inflections come and go,
+        // differences are no derivatives.
         let mut compare = |kind: usize, [coarse, fine]: [f64; 2], value: f64, unit: f64| {
             if (coarse - fine).abs() <= 1e-7 * unit {
                 tested[kind] += 1;
@@ -201,7 +202,8 @@ fn costs_scale_with_the_chord_and_do_not_know_left_from_right_nor_start_from_end
     assert!(exist > 10_000);
 }
 
-/// The angles and the cost of κ = |m|^{1/(ν−1)} sgn m, m linear over the unit interval: the small-angle limit.
+/// The angles and the cost of κ = |m|^{1/(ν−1)} sgn m, m linear over the unit interval: the
+/// small-angle limit.
 fn small_angle_limit(nu: f64, [m0, m1]: [f64; 2]) -> ([f64; 2], f64) {
     let (p, step) = (1.0 / (nu - 1.0), m1 - m0);
     let signed = |m: f64, power: f64| m.signum() * m.abs().powf(power);
@@ -246,7 +248,8 @@ fn exponents_near_1_turn_at_the_ends_and_large_ones_spread_the_turn() {
         assert!(errors.windows(2).all(|pair| pair[1] < pair[0]) && errors[3] < 0.05, "{angles:?}: {errors:?}");
     }
     for half in [0.1, 0.5, 1.0, 1.4_f64] {
-        // An arc of a circle turns as evenly as can be, and is beaten by less and less in the largest curvature.
+        // An arc of a circle turns as evenly as can be, and is beaten by less and less in the
+        // largest curvature.
         let circle = 2.0 * half.sin();
         let ratios = [2.0, 4.0, 20.0, 100.0].map(|nu| {
             let found = cost(nu, [half, -half]);

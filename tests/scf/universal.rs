@@ -1,4 +1,5 @@
-//! Smooth connection segments made from their own curvature, by Gaussian quadrature: what solving for them must give back.
+//! Smooth connection segments made from their own curvature, by Gaussian quadrature: what solving
+//! for them must give back.
 //!
 //! |κ|^ν = cos ψ, ψ = π/2 − |T|: with q = 1 − 1/ν the curve moves by sin^q|T| dT along the direction ψ = 0 (that of the force) and by
 //! cos T sin^{q−1}|T| dT across it, and bends right where T > 0, left where T < 0.
@@ -7,7 +8,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// Nodes: singularities at a distance of 1.5 half intervals leave 2.6^{−2·24}, those of sin t/t at π much less.
+/// Nodes: singularities at a distance of 1.5 half intervals leave 2.6^{−2·24}, those of sin t/t at
+/// π much less.
 const NODES: usize = 24;
 
 /// The universal curve of ν.

@@ -1,4 +1,5 @@
-//! Lengths and largest curvatures of curves, against dense sampling and quadrature that share nothing with the library's.
+//! Lengths and largest curvatures of curves, against dense sampling and quadrature that share
+//! nothing with the library's.
 
 use std::time::Instant;
 
@@ -9,7 +10,8 @@ use faircurve::{Curve, CurveBatch, Device, Fit, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-/// Uniform random points, `most` a curve at most; every third curve closed. Their splines come near cusps often.
+/// Uniform random points, `most` a curve at most; every third curve closed. Their splines come near
+/// cusps often.
 fn random(dimension: usize, curves: usize, most: usize, seed: u64) -> CurveBatch {
     println!("seed {seed}, {dimension}-D");
     let mut rng = StdRng::seed_from_u64(seed);
@@ -69,7 +71,8 @@ fn graded(from: f64, to: f64) -> Vec<f64> {
     steps
 }
 
-/// Arc length of a span of a cubic: the 5-point rule on 4 parts of every step of a mesh that is graded towards each least speed.
+/// Arc length of a span of a cubic: the 5-point rule on 4 parts of every step of a mesh that is
+/// graded towards each least speed.
 fn length_of(curve: &dyn Curve, span: usize) -> f64 {
     const RULE: [(f64, f64); 5] = [
         (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
@@ -137,7 +140,8 @@ fn sites_at_equal_arc_length_keep_nine_digits_near_cusps() {
         let sites = curve.sites(Sampling::Spacing(total / 7.0));
         assert_eq!(sites.len(), if curve.is_closed() { 7 } else { 8 });
         for (k, (span, u)) in sites.into_iter().enumerate() {
-            // The length before a site: of the curve from there on, the spans before, and the part by the same rule.
+            // The length before a site: of the curve from there on, the spans before, and the part
+            // by the same rule.
             let before: f64 = lengths[..span].iter().sum::<f64>() + part_length(&*curve, span, u);
             assert!((before / total - k as f64 / 7.0).abs() <= 1e-9, "curve {i}, site {k}: {before} of {total}");
         }

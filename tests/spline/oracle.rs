@@ -56,7 +56,8 @@ fn own_knots_agree_with_the_reference() {
         let d = y.len() / x.len();
         let periodic = case["kind"] == "periodic";
         let end = x[x.len() - 1];
-        // Second derivatives of a straight line are rounding in the reference: of values over squared lengths.
+        // Second derivatives of a straight line are rounding in the reference: of values over
+        // squared lengths.
         let floor = largest(&y) / (end - x[0]).powi(2);
         let all = x.len();
         if periodic {
@@ -103,10 +104,12 @@ fn uniform_knots_agree_with_the_reference_and_so_does_the_energy() {
     }
 }
 
-/// The spline from its definition: four coefficients a span, found by dense elimination from all conditions at once.
+/// The spline from its definition: four coefficients a span, found by dense elimination from all
+/// conditions at once.
 fn by_definition(t: &[f64], y: &[f64], periodic: bool) -> impl Fn(usize, f64) -> f64 {
     let spans = t.len() - 1;
-    // Row of the derivative of order k of (1, s, s², s³) at s = v·h, in units of the span: coefficients times h^power.
+    // Row of the derivative of order k of (1, s, s², s³) at s = v·h, in units of the span:
+    // coefficients times h^power.
     let basis = |order: usize, v: f64| -> [f64; 4] {
         match order {
             0 => [1.0, v, v * v, v * v * v],

@@ -1,5 +1,5 @@
-//! The same curves as SciPy's `CubicSpline`: 1,000 random ones, natural and periodic, each on its own knots.
-//! The values come from `tests/data/scipy_splines.py`.
+//! The same curves as SciPy's `CubicSpline`: 1,000 random ones, natural and periodic, each on its
+//! own knots. The values come from `tests/data/scipy_splines.py`.
 
 use faircurve::spline::{Natural, Parametrisation};
 use faircurve::{CurveBatch, CurveSet, Device, io};

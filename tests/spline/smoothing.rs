@@ -28,7 +28,8 @@ fn largest(a: &[f64]) -> f64 {
     a.iter().fold(0.0, |largest, x| x.abs().max(largest))
 }
 
-/// Points and second derivatives of curve `i` at its knots, `dimension` numbers each; a closed curve's first knot once.
+/// Points and second derivatives of curve `i` at its knots, `dimension` numbers each; a closed
+/// curve's first knot once.
 fn at_knots(fit: &Fit, i: usize) -> (Vec<f64>, Vec<f64>) {
     let curve = fit.curve(i);
     let (d, spans) = (curve.dimension(), curve.spans());
@@ -42,7 +43,8 @@ fn at_knots(fit: &Fit, i: usize) -> (Vec<f64>, Vec<f64>) {
     (points, second)
 }
 
-/// A ragged batch: open and closed curves of 2 … 60 points at uneven parameters, weights over four decades.
+/// A ragged batch: open and closed curves of 2 … 60 points at uneven parameters, weights over four
+/// decades.
 fn random_batch(dimension: usize, closed: bool, seed: u64) -> CurveBatch {
     let mut random = StdRng::seed_from_u64(seed);
     let (mut offsets, mut t, mut closing) = (vec![0], Vec::new(), Vec::new());
@@ -88,7 +90,8 @@ fn system(h: &[f64], n: usize, closed: bool) -> (DMatrix<f64>, DMatrix<f64>) {
     (q, r)
 }
 
-/// The minimiser for one coordinate as a dense linear least-squares problem, by QR: rows √w g = √w y, √λ R^−½ Qᵀ g = 0.
+/// The minimiser for one coordinate as a dense linear least-squares problem, by QR: rows √w g = √w
+/// y, √λ R^−½ Qᵀ g = 0.
 fn dense_fit(h: &[f64], y: &[f64], w: &[f64], lambda: f64, closed: bool) -> Vec<f64> {
     let n = y.len();
     let (q, r) = system(h, n, closed);
@@ -135,7 +138,8 @@ fn the_reference_values_are_met() {
         // Bends of 1e-15 and less, on curves of length 25, are within the rounding of the values.
         let error = worst(&second, &wanted) / largest(&wanted).max(1e-15);
         assert!(error < 1e-11, "case {number}: second derivatives differ by {error}");
-        // SciPy's own error, against the 60 digits above, is 7e-11 at λ = 1e6 and beyond use at 1e30.
+        // SciPy's own error, against the 60 digits above, is 7e-11 at λ = 1e6 and beyond use at
+        // 1e30.
         if let (Value::Array(_), true) = (&case["scipy_values"], factor < 1e10) {
             assert!(worst(&values, &numbers(&case["scipy_values"])) < 1e-10, "case {number}");
             of_scipy += 1;
@@ -263,7 +267,8 @@ fn huge_lambda_gives_the_weighted_regression_line() {
                 let slope = mean(&|k| (t[k] - centre) * (y(k) - level)) / mean(&|k| (t[k] - centre).powi(2));
                 for k in 0..t.len() {
                     let error = (values[2 * k + axis] - (level + slope * (t[k] - centre))).abs();
-                    // n/λ′ with λ′ = λ/(ωT³) ≥ 1e12 here; this sum's own rounding, with weights up to 100, is the rest.
+                    // n/λ′ with λ′ = λ/(ωT³) ≥ 1e12 here; this sum's own rounding, with weights up
+                    // to 100, is the rest.
                     assert!(error < 1e-10, "{} points, λ {factor}: {error}", t.len());
                 }
             }

@@ -1,4 +1,5 @@
-//! Smoothing keeps what it was told to keep: deviations, ends, neighbours; and says what it cannot do.
+//! Smoothing keeps what it was told to keep: deviations, ends, neighbours; and says what it cannot
+//! do.
 
 use faircurve::spline::{Amount, LAMBDA_CAP, Parametrisation, Smoothing};
 use faircurve::{Constraints, CurveBatch, CurveReport, CurveStatus, Device, Fit};
@@ -29,7 +30,8 @@ fn walks(seed: u64) -> CurveBatch {
     CurveBatch::from_ragged(2, coords, offsets).unwrap()
 }
 
-/// Atlantic hurricane tracks (NOAA, public domain): hours as parameters, which repeat now and then, wind as weight.
+/// Atlantic hurricane tracks (NOAA, public domain): hours as parameters, which repeat now and then,
+/// wind as weight.
 fn storms() -> CurveBatch {
     let (mut coords, mut offsets, mut hours, mut wind) = (Vec::new(), vec![0], Vec::new(), Vec::new());
     let mut storm = "";
@@ -49,7 +51,8 @@ fn storms() -> CurveBatch {
     batch.with_parameters(hours).unwrap().with_weights(wind).unwrap()
 }
 
-/// Largest distance from a data point to the curve's point of its parameter, for parameters given by the batch.
+/// Largest distance from a data point to the curve's point of its parameter, for parameters given
+/// by the batch.
 fn deviation(batch: &CurveBatch, fit: &Fit, i: usize) -> f64 {
     let curve = fit.curve(i);
     let points = batch.points(i).chunks(2).zip(batch.parameters(i).unwrap());

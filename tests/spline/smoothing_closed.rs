@@ -25,7 +25,8 @@ fn islands(dimension: usize, weighted: bool) -> CurveBatch {
     CurveBatch::from_ragged(dimension, coords, offsets).unwrap().with_weights(weights).unwrap().closed(true)
 }
 
-/// The least share of the data's spread that a curve keeps in any direction, both given by their points at the knots.
+/// The least share of the data's spread that a curve keeps in any direction, both given by their
+/// points at the knots.
 fn share(curve: &[f64], data: &[f64], weights: &[f64], dimension: usize) -> f64 {
     let total: f64 = weights.iter().sum();
     let spread = |points: &[f64]| {
@@ -115,7 +116,8 @@ fn a_curve_that_is_stopped_says_so_and_has_the_largest_lambda_that_leaves_its_sh
 
 #[test]
 fn curves_larger_than_the_deviation_are_as_they_were() {
-    // A circle of radius 1 and noise of 0.01 at a deviation of 0.1: its radius may shrink by that, and it says nothing.
+    // A circle of radius 1 and noise of 0.01 at a deviation of 0.1: its radius may shrink by that,
+    // and it says nothing.
     let mut random = StdRng::seed_from_u64(3);
     let circle: Vec<[f64; 2]> = (0..40)
         .map(|k| {

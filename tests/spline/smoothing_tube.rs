@@ -17,7 +17,8 @@ fn fit(batch: &CurveBatch, options: Smoothing) -> Fit {
     options.fit(batch, &Device::cpu()).unwrap()
 }
 
-/// Noisy tracks of 3 to 24 points, and one of 60, at uneven parameters; a fifth of the points lies far off.
+/// Noisy tracks of 3 to 24 points, and one of 60, at uneven parameters; a fifth of the points lies
+/// far off.
 fn tracks(dimension: usize, closed: bool, seed: u64) -> CurveBatch {
     let mut random = StdRng::seed_from_u64(seed);
     let (mut coords, mut t, mut offsets, mut closing) = (Vec::new(), Vec::new(), vec![0], Vec::new());
@@ -138,8 +139,9 @@ fn it_is_the_least_that_another_solver_finds() {
                 }
                 let error = (report.energy - energy).abs();
                 assert!(error <= 1e-6 * energy + 1e-9, "{name}: {} and {energy}", report.energy);
-                // Where the energy is not 0, the curve is unique: the gap is half its squared distance in the energy's norm,
-                // some 1e-3 of the distance where curves bend most easily.
+                // Where the energy is not 0, the curve is unique: the gap is half its squared
+                // distance in the energy's norm, some 1e-3 of the distance where curves bend most
+                // easily.
                 if energy > 1e-3 {
                     bent += 1;
                     let curve = fit.curve(i);

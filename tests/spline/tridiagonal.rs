@@ -1,4 +1,5 @@
-//! Tridiagonal batches: right against dense algebra and the textbook, and the same bits whoever the neighbours are.
+//! Tridiagonal batches: right against dense algebra and the textbook, and the same bits whoever the
+//! neighbours are.
 
 use faircurve::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch, solve_tridiagonal_batch, thomas};
 use faircurve::{CurveStatus, Device};
@@ -17,7 +18,8 @@ enum Form {
     Network,
 }
 
-/// Owned systems; `a` is the lower band or empty, `b` the diagonal or the excess, `c` the upper band or the weights.
+/// Owned systems; `a` is the lower band or empty, `b` the diagonal or the excess, `c` the upper
+/// band or the weights.
 #[derive(Clone)]
 struct Systems<T> {
     form: Form,
@@ -162,7 +164,8 @@ fn assert_residuals<T: Real>(systems: &Systems<T>, solutions: &Solutions<T>, k: 
                 let terms =
                     [lower[row] * x[(row + n - 1) % n], diagonal[row] * x[row], upper[row] * x[(row + 1) % n], -b[row]];
                 let (residual, size) = (terms.iter().sum::<f64>(), terms.iter().map(|x| x.abs()).sum::<f64>());
-                // The kept row of a cyclic system collects roundings of all others, of the size of the whole solution.
+                // The kept row of a cyclic system collects roundings of all others, of the size of
+                // the whole solution.
                 let largest = diagonal[row].abs() * largest;
                 assert!(
                     residual.abs() <= k * T::EPSILON.to_f64() * (size + largest),
@@ -228,7 +231,8 @@ fn networks_in_f32_keep_every_component_over_ten_decades() {
         }
         let solutions = systems.solve();
         for (i, &n) in lengths.iter().enumerate() {
-            // The inverse column by column in f64, by star-mesh elimination: dense elimination would lose it.
+            // The inverse column by column in f64, by star-mesh elimination: dense elimination
+            // would lose it.
             let mut unit = Systems::<f64> {
                 form: Form::Network,
                 a: vec![],

@@ -22,7 +22,8 @@ fn worst(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// A ragged batch with every length from 1 to 40 and some longer, of random points in the unit square or cube.
+/// A ragged batch with every length from 1 to 40 and some longer, of random points in the unit
+/// square or cube.
 fn random_batch(dimension: usize, closed: bool, seed: u64) -> CurveBatch {
     let mut random = StdRng::seed_from_u64(seed);
     let mut offsets = vec![0];
@@ -73,7 +74,8 @@ fn coefficients_solve_the_interpolation_system_of_every_curve() {
         let p = coefficients(&values, &device).unwrap();
         let back = interpolated(&p, &device).unwrap();
         assert_eq!(back.offsets(), values.offsets());
-        // Coefficients are at most 3 times as large as the values; a row of N rounds some four times.
+        // Coefficients are at most 3 times as large as the values; a row of N rounds some four
+        // times.
         assert!(worst(back.coords(), values.coords()) < 16.0 * f64::EPSILON);
         if !closed {
             for i in (0..values.len()).filter(|&i| values.count(i) > 0) {
@@ -97,7 +99,8 @@ fn discrete_energies_follow_the_law_of_a_quarter() {
             for (round, of_round) in energies.iter().enumerate() {
                 let law = exact[i] + 0.25_f64.powi(round as i32) * (energies[0][i] - exact[i]);
                 let error = (of_round[i] - law).abs();
-                // Points below 1 are rounded, so a line of two points does not stay quite straight: 4 ε a difference.
+                // Points below 1 are rounded, so a line of two points does not stay quite straight:
+                // 4 ε a difference.
                 let differences = (p.count(i) << round) as f64 * 2.0;
                 let floor = 8_f64.powi(round as i32) * differences * (4.0 * f64::EPSILON).powi(2);
                 assert!(error <= 1e-12 * law + floor, "{} points, closed {closed}, round {round}: {error}", p.count(i));
@@ -108,7 +111,8 @@ fn discrete_energies_follow_the_law_of_a_quarter() {
     }
 }
 
-/// ∫|p″|² dt of the interpolating spline from its second derivatives: a dense solve of the classic moment system.
+/// ∫|p″|² dt of the interpolating spline from its second derivatives: a dense solve of the classic
+/// moment system.
 fn moment_energy(values: &[f64], closed: bool) -> f64 {
     let n = values.len();
     let mut system = DMatrix::<f64>::zeros(n, n);
@@ -146,7 +150,8 @@ fn the_exact_energy_is_the_integral_of_the_squared_second_derivative() {
 
 #[test]
 fn no_other_curve_through_the_values_has_less_energy() {
-    // Against the splines of one round more, of which those through the values on the integers are all competitors.
+    // Against the splines of one round more, of which those through the values on the integers are
+    // all competitors.
     let device = Device::cpu();
     let values = random_batch(2, false, 4);
     let p = coefficients(&values, &device).unwrap();

@@ -1,4 +1,5 @@
-// Where a curve's rows stand in the arrays of descent.wgsl, and the curve as a trial or as it stands.
+// Where a curve's rows stand in the arrays of descent.wgsl, and the curve as a trial or as it
+// stands.
 
 //:if ATTACHMENT
 const FIXED: u32 = 2u * $DIMu + 3u;
@@ -146,7 +147,8 @@ fn load_stiffness(curve: Curve, v: u32) -> real {
 }
 //:end
 
-// The trial's gradient. With NEWTON it waits in x for the step to be taken: if it is not, the next trial needs g.
+// The trial's gradient. With NEWTON it waits in x for the step to be taken: if it is not, the next
+// trial needs g.
 fn store_gradient(curve: Curve, v: u32, gradient: vector) {
 //:if NEWTON
     let section = curve.x;

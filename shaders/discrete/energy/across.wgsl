@@ -1,6 +1,6 @@
-// Φ = |c|² − (c·T)², the square of the part of c across the middle tangent T, for a sum c = α₀K + α₂K′ of both curvature
-// vectors of three edges, with K = (T − T₀) r₀, K′ = (T₂ − T) r₂, r₀ = 2/(Δs₀ + Δs₁), r₂ = 2/(Δs₁ + Δs₂). Variation and
-// torsion are made of it.
+// Φ = |c|² − (c·T)², the square of the part of c across the middle tangent T, for a sum c = α₀K +
+// α₂K′ of both curvature vectors of three edges, with K = (T − T₀) r₀, K′ = (T₂ − T) r₂, r₀ =
+// 2/(Δs₀ + Δs₁), r₂ = 2/(Δs₁ + Δs₂). Variation and torsion are made of it.
 
 struct Across {
     c: vector,

@@ -1,6 +1,7 @@
-// Bending: |T′ − T|^ν Δa^(1−ν). The host writes the powers of q = |T′ − T|², of c = max(q, what rounding of tangents
-// leaves), and of a = Δa, since integers, halves and quarters need no pow. Twin: src/discrete/energy/bending.rs.
-// Kernels may hold several, each with an exponent of its own: hence $NAME.
+// Bending: |T′ − T|^ν Δa^(1−ν). The host writes the powers of q = |T′ − T|², of c = max(q, what
+// rounding of tangents leaves), and of a = Δa, since integers, halves and quarters need no pow.
+// Twin: src/discrete/energy/bending.rs. Kernels may hold several, each with an exponent of its own:
+// hence $NAME.
 //:if POWER
 //:once include linalg/power.wgsl
 //:end

@@ -1,7 +1,7 @@
-// A weighted sum of energies over the windows that start at one edge. Compiled in are the terms of the list TERM, each by the
-// NAME that its functions begin with, its FILE or its text WGSL, the index of its WEIGHT, and the EDGES that it
-// sees; GAUGE and ATTACHMENT, if they are wanted, by the indices of theirs. The host makes the definitions:
-// src/discrete/compose.rs.
+// A weighted sum of energies over the windows that start at one edge. Compiled in are the terms of
+// the list TERM, each by the NAME that its functions begin with, its FILE or its text WGSL, the
+// index of its WEIGHT, and the EDGES that it sees; GAUGE and ATTACHMENT, if they are wanted, by the
+// indices of theirs. The host makes the definitions: src/discrete/compose.rs.
 //
 // A kernel that includes this defines
 //     alias Curve = …;        a struct with the members `segments: u32` (edges) and `closed: u32` (0 or 1)
@@ -117,7 +117,8 @@ fn edge_gradient(t: vector, r: real, by_tangent: vector, by_length: real) -> vec
     return r * (by_tangent - dot(t, by_tangent) * t) + by_length * t;
 }
 
-// Where edge j of a closed curve stands, −$WIDTH ≤ j < m + $WIDTH; an open curve has no other edges than its own.
+// Where edge j of a closed curve stands, −$WIDTH ≤ j < m + $WIDTH; an open curve has no other edges
+// than its own.
 fn wrapped(curve: Curve, j: i32) -> u32 {
     let m = i32(curve.segments);
 //:if WIDE

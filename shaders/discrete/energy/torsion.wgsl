@@ -1,8 +1,10 @@
-// Torsion: det(T, K̄, C)²/(|K̄|² + ε²) Δs of the middle edge, with C = (K′ − K)/Δs and K̄ the mean of K and K′ across T.
+// Torsion: det(T, K̄, C)²/(|K̄|² + ε²) Δs of the middle edge, with C = (K′ − K)/Δs and K̄ the mean
+// of K and K′ across T.
 // Twin: src/discrete/energy/torsion.rs.
 //
-// det(T, K̄, C) = r₀ r₂ δ/Δs with δ = det(T₀, T, T₂), so the term is U B of U = δ² A, A = r₀² r₂²/Δs, and
-// B = 1/(Φ + ε²). δ and its derivatives are taken of differences of tangents, which keep more digits.
+// det(T, K̄, C) = r₀ r₂ δ/Δs with δ = det(T₀, T, T₂), so the term is U B of U = δ² A, A = r₀²
+// r₂²/Δs, and B = 1/(Φ + ε²). δ and its derivatives are taken of differences of tangents, which
+// keep more digits.
 //:once include discrete/energy/across.wgsl
 
 //:if SPATIAL

@@ -1,4 +1,5 @@
-// Variation of curvature: |(I − T Tᵀ)(K′ − K)|²/Δs of the middle edge. Twin: src/discrete/energy/variation.rs.
+// Variation of curvature: |(I − T Tᵀ)(K′ − K)|²/Δs of the middle edge.
+// Twin: src/discrete/energy/variation.rs.
 //:once include discrete/energy/across.wgsl
 
 fn variation_value(w: Window) -> real {

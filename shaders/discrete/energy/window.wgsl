@@ -1,10 +1,12 @@
-// What a term of an energy sees, and what it answers. Tangents and lengths count as independent variables; the chain rule
-// to edges and vertices is that of edges.wgsl and hessian.wgsl. Twin: src/discrete/energy/mod.rs.
+// What a term of an energy sees, and what it answers. Tangents and lengths count as independent
+// variables; the chain rule to edges and vertices is that of edges.wgsl and hessian.wgsl.
+// Twin: src/discrete/energy/mod.rs.
 
 alias vector = vec$DIM<real>;
 alias matrix = mat$DIMx$DIM<real>;
 
-// Consecutive edges, $MOST_EDGES of them: unit tangents, lengths, their inverses. Terms over fewer edges see the first ones.
+// Consecutive edges, $MOST_EDGES of them: unit tangents, lengths, their inverses. Terms over fewer
+// edges see the first ones.
 struct Window {
 //:unroll k 0..$MOST_EDGES
     t$k: vector,
@@ -30,7 +32,8 @@ struct Partials {
     gauge: real,
 }
 
-// Second partial derivatives: t01 by two tangents (rows: the first), m01 by tangent 0 and length 1, s01 by two lengths.
+// Second partial derivatives: t01 by two tangents (rows: the first), m01 by tangent 0 and length 1,
+// s01 by two lengths.
 struct SecondPartials {
 //:unroll j 0..$MOST_EDGES
 //:unroll k 0..$MOST_EDGES

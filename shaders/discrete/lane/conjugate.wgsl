@@ -1,5 +1,6 @@
-// Directions of conjugate gradients, p = −z + βp, and a line search along them: for descent.wgsl, which says what is asked
-// for. Twins: `Lane::turn`, `Lane::begin` and `Descent::restart` of src/discrete.
+// Directions of conjugate gradients, p = −z + βp, and a line search along them: for descent.wgsl,
+// which says what is asked for. Twins: `Lane::turn`, `Lane::begin` and `Descent::restart` of
+// src/discrete.
 
 // Twin: plan.rs
 const DIRECTION_STEEPEST: u32 = 1u;

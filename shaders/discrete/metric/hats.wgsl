@@ -1,8 +1,9 @@
-// The inner product of order 2: two solves with the network, and between them the turns of the curve at its pins, on
-// the hat functions of the pins. Twin: src/discrete/metric/hats.rs, which derives it. The system of the turns is
-// block tridiagonal, a block a pin, and is eliminated block by block; a closed curve keeps pin 0, the border, for the
-// end. Blocks act normal to the curve alone: along it right-hand sides and couplings are 0, so that a multiple of the
-// unit matrix serves there.
+// The inner product of order 2: two solves with the network, and between them the turns of the
+// curve at its pins, on the hat functions of the pins. Twin: src/discrete/metric/hats.rs, which
+// derives it. The system of the turns is block tridiagonal, a block a pin, and is eliminated block
+// by block; a closed curve keeps pin 0, the border, for the end. Blocks act normal to the curve
+// alone: along it right-hand sides and couplings are 0, so that a multiple of the unit matrix
+// serves there.
 
 // No twin: what the CPU has in structs. Numbers a pin: own and coupling integrals, tangent, inverse block, block with the border, turn.
 const PIN_TANGENT: u32 = 2u;
@@ -92,8 +93,8 @@ fn tangent_at(curve: Curve, v: u32) -> vector {
     return after;
 }
 
-// Integrals of the hats: fractions of arc length at the vertices, own and coupling numbers of the pins, and the
-// right-hand sides −∫ φ y of the turns.
+// Integrals of the hats: fractions of arc length at the vertices, own and coupling numbers of the
+// pins, and the right-hand sides −∫ φ y of the turns.
 fn integrate_hats(curve: Curve) {
     var before = real(0);
     var before_turn = vector();

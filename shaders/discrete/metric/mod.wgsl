@@ -1,8 +1,8 @@
-// The inner product of order 1, and the tridiagonal network K + excess that those of orders 1 and 2 solve with:
-// between neighbours of edge length Δs the weight w/Δs, at a vertex an excess. Elimination adds and multiplies
-// non-negative numbers alone, so that f32 keeps its digits; a pinned vertex passes the weight of its edge on as
-// excess. A closed curve keeps row 0, the border, for the end. Twin: src/discrete/metric/mod.rs, with
-// src/linalg/banded.rs.
+// The inner product of order 1, and the tridiagonal network K + excess that those of orders 1 and 2
+// solve with: between neighbours of edge length Δs the weight w/Δs, at a vertex an excess.
+// Elimination adds and multiplies non-negative numbers alone, so that f32 keeps its digits; a
+// pinned vertex passes the weight of its edge on as excess. A closed curve keeps row 0, the border,
+// for the end. Twin: src/discrete/metric/mod.rs, with src/linalg/banded.rs.
 
 // Half the lengths of the edges at a vertex.
 fn mass_at(curve: Curve, v: u32) -> real {
@@ -35,8 +35,8 @@ fn excess_at(curve: Curve, network: Network, v: u32) -> real {
 //:end
 }
 
-// Factors the network at the lengths stored: 1/pivot, 0 where the vertex is held, and of closed curves how much of the
-// border's unknown each row takes. False where a pivot is not positive.
+// Factors the network at the lengths stored: 1/pivot, 0 where the vertex is held, and of closed
+// curves how much of the border's unknown each row takes. False where a pivot is not positive.
 fn factor(curve: Curve, network: Network) -> bool {
     let is_closed = curve.closed != 0u;
     let begin = select(0u, 1u, is_closed);
@@ -85,15 +85,17 @@ fn factor(curve: Curve, network: Network) -> bool {
     return sound;
 }
 
-// What a solve leaves: whether the inner product is one, and ⟨g, z⟩ for the new Sobolev gradient and the one before.
+// What a solve leaves: whether the inner product is one, and ⟨g, z⟩ for the new Sobolev gradient
+// and the one before.
 struct Solved {
     sound: bool,
     norm2: real,
     mixed: real,
 }
 
-// Solves for the vectors in the section `right_hand_sides`, each times `by_mass` times its vertex's mass where that
-// is not 0. The solution goes to `solution`; where that is the section z, ⟨g, z⟩ is summed on the way.
+// Solves for the vectors in the section `right_hand_sides`, each times `by_mass` times its vertex's
+// mass where that is not 0. The solution goes to `solution`; where that is the section z, ⟨g, z⟩ is
+// summed on the way.
 fn solve(curve: Curve, network: Network, right_hand_sides: u32, by_mass: real, solution: u32) -> Solved {
     let is_closed = curve.closed != 0u;
     let begin = select(0u, 1u, is_closed);
@@ -165,7 +167,8 @@ fn take_solution(before: Solved, curve: Curve, section: u32, v: u32, x: vector) 
     return solved;
 }
 
-// Freezes the inner product at the curve, and turns the gradient in the section g into the Sobolev gradient in z.
+// Freezes the inner product at the curve, and turns the gradient in the section g into the Sobolev
+// gradient in z.
 fn sobolev_gradient(curve: Curve) -> Solved {
 //:if SECOND
     return hats_gradient(curve);

@@ -1,4 +1,5 @@
-// Every second value times its cosine, from the last of them backwards: spectra die away, and small numbers come first. Blocks keep the roundings few.
+// Every second value times its cosine, from the last of them backwards: spectra die away, and small
+// numbers come first. Blocks keep the roundings few.
 fn $NAME_of(last: u32, stride: u32, count: u32, table: u32, period: u32, last_angle: u32, step: u32) -> real {
     var sum = real(0);
     var place = last;
@@ -17,8 +18,9 @@ fn $NAME_of(last: u32, stride: u32, count: u32, table: u32, period: u32, last_an
     return sum;
 }
 
-// The sums of a cosine transform over the even and over the odd ones of `count` + 1 values, the first and the last at half weight: their sum is the
-// number of a frequency, their difference that of the frequency `count` less it. `step` is the frequency's, in places of the table.
+// The sums of a cosine transform over the even and over the odd ones of `count` + 1 values, the
+// first and the last at half weight: their sum is the number of a frequency, their difference that
+// of the frequency `count` less it. `step` is the frequency's, in places of the table.
 fn $NAME(first: u32, stride: u32, count: u32, table: u32, period: u32, step: u32) -> vec2<real> {
     let last = real(0.5) * $ARRAY[first + count * stride] * tables[table + count * step % period];
     let evens = (count - 1u) / 2u;

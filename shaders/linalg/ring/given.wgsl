@@ -1,4 +1,5 @@
-// Rows given as arrays: three bands, or the excesses and edge weights of a network (see Matrix in src/linalg/tridiagonal.rs).
+// Rows given as arrays: three bands, or the excesses and edge weights of a network (see Matrix in
+// src/linalg/tridiagonal.rs).
 
 //:if NETWORK
 @group(0) @binding(4) var<storage, read> excesses: array<real>;

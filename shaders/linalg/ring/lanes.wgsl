@@ -1,8 +1,10 @@
-// Batched tridiagonal systems, open and cyclic, by partition and cyclic reduction over a ring of lanes.
+// Batched tridiagonal systems, open and cyclic, by partition and cyclic reduction over a ring of
+// lanes.
 //
-// $LANES lanes share a system. Each eliminates its chunk of consecutive rows down to the first of them, the kept row;
-// the kept rows form a cyclic tridiagonal system, reduced by log2 $LANES steps of cyclic reduction; then every lane
-// substitutes back. A ring makes open (one weight zero) and cyclic systems the same code. Row form: see mod.wgsl.
+// $LANES lanes share a system. Each eliminates its chunk of consecutive rows down to the first of
+// them, the kept row; the kept rows form a cyclic tridiagonal system, reduced by log2 $LANES steps
+// of cyclic reduction; then every lane substitutes back. A ring makes open (one weight zero) and
+// cyclic systems the same code. Row form: see mod.wgsl.
 // Twin: src/linalg/ring/lanes.rs, same names, same order of operations.
 //:include linalg/ring/mod.wgsl
 //:include $ROWS
@@ -141,7 +143,8 @@ fn solve(
         }
     }
 
-    // A network without excess is singular: every constant solves it, zero is taken, and the status says so.
+    // A network without excess is singular: every constant solves it, zero is taken, and the status
+    // says so.
     var kept = columns();
     if (excess != real(0)) {
         kept = rhs / excess;

@@ -1,6 +1,7 @@
-// Systems longer than a workgroup holds, in three dispatches: `reduce` turns every chunk of rows into one row of a
-// shorter system, which is solved by any kernel (or reduced again), and `substitute` eliminates each chunk anew and
-// substitutes back between the two kept unknowns beside it. One thread a chunk. Twin: src/linalg/ring/long.rs.
+// Systems longer than a workgroup holds, in three dispatches: `reduce` turns every chunk of rows
+// into one row of a shorter system, which is solved by any kernel (or reduced again), and
+// `substitute` eliminates each chunk anew and substitutes back between the two kept unknowns beside
+// it. One thread a chunk. Twin: src/linalg/ring/long.rs.
 //:include linalg/ring/mod.wgsl
 //:include $ROWS
 
@@ -16,7 +17,8 @@ struct Chunk {
 }
 
 @group(0) @binding(8) var<storage, read> chunks: array<Chunk>;
-// Five numbers a chunk: excess, left and right of the kept row, alpha and share of the last row eliminated …
+// Five numbers a chunk: excess, left and right of the kept row, alpha and share of the last row
+// eliminated …
 @group(0) @binding(9) var<storage, read_write> reduced: array<real>;
 // … two right-hand sides: that of the kept row, and delta of the last row …
 @group(0) @binding(10) var<storage, read_write> reduced_rhs: array<real>;

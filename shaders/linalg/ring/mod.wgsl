@@ -1,7 +1,8 @@
 // Rows of a tridiagonal system in the form that keeps its accuracy: row i reads
 //     (excess + left + right) x_i − left x_{i−1} − right x_{i+1} = rhs_i,
-// so the row sum, and no band that is a difference, is what is stored. Elimination in this form is a star-mesh
-// reduction of a resistor network: sums, products and quotients, no subtraction where all three are non-negative.
+// so the row sum, and no band that is a difference, is what is stored. Elimination in this form is
+// a star-mesh reduction of a resistor network: sums, products and quotients, no subtraction where
+// all three are non-negative.
 
 struct Params {
     // Systems of this dispatch, or chunks of them.

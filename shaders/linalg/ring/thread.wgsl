@@ -1,6 +1,7 @@
-// Batched tridiagonal systems, one thread a system: the ring of lanes.wgsl with a single lane, any number of rows.
-// The coefficients of the back-substitution go to scratch memory, two numbers a row; the intermediate right-hand
-// sides to the place of the solution. Twin: src/linalg/ring/thread.rs.
+// Batched tridiagonal systems, one thread a system: the ring of lanes.wgsl with a single lane, any
+// number of rows. The coefficients of the back-substitution go to scratch memory, two numbers a
+// row; the intermediate right-hand sides to the place of the solution.
+// Twin: src/linalg/ring/thread.rs.
 //:include linalg/ring/mod.wgsl
 //:include $ROWS
 
@@ -27,7 +28,8 @@
         rhs += right * delta;
         right *= gamma;
     }
-    // Both neighbours of the kept row are the kept row itself: what couples to it leaves only its share.
+    // Both neighbours of the kept row are the kept row itself: what couples to it leaves only its
+    // share.
     excess += row.left * share;
     rhs += row.left * delta;
 

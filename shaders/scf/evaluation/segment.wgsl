@@ -1,4 +1,5 @@
-// The cost of a segment of unit chord, with its first and second derivatives in the angles of its ends. Needs root.wgsl.
+// The cost of a segment of unit chord, with its first and second derivatives in the angles of its
+// ends. Needs root.wgsl.
 // Twin: src/scf/evaluation.rs, which gives the formulas.
 
 // Angles both below this are 0: √ of the smallest normal number.

@@ -1,4 +1,5 @@
-// How a curve's search goes, as evaluation.wgsl and slopes.wgsl both see it. Twin: src/scf/slopes.rs.
+// How a curve's search goes, as evaluation.wgsl and slopes.wgsl both see it.
+// Twin: src/scf/slopes.rs.
 
 // No twin: what the host writes before the first trial.
 const STANDING_FRESH: u32 = 0u;

@@ -1,8 +1,8 @@
 // Curves on the integers: `count` points from `start` on, `dimension` numbers each.
 
 struct UniformParams {
-    // Curves of this dispatch, points of all of them together (with the room between them), numbers a point, and blocks
-    // that energies are summed in.
+    // Curves of this dispatch, points of all of them together (with the room between them), numbers
+    // a point, and blocks that energies are summed in.
     curves: u32,
     points: u32,
     dimension: u32,

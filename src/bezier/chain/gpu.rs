@@ -11,7 +11,8 @@ use crate::gpu::Gpu;
 use crate::linalg::block_ring::{BlockBatch, BlockSolutions, MOST_REACH, solve_blocks_on_gpu};
 use crate::precision::Precision;
 
-/// Matrices of unit diagonal with a smaller pivot are solved by the CPU: f32 could not tell them from singular ones.
+/// Matrices of unit diagonal with a smaller pivot are solved by the CPU: f32 could not tell them
+/// from singular ones.
 const LEAST_PIVOT: f64 = 1e-3;
 
 /// Lanes a curve, for joints of the longest curve up to so many: more, the longer.

@@ -6,7 +6,8 @@ use super::{Chain, Joints, PieceLengths};
 use crate::batch::CurveBatch;
 use crate::status::CurveStatus;
 
-/// Why a curve is not completed: its status, the control point to blame, what is wrong and the remedy.
+/// Why a curve is not completed: its status, the control point to blame, what is wrong and the
+/// remedy.
 pub(super) type Trouble = (CurveStatus, usize, String);
 
 /// An `invalid` curve.
@@ -152,13 +153,15 @@ impl<'a> Layout<'a> {
         Some(std::array::from_fn(|c| tangent.get(c).copied().unwrap_or(0.0)))
     }
 
-    /// Bits of the known control points of a piece between the handles of jets of order `smoothness`.
+    /// Bits of the known control points of a piece between the handles of jets of order
+    /// `smoothness`.
     pub fn inner(&self, piece: usize, smoothness: usize) -> u32 {
         let between = smoothness + 1..(self.degree - smoothness).max(smoothness + 1);
         between.filter(|&j| self.is_known(self.place(piece, j))).fold(0, |bits, j| bits | 1 << j)
     }
 
-    /// The jets that handles within `smoothness` of a joint, its tangent, and the joint itself leave.
+    /// The jets that handles within `smoothness` of a joint, its tangent, and the joint itself
+    /// leave.
     pub fn joint(&self, joint: usize, smoothness: usize) -> Result<Joint, Trouble> {
         let around = self.around(joint);
         let lengths = around.map(|piece| piece.map(|piece| self.lengths[piece]));
@@ -199,8 +202,8 @@ impl<'a> Layout<'a> {
         })
     }
 
-    /// C2 with cubics and quartics: the chain of least energy with C1 joints has C2 joints where every p′ is free, and
-    /// nothing within pieces is known.
+    /// C2 with cubics and quartics: the chain of least energy with C1 joints has C2 joints where
+    /// every p′ is free, and nothing within pieces is known.
     pub fn check_second(&self) -> Result<(), Trouble> {
         let count = self.batch.count(self.i);
         if (0..count).all(|k| self.is_known(k)) {

@@ -43,11 +43,11 @@ pub enum Joints {
     /// p′ is continuous. Degree 3 and more.
     #[default]
     C1,
-    /// p″, too. Degree 5 and more; degrees 3 and 4 for bending alone, where nothing between joints is known but the
-    /// outermost handles of an open chain: then the chain is the cubic spline.
+    /// p″, too. Degree 5 and more; degrees 3 and 4 for bending alone, where nothing between joints
+    /// is known but the outermost handles of an open chain: then the chain is the cubic spline.
     C2,
-    /// The direction of p′ is continuous, the speeds |p′| on both sides free and positive. Degree 3 and more, all
-    /// joints known, and ∫|p′|² or ∫|p″|² weighed.
+    /// The direction of p′ is continuous, the speeds |p′| on both sides free and positive. Degree 3
+    /// and more, all joints known, and ∫|p′|² or ∫|p″|² weighed.
     G1,
 }
 
@@ -62,8 +62,8 @@ words!(Joints, "kind of joint": [
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PieceLengths {
-    /// The distance of a piece's ends; [`Equal`](Self::Equal) for curves with an unknown joint, or with a piece whose
-    /// ends coincide.
+    /// The distance of a piece's ends; [`Equal`](Self::Equal) for curves with an unknown joint, or
+    /// with a piece whose ends coincide.
     #[default]
     Chords,
     /// 1 each.
@@ -75,42 +75,48 @@ words!(PieceLengths, "length of pieces": [
     (Equal, "equal", "1 each"),
 ]);
 
-/// Completes composite Béziers: every curve of the batch is a chain of n pieces of this degree d that share their
-/// joints, d n + 1 control points, or d n of a closed chain, whose first joint is not repeated. Unknown control points
-/// ([`Constraints::known`](crate::Constraints), all known where the batch says nothing) are those of least
+/// Completes composite Béziers: every curve of the batch is a chain of n pieces of this degree d
+/// that share their joints, d n + 1 control points, or d n of a closed chain, whose first joint is
+/// not repeated. Unknown control points ([`Constraints::known`](crate::Constraints), all known
+/// where the batch says nothing) are those of least
 ///
 /// ```text
 /// Σ_k ∫₀^{h_k} Σ_r weight_r |p⁽ʳ⁾|² dt,   r = 1, 2, 3
 /// ```
 ///
-/// over the whole chain, with pieces of length h_k in the parameter t ([`PieceLengths`]; the knots of the curves are
-/// their sums) that meet as [`Joints`] says. Derivatives are with respect to t. Known points keep their bits; where
-/// they contradict the joints by more than 1e-9 of their distances, the curve is `invalid`, with a sentence. With
-/// cubics, bending, C2 joints (or C1, which comes to the same) and all joints known the chain is the natural cubic
-/// spline, [`spline::Natural`](crate::spline::Natural), periodic where closed.
+/// over the whole chain, with pieces of length h_k in the parameter t ([`PieceLengths`]; the knots
+/// of the curves are their sums) that meet as [`Joints`] says. Derivatives are with respect to t.
+/// Known points keep their bits; where they contradict the joints by more than 1e-9 of their
+/// distances, the curve is `invalid`, with a sentence. With cubics, bending, C2 joints (or C1,
+/// which comes to the same) and all joints known the chain is the natural cubic spline,
+/// [`spline::Natural`](crate::spline::Natural), periodic where closed.
 ///
-/// Tangents (columns `tx ty tz`) may stand at joints: derivatives p′ = dp/dt for C1 and C2, directions for G1.
-/// Parameters and weights mean nothing here.
+/// Tangents (columns `tx ty tz`) may stand at joints: derivatives p′ = dp/dt for C1 and C2,
+/// directions for G1. Parameters and weights mean nothing here.
 ///
-/// **Method.** Points that depend on one piece alone are eliminated in exact rationals, once a pattern. What remains
-/// are the jets (p, p′, p″) of joints: block tridiagonal, cyclic for closed chains, one matrix for all coordinates,
-/// solved directly. On a GPU all curves and coordinates are solved in one dispatch a chunk, in f32 (refined once,
-/// residuals in f64) unless the device is asked for f64.
+/// **Method.** Points that depend on one piece alone are eliminated in exact rationals, once a
+/// pattern. What remains are the jets (p, p′, p″) of joints: block tridiagonal, cyclic for closed
+/// chains, one matrix for all coordinates, solved directly. On a GPU all curves and coordinates are
+/// solved in one dispatch a chunk, in f32 (refined once, residuals in f64) unless the device is
+/// asked for f64.
 ///
-/// G1 joints make the energy no quadratic one: directions and speeds are found by Newton's method from the chain with
-/// C1 joints, whose energy they only lower, to a local minimum, by the CPU whatever the device. A handle known on one
-/// side of a joint, or a tangent, is the direction there. Where the energy falls while a speed goes to 0, as where the
-/// data turn by some 90 degrees or more at a joint, the curve is `no_minimiser`; after 200 iterations it is
-/// `not_converged`, and the best one reached.
+/// G1 joints make the energy no quadratic one: directions and speeds are found by Newton's method
+/// from the chain with C1 joints, whose energy they only lower, to a local minimum, by the CPU
+/// whatever the device. A handle known on one side of a joint, or a tangent, is the direction
+/// there. Where the energy falls while a speed goes to 0, as where the data turn by some 90 degrees
+/// or more at a joint, the curve is `no_minimiser`; after 200 iterations it is `not_converged`, and
+/// the best one reached.
 ///
-/// Too few known points leave a curve `degenerate`; where only points between known joints are undetermined (∫|p‴|²
-/// with free joints) they are those of least Σ|P|², and the curve is `not_unique`.
+/// Too few known points leave a curve `degenerate`; where only points between known joints are
+/// undetermined (∫|p‴|² with free joints) they are those of least Σ|P|², and the curve is
+/// `not_unique`.
 ///
-/// **Accuracy.** On the CPU control points are good to about 1e-14 of the chain's size where one order is weighed.
-/// Orders mixed at degrees above 2q + 1 (q = 0 for free joints, 1 for C1 and G1, 2 for C2) lose digits with the degree:
-/// 1e-13 up to degree 8, 1e-11 at degree 20. GPUs are within 1e-12 of that in f64, and within 1e-9 in f32 (4e-12
-/// measured): what f32 cannot tell from singular is solved by the CPU. n unknown joints in a row cost digits like any
-/// stiff beam, a factor of about n⁴ at worst.
+/// **Accuracy.** On the CPU control points are good to about 1e-14 of the chain's size where one
+/// order is weighed. Orders mixed at degrees above 2q + 1 (q = 0 for free joints, 1 for C1 and G1,
+/// 2 for C2) lose digits with the degree: 1e-13 up to degree 8, 1e-11 at degree 20. GPUs are within
+/// 1e-12 of that in f64, and within 1e-9 in f32 (4e-12 measured): what f32 cannot tell from
+/// singular is solved by the CPU. n unknown joints in a row cost digits like any stiff beam, a
+/// factor of about n⁴ at worst.
 ///
 /// ```
 /// use faircurve::bezier::{Chain, Joints};
@@ -149,7 +155,8 @@ impl Chain {
     /// Completes a batch. Each curve has a status; one that cannot be completed stays as it is.
     ///
     /// # Errors A degree, or an energy, with which no chain has such joints; an energy that weighs nothing; exponents
-    /// or curvature vectors in the batch, which have no meaning here; on a GPU what becomes of submissions.
+    /// or curvature vectors in the batch, which have no meaning here; on a GPU what becomes of
+    /// submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Completed> {
         check_constraints(batch)?;
         self.energy.check()?;

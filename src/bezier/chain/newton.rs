@@ -1,9 +1,10 @@
 //! Chains with G1 joints: directions and speeds of p′ at joints by Newton's method.
 //!
-//! The energy is a quadratic function of p′ on both sides of the joints. With e^(−σ) T before a joint and e^σ T after
-//! it, the direction and both speeds are free, and speeds stay positive. Newton's matrix is block tridiagonal, as for
-//! C1 joints, with blocks of a row more than coordinates; it is made positive definite by as much of its diagonal as it
-//! takes, far from the minimum.
+//! The energy is a quadratic function of p′ on both sides of the joints. With e^(−σ) T before a
+//! joint and e^σ T after it, the direction and both speeds are free, and speeds stay positive.
+//! Newton's matrix is block tridiagonal, as for C1 joints, with blocks of a row more than
+//! coordinates; it is made positive definite by as much of its diagonal as it takes, far from the
+//! minimum.
 
 // Loops by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]
@@ -19,12 +20,12 @@ use crate::status::CurveStatus;
 /// Most iterations; 5 to 10 are usual.
 const MOST: u32 = 200;
 
-/// The gradient at the end: changes of speeds, relative to the curve's mean speed, and of their logarithms, that a
-/// joint alone would ask for.
+/// The gradient at the end: changes of speeds, relative to the curve's mean speed, and of their
+/// logarithms, that a joint alone would ask for.
 const SMALL: f64 = 1e-11;
 
-/// A speed that has fallen to this, relative to the mean one, while the energy still falls, goes to 0: it does so ever
-/// more slowly.
+/// A speed that has fallen to this, relative to the mean one, while the energy still falls, goes to
+/// 0: it does so ever more slowly.
 const STILL: f64 = 1e-4;
 
 /// The least pivot of a matrix with a diagonal of about 1 that Newton's steps are taken with.
@@ -33,7 +34,8 @@ const LEAST_PIVOT: f64 = 1e-10;
 /// Logarithms of speeds change by no more than this in a step.
 const MOST_RATIO: f64 = 1.5;
 
-/// The energy of a piece: a|u|² + 2b u·w + c|w|² + 2g·u + 2e·w + …, u and w being p′ at its start and its end.
+/// The energy of a piece: a|u|² + 2b u·w + c|w|² + 2g·u + 2e·w + …, u and w being p′ at its start
+/// and its end.
 struct Form {
     a: f64,
     b: f64,
@@ -189,7 +191,8 @@ impl Problem<'_, '_> {
         forces
     }
 
-    /// By how much the energy rises from one state to another; the difference itself, not one of energies.
+    /// By how much the energy rises from one state to another; the difference itself, not one of
+    /// energies.
     fn rise(&self, from: &[[Vector; 2]], to: &[[Vector; 2]]) -> f64 {
         let piece = |(k, form): (usize, &Form)| {
             let ((u, w), (u_to, w_to)) = (self.ends(from, k), self.ends(to, k));
@@ -318,8 +321,8 @@ impl<const N: usize> Newton<N> {
         newton
     }
 
-    /// The step with this much added to the diagonal, and the energy's slope along it; none where the matrix is not
-    /// positive definite.
+    /// The step with this much added to the diagonal, and the energy's slope along it; none where
+    /// the matrix is not positive definite.
     fn step(&mut self, closed: bool, damping: f64) -> Option<(Vec<[f64; N]>, f64)> {
         let mut blocks = self.blocks.clone();
         blocks.iter_mut().for_each(|block| (0..N).for_each(|i| block[0][i][i] += damping));

@@ -1,10 +1,10 @@
 //! [`Piece`]: what a piece of a chain costs, as a quadratic form of the jets at its ends and of what is known between.
 //!
-//! Control points that neither end determines and that are unknown are those of least energy for these data, by the
-//! exact operator of [`Completion`]: what remains is the form of the ends. In the piece's own fraction u = t/h
-//! derivatives of order r are hʳ p⁽ʳ⁾, and ∫|p⁽ʳ⁾|² dt = h^(1−2r) ∫₀¹|∂ʳp/∂uʳ|² du: a single order only scales the form
-//! with h. Where orders are mixed, the points between depend on h: the exact solution for h = 1 is corrected by least
-//! squares.
+//! Control points that neither end determines and that are unknown are those of least energy for
+//! these data, by the exact operator of [`Completion`]: what remains is the form of the ends. In
+//! the piece's own fraction u = t/h derivatives of order r are hʳ p⁽ʳ⁾, and ∫|p⁽ʳ⁾|² dt = h^(1−2r)
+//! ∫₀¹|∂ʳp/∂uʳ|² du: a single order only scales the form with h. Where orders are mixed, the points
+//! between depend on h: the exact solution for h = 1 is corrected by least squares.
 
 use super::super::energy::{Energy, energy_matrix};
 use super::super::exact::{Matrix, to_f64};
@@ -24,8 +24,8 @@ pub(super) fn plus(to: Vector, factor: f64, x: Vector) -> Vector {
 
 /// Pieces of one degree and one pattern of known points between.
 ///
-/// Columns are data: the jet at the start, orders 0 to q with respect to u, the jet at the end, then known points
-/// between.
+/// Columns are data: the jet at the start, orders 0 to q with respect to u, the jet at the end,
+/// then known points between.
 pub(super) struct Piece {
     /// q
     smoothness: usize,
@@ -52,7 +52,8 @@ struct Term {
     gram: Vec<f64>,
     /// Energy = |rows data|².
     rows: Vec<f64>,
-    /// Columns of the points that no datum determines: rows · data + of_loose · what is added to them.
+    /// Columns of the points that no datum determines: rows · data + of_loose · what is added to
+    /// them.
     of_loose: Vec<f64>,
 }
 
@@ -155,8 +156,8 @@ impl Piece {
         Sized { gram, shift, length }
     }
 
-    /// What the loose points differ by from those for h = 1: least squares, by orthonormal columns (Gram and Schmidt,
-    /// each twice).
+    /// What the loose points differ by from those for h = 1: least squares, by orthonormal columns
+    /// (Gram and Schmidt, each twice).
     fn shift(&self, length: f64) -> Vec<f64> {
         let (n, columns) = (self.loose.len(), self.columns);
         let mut basis: Vec<Vec<f64>> = vec![Vec::new(); n];
@@ -215,15 +216,16 @@ impl Piece {
         }
     }
 
-    /// The data of a piece from those of its ends, derivatives with respect to u, and points between; points relative
-    /// to `origin`.
+    /// The data of a piece from those of its ends, derivatives with respect to u, and points
+    /// between; points relative to `origin`.
     pub fn data(&self, jets: [&[Vector]; 2], inner: impl Fn(usize) -> Vector, origin: Vector) -> Vec<Vector> {
         let relative = |(r, &x): (usize, &Vector)| if r == 0 { plus(x, -1.0, origin) } else { x };
         let ends = jets.into_iter().flat_map(|jet| jet.iter().enumerate().map(relative));
         ends.chain(self.inner.iter().map(|&i| plus(inner(i), -1.0, origin))).collect()
     }
 
-    /// Hands out the points made, from data relative to a point that is at `origin`; returns the energy.
+    /// Hands out the points made, from data relative to a point that is at `origin`; returns the
+    /// energy.
     pub fn make(&self, sized: &Sized, data: &[Vector], origin: Vector, mut put: impl FnMut(usize, Vector)) -> f64 {
         let apply = |row: &[f64]| row.iter().zip(data).fold([0.0; 3], |sum, (&x, &datum)| plus(sum, x, datum));
         for (k, row) in self.weights.chunks_exact(self.columns).enumerate() {

@@ -30,7 +30,8 @@ pub(super) enum Side {
 pub(super) type Slopes = [[Vector; 4]; 2];
 
 impl Velocity {
-    /// What is known at a joint; where nothing is, [`Velocity::Even`]. `speed` is what unknown speeds start from.
+    /// What is known at a joint; where nothing is, [`Velocity::Even`]. `speed` is what unknown
+    /// speeds start from.
     ///
     /// # Errors
     /// Handles, or a tangent, that have no direction or not the same.

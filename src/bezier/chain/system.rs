@@ -1,5 +1,5 @@
-//! The joints of a chain as one block tridiagonal system, cyclic where the chain is closed: Σ over pieces of the form
-//! of their ends.
+//! The joints of a chain as one block tridiagonal system, cyclic where the chain is closed: Σ over
+//! pieces of the form of their ends.
 
 use super::joint::Joint;
 use super::layout::{Layout, Trouble};
@@ -9,7 +9,8 @@ use crate::linalg::block_ring::{Block, BlockSystem, MOST_REACH, solve_blocks};
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
-/// A curve with everything that is linear: its matrix with a unit diagonal, and one right-hand side a coordinate.
+/// A curve with everything that is linear: its matrix with a unit diagonal, and one right-hand side
+/// a coordinate.
 pub(super) struct System<'a, const N: usize> {
     pub layout: Layout<'a>,
     smoothness: usize,
@@ -53,9 +54,9 @@ impl Done {
 /// What a sum of rounded numbers may be instead of 0, relative to them.
 const SINGULAR: f64 = 1e-13;
 
-/// Matrices of unit diagonal with a pivot not above this are singular, up to rounding, for so many joints: measured,
-/// those of singular matrices grow with the square of their number to 1e-9, while those of splines, with n unknown
-/// joints in a row, are of 1/n.
+/// Matrices of unit diagonal with a pivot not above this are singular, up to rounding, for so many
+/// joints: measured, those of singular matrices grow with the square of their number to 1e-9, while
+/// those of splines, with n unknown joints in a row, are of 1/n.
 fn singular(joints: usize) -> f64 {
     (SINGULAR * (joints as f64).powi(2)).min(2e-9)
 }

@@ -91,8 +91,8 @@ fn report(chain: &Chain, pieces: usize, closed: bool, known: impl Fn(usize) -> b
 
 #[test]
 fn chains_of_parabolas_are_undetermined_but_for_odd_rings() {
-    // ∫|p‴|² is 0 for C1 chains of parabolas, of which there is one a slope at the start, or one in all round an odd
-    // ring.
+    // ∫|p‴|² is 0 for C1 chains of parabolas, of which there is one a slope at the start, or one in
+    // all round an odd ring.
     let chain = Chain { energy: Energy::of_order(3), lengths: PieceLengths::Equal, ..Chain::default() };
     for (pieces, closed, status) in [
         (1, false, CurveStatus::Degenerate),

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use super::{GROUP, NONE, Task, Work};
 
-/// The curves of one workgroup, which share an operator. Number `at` of its curve k is number `at · curves + k`.
+/// The curves of one workgroup, which share an operator. Number `at` of its curve k is number
+/// `at · curves + k`.
 #[derive(Clone, Debug)]
 pub(super) struct Tile {
     /// Of the operator.

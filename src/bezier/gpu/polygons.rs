@@ -1,6 +1,7 @@
 //! Completion and transformation of control polygons on a GPU.
 //!
-//! What f32 would lose too many digits of, by magnitudes Σ|entry · datum| far above the curve's own size, the CPU computes again in f64.
+//! What f32 would lose too many digits of, by magnitudes Σ|entry · datum| far above the curve's own
+//! size, the CPU computes again in f64.
 
 use std::collections::BTreeMap;
 
@@ -24,12 +25,14 @@ const POINTS: f64 = 2e-6;
 /// What energies in f32 are good to, in units of themselves.
 const ENERGIES: f64 = 64.0 * f32::EPSILON as f64;
 
-/// How many halves of ε of the magnitude a sum in f32 is off at most. Entry, datum and product lose one each, and so does every
-/// further term: up to three terms that is all there can be, and of more, whose roundings do not conspire, a test has found 3.4.
+/// How many halves of ε of the magnitude a sum in f32 is off at most. Entry, datum and product lose
+/// one each, and so does every further term: up to three terms that is all there can be, and of
+/// more, whose roundings do not conspire, a test has found 3.4.
 pub(super) const ROUNDINGS: f64 = 5.0;
 
-/// Completes all curves of a job. In f32 control points are good to 2e-6 of half the curve's largest extent, and energies to 64 ε of themselves; what
-/// is not, by the magnitudes that went into it, is computed again by the CPU.
+/// Completes all curves of a job. In f32 control points are good to 2e-6 of half the curve's
+/// largest extent, and energies to 64 ε of themselves; what is not, by the magnitudes that went
+/// into it, is computed again by the CPU.
 ///
 /// # Errors
 /// Those of compiling the kernel and of submissions.
@@ -137,8 +140,9 @@ fn half_extent<const D: usize>(points: &[[f64; D]]) -> f64 {
     (0..D).map(|c| 0.5 * high[c] - 0.5 * low[c]).fold(0.0, f64::max)
 }
 
-/// The line through the first and the last known point, evenly passed: where energies of first derivatives do not count, curves with it taken
-/// from what is given have it taken from what is found, with the same energy. What is left is smaller and sheds less in f32.
+/// The line through the first and the last known point, evenly passed: where energies of first
+/// derivatives do not count, curves with it taken from what is given have it taken from what is
+/// found, with the same energy. What is left is smaller and sheds less in f32.
 struct Line {
     /// The two points' numbers, and the number of the last among the data.
     first: usize,
@@ -176,8 +180,9 @@ impl Line {
     }
 }
 
-/// Applies to every curve the matrix of its number of points, whose rows sum to 1: to the points relative to the first one. Rows that are a
-/// point itself give it bit for bit. Points in f32 are good to 2e-6 of half the largest extent of the points given, or of those made.
+/// Applies to every curve the matrix of its number of points, whose rows sum to 1: to the points
+/// relative to the first one. Rows that are a point itself give it bit for bit. Points in f32 are
+/// good to 2e-6 of half the largest extent of the points given, or of those made.
 ///
 /// # Errors
 /// As [`complete_on_gpu`].

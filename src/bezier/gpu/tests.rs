@@ -1,4 +1,5 @@
-//! What the kernel makes of a matrix and data, against its twin; host structs, constants, divisions of the work.
+//! What the kernel makes of a matrix and data, against its twin; host structs, constants, divisions
+//! of the work.
 
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -23,7 +24,8 @@ fn completion(degree: usize, is_known: impl Fn(usize) -> bool) -> Operator<f64> 
     Operator::from_exact(&Completion::new(Pattern::new(&known), &Energy::bending()).unwrap().weights())
 }
 
-/// All patterns of degrees 3 to 10 with two known points at least, or so many of a degree, drawn; and some of the highest.
+/// All patterns of degrees 3 to 10 with two known points at least, or so many of a degree, drawn;
+/// and some of the highest.
 fn completions(random: &mut StdRng, most: u32) -> Vec<Operator<f64>> {
     let mut found = Vec::new();
     for degree in 3..=10 {

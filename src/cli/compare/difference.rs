@@ -6,7 +6,8 @@ use faircurve::{CurveBatch, Device, DeviceReport, Fit, Precision, Result};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Every fit runs this often and the fastest run counts: the first one also starts threads and builds kernels.
+/// Every fit runs this often and the fastest run counts: the first one also starts threads and
+/// builds kernels.
 const RUNS: usize = 2;
 
 /// A fit with its samples and the seconds both took.
@@ -62,7 +63,8 @@ impl Bounds {
         }
     }
 
-    /// Of fair curves and smooth connection functions, which each side iterates until its gradient is small.
+    /// Of fair curves and smooth connection functions, which each side iterates until its gradient
+    /// is small.
     pub fn of_iterated_curves(precision: Precision) -> Self {
         match precision {
             Precision::F32 => Bounds { distance: 1e-5, energy: Some(1e-5) },
@@ -71,7 +73,8 @@ impl Bounds {
     }
 }
 
-/// Energies below this part of the largest of a batch are rounding, such as those of straight curves.
+/// Energies below this part of the largest of a batch are rounding, such as those of straight
+/// curves.
 const NO_ENERGY: f64 = 1e-12;
 
 /// What a comparison found.
@@ -89,7 +92,8 @@ pub struct Outcome {
     pub median: f64,
     pub percentile_99: f64,
     pub seconds: f64,
-    /// Curves that neither side could fit: they come out as their input, bit for bit, and are in no statistic.
+    /// Curves that neither side could fit: they come out as their input, bit for bit, and are in no
+    /// statistic.
     pub not_fitted: usize,
     #[serde(skip)]
     pub differences: Vec<Option<f64>>,
@@ -136,8 +140,9 @@ fn energy_difference(reference: &Timed, run: &Timed) -> f64 {
     energies.iter().map(relative).fold(0.0, |worst, x| if x > worst || x.is_nan() { x } else { worst })
 }
 
-/// Largest distance between samples of curve `i`, in units of the diagonal of its points' box. `None` where neither
-/// side fitted the curve and both say the same; infinite where they disagree about status, number or finiteness.
+/// Largest distance between samples of curve `i`, in units of the diagonal of its points' box.
+/// `None` where neither side fitted the curve and both say the same; infinite where they disagree
+/// about status, number or finiteness.
 fn difference(batch: &CurveBatch, i: usize, reference: &Timed, run: &Timed) -> Option<f64> {
     let (status, other) = (reference.fit.reports()[i].status, run.fit.reports()[i].status);
     let (a, b) = (reference.samples.points(i), run.samples.points(i));
@@ -188,7 +193,8 @@ mod tests {
         let (_, moved) = run_of([1.0, 1.001], 6.0);
         let outcome = judge(&batch, &reference, &moved, Precision::F32, Bounds::of_splines(Precision::F32));
         assert!(!outcome.pass && outcome.worst_curve.as_deref() == Some("0"), "{outcome:?}");
-        // The point moved is a sample, moved by 0.001 in a box of 2 by 1; no sample moves much farther.
+        // The point moved is a sample, moved by 0.001 in a box of 2 by 1; no sample moves much
+        // farther.
         let size = 5f64.sqrt();
         assert!(outcome.worst >= 0.0009999 / size && outcome.worst < 0.0015 / size, "{outcome:?}");
         assert_eq!(outcome.differences[1], Some(0.0));

@@ -29,8 +29,8 @@ struct Experiment {
 
 /// What an experiment found.
 struct Outcome {
-    /// The text of every file, in the order of [`Experiment::files`]. The first is a table for people, which is printed as
-    /// well.
+    /// The text of every file, in the order of [`Experiment::files`]. The first is a table for
+    /// people, which is printed as well.
     files: Vec<String>,
     /// Whether everything is as the paper says.
     agrees: bool,

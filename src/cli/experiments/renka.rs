@@ -1,5 +1,5 @@
-//! Section 4 of R. J. Renka, Geometric Curve Modeling with Sobolev Gradients, 2006: the shortest curve between two points,
-//! by every method of the paper, from a spline that crosses itself.
+//! Section 4 of R. J. Renka, Geometric Curve Modeling with Sobolev Gradients, 2006: the shortest
+//! curve between two points, by every method of the paper, from a spline that crosses itself.
 
 use std::fmt::Write;
 
@@ -260,7 +260,8 @@ impl Record {
     }
 }
 
-/// Largest distance of the curve's vertices from f_0 + (s_i/s_m)(f_m − f_0), s the arc length of the start.
+/// Largest distance of the curve's vertices from f_0 + (s_i/s_m)(f_m − f_0), s the arc length of
+/// the start.
 fn distance_to_segment(start: &[[f64; 2]], curve: &[[f64; 2]]) -> f64 {
     let (first, last) = (DVec2::from(start[0]), DVec2::from(start[EDGES]));
     let total = polygon_length(start);

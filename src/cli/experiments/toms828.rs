@@ -1,5 +1,6 @@
-//! The five data sets of R. J. Renka, Algorithm 828: DNSPLIN1, ACM Transactions on Mathematical Software 29(4), 2003:
-//! every printed iteration beside ours, and where the descents end when they go on.
+//! The five data sets of R. J. Renka, Algorithm 828: DNSPLIN1, ACM Transactions on Mathematical
+//! Software 29(4), 2003: every printed iteration beside ours, and where the descents end when they
+//! go on.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -17,8 +18,8 @@ const FILES: [&str; 7] =
 
 pub const EXPERIMENT: Experiment = Experiment { name: "toms828", files: &FILES, run };
 
-/// Relative differences up to which an iteration counts as reproduced: φ is printed with 16 digits, and depends on every
-/// step before it; steps are printed with four.
+/// Relative differences up to which an iteration counts as reproduced: φ is printed with 16 digits,
+/// and depends on every step before it; steps are printed with four.
 const PHI_AGREES: f64 = 1e-6;
 const STEP_AGREES: f64 = 1e-3;
 

@@ -1,4 +1,5 @@
-//! Where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and their way there and back.
+//! Where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and their way there and
+//! back.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -58,7 +59,8 @@ impl<const D: usize> Job<'_, D> {
             let members = || group.iter().map(|&i| &self.run.problems[i]);
             let rows = members().map(Problem::vertices).max().unwrap_or(0);
             let pins = members().map(|problem| problem.pinned.len()).max().unwrap_or(0);
-            // Newton's factors: two matrices a row, and two more before all sections if any curve is closed.
+            // Newton's factors: two matrices a row, and two more before all sections if any curve
+            // is closed.
             let factors = if self.is_newton { 2 * D * D } else { 0 };
             layout.work += if members().any(|problem| problem.closed) { rows * factors * GROUP } else { 0 };
             for (lane, problem) in members().enumerate() {

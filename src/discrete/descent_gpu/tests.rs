@@ -54,7 +54,8 @@ fn problems<const D: usize>(fair: &Fair, batch: &CurveBatch) -> Vec<Problem<D>> 
     set_up::<D>(fair, batch).unwrap().into_iter().map(|ready| ready.unwrap().problem).collect()
 }
 
-/// With a tolerance that rounding in f32 lets all curves here reach: it leaves about 1.1 ε √E/h, 3e-5 for the finest.
+/// With a tolerance that rounding in f32 lets all curves here reach: it leaves about 1.1 ε √E/h,
+/// 3e-5 for the finest.
 fn loosened<const D: usize>(problems: &[Problem<D>], precision: Precision) -> Vec<Problem<D>> {
     let mut problems = problems.to_vec();
     if precision == Precision::F32 {

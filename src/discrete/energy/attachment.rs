@@ -2,10 +2,12 @@
 
 use super::{Energy, Facts, Functional};
 
-/// ½ Σ w |f − p|² over the data points p of weight w (1 where the batch has none), f the vertex that belongs to p, in
-/// units of length². For noisy data: data points are then attached, no longer fixed.
+/// ½ Σ w |f − p|² over the data points p of weight w (1 where the batch has none), f the vertex
+/// that belongs to p, in units of length². For noisy data: data points are then attached, no longer
+/// fixed.
 ///
-/// Unlike the other energies it depends on vertices, not on edges; its gradient is w (f − p), its Hessian w.
+/// Unlike the other energies it depends on vertices, not on edges; its gradient is w (f − p), its
+/// Hessian w.
 pub fn attachment() -> Energy {
     Energy::of(Functional::Attachment)
 }

@@ -8,10 +8,12 @@ use crate::linalg::Real;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{dot, scale, subtract};
 
-/// ∫|κ|^ν ds as Σ |K|^ν Δa with K = (T′ − T)/Δa and Δa = (Δs + Δs′)/2 at every vertex between two edges, in units of
-/// length^(1−ν). Its order is 2. `exponent` ν ≥ 1; below 2 it has no second derivative where the curve is straight.
+/// ∫|κ|^ν ds as Σ |K|^ν Δa with K = (T′ − T)/Δa and Δa = (Δs + Δs′)/2 at every vertex between two
+/// edges, in units of length^(1−ν). Its order is 2. `exponent` ν ≥ 1; below 2 it has no second
+/// derivative where the curve is straight.
 ///
-/// Alone it has no minimiser unless the points lie in order on a line: ever larger loops cost less and less. Add [`length`](super::length).
+/// Alone it has no minimiser unless the points lie in order on a line: ever larger loops cost less
+/// and less. Add [`length`](super::length).
 pub fn bending(exponent: f64) -> Energy {
     Bending { exponent }.into()
 }
@@ -78,7 +80,8 @@ impl Facts for Bending {
 }
 
 impl Bending {
-    /// q^(ν/2 − lower) for q = |T′ − T|²; where q is below what rounding of tangents leaves, it counts as that.
+    /// q^(ν/2 − lower) for q = |T′ − T|²; where q is below what rounding of tangents leaves, it
+    /// counts as that.
     #[inline(always)]
     fn power<S: Scalar>(&self, q: S, lower: f64) -> S {
         let exponent = 0.5 * self.exponent - lower;

@@ -1,4 +1,5 @@
-//! Energies of the curvature vectors at both ends of an edge: from derivatives by them to those by tangents and lengths.
+//! Energies of the curvature vectors at both ends of an edge: from derivatives by them to those by
+//! tangents and lengths.
 
 use super::{SecondPartials, Window};
 use crate::linalg::Scalar;
@@ -13,7 +14,8 @@ pub(super) fn matrix<S, const D: usize>(entry: impl Fn(usize, usize) -> S) -> Ma
     std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
 }
 
-/// Curvature vectors K = r (T − T₋) and K′ = r′ (T₊ − T) at the ends of the middle edge, r = 2/(Δs₋ + Δs), r′ = 2/(Δs + Δs₊).
+/// Curvature vectors K = r (T − T₋) and K′ = r′ (T₊ − T) at the ends of the middle edge, r = 2/(Δs₋
+/// + Δs), r′ = 2/(Δs + Δs₊).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curvatures<S, const D: usize> {
     /// r and r′
@@ -44,7 +46,8 @@ pub(super) struct ByCurvatures<S, const D: usize> {
 impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
     /// Second partial derivatives by tangents and lengths.
     ///
-    /// With K = r d, d = T − T₋: ∂K = r ∂d − ½ r K ∂(Δs₋ + Δs) and ∂²K = −r² ∂d ∂(Δs₋ + Δs) + ½ r² K (∂(Δs₋ + Δs))².
+    /// With K = r d, d = T − T₋: ∂K = r ∂d − ½ r K ∂(Δs₋ + Δs) and ∂²K = −r² ∂d ∂(Δs₋ + Δs) + ½ r²
+    /// K (∂(Δs₋ + Δs))².
     #[inline(always)]
     pub fn to_edges(&self, curvatures: &Curvatures<S, D>, length: S) -> SecondPartials<S, D, 3> {
         let half = S::of(0.5);
@@ -59,7 +62,8 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
         let times = |y: usize, z: usize, x: Vector<S, D>| -> Vector<S, D> {
             std::array::from_fn(|a| dot(std::array::from_fn(|b| entry(y, z, a, b)), x))
         };
-        // By one of K, K′, T and by a length: as far as K and K′ depend on lengths, and by Δs itself.
+        // By one of K, K′, T and by a length: as far as K and K′ depend on lengths, and by Δs
+        // itself.
         let explicit = -S::ONE / length;
         let by_lengths: [[Vector<S, D>; 3]; 3] = std::array::from_fn(|y| {
             let (before, after) = (times(y, 0, by_length[0]), times(y, 1, by_length[1]));

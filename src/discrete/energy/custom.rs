@@ -12,17 +12,20 @@ use super::{Facts, MOST_EDGES, Partials, SecondPartials, Term, Visitor, Window};
 use crate::linalg::scalar::number;
 use crate::linalg::{Real, Scalar};
 
-/// An energy Σ term(tangents, lengths) over every run of [`edges`](Self::edges) consecutive edges of a curve.
+/// An energy Σ term(tangents, lengths) over every run of [`edges`](Self::edges) consecutive edges
+/// of a curve.
 ///
-/// The term is a function of unit tangents T and lengths Δs, taken as independent variables; the chain rule to the
-/// vertices is faircurve's. 2-D curves have z = 0 everywhere.
+/// The term is a function of unit tangents T and lengths Δs, taken as independent variables; the
+/// chain rule to the vertices is faircurve's. 2-D curves have z = 0 everywhere.
 ///
-/// On a GPU the same three functions are needed in WGSL, see [`wgsl`](Self::wgsl); without them curves are fitted by the CPU.
+/// On a GPU the same three functions are needed in WGSL, see [`wgsl`](Self::wgsl); without them
+/// curves are fitted by the CPU.
 pub trait Custom: Send + Sync + std::fmt::Debug {
     /// A name of letters, digits and underscores.
     fn name(&self) -> &str;
 
-    /// From 1 to [`MOST_EDGES`]: how many edges a term sees, which is also the number of derivatives it holds.
+    /// From 1 to [`MOST_EDGES`]: how many edges a term sees, which is also the number of
+    /// derivatives it holds.
     fn edges(&self) -> usize;
 
     /// E(c·f) = c^degree E(f): bending ∫κ² ds has −1.
@@ -34,8 +37,8 @@ pub trait Custom: Send + Sync + std::fmt::Debug {
     /// Partial derivatives of the term: written, not added.
     fn gradient(&self, tangents: &[DVec3], lengths: &[f64], by_tangent: &mut [DVec3], by_length: &mut [f64]);
 
-    /// Second partial derivatives, written into arrays that hold 0: by two tangents (row: component of the first), by tangent and length, by two
-    /// lengths; both of a symmetric pair are wanted.
+    /// Second partial derivatives, written into arrays that hold 0: by two tangents (row: component
+    /// of the first), by tangent and length, by two lengths; both of a symmetric pair are wanted.
     fn hessian(
         &self,
         tangents: &[DVec3],
@@ -45,9 +48,10 @@ pub trait Custom: Send + Sync + std::fmt::Debug {
         by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
     );
 
-    /// The three functions in WGSL, over the alias `real` and the vector `vector` (2 or 3 components), by the names
-    /// `NAME_value`, `NAME_gradient` and `NAME_hessian`, as the files in `shaders/discrete/energy` have them. Energies of one
-    /// name and one text are one; what else it defines has a name of its own.
+    /// The three functions in WGSL, over the alias `real` and the vector `vector` (2 or 3
+    /// components), by the names `NAME_value`, `NAME_gradient` and `NAME_hessian`, as the files in
+    /// `shaders/discrete/energy` have them. Energies of one name and one text are one; what else it
+    /// defines has a name of its own.
     fn wgsl(&self) -> Option<String> {
         None
     }

@@ -1,11 +1,14 @@
-//! The gauge: ½ Σ q² with q = c (Δs′ − Δs) at vertices that are no data points, or ½ Σ (q′ − q)² over edges.
+//! The gauge: ½ Σ q² with q = c (Δs′ − Δs) at vertices that are no data points, or ½ Σ (q′ − q)²
+//! over edges.
 //!
-//! The second form suits energies of order 3, whose inner product has one derivative more; q is 0 at data points.
+//! The second form suits energies of order 3, whose inner product has one derivative more; q is 0
+//! at data points.
 //!
-//! Energies of curves do not change when vertices slide along the curve, so nothing says where they should lie. The gauge
-//! does: edges between data points become equal. Every curve can meet it exactly, so that it takes nothing from the
-//! shape, as tension does; energies are reported without it. What a difference counts by, c, is 1 where spans are
-//! alike; in spans of shorter edges it is more, as resistance to bending is.
+//! Energies of curves do not change when vertices slide along the curve, so nothing says where they
+//! should lie. The gauge does: edges between data points become equal. Every curve can meet it
+//! exactly, so that it takes nothing from the shape, as tension does; energies are reported without
+//! it. What a difference counts by, c, is 1 where spans are alike; in spans of shorter edges it is
+//! more, as resistance to bending is.
 
 use super::{Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;

@@ -1,21 +1,24 @@
-//! Energies of discrete curves: sums of local terms over a few consecutive edges. Each is a file here, a file of the same
-//! name in `shaders/discrete/energy`, and a line of the list below.
+//! Energies of discrete curves: sums of local terms over a few consecutive edges. Each is a file
+//! here, a file of the same name in `shaders/discrete/energy`, and a line of the list below.
 //!
-//! Edge j leads from vertex j to vertex j + 1; it has a length Δs and a unit tangent T. Every fairness energy here is
-//! a function of the tangents and lengths of up to [`MOST_EDGES`] consecutive edges, summed along the curve: that makes
-//! it independent of where the curve lies. An energy states the value of its term, its partial derivatives, and its
-//! second partial derivatives, all with respect to tangents and lengths *taken as independent*; the chain rule from
-//! edges to tangents and lengths, and from vertices to edges, is the same for all of them and stands in
-//! [`edges`](super::edges) and [`hessian`](super::hessian) once.
+//! Edge j leads from vertex j to vertex j + 1; it has a length Δs and a unit tangent T. Every
+//! fairness energy here is a function of the tangents and lengths of up to [`MOST_EDGES`]
+//! consecutive edges, summed along the curve: that makes it independent of where the curve lies. An
+//! energy states the value of its term, its partial derivatives, and its second partial
+//! derivatives, all with respect to tangents and lengths *taken as independent*; the chain rule
+//! from edges to tangents and lengths, and from vertices to edges, is the same for all of them and
+//! stands in [`edges`](super::edges) and [`hessian`](super::hessian) once.
 //!
-//! The number of edges is the energy's order, that of the inner product that suits it. Energies are added and scaled as formulas are:
-//! `bending(2.0) + 0.1 * length()`. [`Custom`] energies take part like the ones here.
+//! The number of edges is the energy's order, that of the inner product that suits it. Energies are
+//! added and scaled as formulas are: `bending(2.0) + 0.1 * length()`. [`Custom`] energies take part
+//! like the ones here.
 //!
-//! Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), section 3, and *Constructing fair curves
-//! and surfaces with a Sobolev gradient method*, CAGD 21 (2004).
+//! Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), section 3, and
+//! *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21 (2004).
 
-/// Declares the energies of edges, each by its file and its type, and what follows from the list: [`Functional`], which is any
-/// of them, the one place where their terms are told apart, and the words by which they are called.
+/// Declares the energies of edges, each by its file and its type, and what follows from the list:
+/// [`Functional`], which is any of them, the one place where their terms are told apart, and the
+/// words by which they are called.
 macro_rules! energies {
     ($($(#[$when:meta])? $word:ident::$Name:ident),+ $(,)?) => {
         $(
@@ -115,8 +118,8 @@ pub use torsion::TORSION_CURVATURE;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::Vector;
 
-/// A term sees so many consecutive edges at most. Up to 5 are possible: blocks and bands of Hessians, on the CPU and in
-/// kernels, follow from this number.
+/// A term sees so many consecutive edges at most. Up to 5 are possible: blocks and bands of
+/// Hessians, on the CPU and in kernels, follow from this number.
 pub const MOST_EDGES: usize = 3;
 
 /// W consecutive edges, as a term of an energy sees them.
@@ -130,7 +133,8 @@ pub(crate) struct Window<S, const D: usize, const W: usize> {
     pub segments: S,
     /// ε of torsion: a curvature.
     pub torsion_curvature: S,
-    /// 1 where the vertex between the first two edges is free to move along the curve, 0 at a data point.
+    /// 1 where the vertex between the first two edges is free to move along the curve, 0 at a data
+    /// point.
     pub free: S,
     /// The same of the vertex between the second and the third.
     pub free_after: S,
@@ -165,8 +169,8 @@ impl<S: Scalar, const D: usize, const W: usize> SecondPartials<S, D, W> {
 
 /// The term of an energy over W edges.
 pub(crate) trait Term<const W: usize> {
-    /// Whether sweeps of the term are compiled apart from what is vectorised: energies over three edges take the compiler
-    /// minutes there.
+    /// Whether sweeps of the term are compiled apart from what is vectorised: energies over three
+    /// edges take the compiler minutes there.
     const APART: bool = W > 2;
 
     /// The term.
@@ -189,8 +193,8 @@ pub(crate) trait Facts {
     /// E(c·f) = c^degree E(f).
     fn degree(&self) -> f64;
 
-    /// The second derivative at a straight curve of this length, per unit of the highest derivative squared; where it
-    /// depends on the curvature, at curvature 1.
+    /// The second derivative at a straight curve of this length, per unit of the highest derivative
+    /// squared; where it depends on the curvature, at curvature 1.
     fn stiffness(&self, _length: f64) -> f64 {
         2.0
     }
@@ -225,7 +229,8 @@ pub(crate) trait Facts {
 }
 
 impl Functional {
-    /// Order of the inner product that suits it: the number of edges that a term sees, and of derivatives that it holds.
+    /// Order of the inner product that suits it: the number of edges that a term sees, and of
+    /// derivatives that it holds.
     pub fn order(&self) -> usize {
         struct Order;
         impl Visitor for Order {

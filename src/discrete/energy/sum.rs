@@ -52,7 +52,8 @@ impl Energy {
     /// Whether every weight and exponent makes sense.
     ///
     /// # Errors
-    /// A weight that is negative or not finite, an exponent below 1, a custom energy over no or too many edges.
+    /// A weight that is negative or not finite, an exponent below 1, a custom energy over no or too
+    /// many edges.
     pub(crate) fn check(&self) -> Result<()> {
         for (weight, functional) in &self.terms {
             let word = functional.word();

@@ -5,15 +5,16 @@ use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 
-/// ε of [`torsion`]: a curvature of 10⁻³ over the curve's size. Not in the kernel: the host gives it, curve by curve.
+/// ε of [`torsion`]: a curvature of 10⁻³ over the curve's size. Not in the kernel: the host gives
+/// it, curve by curve.
 pub const TORSION_CURVATURE: f64 = 1e-3;
 
-/// ∫κ²τ² ds as Σ det(T, K̄, C)²/(|K̄|² + ε²) Δs over every edge between two interior vertices, in units of 1/length³.
-/// T and Δs are of this edge, K and K′ the curvature vectors at its ends, C = (K′ − K)/Δs, and K̄ is the mean of K and K′
-/// without its part along T. Its order is 3. 0 in 2-D.
+/// ∫κ²τ² ds as Σ det(T, K̄, C)²/(|K̄|² + ε²) Δs over every edge between two interior vertices, in
+/// units of 1/length³. T and Δs are of this edge, K and K′ the curvature vectors at its ends, C =
+/// (K′ − K)/Δs, and K̄ is the mean of K and K′ without its part along T. Its order is 3. 0 in 2-D.
 ///
-/// The curvature ε, [`TORSION_CURVATURE`] over the curve's size, keeps it finite at inflections, where curvature vanishes and
-/// torsion has no meaning.
+/// The curvature ε, [`TORSION_CURVATURE`] over the curve's size, keeps it finite at inflections,
+/// where curvature vanishes and torsion has no meaning.
 pub fn torsion() -> Energy {
     Torsion.into()
 }

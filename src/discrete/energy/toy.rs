@@ -1,4 +1,5 @@
-//! A toy: Σ |T′ − T|² Δs Δs′. It stands in the list for tests alone, as the recipe in CONTRIBUTING.md has it.
+//! A toy: Σ |T′ − T|² Δs Δs′. It stands in the list for tests alone, as the recipe in
+//! CONTRIBUTING.md has it.
 
 use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;

@@ -5,10 +5,12 @@ use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{dot, scale, subtract};
 
-/// ∫κ′² + κ²τ² ds as Σ |(I − T Tᵀ)(K′ − K)|²/Δs over every edge between two interior vertices, in units of 1/length³. K and K′
-/// are the curvature vectors at the edge's ends, T its tangent. 0 on polygons of a circle with equal edges. Its order is 3.
+/// ∫κ′² + κ²τ² ds as Σ |(I − T Tᵀ)(K′ − K)|²/Δs over every edge between two interior vertices, in
+/// units of 1/length³. K and K′ are the curvature vectors at the edge's ends, T its tangent. 0 on
+/// polygons of a circle with equal edges. Its order is 3.
 ///
-/// Without the projection a term κ⁴ would remain, and circles would not be optimal. Source: Renka, CAGD 21 (2004).
+/// Without the projection a term κ⁴ would remain, and circles would not be optimal. Source: Renka,
+/// CAGD 21 (2004).
 pub fn variation() -> Energy {
     Variation.into()
 }

@@ -7,7 +7,8 @@ pub(super) fn literal(x: f64) -> String {
     format!("{x:?}")
 }
 
-/// base^exponent in WGSL: products and square roots for multiples of a quarter up to six, else a call of `power`.
+/// base^exponent in WGSL: products and square roots for multiples of a quarter up to six, else a
+/// call of `power`.
 pub(super) fn power(base: &str, exponent: f64) -> String {
     if exponent < 0.0 {
         return format!("real(1) / ({})", power(base, -exponent));

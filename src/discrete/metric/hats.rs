@@ -1,10 +1,11 @@
 //! The inner product of order 2, 2 w Σ D₂g·D₂h Δa, solved by tridiagonal systems.
 //!
-//! With K the tridiagonal matrix of order 1 (edge weights 1/Δs) and M the diagonal one of the vertices' shares of arc
-//! length, D₂ = M⁻¹K, so that the inner product is w K M⁻¹ K, and pinning vertices leaves
-//! w K_ff M⁻¹ K_ff, with pinned rows and columns deleted in each factor, plus D₂ at the pins themselves. That is the
-//! sum over pins p of u_p u_pᵀ/M_p, u_p the column of p in K, for the part normal to the curve. Since K_ff⁻¹u_p = −φ_p, the hat
-//! function of pin p that falls linearly in arc length to 0 at the next pins, the whole is solved by
+//! With K the tridiagonal matrix of order 1 (edge weights 1/Δs) and M the diagonal one of the
+//! vertices' shares of arc length, D₂ = M⁻¹K, so that the inner product is w K M⁻¹ K, and pinning
+//! vertices leaves w K_ff M⁻¹ K_ff, with pinned rows and columns deleted in each factor, plus D₂ at
+//! the pins themselves. That is the sum over pins p of u_p u_pᵀ/M_p, u_p the column of p in K, for
+//! the part normal to the curve. Since K_ff⁻¹u_p = −φ_p, the hat function of pin p that falls
+//! linearly in arc length to 0 at the next pins, the whole is solved by
 //!
 //! ```text
 //! y = K_ff⁻¹ g
@@ -12,10 +13,12 @@
 //! z = K_ff⁻¹ M (y + Σ_p c_p φ_p) / w
 //! ```
 //!
-//! G is tridiagonal in pins. No assembled matrix of condition h⁻⁴ appears, so the same steps serve f32.
+//! G is tridiagonal in pins. No assembled matrix of condition h⁻⁴ appears, so the same steps serve
+//! f32.
 //!
-//! Where points are attached instead of pinned there are no hats, and K is replaced by K + αM with wα² the density of
-//! the attachment: a product of tridiagonal factors that is close to w K M⁻¹ K plus the attachment.
+//! Where points are attached instead of pinned there are no hats, and K is replaced by K + αM with
+//! wα² the density of the attachment: a product of tridiagonal factors that is close to w K M⁻¹ K
+//! plus the attachment.
 
 use super::{Pins, Weights, masses, tangent_at};
 use crate::discrete::edges::Edges;
@@ -34,7 +37,8 @@ pub(crate) struct Hats<S, const D: usize> {
     /// Number of pins of each lane.
     counts: Vec<usize>,
     closed: bool,
-    /// 1 where a component of a pin's turn is unknown, 0 at the ends of open curves and where a lane has no such pin.
+    /// 1 where a component of a pin's turn is unknown, 0 at the ends of open curves and where a
+    /// lane has no such pin.
     turning: Vec<S>,
     tangents: Vec<Vector<S, D>>,
     /// Turns c of the pins; of a closed lane one more, which repeats its first.
@@ -185,7 +189,8 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
         each!(&mut self.gram, matrix => matrix.factor(&self.turning))
     }
 
-    /// Adds P G_pp + T Tᵀ: the latter keeps the matrix positive along the curve, where nothing turns.
+    /// Adds P G_pp + T Tᵀ: the latter keeps the matrix positive along the curve, where nothing
+    /// turns.
     #[inline(never)]
     fn add_pin(&mut self, k: usize, own: S, along: S, tangent: Vector<S, D>) {
         each!(&mut self.gram, matrix => {

@@ -1,9 +1,11 @@
-//! Inner products ⟨g, h⟩ = Σ w |D_j g · D_j h| Δs of curves, frozen at the current curve, and Sobolev gradients.
+//! Inner products ⟨g, h⟩ = Σ w |D_j g · D_j h| Δs of curves, frozen at the current curve, and
+//! Sobolev gradients.
 //!
-//! The Sobolev gradient z of an energy solves P L P z = ∇E: L is the matrix of an inner product in derivatives with
-//! respect to arc length, P the projection onto what the constraints leave free. The order of the derivative is that of
-//! the energy: then √⟨z, L z⟩ measures how far a curve is from its minimum however finely it is divided, and descent
-//! takes as many steps for 1,000 vertices as for 10.
+//! The Sobolev gradient z of an energy solves P L P z = ∇E: L is the matrix of an inner product in
+//! derivatives with respect to arc length, P the projection onto what the constraints leave free.
+//! The order of the derivative is that of the energy: then √⟨z, L z⟩ measures how far a curve is
+//! from its minimum however finely it is divided, and descent takes as many steps for 1,000
+//! vertices as for 10.
 //!
 //! | order | inner product | solved by |
 //! |---|---|---|
@@ -12,10 +14,12 @@
 //! | 2 | 2 w Σ D₂g·D₂h Δa | two tridiagonal solves and a small system of the pinned vertices, see [`hats`] |
 //! | 3 | 2 w Σ D₃g·D₃h Δs | one banded solve, see [`variation`] |
 //!
-//! At a vertex that is pinned the curve may still turn: D₂ there holds for the part of g normal to the curve only.
-//! Along the curve neither an energy nor the gauge resists, so an inner product that did would call soft directions stiff.
+//! At a vertex that is pinned the curve may still turn: D₂ there holds for the part of g normal to
+//! the curve only. Along the curve neither an energy nor the gauge resists, so an inner product
+//! that did would call soft directions stiff.
 //!
-//! Source: Renka (2006), sections 2 and 3. The normal part at pins, and the solve by hat functions, are faircurve's own.
+//! Source: Renka (2006), sections 2 and 3. The normal part at pins, and the solve by hat functions,
+//! are faircurve's own.
 
 // Loops over coordinates and lanes by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]
@@ -76,8 +80,8 @@ impl<S: Scalar, const D: usize> Metric<S, D> {
         }
     }
 
-    /// Freezes the inner product at the curve where the edges are placed. Returns the smallest pivot of each lane, not
-    /// positive where the inner product is none.
+    /// Freezes the inner product at the curve where the edges are placed. Returns the smallest
+    /// pivot of each lane, not positive where the inner product is none.
     #[inline(always)]
     pub fn freeze(&mut self, edges: &Edges<S, D>, pins: &Pins<S>, weights: &Weights<S>) -> S {
         match self {
@@ -115,7 +119,8 @@ fn add_vertices<S: Scalar>(matrix: &mut Banded<S, 1>, weights: &Weights<S>) {
     }
 }
 
-/// Half the lengths of the edges beside every vertex; that of vertex 0 of a closed curve counts its last edge.
+/// Half the lengths of the edges beside every vertex; that of vertex 0 of a closed curve counts its
+/// last edge.
 #[inline(always)]
 fn masses<S: Scalar, const D: usize>(edges: &Edges<S, D>, masses: &mut [S]) {
     let half = S::of(0.5);

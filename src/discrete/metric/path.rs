@@ -1,10 +1,12 @@
-//! The inner product of order 1 along an open curve, Σ w Δg·Δh/Δs and weights at vertices, solved without any subtraction.
+//! The inner product of order 1 along an open curve, Σ w Δg·Δh/Δs and weights at vertices, solved
+//! without any subtraction.
 //!
-//! Its matrix is that of a row of resistors: edges of conductance w/Δs, vertices connected to ground by their weight, pinned
-//! ones grounded. Eliminated from one end, the pivot of a vertex is what connects it to ground so far plus the edge
-//! ahead: sums, products and quotients of positive numbers only, so that every pivot has a small relative error however
-//! many vertices there are. Pivots by subtraction lose the factor m² of the condition: 7·10⁻⁵ of a curve's size after one step
-//! on 200 edges in f32, where this loses 10⁻⁶.
+//! Its matrix is that of a row of resistors: edges of conductance w/Δs, vertices connected to
+//! ground by their weight, pinned ones grounded. Eliminated from one end, the pivot of a vertex is
+//! what connects it to ground so far plus the edge ahead: sums, products and quotients of positive
+//! numbers only, so that every pivot has a small relative error however many vertices there are.
+//! Pivots by subtraction lose the factor m² of the condition: 7·10⁻⁵ of a curve's size after one
+//! step on 200 edges in f32, where this loses 10⁻⁶.
 
 use super::{Pins, Weights};
 use crate::discrete::edges::Edges;
@@ -71,7 +73,8 @@ mod tests {
 
     type Two = Lanes<f64, 2>;
 
-    /// Curves of 30 and 22 edges side by side, pins in the middle and at one end, weights at some vertices.
+    /// Curves of 30 and 22 edges side by side, pins in the middle and at one end, weights at some
+    /// vertices.
     #[test]
     fn the_solution_satisfies_the_system_in_every_lane() {
         let mut rng = StdRng::seed_from_u64(11);

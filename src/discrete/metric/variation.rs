@@ -1,8 +1,10 @@
-//! The inner product of order 3, 2 w Σ D₃g·D₃h Δs, as one banded matrix with interleaved coordinates.
+//! The inner product of order 3, 2 w Σ D₃g·D₃h Δs, as one banded matrix with interleaved
+//! coordinates.
 //!
-//! D₃ on an edge is the difference of D₂ at its two vertices over its length. At a pin only the part of D₂ normal to the
-//! curve counts; at the vertices next to the ends of an open curve the tangential part over the end edge does too, as the
-//! gauge has it. The matrix has condition h⁻⁶: this is for f64.
+//! D₃ on an edge is the difference of D₂ at its two vertices over its length. At a pin only the
+//! part of D₂ normal to the curve counts; at the vertices next to the ends of an open curve the
+//! tangential part over the end edge does too, as the gauge has it. The matrix has condition h⁻⁶:
+//! this is for f64.
 
 use super::{Pins, Weights, tangent_at};
 use crate::discrete::edges::Edges;
@@ -68,7 +70,8 @@ fn second<S: Scalar, const D: usize>(edges: &Edges<S, D>, j: usize) -> [S; 3] {
     [share * r0, -(share * (r0 + r1)), share * r1]
 }
 
-/// What of D₂ counts at a vertex: I, or at a pin I − T Tᵀ. Rows beyond a closed lane's last are its first.
+/// What of D₂ counts at a vertex: I, or at a pin I − T Tᵀ. Rows beyond a closed lane's last are its
+/// first.
 fn counted<S: Scalar, const D: usize>(edges: &Edges<S, D>, pins: &Pins<S>, row: usize) -> [[S; D]; D] {
     let mut tangent = tangent_at(edges, row.min(edges.most()));
     let mut pinned = if row < pins.movable.len() { S::ONE - pins.movable[row] } else { S::ONE };

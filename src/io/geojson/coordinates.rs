@@ -71,7 +71,8 @@ impl<'a> Lines<'a> {
         2 * self.offsets[i]..2 * self.offsets[i + 1]
     }
 
-    /// The dimension and the coordinates; or the features with and without altitude, where they are mixed.
+    /// The dimension and the coordinates; or the features with and without altitude, where they are
+    /// mixed.
     pub fn interleave(&mut self, drop_z: bool) -> std::result::Result<(usize, Vec<f64>), (usize, usize)> {
         let xy = std::mem::take(&mut self.xy);
         match (self.with_z.filter(|_| !drop_z), self.without_z) {
@@ -125,8 +126,8 @@ impl<'de> Visitor<'de> for List<'_, '_> {
     }
 }
 
-/// A position: two numbers, an altitude perhaps; more are passed over, as RFC 7946 allows. One that is null, or lacks a number, is
-/// its line's trouble.
+/// A position: two numbers, an altitude perhaps; more are passed over, as RFC 7946 allows. One that
+/// is null, or lacks a number, is its line's trouble.
 struct Position<'l, 'a>(&'l mut Lines<'a>);
 
 impl<'de> DeserializeSeed<'de> for Position<'_, '_> {

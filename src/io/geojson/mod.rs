@@ -1,8 +1,10 @@
-//! GeoJSON: read straight into flat coordinates, written back as the document read with other coordinates in it.
+//! GeoJSON: read straight into flat coordinates, written back as the document read with other
+//! coordinates in it.
 //!
-//! The document's text is kept without its coordinates, so features, order, ids, properties, foreign members and even
-//! the layout come back unchanged, and neither reading nor writing builds a tree of numbers. (The `geojson` crate
-//! holds each position in a vector of its own and numbers of properties as f64; the tests use it as a second opinion.)
+//! The document's text is kept without its coordinates, so features, order, ids, properties,
+//! foreign members and even the layout come back unchanged, and neither reading nor writing builds
+//! a tree of numbers. (The `geojson` crate holds each position in a vector of its own and numbers
+//! of properties as f64; the tests use it as a second opinion.)
 
 mod coordinates;
 mod read;
@@ -14,7 +16,8 @@ pub(super) use write::write;
 /// A document without its coordinates.
 #[derive(Debug, Default)]
 pub(crate) struct Document {
-    /// The text, with the coordinates of lines and rings taken out, and the bounding boxes around them.
+    /// The text, with the coordinates of lines and rings taken out, and the bounding boxes around
+    /// them.
     text: String,
     /// Where coordinates belong, in order.
     slots: Vec<Slot>,

@@ -1,4 +1,5 @@
-//! Reading: a first pass finds the members of every object and checks the syntax, a second reads coordinates.
+//! Reading: a first pass finds the members of every object and checks the syntax, a second reads
+//! coordinates.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -16,8 +17,9 @@ use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
 use crate::io::{ReadOptions, close, longitude};
 
-/// Memory that a comma and an opening bracket stand for, from above: entries of lists of references to the text, names, flags
-/// and places of curves, cuts of the text, which is kept a second time without its coordinates.
+/// Memory that a comma and an opening bracket stand for, from above: entries of lists of references
+/// to the text, names, flags and places of curves, cuts of the text, which is kept a second time
+/// without its coordinates.
 const COMMA_BYTES: usize = 24;
 const BRACKET_BYTES: usize = 64;
 
@@ -81,7 +83,8 @@ struct Reader<'a> {
     source: &'a Source<'a>,
     text: &'a str,
     lines: Lines<'a>,
-    /// Whether coordinates are longitudes and latitudes: always, unless an old `crs` member says otherwise.
+    /// Whether coordinates are longitudes and latitudes: always, unless an old `crs` member says
+    /// otherwise.
     geographic: bool,
     /// Parts of the text to leave out, and the coordinates that stood there.
     cuts: Vec<(Range<usize>, Option<Shape>)>,
@@ -223,7 +226,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Carries the longitudes of curve `i` past ±180 where it crosses; `shell` is the first ring of its polygon.
+    /// Carries the longitudes of curve `i` past ±180 where it crosses; `shell` is the first ring of
+    /// its polygon.
     fn unwrap(&mut self, i: usize, shell: Option<usize>) {
         let points = self.lines.range(i);
         if !self.geographic || !longitude::is_geographic(&self.lines.xy[points.clone()], 2) {
@@ -260,7 +264,8 @@ impl<'a> Reader<'a> {
         kind.ok_or_else(|| self.wrong("an object has no \"type\": GeoJSON needs one, such as \"Feature\""))
     }
 
-    /// Takes out the bounding box of an object that has held curves since `first`, since its coordinates will change.
+    /// Takes out the bounding box of an object that has held curves since `first`, since its
+    /// coordinates will change.
     fn cut_bbox(&mut self, members: &Members<'a>, first: usize) {
         let Some((name, value)) = members.0.iter().find(|(name, _)| *name == "\"bbox\"") else { return };
         if self.rings.len() == first {
@@ -320,8 +325,8 @@ impl<'a> Reader<'a> {
         close(batch, options.closed, &self.rings, &self.round_pole)
     }
 
-    /// The features' properties `curve` where they tell all features apart, else their numbers; `/part` where a
-    /// feature has several curves.
+    /// The features' properties `curve` where they tell all features apart, else their numbers;
+    /// `/part` where a feature has several curves.
     fn names(&self) -> Vec<String> {
         let ends = self.features.iter().skip(1).map(|(first, _)| *first).chain([self.rings.len()]);
         let holding: Vec<_> = self.features.iter().zip(ends).enumerate().collect();

@@ -1,4 +1,5 @@
-//! Writing: the document read with new coordinates in their places, or a collection of one feature a curve.
+//! Writing: the document read with new coordinates in their places, or a collection of one feature
+//! a curve.
 
 use std::io::{self, Write};
 
@@ -65,8 +66,9 @@ fn list(text: &mut Text, count: usize, mut entry: impl FnMut(&mut Text, usize) -
     text.push("]")
 }
 
-/// The positions of curve `i`, the first repeated where it is closed, or a ring that does not end where it began.
-/// JSON has no NaN: a curve with such a number gets no positions, which RFC 7946 reads as no geometry.
+/// The positions of curve `i`, the first repeated where it is closed, or a ring that does not end
+/// where it began. JSON has no NaN: a curve with such a number gets no positions, which RFC 7946
+/// reads as no geometry.
 fn line(text: &mut Text, batch: &CurveBatch, i: usize, ring: bool) -> io::Result<()> {
     let (d, points) = (batch.dimension(), batch.points(i));
     if points.is_empty() || !is_finite(batch, i) {

@@ -7,7 +7,8 @@
 //! | [OBJ](GridFormat::Obj) | | meshes of quadrangles, one object a grid |
 //! | [SVG](GridFormat::Svg) | | shaded pictures, one panel a grid |
 //!
-//! Rules for numbers, `.gz`, `-` and files that exist are those of [`io`](super): numbers read back to the same bits, NaN and infinite ones too.
+//! Rules for numbers, `.gz`, `-` and files that exist are those of [`io`](super): numbers read back
+//! to the same bits, NaN and infinite ones too.
 
 mod csv;
 mod npz;
@@ -44,7 +45,8 @@ impl GridFormat {
         extension_of(path.as_ref())?.parse().ok()
     }
 
-    /// Refuses what the format cannot hold: several values a point and grids without points in CSV, more than three values a point in OBJ and SVG.
+    /// Refuses what the format cannot hold: several values a point and grids without points in CSV,
+    /// more than three values a point in OBJ and SVG.
     ///
     /// # Errors
     /// [`Error::Argument`], with the formats that can.
@@ -121,10 +123,11 @@ pub struct GridWrite<'a> {
     pub format: Option<GridFormat>,
     /// Whether a file that exists is replaced; false by default.
     pub overwrite: bool,
-    /// OBJ: the distance of neighbouring heights in x and y. After r rounds of subdivision 2⁻ʳ keeps a surface over the
-    /// domain of its control points. 1 by default.
+    /// OBJ: the distance of neighbouring heights in x and y. After r rounds of subdivision 2⁻ʳ
+    /// keeps a surface over the domain of its control points. 1 by default.
     pub spacing: f64,
-    /// SVG: the control points, one grid for each grid written, drawn as a net over them. None by default.
+    /// SVG: the control points, one grid for each grid written, drawn as a net over them. None by
+    /// default.
     pub net: Option<&'a Grids>,
     /// SVG: a line above the picture. None by default.
     pub title: Option<String>,
@@ -149,7 +152,8 @@ impl Default for GridWrite<'_> {
 /// ```
 ///
 /// # Errors
-/// A file that cannot be read or does not hold what its format promises; a format that is unknown or only written.
+/// A file that cannot be read or does not hold what its format promises; a format that is unknown
+/// or only written.
 pub fn read(path: impl AsRef<Path>, format: Option<GridFormat>) -> Result<Grids> {
     let path = path.as_ref();
     let format = GridFormat::of(path, format, "`format`", "csv or npz")?;
@@ -179,12 +183,15 @@ fn read_source(mut source: Source, format: GridFormat) -> Result<Grids> {
         _ => npz::read(&mut source),
     }
 }
-/// Writes grids to a file, whole or not at all, or to standard output for `-` (then the format must be given).
+/// Writes grids to a file, whole or not at all, or to standard output for `-` (then the format must
+/// be given).
 ///
-/// Grids with NaN or infinite values stay what they are in CSV and NPZ; meshes and pictures say that they are left out.
+/// Grids with NaN or infinite values stay what they are in CSV and NPZ; meshes and pictures say
+/// that they are left out.
 ///
 /// # Errors
-/// [`Error::Exists`]; [`Error::Write`], which leaves nothing behind; [`Error::Argument`] for an unknown format and for what it cannot hold.
+/// [`Error::Exists`]; [`Error::Write`], which leaves nothing behind; [`Error::Argument`] for an
+/// unknown format and for what it cannot hold.
 pub fn write(path: impl AsRef<Path>, grids: &Grids, options: &GridWrite) -> Result<()> {
     let path = path.as_ref();
     let format = GridFormat::of(path, options.format, "`GridWrite::format`", "csv, npz, obj or svg")?;
@@ -202,11 +209,12 @@ pub fn write(path: impl AsRef<Path>, grids: &Grids, options: &GridWrite) -> Resu
     })
 }
 
-/// Writes grids as bytes, into a vector or whatever takes them. The format must be given; nothing is compressed.
+/// Writes grids as bytes, into a vector or whatever takes them. The format must be given; nothing
+/// is compressed.
 ///
 /// # Errors
-/// [`Error::Argument`] for what the format cannot hold, and where none is given; [`Error::Stream`] with what `out` said,
-/// which then may hold a part.
+/// [`Error::Argument`] for what the format cannot hold, and where none is given; [`Error::Stream`]
+/// with what `out` said, which then may hold a part.
 pub fn write_to(mut out: impl Write, grids: &Grids, options: &GridWrite) -> Result<()> {
     let format = options.format.ok_or_else(|| unnamed("GridWrite::format"))?;
     format.check(grids)?;
@@ -222,8 +230,8 @@ fn fill(out: &mut dyn Write, grids: &Grids, format: GridFormat, options: &GridWr
     }
 }
 
-/// Checks, before anything is computed, that an output can be written: its format is known, its folder exists, and no
-/// file stands there unless overwriting is allowed.
+/// Checks, before anything is computed, that an output can be written: its format is known, its
+/// folder exists, and no file stands there unless overwriting is allowed.
 ///
 /// # Errors
 /// Those of [`write()`] that can be known without the grids.

@@ -1,4 +1,5 @@
-//! OBJ: meshes of quadrangles, one object a grid; a grid of one row or column is a polyline, of one point a point.
+//! OBJ: meshes of quadrangles, one object a grid; a grid of one row or column is a polyline, of one
+//! point a point.
 
 use std::io::{self, Write};
 

@@ -1,12 +1,13 @@
-//! What a subpath's elements make of it: its vertices, or its control points as a chain of cubic Béziers.
+//! What a subpath's elements make of it: its vertices, or its control points as a chain of cubic
+//! Béziers.
 
 use kurbo::{PathEl, Point};
 
 /// The data points of one subpath.
 pub(super) type Vertices = Vec<Point>;
 
-/// A gap of this part of the subpath's size between its end and its start is no straight piece, but rounding: of arcs, and of sums
-/// of relative coordinates.
+/// A gap of this part of the subpath's size between its end and its start is no straight piece, but
+/// rounding: of arcs, and of sums of relative coordinates.
 const ROUNDING: f64 = 1e-9;
 
 /// Adds the end of an element.
@@ -14,8 +15,8 @@ pub(super) fn add_vertex(vertices: &mut Vertices, element: PathEl) {
     vertices.extend(element.end_point());
 }
 
-/// Adds the control points of an element: three, but for the one that a move leads to. Closing adds a straight piece where the end
-/// is not the start, which then is repeated.
+/// Adds the control points of an element: three, but for the one that a move leads to. Closing adds
+/// a straight piece where the end is not the start, which then is repeated.
 pub(super) fn add_cubic(points: &mut Vertices, element: PathEl) {
     let Some((&start, &from)) = points.first().zip(points.last()) else {
         points.extend(element.end_point());

@@ -1,4 +1,5 @@
-//! What roxmltree does not limit, counted before it reads: text that entities make, attributes of an element.
+//! What roxmltree does not limit, counted before it reads: text that entities make, attributes of
+//! an element.
 
 use std::collections::HashSet;
 
@@ -8,7 +9,8 @@ pub(super) const GROWTH_BYTES: usize = 16 << 20;
 /// What roxmltree lets a reference in the document refer to: references in entities.
 const REFERENCES: usize = 255;
 
-/// Bytes of text that references to entities make, from above: the longest entity, for every reference.
+/// Bytes of text that references to entities make, from above: the longest entity, for every
+/// reference.
 pub(super) fn growth(text: &str) -> usize {
     let declarations = text.split("<!ENTITY").skip(1).map(value);
     let (longest, nested) = declarations.fold((0, false), |(longest, nested), value| {
@@ -57,7 +59,8 @@ pub(super) fn attributes(text: &str) -> usize {
     most
 }
 
-/// The most names of namespaces, all of which roxmltree compares and copies for every element that has one of its own.
+/// The most names of namespaces, all of which roxmltree compares and copies for every element that
+/// has one of its own.
 pub(super) const NAMESPACES: usize = 64;
 
 /// How many names of namespaces there are, from above.

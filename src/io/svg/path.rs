@@ -2,15 +2,17 @@
 
 use kurbo::{BezPath, PathEl};
 
-/// Arcs with greater numbers are refused: kurbo divides an arc into as many Béziers as the sixth root of its radius asks
-/// for, without limit.
+/// Arcs with greater numbers are refused: kurbo divides an arc into as many Béziers as the sixth
+/// root of its radius asks for, without limit.
 const LARGEST_ARC: f64 = 1e9;
 
-/// Béziers that kurbo divides a full turn of the largest arc into: (1.1163 · 1e9 / 0.1)^(1/6), rounded up.
+/// Béziers that kurbo divides a full turn of the largest arc into: (1.1163 · 1e9 / 0.1)^(1/6),
+/// rounded up.
 const ARC_PIECES: usize = 48;
 
-/// The most memory that path data makes: an element every two bytes ("h1 1 1"), the elements of a full turn every
-/// ten or more of an arc ("A1 1 0 11 1"), and the vector of them by doubling, and three points an element.
+/// The most memory that path data makes: an element every two bytes ("h1 1 1"), the elements of a
+/// full turn every ten or more of an arc ("A1 1 0 11 1"), and the vector of them by doubling, and
+/// three points an element.
 pub(super) fn most_bytes(data: &str) -> usize {
     let elements = match has_arcs(data) {
         true => data.len().saturating_mul(ARC_PIECES) / 10,
@@ -41,7 +43,8 @@ fn has_arcs(data: &str) -> bool {
     data.contains(['a', 'A'])
 }
 
-/// The numbers, also those that nothing parts but a sign or a point; flags of arcs may stick to them, as further digits.
+/// The numbers, also those that nothing parts but a sign or a point; flags of arcs may stick to
+/// them, as further digits.
 fn numbers(data: &str) -> impl Iterator<Item = f64> {
     let bytes = data.as_bytes();
     let mut at = 0;

@@ -1,9 +1,10 @@
 //! Reading: each subpath of `<path>`, and each `<polyline>`, `<polygon>` and `<line>`, is a curve.
 //!
-//! The vertices are the data points; of curved segments (C, S, Q, T, A) only the points on the curve are taken: the
-//! end of the segment, and for an arc also where kurbo divides it into Béziers. On demand the data points are the control
-//! points of the subpath as a chain of cubics instead. y is turned over, so that it points up. `transform` attributes are applied;
-//! `viewBox`, units and styles are not. What is only defined (`defs`, `symbol`, `clipPath`, `mask`, `marker`,
+//! The vertices are the data points; of curved segments (C, S, Q, T, A) only the points on the
+//! curve are taken: the end of the segment, and for an arc also where kurbo divides it into
+//! Béziers. On demand the data points are the control points of the subpath as a chain of cubics
+//! instead. y is turned over, so that it points up. `transform` attributes are applied; `viewBox`,
+//! units and styles are not. What is only defined (`defs`, `symbol`, `clipPath`, `mask`, `marker`,
 //! `pattern`) is passed over.
 
 use std::collections::HashSet;
@@ -26,7 +27,8 @@ const NODE_BYTES: usize = 192;
 /// Reads a drawing.
 pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let text = source.text()?;
-    // Many drawing programs write a document type. roxmltree limits how entities nest, but not how much text they make.
+    // Many drawing programs write a document type. roxmltree limits how entities nest, but not how
+    // much text they make.
     let grown_bytes = limits::growth(&text);
     if grown_bytes > limits::GROWTH_BYTES {
         return Err(source.error(
@@ -93,7 +95,8 @@ struct Curves<'a> {
 }
 
 impl Curves<'_> {
-    /// Goes through the elements in document order, without recursion: drawings nest as deep as their makers like.
+    /// Goes through the elements in document order, without recursion: drawings nest as deep as
+    /// their makers like.
     fn walk(&mut self, root: Node) -> Result<()> {
         let mut waiting = vec![(root, Affine::IDENTITY)];
         while let Some((node, outer)) = waiting.pop() {
@@ -157,7 +160,8 @@ impl Curves<'_> {
         Ok(())
     }
 
-    /// Ids where every element has one of its own, else the elements' numbers; `/part` where a path has several subpaths.
+    /// Ids where every element has one of its own, else the elements' numbers; `/part` where a path
+    /// has several subpaths.
     fn names(&self) -> Vec<String> {
         let ends = self.ids.iter().skip(1).map(|(_, first)| *first).chain([self.closed.len()]);
         let elements: Vec<_> = self.ids.iter().zip(ends).filter(|((_, first), end)| end > first).collect();

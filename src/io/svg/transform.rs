@@ -4,7 +4,8 @@ use kurbo::{Affine, Vec2};
 
 use crate::error::quoted;
 
-/// Reads a list of transforms: `translate scale rotate matrix skewX skewY`, applied from right to left.
+/// Reads a list of transforms: `translate scale rotate matrix skewX skewY`, applied from right to
+/// left.
 pub(super) fn parse(text: &str) -> Result<Affine, String> {
     let mut whole = Affine::IDENTITY;
     let mut rest = text.trim_matches(separator);

@@ -1,4 +1,5 @@
-//! Writing: one `<path>` a curve, with y turned over, since SVG's points down, and a `viewBox` that fits.
+//! Writing: one `<path>` a curve, with y turned over, since SVG's points down, and a `viewBox` that
+//! fits.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -10,8 +11,8 @@ use crate::io::text::Text;
 /// Part of the drawing's larger side left free around it.
 const MARGIN: f64 = 0.02;
 
-/// Writes the batch; with `beziers` the points of each curve are a chain of cubic control points, with `rounding` in relative steps, rounded
-/// to a power of ten of no more than this.
+/// Writes the batch; with `beziers` the points of each curve are a chain of cubic control points,
+/// with `rounding` in relative steps, rounded to a power of ten of no more than this.
 pub(in crate::io) fn write(
     out: &mut dyn Write,
     batch: &CurveBatch,
@@ -71,8 +72,9 @@ fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Res
     }
 }
 
-/// How many steps of the rounding a unit has: a power of ten. None where so many digits are more than the coordinates have. Curves that were not
-/// fitted are written as they came in, and have no part in it.
+/// How many steps of the rounding a unit has: a power of ten. None where so many digits are more
+/// than the coordinates have. Curves that were not fitted are written as they came in, and have no
+/// part in it.
 fn unit(batch: &CurveBatch, rounding: f64) -> Option<f64> {
     let places = (-rounding.log10()).ceil().max(0.0);
     let fitted = (0..batch.len()).filter(|&i| batch.problem(i).is_none());
@@ -110,7 +112,8 @@ fn rounded_path(text: &mut Text, batch: &CurveBatch, i: usize, unit: f64) -> io:
     if repeats { text.push("Z") } else { Ok(()) }
 }
 
-/// Left, top, width and height of what can be drawn: of the curves that were fitted, where there are any.
+/// Left, top, width and height of what can be drawn: of the curves that were fitted, where there
+/// are any.
 fn view_box(batch: &CurveBatch) -> [f64; 4] {
     let fitted = |i: usize| batch.problem(i).is_none() && is_finite(batch, i);
     let any = (0..batch.len()).any(fitted);
@@ -132,8 +135,8 @@ fn view_box(batch: &CurveBatch) -> [f64; 4] {
     [low[0] - margin, low[1] - margin, size[0] + 2.0 * margin, size[1] + 2.0 * margin]
 }
 
-/// Text for an attribute: white space as references, since XML readers would make blanks of it; characters that XML
-/// cannot hold become U+FFFD.
+/// Text for an attribute: white space as references, since XML readers would make blanks of it;
+/// characters that XML cannot hold become U+FFFD.
 fn escaped(name: &str) -> Cow<'_, str> {
     if name.chars().all(|c| c.is_ascii_alphanumeric() || "/_-. ".contains(c)) {
         return Cow::Borrowed(name);

@@ -110,7 +110,8 @@ fn families(layout: &Layout, tables: &Tables, round: u32, rounds: u32) -> Vec<Ex
     layout.shapes(round).enumerate().map(family).collect()
 }
 
-/// Cosines and eigenvalues for the widths that grids have in the end. Those before it are every second, fourth, … of them.
+/// Cosines and eigenvalues for the widths that grids have in the end. Those before it are every
+/// second, fourth, … of them.
 struct Tables {
     /// The first number for so many intervals.
     first: FxHashMap<usize, usize>,

@@ -58,7 +58,8 @@ impl Layout {
         (offsets, total)
     }
 
-    /// The first workgroup of every family, and how many there are in all, with so many threads a grid of this shape.
+    /// The first workgroup of every family, and how many there are in all, with so many threads a
+    /// grid of this shape.
     pub fn workgroups(&self, rounds: u32, threads: impl Fn([usize; 2]) -> usize) -> (Vec<u32>, usize) {
         let mut total = 0;
         let mut starts = Vec::with_capacity(self.families.len());
@@ -69,7 +70,8 @@ impl Layout {
         (starts, total)
     }
 
-    /// Of every grid of the chunk, if it was sent: its number among the members, and the first of its numbers after so many rounds.
+    /// Of every grid of the chunk, if it was sent: its number among the members, and the first of
+    /// its numbers after so many rounds.
     pub fn places(&self, rounds: u32) -> Vec<Option<(usize, usize)>> {
         let mut places = vec![None; self.chunk.len()];
         let (offsets, _) = self.offsets(rounds);

@@ -71,7 +71,8 @@ impl Weights {
         self.weights.len()
     }
 
-    /// Turns of a thread's loops at most, for so many values a point: those of the search for its family too.
+    /// Turns of a thread's loops at most, for so many values a point: those of the search for its
+    /// family too.
     pub fn turns(&self, dimension: usize) -> usize {
         dimension.saturating_mul(1 + (self.radius + 1) * (self.radius + 2)).saturating_add(32)
     }

@@ -57,7 +57,8 @@ fn twin<S: Real + rustdct::DctNum>(method: &Subdivide, grids: &Grids) -> Vec<f64
     all
 }
 
-/// The largest difference, in ε of the precision. Extents are 2, so that this is a difference in units of their halves.
+/// The largest difference, in ε of the precision. Extents are 2, so that this is a difference in
+/// units of their halves.
 fn roundings(found: &[f64], wanted: &[f64], precision: Precision) -> f64 {
     assert_eq!(found.len(), wanted.len());
     let epsilon = if precision == Precision::F64 { f64::EPSILON } else { f32::EPSILON.into() };
@@ -85,7 +86,8 @@ fn the_sparse_kernel_is_its_twin_but_for_contractions() {
                 };
                 let apart = roundings(&found, &wanted, precision);
                 println!("support {support}, {reproduces:?}, {precision:?}: {apart:.2} ε");
-                // Every product that is not rounded by itself may move a sum of up to 2 by half an ε of it: of up to 36, few do.
+                // Every product that is not rounded by itself may move a sum of up to 2 by half an
+                // ε of it: of up to 36, few do.
                 assert!(apart <= 4.0, "support {support}, {precision:?}: {apart} ε");
             }
         }

@@ -60,9 +60,10 @@ pub(super) fn subtract_applied<S: Scalar, const D: usize>(to: &mut Vector<S, D>,
     }
 }
 
-/// The lower triangle C with C Cᵀ = a, of which the lower triangle is read, with 1/c on the diagonal; `smallest` is lowered
-/// to the smallest pivot. A pivot that is not positive is reported and counts as infinite, which holds its unknown at 0 and
-/// keeps the factors from growing; one that is not a finite number is reported as 0.
+/// The lower triangle C with C Cᵀ = a, of which the lower triangle is read, with 1/c on the
+/// diagonal; `smallest` is lowered to the smallest pivot. A pivot that is not positive is reported
+/// and counts as infinite, which holds its unknown at 0 and keeps the factors from growing; one
+/// that is not a finite number is reported as 0.
 pub(super) fn cholesky<S: Scalar, const D: usize>(a: &Block<S, D>, smallest: &mut S) -> Block<S, D> {
     let mut c = zero();
     for i in 0..D {

@@ -1,4 +1,5 @@
-//! Batches of block-banded systems on a GPU: arrays up, one dispatch a chunk, solutions and smallest pivots back.
+//! Batches of block-banded systems on a GPU: arrays up, one dispatch a chunk, solutions and
+//! smallest pivots back.
 
 #[cfg(all(test, feature = "gpu"))]
 mod tests;
@@ -33,7 +34,8 @@ struct BlockCurve {
     scratch: u32,
 }
 
-/// Lanes of a curve in the kernels: 8 suit curves of up to some hundred vertices; with 1, a thread has a curve for itself.
+/// Lanes of a curve in the kernels: 8 suit curves of up to some hundred vertices; with 1, a thread
+/// has a curve for itself.
 pub const BLOCK_LANES: [u32; 5] = [1, 8, 16, 32, 64];
 
 /// Threads a workgroup, where a lane has its curve for itself.
@@ -53,7 +55,8 @@ pub struct BlockBatch<'a, T> {
     pub offsets: &'a [usize],
     /// Whether each curve is closed.
     pub closed: &'a [bool],
-    /// Of every vertex, the blocks with itself and its next three (see [`BlockSystem`](super::BlockSystem)), row after row.
+    /// Of every vertex, the blocks with itself and its next three (see
+    /// [`BlockSystem`](super::BlockSystem)), row after row.
     pub blocks: &'a [T],
     /// Of every vertex, whether its unknown is not held at 0.
     pub movable: &'a [bool],
@@ -64,18 +67,18 @@ pub struct BlockBatch<'a, T> {
 pub struct BlockSolutions<T> {
     /// The unknowns, vertex after vertex.
     pub x: Vec<T>,
-    /// The smallest pivot of each curve: where it is not positive, the matrix is not positive definite, and its unknowns have
-    /// no meaning. For a curve without vertices, 1e30.
+    /// The smallest pivot of each curve: where it is not positive, the matrix is not positive
+    /// definite, and its unknowns have no meaning. For a curve without vertices, 1e30.
     pub pivots: Vec<T>,
 }
 
-/// Solves a batch with so many lanes a curve, one of [`BLOCK_LANES`], in f32 or f64 (the arrays are converted where they
-/// differ).
+/// Solves a batch with so many lanes a curve, one of [`BLOCK_LANES`], in f32 or f64 (the arrays are
+/// converted where they differ).
 ///
 /// # Errors
-/// [`Error::Argument`] for a number of lanes that there is no kernel for, and for a closed curve of fewer vertices than `reach`; those of
-/// compiling the kernel and of submissions; [`Error::Limit`] for a curve larger than the device's largest array, or too long
-/// for its lanes.
+/// [`Error::Argument`] for a number of lanes that there is no kernel for, and for a closed curve of
+/// fewer vertices than `reach`; those of compiling the kernel and of submissions; [`Error::Limit`]
+/// for a curve larger than the device's largest array, or too long for its lanes.
 pub fn solve_blocks_on_gpu<T: Real>(
     gpu: &Gpu,
     precision: Precision,

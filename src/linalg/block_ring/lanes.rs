@@ -1,4 +1,5 @@
-//! Twin of `shaders/linalg/block_ring/lanes.wgsl`: one system by partition and cyclic reduction over a ring of lanes.
+//! Twin of `shaders/linalg/block_ring/lanes.wgsl`: one system by partition and cyclic reduction
+//! over a ring of lanes.
 
 // Loops by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]
@@ -14,8 +15,8 @@ use crate::linalg::scalar::{Vector, add};
 /// Stands for the pivot of a matrix without rows.
 pub(super) const RING_NO_PIVOT: f64 = 1e30;
 
-/// Blocks by the kept vertices of two chunks, or of one; the first `reach` rows and columns are used, and of symmetric ones the
-/// upper half.
+/// Blocks by the kept vertices of two chunks, or of one; the first `reach` rows and columns are
+/// used, and of symmetric ones the upper half.
 type Blocks<S, const D: usize> = [[Block<S, D>; MOST_REACH]; MOST_REACH];
 
 /// Vectors of the kept vertices.
@@ -24,10 +25,11 @@ type Vectors<S, const D: usize> = [Vector<S, D>; MOST_REACH];
 /// What a system's factorisation found.
 #[derive(Clone, Debug)]
 pub struct BlockSolution<S, const D: usize> {
-    /// The unknowns; of no meaning, but numbers unless they overflow, where the smallest pivot is not positive.
+    /// The unknowns; of no meaning, but numbers unless they overflow, where the smallest pivot is
+    /// not positive.
     pub x: Vec<Vector<S, D>>,
-    /// The smallest pivot: positive if and only if the matrix is positive definite, up to rounding. 0 for one that is not a
-    /// number.
+    /// The smallest pivot: positive if and only if the matrix is positive definite, up to rounding.
+    /// 0 for one that is not a number.
     pub smallest: S,
 }
 
@@ -39,8 +41,9 @@ struct Eliminated<S, const D: usize> {
     rhs: Vector<S, D>,
 }
 
-/// What a lane tells others of the kept vertices that it has eliminated between, `low` and `high`: what is to be added to
-/// their blocks and right-hand sides, and the block that couples them now, `high` in rows.
+/// What a lane tells others of the kept vertices that it has eliminated between, `low` and `high`:
+/// what is to be added to their blocks and right-hand sides, and the block that couples them now,
+/// `high` in rows.
 struct Shares<S, const D: usize> {
     low: Blocks<S, D>,
     low_rhs: Vectors<S, D>,
@@ -56,8 +59,8 @@ impl<S: Scalar, const D: usize> Shares<S, D> {
     }
 }
 
-/// A row of the ring: `left` and `right` couple the kept vertices (rows) with those of the neighbours. Once factored, C⁻¹ of
-/// all that, and the diagonal blocks of C.
+/// A row of the ring: `left` and `right` couple the kept vertices (rows) with those of the
+/// neighbours. Once factored, C⁻¹ of all that, and the diagonal blocks of C.
 struct Kept<S, const D: usize> {
     own: Blocks<S, D>,
     left: Blocks<S, D>,
@@ -137,8 +140,9 @@ pub fn solve_blocks<S: Scalar, const D: usize>(
     BlockSolution { x, smallest }
 }
 
-/// Eliminates the vertices begin + reach … end − 1 of a chunk, one after the other: what `low`, the chunk's first vertices, and
-/// `high`, the next chunk's, are left with. To a chunk belong the blocks of its vertices with themselves and those after.
+/// Eliminates the vertices begin + reach … end − 1 of a chunk, one after the other: what `low`, the
+/// chunk's first vertices, and `high`, the next chunk's, are left with. To a chunk belong the
+/// blocks of its vertices with themselves and those after.
 fn eliminate<S: Scalar, const D: usize>(
     system: &BlockSystem<'_, S, D>,
     rhs: &[Vector<S, D>],
@@ -150,8 +154,8 @@ fn eliminate<S: Scalar, const D: usize>(
     let block = |v: usize, k: usize| if v < end { system.block(v, k) } else { zero() };
     let own_rhs = |v: usize| if v < end { system.held(v, rhs) } else { [S::ZERO; D] };
     let mut out = Shares::new();
-    // Window of the next vertices, whose last row and column are those of the vertex about to enter; and what couples it
-    // with the kept ones, window in rows.
+    // Window of the next vertices, whose last row and column are those of the vertex about to
+    // enter; and what couples it with the kept ones, window in rows.
     let mut window = [[zero(); MOST_REACH + 1]; MOST_REACH + 1];
     let mut window_rhs = [[S::ZERO; D]; MOST_REACH + 1];
     let mut coupled = [[zero(); MOST_REACH]; MOST_REACH + 1];
@@ -306,7 +310,8 @@ fn substitute<S: Scalar, const D: usize>(
 }
 
 impl<S: Scalar, const D: usize> BlockSystem<'_, S, D> {
-    /// The block of vertices v and v + k, by unwrapped numbers, where vertices that are held are decoupled.
+    /// The block of vertices v and v + k, by unwrapped numbers, where vertices that are held are
+    /// decoupled.
     fn block(&self, v: usize, k: usize) -> Block<S, D> {
         let n = self.blocks.len();
         let other = if self.closed && v + k >= n { v + k - n } else { v + k };

@@ -13,7 +13,8 @@ use crate::linalg::banded::Banded;
 
 const LANES: [usize; 6] = [1, 2, 4, 8, 16, 64];
 
-/// Every small number of vertices, where chunks are of the least length, uneven, and wrapped; then longer ones.
+/// Every small number of vertices, where chunks are of the least length, uneven, and wrapped; then
+/// longer ones.
 fn counts() -> impl Iterator<Item = usize> {
     (3..=26).chain([31, 33, 64, 65, 100, 129, 200])
 }
@@ -28,7 +29,8 @@ pub(super) struct Case<const D: usize> {
 }
 
 impl<const D: usize> Case<D> {
-    /// Σ w v vᵀ over random stencils v of reach + 1 vertices, weights over so many decades, and a small diagonal.
+    /// Σ w v vᵀ over random stencils v of reach + 1 vertices, weights over so many decades, and a
+    /// small diagonal.
     pub fn random(n: usize, closed: bool, reach: usize, pins: bool, decades: f64, seed: u64) -> Self {
         let mut rng = StdRng::seed_from_u64(seed);
         let mut blocks = vec![[[[0.0; D]; D]; MOST_REACH + 1]; n];
@@ -58,7 +60,8 @@ impl<const D: usize> Case<D> {
         Case { closed, reach, blocks, movable, rhs }
     }
 
-    /// The Hessian of an energy at a wavy ring or arc, shifted so that its smallest eigenvalue is that fraction of the largest.
+    /// The Hessian of an energy at a wavy ring or arc, shifted so that its smallest eigenvalue is
+    /// that fraction of the largest.
     pub fn hessian(energy: &Energy, n: usize, closed: bool, reach: usize, fraction: f64, seed: u64) -> Self {
         let mut rng = StdRng::seed_from_u64(seed);
         let turn = if closed { std::f64::consts::TAU / n as f64 } else { 4.0 / n as f64 };
@@ -255,15 +258,16 @@ fn a_singular_hessian_has_a_pivot_of_rounding_alone() {
         case.shift(-least);
         for lanes in LANES {
             let (_, smallest) = case.solve::<f64>(lanes);
-            // A backward error of N ε a for N unknowns, over the share of the unknown that comes last in the square of
-            // the null vector, 1/N on average.
+            // A backward error of N ε a for N unknowns, over the share of the unknown that comes
+            // last in the square of the null vector, 1/N on average.
             let threshold = 4.0 * ((2 * n) as f64).powi(2) * f64::EPSILON * most;
             assert!(smallest <= threshold, "{n} vertices, {lanes} lanes: {smallest:e} above {threshold:e}");
         }
     }
 }
 
-/// The logarithm of the error in f32 of the ring over that of banded elimination, at Hessians: sum and number of cases.
+/// The logarithm of the error in f32 of the ring over that of banded elimination, at Hessians: sum
+/// and number of cases.
 fn compare<const D: usize, const B: usize>(energy: &Energy, reach: usize, lanes: usize) -> (f64, f64) {
     let (mut sum, mut count) = (0.0, 0.0);
     for (n, closed) in [8, 17, 33, 65, 90].into_iter().flat_map(|n| [(n, false), (n, true)]) {

@@ -11,13 +11,15 @@ use crate::linalg::tridiagonal::solve_on_cpu;
 use crate::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch};
 use crate::precision::Precision;
 
-/// Solves a batch on a GPU with the kernel asked for, in f32 or f64 (the arrays are converted where they differ).
+/// Solves a batch on a GPU with the kernel asked for, in f32 or f64 (the arrays are converted where
+/// they differ).
 ///
 /// Where the device is lost, systems that were not solved have the status
 /// [`CurveStatus::NotConverged`] and NaN.
 ///
 /// # Errors
-/// Those of compiling the kernel and of submissions; [`Error::Limit`](crate::Error::Limit) when a single system exceeds the device's largest array.
+/// Those of compiling the kernel and of submissions; [`Error::Limit`](crate::Error::Limit) when a
+/// single system exceeds the device's largest array.
 pub fn solve_on_gpu<T: Real>(
     gpu: &Gpu,
     precision: Precision,
@@ -30,7 +32,8 @@ pub fn solve_on_gpu<T: Real>(
     let mut solutions = Solutions { x: vec![T::ZERO; rhs.len()], status: vec![CurveStatus::Converged; count] };
     let real = precision.bytes();
     let rows = systems.offsets.windows(2).map(|pair| pair[1] - pair[0]);
-    // Three bands, right-hand sides and solution with its copy for reading, and two numbers of scratch.
+    // Three bands, right-hand sides and solution with its copy for reading, and two numbers of
+    // scratch.
     let chunks = plan::chunks(rows, real * columns.max(2) as u64, real * (5 + 3 * columns as u64), gpu.limits())?;
     let job = Job { kernel, systems, rhs, columns };
     let done = pipeline(

@@ -1,4 +1,5 @@
-//! Twin of `shaders/linalg/ring/lanes.wgsl`: one system by partition and cyclic reduction over a ring of lanes.
+//! Twin of `shaders/linalg/ring/lanes.wgsl`: one system by partition and cyclic reduction over a
+//! ring of lanes.
 
 use crate::linalg::Real;
 
@@ -65,8 +66,8 @@ impl<T: Real> Reduced<T> {
     }
 }
 
-/// Solves one system with up to `lanes` lanes (a power of two). The flag says whether it was singular: then every
-/// constant could be added, and the kept unknowns are zero.
+/// Solves one system with up to `lanes` lanes (a power of two). The flag says whether it was
+/// singular: then every constant could be added, and the kept unknowns are zero.
 pub fn solve_lanes<T: Real>(rows: &[Row<T>], lanes: usize) -> (Vec<T>, bool) {
     let n = rows.len();
     let ring = 1 << lanes.min(n).ilog2();

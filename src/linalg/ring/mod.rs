@@ -1,6 +1,7 @@
 //! Batched tridiagonal systems on the GPU: partition and cyclic reduction over a ring of lanes.
 //!
-//! The kernels work on rows in the form (excess + left + right) x_i − left x_{i−1} − right x_{i+1} = rhs_i, given by a
+//! The kernels work on rows in the form (excess + left + right) x_i − left x_{i−1} − right x_{i+1}
+//! = rhs_i, given by a
 //! [`RowSource`]: arrays for the public solver, or computed on the fly from the data of a spline. Which kernel serves
 //! which system is planned here, by its number of rows.
 
@@ -88,7 +89,8 @@ pub const STATUS_SOLVED: u32 = 1;
 /// Status word of a singular system, of which one solution is given.
 pub const STATUS_SINGULAR: u32 = 2;
 
-/// Where kernels take their rows from: a shader file that defines `load_row`, `load_rhs` and `store`.
+/// Where kernels take their rows from: a shader file that defines `load_row`, `load_rhs` and
+/// `store`.
 pub struct RowSource<'a> {
     /// Path below `shaders/`.
     pub path: &'static str,
@@ -104,26 +106,30 @@ const SMALL_RING: u32 = 8;
 /// Lanes of the large ring, one system a workgroup.
 const LARGE_RING: u32 = 128;
 
-/// Rows a lane holds in registers, by bucket: unrolled in the kernel's text. Two at least, since a system shorter than
-/// the ring is spread over the largest power of two of lanes not above its rows.
+/// Rows a lane holds in registers, by bucket: unrolled in the kernel's text. Two at least, since a
+/// system shorter than the ring is spread over the largest power of two of lanes not above its
+/// rows.
 const SMALL_CHUNKS: [u32; 5] = [2, 4, 8, 16, 32];
 
 /// The same for the large ring.
 const LARGE_CHUNKS: [u32; 3] = [8, 16, 32];
 
-/// Systems up to this many rows are solved by one thread each where there are no subgroups: on llvmpipe in f32 that is 3.5
-/// times as fast as exchanging through memory at 16 rows, 1.5 times at 64, and about even at 256 (benches/RESULTS.md).
+/// Systems up to this many rows are solved by one thread each where there are no subgroups: on
+/// llvmpipe in f32 that is 3.5 times as fast as exchanging through memory at 16 rows, 1.5 times at
+/// 64, and about even at 256 (benches/RESULTS.md).
 const SHORT_ROWS: u32 = 64;
 
-/// Above this many rows software adapters take the long kernels, which compile in less than a second, where llvmpipe
-/// needs seconds for those with more than 8 rows a lane unrolled in their text (2 s for 16, 7 s for 32, once measured).
+/// Above this many rows software adapters take the long kernels, which compile in less than a
+/// second, where llvmpipe needs seconds for those with more than 8 rows a lane unrolled in their
+/// text (2 s for 16, 7 s for 32, once measured).
 const QUICK_ROWS: u32 = 64;
 
-/// Rows a single thread takes at most: it loops over them twice, and llvmpipe ends a thread's loops, without a word,
-/// after 65,535 iterations all told.
+/// Rows a single thread takes at most: it loops over them twice, and llvmpipe ends a thread's
+/// loops, without a word, after 65,535 iterations all told.
 const THREAD_ROWS: u32 = 16_384;
 
-/// Rows of a chunk of the long kernels, held in a function-scope array of the thread that substitutes.
+/// Rows of a chunk of the long kernels, held in a function-scope array of the thread that
+/// substitutes.
 const LONG_CHUNK: u32 = 32;
 
 /// Threads a workgroup, except where the large ring is one.
@@ -143,7 +149,8 @@ pub struct Solve<'a> {
 }
 
 impl Solve<'_> {
-    /// Records the dispatches that solve all systems: `solution` takes columns numbers a row, `status` a word a system.
+    /// Records the dispatches that solve all systems: `solution` takes columns numbers a row,
+    /// `status` a word a system.
     pub fn record(
         &self,
         recording: &mut Recording<'_>,
@@ -249,7 +256,8 @@ impl Variant {
     }
 }
 
-/// A kernel of this room, with the row source's file and definitions and the number of right-hand sides.
+/// A kernel of this room, with the row source's file and definitions and the number of right-hand
+/// sides.
 fn kernel_key(
     path: &'static str,
     entry: &'static str,

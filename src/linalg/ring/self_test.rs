@@ -11,10 +11,11 @@ use crate::precision::Precision;
 pub struct SelfTest {
     /// Which kernel, which precision.
     pub what: String,
-    /// The largest difference to the CPU's f64, relative to the largest solution; or why there is none.
+    /// The largest difference to the CPU's f64, relative to the largest solution; or why there is
+    /// none.
     pub outcome: Result<f64, String>,
-    /// What it may be: 64 ε, far above what a right kernel needs for these systems of condition 5 and far below
-    /// what a wrong one gives.
+    /// What it may be: 64 ε, far above what a right kernel needs for these systems of condition 5
+    /// and far below what a wrong one gives.
     pub bound: f64,
 }
 

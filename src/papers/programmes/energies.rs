@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use crate::laplacian::unknowns::Class;
 
-/// The energy whose subdivision is looked for: E, one row a point, on a grid or a curve of free ends.
+/// The energy whose subdivision is looked for: E, one row a point, on a grid or a curve of free
+/// ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Energy {
-    /// Σ w |difference|² over the edges of a grid: 4 −1 −1 −1 −1 inside, 2 −½ −½ −1 at the border, 1 −½ −½ at a corner.
+    /// Σ w |difference|² over the edges of a grid: 4 −1 −1 −1 −1 inside, 2 −½ −½ −1 at the border,
+    /// 1 −½ −½ at a corner.
     #[default]
     Dirichlet,
     /// Σ |difference|² of a curve: −1 2 −1, at its ends 1 −1.
@@ -51,7 +53,8 @@ impl Factor {
             Factor::Mass if end => vec![(0, 0.5)],
             Factor::Mass | Factor::One => vec![(i, 1.0)],
             Factor::Bending => {
-                // The second differences around i − 1, i and i + 1, as far as their points are there.
+                // The second differences around i − 1, i and i + 1, as far as their points are
+                // there.
                 let mut row = BTreeMap::new();
                 for (centre, weight) in [(i - 1, 1.0), (i, -2.0), (i + 1, 1.0)] {
                     if axis == Axis::Endless || centre >= 1 {
@@ -77,7 +80,8 @@ impl Energy {
         if self == Energy::CurveBending { 2 } else { 1 }
     }
 
-    /// c in E₂ₙS = c UEₙ: what halving the spacing does to the energy of a function of `dimension` variables and its derivatives.
+    /// c in E₂ₙS = c UEₙ: what halving the spacing does to the energy of a function of `dimension`
+    /// variables and its derivatives.
     pub(super) fn scale(self) -> f64 {
         match self {
             Energy::Dirichlet => 1.0,

@@ -1,7 +1,9 @@
-//! The report's linear programme, as data: [`Programme`] says which sparse S makes the rows of E₂ₙS − UEₙ as small as can be.
+//! The report's linear programme, as data: [`Programme`] says which sparse S makes the rows of E₂ₙS
+//! − UEₙ as small as can be.
 //!
-//! An infinity norm is made linear the usual way: an unknown u ≥ |entry| for each entry of a row, and t ≥ Σ u for each row; t is least.
-//! Whatever solves linear programmes solves this one. The same lines state it for curves, where it leads to natural cubic splines.
+//! An infinity norm is made linear the usual way: an unknown u ≥ |entry| for each entry of a row,
+//! and t ≥ Σ u for each row; t is least. Whatever solves linear programmes solves this one. The
+//! same lines state it for curves, where it leads to natural cubic splines.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -39,7 +41,8 @@ impl Affine {
         Affine { terms: after.iter().map(|&(unknown, x)| (unknown - known.len(), x)).collect(), constant }
     }
 
-    /// The same up to its sign, bit by bit: all coefficients are multiples of powers of two, so equal ones are the same bits.
+    /// The same up to its sign, bit by bit: all coefficients are multiples of powers of two, so
+    /// equal ones are the same bits.
     fn key(&self) -> (Vec<(usize, u64)>, u64) {
         let first = self.terms.first().map_or(self.constant, |&(_, coefficient)| coefficient);
         let sign = if first < 0.0 { -1.0 } else { 1.0 };
@@ -49,10 +52,12 @@ impl Affine {
     }
 }
 
-/// A linear programme as solvers take it: c·x least, where Ax = b for the equalities and Ax ≤ b for the inequalities.
+/// A linear programme as solvers take it: c·x least, where Ax = b for the equalities and Ax ≤ b for
+/// the inequalities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandardForm {
-    /// How many of the first variables are entries of masks; bounds of absolute values follow, and last the maximum.
+    /// How many of the first variables are entries of masks; bounds of absolute values follow, and
+    /// last the maximum.
     pub unknowns: usize,
     /// c, one entry a variable.
     pub objective: Vec<f64>,
@@ -62,12 +67,15 @@ pub struct StandardForm {
     pub inequalities: Vec<(Vec<(usize, f64)>, f64)>,
 }
 
-/// The sparse S that makes ‖E₂ₙS − UEₙ‖∞ least: unknowns, residual rows and constraints, class after class.
+/// The sparse S that makes ‖E₂ₙS − UEₙ‖∞ least: unknowns, residual rows and constraints, class
+/// after class.
 ///
-/// S has the symmetries of the grid, and no entry further than `radius` from the place of its coarse point. Coarse points less than `own_rows` from
-/// a border (from two: corner) have masks of their own. All others have the interior mask, with the symmetries of the square.
+/// S has the symmetries of the grid, and no entry further than `radius` from the place of its
+/// coarse point. Coarse points less than `own_rows` from a border (from two: corner) have masks of
+/// their own. All others have the interior mask, with the symmetries of the square.
 ///
-/// Unknowns are numbered class after class ([`Unknown`]), so that those of the classes before come first.
+/// Unknowns are numbered class after class ([`Unknown`]), so that those of the classes before come
+/// first.
 ///
 /// # Examples
 ///
@@ -89,14 +97,16 @@ pub struct Programme {
 }
 
 impl Programme {
-    /// The programme for masks of this radius (support 2 · radius + 1), with [`Programme::usual_own_rows`].
+    /// The programme for masks of this radius (support 2 · radius + 1), with
+    /// [`Programme::usual_own_rows`].
     pub fn new(energy: Energy, radius: usize, reproduces: Reproduces) -> Self {
         let unknowns = Unknowns::new(energy.dimension(), radius, Unknowns::usual_own_rows(radius));
         Programme { energy, reproduces, unknowns }
     }
 
-    /// How many rows of coarse points have border masks where nothing else is said: all those whose window of fine points meets the
-    /// border, radius / 2 + 1. With fewer, reflection of the interior mask is not among the rules to choose from.
+    /// How many rows of coarse points have border masks where nothing else is said: all those whose
+    /// window of fine points meets the border, radius / 2 + 1. With fewer, reflection of the
+    /// interior mask is not among the rules to choose from.
     pub fn usual_own_rows(radius: usize) -> usize {
         radius / 2 + 1
     }
@@ -121,7 +131,8 @@ impl Programme {
         self.unknowns.of_class(class)
     }
 
-    /// The number of the unknown that is the entry of S for a fine and a coarse point, counted from the border where `axes` end; `None` where it is 0.
+    /// The number of the unknown that is the entry of S for a fine and a coarse point, counted from
+    /// the border where `axes` end; `None` where it is 0.
     fn entry(&self, fine: [isize; 2], coarse: [isize; 2], axes: [Axis; 2]) -> Option<usize> {
         let [border_0, border_1] = [0, 1].map(|axis| axes[axis] == Axis::HalfLine);
         self.unknowns.entry(fine, coarse, [border_0, border_1])
@@ -133,7 +144,8 @@ impl Programme {
         before.map_or(0, |class| self.known_after(class))..self.known_after(class)
     }
 
-    /// Fine points of which each row of a class is the like of one: up to the border and its neighbourhood, elsewhere by parity.
+    /// Fine points of which each row of a class is the like of one: up to the border and its
+    /// neighbourhood, elsewhere by parity.
     fn fine_points(&self, class: Class) -> Vec<[isize; 2]> {
         let last = 2 * (self.unknowns.own_rows as isize - 1) + self.radius() as isize + self.energy.reach();
         let [first, second] = self.energy.axes(class).map(|axis| match axis {
@@ -177,7 +189,8 @@ impl Programme {
         entries.filter(|entry| !entry.terms.is_empty() || entry.constant != 0.0).collect()
     }
 
-    /// The distinct rows of E₂ₙS − UEₙ of a class, the entries of each as functions of the unknowns. Signs and order of entries make no difference.
+    /// The distinct rows of E₂ₙS − UEₙ of a class, the entries of each as functions of the
+    /// unknowns. Signs and order of entries make no difference.
     pub fn rows(&self, class: Class) -> Vec<Vec<Affine>> {
         let own = self.range(class);
         let axes = self.energy.axes(class);
@@ -194,7 +207,8 @@ impl Programme {
             .collect()
     }
 
-    /// What has to be 0 so that the rule reproduces what it shall: Σ weights − 1, and for linear functions Σ weight · coordinate − coordinate.
+    /// What has to be 0 so that the rule reproduces what it shall: Σ weights − 1, and for linear
+    /// functions Σ weight · coordinate − coordinate.
     pub fn constraints(&self, class: Class) -> Vec<Affine> {
         let own = self.range(class);
         let axes = self.energy.axes(class);
@@ -235,9 +249,11 @@ impl Programme {
         self.rows(class).iter().map(sum).fold(0.0, f64::max)
     }
 
-    /// The programme of one class, where `known` are the values of the unknowns of all classes before it.
+    /// The programme of one class, where `known` are the values of the unknowns of all classes
+    /// before it.
     ///
-    /// Variables: the unknowns of the class; one u a distinct entry, −u ≤ entry ≤ u; t, and Σ u ≤ t for each row. t is to be least.
+    /// Variables: the unknowns of the class; one u a distinct entry, −u ≤ entry ≤ u; t, and Σ u ≤ t
+    /// for each row. t is to be least.
     pub fn standard_form(&self, class: Class, known: &[f64]) -> StandardForm {
         let unknowns = self.range(class).len();
         let mut numbers = BTreeMap::new();

@@ -10,35 +10,37 @@ use rand_distr::{Distribution, StandardNormal};
 use super::{Evolution, Outcome, Record, Request, SegmentCosts, check, evaluate};
 use crate::error::{Error, Result};
 
-/// Options of Gaussian Adaptation: all slopes are sampled together from a Gaussian that is widened, turned and moved so
-/// that a fraction P of its samples stays below a threshold that falls.
+/// Options of Gaussian Adaptation: all slopes are sampled together from a Gaussian that is widened,
+/// turned and moved so that a fraction P of its samples stays below a threshold that falls.
 ///
-/// With n free slopes, mean m, scale r and a matrix Q of determinant 1, a candidate is x = m + r Q η, η standard
-/// normal. If its cost f(x) is below the threshold c_T it is accepted:
+/// With n free slopes, mean m, scale r and a matrix Q of determinant 1, a candidate is x = m + r Q
+/// η, η standard normal. If its cost f(x) is below the threshold c_T it is accepted:
 ///
 /// * r ← f_e r, f_e = 1 + β (1 − P);
 /// * m ← (1 − 1/N_m) m + x/N_m;
 /// * QQᵀ ← (1 − 1/N_C) QQᵀ + (x − m)(x − m)ᵀ/(N_C r²), then scaled to determinant 1 again;
 /// * c_T ← (1 − 1/N_T) c_T + f(x)/N_T;
 ///
-/// else r ← f_c r, f_c = 1 − β P, and nothing more: where a fraction P is accepted r stays. P = 1/e maximises −P ln P,
-/// the rate of entropy gained at a success; N_m = N_T = e n, N_C = (n + 1)²/ln(n + 1), β = 1/N_C. The covariance is
-/// r²QQᵀ throughout, and since r alone carries its size the samples enter QQᵀ in units of r.
+/// else r ← f_c r, f_c = 1 − β P, and nothing more: where a fraction P is accepted r stays. P = 1/e
+/// maximises −P ln P, the rate of entropy gained at a success; N_m = N_T = e n, N_C = (n + 1)²/ln(n
+/// + 1), β = 1/N_C. The covariance is r²QQᵀ throughout, and since r alone carries its size the
+/// samples enter QQᵀ in units of r.
 ///
-/// Where it starts c_T is [`threshold`](Self::threshold). While c_T is infinite it becomes the first finite cost met. A
-/// slope is a real number to the Gaussian, although costs repeat after a turn; so r is kept below π, where samples
-/// cover the circle evenly.
+/// Where it starts c_T is [`threshold`](Self::threshold). While c_T is infinite it becomes the
+/// first finite cost met. A slope is a real number to the Gaussian, although costs repeat after a
+/// turn; so r is kept below π, where samples cover the circle evenly.
 ///
-/// Source: C. L. Müller and I. F. Sbalzarini, *Gaussian Adaptation revisited: an entropic view on covariance matrix
-/// adaptation*, EvoStar 2010, LNCS 6024, after G. Kjellström and L. Taxén. Two things differ: QQᵀ is kept as its
-/// Cholesky factor, updated by rank one in O(n²) (the samples have the same distribution with any root of it), and
-/// candidates are drawn and evaluated [`batch`](Self::batch) at a time, all from one Gaussian, and then absorbed one
-/// after the other; a batch of 1 is the method of the paper. For large batches N_m and N_T are at least P times the
-/// batch, N_C at least the batch: else r would shrink through a whole batch that was drawn before it could be told, and
-/// never recover.
+/// Source: C. L. Müller and I. F. Sbalzarini, *Gaussian Adaptation revisited: an entropic view on
+/// covariance matrix adaptation*, EvoStar 2010, LNCS 6024, after G. Kjellström and L. Taxén. Two
+/// things differ: QQᵀ is kept as its Cholesky factor, updated by rank one in O(n²) (the samples
+/// have the same distribution with any root of it), and candidates are drawn and evaluated
+/// [`batch`](Self::batch) at a time, all from one Gaussian, and then absorbed one after the other;
+/// a batch of 1 is the method of the paper. For large batches N_m and N_T are at least P times the
+/// batch, N_C at least the batch: else r would shrink through a whole batch that was drawn before
+/// it could be told, and never recover.
 ///
-/// It can leave local minima that the greedy search and Newton's method stay in, and nears any minimum slowly: finish
-/// with one of those.
+/// It can leave local minima that the greedy search and Newton's method stay in, and nears any
+/// minimum slowly: finish with one of those.
 ///
 /// ```
 /// use faircurve::scf::search::{GaussianAdaptation, Request, SegmentCosts};
@@ -61,22 +63,24 @@ use crate::error::{Error, Result};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct GaussianAdaptation {
-    /// Seed of the generator (ChaCha with 12 rounds, the same on every machine). The same seed, options and costs give
-    /// the same result, bit for bit.
+    /// Seed of the generator (ChaCha with 12 rounds, the same on every machine). The same seed,
+    /// options and costs give the same result, bit for bit.
     pub seed: u64,
-    /// Candidates drawn and evaluated together, one request of `batch` × segments. `None`: as many as slopes are free,
-    /// by which the mean moves no more than about a seventh of the way (n P/N_m = 1/e²) before the next batch is drawn,
-    /// and which takes no more candidates than one at a time. More fill a device better; beyond e² n (seven times as
-    /// many) the search takes more of them, in proportion.
+    /// Candidates drawn and evaluated together, one request of `batch` × segments. `None`: as many
+    /// as slopes are free, by which the mean moves no more than about a seventh of the way (n P/N_m
+    /// = 1/e²) before the next batch is drawn, and which takes no more candidates than one at a
+    /// time. More fill a device better; beyond e² n (seven times as many) the search takes more of
+    /// them, in proportion.
     pub batch: Option<usize>,
-    /// The standard deviation r of the slopes at the start, radians; 0.3 by default, enough for the neighbours'
-    /// directions that the paper starts from to be far off.
+    /// The standard deviation r of the slopes at the start, radians; 0.3 by default, enough for the
+    /// neighbours' directions that the paper starts from to be far off.
     pub radius: f64,
-    /// The search has settled when r is below this, radians; 1e-5 by default, where costs differ from their minimum by
-    /// about 1e-10 of themselves. Below 1e-7 they differ by their rounding alone.
+    /// The search has settled when r is below this, radians; 1e-5 by default, where costs differ
+    /// from their minimum by about 1e-10 of themselves. Below 1e-7 they differ by their rounding
+    /// alone.
     pub smallest_radius: f64,
-    /// The threshold c_T at the start. `None`: the cost of the slopes at the start. Higher values, ∞ among
-    /// them, search more widely before they descend.
+    /// The threshold c_T at the start. `None`: the cost of the slopes at the start. Higher values,
+    /// ∞ among them, search more widely before they descend.
     pub threshold: Option<f64>,
     /// Most candidates; 1,000,000 by default. About 230 n^1.5 settle where the cost
     /// is convex: 1,300 for 3 slopes, 7,000 for 10, 220,000 for 95.
@@ -96,18 +100,20 @@ impl Default for GaussianAdaptation {
     }
 }
 
-/// Most slopes that may be free: Q is an n × n matrix, of 128 MiB then, and N_C, in which it adapts, grows as n².
+/// Most slopes that may be free: Q is an n × n matrix, of 128 MiB then, and N_C, in which it
+/// adapts, grows as n².
 const MOST_FREE: usize = 4096;
 
 impl GaussianAdaptation {
-    /// Searches from the slopes `start` (radians, one a dot), the first mean; where `fixed`, a slope stays as it is,
-    /// bit for bit. The outcome holds the best candidate ever drawn, or the start.
+    /// Searches from the slopes `start` (radians, one a dot), the first mean; where `fixed`, a
+    /// slope stays as it is, bit for bit. The outcome holds the best candidate ever drawn, or the
+    /// start.
     ///
     /// # Errors
     ///
-    /// [`Error::Argument`] where slopes and flags are not as many as dots, a slope is not finite, the batch is empty, a
-    /// radius is not positive, the threshold is NaN, or more than 4096 slopes are free; and those of
-    /// [`SegmentCosts::costs`].
+    /// [`Error::Argument`] where slopes and flags are not as many as dots, a slope is not finite,
+    /// the batch is empty, a radius is not positive, the threshold is NaN, or more than 4096 slopes
+    /// are free; and those of [`SegmentCosts::costs`].
     pub fn search(&self, costs: &mut dyn SegmentCosts, start: &[f64], fixed: &[bool]) -> Result<Outcome> {
         check(costs.dots(), start, fixed)?;
         let free: Vec<usize> = (0..start.len()).filter(|&dot| !fixed[dot]).collect();
@@ -213,7 +219,8 @@ impl Gaussian {
         DVector::from_fn(normals.len(), |row, _| (0..=row).map(|column| q[(row, column)] * normals[column]).sum())
     }
 
-    /// Learns from a candidate: where it is, by which step Q η of the Gaussian it was drawn from, and its cost.
+    /// Learns from a candidate: where it is, by which step Q η of the Gaussian it was drawn from,
+    /// and its cost.
     fn absorb(&mut self, candidate: &DVector<f64>, step: &DVector<f64>, cost: f64) {
         let beta = 1.0 / self.matrix_memory;
         // An infinite threshold accepts what is finite, and never an infinite cost.
@@ -289,7 +296,8 @@ mod tests {
             let search = GaussianAdaptation { batch, smallest_radius: 1e-7, ..Default::default() };
             let outcome = search.search(&mut costs, &[0.0; 8], &[false; 8]).unwrap();
             assert!(outcome.settled, "{} candidates", outcome.iterations);
-            // A Gaussian of 1e-7 has its mean within some 1e-6, and costs rise as the square of that.
+            // A Gaussian of 1e-7 has its mean within some 1e-6, and costs rise as the square of
+            // that.
             let error = minimum.iter().zip(&outcome.slopes).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(error < 1e-5 && outcome.cost - least < 1e-10, "{error:.1e}, {:.1e}", outcome.cost - least);
         }

@@ -3,29 +3,32 @@
 use super::{Evolution, Outcome, Record, Request, SegmentCosts, check, evaluate, requests_of};
 use crate::error::{Error, Result};
 
-/// Options of the greedy search: of all moves of one slope by ±Δα the one that lowers the cost most is made, until
-/// none lowers it.
+/// Options of the greedy search: of all moves of one slope by ±Δα the one that lowers the cost most
+/// is made, until none lowers it.
 ///
 /// 1. The slopes start from [`initial_slopes`](super::initial_slopes), or whatever is given.
 /// 2. S_k, the cost of the one or two segments at dot k.
 /// 3. S_k^±, the same with α_k ± Δα.
-/// 4. Where S_k − S_k^± is largest, and positive, α_k ← α_k ± Δα. Ties go to the first dot, and to − before +.
+/// 4. Where S_k − S_k^± is largest, and positive, α_k ← α_k ± Δα. Ties go to the first dot, and to
+///    − before +.
 /// 5. Again from 2, until nothing decreases.
 ///
-/// What it finds is a local minimum on the grid α⁽⁰⁾ + Δα·ℤⁿ: no single move improves it, so every slope's
-/// derivative is below about Δα/2 times its second derivative.
+/// What it finds is a local minimum on the grid α⁽⁰⁾ + Δα·ℤⁿ: no single move improves it, so every
+/// slope's derivative is below about Δα/2 times its second derivative.
 ///
-/// Where segments are infinite a move that leaves fewer of them counts as a decrease, whatever it does to the rest: the
-/// paper does not say, and without it no search could leave a place where two neighbouring segments have no minimiser.
+/// Where segments are infinite a move that leaves fewer of them counts as a decrease, whatever it
+/// does to the rest: the paper does not say, and without it no search could leave a place where two
+/// neighbouring segments have no minimiser.
 ///
 /// # Cost
 ///
-/// At first all segments: for each one solve, and two for each of its ends that may move (five in all). After a move at
-/// dot k only the two segments there have changed. Of their entries the old cost serves as the step back and the cost
-/// just reached as the new one; new are the next step ahead at k (two solves) and ±Δα at the two neighbours, each with
-/// the one segment they share with k (four): **six solves an iteration**, in one request; three where k ends an open
-/// curve, two fewer for every neighbour whose slope is fixed. Recomputing everything, as the steps read, takes five for
-/// each segment ([`Outcome::textbook_solves`]).
+/// At first all segments: for each one solve, and two for each of its ends that may move (five in
+/// all). After a move at dot k only the two segments there have changed. Of their entries the old
+/// cost serves as the step back and the cost just reached as the new one; new are the next step
+/// ahead at k (two solves) and ±Δα at the two neighbours, each with the one segment they share with
+/// k (four): **six solves an iteration**, in one request; three where k ends an open curve, two
+/// fewer for every neighbour whose slope is fixed. Recomputing everything, as the steps read, takes
+/// five for each segment ([`Outcome::textbook_solves`]).
 ///
 /// ```
 /// use faircurve::scf::search::{Greedy, Request, SegmentCosts};
@@ -48,12 +51,15 @@ use crate::error::{Error, Result};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Greedy {
-    /// Δα, radians. The paper does not give its own; 0.01 (0.6°) by default, finer than a picture shows.
+    /// Δα, radians. The paper does not give its own; 0.01 (0.6°) by default, finer than a picture
+    /// shows.
     pub step: f64,
-    /// Where nothing decreases Δα is halved, as long as it stays at least this large (radians). `None`, the default: it
-    /// is never halved, as in the paper. Halving ends nearer to the minimum, and a coarse `step` first needs fewer moves.
+    /// Where nothing decreases Δα is halved, as long as it stays at least this large (radians).
+    /// `None`, the default: it is never halved, as in the paper. Halving ends nearer to the
+    /// minimum, and a coarse `step` first needs fewer moves.
     pub smallest_step: Option<f64>,
-    /// Most moves, so that a search always ends; 1,000,000 by default, far more than any figure of the paper needs.
+    /// Most moves, so that a search always ends; 1,000,000 by default, far more than any figure of
+    /// the paper needs.
     pub max_iterations: usize,
 }
 
@@ -64,12 +70,13 @@ impl Default for Greedy {
 }
 
 impl Greedy {
-    /// Searches from the slopes `start` (radians, one a dot); where `fixed`, a slope stays as it is, bit for bit.
+    /// Searches from the slopes `start` (radians, one a dot); where `fixed`, a slope stays as it
+    /// is, bit for bit.
     ///
     /// # Errors
     ///
-    /// [`Error::Argument`] where slopes and flags are not as many as dots, a slope is not finite, or a step is not
-    /// positive; and those of [`SegmentCosts::costs`].
+    /// [`Error::Argument`] where slopes and flags are not as many as dots, a slope is not finite,
+    /// or a step is not positive; and those of [`SegmentCosts::costs`].
     pub fn search(&self, costs: &mut dyn SegmentCosts, start: &[f64], fixed: &[bool]) -> Result<Outcome> {
         check(costs.dots(), start, fixed)?;
         for (name, step) in [("step", Some(self.step)), ("smallest step", self.smallest_step)] {
@@ -107,7 +114,8 @@ impl Greedy {
 /// The two ways a slope moves, as indices: by −Δα and by +Δα.
 const WAYS: [i64; 2] = [-1, 1];
 
-/// Costs of some segments of which some may be infinite: fewer infinite ones first, then the sum of the others.
+/// Costs of some segments of which some may be infinite: fewer infinite ones first, then the sum of
+/// the others.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 struct Local {
     infinite: i32,
@@ -125,7 +133,8 @@ impl Local {
 
 /// All segments' costs, as they are and with either end moved by one step.
 struct Table {
-    /// α_k = origin_k + steps_k·Δα: a slope that comes back has the same bits, so that costs kept are costs computed.
+    /// α_k = origin_k + steps_k·Δα: a slope that comes back has the same bits, so that costs kept
+    /// are costs computed.
     origin: Vec<f64>,
     steps: Vec<i64>,
     step: f64,
@@ -178,7 +187,8 @@ impl Table {
         (segment + end) % self.origin.len()
     }
 
-    /// The segments at a dot, each with the end that lies there: the one that arrives, and the one that leaves.
+    /// The segments at a dot, each with the end that lies there: the one that arrives, and the one
+    /// that leaves.
     fn at(&self, dot: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
         let segments = self.now.len();
         let arrives = match dot {
@@ -248,7 +258,8 @@ impl Table {
             let now = Local::sum(self.at(dot).map(|(segment, _)| self.now[segment]));
             for way in [0, 1] {
                 let then = Local::sum(self.at(dot).map(|(segment, end)| self.moved[segment][end][way]));
-                // Compared as sums, not by their difference: rounding cannot then make two slopes chase each other.
+                // Compared as sums, not by their difference: rounding cannot then make two slopes
+                // chase each other.
                 if then < now {
                     let gain = Local { infinite: now.infinite - then.infinite, finite: now.finite - then.finite };
                     if best.is_none_or(|(most, ..)| gain > most) {

@@ -15,12 +15,13 @@ use crate::scf::workspace::Workspace;
 
 impl Smooth {
     /// How this method finds the slopes of one curve, beside [`Greedy`](super::Greedy) and
-    /// [`GaussianAdaptation`](super::GaussianAdaptation): what it has reached after every iteration, and what that took.
-    /// On the CPU.
+    /// [`GaussianAdaptation`](super::GaussianAdaptation): what it has reached after every
+    /// iteration, and what that took. On the CPU.
     ///
-    /// Every trial of a step evaluates all segments. Where a search fails the others that are tried then count too; with
-    /// several [`starts`](Self::starts) the history is that of the first, and its last record counts all. The ends of an
-    /// open curve are free; their slopes are those that the segments there take.
+    /// Every trial of a step evaluates all segments. Where a search fails the others that are tried
+    /// then count too; with several [`starts`](Self::starts) the history is that of the first, and
+    /// its last record counts all. The ends of an open curve are free; their slopes are those that
+    /// the segments there take.
     ///
     /// ```
     /// use faircurve::scf::Smooth;

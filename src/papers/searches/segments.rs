@@ -11,10 +11,11 @@ use crate::scf::start::wrap;
 use crate::scf::universal::Universal;
 use crate::scf::workspace::evaluate_all;
 
-/// The segments between dots: smooth connection functions of one exponent ν, at ∫|κ|^ν ds each, in units of the input.
+/// The segments between dots: smooth connection functions of one exponent ν, at ∫|κ|^ν ds each, in
+/// units of the input.
 ///
-/// The slopes at the ends of an open curve are unknowns like all others; where they are best, the curve ends without
-/// curvature.
+/// The slopes at the ends of an open curve are unknowns like all others; where they are best, the
+/// curve ends without curvature.
 ///
 /// ```
 /// use faircurve::scf::search::{Greedy, Segments, initial_slopes};
@@ -44,11 +45,13 @@ pub struct Segments {
 }
 
 impl Segments {
-    /// The segments between these dots, closed with one more from the last back to the first, for ν > 1.
+    /// The segments between these dots, closed with one more from the last back to the first, for ν
+    /// > 1.
     ///
     /// # Errors
     ///
-    /// [`Error::Argument`] for an exponent that is not above 1, fewer than two dots, dots that are not finite, and neighbours at one place.
+    /// [`Error::Argument`] for an exponent that is not above 1, fewer than two dots, dots that are
+    /// not finite, and neighbours at one place.
     pub fn new(points: &[DVec2], closed: bool, exponent: f64, device: &Device) -> Result<Self> {
         if !(exponent > 1.0 && exponent.is_finite()) {
             return Err(Error::argument(format!("the exponent is {exponent}; it must be above 1, such as 2")));

@@ -12,7 +12,8 @@ use crate::curve::{Curve, Input, Jet, Sampling};
 use crate::motion::Motion;
 use crate::report::CurveSet;
 
-/// The natural cubic spline through the mesh points of a graph: p(t) = (t, y(t)), with a span from data point to data point.
+/// The natural cubic spline through the mesh points of a graph: p(t) = (t, y(t)), with a span from
+/// data point to data point.
 pub(super) struct GraphCurve {
     width: f64,
     /// The mesh point of every data point.

@@ -1,12 +1,15 @@
-//! The descent: conjugate gradients in the metric of the current curve, as published, then Newton's method damped in it.
+//! The descent: conjugate gradients in the metric of the current curve, as published, then Newton's
+//! method damped in it.
 //!
-//! 1. *As published.* s_k solves DᵀD s = g, its rows and columns of data points zeroed but for their diagonal. The direction
-//!    is p_k = s_k + β p_{k−1}, β = s_k·(s_k − s_{k−1}) / s_{k−1}·s_{k−1} (Polak and Ribière, with Euclidean products of Sobolev
-//!    gradients), and p_k = s_k at every fourth iteration: after each start, three conjugate directions. The line search
-//!    brackets by doubling from 10⁻⁵. The printed results end where φ falls by less than 10⁻³ (1 + φ); this goes on with 2
-//!    where φ falls by less than 10⁻³ φ, which does not depend on the units.
-//! 2. *Beyond.* From there p solves (∇²φ + λ H DᵀD) p = −g, with λ by Levenberg and Marquardt: λ → ∞ is the descent above with
-//!    small steps, λ → 0 is Newton's method.
+//! 1. *As published.* s_k solves DᵀD s = g, its rows and columns of data points zeroed but for
+//!    their diagonal. The direction is p_k = s_k + β p_{k−1}, β = s_k·(s_k − s_{k−1}) /
+//!    s_{k−1}·s_{k−1} (Polak and Ribière, with Euclidean products of Sobolev gradients), and p_k =
+//!    s_k at every fourth iteration: after each start, three conjugate directions. The line search
+//!    brackets by doubling from 10⁻⁵. The printed results end where φ falls by less than 10⁻³ (1 +
+//!    φ); this goes on with 2 where φ falls by less than 10⁻³ φ, which does not depend on the
+//!    units.
+//! 2. *Beyond.* From there p solves (∇²φ + λ H DᵀD) p = −g, with λ by Levenberg and Marquardt: λ →
+//!    ∞ is the descent above with small steps, λ → 0 is Newton's method.
 
 use super::energy::Differences;
 use super::mesh::Placed;
@@ -14,7 +17,8 @@ use super::search;
 use super::{Graph, GraphTrace};
 use crate::status::CurveStatus;
 
-/// An iteration that lowers φ by less than this part of 1 + φ (as published), or of φ, is the last of its kind.
+/// An iteration that lowers φ by less than this part of 1 + φ (as published), or of φ, is the last
+/// of its kind.
 const LEAST_FALL: f64 = 1e-3;
 
 /// A direction is the Sobolev gradient itself at every so many iterations.
@@ -23,10 +27,12 @@ const RESTART: usize = 4;
 /// A graph that many times longer than its data's polygon has run away.
 const RUNAWAY: f64 = 10.0;
 
-/// A mesh point at which a graph turns by more, in radians, does not resolve its curve: about 60 segments a circle are fine.
+/// A mesh point at which a graph turns by more, in radians, does not resolve its curve: about 60
+/// segments a circle are fine.
 const RESOLVED_TURN: f64 = 0.2;
 
-/// λ: at first, the least that a matrix is tried with after one was not positive definite, the least and the most at all.
+/// λ: at first, the least that a matrix is tried with after one was not positive definite, the
+/// least and the most at all.
 const DAMPING: f64 = 0.01;
 const DAMPING_FOR_INDEFINITE: f64 = 1e-6;
 const DAMPING_RANGE: [f64; 2] = [1e-15, 1e12];
@@ -138,7 +144,8 @@ impl Descent<'_> {
     }
 
     fn converged(&self) -> bool {
-        // Ordinates are known to ε|y|, y″ to a few ε|y|/H², and the norm of g is at most twice that of such a y″.
+        // Ordinates are known to ε|y|, y″ to a few ε|y|/H², and the norm of g is at most twice that
+        // of such a y″.
         let size = self.y.iter().fold(0.0f64, |most, y| most.max(y.abs()));
         let noise = 8.0 * f64::EPSILON * size / (self.mesh.width * self.mesh.width);
         let length = self.mesh.width * self.y.len() as f64;
@@ -307,7 +314,8 @@ mod tests {
 
     #[test]
     fn steep_data_have_a_minimum_for_every_place_where_the_mesh_may_jump() {
-        // The fourth data set of TOMS 828: the graph falls by 2.4 within two mesh widths, and climbs by 2.5 within two.
+        // The fourth data set of TOMS 828: the graph falls by 2.4 within two mesh widths, and
+        // climbs by 2.5 within two.
         let t = [0.0, 1.0, 1.5, 2.5, 4.0, 4.5, 5.5, 6.0, 8.0, 10.0];
         let y = [10.0, 8.0, 5.0, 4.0, 3.5, 3.4, 6.0, 7.1, 8.0, 8.5];
         let options = Graph { mesh: Mesh::Width(0.04), ..Graph::default() };
@@ -315,8 +323,8 @@ mod tests {
         assert_eq!(found.status, CurveStatus::Converged);
         assert!((found.phi - 0.761_005_655_9).abs() < 1e-9, "{}", found.phi);
         assert!(found.message.as_ref().unwrap().contains("turns by 1.74"), "{:?}", found.message);
-        // Minima nearby: one whose cliffs have other shapes, known to nine digits from another program; one whose second
-        // cliff is a mesh width to the left.
+        // Minima nearby: one whose cliffs have other shapes, known to nine digits from another
+        // program; one whose second cliff is a mesh width to the left.
         for (moved, phi) in [
             (&[(29, 6.752), (30, 6.438), (135, 5.588)][..], 0.758_712_558),
             (&[(134, found.ordinates[135])][..], 0.785_945_634),

@@ -1,6 +1,8 @@
-//! φ of a graph on a mesh, its gradient, its Hessian and the metric of the descent; each row couples five mesh points.
+//! φ of a graph on a mesh, its gradient, its Hessian and the metric of the descent; each row
+//! couples five mesh points.
 //!
-//! With q = 1 + y′², a = y″ q^{−5/2} and b = (5/4) H y′ y″ a / q at the inner mesh points (0 elsewhere):
+//! With q = 1 + y′², a = y″ q^{−5/2} and b = (5/4) H y′ y″ a / q at the inner mesh points (0
+//! elsewhere):
 //!
 //! ```text
 //! g_i  = (2/H) (a_{i−1} − 2 a_i + a_{i+1} − b_{i−1} + b_{i+1})
@@ -128,8 +130,9 @@ impl Bands {
         self
     }
 
-    /// The solution with the rows and columns of the data points zeroed but for their diagonal; `None` where the matrix
-    /// is not positive definite. `rhs` is 0 at data points, and so is the solution.
+    /// The solution with the rows and columns of the data points zeroed but for their diagonal;
+    /// `None` where the matrix is not positive definite. `rhs` is 0 at data points, and so is the
+    /// solution.
     pub fn solve(mut self, data: &[usize], mut rhs: Vec<f64>) -> Option<Vec<f64>> {
         let [diagonal, first, second] = &mut self.0;
         for &k in data {
@@ -176,7 +179,8 @@ mod tests {
                 y[k] += by;
                 phi(&y)
             };
-            // Central differences of fourth order: error about h⁴ φ⁗ ~ 1e-10, rounding about ε φ/h ~ 1e-11.
+            // Central differences of fourth order: error about h⁴ φ⁗ ~ 1e-10, rounding about ε φ/h
+            // ~ 1e-11.
             let h = 1e-3;
             let difference = (8.0 * (moved(h) - moved(-h)) - (moved(2.0 * h) - moved(-2.0 * h))) / (12.0 * h);
             assert!((gradient[k] - difference).abs() < 1e-7 * phi(&y), "{k}: {} {difference}", gradient[k]);

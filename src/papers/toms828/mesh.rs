@@ -1,11 +1,13 @@
-//! The uniform mesh, the data points moved to it, and the natural cubic spline that a descent starts from.
+//! The uniform mesh, the data points moved to it, and the natural cubic spline that a descent
+//! starts from.
 
 use super::Refusal;
 use crate::error::{Error, Result};
 use crate::linalg::thomas::thomas;
 use crate::status::CurveStatus;
 
-/// More mesh points a curve are refused: a width in another unit than the curve's is likelier than the wish for them.
+/// More mesh points a curve are refused: a width in another unit than the curve's is likelier than
+/// the wish for them.
 const MOST_POINTS: f64 = 1e7;
 
 /// The uniform mesh of a graph, which starts at its first data point.
@@ -14,7 +16,8 @@ const MOST_POINTS: f64 = 1e7;
 pub enum Mesh {
     /// This many points, from the first data point to the last; at least 3.
     Points(usize),
-    /// This width, in the units of the input. The last data point is moved to the nearest mesh point, too.
+    /// This width, in the units of the input. The last data point is moved to the nearest mesh
+    /// point, too.
     Width(f64),
 }
 
@@ -84,8 +87,8 @@ pub(super) fn set_up(mesh: Mesh, t: &[f64], y: &[f64]) -> Result<(Placed, Vec<f6
     Ok((Placed { start, width, data }, ordinates))
 }
 
-/// Second derivatives at the knots of the natural cubic spline through (h·knot, y): M = 0 at both ends, between them
-/// h_{i−1} M_{i−1} + 2 (h_{i−1} + h_i) M_i + h_i M_{i+1} = 6 (δ_i − δ_{i−1}).
+/// Second derivatives at the knots of the natural cubic spline through (h·knot, y): M = 0 at both
+/// ends, between them h_{i−1} M_{i−1} + 2 (h_{i−1} + h_i) M_i + h_i M_{i+1} = 6 (δ_i − δ_{i−1}).
 pub(super) fn natural_second_derivatives(spans: &[f64], y: &[f64]) -> Vec<f64> {
     let n = y.len();
     let slope = |i: usize| (y[i + 1] - y[i]) / spans[i];

@@ -1,5 +1,5 @@
-//! Line search: a bracket by doubling, then R. P. Brent's minimisation without derivatives (*Algorithms for Minimization
-//! without Derivatives*, 1973, chapter 5).
+//! Line search: a bracket by doubling, then R. P. Brent's minimisation without derivatives
+//! (*Algorithms for Minimization without Derivatives*, 1973, chapter 5).
 
 /// The first trial step, as in the published program.
 const FIRST: f64 = 1e-5;
@@ -13,12 +13,13 @@ const MOST_STEPS: u32 = 100;
 /// Relative accuracy of the step: φ is flat at its minimum, to rounding, over √ε of it.
 const TOLERANCE: f64 = 1.5e-8;
 
-/// A step > 0 that lowers `energy` to a minimum along the line, and the energy there; `start` is its value at 0. `None` where
-/// no step lowers it.
+/// A step > 0 that lowers `energy` to a minimum along the line, and the energy there; `start` is
+/// its value at 0. `None` where no step lowers it.
 pub(super) fn minimise(energy: impl Fn(f64) -> f64, start: f64) -> Option<(f64, f64)> {
     let mut step = FIRST;
     let mut here = energy(step);
-    // The published program would stop here: the curve is larger than its first step suits, or almost at its minimum.
+    // The published program would stop here: the curve is larger than its first step suits, or
+    // almost at its minimum.
     for _ in 0..MOST_TRIALS {
         if here < start {
             break;
@@ -60,8 +61,8 @@ fn brent(energy: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64
         }
         let mut step = None;
         if before.abs() > least {
-            // The vertex of the parabola through the three best, where it lies inside and moves less than half as far as
-            // the move before the last.
+            // The vertex of the parabola through the three best, where it lies inside and moves
+            // less than half as far as the move before the last.
             let r = (x - w) * (at_x - at_v);
             let q = (x - v) * (at_x - at_w);
             let p = (x - v) * q - (x - w) * r;

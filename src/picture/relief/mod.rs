@@ -28,7 +28,8 @@ const HIGHEST: f64 = 1.1;
 /// More panels are not drawn; the caption says so.
 const MOST_PANELS: usize = 24;
 
-/// A panel has at most this many quadrangles, and all panels together that many: else only every so manyth line is drawn.
+/// A panel has at most this many quadrangles, and all panels together that many: else only every so
+/// manyth line is drawn.
 const MOST_QUADS: usize = 10_000;
 const MOST_QUADS_TOGETHER: usize = 60_000;
 
@@ -46,8 +47,9 @@ pub struct Net<'a> {
 
 /// A surface over a rectangular grid: one panel of a [`ReliefSheet`].
 ///
-/// Heights (one value a point) stand over rows and columns, and are tinted by height; points of the plane are seen from
-/// above, points of space in a parallel view from the front and above. What is not finite is left out.
+/// Heights (one value a point) stand over rows and columns, and are tinted by height; points of the
+/// plane are seen from above, points of space in a parallel view from the front and above. What is
+/// not finite is left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relief<'a> {
     /// Stands above the panel.
@@ -60,8 +62,9 @@ pub struct Relief<'a> {
     pub values: &'a [f64],
     /// The control points, drawn as a thin net over the surface.
     pub net: Option<Net<'a>>,
-    /// The heights of the first and the last tint, which are also as far apart in every panel: give the same to panels that are to be compared.
-    /// By default the lowest and the highest of surface and net.
+    /// The heights of the first and the last tint, which are also as far apart in every panel: give
+    /// the same to panels that are to be compared. By default the lowest and the highest of surface
+    /// and net.
     pub range: Option<[f64; 2]>,
 }
 

@@ -17,11 +17,13 @@ const MESH: [u8; 3] = [196, 222, 240];
 const LINES: [u8; 3] = [96, 160, 204];
 const WALL: [u8; 3] = [222, 227, 232];
 
-/// How high the range of heights is, in the longer side of the ground, and how deep the walls go below it.
+/// How high the range of heights is, in the longer side of the ground, and how deep the walls go
+/// below it.
 const HIGH: f64 = 0.30;
 const DEEP: f64 = 0.06;
 
-/// The ground is turned by this angle about the vertical, and the eye stands this high above the horizon.
+/// The ground is turned by this angle about the vertical, and the eye stands this high above the
+/// horizon.
 const TURN: f64 = 28.0;
 const ELEVATION: f64 = 33.0;
 
@@ -144,8 +146,9 @@ impl Scene {
 
 /// The step between lines at which there are no more quadrangles than that.
 ///
-/// Surfaces have peaks at their control points, `between` lines apart: a step that met some of them and missed others
-/// would draw waves that are not there, so it divides `between` or is a multiple of it.
+/// Surfaces have peaks at their control points, `between` lines apart: a step that met some of them
+/// and missed others would draw waves that are not there, so it divides `between` or is a multiple
+/// of it.
 fn every([rows, columns]: [usize; 2], between: usize, most: usize) -> usize {
     let quads = |k: usize| (rows - 1).div_ceil(k).saturating_mul((columns - 1).div_ceil(k));
     let longest = rows.max(columns);
@@ -307,7 +310,8 @@ impl Sheet<'_> {
         }
     }
 
-    /// Walls from the borders in front, the first row and the last column, down to the ground; none where a border has gaps.
+    /// Walls from the borders in front, the first row and the last column, down to the ground; none
+    /// where a border has gaps.
     fn walls(&self, down: &[usize], across: &[usize]) -> Vec<Face> {
         let (last_row, last_column) = (down[down.len() - 1], across[across.len() - 1]);
         let front = across.iter().map(|&column| [0, column]).collect::<Vec<_>>();

@@ -61,7 +61,8 @@ fn every_quadrangle_is_a_face_and_heights_stand_on_two_walls() {
 fn faces_come_from_the_back_to_the_front() {
     let ramp = heights([9, 6], |x, y| (3.0 * x).sin() * y);
     let scene = Scene::of(&relief(1, [9, 6], &ramp), 1000);
-    // The eye is in front, above the first row and the last column; the first face painted is that of the last row and the first column.
+    // The eye is in front, above the first row and the last column; the first face painted is that
+    // of the last row and the first column.
     let rear = View::Oblique.project(DVec3::new(0.0, 1.0, 0.0));
     let near = View::Oblique.project(DVec3::new(5.0 / 8.0, 0.0, 0.0));
     assert!(rear.z > near.z && rear.y > near.y);

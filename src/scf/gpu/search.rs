@@ -1,4 +1,5 @@
-//! Newton's method on the slopes of many curves, on a GPU: their state stays there, and only standings come back until none runs.
+//! Newton's method on the slopes of many curves, on a GPU: their state stays there, and only
+//! standings come back until none runs.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -12,8 +13,8 @@ use crate::scf::slopes::{Ends, LONGEST, Outcome, Problem, Search, Standing, Unti
 use crate::scf::universal::Universal;
 use crate::scf::workspace::Workspace;
 
-/// Dots of a curve in the kernel at most: a tick takes seven loop turns a dot, and llvmpipe ends a thread's loops, without a word,
-/// after 65,535 all told. Longer curves are searched by the CPU.
+/// Dots of a curve in the kernel at most: a tick takes seven loop turns a dot, and llvmpipe ends a
+/// thread's loops, without a word, after 65,535 all told. Longer curves are searched by the CPU.
 pub(super) const MOST_DOTS: usize = 8192;
 
 /// Trials of every curve in a submission at most: what most curves need.
@@ -22,13 +23,14 @@ const MOST_TRIALS: usize = 8;
 /// Segments evaluated in a submission at most, however many trials that are.
 const MOST_EVALUATIONS: usize = 1 << 21;
 
-/// The relative decrement that rounding in f32 lets every curve reach, in units of ε. An angle is rounded to half an ε of up to π, its
-/// moment to some ε more, and at an inflection, where both ends' moments all but cancel, to several times that. At the last steps
-/// convergence is quadratic, so little more would be gained.
+/// The relative decrement that rounding in f32 lets every curve reach, in units of ε. An angle is
+/// rounded to half an ε of up to π, its moment to some ε more, and at an inflection, where both
+/// ends' moments all but cancel, to several times that. At the last steps convergence is quadratic,
+/// so little more would be gained.
 pub(super) const ROUNDINGS: f64 = 32.0;
 
-/// The smallest weight, and the smallest cost of the most expensive segment, that f32 is trusted with: their parts that matter are
-/// normal numbers still.
+/// The smallest weight, and the smallest cost of the most expensive segment, that f32 is trusted
+/// with: their parts that matter are normal numbers still.
 const LEAST_NARROW: f64 = 1e-18;
 
 /// The largest ν in f32: costs are below (2π)^ν.
@@ -71,13 +73,15 @@ const STANDINGS: [Standing; 6] = [
     Standing::Tired,
 ];
 
-/// Searches for the slopes of every curve, from the turns given. Turns are displacements, so that f32 keeps their digits, and the
-/// tolerance in f32 is 32 ε at least.
+/// Searches for the slopes of every curve, from the turns given. Turns are displacements, so that
+/// f32 keeps their digits, and the tolerance in f32 is 32 ε at least.
 ///
-/// Searched by the CPU in f64 are curves of more than 8,192 dots, and in f32 those of an exponent beyond 32, of a weight
-/// below 1e-18, or that cost less than 1e-18 at the start; and again, from the start, those that do not converge in f32.
+/// Searched by the CPU in f64 are curves of more than 8,192 dots, and in f32 those of an exponent
+/// beyond 32, of a weight below 1e-18, or that cost less than 1e-18 at the start; and again, from
+/// the start, those that do not converge in f32.
 ///
-/// Where the device is lost, what it had finished is kept, and the other curves come out as they came in.
+/// Where the device is lost, what it had finished is kept, and the other curves come out as they
+/// came in.
 ///
 /// # Errors
 /// Those of compiling the kernel and of submissions, if nothing was finished.
@@ -165,7 +169,8 @@ const WANTED: [&str; 3] = ["states", "numbers", "turns"];
 impl<'a> Job<'a> {
     fn run(&self, outcomes: &mut [Outcome]) -> Result<(), Interrupted> {
         let real = self.precision.bytes();
-        // Of a dot and its segment: work, what was found, turns (and to be read), angles, weight and whether it moves; segment, task.
+        // Of a dot and its segment: work, what was found, turns (and to be read), angles, weight
+        // and whether it moves; segment, task.
         let together = (WORK_NUMBERS + FOUND + 4 + 2 + 2) as u64 * real + 20;
         let dots = self.order.iter().map(|&i| self.searches[i].0.movable.len());
         let chunks = plan::chunks(dots, WORK_NUMBERS as u64 * real, together, &limits(self.gpu, together))?;
@@ -232,7 +237,8 @@ impl<'a> Job<'a> {
         Rounds::start::<SlopesState>(of_curves, recording, (table, arrays), |r, t, a, s| self.round(r, t, a, s))
     }
 
-    /// The numbers of a curve at first: see `slopes.wgsl`. What the kernel must write before it reads it is NaN.
+    /// The numbers of a curve at first: see `slopes.wgsl`. What the kernel must write before it
+    /// reads it is NaN.
     fn given(&self, exponent: f64) -> [f64; SLOPES_NUMBERS] {
         let epsilon = if self.precision == Precision::F64 { 0.0 } else { f64::from(f32::EPSILON) };
         let (share, part) = (1.0 / exponent, 1.0 - 1.0 / exponent);

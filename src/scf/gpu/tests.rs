@@ -25,7 +25,8 @@ fn curves() -> Vec<Universal> {
 
 type Given = (Problem<f64>, Vec<f64>);
 
-/// The problem of a curve: `number` of its exponent, and fixed directions by dot. A free end beside a free end is straight.
+/// The problem of a curve: `number` of its exponent, and fixed directions by dot. A free end beside
+/// a free end is straight.
 fn given(points: &[[f64; 2]], closed: bool, number: u16, fixed: &[(usize, f64)]) -> Given {
     let chords = Chords::of(points, closed);
     let (spans, dots) = (chords.lengths.len(), points.len());
@@ -67,8 +68,8 @@ fn points(dots: usize, closed: bool, noise: f64, random: &mut StdRng) -> Vec<[f6
     (0..dots).map(|k| at(k).map(&mut move_by)).collect()
 }
 
-/// Curves of 2 to 60 dots, open and closed, with free and fixed ends, of every exponent; some of them without a minimum, or without
-/// a segment to start with.
+/// Curves of 2 to 60 dots, open and closed, with free and fixed ends, of every exponent; some of
+/// them without a minimum, or without a segment to start with.
 fn ragged(seed: u64) -> Vec<Given> {
     println!("seed {seed}");
     let mut random = StdRng::seed_from_u64(seed);
@@ -134,8 +135,9 @@ fn every_curve_of_a_ragged_batch_ends_as_on_the_cpu() {
                 assert_eq!(found.culprit.is_some(), wanted.culprit.is_some(), "curve {i} in {precision:?}");
                 continue;
             }
-            // In f32 a cost is good to some 200 ν ε (the last step on the way to a segment's root is 3e-5 of it or less, and leaves a tenth of
-            // that where almost circular segments know their slope but badly), and turns to what a decrement of 32 ε allows.
+            // In f32 a cost is good to some 200 ν ε (the last step on the way to a segment's root
+            // is 3e-5 of it or less, and leaves a tenth of that where almost circular segments know
+            // their slope but badly), and turns to what a decrement of 32 ε allows.
             let (turns, cost) = match precision {
                 Precision::F64 => (1e-9, 1e-12),
                 _ => (1e-4, 200.0 * exponent * f64::from(f32::EPSILON)),

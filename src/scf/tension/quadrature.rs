@@ -1,9 +1,11 @@
-//! Lengths and displacements of arcs under a pull, by Gauss rules on panels graded towards the integrand's singularities.
+//! Lengths and displacements of arcs under a pull, by Gauss rules on panels graded towards the
+//! integrand's singularities.
 //!
-//! The radius of curvature ρ = ((ν − 1)/f)^{1/ν} is singular where f = λ − P·T is zero: at an inflection as u^{−1/ν}, on
-//! the critical circle |P| = λ as χ^{−2/ν}. A panel that begins there has the Gauss–Jacobi rule of that weight. Every
-//! other panel is so short that the nearest singularity, real or complex, lies on or outside the Bernstein ellipse of
-//! radius 2.85, on which 16 points leave 2.85^{−32} = 3e−15. Panels grow by a factor of 4 away from a singularity, so
+//! The radius of curvature ρ = ((ν − 1)/f)^{1/ν} is singular where f = λ − P·T is zero: at an
+//! inflection as u^{−1/ν}, on the critical circle |P| = λ as χ^{−2/ν}. A panel that begins there
+//! has the Gauss–Jacobi rule of that weight. Every other panel is so short that the nearest
+//! singularity, real or complex, lies on or outside the Bernstein ellipse of radius 2.85, on which
+//! 16 points leave 2.85^{−32} = 3e−15. Panels grow by a factor of 4 away from a singularity, so
 //! that scales down to 1e−300 take hundreds of panels, not more.
 
 use std::sync::LazyLock;
@@ -13,7 +15,8 @@ const POINTS: usize = 16;
 /// Semi-axes of the ellipse, in halves of a panel: 2.85 + 1/2.85.
 const ELLIPSE: f64 = 3.2;
 
-/// Nodes on (0, 1), and weights that already have the reciprocal of the rule's weight function in them.
+/// Nodes on (0, 1), and weights that already have the reciprocal of the rule's weight function in
+/// them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rule([(f64, f64); POINTS]);
 
@@ -124,7 +127,8 @@ impl Law {
         if let Pull::Above(t) = pull { t.atan2(self.tension) } else { 0.0 }
     }
 
-    /// f = λ − P·T, without cancellation: at the angle `x` from the pull, or, above the tension, from the inflection.
+    /// f = λ − P·T, without cancellation: at the angle `x` from the pull, or, above the tension,
+    /// from the inflection.
     pub(super) fn excess(&self, pull: Pull, x: f64) -> f64 {
         let (sine, cosine) = (0.5 * x).sin_cos();
         match pull {

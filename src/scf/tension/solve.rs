@@ -1,11 +1,13 @@
 //! The pull that a pair of end angles on a chord of 1 takes: nested roots, each bracketed.
 //!
-//! At a given shape of turning the problem is convex in the radius of curvature as a function of the tangent's angle:
-//! least ∫(ρ^{1−ν} + λρ) dθ under ∫ρT dθ = chord. Its dual is a concave function of the pull P, of which every root
-//! below is a derivative along a line or a circle; so the roots of a pair without inflection are the only ones. With an
-//! inflection at the angle ω there is one such problem for each ω, which allows a straight piece at the inflection; the
-//! cost falls with ω while that piece is longer than 0 and rises where it would be negative, so the curve wanted is
-//! the first ω, counted from the ends, at which the piece's length passes from above to below 0.
+//! At a given shape of turning the problem is convex in the radius of curvature as a function of
+//! the tangent's angle: least ∫(ρ^{1−ν} + λρ) dθ under ∫ρT dθ = chord. Its dual is a concave
+//! function of the pull P, of which every root below is a derivative along a line or a circle; so
+//! the roots of a pair without inflection are the only ones. With an inflection at the angle ω
+//! there is one such problem for each ω, which allows a straight piece at the inflection; the cost
+//! falls with ω while that piece is longer than 0 and rises where it would be negative, so the
+//! curve wanted is the first ω, counted from the ends, at which the piece's length passes from
+//! above to below 0.
 
 mod convex;
 mod loops;
@@ -17,7 +19,8 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shape {
     pub pull: Pull,
-    /// Angle of the pull, or, above the tension, of the tangent at an inflection, beyond both ends' angles.
+    /// Angle of the pull, or, above the tension, of the tangent at an inflection, beyond both ends'
+    /// angles.
     pub axis: f64,
     /// The law's arguments at the lower and the higher end's angle, to their own precision.
     pub ends: [f64; 2],
@@ -37,8 +40,8 @@ pub(super) enum Course {
     Around(f64),
 }
 
-/// A root of `f` in a bracket, by Chandrupatla's choice between bisection and inverse quadratic interpolation
-/// (Advances in Engineering Software 28, 1997).
+/// A root of `f` in a bracket, by Chandrupatla's choice between bisection and inverse quadratic
+/// interpolation (Advances in Engineering Software 28, 1997).
 pub(super) fn root(mut f: impl FnMut(f64) -> f64, (a, fa): (f64, f64), (b, fb): (f64, f64), tolerance: f64) -> f64 {
     let (mut a, mut fa, mut b, mut fb) = (a, fa, b, fb);
     if fa == 0.0 || fb == 0.0 {
@@ -81,10 +84,11 @@ const DEEPEST: f64 = 690.0;
 enum Balance {
     /// No pull above the tension: ω is too large.
     Slack,
-    /// The logarithm of the pull across the tangent at ω, and the length of the straight piece there that would close the
-    /// chord.
+    /// The logarithm of the pull across the tangent at ω, and the length of the straight piece
+    /// there that would close the chord.
     At(f64, f64),
-    /// A pull that would bend the far end back: the length of the straight piece at ω, where one at the far end helps.
+    /// A pull that would bend the far end back: the length of the straight piece at ω, where one at
+    /// the far end helps.
     Beyond(f64),
 }
 
@@ -141,7 +145,8 @@ impl Solver<'_> {
         law.factor * law.excess(Pull::Critical, x).powf(law.q) / (law.q * law.tension)
     }
 
-    /// What the critical pull leaves of the chord across the tangent at ω; the pull is above the tension where negative.
+    /// What the critical pull leaves of the chord across the tangent at ω; the pull is above the
+    /// tension where negative.
     fn critical_excess(&self, overshoot: f64) -> f64 {
         (self.high + overshoot).sin() - self.critical_across(overshoot) - self.critical_across(self.long(overshoot))
     }
@@ -208,7 +213,8 @@ impl Solver<'_> {
         self.law.tension.max(1e-3).ln()
     }
 
-    /// Whether the best curve that turns by no more than b − a wants a straight piece at its upper end.
+    /// Whether the best curve that turns by no more than b − a wants a straight piece at its upper
+    /// end.
     fn turns_back(&self) -> bool {
         self.high <= 0.0 || self.high == self.low || self.balance(0.0, self.usual(), 1e-15).sign() > 0.0
     }
@@ -243,7 +249,8 @@ impl Solver<'_> {
         if near.1.logarithm().is_some() {
             near.1 = self.exact(near);
         }
-        // Near the critical pull ω no longer tells pulls apart; there the pull is the outer unknown, elsewhere ω.
+        // Near the critical pull ω no longer tells pulls apart; there the pull is the outer
+        // unknown, elsewhere ω.
         let critical = self.law.tension.ln() - 5.0;
         for _ in 0..60 {
             if self.law.nu > 2.0

@@ -129,7 +129,8 @@ fn sites_lie_on_one_curve_with_the_tangents_the_curvatures_and_the_first_integra
             let left = (nu - 1.0) * site.curvature.abs().powf(nu);
             assert_near((left - (tension - along)) / (tension + px.hypot(py)), 0.0, 1e-12, &what);
         }
-        // Between two sites the mean tangent and the mean curvature are those of the ends, to the second order.
+        // Between two sites the mean tangent and the mean curvature are those of the ends, to the
+        // second order.
         for index in 0..20 {
             let at = length * (index as f64 + 0.37) / 20.0;
             let h = 1e-4 * length;
@@ -219,7 +220,8 @@ fn above_two_a_strong_tension_leaves_a_straight_piece_and_a_longer_chord_only_le
     }
     let none = TensionSegment::between(20.0, degrees(50.0, 50.0), 2.0, 3.0).unwrap();
     assert_eq!(none.flat_length(), 0.0);
-    // Between two arcs of an elastica under tension the curvature falls as exp(−s√λ): to 2e−7 in the middle.
+    // Between two arcs of an elastica under tension the curvature falls as exp(−s√λ): to 2e−7 in
+    // the middle.
     let middle = none.at(0.25 * none.length()).curvature.abs();
     assert!(middle > 1e-6 && middle < 1e-2, "{middle}");
 }

@@ -5,7 +5,8 @@ use crate::report::CurveReport;
 use crate::spline::tube::{Disc, GAP, Tube};
 use crate::status::CurveStatus;
 
-/// Roundings of the largest coordinate that a distance has to be larger than: closer than that is on the points.
+/// Roundings of the largest coordinate that a distance has to be larger than: closer than that is
+/// on the points.
 const ROUNDINGS: f64 = 1024.0;
 
 impl Smoother {
@@ -40,7 +41,8 @@ impl Smoother {
         if self.stands() {
             return report;
         }
-        // The least curve is a point, or flat: the best of one λ keeps more of the shape than smaller distances do.
+        // The least curve is a point, or flat: the best of one λ keeps more of the shape than
+        // smaller distances do.
         self.problem.prepare();
         let report = self.search(target, allowed);
         self.stopped(target, &format!("the least curve within {allowed}"), report)

@@ -6,8 +6,8 @@ use super::{Smoother, Target, keeps, unsolvable};
 use crate::report::CurveReport;
 use crate::spline::smoothing::LAMBDA_CAP;
 
-/// Normalised λ are searched among 2^(j/512) for whole j: neighbours differ by 0.14 %. Every device and precision tries
-/// the same numbers, so that all find the same λ.
+/// Normalised λ are searched among 2^(j/512) for whole j: neighbours differ by 0.14 %. Every device
+/// and precision tries the same numbers, so that all find the same λ.
 const STEPS_PER_OCTAVE: i32 = 512;
 
 /// A bracket is sought from one multiple of this many steps to the next: by factors of 8.
@@ -41,7 +41,8 @@ enum Broken {
 }
 
 impl Smoother {
-    /// The largest λ that keeps the deviation allowed, ∞ included, and leaves a closed curve its share of its size.
+    /// The largest λ that keeps the deviation allowed, ∞ included, and leaves a closed curve its
+    /// share of its size.
     pub(super) fn search(&mut self, target: &mut Target, allowed: f64) -> CurveReport {
         let keeps = |deviation: f64| keeps(deviation, allowed);
         let closed = self.problem.closed;

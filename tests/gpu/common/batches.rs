@@ -40,7 +40,8 @@ pub fn with_uneven_knots(batch: CurveBatch, decades: f64, rng: &mut StdRng) -> C
     batch.with_parameters(t).unwrap().with_closing_spans(closing).unwrap()
 }
 
-/// The same curves with every second pair of neighbours moved together until only so much of their distance is left.
+/// The same curves with every second pair of neighbours moved together until only so much of their
+/// distance is left.
 pub fn with_close_points(batch: &CurveBatch, left: f64) -> CurveBatch {
     let d = batch.dimension();
     let mut coords = batch.coords().to_vec();
@@ -55,8 +56,8 @@ pub fn with_close_points(batch: &CurveBatch, left: f64) -> CurveBatch {
     CurveBatch::from_ragged(d, coords, batch.offsets().to_vec()).unwrap().closed_each(closed).unwrap()
 }
 
-/// The same curves with tangents at the first point, the last, both, or none; every ninth curve of three points or more
-/// also has one in the middle, which no spline meets.
+/// The same curves with tangents at the first point, the last, both, or none; every ninth curve of
+/// three points or more also has one in the middle, which no spline meets.
 pub fn with_clamped_ends(batch: CurveBatch, rng: &mut StdRng) -> CurveBatch {
     let d = batch.dimension();
     let mut tangents = vec![f64::NAN; batch.total_points() * d];

@@ -1,4 +1,5 @@
-//! One comparison for every kernel: an operation on the CPU in f64, and on a GPU in every precision it has.
+//! One comparison for every kernel: an operation on the CPU in f64, and on a GPU in every precision
+//! it has.
 
 use faircurve::{CurveBatch, CurveReport, CurveStatus, Device};
 
@@ -89,8 +90,9 @@ pub fn largest(values: &[f64]) -> f64 {
     values.iter().filter(|x| x.is_finite()).fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
-/// Runs an operation on the CPU and on the GPU in every precision it has, and asserts that lengths and statuses agree
-/// and that every number of every curve does, within the tolerance. There are no allowed failures.
+/// Runs an operation on the CPU and on the GPU in every precision it has, and asserts that lengths
+/// and statuses agree and that every number of every curve does, within the tolerance. There are no
+/// allowed failures.
 pub fn conform(
     what: &str,
     device: &Device,

@@ -72,7 +72,8 @@ impl Case {
 
     pub fn outcome(&self, energy: &Energy, part: Part, device: &Device) -> Outcome {
         let mut outcome = self.raw_outcome(energy, part, device);
-        // What exceeds the range of f64 is infinite by one order of operations, and not a number by another.
+        // What exceeds the range of f64 is infinite by one order of operations, and not a number by
+        // another.
         outcome.values.iter_mut().filter(|x| x.is_infinite()).for_each(|x| *x = f64::NAN);
         outcome
     }
@@ -142,7 +143,8 @@ impl Case {
         Case { batch: batch.closed_each(closed).unwrap(), points, direction, ..self.clone() }
     }
 
-    /// A rounding of every edge, in units of ε: what it changes of a curve's numbers, and the largest of them.
+    /// A rounding of every edge, in units of ε: what it changes of a curve's numbers, and the
+    /// largest of them.
     pub fn units(&self, energy: &Energy, part: Part) -> Vec<f64> {
         let relative = 1e-6;
         let here = self.outcome(energy, part, &Device::cpu());
@@ -156,7 +158,8 @@ impl Case {
             }
         }
         if part == Part::Slope {
-            // The CPU sums g·p, and g is the difference of what both edges give: good to roundings of the largest.
+            // The CPU sums g·p, and g is the difference of what both edges give: good to roundings
+            // of the largest.
             let gradients = self.run(energy, Part::Gradient, &Device::cpu()).gradients;
             let d = self.batch.dimension();
             for (i, unit) in units.iter_mut().enumerate() {

@@ -1,5 +1,5 @@
-//! What the GPU tests share: the adapter (required where FAIRCURVE_REQUIRE_GPU is set), seeded numbers, batches that are
-//! hard to fit, and the comparison of what the devices make of them.
+//! What the GPU tests share: the adapter (required where FAIRCURVE_REQUIRE_GPU is set), seeded
+//! numbers, batches that are hard to fit, and the comparison of what the devices make of them.
 
 pub mod batches;
 pub mod conform;
@@ -14,8 +14,9 @@ use faircurve::{Device, Precision};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 
-/// The first adapter, opened anew. Without one a test returns early (`let Some(gpu) = gpu() else { return };`) after a
-/// notice that is not captured, and fails where `FAIRCURVE_REQUIRE_GPU` is set.
+/// The first adapter, opened anew. Without one a test returns early
+/// (`let Some(gpu) = gpu() else { return };`) after a notice that is not captured, and fails where
+/// `FAIRCURVE_REQUIRE_GPU` is set.
 pub fn gpu() -> Option<Gpu> {
     match Gpu::open(0) {
         Ok(gpu) => {
@@ -33,8 +34,8 @@ pub fn gpu() -> Option<Gpu> {
     }
 }
 
-/// One device for all tests of a file, so that every kernel is compiled once. Its arrays hold NaN before kernels write
-/// them: what no kernel wrote fails every comparison.
+/// One device for all tests of a file, so that every kernel is compiled once. Its arrays hold NaN
+/// before kernels write them: what no kernel wrote fails every comparison.
 pub fn device() -> Option<Device> {
     static DEVICE: OnceLock<Option<Device>> = OnceLock::new();
     DEVICE.get_or_init(|| gpu().map(|gpu| Device::from_gpu(gpu.with_poisoned_arrays()))).clone()

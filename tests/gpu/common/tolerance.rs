@@ -1,7 +1,8 @@
 //! How far a device may be from the CPU: all numbers in one place, each with its reason.
 //!
-//! A difference may be `roundings` · ε · the unit of the comparison, ε being that of the precision on the device, and
-//! `reach` · ε of f64 · the largest number of the curve, for its distance from the origin, which no device normalises away.
+//! A difference may be `roundings` · ε · the unit of the comparison, ε being that of the precision
+//! on the device, and `reach` · ε of f64 · the largest number of the curve, for its distance from
+//! the origin, which no device normalises away.
 
 /// So many roundings, because of …
 #[derive(Clone, Copy, Debug)]
@@ -12,7 +13,8 @@ pub struct Tolerance {
 }
 
 const fn tolerance(roundings: f64, why: &'static str) -> Tolerance {
-    // Mapping normalised coordinates back rounds three times at most, and the CPU's own result carries the fourth.
+    // Mapping normalised coordinates back rounds three times at most, and the CPU's own result
+    // carries the fourth.
     Tolerance { roundings, reach: 4.0, why }
 }
 
@@ -73,13 +75,15 @@ pub const UNIFORM: Tolerance = Tolerance {
     )
 };
 
-/// Sums of products of second differences, in units of what the rounding of the points themselves makes of them.
+/// Sums of products of second differences, in units of what the rounding of the points themselves
+/// makes of them.
 pub const DIFFERENCES: Tolerance = tolerance(
     16.0,
     "a second difference of four terms carries four roundings of the points, a product two of those, the sum one more a term",
 );
 
-/// Discrete energies, their gradients and Hessians, in units of what one rounding of every edge changes about them.
+/// Discrete energies, their gradients and Hessians, in units of what one rounding of every edge
+/// changes about them.
 pub const DISCRETE: Tolerance = tolerance(
     32.0,
     "an edge is rounded when it is uploaded, its length, tangent, curvature and each product of them once more, about a dozen \

@@ -1,4 +1,5 @@
-//! Small files that claim, or unpack to, more than memory holds: each is a sentence in bounded memory.
+//! Small files that claim, or unpack to, more than memory holds: each is a sentence in bounded
+//! memory.
 
 use std::io::Write;
 use std::process::{Command, Output};
@@ -46,7 +47,8 @@ fn archive(entries: &[Entry]) -> Vec<u8> {
     for entry in entries {
         let at = zip.len() as u32;
         let file = format!("{}.npy", entry.name);
-        // Version, flags, method, time, date; checksum, sizes; lengths of the name and of what is extra.
+        // Version, flags, method, time, date; checksum, sizes; lengths of the name and of what is
+        // extra.
         let mut common = [20u16, 0, if entry.packed { 8 } else { 0 }, 0, 33].map(u16::to_le_bytes).concat();
         let sizes = [entry.checksum, entry.bytes.len() as u32, entry.unpacked_bytes as u32];
         common.extend(sizes.map(u32::to_le_bytes).concat());
@@ -199,7 +201,8 @@ fn arrays_that_lie_about_their_size_are_a_sentence() {
 #[cfg(target_os = "linux")]
 #[test]
 fn an_archive_that_claims_more_entries_than_it_has_bytes_for_is_a_sentence() {
-    // Sixty-four bits of footer, their locator, and the old footer, after bytes that make the claim look small.
+    // Sixty-four bits of footer, their locator, and the old footer, after bytes that make the claim
+    // look small.
     let mut zip = vec![b' '; 30_000_000];
     let at = zip.len() as u64;
     zip.extend(b"PK\x06\x06");

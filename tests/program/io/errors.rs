@@ -1,4 +1,5 @@
-//! Bad files: every one is a sentence with the file, the place, the value and the remedy, or a status of one curve.
+//! Bad files: every one is a sentence with the file, the place, the value and the remedy, or a
+//! status of one curve.
 
 use std::io::Write;
 use std::path::Path;

@@ -223,7 +223,8 @@ fn svg_vertices_come_from_every_element_through_its_transforms() {
     }
 }
 
-/// Twice the area that points run round, x to the right and y up: positive where they run counterclockwise.
+/// Twice the area that points run round, x to the right and y up: positive where they run
+/// counterclockwise.
 fn area(points: &[f64]) -> f64 {
     let n = points.len() / 2;
     (0..n)
@@ -337,8 +338,8 @@ fn formats_are_known_by_extension_and_word() {
     }
 }
 
-/// Any finite number, bit patterns of all sizes among them; but none that GeoJSON takes for a longitude beyond ±180, since
-/// curves are carried across the antimeridian there.
+/// Any finite number, bit patterns of all sizes among them; but none that GeoJSON takes for a
+/// longitude beyond ±180, since curves are carried across the antimeridian there.
 fn number() -> impl Strategy<Value = f64> {
     let any = prop::num::f64::NORMAL | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO;
     let any = any.prop_map(|x| if (90.0..=360.0).contains(&x.abs()) { x * 8.0 } else { x });

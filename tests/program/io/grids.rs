@@ -1,4 +1,5 @@
-//! Grids in and out: the same bits come back, bad files are sentences, meshes have the vertices and faces they should.
+//! Grids in and out: the same bits come back, bad files are sentences, meshes have the vertices and
+//! faces they should.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! Files in and out: what is written reads back to the same bits, bad files are sentences, real data comes in whole.
+//! Files in and out: what is written reads back to the same bits, bad files are sentences, real
+//! data comes in whole.
 
 mod bombs;
 mod controls;
@@ -23,7 +24,8 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|x| x.to_bits()).collect()
 }
 
-/// Same dimension, same curves, same names, same coordinates to the last bit, the same curves closed.
+/// Same dimension, same curves, same names, same coordinates to the last bit, the same curves
+/// closed.
 fn assert_same(found: &CurveBatch, wanted: &CurveBatch, what: &str) {
     assert_eq!(found.dimension(), wanted.dimension(), "{what}");
     assert_eq!(found.offsets(), wanted.offsets(), "{what}");

@@ -22,7 +22,8 @@ fn what_numpy_writes_is_read_compressed_or_not() {
     }
 }
 
-/// An archive of arrays given as type, shape and bytes, written with the crate that NPZ is read with.
+/// An archive of arrays given as type, shape and bytes, written with the crate that NPZ is read
+/// with.
 pub fn npz(path: &Path, arrays: &[(&str, &str, &str, &[u8])]) {
     npz_in_order(path, "False", arrays);
 }

@@ -21,7 +21,8 @@ fn torn(batch: &CurveBatch) -> Vec<usize> {
 
 #[test]
 fn the_borders_of_the_world_come_in_whole_and_untorn() {
-    // Repeated closing points are dropped, except of the rings round the pole, which become open curves.
+    // Repeated closing points are dropped, except of the rings round the pole, which become open
+    // curves.
     let small = io::read(data("countries-110m.geojson")).unwrap();
     let closed = |batch: &CurveBatch| (0..batch.len()).filter(|&i| batch.is_closed(i)).count();
     assert_eq!((small.len(), small.total_points(), closed(&small)), (595, 8246 - 115, 115));

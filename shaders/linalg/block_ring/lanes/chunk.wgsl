@@ -1,7 +1,9 @@
-// A lane's chunk of vertices: all but the first $REACH are eliminated, one after the other, and substituted back at the
-// end. To a chunk belong the blocks of its vertices with themselves and those after.
+// A lane's chunk of vertices: all but the first $REACH are eliminated, one after the other, and
+// substituted back at the end. To a chunk belong the blocks of its vertices with themselves and
+// those after.
 
-// Block of a vertex of the chunk, by unwrapped numbers, where vertices that are held are decoupled; 0 of the next chunk's.
+// Block of a vertex of the chunk, by unwrapped numbers, where vertices that are held are decoupled;
+// 0 of the next chunk's.
 fn ring_own_block(curve: Curve, ring: BlockRing, v: u32, k: u32) -> matrix {
     if (v >= ring.end) {
         return matrix();
@@ -30,11 +32,11 @@ fn ring_own_rhs(curve: Curve, ring: BlockRing, v: u32) -> vector {
     return vector();
 }
 
-// Leaves in `low` what the chunk's first vertices are left with, in `high` what is to be added to the next chunk's, and in
-// `across` the block between.
+// Leaves in `low` what the chunk's first vertices are left with, in `high` what is to be added to
+// the next chunk's, and in `across` the block between.
 fn ring_eliminate(curve: Curve, ring: BlockRing, smallest: ptr<function, real>) {
-    // The next vertices, whose last row and column are those of the vertex about to enter; and what couples them with the
-    // kept ones, window in rows.
+    // The next vertices, whose last row and column are those of the vertex about to enter; and what
+    // couples them with the kept ones, window in rows.
     var window: array<matrix, RING_FRONT * RING_FRONT>;
     var window_rhs: array<vector, RING_FRONT>;
     var coupled: array<matrix, RING_FRONT * RING_REACH>;
@@ -104,7 +106,8 @@ fn ring_eliminate(curve: Curve, ring: BlockRing, smallest: ptr<function, real>) 
 //:end
 }
 
-// Substitutes back, from the chunk's kept unknowns, in place of the row's right-hand side, and those of the lane behind.
+// Substitutes back, from the chunk's kept unknowns, in place of the row's right-hand side, and
+// those of the lane behind.
 fn ring_substitute(curve: Curve, ring: BlockRing, behind: u32, row: ptr<function, RingRow>) {
     var next: array<vector, RING_REACH>;
 //:unroll a 0..$REACH

@@ -1,5 +1,6 @@
-// The vertices that a lane keeps, as a row of the ring: `left` and `right` couple them (rows) with those of the neighbours, of
-// which symmetric `own` the upper half is used. Once factored, C⁻¹ of all that, and the diagonal blocks of C.
+// The vertices that a lane keeps, as a row of the ring: `left` and `right` couple them (rows) with
+// those of the neighbours, of which symmetric `own` the upper half is used. Once factored, C⁻¹ of
+// all that, and the diagonal blocks of C.
 struct RingRow {
     own: array<matrix, RING_BLOCKS>,
     left: array<matrix, RING_BLOCKS>,
@@ -8,8 +9,8 @@ struct RingRow {
     factors: array<matrix, RING_REACH>,
 }
 
-// What couples the row with its neighbours, as told by the lane between it and the one before, and by that between it and
-// the one after.
+// What couples the row with its neighbours, as told by the lane between it and the one before, and
+// by that between it and the one after.
 fn ring_load_sides(ring: BlockRing, before: u32, behind: u32, row: ptr<function, RingRow>) {
 //:unroll a 0..$REACH
 //:unroll b 0..$REACH
@@ -103,8 +104,9 @@ fn ring_share(ring: BlockRing, row: ptr<function, RingRow>) {
 //:end
 }
 
-// The kept unknowns of a row that was eliminated, in place of its right-hand side and to be read by others, from those
-// of the neighbours it had then. The row that was eliminated last has none, and zeros beside it.
+// The kept unknowns of a row that was eliminated, in place of its right-hand side and to be read by
+// others, from those of the neighbours it had then. The row that was eliminated last has none, and
+// zeros beside it.
 fn ring_unknowns(ring: BlockRing, before: u32, behind: u32, row: ptr<function, RingRow>) {
     if (before != ring.lane) {
         var x = vector();

@@ -1,7 +1,9 @@
-// Block-banded symmetric positive definite systems of curves, open and closed: $LANES lanes share a curve, each vertex of
-// which is coupled with the $REACH after it. Every lane keeps the first $REACH vertices of its chunk and eliminates the others;
-// the kept ones form a cyclic block tridiagonal system, reduced by log2 $LANES steps of cyclic reduction; then every lane
-// substitutes back. With ALONE a lane has its curve for itself ($LANES is 1) and waits for none. Why: src/linalg/block_ring/mod.rs.
+// Block-banded symmetric positive definite systems of curves, open and closed: $LANES lanes share a
+// curve, each vertex of which is coupled with the $REACH after it. Every lane keeps the first
+// $REACH vertices of its chunk and eliminates the others; the kept ones form a cyclic block
+// tridiagonal system, reduced by log2 $LANES steps of cyclic reduction; then every lane substitutes
+// back. With ALONE a lane has its curve for itself ($LANES is 1) and waits for none. Why:
+// src/linalg/block_ring/mod.rs.
 // Twin: src/linalg/block_ring/lanes.rs.
 //
 // Who includes it defines $DIM and, for curves of a type Curve:
@@ -20,8 +22,9 @@ const RING_BLOCK: u32 = $DIMu * $DIMu;
 const RING_HALF: u32 = RING_REACH * (RING_REACH + 1u) / 2u * RING_BLOCK;
 
 // No twin: what the CPU has in arrays. What a lane shares: what is to be added to the blocks and right-hand sides of the
-// kept vertices before and after it, the block that couples these, rows of those after; the smallest pivot. Then what it
-// has eliminated: a vertex's factor, what couples it with those after it and with the kept ones, its right-hand side.
+// kept vertices before and after it, the block that couples these, rows of those after; the
+// smallest pivot. Then what it has eliminated: a vertex's factor, what couples it with those after
+// it and with the kept ones, its right-hand side.
 const RING_LOW: u32 = 0u;
 const RING_HIGH: u32 = RING_HALF;
 const RING_ACROSS: u32 = 2u * RING_HALF;
@@ -46,13 +49,14 @@ struct BlockRing {
     // Vertices begin … end − 1.
     begin: u32,
     end: u32,
-    // Number `word` of lane l is number first + word · stride + l of the scratch memory. Who has threads side by side, each
-    // with a curve of its own, makes the stride the number of threads.
+    // Number `word` of lane l is number first + word · stride + l of the scratch memory. Who has
+    // threads side by side, each with a curve of its own, makes the stride the number of threads.
     first: u32,
     stride: u32,
 }
 
-// A lane of $LANES; the curve's part of the scratch memory begins at `first`. Of lanes that are not live the curve may be any.
+// A lane of $LANES; the curve's part of the scratch memory begins at `first`. Of lanes that are not
+// live the curve may be any.
 fn block_ring(vertices: u32, closed: bool, first: u32, lane: u32, live: bool) -> BlockRing {
     let lanes = 1u << firstLeadingBit(max(min(RING_LANES, vertices / RING_REACH), 1u));
     // An open curve of fewer vertices than are kept is continued by vertices that stand still.
@@ -110,9 +114,10 @@ fn ring_barrier() {
 //:end
 }
 
-// Solves; all lanes of a workgroup take part, those that do not work for the barriers' sake. The solution is there for all of them
-// to read. Returns the smallest pivot, to every lane that works: positive if and only if the matrix is positive definite, up
-// to rounding, and 0 for one that is not a number.
+// Solves; all lanes of a workgroup take part, those that do not work for the barriers' sake. The
+// solution is there for all of them to read. Returns the smallest pivot, to every lane that works:
+// positive if and only if the matrix is positive definite, up to rounding, and 0 for one that is
+// not a number.
 fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
     var smallest = RING_NO_PIVOT;
     if (ring.working) {
@@ -135,7 +140,8 @@ fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
     }
     ring_barrier();
 
-    // Every second lane of those left is eliminated; last of all lane 0, both neighbours of which are itself by then.
+    // Every second lane of those left is eliminated; last of all lane 0, both neighbours of which
+    // are itself by then.
     for (var step = 1u; step <= RING_LANES; step *= 2u) {
         let before = (ring.lane + ring.lanes - step % ring.lanes) % ring.lanes;
         let behind = (ring.lane + step) % ring.lanes;

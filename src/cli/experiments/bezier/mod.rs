@@ -1,4 +1,5 @@
-//! D. Eberly, *A relationship between minimum bending energy and degree elevation for Bézier curves*, 2010: its examples, computed exactly.
+//! D. Eberly, *A relationship between minimum bending energy and degree elevation for Bézier
+//! curves*, 2010: its examples, computed exactly.
 
 mod pictures;
 
@@ -125,7 +126,8 @@ impl Record {
     }
 }
 
-/// Degree, known points, the paper's words, and the weights of the known points in every unknown one.
+/// Degree, known points, the paper's words, and the weights of the known points in every unknown
+/// one.
 type Case = (usize, &'static [usize], &'static str, &'static [(i64, i64)]);
 
 const CASES: &[Case] = &[

@@ -12,7 +12,8 @@ use super::SUPPORTS;
 /// Grids measured.
 pub const GRIDS: usize = 10;
 
-/// Points along their sides: as many as the widest support needs for border rules of its own, and one more.
+/// Points along their sides: as many as the widest support needs for border rules of its own, and
+/// one more.
 pub const SIDE: usize = 13;
 
 /// Rounds measured.

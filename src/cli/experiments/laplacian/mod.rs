@@ -1,4 +1,5 @@
-//! H. Weimer and J. Warren, *Variational subdivision for Laplacian splines*, 1997: its masks, computed anew, and how near sparse rules come to the exact one.
+//! H. Weimer and J. Warren, *Variational subdivision for Laplacian splines*, 1997: its masks,
+//! computed anew, and how near sparse rules come to the exact one.
 
 mod distance;
 mod pictures;
@@ -23,7 +24,8 @@ const SUPPORTS: [usize; 5] = [3, 5, 7, 9, 11];
 /// How near computed numbers must come to closed forms: some roundings.
 const NEAR: f64 = 1e-13;
 
-/// How near the optima of linear programmes must come to what is known of them, which has six decimals.
+/// How near the optima of linear programmes must come to what is known of them, which has six
+/// decimals.
 const NEAR_OPTIMUM: f64 = 1e-6;
 
 fn run() -> Result<Outcome> {
@@ -69,7 +71,8 @@ fn peak(side: usize, [row, column]: [usize; 2]) -> Vec<f64> {
 }
 
 impl Record {
-    /// Weights of a point in the new ones around it: in a corner of 9 × 9 points, as the book by the same authors prints them, and far from all borders.
+    /// Weights of a point in the new ones around it: in a corner of 9 × 9 points, as the book by
+    /// the same authors prints them, and far from all borders.
     fn exact_masks(&mut self) -> Result<()> {
         self.line("Exact weights of a corner of 9 × 9 points in the new points next to it:");
         let corner = subdivided(Rule::Exact, 1, [9, 9], peak(9, [0, 0]))?;

@@ -20,7 +20,8 @@ fn sparse(support: usize) -> Result<Rule> {
     Ok(Rule::Sparse(SparseRule::of_support(support, Reproduces::Constants)?))
 }
 
-/// One control point raised: inside, at the border, in the corner; seven by seven control points around it are drawn.
+/// One control point raised: inside, at the border, in the corner; seven by seven control points
+/// around it are drawn.
 pub fn basis_functions() -> Result<String> {
     let (middle, last) = (SIDE / 2, SIDE - 1);
     let mut panels: Vec<(String, Grids)> = Vec::new();

@@ -1,5 +1,6 @@
-//! A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines shapes in the smoothest possible
-//! way*: figures 2 to 5 drawn anew, and the searches of the paper beside Newton's method.
+//! A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines shapes in the
+//! smoothest possible way*: figures 2 to 5 drawn anew, and the searches of the paper beside
+//! Newton's method.
 
 mod pictures;
 mod searches;
@@ -19,10 +20,12 @@ const FILES: [&str; 5] = ["scf.txt", "scf.csv", "scf-fans.svg", "scf-dots.svg", 
 
 pub const EXPERIMENT: Experiment = Experiment { name: "scf", files: &FILES, run };
 
-/// A search that ends lower than Newton's method by more than this part of the cost has found another minimum.
+/// A search that ends lower than Newton's method by more than this part of the cost has found
+/// another minimum.
 const LOWER: f64 = 1e-6;
 
-/// A search whose cost still falls by more than this part of itself a radian of some slope has found no minimum.
+/// A search whose cost still falls by more than this part of itself a radian of some slope has
+/// found no minimum.
 const STEEP: f64 = 1e-3;
 
 /// The lists of points: those of figure 3, then both of the octopus.

@@ -15,7 +15,8 @@ use super::{LOWER, STEEP, Shape};
 /// Candidates of Gaussian Adaptation at most.
 const MOST_CANDIDATES: usize = 100_000;
 
-/// Segments that candidates of Gaussian Adaptation have together at most, so that they stay on one thread.
+/// Segments that candidates of Gaussian Adaptation have together at most, so that they stay on one
+/// thread.
 const BATCH: usize = 4096;
 
 /// Starts of the Newton method that searches are held against.
@@ -38,7 +39,8 @@ pub struct Case {
     thorough: Run,
     /// The slopes of the greedy search, at even steps from its first move to its last.
     pub moved: Vec<Vec<f64>>,
-    /// Where Gaussian Adaptation ended: the largest derivative of the cost in a slope, as a part of the cost a radian.
+    /// Where Gaussian Adaptation ended: the largest derivative of the cost in a slope, as a part of
+    /// the cost a radian.
     steepness: f64,
 }
 
@@ -126,8 +128,8 @@ impl Case {
         [&self.greedy, &self.adaptation, &self.newton, &self.thorough]
     }
 
-    /// Writes rows and histories. Returns whether no search ended lower than Newton's method or, where that found no
-    /// minimum, at one.
+    /// Writes rows and histories. Returns whether no search ended lower than Newton's method or,
+    /// where that found no minimum, at one.
     pub fn write(&self, table: &mut String, csv: &mut String) -> bool {
         let Case { name, exponent, .. } = self;
         let costs = self.runs().map(|run| run.outcome.cost);

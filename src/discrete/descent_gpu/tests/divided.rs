@@ -1,4 +1,5 @@
-//! What must not change a curve: how its ticks are divided, what stands beside it, and what becomes of others.
+//! What must not change a curve: how its ticks are divided, what stands beside it, and what becomes
+//! of others.
 
 use super::*;
 use crate::discrete::descent_gpu::packing::DescentCurve;
@@ -106,7 +107,8 @@ fn a_curve_that_is_no_number_breaks_and_leaves_its_neighbours_bits() {
 #[test]
 fn what_the_iterations_or_the_length_end_is_said_as_by_the_cpu() {
     let Some(gpu) = gpu() else { return };
-    // Hairpins, along which bending alone has no minimum, and a curve that is ended by its iterations.
+    // Hairpins, along which bending alone has no minimum, and a curve that is ended by its
+    // iterations.
     let hairpin = [0.0, 0.0, 1.0, 0.05, 0.0, 0.1, 1.0, 0.15, 0.0, 0.2];
     let batch = CurveBatch::from_ragged(2, hairpin.to_vec(), vec![0, 5]).unwrap();
     let fair = Fair { energy: bending(2.0), segments: Segments::PerSpan(8), ..conjugate() };

@@ -4,7 +4,8 @@ use super::divided::bits;
 use super::*;
 use crate::discrete::variation;
 
-/// What curves come out as, against the CPU in f64 at the same tolerances: in f64 by the same trials.
+/// What curves come out as, against the CPU in f64 at the same tolerances: in f64 by the same
+/// trials.
 struct Worst {
     vertices: f64,
     tolerance: f64,
@@ -56,7 +57,8 @@ fn check<const D: usize>(gpu: &Gpu, fair: &Fair, problems: &[Problem<D>], precis
             "{D}-D {} {precision:?}: vertices {vertices:.1e} at {tolerance:.0e}, at most {most_iterations} iterations, {mean:.1} evaluations",
             fair.energy
         );
-        // In f32 a curve is as far from the minimum as its tolerance leaves it: a tenth of that here, or less.
+        // In f32 a curve is as far from the minimum as its tolerance leaves it: a tenth of that
+        // here, or less.
         let most = if precision == Precision::F64 { 1e-9 } else { 1e-6_f64.max(tolerance / 5.0) };
         assert!(vertices < most, "{D}-D {} {precision:?}: vertices differ by {vertices:e}", fair.energy);
     }
@@ -85,7 +87,8 @@ fn curves_of_other_exponents_and_of_a_users_energy_take_the_steps_of_the_cpu() {
     {
         check_ragged(&gpu, &Fair { energy, segments: Segments::PerSpan(5), ..Fair::default() }, 31);
     }
-    // Where a curve is straight, |T′ − T|^1.5 has no second derivative, and rounding decides how often it is tried.
+    // Where a curve is straight, |T′ − T|^1.5 has no second derivative, and rounding decides how
+    // often it is tried.
     let curved: Vec<usize> = RAGGED.into_iter().filter(|&points| points > 2).collect();
     let fair = Fair { energy: bending(1.5) + length(), segments: Segments::PerSpan(5), ..Fair::default() };
     let both = precisions(&gpu);

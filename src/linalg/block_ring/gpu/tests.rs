@@ -91,14 +91,16 @@ fn check<const D: usize>(gpu: &Gpu, reach: usize, lanes: u32) {
             let x =
                 nalgebra::DVector::from_column_slice(&solutions.x[arrays.offsets[i] * D..arrays.offsets[i + 1] * D]);
             let (dense, rhs) = (case.dense(), case.right_hand_side());
-            // Cholesky's backward error, whatever the condition: rounding the system to f32 is part of it.
+            // Cholesky's backward error, whatever the condition: rounding the system to f32 is part
+            // of it.
             let residual = (&dense * &x - &rhs).amax() / (dense.amax() * x.amax() + rhs.amax());
             assert!(residual < 64.0 * epsilon, "{what}: residual {residual:e}");
             let (twin, smallest) = match precision {
                 Precision::F64 => case.solve::<f64>(lanes as usize),
                 _ => case.solve::<f32>(lanes as usize),
             };
-            // The same operations in the same order, but for contractions: the condition, up to 1e6, times some ε.
+            // The same operations in the same order, but for contractions: the condition, up to
+            // 1e6, times some ε.
             let apart = (&x - &twin).amax() / twin.amax();
             assert!(apart < 1e7 * epsilon, "{what}: {apart:e} from its twin");
             let apart = (solutions.pivots[i] - smallest).abs() / dense.amax();

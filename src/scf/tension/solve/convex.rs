@@ -1,17 +1,18 @@
-//! Curves that turn one way: the outer unknown is the strength of the pull, the inner one its direction, in which the
-//! displacement across the pull is elementary.
+//! Curves that turn one way: the outer unknown is the strength of the pull, the inner one its
+//! direction, in which the displacement across the pull is elementary.
 
 use super::{Course, DEEPEST, PI, Pull, Shape, Solver, root};
 
 impl Solver<'_> {
-    /// The direction of the pull at which the chord closes across it, for a curve without inflection, as the law's
-    /// arguments of the ends, and what is missing along it.
+    /// The direction of the pull at which the chord closes across it, for a curve without
+    /// inflection, as the law's arguments of the ends, and what is missing along it.
     fn along_circle(&self, pull: Pull) -> ([f64; 2], f64) {
         let law = self.law;
         let (strength, opening) = (law.strength(pull), law.opening(pull));
         let above = opening > 0.0;
         let turning = self.high - self.low;
-        // The unknown is the overshoot of the inflection above the upper end, or the direction of the pull.
+        // The unknown is the overshoot of the inflection above the upper end, or the direction of
+        // the pull.
         let ends = |x: f64| if above { [x + turning, x] } else { [self.low - x, self.high - x] };
         let direction = |x: f64| if above { self.high + x + opening } else { x };
         let across = |x: f64| {
@@ -36,7 +37,8 @@ impl Solver<'_> {
         }
         if at_first >= 0.0 {
             if above {
-                // The best direction has an inflection at the upper end: the derivative along that line decides.
+                // The best direction has an inflection at the upper end: the derivative along that
+                // line decides.
                 let [_, _, aside] = law.arc(pull, 0.0, turning);
                 return (ends(first), aside - self.high.sin());
             }
@@ -53,7 +55,8 @@ impl Solver<'_> {
             let ends = [self.low - axis, self.high - axis];
             return Some(Shape { pull: Pull::Critical, axis, ends, course: Course::Through(axis), flat: missing });
         }
-        // Below the tension the unknown is the logarithm of the gap, above it that of the inflections' opening.
+        // Below the tension the unknown is the logarithm of the gap, above it that of the
+        // inflections' opening.
         let below = missing < 0.0;
         let least = self.law.tension.ln();
         let pull = |log: f64| if below { Pull::Below((-log).exp()) } else { Pull::Above(log.exp()) };
@@ -93,13 +96,15 @@ impl Solver<'_> {
         (1.0 - x).hypot(y)
     }
 
-    /// The pull of a symmetric pair is along the chord: forwards if the circular arc is too short for it.
+    /// The pull of a symmetric pair is along the chord: forwards if the circular arc is too short
+    /// for it.
     fn symmetric_direction(&self) -> f64 {
         let circle = 2.0 * self.high.sin() * self.law.factor / self.law.tension.powf(1.0 / self.law.nu);
         if circle <= 1.0 { 0.0 } else { PI }
     }
 
-    /// The direction at the critical pull, without what is missing along it, which for ν ≤ 2 may be infinite.
+    /// The direction at the critical pull, without what is missing along it, which for ν ≤ 2 may be
+    /// infinite.
     fn critical_direction(&self) -> f64 {
         let middle = 0.5 * (self.low + self.high);
         if middle == 0.0 {

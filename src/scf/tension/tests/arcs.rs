@@ -44,7 +44,8 @@ fn arcs_are_good_to_twelve_digits_from_an_inflection_on_and_near_the_critical_pu
             for to in [1e-6, 0.02, 0.9, 2.5] {
                 let got = law.arc(pull, 0.0, to);
                 let radius = |x: f64| 1.0 / law.curvature(pull, x);
-                // Split where the scale of the curvature changes, which the reference does not look for.
+                // Split where the scale of the curvature changes, which the reference does not look
+                // for.
                 let scale = match pull {
                     Pull::Below(gap) => (2.0 * gap).sqrt(),
                     _ => 2.0 * law.opening(pull),

@@ -1,4 +1,5 @@
-//! An independent minimiser: the energy of a polygon of equal edges, by Newton's method with Lagrange multipliers.
+//! An independent minimiser: the energy of a polygon of equal edges, by Newton's method with
+//! Lagrange multipliers.
 
 use super::*;
 use nalgebra::{DMatrix, DVector};
@@ -126,7 +127,8 @@ impl Polygon {
     }
 }
 
-/// The limit of the minima of polygons of 64 and 128 edges that start at the segment, bent and lengthened.
+/// The limit of the minima of polygons of 64 and 128 edges that start at the segment, bent and
+/// lengthened.
 fn polygon_cost(segment: &TensionSegment, polygon: &Polygon, amplitude: f64, rng: &mut StdRng) -> Option<f64> {
     let modes: Vec<f64> = (0..6).map(|_| amplitude * rng.random_range(-1.0..1.0)).collect();
     let [coarse, fine] = [64, 128].map(|edges| {
