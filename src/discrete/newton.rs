@@ -57,8 +57,8 @@ macro_rules! each {
 }
 
 impl<S: Scalar, const D: usize> Newton<S, D> {
-    /// Room for the systems of energies of an order; `movable` is 1 where a vertex may move, else
-    /// 0. Closed curves have more vertices than the order.
+    /// Room for the systems of energies of an order; `movable` is 1 where a vertex may move, else 0.
+    /// Closed curves have more vertices than the order.
     pub fn new(order: usize, edges: &Edges<S, D>, movable: &[S]) -> Self {
         let closed = edges.is_closed();
         let counts: Vec<usize> = edges.vertices().iter().map(|count| count * D).collect();

@@ -30,8 +30,8 @@ const MOST_STRIDE: f64 = 6.0 * STEPS_PER_OCTAVE;
 /// believed.
 const NARROW: i32 = 16;
 
-/// The smallest weight: all attachments together are this part of the stiffness of a curve of size
-/// 1. They move it by no more.
+/// The smallest weight: all attachments together are this part of the stiffness of a curve of size 1.
+/// They move it by no more.
 const WEAKEST: f64 = 1e-4;
 
 /// The largest weight makes one attachment 2³⁰ times as stiff as the shortest span.

@@ -75,8 +75,8 @@ pub(crate) fn sine_cosine<S: Scalar>(x: S) -> (S, S) {
 /// The angle of the direction (x, y) from the x axis, x ≥ 0, y ≥ 0, not both 0.
 #[inline(always)]
 pub(crate) fn first_quadrant_angle<S: Scalar>(y: S, x: S) -> S {
-    // tan(π/8) = √2 − 1: beyond it, and before its cotangent, the angle is π/4 more than that of (x
-    // + y, y − x).
+    // tan(π/8) = √2 − 1: beyond it, and before its cotangent, the angle is π/4 more than that of (x +
+    // y, y − x).
     const TANGENT: f64 = 0.41421356237309515;
     let low = S::of(TANGENT) * x - y;
     let high = S::of(TANGENT) * y - x;

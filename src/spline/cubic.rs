@@ -56,8 +56,8 @@ impl CubicSplines {
         &self.second[self.knots.offsets[i] * self.knots.dimension..self.knots.offsets[i + 1] * self.knots.dimension]
     }
 
-    /// ∫|p″|² dt of curve `i`, exactly: p″ is linear between knots, so a span contributes h/3·(m·m
-    /// + m·n + n·n).
+    /// ∫|p″|² dt of curve `i`, exactly: p″ is linear between knots, so a span contributes h/3·(m·m +
+    /// m·n + n·n).
     pub(crate) fn energy(&self, i: usize) -> f64 {
         let (t, d, m) = (self.knots.t(i), self.knots.dimension, self.second_derivatives(i));
         let mut energy = 0.0;

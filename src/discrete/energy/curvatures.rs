@@ -14,8 +14,8 @@ pub(super) fn matrix<S, const D: usize>(entry: impl Fn(usize, usize) -> S) -> Ma
     std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
 }
 
-/// Curvature vectors K = r (T − T₋) and K′ = r′ (T₊ − T) at the ends of the middle edge, r = 2/(Δs₋
-/// + Δs), r′ = 2/(Δs + Δs₊).
+/// Curvature vectors K = r (T − T₋) and K′ = r′ (T₊ − T) at the ends of the middle edge, r = 2/(Δs₋ +
+/// Δs), r′ = 2/(Δs + Δs₊).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curvatures<S, const D: usize> {
     /// r and r′

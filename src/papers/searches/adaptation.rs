@@ -22,8 +22,8 @@ use crate::error::{Error, Result};
 /// * c_T ← (1 − 1/N_T) c_T + f(x)/N_T;
 ///
 /// else r ← f_c r, f_c = 1 − β P, and nothing more: where a fraction P is accepted r stays. P = 1/e
-/// maximises −P ln P, the rate of entropy gained at a success; N_m = N_T = e n, N_C = (n + 1)²/ln(n
-/// + 1), β = 1/N_C. The covariance is r²QQᵀ throughout, and since r alone carries its size the
+/// maximises −P ln P, the rate of entropy gained at a success; N_m = N_T = e n, N_C = (n + 1)²/ln(n +
+/// 1), β = 1/N_C. The covariance is r²QQᵀ throughout, and since r alone carries its size the
 /// samples enter QQᵀ in units of r.
 ///
 /// Where it starts c_T is [`threshold`](Self::threshold). While c_T is infinite it becomes the
