@@ -1,8 +1,8 @@
 // x^y for x ≥ 0 and a constant y, f64 too, for which WGSL has no pow: x = 2^k m, √½ ≤ m ≤ √2, ln m
 // by the series of artanh, the product y log₂ x in parts of which the large one is exact, and e^f
 // by its series. Relative error about 4 (1 + |y|) ε where x is 0 or 2.3e−308 < x < 3.4e38, and the
-// result within 1e±300; 0 for x = 0 < y. In f32 WGSL's own pow, for normal x and results. No
-// twin: the CPU has `powf`.
+// result within 1e±300; 0 for x = 0 < y. In f32 WGSL's own pow, for normal x and results.
+// No twin: the CPU has `powf`.
 
 //:if F64
 // 2^n, −126 ≤ n ≤ 127

@@ -29,8 +29,8 @@ pub(crate) struct Evaluation<S> {
     pub exists: S,
 }
 
-/// Angles that stand in for those of a straight segment, where lanes cannot part. Not in the
-/// kernel: threads can.
+/// Angles that stand in for those of a straight segment, where lanes cannot part.
+/// Not in the kernel: threads can.
 const STAND_IN: f64 = 0.5;
 
 /// Angles both below this are 0: their squares would be no numbers of full precision.

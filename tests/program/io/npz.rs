@@ -120,7 +120,7 @@ fn npz_arrays_that_do_not_fit_are_named() {
     let whole = std::fs::read(&path).unwrap();
     assert_eq!(
         complaint_with("a.npz", &whole[..whole.len() / 2], &ReadOptions::default()),
-        "a.npz: this is no NPZ archive, or it was cut off (invalid Zip archive: Could not find central directory end): \
+        "a.npz: this is no NPZ archive, or it was cut off (invalid Zip archive: Could not find EOCD): \
          write it with numpy.savez"
     );
 }
