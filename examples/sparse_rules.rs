@@ -18,11 +18,11 @@ const HEAD: &str = "\
 //! The masks of the sparse rules that reproduce REPRODUCED, computed by
 //! `cargo run --release --example sparse_rules -- src/laplacian/rule`.
 //!
-//! Class after class: the linear programme of [`Programme`](crate::laplacian::Programme) was solved
+//! Class after class: the linear programme of [`Programme`](crate::papers::programmes::Programme) was solved
 //! by an interior-point method (Clarabel); of all masks that leave ‖E₂ₙS − UEₙ‖∞ within 1e-8 of the
 //! least so far, those nearest to the exact rule in least squares were taken, and moved onto the
 //! constraints to rounding. Entries stand in the order of
-//! [`Programme::unknowns`](crate::laplacian::Programme::unknowns).
+//! [`Programme::unknowns`](crate::papers::programmes::Programme::unknowns).
 
 use super::Table;
 ";

@@ -55,7 +55,7 @@ pub struct ShapeExponent {
 /// Bergmann propose for characterising handwriting.
 ///
 /// ```
-/// use faircurve::scf::{DotsOf, ExponentSearch};
+/// use faircurve::papers::exponent::{DotsOf, ExponentSearch};
 /// use faircurve::Device;
 ///
 /// // A circle: the larger ν, the nearer.

@@ -55,7 +55,7 @@ pub use mesh::Mesh;
 /// is reached depends on the path; it is `converged` with a message that says so.
 ///
 /// ```
-/// use faircurve::{CurveBatch, CurveStatus, Device, discrete::Graph};
+/// use faircurve::{CurveBatch, CurveStatus, Device, papers::toms828::Graph};
 /// let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 0.5], [2.0, 0.4], [3.0, 1.0]][..]])?;
 /// let fit = Graph::default().fit(&batch, &Device::cpu())?;
 /// assert_eq!(fit.reports()[0].status, CurveStatus::Converged);
@@ -150,7 +150,7 @@ impl Graph {
     /// iteration.
     ///
     /// ```
-    /// use faircurve::{CurveStatus, discrete::Graph};
+    /// use faircurve::{CurveStatus, papers::toms828::Graph};
     /// let trace = Graph::default().trace(&[0.0, 1.0, 2.0], &[0.0, 0.3, 0.1], |_| {})?;
     /// assert_eq!((trace.status, trace.ordinates.len(), trace.data), (CurveStatus::Converged, 241, vec![0, 120, 240]));
     /// # Ok::<(), faircurve::Error>(())

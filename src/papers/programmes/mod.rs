@@ -82,7 +82,7 @@ pub struct StandardForm {
 /// The rule of natural cubic splines makes the bending energy of a curve right in every row:
 ///
 /// ```
-/// use faircurve::laplacian::{Class, Energy, Programme, Reproduces};
+/// use faircurve::{laplacian::Reproduces, papers::programmes::{Class, Energy, Programme}};
 ///
 /// let programme = Programme::new(Energy::CurveBending, 2, Reproduces::Linear);
 /// let interior = [0.75, 0.5, 0.125];

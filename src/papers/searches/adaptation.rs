@@ -43,7 +43,7 @@ use crate::error::{Error, Result};
 /// minimum slowly: finish with one of those.
 ///
 /// ```
-/// use faircurve::scf::search::{GaussianAdaptation, Request, SegmentCosts};
+/// use faircurve::papers::searches::{GaussianAdaptation, Request, SegmentCosts};
 ///
 /// /// Segments that want to leave at 0.5 and to arrive as they leave.
 /// struct Wanted;

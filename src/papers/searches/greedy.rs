@@ -31,7 +31,7 @@ use crate::error::{Error, Result};
 /// five for each segment ([`Outcome::textbook_solves`]).
 ///
 /// ```
-/// use faircurve::scf::search::{Greedy, Request, SegmentCosts};
+/// use faircurve::papers::searches::{Greedy, Request, SegmentCosts};
 ///
 /// /// Segments that want to leave at 0.5 and to arrive as they leave.
 /// struct Wanted;

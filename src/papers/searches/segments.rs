@@ -18,7 +18,7 @@ use crate::scf::workspace::evaluate_all;
 /// curve ends without curvature.
 ///
 /// ```
-/// use faircurve::scf::search::{Greedy, Segments, initial_slopes};
+/// use faircurve::papers::searches::{Greedy, Segments, initial_slopes};
 /// use faircurve::{CurveBatch, Device, scf};
 /// use glam::DVec2;
 ///
