@@ -87,7 +87,8 @@ fn energies(criterion: &mut Criterion) {
             let (_, batch) = Natural::default().fit_sampled(&points(curves), sampling, &Device::cpu()).unwrap();
             let (energy, vertices) = (bending(2.0), batch.total_points());
             group.throughput(Throughput::Elements(vertices as u64));
-            let run = || timed(|| pool.install(|| energy.evaluate(&batch, Evaluate::default()).unwrap()));
+            let run =
+                || timed(|| pool.install(|| energy.evaluate(&batch, Evaluate::default(), &Device::cpu()).unwrap()));
             let best = best_of(&mut group, BenchmarkId::new(format!("{threads} threads"), edges), run);
             say(&format!("energy + gradient, {edges} edges, {threads} threads"), best, vertices, curves, bandwidth);
         }

@@ -5,10 +5,12 @@ use rayon::prelude::*;
 
 use super::edges::Edges;
 use super::energy::{Energy, TORSION_CURVATURE};
-use super::hessian::BlockHessian;
+use super::evaluate_gpu::evaluate_on_gpu;
+use super::hessian::{BLOCKS, BlockHessian, dense};
+use super::setup::diagonal;
 use crate::batch::{CurveBatch, Problem};
+use crate::device::Device;
 use crate::error::{Error, Result};
-
 use crate::linalg::scalar::{Vector, subtract};
 use crate::linalg::{Lanes, Scalar, with_wide_registers};
 use crate::status::CurveStatus;
@@ -16,9 +18,11 @@ use crate::status::CurveStatus;
 /// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
 const LANES: usize = 4;
 
-/// What an evaluation needs besides the curves.
+/// What an evaluation needs besides the curves, and what it finds of them.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Evaluate<'a> {
+    /// What is wanted; values and gradients by default.
+    pub want: Want<'a>,
     /// The data points of [`attachment`](super::attachment), with their weights, for each curve. A
     /// curve whose edges are N times the spans between its data points has data point k at vertex k
     /// N. Only attachment needs them.
@@ -26,36 +30,82 @@ pub struct Evaluate<'a> {
     /// ε of [`torsion`](super::torsion), a curvature in 1/length. By default [`TORSION_CURVATURE`]
     /// over the diagonal of the bounding box of each curve's vertices.
     pub torsion_curvature: Option<f64>,
+    /// The gauge of fair curves, which is then part of all that is found.
+    #[doc(hidden)]
+    pub gauge: Option<Gauging<'a>>,
 }
 
-/// Value and derivatives of an energy at one curve.
-#[derive(Clone, Debug, PartialEq)]
+/// What is wanted of every curve.
+#[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
+pub enum Want<'a> {
+    /// The value alone.
+    Value,
+    /// And its derivative along this direction, laid out as the batch's coordinates are.
+    Slope(&'a [f64]),
+    /// Value and gradient.
+    #[default]
+    Gradient,
+    /// Value, gradient, and the Hessian as a full matrix.
+    Hessian,
+    /// Value, gradient, and what of the Hessian is not 0.
+    Blocks,
+}
+
+/// The gauge that keeps edges between data points equal.
+#[derive(Clone, Copy, Debug)]
+pub struct Gauging<'a> {
+    /// A weight for every curve.
+    pub weights: &'a [f64],
+    /// Of every vertex of the batch, whether it is a data point.
+    pub is_data: &'a [bool],
+}
+
+/// Value and derivatives of an energy at one curve; what was not asked for is empty, and 0 the
+/// slope.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evaluation {
     /// The weighted sum of energies; NaN where there is a problem.
     pub value: f64,
+    /// Its derivative along the direction; NaN where there is a problem.
+    pub slope: f64,
     /// Its derivatives by the coordinates of the vertices, in the batch's order; NaN where there is
     /// a problem.
     pub gradient: Vec<f64>,
-    /// Its second derivatives, row after row: as many rows and columns as the gradient has entries.
-    /// Empty where not asked for; NaN where there is a problem.
+    /// Its second derivatives; NaN where there is a problem. The full matrix row after row, as many
+    /// rows and columns as the gradient has entries; or [`MOST_EDGES`](super::MOST_EDGES) + 1
+    /// blocks of D × D numbers a vertex, row after row: with itself and with its next ones, modulo
+    /// the number of vertices of a closed curve.
     pub hessian: Vec<f64>,
     /// Why there is no value.
     pub problem: Option<Problem>,
 }
 
+impl Want<'_> {
+    pub(super) fn has_gradient(self) -> bool {
+        !matches!(self, Want::Value | Want::Slope(_))
+    }
+
+    pub(super) fn has_hessian(self) -> bool {
+        matches!(self, Want::Hessian | Want::Blocks)
+    }
+}
+
 impl Energy {
-    /// The energy and its gradient at every curve of the batch, whose points are the vertices, in
-    /// f64 on all threads of the CPU. Energies of two or three edges are 0 on curves of fewer.
+    /// The energy at every curve of the batch, whose points are the vertices, with the derivatives
+    /// that are [wanted](Evaluate::want): in f64 on all threads of the CPU, or on a GPU. Energies
+    /// of two or three edges are 0 on curves of fewer.
     ///
     /// A curve with a problem of its own, with two neighbouring vertices at one place (a tangent is
     /// wanted there), closed with fewer than three vertices, or whose data points do not go with
     /// its vertices has NaN and a [`Problem`].
     ///
     /// ```
-    /// use faircurve::{CurveBatch, discrete::{Evaluate, bending, length}};
+    /// use faircurve::{CurveBatch, Device, discrete::{Evaluate, bending, length}};
     /// let corner = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]];
     /// let batch = CurveBatch::from_slices(&[&corner[..]])?;
-    /// let found = (bending(2.0) + 0.5 * length()).evaluate(&batch, Evaluate::default())?;
+    /// let energy = bending(2.0) + 0.5 * length();
+    /// let found = energy.evaluate(&batch, Evaluate::default(), &Device::cpu())?;
     /// // |K|² Δa with |K| = √2, Δa = 1, and half the length 2.
     /// assert!((found[0].value - 3.0).abs() < 1e-15);
     /// assert_eq!(found[0].gradient.len(), 6);
@@ -63,122 +113,149 @@ impl Energy {
     /// ```
     ///
     /// # Errors
-    /// A weight that is negative or not finite, an exponent below 1, a custom energy of other than
-    /// 1, 2 or 3 edges; attachment without targets, targets of another dimension or number of
-    /// curves; a torsion curvature that is not positive.
-    pub fn evaluate(&self, batch: &CurveBatch, options: Evaluate) -> Result<Vec<Evaluation>> {
-        self.run(batch, options, false)
-    }
-
-    /// The same with the Hessian of every curve.
-    ///
-    /// # Errors
-    /// As [`evaluate`](Self::evaluate).
-    pub fn evaluate_with_hessian(&self, batch: &CurveBatch, options: Evaluate) -> Result<Vec<Evaluation>> {
-        self.run(batch, options, true)
-    }
-
-    fn run(&self, batch: &CurveBatch, options: Evaluate, hessian: bool) -> Result<Vec<Evaluation>> {
+    /// A weight that is negative or not finite, an exponent below 1, a custom energy of no or too
+    /// many edges; attachment without targets, targets of another dimension or number of curves; a
+    /// torsion curvature that is not positive; a direction of another length than the coordinates.
+    /// On a GPU an energy that no kernel can be made of, and what becomes of submissions.
+    pub fn evaluate(&self, batch: &CurveBatch, options: Evaluate, device: &Device) -> Result<Vec<Evaluation>> {
         self.check()?;
         options.validate(self, batch)?;
-        let evaluating = Evaluating { energy: self, batch, options, hessian };
-        // Curves of as many edges undergo the same operations, and none is idle in its lane. Dense
-        // Hessians are most of their own cost: those curves go alone.
-        let kind = |i: usize| (batch.is_closed(i), batch.count(i));
-        let mut order: Vec<usize> = (0..batch.len()).collect();
-        order.sort_by_key(|&i| kind(i));
-        let alike = order.chunk_by(|&i, &j| kind(i) == kind(j));
-        let groups: Vec<&[usize]> = alike.flat_map(|curves| curves.chunks(if hessian { 1 } else { LANES })).collect();
-        let found: Vec<(usize, Evaluation)> = groups
-            .into_par_iter()
-            .flat_map_iter(|group| match batch.dimension() {
-                2 => evaluating.group::<2>(group),
-                _ => evaluating.group::<3>(group),
-            })
-            .collect();
-        let mut evaluations: Vec<Option<Evaluation>> = vec![None; batch.len()];
-        found.into_iter().for_each(|(i, evaluation)| evaluations[i] = Some(evaluation));
-        Ok(evaluations.into_iter().map(|evaluation| evaluation.expect("every curve is in one group")).collect())
+        let evaluating = Evaluating { energy: self, batch, options };
+        match batch.dimension() {
+            2 => evaluating.run::<2>(device),
+            _ => evaluating.run::<3>(device),
+        }
     }
 }
 
 /// One evaluation of a batch.
-struct Evaluating<'a> {
-    energy: &'a Energy,
-    batch: &'a CurveBatch,
-    options: Evaluate<'a>,
-    hessian: bool,
+#[derive(Clone, Copy)]
+pub(super) struct Evaluating<'a> {
+    pub energy: &'a Energy,
+    pub batch: &'a CurveBatch,
+    pub options: Evaluate<'a>,
 }
 
 /// A curve that can be evaluated.
-struct Ready<'a, const D: usize> {
-    i: usize,
-    points: &'a [Vector<f64, D>],
-    base: Vec<Vector<f64, D>>,
+pub(super) struct Ready<'a, const D: usize> {
+    pub i: usize,
+    pub points: &'a [Vector<f64, D>],
+    pub base: Vec<Vector<f64, D>>,
     /// Which vertices have data points, where, and of what weight.
-    attached: Vec<(usize, Vector<f64, D>, f64)>,
+    pub attached: Vec<(usize, Vector<f64, D>, f64)>,
+    /// ε of torsion.
+    pub torsion_curvature: f64,
 }
 
-impl Evaluating<'_> {
-    /// Curves that are all open or all closed and of as many vertices, with their numbers.
-    fn group<const D: usize>(&self, group: &[usize]) -> Vec<(usize, Evaluation)> {
-        let (mut found, mut ready) = (Vec::with_capacity(group.len()), Vec::with_capacity(group.len()));
-        for &i in group {
-            match self.ready::<D>(i) {
-                Ok(curve) => ready.push(curve),
-                Err(problem) => found.push((i, self.nothing(i, problem))),
-            }
-        }
-        let wide = Vectorised { evaluating: self, curves: &ready };
-        let alone = self.hessian || 4 * ready.len() <= LANES;
-        match if alone { Err(wide) } else { with_wide_registers(wide) } {
-            Ok(mut evaluations) => found.append(&mut evaluations),
-            Err(_) => ready.iter().for_each(|curve| found.append(&mut self.evaluate_one(curve))),
-        }
-        found
+impl<'a> Evaluating<'a> {
+    fn run<const D: usize>(&self, device: &Device) -> Result<Vec<Evaluation>> {
+        let ready: Vec<_> = (0..self.batch.len()).into_par_iter().map(|i| self.ready::<D>(i)).collect();
+        let able: Vec<&Ready<D>> = ready.iter().flatten().collect();
+        let found = match device.as_gpu() {
+            Some(gpu) => evaluate_on_gpu(gpu, device.kernel_precision(gpu, false)?, self, &able)?,
+            None => self.on_cpu(&able),
+        };
+        let mut evaluations: Vec<Option<Evaluation>> = vec![None; self.batch.len()];
+        able.iter().zip(found).for_each(|(curve, found)| evaluations[curve.i] = Some(found));
+        let problem = |i: usize| ready[i].as_ref().err().expect("what is able was evaluated").clone();
+        let all = evaluations.into_iter().enumerate();
+        Ok(all.map(|(i, found)| found.unwrap_or_else(|| self.nothing(i, problem(i)))).collect())
     }
 
-    fn ready<const D: usize>(&self, i: usize) -> Result<Ready<'_, D>, Problem> {
+    fn ready<const D: usize>(&self, i: usize) -> Result<Ready<'a, D>, Problem> {
         let points = self.batch.points(i).as_chunks::<D>().0;
         let base = edges(self.batch, i, points)?;
         let attached = match self.options.targets.filter(|_| self.energy.is_attached()) {
             Some(targets) => attached::<D>(self.batch, targets, i)?,
             None => vec![],
         };
-        Ok(Ready { i, points, base, attached })
+        let own = if base.is_empty() { TORSION_CURVATURE } else { TORSION_CURVATURE / diagonal(points) };
+        Ok(Ready { i, points, base, attached, torsion_curvature: self.options.torsion_curvature.unwrap_or(own) })
     }
 
     fn nothing(&self, i: usize, problem: Problem) -> Evaluation {
-        let entries = self.batch.points(i).len();
+        let (entries, d, want) = (self.batch.points(i).len(), self.batch.dimension(), self.options.want);
+        let numbers = |count: usize| vec![f64::NAN; count];
         Evaluation {
             value: f64::NAN,
-            gradient: vec![f64::NAN; entries],
-            hessian: vec![f64::NAN; if self.hessian { entries * entries } else { 0 }],
+            slope: if let Want::Slope(_) = want { f64::NAN } else { 0.0 },
+            gradient: numbers(if want.has_gradient() { entries } else { 0 }),
+            hessian: numbers(match want {
+                Want::Hessian => entries * entries,
+                Want::Blocks => entries * d * BLOCKS,
+                _ => 0,
+            }),
             problem: Some(problem),
         }
     }
 
+    /// The weight of a curve's gauge.
+    pub fn gauge(&self, i: usize) -> Option<f64> {
+        self.options.gauge.map(|gauge| gauge.weights[i])
+    }
+
+    /// Which vertices of a curve the gauge has for data points.
+    pub fn is_data(&self, i: usize) -> Option<&'a [bool]> {
+        let offsets = self.batch.offsets();
+        self.options.gauge.map(|gauge| &gauge.is_data[offsets[i]..offsets[i + 1]])
+    }
+
+    /// The direction at a curve, if a slope is wanted.
+    pub fn direction<const D: usize>(&self, i: usize) -> Option<&'a [Vector<f64, D>]> {
+        let offsets = self.batch.offsets();
+        match self.options.want {
+            Want::Slope(direction) => Some(&direction.as_chunks().0[offsets[i]..offsets[i + 1]]),
+            _ => None,
+        }
+    }
+
+    /// The Hessian as it is wanted, from its blocks.
+    pub fn hessian<const D: usize>(&self, i: usize, blocks: Vec<f64>) -> Vec<f64> {
+        match self.options.want {
+            Want::Hessian => dense::<_, D>(self.batch.is_closed(i), &blocks),
+            _ => blocks,
+        }
+    }
+
+    fn on_cpu<const D: usize>(&self, curves: &[&Ready<'_, D>]) -> Vec<Evaluation> {
+        // Curves of as many edges undergo the same operations, and none is idle in its lane. Dense
+        // Hessians are most of their own cost: those curves go alone.
+        let kind = |k: usize| (self.batch.is_closed(curves[k].i), curves[k].points.len());
+        let mut order: Vec<usize> = (0..curves.len()).collect();
+        order.sort_by_key(|&k| kind(k));
+        let lanes = if self.options.want.has_hessian() { 1 } else { LANES };
+        let groups: Vec<&[usize]> =
+            order.chunk_by(|&j, &k| kind(j) == kind(k)).flat_map(|alike| alike.chunks(lanes)).collect();
+        let of_group = |group: &[usize]| -> Vec<(usize, Evaluation)> {
+            let curves: Vec<&Ready<D>> = group.iter().map(|&k| curves[k]).collect();
+            let wide = Vectorised { evaluating: self, curves: &curves };
+            let found = match if 4 * curves.len() <= LANES { Err(wide) } else { with_wide_registers(wide) } {
+                Ok(found) => found,
+                Err(_) => curves.iter().flat_map(|curve| self.evaluate_one(curve)).collect(),
+            };
+            group.iter().copied().zip(found).collect()
+        };
+        let mut found: Vec<(usize, Evaluation)> = groups.into_par_iter().flat_map_iter(of_group).collect();
+        found.sort_by_key(|(k, _)| *k);
+        found.into_iter().map(|(_, evaluation)| evaluation).collect()
+    }
+
     #[inline(never)]
-    fn evaluate_one<const D: usize>(&self, curve: &Ready<D>) -> Vec<(usize, Evaluation)> {
-        self.evaluate::<f64, D>(std::slice::from_ref(curve))
+    fn evaluate_one<const D: usize>(&self, curve: &Ready<D>) -> Vec<Evaluation> {
+        self.evaluate::<f64, D>(&[curve])
     }
 
     /// Up to S::LANES curves side by side; lanes to spare repeat the first.
     #[inline(always)]
-    fn evaluate<S: Scalar<Number = f64>, const D: usize>(&self, curves: &[Ready<D>]) -> Vec<(usize, Evaluation)> {
-        let lane = |l: usize| &curves[if l < curves.len() { l } else { 0 }];
+    fn evaluate<S: Scalar<Number = f64>, const D: usize>(&self, curves: &[&Ready<D>]) -> Vec<Evaluation> {
+        let lane = |l: usize| curves[if l < curves.len() { l } else { 0 }];
         let count = curves[0].points.len();
         let closed = self.batch.is_closed(curves[0].i) && count > 0;
         let bases: Vec<&[Vector<f64, D>]> = (0..S::LANES).map(|l| &lane(l).base[..]).collect();
-        let free = vec![false; count.max(1)];
-        let mut edges = Edges::<S, D>::new(closed, &bases, &vec![&free[..]; S::LANES]);
-        for l in 0..S::LANES {
-            if let Some(curvature) = self.options.torsion_curvature {
-                edges.set_torsion_curvature(l, curvature);
-            } else if !lane(l).base.is_empty() {
-                edges.set_torsion_curvature(l, TORSION_CURVATURE / size(lane(l).points));
-            }
-        }
+        let none = vec![false; count.max(1)];
+        let data: Vec<&[bool]> = (0..S::LANES).map(|l| self.is_data(lane(l).i).unwrap_or(&none)).collect();
+        let mut edges = Edges::<S, D>::new(closed, &bases, &data);
+        (0..S::LANES).for_each(|l| edges.set_torsion_curvature(l, lane(l).torsion_curvature));
         let zero = vec![[S::ZERO; D]; edges.rows()];
         edges.place(&zero);
         edges.clear();
@@ -187,31 +264,44 @@ impl Evaluating<'_> {
         for (weight, functional) in self.energy.terms() {
             values += edges.add(S::of(*weight), functional);
         }
+        let gauge = self.options.gauge.map(|gauge| {
+            let mut weights = S::ZERO;
+            (0..S::LANES).for_each(|l| weights.set_lane(l, gauge.weights[lane(l).i]));
+            (2, weights)
+        });
+        if let Some((order, weights)) = gauge {
+            values += edges.add_gauge(order, weights);
+        }
         // Hessians are large: their curves come alone.
-        let mut blocks = (S::LANES == 1 && self.hessian).then(|| BlockHessian::new(&edges));
+        let mut blocks = (S::LANES == 1 && self.options.want.has_hessian()).then(|| BlockHessian::new(&edges));
         if let Some(blocks) = &mut blocks {
             let terms = self.energy.terms().iter();
-            blocks.assemble_apart(&edges, terms.map(|(weight, functional)| (S::of(*weight), functional)), None);
+            blocks.assemble_apart(&edges, terms.map(|(weight, functional)| (S::of(*weight), functional)), gauge);
         }
         edges.gradient(&vec![S::ONE; edges.rows()], &mut gradients);
         let weight = self.energy.attachment_weight();
-        let finish = |(l, curve): (usize, &Ready<D>)| {
+        let finish = |(l, curve): (usize, &&Ready<D>)| {
             let mut value = values.lane(l);
-            let mut gradient = Vec::with_capacity(D * count);
-            gradients[..count].iter().for_each(|g| gradient.extend(g.map(|x| x.lane(l))));
+            let mut gradient: Vec<Vector<f64, D>> = gradients[..count].iter().map(|g| g.map(|x| x.lane(l))).collect();
             for &(vertex, target, w) in &curve.attached {
                 let w = weight * w;
                 for c in 0..D {
                     let away = curve.points[vertex][c] - target[c];
                     value += 0.5 * w * away * away;
-                    gradient[D * vertex + c] += w * away;
+                    gradient[vertex][c] += w * away;
                 }
                 if let Some(blocks) = &mut blocks {
                     blocks.add_diagonal(vertex, S::of(w));
                 }
             }
-            let hessian = blocks.as_ref().filter(|_| count > 0).map_or(vec![], |blocks| blocks.dense(l));
-            (curve.i, Evaluation { value, gradient, hessian, problem: None })
+            let along = |direction: &[Vector<f64, D>]| {
+                direction.iter().flatten().zip(gradient.iter().flatten()).map(|(p, g)| p * g).sum()
+            };
+            let slope = self.direction::<D>(curve.i).map_or(0.0, along);
+            let blocks = blocks.as_ref().filter(|_| count > 0).map_or(vec![], |blocks| blocks.lane(l));
+            let hessian = self.hessian::<D>(curve.i, blocks);
+            let gradient = if self.options.want.has_gradient() { gradient.concat() } else { vec![] };
+            Evaluation { value, slope, gradient, hessian, problem: None }
         };
         curves.iter().enumerate().map(finish).collect()
     }
@@ -220,11 +310,11 @@ impl Evaluating<'_> {
 /// [`Evaluating::evaluate`] in lanes.
 struct Vectorised<'a, const D: usize> {
     evaluating: &'a Evaluating<'a>,
-    curves: &'a [Ready<'a, D>],
+    curves: &'a [&'a Ready<'a, D>],
 }
 
 impl<const D: usize> pulp::WithSimd for Vectorised<'_, D> {
-    type Output = Vec<(usize, Evaluation)>;
+    type Output = Vec<Evaluation>;
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
@@ -239,6 +329,12 @@ impl Evaluate<'_> {
         {
             let message = format!("the torsion curvature is {curvature}: give a positive, finite number in 1/length");
             return Err(Error::Argument(message));
+        }
+        if let Want::Slope(direction) = self.want
+            && direction.len() != batch.coords().len()
+        {
+            let (found, wanted) = (direction.len(), batch.coords().len());
+            return Err(Error::Argument(format!("a direction of {found} numbers for {wanted} coordinates")));
         }
         match self.targets {
             _ if !energy.is_attached() => Ok(()),
@@ -312,15 +408,6 @@ fn attached<const D: usize>(
     Ok(data.iter().enumerate().map(|(k, &point)| (k * every, point, weight(k))).collect())
 }
 
-/// The diagonal of the bounding box.
-fn size<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
-    let extent = |c: usize| {
-        let all = points.iter().map(|point| point[c]);
-        all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
-    };
-    (0..D).map(|c| extent(c).powi(2)).sum::<f64>().sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{attachment, bending, length, tension, torsion, variation};
@@ -346,14 +433,14 @@ mod tests {
             let batch = CurveBatch::from_ragged(dimension, coords, offsets).unwrap().closed_each(closed).unwrap();
             let targets = batch.with_points(batch.coords().iter().map(|x| x.sin()).collect(), batch.offsets().to_vec());
             let options = Evaluate { targets: Some(&targets), ..Evaluate::default() };
-            let together = energy.evaluate(&batch, options).unwrap();
+            let together = energy.evaluate(&batch, options, &Device::cpu()).unwrap();
             let bits = |found: &Evaluation| -> Vec<u64> {
                 [found.value].iter().chain(&found.gradient).map(|x| x.to_bits()).collect()
             };
             for (i, found) in together.iter().enumerate() {
                 let target = targets.select(&[i]);
                 let options = Evaluate { targets: Some(&target), ..options };
-                let alone = energy.evaluate(&batch.select(&[i]), options).unwrap().remove(0);
+                let alone = energy.evaluate(&batch.select(&[i]), options, &Device::cpu()).unwrap().remove(0);
                 assert_eq!(bits(found), bits(&alone), "{energy}, curve {i}");
                 assert_eq!(found.problem.is_some(), [3, 7].contains(&i), "{energy}, curve {i}: {:?}", found.problem);
             }

@@ -1,15 +1,17 @@
-//! Energies, gradients and Hessians of discrete curves on the GPU, on normalised curves.
+//! Energies, gradients and Hessians of discrete curves on a GPU.
 
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 
-use super::at::{At, Found, Want};
 use super::compose::{Composition, DeviceWeights};
 use super::energy::{Energy, bending, tension};
-use super::hessian::COUPLED;
+use super::evaluate::{Evaluate, Evaluating, Evaluation, Ready, Want};
+use super::hessian::BLOCKS;
+use super::setup::extents;
 use crate::error::{Error, Result};
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
+use crate::linalg::scalar::Vector;
 use crate::precision::Precision;
 
 /// Threads a workgroup.
@@ -82,124 +84,113 @@ const OWN: &str = "fn own_value(w: Window) -> real { return w.s0; }
 fn own_gradient(w: Window) -> Partials { var p = Partials(); p.value = w.s0; p.s0 = real(1); return p; }
 fn own_hessian(w: Window) -> SecondPartials { return SecondPartials(); }";
 
-/// Evaluates an energy at every curve of a batch. A curve with an edge of no length, a coordinate
-/// that is not finite, or closed with one or two vertices has NaN for an energy and zeros at its
-/// vertices.
+/// Evaluates an energy at curves, each divided by half its largest extent.
 ///
 /// # Errors
 /// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions;
 /// [`Error::Limit`] for a curve larger than the device's largest array.
-pub fn evaluate(gpu: &Gpu, precision: Precision, at: At<'_>, want: Want<'_>) -> Result<Found> {
-    let d = at.batch.dimension();
-    let composition = Composition::of(at.energy, at.gauge.is_some(), d, precision).map_err(Error::Argument)?;
-    let mut found = Found::new(&at, want);
-    let job = Job { at, want, composition };
+pub(super) fn evaluate_on_gpu<const D: usize>(
+    gpu: &Gpu,
+    precision: Precision,
+    evaluating: &Evaluating<'_>,
+    curves: &[&Ready<'_, D>],
+) -> Result<Vec<Evaluation>> {
+    let Evaluate { want, gauge, .. } = evaluating.options;
+    let composition = Composition::of(evaluating.energy, gauge.is_some(), D, precision).map_err(Error::Argument)?;
+    let job = Job { evaluating, curves, composition };
+    let result = if want.has_hessian() { BLOCKS * D * D } else { D };
     let real = precision.bytes();
-    let result = if let Want::Hessian = want { (COUPLED + 1) * d * d } else { d };
-    let largest = real * result.max(d + 1) as u64;
-    let total = real * (result + 2 * (d + 1)) as u64;
-    let chunks = plan::chunks((0..at.batch.len()).map(|i| at.batch.count(i)), largest, 2 * total, gpu.limits())?;
+    let largest = real * result.max(D + 1) as u64;
+    let total = real * (result + D + 2 * (D + 1)) as u64;
+    let chunks = plan::chunks(curves.iter().map(|curve| curve.points.len()), largest, 2 * total, gpu.limits())?;
+    let mut found = vec![Evaluation::default(); curves.len()];
     pipeline(
         chunks,
-        |curves| job.record(gpu.record(precision), curves)?.submit(),
+        |chunk| job.record(gpu.record(precision), chunk)?.submit(),
         Pending::wait,
-        |curves, results| {
-            job.unpack(curves, &results, &mut found);
+        |chunk, results| {
+            job.unpack(chunk, &results, &mut found[chunk.clone()]);
             Ok(())
         },
     )?;
     Ok(found)
 }
 
-struct Job<'a> {
-    at: At<'a>,
-    want: Want<'a>,
+struct Job<'a, const D: usize> {
+    evaluating: &'a Evaluating<'a>,
+    curves: &'a [&'a Ready<'a, D>],
     composition: Composition,
 }
 
-impl Job<'_> {
-    /// Curves of a chunk that have an energy.
-    fn evaluated(&self, curves: &Range<usize>) -> impl Iterator<Item = usize> {
-        let at = self.at;
-        curves.clone().filter(move |&i| at.is_evaluated(i))
+/// Half the largest extent of a curve, 1 where there is none: the unit of its coordinates on a
+/// device.
+fn size<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
+    let size = extents(points).into_iter().map(|extent| 0.5 * extent).fold(0.0, f64::max);
+    if size > 0.0 && size.is_finite() { size } else { 1.0 }
+}
+
+impl<const D: usize> Job<'_, D> {
+    /// The curves of a chunk, and where each begins in its arrays.
+    fn chunk(&self, chunk: &Range<usize>) -> impl Iterator<Item = (usize, &Ready<'_, D>)> {
+        self.curves[chunk.clone()].iter().scan(0, |next, curve| {
+            let start = *next;
+            *next += curve.points.len();
+            Some((start, *curve))
+        })
     }
 
-    fn weights(&self, i: usize) -> DeviceWeights {
-        self.composition.weights(self.at.size(i), self.at.gauge(i), self.at.torsion_curvature(i))
+    fn weights(&self, curve: &Ready<'_, D>) -> DeviceWeights {
+        let gauge = self.evaluating.gauge(curve.i).unwrap_or(0.0);
+        self.composition.weights(size(curve.points), gauge, curve.torsion_curvature)
     }
 
-    fn blocks(&self, curves: &Range<usize>) -> Vec<VertexRange> {
-        let of_curve = |i: usize| {
-            let (count, curve) = (self.at.batch.count(i), (i - curves.start) as u32);
+    fn blocks(&self, chunk: &Range<usize>) -> Vec<VertexRange> {
+        let of_curve = |(index, (_, curve)): (usize, (usize, &Ready<'_, D>))| {
+            let count = curve.points.len();
             (0..count).step_by(BLOCK_VERTICES).map(move |begin| {
                 let end = (begin + BLOCK_VERTICES).min(count) as u32;
-                VertexRange { curve, begin: begin as u32, end, padding: 0 }
+                VertexRange { curve: index as u32, begin: begin as u32, end, padding: 0 }
             })
         };
-        self.evaluated(curves).flat_map(of_curve).collect()
+        self.chunk(chunk).enumerate().flat_map(of_curve).collect()
     }
 
-    fn record<'g>(&self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<Recording<'g>> {
-        let (batch, d) = (self.at.batch, self.at.batch.dimension());
-        let first = batch.offsets()[curves.start];
-        let points = batch.offsets()[curves.end] - first;
-        let width = self.composition.width();
-        let blocks = self.blocks(curves);
-        let mut table = vec![EvaluateCurve::zeroed(); curves.len()];
-        let mut weights = vec![0.0; curves.len() * width];
+    fn record<'g>(&self, mut recording: Recording<'g>, chunk: &Range<usize>) -> Result<Recording<'g>> {
+        let (Evaluating { energy, batch, options }, width) = (self.evaluating, self.composition.width());
+        let points: usize = self.chunk(chunk).map(|(_, curve)| curve.points.len()).sum();
+        let mut table = Vec::with_capacity(chunk.len());
+        let mut weights = Vec::with_capacity(chunk.len() * width);
         // Differences are taken here, in f64: the device never sees a coordinate.
-        let mut edges = vec![0.0; points * (d + 1)];
-        let mut offsets = vec![0.0; if self.at.attachments.is_some() { points * (d + 1) } else { 0 }];
-        let mut direction = vec![0.0; if let Want::Slope(_) = self.want { points * d } else { 0 }];
-        for i in self.evaluated(curves) {
-            let (index, count, size) = (i - curves.start, batch.count(i), self.at.size(i));
-            let start = batch.offsets()[i] - first;
-            let (start_word, segments) = (start as u32, batch.spans(i) as u32);
-            let closed = batch.is_closed(i).into();
-            table[index] = EvaluateCurve { start: start_word, segments, closed, index: index as u32 };
-            let own = self.weights(i);
-            let to = &mut weights[index * width..][..width];
-            to.iter_mut().zip(own.entries).for_each(|(to, weight)| *to = weight);
-            let vertices = batch.points(i);
-            for j in 0..batch.spans(i) {
-                let next = (j + 1) % count;
-                let to = &mut edges[(start + j) * (d + 1)..][..d + 1];
-                for c in 0..d {
-                    to[c] = (vertices[next * d + c] - vertices[j * d + c]) / size;
-                }
-                let is_data = self.at.gauge.is_some_and(|gauge| gauge.is_data[batch.offsets()[i] + next]);
-                to[d] = if is_data { 0.0 } else { 1.0 };
+        let mut edges = vec![0.0; points * (D + 1)];
+        let mut offsets = vec![0.0; if energy.is_attached() { points * (D + 1) } else { 0 }];
+        let mut directions = Vec::new();
+        for (index, (start, curve)) in self.chunk(chunk).enumerate() {
+            let (size, count) = (size(curve.points), curve.points.len());
+            let (segments, closed) = (curve.base.len() as u32, batch.is_closed(curve.i).into());
+            table.push(EvaluateCurve { start: start as u32, segments, closed, index: index as u32 });
+            weights.extend(self.weights(curve).entries);
+            let is_data = self.evaluating.is_data(curve.i);
+            for (j, edge) in curve.base.iter().enumerate() {
+                let to = &mut edges[(start + j) * (D + 1)..][..D + 1];
+                (0..D).for_each(|c| to[c] = edge[c] / size);
+                to[D] = if is_data.is_some_and(|is_data| is_data[(j + 1) % count]) { 0.0 } else { 1.0 };
             }
-            for v in 0..count {
-                let vertex = batch.offsets()[i] + v;
-                if let Some(attachments) = self.at.attachments {
-                    let to = &mut offsets[(start + v) * (d + 1)..][..d + 1];
-                    for c in 0..d {
-                        to[c] = (vertices[v * d + c] - attachments.points[vertex * d + c]) / size;
-                    }
-                    to[d] = attachments.weights[vertex];
-                }
-                if let Want::Slope(p) = self.want {
-                    let to = &mut direction[(start + v) * d..][..d];
-                    to.iter_mut().zip(&p[vertex * d..]).for_each(|(to, p)| *to = p / size);
-                }
+            for &(vertex, target, weight) in &curve.attached {
+                let to = &mut offsets[(start + vertex) * (D + 1)..][..D + 1];
+                (0..D).for_each(|c| to[c] = (curve.points[vertex][c] - target[c]) / size);
+                to[D] = weight;
             }
+            directions
+                .extend(self.evaluating.direction::<D>(curve.i).into_iter().flatten().flatten().map(|p| p / size));
         }
-        if self.at.attachments.is_none() && self.composition.definitions.contains_key("ATTACHMENT") {
-            offsets = vec![0.0; points * (d + 1)];
-        }
-        let (count, weight_count) = (blocks.len(), width as u32);
-        let params = EvaluateParams { blocks: count as u32, weights: weight_count };
-        let sums = recording.storage_reals(3 * count);
-        let gradients = match self.want {
-            Want::Slope(_) => recording.upload_reals(&direction),
-            Want::Gradient => recording.storage_reals(points * d),
-            _ => recording.storage_reals(1),
+        let blocks = self.blocks(chunk);
+        let params = EvaluateParams { blocks: blocks.len() as u32, weights: width as u32 };
+        let sums = recording.storage_reals(3 * blocks.len());
+        let gradients = match options.want {
+            Want::Slope(_) => recording.upload_reals(&directions),
+            want => recording.storage_reals(if want.has_gradient() { points * D } else { 1 }),
         };
-        let hessians = recording.storage_reals(match self.want {
-            Want::Hessian => points * (COUPLED + 1) * d * d,
-            _ => 1,
-        });
+        let hessians = recording.storage_reals(if options.want.has_hessian() { points * BLOCKS * D * D } else { 1 });
         let buffers = [
             ("params", &recording.uniform(&params)),
             ("curves", &recording.upload(&table)),
@@ -211,57 +202,42 @@ impl Job<'_> {
             ("gradients", &gradients),
             ("hessians", &hessians),
         ];
-        let kernel = evaluate_kernel(&self.composition, self.want.entry(), recording.precision());
-        recording.dispatch(&kernel, count, GROUP, &buffers)?;
-        match self.want {
-            Want::Hessian => recording.download(&hessians),
-            Want::Gradient => {
-                recording.download(&sums);
-                recording.download(&gradients);
-            }
-            _ => recording.download(&sums),
+        let entries: &[&str] = match options.want {
+            Want::Value => &["value"],
+            Want::Slope(_) => &["slope"],
+            Want::Gradient => &["gradient"],
+            Want::Hessian | Want::Blocks => &["gradient", "hessian"],
+        };
+        for entry in entries {
+            let kernel = evaluate_kernel(&self.composition, entry, recording.precision());
+            recording.dispatch(&kernel, blocks.len(), GROUP, &buffers)?;
         }
+        let wanted =
+            [(true, &sums), (options.want.has_gradient(), &gradients), (options.want.has_hessian(), &hessians)];
+        wanted.iter().filter(|(is_wanted, _)| *is_wanted).for_each(|(_, array)| recording.download(array));
         Ok(recording)
     }
 
-    fn unpack(&self, curves: &Range<usize>, results: &[Downloaded], found: &mut Found) {
-        let (batch, d) = (self.at.batch, self.at.batch.dimension());
-        let first = batch.offsets()[curves.start];
-        let to_input = |to: &mut [f64], from: &[f64], unit: f64| {
-            to.iter_mut().zip(from).for_each(|(to, from)| *to = unit * from);
-        };
-        let (sums, gradients) = (results[0].reals(), results.get(1).map(Downloaded::reals));
-        for i in self.evaluated(curves) {
-            let size = self.at.size(i);
-            let unit = self.weights(i).unit;
-            if let Want::Hessian = self.want {
-                let a_vertex = (COUPLED + 1) * d * d;
-                let to = &mut found.hessians[batch.offsets()[i] * a_vertex..batch.offsets()[i + 1] * a_vertex];
-                let from = &sums[(batch.offsets()[i] - first) * a_vertex..];
-                to_input(to, from, unit / size / size);
-                continue;
-            }
-            (found.energies[i], found.gauges[i], found.slopes[i]) = (0.0, 0.0, 0.0);
-            if let Some(gradients) = &gradients {
-                let to = &mut found.gradients[batch.offsets()[i] * d..batch.offsets()[i + 1] * d];
-                let from = &gradients[(batch.offsets()[i] - first) * d..];
-                to_input(to, from, unit / size);
-            }
+    fn unpack(&self, chunk: &Range<usize>, results: &[Downloaded], found: &mut [Evaluation]) {
+        let in_units = |from: &[f64], unit: f64| from.iter().map(|x| unit * x).collect::<Vec<_>>();
+        let [sums, gradients, hessians] = [0, 1, 2].map(|k| results.get(k).map(Downloaded::reals));
+        let mut totals = vec![[0.0; 3]; chunk.len()];
+        for (block, sums) in self.blocks(chunk).iter().zip(sums.iter().flat_map(|sums| sums.chunks_exact(3))) {
+            totals[block.curve as usize].iter_mut().zip(sums).for_each(|(total, x)| *total += x);
         }
-        if let Want::Hessian = self.want {
-            return;
-        }
-        for (block, sums) in self.blocks(curves).iter().zip(sums.chunks_exact(3)) {
-            let i = curves.start + block.curve as usize;
-            found.energies[i] += sums[0];
-            found.gauges[i] += sums[1];
-            found.slopes[i] += sums[2];
-        }
-        for i in self.evaluated(curves) {
-            let unit = self.weights(i).unit;
-            found.energies[i] *= unit;
-            found.gauges[i] *= unit;
-            found.slopes[i] *= unit;
+        for (((start, curve), [energy, gauge, slope]), found) in self.chunk(chunk).zip(totals).zip(found) {
+            let (size, unit, rows) = (size(curve.points), self.weights(curve).unit, start..start + curve.points.len());
+            let of_rows = |numbers: &[f64], a_row: usize, unit: f64| {
+                in_units(&numbers[rows.start * a_row..rows.end * a_row], unit)
+            };
+            let hessian = hessians.as_ref().map_or(vec![], |all| of_rows(all, BLOCKS * D * D, unit / size / size));
+            *found = Evaluation {
+                value: unit * energy + unit * gauge,
+                slope: unit * slope,
+                gradient: gradients.as_ref().map_or(vec![], |all| of_rows(all, D, unit / size)),
+                hessian: self.evaluating.hessian::<D>(curve.i, hessian),
+                problem: None,
+            };
         }
     }
 }
@@ -269,9 +245,9 @@ impl Job<'_> {
 #[cfg(all(test, feature = "gpu"))]
 mod tests {
     use super::*;
-    use crate::CurveBatch;
     use crate::gpu::reflect::assert_layout;
     use crate::gpu::testing::{gpu, precisions};
+    use crate::{CurveBatch, Device};
 
     #[test]
     fn every_energy_of_the_list_is_on_the_device_what_it_is_on_the_cpu() {
@@ -280,24 +256,27 @@ mod tests {
         let coords: Vec<f64> = (0..9).flat_map(|v| <[f64; 3]>::from(wave(v))).collect();
         let batch = CurveBatch::from_ragged(3, [coords.clone(), coords].concat(), vec![0, 9, 18]).unwrap();
         let batch = batch.closed_each(vec![false, true]).unwrap();
+        let device = Device::from_gpu(gpu);
+        let on = |energy: &Energy, want: Want<'_>, device: &Device| {
+            let options = Evaluate { want, targets: Some(&batch), ..Evaluate::default() };
+            let found = energy.evaluate(&batch, options, device).unwrap();
+            found.into_iter().map(|f| [vec![f.value], f.gradient, f.hessian].concat()).collect::<Vec<_>>().concat()
+        };
         for name in Energy::NAMES {
             let energy = Energy::named(name).unwrap();
-            let at = At { energy: &energy, batch: &batch, gauge: None, attachments: None };
             for want in [Want::Value, Want::Gradient, Want::Hessian] {
-                let all = |found: Found| [found.energies, found.gradients, found.hessians].concat();
-                let wanted = all(at.on_cpu(want));
+                let wanted = on(&energy, want, &Device::cpu());
                 let unit = wanted.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
                 assert!(unit > 0.0 || *name == "attachment", "{name}, {want:?}");
-                for precision in precisions(&gpu) {
-                    let found = all(evaluate(&gpu, precision, at, want).unwrap());
+                for precision in precisions(device.as_gpu().unwrap()) {
+                    let found = on(&energy, want, &device.clone().with_precision(precision));
                     let epsilon = if precision == Precision::F64 { f64::EPSILON } else { f64::from(f32::EPSILON) };
                     // Differences of tangents and of curvatures over edges of about 1: tens of
                     // roundings of the largest.
                     let is_near = |(x, y): (&f64, &f64)| (x - y).abs() <= 256.0 * epsilon * unit;
-                    assert!(
-                        found.iter().zip(&wanted).all(is_near),
-                        "{name}, {precision:?}, {want:?}: {found:?} {wanted:?}"
-                    );
+                    let (near, what) =
+                        (found.iter().zip(&wanted).all(is_near), format!("{name}, {precision:?}, {want:?}"));
+                    assert!(near && found.len() == wanted.len(), "{what}: {found:?} {wanted:?}");
                 }
             }
         }

@@ -1,4 +1,5 @@
-//! [`BlockHessian`]: second derivatives of a sum of energies at the vertices, from those by tangents and lengths.
+//! [`BlockHessian`]: second derivatives of a sum of energies at the vertices, from those by
+//! tangents and lengths.
 //!
 //! By the chain rule with e = Δs T and P = I − T Tᵀ: ∂Δs/∂e = T, ∂T/∂e = P/Δs, ∂²Δs/∂e² = P/Δs, and
 //! for a fixed g ∂²(g·T)/∂e² = −(T (P g)ᵀ + (P g) Tᵀ + (T·g) P)/Δs²; then from edges to the
@@ -19,6 +20,9 @@ pub(crate) type Block<S, const D: usize> = [Vector<S, D>; D];
 /// vertex more.
 pub(crate) const COUPLED: usize = MOST_EDGES;
 
+/// Blocks of a vertex: with itself, and with those.
+pub(crate) const BLOCKS: usize = COUPLED + 1;
+
 /// Edges that are worked on together: what windows add up there stays in the nearest cache, however
 /// long the curve.
 const TILE: usize = 64;
@@ -35,7 +39,7 @@ pub(crate) struct BlockHessian<S, const D: usize> {
     /// `at_edges[j][k]`: by edges j and j + k of a tile, j from its first.
     at_edges: Vec<[Block<S, D>; COUPLED]>,
     /// `blocks[v][k]`: by vertices v and v + k.
-    blocks: Vec<[Block<S, D>; COUPLED + 1]>,
+    blocks: Vec<[Block<S, D>; BLOCKS]>,
 }
 
 impl<S: Scalar, const D: usize> BlockHessian<S, D> {
@@ -48,13 +52,13 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
             closed: edges.is_closed(),
             vertices: edges.counts().iter().map(|&count| count + usize::from(!edges.is_closed())).collect(),
             at_edges: vec![[zero; COUPLED]; TILE.min(edges.most()) + COUPLED - 1],
-            blocks: vec![[zero; COUPLED + 1]; rows],
+            blocks: vec![[zero; BLOCKS]; rows],
         }
     }
 
     /// Blocks of every vertex with itself and its next [`COUPLED`]; rows beyond a lane's vertices
     /// hold 0.
-    pub fn blocks(&self) -> &[[Block<S, D>; COUPLED + 1]] {
+    pub fn blocks(&self) -> &[[Block<S, D>; BLOCKS]] {
         &self.blocks
     }
 
@@ -188,7 +192,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         let (plus, minus) = (S::ONE, -S::ONE);
         // The first vertex has what the edge before it left.
         let fresh = if edges.start == 0 { 0 } else { edges.start + 1 };
-        self.blocks[fresh..=edges.end].fill([[[S::ZERO; D]; D]; COUPLED + 1]);
+        self.blocks[fresh..=edges.end].fill([[[S::ZERO; D]; D]; BLOCKS]);
         for j in edges.clone() {
             for k in 0..COUPLED {
                 let block = self.at_edges[at + j - edges.start][k];
@@ -245,26 +249,37 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// The full matrix of a lane's curve, row after row, vertex after vertex.
-    pub fn dense(&self, lane: usize) -> Vec<S::Number> {
-        let count = self.vertices[lane];
-        let width = count * D;
-        let mut dense = vec![S::ZERO.lane(lane); width * width];
-        for v in 0..count {
-            for (k, a, b) in indices::<D>() {
-                if !self.closed && v + k >= count {
-                    break;
-                }
-                let (row, column) = (v * D + a, (v + k) % count * D + b);
-                let h = self.blocks[v][k][a][b].lane(lane);
-                dense[row * width + column] += h;
-                if k > 0 {
-                    dense[column * width + row] += h;
-                }
+    /// The blocks of a lane's curve, number after number.
+    pub fn lane(&self, lane: usize) -> Vec<S::Number> {
+        self.blocks[..self.vertices[lane]]
+            .as_flattened()
+            .as_flattened()
+            .as_flattened()
+            .iter()
+            .map(|x| x.lane(lane))
+            .collect()
+    }
+}
+
+/// The full matrix of a curve, row after row, vertex after vertex, from its blocks.
+pub(crate) fn dense<N: Scalar, const D: usize>(closed: bool, blocks: &[N]) -> Vec<N> {
+    let count = blocks.len() / (BLOCKS * D * D);
+    let width = count * D;
+    let mut dense = vec![N::ZERO; width * width];
+    for v in 0..count {
+        for (k, a, b) in indices::<D>() {
+            if !closed && v + k >= count {
+                break;
+            }
+            let (row, column) = (v * D + a, (v + k) % count * D + b);
+            let h = blocks[((v * BLOCKS + k) * D + a) * D + b];
+            dense[row * width + column] += h;
+            if k > 0 {
+                dense[column * width + row] += h;
             }
         }
-        dense
     }
+    dense
 }
 
 /// [`BlockHessian::add_terms`] of one functional's term.

@@ -33,8 +33,6 @@
 //! DNSPLIN1*, ACM TOMS 29 (2003); *Constructing fair curves and surfaces with a Sobolev gradient
 //! method*, CAGD 21 (2004).
 
-#[doc(hidden)]
-pub mod at;
 mod compose;
 mod constrain;
 mod corners;
@@ -46,8 +44,7 @@ mod deviation;
 mod edges;
 pub(crate) mod energy;
 mod evaluate;
-#[doc(hidden)]
-pub mod evaluate_gpu;
+mod evaluate_gpu;
 mod fair;
 mod hessian;
 pub(crate) mod lane;
@@ -66,7 +63,9 @@ mod tests;
 
 pub(crate) use descent_gpu::descent_kernels;
 pub use energy::*;
-pub use evaluate::{Evaluate, Evaluation};
+#[doc(hidden)]
+pub use evaluate::Gauging;
+pub use evaluate::{Evaluate, Evaluation, Want};
 pub(crate) use evaluate_gpu::evaluate_kernels;
 pub use fair::{Fair, Pins, Segments};
 pub use plan::{Direction, Step};

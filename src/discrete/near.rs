@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use super::curves::Vertices;
 use super::energy::Energy;
 use super::fair::{Fair, Pins};
-use super::setup::Ready;
+use super::setup::{Ready, extents};
 use crate::Constraints;
 use crate::batch::CurveBatch;
 use crate::curve::Curve;
@@ -135,11 +135,7 @@ const MOST_HALVINGS: i32 = 52;
 /// How far the spline of a curve may stray without vanishing.
 fn reach<const D: usize>(batch: &CurveBatch, i: usize) -> f64 {
     let points = batch.points(i).as_chunks::<D>().0;
-    let extent = |c: usize| {
-        let along = || points.iter().map(move |point| point[c]);
-        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
-    };
-    let diagonal = (0..D).map(extent).fold(0.0, f64::hypot);
+    let diagonal = extents(points).into_iter().fold(0.0, f64::hypot);
     if !batch.is_closed(i) {
         return OF_DIAGONAL * diagonal;
     }

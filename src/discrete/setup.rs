@@ -372,13 +372,19 @@ pub(super) fn distance<const D: usize>(a: Vector<f64, D>, b: Vector<f64, D>) -> 
     dot(away, away).sqrt()
 }
 
-/// Diagonal of the box around the points.
-fn diagonal<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
+/// Sides of the box around the points.
+pub(super) fn extents<const D: usize>(points: &[Vector<f64, D>]) -> Vector<f64, D> {
     let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
     for point in points {
         for c in 0..D {
             (low[c], high[c]) = (low[c].min(point[c]), high[c].max(point[c]));
         }
     }
-    distance(low, high)
+    subtract(high, low)
+}
+
+/// Its diagonal.
+pub(super) fn diagonal<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
+    let extents = extents(points);
+    dot(extents, extents).sqrt()
 }

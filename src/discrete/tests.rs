@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::edges::Edges;
 use super::energy::{Custom, Energy, Functional, MOST_EDGES, bending, length, variation};
-use super::hessian::BlockHessian;
+use super::hessian::{BlockHessian, dense};
 use crate::linalg::scalar::{Vector, subtract};
 use crate::linalg::{Lanes, Real, Scalar};
 
@@ -54,7 +54,7 @@ fn evaluate<S: Scalar, const D: usize>(
     let lane = |(lane, curve): (usize, &Vec<Vector<f64, D>>)| Found {
         value: value.lane(lane),
         gradient: gradient[..curve.len()].iter().flatten().map(|x| x.lane(lane)).collect(),
-        hessian: hessian.dense(lane),
+        hessian: dense::<_, D>(closed, &hessian.lane(lane)),
     };
     curves.iter().enumerate().map(lane).collect()
 }
@@ -272,7 +272,7 @@ fn products_are_those_of_the_full_matrix() {
             (0..edges.rows()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();
         let mut y = zero;
         hessian.multiply(&x, &mut y);
-        let (dense, flat) = (hessian.dense(0), x[..count].concat());
+        let (dense, flat) = (dense::<_, 3>(closed, &hessian.lane(0)), x[..count].concat());
         let wanted: Vec<f64> =
             dense.chunks(3 * count).map(|row| row.iter().zip(&flat).map(|(h, x)| h * x).sum()).collect();
         // Rows of tens of entries, added up in another order.

@@ -26,7 +26,7 @@ pub fn vertices<const D: usize>(fit: &Fit, i: usize, n: usize) -> Vec<[f64; D]> 
 
 /// The energy of given vertices.
 pub fn energy_of<const D: usize>(energy: &Energy, vertices: &[[f64; D]], closed: bool) -> f64 {
-    let found = energy.evaluate(&one(vertices, closed), Evaluate::default()).unwrap();
+    let found = energy.evaluate(&one(vertices, closed), Evaluate::default(), &Device::cpu()).unwrap();
     assert_eq!(found[0].problem, None);
     found[0].value
 }

@@ -4,9 +4,9 @@
 use std::f64::consts::{PI, TAU};
 
 use faircurve::discrete::{
-    Custom, Energy, Evaluate, Evaluation, attachment, bending, length, tension, torsion, variation,
+    Custom, Energy, Evaluate, Evaluation, MOST_EDGES, Want, attachment, bending, length, tension, torsion, variation,
 };
-use faircurve::{CurveBatch, CurveStatus};
+use faircurve::{CurveBatch, CurveStatus, Device};
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 use serde_json::Value;
@@ -25,7 +25,8 @@ fn batch(dimension: usize, coords: &[f64], closed: bool) -> CurveBatch {
 }
 
 fn at(energy: &Energy, dimension: usize, coords: &[f64], closed: bool, options: Evaluate) -> Evaluation {
-    let found = energy.evaluate_with_hessian(&batch(dimension, coords, closed), options).unwrap().remove(0);
+    let options = Evaluate { want: Want::Hessian, ..options };
+    let found = energy.evaluate(&batch(dimension, coords, closed), options, &Device::cpu()).unwrap().remove(0);
     assert_eq!(found.problem, None);
     found
 }
@@ -89,7 +90,7 @@ fn hessians_of_sums_and_attachment_are_differences_of_gradients() {
             (0..count).flat_map(|v| [turn(v).cos(), 0.9 * turn(v).sin(), 0.4 * (2.0 * turn(v)).cos()]).collect();
         let data: Vec<f64> = (0..4).flat_map(|k| [k as f64, 1.0 - k as f64, 0.5]).collect();
         let targets = batch(3, &data, closed).with_weights(vec![1.0, 2.0, 0.5, 3.0]).unwrap();
-        let options = Evaluate { targets: Some(&targets), torsion_curvature: Some(1e-3) };
+        let options = Evaluate { targets: Some(&targets), torsion_curvature: Some(1e-3), ..Evaluate::default() };
         let found = at(&energy, 3, &vertices, closed, options);
         let step = 1e-4;
         let mut differences = vec![];
@@ -294,9 +295,9 @@ impl Custom for Elastica {
         &self,
         t: &[DVec3],
         s: &[f64],
-        by_tangents: &mut [[DMat3; 3]; 3],
-        mixed: &mut [[DVec3; 3]; 3],
-        by_lengths: &mut [[f64; 3]; 3],
+        by_tangents: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
+        mixed: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
+        by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
     ) {
         let sum = s[0] + s[1];
         for (j, row) in [-1.0, 1.0].into_iter().enumerate() {
@@ -336,7 +337,8 @@ fn curves_too_short_for_an_energy_have_none_of_it() {
         (variation(), [0.0; 4]),
         (torsion(), [0.0; 4]),
     ] {
-        let found = energy.evaluate_with_hessian(&batch, Evaluate::default()).unwrap();
+        let found =
+            energy.evaluate(&batch, Evaluate { want: Want::Hessian, ..Evaluate::default() }, &Device::cpu()).unwrap();
         for (i, found) in found.iter().enumerate() {
             assert_eq!(found.problem, None);
             assert_close(&[found.value], &[wanted[i]], 0.0, 1e-15, &format!("{energy} of {i} vertices"));
@@ -345,7 +347,7 @@ fn curves_too_short_for_an_energy_have_none_of_it() {
         }
     }
     let nothing = CurveBatch::from_slices(&[&points[..0]]).unwrap().closed(true);
-    assert_eq!(variation().evaluate(&nothing, Evaluate::default()).unwrap()[0].value, 0.0);
+    assert_eq!(variation().evaluate(&nothing, Evaluate::default(), &Device::cpu()).unwrap()[0].value, 0.0);
 }
 
 #[test]
@@ -357,8 +359,11 @@ fn a_bad_curve_has_a_sentence_and_spoils_no_other() {
     let curves = [&good[..], &twice[..], &good[..], &ring[..], &unknown[..]];
     let batch = CurveBatch::from_slices(&curves).unwrap().closed_each(vec![false, false, false, true, false]).unwrap();
     let energy = bending(1.5) + variation();
-    let found = energy.evaluate_with_hessian(&batch, Evaluate::default()).unwrap();
-    let alone = energy.evaluate_with_hessian(&batch.select(&[0]), Evaluate::default()).unwrap();
+    let found =
+        energy.evaluate(&batch, Evaluate { want: Want::Hessian, ..Evaluate::default() }, &Device::cpu()).unwrap();
+    let alone = energy
+        .evaluate(&batch.select(&[0]), Evaluate { want: Want::Hessian, ..Evaluate::default() }, &Device::cpu())
+        .unwrap();
     assert_eq!((&found[0], &found[2]), (&alone[0], &alone[0]));
     assert!(alone[0].problem.is_none() && alone[0].value.is_finite());
     let wanted = [
@@ -394,7 +399,9 @@ fn a_bad_curve_has_a_sentence_and_spoils_no_other() {
 fn targets_that_do_not_go_with_a_curve_are_its_problem() {
     let vertices = batch(2, &[0.0, 0.0, 1.0, 0.0, 2.0, 0.0, 3.0, 1.0], false);
     let targets = batch(2, &[0.0, 0.0, 1.0, 0.0, 2.0, 1.0], false);
-    let found = attachment().evaluate(&vertices, Evaluate { targets: Some(&targets), ..Evaluate::default() }).unwrap();
+    let found = attachment()
+        .evaluate(&vertices, Evaluate { targets: Some(&targets), ..Evaluate::default() }, &Device::cpu())
+        .unwrap();
     assert_eq!(
         found[0].problem.as_ref().unwrap().message,
         "curve 0, point 0: an open curve of 3 edges cannot be attached to the data points of an open one of 2 spans: \
@@ -404,14 +411,14 @@ fn targets_that_do_not_go_with_a_curve_are_its_problem() {
 
 /// A custom energy of too many edges.
 #[derive(Debug)]
-struct Four;
+struct TooMany;
 
-impl Custom for Four {
+impl Custom for TooMany {
     fn name(&self) -> &str {
-        "four"
+        "too_many"
     }
     fn edges(&self) -> usize {
-        4
+        MOST_EDGES + 1
     }
     fn degree(&self) -> f64 {
         0.0
@@ -420,7 +427,14 @@ impl Custom for Four {
         0.0
     }
     fn gradient(&self, _: &[DVec3], _: &[f64], _: &mut [DVec3], _: &mut [f64]) {}
-    fn hessian(&self, _: &[DVec3], _: &[f64], _: &mut [[DMat3; 3]; 3], _: &mut [[DVec3; 3]; 3], _: &mut [[f64; 3]; 3]) {
+    fn hessian(
+        &self,
+        _: &[DVec3],
+        _: &[f64],
+        _: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
+        _: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
+        _: &mut [[f64; MOST_EDGES]; MOST_EDGES],
+    ) {
     }
 }
 
@@ -428,12 +442,14 @@ impl Custom for Four {
 fn arguments_that_make_no_sense_are_named() {
     let curve = batch(2, &[0.0, 0.0, 1.0, 0.0, 2.0, 1.0], false);
     let solid = batch(3, &[0.0; 3], false);
+    let edges = MOST_EDGES + 1;
+    let too_many = format!("a term of the energy too_many is of {edges} edges; 1 to {MOST_EDGES} are possible");
     let plain = Evaluate::default();
     let cases = [
         (bending(0.5), plain, "the exponent of bending is 0.5: give a finite number of at least 1"),
         (-1.0 * length(), plain, "the weight of length is -1: give a finite number of at least 0"),
         (f64::INFINITY * torsion(), plain, "the weight of torsion is inf: give a finite number of at least 0"),
-        (Energy::custom(Four), plain, "a term of the energy four is of 4 edges; 1 to 3 are possible"),
+        (Energy::custom(TooMany), plain, &too_many),
         (attachment(), plain, "attachment without data points: give them as targets"),
         (
             attachment(),
@@ -447,6 +463,6 @@ fn arguments_that_make_no_sense_are_named() {
         ),
     ];
     for (energy, options, sentence) in cases {
-        assert_eq!(energy.evaluate(&curve, options).unwrap_err().to_string(), sentence);
+        assert_eq!(energy.evaluate(&curve, options, &Device::cpu()).unwrap_err().to_string(), sentence);
     }
 }

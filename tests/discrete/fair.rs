@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use faircurve::discrete::{
-    Custom, Direction, Energy, Evaluate, Fair, Pins, Segments, TORSION_CURVATURE, attachment, bending, length, tension,
-    torsion, variation,
+    Custom, Direction, Energy, Evaluate, Fair, MOST_EDGES, Pins, Segments, TORSION_CURVATURE, attachment, bending,
+    length, tension, torsion, variation,
 };
 use faircurve::{CurveBatch, CurveStatus, Device, Sampling};
 use glam::{DMat3, DVec3};
@@ -154,7 +154,7 @@ fn the_energy_reported_is_that_of_the_vertices() {
             .sum::<f64>()
             .sqrt();
         let options = Evaluate { torsion_curvature: Some(TORSION_CURVATURE / diagonal), ..Evaluate::default() };
-        let found = fair.energy.evaluate(&vertices, options).unwrap()[0].value;
+        let found = fair.energy.evaluate(&vertices, options, &Device::cpu()).unwrap()[0].value;
         let reported = fit.reports()[0].energy;
         assert_eq!(fit.reports()[0].status, CurveStatus::Converged, "{}: {:?}", fair.energy, fit.reports()[0]);
         assert!((found / reported - 1.0).abs() <= 1e-10, "{}: {found} {reported}", fair.energy);
@@ -233,9 +233,9 @@ impl Custom for OwnBending {
         &self,
         tangents: &[DVec3],
         lengths: &[f64],
-        by_tangents: &mut [[DMat3; 3]; 3],
-        mixed: &mut [[DVec3; 3]; 3],
-        by_lengths: &mut [[f64; 3]; 3],
+        by_tangents: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
+        mixed: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
+        by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
     ) {
         let (turn, sum) = (tangents[1] - tangents[0], lengths[0] + lengths[1]);
         for (j, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {

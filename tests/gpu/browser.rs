@@ -7,9 +7,7 @@ use std::process::Command;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use faircurve::bezier::{Energy, Given, Polygons, complete, elevate};
-use faircurve::discrete::at::{At, GaugeOf, Want};
-use faircurve::discrete::evaluate_gpu::evaluate;
-use faircurve::discrete::{bending, length, tension, torsion, variation};
+use faircurve::discrete::{Evaluate, Gauging, Want, bending, length, tension, torsion, variation};
 use faircurve::gpu::reflect::Access;
 use faircurve::gpu::{CapturedDispatch, Gpu};
 use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
@@ -72,7 +70,7 @@ fn capture_everything(gpu: Gpu) -> Vec<CapturedDispatch> {
     let device = Device::from_gpu(gpu).with_precision(Precision::F32);
     let gpu = device.as_gpu().expect("it is one");
     captured.extend(gpu.capture(|| splines(&device)).unwrap().1);
-    captured.extend(gpu.capture(|| discrete_energies(gpu)).unwrap().1);
+    captured.extend(gpu.capture(|| discrete_energies(&device)).unwrap().1);
     captured.extend(gpu.capture(|| segments(&device)).unwrap().1);
     captured.extend(gpu.capture(|| beziers(&device)).unwrap().1);
     captured.extend(gpu.capture(|| grids(&device)).unwrap().1);
@@ -147,17 +145,16 @@ fn splines(device: &Device) -> faircurve::Result<()> {
     Ok(())
 }
 
-fn discrete_energies(gpu: &Gpu) -> faircurve::Result<()> {
+fn discrete_energies(device: &Device) -> faircurve::Result<()> {
     let mut rng = seeded(13);
     for dimension in [2, 3] {
         let batch = common::batches::walks(dimension, &[3, 7, 40], &mut rng);
         let direction: Vec<f64> = batch.coords().iter().map(|x| x.cos()).collect();
         let (weights, is_data) = (vec![1.0; batch.len()], vec![false; batch.total_points()]);
         let energy = length() + tension() + bending(2.7) + variation() + torsion();
-        let gauge = Some(GaugeOf { weights: &weights, is_data: &is_data });
-        let at = At { energy: &energy, batch: &batch, gauge, attachments: None };
-        for want in [Want::Value, Want::Slope(&direction), Want::Gradient, Want::Hessian] {
-            evaluate(gpu, Precision::F32, at, want)?;
+        let gauge = Some(Gauging { weights: &weights, is_data: &is_data });
+        for want in [Want::Value, Want::Slope(&direction), Want::Hessian] {
+            energy.evaluate(&batch, Evaluate { want, gauge, ..Evaluate::default() }, device)?;
         }
     }
     Ok(())

@@ -1,16 +1,16 @@
 //! Discrete energies on the GPU against the CPU: values, slopes, gradients and Hessians, in f32 and
 //! f64 against f64.
 
-use faircurve::discrete::at::{At, Want};
-use faircurve::discrete::evaluate_gpu::evaluate;
-use faircurve::discrete::{Custom, Energy, Evaluate, attachment, bending, length, tension, torsion, variation};
+use faircurve::discrete::{
+    Custom, Energy, Evaluate, MOST_EDGES, attachment, bending, length, tension, torsion, variation,
+};
 use faircurve::{CurveBatch, Device};
 use glam::{DMat3, DVec3};
 use rand::RngExt;
 
 use crate::common::batches::{self, walks};
-use crate::common::conform::{Outcome, Unit, compare, largest};
-use crate::common::discrete::{Case, PARTS, Part};
+use crate::common::conform::{Outcome, Unit, compare};
+use crate::common::discrete::{Case, NO_WEIGHT, PARTS, Part};
 use crate::common::{device, epsilon, precisions, seeded, tolerance};
 
 /// Vertices of curves around every block boundary, and some long ones.
@@ -102,39 +102,12 @@ fn a_permuted_batch_gives_the_same_bits() {
         for part in PARTS {
             let found = |batch: CurveBatch| {
                 let direction = batch.coords().iter().map(|x| x.cos()).collect();
-                let (points, weights) = (batch.coords().to_vec(), vec![0.0; batch.total_points()]);
+                let (points, weights) = (batch.coords().to_vec(), vec![NO_WEIGHT; batch.total_points()]);
                 Case { batch, gauge: None, points, weights, direction }.outcome(&energy, part, &device)
             };
             let (here, there) = (found(batch.clone()), found(batch.select(&order)));
             for (to, &from) in order.iter().enumerate() {
                 assert_eq!(here.bits(from), there.bits(to), "{part:?}, {precision:?}, curve {from}");
-            }
-        }
-    }
-}
-
-#[test]
-fn what_the_devices_are_held_to_is_what_the_cpu_evaluates() {
-    for dimension in [2, 3] {
-        let mut rng = seeded(370);
-        let energy = length() + 0.3 * tension() + bending(2.5) + 0.1 * variation() + 0.2 * torsion();
-        for batch in [walks(dimension, &sizes(), &mut rng), batches::nasty(dimension)] {
-            let case = Case::new(batch, &mut rng);
-            let [values, gradients] =
-                [Part::Value, Part::Gradient].map(|part| case.outcome(&energy, part, &Device::cpu()));
-            for (i, wanted) in energy.evaluate(&case.batch, Evaluate::default()).unwrap().iter().enumerate() {
-                let what = format!("{}: {:?}", case.names()[i], wanted.problem);
-                let near = |x: f64, y: f64| {
-                    (x.is_nan() && !y.is_finite())
-                        || (x - y).abs() <= 4.0 * f64::EPSILON * y.abs().max(f64::MIN_POSITIVE)
-                };
-                assert!(near(values.curve(i)[0], wanted.value), "{what}: {} {}", values.curve(i)[0], wanted.value);
-                if wanted.problem.is_none() {
-                    let both = gradients.curve(i).iter().zip(&wanted.gradient);
-                    let unit = largest(&wanted.gradient);
-                    let is_near = |(x, y): (&f64, &f64)| near(*x, *y) || (x - y).abs() <= 16.0 * f64::EPSILON * unit;
-                    assert!(both.into_iter().all(is_near), "{what}");
-                }
             }
         }
     }
@@ -171,9 +144,9 @@ impl Custom for Elastica {
         &self,
         t: &[DVec3],
         s: &[f64],
-        by_tangents: &mut [[DMat3; 3]; 3],
-        mixed: &mut [[DVec3; 3]; 3],
-        by_lengths: &mut [[f64; 3]; 3],
+        by_tangents: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
+        mixed: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
+        by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
     ) {
         let (d, r) = (t[1] - t[0], 2.0 / (s[0] + s[1]));
         for j in 0..2 {
@@ -267,8 +240,7 @@ fn two_energies_of_one_name_are_refused_by_a_kernel_in_a_sentence() {
     let Some(device) = device() else { return };
     let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 0.0]][..]]).unwrap();
     let energy = Energy::custom(Quotient { exponent: 0.5 }) + Energy::custom(Quotient { exponent: 1.5 });
-    let at = At { energy: &energy, batch: &batch, gauge: None, attachments: None };
-    let error = evaluate(device.as_gpu().unwrap(), device.precision(), at, Want::Value).unwrap_err().to_string();
+    let error = energy.evaluate(&batch, Evaluate::default(), &device).unwrap_err().to_string();
     assert_eq!(error, "a kernel has something else called quotient: give each energy a name of its own");
 }
 
@@ -297,7 +269,14 @@ impl Custom for Quotient {
 
     fn gradient(&self, _: &[DVec3], _: &[f64], _: &mut [DVec3], _: &mut [f64]) {}
 
-    fn hessian(&self, _: &[DVec3], _: &[f64], _: &mut [[DMat3; 3]; 3], _: &mut [[DVec3; 3]; 3], _: &mut [[f64; 3]; 3]) {
+    fn hessian(
+        &self,
+        _: &[DVec3],
+        _: &[f64],
+        _: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
+        _: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
+        _: &mut [[f64; MOST_EDGES]; MOST_EDGES],
+    ) {
     }
 
     fn wgsl(&self) -> Option<String> {

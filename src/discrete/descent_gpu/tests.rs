@@ -12,7 +12,7 @@ use super::*;
 use crate::CurveBatch;
 use crate::discrete::problem::descend;
 use crate::discrete::setup::set_up;
-use crate::discrete::{Custom, Fair, Pins, Segments};
+use crate::discrete::{Custom, Fair, MOST_EDGES, Pins, Segments};
 use crate::gpu::testing::{gpu, precisions};
 
 /// Gentle curves: open ones along a line, closed ones around a circle.
@@ -237,9 +237,9 @@ impl Custom for Square {
         &self,
         t: &[DVec3],
         s: &[f64],
-        by_tangents: &mut [[DMat3; 3]; 3],
-        mixed: &mut [[DVec3; 3]; 3],
-        by_lengths: &mut [[f64; 3]; 3],
+        by_tangents: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
+        mixed: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
+        by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
     ) {
         let (d, r) = (t[1] - t[0], 2.0 / (s[0] + s[1]));
         for (j, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {

@@ -5,11 +5,10 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use super::*;
-use crate::CurveBatch;
-use crate::discrete::at::{At, GaugeOf, Want};
-use crate::discrete::{Energy, bending, length, variation};
+use crate::discrete::{Energy, Evaluate, Gauging, MOST_EDGES, Want, bending, length, variation};
 use crate::linalg::Real;
 use crate::linalg::banded::Banded;
+use crate::{CurveBatch, Device};
 
 const LANES: [usize; 6] = [1, 2, 4, 8, 16, 64];
 
@@ -73,11 +72,11 @@ impl<const D: usize> Case<D> {
             points.extend_from_slice(&at[..D]);
         }
         let batch = CurveBatch::from_ragged(D, points, vec![0, n]).unwrap().closed_each(vec![closed]).unwrap();
-        let gauge = Some(GaugeOf { weights: &[1.0], is_data: &vec![false; n] });
-        let at = At { energy, batch: &batch, gauge, attachments: None };
-        let found = at.on_cpu(Want::Hessian).hessians;
+        let gauge = Some(Gauging { weights: &[1.0], is_data: &vec![false; n] });
+        let options = Evaluate { want: Want::Blocks, gauge, ..Evaluate::default() };
+        let found = energy.evaluate(&batch, options, &Device::cpu()).unwrap().remove(0).hessian;
         let block = |v: usize, k: usize| -> Block<f64, D> {
-            let first = (v * (MOST_REACH + 1) + k) * D * D;
+            let first = (v * (MOST_EDGES + 1) + k) * D * D;
             std::array::from_fn(|a| std::array::from_fn(|b| found[first + a * D + b]))
         };
         let blocks = (0..n).map(|v| std::array::from_fn(|k| block(v, k))).collect();

@@ -1,14 +1,15 @@
 //! Discrete energies of a batch on either device, and the units in which the devices may differ.
 
-use faircurve::discrete::Energy;
-use faircurve::discrete::at::{At, Attachments, Found, GaugeOf, Want};
-use faircurve::discrete::evaluate_gpu::evaluate;
+use faircurve::discrete::{Energy, Evaluate, Evaluation, Gauging, MOST_EDGES, Want};
 use faircurve::{CurveBatch, Device};
 use rand::RngExt;
 use rand::rngs::StdRng;
 
 use super::conform::{Outcome, Unit, conform, largest};
 use super::{seeded, tolerance};
+
+/// Of vertices that stand for no data point: weights are positive, and in the range of f32.
+pub const NO_WEIGHT: f64 = 1e-20;
 
 /// What is asked of the devices.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +36,8 @@ impl Case {
     pub fn new(batch: CurveBatch, rng: &mut StdRng) -> Self {
         let points: Vec<f64> = batch.coords().iter().map(|x| x * (1.0 + rng.random_range(-0.01..0.01))).collect();
         let direction: Vec<f64> = batch.coords().iter().map(|x| x * rng.random_range(-0.01..0.01)).collect();
-        let weights = (0..batch.total_points()).map(|v| if v % 3 == 0 { rng.random_range(0.1..1.0) } else { 0.0 });
+        let weights =
+            (0..batch.total_points()).map(|v| if v % 3 == 0 { rng.random_range(0.1..1.0) } else { NO_WEIGHT });
         let weights = weights.collect();
         Case { batch, gauge: None, points, weights, direction }
     }
@@ -54,20 +56,20 @@ impl Case {
         self
     }
 
-    fn run(&self, energy: &Energy, part: Part, device: &Device) -> Found {
-        let gauge = self.gauge.as_ref().map(|(weights, is_data)| GaugeOf { weights, is_data });
-        let attachments = Some(Attachments { points: &self.points, weights: &self.weights });
-        let at = At { energy, batch: &self.batch, gauge, attachments };
+    fn run(&self, energy: &Energy, part: Part, device: &Device) -> Vec<Evaluation> {
+        let targets =
+            CurveBatch::from_ragged(self.batch.dimension(), self.points.clone(), self.batch.offsets().to_vec());
+        let closed = (0..self.batch.len()).map(|i| self.batch.is_closed(i)).collect::<Vec<_>>();
+        let targets = targets.unwrap().closed_each(closed).unwrap().with_weights(self.weights.clone()).unwrap();
         let want = match part {
             Part::Value => Want::Value,
             Part::Slope => Want::Slope(&self.direction),
             Part::Gradient => Want::Gradient,
-            Part::Hessian => Want::Hessian,
+            Part::Hessian => Want::Blocks,
         };
-        match device.as_gpu() {
-            Some(gpu) => evaluate(gpu, device.precision(), at, want).unwrap(),
-            None => at.on_cpu(want),
-        }
+        let gauge = self.gauge.as_ref().map(|(weights, is_data)| Gauging { weights, is_data });
+        let options = Evaluate { want, targets: Some(&targets), gauge, ..Evaluate::default() };
+        energy.evaluate(&self.batch, options, device).unwrap()
     }
 
     pub fn outcome(&self, energy: &Energy, part: Part, device: &Device) -> Outcome {
@@ -81,14 +83,18 @@ impl Case {
     fn raw_outcome(&self, energy: &Energy, part: Part, device: &Device) -> Outcome {
         let found = self.run(energy, part, device);
         let d = self.batch.dimension();
+        let number = |of: fn(&Evaluation) -> f64| Outcome {
+            names: self.names(),
+            ..Outcome::of_numbers(found.iter().map(of).collect())
+        };
         match part {
-            Part::Value => {
-                let both = found.energies.iter().zip(&found.gauges).map(|(energy, gauge)| energy + gauge);
-                Outcome { names: self.names(), ..Outcome::of_numbers(both.collect()) }
+            Part::Value => number(|found| found.value),
+            Part::Slope => number(|found| found.slope),
+            Part::Gradient => self.of_vertices(found.into_iter().flat_map(|found| found.gradient).collect(), d),
+            Part::Hessian => {
+                let blocks = found.into_iter().flat_map(|found| found.hessian).collect();
+                self.of_vertices(blocks, (MOST_EDGES + 1) * d * d)
             }
-            Part::Slope => Outcome { names: self.names(), ..Outcome::of_numbers(found.slopes) },
-            Part::Gradient => self.of_vertices(found.gradients, d),
-            Part::Hessian => self.of_vertices(found.hessians, 4 * d * d),
         }
     }
 
@@ -160,12 +166,11 @@ impl Case {
         if part == Part::Slope {
             // The CPU sums g·p, and g is the difference of what both edges give: good to roundings
             // of the largest.
-            let gradients = self.run(energy, Part::Gradient, &Device::cpu()).gradients;
+            let found = self.run(energy, Part::Gradient, &Device::cpu());
             let d = self.batch.dimension();
             for (i, unit) in units.iter_mut().enumerate() {
                 let range = self.batch.offsets()[i] * d..self.batch.offsets()[i + 1] * d;
-                let of_curve = |x: &[f64]| largest(&x[range.clone()]);
-                *unit = unit.max(of_curve(&gradients) * of_curve(&self.direction));
+                *unit = unit.max(largest(&found[i].gradient) * largest(&self.direction[range]));
             }
         }
         units
