@@ -76,7 +76,7 @@ impl Composition {
     /// # Errors
     /// A sentence that says what no kernel can be made of.
     pub fn of(energy: &Energy, with_gauge: bool, dimension: usize, precision: Precision) -> Result<Self, String> {
-        let epsilon = if precision == Precision::F64 { f64::EPSILON } else { f64::from(f32::EPSILON) };
+        let epsilon = precision.epsilon();
         let of_terms = energy.terms().iter().map(|(_, functional)| Kind::of(functional, epsilon));
         let of_terms: Vec<Kind> = of_terms.collect::<Result<_, _>>()?;
         let kinds: Vec<Kind> = of_terms.iter().cloned().collect::<BTreeSet<_>>().into_iter().collect();

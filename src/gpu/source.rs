@@ -45,11 +45,7 @@ pub fn files() -> impl Iterator<Item = &'static str> {
 /// tests that compose all.
 pub fn compose(path: &str, precision: Precision, definitions: &Definitions) -> String {
     let real = if precision == Precision::F64 { "f64" } else { "f32" };
-    let text = format!(
-        "// Composed from shaders/{path}.
-alias real = {real};
-"
-    );
+    let text = format!("// Composed from shaders/{path}.\nalias real = {real};\n");
     let mut composed = Composed { text, once: BTreeSet::new() };
     composed.include(path, &with(definitions, (real == "f64").then(|| ("F64".into(), "1".into()))));
     composed.text
