@@ -127,6 +127,7 @@
 pub mod arclength;
 mod batch;
 pub mod bezier;
+mod bounds;
 mod catalogue;
 mod constraint;
 mod curve;
@@ -146,13 +147,14 @@ pub mod papers;
 #[cfg(feature = "picture")]
 pub mod picture;
 mod precision;
+mod ragged;
 mod report;
 pub mod scf;
 pub mod spline;
 mod status;
 mod words;
 
-pub use batch::{CurveBatch, Point, Problem};
+pub use batch::{CurveBatch, Point, Unfitted};
 #[doc(hidden)]
 pub use catalogue::kernels;
 pub use constraint::Constraints;

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Sampling, vector};
 use crate::device::DeviceReport;
+use crate::ragged;
 use crate::status::CurveStatus;
 
 /// The report of one curve.
@@ -154,8 +155,7 @@ impl Fit {
             points
         };
         let chains: Vec<Vec<DVec3>> = (0..self.len()).into_par_iter().map(chain).collect();
-        let mut offsets = vec![0];
-        chains.iter().for_each(|chain| offsets.push(offsets[offsets.len() - 1] + chain.len()));
+        let offsets = ragged::offsets(chains.iter().map(Vec::len));
         let coords = chains.iter().flatten().flat_map(|p| p.to_array().into_iter().take(shape.dimension())).collect();
         let closed = (0..self.len()).map(|i| shape.is_closed(i)).collect();
         CurveBatch::from_ragged(shape.dimension(), coords, offsets)

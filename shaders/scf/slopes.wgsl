@@ -282,7 +282,7 @@ fn solve(curve: SlopesCurve) -> Solved {
 fn tick(index: u32) {
     let curve = curves[index];
     var state = states[index];
-    if (state.standing > STANDING_RUNNING) {
+    if (state.standing > SLOPES_STANDING_RUNNING) {
         return;
     }
     let at = index * SLOPES_NUMBERS;
@@ -299,7 +299,7 @@ fn tick(index: u32) {
         var taken = true;
         if (state.evaluations == 1u) {
             if (!exists || is_no_number(received.cost)) {
-                state.standing = STANDING_NOWHERE;
+                state.standing = SLOPES_STANDING_NOWHERE;
                 states[index] = state;
                 return;
             }
@@ -328,7 +328,7 @@ fn tick(index: u32) {
                 let at_the_edge = !exists && lambda > EDGE;
                 if (damping.verdict == VERDICT_FAIL || at_the_edge) {
                     let unattained = (state.flags & FLAG_UNATTAINED) != 0u;
-                    state.standing = select(STANDING_STALLED, STANDING_UNATTAINED, unattained);
+                    state.standing = select(SLOPES_STANDING_STALLED, SLOPES_STANDING_UNATTAINED, unattained);
                     states[index] = state;
                     return;
                 }
@@ -341,7 +341,7 @@ fn tick(index: u32) {
             state.flags = FLAG_ACCEPTED | select(0u, FLAG_FLAT, is_flat);
         }
     }
-    state.standing = STANDING_RUNNING;
+    state.standing = SLOPES_STANDING_RUNNING;
     let smallest = factor(curve, lambda);
     if (!(smallest > real(0))) {
         lambda = grown(lambda);
@@ -376,16 +376,16 @@ fn tick(index: u32) {
         let undamped = lambda == real(0) && smallest > real(0);
         if (undamped && square <= real(0) && (state.flags & FLAG_FLAT) != 0u) {
             numbers[at + SLOPES_DECREMENT] = real(0);
-            state.standing = STANDING_CONVERGED;
+            state.standing = SLOPES_STANDING_CONVERGED;
         } else if (undamped) {
             let decrement = sqrt(larger_of(square, real(0)) / cost);
             numbers[at + SLOPES_DECREMENT] = decrement;
             if (decrement <= numbers[at + SLOPES_TOLERANCE]) {
-                state.standing = STANDING_CONVERGED;
+                state.standing = SLOPES_STANDING_CONVERGED;
             }
         }
-        if (state.standing == STANDING_RUNNING && state.iterations >= params.most_iterations) {
-            state.standing = STANDING_TIRED;
+        if (state.standing == SLOPES_STANDING_RUNNING && state.iterations >= params.most_iterations) {
+            state.standing = SLOPES_STANDING_EXHAUSTED;
         }
     }
     state.flags &= FLAG_UNATTAINED;

@@ -1,6 +1,6 @@
 //! What curves are checked for: coordinates, parameters and weights that can be fitted.
 
-use super::{CurveBatch, Problem};
+use super::{CurveBatch, Unfitted};
 use crate::error::short;
 use crate::status::CurveStatus;
 
@@ -66,7 +66,7 @@ impl CurveBatch {
     /// Says why curve `i` cannot be fitted: its point, and what is wrong with it.
     pub(crate) fn refuse(&mut self, i: usize, point: usize, what: &str) {
         let message = self.sentence(i, point, what);
-        self.problems.insert(i, Problem { status: CurveStatus::Invalid, message });
+        self.problems.insert(i, Unfitted { status: CurveStatus::Invalid, message });
     }
 
     /// Records the first problem that `find` sees in each curve that has none yet: the point and

@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 use crate::constraint::{Constraints, gather_rows};
 use crate::error::{Error, Result, shortened};
+use crate::ragged;
 use crate::status::CurveStatus;
 
 pub(crate) use closed::distance;
@@ -23,7 +24,7 @@ pub use point::Point;
 /// Why a curve of a batch cannot be fitted: its status and a sentence that names the point, the
 /// value and the remedy.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Problem {
+pub struct Unfitted {
     /// [`CurveStatus::Invalid`] or [`CurveStatus::Degenerate`].
     pub status: CurveStatus,
     /// What is wrong and what to do.
@@ -37,7 +38,7 @@ pub struct Problem {
 /// `offsets[i] .. offsets[i + 1]`. A closed curve does not repeat its first point:
 /// [`closed`](Self::closed) and [`closed_auto`](Self::closed_auto) drop a repeated last point.
 /// Arrays that do not fit together are an error at once; a curve that cannot be fitted (NaN,
-/// decreasing parameters …) is kept, with a [`Problem`] of its own, and comes out of every fit as
+/// decreasing parameters …) is kept, with a [`Unfitted`] of its own, and comes out of every fit as
 /// its input polyline.
 ///
 /// ```
@@ -58,7 +59,7 @@ pub struct CurveBatch {
     closing_spans: Option<Vec<f64>>,
     weights: Option<Vec<f64>>,
     constraints: Constraints,
-    problems: BTreeMap<usize, Problem>,
+    problems: BTreeMap<usize, Unfitted>,
     origin: Arc<Origin>,
 }
 
@@ -68,14 +69,9 @@ impl CurveBatch {
     /// # Errors
     /// None today; the signature leaves room for limits.
     pub fn from_slices<P: Point>(curves: &[&[P]]) -> Result<Self> {
-        let total: usize = curves.iter().map(|curve| curve.len()).sum();
-        let mut coords = Vec::with_capacity(total * P::DIMENSION);
-        let mut offsets = Vec::with_capacity(curves.len() + 1);
-        offsets.push(0);
-        for curve in curves {
-            curve.iter().for_each(|point| point.push_to(&mut coords));
-            offsets.push(coords.len() / P::DIMENSION);
-        }
+        let offsets = ragged::offsets(curves.iter().map(|curve| curve.len()));
+        let mut coords = Vec::with_capacity(offsets[curves.len()] * P::DIMENSION);
+        curves.iter().flat_map(|curve| *curve).for_each(|point| point.push_to(&mut coords));
         Self::from_ragged(P::DIMENSION, coords, offsets)
     }
 
@@ -314,7 +310,7 @@ impl CurveBatch {
     }
 
     /// Why curve `i` cannot be fitted, if it cannot.
-    pub fn problem(&self, i: usize) -> Option<&Problem> {
+    pub fn problem(&self, i: usize) -> Option<&Unfitted> {
         self.problems.get(&i)
     }
 
@@ -345,8 +341,7 @@ impl CurveBatch {
             problems,
             origin: _,
         } = self;
-        let mut offsets = vec![0];
-        curves.iter().for_each(|&i| offsets.push(offsets[offsets.len() - 1] + self.count(i)));
+        let offsets = ragged::offsets(curves.iter().map(|&i| self.count(i)));
         let points: Vec<usize> = curves.iter().flat_map(|&i| self.offsets[i]..self.offsets[i + 1]).collect();
         let names = curves.iter().map(|&i| self.name(i).into_owned()).collect();
         let problems = curves.iter().enumerate().filter_map(|(to, i)| Some((to, problems.get(i)?.clone())));

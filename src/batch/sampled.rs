@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{CurveBatch, Problem};
+use super::{CurveBatch, Unfitted};
 use crate::batch::Origin;
 use crate::constraint::Constraints;
+use crate::ragged;
 
 impl CurveBatch {
     /// [`sampled`](Self::sampled) from coordinates and parameters curve by curve; `closing` is the
@@ -15,11 +16,10 @@ impl CurveBatch {
         samples: Vec<(Vec<f64>, Vec<f64>)>,
         closing: impl Fn(usize, f64) -> f64,
         closed: Vec<bool>,
-        problems: BTreeMap<usize, Problem>,
+        problems: BTreeMap<usize, Unfitted>,
         origin: Arc<Origin>,
     ) -> Self {
-        let mut offsets = vec![0];
-        samples.iter().for_each(|(_, t)| offsets.push(offsets[offsets.len() - 1] + t.len()));
+        let offsets = ragged::offsets(samples.iter().map(|(_, t)| t.len()));
         let span = |i: usize| match samples[i].1.last() {
             Some(&last) if closed[i] => closing(i, last),
             _ => f64::NAN,
@@ -48,7 +48,7 @@ impl CurveBatch {
         closed: Vec<bool>,
         parameters: Vec<f64>,
         closing_spans: Option<Vec<f64>>,
-        problems: BTreeMap<usize, Problem>,
+        problems: BTreeMap<usize, Unfitted>,
         origin: Arc<Origin>,
     ) -> Self {
         CurveBatch {

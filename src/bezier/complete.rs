@@ -61,7 +61,7 @@ pub fn complete(polygons: &Polygons, given: &Given, energy: &Energy, device: &De
     polygons.check()?;
     given.check(polygons)?;
     energy.check()?;
-    let job = Job::new(polygons, given, energy);
+    let completion = Completion::new(polygons, given, energy);
     let mut solved = Solved {
         coords: polygons.coords.to_vec(),
         energies: vec![f64::NAN; polygons.len()],
@@ -72,17 +72,17 @@ pub fn complete(polygons: &Polygons, given: &Given, energy: &Energy, device: &De
         Some(gpu) => {
             let precision = device.kernel_precision(gpu, true)?;
             match polygons.dimension {
-                1 => complete_on_gpu::<1>(gpu, precision, &job, &mut solved)?,
-                2 => complete_on_gpu::<2>(gpu, precision, &job, &mut solved)?,
-                3 => complete_on_gpu::<3>(gpu, precision, &job, &mut solved)?,
-                _ => complete_on_gpu::<4>(gpu, precision, &job, &mut solved)?,
+                1 => complete_on_gpu::<1>(gpu, precision, &completion, &mut solved)?,
+                2 => complete_on_gpu::<2>(gpu, precision, &completion, &mut solved)?,
+                3 => complete_on_gpu::<3>(gpu, precision, &completion, &mut solved)?,
+                _ => complete_on_gpu::<4>(gpu, precision, &completion, &mut solved)?,
             }
         }
         None => match polygons.dimension {
-            1 => job.run::<1>(&mut solved),
-            2 => job.run::<2>(&mut solved),
-            3 => job.run::<3>(&mut solved),
-            _ => job.run::<4>(&mut solved),
+            1 => completion.run::<1>(&mut solved),
+            2 => completion.run::<2>(&mut solved),
+            3 => completion.run::<3>(&mut solved),
+            _ => completion.run::<4>(&mut solved),
         },
     };
     for (i, outcome) in outcomes.into_iter().enumerate() {
@@ -104,7 +104,7 @@ pub fn complete(polygons: &Polygons, given: &Given, energy: &Energy, device: &De
 pub(super) type Outcome = Result<CurveStatus, Refusal>;
 
 /// Polygons with everything that is computed once a pattern.
-pub(super) struct Job<'a> {
+pub(super) struct Completion<'a> {
     pub polygons: Polygons<'a>,
     given: Given<'a>,
     pub energy: Energy,
@@ -116,12 +116,12 @@ pub(super) struct Job<'a> {
 /// The number of no pattern, no operator.
 pub(super) const NONE: u32 = u32::MAX;
 
-impl<'a> Job<'a> {
+impl<'a> Completion<'a> {
     fn new(polygons: &Polygons<'a>, given: &Given<'a>, energy: &Energy) -> Self {
-        let mut job =
-            Job { polygons: *polygons, given: *given, energy: *energy, ready: Vec::new(), numbers: Vec::new() };
+        let mut completion =
+            Completion { polygons: *polygons, given: *given, energy: *energy, ready: Vec::new(), numbers: Vec::new() };
         let found: Vec<Option<Pattern>> =
-            (0..polygons.len()).into_par_iter().with_min_len(1024).map(|i| job.pattern(i).ok()).collect();
+            (0..polygons.len()).into_par_iter().with_min_len(1024).map(|i| completion.pattern(i).ok()).collect();
         let (mut patterns, mut places) = (Vec::new(), FxHashMap::default());
         let mut number = |pattern| {
             *places.entry(pattern).or_insert_with(|| {
@@ -129,11 +129,11 @@ impl<'a> Job<'a> {
                 patterns.len() as u32 - 1
             })
         };
-        job.numbers = found.into_iter().map(|pattern| pattern.map_or(NONE, &mut number)).collect();
+        completion.numbers = found.into_iter().map(|pattern| pattern.map_or(NONE, &mut number)).collect();
         let degrees: BTreeSet<usize> = patterns.iter().map(Pattern::degree).collect();
         let forms: BTreeMap<usize, Form> = degrees.into_par_iter().map(|d| (d, Form::new(energy, d))).collect();
-        job.ready = patterns.into_par_iter().map(|own| Ready::new(own, &forms[&own.degree()])).collect();
-        job
+        completion.ready = patterns.into_par_iter().map(|own| Ready::new(own, &forms[&own.degree()])).collect();
+        completion
     }
 
     /// What is given of a curve.
@@ -236,7 +236,7 @@ impl<'a> Job<'a> {
         let parts: Vec<Part<D>> = tasks(offsets)
             .into_iter()
             .map(|curves| Part {
-                job: self,
+                completion: self,
                 coords: take(&mut coords, (offsets[curves.end] - offsets[curves.start]) * D),
                 energies: take(&mut energies, curves.len()),
                 curves,
@@ -252,7 +252,7 @@ impl<'a> Job<'a> {
 
 /// Curves one after the other.
 struct Part<'a, const D: usize> {
-    job: &'a Job<'a>,
+    completion: &'a Completion<'a>,
     curves: std::ops::Range<usize>,
     coords: &'a mut [f64],
     energies: &'a mut [f64],
@@ -261,14 +261,14 @@ struct Part<'a, const D: usize> {
 impl<const D: usize> Part<'_, D> {
     #[inline(always)]
     fn run(self) -> Vec<Outcome> {
-        let Part { job, curves, coords, energies } = self;
+        let Part { completion, curves, coords, energies } = self;
         let (mut points, _) = coords.as_chunks_mut::<D>();
         let mut data = Vec::with_capacity(MOST_DATA);
         let mut outcomes = Vec::with_capacity(curves.len());
         for (i, energy) in curves.zip(energies) {
-            let own = take(&mut points, job.polygons.offsets[i + 1] - job.polygons.offsets[i]);
-            outcomes.push(job.ready(i).and_then(|ready| {
-                let origin = job.gather(i, ready, &mut data)?;
+            let own = take(&mut points, completion.polygons.offsets[i + 1] - completion.polygons.offsets[i]);
+            outcomes.push(completion.ready(i).and_then(|ready| {
+                let origin = completion.gather(i, ready, &mut data)?;
                 *energy = ready.complete(&data, &origin, |place, point| own[place] = point);
                 ready.status(own.as_flattened(), *energy)
             }));

@@ -1,4 +1,4 @@
-//! [`Work`]: small matrices applied to many curves on a GPU; [`polygons`] has completion and transformation.
+//! [`Job`]: small matrices applied to many curves on a GPU; [`polygons`] has completion and transformation.
 
 mod layout;
 mod polygons;
@@ -63,12 +63,12 @@ pub(crate) fn bezier_kernels(precision: Precision) -> Vec<KernelKey> {
 /// A matrix to be applied: the first `points` rows give points, the squares of the others are
 /// summed.
 #[derive(Clone, Copy)]
-struct Task<'a> {
+struct Product<'a> {
     operator: &'a Operator<f64>,
     points: usize,
 }
 
-impl Task<'_> {
+impl Product<'_> {
     fn has_energy(&self) -> bool {
         self.points < self.operator.rows()
     }
@@ -85,10 +85,10 @@ impl Task<'_> {
 }
 
 /// One run: the number of each curve's operator, [`NONE`] where there is nothing to do.
-struct Work<'a> {
+struct Job<'a> {
     gpu: &'a Gpu,
     precision: Precision,
-    operators: Vec<Option<Task<'a>>>,
+    operators: Vec<Option<Product<'a>>>,
     numbers: Vec<u32>,
 }
 
@@ -99,7 +99,7 @@ struct UnderWay<'a> {
     sizes: Vec<f64>,
 }
 
-impl<'a> Work<'a> {
+impl<'a> Job<'a> {
     /// Applies all operators. `gather` collects the data of a curve, one point a column, or says
     /// that it has none; `finish` gets what was found for a range of curves. Ranges come in order
     /// and cover all curves.
@@ -116,7 +116,8 @@ impl<'a> Work<'a> {
         // Storage, what is downloaded of it, and what is packed meanwhile.
         let together = 3 * bytes;
         let limits = self.gpu.limits().with_chunks_of(MOST_NUMBERS * together);
-        let numbers = self.numbers.iter().map(|&number| self.task(number).map_or(1, |task| self.numbers_of::<D>(task)));
+        let numbers =
+            self.numbers.iter().map(|&number| self.product(number).map_or(1, |product| self.numbers_of::<D>(product)));
         let chunks = plan::chunks(numbers, bytes, together, &limits)?;
         pipeline(
             chunks,
@@ -130,21 +131,21 @@ impl<'a> Work<'a> {
     }
 
     /// The operator of a number, if it is one for the kernel.
-    fn task(&self, number: u32) -> Option<Task<'a>> {
-        self.operators.get(number as usize).copied().flatten().filter(Task::is_for_kernel)
+    fn product(&self, number: u32) -> Option<Product<'a>> {
+        self.operators.get(number as usize).copied().flatten().filter(Product::is_for_kernel)
     }
 
     /// Of a curve: data and results.
-    fn numbers_of<const D: usize>(&self, task: Task) -> usize {
-        task.operator.columns() * D + self.results_of::<D>(task)
+    fn numbers_of<const D: usize>(&self, product: Product) -> usize {
+        product.operator.columns() * D + self.results_of::<D>(product)
     }
 
     /// Results of a curve: its points, one magnitude a thread in f32, and of energies sum and, in
     /// f32, magnitude.
-    fn results_of<const D: usize>(&self, task: Task) -> usize {
+    fn results_of<const D: usize>(&self, product: Product) -> usize {
         let magnitude = self.magnitudes();
-        let threads = task.points.div_ceil(task.rows_at_once()).max(1);
-        task.points * D + threads * magnitude + usize::from(task.has_energy()) * (1 + magnitude)
+        let threads = product.points.div_ceil(product.rows_at_once()).max(1);
+        product.points * D + threads * magnitude + usize::from(product.has_energy()) * (1 + magnitude)
     }
 
     /// Whether there are magnitudes, as a number: f64 has none better to turn to.
@@ -154,7 +155,7 @@ impl<'a> Work<'a> {
 
     /// Whether the device can hold all operators at once.
     fn check(&self, bytes: u64) -> Result<()> {
-        let blocks: usize = self.operators.iter().flatten().map(|task| task.operator.blocks().len()).sum();
+        let blocks: usize = self.operators.iter().flatten().map(|product| product.operator.blocks().len()).sum();
         let (asked, allowed) = ((blocks * BLOCK) as u64 * bytes, self.gpu.limits().array_bytes());
         if asked > allowed {
             let what = format!("{} matrices of Bézier curves", self.operators.iter().flatten().count());
@@ -176,19 +177,19 @@ impl<'a> Work<'a> {
         let mut groups = Vec::new();
         let mut last = None;
         for tile in &layout.tiles {
-            let task = self.task(tile.number).expect("tiles are made of such");
-            let columns = task.operator.columns();
+            let product = self.product(tile.number).expect("tiles are made of such");
+            let columns = product.operator.columns();
             if last.replace(tile.number) != Some(tile.number) {
-                operators.extend_from_slice(task.operator.blocks());
+                operators.extend_from_slice(product.operator.blocks());
             }
-            let first = operators.len() - task.operator.blocks().len();
-            let at_once = task.rows_at_once();
-            // A task without rows has its one thread too, which says that all is 0.
-            for (k, row) in (0..task.operator.rows().max(1)).step_by(at_once).enumerate() {
-                let points = task.points.saturating_sub(row).min(at_once);
+            let first = operators.len() - product.operator.blocks().len();
+            let at_once = product.rows_at_once();
+            // A product without rows has its one thread too, which says that all is 0.
+            for (k, row) in (0..product.operator.rows().max(1)).step_by(at_once).enumerate() {
+                let points = product.points.saturating_sub(row).min(at_once);
                 groups.push(ApplyGroup {
                     matrix: (first + row / BLOCK * columns) as u32,
-                    rows: (task.operator.rows() - row).min(at_once) as u32,
+                    rows: (product.operator.rows() - row).min(at_once) as u32,
                     columns: columns as u32,
                     points: points as u32,
                     start: tile.start as u32,
@@ -229,7 +230,7 @@ impl<'a> Work<'a> {
             .tiles
             .iter()
             .map(|tile| {
-                let columns = self.task(tile.number).expect("tiles are made of such").operator.columns();
+                let columns = self.product(tile.number).expect("tiles are made of such").operator.columns();
                 (tile, take(&mut left, columns * D * tile.curves), take(&mut sizes_left, tile.curves))
             })
             .collect();

@@ -15,6 +15,7 @@ use super::polygons::{Controls, Polygons};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks, with_wide_registers};
+use crate::ragged;
 
 /// The same curves as curves of a degree higher by `by`: Q = T P with T\[i\]\[j\] = C(d,j)
 /// C(by,i−j) / C(d+by,i), what `by` elevations Qᵢ = i/(d+1) Pᵢ₋₁ + (1 − i/(d+1)) Pᵢ come to. End
@@ -164,11 +165,8 @@ fn transform(polygons: &Polygons, matrix: impl Fn(usize) -> Operator<f64> + Sync
         .into_par_iter()
         .map(|count| (count, matrix(count - 1)))
         .collect();
-    let mut offsets = vec![0];
-    for i in 0..polygons.len() {
-        let points = counts.get(&polygons.count(i)).map_or(0, Operator::rows);
-        offsets.push(offsets[i] + points);
-    }
+    let made_of = |i: usize| counts.get(&polygons.count(i)).map_or(0, Operator::rows);
+    let offsets = ragged::offsets((0..polygons.len()).map(made_of));
     let coords = vec![0.0; offsets[polygons.len()] * polygons.dimension];
     let mut made = Controls { dimension: polygons.dimension, coords, offsets };
     match (device.as_gpu(), polygons.dimension) {

@@ -64,11 +64,11 @@ impl Complete {
     /// meaning here; on a GPU what becomes of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Completed> {
         check_constraints(batch)?;
-        let job = Job::of(batch);
-        let polygons = Polygons { dimension: batch.dimension(), coords: &job.coords, offsets: &job.offsets };
-        let [first, last] = &job.tangents;
+        let own = AsPolygons::of(batch);
+        let polygons = Polygons { dimension: batch.dimension(), coords: &own.coords, offsets: &own.offsets };
+        let [first, last] = &own.tangents;
         let given = Given {
-            known: Some(&job.known),
+            known: Some(&own.known),
             derivatives: [[first.as_deref(), None, None], [last.as_deref(), None, None]],
             directions: self.tangents == EndTangents::Directions,
         };
@@ -78,7 +78,7 @@ impl Complete {
         let mut coords = Vec::with_capacity(batch.coords().len());
         for i in 0..batch.len() {
             let refusal = refusals.next_if(|&&(refused, _)| refused == i);
-            let trouble = job.troubles[i].clone().or_else(|| {
+            let trouble = own.troubles[i].clone().or_else(|| {
                 let (_, refusal) = refusal?;
                 let (point, what) = refusal.sentence(batch.count(i));
                 Some((refusal.status(), batch.sentence(i, point, &what)))
@@ -91,13 +91,13 @@ impl Complete {
                 None => {
                     let status = solved.statuses[i];
                     reports.push(CurveReport { status, ..CurveReport::solved(solved.energies[i]) });
-                    let start = job.offsets[i] * batch.dimension();
+                    let start = own.offsets[i] * batch.dimension();
                     coords.extend_from_slice(&solved.coords[start..start + batch.points(i).len()]);
                 }
             }
         }
         let degrees = (0..batch.len())
-            .map(|i| reports[i].status.is_usable().then(|| job.offsets[i + 1] - job.offsets[i] - 1))
+            .map(|i| reports[i].status.is_usable().then(|| own.offsets[i + 1] - own.offsets[i] - 1))
             .collect();
         let control = batch.with_points(coords, batch.offsets().to_vec());
         device.finished(batch.len());
@@ -112,7 +112,7 @@ pub(super) fn check_constraints(batch: &CurveBatch) -> Result<()> {
 
 /// The batch as polygons: closed curves with their first point repeated, those with a problem
 /// without points.
-struct Job {
+struct AsPolygons {
     coords: Vec<f64>,
     offsets: Vec<usize>,
     known: Vec<bool>,
@@ -121,11 +121,11 @@ struct Job {
     troubles: Vec<Option<(CurveStatus, String)>>,
 }
 
-impl Job {
+impl AsPolygons {
     fn of(batch: &CurveBatch) -> Self {
         let d = batch.dimension();
         let column = || batch.constraints().tangents.as_ref().map(|_| vec![f64::NAN; batch.len() * d]);
-        let mut job = Job {
+        let mut own = AsPolygons {
             coords: Vec::with_capacity(batch.coords().len()),
             offsets: vec![0],
             known: Vec::with_capacity(batch.total_points()),
@@ -135,25 +135,25 @@ impl Job {
         for i in 0..batch.len() {
             let trouble = trouble(batch, i);
             if trouble.is_none() {
-                job.coords.extend_from_slice(batch.points(i));
+                own.coords.extend_from_slice(batch.points(i));
                 let (from, count) = (batch.offsets()[i], batch.count(i));
                 let known = batch.constraints().known.as_ref();
-                job.known.extend((from..from + count).map(|k| known.is_none_or(|known| known[k])));
+                own.known.extend((from..from + count).map(|k| known.is_none_or(|known| known[k])));
                 if batch.is_closed(i) && count > 0 {
-                    job.coords.extend_from_slice(&batch.points(i)[..d]);
-                    job.known.push(true);
+                    own.coords.extend_from_slice(&batch.points(i)[..d]);
+                    own.known.push(true);
                 }
                 let last = if batch.is_closed(i) { None } else { count.checked_sub(1) };
-                for (column, point) in job.tangents.iter_mut().zip([(count > 0).then_some(0), last]) {
+                for (column, point) in own.tangents.iter_mut().zip([(count > 0).then_some(0), last]) {
                     if let (Some(column), Some(tangent)) = (column, point.and_then(|k| batch.tangent(i, k))) {
                         column[i * d..(i + 1) * d].copy_from_slice(tangent);
                     }
                 }
             }
-            job.troubles.push(trouble);
-            job.offsets.push(job.known.len());
+            own.troubles.push(trouble);
+            own.offsets.push(own.known.len());
         }
-        job
+        own
     }
 }
 

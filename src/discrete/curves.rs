@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::batch::Origin;
-use crate::batch::{CurveBatch, Problem};
+use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Input, Jet, Sampling, vector};
 use crate::device::DeviceReport;
 use crate::motion::Motion;
@@ -41,7 +41,7 @@ pub(crate) struct FairCurves {
     /// The parameters of the data points of every curve: see [`knots_of`].
     pub knots: Vec<Vec<f64>>,
     pub closed: Vec<bool>,
-    pub problems: BTreeMap<usize, Problem>,
+    pub problems: BTreeMap<usize, Unfitted>,
     pub origin: Arc<Origin>,
 }
 
@@ -243,7 +243,7 @@ impl FairCurves {
     pub fn new(
         batch: &CurveBatch,
         curves: Vec<Result<Vertices, Vec<f64>>>,
-        problems: BTreeMap<usize, Problem>,
+        problems: BTreeMap<usize, Unfitted>,
     ) -> Self {
         FairCurves {
             dimension: batch.dimension(),

@@ -17,7 +17,7 @@ use super::near::Near;
 use super::search::Search;
 use super::setup::{Ready, set_up_from};
 use super::tally::Tally;
-use crate::Problem as Unfitted;
+use crate::Unfitted;
 use crate::batch::CurveBatch;
 use crate::device::{Device, DeviceReport};
 use crate::error::{Error, Result};
@@ -38,9 +38,9 @@ pub(super) fn fit<const D: usize>(
     let energy = fair.energy.clone() + attachment();
     let attached = Fair { energy, pins, deviation: None, corners: None, ..fair.clone() };
     let near = Near::new::<D>(pins, allowed, batch)?;
-    let job = Job { attached: &attached, allowed, batch, kept, device };
-    let sketches = job.sketch::<D>(&near)?;
-    let (searches, device) = job.search::<D>(&near, &sketches, tally)?;
+    let deviation = Deviation { attached: &attached, allowed, batch, kept, device };
+    let sketches = deviation.sketch::<D>(&near)?;
+    let (searches, device) = deviation.search::<D>(&near, &sketches, tally)?;
     let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
     for (i, search) in searches.into_iter().enumerate() {
         let (report, vertices) = match search {
@@ -58,7 +58,7 @@ pub(super) fn fit<const D: usize>(
 const COARSE: usize = 4;
 
 /// What is searched for.
-struct Job<'a> {
+struct Deviation<'a> {
     attached: &'a Fair,
     allowed: f64,
     batch: &'a CurveBatch,
@@ -86,7 +86,7 @@ struct Sketches {
     curves: FairCurves,
 }
 
-impl Job<'_> {
+impl Deviation<'_> {
     /// Searches among coarse edges, where the curves have finer ones.
     fn sketch<const D: usize>(&self, near: &Near) -> Result<Option<Sketches>> {
         if !matches!(self.attached.segments, Segments::PerSpan(n) if n >= 2 * COARSE) {

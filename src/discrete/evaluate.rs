@@ -7,8 +7,8 @@ use super::edges::Edges;
 use super::energy::{Energy, TORSION_CURVATURE};
 use super::evaluate_gpu::evaluate_on_gpu;
 use super::hessian::{BLOCKS, BlockHessian, dense};
-use super::setup::diagonal;
-use crate::batch::{CurveBatch, Problem};
+use crate::batch::{CurveBatch, Unfitted};
+use crate::bounds::Bounds;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, subtract};
@@ -78,7 +78,7 @@ pub struct Evaluation {
     /// the number of vertices of a closed curve.
     pub hessian: Vec<f64>,
     /// Why there is no value.
-    pub problem: Option<Problem>,
+    pub problem: Option<Unfitted>,
 }
 
 impl Want<'_> {
@@ -98,7 +98,7 @@ impl Energy {
     ///
     /// A curve with a problem of its own, with two neighbouring vertices at one place (a tangent is
     /// wanted there), closed with fewer than three vertices, or whose data points do not go with
-    /// its vertices has NaN and a [`Problem`].
+    /// its vertices has NaN and a [`Unfitted`].
     ///
     /// ```
     /// use faircurve::{CurveBatch, Device, discrete::{Evaluate, bending, length}};
@@ -162,18 +162,22 @@ impl<'a> Evaluating<'a> {
         Ok(all.map(|(i, found)| found.unwrap_or_else(|| self.nothing(i, problem(i)))).collect())
     }
 
-    fn ready<const D: usize>(&self, i: usize) -> Result<Ready<'a, D>, Problem> {
+    fn ready<const D: usize>(&self, i: usize) -> Result<Ready<'a, D>, Unfitted> {
         let points = self.batch.points(i).as_chunks::<D>().0;
         let base = edges(self.batch, i, points)?;
         let attached = match self.options.targets.filter(|_| self.energy.is_attached()) {
             Some(targets) => attached::<D>(self.batch, targets, i)?,
             None => vec![],
         };
-        let own = if base.is_empty() { TORSION_CURVATURE } else { TORSION_CURVATURE / diagonal(points) };
+        let own = if base.is_empty() {
+            TORSION_CURVATURE
+        } else {
+            TORSION_CURVATURE / Bounds::of(points.iter().copied()).diagonal()
+        };
         Ok(Ready { i, points, base, attached, torsion_curvature: self.options.torsion_curvature.unwrap_or(own) })
     }
 
-    fn nothing(&self, i: usize, problem: Problem) -> Evaluation {
+    fn nothing(&self, i: usize, problem: Unfitted) -> Evaluation {
         let (entries, d, want) = (self.batch.points(i).len(), self.batch.dimension(), self.options.want);
         let numbers = |count: usize| vec![f64::NAN; count];
         Evaluation {
@@ -349,8 +353,8 @@ impl Evaluate<'_> {
     }
 }
 
-fn degenerate(message: String) -> Problem {
-    Problem { status: CurveStatus::Degenerate, message }
+fn degenerate(message: String) -> Unfitted {
+    Unfitted { status: CurveStatus::Degenerate, message }
 }
 
 /// The edges of curve i, all of positive length.
@@ -358,7 +362,7 @@ fn edges<const D: usize>(
     batch: &CurveBatch,
     i: usize,
     points: &[Vector<f64, D>],
-) -> Result<Vec<Vector<f64, D>>, Problem> {
+) -> Result<Vec<Vector<f64, D>>, Unfitted> {
     if let Some(problem) = batch.problem(i) {
         return Err(problem.clone());
     }
@@ -386,7 +390,7 @@ fn attached<const D: usize>(
     batch: &CurveBatch,
     targets: &CurveBatch,
     i: usize,
-) -> Result<Vec<(usize, Vector<f64, D>, f64)>, Problem> {
+) -> Result<Vec<(usize, Vector<f64, D>, f64)>, Unfitted> {
     if let Some(problem) = targets.problem(i) {
         return Err(problem.clone());
     }
@@ -401,7 +405,7 @@ fn attached<const D: usize>(
             "{curve} curve of {edges} edges cannot be attached to the data points of {of} one of {spans} spans: \
              give both open or both closed, with a whole number of edges a span"
         );
-        return Err(Problem { status: CurveStatus::Invalid, message: batch.sentence(i, 0, &what) });
+        return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, 0, &what) });
     }
     let every = edges.checked_div(spans).unwrap_or(1);
     let weight = |k: usize| targets.weights(i).map_or(1.0, |weights| weights[k]);
@@ -412,6 +416,7 @@ fn attached<const D: usize>(
 mod tests {
     use super::super::{attachment, bending, length, tension, torsion, variation};
     use super::*;
+    use crate::ragged;
 
     #[test]
     fn a_curve_of_a_batch_has_the_bits_of_the_curve_alone() {
@@ -421,8 +426,7 @@ mod tests {
             (2, 0.7 * bending(2.5) + 0.3 * tension() + 2.0 * attachment()),
             (3, length() + bending(3.0) + variation() + torsion()),
         ] {
-            let mut offsets = vec![0];
-            counts.iter().for_each(|count| offsets.push(offsets[offsets.len() - 1] + count));
+            let offsets = ragged::offsets(counts);
             let wave = |k: usize| (k as f64 * 0.618).fract() + (k / dimension) as f64 * 0.3;
             let mut coords: Vec<f64> = (0..dimension * offsets[counts.len()]).map(wave).collect();
             // Two neighbours of others in their lanes that have no value.

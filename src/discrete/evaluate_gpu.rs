@@ -8,7 +8,7 @@ use super::compose::{Composition, DeviceWeights};
 use super::energy::{Energy, bending, tension};
 use super::evaluate::{Evaluate, Evaluating, Evaluation, Ready, Want};
 use super::hessian::BLOCKS;
-use super::setup::extents;
+use crate::bounds::Bounds;
 use crate::error::{Error, Result};
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
 use crate::linalg::scalar::Vector;
@@ -125,7 +125,7 @@ struct Job<'a, const D: usize> {
 /// Half the largest extent of a curve, 1 where there is none: the unit of its coordinates on a
 /// device.
 fn size<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
-    let size = extents(points).into_iter().map(|extent| 0.5 * extent).fold(0.0, f64::max);
+    let size = 0.5 * Bounds::of(points.iter().copied()).size();
     if size > 0.0 && size.is_finite() { size } else { 1.0 }
 }
 

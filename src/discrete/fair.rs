@@ -12,7 +12,7 @@ use super::plan::{Direction, Step};
 use super::problem::Outcome;
 use super::setup::{LONGEST, Ready, set_up_pieces};
 use super::tally::Tally;
-use crate::batch::{CurveBatch, Problem as Unfitted};
+use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::{Sampling, check_spacing, spans};
 use crate::device::Device;

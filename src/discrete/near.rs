@@ -10,9 +10,10 @@ use std::collections::BTreeMap;
 use super::curves::Vertices;
 use super::energy::Energy;
 use super::fair::{Fair, Pins};
-use super::setup::{Ready, extents};
+use super::setup::Ready;
 use crate::Constraints;
 use crate::batch::CurveBatch;
+use crate::bounds::Bounds;
 use crate::curve::Curve;
 use crate::device::Device;
 use crate::error::Result;
@@ -135,7 +136,7 @@ const MOST_HALVINGS: i32 = 52;
 /// How far the spline of a curve may stray without vanishing.
 fn reach<const D: usize>(batch: &CurveBatch, i: usize) -> f64 {
     let points = batch.points(i).as_chunks::<D>().0;
-    let diagonal = extents(points).into_iter().fold(0.0, f64::hypot);
+    let diagonal = Bounds::of(points.iter().copied()).sides().into_iter().fold(0.0, f64::hypot);
     if !batch.is_closed(i) {
         return OF_DIAGONAL * diagonal;
     }

@@ -8,6 +8,7 @@ use super::energy::{Energy, Functional};
 use super::fair::{Fair, Pins, Segments};
 use super::problem::{Problem, order_of};
 use crate::batch::CurveBatch;
+use crate::bounds::Bounds;
 use crate::curve::Curve;
 use crate::device::Device;
 use crate::error::Result;
@@ -15,7 +16,7 @@ use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::report::{CurveReport, CurveSet};
 use crate::spline::{Natural, Parametrisation};
 use crate::status::CurveStatus;
-use crate::{Constraints, Problem as Unfitted};
+use crate::{Constraints, Unfitted};
 
 /// The tangential and the normal stiffness of a vertex are alike at this γ h³/w.
 const GAUGE: f64 = 1.0;
@@ -132,7 +133,7 @@ fn ready<const D: usize>(
     let (mut vertices, rows) = divide(curve, points, fair.segments, interpolates);
     let constraints = constrained::<D>(batch, i, &rows, vertices.len(), closed)?;
     let attached = fair.energy.attachment_weight();
-    let size = diagonal(points);
+    let size = Bounds::of(points.iter().copied()).diagonal();
     constraints.iter().for_each(|constraint| constraint.meet(&mut vertices));
     let scaled = |v: Vector<f64, D>| v.map(|x| x / size);
     let edges = if closed { vertices.len() } else { vertices.len() - 1 };
@@ -370,21 +371,4 @@ fn mean_curvature<const D: usize>(base: &[Vector<f64, D>], closed: bool) -> f64 
 pub(super) fn distance<const D: usize>(a: Vector<f64, D>, b: Vector<f64, D>) -> f64 {
     let away = subtract(b, a);
     dot(away, away).sqrt()
-}
-
-/// Sides of the box around the points.
-pub(super) fn extents<const D: usize>(points: &[Vector<f64, D>]) -> Vector<f64, D> {
-    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for point in points {
-        for c in 0..D {
-            (low[c], high[c]) = (low[c].min(point[c]), high[c].max(point[c]));
-        }
-    }
-    subtract(high, low)
-}
-
-/// Its diagonal.
-pub(super) fn diagonal<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
-    let extents = extents(points);
-    dot(extents, extents).sqrt()
 }

@@ -15,7 +15,7 @@ use super::lane::Standing;
 use super::plan::Plan;
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
 use super::setup::Ready;
-use crate::batch::Problem as Unfitted;
+use crate::batch::Unfitted;
 use crate::device::{Device, DeviceReport};
 use crate::error::Result;
 use crate::gpu::Gpu;

@@ -216,7 +216,7 @@ pub struct WriteOptions {
 ///
 /// # Errors
 /// A file that cannot be read or does not hold what its format promises. What concerns one curve
-/// (NaN, decreasing parameters) is no error but the curve's [`Problem`](crate::Problem).
+/// (NaN, decreasing parameters) is no error but the curve's [`Unfitted`](crate::Unfitted).
 pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
     read_with(path, &ReadOptions::default())
 }

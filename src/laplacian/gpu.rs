@@ -30,6 +30,7 @@ use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, kept, pipeline};
 use crate::linalg::{power_of_two, take, tasks};
 use crate::precision::Precision;
+use crate::ragged;
 use crate::status::CurveStatus;
 
 /// Threads a workgroup.
@@ -64,7 +65,7 @@ pub(super) fn subdivide(
     values: &mut [f64],
     reports: &mut [GridReport],
 ) -> Result<()> {
-    let lost = Work::new(method, grids, gpu, precision, reports).run(method, values)?;
+    let lost = Job::new(method, grids, gpu, precision, reports).run(method, values)?;
     if let Some(Lost { finished, why }) = lost {
         for (i, report) in reports.iter_mut().enumerate().skip(finished).filter(|(_, report)| report.status.is_usable())
         {
@@ -76,7 +77,7 @@ pub(super) fn subdivide(
 }
 
 /// One run.
-struct Work<'a> {
+struct Job<'a> {
     gpu: &'a Gpu,
     precision: Precision,
     grids: &'a Grids,
@@ -101,7 +102,7 @@ struct UnderWay<'a> {
     frames: Vec<f64>,
 }
 
-impl<'a> Work<'a> {
+impl<'a> Job<'a> {
     fn new(
         method: &Subdivide,
         grids: &'a Grids,
@@ -113,16 +114,16 @@ impl<'a> Work<'a> {
             Rule::Exact => Prepared::Exact,
             Rule::Sparse(rule) => Prepared::Sparse(Weights::new(rule)),
         };
-        let mut work = Work { gpu, precision, grids, reports, rounds: method.rounds, rule, sent: Vec::new() };
-        work.sent = (0..grids.len()).map(|i| reports[i].status.is_usable() && work.takes(grids.shape(i))).collect();
-        if let (Prepared::Sparse(weights), Rule::Sparse(rule)) = (&mut work.rule, &method.rule) {
-            let shapes = (0..grids.len()).filter(|&i| work.sent[i]).map(|i| grids.shape(i));
+        let mut job = Job { gpu, precision, grids, reports, rounds: method.rounds, rule, sent: Vec::new() };
+        job.sent = (0..grids.len()).map(|i| reports[i].status.is_usable() && job.takes(grids.shape(i))).collect();
+        if let (Prepared::Sparse(weights), Rule::Sparse(rule)) = (&mut job.rule, &method.rule) {
+            let shapes = (0..grids.len()).filter(|&i| job.sent[i]).map(|i| grids.shape(i));
             weights.add(rule, shapes, method.rounds);
             if weights.len() as u64 * precision.bytes() > gpu.limits().array_bytes() {
-                work.sent.fill(false);
+                job.sent.fill(false);
             }
         }
-        work
+        job
     }
 
     /// Whether grids of this shape are for the device.
@@ -259,10 +260,7 @@ impl<'a> Work<'a> {
     ) {
         let dimension = self.grids.dimension();
         let places = layout.places(self.rounds);
-        let mut offsets = vec![0];
-        for i in chunk.clone() {
-            offsets.push(offsets[offsets.len() - 1] + self.values(self.grids.shape(i)));
-        }
+        let offsets = ragged::offsets(chunk.clone().map(|i| self.values(self.grids.shape(i))));
         let parts: Vec<_> = tasks(&offsets)
             .into_iter()
             .map(|task| (task.clone(), take(left, offsets[task.end] - offsets[task.start])))

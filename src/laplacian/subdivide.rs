@@ -7,6 +7,7 @@ use super::{Grids, SparseRule};
 use crate::device::{Device, DeviceReport};
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
+use crate::ragged;
 use crate::status::CurveStatus;
 
 /// Beyond this, results are looked through for overflow. No rule makes a value 1e20 times the
@@ -130,10 +131,7 @@ impl Subdivide {
     fn on_cpu(&self, grids: &Grids, shapes: &[[usize; 2]], values: &mut [f64], reports: &[GridReport]) {
         let dimension = grids.dimension();
         let refiner = Refiner::<f64>::new(&self.rule, grids.shapes(), self.rounds);
-        let mut offsets = vec![0];
-        for [rows, columns] in shapes {
-            offsets.push(offsets[offsets.len() - 1] + rows * columns * dimension);
-        }
+        let offsets = ragged::offsets(shapes.iter().map(|[rows, columns]| rows * columns * dimension));
         let mut left = values;
         let tasks: Vec<_> = tasks(&offsets)
             .into_iter()

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::batch::{CurveBatch, Problem};
+use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::Input;
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -188,11 +188,11 @@ impl Graph {
         })
     }
 
-    fn fit_one(&self, batch: &CurveBatch, i: usize) -> Result<(GraphCurve, CurveReport), Problem> {
+    fn fit_one(&self, batch: &CurveBatch, i: usize) -> Result<(GraphCurve, CurveReport), Unfitted> {
         if let Some(problem) = batch.problem(i) {
             return Err(problem.clone());
         }
-        let problem = |(status, point, what): Refusal| Problem { status, message: batch.sentence(i, point, &what) };
+        let problem = |(status, point, what): Refusal| Unfitted { status, message: batch.sentence(i, point, &what) };
         let not_a_graph = |what: &str| problem((CurveStatus::Invalid, 0, what.into()));
         if batch.dimension() != 2 {
             return Err(not_a_graph(

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::arc::Arc;
 use super::universal::Universal;
 use crate::batch::Origin;
-use crate::batch::{CurveBatch, Problem};
+use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Input, Jet, Sampling};
 use crate::report::CurveSet;
 
@@ -35,7 +35,7 @@ pub(crate) struct Chains {
     pub curves: Vec<Result<Chain, Input>>,
     pub universal: Vec<Universal>,
     pub closed: Vec<bool>,
-    pub problems: BTreeMap<usize, Problem>,
+    pub problems: BTreeMap<usize, Unfitted>,
     pub origin: sync::Arc<Origin>,
 }
 

@@ -1,10 +1,10 @@
-//! From the points of a curve to the [`Problem`] of its slopes: distinct dots, chords, exponents,
+//! From the points of a curve to the [`SlopesProblem`] of its slopes: distinct dots, chords, exponents,
 //! weights.
 
-use super::slopes::{Ends, Problem, Span};
+use super::slopes::{Ends, SlopesProblem, Span};
 use super::start::{Chords, Start, wrap};
 use super::universal::Universal;
-use crate::batch::{CurveBatch, Problem as Unfitted};
+use crate::batch::{CurveBatch, Unfitted};
 use crate::error::{Error, Result};
 use crate::linalg::{Real, Scalar};
 use crate::status::CurveStatus;
@@ -162,7 +162,7 @@ impl Dots {
         &self,
         directions: &[f64],
         exponents: &Exponents,
-    ) -> (Problem<T>, f64) {
+    ) -> (SlopesProblem<T>, f64) {
         let dots = directions.len();
         let exponent = |segment: usize| exponents.universal[self.curves[segment] as usize].exponent;
         let power = |segment: usize| (1.0 - exponent(segment)) * self.chords.lengths[segment].ln();
@@ -180,7 +180,7 @@ impl Dots {
             let held = directions[dot].is_nan() || self.fixed[dot].is_finite();
             T::of(if held { 0.0 } else { 1.0 })
         };
-        let problem = Problem {
+        let problem = SlopesProblem {
             closed: self.closed,
             exponent: (0..segments).map(exponent).fold(0.0, f64::max),
             spans: (0..segments).map(span).collect(),

@@ -67,7 +67,7 @@ pub(crate) struct Span<T> {
 
 /// The slopes of a curve through n dots: n − 1 segments, closed n.
 #[derive(Clone, Debug)]
-pub(crate) struct Problem<T> {
+pub(crate) struct SlopesProblem<T> {
     pub closed: bool,
     /// ν, the largest where it differs from segment to segment.
     pub exponent: f64,
@@ -78,7 +78,7 @@ pub(crate) struct Problem<T> {
 
 /// How a curve's search goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Standing {
+pub(crate) enum SlopesStanding {
     Running = 1,
     Converged,
     /// No step leads down.
@@ -88,18 +88,18 @@ pub(crate) enum Standing {
     /// Where it started already, a segment has no minimiser.
     Nowhere,
     /// Iterations ran out.
-    Tired,
+    Exhausted,
 }
 
 /// A curve on its way.
 pub(crate) struct Search<T: Real + Scalar> {
-    pub problem: Problem<T>,
+    pub problem: SlopesProblem<T>,
     /// Turns from the reference directions.
     pub turns: Vec<T>,
     pub cost: T,
     /// √(gᵀH⁻¹g / cost): Newton's decrement, relative, dimensionless.
     pub decrement: T,
-    pub standing: Standing,
+    pub standing: SlopesStanding,
     pub iterations: u32,
     pub evaluations: u32,
     /// The first segment that had no minimiser in the last trial that failed.
@@ -129,7 +129,7 @@ pub(crate) struct Outcome {
     /// √(gᵀH⁻¹g / cost)
     pub decrement: f64,
     /// `Running` only where the device was lost.
-    pub standing: Standing,
+    pub standing: SlopesStanding,
     pub iterations: u32,
     pub evaluations: u32,
     /// The first segment that had no minimiser in the last trial that failed for it.
@@ -151,7 +151,7 @@ pub(crate) struct Until {
     pub iterations: u32,
 }
 
-impl<T: Real + Scalar<Number = T>> Problem<T> {
+impl<T: Real + Scalar<Number = T>> SlopesProblem<T> {
     fn dots(&self) -> usize {
         self.movable.len()
     }
@@ -164,7 +164,7 @@ impl<T: Real + Scalar<Number = T>> Problem<T> {
 
 impl<T: Real + Scalar<Number = T>> Search<T> {
     /// Starts at the reference directions, turned.
-    pub fn new(problem: Problem<T>, turns: Vec<T>) -> Self {
+    pub fn new(problem: SlopesProblem<T>, turns: Vec<T>) -> Self {
         let n = problem.dots();
         let zero = vec![T::of(0.0); n];
         let spans = problem.spans.len();
@@ -175,7 +175,7 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
             turns,
             cost: T::of(f64::INFINITY),
             decrement: T::of(f64::INFINITY),
-            standing: Standing::Running,
+            standing: SlopesStanding::Running,
             iterations: 0,
             evaluations: 0,
             culprit: None,
@@ -215,7 +215,7 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
         }
         if self.evaluations == 1 {
             if !Real::is_finite(cost) {
-                self.standing = Standing::Nowhere;
+                self.standing = SlopesStanding::Nowhere;
                 return;
             }
         } else {
@@ -235,7 +235,8 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
                     self.unattained |= !exists;
                     let at_the_edge = !exists && self.damping.lambda > T::of(EDGE);
                     if verdict == Verdict::Fail || at_the_edge {
-                        self.standing = if self.unattained { Standing::Unattained } else { Standing::Stalled };
+                        self.standing =
+                            if self.unattained { SlopesStanding::Unattained } else { SlopesStanding::Stalled };
                         return;
                     }
                     return self.aim();
@@ -260,15 +261,15 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
             // A minimum; a saddle, where symmetric points may start, has a Hessian that is not
             // positive definite.
             self.decrement = zero;
-            self.standing = Standing::Converged;
+            self.standing = SlopesStanding::Converged;
         } else if undamped {
             self.decrement = Scalar::sqrt(Scalar::max(square, zero) / self.cost);
             if self.decrement <= T::of(until.tolerance) {
-                self.standing = Standing::Converged;
+                self.standing = SlopesStanding::Converged;
             }
         }
-        if self.standing == Standing::Running && self.iterations >= until.iterations {
-            self.standing = Standing::Tired;
+        if self.standing == SlopesStanding::Running && self.iterations >= until.iterations {
+            self.standing = SlopesStanding::Exhausted;
         }
     }
 

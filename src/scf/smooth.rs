@@ -7,11 +7,11 @@ use rayon::prelude::*;
 use super::arc::Arc;
 use super::curves::{Chain, Chains, Laid};
 use super::dots::{Dots, Exponents};
-use super::slopes::{Ends, Standing, Until};
+use super::slopes::{Ends, SlopesStanding, Until};
 use super::stages::{Found, Starts, search, search_on_cpu, search_on_device};
 use super::start::{Start, wrap};
 use super::workspace::Workspace;
-use crate::batch::{CurveBatch, Problem as Unfitted};
+use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::{Input, Sampling};
 use crate::device::Device;
@@ -231,8 +231,8 @@ impl Smooth {
             return Err(Unfitted { status: CurveStatus::NoMinimiser, message: say(k, what) });
         };
         let (status, message) = match found.standing {
-            Standing::Converged => (CurveStatus::Converged, None),
-            Standing::Unattained | Standing::Nowhere => (
+            SlopesStanding::Converged => (CurveStatus::Converged, None),
+            SlopesStanding::Unattained | SlopesStanding::Nowhere => (
                 CurveStatus::NoMinimiser,
                 Some(say(
                     dots.entries[found.culprit.unwrap_or(0)],
@@ -242,7 +242,7 @@ impl Smooth {
                     ),
                 )),
             ),
-            Standing::Stalled => (
+            SlopesStanding::Stalled => (
                 CurveStatus::NotConverged,
                 Some(say(
                     0,
@@ -253,14 +253,14 @@ impl Smooth {
                     ),
                 )),
             ),
-            Standing::Running => (
+            SlopesStanding::Running => (
                 CurveStatus::NotConverged,
                 Some(say(
                     0,
                     "the device was lost before the curve was fitted: its directions are those it started from".into(),
                 )),
             ),
-            Standing::Tired => (
+            SlopesStanding::Exhausted => (
                 CurveStatus::NotConverged,
                 Some(say(
                     0,

@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::dots::{Dots, Exponents};
 use super::gpu::search_on_gpu;
-use super::slopes::{Outcome, Problem, Search, Standing, Until};
+use super::slopes::{Outcome, Search, SlopesProblem, SlopesStanding, Until};
 use super::start::Start;
 use super::workspace::Workspace;
 use crate::error::Result;
@@ -36,7 +36,7 @@ pub(crate) struct Found {
     /// In units of the input.
     pub cost: f64,
     pub decrement: f64,
-    pub standing: Standing,
+    pub standing: SlopesStanding,
     /// Of all searches of the curve.
     pub iterations: u32,
     pub evaluations: u32,
@@ -48,7 +48,7 @@ impl Found {
     /// Keeps the better of two, and counts both.
     fn or(self, other: Found) -> Found {
         let (iterations, evaluations) = (self.iterations + other.iterations, self.evaluations + other.evaluations);
-        let converged = |found: &Found| found.standing == Standing::Converged;
+        let converged = |found: &Found| found.standing == SlopesStanding::Converged;
         let better = match (converged(&self), converged(&other)) {
             (true, false) => false,
             (false, true) => true,
@@ -79,7 +79,9 @@ pub(crate) fn search(
     let from = |which: &[usize], start: Start| which.iter().map(|&i| dots[i].directions(start)).collect::<Vec<_>>();
     let mut found = run(&all, exponents, from(&all, starts.first))?;
     let failed = |found: &[Found]| {
-        let failed = |&i: &usize| found[i].standing != Standing::Converged && found[i].standing != Standing::Tired;
+        let failed = |&i: &usize| {
+            found[i].standing != SlopesStanding::Converged && found[i].standing != SlopesStanding::Exhausted
+        };
         (0..found.len()).filter(failed).collect::<Vec<_>>()
     };
     for start in [Start::Circle, Start::Neighbours, Start::Bisector] {
@@ -171,7 +173,7 @@ fn problems(
     dots: &[&Dots],
     exponents: &Exponents,
     directions: &[Vec<f64>],
-) -> (Vec<(Problem<f64>, Vec<f64>)>, Vec<f64>) {
+) -> (Vec<(SlopesProblem<f64>, Vec<f64>)>, Vec<f64>) {
     let one = |(dots, directions): (&&Dots, &Vec<f64>)| {
         let (problem, scale) = dots.problem(directions, exponents);
         ((problem, vec![0.0; directions.len()]), scale)
@@ -183,7 +185,7 @@ impl Found {
     fn of(outcome: Outcome, scale: f64, mut directions: Vec<f64>) -> Self {
         directions.iter_mut().zip(&outcome.turns).for_each(|(direction, turn)| *direction += turn);
         Found {
-            directions: (outcome.standing != Standing::Nowhere).then_some(directions),
+            directions: (outcome.standing != SlopesStanding::Nowhere).then_some(directions),
             cost: outcome.cost * scale.exp(),
             decrement: outcome.decrement,
             standing: outcome.standing,

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::evaluation::{Evaluation, evaluate, evaluate_free};
-use super::slopes::{Ends, Search, Standing, Until};
+use super::slopes::{Ends, Search, SlopesStanding, Until};
 use super::universal::Universal;
 use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
 
@@ -97,7 +97,7 @@ impl<T: Real + Scalar<Number = T>> Workspace<T> {
             group.places.clear();
         }
         self.found.clear();
-        for search in searches.iter().filter(|search| search.standing == Standing::Running) {
+        for search in searches.iter().filter(|search| search.standing == SlopesStanding::Running) {
             let problem = &search.problem;
             for (k, span) in problem.spans.iter().enumerate() {
                 let [a, b] = [span.angles[0] + search.trial[k], span.angles[1] + search.trial[problem.after(k)]];
@@ -128,7 +128,7 @@ impl<T: Real + Scalar<Number = T>> Workspace<T> {
         }
         // Back to the first end where that is the directed one.
         let mut place = 0;
-        for search in searches.iter().filter(|search| search.standing == Standing::Running) {
+        for search in searches.iter().filter(|search| search.standing == SlopesStanding::Running) {
             for span in &search.problem.spans {
                 if span.ends == Ends::FreeEnd {
                     let found = &mut self.found[place];
@@ -144,7 +144,7 @@ impl<T: Real + Scalar<Number = T>> Workspace<T> {
     pub fn tick(&mut self, curves: &[Universal], searches: &mut [Search<T>], until: &Until) {
         self.evaluate(curves, searches);
         let mut place = 0;
-        for search in searches.iter_mut().filter(|search| search.standing == Standing::Running) {
+        for search in searches.iter_mut().filter(|search| search.standing == SlopesStanding::Running) {
             let spans = search.problem.spans.len();
             search.receive(&self.found[place..place + spans], until);
             place += spans;
@@ -153,7 +153,7 @@ impl<T: Real + Scalar<Number = T>> Workspace<T> {
 
     /// Until none runs any more.
     pub fn run(&mut self, curves: &[Universal], searches: &mut [Search<T>], until: &Until) {
-        while searches.iter().any(|search| search.standing == Standing::Running) {
+        while searches.iter().any(|search| search.standing == SlopesStanding::Running) {
             self.tick(curves, searches, until);
         }
     }

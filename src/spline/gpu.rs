@@ -13,6 +13,7 @@ use crate::gpu::source::{Definitions, definitions};
 use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, Recording, kept, pipeline, plan};
 use crate::linalg::ring::{RingKernel, RowSource, Solve};
 use crate::precision::Precision;
+use crate::ragged;
 
 /// Threads a workgroup of the sampling kernels.
 pub(crate) const GROUP: usize = 64;
@@ -65,13 +66,7 @@ pub(crate) fn sample_offsets(knots: &Knots, samples: &Samples<'_>) -> Vec<usize>
 
 /// Offsets of arrays with so many entries for every curve that has knots.
 pub(super) fn offsets_of(knots: &Knots, count: impl Fn(usize) -> usize) -> Vec<usize> {
-    let mut offsets = Vec::with_capacity(knots.len() + 1);
-    offsets.push(0);
-    for i in 0..knots.len() {
-        let own = if knots.range(i).is_empty() { 0 } else { count(i) };
-        offsets.push(offsets[i] + own);
-    }
-    offsets
+    ragged::offsets((0..knots.len()).map(|i| if knots.range(i).is_empty() { 0 } else { count(i) }))
 }
 
 /// Fits (and samples) all curves.

@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::batch::{CurveBatch, Problem, distance};
+use crate::batch::{CurveBatch, Unfitted, distance};
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
+use crate::ragged;
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
@@ -70,19 +71,19 @@ pub(crate) struct Knots {
     /// the end.
     pub repeats: BTreeMap<usize, Vec<u32>>,
     /// Why curves own no entry.
-    pub unfitted: BTreeMap<usize, Problem>,
+    pub unfitted: BTreeMap<usize, Unfitted>,
 }
 
 impl Knots {
     /// Curve `i` comes out as its polyline: the device was lost before it was fitted.
     pub fn leave_unfitted(&mut self, batch: &CurveBatch, i: usize, why: &str) {
         let message = batch.sentence(i, 0, &format!("it was not fitted: {why}"));
-        self.unfitted.entry(i).or_insert(Problem { status: CurveStatus::NotConverged, message });
+        self.unfitted.entry(i).or_insert(Unfitted { status: CurveStatus::NotConverged, message });
     }
 
     /// The report of curve `i`, if it is not fitted.
     pub fn report_unfitted(&self, i: usize) -> Option<CurveReport> {
-        let Problem { status, message } = self.unfitted.get(&i)?;
+        let Unfitted { status, message } = self.unfitted.get(&i)?;
         Some(CurveReport::unfitted(*status, message.clone()))
     }
 
@@ -107,12 +108,8 @@ impl Knots {
         let closed: Vec<bool> = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
         // Room for every data point; curves that need less are moved together afterwards, which is
         // rare.
-        let mut offsets = Vec::with_capacity(batch.len() + 1);
-        offsets.push(0);
-        for i in 0..batch.len() {
-            let room = if batch.count(i) > 0 { batch.count(i) + usize::from(closed[i]) } else { 0 };
-            offsets.push(offsets[i] + room);
-        }
+        let room = |i: usize| if batch.count(i) > 0 { batch.count(i) + usize::from(closed[i]) } else { 0 };
+        let offsets = ragged::offsets((0..batch.len()).map(room));
         let total = offsets[batch.len()];
         let average = coincident == Coincident::Average;
         let mut t = vec![0.0; total];
@@ -223,7 +220,7 @@ impl Knots {
 type Merged = (usize, Vec<u32>);
 
 /// A curve that does not use all its room.
-type Exception = (usize, Result<Merged, Problem>);
+type Exception = (usize, Result<Merged, Unfitted>);
 
 /// The room of one curve in the flat arrays.
 struct Slots<'a> {
@@ -235,13 +232,13 @@ struct Slots<'a> {
 impl Slots<'_> {
     /// Writes the knots of curve `i`; where data points were merged, says how many entries are left
     /// and which entry every data point belongs to.
-    fn fill(mut self, batch: &CurveBatch, i: usize, rule: Parametrisation) -> Result<Option<Merged>, Problem> {
+    fn fill(mut self, batch: &CurveBatch, i: usize, rule: Parametrisation) -> Result<Option<Merged>, Unfitted> {
         if let Some(problem) = batch.problem(i) {
             return Err(problem.clone());
         }
         let points = batch.points(i);
         let degenerate =
-            |k: usize, what: &str| Problem { status: CurveStatus::Degenerate, message: batch.sentence(i, k, what) };
+            |k: usize, what: &str| Unfitted { status: CurveStatus::Degenerate, message: batch.sentence(i, k, what) };
         if points.is_empty() {
             return Err(degenerate(0, "the curve has no point; it needs two distinct ones: add them, or remove it"));
         }
@@ -274,10 +271,10 @@ impl Slots<'_> {
     }
 
     /// Writes the parameter of every data point and, for a closed curve, of its end.
-    fn parameters(&mut self, batch: &CurveBatch, i: usize, rule: Parametrisation) -> Result<(), Problem> {
+    fn parameters(&mut self, batch: &CurveBatch, i: usize, rule: Parametrisation) -> Result<(), Unfitted> {
         let (n, d, points) = (batch.count(i), batch.dimension(), batch.points(i));
         let invalid =
-            |k: usize, what: &str| Problem { status: CurveStatus::Invalid, message: batch.sentence(i, k, what) };
+            |k: usize, what: &str| Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, what) };
         let point = |k: usize| &points[k * d..(k + 1) * d];
         let chord = |k: usize| distance(point(k), point(if k + 1 == n { 0 } else { k + 1 }));
         let entries = self.t.len();
@@ -320,7 +317,7 @@ impl Slots<'_> {
     }
 
     /// Makes one knot of the data points at each parameter.
-    fn merge(&mut self, batch: &CurveBatch, i: usize) -> Result<Merged, Problem> {
+    fn merge(&mut self, batch: &CurveBatch, i: usize) -> Result<Merged, Unfitted> {
         let (n, d, points) = (batch.count(i), batch.dimension(), batch.points(i));
         let weight = |k: usize| batch.weights(i).map_or(1.0, |weights| weights[k]);
         let mut at = Vec::with_capacity(self.t.len());
@@ -369,7 +366,7 @@ impl Slots<'_> {
         knot: usize,
         point: &[f64],
         weight: f64,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), Unfitted> {
         let d = point.len();
         let value = &mut self.values[knot * d..(knot + 1) * d];
         match &mut self.weights {
@@ -386,7 +383,7 @@ impl Slots<'_> {
                     "a different point stands at the same parameter {}: remove one of them, or use `spline::Smoothing`, which averages them",
                     self.t[knot]
                 );
-                Err(Problem { status: CurveStatus::Degenerate, message: batch.sentence(i, k, &what) })
+                Err(Unfitted { status: CurveStatus::Degenerate, message: batch.sentence(i, k, &what) })
             }
         }
     }

@@ -19,7 +19,7 @@ use super::cubic::CubicSplines;
 use super::gpu::{EndDerivatives, Samples};
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::sample::Sites;
-use crate::batch::{CurveBatch, Problem};
+use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::Sampling;
 use crate::device::Device;
@@ -143,7 +143,7 @@ impl Natural {
                 if !knots.unfitted.contains_key(&i)
                     && let Err(message) = self.tangents(batch, &knots, i)
                 {
-                    knots.unfitted.insert(i, Problem { status: CurveStatus::Invalid, message });
+                    knots.unfitted.insert(i, Unfitted { status: CurveStatus::Invalid, message });
                 }
             }
         }
@@ -167,7 +167,7 @@ impl Natural {
             let what = "its spline leaves the range of the numbers: the spans are too short or too uneven, or the \
                         coordinates too large; scale the curve, or remove points that almost coincide";
             let message = batch.sentence(i, 0, what);
-            knots.unfitted.entry(i).or_insert(Problem { status: CurveStatus::Invalid, message });
+            knots.unfitted.entry(i).or_insert(Unfitted { status: CurveStatus::Invalid, message });
         }
         let splines = CubicSplines::new(batch, knots, second);
         let reports = (0..batch.len())

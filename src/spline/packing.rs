@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::gpu::{Fitted, Job, Samples};
 use super::knots::Knots;
+use crate::bounds::Bounds;
 use crate::error::Result;
 use crate::gpu::{Downloaded, unwritten};
 use crate::linalg::ring::{FLAG_CYCLIC, STATUS_SINGULAR, STATUS_SOLVED, System};
@@ -32,24 +33,9 @@ impl Frame {
     /// For points on the integers: every span has length 1. What is not finite spoils no more than
     /// on the CPU: it has no part in the frame.
     pub fn of_points(points: &[f64], d: usize) -> Self {
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for point in points.chunks_exact(d) {
-            for c in 0..d {
-                if point[c].is_finite() {
-                    (low[c], high[c]) = (low[c].min(point[c]), high[c].max(point[c]));
-                }
-            }
-        }
-        let mut center = [0.0; 3];
-        let mut size = 0.0_f64;
-        for c in 0..d {
-            if low[c] <= high[c] {
-                // Halves, so that nothing overflows.
-                center[c] = 0.5 * low[c] + 0.5 * high[c];
-                size = size.max(0.5 * high[c] - 0.5 * low[c]);
-            }
-        }
-        Frame { center, size: if size > 0.0 { size } else { 1.0 }, mean_span: 1.0 }
+        let bounds = Bounds::of_flat(points, d);
+        let size = bounds.half_size();
+        Frame { center: bounds.middle(), size: if size > 0.0 { size } else { 1.0 }, mean_span: 1.0 }
     }
 
     /// What a normalised second derivative of 1 is in the units of the input.

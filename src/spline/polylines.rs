@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::{take, tasks};
 use crate::precision::Precision;
+use crate::ragged;
 use crate::report::CurveSet;
 
 impl CubicSplines {
@@ -55,11 +56,7 @@ impl CubicSplines {
                 Sampling::Spacing(_) => return self.by_spacing(sampling),
             },
         );
-        let mut offsets = Vec::with_capacity(self.len() + 1);
-        offsets.push(0);
-        for i in 0..self.len() {
-            offsets.push(offsets[i] + self.count(i, sampling));
-        }
+        let offsets = ragged::offsets((0..self.len()).map(|i| self.count(i, sampling)));
         let total = offsets[self.len()];
         let (mut coords, mut t) = (vec![0.0; total * d], vec![0.0; total]);
         let (mut coords_rest, mut t_rest) = (&mut coords[..], &mut t[..]);
@@ -213,8 +210,7 @@ impl CubicSplines {
                 (coords, t)
             })
             .collect();
-        let mut offsets = vec![0];
-        pieces.iter().for_each(|(_, t)| offsets.push(offsets[offsets.len() - 1] + t.len()));
+        let offsets = ragged::offsets(pieces.iter().map(|(_, t)| t.len()));
         let (mut coords, mut t) =
             (Vec::with_capacity(offsets[self.len()] * d), Vec::with_capacity(offsets[self.len()]));
         for (of_curve, t_of_curve) in pieces {

@@ -7,6 +7,7 @@ use super::knots::Knots;
 use super::reinsch::Reinsch;
 use super::smoothing::{Amount, LAMBDA_CAP, Smoothing};
 use crate::batch::CurveBatch;
+use crate::bounds::Bounds;
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
@@ -198,15 +199,8 @@ impl Smoother {
         }
         problem.data.clear();
         problem.data.resize(count * d, 0.0);
-        // Halves, so that nothing overflows.
-        let (mut centre, mut size) = ([0.0; 3], 0.0_f64);
-        for (axis, centre) in centre.iter_mut().enumerate().take(d) {
-            let column = || self.data[axis..].iter().step_by(d);
-            let low = column().copied().fold(f64::INFINITY, f64::min);
-            let high = column().copied().fold(f64::NEG_INFINITY, f64::max);
-            *centre = 0.5 * low + 0.5 * high;
-            size = size.max(0.5 * high - 0.5 * low);
-        }
+        let bounds = Bounds::<3>::of_flat(&self.data, d);
+        let (centre, size) = (bounds.middle(), bounds.half_size());
         self.size = if size > 0.0 { size } else { 1.0 };
         for (at, y) in self.data.iter().enumerate() {
             problem.data[at] = (y - centre[at % d]) / self.size;

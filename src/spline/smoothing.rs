@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::cubic::CubicSplines;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::smoother::{Smoother, Target};
-use crate::batch::{CurveBatch, Problem};
+use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result, thousands};
@@ -184,7 +184,7 @@ impl Smoothing {
             }
             if matches!(report.status, CurveStatus::Invalid | CurveStatus::Degenerate) {
                 let message = report.message.clone().unwrap_or_default();
-                knots.unfitted.entry(i).or_insert(Problem { status: report.status, message });
+                knots.unfitted.entry(i).or_insert(Unfitted { status: report.status, message });
             }
         }
         Ok((CubicSplines::new(batch, knots, second), reports))

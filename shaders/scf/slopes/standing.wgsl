@@ -2,14 +2,14 @@
 // Twin: src/scf/slopes.rs.
 
 // No twin: what the host writes before the first trial.
-const STANDING_FRESH: u32 = 0u;
+const SLOPES_STANDING_FRESH: u32 = 0u;
 
-const STANDING_RUNNING: u32 = 1u;
-const STANDING_CONVERGED: u32 = 2u;
-const STANDING_STALLED: u32 = 3u;
-const STANDING_UNATTAINED: u32 = 4u;
-const STANDING_NOWHERE: u32 = 5u;
-const STANDING_TIRED: u32 = 6u;
+const SLOPES_STANDING_RUNNING: u32 = 1u;
+const SLOPES_STANDING_CONVERGED: u32 = 2u;
+const SLOPES_STANDING_STALLED: u32 = 3u;
+const SLOPES_STANDING_UNATTAINED: u32 = 4u;
+const SLOPES_STANDING_NOWHERE: u32 = 5u;
+const SLOPES_STANDING_EXHAUSTED: u32 = 6u;
 
 // No twin: what the CPU has in variables, or does at once.
 // Trials failed since the last step, one of them for want of a minimiser.
@@ -32,5 +32,5 @@ struct SlopesState {
 
 // Whether there is a trial to be evaluated.
 fn is_waiting(state: SlopesState) -> bool {
-    return state.standing <= STANDING_RUNNING && (state.flags & FLAG_STIFFENED) == 0u;
+    return state.standing <= SLOPES_STANDING_RUNNING && (state.flags & FLAG_STIFFENED) == 0u;
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{GROUP, NONE, Task, Work};
+use super::{GROUP, Job, NONE, Product};
 
 /// The curves of one workgroup, which share an operator. Number `at` of its curve k is number
 /// `at · curves + k`.
@@ -33,9 +33,9 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub fn new<const D: usize>(work: &Work, chunk: &Range<usize>) -> Self {
-        let for_kernel: Vec<bool> = (0..work.operators.len() as u32).map(|k| work.task(k).is_some()).collect();
-        let number = |i: usize| Some(work.numbers[i]).filter(|&k| k != NONE && for_kernel[k as usize]);
+    pub fn new<const D: usize>(job: &Job, chunk: &Range<usize>) -> Self {
+        let for_kernel: Vec<bool> = (0..job.operators.len() as u32).map(|k| job.product(k).is_some()).collect();
+        let number = |i: usize| Some(job.numbers[i]).filter(|&k| k != NONE && for_kernel[k as usize]);
         let mut ends = vec![0; for_kernel.len()];
         chunk.clone().filter_map(number).for_each(|k| ends[k as usize] += 1);
         let counts = ends.clone();
@@ -60,7 +60,7 @@ impl Layout {
             results: 0,
         };
         for k in (0..counts.len()).filter(|&k| counts[k] > 0) {
-            let task = work.task(k as u32).expect("it was counted");
+            let product = job.product(k as u32).expect("it was counted");
             for first in (ends[k] - counts[k]..ends[k]).step_by(GROUP) {
                 let curves = (ends[k] - first).min(GROUP);
                 for lane in 0..curves {
@@ -68,8 +68,8 @@ impl Layout {
                     layout.places[i - chunk.start] = (layout.tiles.len() as u32, lane as u32);
                 }
                 layout.tiles.push(Tile { number: k as u32, first, curves, start: layout.data, out: layout.results });
-                layout.data += task.operator.columns() * D * curves;
-                layout.results += work.results_of::<D>(task) * curves;
+                layout.data += product.operator.columns() * D * curves;
+                layout.results += job.results_of::<D>(product) * curves;
             }
         }
         layout
@@ -78,15 +78,15 @@ impl Layout {
 
 /// What came back of a chunk.
 pub(super) struct Found<'a, const D: usize> {
-    work: &'a Work<'a>,
+    job: &'a Job<'a>,
     layout: &'a Layout,
     sizes: &'a [f64],
     numbers: &'a [f64],
 }
 
 impl<'a, const D: usize> Found<'a, D> {
-    pub fn new(work: &'a Work<'a>, layout: &'a Layout, sizes: &'a [f64], numbers: &'a [f64]) -> Self {
-        Found { work, layout, sizes, numbers }
+    pub fn new(job: &'a Job<'a>, layout: &'a Layout, sizes: &'a [f64], numbers: &'a [f64]) -> Self {
+        Found { job, layout, sizes, numbers }
     }
 
     /// What came back of a curve, if it was sent.
@@ -95,13 +95,13 @@ impl<'a, const D: usize> Found<'a, D> {
         let (tile, lane) = self.layout.places[i - self.layout.first];
         let tile = self.layout.tiles.get(tile as usize)?;
         let size = self.sizes[tile.first + lane as usize];
-        let task = self.work.task(tile.number)?;
+        let product = self.job.product(tile.number)?;
         let place = tile.out + lane as usize;
-        let magnitudes = self.work.magnitudes();
-        let at_once = task.rows_at_once();
+        let magnitudes = self.job.magnitudes();
+        let at_once = product.rows_at_once();
         (!size.is_nan()).then_some(FoundCurve {
             numbers: self.numbers,
-            task,
+            product,
             place,
             stride: tile.curves,
             size,
@@ -114,7 +114,7 @@ impl<'a, const D: usize> Found<'a, D> {
 /// What came back of a curve.
 pub(super) struct FoundCurve<'a, const D: usize> {
     numbers: &'a [f64],
-    task: Task<'a>,
+    product: Product<'a>,
     place: usize,
     stride: usize,
     size: f64,
@@ -138,8 +138,8 @@ impl<const D: usize> FoundCurve<'_, D> {
 
     /// The sum of squares of the other rows.
     pub fn energy(&self) -> f64 {
-        if self.task.has_energy() {
-            self.at(self.task.points * D + self.magnitudes) * self.size * self.size
+        if self.product.has_energy() {
+            self.at(self.product.points * D + self.magnitudes) * self.size * self.size
         } else {
             0.0
         }
@@ -150,15 +150,15 @@ impl<const D: usize> FoundCurve<'_, D> {
         if self.magnitudes == 0 {
             return None;
         }
-        let threads = self.task.points.div_ceil(self.at_once).max(1);
-        let of = |thread: usize| self.at(self.task.points.min((thread + 1) * self.at_once) * D + thread);
+        let threads = self.product.points.div_ceil(self.at_once).max(1);
+        let of = |thread: usize| self.at(self.product.points.min((thread + 1) * self.at_once) * D + thread);
         // A NaN must not get lost.
         Some((0..threads).map(of).fold(0.0, |largest: f64, x| if x <= largest { largest } else { x }) * self.size)
     }
 
     /// The sum of their squares over the rows whose squares are the energy, in f32.
     pub fn energy_magnitude(&self) -> Option<f64> {
-        let number = self.task.points * D + self.magnitudes + 1;
-        (self.magnitudes == 1 && self.task.has_energy()).then(|| self.at(number) * self.size * self.size)
+        let number = self.product.points * D + self.magnitudes + 1;
+        (self.magnitudes == 1 && self.product.has_energy()).then(|| self.at(number) * self.size * self.size)
     }
 }

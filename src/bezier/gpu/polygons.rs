@@ -8,12 +8,13 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::layout::FoundCurve;
-use super::{NONE, Task, Work};
-use crate::bezier::complete::{Job, Outcome, Solved};
+use super::{Job, NONE, Product};
+use crate::bezier::complete::{Completion, Outcome, Solved};
 use crate::bezier::operator::Operator;
 use crate::bezier::polygons::{Controls, Polygons};
 use crate::bezier::ready::{MOST_DATA, Ready};
 use crate::bezier::refusal::Refusal;
+use crate::bounds::Bounds;
 use crate::error::Result;
 use crate::gpu::{Gpu, kept};
 use crate::linalg::{take, tasks};
@@ -30,7 +31,7 @@ const ENERGIES: f64 = 64.0 * f32::EPSILON as f64;
 /// more, whose roundings do not conspire, a test has found 3.4.
 pub(super) const ROUNDINGS: f64 = 5.0;
 
-/// Completes all curves of a job. In f32 control points are good to 2e-6 of half the curve's
+/// Completes all curves. In f32 control points are good to 2e-6 of half the curve's
 /// largest extent, and energies to 64 ε of themselves; what is not, by the magnitudes that went
 /// into it, is computed again by the CPU.
 ///
@@ -39,32 +40,35 @@ pub(super) const ROUNDINGS: f64 = 5.0;
 pub(crate) fn complete_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,
-    job: &Job,
+    completion: &Completion,
     solved: &mut Solved,
 ) -> Result<Vec<Outcome>> {
     let narrow = precision != Precision::F64;
-    let lines: Vec<Option<Line>> =
-        job.ready.iter().map(|ready| ready.as_ref().filter(|_| narrow).and_then(|own| Line::of(own, job))).collect();
-    let operators = job
+    let lines: Vec<Option<Line>> = completion
         .ready
         .iter()
-        .map(|ready| ready.as_ref().map(|own| Task { operator: &own.operator, points: own.unknown.len() }))
+        .map(|ready| ready.as_ref().filter(|_| narrow).and_then(|own| Line::of(own, completion)))
         .collect();
-    let work = Work { gpu, precision, operators, numbers: job.numbers.clone() };
+    let operators = completion
+        .ready
+        .iter()
+        .map(|ready| ready.as_ref().map(|own| Product { operator: &own.operator, points: own.unknown.len() }))
+        .collect();
+    let job = Job { gpu, precision, operators, numbers: completion.numbers.clone() };
     let gather = |i: usize, data: &mut Vec<[f64; D]>| {
-        let number = work.numbers[i] as usize;
-        let Some(ready) = &job.ready[number] else { return false };
-        let is_given = job.gather(i, ready, data).is_ok();
+        let number = job.numbers[i] as usize;
+        let Some(ready) = &completion.ready[number] else { return false };
+        let is_given = completion.gather(i, ready, data).is_ok();
         if let (Some(line), true) = (&lines[number], is_given) {
             line.take_from(data);
         }
         is_given
     };
-    let mut outcomes = Vec::with_capacity(job.polygons.len());
-    let offsets = job.polygons.offsets;
+    let mut outcomes = Vec::with_capacity(completion.polygons.len());
+    let offsets = completion.polygons.offsets;
     let Solved { coords, energies, .. } = solved;
     let (mut coords, mut energies) = (&mut coords[..], &mut energies[..]);
-    let done = work.run::<D>(gather, |chunk, found| {
+    let done = job.run::<D>(gather, |chunk, found| {
         let parts: Vec<_> = tasks(&offsets[chunk.start..=chunk.end])
             .into_iter()
             .map(|curves| {
@@ -78,16 +82,16 @@ pub(crate) fn complete_on_gpu<const D: usize>(
             let mut data = Vec::with_capacity(MOST_DATA);
             let mut outcomes = Vec::with_capacity(curves.len());
             for (i, energy) in curves.zip(energies) {
-                let own = take(&mut points, job.polygons.count(i));
-                outcomes.push(job.ready(i).and_then(|ready| {
+                let own = take(&mut points, completion.polygons.count(i));
+                outcomes.push(completion.ready(i).and_then(|ready| {
                     if let Some(found) = found.of(i) {
-                        *energy = complete(ready, lines[work.numbers[i] as usize].as_ref(), &found, own);
+                        *energy = complete(ready, lines[job.numbers[i] as usize].as_ref(), &found, own);
                         let outcome = ready.status(own.as_flattened(), *energy);
                         if outcome.is_ok() && is_precise(&found, &[own], *energy) {
                             return outcome;
                         }
                     }
-                    let origin = job.gather(i, ready, &mut data)?;
+                    let origin = completion.gather(i, ready, &mut data)?;
                     *energy = ready.complete(&data, &origin, |place, point| own[place] = point);
                     ready.status(own.as_flattened(), *energy)
                 }));
@@ -96,7 +100,7 @@ pub(crate) fn complete_on_gpu<const D: usize>(
         }));
     });
     kept(done)?;
-    outcomes.resize(job.polygons.len(), Err(Refusal::Lost));
+    outcomes.resize(completion.polygons.len(), Err(Refusal::Lost));
     Ok(outcomes)
 }
 
@@ -123,21 +127,10 @@ fn complete<const D: usize>(ready: &Ready, line: Option<&Line>, found: &FoundCur
 fn is_precise<const D: usize>(found: &FoundCurve<D>, points: &[&[[f64; D]]], energy: f64) -> bool {
     let Some(magnitude) = found.magnitude() else { return true };
     let lost = ROUNDINGS * 0.5 * f64::from(f32::EPSILON);
-    let extent = points.iter().map(|points| half_extent(points)).fold(0.0, f64::max);
+    let extent = points.iter().map(|points| Bounds::of(points.iter().copied()).half_size()).fold(0.0, f64::max);
     // √(Σ (r + δ)²) is at most √(Σ δ²) from √(Σ r²).
     let of_energy = found.energy_magnitude().unwrap_or(0.0).sqrt();
     lost * magnitude <= POINTS * extent && 2.0 * lost * of_energy <= ENERGIES * energy.sqrt()
-}
-
-fn half_extent<const D: usize>(points: &[[f64; D]]) -> f64 {
-    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for point in points {
-        for c in 0..D {
-            low[c] = low[c].min(point[c]);
-            high[c] = high[c].max(point[c]);
-        }
-    }
-    (0..D).map(|c| 0.5 * high[c] - 0.5 * low[c]).fold(0.0, f64::max)
 }
 
 /// The line through the first and the last known point, evenly passed: where energies of first
@@ -153,9 +146,9 @@ struct Line {
 }
 
 impl Line {
-    fn of(ready: &Ready, job: &Job) -> Option<Self> {
+    fn of(ready: &Ready, completion: &Completion) -> Option<Self> {
         let (&first, &last) = (ready.known.first()?, ready.known.last()?);
-        if !ready.is_unique || job.energy.weights[0] > 0.0 || first == last {
+        if !ready.is_unique || completion.energy.weights[0] > 0.0 || first == last {
             return None;
         }
         let degree = ready.pattern.degree() as f64;
@@ -196,10 +189,10 @@ pub(crate) fn transform_on_gpu<const D: usize>(
     let counts: Vec<usize> = operators.keys().copied().collect();
     let number = |i: usize| counts.binary_search(&polygons.count(i)).ok();
     let copies: Vec<Vec<Option<usize>>> = operators.values().map(copies).collect();
-    let work = Work {
+    let job = Job {
         gpu,
         precision,
-        operators: operators.values().map(|operator| Some(Task { operator, points: operator.rows() })).collect(),
+        operators: operators.values().map(|operator| Some(Product { operator, points: operator.rows() })).collect(),
         numbers: (0..polygons.len()).map(|i| number(i).map_or(NONE, |number| number as u32)).collect(),
     };
     let gather = |i: usize, data: &mut Vec<[f64; D]>| {
@@ -210,7 +203,7 @@ pub(crate) fn transform_on_gpu<const D: usize>(
     };
     let offsets = &made.offsets;
     let mut coords = &mut made.coords[..];
-    work.run::<D>(gather, |chunk, found| {
+    job.run::<D>(gather, |chunk, found| {
         let parts: Vec<_> = tasks(&offsets[chunk.start..=chunk.end])
             .into_iter()
             .map(|curves| {

@@ -1,5 +1,5 @@
 //! What the kernel makes of a matrix and data, against its twin; host structs, constants, divisions
-//! of the work.
+//! of the job.
 
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -61,10 +61,10 @@ fn apply_all<const D: usize>(
     points: impl Fn(&Operator<f64>) -> usize,
     data: &[Vec<[f64; D]>],
 ) -> Vec<Back<D>> {
-    let work = Work {
+    let job = Job {
         gpu,
         precision,
-        operators: operators.iter().map(|operator| Some(Task { operator, points: points(operator) })).collect(),
+        operators: operators.iter().map(|operator| Some(Product { operator, points: points(operator) })).collect(),
         numbers: (0..data.len()).map(|i| (i % operators.len()) as u32).collect(),
     };
     let mut back = Vec::new();
@@ -72,7 +72,7 @@ fn apply_all<const D: usize>(
         own.clone_from(&data[i]);
         true
     };
-    work.run::<D>(gather, |chunk, found| {
+    job.run::<D>(gather, |chunk, found| {
         for i in chunk.clone() {
             let own = found.of(i).expect("all were sent");
             let rows = points(&operators[i % operators.len()]);
@@ -189,7 +189,7 @@ fn matrices_of_many_rows_are_divided_among_threads_and_very_wide_ones_left_out()
     // Four threads, the last with few rows; and one thread that takes four rows at once.
     let operators = [matrix(23_000, 30), matrix(11, LOOP_TURNS - 1), matrix(3, 2)];
     let wide = matrix(1, LOOP_TURNS);
-    let at_once = operators.each_ref().map(|operator| Task { operator, points: 0 }.rows_at_once());
+    let at_once = operators.each_ref().map(|operator| Product { operator, points: 0 }.rows_at_once());
     assert_eq!(at_once, [7740, 4, 80_000]);
     let data = data::<1>(&operators, 9, &mut random);
     for precision in precisions(&gpu) {
@@ -204,23 +204,23 @@ fn matrices_of_many_rows_are_divided_among_threads_and_very_wide_ones_left_out()
             assert!(magnitude.is_none_or(|found| (found - own).abs() <= 1e-3 * own), "{magnitude:?} for {own}");
         }
     }
-    assert!(!Task { operator: &wide, points: 1 }.is_for_kernel());
+    assert!(!Product { operator: &wide, points: 1 }.is_for_kernel());
 }
 
 #[test]
 fn curves_without_finite_data_are_not_sent() {
     let Some(gpu) = gpu() else { return };
     let operator = completion(3, |i| i != 2);
-    let task = Task { operator: &operator, points: operator.rows() };
+    let product = Product { operator: &operator, points: operator.rows() };
     let numbers = vec![0, 0, NONE, 0, 0];
-    let work = Work { gpu: &gpu, precision: Precision::F32, operators: vec![Some(task)], numbers };
+    let job = Job { gpu: &gpu, precision: Precision::F32, operators: vec![Some(product)], numbers };
     let gather = |i: usize, own: &mut Vec<[f64; 1]>| {
         own.clear();
         own.extend([[1.0], [2.0], [[f64::NAN, 3.0, 0.0, f64::INFINITY, 4.0][i]]]);
         i != 1
     };
     let mut back = Vec::new();
-    work.run::<1>(gather, |chunk, found| {
+    job.run::<1>(gather, |chunk, found| {
         back.extend(chunk.clone().map(|i| found.of(i).map(|own| own.point(0))));
     })
     .unwrap();

@@ -1,6 +1,7 @@
 //! What a subpath's elements make of it: its vertices, or its control points as a chain of cubic
 //! Béziers.
 
+use crate::bounds::Bounds;
 use kurbo::{PathEl, Point};
 
 /// The data points of one subpath.
@@ -27,7 +28,9 @@ pub(super) fn add_cubic(points: &mut Vertices, element: PathEl) {
         PathEl::LineTo(to) => straight(from, to),
         PathEl::QuadTo(q, to) => [from.lerp(q, 2.0 / 3.0), to.lerp(q, 2.0 / 3.0), to],
         PathEl::CurveTo(b, c, to) => [b, c, to],
-        PathEl::ClosePath if from.distance(start) <= ROUNDING * size(points) => {
+        PathEl::ClosePath
+            if from.distance(start) <= ROUNDING * Bounds::of(points.iter().map(|p| [p.x, p.y])).size() =>
+        {
             points.pop();
             points.push(start);
             return;
@@ -39,16 +42,4 @@ pub(super) fn add_cubic(points: &mut Vertices, element: PathEl) {
 /// A line, run through evenly.
 fn straight(from: Point, to: Point) -> [Point; 3] {
     [from.lerp(to, 1.0 / 3.0), from.lerp(to, 2.0 / 3.0), to]
-}
-
-/// The larger side of the box that holds the points.
-fn size(points: &[Point]) -> f64 {
-    let extent = |axis: fn(&Point) -> f64| {
-        let (low, high) = points
-            .iter()
-            .map(axis)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-        high - low
-    };
-    extent(|p| p.x).max(extent(|p| p.y))
 }

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use std::io::{self, Write};
 
 use crate::batch::CurveBatch;
+use crate::bounds::Bounds;
 use crate::io::is_finite;
 use crate::io::text::Text;
 
@@ -117,20 +118,12 @@ fn rounded_path(text: &mut Text, batch: &CurveBatch, i: usize, unit: f64) -> io:
 fn view_box(batch: &CurveBatch) -> [f64; 4] {
     let fitted = |i: usize| batch.problem(i).is_none() && is_finite(batch, i);
     let any = (0..batch.len()).any(fitted);
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for i in (0..batch.len()).filter(|&i| if any { fitted(i) } else { is_finite(batch, i) }) {
-        for point in batch.points(i).chunks_exact(2) {
-            for (axis, x) in down(point).into_iter().enumerate() {
-                low[axis] = low[axis].min(x);
-                high[axis] = high[axis].max(x);
-            }
-        }
-    }
-    let size = [high[0] - low[0], high[1] - low[1]];
-    let larger = size[0].max(size[1]);
-    if !larger.is_finite() {
+    let drawn = (0..batch.len()).filter(|&i| if any { fitted(i) } else { is_finite(batch, i) });
+    let bounds = Bounds::of(drawn.flat_map(|i| batch.points(i).chunks_exact(2)).map(down));
+    if bounds == Bounds::EMPTY {
         return [0.0, 0.0, 1.0, 1.0];
     }
+    let (low, size, larger) = (bounds.low, bounds.sides(), bounds.size());
     let margin = if larger > 0.0 { MARGIN * larger } else { 0.5 };
     [low[0] - margin, low[1] - margin, size[0] + 2.0 * margin, size[1] + 2.0 * margin]
 }

@@ -5,6 +5,7 @@ use crate::device::Device;
 use crate::gpu::Gpu;
 use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch};
 use crate::precision::Precision;
+use crate::ragged;
 
 /// The outcome of one kernel in one precision.
 #[derive(Clone, Debug)]
@@ -29,8 +30,7 @@ impl SelfTest {
 /// Runs every kernel the adapter has, in every precision it has.
 pub fn self_test(gpu: &Gpu) -> Vec<SelfTest> {
     let sizes = [1, 2, 3, 5, 8, 13, 64, 100, 257, 1000, 5000];
-    let mut offsets = vec![0];
-    sizes.iter().for_each(|n| offsets.push(offsets[offsets.len() - 1] + n));
+    let offsets = ragged::offsets(sizes);
     let rows = offsets[sizes.len()];
     // Any numbers without a pattern will do: the fractional parts of multiples of the golden ratio.
     let number = |k: usize| (k as f64 * 0.618_033_988_749_894_9).fract();

@@ -8,7 +8,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::scf::arc::Arc;
 use crate::scf::dots::{Dots, Exponents};
-use crate::scf::slopes::{Standing, Until};
+use crate::scf::slopes::{SlopesStanding, Until};
 use crate::scf::smooth::Smooth;
 use crate::scf::stages::{Found, search, search_on_cpu};
 use crate::scf::workspace::Workspace;
@@ -76,7 +76,7 @@ impl Smooth {
         }
         let found = run(self, self.max_iterations)?;
         let last = at(&found, found.cost);
-        Ok(evolution.finish(slopes(&found), last, found.standing == Standing::Converged, last.segment_solves))
+        Ok(evolution.finish(slopes(&found), last, found.standing == SlopesStanding::Converged, last.segment_solves))
     }
 }
 

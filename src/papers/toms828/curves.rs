@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::GraphTrace;
 use super::mesh::natural_second_derivatives;
-use crate::batch::{CurveBatch, Problem};
+use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Input, Jet, Sampling};
 use crate::motion::Motion;
 use crate::report::CurveSet;
@@ -87,7 +87,7 @@ pub(super) struct GraphCurves {
     pub batch: CurveBatch,
     /// `None` where the curve comes out as its input polyline.
     pub curves: Vec<Option<GraphCurve>>,
-    pub problems: BTreeMap<usize, Problem>,
+    pub problems: BTreeMap<usize, Unfitted>,
     /// Those that come out as they came in.
     pub inputs: BTreeMap<usize, Input>,
 }

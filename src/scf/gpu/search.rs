@@ -9,7 +9,7 @@ use super::{
 use crate::error::Result;
 use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Recording, Rounds, kept, pipeline, plan};
 use crate::precision::Precision;
-use crate::scf::slopes::{Ends, LONGEST, Outcome, Problem, Search, Standing, Until};
+use crate::scf::slopes::{Ends, LONGEST, Outcome, Search, SlopesProblem, SlopesStanding, Until};
 use crate::scf::universal::Universal;
 use crate::scf::workspace::Workspace;
 
@@ -64,13 +64,13 @@ const SLOPES_DECREMENT: usize = 5;
 const WORK_NUMBERS: usize = 8;
 
 /// How the kernel says that a curve stands.
-const STANDINGS: [Standing; 6] = [
-    Standing::Running,
-    Standing::Converged,
-    Standing::Stalled,
-    Standing::Unattained,
-    Standing::Nowhere,
-    Standing::Tired,
+const STANDINGS: [SlopesStanding; 6] = [
+    SlopesStanding::Running,
+    SlopesStanding::Converged,
+    SlopesStanding::Stalled,
+    SlopesStanding::Unattained,
+    SlopesStanding::Nowhere,
+    SlopesStanding::Exhausted,
 ];
 
 /// Searches for the slopes of every curve, from the turns given. Turns are displacements, so that
@@ -89,7 +89,7 @@ pub(crate) fn search_on_gpu(
     gpu: &Gpu,
     precision: Precision,
     curves: &[Universal],
-    searches: Vec<(Problem<f64>, Vec<f64>)>,
+    searches: Vec<(SlopesProblem<f64>, Vec<f64>)>,
     until: &Until,
 ) -> Result<Vec<Outcome>> {
     let mut outcomes: Vec<Outcome> = searches.iter().map(unfinished).collect();
@@ -101,7 +101,7 @@ pub(crate) fn search_on_gpu(
         kept(job.run(&mut outcomes))?;
     }
     if precision != Precision::F64 {
-        let done = [Standing::Converged, Standing::Running];
+        let done = [SlopesStanding::Converged, SlopesStanding::Running];
         host.extend(order.into_iter().filter(|&i| !done.contains(&outcomes[i].standing)));
     }
     let mut left: Vec<Search<f64>> =
@@ -112,12 +112,12 @@ pub(crate) fn search_on_gpu(
 }
 
 /// What a search is before anything was found.
-fn unfinished((_, turns): &(Problem<f64>, Vec<f64>)) -> Outcome {
+fn unfinished((_, turns): &(SlopesProblem<f64>, Vec<f64>)) -> Outcome {
     Outcome {
         turns: turns.clone(),
         cost: f64::INFINITY,
         decrement: f64::INFINITY,
-        standing: Standing::Running,
+        standing: SlopesStanding::Running,
         iterations: 0,
         evaluations: 0,
         culprit: None,
@@ -126,7 +126,7 @@ fn unfinished((_, turns): &(Problem<f64>, Vec<f64>)) -> Outcome {
 
 /// Whether a thread has the patience, and the precision the range, for a curve.
 pub(super) fn is_for_kernel(
-    (problem, turns): &(Problem<f64>, Vec<f64>),
+    (problem, turns): &(SlopesProblem<f64>, Vec<f64>),
     curves: &[Universal],
     precision: Precision,
 ) -> bool {
@@ -155,7 +155,7 @@ struct Job<'a> {
     gpu: &'a Gpu,
     precision: Precision,
     curves: &'a [Universal],
-    searches: &'a [(Problem<f64>, Vec<f64>)],
+    searches: &'a [(SlopesProblem<f64>, Vec<f64>)],
     until: &'a Until,
     order: &'a [usize],
 }
@@ -293,7 +293,7 @@ fn unpack(members: &[usize], (table, results): &(Table, Vec<Downloaded>), outcom
             standing: STANDINGS
                 .into_iter()
                 .find(|own| *own as u32 == states[slot].standing)
-                .unwrap_or(Standing::Running),
+                .unwrap_or(SlopesStanding::Running),
             iterations: states[slot].iterations,
             evaluations: states[slot].evaluations,
             culprit: (states[slot].culprit as usize).checked_sub(1),

@@ -10,7 +10,7 @@ use super::*;
 use crate::gpu::reflect::assert_layout;
 use crate::gpu::source;
 use crate::gpu::testing::{gpu, precisions};
-use crate::scf::slopes::{Outcome, Problem, Search, Span, Standing, Until};
+use crate::scf::slopes::{Outcome, Search, SlopesProblem, SlopesStanding, Span, Until};
 use crate::scf::start::{Chords, Start, wrap};
 use crate::scf::workspace::Workspace;
 
@@ -23,7 +23,7 @@ fn curves() -> Vec<Universal> {
     EXPONENTS.map(Universal::new).to_vec()
 }
 
-type Given = (Problem<f64>, Vec<f64>);
+type Given = (SlopesProblem<f64>, Vec<f64>);
 
 /// The problem of a curve: `number` of its exponent, and fixed directions by dot. A free end beside
 /// a free end is straight.
@@ -53,7 +53,7 @@ fn given(points: &[[f64; 2]], closed: bool, number: u16, fixed: &[(usize, f64)])
     };
     let is_fixed = |dot: usize| directions[dot].is_nan() || fixed.iter().any(|(own, _)| *own == dot);
     let movable = (0..dots).map(|dot| if is_fixed(dot) { 0.0 } else { 1.0 }).collect();
-    let problem = Problem { closed, exponent, spans: (0..spans).map(span).collect(), movable };
+    let problem = SlopesProblem { closed, exponent, spans: (0..spans).map(span).collect(), movable };
     (problem, vec![0.0; dots])
 }
 
@@ -119,8 +119,12 @@ fn every_curve_of_a_ragged_batch_ends_as_on_the_cpu() {
     let Some(gpu) = gpu() else { return };
     let searches = ragged(700);
     let wanted = on_cpu(&searches, &UNTIL);
-    let count = |standing: Standing| wanted.iter().filter(|wanted| wanted.standing == standing).count();
-    assert!(count(Standing::Converged) >= 15 && count(Standing::Nowhere) >= 1 && count(Standing::Unattained) >= 1);
+    let count = |standing: SlopesStanding| wanted.iter().filter(|wanted| wanted.standing == standing).count();
+    assert!(
+        count(SlopesStanding::Converged) >= 15
+            && count(SlopesStanding::Nowhere) >= 1
+            && count(SlopesStanding::Unattained) >= 1
+    );
     for precision in precisions(&gpu) {
         // The CPU as far as the GPU goes.
         let tolerance = if precision == Precision::F64 { UNTIL.tolerance } else { ROUNDINGS * f64::from(f32::EPSILON) };
@@ -131,7 +135,7 @@ fn every_curve_of_a_ragged_batch_ends_as_on_the_cpu() {
             assert_eq!(found.standing, wanted.standing, "curve {i} in {precision:?}");
             let apart = largest_difference(&found.turns, &wanted.turns);
             println!("curve {i}, {precision:?}, ν = {exponent}: {:?}, turns {apart:e} apart", found.standing);
-            if wanted.standing != Standing::Converged {
+            if wanted.standing != SlopesStanding::Converged {
                 assert_eq!(found.culprit.is_some(), wanted.culprit.is_some(), "curve {i} in {precision:?}");
                 continue;
             }
@@ -196,7 +200,7 @@ fn what_a_thread_or_f32_cannot_hold_is_searched_by_the_cpu() {
     let searches = [gentle, uneven, short];
     let (found, wanted) = (on_gpu(&gpu, f32, &searches), on_cpu(&searches, &UNTIL));
     assert_eq!(found[..2], wanted[..2]);
-    assert!(found[2] != wanted[2] && found[2].standing == Standing::Converged, "{:?}", found[2]);
+    assert!(found[2] != wanted[2] && found[2].standing == SlopesStanding::Converged, "{:?}", found[2]);
 }
 
 #[test]
@@ -207,7 +211,7 @@ fn iterations_run_out_where_they_are_told_to() {
     let until = Until { tolerance: 1e-10, iterations: 2 };
     for precision in precisions(&gpu) {
         let found = search_on_gpu(&gpu, precision, &curves(), searches.to_vec(), &until).unwrap();
-        assert_eq!((found[0].standing, found[0].iterations), (Standing::Tired, 2), "{precision:?}");
+        assert_eq!((found[0].standing, found[0].iterations), (SlopesStanding::Exhausted, 2), "{precision:?}");
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use super::super::tests::Case;
 use super::*;
 use crate::gpu::reflect::assert_layout;
+use crate::ragged;
 
 fn opened() -> Option<Gpu> {
     match Gpu::open(0) {
@@ -40,8 +41,7 @@ struct Arrays {
 
 impl Arrays {
     fn of<const D: usize>(cases: &[Case<D>]) -> Self {
-        let mut offsets = vec![0];
-        cases.iter().for_each(|case| offsets.push(offsets[offsets.len() - 1] + case.rhs.len()));
+        let offsets = ragged::offsets(cases.iter().map(|case| case.rhs.len()));
         Arrays {
             dimension: D,
             reach: cases[0].reach,

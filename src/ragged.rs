@@ -1,0 +1,14 @@
+//! Ragged arrays: entries one curve after another.
+
+/// Where each curve's entries begin, and at last where all end: one number more than `counts` has.
+pub(crate) fn offsets(counts: impl IntoIterator<Item = usize>) -> Vec<usize> {
+    let counts = counts.into_iter();
+    let mut offsets = Vec::with_capacity(counts.size_hint().0 + 1);
+    let mut total = 0;
+    offsets.push(total);
+    offsets.extend(counts.map(|count| {
+        total += count;
+        total
+    }));
+    offsets
+}
