@@ -11,6 +11,8 @@ use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 use serde_json::Value;
 
+use crate::elastica::Elastica;
+
 fn numbers(value: &Value) -> Vec<f64> {
     match value.as_array() {
         Some(array) => array.iter().flat_map(numbers).collect(),
@@ -265,48 +267,6 @@ fn straight_lines_cost_nothing_that_bends() {
         let found = at(&energy, 3, &line, false, Evaluate::default());
         assert!(found.value.abs() < 1e-30 && largest(&found.gradient) < 1e-13, "{energy}: {found:?}");
         assert!(found.hessian.iter().all(|h| h.is_finite()), "{energy}");
-    }
-}
-
-/// Bending of exponent 2 as a user writes it.
-#[derive(Debug)]
-struct Elastica;
-
-impl Custom for Elastica {
-    fn name(&self) -> &str {
-        "elastica"
-    }
-    fn edges(&self) -> usize {
-        2
-    }
-    fn degree(&self) -> f64 {
-        -1.0
-    }
-    fn value(&self, t: &[DVec3], s: &[f64]) -> f64 {
-        2.0 * (t[1] - t[0]).length_squared() / (s[0] + s[1])
-    }
-    fn gradient(&self, t: &[DVec3], s: &[f64], by_tangent: &mut [DVec3], by_length: &mut [f64]) {
-        let sum = s[0] + s[1];
-        by_tangent[1] = 4.0 / sum * (t[1] - t[0]);
-        by_tangent[0] = -by_tangent[1];
-        by_length.fill(-self.value(t, s) / sum);
-    }
-    fn hessian(
-        &self,
-        t: &[DVec3],
-        s: &[f64],
-        by_tangents: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
-        mixed: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
-        by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
-    ) {
-        let sum = s[0] + s[1];
-        for (j, row) in [-1.0, 1.0].into_iter().enumerate() {
-            for (k, column) in [-1.0, 1.0].into_iter().enumerate() {
-                by_tangents[j][k] = row * column * 4.0 / sum * DMat3::IDENTITY;
-                mixed[j][k] = -row * 4.0 / (sum * sum) * (t[1] - t[0]);
-                by_lengths[j][k] = 2.0 * self.value(t, s) / (sum * sum);
-            }
-        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Discrete fair curves, their energies, and the procedures that they are measured against.
 
+#[path = "../common/elastica.rs"]
+mod elastica;
 #[path = "../common/points.rs"]
 mod points;
 #[path = "../common/rough.rs"]

@@ -4,6 +4,8 @@
 #[allow(dead_code)]
 #[path = "../common/chains.rs"]
 mod chains;
+#[path = "../common/elastica.rs"]
+mod elastica;
 #[path = "../common/rough.rs"]
 mod rough;
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use assert_cmd::assert::Assert;
+use super::ran::{folder, refused, run};
 use assert_cmd::cargo::cargo_bin_cmd;
 use predicates::prelude::*;
 use predicates::str::{contains, is_empty};
@@ -14,28 +14,6 @@ const TWO: &str = "curve,x,y\na,0,0\na,1,2\na,3,1\nb,0,5\nb,2,6\nb,3,4\nb,5,5\n"
 
 /// Two good curves, and between them one whose second point is NaN.
 const BAD: &str = "curve,x,y\na,0,0\na,1,2\na,3,1\nbad,0,0\nbad,nan,1\nbad,2,2\nb,0,5\nb,2,6\nb,3,4\nb,5,5\n";
-
-/// A folder with `in.csv`, which holds `text`.
-fn folder(text: &str) -> TempDir {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("in.csv"), text).unwrap();
-    folder
-}
-
-/// Runs the program in the folder; arguments are separated by blanks.
-fn run(folder: &TempDir, arguments: &str) -> Assert {
-    cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
-}
-
-/// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on
-/// stderr.
-fn refused(folder: &TempDir, arguments: &str, sentence: &str) {
-    let one_line = predicate::function(|text: &str| text.lines().count() == 1);
-    run(folder, arguments)
-        .code(2)
-        .stdout(is_empty())
-        .stderr(predicate::str::starts_with("faircurve: ").and(contains(sentence)).and(one_line));
-}
 
 fn read(folder: &TempDir, name: &str) -> String {
     fs::read_to_string(folder.path().join(name)).unwrap()

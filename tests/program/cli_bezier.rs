@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use super::ran::{self, folder, run};
 use assert_cmd::assert::Assert;
-use assert_cmd::cargo::cargo_bin_cmd;
 use predicates::prelude::*;
 use predicates::str::{contains, is_empty};
 use serde_json::Value;
@@ -13,21 +13,10 @@ use tempfile::TempDir;
 /// A cubic without its third control point, and a quartic of which only the ends are known.
 const TWO: &str = "curve,x,y,known\na,0,0,1\na,1,2,1\na,,,0\na,3,0,1\nb,0,5,1\nb,,,0\nb,,,0\nb,,,0\nb,8,9,1\n";
 
-fn folder(text: &str) -> TempDir {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("in.csv"), text).unwrap();
-    folder
-}
-
 fn drawing(elements: &str) -> TempDir {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("in.svg"), format!("<svg>{elements}</svg>")).unwrap();
     folder
-}
-
-/// Runs the program in the folder; arguments are separated by blanks.
-fn run(folder: &TempDir, arguments: &str) -> Assert {
-    cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
 }
 
 /// Runs `bezier` on the CPU and expects every curve to be usable.
@@ -38,11 +27,7 @@ fn completed(folder: &TempDir, arguments: &str) -> Assert {
 /// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on
 /// stderr.
 fn refused(folder: &TempDir, arguments: &str, sentence: &str) {
-    let one_line = predicate::function(|text: &str| text.lines().count() == 1);
-    run(folder, &format!("bezier {arguments}"))
-        .code(2)
-        .stdout(is_empty())
-        .stderr(predicate::str::starts_with("faircurve: ").and(contains(sentence)).and(one_line));
+    ran::refused(folder, &format!("bezier {arguments}"), sentence);
 }
 
 fn read(folder: &TempDir, name: &str) -> String {

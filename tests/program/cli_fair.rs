@@ -2,9 +2,8 @@
 
 use std::fs;
 
+use super::ran::{self, folder, run};
 use assert_cmd::assert::Assert;
-use assert_cmd::cargo::cargo_bin_cmd;
-use predicates::prelude::*;
 use predicates::str::{contains, is_empty};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -14,30 +13,15 @@ const TWO: &str = "curve,x,y\na,0,0\na,1,2\na,3,1\nb,0,5\nb,2,6\nb,3,4\nb,5,5\n"
 /// A tangent in the middle of the first curve, with a curvature; one at the start of the second.
 const HELD: &str = "curve,x,y,tx,ty,kx,ky\na,0,0,,,,\na,1,2,1,0,0,-1.5\na,3,1,,,,\nb,0,5,1,1,,\nb,2,6,,,,\nb,3,4,,,,\n";
 
-/// A folder with `in.csv`, which holds `text`.
-fn folder(text: &str) -> TempDir {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("in.csv"), text).unwrap();
-    folder
-}
-
 /// Runs `fit in.csv --method fair` on the CPU; arguments are separated by blanks.
 fn fair(folder: &TempDir, arguments: &str) -> Assert {
     run(folder, &format!("fit in.csv --method fair --device cpu --force {arguments}"))
 }
 
-fn run(folder: &TempDir, arguments: &str) -> Assert {
-    cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
-}
-
 /// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on
 /// stderr.
 fn refused(arguments: &str, sentence: &str) {
-    let one_line = predicate::function(|text: &str| text.lines().count() == 1);
-    run(&folder(TWO), &format!("fit in.csv -o out.csv {arguments}"))
-        .code(2)
-        .stdout(is_empty())
-        .stderr(predicate::str::starts_with("faircurve: ").and(contains(sentence)).and(one_line));
+    ran::refused(&folder(TWO), &format!("fit in.csv -o out.csv {arguments}"), sentence);
 }
 
 /// Runs with a value that the argument parser refuses: exit code 2, and this among the lines on

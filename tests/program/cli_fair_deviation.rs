@@ -2,8 +2,7 @@
 
 use std::fs;
 
-use assert_cmd::assert::Assert;
-use assert_cmd::cargo::cargo_bin_cmd;
+use super::ran::run;
 use predicates::prelude::*;
 use predicates::str::{contains, is_empty};
 use serde_json::Value;
@@ -16,11 +15,6 @@ fn folder() -> TempDir {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("in.csv"), CURVES).unwrap();
     folder
-}
-
-/// Runs the program; arguments are separated by blanks.
-fn run(folder: &TempDir, arguments: &str) -> Assert {
-    cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
 }
 
 /// The lines of the report, after a run in which every curve is usable.

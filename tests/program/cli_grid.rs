@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use super::ran::{self, folder, run};
 use assert_cmd::assert::Assert;
 use assert_cmd::cargo::cargo_bin_cmd;
 use faircurve::io::grids::{self, GridWrite};
@@ -18,17 +19,6 @@ const TWO: &str = "0,0,0\n0,1,0\n0,0,0\n\n1,2,3,4\n2,3,4,6\n";
 /// Good grids, and between them one with a hole.
 const BAD: &str = "0,1\n2,3\n\n1,2,3\n4,nan,6\n\n5,5\n5,5\n";
 
-fn folder(text: &str) -> TempDir {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("in.csv"), text).unwrap();
-    folder
-}
-
-/// Runs the program in the folder; arguments are separated by blanks.
-fn run(folder: &TempDir, arguments: &str) -> Assert {
-    cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
-}
-
 /// Runs `grid` on the CPU and expects every grid to be usable.
 fn subdivided(folder: &TempDir, arguments: &str) -> Assert {
     run(folder, &format!("grid {arguments} --device cpu --force")).code(0).stdout(is_empty())
@@ -37,11 +27,7 @@ fn subdivided(folder: &TempDir, arguments: &str) -> Assert {
 /// Runs with an error expected: exit code 2, nothing on stdout, and this in the one sentence on
 /// stderr.
 fn refused(folder: &TempDir, arguments: &str, sentence: &str) {
-    let one_line = predicate::function(|text: &str| text.lines().count() == 1);
-    run(folder, &format!("grid {arguments}"))
-        .code(2)
-        .stdout(is_empty())
-        .stderr(predicate::str::starts_with("faircurve: ").and(contains(sentence)).and(one_line));
+    ran::refused(folder, &format!("grid {arguments}"), sentence);
 }
 
 fn read(folder: &TempDir, name: &str) -> String {

@@ -2,10 +2,9 @@
 
 use std::fs;
 
-use assert_cmd::assert::Assert;
-use assert_cmd::cargo::cargo_bin_cmd;
+use super::ran::{self, folder, run};
 use predicates::prelude::*;
-use predicates::str::{contains, is_empty};
+use predicates::str::contains;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -19,16 +18,6 @@ const HELD: &str = "curve,x,y,nu,tx,ty\na,0,0,,,\na,1,0.6,4,,\na,2.1,0.1,,2,0\na
 /// Turns back on itself twice: no curve of least bending.
 const HAIRPIN: &str = "curve,x,y\na,0,0\na,1,0.6\na,2.1,0.1\na,3,0.9\nc,0,0\nc,1,0\nc,0,0.01\nc,1,0.02\n";
 
-fn folder(text: &str) -> TempDir {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("in.csv"), text).unwrap();
-    folder
-}
-
-fn run(folder: &TempDir, arguments: &str) -> Assert {
-    cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
-}
-
 /// Fits on the CPU, and reads the report.
 fn fit(folder: &TempDir, arguments: &str) -> Value {
     run(folder, &format!("fit in.csv -o out.csv --method scf --device cpu --force --report report.json {arguments}"));
@@ -40,11 +29,7 @@ fn number(line: &Value, field: &str) -> f64 {
 }
 
 fn refused(text: &str, arguments: &str, sentence: &str) {
-    let one_line = predicate::function(|text: &str| text.lines().count() == 1);
-    run(&folder(text), &format!("fit in.csv -o out.csv {arguments}"))
-        .code(2)
-        .stdout(is_empty())
-        .stderr(predicate::str::starts_with("faircurve: ").and(contains(sentence)).and(one_line));
+    ran::refused(&folder(text), &format!("fit in.csv -o out.csv {arguments}"), sentence);
 }
 
 #[test]

@@ -2,16 +2,10 @@
 
 use std::fs;
 
-use assert_cmd::assert::Assert;
-use assert_cmd::cargo::cargo_bin_cmd;
+use super::ran::run;
 use predicates::str::contains;
 use serde_json::Value;
 use tempfile::TempDir;
-
-/// Runs the program; arguments are separated by blanks.
-fn run(folder: &TempDir, arguments: &str) -> Assert {
-    cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
-}
 
 /// A wave with a point far off, and a small island.
 fn folder() -> TempDir {

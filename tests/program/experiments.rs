@@ -2,16 +2,10 @@
 
 use std::fs;
 
-use assert_cmd::assert::Assert;
-use assert_cmd::cargo::cargo_bin_cmd;
+use super::ran::run;
 use predicates::prelude::*;
 use predicates::str::{contains, is_empty};
 use tempfile::TempDir;
-
-/// Runs the program in the folder; arguments are separated by blanks.
-fn run(folder: &TempDir, arguments: &str) -> Assert {
-    cargo_bin_cmd!("faircurve").current_dir(folder).args(arguments.split_whitespace()).assert()
-}
 
 #[test]
 fn toms828_reproduces_all_58_iterations_and_draws_every_data_set() {

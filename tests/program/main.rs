@@ -14,4 +14,5 @@ mod house;
 mod io;
 mod msrv;
 mod public_face;
+mod ran;
 mod unfitted;
