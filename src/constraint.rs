@@ -24,12 +24,17 @@ pub struct Constraints {
     pub known: Option<Vec<bool>>,
 }
 
-/// One of the [`Constraints`].
+/// A kind of [`Constraints`], for [`CurveBatch::allows`](crate::CurveBatch::allows).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Constraint {
+#[non_exhaustive]
+pub enum Constraint {
+    /// [`Constraints::tangents`]
     Tangents,
+    /// [`Constraints::curvatures`]
     Curvatures,
+    /// [`Constraints::exponents`]
     Exponents,
+    /// [`Constraints::known`]
     Known,
 }
 
@@ -63,10 +68,7 @@ impl Constraints {
         all.into_iter().filter(|(_, given)| *given).map(|(constraint, _)| constraint)
     }
 
-    /// Refuses all but those that a method knows; `method` is what its curves are called.
-    ///
-    /// # Errors
-    /// [`Error::Argument`], which names every one that is given and not known.
+    /// Refuses all but those that a method knows; see [`CurveBatch::allows`](crate::CurveBatch::allows).
     pub(crate) fn expect_only(&self, known: &[Constraint], method: &str) -> Result<()> {
         let unknown: Vec<&str> = self.given().filter(|given| !known.contains(given)).map(Constraint::words).collect();
         if unknown.is_empty() {

@@ -7,11 +7,10 @@ mod unfitted;
 
 use std::ops::Range;
 
-use glam::{DVec2, DVec3};
-use rayon::prelude::*;
-
 use crate::arclength;
 use crate::motion::{Motion, Vector, searched_curvature};
+use crate::parallel;
+use glam::{DVec2, DVec3};
 pub use sampling::Sampling;
 pub(crate) use sampling::{check_spacing, spans};
 pub(crate) use unfitted::{Input, Polygon};
@@ -290,7 +289,7 @@ fn runs<C: Curve + ?Sized>(curve: &C, measure: Measure) -> Vec<f64> {
     };
     match spans.div_ceil(RUN) {
         1 => vec![run(0)],
-        count => (0..count).into_par_iter().map(run).collect(),
+        count => parallel::map(count, 1, run),
     }
 }
 

@@ -144,6 +144,7 @@ pub mod linalg;
 mod memory;
 mod motion;
 pub mod papers;
+mod parallel;
 #[cfg(feature = "picture")]
 pub mod picture;
 mod precision;
@@ -157,7 +158,7 @@ mod words;
 pub use batch::{CurveBatch, Point, Unfitted};
 #[doc(hidden)]
 pub use catalogue::kernels;
-pub use constraint::Constraints;
+pub use constraint::{Constraint, Constraints};
 pub use curve::{Curve, Jet, Sampling};
 pub use device::{Choice, Device, DeviceReport, GPU_PAYS_ABOVE};
 pub use error::{Error, Result};

@@ -4,14 +4,13 @@
 use std::fmt;
 use std::sync::Arc;
 
-use glam::DVec3;
-use rayon::prelude::*;
-
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Sampling, vector};
 use crate::device::DeviceReport;
+use crate::parallel;
 use crate::ragged;
 use crate::status::CurveStatus;
+use glam::DVec3;
 
 /// The report of one curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -154,7 +153,7 @@ impl Fit {
             }
             points
         };
-        let chains: Vec<Vec<DVec3>> = (0..self.len()).into_par_iter().map(chain).collect();
+        let chains: Vec<Vec<DVec3>> = parallel::map(self.len(), 1, chain);
         let offsets = ragged::offsets(chains.iter().map(Vec::len));
         let coords = chains.iter().flatten().flat_map(|p| p.to_array().into_iter().take(shape.dimension())).collect();
         let closed = (0..self.len()).map(|i| shape.is_closed(i)).collect();

@@ -11,7 +11,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::constraint::{Constraints, gather_rows};
+use crate::constraint::{Constraint, Constraints, gather_rows};
 use crate::error::{Error, Result, shortened};
 use crate::ragged;
 use crate::status::CurveStatus;
@@ -282,6 +282,23 @@ impl CurveBatch {
     /// call unknown.
     pub fn is_known(&self, i: usize, k: usize) -> bool {
         self.constraints.known.as_ref().is_none_or(|known| known[self.offsets[i] + k])
+    }
+
+    /// Refuses a batch with constraints that a method does not know. Every method calls it first,
+    /// so that none is ignored: not by the methods here, and not by one of your own when a later
+    /// version has more kinds. `method` is what its curves are called, in the plural.
+    ///
+    /// ```
+    /// use faircurve::{Constraint, CurveBatch};
+    /// let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 1.0]][..]])?;
+    /// batch.allows(&[Constraint::Tangents], "arcs")?;
+    /// # Ok::<(), faircurve::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Argument`], which names every kind that is given and not among `known`.
+    pub fn allows(&self, known: &[Constraint], method: &str) -> Result<()> {
+        self.constraints.expect_only(known, method)
     }
 
     /// The constraints of the whole batch.

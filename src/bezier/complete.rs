@@ -3,7 +3,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::MOST_DEGREE;
@@ -17,6 +16,7 @@ use super::refusal::Refusal;
 use crate::device::Device;
 use crate::error::Result;
 use crate::linalg::{take, tasks, with_wide_registers};
+use crate::parallel;
 use crate::status::CurveStatus;
 
 /// Completed control polygons.
@@ -120,8 +120,7 @@ impl<'a> Completion<'a> {
     fn new(polygons: &Polygons<'a>, given: &Given<'a>, energy: &Energy) -> Self {
         let mut completion =
             Completion { polygons: *polygons, given: *given, energy: *energy, ready: Vec::new(), numbers: Vec::new() };
-        let found: Vec<Option<Pattern>> =
-            (0..polygons.len()).into_par_iter().with_min_len(1024).map(|i| completion.pattern(i).ok()).collect();
+        let found: Vec<Option<Pattern>> = parallel::map(polygons.len(), 1024, |i| completion.pattern(i).ok());
         let (mut patterns, mut places) = (Vec::new(), FxHashMap::default());
         let mut number = |pattern| {
             *places.entry(pattern).or_insert_with(|| {
@@ -131,8 +130,8 @@ impl<'a> Completion<'a> {
         };
         completion.numbers = found.into_iter().map(|pattern| pattern.map_or(NONE, &mut number)).collect();
         let degrees: BTreeSet<usize> = patterns.iter().map(Pattern::degree).collect();
-        let forms: BTreeMap<usize, Form> = degrees.into_par_iter().map(|d| (d, Form::new(energy, d))).collect();
-        completion.ready = patterns.into_par_iter().map(|own| Ready::new(own, &forms[&own.degree()])).collect();
+        let forms: BTreeMap<usize, Form> = parallel::of(degrees, |d| (d, Form::new(energy, d))).into_iter().collect();
+        completion.ready = parallel::of(patterns, |own| Ready::new(own, &forms[&own.degree()]));
         completion
     }
 
@@ -242,11 +241,7 @@ impl<'a> Completion<'a> {
                 curves,
             })
             .collect();
-        let outcomes = parts.into_par_iter().flat_map_iter(|part| match with_wide_registers(part) {
-            Ok(outcomes) => outcomes,
-            Err(part) => part.run(),
-        });
-        outcomes.collect()
+        parallel::of(parts, |part| with_wide_registers(part).unwrap_or_else(Part::run)).concat()
     }
 }
 

@@ -2,14 +2,13 @@
 
 use std::borrow::Cow;
 
-use glam::DVec3;
-use rayon::prelude::*;
-
 use super::MOST_DEGREE;
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::motion::Motion;
+use crate::parallel;
 use crate::report::CurveSet;
+use glam::DVec3;
 
 /// Control points of chains of Béziers, each of its own degree: pieces share their joints, and a
 /// closed chain does not repeat its first point.
@@ -79,7 +78,7 @@ impl CurveSet for Chains {
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
         let curves = 0..self.control.len();
-        let samples = curves.clone().into_par_iter().with_min_len(64).map(|i| self.sample(i, sampling)).collect();
+        let samples = parallel::map(curves.len(), 64, |i| self.sample(i, sampling));
         let closing = |i: usize, last: f64| self.degrees[i].map_or(1.0, |_| self.curve(i).domain().1 - last);
         let problems = curves.clone().filter_map(|i| Some((i, self.control.problem(i)?.clone()))).collect();
         let closed = curves.map(|i| self.control.is_closed(i)).collect();

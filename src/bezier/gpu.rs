@@ -7,11 +7,6 @@ mod tests;
 
 use std::ops::Range;
 
-use bytemuck::{Pod, Zeroable};
-use layout::{Found, Layout};
-pub(super) use polygons::{complete_on_gpu, transform_on_gpu};
-use rayon::prelude::*;
-
 use super::complete::NONE;
 use super::operator::{BLOCK, Operator};
 use super::ready::MOST_DATA;
@@ -20,7 +15,11 @@ use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::source::definitions;
 use crate::gpu::{Downloaded, Gpu, Interrupted, KernelKey, Pending, pipeline};
 use crate::linalg::{power_of_two, take};
+use crate::parallel;
 use crate::precision::Precision;
+use bytemuck::{Pod, Zeroable};
+use layout::{Found, Layout};
+pub(super) use polygons::{complete_on_gpu, transform_on_gpu};
 
 /// Threads, and curves, a workgroup.
 const GROUP: usize = 64;
@@ -234,20 +233,18 @@ impl<'a> Job<'a> {
                 (tile, take(&mut left, columns * D * tile.curves), take(&mut sizes_left, tile.curves))
             })
             .collect();
-        parts.into_par_iter().with_min_len(8).for_each_init(
-            || Vec::with_capacity(MOST_DATA),
-            |own, (tile, data, sizes)| {
-                for (lane, size) in sizes.iter_mut().enumerate() {
-                    let i = layout.members[tile.first + lane] as usize;
-                    if gather(i, own) && own.as_flattened().iter().all(|x| x.is_finite()) {
-                        *size = power_of_two(own.as_flattened());
-                        for (number, x) in own.as_flattened().iter().enumerate() {
-                            data[number * tile.curves + lane] = x / *size;
-                        }
+        parallel::of(parts, |(tile, data, sizes)| {
+            let mut own = Vec::with_capacity(MOST_DATA);
+            for (lane, size) in sizes.iter_mut().enumerate() {
+                let i = layout.members[tile.first + lane] as usize;
+                if gather(i, &mut own) && own.as_flattened().iter().all(|x| x.is_finite()) {
+                    *size = power_of_two(own.as_flattened());
+                    for (number, x) in own.as_flattened().iter().enumerate() {
+                        data[number * tile.curves + lane] = x / *size;
                     }
                 }
-            },
-        );
+            }
+        });
         data
     }
 }

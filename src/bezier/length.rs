@@ -1,11 +1,10 @@
 //! Arc lengths of many Bézier curves.
 
-use kurbo::{CubicBez, Line, ParamCurveArclen, Point, QuadBez};
-use rayon::prelude::*;
-
 use super::polygons::Polygons;
 use crate::arclength;
 use crate::error::Result;
+use crate::parallel;
+use kurbo::{CubicBez, Line, ParamCurveArclen, Point, QuadBez};
 
 /// Relative accuracy asked of kurbo; what [`arclength`] keeps by itself.
 const TOLERANCE: f64 = 1e-9;
@@ -35,7 +34,7 @@ pub fn lengths(polygons: &Polygons) -> Result<Vec<f64>> {
         3 => length::<3>(polygons.points(i)),
         _ => length::<4>(polygons.points(i)),
     };
-    Ok((0..polygons.len()).into_par_iter().with_min_len(64).map(length).collect())
+    Ok(parallel::map(polygons.len(), 64, length))
 }
 
 fn planar(coords: &[f64]) -> f64 {

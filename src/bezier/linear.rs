@@ -3,10 +3,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use num_rational::BigRational;
-use num_traits::{One, Zero};
-use rayon::prelude::*;
-
 use super::MOST_DEGREE;
 use super::exact::{Matrix, binomial, ratio, solve};
 use super::gpu::transform_on_gpu;
@@ -15,7 +11,10 @@ use super::polygons::{Controls, Polygons};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks, with_wide_registers};
+use crate::parallel;
 use crate::ragged;
+use num_rational::BigRational;
+use num_traits::{One, Zero};
 
 /// The same curves as curves of a degree higher by `by`: Q = T P with T\[i\]\[j\] = C(d,j)
 /// C(by,i−j) / C(d+by,i), what `by` elevations Qᵢ = i/(d+1) Pᵢ₋₁ + (1 − i/(d+1)) Pᵢ come to. End
@@ -158,13 +157,9 @@ fn reduction_matrix(degree: usize, by: usize) -> Operator<f64> {
 
 /// Applies to every curve the matrix of its degree, whose rows sum to 1.
 fn transform(polygons: &Polygons, matrix: impl Fn(usize) -> Operator<f64> + Sync, device: &Device) -> Result<Controls> {
-    let counts: BTreeMap<usize, Operator<f64>> = (0..polygons.len())
-        .map(|i| polygons.count(i))
-        .filter(|&count| count > 0)
-        .collect::<BTreeSet<usize>>()
-        .into_par_iter()
-        .map(|count| (count, matrix(count - 1)))
-        .collect();
+    let counts: BTreeSet<usize> = (0..polygons.len()).map(|i| polygons.count(i)).filter(|&count| count > 0).collect();
+    let counts: BTreeMap<usize, Operator<f64>> =
+        parallel::of(counts, |count| (count, matrix(count - 1))).into_iter().collect();
     let made_of = |i: usize| counts.get(&polygons.count(i)).map_or(0, Operator::rows);
     let offsets = ragged::offsets((0..polygons.len()).map(made_of));
     let coords = vec![0.0; offsets[polygons.len()] * polygons.dimension];
@@ -197,7 +192,7 @@ fn run<const D: usize>(polygons: &Polygons, operators: &BTreeMap<usize, Operator
             Part { polygons, operators, coords: take(&mut coords, points * D), curves }
         })
         .collect();
-    parts.into_par_iter().for_each(|part| {
+    parallel::of(parts, |part| {
         if let Err(part) = with_wide_registers(part) {
             part.run();
         }

@@ -107,7 +107,7 @@ impl Complete {
 
 /// Refuses what Béziers know nothing of.
 pub(super) fn check_constraints(batch: &CurveBatch) -> Result<()> {
-    batch.constraints().expect_only(&[Constraint::Tangents, Constraint::Known], "Bézier curves")
+    batch.allows(&[Constraint::Tangents, Constraint::Known], "Bézier curves")
 }
 
 /// The batch as polygons: closed curves with their first point repeated, those with a problem

@@ -4,15 +4,14 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-use glam::DVec3;
-use rayon::prelude::*;
-
 use crate::batch::Origin;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Input, Jet, Sampling, vector};
 use crate::device::DeviceReport;
 use crate::motion::Motion;
+use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
+use glam::DVec3;
 
 /// One fitted curve: vertices, and which of them stand for data points.
 #[derive(Clone, Debug)]
@@ -292,8 +291,7 @@ impl CurveSet for FairCurves {
     }
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
-        let samples: Vec<(Vec<f64>, Vec<f64>)> =
-            (0..self.curves.len()).into_par_iter().with_min_len(16).map(|i| self.sample(i, sampling)).collect();
+        let samples: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.curves.len(), 16, |i| self.sample(i, sampling));
         let closing = |i: usize, last: f64| match &self.curves[i] {
             Ok(_) => self.knots[i][self.knots[i].len() - 1] - last,
             Err(input) => input.closing,

@@ -1,8 +1,6 @@
 //! Energies, gradients and Hessians of given curves: nothing is fitted, the points of a batch are
 //! the vertices.
 
-use rayon::prelude::*;
-
 use super::edges::Edges;
 use super::energy::{Energy, TORSION_CURVATURE};
 use super::evaluate_gpu::evaluate_on_gpu;
@@ -13,6 +11,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, subtract};
 use crate::linalg::{Lanes, Scalar, with_wide_registers};
+use crate::parallel;
 use crate::status::CurveStatus;
 
 /// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
@@ -149,7 +148,7 @@ pub(super) struct Ready<'a, const D: usize> {
 
 impl<'a> Evaluating<'a> {
     fn run<const D: usize>(&self, device: &Device) -> Result<Vec<Evaluation>> {
-        let ready: Vec<_> = (0..self.batch.len()).into_par_iter().map(|i| self.ready::<D>(i)).collect();
+        let ready: Vec<_> = parallel::map(self.batch.len(), 1, |i| self.ready::<D>(i));
         let able: Vec<&Ready<D>> = ready.iter().flatten().collect();
         let found = match device.as_gpu() {
             Some(gpu) => evaluate_on_gpu(gpu, device.kernel_precision(gpu, false)?, self, &able)?,
@@ -239,7 +238,7 @@ impl<'a> Evaluating<'a> {
             };
             group.iter().copied().zip(found).collect()
         };
-        let mut found: Vec<(usize, Evaluation)> = groups.into_par_iter().flat_map_iter(of_group).collect();
+        let mut found: Vec<(usize, Evaluation)> = parallel::of(groups, of_group).into_iter().flatten().collect();
         found.sort_by_key(|(k, _)| *k);
         found.into_iter().map(|(_, evaluation)| evaluation).collect()
     }

@@ -251,7 +251,7 @@ impl Fair {
                     .into(),
             );
         }
-        batch.constraints().expect_only(&[Constraint::Tangents, Constraint::Curvatures], "fair curves")
+        batch.allows(&[Constraint::Tangents, Constraint::Curvatures], "fair curves")
     }
 
     fn fit_in<const D: usize>(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {

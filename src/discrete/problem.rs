@@ -1,7 +1,5 @@
 //! [`Problem`]: one curve, ready to descend; and how the CPU descends many, side by side in lanes.
 
-use rayon::prelude::*;
-
 use super::constrain::Constraints;
 use super::descent::Descent;
 use super::edges::Edges;
@@ -11,6 +9,7 @@ use super::metric::{Pins, Weights};
 use super::plan::{Direction, Plan};
 use crate::linalg::scalar::{Vector, add, subtract};
 use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
+use crate::parallel;
 
 /// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
 const LANES: usize = 4;
@@ -154,22 +153,19 @@ pub(crate) fn descend_on_cpu<const D: usize>(
             _ => groups.push(vec![i]),
         }
     }
-    let solved: Vec<(usize, Outcome<D>)> = groups
-        .into_par_iter()
-        .flat_map_iter(|group| {
-            let members: Vec<&Problem<D>> = group.iter().map(|&i| &problems[i]).collect();
-            let wide = Vectorised { plan, functionals: &functionals, members: &members };
-            let alone = |member: &Problem<D>| descend::<f64, D>(plan, &functionals, &[member]).remove(0);
-            let outcomes = match if members.len() > 1 { with_wide_registers(wide) } else { Err(wide) } {
-                Ok(outcomes) => outcomes,
-                Err(_) => members.iter().map(|member| alone(member)).collect(),
-            };
-            group.iter().zip(&outcomes).for_each(|(&i, outcome)| ended(i, outcome));
-            group.into_iter().zip(outcomes)
-        })
-        .collect();
+    let solved: Vec<Vec<(usize, Outcome<D>)>> = parallel::of(groups, |group| {
+        let members: Vec<&Problem<D>> = group.iter().map(|&i| &problems[i]).collect();
+        let wide = Vectorised { plan, functionals: &functionals, members: &members };
+        let alone = |member: &Problem<D>| descend::<f64, D>(plan, &functionals, &[member]).remove(0);
+        let outcomes = match if members.len() > 1 { with_wide_registers(wide) } else { Err(wide) } {
+            Ok(outcomes) => outcomes,
+            Err(_) => members.iter().map(|member| alone(member)).collect(),
+        };
+        group.iter().zip(&outcomes).for_each(|(&i, outcome)| ended(i, outcome));
+        group.into_iter().zip(outcomes).collect()
+    });
     let mut outcomes: Vec<Option<Outcome<D>>> = vec![None; problems.len()];
-    solved.into_iter().for_each(|(i, outcome)| outcomes[i] = Some(outcome));
+    solved.into_iter().flatten().for_each(|(i, outcome)| outcomes[i] = Some(outcome));
     outcomes.into_iter().map(|outcome| outcome.expect("every curve is in one group")).collect()
 }
 

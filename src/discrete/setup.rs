@@ -1,8 +1,6 @@
 //! From data points to vertices: the natural, or periodic, spline through them, divided into edges
 //! of equal arc length.
 
-use rayon::prelude::*;
-
 use super::constrain::{Constraints as Kept, constrained};
 use super::energy::{Energy, Functional};
 use super::fair::{Fair, Pins, Segments};
@@ -13,6 +11,7 @@ use crate::curve::Curve;
 use crate::device::Device;
 use crate::error::Result;
 use crate::linalg::scalar::{Vector, dot, subtract};
+use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
 use crate::spline::{Natural, Parametrisation};
 use crate::status::CurveStatus;
@@ -87,7 +86,7 @@ pub(super) fn set_up_from<const D: usize>(
             None => ready::<D>(fair, batch, i, kept, splines.curve(i).as_ref(), true),
         }
     };
-    Ok((0..batch.len()).into_par_iter().with_min_len(16).map(one).collect())
+    Ok(parallel::map(batch.len(), 16, one))
 }
 
 impl<const D: usize> Ready<D> {

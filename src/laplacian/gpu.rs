@@ -19,7 +19,6 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use layout::Layout;
-use rayon::prelude::*;
 use sparse::Weights;
 
 use super::refine::{Refiner, is_line, refined};
@@ -29,6 +28,7 @@ use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, kept, pipeline};
 use crate::linalg::{power_of_two, take, tasks};
+use crate::parallel;
 use crate::precision::Precision;
 use crate::ragged;
 use crate::status::CurveStatus;
@@ -235,7 +235,7 @@ impl<'a> Job<'a> {
             .zip(frames.chunks_exact_mut(dimension + 1))
             .map(|(&i, frame)| (self.grids.grid(i), frame, take(&mut left, self.grids.grid(i).len())))
             .collect();
-        parts.into_par_iter().with_min_len(16).for_each(|(own, frame, given)| {
+        parallel::of(parts, |(own, frame, given)| {
             let (size, middle) = frame.split_last_mut().expect("the size is always there");
             *size = frame_of(own, middle);
             for (given, own) in given.chunks_exact_mut(dimension).zip(own.chunks_exact(dimension)) {
@@ -265,7 +265,7 @@ impl<'a> Job<'a> {
             .into_iter()
             .map(|task| (task.clone(), take(left, offsets[task.end] - offsets[task.start])))
             .collect();
-        parts.into_par_iter().for_each(|(task, mut values)| {
+        parallel::of(parts, |(task, mut values)| {
             for k in task {
                 let i = chunk.start + k;
                 let fine = take(&mut values, offsets[k + 1] - offsets[k]);

@@ -1,6 +1,5 @@
 //! [`Refiner`]: all rounds of a rule on one grid, on the CPU.
 
-use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use rustdct::{DctNum, DctPlanner};
 
@@ -8,6 +7,7 @@ use super::exact::Exact;
 use super::stencil::{Axis, Stencils};
 use super::{Rule, sparse};
 use crate::linalg::Real;
+use crate::parallel;
 
 /// A rule made ready for grids of some shapes and so many rounds.
 pub(super) struct Refiner<S> {
@@ -120,15 +120,12 @@ fn each_coordinate<S: Real>(dimension: usize, coarse: &[S], fine: &mut [S], oper
     if dimension == 1 {
         return operation(coarse, fine);
     }
-    let planes: Vec<Vec<S>> = (0..dimension)
-        .into_par_iter()
-        .map(|c| {
-            let coarse: Vec<S> = coarse.iter().skip(c).step_by(dimension).copied().collect();
-            let mut plane = vec![S::ZERO; fine.len() / dimension];
-            operation(&coarse, &mut plane);
-            plane
-        })
-        .collect();
+    let planes: Vec<Vec<S>> = parallel::map(dimension, 1, |c| {
+        let coarse: Vec<S> = coarse.iter().skip(c).step_by(dimension).copied().collect();
+        let mut plane = vec![S::ZERO; fine.len() / dimension];
+        operation(&coarse, &mut plane);
+        plane
+    });
     for (k, point) in fine.chunks_exact_mut(dimension).enumerate() {
         for (x, plane) in point.iter_mut().zip(&planes) {
             *x = plane[k];

@@ -1,10 +1,9 @@
 //! Sparse rules applied: every new point is the weighted sum of the old ones in its window.
 //! Twin: shaders/laplacian/sparse.wgsl.
 
-use rayon::prelude::*;
-
 use super::stencil::{Stencils, window};
 use crate::linalg::{Real, with_wide_registers};
+use crate::parallel;
 
 /// Numbers computed side by side: two AVX2 registers of f64 for even and two for odd points.
 const LANES: usize = 8;
@@ -32,7 +31,7 @@ pub(super) fn subdivide<S: Real>(
     if fine.len() <= rows * wide {
         task((0, fine));
     } else {
-        fine.par_chunks_mut(rows * wide).enumerate().for_each(task);
+        parallel::of(fine.chunks_mut(rows * wide).enumerate(), task);
     }
 }
 

@@ -1,12 +1,11 @@
 //! [`Subdivide`]: the method, on batches of grids.
 
-use rayon::prelude::*;
-
 use super::refine::{Refiner, refined};
 use super::{Grids, SparseRule};
 use crate::device::{Device, DeviceReport};
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
+use crate::parallel;
 use crate::ragged;
 use crate::status::CurveStatus;
 
@@ -81,7 +80,7 @@ impl Subdivide {
     pub fn fit(&self, grids: &Grids, device: &Device) -> Result<Subdivided> {
         let shapes = self.shapes(grids)?;
         let mut values = self.room(grids.dimension(), &shapes)?;
-        let mut reports: Vec<GridReport> = (0..grids.len()).into_par_iter().map(|i| grids.report(i)).collect();
+        let mut reports: Vec<GridReport> = parallel::map(grids.len(), 1, |i| grids.report(i));
         match device.as_gpu() {
             Some(gpu) => {
                 let precision = device.kernel_precision(gpu, true)?;
@@ -137,7 +136,7 @@ impl Subdivide {
             .into_iter()
             .map(|task| (task.clone(), take(&mut left, offsets[task.end] - offsets[task.start])))
             .collect();
-        tasks.into_par_iter().for_each(|(task, mut values)| {
+        parallel::of(tasks, |(task, mut values)| {
             for i in task {
                 let fine = take(&mut values, offsets[i + 1] - offsets[i]);
                 match reports[i].status.is_usable() {

@@ -1,13 +1,12 @@
 //! [`solve_tridiagonal_batch`]: tridiagonal systems by the thousand.
 
-use rayon::prelude::*;
-
 use super::lanes::{Part, Scratch};
 use super::real::Real;
 use super::ring::{self, RingKernel};
 use super::tasks::{take, tasks};
 use crate::device::Device;
 use crate::error::{Error, Result};
+use crate::parallel;
 use crate::status::CurveStatus;
 
 /// The matrices of a batch, one entry a row, the rows of all systems after each other.
@@ -183,8 +182,6 @@ pub(super) fn solve_on_cpu<T: Real>(systems: &TridiagonalBatch<T>, rhs: &[T], co
             (Part { systems, range, rhs, columns }, x, status)
         })
         .collect();
-    work.into_par_iter().for_each_init(Scratch::default, |scratch, (part, x, status)| {
-        T::solve_part(&part, x, status, scratch);
-    });
+    parallel::of(work, |(part, x, status)| T::solve_part(&part, x, status, &mut Scratch::default()));
     Solutions { x, status }
 }

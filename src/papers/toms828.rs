@@ -19,12 +19,11 @@ mod search;
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::Input;
 use crate::device::Device;
 use crate::error::{Error, Result};
+use crate::parallel;
 use crate::report::{CurveReport, Fit};
 use crate::status::CurveStatus;
 use curves::{GraphCurve, GraphCurves};
@@ -123,8 +122,8 @@ impl Graph {
     /// `known`).
     pub fn fit(&self, batch: &CurveBatch, _device: &Device) -> Result<Fit> {
         self.check()?;
-        batch.constraints().expect_only(&[], "graphs")?;
-        let fitted: Vec<_> = (0..batch.len()).into_par_iter().map(|i| self.fit_one(batch, i)).collect();
+        batch.allows(&[], "graphs")?;
+        let fitted: Vec<_> = parallel::map(batch.len(), 1, |i| self.fit_one(batch, i));
         let (mut curves, mut reports, mut problems) = (Vec::new(), Vec::new(), BTreeMap::new());
         for (i, fitted) in fitted.into_iter().enumerate() {
             match fitted {

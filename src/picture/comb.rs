@@ -1,11 +1,10 @@
 //! Curvature combs: quills across a curve, as long as it is curved there.
 
-use glam::{DVec2, DVec3};
-use rayon::prelude::*;
-
 use super::layout::Plane;
 use crate::curve::Jet;
+use crate::parallel;
 use crate::report::Fit;
+use glam::{DVec2, DVec3};
 
 /// A quill of the 95 % quantile of |κ| is this part of the larger side of the data, for up to
 /// [`ROOMY`] curves.
@@ -42,12 +41,11 @@ impl Combs {
     /// comb stands on the outside of every bend and changes sides at an inflection. `size` is the
     /// larger side of the data.
     pub fn of(fit: &Fit, plane: &Plane, size: f64, scale: f64) -> Self {
-        let spans: usize = (0..fit.len()).into_par_iter().map(|i| fit.curve(i).spans()).sum();
+        let spans: usize = (0..fit.len()).map(|i| fit.curve(i).spans()).sum();
         let per_span = (MOST_QUILLS / spans.max(1)).clamp(1, 32);
         let every = spans.div_ceil(MOST_QUILLS).max(1);
-        let roots: Vec<Vec<Option<(DVec3, DVec3)>>> =
-            (0..fit.len()).into_par_iter().map(|i| roots(fit, i, per_span, every)).collect();
-        let mut sizes: Vec<f64> = roots.par_iter().flatten_iter().flatten().map(|(_, k)| k.length()).collect();
+        let roots: Vec<Vec<Option<(DVec3, DVec3)>>> = parallel::map(fit.len(), 1, |i| roots(fit, i, per_span, every));
+        let mut sizes: Vec<f64> = roots.iter().flatten().flatten().map(|(_, k)| k.length()).collect();
         sizes.retain(|k| k.is_finite() && *k > 0.0);
         let curvature = if sizes.is_empty() {
             0.0
@@ -64,7 +62,7 @@ impl Combs {
             let quill = quill.is_finite().then(|| quill.clamp_length_max(longest))?;
             Some((root, root + quill))
         };
-        let curves = roots.into_par_iter().map(|roots| roots.into_iter().map(|root| drawn(root?)).collect()).collect();
+        let curves = parallel::of(roots, |roots| roots.into_iter().map(|root| drawn(root?)).collect());
         Combs { curves, curvature }
     }
 }

@@ -1,12 +1,11 @@
 //! Where things stand on the page: the plane a picture shows, the box of what is drawn, and the map
 //! from data to pixels.
 
-use glam::{DVec2, DVec3};
-use rayon::prelude::*;
-
 use crate::batch::CurveBatch;
 use crate::curve::vector;
+use crate::parallel;
 use crate::report::Fit;
+use glam::{DVec2, DVec3};
 
 /// Coordinates beyond this are not drawn: their squares and differences would overflow.
 const DRAWABLE: f64 = 1e150;
@@ -139,8 +138,7 @@ impl Bounds {
                 .map(|(span, k)| curve.jet(span, k as f64 / BOX_SAMPLES as f64).point);
             given.chain(sampled).filter_map(|p| plane.project(p)).fold(Bounds::EMPTY, Bounds::with)
         };
-        let boxes: Vec<(Bounds, bool)> =
-            (0..batch.len()).into_par_iter().map(|i| (one(i), fit.curve(i).is_fitted())).collect();
+        let boxes: Vec<(Bounds, bool)> = parallel::map(batch.len(), 1, |i| (one(i), fit.curve(i).is_fitted()));
         let of_fitted = boxes.iter().filter(|(_, fitted)| *fitted).fold(Bounds::EMPTY, |all, (own, _)| all.union(*own));
         let (low, high) = (of_fitted.low - of_fitted.size(), of_fitted.high + of_fitted.size());
         let outside = |(own, fitted): &(Bounds, bool)| {

@@ -17,10 +17,9 @@ mod tests;
 
 use std::io::{self, Write};
 
-use rayon::prelude::*;
-
 use crate::batch::CurveBatch;
 use crate::curve::vector;
+use crate::parallel;
 use crate::report::Fit;
 use crate::status::CurveStatus;
 use comb::Combs;
@@ -268,8 +267,9 @@ impl Drawing<'_> {
         writeln!(out, r#"<g stroke="{colour}" stroke-width="{width:.2}"{style}>"#)?;
         for start in (0..self.batch.len()).step_by(CHUNK) {
             let end = self.batch.len().min(start + CHUNK);
-            let inside = (start..end).into_par_iter().filter(|&i| !self.outside[i]);
-            let paths: Vec<Shape> = inside.filter_map(&path).collect();
+            let inside = |i: usize| if self.outside[i] { None } else { path(i) };
+            let paths: Vec<Shape> =
+                parallel::map(end - start, 1, |k| inside(start + k)).into_iter().flatten().collect();
             // Without tooltips a curve needs no element of its own.
             for shapes in paths.chunk_by(|a, b| a.tooltip.is_none() && b.tooltip.is_none()) {
                 out.write_all(b"<path d=\"")?;

@@ -3,15 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync;
 
-use glam::DVec3;
-use rayon::prelude::*;
-
 use super::arc::Arc;
 use super::universal::Universal;
 use crate::batch::Origin;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Input, Jet, Sampling};
+use crate::parallel;
 use crate::report::CurveSet;
+use glam::DVec3;
 
 /// A segment from one data point to the next.
 #[derive(Clone, Copy, Debug)]
@@ -191,8 +190,7 @@ impl CurveSet for Chains {
     }
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
-        let samples: Vec<(Vec<f64>, Vec<f64>)> =
-            (0..self.curves.len()).into_par_iter().with_min_len(16).map(|i| self.sample(i, sampling)).collect();
+        let samples: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.curves.len(), 16, |i| self.sample(i, sampling));
         let closing = |i: usize, last: f64| match &self.curves[i] {
             Ok(chain) => chain.knots[chain.knots.len() - 1] - last,
             Err(input) => input.closing,

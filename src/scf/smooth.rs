@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use super::arc::Arc;
 use super::curves::{Chain, Chains, Laid};
 use super::dots::{Dots, Exponents};
@@ -16,6 +14,7 @@ use crate::constraint::Constraint;
 use crate::curve::{Input, Sampling};
 use crate::device::Device;
 use crate::error::{Error, Result};
+use crate::parallel;
 use crate::report::{CurveReport, Fit};
 use crate::status::CurveStatus;
 
@@ -100,8 +99,7 @@ impl Smooth {
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
         let exponents = Exponents::of(self.exponent, batch)?;
-        let dots: Vec<Result<Dots, Unfitted>> =
-            (0..batch.len()).into_par_iter().with_min_len(64).map(|i| Dots::of(batch, i, &exponents)).collect();
+        let dots: Vec<Result<Dots, Unfitted>> = parallel::map(batch.len(), 64, |i| Dots::of(batch, i, &exponents));
         let ready: Vec<&Dots> = dots.iter().flatten().collect();
         device.finished(batch.len() - ready.len());
         let found = self.search(&ready, &exponents, device)?;
@@ -166,7 +164,7 @@ impl Smooth {
                 "{starts} starts: each is a search of its own, and {MOST_STARTS} are possible; give a number such as 20"
             ));
         }
-        batch.constraints().expect_only(&[Constraint::Tangents, Constraint::Exponents], "smooth connection functions")
+        batch.allows(&[Constraint::Tangents, Constraint::Exponents], "smooth connection functions")
     }
 
     /// Where searches start.
@@ -194,7 +192,7 @@ impl Smooth {
                 (found, chain)
             };
             device.finished(dots.len());
-            return Ok(found.into_par_iter().zip(dots).with_min_len(64).map(lay).map(priced).collect());
+            return Ok(parallel::of(found.into_iter().zip(dots), |own| priced(lay(own))));
         }
         let total: usize = dots.iter().map(|dots| dots.chords.lengths.len()).sum();
         let per_curve = (total / dots.len().max(1)).max(1);
@@ -207,7 +205,7 @@ impl Smooth {
             device.finished(chunk.len());
             Ok(found.into_iter().zip(chunk).map(lay).collect())
         };
-        let all: Vec<Vec<_>> = dots.par_chunks(chunk).map(of_chunk).collect::<Result<_>>()?;
+        let all: Vec<Vec<_>> = parallel::of(dots.chunks(chunk), of_chunk).into_iter().collect::<Result<_>>()?;
         Ok(all.into_iter().flatten().collect())
     }
 

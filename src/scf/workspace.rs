@@ -1,12 +1,11 @@
 //! Segments of many curves side by side in vector lanes, whichever curve they belong to, and
 //! searches that advance by them.
 
-use rayon::prelude::*;
-
 use super::evaluation::{Evaluation, evaluate, evaluate_free};
 use super::slopes::{Ends, Search, SlopesStanding, Until};
 use super::universal::Universal;
 use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
+use crate::parallel;
 
 /// Segments a task evaluates at least: fewer are done sooner than handed over.
 const TASK: usize = 4096;
@@ -79,7 +78,7 @@ pub(crate) fn evaluate_all<T: Real + Scalar<Number = T>>(
     if angles.len() <= TASK {
         return part((angles, found));
     }
-    angles.par_chunks(TASK).zip(found.par_chunks_mut(TASK)).for_each(part);
+    parallel::of(angles.chunks(TASK).zip(found.chunks_mut(TASK)), part);
 }
 
 impl<T: Real + Scalar<Number = T>> Workspace<T> {

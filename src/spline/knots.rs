@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::batch::{CurveBatch, Unfitted, distance};
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
+use crate::parallel;
 use crate::ragged;
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
@@ -126,26 +125,23 @@ impl Knots {
                 take(&mut weights_rest, if average { room } else { 0 }),
             ));
         }
-        let exceptions: Vec<Exception> = work
-            .into_par_iter()
-            .flat_map_iter(|(curves, mut t, mut values, mut weights)| {
-                let mut exceptions = Vec::new();
-                for i in curves {
-                    let room = offsets[i + 1] - offsets[i];
-                    let slots = Slots {
-                        t: take(&mut t, room),
-                        values: take(&mut values, room * d),
-                        weights: average.then(|| take(&mut weights, room)),
-                    };
-                    match slots.fill(batch, i, rule) {
-                        Ok(None) => {}
-                        Ok(Some(merged)) => exceptions.push((i, Ok(merged))),
-                        Err(problem) => exceptions.push((i, Err(problem))),
-                    }
+        let exceptions = parallel::of(work, |(curves, mut t, mut values, mut weights)| {
+            let mut exceptions = Vec::<Exception>::new();
+            for i in curves {
+                let room = offsets[i + 1] - offsets[i];
+                let slots = Slots {
+                    t: take(&mut t, room),
+                    values: take(&mut values, room * d),
+                    weights: average.then(|| take(&mut weights, room)),
+                };
+                match slots.fill(batch, i, rule) {
+                    Ok(None) => {}
+                    Ok(Some(merged)) => exceptions.push((i, Ok(merged))),
+                    Err(problem) => exceptions.push((i, Err(problem))),
                 }
-                exceptions
-            })
-            .collect();
+            }
+            exceptions
+        });
         let mut knots = Knots {
             dimension: d,
             offsets,
@@ -156,7 +152,7 @@ impl Knots {
             repeats: BTreeMap::new(),
             unfitted: BTreeMap::new(),
         };
-        knots.compact(exceptions);
+        knots.compact(exceptions.into_iter().flatten().collect());
         Ok(knots)
     }
 

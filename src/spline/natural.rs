@@ -13,8 +13,6 @@
 //! 0, a clamped start 2 M_0 + M_1 = 6 (δ_0 − v) / h_0 for the derivative v asked for; a closed
 //! curve's rows go around.
 
-use rayon::prelude::*;
-
 use super::cubic::CubicSplines;
 use super::gpu::{EndDerivatives, Samples};
 use super::knots::{Coincident, Knots, Parametrisation};
@@ -26,6 +24,7 @@ use crate::device::Device;
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::{Cyclic, Matrix, Part, Real, Scratch, TridiagonalBatch, take, tasks};
+use crate::parallel;
 use crate::precision::Precision;
 use crate::report::{CurveReport, CurveSet, Fit};
 use crate::status::CurveStatus;
@@ -136,7 +135,7 @@ impl Natural {
         device: &Device,
     ) -> Result<(CubicSplines, Vec<CurveReport>, Option<Vec<f64>>)> {
         let constraints = batch.constraints();
-        constraints.expect_only(&[Constraint::Tangents, Constraint::Curvatures], "natural splines")?;
+        batch.allows(&[Constraint::Tangents, Constraint::Curvatures], "natural splines")?;
         let mut knots = Knots::new(batch, self.parametrisation, Coincident::Refuse)?;
         if constraints.tangents.is_some() || constraints.curvatures.is_some() || self.ends == Ends::Clamped {
             for i in 0..batch.len() {
@@ -158,23 +157,17 @@ impl Natural {
                 self.solve_on_gpu(gpu, precision, batch, &mut knots, sampling)?
             }
         };
-        let out_of_range = |i: &usize| !CubicSplines::is_in_range(&knots, &second, *i);
-        let failed: Vec<usize> = failed
-            .into_iter()
-            .chain((0..batch.len()).into_par_iter().with_min_len(1024).filter(out_of_range).collect::<Vec<_>>())
-            .collect();
-        for i in failed {
+        let in_range = parallel::map(batch.len(), 1024, |i| CubicSplines::is_in_range(&knots, &second, i));
+        for i in failed.into_iter().chain((0..batch.len()).filter(|&i| !in_range[i])) {
             let what = "its spline leaves the range of the numbers: the spans are too short or too uneven, or the \
                         coordinates too large; scale the curve, or remove points that almost coincide";
             let message = batch.sentence(i, 0, what);
             knots.unfitted.entry(i).or_insert(Unfitted { status: CurveStatus::Invalid, message });
         }
         let splines = CubicSplines::new(batch, knots, second);
-        let reports = (0..batch.len())
-            .into_par_iter()
-            .with_min_len(1024)
-            .map(|i| splines.knots().report_unfitted(i).unwrap_or_else(|| CurveReport::solved(splines.energy(i))))
-            .collect();
+        let solved = |i: usize| CurveReport::solved(splines.energy(i));
+        let report = |i: usize| splines.knots().report_unfitted(i).unwrap_or_else(|| solved(i));
+        let reports = parallel::map(batch.len(), 1024, report);
         device.finished(batch.len());
         Ok((splines, reports, samples))
     }
@@ -280,17 +273,15 @@ impl Natural {
             true => self.tangents(batch, knots, i).unwrap_or_default(),
             false => [None, None],
         };
-        work.into_par_iter()
-            .map_init(Assembly::default, |assembly, (curves, second)| {
-                let mut failed = Vec::new();
-                match knots.dimension {
-                    2 => assembly.solve::<2>(knots, curves, &ends, second, &mut failed),
-                    _ => assembly.solve::<3>(knots, curves, &ends, second, &mut failed),
-                }
-                failed
-            })
-            .flatten_iter()
-            .collect()
+        let failed = parallel::of(work, |(curves, second)| {
+            let (mut assembly, mut failed) = (Assembly::default(), Vec::new());
+            match knots.dimension {
+                2 => assembly.solve::<2>(knots, curves, &ends, second, &mut failed),
+                _ => assembly.solve::<3>(knots, curves, &ends, second, &mut failed),
+            }
+            failed
+        });
+        failed.concat()
     }
 }
 

@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::cubic::{CubicSplines, Spline};
 use super::gpu::{self, Samples};
 use super::sample::{Cubic, Sites};
@@ -12,6 +10,7 @@ use crate::curve::{Curve, Sampling};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::{take, tasks};
+use crate::parallel;
 use crate::precision::Precision;
 use crate::ragged;
 use crate::report::CurveSet;
@@ -70,7 +69,7 @@ impl CubicSplines {
         // For a number of samples with both ends the last is at 1.
         let (fractions, open) = (fractions(steps, steps), fractions(steps, steps.saturating_sub(1)));
         let taken_offsets = taken.map(|_| self.taken_offsets(sampling)).unwrap_or_default();
-        work.into_par_iter().for_each(|(curves, coords, t)| {
+        parallel::of(work, |(curves, coords, t)| {
             let (offsets, fractions, open) = (&offsets[..], &fractions[..], &open[..]);
             let taken = taken.map(|samples| (samples, &taken_offsets[..]));
             let samples = SampledRun { splines: self, sampling, offsets, fractions, open, taken, curves, coords, t };
@@ -127,10 +126,9 @@ impl CubicSplines {
 
     /// Sites at equal arc length along every curve, as knots and fractions.
     fn sites_by_spacing(&self, sampling: Sampling) -> Sites {
-        let of_curves: Vec<Vec<(usize, f64)>> = (0..self.len())
-            .into_par_iter()
-            .map(|i| if self.unfitted.contains_key(&i) { Vec::new() } else { self.curve(i).sites(sampling) })
-            .collect();
+        let of_curves: Vec<Vec<(usize, f64)>> = parallel::map(self.len(), 1, |i| {
+            if self.unfitted.contains_key(&i) { Vec::new() } else { self.curve(i).sites(sampling) }
+        });
         let mut sites = Sites { offsets: vec![0], knots: Vec::new(), fractions: Vec::new() };
         for (i, of_curve) in of_curves.into_iter().enumerate() {
             for (span, u) in of_curve {
@@ -195,21 +193,18 @@ impl CubicSplines {
     /// Samples by equal arc length.
     fn by_spacing(&self, sampling: Sampling) -> CurveBatch {
         let d = self.knots.dimension;
-        let pieces: Vec<(Vec<f64>, Vec<f64>)> = (0..self.len())
-            .into_par_iter()
-            .map(|i| {
-                let sites = self.curve(i).sites(sampling);
-                let (mut coords, mut t) = (vec![0.0; sites.len() * d], vec![0.0; sites.len()]);
-                match self.unfitted.get(&i) {
-                    Some(input) => {
-                        coords.copy_from_slice(&input.coords);
-                        t.copy_from_slice(&input.t);
-                    }
-                    None => Self::walk(&self.spline(i), &sites, &mut coords, &mut t),
+        let pieces: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.len(), 1, |i| {
+            let sites = self.curve(i).sites(sampling);
+            let (mut coords, mut t) = (vec![0.0; sites.len() * d], vec![0.0; sites.len()]);
+            match self.unfitted.get(&i) {
+                Some(input) => {
+                    coords.copy_from_slice(&input.coords);
+                    t.copy_from_slice(&input.t);
                 }
-                (coords, t)
-            })
-            .collect();
+                None => Self::walk(&self.spline(i), &sites, &mut coords, &mut t),
+            }
+            (coords, t)
+        });
         let offsets = ragged::offsets(pieces.iter().map(|(_, t)| t.len()));
         let (mut coords, mut t) =
             (Vec::with_capacity(offsets[self.len()] * d), Vec::with_capacity(offsets[self.len()]));

@@ -1,7 +1,5 @@
 //! [`Smoothing`]: cubic smoothing splines.
 
-use rayon::prelude::*;
-
 use super::cubic::CubicSplines;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::smoother::{Smoother, Target};
@@ -10,6 +8,7 @@ use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result, thousands};
 use crate::linalg::{take, tasks};
+use crate::parallel;
 use crate::report::{CurveReport, CurveSet, Fit};
 use crate::status::CurveStatus;
 
@@ -232,7 +231,7 @@ impl Smoothing {
                      to interpolate, give λ = 0 instead"
                 )))
             }
-            _ => batch.constraints().expect_only(&[], "smoothing splines"),
+            _ => batch.allows(&[], "smoothing splines"),
         }
     }
 
@@ -249,22 +248,20 @@ impl Smoothing {
             let length = (knots.offsets[curves.end] - knots.offsets[curves.start]) * d;
             work.push((curves, take(&mut values_rest, length), take(&mut second_rest, length)));
         }
-        let reports: Vec<CurveReport> = work
-            .into_par_iter()
-            .map_init(Smoother::default, |smoother, (curves, mut values, mut second)| {
-                let fit_one = |i: usize| {
-                    let length = knots_only.range(i).len() * d;
-                    let (values, second) = (take(&mut values, length), take(&mut second, length));
-                    let report = knots_only.report_unfitted(i).unwrap_or_else(|| {
-                        smoother.fit(Target { batch, knots: knots_only, curve: i, values, second }, self)
-                    });
-                    device.finished(1);
-                    report
-                };
-                curves.map(fit_one).collect::<Vec<_>>()
-            })
-            .flatten_iter()
-            .collect();
+        let reports = parallel::of(work, |(curves, mut values, mut second)| {
+            let mut smoother = Smoother::default();
+            let fit_one = |i: usize| {
+                let length = knots_only.range(i).len() * d;
+                let (values, second) = (take(&mut values, length), take(&mut second, length));
+                let report = knots_only.report_unfitted(i).unwrap_or_else(|| {
+                    smoother.fit(Target { batch, knots: knots_only, curve: i, values, second }, self)
+                });
+                device.finished(1);
+                report
+            };
+            curves.map(fit_one).collect::<Vec<_>>()
+        });
+        let reports = reports.concat();
         knots.values = values;
         (second, reports)
     }

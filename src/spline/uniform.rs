@@ -20,8 +20,6 @@
 //!
 //! A curve that holds a NaN spoils only itself: its results are NaN.
 
-use rayon::prelude::*;
-
 use super::energy::{discrete_energy, exact_product};
 use super::subdivide::subdivide_rounds;
 use super::uniform_gpu::{self, Operation};
@@ -30,6 +28,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch, take};
+use crate::parallel;
 
 /// Points that [`subdivide`] writes at most, over all curves: 1.6 GB in two dimensions.
 pub const MAX_POINTS: u64 = 100_000_000;
@@ -179,7 +178,7 @@ fn keep_points_of_problems(values: &CurveBatch, coords: &mut [f64]) {
 fn interpolated_on_cpu(coefficients: &CurveBatch) -> CurveBatch {
     let d = coefficients.dimension();
     let mut coords = vec![0.0; coefficients.coords().len()];
-    per_curve(coefficients.offsets(), d, &mut coords).into_par_iter().enumerate().for_each(|(i, values)| {
+    parallel::of(per_curve(coefficients.offsets(), d, &mut coords).into_iter().enumerate(), |(i, values)| {
         let (p, closed) = (coefficients.points(i), coefficients.is_closed(i));
         let count = p.len() / d;
         for k in 0..count {
@@ -199,8 +198,8 @@ fn interpolated_on_cpu(coefficients: &CurveBatch) -> CurveBatch {
 fn subdivide_on_cpu(coefficients: &CurveBatch, rounds: u32, offsets: Vec<usize>) -> CurveBatch {
     let d = coefficients.dimension();
     let mut coords = vec![0.0; offsets[coefficients.len()] * d];
-    per_curve(&offsets, d, &mut coords).into_par_iter().enumerate().for_each_init(Vec::new, |spare, (i, fine)| {
-        subdivide_rounds(coefficients.points(i), fine, spare, d, coefficients.is_closed(i), rounds);
+    parallel::of(per_curve(&offsets, d, &mut coords).into_iter().enumerate(), |(i, fine)| {
+        subdivide_rounds(coefficients.points(i), fine, &mut Vec::new(), d, coefficients.is_closed(i), rounds);
     });
     coefficients.with_points(coords, offsets)
 }
@@ -209,13 +208,13 @@ fn subdivide_on_cpu(coefficients: &CurveBatch, rounds: u32, offsets: Vec<usize>)
 fn discrete_energies_on_cpu(coefficients: &CurveBatch, round: u32) -> Vec<f64> {
     let scale = 8_f64.powi(round as i32);
     let energy = |i| discrete_energy(coefficients.points(i), coefficients.dimension(), coefficients.is_closed(i));
-    (0..coefficients.len()).into_par_iter().map(|i| scale * energy(i)).collect()
+    parallel::map(coefficients.len(), 1, |i| scale * energy(i))
 }
 
 /// [`inner_products`] on all threads of the CPU.
 fn inner_products_on_cpu(p: &CurveBatch, q: &CurveBatch) -> Vec<f64> {
     let product = |i| exact_product(p.points(i), q.points(i), p.dimension(), p.is_closed(i));
-    (0..p.len()).into_par_iter().map(product).collect()
+    parallel::map(p.len(), 1, product)
 }
 
 /// Cuts flat coordinates into one slice a curve.
@@ -258,7 +257,7 @@ fn expect_rounds(rounds: u32) -> Result<()> {
 }
 
 fn refuse_constraints(batch: &CurveBatch) -> Result<()> {
-    batch.constraints().expect_only(&[], "splines on the integers")
+    batch.allows(&[], "splines on the integers")
 }
 
 fn expect_same_shape(p: &CurveBatch, q: &CurveBatch) -> Result<()> {

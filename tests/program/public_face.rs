@@ -2,7 +2,9 @@
 
 use std::fmt::Debug;
 
-use faircurve::{CurveBatch, CurveReport, CurveSet, Device, Fit, Precision, Sampling, spline::Natural};
+use faircurve::{
+    Constraint, Constraints, CurveBatch, CurveReport, CurveSet, Device, Fit, Precision, Sampling, spline::Natural,
+};
 
 fn is_shared<T: Send + Sync + Debug>() {}
 
@@ -24,6 +26,17 @@ fn what_users_hold_can_be_shown_and_shared_between_threads() {
     is_shared::<faircurve::scf::Smooth>();
     is_shared::<Natural>();
     is_shared::<faircurve::spline::Smoothing>();
+}
+
+#[test]
+fn a_method_of_a_users_own_refuses_constraints_it_does_not_know() {
+    let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 1.0]][..]]).unwrap();
+    let curvatures = Constraints { curvatures: Some(vec![0.0; 4]), ..Constraints::default() };
+    let constrained = batch.clone().with_constraints(curvatures).unwrap();
+    batch.allows(&[], "arcs").unwrap();
+    constrained.allows(&[Constraint::Tangents, Constraint::Curvatures], "arcs").unwrap();
+    let refused = constrained.allows(&[Constraint::Tangents], "arcs").unwrap_err().to_string();
+    assert!(refused.starts_with("arcs know no curvature vectors"), "{refused}");
 }
 
 /// A method of a user's own: the curves of another, shifted by nothing.

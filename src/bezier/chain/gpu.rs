@@ -1,7 +1,5 @@
 //! The systems of a batch of chains, all curves and coordinates at once, on a GPU.
 
-use rayon::prelude::*;
-
 use super::layout::{Layout, Trouble};
 use super::piece::Piece;
 use super::system::{Done, System};
@@ -9,6 +7,7 @@ use crate::device::Device;
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::block_ring::{BlockBatch, BlockSolutions, MOST_REACH, solve_blocks_on_gpu};
+use crate::parallel;
 use crate::precision::Precision;
 
 /// Matrices of unit diagonal with a smaller pivot are solved by the CPU: f32 could not tell them
@@ -31,7 +30,7 @@ pub(super) fn complete<'a, const N: usize>(
 ) -> Result<Vec<Result<Done, Trouble>>> {
     let precision = device.kernel_precision(gpu, true)?;
     let systems: Vec<Result<System<N>, Trouble>> =
-        layouts.into_par_iter().map(|layout| System::new(layout?, smoothness, &piece)).collect();
+        parallel::of(layouts, |layout| System::new(layout?, smoothness, &piece));
     let batch = Batch::new(&systems);
     let (mut x, pivots) = batch.solve(gpu, precision, |system| system.rhs.clone())?;
     if precision != Precision::F64 {
@@ -51,7 +50,7 @@ pub(super) fn complete<'a, const N: usize>(
         let (x, smallest) = system.solve();
         system.finish(&x, smallest)
     };
-    Ok(with_unknowns.into_par_iter().map(own).collect())
+    Ok(parallel::of(with_unknowns, own))
 }
 
 /// The arrays of all systems, one a coordinate of a curve.

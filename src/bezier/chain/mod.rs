@@ -18,8 +18,6 @@ mod tests;
 
 use std::collections::{BTreeSet, HashMap};
 
-use rayon::prelude::*;
-
 use self::layout::{Layout, Trouble};
 use self::piece::Piece;
 use self::system::{Done, System};
@@ -31,6 +29,7 @@ use super::single::check_constraints;
 use crate::batch::CurveBatch;
 use crate::device::{Device, DeviceReport};
 use crate::error::{Error, Result};
+use crate::parallel;
 use crate::report::CurveReport;
 use crate::words::words;
 
@@ -161,26 +160,21 @@ impl Chain {
         check_constraints(batch)?;
         self.energy.check()?;
         self.check()?;
-        let layouts: Vec<Result<Layout, Trouble>> =
-            (0..batch.len()).into_par_iter().map(|i| self.layout(batch, i)).collect();
+        let layouts: Vec<Result<Layout, Trouble>> = parallel::map(batch.len(), 1, |i| self.layout(batch, i));
         let smoothness = self.smoothness();
-        let inner =
-            |layout: &Layout| (0..layout.pieces).map(|k| layout.inner(k, smoothness)).collect::<BTreeSet<u32>>();
-        let used = layouts.par_iter().flatten().map(inner).reduce(BTreeSet::new, |a, b| &a | &b);
+        let inner = |layout: &Layout| (0..layout.pieces).map(|k| layout.inner(k, smoothness)).collect::<Vec<u32>>();
+        let used: BTreeSet<u32> = parallel::of(layouts.iter().flatten(), inner).concat().into_iter().collect();
         let new = |known: u32| (known, Piece::new(self.degree, smoothness, known, &self.energy));
-        let pieces: HashMap<u32, Piece> = used.into_par_iter().map(new).collect();
+        let pieces: HashMap<u32, Piece> = parallel::of(used, new).into_iter().collect();
         let piece = |known: u32| &pieces[&known];
         let knots: Vec<Vec<f64>> =
             layouts.iter().map(|layout| layout.as_ref().map_or(Vec::new(), Layout::knots)).collect();
         let outcomes = match (self.joints, device.as_gpu()) {
-            (Joints::G1, _) => layouts
-                .into_par_iter()
-                .map(|layout| {
-                    let outcome = layout.and_then(|layout| newton::complete(layout, piece));
-                    device.finished(1);
-                    outcome
-                })
-                .collect(),
+            (Joints::G1, _) => parallel::of(layouts, |layout| {
+                let outcome = layout.and_then(|layout| newton::complete(layout, piece));
+                device.finished(1);
+                outcome
+            }),
             (Joints::C2, Some(gpu)) if smoothness == 2 => gpu::complete::<3>(gpu, device, layouts, smoothness, piece)?,
             (_, Some(gpu)) => gpu::complete::<2>(gpu, device, layouts, smoothness, piece)?,
             (Joints::C2, None) if smoothness == 2 => complete::<3>(layouts, smoothness, piece),
@@ -282,5 +276,5 @@ fn complete<'a, const N: usize>(
         let (x, smallest) = system.solve();
         system.finish(&x, smallest)
     };
-    layouts.into_par_iter().map(own).collect()
+    parallel::of(layouts, own)
 }

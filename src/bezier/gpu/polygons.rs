@@ -5,8 +5,6 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use super::layout::FoundCurve;
 use super::{Job, NONE, Product};
 use crate::bezier::complete::{Completion, Outcome, Solved};
@@ -18,6 +16,7 @@ use crate::bounds::Bounds;
 use crate::error::Result;
 use crate::gpu::{Gpu, kept};
 use crate::linalg::{take, tasks};
+use crate::parallel;
 use crate::precision::Precision;
 
 /// What points in f32 are good to, in units of half the curve's largest extent.
@@ -77,7 +76,7 @@ pub(crate) fn complete_on_gpu<const D: usize>(
                 (take(&mut coords, points * D), take(&mut energies, curves.len()), curves)
             })
             .collect();
-        outcomes.par_extend(parts.into_par_iter().flat_map_iter(|(coords, energies, curves)| {
+        let found = parallel::of(parts, |(coords, energies, curves)| {
             let (mut points, _) = coords.as_chunks_mut::<D>();
             let mut data = Vec::with_capacity(MOST_DATA);
             let mut outcomes = Vec::with_capacity(curves.len());
@@ -97,7 +96,8 @@ pub(crate) fn complete_on_gpu<const D: usize>(
                 }));
             }
             outcomes
-        }));
+        });
+        outcomes.extend(found.into_iter().flatten());
     });
     kept(done)?;
     outcomes.resize(completion.polygons.len(), Err(Refusal::Lost));
@@ -211,7 +211,7 @@ pub(crate) fn transform_on_gpu<const D: usize>(
                 (take(&mut coords, (offsets[curves.end] - offsets[curves.start]) * D), curves)
             })
             .collect();
-        parts.into_par_iter().for_each(|(coords, curves)| {
+        parallel::of(parts, |(coords, curves)| {
             let (mut points, _) = coords.as_chunks_mut::<D>();
             for i in curves {
                 let own = take(&mut points, offsets[i + 1] - offsets[i]);

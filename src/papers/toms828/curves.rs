@@ -2,15 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
-use rayon::prelude::*;
-
 use super::GraphTrace;
 use super::mesh::natural_second_derivatives;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Input, Jet, Sampling};
 use crate::motion::Motion;
+use crate::parallel;
 use crate::report::CurveSet;
+use glam::DVec3;
 
 /// The natural cubic spline through the mesh points of a graph: p(t) = (t, y(t)), with a span from
 /// data point to data point.
@@ -118,7 +117,7 @@ impl CurveSet for GraphCurves {
                 },
             )
         };
-        let samples: Vec<_> = (0..self.batch.len()).into_par_iter().map(sample).collect();
+        let samples: Vec<_> = parallel::map(self.batch.len(), 1, sample);
         let (mut coords, mut t, mut offsets) = (Vec::new(), Vec::new(), vec![0]);
         for (of_curve, t_of_curve) in samples {
             coords.extend(of_curve);
