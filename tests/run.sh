@@ -131,6 +131,14 @@ cargo clippy --locked --no-default-features --features cli --quiet -- -D warning
 section 'Documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --quiet
 
+section 'Public face'
+# The list is made from what a nightly compiler says of the library; stable ones do not say it.
+if cargo +nightly --version >/dev/null 2>&1 && cargo public-api --version >/dev/null 2>&1; then
+  tests/public.sh --check
+else
+  notice 'the public face is not compared with tests/public.txt: that takes a nightly toolchain and cargo-public-api'
+fi
+
 # One profile for all: optimised, with debug assertions (profile.test). Criterion runs each bench once here, as a test.
 # tests/gpu/browser.rs captures dispatches of every kernel and runs them in Chromium too.
 section 'Tests, examples, and benches in test mode'

@@ -19,22 +19,25 @@ pub struct BezierArgs {
     #[command(flatten)]
     curves: CurveArgs,
     /// What is written of each curve
-    #[arg(long = "as", value_enum, default_value_t = Shape::Bezier, value_name = "SHAPE")]
+    #[arg(long = "as", value_enum, default_value_t = Shape::Bezier, value_name = "SHAPE", help_heading = "Output")]
     shape: Shape,
     #[command(flatten)]
     plan: PlanArgs,
     /// Raises the degree of every piece by N; the curves stay the same
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Béziers")]
     elevate: Option<i64>,
-    /// Lowers the degree of every piece by N: the nearest curves with the same ends
-    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "elevate")]
+    /// Lowers the degree of every piece by N
+    ///
+    /// The curves are the nearest ones with the same ends.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "elevate", help_heading = "Béziers")]
     reduce: Option<i64>,
     /// Segments a piece, with --as polyline [default: 16]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Output")]
     samples: Option<i64>,
-    /// Cubics in SVG stray at most this far from curves of higher degree, in units of the input
-    /// [default: 1e-6 of the size]
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    /// Largest distance of cubics in SVG from curves of higher degree
+    ///
+    /// In units of the input [default: 1e-6 of the size].
+    #[arg(long, value_name = "T", allow_negative_numbers = true, help_heading = "Output")]
     tolerance: Option<f64>,
     #[command(flatten)]
     run: RunArgs,

@@ -28,17 +28,21 @@ pub enum Shape {
 pub struct CurveArgs {
     #[command(flatten)]
     pub input: InputArgs,
-    /// File to write, in the format its extension says; - for standard output, with --to
-    #[arg(short, long)]
+    /// File to write, in the format of its extension
+    ///
+    /// - writes to standard output, with --to.
+    #[arg(short, long, help_heading = "Output")]
     pub output: PathBuf,
     /// Format of the output, where its name does not say it
-    #[arg(long, value_name = "FORMAT")]
+    #[arg(long, value_name = "FORMAT", help_heading = "Output")]
     pub to: Option<Format>,
-    /// Draws input and curves as SVG
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draws input and curves into an SVG file
+    #[arg(long, value_name = "FILE.svg", help_heading = "Picture")]
     pub picture: Option<PathBuf>,
-    /// Counts single points, which stay as they are, as curves that are not usable
-    #[arg(long)]
+    /// Counts single points as curves that are not usable
+    ///
+    /// They stay as they are, and are not counted otherwise.
+    #[arg(long, help_heading = "Run")]
     pub strict: bool,
 }
 

@@ -10,10 +10,10 @@ use super::words::one_of;
 #[derive(Args, Clone, Copy, Debug)]
 pub struct DeviceArgs {
     /// What does the work: auto, cpu, gpu or gpu:N
-    #[arg(long, value_name = "DEVICE", default_value = "auto")]
+    #[arg(long, value_name = "DEVICE", default_value = "auto", help_heading = "Run")]
     pub device: Choice,
     /// Precision of the arithmetic
-    #[arg(long, value_parser = one_of(Precision::WORDS), default_value_t = Precision::Auto)]
+    #[arg(long, value_parser = one_of(Precision::WORDS), default_value_t = Precision::Auto, help_heading = "Run")]
     pub precision: Precision,
 }
 

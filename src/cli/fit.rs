@@ -21,15 +21,19 @@ pub struct FitArgs {
     #[command(flatten)]
     curves: CurveArgs,
     /// What is written of each curve
-    #[arg(long = "as", value_enum, default_value_t = Shape::Polyline, value_name = "SHAPE")]
+    #[arg(long = "as", value_enum, default_value_t = Shape::Polyline, value_name = "SHAPE", help_heading = "Output")]
     shape: Shape,
     #[command(flatten)]
     method: MethodArgs,
-    /// Samples at equal arc length, at most D apart (units of the input), in place of --samples
-    #[arg(long, value_name = "D", conflicts_with = "samples", allow_negative_numbers = true)]
+    /// Samples at equal arc length, at most D apart
+    ///
+    /// In units of the input. It takes the place of --samples.
+    #[arg(long, value_name = "D", conflicts_with = "samples", allow_negative_numbers = true, help_heading = "Output")]
     spacing: Option<f64>,
-    /// Draws curvature combs into the picture; SCALE lengthens their quills [default: 1]
-    #[arg(long, value_name = "SCALE", requires = "picture", num_args = 0..=1, default_missing_value = "1")]
+    /// Draws curvature combs into the picture [default: 1]
+    ///
+    /// SCALE lengthens their quills.
+    #[arg(long, value_name = "SCALE", requires = "picture", num_args = 0..=1, default_missing_value = "1", help_heading = "Picture")]
     comb: Option<f64>,
     #[command(flatten)]
     run: RunArgs,

@@ -34,33 +34,38 @@ enum RuleWord {
 
 #[derive(Args, Debug)]
 pub struct GridArgs {
-    /// File of grids to read (.csv: rows of heights, a blank line between two grids; .npz: an array
-    /// `grids`); - for standard input, with --from
+    /// File of grids to read (.csv, .npz)
+    ///
+    /// CSV has rows of heights, and a blank line between two grids. NPZ has an array `grids`. - reads
+    /// standard input, with --from.
     input: PathBuf,
     /// Format of the input, where its name does not say it
-    #[arg(long, value_name = "FORMAT")]
+    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
     from: Option<GridFormat>,
-    /// File to write (.csv, .npz, .obj for a mesh, .svg for a picture); - for standard output, with
-    /// --to
-    #[arg(short, long)]
+    /// File to write (.csv, .npz, .obj for a mesh, .svg for a picture)
+    ///
+    /// - writes to standard output, with --to.
+    #[arg(short, long, help_heading = "Output")]
     output: PathBuf,
     /// Format of the output, where its name does not say it
-    #[arg(long, value_name = "FORMAT")]
+    #[arg(long, value_name = "FORMAT", help_heading = "Output")]
     to: Option<GridFormat>,
-    /// How often a point is put between any two
-    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true)]
+    /// Rounds of subdivision: each puts a point between any two
+    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, help_heading = "Subdivision")]
     rounds: i64,
     /// How new points come about
-    #[arg(long, value_enum, default_value_t = RuleWord::Exact)]
+    #[arg(long, value_enum, default_value_t = RuleWord::Exact, help_heading = "Subdivision")]
     rule: RuleWord,
-    /// Width of the window of a sparse rule: 3, 5, 7, 9 or 11 new points [default: 5]
-    #[arg(long, value_name = "W", allow_negative_numbers = true)]
+    /// Width of the window of a sparse rule [default: 5]
+    ///
+    /// 3, 5, 7, 9 or 11 new points.
+    #[arg(long, value_name = "W", allow_negative_numbers = true, help_heading = "Subdivision")]
     support: Option<i64>,
-    /// The sparse rule that also keeps linear functions, at the borders too
-    #[arg(long)]
+    /// Takes the sparse rule that keeps linear functions, at the borders too
+    #[arg(long, help_heading = "Subdivision")]
     linear: bool,
-    /// Draws surfaces and control points as SVG
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draws surfaces and control points into an SVG file
+    #[arg(long, value_name = "FILE.svg", help_heading = "Picture")]
     picture: Option<PathBuf>,
     #[command(flatten)]
     run: RunArgs,

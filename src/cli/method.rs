@@ -41,7 +41,8 @@ impl FromStr for EnergyWeights {
 
 fn energy_help() -> String {
     format!(
-        "What fair curves minimise, weights in units of the input: {} (to points then no longer fixed) [default: bending=1]",
+        "What is minimised: a weighted sum of {}. Weights are in units of the input. With attachment points are no longer \
+         fixed [default: bending=1]",
         Energy::NAMES.join(", ")
     )
 }
@@ -105,53 +106,85 @@ impl FromStr for Degrees {
 /// What is fitted.
 #[derive(Args, Clone, Debug)]
 pub struct MethodArgs {
-    /// How curves are fitted [default: natural, with --smoothing, --deviation or --tube: smoothing]
+    /// How curves are fitted [default: natural]
+    ///
+    /// With --smoothing, --deviation or --tube the default is smoothing.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
-    /// Segments a span between data points: K points give N(K−1)+1 points, a closed curve N·K
-    /// [default: 16]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    /// Segments a span between data points [default: 16]
+    ///
+    /// K points give N(K−1)+1 points, a closed curve N·K.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Output")]
     pub samples: Option<i64>,
-    /// Which points of open curves stay in place where the others move [default: ends]
-    #[arg(long, value_parser = one_of(&Pins::WORDS[1..]))]
+    /// Which points of open curves stay where they are [default: ends]
+    #[arg(long, value_parser = one_of(&Pins::WORDS[1..]), help_heading = "Near the points")]
     pin: Option<Pins>,
-    /// Smoothing parameter λ ≥ 0: larger is smoother, 0 goes through every point
-    #[arg(long, value_name = "λ", conflicts_with = "deviation", allow_negative_numbers = true)]
+    /// Smoothing parameter λ ≥ 0
+    ///
+    /// A larger one is smoother. 0 goes through every point.
+    #[arg(
+        long,
+        value_name = "λ",
+        conflicts_with = "deviation",
+        allow_negative_numbers = true,
+        help_heading = "Near the points"
+    )]
     smoothing: Option<f64>,
-    /// Make each curve as smooth, or as fair, as it can be with no point moved more than this, in
-    /// units of the input
-    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    /// Moves no point by more than D
+    ///
+    /// Each curve is then as smooth, or as fair, as it can be. D is in units of the input.
+    #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Near the points")]
     deviation: Option<f64>,
-    /// Make each smoothing spline the one of least bending of all that stay within this of every
-    /// point, in units of the input: like --deviation, but one point far off does not stiffen the
-    /// rest
-    #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation"], allow_negative_numbers = true)]
+    /// Smoothing splines of least bending within D of every point
+    ///
+    /// One point far off does not stiffen the rest, as it does with --deviation. D is in units of
+    /// the input.
+    #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation"], allow_negative_numbers = true, help_heading = "Near the points")]
     tube: Option<f64>,
-    /// Keep the corners of fair curves: points where the input turns by more than this, such as
-    /// 60deg (or 60)
-    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true)]
+    /// Keeps corners: points where the input turns by more than this
+    ///
+    /// In degrees, such as 60deg, or 60.
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, help_heading = "Fair curves")]
     corners: Option<Degrees>,
-    #[arg(long, value_name = "NAME=WEIGHT,...", help = energy_help())]
+    #[arg(long, value_name = "NAME=WEIGHT,...", help = energy_help(), help_heading = "Fair curves")]
     energy: Option<EnergyWeights>,
-    /// Exponent ν of fair curves' bending (from 1) and of smooth connection functions (above 1),
-    /// ∫|κ|^ν ds [default: 2]
-    #[arg(long, value_name = "ν", allow_negative_numbers = true)]
+    /// Exponent ν of ∫|κ|^ν ds [default: 2]
+    ///
+    /// From 1 on for fair curves, above 1 for smooth connection functions.
+    #[arg(
+        long,
+        value_name = "ν",
+        allow_negative_numbers = true,
+        help_heading = "Fair curves and smooth connection functions"
+    )]
     exponent: Option<f64>,
-    /// How fair curves, and smooth connection functions (by newton only), descend [default: newton]
-    #[arg(long, value_parser = one_of(&Direction::WORDS[..3]))]
+    /// How curves descend to the minimum [default: newton]
+    ///
+    /// Smooth connection functions know newton only.
+    #[arg(long, value_parser = one_of(&Direction::WORDS[..3]), help_heading = "Fair curves and smooth connection functions")]
     solver: Option<Direction>,
-    /// Searches a smooth connection function, the first from circles through neighbouring points,
-    /// others from random directions near those; the cheapest is kept [default: 1]
-    #[arg(long, value_name = "N")]
+    /// Number of searches a curve, of which the cheapest is kept [default: 1]
+    ///
+    /// The first starts from circles through neighbouring points, the others from random directions
+    /// near those.
+    #[arg(long, value_name = "N", help_heading = "Smooth connection functions")]
     starts: Option<u32>,
-    /// Iterations of fair curves and smooth connection functions at most [default: 500, scf 200]
-    #[arg(long, value_name = "N")]
+    /// Iterations at most [default: 500, scf 200]
+    #[arg(long, value_name = "N", help_heading = "Fair curves and smooth connection functions")]
     max_iterations: Option<u32>,
-    /// Gradient at which fair curves have converged, at size 1, and relative decrement at which
-    /// smooth connection functions have; smaller is stricter [default: 1e-8, scf 1e-10]. With --as
-    /// bezier, for every method, instead: the largest distance of the Béziers from the curve, in
-    /// units of the input [default: 1e-6 of the data's size]
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    /// When a curve has converged; smaller is stricter [default: 1e-8, scf 1e-10]
+    ///
+    /// For fair curves it is the size of the gradient, where the curve has size 1. For smooth
+    /// connection functions it is the relative decrement.
+    ///
+    /// With --as bezier it is, for every method, the largest distance of the Béziers from the curve
+    /// instead, in units of the input [default: 1e-6 of the data's size].
+    #[arg(
+        long,
+        value_name = "T",
+        allow_negative_numbers = true,
+        help_heading = "Fair curves and smooth connection functions"
+    )]
     pub tolerance: Option<f64>,
 }
 

@@ -77,16 +77,22 @@ const MISTYPED: usize = 2;
 /// What is read, and how.
 #[derive(Args, Debug)]
 struct InputArgs {
-    /// File to read (.csv, .geojson, .svg, .npz); - for standard input, with --from
+    /// File to read (.csv, .geojson, .svg, .npz)
+    ///
+    /// - reads standard input, with --from.
     input: PathBuf,
     /// Format of the input, where its name does not say it
-    #[arg(long, value_name = "FORMAT")]
+    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
     from: Option<Format>,
-    /// CSV columns by role, such as x=lon,y=lat,curve=id,t=hours; columns not named are dropped
-    #[arg(long, value_name = "ROLE=COLUMN,...")]
+    /// CSV columns by role, such as x=lon,y=lat,curve=id,t=hours
+    ///
+    /// Columns that are not named are dropped.
+    #[arg(long, value_name = "ROLE=COLUMN,...", help_heading = "Input")]
     columns: Option<Columns>,
-    /// Whether curves are closed: auto closes those whose last point repeats their first
-    #[arg(long, value_name = "auto|yes|no", default_value = "auto")]
+    /// Whether curves are closed
+    ///
+    /// auto closes those whose last point repeats their first.
+    #[arg(long, value_name = "auto|yes|no", default_value = "auto", help_heading = "Input")]
     closed: Closed,
 }
 
@@ -111,11 +117,11 @@ impl InputArgs {
 /// How much is said on stderr.
 #[derive(Args, Clone, Copy, Debug)]
 struct Talk {
-    /// Say nothing but errors
-    #[arg(short, long, conflicts_with = "verbose")]
+    /// Says nothing but errors
+    #[arg(short, long, conflicts_with = "verbose", help_heading = "Run")]
     quiet: bool,
-    /// Say more: times, and every curve that is not usable
-    #[arg(short, long)]
+    /// Says more: times, and every curve that is not usable
+    #[arg(short, long, help_heading = "Run")]
     verbose: bool,
 }
 

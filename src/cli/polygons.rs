@@ -52,27 +52,34 @@ impl FromStr for Weights {
 
 #[derive(Args, Debug)]
 pub struct PlanArgs {
-    /// Every curve is a chain of Béziers of degree D: D a piece and one more control point, none
-    /// more where it is closed. Without it every curve is one Bézier curve, closed only where the
-    /// file or --closed yes says so; paths of SVG are chains of cubics
-    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    /// Makes every curve a chain of Béziers of degree D
+    ///
+    /// A chain has D control points a piece and one more, none more where it is closed. Without this
+    /// option every curve is one Bézier curve, closed only where the file or --closed yes says so.
+    /// Paths of SVG are chains of cubics.
+    #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Béziers")]
     degree: Option<i64>,
     /// How the pieces of a chain meet [default: free]
-    #[arg(long, value_parser = one_of(Joints::WORDS))]
+    #[arg(long, value_parser = one_of(Joints::WORDS), help_heading = "Béziers")]
     joints: Option<Joints>,
-    /// How long the pieces of a chain are in the parameter, which joints and energies refer to
-    /// [default: chords]
-    #[arg(long, value_parser = one_of(PieceLengths::WORDS))]
+    /// How long the pieces of a chain are in the parameter [default: chords]
+    ///
+    /// Joints and energies refer to it.
+    #[arg(long, value_parser = one_of(PieceLengths::WORDS), help_heading = "Béziers")]
     lengths: Option<PieceLengths>,
     /// Which control points are kept; the others are completed
-    #[arg(long, value_enum, default_value_t = KnownWord::File)]
+    #[arg(long, value_enum, default_value_t = KnownWord::File, help_heading = "Béziers")]
     known: KnownWord,
-    /// What the tangents (columns tx ty tz) at the ends of a single curve say [default: derivatives]
-    #[arg(long, value_parser = one_of(EndTangents::WORDS))]
+    /// What tangents at the ends of a single curve say [default: derivatives]
+    ///
+    /// They are the columns tx ty tz.
+    #[arg(long, value_parser = one_of(EndTangents::WORDS), help_heading = "Béziers")]
     tangents: Option<EndTangents>,
-    /// What is made least, ∫|X″|² (bending), ∫|X′|² (tension) and ∫|X‴|² (variation) over the
-    /// parameter, 0 to 1 of a single curve
-    #[arg(long, value_name = "NAME=WEIGHT,...", default_value = "bending=1")]
+    /// What is minimised
+    ///
+    /// A weighted sum of ∫|X″|² (bending), ∫|X′|² (tension) and ∫|X‴|² (variation) over the parameter,
+    /// which is 0 to 1 of a single curve.
+    #[arg(long, value_name = "NAME=WEIGHT,...", default_value = "bending=1", help_heading = "Béziers")]
     energy: Weights,
 }
 

@@ -26,11 +26,11 @@ const MOST_LISTED: usize = 20;
 pub struct RunArgs {
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Writes a report with one line a curve, or a grid, as JSON
-    #[arg(long, value_name = "FILE.json")]
+    /// Writes a report as JSON, one line a curve or grid
+    #[arg(long, value_name = "FILE.json", help_heading = "Run")]
     pub report: Option<PathBuf>,
     /// Replaces outputs that exist
-    #[arg(long)]
+    #[arg(long, help_heading = "Run")]
     pub force: bool,
     #[command(flatten)]
     pub talk: Talk,

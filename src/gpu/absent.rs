@@ -37,10 +37,12 @@ impl Gpu {
     }
 
     /// The limits that plans are made against.
+    #[doc(hidden)]
     pub fn limits(&self) -> &Limits {
         match *self {}
     }
 
+    #[doc(hidden)]
     pub fn record(&self, _: Precision) -> Recording<'_> {
         match *self {}
     }

@@ -44,6 +44,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Those of `work`.
+    #[doc(hidden)]
     pub fn capture<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<(T, Vec<CapturedDispatch>)> {
         *self.capture.lock().expect("no panic while held") = Some(Vec::new());
         let result = work();

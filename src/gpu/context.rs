@@ -109,12 +109,14 @@ impl Gpu {
     }
 
     /// The same GPU with smaller limits: for tests of chunking, and for sharing a device.
+    #[doc(hidden)]
     pub fn with_limits(mut self, limits: Limits) -> Self {
         self.limits = limits;
         self
     }
 
     /// Treats the device as one without subgroups, so that the workgroup-memory kernels run.
+    #[doc(hidden)]
     pub fn without_subgroups(mut self) -> Self {
         self.summary.has_subgroups = false;
         self
@@ -122,6 +124,7 @@ impl Gpu {
 
     /// Fills the arrays that kernels write with NaN first, instead of zeros, so that what no kernel
     /// wrote can be told from what is zero: for tests.
+    #[doc(hidden)]
     pub fn with_poisoned_arrays(mut self) -> Self {
         self.poisoned = true;
         self
@@ -133,6 +136,7 @@ impl Gpu {
     }
 
     /// The limits that plans are made against.
+    #[doc(hidden)]
     pub fn limits(&self) -> &Limits {
         &self.limits
     }

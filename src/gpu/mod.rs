@@ -18,6 +18,7 @@ mod context;
 mod kernel;
 mod key;
 mod pipeline;
+#[doc(hidden)]
 pub mod plan;
 #[cfg(feature = "gpu")]
 mod record;

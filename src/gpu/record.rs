@@ -50,6 +50,7 @@ pub struct Pending<'g> {
 
 impl Gpu {
     /// Starts a submission whose kernels compute in this precision.
+    #[doc(hidden)]
     pub fn record(&self, precision: Precision) -> Recording<'_> {
         let out_of_memory = self.device.push_error_scope(ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(ErrorFilter::Validation);

@@ -24,7 +24,7 @@
 
 use std::sync::Arc;
 
-use rustdct::{Dct1, DctNum, DctPlanner};
+use faircurve_dct::{Dct1, Planner, Transformed};
 
 use crate::linalg::{Real, take};
 
@@ -40,13 +40,13 @@ pub(super) struct Exact<S> {
     lambda: Vec<S>,
 }
 
-impl<S: Real + DctNum> Exact<S> {
-    pub fn new(shape: [usize; 2], planner: &mut DctPlanner<S>) -> Self {
+impl<S: Real + Transformed> Exact<S> {
+    pub fn new(shape: [usize; 2], planner: &mut dyn Planner<S>) -> Self {
         let m = shape[1] - 1;
         Exact {
             shape,
-            forward: planner.plan_dct1(m + 1),
-            inverse: planner.plan_dct1(2 * m + 1),
+            forward: planner.dct1(m + 1),
+            inverse: planner.dct1(2 * m + 1),
             lambda: (0..=2 * m).map(|l| Real::from_f64(lambda(l, m))).collect(),
         }
     }

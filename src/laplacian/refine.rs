@@ -1,7 +1,7 @@
 //! [`Refiner`]: all rounds of a rule on one grid, on the CPU.
 
+use faircurve_dct::Transformed;
 use rustc_hash::FxHashMap;
-use rustdct::{DctNum, DctPlanner};
 
 use super::exact::Exact;
 use super::stencil::{Axis, Stencils};
@@ -40,9 +40,9 @@ pub(super) fn is_line(shape: [usize; 2]) -> bool {
     shape.contains(&1)
 }
 
-impl<S: Real + DctNum> Refiner<S> {
+impl<S: Real + Transformed> Refiner<S> {
     pub fn new(rule: &Rule, shapes: &[[usize; 2]], rounds: u32) -> Self {
-        let mut planner = DctPlanner::new();
+        let mut planner = S::planner();
         let mut plans = match rule {
             Rule::Exact => Plans::Exact(FxHashMap::default()),
             Rule::Sparse(rule) => Plans::Sparse { least: rule.least_intervals(), stencils: FxHashMap::default() },
@@ -54,7 +54,7 @@ impl<S: Real + DctNum> Refiner<S> {
             for shape in std::iter::successors(Some(shape), |&shape| Some(next(shape))).take(rounds as usize) {
                 match (&mut plans, rule) {
                     (Plans::Exact(exact), _) => {
-                        exact.entry(shape).or_insert_with(|| Exact::new(shape, &mut planner));
+                        exact.entry(shape).or_insert_with(|| Exact::new(shape, planner.as_mut()));
                     }
                     (Plans::Sparse { least, stencils }, Rule::Sparse(rule)) => {
                         let axes = shape.map(|points| Axis::of(points - 1, *least));

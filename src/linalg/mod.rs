@@ -9,16 +9,19 @@
 //! a time.
 
 pub(crate) mod banded;
+#[doc(hidden)]
 pub mod block_ring;
 mod elimination;
 mod lanes;
 mod pentadiagonal;
 mod real;
+#[doc(hidden)]
 pub mod ring;
 pub(crate) mod scalar;
 mod singular;
 mod size;
 mod tasks;
+#[doc(hidden)]
 pub mod thomas;
 mod tridiagonal;
 mod wide;
@@ -28,6 +31,7 @@ pub use pentadiagonal::{
     factor_cyclic_pentadiagonal, factor_pentadiagonal, solve_cyclic_pentadiagonal, solve_pentadiagonal,
 };
 pub use real::Real;
+#[doc(hidden)]
 pub use scalar::{Lanes, Scalar};
 pub(crate) use size::power_of_two;
 pub(crate) use tasks::{take, tasks};

@@ -44,7 +44,7 @@ fn on_gpu(method: &Subdivide, grids: &Grids, gpu: &Gpu, precision: Precision) ->
 }
 
 /// What the CPU makes of grids in the precision of S.
-fn twin<S: Real + rustdct::DctNum>(method: &Subdivide, grids: &Grids) -> Vec<f64> {
+fn twin<S: Real + faircurve_dct::Transformed>(method: &Subdivide, grids: &Grids) -> Vec<f64> {
     let refiner = Refiner::<S>::new(&method.rule, grids.shapes(), method.rounds);
     let mut all = Vec::new();
     for i in 0..grids.len() {
