@@ -119,7 +119,10 @@ impl Rust {
 
     /// The number of a word of an enum.
     fn word(&self, name: &str) -> Option<f64> {
-        let (own, variant) = name.split_once('_')?;
+        name.match_indices('_').find_map(|(at, _)| self.word_of(&name[..at], &name[at + 1..]))
+    }
+
+    fn word_of(&self, own: &str, variant: &str) -> Option<f64> {
         let [own, variant] = [own, variant].map(|words| {
             let capital = |word: &str| word[..1].to_string() + &word[1..].to_lowercase();
             words.split('_').map(capital).collect::<String>()
