@@ -12,6 +12,7 @@ mod rough;
 mod bits;
 mod browser;
 mod common;
+mod compilers;
 mod conformance;
 mod conformance_bezier;
 mod conformance_bezier_chain;
