@@ -1,4 +1,4 @@
-//! Fitted discrete curves as [`Curve`]s: through their vertices, with their tangents and curvature
+//! Fitted discrete curves as [`Curve`]s through their vertices, with their tangents and curvature
 //! vectors.
 
 use std::collections::BTreeMap;
@@ -13,39 +13,48 @@ use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
 use glam::DVec3;
 
-/// One fitted curve: vertices, and which of them stand for data points.
+/// One fitted curve: its vertices, and the rows that stand for data points.
 #[derive(Clone, Debug)]
 pub(crate) struct Vertices {
     /// Flat coordinates.
     pub coords: Vec<f64>,
-    /// Row of the vertex of every data point; of a closed curve one more, the row after its last.
+    /// The row of the vertex of every data point.
+    ///
+    /// A closed curve has one more, the row after its last.
     pub rows: Vec<u32>,
-    /// Rows of the vertices that are corners, increasing; ends of open curves are none.
+    /// The rows of the vertices that are corners, increasing.
+    ///
+    /// Ends of open curves are not among them.
     pub corners: Vec<u32>,
 }
 
-/// The curves of a batch in its order, each its vertices or, unfitted, its data points; and what
-/// was found of each.
+/// The curves of a batch in its order, with their reports.
+///
+/// A fitted curve has its vertices, an unfitted one its data points.
 pub(crate) struct Fitted {
     pub curves: Vec<Result<Vertices, Vec<f64>>>,
     pub reports: Vec<CurveReport>,
-    /// What did the work.
+    /// The device that did the work.
     pub device: DeviceReport,
 }
 
-/// The curves of a batch, each its vertices or, unfitted, its input.
+/// The curves of a batch.
+///
+/// A fitted curve has its vertices, an unfitted one its input.
 pub(crate) struct FairCurves {
     pub dimension: usize,
     pub curves: Vec<Result<Vertices, Input>>,
-    /// The parameters of the data points of every curve: see [`knots_of`].
+    /// The parameters of the data points of every curve, from [`knots_of`].
     pub knots: Vec<Vec<f64>>,
     pub closed: Vec<bool>,
     pub problems: BTreeMap<usize, Unfitted>,
     pub origin: Arc<Origin>,
 }
 
-/// The parameters of a curve's data points: as given, those of a closed curve with one more where
-/// it meets its first point again; 0, 1, 2 … where none were given, or all are one.
+/// The parameters of a curve's data points.
+///
+/// They are the given ones. A closed curve has one more, where it meets its first point again. They
+/// are 0, 1, 2 … where none were given or all are equal.
 pub(super) fn knots_of(batch: &CurveBatch, i: usize) -> Vec<f64> {
     let ends = batch.count(i) + usize::from(batch.is_closed(i));
     if let Some(given) = batch.parameters(i).filter(|given| !given.is_empty() && batch.problem(i).is_none()) {
@@ -61,27 +70,32 @@ pub(super) fn knots_of(batch: &CurveBatch, i: usize) -> Vec<f64> {
     (0..ends).map(|k| k as f64).collect()
 }
 
-/// A curve through vertices. Between the parameters of two data points its parameter goes on by the
-/// same step from edge to edge; where these are one, derivatives are those by the fraction of the
-/// span.
+/// A curve through vertices.
 ///
-/// At a vertex it has the discrete curve's tangent, halfway between its edges', and its curvature
-/// vector K = (T′ − T)/Δa; in between it is the cubic with those tangents, and its curvature goes
-/// linearly from one K to the next. At a corner each side has the tangent and the curvature of an
-/// end; that the curve turns there is in none of them.
+/// Between two data points the parameter grows by the same step from edge to edge. If both data
+/// points have the same parameter, derivatives are taken by the fraction of the span.
+///
+/// - At a vertex the tangent is halfway between those of the two edges, and the curvature vector is
+///   K = (T′ − T)/Δa.
+/// - Along an edge the curve is the cubic with the tangents at both ends. Its curvature changes
+///   linearly from one K to the next.
+/// - At a corner each side has the tangent and the curvature of an end. Neither contains the turn
+///   of the corner itself.
 struct FairCurve<'a> {
     dimension: usize,
     closed: bool,
     vertices: &'a Vertices,
-    /// Frames at both ends of every edge, once one is asked for: arc lengths ask for the same ones
-    /// over and over.
+    /// Frames at both ends of every edge, computed once on demand.
+    ///
+    /// Arc lengths ask for them many times.
     frames: OnceLock<Vec<[Frame; 2]>>,
     /// The parameter of every data point.
     knots: &'a [f64],
 }
 
-/// The curve along an edge, by the fraction v of it: p + v (a + v (c + v d)), its curvature that of
-/// the acceleration bend + v · bend_change.
+/// The curve along an edge, as p + v (a + v (c + v d)) at the fraction v of the edge.
+///
+/// Its curvature is that of the acceleration bend + v · bend_change.
 struct Edge {
     ends: [DVec3; 2],
     a: DVec3,
@@ -91,7 +105,7 @@ struct Edge {
     bend_change: DVec3,
 }
 
-/// Tangent and curvature vector.
+/// A tangent and a curvature vector.
 type Frame = (DVec3, DVec3);
 
 impl FairCurve<'_> {
@@ -107,7 +121,7 @@ impl FairCurve<'_> {
         self.vertex(row + 1) - self.vertex(row)
     }
 
-    /// The curve along the edge after a row.
+    /// The curve along the edge that begins at a row.
     #[inline(always)]
     fn cubic(&self, row: usize) -> Edge {
         let (p, q) = (self.vertex(row), self.vertex(row + 1));
@@ -118,8 +132,9 @@ impl FairCurve<'_> {
         Edge { ends: [p, q], a, c, d, bend: length * length * bend, bend_change: length * length * (bend_after - bend) }
     }
 
-    /// Rows of the ends of the smooth piece that holds the edge after a row; none for a closed
-    /// curve without corners. Rows of closed curves are counted on, past their last.
+    /// The first and last row of the smooth piece that holds the edge beginning at a row.
+    ///
+    /// `None` for a closed curve without corners. On closed curves rows go on past the last.
     fn piece(&self, row: usize) -> Option<(usize, usize)> {
         let (count, corners) = (self.count(), &self.vertices.corners);
         let next = corners.partition_point(|&corner| corner as usize <= row);
@@ -134,17 +149,18 @@ impl FairCurve<'_> {
         }
     }
 
-    /// Frames at both ends of the edge after a row.
+    /// The frames at both ends of the edge that begins at a row.
     fn frames(&self, row: usize) -> [Frame; 2] {
         let edges = if self.closed { self.count() } else { self.count() - 1 };
         let of_all = || {
             let mut frames: Vec<[Frame; 2]> = Vec::with_capacity(edges);
             for row in 0..edges {
                 let piece = self.piece(row);
-                // Before its first corner a closed curve is on the piece that began at its last,
-                // one round ago.
+                // The edges of a closed curve before its first corner belong to the piece that
+                // began at its last corner, one round earlier.
                 let at = if piece.is_some_and(|(first, _)| first > row) { row + self.count() } else { row };
-                // But at corners an edge begins as the one before it ends.
+                // An edge begins with the frame in which the edge before it ended, except at
+                // corners.
                 let start = match frames.last() {
                     Some([_, end]) if piece.is_none_or(|(first, _)| first != at) => *end,
                     _ => self.frame(at, piece),
@@ -156,7 +172,9 @@ impl FairCurve<'_> {
         self.frames.get_or_init(of_all)[row]
     }
 
-    /// The frame at a vertex of a smooth piece. At its ends the curvature goes on as it went.
+    /// The frame at a vertex of a smooth piece.
+    ///
+    /// At the ends of the piece the curvature is extrapolated.
     fn frame(&self, row: usize, piece: Option<(usize, usize)>) -> Frame {
         let Some((first, last)) = piece.filter(|&(first, last)| row == first || row == last) else {
             let before = self.edge(if row == 0 { self.count() - 1 } else { row - 1 });
@@ -204,14 +222,9 @@ impl Curve for FairCurve<'_> {
         Some(Motion { velocity: [edge.a, 2.0 * edge.c, 3.0 * edge.d], acceleration: [edge.bend, edge.bend_change] })
     }
 
-    fn speed(&self, span: usize, u: f64) -> f64 {
-        // Knots are 1 apart.
-        self.jet(span, u).first.length()
-    }
-
     fn jet(&self, span: usize, u: f64) -> Jet {
         let (from, to) = (self.vertices.rows[span] as usize, self.vertices.rows[span + 1] as usize);
-        // A span between repeated points is all at one vertex.
+        // A span between repeated points lies at one vertex.
         if from == to {
             return Jet { point: self.vertex(from), ..Jet::default() };
         }
@@ -260,7 +273,7 @@ impl FairCurves {
         Some(FairCurve { dimension, closed, vertices, frames: OnceLock::new(), knots })
     }
 
-    /// Coordinates and parameters of the samples of curve `i`.
+    /// The coordinates and parameters of the samples of curve `i`.
     fn sample(&self, i: usize, sampling: Sampling) -> (Vec<f64>, Vec<f64>) {
         let Some(curve) = self.fair(i) else {
             return self.curves[i]

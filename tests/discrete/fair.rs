@@ -327,3 +327,20 @@ fn half_a_circle_is_bent_as_the_elastica_between_tangents_is() {
     assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
     assert!(vertices.iter().all(|&v| (norm(v) - 1.0).abs() <= 1e-6));
 }
+
+#[test]
+fn the_speed_is_that_of_the_points_by_the_fraction_of_a_span_whatever_the_parameter() {
+    let batch = CurveBatch::from_slices(&[&S[..]]).unwrap();
+    let timed = batch.clone().with_parameters(vec![0.0, 2.0, 2.5, 7.0, 8.0]).unwrap();
+    for batch in [batch, timed] {
+        let fit = of(default_energy()).fit(&batch, &Device::cpu()).unwrap();
+        let curve = fit.curve(0);
+        for span in 0..4 {
+            let (u, step) = (0.37, 1e-6);
+            let [before, after] = [u - step, u + step].map(|u| curve.jet(span, u).point);
+            let wanted = (after - before).length() / (2.0 * step);
+            let found = curve.speed(span, u);
+            assert!((found - wanted).abs() < 1e-6 * wanted, "span {span}: {found}, {wanted}");
+        }
+    }
+}
