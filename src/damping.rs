@@ -1,58 +1,63 @@
-//! How much Newton's steps are damped: λ of (H + λL) p = −g, one trial a tick, one curve a lane.
+//! The damping of Newton's steps: λ of (H + λL) p = −g, with one trial a tick and one curve a lane.
 //!
-//! λ is 0 as long as that serves. It grows where H + λL is not positive definite or the energy
-//! falls by less than the quadratic model promises, and shrinks back to 0 where the model holds.
+//! λ stays 0 as long as undamped steps succeed. It grows where H + λL is not positive definite, or
+//! where the energy falls by much less than the quadratic model promises. It shrinks back to 0
+//! where the model holds.
 
 use crate::linalg::{Real, Scalar};
 
-/// What a trial led to.
+/// The verdict on a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// The step is taken.
     Accept,
-    /// Another trial, with another step.
+    /// Another trial follows, with another step.
     Again,
-    /// No step can be found along this direction.
+    /// No step succeeds along this direction.
     Fail,
 }
 
-/// The first λ after 0. L is H of a straight curve: at 1 both weigh alike.
+/// The first λ above 0.
+///
+/// L is the Hessian H of a straight curve, so at λ = 1 both weigh the same.
 const FIRST: f64 = 1e-2;
 
-/// What λ is multiplied by after a step that failed.
+/// The factor of λ after a step that failed.
 const GROWTH: f64 = 4.0;
 
-/// What λ is multiplied by after a step that was as good as promised.
+/// The factor of λ after a step that was as good as promised.
 const DECAY: f64 = 0.1;
 
-/// Below this λ is 0 again: by then H outweighs it.
+/// A λ below this becomes 0, because H outweighs λL by then.
 const LEAST: f64 = 1e-4;
 
-/// From this λ on steps are those of plain descent, and if none of them leads down, nothing does.
+/// The largest λ.
+///
+/// Steps are those of plain descent by then. If none of them lowers the energy, nothing does.
 const MOST: f64 = 1e8;
 
-/// A step is accepted if the energy falls by this part of what the model promises at least.
+/// A step is accepted if the energy falls by at least this fraction of what the model promises.
 const ACCEPTED: f64 = 1e-3;
 
-/// Below this part λ grows, though the step is taken.
+/// Below this fraction λ grows, though the step is taken.
 const POOR: f64 = 0.25;
 
-/// Above this part λ shrinks.
+/// Above this fraction λ shrinks.
 const GOOD: f64 = 0.75;
 
-/// So many units of rounding of the energy, relative, are more than a sum's own.
+/// Differences of energies below this many units of rounding, relative to the energy, are noise.
 const ROUNDING: f64 = 16.0;
 
 /// What a trial along p = −(H + λL)⁻¹g found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Trial<N> {
-    /// Smallest pivot of H + λL.
+    /// The smallest pivot of H + λL.
     pub smallest: N,
-    /// g·p, and the slope along p at the trial.
+    /// The slope g·p at the start, and the slope along p at the trial.
     pub slopes: [N; 2],
-    /// Energies before and at the trial.
+    /// The energies at the start and at the trial.
     pub energies: [N; 2],
-    /// The part of p that was taken.
+    /// The fraction of p that was taken.
     pub alpha: N,
 }
 
@@ -76,12 +81,13 @@ impl<N: Real + Scalar> Damping<N> {
         if !sound {
             return self.fail();
         }
-        // −(α g·p + ½ α² pᵀHp) for λ = 0; with λ the model promises up to twice as much.
+        // This is −(α g·p + ½ α² pᵀHp) for λ = 0. For λ > 0 the model promises up to twice as much.
         let promised = -(trial.alpha * slope * (N::of(1.0) - N::of(0.5) * trial.alpha));
         let fallen = energy - energy_there;
         let rounding = N::of(ROUNDING) * <N as Real>::EPSILON * Scalar::abs(energy);
         if promised < rounding {
-            // Energies say nothing any more, slopes still do.
+            // Differences of energies are rounding here. Slopes still tell good steps from bad
+            // ones.
             if Scalar::abs(slope_there) <= Scalar::abs(slope) && Scalar::abs(fallen) <= N::of(2.0) * rounding {
                 self.lambda = zero;
                 return Verdict::Accept;
@@ -100,8 +106,9 @@ impl<N: Real + Scalar> Damping<N> {
         Verdict::Accept
     }
 
-    /// Damps more, before anything is tried: where H + λL is not positive definite. Whether that
-    /// may help still.
+    /// Increases λ without a trial, for an H + λL that is not positive definite.
+    ///
+    /// Returns whether a larger λ may still help.
     pub fn stiffen(&mut self) -> bool {
         self.grow();
         self.lambda <= N::of(MOST)
@@ -121,8 +128,9 @@ impl<N: Real + Scalar> Damping<N> {
 mod tests {
     use super::*;
 
-    /// A full step that is sound, with the energy falling by `share` of what the model promises: ½
-    /// of 1.
+    /// A sound full step.
+    ///
+    /// The energy falls by `share` of what the model promises, which is ½ of 1.
     fn trial(share: f64) -> Trial<f64> {
         Trial { smallest: 1.0, slopes: [-1.0, 0.0], energies: [10.0, 10.0 - 0.5 * share], alpha: 1.0 }
     }

@@ -1,8 +1,10 @@
-//! The one error type: every message is a sentence with the value, the limit and the remedy.
+//! The crate's error type.
 //!
-//! An [`Error`] concerns a whole run (a file, an argument, a device). What concerns one curve never
-//! becomes an error: it becomes that curve's [`CurveStatus`](crate::CurveStatus), and its
-//! neighbours are fitted as if it were not there.
+//! Every message is a sentence with the value, the limit and the remedy.
+//!
+//! An [`Error`] concerns a whole run: a file, an argument or a device. A problem of one curve is
+//! never an error. It becomes that curve's [`CurveStatus`](crate::CurveStatus), and its neighbours
+//! are fitted as if it were not there.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -10,68 +12,71 @@ use std::path::{Path, PathBuf};
 /// The crate's result type.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// What can stop a whole run.
+/// An error that stops a whole run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file could not be read from the disk.
+    /// A file could not be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's message.
         source: std::io::Error,
     },
-    /// A file could not be written; whatever stood at `path` before is untouched.
+    /// A file could not be written.
+    ///
+    /// Whatever stood at `path` before is untouched.
     #[error("cannot write {}: {source}; nothing was left half-written", path.display())]
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's message.
         source: std::io::Error,
     },
-    /// Bytes could not be handed on; what takes them may hold a part.
+    /// Output could not be written to its receiver, which may hold a part of it.
     #[error("cannot write: {source}; a part may have been written")]
     Stream {
-        /// What the taker said.
+        /// The receiver's message.
         source: std::io::Error,
     },
-    /// The output exists and overwriting was not allowed.
+    /// The output file exists, and overwriting was not allowed.
     #[error("{} exists already: give `overwrite` to replace it, or another name", path.display())]
     Exists {
         /// The file.
         path: PathBuf,
     },
-    /// A file was read but does not hold what its format promises.
+    /// A file was read, but its content does not fit its format.
     #[error("{}: {message}", place(file, *line))]
     Parse {
         /// The file's name, or `-` for standard input.
         file: String,
-        /// The line counted from 1, where the format has lines.
+        /// The line, counted from 1, where the format has lines.
         line: Option<u64>,
         /// What is wrong, the value found, and the remedy.
         message: String,
     },
-    /// An option or an argument of a call makes no sense; the sentence names it, its value and what
-    /// is allowed.
+    /// An option or an argument of a call makes no sense.
+    ///
+    /// The sentence names it, its value and what is allowed.
     #[error("{0}")]
     Argument(String),
     /// The arrays that describe a batch do not fit together.
     #[error("malformed batch: {0}")]
     Batch(String),
-    /// A GPU was asked for and there is none that serves.
+    /// A GPU was asked for, and no suitable one was found.
     #[error("no usable GPU: {0}")]
     NoGpu(String),
-    /// One piece of the work exceeds a hard limit of the device, however it is divided.
+    /// One indivisible piece of the work exceeds a hard limit of the device.
     #[error("{what} needs {asked}, but the device allows {allowed}: {remedy}")]
     Limit {
         /// What was asked for.
         what: String,
-        /// How much of it.
+        /// The amount asked for.
         asked: u64,
-        /// What the device allows.
+        /// The device's limit.
         allowed: u64,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
     /// The device ran out of memory even after the chunk was halved.
@@ -82,7 +87,9 @@ pub enum Error {
         /// The chunk that failed first.
         chunk_bytes: u64,
     },
-    /// The device was lost; what had been finished before is kept by the caller.
+    /// The device was lost.
+    ///
+    /// The caller keeps what had been finished before.
     #[error("the device was lost: {0}; run again, or use the CPU")]
     DeviceLost(String),
     /// The device did not answer in time.
@@ -91,13 +98,14 @@ pub enum Error {
         /// How long the host waited.
         seconds: u64,
     },
-    /// A kernel was refused by the shader compiler or the driver: a fault of faircurve or of the
-    /// driver, never of the data.
+    /// A kernel was refused by the shader compiler or the driver.
+    ///
+    /// This is a fault of faircurve or of the driver, never of the data.
     #[error("kernel {kernel} was refused: {message}")]
     Kernel {
         /// The kernel's name.
         kernel: String,
-        /// What the compiler said.
+        /// The compiler's message.
         message: String,
     },
 }
@@ -109,13 +117,13 @@ fn place(file: &str, line: Option<u64>) -> String {
     }
 }
 
-/// The most characters that a sentence quotes of what it was given.
+/// The most characters that a sentence quotes from its input.
 const QUOTED: usize = 80;
 /// The most entries that a sentence lists.
 #[cfg(feature = "formats")]
 const LISTED: usize = 8;
 
-/// Text that was given, for a sentence: no more than 80 characters of it.
+/// Input text for a sentence, cut to 80 characters.
 pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
     match text.char_indices().nth(QUOTED) {
         None => Cow::Borrowed(text),
@@ -126,8 +134,9 @@ pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// The same in quotation marks, with escapes, as Rust writes text: no more than 80 characters in
-/// all between the marks.
+/// Input text in quotation marks for a sentence, with escapes as in Rust.
+///
+/// At most 80 characters stand between the marks.
 pub(crate) fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     let mut count = 0;
@@ -140,14 +149,14 @@ pub(crate) fn quoted(text: &str) -> String {
             break;
         }
         count += escaped.len();
-        // A single mark needs no escape between double ones.
+        // A single quotation mark needs no escape between double ones.
         if c == '\'' { quoted.push(c) } else { quoted.extend(escaped) }
     }
     quoted.push('"');
     quoted
 }
 
-/// Entries with commas between them: the first eight, and how many more there are.
+/// Entries separated by commas: the first eight, and the number of the others.
 #[cfg(feature = "formats")]
 pub(crate) fn listed(entries: impl IntoIterator<Item = String>) -> String {
     let mut entries = entries.into_iter();
@@ -158,7 +167,7 @@ pub(crate) fn listed(entries: impl IntoIterator<Item = String>) -> String {
     }
 }
 
-/// 12345 as "12,345".
+/// A number with commas between thousands: 12345 is "12,345".
 pub(crate) fn thousands(n: usize) -> String {
     let digits = n.to_string();
     let (head, tail) = digits.split_at((digits.len() + 2) % 3 + 1);
@@ -166,7 +175,7 @@ pub(crate) fn thousands(n: usize) -> String {
     head.chars().map(String::from).chain(groups).collect()
 }
 
-/// A number for a sentence: with an exponent where it would be long.
+/// A number for a sentence, with an exponent where it would be long.
 pub(crate) fn short(x: f64) -> String {
     if x == 0.0 || !x.is_finite() || (1e-5..1e17).contains(&x.abs()) { x.to_string() } else { format!("{x:e}") }
 }

@@ -1,5 +1,7 @@
-//! What a kernel compiles in of an energy, and what it is told of every curve: the definitions and
-//! the weights that `shaders/discrete/energy/mod.wgsl` asks for.
+//! The text and the weights of an energy for a kernel.
+//!
+//! The text is the definitions that `shaders/discrete/energy/mod.wgsl` asks for. The weights differ
+//! from curve to curve.
 
 use std::collections::BTreeSet;
 
@@ -7,39 +9,43 @@ use super::energy::{Energy, Functional, MOST_EDGES, TORSION_CURVATURE};
 use crate::gpu::source::{Definitions, definitions};
 use crate::precision::Precision;
 
-/// What kernels call so, no energy may.
+/// Names that kernels use themselves.
+///
+/// No energy may have one of them.
 const RESERVED: [&str; 6] = ["gauge", "attachment", "window", "edge", "across", "torsion_curvature"];
 
-/// An energy as a kernel has it.
+/// An energy in the form a kernel needs.
 #[derive(Clone, Debug)]
 pub(crate) struct Composition {
     /// Definitions for the kernel's text.
     pub definitions: Definitions,
-    /// Per entry of a curve's weights: what it is.
+    /// The meaning of each entry of a curve's weights.
     entries: Vec<Entry>,
-    /// Of each term of the energy, its entry.
+    /// The entry of each term of the energy.
     places: Vec<usize>,
-    /// Edges that a term sees at most.
+    /// The most edges that a term sees.
     edges: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Entry {
-    /// A weight, and the degree of its functional.
+    /// A weight and the degree of its functional.
     Weight(f64, f64),
-    /// That of the attachment.
+    /// The weight of the attachment and its degree.
     Attachment(f64, f64),
     Gauge,
     /// ε of torsion.
     TorsionCurvature,
 }
 
-/// A functional as its text tells it from others, in the order in which kernels add up: sums are
-/// the same however an energy is written.
+/// What tells one functional's text from another's.
+///
+/// The order is the one in which kernels add up. Sums are therefore the same however an energy is
+/// written.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Kind {
     edges: usize,
-    /// Its place among [`Energy::NAMES`].
+    /// Its position in [`Energy::NAMES`], or `usize::MAX` for a user's energy.
     rank: usize,
     word: String,
     degree: String,
@@ -60,21 +66,22 @@ impl Kind {
     }
 }
 
-/// The weights of a curve on a device, where it has the size 1.
+/// The weights of a curve on a device, where the curve has size 1.
 #[derive(Clone, Debug)]
 pub(crate) struct DeviceWeights {
-    /// In the kernel's order.
+    /// Weights in the kernel's order.
     pub entries: Vec<f64>,
-    /// An energy of 1 there is so much in the units of the input.
+    /// The energy in units of the input that is 1 on the device.
     pub unit: f64,
 }
 
 impl Composition {
-    /// Composes the energies of curves of a dimension, and the gauge if asked for. Functionals that
-    /// are one but for their weights share one.
+    /// Composes the energies of curves of a dimension, with the gauge if asked for.
+    ///
+    /// Functionals that differ only in their weights share one entry.
     ///
     /// # Errors
-    /// A sentence that says what no kernel can be made of.
+    /// A sentence that says what cannot be compiled into a kernel.
     pub fn of(energy: &Energy, with_gauge: bool, dimension: usize, precision: Precision) -> Result<Self, String> {
         let epsilon = precision.epsilon();
         let of_terms = energy.terms().iter().map(|(_, functional)| Kind::of(functional, epsilon));
@@ -141,18 +148,19 @@ impl Composition {
         Ok(name)
     }
 
-    /// Entries of a curve in the kernel's table of weights.
+    /// The number of entries of a curve in the kernel's table of weights.
     pub fn width(&self) -> usize {
         self.entries.len()
     }
 
-    /// Edges that a term sees at most.
+    /// The most edges that a term sees.
     pub fn edges(&self) -> usize {
         self.edges
     }
 
-    /// The entries of a curve of size 1 whose terms have these weights. An attachment is weighed at
-    /// its points.
+    /// The entries of a curve of size 1 whose terms have these weights.
+    ///
+    /// The entry of an attachment is 1, because its weights stand at the points.
     pub fn entries(&self, weights: &[f64], gauge: f64) -> Vec<f64> {
         let entry = |(place, entry): (usize, &Entry)| match entry {
             Entry::Weight(..) => {
@@ -165,8 +173,9 @@ impl Composition {
         self.entries.iter().enumerate().map(entry).collect()
     }
 
-    /// The weights of a curve that the device has divided by `size`; the weight of its gauge and ε
-    /// of torsion are in the units of the input.
+    /// The weights of a curve that the device has divided by `size`.
+    ///
+    /// The arguments `gauge` and `torsion_curvature` (ε of torsion) are in units of the input.
     pub fn weights(&self, size: f64, gauge: f64, torsion_curvature: f64) -> DeviceWeights {
         let scaled = |entry: &Entry| match *entry {
             Entry::Weight(weight, degree) | Entry::Attachment(weight, degree) => weight * size.powf(degree),
@@ -194,8 +203,8 @@ mod tests {
         let energy = bending(2.0) + 0.5 * length() + 3.0 * bending(2.0);
         let composition = Composition::of(&energy, true, 2, Precision::F32).unwrap();
         assert_eq!(composition.places, [1, 0, 1]);
-        // Of degrees 1 and −1, on a curve of size 4: 0.5·4 and 4/4; the larger is the unit. The
-        // gauge has degree 2.
+        // The degrees are 1 and −1, and the curve has size 4: weights become 0.5·4 and 4/4. The
+        // larger is the unit. The gauge has degree 2.
         let weights = composition.weights(4.0, 0.25, 1e-3);
         assert_eq!((weights.unit, weights.entries), (2.0, vec![1.0, 0.5, 2.0, 4e-3]));
     }

@@ -1,16 +1,17 @@
 //! Tangents and curvature vectors at data points.
 //!
-//! A tangent τ at vertex i keeps f_{i+1} − f_{i−1} parallel to τ (at an end f_{i+1} − f_i). With a
-//! curvature vector k ⊥ τ the neighbours lie on the circle of that curvature, at one angle θ either
-//! way, d = (2/|k|) tan(θ/2):
+//! A tangent τ at vertex i keeps f_{i+1} − f_{i−1} parallel to τ. At an end f_{i+1} − f_i is kept
+//! parallel to τ. With a curvature vector k ⊥ τ the neighbours lie on the circle of that curvature.
+//! Both stand at the same angle θ from the vertex, at d = (2/|k|) tan(θ/2):
 //!
 //! ```text
 //! f_{i±1} = f_i + (±d τ + ½ d² k)/(1 + ¼ d² |k|²)
 //! ```
 //!
-//! so that the discrete curvature vector (T′ − T)/Δa *is* k, whatever d. The point itself is
-//! pinned, and with a curvature its neighbours are too: any d serves the shape alike, and were it
-//! free, the gauges of both spans would quarrel over it.
+//! The discrete curvature vector (T′ − T)/Δa is then exactly k for every d.
+//!
+//! The point itself is pinned. With a curvature vector its neighbours are pinned too. Every d gives
+//! the same shape, so the gauges of both spans would compete for a free d.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -20,24 +21,26 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
 use crate::status::CurveStatus;
 
-/// A tangent is perpendicular to a curvature vector if their cosine is below this.
+/// A tangent and a curvature vector are perpendicular if their cosine is below this.
 const PERPENDICULAR: f64 = 1e-6;
 
-/// What one vertex must meet.
+/// The constraint at one vertex.
 #[derive(Clone, Debug)]
 pub(crate) struct Constrained<const D: usize> {
-    /// The vertex; pinned.
+    /// The row of the vertex, which is pinned.
     pub row: usize,
-    /// The neighbours' rows: at an end of an open curve only one.
+    /// The rows of the neighbours.
+    ///
+    /// An end of an open curve has only one.
     before: Option<usize>,
     after: Option<usize>,
-    /// Unit vector.
+    /// The unit tangent.
     tangent: Vector<f64, D>,
-    /// ⊥ `tangent`, in 1/length.
+    /// The curvature vector, perpendicular to `tangent`, in 1/length.
     curvature: Option<Vector<f64, D>>,
 }
 
-/// The constraints of curve `i`, whose data points stand at `rows` of `vertices` vertices.
+/// The constraints of curve `i`, whose data points stand at `rows` among `vertices` vertices.
 pub(super) fn constrained<const D: usize>(
     batch: &CurveBatch,
     i: usize,
@@ -81,7 +84,7 @@ pub(super) fn constrained<const D: usize>(
         let wrap = |row: usize| if closed { row % vertices } else { row };
         let before = (closed || row > 0).then(|| wrap(row + vertices - 1) % vertices);
         let after = (closed || row + 1 < vertices).then(|| wrap(row + 1));
-        // Edges to the data points on both sides must leave the neighbours to this one alone.
+        // Data points must be far enough apart that no vertex is the neighbour of two.
         let gap =
             |other: usize| other.abs_diff(row).min(if closed { vertices - other.abs_diff(row) } else { usize::MAX });
         let nearest = rows.iter().map(|&other| other as usize % vertices).filter(|&other| other != row).map(gap).min();
@@ -103,7 +106,7 @@ pub(super) fn constrained<const D: usize>(
 }
 
 impl<const D: usize> Constrained<D> {
-    /// Moves the neighbours of a curve's vertices to where the constraint holds.
+    /// Moves the neighbours of the vertex to where the constraint holds.
     pub fn meet(&self, vertices: &mut [Vector<f64, D>]) {
         let here = vertices[self.row];
         let distance = |row: usize| {
@@ -121,25 +124,25 @@ impl<const D: usize> Constrained<D> {
         [(self.before, -1.0), (self.after, 1.0)].into_iter().filter_map(|(row, sign)| Some((row?, sign)))
     }
 
-    /// Where a neighbour lies, from the vertex, at distance d.
+    /// The position of a neighbour relative to the vertex, at distance d.
     fn place(&self, sign: f64, d: f64) -> Vector<f64, D> {
         let k = self.curvature.unwrap_or([0.0; D]);
         let share = 1.0 / (1.0 + 0.25 * d * d * dot(k, k));
         scale(share, add(scale(sign * d, self.tangent), scale(0.5 * d * d, k)))
     }
 
-    /// Rows that stay where they are.
+    /// Rows that stay in place.
     pub fn pinned(&self) -> impl Iterator<Item = usize> + use<D> {
         let neighbours = self.neighbours().filter(|_| self.curvature.is_some()).map(|(row, _)| row);
         std::iter::once(self.row).chain(neighbours.collect::<Vec<_>>())
     }
 
-    /// Directions that the moves of the neighbours have no part of: rows and vectors.
+    /// The directions in which the neighbours must not move, as rows and vectors.
     fn normals(&self) -> Vec<Normal<D>> {
         let neighbours: Vec<(usize, f64)> = self.neighbours().collect();
         let width = neighbours.len() * D;
         let mut allowed: Vec<DVector<f64>> = Vec::new();
-        // Both move alike, or apart along the tangent.
+        // The neighbours may move together, or apart along the tangent.
         if neighbours.len() == 2 {
             for c in 0..D {
                 allowed.push(DVector::from_fn(width, |row, _| if row % D == c { 0.5f64.sqrt() } else { 0.0 }));
@@ -150,7 +153,7 @@ impl<const D: usize> Constrained<D> {
         let mut normals: Vec<DVector<f64>> = Vec::new();
         for axis in 0..width {
             let mut rest = DVector::from_fn(width, |row, _| f64::from(u8::from(row == axis)));
-            // Twice, so that what is left is orthogonal to rounding.
+            // Done twice, so that the rest is orthogonal to rounding.
             for _ in 0..2 {
                 for known in allowed.iter().chain(&normals) {
                     rest -= known * known.dot(&rest);
@@ -168,10 +171,12 @@ impl<const D: usize> Constrained<D> {
     }
 }
 
-/// A direction across a constraint: rows and vectors.
+/// A direction across a constraint, as rows and vectors.
 type Normal<const D: usize> = Vec<(usize, Vector<f64, D>)>;
 
-/// The tangents of one curve on its way. What has a curvature is pinned, and needs no more.
+/// The tangents to keep while a curve descends.
+///
+/// Points with a curvature vector are pinned with their neighbours and need no more.
 #[derive(Clone, Debug)]
 pub(crate) struct Constraints<const D: usize> {
     normals: Vec<Normal<D>>,
@@ -185,11 +190,11 @@ impl<const D: usize> Constraints<D> {
         (!normals.is_empty()).then_some(Constraints { normals })
     }
 
-    /// z = L⁻¹g along the constraints, in the metric that `solve` solves for; what of g they hold
-    /// is taken from it.
+    /// Projects z = L⁻¹g onto the constraints, in the metric that `solve` solves for.
     ///
-    /// ⟨g, z⟩ would be the small difference of large numbers near a minimum, where constraints push
-    /// hard: the forces are taken from g first, and what is left is solved for again.
+    /// The constraint forces are removed from `g`. They are removed first, and the rest is solved
+    /// for again. Near a minimum the forces are large, and ⟨g, z⟩ would otherwise be a small
+    /// difference of large numbers.
     pub fn project<S: Scalar>(
         &self,
         solve: &mut dyn FnMut(&mut [Vector<S, D>]),
@@ -214,8 +219,8 @@ impl<const D: usize> Constraints<D> {
         for again in [true, false] {
             let excess = DVector::from_fn(count, |a, _| along(&self.normals[a], z));
             let Some(multipliers) = gram.solve(&excess) else {
-                // Two constraints on the same vertices: refused before, so never here. NaN ends the
-                // curve.
+                // Two constraints share a vertex. Such curves are refused earlier, so this is never
+                // reached. NaN ends the curve.
                 z.iter_mut().for_each(|z| *z = [number(f64::NAN); D]);
                 return;
             };

@@ -1,5 +1,6 @@
-//! Corners: where the data turn sharply a curve is cut, its pieces are fitted side by side as
-//! curves of their own, and joined again.
+//! Corners: curves are cut where the data turn sharply.
+//!
+//! The pieces are fitted side by side as curves of their own, and joined again.
 
 use super::curves::{Fitted, Vertices};
 use crate::batch::{CurveBatch, Piece};
@@ -7,15 +8,16 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
-/// A turn must exceed the angle by this many radians, so that rounding makes no corner where the
-/// data turn by the angle exactly.
+/// A turn must exceed the angle by this many radians.
+///
+/// Without it rounding would make corners where the data turn by exactly the angle.
 const ROUNDING: f64 = 1e-9;
 
 /// A batch cut at its corners.
 pub(super) struct Corners {
-    /// The pieces, those of a curve one after the other.
+    /// The pieces, in the order of the curves.
     pub batch: CurveBatch,
-    /// Of every piece whether its first and its last point are corners, which stay in place.
+    /// For every piece, whether its first and its last point are corners, which stay in place.
     pub kept: Vec<[bool; 2]>,
     pieces: Vec<Piece>,
 }
@@ -53,8 +55,9 @@ impl Corners {
         self.pieces.iter().map(|piece| piece.curve).collect()
     }
 
-    /// Joins what was fitted to the pieces. A curve with a piece that could not be fitted is not
-    /// fitted.
+    /// Joins the fitted pieces.
+    ///
+    /// A curve is unfitted if one of its pieces could not be fitted.
     pub fn join(&self, batch: &CurveBatch, pieces: Fitted) -> Fitted {
         let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
         let mut fitted = pieces.curves.into_iter().zip(pieces.reports);
@@ -77,8 +80,9 @@ impl Corners {
     }
 }
 
-/// The points at which a curve turns by more than an angle; of points repeated the last. A point
-/// with a tangent is none.
+/// The points at which a curve turns by more than an angle.
+///
+/// Of repeated points the last counts. A point with a tangent is no corner.
 fn corners<const D: usize>(batch: &CurveBatch, i: usize, angle: f64) -> Vec<usize> {
     let (points, closed) = (batch.points(i).as_chunks::<D>().0, batch.is_closed(i));
     let count = points.len();
@@ -99,10 +103,10 @@ fn corners<const D: usize>(batch: &CurveBatch, i: usize, angle: f64) -> Vec<usiz
     inner.filter(is_corner).map(|j| distinct[j]).collect()
 }
 
-/// The angle between two vectors, as precise near 0 and π as between.
+/// The angle between two vectors, as precise near 0 and π as in between.
 fn turn<const D: usize>(from: Vector<f64, D>, to: Vector<f64, D>) -> f64 {
     let unit = |v: Vector<f64, D>| {
-        // Of largest component 1 first, so that squares neither overflow nor vanish.
+        // The largest component is scaled to 1 first, so that squares neither overflow nor vanish.
         let largest = v.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
         let v = v.map(|x| x / largest);
         scale(1.0 / dot(v, v).sqrt(), v)
@@ -112,15 +116,17 @@ fn turn<const D: usize>(from: Vector<f64, D>, to: Vector<f64, D>) -> f64 {
     2.0 * dot(apart, apart).sqrt().atan2(dot(along, along).sqrt())
 }
 
-/// One curve of its pieces: a corner is one vertex, and the vertices of a closed curve begin with
-/// its first data point.
+/// Joins the pieces of one curve.
+///
+/// A corner becomes one vertex. The vertices of a closed curve begin at its first data point.
 fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dimension: usize) -> Vertices {
     if parts.len() == 1 && !closed || pieces[0].closed {
         return parts.swap_remove(0);
     }
     let (mut coords, mut rows, mut corners) = (Vec::new(), Vec::new(), Vec::new());
     for part in &parts {
-        // The last vertex of a piece is the first of the next, or of all.
+        // The last vertex of a piece is the first of the next piece. On a closed curve the last
+        // piece ends at the very first vertex.
         let start = (coords.len() / dimension) as u32;
         corners.push(start);
         coords.extend_from_slice(&part.coords[..part.coords.len() - dimension]);
@@ -129,7 +135,8 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
     let count = (coords.len() / dimension) as u32;
     rows.push(count);
     let Some(last) = parts.pop().filter(|_| !closed) else {
-        // Point 0 of the curve stands at `at` of the points joined, which begin at the first corner.
+        // The joined points begin at the first corner. Point 0 of the curve is number `at` among
+        // them.
         let points = rows.len() - 1;
         let at = (points - pieces[0].first) % points;
         let first = rows[at];
@@ -147,8 +154,10 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
     Vertices { coords, rows, corners }
 }
 
-/// One report of those of the pieces: the worst status with its sentence, sums of energies and
-/// iterations, and the largest gradient, deviation and weight.
+/// Joins the reports of the pieces of one curve.
+///
+/// It has the worst status with its sentence, the sums of energies and iterations, and the largest
+/// gradient, deviation and weight.
 fn joined_report(reports: Vec<CurveReport>) -> CurveReport {
     let severity = |report: &CurveReport| match report.status {
         CurveStatus::Converged => 0,

@@ -1,4 +1,4 @@
-//! Newton's method damped in the Sobolev metric, one trial a tick: (H + λL) p = −g.
+//! Newton's method damped in the Sobolev metric: one trial of (H + λL) p = −g a tick.
 
 use super::descent::Descent;
 use super::lane::Standing;
@@ -9,25 +9,29 @@ use crate::linalg::Scalar;
 use crate::linalg::scalar::{add, dot, scale};
 
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
-    /// Room for the systems of [`newton_tick`](Self::newton_tick), if that is the plan.
+    /// Storage for the systems of [`newton_tick`](Self::newton_tick), if the plan uses Newton's
+    /// method.
     pub(super) fn newton(&self) -> Option<Newton<S, D>> {
         let planned = self.plan.direction == Direction::Newton;
         planned.then(|| Newton::new(self.plan.order, &self.edges, &self.pins.movable))
     }
 
-    /// Whether the first tick, which evaluates where the curves are, is done.
+    /// Whether the first tick, which evaluates the curves as they stand, is done.
     pub(super) fn has_begun(&self) -> bool {
         self.lanes.iter().any(|lane| lane.evaluations > 0)
     }
 
-    /// One trial of every lane, for one curve alone: compiled once, however many callers there are.
+    /// One trial of every lane, for one curve alone.
+    ///
+    /// It is compiled once for all its callers.
     #[inline(never)]
     pub(super) fn newton_tick(&mut self, newton: &mut Newton<S, D>) {
         self.newton_tick_inlined(newton);
     }
 
-    /// One trial of every lane, with the instructions of the caller. The first tick is
-    /// [`tick`](Self::tick), which evaluates where the curves are.
+    /// One trial of every lane, compiled with the instructions of the caller.
+    ///
+    /// The first tick is [`tick`](Self::tick), which evaluates the curves as they stand.
     #[inline(always)]
     pub(super) fn newton_tick_inlined(&mut self, newton: &mut Newton<S, D>) {
         let smallest = self.newton_direction(newton);
@@ -65,7 +69,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
     }
 
-    /// p at the curves as they stand, and the smallest pivot of each lane.
+    /// Computes p for the curves as they stand, and returns the smallest pivot of each lane.
     #[inline(always)]
     fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> S {
         self.edges.place(&self.u);

@@ -1,9 +1,13 @@
-//! [`Descent`]: curves on their way down an energy, one a lane, one trial a tick.
+//! [`Descent`]: curves that descend an energy, with one curve a lane and one trial a tick.
 //!
-//! A tick evaluates the energy and its gradient at u + αp. Where the step is accepted, the inner
-//! product is frozen at the new curve, the Sobolev gradient z found, and a new direction p = −z +
-//! βp taken; where it is not, another α follows. Lanes that have ended stay as they are. Everything
-//! a curve needs to go on is in its lane: a descent can be stopped after any tick, and resumed.
+//! A tick evaluates the energy and its gradient at u + αp. If the step is accepted:
+//!
+//! - the inner product is frozen at the new curve;
+//! - the Sobolev gradient z is computed;
+//! - the new direction is p = −z + βp.
+//!
+//! Otherwise another α is tried. Lanes that have ended stay as they are. A lane holds everything
+//! its curve needs to go on, so a descent can be stopped after any tick and resumed.
 
 use super::constrain::Constraints;
 use super::edges::Edges;
@@ -23,12 +27,16 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     pub metric: Metric<S, D>,
     pub pins: Pins<S>,
     pub weights: Weights<S>,
-    /// Functionals and their weights, which differ from lane to lane since curves are normalised.
+    /// Functionals and their weights.
+    ///
+    /// Weights differ from lane to lane, because curves are normalised.
     pub terms: Vec<(S, &'a Functional)>,
     pub gauge: S,
-    /// Attached: the displacement of the data point of each vertex.
+    /// The displacement of the data point of each attached vertex.
     pub targets: Vec<Vector<S, D>>,
-    /// Tangents to keep; with them a descent has one lane.
+    /// Tangents to keep.
+    ///
+    /// A descent that has any has one lane.
     pub constraints: Option<Constraints<D>>,
     pub u: Vec<Vector<S, D>>,
     pub(super) x: Vec<Vector<S, D>>,
@@ -40,7 +48,9 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
 }
 
 impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
-    /// Curves at their base, with tolerances and bounds of length a lane.
+    /// Curves at their bases.
+    ///
+    /// `bounds` holds a tolerance and a bound of the length for each lane.
     #[allow(clippy::too_many_arguments)]
     pub fn new(
         plan: Plan,
@@ -74,12 +84,12 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
     }
 
-    /// Whether any lane goes on.
+    /// Whether any lane is still running.
     pub fn is_running(&self) -> bool {
         self.lanes.iter().any(|lane| lane.standing == Standing::Running)
     }
 
-    /// The energy without the gauge, of the curves as they stand.
+    /// The energy of the curves as they stand, without the gauge.
     pub fn energy_without_gauge(&mut self) -> S {
         self.x.copy_from_slice(&self.u);
         self.edges.place(&self.u);
@@ -90,13 +100,15 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy
     }
 
-    /// One trial of every lane, for one curve alone: compiled once, however many callers there are.
+    /// One trial of every lane, for one curve alone.
+    ///
+    /// It is compiled once for all its callers.
     #[inline(never)]
     pub fn tick(&mut self) {
         self.tick_inlined();
     }
 
-    /// One trial of every lane, with the instructions of the caller.
+    /// One trial of every lane, compiled with the instructions of the caller.
     #[inline(always)]
     pub fn tick_inlined(&mut self) {
         let mut alpha = S::ZERO;
@@ -120,7 +132,9 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
     }
 
-    /// Energy and slope at x, whose gradient goes to `trial`; and the length.
+    /// The energy, slope and length at x.
+    ///
+    /// The gradient goes to `trial`.
     #[inline(always)]
     pub(super) fn evaluate(&mut self) -> (S, S, S) {
         self.edges.close(&mut self.x);
@@ -150,7 +164,9 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy
     }
 
-    /// ½ Σ w |x − target|², its gradient added to `trial`.
+    /// ½ Σ w |x − target|².
+    ///
+    /// Its gradient is added to `trial`.
     #[inline(always)]
     fn attach(&mut self) -> S {
         let half = S::of(0.5);
@@ -203,14 +219,14 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         false
     }
 
-    /// Takes −z after a direction has failed.
+    /// Restarts along −z after a direction has failed.
     #[inline(never)]
     fn restart(&mut self, l: usize) {
         for (p, z) in self.p.iter_mut().zip(&self.z) {
             (0..D).for_each(|c| p[c].set_lane(l, -z[c].lane(l)));
         }
-        // Against the edges of the trial that failed: about those of the curve, and a guard is all
-        // it is.
+        // The edges are those of the failed trial. They are close to those of the curve, which is
+        // enough for a guard.
         let most = self.edges.most_step(&self.p).lane(l);
         let lane = &mut self.lanes[l];
         let most = if lane.guarded { most } else { <S::Number as Scalar>::of(f64::INFINITY) };
@@ -218,11 +234,12 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         lane.search = LineSearch::start(lane.energy, -lane.norm2, <S::Number as Scalar>::of(1.0), most);
     }
 
-    /// Takes the step where `accepted` is 1: Sobolev gradient, direction and first trial there.
+    /// Takes the step where `accepted` is 1, and prepares the Sobolev gradient, the direction and
+    /// the first trial there.
     #[inline(always)]
     pub(super) fn accept(&mut self, accepted: S, slope: S) {
         let smallest = self.metric.freeze(&self.edges, &self.pins, &self.weights);
-        // x becomes the new Sobolev gradient's array once the displacements are taken.
+        // x becomes the array of the new Sobolev gradient once the displacements are taken.
         let (mut norm2, mut mixed) = (S::ZERO, S::ZERO);
         for row in 0..self.u.len() {
             for c in 0..D {
@@ -263,7 +280,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
     }
 
-    /// Coordinates of a lane's displacements, its vertices one after the other.
+    /// The coordinates of a lane's displacements, vertex after vertex.
     pub fn displacements(&self, l: usize) -> Vec<Vector<f64, D>> {
         let count = self.edges.vertices()[l];
         self.u[..count].iter().map(|u| std::array::from_fn(|c| u[c].lane(l).to_f64())).collect()

@@ -1,5 +1,4 @@
-//! Descents on a GPU: where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and the
-//! dispatches until none runs.
+//! Descents on a GPU, by dispatches of `shaders/discrete/descent.wgsl` until no curve is running.
 
 mod packing;
 #[cfg(all(test, feature = "gpu"))]
@@ -20,11 +19,15 @@ use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline};
 use crate::precision::Precision;
 
-/// Threads a workgroup, whose curves stand side by side in memory.
+/// Threads in a workgroup.
+///
+/// Their curves stand side by side in memory.
 pub(crate) const GROUP: usize = 32;
 
-/// Ticks a dispatch at most: what a gentle curve needs in f32 in all. Curves that go on are then
-/// brought together, and are faster by a tenth on a software driver than with four times as many.
+/// The most ticks in a dispatch: what a gentle curve needs in f32 in all.
+///
+/// Curves that go on are packed together after each dispatch. On a software driver this is a tenth
+/// faster than four times as many ticks.
 const MOST_TICKS: u32 = 16;
 
 /// `DescentParams` of `descent.wgsl`.
@@ -60,7 +63,9 @@ pub(crate) struct DescentState {
     pub padding_too: u32,
 }
 
-/// How the kernel says that a curve stands; its word is 0 before the first tick.
+/// The standings by the kernel's codes.
+///
+/// The code is 0 before the first tick.
 const STANDINGS: [Standing; 6] = [
     Standing::Running,
     Standing::Converged,
@@ -70,11 +75,12 @@ const STANDINGS: [Standing; 6] = [
     Standing::Broken,
 ];
 
-/// The arrays of a chunk that come back.
+/// The arrays of a chunk that are read back.
 const WANTED: [&str; 3] = ["states", "lanes", "displacements"];
 
-/// The kernel of a composition with the inner product of an order, 0, 1 or 2; of order 2 it may be
-/// Newton's.
+/// The kernel of a composition with the inner product of order 0, 1 or 2.
+///
+/// With order 2 it may be the kernel of Newton's method.
 pub(crate) fn descent_kernel(
     composition: &Composition,
     order: usize,
@@ -89,7 +95,7 @@ pub(crate) fn descent_kernel(
     KernelKey { path: "discrete/descent.wgsl", entry: "descend", precision, definitions }
 }
 
-/// Forms the kernel takes, a few of each order.
+/// Some forms of the kernel, a few of each order.
 pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     let forms = [
         (length(), 0),
@@ -112,17 +118,23 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     keys
 }
 
-/// Descends every curve, from its base: by Newton's method, where the plan asks for it, if the
-/// inner product is of order 2, else by conjugate gradients. Curves that are too long for a thread,
-/// that keep tangents or curvatures, or whose inner product is of order 3, which f32 cannot hold,
-/// are descended by the CPU in f64.
+/// Descends every curve from its base.
 ///
-/// Where the device is lost, what it had finished is kept, and the other curves come out as
-/// [`Standing::Running`] at their bases.
+/// Where the plan asks for Newton's method and the inner product is of order 2, that method is
+/// used. Otherwise conjugate gradients are.
+///
+/// The CPU descends some curves in f64:
+///
+/// - curves too long for a thread;
+/// - curves that keep tangents or curvatures;
+/// - curves with an inner product of order 3, which f32 cannot hold.
+///
+/// If the device is lost, finished curves are kept. The others come out as [`Standing::Running`] at
+/// their bases.
 ///
 /// # Errors
-/// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions, if
-/// nothing was finished.
+/// [`Error::Argument`] for an energy that cannot be compiled into a kernel. Errors of submissions,
+/// if nothing was finished.
 pub(crate) fn descend_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,
@@ -146,8 +158,10 @@ pub(crate) struct Run<'a, const D: usize> {
 }
 
 impl<const D: usize> Run<'_, D> {
-    /// Descends; `progress` is told of every further number of curves that have ended on the
-    /// device, `ended` of each curve when it is back.
+    /// Descends.
+    ///
+    /// `progress` is told the number of further curves that have ended on the device. `ended` is
+    /// told of each curve when it is back.
     pub fn descend(&self, progress: &mut dyn FnMut(usize), ended: Ended<'_, D>) -> Result<Vec<Outcome<D>>> {
         let problems = self.problems;
         let (mut order, host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| self.is_for_kernel(i));
@@ -174,7 +188,7 @@ impl<const D: usize> Run<'_, D> {
             && loop_turns(self.plan.order, problem.vertices(), problem.pinned.len()) <= LOOP_TURNS
     }
 
-    /// The energy as the kernel has it: attached to points wherever a curve is.
+    /// The energy for the kernel, with an attachment where any curve has attached points.
     fn composition(&self, curves: &[usize]) -> Result<Composition> {
         let mut energy = self.energy.clone();
         let names = energy.is_attached();
@@ -185,7 +199,7 @@ impl<const D: usize> Run<'_, D> {
     }
 }
 
-/// What a curve is before anything was found.
+/// The outcome of a curve before anything was found.
 fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
     Outcome {
         displacements: vec![[0.0; D]; problem.vertices()],
@@ -197,11 +211,13 @@ fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
     }
 }
 
-/// Loop turns of one tick at most: an accepted step and, in another lane of the same subgroup, a
-/// restart; loops over the rows, counted in the kernel's text, a few turns more for the windows,
-/// and loops over the pins.
+/// The most loop turns of one tick.
+///
+/// This is an accepted step plus a restart in another lane of the same subgroup. It counts the
+/// loops over the rows in the kernel's text, some turns for the windows, and the loops over the
+/// pins.
 fn loop_turns(order: usize, rows: usize, pins: usize) -> usize {
-    // The base (once), the sweep, the step, two directions or Newton's system there and back; then
+    // The base (once), the sweep, the step, two directions or Newton's system there and back. Then
     // the inner product.
     let loops = 5 + [1, 3, 9][order];
     loops * (rows + 8) + if order == 2 { 4 * pins } else { 0 }
@@ -210,8 +226,10 @@ fn loop_turns(order: usize, rows: usize, pins: usize) -> usize {
 struct Job<'a, const D: usize> {
     run: &'a Run<'a, D>,
     composition: Composition,
-    /// Whether directions are Newton's: not where a term of negative weight couples more vertices
-    /// than the inner product does.
+    /// Whether directions are Newton's.
+    ///
+    /// They are not where a term of negative weight couples more vertices than the inner product
+    /// does.
     is_newton: bool,
 }
 
@@ -259,7 +277,7 @@ impl<'a, const D: usize> Job<'a, D> {
         Rounds::start::<DescentState>(of_curves, recording, (layout, arrays), |r, l, a, s| self.round(r, l, a, s))
     }
 
-    /// Lets the curves listed descend by as many ticks as fit.
+    /// Lets the listed curves descend by as many ticks as fit.
     fn round(
         &self,
         recording: &mut Recording<'a>,
@@ -283,7 +301,9 @@ impl<'a, const D: usize> Job<'a, D> {
     }
 }
 
-/// Ticks of the curves listed: the same for all threads of a workgroup, whose loops turn together.
+/// The ticks of the listed curves.
+///
+/// All threads of a workgroup have the same number, because their loops run together.
 fn tasks(slots: &[u32], turns: &[usize], most_ticks: u32) -> Vec<DescentTask> {
     let mut tasks = Vec::with_capacity(slots.len());
     for group in slots.chunks(GROUP) {

@@ -5,8 +5,7 @@
 //! smoothing spline (near) ─► trial: the curve at a weight ─► its deviation ─► next weight (search) … ─► the curve to the method's tolerance
 //! ```
 //!
-//! On the CPU every curve is searched for by itself; a GPU descends the trials of all curves side
-//! by side.
+//! The CPU searches for each curve by itself. A GPU descends the trials of all curves side by side.
 
 use rayon::prelude::*;
 
@@ -24,8 +23,9 @@ use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::report::{CurveReport, CurveSet};
 
-/// Fits every curve with the smallest weight of the attachment that keeps the deviation; and says
-/// what did it.
+/// Fits every curve with the smallest attachment weight that keeps the deviation.
+///
+/// Returns the curves with the device that fitted them.
 pub(super) fn fit<const D: usize>(
     fair: &Fair,
     allowed: f64,
@@ -53,11 +53,12 @@ pub(super) fn fit<const D: usize>(
     Ok(Fitted { curves, reports, device })
 }
 
-/// Edges a span among which a weight is searched for first: a curve that has so many is within some
-/// per cent of the curve of many, and costs as little.
+/// Edges a span in the first, coarse search for a weight.
+///
+/// Such a curve is within some per cent of the curve of many edges. Searching for it is cheap.
 const COARSE: usize = 4;
 
-/// What is searched for.
+/// The task of a search.
 struct Deviation<'a> {
     attached: &'a Fair,
     allowed: f64,
@@ -66,28 +67,28 @@ struct Deviation<'a> {
     device: &'a Device,
 }
 
-/// What coarse edges say of a curve.
+/// What the search among coarse edges found about a curve.
 enum Hint {
-    /// Where to start from.
+    /// A weight to start from.
     Start {
         weight: f64,
         iterations: u32,
     },
-    /// That there is no minimum near.
+    /// There is no minimum near the points.
     Nowhere {
         iterations: u32,
     },
     Nothing,
 }
 
-/// Of every curve what coarse edges say, and the curve found there.
+/// The results of the coarse search: a hint for every curve, and the curve found.
 struct Sketches {
     hints: Vec<Hint>,
     curves: FairCurves,
 }
 
 impl Deviation<'_> {
-    /// Searches among coarse edges, where the curves have finer ones.
+    /// Searches among coarse edges, if the curves have finer ones.
     fn sketch<const D: usize>(&self, near: &Near) -> Result<Option<Sketches>> {
         if !matches!(self.attached.segments, Segments::PerSpan(n) if n >= 2 * COARSE) {
             return Ok(None);
@@ -114,7 +115,9 @@ impl Deviation<'_> {
         Ok(Some(Sketches { hints, curves: FairCurves::new(self.batch, curves, Default::default()) }))
     }
 
-    /// Searches; and says what did it.
+    /// Searches for every curve.
+    ///
+    /// Returns the device that did the work.
     #[allow(clippy::type_complexity)]
     fn search<const D: usize>(
         &self,
@@ -146,27 +149,29 @@ impl Deviation<'_> {
     }
 }
 
-/// What all rounds of all searches need.
+/// What all rounds of all searches share.
 struct Rounds<'a> {
     attached: &'a Fair,
     batch: &'a CurveBatch,
-    /// Told of every curve whose search has ended.
+    /// Counts every curve whose search has ended.
     tally: Option<&'a Tally<'a>>,
 }
 
 impl Rounds<'_> {
-    /// Searches for all curves; and says what did it.
+    /// Searches for all curves.
+    ///
+    /// Returns the device that did the work.
     fn run<const D: usize>(&self, mut searches: Vec<&mut Search<D>>, device: &Device) -> Result<DeviceReport> {
         if device.as_gpu().is_some() {
             return self.all(searches, device);
         }
-        // Long curves first: nobody waits for one at the end.
+        // Long curves go first, so that no thread waits for one at the end.
         searches.sort_by_key(|search| std::cmp::Reverse(search.vertices()));
         searches.into_par_iter().with_max_len(1).try_for_each(|search| self.one(search))?;
         device.report(true)
     }
 
-    /// Searches for one curve, on this thread of the CPU.
+    /// Searches for one curve on this thread of the CPU.
     fn one<const D: usize>(&self, search: &mut Search<D>) -> Result<()> {
         while !search.has_ended() {
             self.round(&mut [search], &Device::cpu())?;
@@ -174,12 +179,14 @@ impl Rounds<'_> {
         Ok(())
     }
 
-    /// Searches for all curves side by side; and says what did it.
+    /// Searches for all curves side by side.
+    ///
+    /// Returns the device that did the work.
     fn all<const D: usize>(&self, mut searches: Vec<&mut Search<D>>, device: &Device) -> Result<DeviceReport> {
         let mut first = None;
         loop {
-            // Caps of iterations are those of a run: searches go first, then curves that need only
-            // be finished.
+            // All curves of a run have the same cap of iterations. Searching curves therefore go
+            // first, then those that only need to be finished.
             let (now, later): (Vec<_>, Vec<_>) = searches.into_iter().partition(|search| search.is_searching());
             let (mut now, later) = if now.is_empty() { (later, now) } else { (now, later) };
             let report = self.round(&mut now, device)?;
@@ -191,7 +198,9 @@ impl Rounds<'_> {
         }
     }
 
-    /// One trial of each, all of which are searching, or none; and says what did it.
+    /// One trial of each search.
+    ///
+    /// Either all of them are searching or none. Returns the device that did the work.
     fn round<const D: usize>(&self, searches: &mut [&mut Search<D>], device: &Device) -> Result<DeviceReport> {
         let most = searches.iter().map(|search| search.most_iterations(self.attached)).max().unwrap_or(0);
         let fair = Fair { max_iterations: most, ..self.attached.clone() };
@@ -208,7 +217,7 @@ impl Rounds<'_> {
     }
 }
 
-/// Largest distance from a data point to its vertex.
+/// The largest distance from a data point to its vertex.
 pub(super) fn deviation<const D: usize>(vertices: &[Vector<f64, D>], rows: &[u32], points: &[Vector<f64, D>]) -> f64 {
     let distance = |(point, &row): (&Vector<f64, D>, &u32)| {
         let away = subtract(vertices[row as usize % vertices.len()], *point);
@@ -217,10 +226,10 @@ pub(super) fn deviation<const D: usize>(vertices: &[Vector<f64, D>], rows: &[u32
     points.iter().zip(rows).map(distance).fold(0.0, f64::max)
 }
 
-/// Whether a deviation makes sense.
+/// Checks that a deviation makes sense.
 ///
 /// # Errors
-/// One that is not positive and finite; an energy with an attachment of its own.
+/// A deviation that is not positive and finite. An energy with an attachment of its own.
 pub(super) fn check(fair: &Fair, allowed: f64) -> Result<()> {
     if !(allowed > 0.0 && allowed.is_finite()) {
         return Err(Error::argument(format!(

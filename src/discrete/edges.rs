@@ -1,12 +1,15 @@
-//! [`Edges`]: the edges of discrete curves side by side, the energies summed over them, and the way from partial
-//! derivatives by tangents and lengths to the gradient at the vertices.
+//! [`Edges`]: the edges of discrete curves side by side.
 //!
-//! Edge j of an open curve of m edges leads from vertex j to vertex j + 1; a closed curve has as
-//! many vertices as edges, and its last edge leads back to vertex 0. Vertices are kept as
-//! displacements u from a base, edges as those of the base plus differences of displacements, so
-//! that small changes of a curve far from the origin keep all their digits.
+//! The energies are summed over them. Partial derivatives by tangents and lengths become the
+//! gradient at the vertices.
+//!
+//! Edge j of an open curve of m edges leads from vertex j to vertex j + 1. A closed curve has as
+//! many vertices as edges, and its last edge leads back to vertex 0.
+//!
+//! Vertices are kept as displacements u from a base. Edges are those of the base plus differences
+//! of displacements. Small changes of a curve far from the origin therefore keep all their digits.
 
-// Loops over coordinates and lanes by number read as the formulas do.
+// Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
 use super::energy::gauge::{Gauge, SmoothGauge};
@@ -15,22 +18,26 @@ use super::line_search::MOST_OF_AN_EDGE;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 
-/// The edges of one curve, or of one curve a lane. Lanes with fewer edges than others end in unit
-/// edges that count for nothing.
+/// The edges of one curve, or of one curve a lane.
+///
+/// Lanes with fewer edges than others end in unit edges that do not count.
 #[derive(Clone, Debug)]
 pub(crate) struct Edges<S, const D: usize> {
     closed: bool,
-    /// Number of edges of each lane's curve.
+    /// The number of edges of each lane's curve.
     counts: Vec<usize>,
     most: usize,
     segments: S,
     torsion_curvature: S,
-    /// Edges of the base; unit edges where a lane has none.
+    /// Edges of the base.
+    ///
+    /// Where a lane has none they are unit edges.
     base: Vec<Vector<S, D>>,
-    /// 1 where a lane has the edge.
+    /// 1 where a lane has the edge, else 0.
     exists: Vec<S>,
-    /// 0 where the vertex between this edge and the next is a data point; elsewhere 1, or what
-    /// [`Self::set_free`] says.
+    /// The gauge's factor at the vertex between this edge and the next.
+    ///
+    /// It is 0 at a data point. Elsewhere it is 1, or the value from [`Self::set_free`].
     free: Vec<S>,
     pub tangent: Vec<Vector<S, D>>,
     pub length: Vec<S>,
@@ -40,13 +47,15 @@ pub(crate) struct Edges<S, const D: usize> {
 }
 
 impl<S: Scalar, const D: usize> Edges<S, D> {
-    /// Edges of curves that are all open or all closed: of lane l those of `bases[l]` (3 at least
-    /// for closed curves), and `data[l][j]` says whether vertex j is a data point.
+    /// The edges of curves that are all open or all closed.
+    ///
+    /// Lane l has the edges `bases[l]`, at least 3 for closed curves. `data[l][j]` says whether
+    /// vertex j is a data point.
     pub fn new(closed: bool, bases: &[&[Vector<f64, D>]], data: &[&[bool]]) -> Self {
         let counts: Vec<usize> = bases.iter().map(|base| base.len()).collect();
         let most = counts.iter().copied().max().unwrap_or(0);
-        // Closed curves repeat their first edges, all but one of what a term sees; open ones have a
-        // row to spare, so that short ones need no case of their own.
+        // Closed curves repeat as many of their first edges as a term sees, less one. Open curves
+        // have spare rows, so that short ones need no case of their own.
         let rows = most + MOST_EDGES - 1;
         let mut unit = [S::ZERO; D];
         unit[0] = S::ONE;
@@ -78,13 +87,16 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         edges
     }
 
-    /// Sets ε of torsion in a lane, a curvature; at first it is that of a curve of size 1.
+    /// Sets ε of torsion in a lane, a curvature.
+    ///
+    /// The default is that of a curve of size 1.
     pub fn set_torsion_curvature(&mut self, lane: usize, curvature: f64) {
         self.torsion_curvature.set_lane(lane, number::<S>(curvature));
     }
 
-    /// Sets by what differences of lengths count in the gauge at each vertex of a lane: 0 at data
-    /// points.
+    /// Sets the factors of differences of lengths in the gauge, for each vertex of a lane.
+    ///
+    /// The factor is 0 at data points.
     pub fn set_free(&mut self, lane: usize, free: &[f64]) {
         for j in 0..self.counts[lane] {
             let next = if self.closed { (j + 1) % self.counts[lane] } else { j + 1 };
@@ -93,7 +105,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         self.close_free(lane);
     }
 
-    /// The edges that a closed lane repeats have what its first have.
+    /// Copies the factors of a closed lane's first edges to the edges that repeat them.
     fn close_free(&mut self, lane: usize) {
         let count = self.counts[lane];
         for k in 0..if self.closed { MOST_EDGES - 1 } else { 0 } {
@@ -102,28 +114,29 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
-    /// Most vertices of a lane; displacements have a row for each, and closed curves one more,
-    /// which repeats vertex 0.
+    /// The number of rows of displacements: the most vertices of a lane.
+    ///
+    /// Closed curves have one row more, which repeats vertex 0.
     pub fn rows(&self) -> usize {
         self.most + 1
     }
 
-    /// Number of edges of each lane's curve.
+    /// The number of edges of each lane's curve.
     pub fn counts(&self) -> &[usize] {
         &self.counts
     }
 
-    /// Number of edges of the longest.
+    /// The number of edges of the longest curve.
     pub fn most(&self) -> usize {
         self.most
     }
 
-    /// Number of vertices of each lane's curve.
+    /// The number of vertices of each lane's curve.
     pub fn vertices(&self) -> Vec<usize> {
         self.counts.iter().map(|count| count + usize::from(!self.closed)).collect()
     }
 
-    /// 1 where lanes have edge j, else 0.
+    /// 1 where a lane has edge j, else 0.
     #[inline(always)]
     pub fn exists(&self, j: usize) -> S {
         self.exists[j]
@@ -133,7 +146,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         self.closed
     }
 
-    /// Row of a closed lane that repeats vertex 0 takes its displacement.
+    /// Copies the displacement of vertex 0 of a closed lane to the row that repeats it.
     #[inline(always)]
     pub fn close(&self, u: &mut [Vector<S, D>]) {
         if self.closed {
@@ -146,7 +159,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
-    /// Tangents and lengths of the curve with displacements u.
+    /// Computes tangents and lengths of the curve with displacements u.
     #[inline(always)]
     pub fn place(&mut self, u: &[Vector<S, D>]) {
         for j in 0..self.most {
@@ -175,7 +188,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
-    /// Length of the curves.
+    /// The length of each curve.
     #[inline(always)]
     pub fn total_length(&self) -> S {
         let mut length = S::ZERO;
@@ -185,7 +198,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         length
     }
 
-    /// Largest step along p for which no edge changes too much.
+    /// The largest step along p for which no edge changes too much.
     #[inline(always)]
     pub fn most_step(&self, p: &[Vector<S, D>]) -> S {
         let mut largest = S::ZERO;
@@ -196,26 +209,28 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         S::of(MOST_OF_AN_EDGE) / largest.sqrt().max(S::of(1e-30))
     }
 
-    /// Forgets the partial derivatives.
+    /// Sets the partial derivatives to 0.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.by_tangent.fill([S::ZERO; D]);
         self.by_length.fill(S::ZERO);
     }
 
-    /// Adds weight · functional to the value returned and to the partial derivatives.
+    /// Adds weight · functional to the partial derivatives, and returns its value.
     #[inline(always)]
     pub fn add(&mut self, weight: S, functional: &Functional) -> S {
         functional.visit(Adding { edges: self, weight }).unwrap_or(S::ZERO)
     }
 
-    /// The functional alone, without its derivatives.
+    /// The value of the functional, without its derivatives.
     pub fn value(&self, functional: &Functional) -> S {
         functional.visit(Summing { edges: self }).unwrap_or(S::ZERO)
     }
 
-    /// Adds weight · the gauge of an order: of first differences of lengths up to order 2, of
-    /// second ones for 3.
+    /// Adds weight · the gauge of an order.
+    ///
+    /// The gauge is of first differences of lengths up to order 2, and of second differences for
+    /// order 3.
     #[inline(always)]
     pub fn add_gauge(&mut self, order: usize, weight: S) -> S {
         if order < 3 {
@@ -231,7 +246,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         value
     }
 
-    /// The window of W edges from edge j on.
+    /// The window of W edges that starts at edge j.
     #[inline(always)]
     pub fn window<const W: usize>(&self, j: usize) -> Window<S, D, W> {
         Window {
@@ -244,7 +259,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
-    /// Rows at which a window of W edges starts in some lane.
+    /// The number of rows at which a window of W edges starts in some lane.
     #[inline(always)]
     pub fn windows<const W: usize>(&self) -> usize {
         if self.closed { self.most } else { (self.most + 1).saturating_sub(W) }
@@ -256,7 +271,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         if self.closed { self.exists[j] } else { self.exists[j + W - 1] }
     }
 
-    /// How many ends of an open lane (0, 1, 2) the window of two edges from edge j on touches.
+    /// The number of ends of an open lane (0, 1 or 2) that the window of two edges from edge j
+    /// touches.
     #[inline(always)]
     pub fn ends(&self, j: usize) -> S {
         let mut ends = S::ZERO;
@@ -292,13 +308,15 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         self.sweep(weight, term)
     }
 
-    /// The gradient at every vertex, where `movable` is 1; 0 where it is 0.
+    /// Computes the gradient at every vertex.
+    ///
+    /// It is 0 where `movable` is 0.
     #[inline(always)]
     pub fn gradient(&mut self, movable: &[S], g: &mut [Vector<S, D>]) {
         let mut last = [S::ZERO; D];
         if self.closed {
             for (lane, &count) in self.counts.iter().enumerate() {
-                // From the last on: those of a triangle may stand there several times.
+                // From the last on, because the edges of a triangle may be repeated several times.
                 for k in (0..MOST_EDGES - 1).rev() {
                     let sum = self.by_length[k].lane(lane) + self.by_length[count + k].lane(lane);
                     self.by_length[k].set_lane(lane, sum);
@@ -321,7 +339,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         g[self.most] = scale(movable[self.most], last);
     }
 
-    /// By the edge e = Δs T: (I − T Tᵀ) ∂/∂T / Δs + T ∂/∂Δs.
+    /// The gradient by the edge e = Δs T: (I − T Tᵀ) ∂/∂T / Δs + T ∂/∂Δs.
     #[inline(always)]
     fn edge_gradient(&self, j: usize) -> Vector<S, D> {
         let (t, by_tangent) = (self.tangent[j], self.by_tangent[j]);

@@ -1,5 +1,6 @@
-//! Energies, gradients and Hessians of given curves: nothing is fitted, the points of a batch are
-//! the vertices.
+//! Energies, gradients and Hessians of given curves.
+//!
+//! Nothing is fitted. The points of a batch are the vertices.
 
 use super::edges::Edges;
 use super::energy::{Energy, TORSION_CURVATURE};
@@ -14,67 +15,89 @@ use crate::linalg::{Lanes, Scalar, with_wide_registers};
 use crate::parallel;
 use crate::status::CurveStatus;
 
-/// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
+/// Curves side by side on the CPU, as many as one AVX2 register holds f64 numbers.
 const LANES: usize = 4;
 
-/// What an evaluation needs besides the curves, and what it finds of them.
+/// The options of an evaluation.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Evaluate<'a> {
-    /// What is wanted; values and gradients by default.
+    /// What to compute.
+    ///
+    /// Values and gradients by default.
     pub want: Want<'a>,
-    /// The data points of [`attachment`](super::attachment), with their weights, for each curve. A
-    /// curve whose edges are N times the spans between its data points has data point k at vertex k
-    /// N. Only attachment needs them.
+    /// The data points of [`attachment`](super::attachment), with their weights, for each curve.
+    ///
+    /// Only attachment needs them. A curve whose edges are N times the spans between its data
+    /// points has data point k at vertex k N.
     pub targets: Option<&'a CurveBatch>,
-    /// ε of [`torsion`](super::torsion), a curvature in 1/length. By default [`TORSION_CURVATURE`]
-    /// over the diagonal of the bounding box of each curve's vertices.
+    /// ε of [`torsion`](super::torsion), a curvature in 1/length.
+    ///
+    /// By default it is [`TORSION_CURVATURE`] over the diagonal of the bounding box of each curve's
+    /// vertices.
     pub torsion_curvature: Option<f64>,
-    /// The gauge of fair curves, which is then part of all that is found.
+    /// The gauge of fair curves.
+    ///
+    /// If given, it is part of all results.
     #[doc(hidden)]
     pub gauge: Option<Gauging<'a>>,
 }
 
-/// What is wanted of every curve.
+/// What to compute for every curve.
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub enum Want<'a> {
     /// The value alone.
     Value,
-    /// And its derivative along this direction, laid out as the batch's coordinates are.
+    /// The value, and the derivative along this direction.
+    ///
+    /// Its layout is that of the batch's coordinates.
     Slope(&'a [f64]),
-    /// Value and gradient.
+    /// The value and the gradient.
     #[default]
     Gradient,
-    /// Value, gradient, and the Hessian as a full matrix.
+    /// The value, the gradient, and the Hessian as a full matrix.
     Hessian,
-    /// Value, gradient, and what of the Hessian is not 0.
+    /// The value, the gradient, and the blocks of the Hessian that are not 0.
     Blocks,
 }
 
 /// The gauge that keeps edges between data points equal.
 #[derive(Clone, Copy, Debug)]
 pub struct Gauging<'a> {
-    /// A weight for every curve.
+    /// The weight of the gauge for every curve.
     pub weights: &'a [f64],
-    /// Of every vertex of the batch, whether it is a data point.
+    /// For every vertex of the batch, whether it is a data point.
     pub is_data: &'a [bool],
 }
 
-/// Value and derivatives of an energy at one curve; what was not asked for is empty, and 0 the
-/// slope.
+/// The value and derivatives of an energy at one curve.
+///
+/// What was not asked for is empty, and the slope is then 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evaluation {
-    /// The weighted sum of energies; NaN where there is a problem.
+    /// The weighted sum of energies.
+    ///
+    /// NaN where there is a problem.
     pub value: f64,
-    /// Its derivative along the direction; NaN where there is a problem.
+    /// The derivative along the direction.
+    ///
+    /// NaN where there is a problem.
     pub slope: f64,
-    /// Its derivatives by the coordinates of the vertices, in the batch's order; NaN where there is
-    /// a problem.
+    /// The derivatives by the coordinates of the vertices, in the batch's order.
+    ///
+    /// NaN where there is a problem.
     pub gradient: Vec<f64>,
-    /// Its second derivatives; NaN where there is a problem. The full matrix row after row, as many
-    /// rows and columns as the gradient has entries; or [`MOST_EDGES`](super::MOST_EDGES) + 1
-    /// blocks of D × D numbers a vertex, row after row: with itself and with its next ones, modulo
-    /// the number of vertices of a closed curve.
+    /// The second derivatives.
+    ///
+    /// NaN where there is a problem.
+    ///
+    /// With [`Want::Hessian`] this is the full matrix, row after row. It has as many rows and
+    /// columns as the gradient has entries.
+    ///
+    /// With [`Want::Blocks`] there are [`MOST_EDGES`](super::MOST_EDGES) + 1 blocks of D × D
+    /// numbers for each vertex, each row after row. The first block couples the vertex with itself.
+    /// The others couple it with its next vertices, modulo the number of vertices of a closed
+    /// curve.
     pub hessian: Vec<f64>,
     /// Why there is no value.
     pub problem: Option<Unfitted>,
@@ -91,13 +114,17 @@ impl Want<'_> {
 }
 
 impl Energy {
-    /// The energy at every curve of the batch, whose points are the vertices, with the derivatives
-    /// that are [wanted](Evaluate::want): in f64 on all threads of the CPU, or on a GPU. Energies
-    /// of two or three edges are 0 on curves of fewer.
+    /// The energy at every curve of the batch, with the [wanted](Evaluate::want) derivatives.
     ///
-    /// A curve with a problem of its own, with two neighbouring vertices at one place (a tangent is
-    /// wanted there), closed with fewer than three vertices, or whose data points do not go with
-    /// its vertices has NaN and a [`Unfitted`].
+    /// The points of a curve are its vertices. All threads of the CPU compute in f64, or a GPU
+    /// computes. Energies of two or three edges are 0 on curves with fewer.
+    ///
+    /// A curve with a problem of its own has NaN and an [`Unfitted`]. So has a curve in one of
+    /// these cases:
+    ///
+    /// - Two neighbouring vertices lie at one place, where a tangent is needed.
+    /// - The curve is closed and has fewer than three vertices.
+    /// - Its data points do not fit its vertices.
     ///
     /// ```
     /// use faircurve::{CurveBatch, Device, discrete::{Evaluate, bending, length}};
@@ -112,10 +139,12 @@ impl Energy {
     /// ```
     ///
     /// # Errors
-    /// A weight that is negative or not finite, an exponent below 1, a custom energy of no or too
-    /// many edges; attachment without targets, targets of another dimension or number of curves; a
-    /// torsion curvature that is not positive; a direction of another length than the coordinates.
-    /// On a GPU an energy that no kernel can be made of, and what becomes of submissions.
+    /// - A weight that is negative or not finite, or an exponent below 1.
+    /// - A custom energy of no or too many edges.
+    /// - An attachment without targets, or with targets of another dimension or number of curves.
+    /// - A torsion curvature that is not positive.
+    /// - A direction whose length is not that of the coordinates.
+    /// - On a GPU, an energy that cannot be compiled into a kernel, and errors of submissions.
     pub fn evaluate(&self, batch: &CurveBatch, options: Evaluate, device: &Device) -> Result<Vec<Evaluation>> {
         self.check()?;
         options.validate(self, batch)?;
@@ -140,7 +169,7 @@ pub(super) struct Ready<'a, const D: usize> {
     pub i: usize,
     pub points: &'a [Vector<f64, D>],
     pub base: Vec<Vector<f64, D>>,
-    /// Which vertices have data points, where, and of what weight.
+    /// The vertices with data points, the data points and their weights.
     pub attached: Vec<(usize, Vector<f64, D>, f64)>,
     /// ε of torsion.
     pub torsion_curvature: f64,
@@ -197,7 +226,7 @@ impl<'a> Evaluating<'a> {
         self.options.gauge.map(|gauge| gauge.weights[i])
     }
 
-    /// Which vertices of a curve the gauge has for data points.
+    /// Which vertices of a curve are data points for the gauge.
     pub fn is_data(&self, i: usize) -> Option<&'a [bool]> {
         let offsets = self.batch.offsets();
         self.options.gauge.map(|gauge| &gauge.is_data[offsets[i]..offsets[i + 1]])
@@ -212,7 +241,7 @@ impl<'a> Evaluating<'a> {
         }
     }
 
-    /// The Hessian as it is wanted, from its blocks.
+    /// The Hessian in the wanted layout, from its blocks.
     pub fn hessian<const D: usize>(&self, i: usize, blocks: Vec<f64>) -> Vec<f64> {
         match self.options.want {
             Want::Hessian => dense::<_, D>(self.batch.is_closed(i), &blocks),
@@ -221,8 +250,9 @@ impl<'a> Evaluating<'a> {
     }
 
     fn on_cpu<const D: usize>(&self, curves: &[&Ready<'_, D>]) -> Vec<Evaluation> {
-        // Curves of as many edges undergo the same operations, and none is idle in its lane. Dense
-        // Hessians are most of their own cost: those curves go alone.
+        // Curves with the same number of edges undergo the same operations, and no lane is idle.
+        // The cost of a curve with a Hessian is mostly that of the Hessian, so those curves go
+        // alone.
         let kind = |k: usize| (self.batch.is_closed(curves[k].i), curves[k].points.len());
         let mut order: Vec<usize> = (0..curves.len()).collect();
         order.sort_by_key(|&k| kind(k));
@@ -248,7 +278,9 @@ impl<'a> Evaluating<'a> {
         self.evaluate::<f64, D>(&[curve])
     }
 
-    /// Up to S::LANES curves side by side; lanes to spare repeat the first.
+    /// Evaluates up to S::LANES curves side by side.
+    ///
+    /// Spare lanes repeat the first curve.
     #[inline(always)]
     fn evaluate<S: Scalar<Number = f64>, const D: usize>(&self, curves: &[&Ready<D>]) -> Vec<Evaluation> {
         let lane = |l: usize| curves[if l < curves.len() { l } else { 0 }];
@@ -275,7 +307,7 @@ impl<'a> Evaluating<'a> {
         if let Some((order, weights)) = gauge {
             values += edges.add_gauge(order, weights);
         }
-        // Hessians are large: their curves come alone.
+        // Hessians are large, so their curves come alone.
         let mut blocks = (S::LANES == 1 && self.options.want.has_hessian()).then(|| BlockHessian::new(&edges));
         if let Some(blocks) = &mut blocks {
             let terms = self.energy.terms().iter();
@@ -356,7 +388,9 @@ fn degenerate(message: String) -> Unfitted {
     Unfitted { status: CurveStatus::Degenerate, message }
 }
 
-/// The edges of curve i, all of positive length.
+/// The edges of curve i.
+///
+/// All have positive length.
 fn edges<const D: usize>(
     batch: &CurveBatch,
     i: usize,
@@ -371,7 +405,7 @@ fn edges<const D: usize>(
         return Err(degenerate(batch.sentence(i, 0, &what)));
     }
     let base: Vec<_> = (0..batch.spans(i)).map(|j| subtract(points[(j + 1) % n], points[j])).collect();
-    // What underflows when squared has no direction either.
+    // An edge whose square underflows has no direction either.
     let square = |edge: &Vector<f64, D>| edge.iter().map(|x| x * x).sum::<f64>();
     if let Some(j) = base.iter().position(|edge| !square(edge).is_normal()) {
         let length = square(&base[j]).sqrt();
@@ -384,7 +418,7 @@ fn edges<const D: usize>(
     Ok(base)
 }
 
-/// Vertices with data points: which, where, and of what weight.
+/// The vertices with data points, the data points and their weights.
 fn attached<const D: usize>(
     batch: &CurveBatch,
     targets: &CurveBatch,
@@ -428,7 +462,7 @@ mod tests {
             let offsets = ragged::offsets(counts);
             let wave = |k: usize| (k as f64 * 0.618).fract() + (k / dimension) as f64 * 0.3;
             let mut coords: Vec<f64> = (0..dimension * offsets[counts.len()]).map(wave).collect();
-            // Two neighbours of others in their lanes that have no value.
+            // Two curves without a value, beside others in their lanes.
             coords[dimension * offsets[3]] = f64::NAN;
             let repeated = dimension * (offsets[7] + 2);
             coords.copy_within(repeated..repeated + dimension, repeated + dimension);

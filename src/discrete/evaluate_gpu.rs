@@ -14,10 +14,12 @@ use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan}
 use crate::linalg::scalar::Vector;
 use crate::precision::Precision;
 
-/// Threads a workgroup.
+/// Threads in a workgroup.
 pub(crate) const GROUP: usize = 64;
 
-/// Vertices a thread walks over; up to three more are computed twice.
+/// Vertices that a thread walks over.
+///
+/// Up to three more are computed twice.
 const BLOCK_VERTICES: usize = 32;
 
 /// `EvaluateParams` of `evaluate.wgsl`.
@@ -55,8 +57,8 @@ pub(crate) fn evaluate_kernel(composition: &Composition, entry: &'static str, pr
     KernelKey { path: "discrete/evaluate.wgsl", entry, precision, definitions }
 }
 
-/// Every form the kernels take, as far as one can tell: each energy by itself, some exponents, all
-/// together, and one of a user's own.
+/// Some forms of the kernels: each energy by itself, some exponents, all energies together, and a
+/// user's energy.
 pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
     let named = || Energy::NAMES.iter().filter_map(|name| Energy::named(name));
     let all = named().fold(bending(3.0), |sum, energy| sum + energy);
@@ -69,7 +71,7 @@ pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
             keys.extend(["value", "slope", "gradient", "hessian"].map(|e| evaluate_kernel(&composition, e, precision)));
         }
     }
-    // A user's, and the one that the list has for tests alone.
+    // A user's energy, and the toy energy, which is in the list for tests alone.
     let mut composition = Composition::of(&bending(2.0), false, 2, precision).expect("built in");
     for (k, name, from, text) in [(1, "own", "WGSL", OWN), (2, "toy", "FILE", "discrete/energy/toy.wgsl")] {
         let own = [("NAME", name), ("EDGES", "2"), ("WEIGHT", "0"), (from, text)];
@@ -87,8 +89,8 @@ fn own_hessian(w: Window) -> SecondPartials { return SecondPartials(); }";
 /// Evaluates an energy at curves, each divided by half its largest extent.
 ///
 /// # Errors
-/// [`Error::Argument`] for an energy that no kernel can be made of; those of submissions;
-/// [`Error::Limit`] for a curve larger than the device's largest array.
+/// [`Error::Argument`] for an energy that cannot be compiled into a kernel. [`Error::Limit`] for a
+/// curve larger than the device's largest array. Errors of submissions.
 pub(super) fn evaluate_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,
@@ -122,15 +124,16 @@ struct Job<'a, const D: usize> {
     composition: Composition,
 }
 
-/// Half the largest extent of a curve, 1 where there is none: the unit of its coordinates on a
-/// device.
+/// Half the largest extent of a curve, or 1 where the extent is 0.
+///
+/// A device computes in this unit.
 fn size<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
     let size = 0.5 * Bounds::of(points.iter().copied()).size();
     if size > 0.0 && size.is_finite() { size } else { 1.0 }
 }
 
 impl<const D: usize> Job<'_, D> {
-    /// The curves of a chunk, and where each begins in its arrays.
+    /// The curves of a chunk, and where each begins in the chunk's arrays.
     fn chunk(&self, chunk: &Range<usize>) -> impl Iterator<Item = (usize, &Ready<'_, D>)> {
         self.curves[chunk.clone()].iter().scan(0, |next, curve| {
             let start = *next;
@@ -160,7 +163,7 @@ impl<const D: usize> Job<'_, D> {
         let points: usize = self.chunk(chunk).map(|(_, curve)| curve.points.len()).sum();
         let mut table = Vec::with_capacity(chunk.len());
         let mut weights = Vec::with_capacity(chunk.len() * width);
-        // Differences are taken here, in f64: the device never sees a coordinate.
+        // Differences are taken here in f64. The device never gets a coordinate.
         let mut edges = vec![0.0; points * (D + 1)];
         let mut offsets = vec![0.0; if energy.is_attached() { points * (D + 1) } else { 0 }];
         let mut directions = Vec::new();
@@ -271,7 +274,7 @@ mod tests {
                 for precision in precisions(device.as_gpu().unwrap()) {
                     let found = on(&energy, want, &device.clone().with_precision(precision));
                     let epsilon = if precision == Precision::F64 { f64::EPSILON } else { f64::from(f32::EPSILON) };
-                    // Differences of tangents and of curvatures over edges of about 1: tens of
+                    // Differences of tangents and of curvatures over edges of about 1 carry tens of
                     // roundings of the largest.
                     let is_near = |(x, y): (&f64, &f64)| (x - y).abs() <= 256.0 * epsilon * unit;
                     let (near, what) =

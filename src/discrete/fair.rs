@@ -1,4 +1,4 @@
-//! [`Fair`]: the method.
+//! [`Fair`]: discrete fair curves.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -23,35 +23,42 @@ use crate::report::{CurveReport, Fit};
 use crate::status::CurveStatus;
 use crate::words::words;
 
-/// A gradient left at so many times the tolerance is rounding, above it the curve's own trouble.
+/// A gradient that stays within this many times the tolerance is rounding.
+///
+/// Above that the curve itself is the cause.
 const ROUNDING_REACHES: f64 = 1e3;
 
-/// What has not converged after so many iterations does not with ten times as many, as measured
-/// with borders of countries.
+/// A curve that has not converged after this many iterations does not with ten times as many.
+///
+/// This was measured with borders of countries.
 const ENOUGH_ITERATIONS: u32 = 200;
 
-/// A curve that has not converged and is this many times as long as its chord polygon is no curve
-/// to be shown: a half circle through two points is 1.57 times, and no curve that converged was
-/// seen to pass 1.23 on its way.
+/// A curve that has not converged is not shown if it is this many times as long as its chord
+/// polygon.
+///
+/// A half circle through two points is 1.57 times as long. No curve that converged was seen to
+/// pass 1.23 on its way.
 const ASTRAY: f64 = 2.0;
 
-/// Memory that a vertex takes while all curves are descended, a dimension: 110 bytes were measured
-/// in the plane, with its share of the samples.
+/// Bytes a vertex takes for each dimension while all curves are descended.
+///
+/// In the plane 110 bytes a vertex were measured, including its share of the samples.
 const VERTEX_BYTES: usize = 56;
 
 /// How spans between data points are divided into edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Segments {
-    /// So many edges a span.
+    /// This many edges a span.
     PerSpan(usize),
-    /// Edges of about this length at most, in units of the input.
+    /// Edges of at most about this length, in units of the input.
     Spacing(f64),
 }
 
 impl Segments {
-    /// Vertices that a spacing may ask for, of all curves together: they take some 2 GB while they
-    /// are fitted.
+    /// The most vertices that a spacing may ask for, for all curves together.
+    ///
+    /// They take some 2 GB while they are fitted.
     pub const MOST_VERTICES: usize = 5_000_000;
 }
 
@@ -59,12 +66,16 @@ impl Segments {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Pins {
-    /// All.
+    /// All data points.
     #[default]
     All,
-    /// The first and the last of open curves; the energy attaches the others.
+    /// The first and the last point of open curves.
+    ///
+    /// The energy attaches the others.
     Ends,
-    /// None; the energy attaches them.
+    /// No data point.
+    ///
+    /// The energy attaches them all.
     None,
 }
 
@@ -74,26 +85,32 @@ words!(Pins, "choice of points": [
     (None, "none", "Every point may move"),
 ]);
 
-/// Discrete fair curves: of all curves through (or attached to) the data points the one of least
-/// energy, as a polygon of many vertices.
+/// Discrete fair curves: polygons of many vertices with the least energy.
 ///
-/// Starts from the natural, or periodic, spline through the points and goes down by Newton's
-/// method, damped in the Sobolev metric that suits the energy (see [`Energy`] and [`Direction`]),
-/// with a gauge that keeps edges between data points equal and takes nothing from the shape. Gentle
-/// curves of least bending take about 3 iterations, rough ones 10, however many vertices they have.
-/// Exponents of bending beyond 5, and below 1.5, are approached in stages.
+/// A curve passes through its data points, or is attached to them. It starts from the natural or
+/// periodic spline through the points. It then descends by Newton's method, damped in the Sobolev
+/// metric that suits the energy (see [`Energy`] and [`Direction`]). A gauge keeps edges between
+/// data points equal, and does not change the shape.
 ///
-/// The minimum found is a local one, the one down from the spline. Gentle data have no other near;
-/// rough data do: of 60 rough curves in bending and 0.1 of length, random starts found an energy
+/// Gentle curves of least bending take about 3 iterations, and rough ones 10, however many vertices
+/// they have. Exponents of bending beyond 5 and below 1.5 are approached in stages.
+///
+/// The minimum is a local one, reached from the spline. Gentle data have no other minimum near.
+/// Rough data do. Of 60 rough curves in bending and 0.1 of length, random starts found an energy
 /// lower by more than 1 % for 19, and by more than 10 % for 14.
 ///
-/// Tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) are met: a
-/// tangent τ by f_{i+1} − f_{i−1} ∥ τ, a curvature vector k ⊥ τ exactly, by (T′ − T)/Δa = k.
+/// Tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) are met. A
+/// tangent τ is met by f_{i+1} − f_{i−1} ∥ τ. A curvature vector k ⊥ τ is met exactly, by
+/// (T′ − T)/Δa = k.
 ///
-/// Accuracy: the polygon's energy is that of the smooth curve of least energy to O(h²), h the
-/// length of an edge. On a GPU curves agree with those of the CPU to 1e-9 of their size in f64, and
-/// 1e-5 in f32 (1e-6 up to 64 edges). Where the precision is left to the program, what f32 cannot
-/// finish is finished by the CPU.
+/// # Accuracy
+///
+/// The polygon's energy is that of the smooth curve of least energy to O(h²), where h is the length
+/// of an edge. On a GPU curves agree with those of the CPU to 1e-9 of their size in f64, and to
+/// 1e-5 in f32 (1e-6 up to 64 edges). Where the precision is left to the program, the CPU finishes
+/// what f32 cannot.
+///
+/// # Examples
 ///
 /// ```
 /// use faircurve::discrete::{Fair, bending, length};
@@ -107,52 +124,77 @@ words!(Pins, "choice of points": [
 /// # Ok::<(), faircurve::Error>(())
 /// ```
 ///
-/// Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006); gauge, metric at
-/// pins and curvature constraints are faircurve's.
+/// Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006). The gauge, the
+/// metric at pins and the curvature constraints are faircurve's.
 #[derive(Clone, Debug)]
 pub struct Fair {
-    /// What is minimised; bending ∫κ² ds by default. Weights are in units of the input.
-    pub energy: Energy,
-    /// 16 edges a span by default. Finer is closer to the smooth curve, by h².
-    pub segments: Segments,
-    /// All points are passed through, unless the energy holds an [`attachment`](super::attachment).
-    pub pins: Pins,
-    /// Near the points instead: the largest distance D > 0 between a data point and its vertex, in
-    /// units of the input. Every curve is attached to its points with the smallest weight α that
-    /// keeps it, as [`attachment`](super::attachment) would with that weight: smaller is closer.
-    /// Ends of open curves are pinned, unless pins are [`Pins::None`]. `None`, the default,
-    /// searches for nothing.
+    /// The energy to minimise, with weights in units of the input.
     ///
-    /// Weights tried are 0.54 % apart, between one so weak that the curve is as fair as its ends
-    /// let it be, and one so strong that it goes through its points but for rounding; the report
-    /// says the one found ([`smoothing`](CurveReport::smoothing)). Where none is strong enough the
-    /// curve goes through its points, converged, with a message. The way leads from the smoothing
-    /// spline that keeps the deviation (from one that keeps less where it might vanish; from the
-    /// natural spline where tangents are given) along curves that keep it; where minima end,
-    /// deviations jump, and the curve before the jump is taken. Rough curves may have no minimum
-    /// near, at any weight: without length in the energy they swing out into loops. Those are
-    /// `not_converged`, and the curve is the spline. Curves of 8 segments a span and more are
-    /// searched for at 4 first. The energy reported has no attachment in it, iterations are those
-    /// of all weights tried.
+    /// Bending ∫κ² ds by default.
+    pub energy: Energy,
+    /// How spans are divided.
+    ///
+    /// 16 edges a span by default. More edges are closer to the smooth curve, by h².
+    pub segments: Segments,
+    /// Which points are passed through.
+    ///
+    /// All by default, unless the energy holds an [`attachment`](super::attachment).
+    pub pins: Pins,
+    /// The largest distance D > 0 between a data point and its vertex, in units of the input.
+    ///
+    /// `None`, the default, searches for nothing. With a distance, curves pass near their points
+    /// instead of through them. Every curve is attached to its points with the smallest weight α
+    /// that keeps D, as [`attachment`](super::attachment) would with that weight. A smaller D is
+    /// closer. Ends of open curves are pinned, unless pins are [`Pins::None`].
+    ///
+    /// Weights tried are 0.54 % apart. The weakest leaves the curve as fair as its ends let it be.
+    /// The strongest draws it through its points but for rounding. The report holds the weight
+    /// found ([`smoothing`](CurveReport::smoothing)). Where no weight is strong enough, the curve
+    /// goes through its points and is converged, with a message.
+    ///
+    /// The search starts from the smoothing spline that keeps the deviation. Where that spline
+    /// might vanish, one that keeps less is taken. Where tangents are given, the natural spline is
+    /// taken. The search goes along curves that keep the deviation. Where minima end, the deviation
+    /// jumps. The curve before the jump is taken.
+    ///
+    /// Rough curves may have no minimum near their points at any weight. Without length in the
+    /// energy they swing out into loops. Such curves are `not_converged`, and the curve is the
+    /// spline.
+    ///
+    /// Curves of 8 segments a span and more are first searched for with 4. The reported energy is
+    /// without the attachment. Iterations are those of all weights tried.
     pub deviation: Option<f64>,
-    /// Corners are kept: curves are cut at data points where the polygon of the data turns by more
-    /// than this angle, in radians from 0 to π, unless they have a tangent of their own. The pieces
-    /// are fitted as open curves, free to leave a corner in any direction, with the corner pinned;
-    /// in the report stand the worst status with its message, sums of energies and iterations, and
-    /// the largest of the rest. Curvatures leave out what the curve turns at a corner, where each
-    /// side has its own. `None`, the default, cuts nothing.
+    /// The angle above which corners are kept, in radians from 0 to π.
+    ///
+    /// `None`, the default, cuts nothing. With an angle, curves are cut at data points where the
+    /// polygon of the data turns by more, unless the point has a tangent of its own. The pieces are
+    /// fitted as open curves. A corner is pinned, and the pieces may leave it in any direction.
+    ///
+    /// The report has the worst status with its message, the sums of energies and iterations, and
+    /// the largest of the other numbers. Curvatures do not contain the turn at a corner, where each
+    /// side has its own.
     pub corners: Option<f64>,
-    /// How curves go down: by Newton's method unless asked for otherwise. Energies of order 1 are
-    /// descended along their Sobolev gradients, which lead to the minimum in a few steps.
+    /// How curves descend.
+    ///
+    /// By Newton's method by default.
+    ///
+    /// Energies of order 1 descend along their Sobolev gradients, which reach the minimum in a few
+    /// steps.
     pub direction: Direction,
-    /// How far each step goes.
+    /// The length of each step.
     pub step: Step,
-    /// √⟨g, L⁻¹g⟩ at which a curve has converged: the size of the gradient in the Sobolev metric,
-    /// with the curve scaled to size 1 and the energy to weight 1 of its highest order (of |κ|^ν to
-    /// κ̄^(2 − ν), κ̄ the mean curvature of the start). Smaller is stricter; 1e-8 by default. In
-    /// f32 at least 1.1 ε √E/h, which rounding leaves.
+    /// The √⟨g, L⁻¹g⟩ at which a curve has converged.
+    ///
+    /// 1e-8 by default, and smaller is stricter.
+    ///
+    /// This is the size of the gradient in the Sobolev metric. The curve is scaled to size 1, and
+    /// the energy to weight 1 of its highest order. For |κ|^ν that is a weight of κ̄^(2 − ν), where
+    /// κ̄ is the mean curvature of the start. In f32 the tolerance is at least 1.1 ε √E/h, which
+    /// rounding leaves.
     pub tolerance: f64,
-    /// Iterations at most; 500 by default.
+    /// The most iterations.
+    ///
+    /// 500 by default.
     pub max_iterations: u32,
 }
 
@@ -175,20 +217,27 @@ impl Default for Fair {
 impl Fair {
     /// Fits every curve of the batch.
     ///
-    /// Statuses: `converged`; `not_converged` (the curve is the best one reached, or its input
-    /// where that is more than twice as long as the points' polygon); `unbounded` where, without
-    /// length and tension in the energy, the curve grows past five times its chord polygon while
-    /// its energy falls: bending alone often has no minimum; `degenerate` and `invalid`. Curves of
-    /// the last three come out as their input. The energy reported is the weighted sum asked for,
-    /// in units of the input, without the gauge.
+    /// The statuses are:
     ///
-    /// Curves are counted at the device's [counter](Device::with_counter) as they are finished,
-    /// those cut at [`corners`](Self::corners) with their last piece.
+    /// - `converged`: the tolerance was reached.
+    /// - `not_converged`: the curve is the best one reached. It is its input where the best one is
+    ///   more than twice as long as the points' polygon.
+    /// - `unbounded`: the energy has neither length nor tension, and the curve grew past five times
+    ///   its chord polygon while its energy fell. Bending alone often has no minimum.
+    /// - `degenerate` and `invalid`: the curve cannot be fitted.
+    ///
+    /// Curves of the last three statuses come out as their input. The reported energy is the
+    /// weighted sum asked for, in units of the input, without the gauge.
+    ///
+    /// The device's [counter](Device::with_counter) counts curves as they are finished. A curve cut
+    /// at [`corners`](Self::corners) counts with its last piece.
     ///
     /// # Errors
-    /// Weights that are negative or not finite, no energy at all, an exponent below 1, a tolerance,
-    /// a number of segments or pins that make no sense; a spacing that makes more than
-    /// [`Segments::MOST_VERTICES`]; columns `nu` and `known`; on a GPU what becomes of submissions.
+    /// - Weights that are negative or not finite, no energy at all, or an exponent below 1.
+    /// - A tolerance, a number of segments or pins that make no sense.
+    /// - A spacing that makes more than [`Segments::MOST_VERTICES`].
+    /// - Columns `nu` and `known`.
+    /// - On a GPU, errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
         match batch.dimension() {
@@ -197,11 +246,13 @@ impl Fair {
         }
     }
 
-    /// Fits every curve and samples it. Where the sampling is [`Sampling::PerSpan`] of as many as
-    /// there are [`segments`](Self::segments) a span, the samples are the vertices.
+    /// Fits every curve and samples it.
+    ///
+    /// The samples are the vertices if the sampling is [`Sampling::PerSpan`] with as many samples
+    /// as there are [`segments`](Self::segments) a span.
     ///
     /// # Errors
-    /// As [`fit`](Self::fit); those of [`Sampling::check`].
+    /// Those of [`fit`](Self::fit) and of [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
         sampling.check(batch)?;
         let fit = self.fit(batch, device)?;
@@ -273,7 +324,9 @@ impl Fair {
         Ok(Fit::new(curves, reports, device))
     }
 
-    /// Fits curves that have no corners; `kept` says which keep their ends whatever the pins say.
+    /// Fits curves that have no corners.
+    ///
+    /// `kept` says which keep their ends whatever the pins say.
     fn fit_pieces<const D: usize>(
         &self,
         batch: &CurveBatch,
@@ -301,7 +354,7 @@ impl Fair {
         Ok(Fitted { curves, reports, device })
     }
 
-    /// The report of a curve, and its vertices unless its energy was no number.
+    /// The report of a curve, and its vertices unless it comes out as its input.
     pub(super) fn report<const D: usize>(
         &self,
         batch: &CurveBatch,
@@ -359,7 +412,7 @@ impl Fair {
         let vertices: Vec<Vector<f64, D>> = ready.vertices.iter().zip(&outcome.displacements).map(place).collect();
         let points = batch.points(i).as_chunks::<D>().0;
         let times = length(&vertices, ready.problem.closed) / length(points, ready.problem.closed);
-        // What is attached keeps to its points, and small rings may grow round.
+        // Attached curves keep to their points, and small rings may grow round.
         let astray = times > ASTRAY && ready.problem.attached.is_empty();
         if status == CurveStatus::NotConverged && astray {
             let what = format!(
@@ -383,7 +436,7 @@ impl Fair {
         (report, Some(Vertices { coords, rows: ready.rows.clone(), corners: vec![] }))
     }
 
-    /// What helps a curve that does not converge.
+    /// The remedy for a curve that does not converge.
     pub(super) fn remedy<const D: usize>(&self, ready: &Ready<D>) -> String {
         if self.energy.bounds_length() {
             "ask for more segments a span, or weigh length and tension less".into()
@@ -392,13 +445,15 @@ impl Fair {
         }
     }
 
-    /// A weight of length that holds a curve of this size: at size 1 that of the highest order.
+    /// A weight of length that holds a curve of this size.
+    ///
+    /// At size 1 it is ten times that of the highest order.
     fn enough_length<const D: usize>(&self, ready: &Ready<D>) -> f64 {
         ready.energy_unit / ready.size * 10.0
     }
 }
 
-/// Length of a polygon.
+/// The length of a polygon.
 fn length<const D: usize>(points: &[Vector<f64, D>], closed: bool) -> f64 {
     let edges = if closed { points.len() } else { points.len() - 1 };
     let edge = |k: usize| {

@@ -1,9 +1,14 @@
-//! [`BlockHessian`]: second derivatives of a sum of energies at the vertices, from those by
-//! tangents and lengths.
+//! [`BlockHessian`]: second derivatives of a sum of energies at the vertices.
 //!
-//! By the chain rule with e = Δs T and P = I − T Tᵀ: ∂Δs/∂e = T, ∂T/∂e = P/Δs, ∂²Δs/∂e² = P/Δs, and
-//! for a fixed g ∂²(g·T)/∂e² = −(T (P g)ᵀ + (P g) Tᵀ + (T·g) P)/Δs²; then from edges to the
-//! vertices they lie between.
+//! They follow from second derivatives by tangents and lengths. By the chain rule with e = Δs T and
+//! P = I − T Tᵀ:
+//!
+//! - ∂Δs/∂e = T
+//! - ∂T/∂e = P/Δs
+//! - ∂²Δs/∂e² = P/Δs
+//! - ∂²(g·T)/∂e² = −(T (P g)ᵀ + (P g) Tᵀ + (T·g) P)/Δs² for a fixed g
+//!
+//! Edges are then differences of the vertices they lie between.
 
 use std::ops::Range;
 
@@ -16,36 +21,42 @@ use crate::linalg::scalar::{Vector, dot, scale};
 /// A D × D matrix, row after row.
 pub(crate) type Block<S, const D: usize> = [Vector<S, D>; D];
 
-/// A vertex is coupled with so many of its successors at most: a term sees so many edges, and one
-/// vertex more.
+/// The number of successors that a vertex is coupled with.
+///
+/// A term sees at most this many edges, and one vertex more.
 pub(crate) const COUPLED: usize = MOST_EDGES;
 
-/// Blocks of a vertex: with itself, and with those.
+/// Blocks of a vertex: with itself, and with the vertices it is coupled with.
 pub(crate) const BLOCKS: usize = COUPLED + 1;
 
-/// Edges that are worked on together: what windows add up there stays in the nearest cache, however
-/// long the curve.
+/// Edges that are processed together.
+///
+/// Their sums stay in the nearest cache, however long the curve.
 const TILE: usize = 64;
 
-/// The Hessian of one curve, or of one curve a lane, by its upper half: H = Σ over v and k of block
-/// (v, k) in rows of vertex v and columns of vertex v + k, modulo the number of vertices for closed
-/// curves, and for k > 0 its transpose in the transposed place. On closed curves of few vertices
-/// several blocks share a place, or stand on the diagonal for k > 0: they add up.
+/// The upper half of the Hessian of one curve, or of one curve a lane.
+///
+/// H is the sum over v and k of block (v, k), in the rows of vertex v and the columns of vertex v +
+/// k. For k > 0 the transposed block is added in the transposed place. On closed curves v + k is
+/// taken modulo the number of vertices.
+///
+/// On closed curves of few vertices several blocks share a place, or stand on the diagonal for
+/// k > 0. They are added up.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockHessian<S, const D: usize> {
     closed: bool,
-    /// Number of vertices of each lane's curve.
+    /// The number of vertices of each lane's curve.
     vertices: Vec<usize>,
-    /// `at_edges[j][k]`: by edges j and j + k of a tile, j from its first.
+    /// `at_edges[j][k]`: by edges j and j + k of a tile, where j counts from the tile's first edge.
     at_edges: Vec<[Block<S, D>; COUPLED]>,
     /// `blocks[v][k]`: by vertices v and v + k.
     blocks: Vec<[Block<S, D>; BLOCKS]>,
 }
 
 impl<S: Scalar, const D: usize> BlockHessian<S, D> {
-    /// Room for the Hessian of these curves.
+    /// Storage for the Hessian of these curves.
     pub fn new(edges: &Edges<S, D>) -> Self {
-        // Terms of closed curves run over the end into edges and vertices that repeat the first.
+        // Terms of closed curves run past the end, into edges and vertices that repeat the first.
         let rows = edges.rows() + if edges.is_closed() { COUPLED - 1 } else { 0 };
         let zero = [[S::ZERO; D]; D];
         BlockHessian {
@@ -56,14 +67,17 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Blocks of every vertex with itself and its next [`COUPLED`]; rows beyond a lane's vertices
-    /// hold 0.
+    /// The blocks of every vertex with itself and its next [`COUPLED`] vertices.
+    ///
+    /// Rows beyond a lane's vertices hold 0.
     pub fn blocks(&self) -> &[[Block<S, D>; BLOCKS]] {
         &self.blocks
     }
 
-    /// Replaces the blocks by those of the weighted sum of functionals and of the gauge, given by
-    /// its order and weight, at the curve where the edges are placed.
+    /// Assembles the blocks of the weighted sum of functionals and of the gauge.
+    ///
+    /// The derivatives are those of the curve at which the edges are placed. The gauge is given by
+    /// its order and weight.
     #[inline(always)]
     pub fn assemble<'a>(
         &mut self,
@@ -79,7 +93,8 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
             self.add_terms(edges, tile.clone(), terms.clone());
             self.add_gauge(edges, tile.clone(), gauge);
             self.scatter(tile.clone(), 0);
-            // What windows of this tile have left at the edges after it.
+            // The windows of this tile have added to edges after it. Those sums move to the next
+            // tile.
             let (done, left) = self.at_edges.split_at_mut(tile.len());
             if tile.end < edges.most() {
                 done[..COUPLED - 1].copy_from_slice(left);
@@ -116,7 +131,9 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// [`assemble`](Self::assemble) for callers that are not vectorised, compiled once.
+    /// [`assemble`](Self::assemble) for callers that are not vectorised.
+    ///
+    /// It is compiled once.
     #[inline(never)]
     pub fn assemble_apart<'a>(
         &mut self,
@@ -127,8 +144,9 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         self.assemble(edges, terms, gauge);
     }
 
-    /// The gauge of first differences beside the ends of open curves, which belongs to that of
-    /// second ones.
+    /// Adds the gauge of first differences beside the ends of open curves.
+    ///
+    /// It belongs to the gauge of second differences.
     #[inline(never)]
     fn add_gauge_at_ends(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S) {
         for start in tile.start..if self.closed { tile.start } else { tile.end.min(edges.windows::<2>()) } {
@@ -136,7 +154,8 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Adds x to the diagonal of a vertex: weight · w of [`attachment`](super::attachment).
+    /// Adds x, which is weight · w of [`attachment`](super::attachment), to the diagonal of a
+    /// vertex.
     #[inline(always)]
     pub fn add_diagonal(&mut self, vertex: usize, x: S) {
         (0..D).for_each(|c| self.blocks[vertex][0][c][c] += x);
@@ -161,7 +180,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         self.sweep(edges, tile, weight, term);
     }
 
-    /// Adds the window from edge `start` on, which is edge `at` of its tile.
+    /// Adds the window that starts at edge `start`, which is edge `at` of its tile.
     #[inline(always)]
     fn add_window<T: Term<W>, const W: usize>(
         &mut self,
@@ -185,12 +204,13 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// From these edges, of a tile from its edge `at` on, to vertices: edge j is vertex j + 1 less
-    /// vertex j.
+    /// Adds these edges, from edge `at` of a tile on, to the vertices.
+    ///
+    /// Edge j is vertex j + 1 less vertex j.
     #[inline(always)]
     fn scatter(&mut self, edges: Range<usize>, at: usize) {
         let (plus, minus) = (S::ONE, -S::ONE);
-        // The first vertex has what the edge before it left.
+        // The first vertex already holds the part of the edge before it.
         let fresh = if edges.start == 0 { 0 } else { edges.start + 1 };
         self.blocks[fresh..=edges.end].fill([[[S::ZERO; D]; D]; BLOCKS]);
         for j in edges.clone() {
@@ -209,12 +229,13 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// What closed curves have beyond their last vertex belongs to their first.
+    /// Moves what closed curves have beyond their last vertex to their first.
     #[inline(always)]
     fn close(&mut self) {
         if self.closed {
             for (lane, &count) in self.vertices.iter().enumerate() {
-                // From the last on: those of a triangle may stand there several times.
+                // From the last on, because the vertices of a triangle may be repeated several
+                // times.
                 for v in (0..COUPLED).rev() {
                     for (k, a, b) in indices::<D>() {
                         let over = self.blocks[count + v][k][a][b].lane(lane);
@@ -227,7 +248,9 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// y = H x, both with a row for every vertex.
+    /// Computes y = H x.
+    ///
+    /// Both have a row for every vertex.
     #[cfg(test)]
     pub fn multiply(&self, x: &[Vector<S, D>], y: &mut [Vector<S, D>]) {
         y.fill([S::ZERO; D]);
@@ -249,7 +272,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// The blocks of a lane's curve, number after number.
+    /// The blocks of a lane's curve as a flat list of numbers.
     pub fn lane(&self, lane: usize) -> Vec<S::Number> {
         self.blocks[..self.vertices[lane]]
             .as_flattened()
@@ -261,7 +284,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     }
 }
 
-/// The full matrix of a curve, row after row, vertex after vertex, from its blocks.
+/// The full matrix of a curve from its blocks, row after row and vertex after vertex.
 pub(crate) fn dense<N: Scalar, const D: usize>(closed: bool, blocks: &[N]) -> Vec<N> {
     let count = blocks.len() / (BLOCKS * D * D);
     let width = count * D;
@@ -304,12 +327,12 @@ impl<S: Scalar, const D: usize> Visitor for Assembling<'_, S, D> {
     }
 }
 
-/// Offset to the other vertex, row and column of all blocks of a vertex.
+/// The offset to the other vertex, the row and the column of all entries of a vertex's blocks.
 fn indices<const D: usize>() -> impl Iterator<Item = (usize, usize, usize)> {
     (0..=COUPLED).flat_map(|k| (0..D).flat_map(move |a| (0..D).map(move |b| (k, a, b))))
 }
 
-/// By the edges j and k, as far as it comes from second derivatives by tangents and lengths.
+/// The block of the edges j and k, from second derivatives by tangents and lengths.
 #[inline(always)]
 fn pair<S: Scalar, const D: usize, const W: usize>(
     tangent: &[Vector<S, D>; W],
@@ -337,7 +360,7 @@ fn pair<S: Scalar, const D: usize, const W: usize>(
     })
 }
 
-/// Adds what tangent and length as functions of the edge j add by their own second derivatives.
+/// Adds the part that comes from the second derivatives of tangent and length by the edge j.
 #[inline(always)]
 fn add_curvature_of_edge<S: Scalar, const D: usize, const W: usize>(
     block: &mut Block<S, D>,

@@ -1,43 +1,50 @@
-//! [`Lane`]: the numbers of one curve on its way down, when it ends, and how its direction turns.
+//! [`Lane`]: the numbers of one curve while it descends, its ending, and the turns of its
+//! direction.
 
 use super::line_search::LineSearch;
 use super::plan::{Direction, Plan, Step};
 use crate::damping::Damping;
 use crate::linalg::{Real, Scalar};
 
-/// How a curve stands.
+/// The state of a curve's descent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Standing {
     Running = 1,
     /// √⟨g, z⟩ ≤ tolerance.
     Converged,
-    /// No direction leads down any more, at rounding level or not.
+    /// No direction leads down any more, because of rounding or not.
     Stalled,
-    /// So many iterations were not enough.
+    /// The iterations were used up.
     Exhausted,
     /// The length has passed its bound while the energy fell.
     Unbounded,
-    /// Energy or inner product are no numbers.
+    /// The energy or the inner product is not a number.
     Broken,
 }
 
-/// Steps after which √⟨g, z⟩ must have fallen by [`PROGRESS`] or the energy by [`FALL_EPSILONS`],
-/// if nothing else is said, else rounding has the upper hand.
+/// The most steps without progress, by default, before rounding is assumed to dominate.
+///
+/// Progress is a fall of √⟨g, z⟩ to [`PROGRESS`] of its best, or a fall of the energy by
+/// [`FALL_EPSILONS`].
 const PATIENCE: u32 = 100;
 
-/// The same of Newton's steps, of which as many lead from anywhere to the minimum.
+/// The same for Newton's steps.
+///
+/// This many lead from anywhere to the minimum.
 const NEWTON_PATIENCE: u32 = 16;
 
 /// See [`PATIENCE`].
 const PROGRESS: f64 = 0.7;
 
-/// So many units of rounding of the energy, relative, are more than a sum's own.
+/// A fall of the energy by this many units of its rounding is more than the rounding of the sum.
 const FALL_EPSILONS: f64 = 64.0;
 
-/// A new direction leads down by at least this part of ⟨g, z⟩, else −z is taken.
+/// A new direction must lead down by at least this fraction of ⟨g, z⟩.
+///
+/// Otherwise −z is taken.
 const DOWNWARDS: f64 = 0.01;
 
-/// One curve's numbers.
+/// The numbers of one curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lane<N> {
     pub standing: Standing,
@@ -48,25 +55,27 @@ pub(crate) struct Lane<N> {
     pub iterations: u32,
     pub evaluations: u32,
     pub tolerance: N,
-    /// A length that no honest minimum has; infinite where the energy bounds the length.
+    /// The length beyond which a curve has run away.
+    ///
+    /// Infinite where the energy bounds the length.
     pub longest: N,
-    /// Steps without progress after which rounding is taken to have the upper hand.
+    /// The most steps without progress before rounding is assumed to dominate.
     pub patience: u32,
     /// Whether a line search keeps edges from changing too much in one step.
     pub guarded: bool,
     pub(super) start_energy: N,
     pub(super) search: LineSearch<N>,
     pub(super) damping: Damping<N>,
-    /// p is −z.
+    /// Whether p is −z.
     pub(super) steepest: bool,
     pub(super) best: N,
-    /// Energy when the count began.
+    /// The energy when the count of steps without progress began.
     pub(super) energy_then: N,
     pub(super) since_best: u32,
 }
 
 impl<N: Real + Scalar> Lane<N> {
-    /// A curve before its first tick, which evaluates where it is.
+    /// A curve before its first tick, which evaluates it where it stands.
     pub(super) fn new(tolerance: f64, longest: f64) -> Self {
         let (zero, infinite) = (N::of(0.0), N::of(f64::INFINITY));
         Lane {
@@ -81,7 +90,7 @@ impl<N: Real + Scalar> Lane<N> {
             patience: PATIENCE,
             guarded: true,
             start_energy: zero,
-            // The first tick evaluates where the curve is.
+            // The first tick evaluates the curve where it stands.
             search: LineSearch::start(infinite, zero, zero, infinite),
             damping: Damping::new(),
             steepest: true,
@@ -91,7 +100,7 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
-    /// How far to go along Newton's direction: 1, or less where an edge would change too much.
+    /// The step along Newton's direction: 1, or less where an edge would change too much.
     pub(super) fn newton_step(&self, most: N) -> N {
         match self.standing {
             Standing::Running => least(most, N::of(1.0)),
@@ -99,11 +108,13 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
-    /// Ends the lane, or returns β of its next direction, from ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
+    /// Ends the lane, or returns β of its next direction.
+    ///
+    /// The arguments `norm2`, `mixed` and `slope` are ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
     pub(super) fn turn(&mut self, plan: Plan, smallest: N, norm2: N, mixed: N, slope: N) -> N {
         let zero = N::of(0.0);
         let before = self.norm2;
-        // Where nothing but rounding is left, it may be negative.
+        // Rounding may make ⟨g⁺, z⁺⟩ negative at a minimum.
         let nothing = norm2 < zero && -norm2 <= self.tolerance * self.tolerance;
         let norm2 = if nothing { zero } else { norm2 };
         self.norm2 = norm2;
@@ -140,7 +151,9 @@ impl<N: Real + Scalar> Lane<N> {
         if beta > zero && beta.is_finite() && downwards { beta } else { zero }
     }
 
-    /// Starts along p = −z + βp from the slope ⟨g⁺, p⟩ of the direction before.
+    /// Starts along p = −z + βp.
+    ///
+    /// `slope` is ⟨g⁺, p⟩ of the direction before.
     pub(super) fn begin(&mut self, plan: Plan, beta: N, slope: N, most: N) {
         if self.standing != Standing::Running {
             self.search.alpha = N::of(0.0);

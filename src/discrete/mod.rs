@@ -1,37 +1,41 @@
-//! Discrete fair curves by Sobolev gradients: of all polygons of many vertices through (or attached
-//! to) data points the one of least energy.
+//! Discrete fair curves by Sobolev gradients: polygons of many vertices with the least energy.
+//!
+//! The polygons pass through their data points, or are attached to them.
 //!
 //! ```text
 //! CurveBatch ─ setup ─► Problem: base edges, pins, weights at size 1 ─ descent ─► displacements ─► FairCurves + reports
 //!              spline      one a curve                   CPU lanes │ GPU kernel
 //! ```
 //!
-//! * [`Fair`] is the method: an [`Energy`], how finely spans are divided, what is pinned.
-//!   [`Energy::evaluate`] gives values, gradients and Hessians of curves as they are.
-//! * An energy is a sum of terms over the tangents and lengths of one, two or three consecutive
-//!   edges; [`Custom`] energies of your own take part alike, on a GPU too where they bring their
-//!   WGSL.
-//! * Curves go down by Newton's method, (H + λL) p = −g: with the gauge, which keeps edges between
-//!   data points equal and takes nothing from the shape, the Hessian H is regular at a minimum, and
-//!   three steps do. L is the Sobolev inner product of the energy's order; λ grows from 0 where H
-//!   is indefinite or a step fails.
-//! * Sobolev gradients L⁻¹g are the other way: ordinary gradients have two derivatives fewer than
-//!   the curve for every order of the energy, and steps along them are of the size of the finest
-//!   edge. In the inner product of the energy's order the number of steps does not depend on the
-//!   number of vertices.
-//! * [`papers::renka`](crate::papers::renka) runs any method of the paper on one curve, step by
-//!   step; [`papers::toms828`](crate::papers::toms828) is Renka's own published program for graphs
+//! - [`Fair`] is the method. It has an [`Energy`], a number of edges a span, and points that are
+//!   pinned. [`Energy::evaluate`] gives values, gradients and Hessians of given curves.
+//! - An energy is a sum of terms over the tangents and lengths of one, two or three consecutive
+//!   edges. [`Custom`] energies of your own take part in the same way. They run on a GPU too if
+//!   they bring their WGSL.
+//! - Curves descend by Newton's method, (H + λL) p = −g. The gauge keeps edges between data points
+//!   equal, and does not change the shape. With it the Hessian H is regular at a minimum, and three
+//!   steps suffice. L is the Sobolev inner product of the energy's order. λ grows from 0 where H is
+//!   indefinite or a step fails.
+//! - Sobolev gradients L⁻¹g are the other way to descend. An ordinary gradient has two derivatives
+//!   fewer than the curve for every order of the energy, so steps along it are of the size of the
+//!   finest edge. In the inner product of the energy's order the number of steps does not depend on
+//!   the number of vertices.
+//! - [`papers::renka`](crate::papers::renka) runs any method of the paper on one curve, step by
+//!   step. [`papers::toms828`](crate::papers::toms828) is Renka's published program for graphs
 //!   y(t).
+//! - With [`Fair::deviation`] curves pass near their points. They are as fair as the largest
+//!   deviation allows.
+//! - With [`Fair::corners`] curves are cut where their points turn sharply.
 //!
-//! * With [`Fair::deviation`] curves lie near their points, as fair as a largest deviation lets
-//!   them be; with [`Fair::corners`] they are cut where their points turn sharply.
+//! The start comes from the spline module. It is the natural spline through the points. For a
+//! deviation the λ of the smoothing spline is the first guess of a weight.
 //!
-//! What is taken from another room is the start: the natural spline through the points, and for a
-//! deviation the λ of the smoothing spline, as the first guess of a weight.
+//! Sources:
 //!
-//! Sources: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006); *Algorithm 828:
-//! DNSPLIN1*, ACM TOMS 29 (2003); *Constructing fair curves and surfaces with a Sobolev gradient
-//! method*, CAGD 21 (2004).
+//! - R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006)
+//! - R. J. Renka, *Algorithm 828: DNSPLIN1*, ACM TOMS 29 (2003)
+//! - R. J. Renka, *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21
+//!   (2004)
 
 mod compose;
 mod constrain;

@@ -1,9 +1,10 @@
-//! Where searches for a deviation start: at smoothing splines, which keep it and are gentle already.
+//! The start of a search for a deviation: a smoothing spline, which keeps the deviation and is
+//! gentle.
 //!
-//! The natural spline goes through every point, however sharply points turn: descents from there
-//! may swing out into large loops instead of letting go of the points. The smoothing spline is on
-//! the right side of that from the start, and its λ says about which weight of an attachment the
-//! deviation needs.
+//! The natural spline goes through every point, however sharply the points turn. Descents from
+//! there may swing out into large loops instead of letting go of the points. The smoothing spline
+//! has let go of them from the start. Its λ suggests the attachment weight that the deviation
+//! needs.
 
 use std::collections::BTreeMap;
 
@@ -21,43 +22,51 @@ use crate::report::{CurveReport, CurveSet};
 use crate::spline::{Amount, CubicSplines, Parametrisation, Smoothing};
 use crate::status::CurveStatus;
 
-/// Splines of open curves stray from their points by at most this part of the diagonal of their
-/// box: one that is allowed all of it may be a point.
+/// The most that the spline of an open curve strays from its points, as a fraction of the diagonal
+/// of their box.
+///
+/// A spline that may stray by the whole diagonal may be a point.
 const OF_DIAGONAL: f64 = 0.25;
 
-/// Of closed curves, this part of area over length: a circle keeps three quarters of its radius, a
-/// sliver half its width.
+/// The most that the spline of a closed curve strays, as a fraction of area over length.
+///
+/// A circle keeps three quarters of its radius, and a sliver half its width.
 const OF_WIDTH: f64 = 0.5;
 
-/// Closed curves that enclose nothing, such as an eight, stray by this part of their diagonal.
+/// The most for closed curves that enclose nothing, such as an eight, as a fraction of the
+/// diagonal.
 const LEAST_OF_DIAGONAL: f64 = 0.01;
 
 /// The smoothing splines of a batch.
 pub(super) struct Near {
     splines: Vec<CubicSplines>,
-    /// Of every curve, in which splines and where there.
+    /// For every curve, the index of its splines, its index among them, and its spread.
     places: Vec<Option<(usize, usize, Spread)>>,
 }
 
-/// What a spline says of the weight.
+/// What a spline suggests about the weight.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spread {
-    /// Its λ; 0 where there is no spline.
+    /// The spline's λ.
+    ///
+    /// 0 where there is no spline.
     pub lambda: f64,
-    /// How often the deviation allowed was halved for it.
+    /// The number of times that the allowed deviation was halved for this spline.
     pub halvings: i32,
 }
 
 impl Near {
-    /// The splines that keep the deviation, or halves of it where a curve is so small that it might
-    /// vanish.
+    /// The splines that keep the deviation.
+    ///
+    /// Where a curve is so small that its spline might vanish, the deviation is halved until it
+    /// does not.
     pub fn new<const D: usize>(pins: Pins, allowed: f64, batch: &CurveBatch) -> Result<Self> {
         let free = batch.clone().with_constraints(Constraints::default())?;
         let mut groups: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
         for i in 0..batch.len() {
             let most = reach::<D>(batch, i);
             let halvings = (allowed / most).log2().ceil().max(0.0);
-            // Where that is no number a curve is not to be fitted at all, or is too extreme for it.
+            // Where this is no number, the curve cannot be fitted, or is too extreme for a spline.
             if halvings < f64::from(MOST_HALVINGS) {
                 groups.entry(halvings as i32).or_default().push(i);
             }
@@ -85,14 +94,14 @@ impl Near {
         Some(self.splines[group].curve(k))
     }
 
-    /// What it says of the weight.
+    /// What the spline of curve `i` suggests about the weight.
     pub fn spread(&self, i: usize) -> Spread {
         self.places[i].map_or(Spread::default(), |(.., spread)| spread)
     }
 }
 
 impl<const D: usize> Ready<D> {
-    /// The report of a curve that is the spline it would have started from.
+    /// The report of a curve that stays the spline from which it would have started.
     pub fn left_as_it_is(
         self,
         attached: &Fair,
@@ -120,9 +129,13 @@ impl<const D: usize> Ready<D> {
     }
 }
 
-/// What helps a curve whose minimum near its points is not to be had, the best first. Of the 594
-/// borders of countries-110m at a deviation of 0.2 so many have one: with bending alone 466, with a
-/// length of weight 0.1, 1 and 10 beside it 473, 518 and 571, with corners of 60° all.
+/// The remedies for a curve without a minimum near its points, the best first.
+///
+/// Of the 594 borders of countries-110m at a deviation of 0.2 this many have one:
+///
+/// - 466 with bending alone
+/// - 473, 518 and 571 with a length of weight 0.1, 1 and 10 beside it
+/// - all with corners of 60°
 pub(super) fn remedy(energy: &Energy) -> &'static str {
     match energy.bounds_length() {
         true => "keep its corners, such as those of 60° and more, or weigh length more",
@@ -130,7 +143,9 @@ pub(super) fn remedy(energy: &Energy) -> &'static str {
     }
 }
 
-/// Halvings of the deviation at most; a curve that needs more is lost in its rounding beside it.
+/// The most halvings of the deviation.
+///
+/// A curve that needs more is as small as rounding beside it.
 const MOST_HALVINGS: i32 = 52;
 
 /// How far the spline of a curve may stray without vanishing.
@@ -140,7 +155,7 @@ fn reach<const D: usize>(batch: &CurveBatch, i: usize) -> f64 {
     if !batch.is_closed(i) {
         return OF_DIAGONAL * diagonal;
     }
-    // ½ Σ p × q, from the first point on, by its components.
+    // ½ Σ p × q by its components, with positions relative to the first point.
     let mut area = [[0.0; D]; D];
     let mut length = 0.0;
     for k in 0..points.len() {

@@ -1,11 +1,13 @@
-//! [`Newton`]: the systems (H + λL) p = −g of curves side by side: H the Hessian of their energies and the gauge, L the inner
-//! product of the energy's order, λ ≥ 0 the damping.
+//! [`Newton`]: the systems (H + λL) p = −g of curves side by side.
 //!
-//! λ → ∞ is descent along the Sobolev gradient, λ = 0 Newton's method. L is that of
-//! [`metric`](super::metric) in its plain form, D_k at pins included: it only has to bound steps,
-//! and this one is as wide as H.
+//! H is the Hessian of the energies and the gauge. L is the inner product of the energy's order,
+//! and λ ≥ 0 is the damping. λ → ∞ is descent along the Sobolev gradient, and λ = 0 is Newton's
+//! method.
+//!
+//! L is that of [`metric`](super::metric) in its plain form, with D_k at pins. It only has to bound
+//! steps, and this form is as wide as H.
 
-// Loops over coordinates and lanes by number read as the formulas do.
+// Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
 use super::edges::Edges;
@@ -16,20 +18,25 @@ use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
 use crate::linalg::scalar::Vector;
 
-/// Newton's systems, one a lane, coordinates interleaved.
+/// Newton's systems, one a lane, with interleaved coordinates.
 pub(crate) struct Newton<S, const D: usize> {
-    /// The highest order of the energy and the gauge: a vertex is coupled with so many on either
-    /// side.
+    /// The highest order of the energy and the gauge.
+    ///
+    /// A vertex is coupled with this many others on either side.
     order: usize,
     hessian: BlockHessian<S, D>,
-    /// L, alike for all coordinates: by vertices v and v + k.
+    /// L by vertices v and v + k.
+    ///
+    /// It is the same for all coordinates.
     damping: Vec<[S; COUPLED + 1]>,
     matrix: Matrix<S>,
     movable: Vec<S>,
     unknowns: Vec<Vector<S, 1>>,
 }
 
-/// By order and dimension: the half-bandwidth is (order + 1)·D − 1.
+/// The matrix by order and dimension.
+///
+/// Its half-bandwidth is (order + 1)·D − 1.
 enum Matrix<S> {
     SecondPlanar(Box<Banded<S, 5>>),
     SecondSpatial(Box<Banded<S, 8>>),
@@ -37,13 +44,15 @@ enum Matrix<S> {
     WidestSpatial(Box<Banded<S, { widest(3) }>>),
 }
 
-/// The half-bandwidth of the highest order, in a dimension.
+/// The half-bandwidth of the highest order in a dimension.
 const fn widest(dimension: usize) -> usize {
     (MOST_EDGES + 1) * dimension - 1
 }
 
-/// What a matrix of any width does; those of another dimension are known to be none when it is
-/// compiled, and those of higher orders would take the compiler minutes within what is vectorised.
+/// Runs an expression on a matrix of any width.
+///
+/// Matrices of another dimension are excluded at compile time. Those of higher orders are compiled
+/// apart, because they would take minutes inside vectorised code.
 macro_rules! each {
     ($matrix:expr, $banded:ident => $body:expr, $apart:expr) => {
         match $matrix {
@@ -57,8 +66,10 @@ macro_rules! each {
 }
 
 impl<S: Scalar, const D: usize> Newton<S, D> {
-    /// Room for the systems of energies of an order; `movable` is 1 where a vertex may move, else 0.
-    /// Closed curves have more vertices than the order.
+    /// Storage for the systems of energies of an order.
+    ///
+    /// `movable` is 1 where a vertex may move, else 0. Closed curves have more vertices than the
+    /// order.
     pub fn new(order: usize, edges: &Edges<S, D>, movable: &[S]) -> Self {
         let closed = edges.is_closed();
         let counts: Vec<usize> = edges.vertices().iter().map(|count| count * D).collect();
@@ -78,7 +89,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
-    /// H and L at the curves where the edges are placed.
+    /// Assembles H and L at the curves where the edges are placed.
     #[inline(always)]
     pub fn assemble<'a>(
         &mut self,
@@ -126,8 +137,9 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
-    /// Adds weight · v vᵀ at the vertices from `start` on. Closed lanes go on in the rows after
-    /// their last: [`factor`](Self::factor) knows what those mean.
+    /// Adds weight · v vᵀ at the vertices from `start` on.
+    ///
+    /// Closed lanes go on in the rows after their last. [`factor`](Self::factor) accounts for them.
     #[inline(always)]
     fn damp<const N: usize>(&mut self, start: usize, weight: S, v: [S; N]) {
         for j in 0..N {
@@ -137,8 +149,10 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
-    /// Factors H + λL. Returns the smallest pivot of each lane: where it is not positive, the
-    /// matrix was not positive definite, and what [`solve`](Self::solve) finds there means nothing.
+    /// Factors H + λL, and returns the smallest pivot of each lane.
+    ///
+    /// Where it is not positive, the matrix is not positive definite. The result of
+    /// [`solve`](Self::solve) is then meaningless.
     #[inline(always)]
     pub fn factor(&mut self, lambda: S) -> S {
         let (blocks, damping, movable) = (self.hessian.blocks(), &self.damping[..], &self.movable[..]);
@@ -146,7 +160,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         each!(&mut self.matrix, matrix => filling.factor(matrix), filling.factor_apart(matrix))
     }
 
-    /// x ← (H + λL)⁻¹ x; 0 at pins.
+    /// Computes x ← (H + λL)⁻¹ x, which is 0 at pins.
     #[inline(always)]
     pub fn solve(&mut self, x: &mut [Vector<S, D>]) {
         for (unknowns, x) in self.unknowns.chunks_exact_mut(D).zip(&*x) {
@@ -178,7 +192,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     }
 }
 
-/// H and L of curves, λ, and what may move.
+/// H, L and λ of curves, and which vertices may move.
 struct Filling<'a, S, const D: usize> {
     blocks: &'a [[Block<S, D>; COUPLED + 1]],
     damping: &'a [[S; COUPLED + 1]],
@@ -187,12 +201,12 @@ struct Filling<'a, S, const D: usize> {
 }
 
 impl<S: Scalar, const D: usize> Filling<'_, S, D> {
-    /// Fills and factors a matrix; its smallest pivot.
+    /// Fills and factors a matrix, and returns its smallest pivot.
     #[inline(always)]
     fn factor<const B: usize>(&self, matrix: &mut Banded<S, B>) -> S {
         matrix.clear();
-        // B = (order + 1)·D − 1, or more. Of closed lanes H has been brought to the rows that
-        // exist; L goes on beyond them.
+        // B is at least (order + 1)·D − 1. On closed lanes H has been moved to the rows that exist,
+        // while L goes on beyond them.
         let reach = (B + 1) / D;
         for (v, (blocks, damping)) in self.blocks.iter().zip(self.damping).enumerate() {
             for k in 0..reach {

@@ -1,21 +1,23 @@
-//! [`Plan`]: what a descent is to do.
+//! [`Plan`]: the instructions of a descent.
 
 use crate::words::words;
 
-/// How the direction follows from Sobolev gradients.
+/// How the direction follows from the gradient.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Direction {
-    /// −(H + λL)⁻¹g with the Hessian H and the Sobolev inner product L, damped by λ ≥ 0 as far as
-    /// it takes. The step is 1.
+    /// −(H + λL)⁻¹g with the Hessian H, the Sobolev inner product L and the step 1.
+    ///
+    /// λ ≥ 0 damps as far as necessary.
     #[default]
     Newton,
     /// −z
     Steepest,
     /// −z + βp with β = max(0, ⟨g⁺, z⁺ − z⟩/⟨g, z⟩), after Polak and Ribière.
     PolakRibiere,
-    /// β = max(0, min(Hestenes–Stiefel, Dai–Yuan)): a tenth fewer evaluations, and steps need be
-    /// less exact.
+    /// −z + βp with β = max(0, min(Hestenes–Stiefel, Dai–Yuan)).
+    ///
+    /// It takes a tenth fewer evaluations, and steps may be less exact.
     Hybrid,
 }
 
@@ -26,26 +28,28 @@ words!(Direction, "direction": [
     (PolakRibiere, "polak-ribiere", "Conjugate gradients after Polak and Ribière"),
 ]);
 
-/// How far each step goes.
+/// The length of each step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Step {
-    /// Always so far.
+    /// Always this long.
     Constant(f64),
-    /// As far as a line search says.
+    /// As long as a line search finds.
     #[default]
     Search,
 }
 
-/// What a descent is to do.
+/// The instructions of a descent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plan {
     pub direction: Direction,
     pub step: Step,
-    /// Order of the inner product; 0 for ordinary gradients.
+    /// The order of the inner product.
+    ///
+    /// 0 for ordinary gradients.
     pub order: usize,
-    /// Order of the gauge.
+    /// The order of the gauge.
     pub gauge: usize,
-    /// Accepted steps at most.
+    /// The most accepted steps.
     pub most_iterations: u32,
 }

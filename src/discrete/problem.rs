@@ -1,4 +1,6 @@
-//! [`Problem`]: one curve, ready to descend; and how the CPU descends many, side by side in lanes.
+//! [`Problem`]: one curve ready to descend.
+//!
+//! The CPU descends many side by side in lanes.
 
 use super::constrain::Constraints;
 use super::descent::Descent;
@@ -11,59 +13,64 @@ use crate::linalg::scalar::{Vector, add, subtract};
 use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
 use crate::parallel;
 
-/// Curves side by side on the CPU: one vector register of f64, as AVX2 has them.
+/// Curves side by side on the CPU, as many as one AVX2 register holds f64 numbers.
 const LANES: usize = 4;
 
-/// Curves of more edges come alone: side by side their arrays leave the caches, and cost more than
-/// lanes save.
+/// Curves of more edges descend alone.
+///
+/// Side by side their arrays leave the caches, which costs more than lanes save.
 const LONG: usize = 16_384;
 
-/// One curve with all that its descent needs, translated and scaled to size 1.
+/// One curve with everything that its descent needs, translated and scaled to size 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Problem<const D: usize> {
     pub closed: bool,
-    /// Edges of the base curve; displacements are 0 there.
+    /// Edges of the base curve, where displacements are 0.
     pub base: Vec<Vector<f64, D>>,
     /// Rows of the vertices that stand for data points, increasing.
     pub data: Vec<u32>,
     /// Rows of the pinned vertices, increasing.
     pub pinned: Vec<u32>,
-    /// Attached vertices: row, weight, displacement of the data point.
+    /// Attached vertices, each as row, weight and displacement of the data point.
     pub attached: Vec<(u32, f64, Vector<f64, D>)>,
-    /// Weight of each term of the energy at size 1.
+    /// The weight of each term of the energy at size 1.
     pub weights: Vec<f64>,
     pub gauge: f64,
-    /// What differences of edge lengths count by in the gauge, at each vertex; 0 at data points.
+    /// The factors of differences of edge lengths in the gauge at each vertex.
+    ///
+    /// 0 at data points.
     pub free: Vec<f64>,
-    /// Weight of the highest derivative in the inner product.
+    /// The weight of the highest derivative in the inner product.
     pub highest: f64,
-    /// √ of the mean of |K|² of the start, at which |κ|^ν and κ² weigh alike.
+    /// The root mean square of |K| at the start, where |κ|^ν and κ² weigh the same.
     pub curvature: f64,
-    /// √⟨g, L⁻¹g⟩ to reach.
+    /// The tolerance of √⟨g, L⁻¹g⟩.
     pub tolerance: f64,
-    /// A length that no honest minimum has; infinite where the energy bounds the length.
+    /// The length beyond which a curve has run away.
+    ///
+    /// Infinite where the energy bounds the length.
     pub longest: f64,
     /// Tangents to keep.
     pub constraints: Option<Constraints<D>>,
 }
 
-/// Where a descent ended.
+/// The end of a descent.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome<const D: usize> {
     /// Displacements of the vertices from the base.
     pub displacements: Vec<Vector<f64, D>>,
     pub standing: Standing,
-    /// Without the gauge.
+    /// The energy without the gauge.
     pub energy: f64,
     /// √⟨g, L⁻¹g⟩
     pub norm: f64,
     pub iterations: u32,
-    /// Of the energy and its gradient.
+    /// Evaluations of the energy and its gradient.
     pub evaluations: u32,
 }
 
 impl<const D: usize> Problem<D> {
-    /// Number of vertices.
+    /// The number of vertices.
     pub fn vertices(&self) -> usize {
         self.base.len() + usize::from(!self.closed)
     }
@@ -79,10 +86,14 @@ impl<const D: usize> Problem<D> {
         }
     }
 
-    /// The √⟨g, L⁻¹g⟩ that rounding in f32 may leave: 1.1 ε √(w E)/h, with w half the weight of the
-    /// inner product, E the energy of the base and h the mean length of an edge. Measured floors
-    /// are 0.13 to 0.56 ε √(w E)/h, for 64 and for 256 edges: twice the largest is reached, and
-    /// leaves curves of 64 edges 1e-6 of their size from where f64 goes, and less.
+    /// The √⟨g, L⁻¹g⟩ that rounding in f32 may leave.
+    ///
+    /// It is 1.1 ε √(w E)/h. Here w is half the weight of the inner product, E is the energy of the
+    /// base, and h is the mean length of an edge.
+    ///
+    /// Measured floors are 0.13 to 0.56 ε √(w E)/h, for 64 and for 256 edges. Twice the largest
+    /// floor can be reached. Curves of 64 edges then end within 1e-6 of their size of the result in
+    /// f64.
     pub fn rounding_in_f32(&self, energy: &Energy) -> f64 {
         let (energy, length) = self.at_base(energy);
         1.1 * f64::from(f32::EPSILON) * (0.5 * self.highest * energy).sqrt() * self.base.len() as f64 / length
@@ -93,7 +104,7 @@ impl<const D: usize> Problem<D> {
         Problem { attached: vec![], ..self.clone() }.at_base(energy).0
     }
 
-    /// Energy, without the gauge, and length of the base.
+    /// The energy, without the gauge, and the length of the base.
     fn at_base(&self, energy: &Energy) -> (f64, f64) {
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
         let plan =
@@ -102,8 +113,10 @@ impl<const D: usize> Problem<D> {
         (at_base.energy_without_gauge(), at_base.edges.total_length())
     }
 
-    /// Whether curves may share a pass: both open or both closed, of similar length, with pins in
-    /// the same rows as far as both go.
+    /// Whether two curves may share a pass.
+    ///
+    /// Both must be open or both closed, and of similar length. Their pins must be in the same rows
+    /// as far as both curves go.
     fn suits(&self, other: &Self) -> bool {
         let (short, long) = if self.base.len() <= other.base.len() { (self, other) } else { (other, self) };
         let pins = short.pinned.len();
@@ -122,17 +135,19 @@ impl<const D: usize> Problem<D> {
     }
 }
 
-/// The order of the inner product; closed curves hold orders from the third on only with more
-/// vertices than that.
+/// The order of the inner product.
+///
+/// Closed curves can have orders from the third on only with more vertices than the order.
 pub(super) fn order_of(order: usize, closed: bool, vertices: usize) -> usize {
     if closed { order.min(vertices.max(3) - 1) } else { order }
 }
 
-/// What is told of every curve that has ended, by its number.
+/// The callback for every curve that has ended, by its number.
 pub(crate) type Ended<'a, const D: usize> = &'a (dyn Fn(usize, &Outcome<D>) + Sync);
 
-/// Descends every curve, on all threads of the CPU in f64; `ended` is told of each as the curves
-/// beside it end too.
+/// Descends every curve, on all threads of the CPU in f64.
+///
+/// `ended` is called for a curve when the curves beside it have ended too.
 pub(crate) fn descend_on_cpu<const D: usize>(
     plan: &Plan,
     energy: &Energy,
@@ -181,7 +196,8 @@ impl<const D: usize> pulp::WithSimd for Vectorised<'_, D> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        // No closure and no function in between: only what is inlined here uses the instructions.
+        // No closure or function stands in between, because only inlined code uses the
+        // instructions.
         let mut descent = start::<Lanes<f64, LANES>, D>(self.plan, self.functionals, self.members);
         let mut newton = descent.newton();
         while descent.is_running() {
@@ -227,8 +243,9 @@ fn outcomes<S: Scalar, const D: usize>(descent: &mut Descent<'_, S, D>, count: u
     (0..count).map(outcome).collect()
 }
 
-/// A descent of up to S::LANES curves that suit each other, at their bases. Lanes without a curve
-/// repeat the first, already ended.
+/// A descent of up to S::LANES curves that suit each other, at their bases.
+///
+/// Lanes without a curve repeat the first, and have already ended.
 pub(crate) fn start<'a, S: Scalar, const D: usize>(
     plan: &Plan,
     functionals: &[&'a Functional],
@@ -272,7 +289,7 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let gauge = each(&|problem| problem.gauge);
     let bounds: Vec<(f64, f64)> = (0..S::LANES).map(|l| (lane(l).tolerance, lane(l).longest)).collect();
     let limited = |order: usize| order_of(order, lane(0).closed, lane(0).vertices());
-    // Length and tension are as good as solved by their inner product; a triangle has no room for
+    // The inner product of length and tension as good as solves them. A triangle has no room for
     // the third derivative.
     let newton = plan.order > 1 && limited(plan.order) == plan.order;
     let direction = if plan.direction == Direction::Newton && !newton { Direction::Hybrid } else { plan.direction };

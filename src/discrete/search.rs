@@ -1,10 +1,12 @@
 //! [`Search`]: the search for the weight of one curve.
 //!
-//! The smaller the weight, the fairer the curve and the larger its deviation. Weights are searched
-//! among α = unit · 2^(j/128) for whole j, by secants between a weight that breaks the deviation
-//! and one that keeps it, until they are neighbours, or the secant says so. Every trial starts from
-//! the curve of the smallest weight that keeps the deviation so far, the first from the spline;
-//! only the last goes down to the method's own tolerance.
+//! The smaller the weight, the fairer the curve and the larger its deviation. Weights are α = unit
+//! · 2^(j/128) for whole j. The search takes secants between a weight that breaks the deviation and
+//! one that keeps it. It ends when these are neighbours, or when the secant says so.
+//!
+//! The first trial starts from the spline. Every other one starts from the curve of the smallest
+//! weight so far that keeps the deviation. Only the last trial descends to the method's own
+//! tolerance.
 
 use super::curves::Vertices;
 use super::fair::{Fair, Pins};
@@ -17,55 +19,69 @@ use crate::linalg::power_of_two;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::CurveReport;
 
-/// Weights tried differ by 2^(1/128), 0.54 %, and so do deviations at most where they go as 1/α:
-/// every device and precision tries the same numbers.
+/// Steps of the weight in an octave.
+///
+/// Weights differ by 2^(1/128), 0.54 %.
+///
+/// Deviations differ by 0.54 % at most where they go as 1/α. Every device and precision tries the
+/// same weights.
 const STEPS_PER_OCTAVE: f64 = 128.0;
 
-/// Steps to the next weight while nothing brackets the answer: at least a twelfth of an octave, and
-/// at most six.
+/// The least and the most steps to the next weight while nothing brackets the answer.
+///
+/// They are a twelfth of an octave and six octaves.
 const LEAST_STRIDE: f64 = 11.0;
 const MOST_STRIDE: f64 = 6.0 * STEPS_PER_OCTAVE;
 
-/// Brackets up to this many steps, an eighth of an octave, are narrow enough for their secant to be
-/// believed.
+/// The secant of a bracket of up to this many steps, an eighth of an octave, is reliable.
 const NARROW: i32 = 16;
 
-/// The smallest weight: all attachments together are this part of the stiffness of a curve of size 1.
+/// The smallest weight: all attachments together are this fraction of the stiffness of a curve of
+/// size 1.
+///
 /// They move it by no more.
 const WEAKEST: f64 = 1e-4;
 
 /// The largest weight makes one attachment 2³⁰ times as stiff as the shortest span.
 const OCTAVES_ABOVE: f64 = 30.0;
 
-/// On the way deviations need be known to this part of the one allowed only.
+/// During the search the deviation is computed to this fraction of the allowed one.
 const ROUGHLY: f64 = 1e-3;
 
-/// Iterations of a trial at most: nine in ten take fewer than ten, and what takes more than these
-/// is on its way into a loop. Where length or tension bound loops there is a minimum, but no near
-/// one.
+/// The most iterations of a trial.
+///
+/// Nine in ten trials take fewer than ten. A trial that takes more than this is on its way into a
+/// loop. Where length or tension bound loops it has a minimum, but no near one.
 const TRIAL_ITERATIONS: u32 = 25;
 
-/// A curve on trial that becomes so many times as long as its chord polygon has swung out; and so
-/// has one with a span that is so many times as long as its own chord, and longer by the deviation.
-/// Half a circle is 1.57 times as long as its chord, two thirds 2.42 times; among borders, spans
-/// from 1.9 times on are loops.
+/// A curve on trial that becomes this many times as long as its chord polygon has swung out.
+///
+/// A span that is this many times as long as its own chord, and longer by the deviation, has swung
+/// out too. Half a circle is 1.57 times as long as its chord, and two thirds of a circle 2.42
+/// times. Among borders, spans from 1.9 times on are loops.
 const SWUNG_OUT: f64 = 2.0;
 
-/// Steps to the next weight after trials that swung out while no weight is known to keep the
-/// deviation; after the last there is taken to be none.
+/// Steps to the next weight after trials that swung out, while no weight is known to keep the
+/// deviation.
+///
+/// After the last there is assumed to be no such weight.
 const STIFFENING: [i32; 3] = [192, 384, 768];
 
-/// Steps to the weight of a deviation twice as large as that of the spline: two octaves. Rings that
-/// are smaller than the deviation grow round at weak weights, and swing out at those that hold
-/// every corner.
+/// Steps to the weight of a deviation twice as large as that of the spline: two octaves.
+///
+/// Rings that are smaller than the deviation grow round at weak weights. They swing out at weights
+/// that hold every corner.
 const SOFTENING: i32 = 256;
 
-/// Where a weight does not do to the method's tolerance after all, weights so many steps higher are
-/// tried: it breaks the deviation by next to nothing, or stands where its minimum is about to end,
-/// and is no minimum to Newton's method yet.
+/// Steps to higher weights, where the weight found fails at the method's tolerance.
+///
+/// Such a weight breaks the deviation by next to nothing. Or it is where its minimum is about to
+/// end, and the curve is not yet a minimum for Newton's method.
 const STRIDES: [i32; 4] = [1, 4, 16, 64];
 
-/// Trials at most. Six are common; more than these are those of a deviation that jumps.
+/// The most trials.
+///
+/// Six are common. A search takes more than this where the deviation jumps.
 const MOST_ROUNDS: u32 = 32;
 
 /// A curve that keeps the deviation.
@@ -73,31 +89,37 @@ const MOST_ROUNDS: u32 = 32;
 struct Kept<const D: usize> {
     step: i32,
     deviation: f64,
-    /// What was descended, and where to.
+    /// The problem that was descended, and its outcome.
     trial: Ready<D>,
     outcome: Outcome<D>,
 }
 
-/// How far a search has come.
+/// The state of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
-    /// For the weight.
+    /// The weight is searched for.
     Searching,
-    /// It has the weight, and needs the curve to the method's tolerance.
+    /// The weight is found.
+    ///
+    /// The curve is still needed to the method's tolerance.
     Finishing,
-    /// No weight keeps the deviation: through the points, then.
+    /// No weight keeps the deviation.
+    ///
+    /// The curve goes through its points.
     Pinned,
-    /// Whatever was tried swung out: there is no minimum near.
+    /// All trials swung out, so there is no minimum near the points.
     Nowhere,
-    /// It has the weight, and that is all that is asked of it.
+    /// The weight is found, and nothing else was asked for.
     Sketched,
 }
 
-/// What a search has found.
+/// The result of a search.
 struct Found<const D: usize> {
     ready: Ready<D>,
     outcome: Outcome<D>,
-    /// Of the attachment; infinite where the curve goes through its points.
+    /// The weight of the attachment.
+    ///
+    /// Infinite where the curve goes through its points.
     weight: f64,
 }
 
@@ -105,22 +127,24 @@ struct Found<const D: usize> {
 pub(super) struct Search<const D: usize> {
     curve: usize,
     allowed: f64,
-    /// At the spline, attachments at weight 1.
+    /// The curve at the spline, with attachments at weight 1.
     start: Ready<D>,
     /// α of step 0.
     unit: f64,
     steps: [i32; 2],
     step: i32,
     stage: Stage,
-    /// The largest weight known to break the deviation, with the deviation; and the smallest known
-    /// to keep it.
+    /// The largest weight known to break the deviation, with that deviation.
+    ///
+    /// The next field is the smallest weight known to keep it.
     below: Option<(i32, f64)>,
     above: Option<Kept<D>>,
-    /// How often in a row the same side of the bracket moved.
+    /// How many times in a row the same side of the bracket moved: above if positive, below if
+    /// negative.
     one_sided: i32,
-    /// How many weights led nowhere while none was known to keep the deviation.
+    /// The number of weights that swung out while none was known to keep the deviation.
     swung_out: usize,
-    /// How many weights did not do to the method's tolerance.
+    /// The number of weights that failed at the method's tolerance.
     finishes: usize,
     rounds: u32,
     iterations: u32,
@@ -129,14 +153,16 @@ pub(super) struct Search<const D: usize> {
     is_sketch: bool,
 }
 
-/// What a search among coarse edges has found: about the weight, and about the curve.
+/// The weight and the curve found among coarse edges.
 pub(super) struct Sketch {
     pub weight: f64,
     pub vertices: Vertices,
 }
 
 impl<const D: usize> Search<D> {
-    /// A search from a curve on; `spread` is what its smoothing spline says.
+    /// A search that starts from a curve.
+    ///
+    /// `spread` is what its smoothing spline suggests.
     pub fn new(
         attached: &Fair,
         allowed: f64,
@@ -145,27 +171,27 @@ impl<const D: usize> Search<D> {
         mut start: Ready<D>,
         spread: Spread,
     ) -> Self {
-        // Curves may leave their points, on all sides. Energies that bound the length do so far
-        // away.
+        // Curves may leave their points on all sides. Energies that bound the length end such
+        // excursions far away.
         let chords: f64 = batch.chords(curve).sum();
         start.problem.longest = LONGEST * (chords + std::f64::consts::TAU * allowed) / start.size;
         let problem = &start.problem;
         let order = attached.energy.order() as i32;
         let is_attached = !problem.attached.is_empty();
         let own = || problem.attached.iter().map(|(_, weight, _)| *weight);
-        // Where nothing is attached nothing is searched for, and any unit serves.
+        // Where nothing is attached nothing is searched for, and any unit will do.
         let (heaviest, all) = if is_attached { (own().fold(0.0, f64::max), own().sum::<f64>()) } else { (1.0, 1.0) };
         let spans = spans(&start);
         let shortest = spans.iter().copied().fold(f64::INFINITY, f64::min);
-        // A power of two: then weights tried are the same ones wherever a curve is searched from,
-        // and on every device.
+        // The unit is a power of two. Weights are then the same wherever a search starts, and on
+        // every device.
         let unit = power_of_two(&[problem.highest * shortest.powi(1 - 2 * order) / heaviest]);
         let step = |alpha: f64| STEPS_PER_OCTAVE * (alpha / unit).log2();
         let highest = (OCTAVES_ABOVE * STEPS_PER_OCTAVE) as i32;
-        // A cast makes 0 of what is no number.
+        // The cast turns NaN into 0.
         let lowest = (step(WEAKEST * problem.highest / all).floor() as i32).min(highest);
-        // Data at distance h smoothed over a length l, l^2m = h w/α: alike for a spline and for a
-        // curve of order m.
+        // Data at distance h are smoothed over a length l with l^2m = h w/α. This holds for a
+        // spline and for a curve of order m.
         let h = spans.iter().sum::<f64>() / spans.len() as f64;
         let lambda = spread.lambda / start.size.powi(3);
         let per_weight = start.size * start.size / start.energy_unit;
@@ -191,13 +217,13 @@ impl<const D: usize> Search<D> {
         }
     }
 
-    /// The same search, for the weight alone.
+    /// Turns this into a search for the weight alone.
     pub fn sketching(mut self) -> Self {
         self.is_sketch = true;
         self
     }
 
-    /// What was sketched, if a weight was found that keeps the deviation.
+    /// The sketch, if a weight was found that keeps the deviation.
     pub fn sketch(&self) -> Option<Sketch> {
         let kept = self.above.as_ref()?;
         let moved = kept.trial.moved(&kept.outcome.displacements, &self.start);
@@ -208,25 +234,24 @@ impl<const D: usize> Search<D> {
         })
     }
 
-    /// The same search, from a weight on that is about right, after so many iterations that led
-    /// there.
+    /// Starts this search from a weight that is about right, which took `iterations` to find.
     pub fn starting_from(mut self, weight: f64, iterations: u32) -> Self {
         let step = STEPS_PER_OCTAVE * (weight / self.unit).log2();
         (self.step, self.iterations) = ((step.round() as i32).clamp(self.steps[0], self.steps[1]), iterations);
         self
     }
 
-    /// Iterations so far.
+    /// The iterations so far.
     pub fn iterations(&self) -> u32 {
         self.iterations
     }
 
-    /// Whether nothing that was tried is a minimum.
+    /// Whether no trial reached a minimum.
     pub fn leads_nowhere(&self) -> bool {
         self.stage == Stage::Nowhere
     }
 
-    /// The search of a curve that a sketch says leads nowhere.
+    /// Ends this search, because a sketch has shown that no trial reaches a minimum.
     pub fn given_up(mut self, iterations: u32) -> Self {
         (self.stage, self.iterations) = (Stage::Nowhere, iterations);
         self
@@ -237,7 +262,7 @@ impl<const D: usize> Search<D> {
         self.curve
     }
 
-    /// Number of its vertices.
+    /// The number of its vertices.
     pub fn vertices(&self) -> usize {
         self.start.vertices.len()
     }
@@ -252,7 +277,7 @@ impl<const D: usize> Search<D> {
         self.stage == Stage::Searching
     }
 
-    /// Iterations of the next trial at most.
+    /// The most iterations of the next trial.
     pub fn most_iterations(&self, fair: &Fair) -> u32 {
         if self.is_searching() { fair.max_iterations.min(TRIAL_ITERATIONS) } else { fair.max_iterations }
     }
@@ -261,21 +286,21 @@ impl<const D: usize> Search<D> {
         self.weight_of(self.step)
     }
 
-    /// The weight of a step, as exact whatever the unit.
+    /// The weight of a step, equally exact for every unit.
     fn weight_of(&self, step: i32) -> f64 {
         let octave = STEPS_PER_OCTAVE as i32;
         let within = (f64::from(step.rem_euclid(octave)) / STEPS_PER_OCTAVE).exp2();
         self.unit * 2_f64.powi(step.div_euclid(octave)) * within
     }
 
-    /// What is to be descended next.
+    /// The problem to descend next.
     pub fn trial(&self, fair: &Fair, batch: &CurveBatch) -> Ready<D> {
         if self.stage == Stage::Pinned {
             return self.through_its_points(fair, batch).unwrap_or_else(|| self.start.clone());
         }
-        // Of several minima the one that follows from curves that keep the deviation as their
-        // attachments weaken: a curve once too far away may be caught behind folds that no weight
-        // pulls it out of.
+        // There may be several minima. This one follows from curves that keep the deviation while
+        // their attachments weaken. A curve that was once too far away may be caught behind folds,
+        // and no weight pulls it out.
         let mut ready = match &self.above {
             Some(kept) => kept.trial.moved(&kept.outcome.displacements, &self.start),
             None => self.start.clone(),
@@ -301,12 +326,12 @@ impl<const D: usize> Search<D> {
         set_up_pieces::<D>(&pinned, &batch.select(&[self.curve]), &[]).ok()?.pop()?.ok()
     }
 
-    /// Takes note of what became of a trial, and decides what follows.
+    /// Records the outcome of a trial, and decides what follows.
     pub fn take(&mut self, trial: Ready<D>, outcome: Outcome<D>, points: &[Vector<f64, D>]) {
         self.rounds += 1;
         self.iterations += outcome.iterations;
         if outcome.standing == Standing::Running {
-            // The device was lost. The spline keeps the deviation, at least.
+            // The device was lost. The spline at least keeps the deviation.
             let outcome = Outcome { displacements: zeros(&self.start), ..outcome };
             self.found = Some(Found { ready: self.start.clone(), outcome, weight: 0.0 });
             return;
@@ -354,7 +379,9 @@ impl<const D: usize> Search<D> {
         }
     }
 
-    /// The next heavier weight; in the end the curve that kept the deviation, such as it is.
+    /// Goes on to the next heavier weight.
+    ///
+    /// After the last it takes the curve that kept the deviation, converged or not.
     fn finish_again(&mut self) {
         match STRIDES.get(self.finishes) {
             Some(stride) => (self.step, self.finishes) = (self.step + stride, self.finishes + 1),
@@ -369,12 +396,14 @@ impl<const D: usize> Search<D> {
         }
     }
 
-    /// The weight to try next, unless the bracket is as narrow as can be.
+    /// The weight to try next.
+    ///
+    /// `None` if the bracket is as narrow as possible.
     fn next(&self) -> Option<i32> {
         let octaves_off = |deviation: f64| (deviation / self.allowed).log2().abs();
         let stride = |deviation: f64| {
-            // Deviations go as 1/α where attachments are stiff, more slowly where they are not; and
-            // those that had no effect so far are followed by larger ones.
+            // Deviations go as 1/α where attachments are stiff, and more slowly where they are not.
+            // Steps that had no effect so far are followed by larger ones.
             let first = STEPS_PER_OCTAVE * 1.5 * octaves_off(deviation);
             let patient = LEAST_STRIDE * f64::from(self.one_sided.abs()).exp2();
             first.max(patient).min(MOST_STRIDE) as i32
@@ -386,11 +415,12 @@ impl<const D: usize> Search<D> {
                 let (high, low) = (deviation.ln(), above.deviation.ln());
                 let part = (high - self.allowed.ln()) / (high - low);
                 let secant = part.is_finite() && self.one_sided.abs() < 3;
-                // One step further down it would be broken: as the secant says, where it may be
-                // believed.
+                // The secant says that one step further down breaks the deviation. It is trusted in
+                // narrow brackets.
                 let is_last = secant && gap <= NARROW && (1.0 - part) * f64::from(gap) < 1.0;
                 let part = if secant { part } else { 0.5 };
-                // Next to weights that swing out minima end: nothing is to be had from there.
+                // Minima end next to weights that swing out. A narrower bracket would find nothing
+                // better.
                 let is_last = is_last || deviation.is_infinite() && gap <= NARROW;
                 (gap > 1 && !is_last).then(|| below + ((part * f64::from(gap)).round() as i32).clamp(1, gap - 1))
             }
@@ -414,7 +444,8 @@ impl<const D: usize> Search<D> {
             let away = subtract(outcome.displacements[*row as usize], *target);
             outcome.energy -= 0.5 * weight * dot(away, away);
         }
-        // What was asked for, not what was enough on the way.
+        // The report compares with the tolerance asked for. During the search a larger one was
+        // enough.
         ready.problem.tolerance = self.start.problem.tolerance;
         let (mut report, vertices) = attached.report(batch, self.curve, &ready, &outcome);
         report.smoothing = Some(weight);
@@ -446,7 +477,7 @@ fn zeros<const D: usize>(ready: &Ready<D>) -> Vec<Vector<f64, D>> {
     vec![[0.0; D]; ready.vertices.len()]
 }
 
-/// Lengths of the spans that have any, at size 1.
+/// The lengths of the spans that are not empty, at size 1.
 fn spans<const D: usize>(ready: &Ready<D>) -> Vec<f64> {
     let lengths: Vec<f64> = ready.problem.base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
     let span = |pair: &[u32]| lengths[pair[0] as usize..pair[1] as usize].iter().sum();
@@ -454,8 +485,9 @@ fn spans<const D: usize>(ready: &Ready<D>) -> Vec<f64> {
 }
 
 impl<const D: usize> Ready<D> {
-    /// The curve with its vertices where displacements lead, as the base of further ones; weights
-    /// of attachments as in `start`.
+    /// The curve with its vertices displaced, as the base of further displacements.
+    ///
+    /// Attachments have the weights of `start`.
     fn moved(&self, displacements: &[Vector<f64, D>], start: &Self) -> Self {
         let mut moved = self.clone();
         let count = displacements.len();
@@ -481,7 +513,7 @@ impl<const D: usize> Ready<D> {
         self.rows.windows(2).any(|ends| length(ends[0], ends[1]) > SWUNG_OUT * away(ends[0], ends[1]) + allowed)
     }
 
-    /// Largest distance from a data point to its vertex, in the units of the input.
+    /// The largest distance from a data point to its vertex, in units of the input.
     pub fn deviation(&self, points: &[Vector<f64, D>]) -> f64 {
         super::deviation::deviation(&self.vertices, &self.rows, points)
     }

@@ -1,5 +1,7 @@
-//! From data points to vertices: the natural, or periodic, spline through them, divided into edges
-//! of equal arc length.
+//! The way from data points to vertices.
+//!
+//! The natural or periodic spline through the data points is divided into edges of equal arc
+//! length.
 
 use super::constrain::{Constraints as Kept, constrained};
 use super::energy::{Energy, Functional};
@@ -17,40 +19,50 @@ use crate::spline::{Natural, Parametrisation};
 use crate::status::CurveStatus;
 use crate::{Constraints, Unfitted};
 
-/// The tangential and the normal stiffness of a vertex are alike at this γ h³/w.
+/// The γ h³/w at which the tangential and the normal stiffness of a vertex are equal.
 const GAUGE: f64 = 1.0;
 
-/// Mean curvatures below this part of 1/size count as this where an exponent ν > 2 makes straight
-/// curves infinitely soft.
+/// The least mean curvature, as a fraction of 1/size.
+///
+/// Smaller ones count as this.
+///
+/// An exponent ν > 2 would make straight curves infinitely soft.
 const LEAST_CURVATURE: f64 = 0.1;
 
-/// A curve this many times as long as its chord polygon is no minimum: a half circle through two
-/// points is 1.57 times, and no curve that converged was seen to pass 1.23 on its way, where all
-/// that ran away pass 5 within some hundred iterations.
+/// A curve this many times as long as its chord polygon has run away.
+///
+/// A half circle through two points is 1.57 times as long. No curve that converged was seen to
+/// pass 1.23 on its way. All that ran away passed 5 within some hundred iterations.
 pub(super) const LONGEST: f64 = 5.0;
 
 /// A curve that can be descended.
 #[derive(Clone, Debug)]
 pub(crate) struct Ready<const D: usize> {
     pub problem: Problem<D>,
-    /// Base vertices in the units of the input; those of data points are the data.
+    /// Base vertices in units of the input.
+    ///
+    /// Those of data points are the data.
     pub vertices: Vec<Vector<f64, D>>,
-    /// Row of the vertex of every data point; of a closed curve one more, the row after its last.
+    /// The row of the vertex of every data point.
+    ///
+    /// A closed curve has one more, the row after its last.
     pub rows: Vec<u32>,
-    /// Length of the unit of [`problem`](Self::problem), in the units of the input.
+    /// The length of the unit of [`problem`](Self::problem), in units of the input.
     pub size: f64,
-    /// Energy in the units of the input of an energy of 1 in those of the problem.
+    /// The energy in units of the input that is 1 in those of the problem.
     pub energy_unit: f64,
 }
 
-/// [`set_up_pieces`] of curves that are whole.
+/// [`set_up_pieces`] for whole curves.
 #[cfg(test)]
 pub(crate) fn set_up<const D: usize>(fair: &Fair, batch: &CurveBatch) -> Result<Vec<Result<Ready<D>, Unfitted>>> {
     set_up_pieces(fair, batch, &[])
 }
 
-/// Brings every curve of a batch to vertices; or says why it cannot be. `kept` says which curves
-/// keep their first or last point whatever the pins say; none do where it is empty.
+/// Brings every curve of a batch to vertices, or says why it cannot be fitted.
+///
+/// `kept` says which curves keep their first or last point whatever the pins say. If it is empty
+/// none do.
 pub(super) fn set_up_pieces<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -59,10 +71,10 @@ pub(super) fn set_up_pieces<const D: usize>(
     set_up_from(fair, batch, kept, &|_| None)
 }
 
-/// Curves to start from, by their numbers.
+/// Curves to start from, by the numbers of the curves.
 pub(super) type Starts<'a> = &'a (dyn Fn(usize) -> Option<Box<dyn Curve + 'a>> + Sync);
 
-/// As [`set_up_pieces`], from other curves where there are some, and they go through what is pinned.
+/// [`set_up_pieces`] from other start curves, where there are some that go through their pins.
 pub(super) fn set_up_from<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -90,8 +102,7 @@ pub(super) fn set_up_from<const D: usize>(
 }
 
 impl<const D: usize> Ready<D> {
-    /// Whether every pinned vertex that stands for a data point is there, and nothing else is
-    /// pinned.
+    /// Whether every pinned vertex stands at its data point, and only data points are pinned.
     fn goes_through_its_pins(&self, points: &[Vector<f64, D>]) -> bool {
         let count = self.vertices.len() as u32;
         let is_there = |&row: &u32| {
@@ -102,7 +113,9 @@ impl<const D: usize> Ready<D> {
     }
 }
 
-/// The tangents at the ends of open curves, of unit length: chord-length splines can meet those.
+/// The tangents at the ends of open curves, of unit length.
+///
+/// Chord-length splines can have those.
 fn end_tangents(batch: &CurveBatch) -> Constraints {
     let d = batch.dimension();
     let Some(given) = &batch.constraints().tangents else { return Constraints::default() };
@@ -159,7 +172,7 @@ fn ready<const D: usize>(
         Pins::None => (kept[0] && k == 0) || (kept[1] && k + 1 == points.len()),
     };
     let mut pinned: Vec<u32> = (0..points.len()).filter(|&k| pinned_at(k)).map(|k| data[k]).collect();
-    // What turns about a point needs the point.
+    // A constraint at a point pins the point.
     pinned.extend(constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32));
     pinned.sort_unstable();
     pinned.dedup();
@@ -195,7 +208,7 @@ fn ready<const D: usize>(
     let chords: f64 = points.windows(2).map(|pair| distance(pair[0], pair[1])).sum::<f64>()
         + if closed { distance(points[points.len() - 1], points[0]) } else { 0.0 };
     let gauge = match order {
-        // Length alone lets vertices of attached curves run together; pinned curves take one step.
+        // Length alone lets vertices of attached curves run together. Pinned curves take one step.
         1 if attached > 0.0 => GAUGE * highest / h,
         0 | 1 => 0.0,
         2 => GAUGE * highest * h.powi(-3),
@@ -222,7 +235,7 @@ fn ready<const D: usize>(
     Ok(Ready { problem, vertices, rows, size, energy_unit })
 }
 
-/// Vertices at equal arc length along each span, and the row of every data point.
+/// The vertices at equal arc length along each span, and the row of every data point.
 fn divide<const D: usize>(
     curve: &dyn Curve,
     points: &[Vector<f64, D>],
@@ -240,12 +253,12 @@ fn divide<const D: usize>(
         if from == to {
             continue;
         }
-        // The data themselves, without what a spline's rounding makes of them.
+        // The data themselves are taken, without the rounding of a spline.
         vertices.push(if interpolates { from } else { at(span, 0.0) });
         let n = match segments {
             Segments::PerSpan(n) => n,
-            // What all curves may have is checked by their chords; this bounds one that swings out
-            // far.
+            // The vertices of all curves were checked by chords. This bounds a spline that swings
+            // out far.
             Segments::Spacing(spacing) => {
                 (curve.span_length(span) / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
             }
@@ -262,9 +275,11 @@ fn divide<const D: usize>(
     (vertices, rows)
 }
 
-/// What differences of lengths count by in the gauge at each vertex: (h/h_s)^power, h_s the mean
-/// edge of the vertex' span and h that of all, so that in every span the tangential stiffness is
-/// that of the normal; 0 at data points.
+/// The factors of differences of lengths in the gauge at each vertex.
+///
+/// They are (h/h_s)^power. h_s is the mean edge of the vertex's span, and h that of all edges. In
+/// every span the tangential stiffness then equals the normal stiffness. Factors are 0 at data
+/// points.
 fn free<const D: usize>(base: &[Vector<f64, D>], data: &[u32], closed: bool, power: f64) -> Vec<f64> {
     let vertices = base.len() + usize::from(!closed);
     let mean = |edges: &mut dyn Iterator<Item = usize>| {
@@ -290,11 +305,12 @@ fn free<const D: usize>(base: &[Vector<f64, D>], data: &[u32], closed: bool, pow
     free
 }
 
-/// Fractions of a span that divide it into n pieces of about equal length: the gauge evens out what
-/// is left.
+/// The fractions that divide a span into n pieces of about equal length.
+///
+/// The gauge evens out the rest.
 fn equal_fractions(curve: &dyn Curve, span: usize, n: usize) -> Vec<f64> {
-    // Simpson's rule on as many panels as there will be pieces, which resolves the speed as finely
-    // as the curve itself.
+    // Simpson's rule with as many panels as pieces resolves the speed as finely as the curve
+    // itself.
     let panel = 1.0 / n as f64;
     let speed = |u: f64| curve.speed(span, u);
     let mut arc = vec![0.0; n + 1];
@@ -317,10 +333,10 @@ fn equal_fractions(curve: &dyn Curve, span: usize, n: usize) -> Vec<f64> {
     (1..n).map(at).collect()
 }
 
-/// The weight of every term at size 1, the sum divided by the unit returned, which gives the
-/// highest order the weight asked for.
+/// The weight of every term at size 1, and the unit that the weights are divided by.
 ///
-/// |κ|^ν weighs as much as κ² where |κ| is the curvature given: so tolerances mean the same for every exponent.
+/// The highest order has weight 1. |κ|^ν weighs as much as κ² where |κ| is the given curvature, so
+/// that tolerances mean the same for every exponent.
 fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, f64) {
     let at_size_1 = |(weight, functional): &(f64, Functional)| weight * size.powf(functional.facts().degree());
     let order = energy.order();
@@ -329,8 +345,11 @@ fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, 
     (energy.terms().iter().map(|term| at_size_1(term) / unit).collect(), unit)
 }
 
-/// The second derivative of the energy of highest order at a straight curve, per unit of the
-/// highest derivative squared; of energies that stiffen at the curvature given.
+/// The second derivative of the energy of highest order, per unit of the highest derivative
+/// squared.
+///
+/// It is taken at a straight curve. For energies that stiffen with curvature, it is taken at the
+/// given one.
 fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vector<f64, D>], curvature: f64) -> f64 {
     let order = energy.order();
     let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
@@ -343,8 +362,9 @@ fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vect
         .sum()
 }
 
-/// The edge after which the curve turns back exactly. There it is a saddle: by symmetry no gradient
-/// leads off the line.
+/// The edge after which the curve turns back exactly.
+///
+/// The curve is a saddle there. By symmetry no gradient leads off the line.
 fn fold<const D: usize>(base: &[Vector<f64, D>], closed: bool) -> Option<usize> {
     let turns_back = |j: &usize| {
         let (e, f) = (base[*j], base[(*j + 1) % base.len()]);
@@ -353,7 +373,7 @@ fn fold<const D: usize>(base: &[Vector<f64, D>], closed: bool) -> Option<usize> 
     (0..if closed { base.len() } else { base.len() - 1 }).find(turns_back)
 }
 
-/// √ of the mean of |K|² over the arc length.
+/// The root mean square of |K| over the arc length.
 fn mean_curvature<const D: usize>(base: &[Vector<f64, D>], closed: bool) -> f64 {
     let pairs = if closed { base.len() } else { base.len() - 1 };
     let (mut sum, mut length) = (0.0, 0.0);

@@ -1,12 +1,12 @@
-//! How fits are descended: on which device and in which precision, and in which stages where one
-//! will not do.
+//! The device, the precision and the stages of a descent.
 //!
-//! * Exponents ν of bending far from 2 are approached in stages, each from where the one before
-//!   ended: for large ν the energy is that of the sharpest bend alone, and its Hessian says nothing
-//!   of the others.
-//! * Where the precision is left to the program, curves that f32 could not finish, or whose edges
-//!   are too fine for it on a device that has nothing else, are finished by the host in f64, from
-//!   where f32 left them: Newton's method then takes an iteration or two.
+//! - Exponents ν of bending far from 2 are approached in stages. Each stage starts where the one
+//!   before ended. For large ν the energy is that of the sharpest bend alone, and its Hessian says
+//!   nothing about the others.
+//! - Where the precision is left to the program, the host finishes some curves in f64. These are
+//!   curves that f32 could not finish, and curves whose edges are too fine for f32 on a device that
+//!   has nothing else. They go on from where f32 left them, and Newton's method takes an iteration
+//!   or two.
 
 use super::descent_gpu::descend_on_gpu;
 use super::energy::{Energy, Functional};
@@ -22,27 +22,31 @@ use crate::gpu::Gpu;
 use crate::linalg::scalar::add;
 use crate::precision::Precision;
 
-/// Bending in f32 has the digits for so many edges a span: its condition grows as their fourth
-/// power.
+/// The most edges a span for which f32 has enough digits for bending.
+///
+/// The condition grows as the fourth power of the edges.
 const MOST_EDGES_IN_F32: u32 = 200;
 
-/// Exponents up to this one, and down to [`LEAST_EXPONENT`], need no stages: from the spline they
-/// take as long as through them.
+/// Exponents from [`LEAST_EXPONENT`] to this one need no stages.
+///
+/// They take as long from the spline as through stages.
 const MOST_EXPONENT: f64 = 5.0;
 
 /// See [`MOST_EXPONENT`].
 const LEAST_EXPONENT: f64 = 1.5;
 
-/// From stage to stage ν − 1 at most doubles, or halves.
+/// From stage to stage ν − 1 at most doubles or halves.
 const STAGE: f64 = 2.0;
 
-/// √⟨g, L⁻¹g⟩ of stages but the last: near enough for the next to start from.
+/// The tolerance of √⟨g, L⁻¹g⟩ in all stages but the last.
+///
+/// It is near enough for the next to start from.
 const STAGE_TOLERANCE: f64 = 1e-2;
 
-/// Iterations of stages but the last.
+/// The most iterations of all stages but the last.
 const STAGE_ITERATIONS: u32 = 40;
 
-/// What descends, and how.
+/// A descent on one device.
 struct Descender<'a> {
     plan: Plan,
     energy: &'a Energy,
@@ -59,8 +63,12 @@ impl Descender<'_> {
 }
 
 impl Fair {
-    /// Descends what is ready; and says what did it. `ended` is told of every curve that needs no
-    /// more, by its number among those that are ready.
+    /// Descends all curves that are ready.
+    ///
+    /// Returns the device that did the work.
+    ///
+    /// `ended` is called for every curve that is finished, by its number among those that are
+    /// ready.
     pub(super) fn descend<const D: usize>(
         &self,
         ready: &[Result<Ready<D>, Unfitted>],
@@ -83,7 +91,7 @@ impl Fair {
         let edges_a_span = |ready: &Ready<D>| ready.rows.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
         let coarse: Vec<bool> = ready.iter().flatten().map(|ready| edges_a_span(ready) <= MOST_EDGES_IN_F32).collect();
         let well_conditioned = coarse.iter().all(|coarse| *coarse);
-        // f32 cannot hold the inner product of order 3: such curves are the CPU's.
+        // f32 cannot hold the inner product of order 3. Such curves go to the CPU.
         let gpu = match device.as_gpu().filter(|_| order < 3) {
             Some(gpu) => Some((gpu, device.kernel_precision(gpu, well_conditioned)?)),
             None => None,
@@ -154,8 +162,9 @@ fn going_on<const D: usize>(before: Option<Vec<Outcome<D>>>, after: Vec<Outcome<
     outcomes
 }
 
-/// Exponents that those of the energy are bounded by (from above where they are large, from below
-/// where they are small), one a stage, before the energy itself.
+/// The bounds of the exponents, one for each stage before the energy itself.
+///
+/// They bound large exponents from above and small ones from below.
 fn stages(energy: &Energy) -> Vec<f64> {
     let exponents = energy.terms().iter().filter_map(|(weight, functional)| match functional {
         Functional::Bending(bending) if *weight > 0.0 => Some(bending.exponent),
@@ -181,7 +190,7 @@ fn stages(energy: &Energy) -> Vec<f64> {
 }
 
 impl Energy {
-    /// With the exponents of bending no farther from 2 than `bound`.
+    /// The energy with the exponents of bending no farther from 2 than `bound`.
     fn within(&self, bound: f64) -> Energy {
         let mut energy = self.clone();
         for (_, functional) in energy.terms_mut() {
@@ -198,8 +207,9 @@ fn nearer(exponent: f64, bound: f64) -> f64 {
 }
 
 impl<const D: usize> Problem<D> {
-    /// The problem of [`Energy::within`]: where the curve has its mean curvature all exponents
-    /// weigh alike.
+    /// The problem of [`Energy::within`].
+    ///
+    /// All exponents weigh the same where the curve has its mean curvature.
     fn within(&self, energy: &Energy, bound: f64) -> Problem<D> {
         let mut problem = self.clone();
         problem.tolerance = problem.tolerance.max(STAGE_TOLERANCE);
@@ -223,17 +233,17 @@ impl<const D: usize> Problem<D> {
 }
 
 impl<const D: usize> Outcome<D> {
-    /// Whether a curve is worth going on from.
+    /// Whether the next stage can start from this curve.
     fn leads_on(&self) -> bool {
         matches!(self.standing, Standing::Converged | Standing::Exhausted | Standing::Stalled)
     }
 
-    /// Whether rounding or the number of iterations ended it.
+    /// Whether the descent ended by rounding or by the number of iterations.
     fn is_short(&self) -> bool {
         matches!(self.standing, Standing::Exhausted | Standing::Stalled)
     }
 
-    /// This, and what was done from there.
+    /// Appends a descent that started where this one ended.
     fn go_on(&mut self, after: Outcome<D>) {
         let sum = self.displacements.iter().zip(&after.displacements).map(|(before, after)| add(*before, *after));
         let displacements = sum.collect();

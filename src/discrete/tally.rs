@@ -1,25 +1,29 @@
-//! [`Tally`]: which curves of a fit are finished, for progress bars.
+//! [`Tally`]: counts the finished curves of a fit, for progress bars.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::device::Device;
 
-/// Tells a device's counter of curves as they are finished: of one that was cut into pieces, with
-/// its last piece.
+/// Counts curves at a device's counter as they are finished.
+///
+/// A curve that was cut into pieces counts with its last piece.
 pub(super) struct Tally<'a> {
     device: &'a Device,
-    /// Of every piece its curve, and of every curve how many pieces are left. None where nothing
-    /// was cut.
+    /// The curve of every piece, and the number of pieces left of every curve.
+    ///
+    /// `None` where nothing was cut.
     pieces: Option<(Vec<usize>, Vec<AtomicUsize>)>,
 }
 
 impl<'a> Tally<'a> {
-    /// Of curves that are whole.
+    /// A tally of whole curves.
     pub fn whole(device: &'a Device) -> Self {
         Tally { device, pieces: None }
     }
 
-    /// Of pieces, of each of which the curve is given.
+    /// A tally of pieces.
+    ///
+    /// `curves` holds the curve of each piece.
     pub fn of_pieces(device: &'a Device, curves: Vec<usize>) -> Self {
         let count = curves.iter().max().map_or(0, |last| last + 1);
         let left: Vec<AtomicUsize> = (0..count).map(|_| AtomicUsize::new(0)).collect();
@@ -27,7 +31,7 @@ impl<'a> Tally<'a> {
         Tally { device, pieces: Some((curves, left)) }
     }
 
-    /// Curve, or piece, `i` is finished.
+    /// Records that curve or piece `i` is finished.
     pub fn finished(&self, i: usize) {
         let is_last =
             |(curves, left): &(Vec<usize>, Vec<AtomicUsize>)| left[curves[i]].fetch_sub(1, Ordering::Relaxed) == 1;

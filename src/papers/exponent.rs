@@ -1,4 +1,4 @@
-//! The exponent of a shape: which ν draws it through a few of its points.
+//! The exponent of a shape: the ν whose curve through a few of its points comes nearest to it.
 
 use crate::batch::CurveBatch;
 use crate::constraint::Constraints;
@@ -7,24 +7,28 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::scf::Smooth;
 
-/// Samples a span at which a curve is compared with the shape: their chords are within 1/2,000 of a
-/// half circle's size of it.
+/// Samples a span at which a curve is compared with the shape.
+///
+/// Their chords are within 1/2,000 of a half circle's size of the curve.
 const SAMPLES: usize = 32;
 
-/// Exponents tried at first, in equal ratios.
+/// The number of exponents tried at first, in equal ratios.
 const CANDIDATES: usize = 24;
 
-/// Rounds of refinement around the best; each tries as many as the first, between the best one's
-/// neighbours.
+/// The rounds of refinement around the best exponent.
+///
+/// Each round tries as many as the first, between the best one's neighbours.
 const ROUNDS: usize = 3;
 
-/// Which of a shape's points are dots.
+/// The choice of dots among a shape's points.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum DotsOf {
-    /// So many, at equal arc lengths, the first point (and of open shapes the last) among them.
+    /// This many, at equal arc lengths.
+    ///
+    /// The first point is among them, and of open shapes the last.
     Count(usize),
-    /// The points of these numbers, increasing.
+    /// The points with these numbers, increasing.
     Points(Vec<usize>),
 }
 
@@ -33,26 +37,29 @@ pub enum DotsOf {
 pub struct Deviation {
     /// ν
     pub exponent: f64,
-    /// Root of the mean square of the distances of the shape's points from the curve, in units of
-    /// the input; infinite where there is no curve.
+    /// The root mean square of the distances of the shape's points from the curve, in units of the
+    /// input.
+    ///
+    /// Infinite where there is no curve.
     pub rms: f64,
-    /// Largest of the distances.
+    /// The largest of the distances.
     pub largest: f64,
 }
 
-/// The exponent of a shape or a piece of one.
+/// The exponent of a shape or of a piece of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeExponent {
-    /// The best, by its root mean square.
+    /// The best exponent, by its root mean square.
     pub best: Deviation,
-    /// All tried, by increasing exponent.
+    /// All exponents tried, increasing.
     pub profile: Vec<Deviation>,
-    /// Numbers of the shape's points that are dots.
+    /// The numbers of the shape's points that are dots.
     pub dots: Vec<usize>,
 }
 
-/// Finds the ν whose curve through some dots of a given shape deviates least from it, as Alon and
-/// Bergmann propose for characterising handwriting.
+/// Finds the ν whose curve through some dots of a given shape deviates least from it.
+///
+/// Alon and Bergmann propose this for characterising handwriting.
 ///
 /// ```
 /// use faircurve::papers::exponent::{DotsOf, ExponentSearch};
@@ -67,9 +74,13 @@ pub struct ShapeExponent {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExponentSearch {
-    /// Which points the curve goes through; 10 at equal arc lengths by default.
+    /// The points that the curve passes through.
+    ///
+    /// 10 at equal arc lengths by default.
     pub dots: DotsOf,
-    /// Smallest and largest ν tried; 1.1 and 60 by default.
+    /// The smallest and the largest ν tried.
+    ///
+    /// By default 1.1 and 60.
     pub range: [f64; 2],
 }
 
@@ -80,11 +91,15 @@ impl Default for ExponentSearch {
 }
 
 impl ExponentSearch {
-    /// The exponent of a whole shape: a dense list of points, closed or open.
+    /// The exponent of a whole shape.
+    ///
+    /// The shape is a dense list of points, closed or open.
     ///
     /// # Errors
-    /// Fewer than two dots (closed shapes: three), numbers of dots that are not points or do not
-    /// increase, a range that is not within 1 < ν; points that are not finite.
+    /// - Fewer than two dots, or three for closed shapes.
+    /// - Numbers of dots that are not points or do not increase.
+    /// - A range that is not within 1 < ν.
+    /// - Points that are not finite.
     pub fn whole(&self, shape: &[[f64; 2]], closed: bool, device: &Device) -> Result<ShapeExponent> {
         let dots = self.choose(shape, closed)?;
         let [least, most] = self.range;
@@ -107,11 +122,13 @@ impl ExponentSearch {
         Ok(ShapeExponent { best: profile[best_of(&profile)], profile, dots })
     }
 
-    /// The exponents of a shape's pieces, each of so many chords between dots, and on its own: a
-    /// profile along the shape. What is left at the end of an open shape is a piece too.
+    /// The exponents of a shape's pieces, as a profile along the shape.
+    ///
+    /// Each piece has this many chords between dots, and is fitted on its own. The rest at the end
+    /// of an open shape is a piece too.
     ///
     /// # Errors
-    /// As [`whole`](Self::whole); no chord a piece.
+    /// Those of [`whole`](Self::whole), and no chord a piece.
     pub fn by_piece(
         &self,
         shape: &[[f64; 2]],
@@ -139,7 +156,7 @@ impl ExponentSearch {
         Ok(pieces)
     }
 
-    /// Numbers of the dots.
+    /// The numbers of the dots.
     fn choose(&self, shape: &[[f64; 2]], closed: bool) -> Result<Vec<usize>> {
         let refuse = |why: String| Err(Error::argument(why));
         let least = if closed { 3 } else { 2 };
@@ -189,7 +206,7 @@ fn spread(shape: &[[f64; 2]], closed: bool, count: usize) -> Vec<usize> {
     (0..count).map(nearest).collect()
 }
 
-/// Deviations of the curves of many exponents, fitted in one batch.
+/// The deviations of the curves of many exponents, fitted in one batch.
 fn deviations(
     shape: &[[f64; 2]],
     closed: bool,
@@ -215,8 +232,8 @@ fn deviations(
     Ok(exponents.iter().enumerate().map(deviation).collect())
 }
 
-/// Root mean square and largest distance of the shape's points between two dots from the curve
-/// between the same.
+/// The root mean square and the largest distance of the shape's points from the curve, between two
+/// dots.
 fn distances(shape: &[[f64; 2]], closed: bool, dots: &[usize], curve: &[[f64; 2]]) -> (f64, f64) {
     let (mut sum, mut count, mut largest) = (0.0, 0usize, 0.0f64);
     for span in 0..if closed { dots.len() } else { dots.len() - 1 } {
@@ -234,7 +251,7 @@ fn distances(shape: &[[f64; 2]], closed: bool, dots: &[usize], curve: &[[f64; 2]
     ((sum / count.max(1) as f64).sqrt(), largest)
 }
 
-/// Square of the distance of a point from the piece of a line from a to b.
+/// The square of the distance of a point from the segment from a to b.
 fn square_from([x, y]: [f64; 2], [ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
     let (dx, dy) = (bx - ax, by - ay);
     let square = dx * dx + dy * dy;
@@ -248,8 +265,8 @@ mod tests {
     use super::*;
     use crate::status::CurveStatus;
 
-    /// A closed curve of the given exponent through uneven dots, densely, and the numbers of its
-    /// dots.
+    /// A closed curve of the given exponent through uneven dots, densely sampled, and the numbers
+    /// of its dots.
     fn shape(exponent: f64) -> (Vec<[f64; 2]>, Vec<usize>) {
         let dots = [[0.0, 0.0], [2.0, -0.3], [3.1, 0.7], [2.4, 1.9], [0.9, 1.6], [-0.4, 1.1]];
         let batch = CurveBatch::from_slices(&[&dots[..]]).unwrap().closed(true);

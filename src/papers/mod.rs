@@ -1,5 +1,6 @@
-//! The papers' own procedures: what the rooms are measured against, and what
-//! `faircurve experiments` shows. No fit takes this way.
+//! The papers' own procedures, which no fit uses.
+//!
+//! The other modules are measured against them, and `faircurve experiments` shows them.
 //!
 //! | module | procedure | source |
 //! |---|---|---|

@@ -1,4 +1,5 @@
-//! [`Minimisation`]: one curve, one energy, and any of the methods that the papers compare, step by step.
+//! [`Minimisation`]: one curve and one energy, minimised by any of the methods that the papers
+//! compare.
 
 use crate::discrete::descent::Descent;
 use crate::discrete::energy::{Energy, Functional};
@@ -10,9 +11,11 @@ use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
 
-/// Minimises an energy over the inner vertices of one open curve, both ends held, by the method of
-/// your choice, and shows every iterate: for experiments, teaching and tests. It does what the
-/// formulas say and no more: no rescaling, no term that spreads vertices. The CPU works in f64.
+/// Minimises an energy over the inner vertices of one open curve, by a method of your choice.
+///
+/// Both ends are held. It shows every iterate, for experiments, teaching and tests. It follows the
+/// formulas alone, without rescaling and without a term that spreads vertices. The CPU works in
+/// f64.
 ///
 /// | method | step | measure of the gradient g |
 /// |---|---|---|
@@ -40,26 +43,33 @@ use crate::linalg::{Real, Scalar};
 /// Source: Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), sections 3 and 4.
 #[derive(Clone, Debug)]
 pub struct Minimisation {
-    /// What to minimise; [`attachment`](crate::discrete::attachment) has no data to hold to here.
+    /// The energy to minimise.
+    ///
+    /// [`attachment`](crate::discrete::attachment) has no data to attach to here.
     pub energy: Energy,
-    /// How. Default: steepest descent along Sobolev gradients, with a line search.
+    /// The method.
+    ///
+    /// By default it is steepest descent along Sobolev gradients, with a line search.
     pub method: Minimiser,
-    /// The gradient's measure at which the curve has converged, in the units of the method (see the
-    /// table). Default 10⁻⁸.
+    /// The measure of the gradient at which the curve has converged, in the units of the method.
+    ///
+    /// See the table of methods. 10⁻⁸ by default.
     pub tolerance: f64,
-    /// Steps at most. Default 1,000.
+    /// The most steps.
+    ///
+    /// 1,000 by default.
     pub max_iterations: u32,
 }
 
-/// A method to minimise by.
+/// A method of minimisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Minimiser {
     /// Descent along gradients.
     Gradient {
-        /// The inner product that makes derivatives gradients.
+        /// The inner product in which derivatives become gradients.
         product: InnerProduct,
-        /// How far each step goes.
+        /// The length of each step.
         step: Step,
         /// Steepest descent or conjugate gradients.
         direction: Direction,
@@ -72,36 +82,42 @@ pub enum Minimiser {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum InnerProduct {
-    /// Σ g·h
+    /// The Euclidean product Σ g·h.
     Ordinary,
-    /// That of derivatives with respect to arc length, of the energy's order, frozen at each
-    /// iterate: of order 1 Σ (g_i − g_{i−1})·(h_i − h_{i−1})/Δs_i.
+    /// The Sobolev product of derivatives with respect to arc length, of the energy's order.
+    ///
+    /// It is frozen at each iterate. For order 1 it is Σ (g_i − g_{i−1})·(h_i − h_{i−1})/Δs_i.
     #[default]
     Sobolev,
 }
 
-/// How a minimisation ended.
+/// The ending of a minimisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// The gradient's measure is at most the tolerance.
+    /// The measure of the gradient is at most the tolerance.
     Converged,
-    /// The energy could not be reduced further: a constant step would raise it, or a line search
-    /// found no step.
+    /// The energy could not be reduced further.
+    ///
+    /// A constant step would raise it, or a line search found no step.
     Stalled,
     /// The iterations were used up.
     Exhausted,
-    /// The Hessian is singular to working precision, or indefinite: Newton's method has no step to
-    /// take.
+    /// The Hessian is singular to working precision, or indefinite.
+    ///
+    /// Newton's method has no step to take.
     Singular,
-    /// The energy or its gradient has left the range of the numbers; the curve is the last one that
-    /// had both.
+    /// The energy or its gradient has left the range of the numbers.
+    ///
+    /// The curve is the last one with finite values.
     Broken,
 }
 
 /// A curve on the way.
 #[derive(Clone, Copy, Debug)]
 pub struct Iterate<'a, const D: usize> {
-    /// Steps taken so far; 0 for the curve that was given.
+    /// The steps taken so far.
+    ///
+    /// 0 for the start curve.
     pub iteration: u32,
     /// Its energy.
     pub energy: f64,
@@ -111,10 +127,10 @@ pub struct Iterate<'a, const D: usize> {
     pub vertices: &'a [[f64; D]],
 }
 
-/// Where a minimisation ended.
+/// The result of a minimisation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Minimised<const D: usize> {
-    /// How.
+    /// The ending.
     pub ending: Ending,
     /// The curve.
     pub vertices: Vec<[f64; D]>,
@@ -122,27 +138,30 @@ pub struct Minimised<const D: usize> {
     pub energy: f64,
     /// Its length Σ Δs.
     pub length: f64,
-    /// The measure of its gradient; NaN where the method has none there, since its matrix is
-    /// singular.
+    /// The measure of its gradient.
+    ///
+    /// NaN where the method's matrix is singular.
     pub gradient_norm: f64,
-    /// Steps taken.
+    /// The steps taken.
     pub iterations: u32,
 }
 
 impl Minimisation {
-    /// The energy, by the default method.
+    /// Minimises this energy by the default method.
     pub fn new(energy: Energy) -> Self {
         let method =
             Minimiser::Gradient { product: InnerProduct::Sobolev, step: Step::Search, direction: Direction::Steepest };
         Minimisation { energy, method, tolerance: 1e-8, max_iterations: 1_000 }
     }
 
-    /// Minimises from the curve with these vertices, 2-D or 3-D. `observe` is shown that curve,
-    /// then the one after every step.
+    /// Minimises from the curve with these vertices, 2-D or 3-D.
+    ///
+    /// `observe` is shown the start curve, then the curve after every step.
     ///
     /// # Errors
-    /// Options out of range; an energy with [`attachment`](crate::discrete::attachment); fewer than
-    /// three vertices, vertices that are not finite, or two neighbours at one place.
+    /// - Options out of range.
+    /// - An energy with [`attachment`](crate::discrete::attachment).
+    /// - Fewer than three vertices, vertices that are not finite, or two neighbours at one place.
     pub fn run<const D: usize>(
         &self,
         vertices: &[[f64; D]],
@@ -190,8 +209,9 @@ impl Minimisation {
         Ok(())
     }
 
-    /// The curve as a problem: displacements from where it is, ends pinned, the inner product's own
-    /// weight 1.
+    /// The curve as a problem, with displacements from where it is.
+    ///
+    /// The ends are pinned, and the weight of the inner product is 1.
     fn problem<const D: usize>(&self, vertices: &[[f64; D]]) -> Problem<D> {
         let last = vertices.len() - 1;
         Problem {
@@ -228,9 +248,10 @@ impl Minimisation {
         let problem = self.problem(vertices);
         let mut descent = start::<S, D>(&plan, &self.functionals(), &[&problem]);
         let lane = &mut descent.lanes[0];
-        // Ordinary gradients may be slow for thousands of steps and yet on their way down.
+        // Ordinary gradients may be slow for thousands of steps while the energy falls.
         lane.patience = u32::MAX;
-        // A function of edges alone may turn one over; what curvature is made of must not.
+        // The step may turn an edge over if the energy is a function of edges alone. Curvatures
+        // must not meet such an edge.
         lane.guarded = self.energy.order() > 1;
         let mut here = Here::new(vertices);
         while descent.is_running() {
@@ -251,7 +272,7 @@ impl Minimisation {
         here.end(match descent.lanes[0].standing {
             Standing::Converged => Ending::Converged,
             Standing::Exhausted => Ending::Exhausted,
-            // No step of a constant length is refused but one that leaves the range of the numbers.
+            // A constant step is refused only if it leaves the range of the numbers.
             Standing::Stalled if !constant => Ending::Stalled,
             _ => Ending::Broken,
         })
@@ -306,18 +327,20 @@ impl Minimisation {
 
 /// Whether a Hessian of n unknowns with this smallest pivot is singular or indefinite.
 ///
-/// H = L D Lᵀ counts as singular where a pivot is not above n ε a: ε the rounding of f64, a the
-/// largest entry on the diagonal of H. Pivots of a semidefinite matrix are at most a, and rounding
-/// perturbs them by no more than n ε a to first order: below that nothing tells a pivot from 0, and
-/// a solution would be made of rounding errors alone.
+/// H = L D Lᵀ counts as singular where a pivot is not above n ε a. ε is the rounding of f64, and a
+/// is the largest entry on the diagonal of H. Pivots of a semidefinite matrix are at most a, and to
+/// first order rounding perturbs them by at most n ε a. Below that a pivot cannot be told from 0,
+/// and a solution would consist of rounding errors.
 fn is_singular(smallest: f64, largest: f64, n: usize) -> bool {
     smallest.is_nan() || smallest <= n as f64 * f64::EPSILON * largest
 }
 
-/// The curve as it stands.
+/// The curve in its current state.
 struct Here<const D: usize> {
     iteration: u32,
-    /// NaN before it was evaluated.
+    /// The energy.
+    ///
+    /// NaN before the first evaluation.
     energy: f64,
     length: f64,
     gradient_norm: f64,
@@ -330,7 +353,7 @@ impl<const D: usize> Here<D> {
         Here { iteration: 0, energy: nan, length: nan, gradient_norm: nan, vertices: vertices.to_vec() }
     }
 
-    /// Takes what the descent has reached.
+    /// Takes the state that the descent has reached.
     fn move_to<S: Scalar>(&mut self, descent: &Descent<'_, S, D>, from: &[[f64; D]]) {
         let lane = &descent.lanes[0];
         self.iteration = lane.iterations;

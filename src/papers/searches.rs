@@ -1,14 +1,17 @@
-//! The searches of Alon & Bergmann for the slopes through many points: named alternatives to
-//! Newton's method, and the baselines it is compared with.
+//! The searches of Alon & Bergmann for the slopes through many points.
+//!
+//! They are named alternatives to Newton's method, and the baselines for comparing it.
 //!
 //! With a slope α_k at every dot P_k the total cost is S_Σ(α) = Σ_k S_k(α_k, α_{k+1}), the sum over
-//! the segments. Both searches see nothing but costs, many segments at once, through
-//! [`SegmentCosts`], such as those of [`Segments`]: [`Greedy`] moves one slope at a time by ±Δα, as
-//! in section 4 of the paper; [`GaussianAdaptation`] samples all slopes together.
+//! the segments. Both searches use nothing but costs of many segments at once, through
+//! [`SegmentCosts`]. [`Segments`] gives such costs.
 //!
-//! Angles are in radians and absolute (0: along x, counter-clockwise), costs in the units of the
-//! input. A segment without a minimiser costs ∞ (NaN is read as ∞); both searches leave such places
-//! where they can.
+//! - [`Greedy`] moves one slope at a time by ±Δα, as in section 4 of the paper.
+//! - [`GaussianAdaptation`] samples all slopes together.
+//!
+//! Angles are absolute and in radians, with 0 along x and counter-clockwise positive. Costs are in
+//! units of the input. A segment without a minimiser costs ∞, and NaN is read as ∞. Both searches
+//! leave such places where they can.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -27,35 +30,42 @@ pub use adaptation::GaussianAdaptation;
 pub use greedy::Greedy;
 pub use segments::Segments;
 
-/// One segment to be evaluated: which, and the directions of its two end tangents (radians,
-/// absolute).
+/// One segment to be evaluated.
+///
+/// It has a number and the directions of its two end tangents (radians, absolute).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
-    /// Segment k leads from dot k to dot k + 1; the last one of a closed curve back to dot 0.
+    /// The segment's number.
+    ///
+    /// Segment k leads from dot k to dot k + 1, and the last one of a closed curve back to dot 0.
     pub segment: usize,
-    /// The directions at its start and at its end.
+    /// The directions at its start and its end.
     pub slopes: [f64; 2],
 }
 
-/// Costs of segments, many at once; ∞ where there is no minimiser.
+/// Costs of many segments at once.
+///
+/// A segment without a minimiser costs ∞.
 pub trait SegmentCosts {
-    /// Number of dots.
+    /// The number of dots.
     fn dots(&self) -> usize;
 
     /// Whether a last segment leads back to the first dot.
     fn is_closed(&self) -> bool;
 
-    /// Writes the cost of every request into `costs`, which is as long; the same request must cost
-    /// the same every time.
+    /// Writes the cost of every request into `costs`, which has the same length.
+    ///
+    /// The same request must always cost the same.
     ///
     /// # Errors
     ///
-    /// What ends the whole search, such as a lost device. A segment that has no cost is no error:
+    /// An error ends the whole search, such as a lost device. A segment without a cost is no error:
     /// it costs ∞.
     fn costs(&mut self, requests: &[Request], costs: &mut [f64]) -> Result<()>;
 
-    /// Number of segments: as many as dots if closed, else one fewer; none where there is only one
-    /// dot.
+    /// The number of segments: as many as dots if closed, else one fewer.
+    ///
+    /// There is none where there is only one dot.
     fn segments(&self) -> usize {
         match self.dots() {
             0 | 1 => 0,
@@ -65,62 +75,72 @@ pub trait SegmentCosts {
     }
 }
 
-/// Where a search stood.
+/// The state of a search at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {
-    /// Moves made ([`Greedy`]), or candidates drawn ([`GaussianAdaptation`]).
+    /// Moves made by [`Greedy`], or candidates drawn by [`GaussianAdaptation`].
     pub iterations: usize,
-    /// Segments evaluated up to here.
+    /// Segments evaluated so far.
     pub segment_solves: usize,
-    /// The least total cost up to here.
+    /// The least total cost so far.
     pub cost: f64,
 }
 
-/// The slopes at one moment of a search, for a picture of the evolution.
+/// The slopes at one moment of a search, for a picture of its evolution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
-    /// When.
+    /// The moment.
     pub at: Record,
     /// The direction at every dot.
     pub slopes: Vec<f64>,
 }
 
-/// What a search found, and how it went.
+/// The result of a search, and its history.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// The best direction at every dot. They are not reduced to one turn: a slope may have gone
-    /// round.
+    /// The best direction at every dot.
+    ///
+    /// Directions are not reduced to one turn, because a slope may have gone round.
     pub slopes: Vec<f64>,
-    /// The total cost there; ∞ where no slopes were found with which all segments exist.
+    /// The total cost there.
+    ///
+    /// ∞ where no slopes were found with which all segments exist.
     pub cost: f64,
-    /// Whether the search ended by itself; if not, its limit came first.
+    /// Whether the search ended by itself, and not by its limit.
     pub settled: bool,
-    /// Moves made ([`Greedy`]), or candidates drawn ([`GaussianAdaptation`]).
+    /// Moves made by [`Greedy`], or candidates drawn by [`GaussianAdaptation`].
     pub iterations: usize,
     /// Segments evaluated.
     pub segment_solves: usize,
-    /// Segments that the same search evaluates where nothing is kept from one iteration to the
-    /// next: for [`Greedy`] one for every segment and two for every end of it that may move, each
-    /// time; [`GaussianAdaptation`] keeps nothing anyway.
+    /// Segments that the same search evaluates if it keeps nothing from one iteration to the next.
+    ///
+    /// For [`Greedy`] this is one for every segment and two for every end of it that may move, in
+    /// each iteration. [`GaussianAdaptation`] never keeps anything.
     pub textbook_solves: usize,
     /// The costs over time: every iteration up to a few thousand, then every second, every fourth
-    /// and so on. The first and the last are always there.
+    /// and so on.
+    ///
+    /// The first and the last are always included.
     pub history: Vec<Record>,
-    /// The slopes at the start, after (or just after, where candidates come in batches) 1, 2, 4, 8
-    /// … iterations, and at the end.
+    /// The slopes at the start, after 1, 2, 4, 8 … iterations, and at the end.
+    ///
+    /// Where candidates come in batches, slopes are taken just after these iterations.
     pub snapshots: Vec<Snapshot>,
 }
 
-/// The slopes that the search starts from: at every dot the direction of the line between its two
-/// neighbours, at the ends of an open curve that of the line to the only one,
+/// The slopes that the search starts from, in radians in (−π, π].
+///
+/// At every dot it is the direction of the line between its two neighbours. At the ends of an open
+/// curve it is that of the line to the only neighbour.
 ///
 /// α_k = atan2(y_{k+1} − y_{k−1}, x_{k+1} − x_{k−1}).
 ///
 /// Step 1 of the paper prints the differences the other way round, which points backwards along the
-/// curve; this is the direction in which it is drawn. Where both neighbours are one point the line
-/// has no direction: the curve turns back there, and the slope is that of the chord, a quarter turn
-/// to the left (two dots, closed: an oval drawn counter-clockwise). A dot without distinct
-/// neighbours gets 0. Radians, in (−π, π].
+/// curve. This is the direction in which it is drawn.
+///
+/// Where both neighbours are one point the line has no direction, because the curve turns back
+/// there. The slope is then that of the chord, a quarter turn to the left. Two closed dots thus
+/// give an oval drawn counter-clockwise. A dot without distinct neighbours gets 0.
 pub fn initial_slopes(points: &[DVec2], closed: bool) -> Vec<f64> {
     let dots = points.len();
     let slope = |k: usize| {
@@ -139,7 +159,7 @@ pub fn initial_slopes(points: &[DVec2], closed: bool) -> Vec<f64> {
     (0..dots).map(slope).collect()
 }
 
-/// The total cost of some slopes, by one request.
+/// The total cost of some slopes, in one request.
 ///
 /// # Errors
 ///
@@ -156,13 +176,15 @@ pub fn total_cost(costs: &mut dyn SegmentCosts, slopes: &[f64]) -> Result<f64> {
     Ok(found.iter().sum())
 }
 
-/// All segments with these slopes.
+/// The requests for all segments with these slopes.
 fn requests_of(slopes: &[f64], segments: usize) -> Vec<Request> {
     let ends = |segment| [slopes[segment], slopes[(segment + 1) % slopes.len()]];
     (0..segments).map(|segment| Request { segment, slopes: ends(segment) }).collect()
 }
 
-/// Costs, with NaN read as ∞. No request, no call.
+/// Writes costs with NaN read as ∞.
+///
+/// Without requests there is no call.
 fn evaluate(costs: &mut dyn SegmentCosts, requests: &[Request], found: &mut [f64]) -> Result<()> {
     if !requests.is_empty() {
         costs.costs(requests, found)?;
@@ -171,7 +193,7 @@ fn evaluate(costs: &mut dyn SegmentCosts, requests: &[Request], found: &mut [f64
     Ok(())
 }
 
-/// Refuses slopes and flags that do not fit the dots.
+/// Refuses slopes and flags that do not match the dots.
 fn check(dots: usize, start: &[f64], fixed: &[bool]) -> Result<()> {
     if start.len() != dots || fixed.len() != dots {
         return Err(Error::argument(format!(
@@ -193,14 +215,18 @@ fn check(dots: usize, start: &[f64], fixed: &[bool]) -> Result<()> {
 struct Evolution {
     history: Vec<Record>,
     snapshots: Vec<Snapshot>,
-    /// Records seen; of these every `stride`-th is kept.
+    /// The number of records seen.
+    ///
+    /// Every `stride`-th of them is kept.
     seen: usize,
     stride: usize,
-    /// When the next snapshot is due.
+    /// The iteration at which the next snapshot is due.
     next: usize,
 }
 
-/// The longest history kept; where it is reached, every second record goes.
+/// The longest history kept.
+///
+/// When it is reached every second record is dropped.
 const HISTORY: usize = 4096;
 
 impl Evolution {
@@ -208,7 +234,9 @@ impl Evolution {
         Evolution { history: Vec::new(), snapshots: Vec::new(), seen: 0, stride: 1, next: 0 }
     }
 
-    /// To be called after every iteration, and once before the first.
+    /// Records an iteration.
+    ///
+    /// It must be called once before the first iteration, and after every one.
     fn record(&mut self, at: Record, slopes: &[f64]) {
         if self.seen.is_multiple_of(self.stride) {
             self.history.push(at);
@@ -266,7 +294,7 @@ mod tests {
         let line = dots(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 1.0]]);
         let slopes = initial_slopes(&line, false);
         assert_eq!(slopes, [0.0, 0.0, 0.5f64.atan(), FRAC_PI_4]);
-        // Counter-clockwise round a square: tangents of its circumcircle.
+        // The slopes are the tangents of the square's circumcircle, counter-clockwise.
         let square = dots(&[[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]);
         let wanted = [FRAC_PI_2, PI, -FRAC_PI_2, 0.0];
         assert!(initial_slopes(&square, true).iter().zip(wanted).all(|(slope, wanted)| (slope - wanted).abs() < 1e-15));

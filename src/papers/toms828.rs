@@ -1,15 +1,16 @@
 //! [`Graph`]: nonlinear splines y(t) on a uniform mesh, by Sobolev gradients.
 //!
-//! The energy is the discrete ∫κ² ds of the graph over a mesh of width H, its data points moved to
-//! the nearest mesh points:
+//! The energy is the discrete ∫κ² ds of the graph over a mesh of width H. Its data points are moved
+//! to the nearest mesh points:
 //!
 //! ```text
 //! φ(y) = H Σ y″_i² / (1 + y′_i²)^{5/2},   y′_i = (y_{i+1} − y_{i−1}) / 2H,   y″_i = (y_{i−1} − 2 y_i + y_{i+1}) / H²
 //! ```
 //!
 //! The method is that of R. J. Renka, *Algorithm 828: DNSPLIN1*, ACM Transactions on Mathematical
-//! Software 29(4), 2003: nonlinear conjugate gradients in the metric of the current curve. What the
-//! paper's printed results stop short of is reached by Newton's method damped in the same metric.
+//! Software 29(4), 2003. It uses nonlinear conjugate gradients in the metric of the current curve.
+//! The paper's printed results stop early. Newton's method, damped in the same metric, goes on to
+//! the minimum.
 
 mod curves;
 mod descent;
@@ -30,16 +31,18 @@ use curves::{GraphCurve, GraphCurves};
 pub use descent::{GraphIteration, GraphMove};
 pub use mesh::Mesh;
 
-/// Nonlinear interpolating splines as graphs: of all y(t) through the data points, a local minimum
-/// of ∫κ² ds.
+/// Nonlinear interpolating splines as graphs.
 ///
-/// For open 2-D curves whose x, taken as t, increases. Data points are moved to the nearest points
-/// of a uniform mesh, by at most half its width; y at the other mesh points is found. Between mesh
-/// points the result is the natural cubic spline through all of them (t is its parameter). The
-/// curve starts as the natural cubic spline through the moved data.
+/// Among all y(t) through the data points a fit is a local minimum of ∫κ² ds. It fits open 2-D
+/// curves with increasing x, which is taken as t.
 ///
-/// Graphs are fitted by the CPU in f64, all its threads side by side, whatever device is given:
-/// [`Fit::device`] says so.
+/// Data points are moved to the nearest points of a uniform mesh, by at most half its width. The y
+/// at the other mesh points is found. The curve starts as the natural cubic spline through the
+/// moved data. Between mesh points the result is the natural cubic spline through all of them, with
+/// t as its parameter.
+///
+/// The CPU fits graphs in f64 on all threads, whatever device is given, and [`Fit::device`] says
+/// so.
 ///
 /// | status | when |
 /// |---|---|
@@ -49,9 +52,9 @@ pub use mesh::Mesh;
 /// | `degenerate` | fewer than two points |
 /// | `invalid` | not a graph: 3-D, closed, x not increasing; or two points meet on one mesh point |
 ///
-/// Most rough data have no minimiser. Steep data may have several that are the mesh's own: the
-/// graph jumps within a mesh width or two, and there is a minimum for every place to jump at. Which
-/// is reached depends on the path; it is `converged` with a message that says so.
+/// Most rough data have no minimiser. Steep data may have several that belong to the mesh alone.
+/// The graph jumps within a mesh width or two, and there is a minimum for every place to jump at.
+/// The path decides which is reached. It is `converged` with a message that says so.
 ///
 /// ```
 /// use faircurve::{CurveBatch, CurveStatus, Device, papers::toms828::Graph};
@@ -63,16 +66,26 @@ pub use mesh::Mesh;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Graph {
-    /// The mesh; by default 241 points from the first data point to the last.
+    /// The mesh.
+    ///
+    /// 241 points from the first data point to the last by default.
     pub mesh: Mesh,
-    /// Stops where the printed results of the published program do, after the first iteration that
-    /// lowers φ by less than 10⁻³ (1 + φ). That is early: the status is `not_converged` unless the
-    /// gradient has become small, too. Default false.
+    /// Whether to stop where the printed results of the published program do.
+    ///
+    /// False by default.
+    ///
+    /// This is after the first iteration that lowers φ by less than 10⁻³ (1 + φ), which is early.
+    /// The status is `not_converged` unless the gradient has become small too.
     pub published: bool,
-    /// Size of the gradient, as a part of √φ, at which a graph has converged; smaller is stricter,
-    /// without unit. Default 10⁻⁸.
+    /// The size of the gradient at which a graph has converged, as a fraction of √φ.
+    ///
+    /// 10⁻⁸ by default.
+    ///
+    /// It has no unit. Smaller is stricter.
     pub tolerance: f64,
-    /// Most iterations a curve, conjugate gradients and Newton steps together. Default 500.
+    /// The most iterations a curve, conjugate gradients and Newton steps together.
+    ///
+    /// 500 by default.
     pub max_iterations: u32,
 }
 
@@ -82,20 +95,20 @@ impl Default for Graph {
     }
 }
 
-/// How the fit of one graph went, iteration by iteration.
+/// The history of the fit of one graph, iteration by iteration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraphTrace {
-    /// t of the first mesh point.
+    /// The t of the first mesh point.
     pub start: f64,
-    /// Width H of the mesh.
+    /// The width H of the mesh.
     pub width: f64,
-    /// The mesh point that each data point was moved to.
+    /// The mesh point to which each data point was moved.
     pub data: Vec<usize>,
-    /// φ of the natural cubic spline that the descent starts from.
+    /// φ of the natural cubic spline from which the descent starts.
     pub initial_phi: f64,
     /// One entry an iteration.
     pub iterations: Vec<GraphIteration>,
-    /// y at the mesh points, at the end.
+    /// The y at the mesh points at the end.
     pub ordinates: Vec<f64>,
     /// φ at the end, in 1/(unit of the input).
     pub phi: f64,
@@ -103,23 +116,23 @@ pub struct GraphTrace {
     pub gradient_norm: f64,
     /// `converged`, `not_converged` or `unbounded`.
     pub status: CurveStatus,
-    /// Why, where the status is not `converged`; and where the mesh does not resolve the curve.
+    /// Why the status is not `converged`, or that the mesh does not resolve the curve.
     pub message: Option<String>,
 }
 
-/// Why a curve has no graph: status, point, sentence.
+/// The reason why a curve has no graph, as status, point and sentence.
 type Refusal = (CurveStatus, usize, String);
 
 impl Graph {
     /// Fits every curve of the batch.
     ///
     /// A curve that is no graph comes out as its input polyline. The parameters and weights of the
-    /// batch are not used: x is the parameter. A report's `max_deviation` is the farthest that one
-    /// of the curve's points was moved along t.
+    /// batch are not used, because x is the parameter. A report's `max_deviation` is the largest
+    /// distance that a point of the curve was moved along t.
     ///
     /// # Errors
-    /// Options out of range; constraints, which graphs do not know (columns `tx`, `kx`, `nu` and
-    /// `known`).
+    /// - Options out of range.
+    /// - Constraints, which graphs do not support (columns `tx`, `kx`, `nu` and `known`).
     pub fn fit(&self, batch: &CurveBatch, _device: &Device) -> Result<Fit> {
         self.check()?;
         batch.allows(&[], "graphs")?;
@@ -144,9 +157,10 @@ impl Graph {
         Ok(Fit::new(curves, reports, Device::cpu().report(true)?))
     }
 
-    /// Fits one graph through the points (t, y), and keeps its history. `observe` is shown the
-    /// ordinates at all mesh points, those of the initial curve first, then those after each
-    /// iteration.
+    /// Fits one graph through the points (t, y), and keeps its history.
+    ///
+    /// `observe` is shown the ordinates at all mesh points, first of the initial curve and then
+    /// after each iteration.
     ///
     /// ```
     /// use faircurve::{CurveStatus, papers::toms828::Graph};
@@ -156,8 +170,9 @@ impl Graph {
     /// ```
     ///
     /// # Errors
-    /// Options out of range, as many t as y not given, and whatever would make the curve
-    /// `degenerate` or `invalid`.
+    /// - Options out of range.
+    /// - Different numbers of t and y.
+    /// - Everything that would make the curve `degenerate` or `invalid`.
     pub fn trace(&self, t: &[f64], y: &[f64], observe: impl FnMut(&[f64])) -> Result<GraphTrace> {
         self.check()?;
         if t.len() != y.len() {

@@ -1,5 +1,6 @@
-//! The exact rule of a grid without borders, in closed form: [`UnboundedMask`], from the potential
-//! kernel of the square lattice.
+//! The exact rule of a grid without borders, in closed form.
+//!
+//! [`UnboundedMask`] follows from the potential kernel of the square lattice.
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -28,8 +29,10 @@ impl Closed {
         })
     }
 
-    /// The f64 next to it: π is taken to as many digits as are needed for 64 bits to remain after
-    /// both parts have cancelled.
+    /// The nearest f64.
+    ///
+    /// π is taken to as many digits as are needed for 64 bits to remain after both parts have
+    /// cancelled.
     pub fn value(&self) -> f64 {
         if self.over_pi.is_zero() {
             return to_f64(&self.rational);
@@ -38,7 +41,7 @@ impl Closed {
         enough.expect("a number with 1/π in it is not 0, so some number of digits tells its value")
     }
 
-    /// `None` if π has too few digits for that.
+    /// The value, or `None` if π has too few digits for 64 bits.
     fn value_with(&self, pi: &Pi) -> Option<f64> {
         let part = &self.over_pi / &pi.value;
         let value = &self.rational + &part;
@@ -61,7 +64,7 @@ struct Pi {
 impl Pi {
     /// By Machin's formula, 16 arctan 1/5 − 4 arctan 1/239, to this many binary places.
     fn to(bits: u64) -> Self {
-        // A unit in the last place is lost a term, and there are fewer terms than bits.
+        // Each term loses a unit in the last place, and there are fewer terms than bits.
         let guard = 16 + u64::from(bits.max(1).ilog2());
         let one = BigInt::one() << (bits + guard);
         let arctan_of_inverse = |x: u32| {
@@ -86,9 +89,10 @@ impl Pi {
 struct Potential(Vec<Vec<Closed>>);
 
 impl Potential {
-    /// Outward from the diagonal, where it is known: each place is what makes the equation of a
-    /// place before it true. In floating point every step would multiply errors by 3 + 2√2; these
-    /// fractions have none.
+    /// Computes the kernel outward from the diagonal, where it is known.
+    ///
+    /// Each place is found from the equation of a place before it. In floating point every step
+    /// would multiply errors by 3 + 2√2. These fractions have no errors.
     fn of_radius(radius: usize) -> Self {
         let whole = |x: i64| BigRational::from_integer(x.into());
         let mut columns = vec![vec![Closed::of(whole(0), whole(0))]];
@@ -101,7 +105,7 @@ impl Potential {
                     Closed::sum([(4, at(x, y)), (-1, at(x - 1, y)), (-1, at(x, y + 1)), (-1, below)])
                 })
                 .collect();
-            // On the diagonal two pairs of neighbours are alike.
+            // On the diagonal two pairs of neighbours are equal.
             next.push(Closed::sum([(2, at(x, x)), (-1, at(x, x - 1))]));
             let step = BigRational::new(1.into(), BigInt::from(2 * x + 1));
             next.push(Closed::of(whole(0), &at(x, x).over_pi + step));
@@ -115,8 +119,10 @@ impl Potential {
         &self.0[x.max(y)][x.min(y)]
     }
 
-    /// −(4a(x) − a(x ± (2, 0)) − a(x ± (0, 2))): the potential of a coarse point with its four
-    /// neighbours, every second of the fine grid.
+    /// −(4a(x) − a(x ± (2, 0)) − a(x ± (0, 2))).
+    ///
+    /// This is the potential of a coarse point with its four neighbours, which are every second
+    /// point of the fine grid.
     fn mask(&self, x: isize, y: isize) -> Closed {
         Closed::sum([
             (-4, self.at(x, y)),
@@ -128,56 +134,61 @@ impl Potential {
     }
 }
 
-/// The potential kernel a(x, y) of the square lattice: La = −δ with L = 4 −1 −1 −1 −1 and a(0, 0) =
-/// 0, growing like ln |x| / 2π.
+/// The potential kernel a(x, y) of the square lattice, which grows like ln |x| / 2π.
 ///
-/// a(1, 0) = ¼, and a(n, n) = (1 + ⅓ + ⅕ + … + 1/(2n − 1)) / π (F. Spitzer, Principles of Random
-/// Walk, §15, whose kernel is 4a). All others follow from symmetry and La = 0. Takes about a tenth
-/// of a second at a distance of 64, and ten times as long at twice that.
+/// It has La = −δ with L = 4 −1 −1 −1 −1, and a(0, 0) = 0. Further a(1, 0) = ¼, and a(n, n) = (1 +
+/// ⅓ + ⅕ + … + 1/(2n − 1)) / π. All other values follow from symmetry and La = 0. See F. Spitzer,
+/// Principles of Random Walk, §15, whose kernel is 4a.
+///
+/// It takes about a tenth of a second at a distance of 64, and ten times as long at twice that.
 pub fn potential(x: isize, y: isize) -> Closed {
     Potential::of_radius(x.unsigned_abs().max(y.unsigned_abs()).max(1)).at(x, y).clone()
 }
 
-/// The entry of the exact rule of a grid without borders, for a fine point this far from the place
-/// of a coarse one, in fine steps: 4 − 8/π at 0, 3 − 8/π beside it. See [`UnboundedMask`] for many
-/// of them.
+/// The entry of the exact rule of a grid without borders: 4 − 8/π at 0, 3 − 8/π beside it.
+///
+/// The fine point is this far from the place of the coarse one, in fine steps. See
+/// [`UnboundedMask`] for many entries.
 pub fn unbounded_weight(x: isize, y: isize) -> Closed {
     Potential::of_radius(x.unsigned_abs().max(y.unsigned_abs()) + 2).mask(x, y)
 }
 
-/// The exact mask s of a grid without borders, as far as a radius: Ls is 4 −1 −1 −1 −1 on every
-/// second point, 0 elsewhere.
+/// The exact mask s of a grid without borders, up to a radius.
 ///
-/// Its Fourier transform Λ(2ξ)/Λ(ξ), Λ(ξ) = 4 − 2 cos ξ₁ − 2 cos ξ₂, is 4 − (ξ₁⁴ + ξ₂⁴)/|ξ|² + … at
-/// 0, whose kink −|ξ|² cos 4θ / 4 makes the mask fall like −(6/π) cos 4φ / |x|⁴: like a power, not
-/// exponentially. Nowhere out to 64 is |s(x)| |x|⁴ above 2.74, which it is at (3, 0).
+/// Ls is 4 −1 −1 −1 −1 on every second point, and 0 elsewhere.
+///
+/// The Fourier transform of s is Λ(2ξ)/Λ(ξ) with Λ(ξ) = 4 − 2 cos ξ₁ − 2 cos ξ₂. At 0 it is 4 −
+/// (ξ₁⁴ + ξ₂⁴)/|ξ|² + …. Its kink −|ξ|² cos 4θ / 4 makes the mask fall like −(6/π) cos 4φ / |x|⁴,
+/// which is a power and not an exponential. Out to 64, |s(x)| |x|⁴ is at most 2.74, at (3, 0).
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnboundedMask {
     radius: usize,
-    /// 0 ≤ j ≤ i ≤ radius, row after row.
+    /// Entries with 0 ≤ j ≤ i ≤ radius, row after row.
     weights: Vec<f64>,
 }
 
 impl UnboundedMask {
-    /// All entries with |i|, |j| ≤ radius, each rounded from its closed form. At radius 64 this
-    /// takes about half a second.
+    /// All entries with |i|, |j| ≤ radius, each rounded from its closed form.
+    ///
+    /// At radius 64 this takes about half a second.
     pub fn of_radius(radius: usize) -> Self {
         let potential = Potential::of_radius(radius + 2);
         let places = (0..=radius as isize).flat_map(|i| (0..=i).map(move |j| (i, j)));
         let closed: Vec<Closed> = places.map(|(i, j)| potential.mask(i, j)).collect();
-        // Five or six bits cancel a step.
+        // Five or six bits cancel in each step.
         let pi = Pi::to(128 + 6 * radius as u64);
         let value = |x: &Closed| x.value_with(&pi).unwrap_or_else(|| x.value());
         UnboundedMask { radius, weights: closed.iter().map(value).collect() }
     }
 
-    /// As far as entries are known.
+    /// The radius up to which entries are known.
     pub fn radius(&self) -> usize {
         self.radius
     }
 
-    /// The entry for a fine point this far from the place of a coarse one, in fine steps; 0 beyond
-    /// the radius, where the true one is about −(6/π) cos 4φ / |x|⁴.
+    /// The entry for a fine point this far from the place of a coarse one, in fine steps.
+    ///
+    /// It is 0 beyond the radius, where the true entry is about −(6/π) cos 4φ / |x|⁴.
     pub fn weight(&self, i: isize, j: isize) -> f64 {
         let (i, j) = (i.unsigned_abs(), j.unsigned_abs());
         let (far, near) = (i.max(j), i.min(j));
@@ -185,19 +196,22 @@ impl UnboundedMask {
     }
 }
 
-/// The entry of the exact rule of a bounded grid of n × m intervals, for a fine point i, j (0 ≤ i ≤
-/// 2n, 0 ≤ j ≤ 2m) and a coarse point a, b: the unbounded mask summed over all images of the coarse
-/// point, a + 2nt and −a + 2nt along the first axis, likewise along the second.
+/// The entry of the exact rule of a bounded grid of n × m intervals.
 ///
-/// Images beyond the mask's radius R are left out, so that entries come out larger than they are by
-/// about 1 / (2π nm R²), once R is several times n and m; half of that for coarse points on a
-/// border, a quarter at a corner. [`Rule::Exact`](crate::laplacian::Rule::Exact) has no such error.
+/// It is for a fine point i, j (0 ≤ i ≤ 2n, 0 ≤ j ≤ 2m) and a coarse point a, b. It is the sum of
+/// the unbounded mask over all images of the coarse point. Along the first axis the images are a +
+/// 2nt and −a + 2nt, and likewise along the second.
+///
+/// Images beyond the mask's radius R are left out. Once R is several times n and m, entries
+/// therefore come out larger by about 1 / (2π nm R²). The error is half of that for coarse points
+/// on a border, and a quarter at a corner. [`Rule::Exact`](crate::laplacian::Rule::Exact) has no
+/// such error.
 pub fn reflected(mask: &UnboundedMask, fine: [usize; 2], coarse: [usize; 2], intervals: [usize; 2]) -> f64 {
     let [first, second] = [0, 1].map(|axis| images(fine[axis], coarse[axis], intervals[axis], mask.radius));
     first.iter().flat_map(|&i| second.iter().map(move |&j| mask.weight(i, j))).sum()
 }
 
-/// Distances from a fine point to all images of a coarse one in fine steps, as far as a radius.
+/// The distances from a fine point to all images of a coarse one, in fine steps, up to a radius.
 fn images(fine: usize, coarse: usize, intervals: usize, radius: usize) -> Vec<isize> {
     let [fine, place, period] = [fine, 2 * coarse, 4 * intervals].map(|x| x as isize);
     // Points on a border are their own images there.

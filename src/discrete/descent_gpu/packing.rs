@@ -1,5 +1,5 @@
-//! Where curves stand in the arrays of `shaders/discrete/descent.wgsl`, and their way there and
-//! back.
+//! The layout of curves in the arrays of `shaders/discrete/descent.wgsl`, and their packing and
+//! unpacking.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -9,11 +9,11 @@ use crate::discrete::plan::Step;
 use crate::discrete::problem::{Outcome, Problem};
 use crate::gpu::Downloaded;
 
-/// Numbers of a curve in `lanes` before its weights, and those of them that the host gives.
+/// The numbers of a curve in `lanes` before its weights, and how many of them the host gives.
 const NUMBERS: usize = 19;
 const GIVEN: usize = 4;
 
-/// Of what a descent keeps, those that are read back: the energy without the gauge, and ⟨g, z⟩.
+/// The positions of the numbers that are read back: the energy without the gauge, and ⟨g, z⟩.
 const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
 
@@ -31,11 +31,11 @@ pub(crate) struct DescentCurve {
     pub pin_count: u32,
 }
 
-/// Where the curves of a chunk stand.
+/// The positions of the curves of a chunk in the arrays.
 pub(super) struct Layout {
     pub table: Vec<DescentCurve>,
     pub pins: Vec<u32>,
-    /// Loop turns of a tick of each curve.
+    /// The loop turns of a tick of each curve.
     pub turns: Vec<usize>,
     pub fixed: usize,
     pub displacements: usize,
@@ -47,7 +47,7 @@ impl<const D: usize> Job<'_, D> {
         self.composition.definitions.contains_key("ATTACHMENT")
     }
 
-    /// Numbers of a row in `fixed`.
+    /// The numbers of a row in `fixed`.
     fn fixed_numbers(&self) -> usize {
         if self.is_attached() { 2 * D + 3 } else { D + 2 }
     }
@@ -59,8 +59,8 @@ impl<const D: usize> Job<'_, D> {
             let members = || group.iter().map(|&i| &self.run.problems[i]);
             let rows = members().map(Problem::vertices).max().unwrap_or(0);
             let pins = members().map(|problem| problem.pinned.len()).max().unwrap_or(0);
-            // Newton's factors: two matrices a row, and two more before all sections if any curve
-            // is closed.
+            // Newton's factors are two matrices a row. If any curve is closed, two more stand
+            // before all sections.
             let factors = if self.is_newton { 2 * D * D } else { 0 };
             layout.work += if members().any(|problem| problem.closed) { rows * factors * GROUP } else { 0 };
             for (lane, problem) in members().enumerate() {
@@ -89,14 +89,14 @@ impl<const D: usize> Job<'_, D> {
         NUMBERS + self.composition.width()
     }
 
-    /// Numbers that the host gives, and rows that do not change.
+    /// The numbers that the host gives, and the rows that do not change.
     pub(super) fn pack(&self, curves: &[usize], layout: &Layout) -> (Vec<f64>, Vec<f64>) {
         let (numbers, width) = (self.numbers(), self.fixed_numbers());
         let step = match self.run.plan.step {
             Step::Constant(step) => step,
             Step::Search => 0.0,
         };
-        // What the kernel must write first is NaN, so that it cannot be read by mistake.
+        // Numbers that the kernel must write first are NaN, so that a read before is noticed.
         let mut given = vec![f64::NAN; curves.len() * numbers];
         let mut fixed = vec![0.0; layout.fixed];
         for ((&i, table), given) in curves.iter().zip(&layout.table).zip(given.chunks_exact_mut(numbers)) {

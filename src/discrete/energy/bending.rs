@@ -8,12 +8,13 @@ use crate::linalg::Real;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{dot, scale, subtract};
 
-/// ∫|κ|^ν ds as Σ |K|^ν Δa with K = (T′ − T)/Δa and Δa = (Δs + Δs′)/2 at every vertex between two
-/// edges, in units of length^(1−ν). Its order is 2. `exponent` ν ≥ 1; below 2 it has no second
-/// derivative where the curve is straight.
+/// The bending energy ∫|κ|^ν ds as Σ |K|^ν Δa, in units of length^(1−ν).
 ///
-/// Alone it has no minimiser unless the points lie in order on a line: ever larger loops cost less
-/// and less. Add [`length`](super::length).
+/// At every vertex between two edges K = (T′ − T)/Δa and Δa = (Δs + Δs′)/2. Its order is 2. The
+/// `exponent` is ν ≥ 1. Below 2 the energy has no second derivative where the curve is straight.
+///
+/// Alone it has no minimiser unless the points lie in order on a line, because ever larger loops
+/// cost less and less. Add [`length`](super::length).
 pub fn bending(exponent: f64) -> Energy {
     Bending { exponent }.into()
 }
@@ -50,7 +51,9 @@ impl Facts for Bending {
         }
     }
 
-    /// The powers of q = |T′ − T|², of c, which is q where that is above rounding, and of a = Δa.
+    /// The powers of q = |T′ − T|², of c and of a = Δa.
+    ///
+    /// c is q, or the rounding of q where q is below it.
     fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
         let nu = self.exponent;
         let mut own = BTreeMap::from([
@@ -80,8 +83,9 @@ impl Facts for Bending {
 }
 
 impl Bending {
-    /// q^(ν/2 − lower) for q = |T′ − T|²; where q is below what rounding of tangents leaves, it
-    /// counts as that.
+    /// q^(ν/2 − lower) for q = |T′ − T|².
+    ///
+    /// Where q is below the rounding of tangents, that rounding is taken instead.
     #[inline(always)]
     fn power<S: Scalar>(&self, q: S, lower: f64) -> S {
         let exponent = 0.5 * self.exponent - lower;
@@ -91,7 +95,7 @@ impl Bending {
             q
         } else {
             let rounding = <S::Number as Real>::EPSILON.to_f64();
-            // In this order NaN stays NaN.
+            // The order of the operands keeps NaN.
             S::of(rounding * rounding).max(q).powf(exponent)
         }
     }

@@ -1,5 +1,6 @@
-//! Energies of the curvature vectors at both ends of an edge: from derivatives by them to those by
-//! tangents and lengths.
+//! Energies of the curvature vectors at both ends of an edge.
+//!
+//! Derivatives by curvature vectors become those by tangents and lengths.
 
 use super::{SecondPartials, Window};
 use crate::linalg::Scalar;
@@ -8,14 +9,15 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 /// A D × D matrix, row after row.
 pub(super) type Matrix<S, const D: usize> = [Vector<S, D>; D];
 
-/// The matrix of these entries.
+/// The matrix with these entries.
 #[inline(always)]
 pub(super) fn matrix<S, const D: usize>(entry: impl Fn(usize, usize) -> S) -> Matrix<S, D> {
     std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
 }
 
-/// Curvature vectors K = r (T − T₋) and K′ = r′ (T₊ − T) at the ends of the middle edge, r = 2/(Δs₋ +
-/// Δs), r′ = 2/(Δs + Δs₊).
+/// The curvature vectors K = r (T − T₋) and K′ = r′ (T₊ − T) at the ends of the middle edge.
+///
+/// The factors are r = 2/(Δs₋ + Δs) and r′ = 2/(Δs + Δs₊).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curvatures<S, const D: usize> {
     /// r and r′
@@ -34,27 +36,31 @@ impl<S: Scalar, const D: usize> Curvatures<S, D> {
     }
 }
 
-/// Derivatives of a term V = f(K, K′, T)/Δs.
+/// The derivatives of a term V = f(K, K′, T)/Δs.
 pub(super) struct ByCurvatures<S, const D: usize> {
     pub value: S,
-    /// By K, K′ and T.
+    /// First derivatives by K, K′ and T.
     pub first: [Vector<S, D>; 3],
-    /// By pairs of them; only the upper half (first before second, or equal) is read.
+    /// Second derivatives by pairs of them.
+    ///
+    /// Only the upper half is read, where the first is before the second or equal.
     pub second: [[Matrix<S, D>; 3]; 3],
 }
 
 impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
-    /// Second partial derivatives by tangents and lengths.
+    /// The second partial derivatives by tangents and lengths.
     ///
-    /// With K = r d, d = T − T₋: ∂K = r ∂d − ½ r K ∂(Δs₋ + Δs) and ∂²K = −r² ∂d ∂(Δs₋ + Δs) + ½ r²
-    /// K (∂(Δs₋ + Δs))².
+    /// With K = r d and d = T − T₋:
+    ///
+    /// - ∂K = r ∂d − ½ r K ∂(Δs₋ + Δs)
+    /// - ∂²K = −r² ∂d ∂(Δs₋ + Δs) + ½ r² K (∂(Δs₋ + Δs))²
     #[inline(always)]
     pub fn to_edges(&self, curvatures: &Curvatures<S, D>, length: S) -> SecondPartials<S, D, 3> {
         let half = S::of(0.5);
         let ([r0, r2], [k0, k2]) = (curvatures.rate, curvatures.vector);
-        // Of K, K′ and T: the factor of each tangent in their differential.
+        // The factor of each tangent in the differentials of K, K′ and T.
         let by_tangent = [[-r0, r0, S::ZERO], [S::ZERO, -r2, r2], [S::ZERO, S::ONE, S::ZERO]];
-        // Of K and K′: the derivative by the lengths of their two edges.
+        // The derivatives of K and K′ by the lengths of their two edges.
         let by_length = [scale(-half * r0, k0), scale(-half * r2, k2)];
         let entry = |y: usize, z: usize, a: usize, b: usize| {
             if y <= z { self.second[y][z][a][b] } else { self.second[z][y][b][a] }
@@ -62,7 +68,7 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
         let times = |y: usize, z: usize, x: Vector<S, D>| -> Vector<S, D> {
             std::array::from_fn(|a| dot(std::array::from_fn(|b| entry(y, z, a, b)), x))
         };
-        // By one of K, K′, T and by a length: as far as K and K′ depend on lengths, and by Δs
+        // Second derivatives by one of K, K′, T and by a length, through K and K′ and through Δs
         // itself.
         let explicit = -S::ONE / length;
         let by_lengths: [[Vector<S, D>; 3]; 3] = std::array::from_fn(|y| {
@@ -98,7 +104,7 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
                         second.lengths[j][k] += dot(by_length[end], by_lengths[end][k]);
                     }
                 }
-                // ∂V/∂Δs = −V/Δs, once more differentiated.
+                // ∂V/∂Δs = −V/Δs, differentiated once more.
                 if j == 1 {
                     for (end, by_length) in by_length.into_iter().enumerate() {
                         if touches(end, k) {

@@ -1,6 +1,6 @@
-//! Energies of a user's own.
+//! Custom energies of a user.
 
-// Loops over coordinates by number read as the formulas do.
+// Loops over coordinates by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
 use std::collections::BTreeMap;
@@ -12,33 +12,42 @@ use super::{Facts, MOST_EDGES, Partials, SecondPartials, Term, Visitor, Window};
 use crate::linalg::scalar::number;
 use crate::linalg::{Real, Scalar};
 
-/// An energy Σ term(tangents, lengths) over every run of [`edges`](Self::edges) consecutive edges
-/// of a curve.
+/// A custom energy: Σ term(tangents, lengths) over every run of [`edges`](Self::edges) consecutive
+/// edges of a curve.
 ///
-/// The term is a function of unit tangents T and lengths Δs, taken as independent variables; the
+/// The term is a function of unit tangents T and lengths Δs, taken as independent variables. The
 /// chain rule to the vertices is faircurve's. 2-D curves have z = 0 everywhere.
 ///
-/// On a GPU the same three functions are needed in WGSL, see [`wgsl`](Self::wgsl); without them
-/// curves are fitted by the CPU.
+/// A GPU needs the same three functions in WGSL, see [`wgsl`](Self::wgsl). Without them the CPU
+/// fits the curves.
 pub trait Custom: Send + Sync + std::fmt::Debug {
-    /// A name of letters, digits and underscores.
+    /// The name, of letters, digits and underscores.
     fn name(&self) -> &str;
 
-    /// From 1 to [`MOST_EDGES`]: how many edges a term sees, which is also the number of
-    /// derivatives it holds.
+    /// The number of edges that a term sees, from 1 to [`MOST_EDGES`].
+    ///
+    /// It is also the number of derivatives that the term holds.
     fn edges(&self) -> usize;
 
-    /// E(c·f) = c^degree E(f): bending ∫κ² ds has −1.
+    /// The degree of E(c·f) = c^degree E(f).
+    ///
+    /// Bending ∫κ² ds has −1.
     fn degree(&self) -> f64;
 
-    /// The term; tangents and lengths have [`edges`](Self::edges) entries.
+    /// The term.
+    ///
+    /// Tangents and lengths have [`edges`](Self::edges) entries.
     fn value(&self, tangents: &[DVec3], lengths: &[f64]) -> f64;
 
-    /// Partial derivatives of the term: written, not added.
+    /// The partial derivatives of the term.
+    ///
+    /// They are written, not added.
     fn gradient(&self, tangents: &[DVec3], lengths: &[f64], by_tangent: &mut [DVec3], by_length: &mut [f64]);
 
-    /// Second partial derivatives, written into arrays that hold 0: by two tangents (row: component
-    /// of the first), by tangent and length, by two lengths; both of a symmetric pair are wanted.
+    /// The second partial derivatives, written into arrays that hold 0.
+    ///
+    /// They are by two tangents, by tangent and length, and by two lengths. The row of a matrix is
+    /// the component of the first tangent. Both entries of a symmetric pair must be written.
     fn hessian(
         &self,
         tangents: &[DVec3],
@@ -48,10 +57,12 @@ pub trait Custom: Send + Sync + std::fmt::Debug {
         by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
     );
 
-    /// The three functions in WGSL, over the alias `real` and the vector `vector` (2 or 3
-    /// components), by the names `NAME_value`, `NAME_gradient` and `NAME_hessian`, as the files in
-    /// `shaders/discrete/energy` have them. Energies of one name and one text are one; what else it
-    /// defines has a name of its own.
+    /// The three functions in WGSL, if the energy is to run on a GPU.
+    ///
+    /// They use the alias `real` and the vector `vector` of 2 or 3 components. Their names are
+    /// `NAME_value`, `NAME_gradient` and `NAME_hessian`, as in the files of
+    /// `shaders/discrete/energy`. Everything else that the text defines needs a name of its own.
+    /// Energies with the same name and text count as one.
     fn wgsl(&self) -> Option<String> {
         None
     }
@@ -85,7 +96,7 @@ impl Facts for Arc<dyn Custom> {
 /// Shows a user's term to a visitor.
 #[inline(never)]
 pub(super) fn visit<V: Visitor>(custom: &dyn Custom, visitor: V) -> V::Output {
-    // What has more edges than is possible is left out when it is compiled.
+    // Sizes beyond the most edges are left out at compile time.
     match custom.edges() {
         1 => visitor.visit(&Adapter::<1>(custom)),
         2 => visitor.visit(&Adapter::<2>(custom)),
@@ -95,7 +106,7 @@ pub(super) fn visit<V: Visitor>(custom: &dyn Custom, visitor: V) -> V::Output {
     }
 }
 
-/// A user's energy as a [`Term`], lane by lane in f64.
+/// A custom energy as a [`Term`], computed lane by lane in f64.
 struct Adapter<'a, const W: usize>(&'a dyn Custom);
 
 impl<const W: usize> Adapter<'_, W> {

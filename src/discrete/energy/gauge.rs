@@ -1,19 +1,20 @@
-//! The gauge: ½ Σ q² with q = c (Δs′ − Δs) at vertices that are no data points, or ½ Σ (q′ − q)²
-//! over edges.
+//! The gauge, which keeps edges between data points equal.
 //!
-//! The second form suits energies of order 3, whose inner product has one derivative more; q is 0
-//! at data points.
+//! It is ½ Σ q² with q = c (Δs′ − Δs) at vertices that are no data points. For energies of order 3
+//! it is ½ Σ (q′ − q)² over edges, with q = 0 at data points. The second form suits them because
+//! their inner product has one derivative more.
 //!
-//! Energies of curves do not change when vertices slide along the curve, so nothing says where they
-//! should lie. The gauge does: edges between data points become equal. Every curve can meet it
-//! exactly, so that it takes nothing from the shape, as tension does; energies are reported without
-//! it. What a difference counts by, c, is 1 where spans are alike; in spans of shorter edges it is
-//! more, as resistance to bending is.
+//! Energies of curves do not change when vertices slide along the curve, so nothing says where
+//! vertices should lie. The gauge makes edges between data points equal. Every curve can meet it
+//! exactly, so unlike tension it does not change the shape. Energies are reported without it.
+//!
+//! The factor c of a difference is 1 where spans are alike. It is larger in spans of shorter edges,
+//! as the resistance to bending is.
 
 use super::{Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 
-/// ½ c² (Δs′ − Δs)², 0 at a data point.
+/// The term ½ c² (Δs′ − Δs)², which is 0 at a data point.
 pub(crate) struct Gauge;
 
 impl Term<2> for Gauge {
@@ -40,7 +41,8 @@ impl Term<2> for Gauge {
     }
 }
 
-/// ½ (q′ − q)² with q = Δs′ − Δs at both ends of the middle edge, 0 at a data point.
+/// The term ½ (q′ − q)² over the middle edge, with q = c (Δs′ − Δs) at its ends and 0 at a data
+/// point.
 pub(crate) struct SmoothGauge;
 
 impl Term<3> for SmoothGauge {

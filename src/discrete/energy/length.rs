@@ -3,7 +3,9 @@
 use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 
-/// φ(f) = Σ Δs, in units of length. Its gradient at a vertex is T − T′, its order 1.
+/// The length φ(f) = Σ Δs, in units of length.
+///
+/// Its gradient at a vertex is T − T′. Its order is 1.
 ///
 /// Source: Renka (2006), equation (10).
 pub fn length() -> Energy {

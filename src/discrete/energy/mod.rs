@@ -1,24 +1,28 @@
-//! Energies of discrete curves: sums of local terms over a few consecutive edges. Each is a file
-//! here, a file of the same name in `shaders/discrete/energy`, and a line of the list below.
+//! Energies of discrete curves: sums of local terms over a few consecutive edges.
 //!
-//! Edge j leads from vertex j to vertex j + 1; it has a length Δs and a unit tangent T. Every
+//! Each energy is a file here, a file of the same name in `shaders/discrete/energy`, and a line in
+//! the list below.
+//!
+//! Edge j leads from vertex j to vertex j + 1. It has a length Δs and a unit tangent T. Every
 //! fairness energy here is a function of the tangents and lengths of up to [`MOST_EDGES`]
-//! consecutive edges, summed along the curve: that makes it independent of where the curve lies. An
-//! energy states the value of its term, its partial derivatives, and its second partial
-//! derivatives, all with respect to tangents and lengths *taken as independent*; the chain rule
-//! from edges to tangents and lengths, and from vertices to edges, is the same for all of them and
-//! stands in [`edges`](super::edges) and [`hessian`](super::hessian) once.
+//! consecutive edges, summed along the curve. It therefore does not depend on where the curve lies.
 //!
-//! The number of edges is the energy's order, that of the inner product that suits it. Energies are
-//! added and scaled as formulas are: `bending(2.0) + 0.1 * length()`. [`Custom`] energies take part
-//! like the ones here.
+//! An energy states the value of its term and its first and second partial derivatives. They are
+//! with respect to tangents and lengths *taken as independent*. The chain rules from edges to
+//! tangents and lengths, and from vertices to edges, are the same for all energies. They are in
+//! [`edges`](super::edges) and [`hessian`](super::hessian).
 //!
-//! Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), section 3, and
-//! *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21 (2004).
+//! The number of edges is the energy's order, which is that of the inner product that suits it.
+//! Energies are added and scaled as in formulas: `bending(2.0) + 0.1 * length()`. [`Custom`]
+//! energies take part like the ones here.
+//!
+//! Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), section 3,
+//! and *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21 (2004).
 
-/// Declares the energies of edges, each by its file and its type, and what follows from the list:
-/// [`Functional`], which is any of them, the one place where their terms are told apart, and the
-/// words by which they are called.
+/// Declares the energies of edges, each by its file and its type.
+///
+/// The list yields [`Functional`], which is any of them, the names of the energies, and the one
+/// place where their terms are told apart.
 macro_rules! energies {
     ($($(#[$when:meta])? $word:ident::$Name:ident),+ $(,)?) => {
         $(
@@ -37,10 +41,12 @@ macro_rules! energies {
         )+
 
         impl Energy {
-            /// The words of the energies here, by which [`named`](Self::named) knows them.
+            /// The names of the energies, as [`named`](Self::named) takes them.
             pub const NAMES: &[&str] = &[$($(#[$when])? stringify!($word),)+ "attachment"];
 
-            /// The energy of that name, of weight 1; bending with exponent 2.
+            /// The energy with this name and weight 1.
+            ///
+            /// Bending has exponent 2.
             pub fn named(name: &str) -> Option<Energy> {
                 match name {
                     $($(#[$when])? stringify!($word) => Some($word::$Name::default().into()),)+
@@ -59,7 +65,7 @@ macro_rules! energies {
         }
 
         impl Functional {
-            /// The word of the command line and of the kernels.
+            /// The name on the command line and in kernels.
             pub fn word(&self) -> &str {
                 match self {
                     $($(#[$when])? Functional::$Name(_) => stringify!($word),)+
@@ -68,7 +74,7 @@ macro_rules! energies {
                 }
             }
 
-            /// What is to be known of it besides its term.
+            /// The facts about it besides its term.
             pub fn facts(&self) -> &dyn Facts {
                 match self {
                     $($(#[$when])? Functional::$Name(functional) => functional,)+
@@ -77,7 +83,9 @@ macro_rules! energies {
                 }
             }
 
-            /// Shows the functional's term to a visitor; an attachment has none.
+            /// Shows the functional's term to a visitor.
+            ///
+            /// An attachment has none.
             #[inline(always)]
             pub fn visit<V: Visitor>(&self, visitor: V) -> Option<V::Output> {
                 match self {
@@ -118,8 +126,10 @@ pub use torsion::TORSION_CURVATURE;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::Vector;
 
-/// A term sees so many consecutive edges at most. Up to 5 are possible: blocks and bands of
-/// Hessians, on the CPU and in kernels, follow from this number.
+/// The most consecutive edges that a term sees.
+///
+/// Up to 5 are possible. Blocks and bands of Hessians, on the CPU and in kernels, follow from this
+/// number.
 pub const MOST_EDGES: usize = 3;
 
 /// W consecutive edges, as a term of an energy sees them.
@@ -129,14 +139,15 @@ pub(crate) struct Window<S, const D: usize, const W: usize> {
     pub tangent: [Vector<S, D>; W],
     /// Lengths.
     pub length: [S; W],
-    /// Number of edges of the whole curve.
+    /// The number of edges of the whole curve.
     pub segments: S,
-    /// ε of torsion: a curvature.
+    /// ε of torsion, a curvature.
     pub torsion_curvature: S,
-    /// 1 where the vertex between the first two edges is free to move along the curve, 0 at a data
-    /// point.
+    /// The gauge's factor at the vertex between the first two edges.
+    ///
+    /// 0 at a data point.
     pub free: S,
-    /// The same of the vertex between the second and the third.
+    /// The gauge's factor at the vertex between the second and the third edge.
     pub free_after: S,
 }
 
@@ -148,7 +159,9 @@ pub(crate) struct Partials<S, const D: usize, const W: usize> {
     pub length: [S; W],
 }
 
-/// Second partial derivatives of a term; symmetric, every entry given.
+/// Second partial derivatives of a term.
+///
+/// They are symmetric, and every entry is given.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SecondPartials<S, const D: usize, const W: usize> {
     /// `tangents[j][k][a][b]`: by component a of tangent j and component b of tangent k.
@@ -169,8 +182,9 @@ impl<S: Scalar, const D: usize, const W: usize> SecondPartials<S, D, W> {
 
 /// The term of an energy over W edges.
 pub(crate) trait Term<const W: usize> {
-    /// Whether sweeps of the term are compiled apart from what is vectorised: energies over three
-    /// edges take the compiler minutes there.
+    /// Whether sweeps of the term are compiled apart from vectorised code.
+    ///
+    /// Energies over three edges would take the compiler minutes there.
     const APART: bool = W > 2;
 
     /// The term.
@@ -181,56 +195,61 @@ pub(crate) trait Term<const W: usize> {
     fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W>;
 }
 
-/// What is done with the term of some functional.
+/// An operation on the term of some functional.
 pub(crate) trait Visitor {
     type Output;
 
     fn visit<T: Term<W>, const W: usize>(self, term: &T) -> Self::Output;
 }
 
-/// What is to be known of an energy besides its term.
+/// The facts about an energy besides its term.
 pub(crate) trait Facts {
-    /// E(c·f) = c^degree E(f).
+    /// The degree of E(c·f) = c^degree E(f).
     fn degree(&self) -> f64;
 
     /// The second derivative at a straight curve of this length, per unit of the highest derivative
-    /// squared; where it depends on the curvature, at curvature 1.
+    /// squared.
+    ///
+    /// Where it depends on the curvature, it is taken at curvature 1.
     fn stiffness(&self, _length: f64) -> f64 {
         2.0
     }
 
-    /// The power of the curvature that the second derivative grows with.
+    /// The power of the curvature with which the second derivative grows.
     fn stiffening(&self) -> f64 {
         0.0
     }
 
-    /// Whether a lower energy cannot have ever longer curves.
+    /// Whether the energy bounds the length of the curve.
     fn bounds_length(&self) -> bool {
         false
     }
 
-    /// What is wrong with it, as a sentence.
+    /// Checks its parameters.
+    ///
+    /// The error is a sentence that says what is wrong.
     fn check(&self) -> Result<(), String> {
         Ok(())
     }
 
-    /// What `$NAME`s stand for in its WGSL, for numbers of this rounding.
+    /// The values of `$NAME`s in its WGSL, for numbers of this rounding.
     ///
     /// # Errors
-    /// A sentence that says why no kernel can have it.
+    /// A sentence that says why the energy cannot be compiled into a kernel.
     fn definitions(&self, _epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
         Ok(BTreeMap::new())
     }
 
-    /// What stands after its word in a formula.
+    /// The text after its name in a formula.
     fn note(&self) -> String {
         String::new()
     }
 }
 
 impl Functional {
-    /// Order of the inner product that suits it: the number of edges that a term sees, and of
-    /// derivatives that it holds.
+    /// The order of the inner product that suits it.
+    ///
+    /// This is the number of edges that a term sees, and of derivatives that it holds.
     pub fn order(&self) -> usize {
         struct Order;
         impl Visitor for Order {

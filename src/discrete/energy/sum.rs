@@ -19,17 +19,17 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// One functional of weight 1.
+    /// One functional with weight 1.
     pub(crate) fn of(functional: Functional) -> Self {
         Energy { terms: vec![(1.0, functional)] }
     }
 
-    /// An energy of your own.
+    /// A custom energy.
     pub fn custom(custom: impl Custom + 'static) -> Self {
         Self::of(Functional::Custom(Arc::new(custom)))
     }
 
-    /// The same with this exponent of bending.
+    /// The same energy with this exponent of bending.
     #[must_use]
     pub fn with_exponent(mut self, exponent: f64) -> Self {
         for (_, functional) in &mut self.terms {
@@ -40,7 +40,7 @@ impl Energy {
         self
     }
 
-    /// Weights and functionals.
+    /// The weights and functionals.
     pub(crate) fn terms(&self) -> &[(f64, Functional)] {
         &self.terms
     }
@@ -49,10 +49,10 @@ impl Energy {
         &mut self.terms
     }
 
-    /// Whether every weight and exponent makes sense.
+    /// Checks that every weight and exponent makes sense.
     ///
     /// # Errors
-    /// A weight that is negative or not finite, an exponent below 1, a custom energy over no or too
+    /// A weight that is negative or not finite. An exponent below 1. A custom energy over no or too
     /// many edges.
     pub(crate) fn check(&self) -> Result<()> {
         for (weight, functional) in &self.terms {
@@ -66,17 +66,20 @@ impl Energy {
         Ok(())
     }
 
-    /// Whether an attachment to data is part of it, of whatever weight.
+    /// Whether it holds an attachment to data, of any weight.
     pub(crate) fn is_attached(&self) -> bool {
         self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Attachment))
     }
 
-    /// Weight of the attachment to data, 0 without.
+    /// The weight of the attachment to data.
+    ///
+    /// 0 without one.
     pub(crate) fn attachment_weight(&self) -> f64 {
         self.terms.iter().filter(|(_, f)| matches!(f, Functional::Attachment)).map(|(weight, _)| weight).sum()
     }
 
-    /// Whether a lower energy cannot have ever longer curves: it holds their length, or its square.
+    /// Whether the energy bounds the length of the curve, because it holds the length or its
+    /// square.
     pub(crate) fn bounds_length(&self) -> bool {
         self.terms.iter().any(|(weight, functional)| *weight > 0.0 && functional.facts().bounds_length())
     }

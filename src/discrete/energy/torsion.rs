@@ -9,12 +9,14 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 /// it, curve by curve.
 pub const TORSION_CURVATURE: f64 = 1e-3;
 
-/// ∫κ²τ² ds as Σ det(T, K̄, C)²/(|K̄|² + ε²) Δs over every edge between two interior vertices, in
-/// units of 1/length³. T and Δs are of this edge, K and K′ the curvature vectors at its ends, C =
-/// (K′ − K)/Δs, and K̄ is the mean of K and K′ without its part along T. Its order is 3. 0 in 2-D.
+/// The torsion energy ∫κ²τ² ds as Σ det(T, K̄, C)²/(|K̄|² + ε²) Δs, in units of 1/length³.
 ///
-/// The curvature ε, [`TORSION_CURVATURE`] over the curve's size, keeps it finite at inflections,
-/// where curvature vanishes and torsion has no meaning.
+/// The sum is over every edge between two interior vertices. T and Δs are of this edge. K and K′
+/// are the curvature vectors at its ends, and C = (K′ − K)/Δs. K̄ is the mean of K and K′ without
+/// its part along T. Its order is 3. It is 0 in 2-D.
+///
+/// The curvature ε is [`TORSION_CURVATURE`] over the curve's size. It keeps the energy finite at
+/// inflections, where curvature vanishes and torsion has no meaning.
 pub fn torsion() -> Energy {
     Torsion.into()
 }
@@ -29,13 +31,13 @@ impl Facts for Torsion {
     }
 }
 
-/// What the term and its derivatives are made of.
+/// The parts of the term and its derivatives.
 struct Parts<S, const D: usize> {
     /// K × K′
     cross: Vector<S, D>,
     /// δ
     delta: S,
-    /// The mean of K and K′, its part along T, and K̄.
+    /// The mean of K and K′, the part of the mean along T, and K̄.
     mean: Vector<S, D>,
     along: S,
     bar: Vector<S, D>,
@@ -61,19 +63,19 @@ impl<S: Scalar, const D: usize> Parts<S, D> {
         self.delta * self.delta * self.by_n * self.by_s
     }
 
-    /// δ by K, K′ and T.
+    /// The derivatives of δ by K, K′ and T.
     #[inline(always)]
     fn delta_first(&self, [k0, k2]: [Vector<S, D>; 2], t: Vector<S, D>) -> [Vector<S, D>; 3] {
         [cross(k2, t), cross(t, k0), self.cross]
     }
 
-    /// n by K, K′ and T, as |mean|² − (mean·T)² + ε², which it is for unit tangents.
+    /// The derivatives of n by K, K′ and T. For unit tangents n = |mean|² − (mean·T)² + ε².
     #[inline(always)]
     fn n_first(&self) -> [Vector<S, D>; 3] {
         [self.bar, self.bar, scale(-S::of(2.0) * self.along, self.mean)]
     }
 
-    /// The term by K, K′ and T: 2 δ/(n Δs) ∂δ − V/n ∂n.
+    /// The derivatives of the term by K, K′ and T: 2 δ/(n Δs) ∂δ − V/n ∂n.
     #[inline(always)]
     fn first(&self, delta: &[Vector<S, D>; 3], n: &[Vector<S, D>; 3]) -> [Vector<S, D>; 3] {
         let (by_delta, by_n) = (S::of(2.0) * self.delta * self.by_n * self.by_s, self.value() * self.by_n);
@@ -142,7 +144,9 @@ impl Term<3> for Torsion {
     }
 }
 
-/// a × b; 0 in 2-D, where the third component alone would not vanish.
+/// a × b.
+///
+/// It is 0 in 2-D, where the third component alone would not vanish.
 #[inline(always)]
 fn cross<S: Scalar, const D: usize>(a: Vector<S, D>, b: Vector<S, D>) -> Vector<S, D> {
     if D < 3 {

@@ -1,11 +1,14 @@
-//! A toy: Σ |T′ − T|² Δs Δs′. It stands in the list for tests alone, as the recipe in
-//! CONTRIBUTING.md has it.
+//! A toy energy, Σ |T′ − T|² Δs Δs′, for tests alone.
+//!
+//! It follows the recipe in CONTRIBUTING.md.
 
 use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{dot, scale, subtract};
 
-/// Σ |T′ − T|² Δs Δs′, in units of length². Its order is 2.
+/// The toy energy Σ |T′ − T|² Δs Δs′, in units of length².
+///
+/// Its order is 2.
 pub fn toy() -> Energy {
     Toy.into()
 }

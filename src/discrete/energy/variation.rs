@@ -5,12 +5,15 @@ use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{dot, scale, subtract};
 
-/// ∫κ′² + κ²τ² ds as Σ |(I − T Tᵀ)(K′ − K)|²/Δs over every edge between two interior vertices, in
-/// units of 1/length³. K and K′ are the curvature vectors at the edge's ends, T its tangent. 0 on
-/// polygons of a circle with equal edges. Its order is 3.
+/// The variation of curvature ∫κ′² + κ²τ² ds as Σ |(I − T Tᵀ)(K′ − K)|²/Δs, in units of 1/length³.
 ///
-/// Without the projection a term κ⁴ would remain, and circles would not be optimal. Source: Renka,
-/// CAGD 21 (2004).
+/// The sum is over every edge between two interior vertices. K and K′ are the curvature vectors at
+/// the edge's ends, and T is its tangent. It is 0 on polygons of a circle with equal edges. Its
+/// order is 3.
+///
+/// Without the projection a term κ⁴ would remain, and circles would not be optimal.
+///
+/// Source: Renka, CAGD 21 (2004).
 pub fn variation() -> Energy {
     Variation.into()
 }
@@ -43,7 +46,7 @@ impl Term<3> for Variation {
         let across = subtract(c, scale(along, t1));
         let r1 = S::ONE / s1;
         let value = dot(across, across) * r1;
-        // By c, and the explicit part by the middle tangent.
+        // The derivatives by c, and the explicit part by the middle tangent.
         let by_c = scale(two * r1, across);
         let by_t1 = scale(-two * r1 * along, c);
         let by_a0 = S::of(0.5) * r0 * dot(by_c, k0);
@@ -65,7 +68,7 @@ impl Term<3> for Variation {
         let r = S::ONE / window.length[1];
         let factor = S::of(2.0) * r;
         let by_c = scale(factor, across);
-        // Of |c|² − (c·T)², which is |(I − T Tᵀ) c|² for unit tangents.
+        // The derivatives of |c|² − (c·T)², which is |(I − T Tᵀ) c|² for unit tangents.
         let by_cc = matrix(|a, b| factor * (if a == b { S::ONE } else { S::ZERO } - t[a] * t[b]));
         let by_ct = matrix(|a, b| -factor * (t[a] * c[b] + if a == b { along } else { S::ZERO }));
         let by_tt = matrix(|a, b| -factor * c[a] * c[b]);

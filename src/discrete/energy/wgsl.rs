@@ -1,14 +1,16 @@
-//! Numbers and powers as WGSL has them.
+//! Numbers and powers in WGSL.
 
 use std::fmt::Write as _;
 
-/// A number as WGSL has it.
+/// A number in WGSL.
 pub(super) fn literal(x: f64) -> String {
     format!("{x:?}")
 }
 
-/// base^exponent in WGSL: products and square roots for multiples of a quarter up to six, else a
-/// call of `power`.
+/// base^exponent in WGSL.
+///
+/// Multiples of a quarter up to six become products and square roots. Other exponents become a call
+/// of `power`.
 pub(super) fn power(base: &str, exponent: f64) -> String {
     if exponent < 0.0 {
         return format!("real(1) / ({})", power(base, -exponent));

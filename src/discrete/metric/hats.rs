@@ -1,11 +1,16 @@
 //! The inner product of order 2, 2 w Σ D₂g·D₂h Δa, solved by tridiagonal systems.
 //!
-//! With K the tridiagonal matrix of order 1 (edge weights 1/Δs) and M the diagonal one of the
-//! vertices' shares of arc length, D₂ = M⁻¹K, so that the inner product is w K M⁻¹ K, and pinning
-//! vertices leaves w K_ff M⁻¹ K_ff, with pinned rows and columns deleted in each factor, plus D₂ at
-//! the pins themselves. That is the sum over pins p of u_p u_pᵀ/M_p, u_p the column of p in K, for
-//! the part normal to the curve. Since K_ff⁻¹u_p = −φ_p, the hat function of pin p that falls
-//! linearly in arc length to 0 at the next pins, the whole is solved by
+//! K is the tridiagonal matrix of order 1, with edge weights 1/Δs. M is the diagonal matrix of the
+//! vertices' shares of arc length. Then D₂ = M⁻¹K, and the inner product is w K M⁻¹ K.
+//!
+//! Pinning vertices leaves two parts:
+//!
+//! - w K_ff M⁻¹ K_ff, where the rows and columns of pins are deleted in each factor.
+//! - D₂ at the pins themselves, for the part normal to the curve. This is the sum over pins p of
+//!   u_p u_pᵀ/M_p, where u_p is the column of p in K.
+//!
+//! The hat function φ_p of pin p falls linearly in arc length to 0 at the next pins. Since
+//! K_ff⁻¹u_p = −φ_p, the whole system is solved by
 //!
 //! ```text
 //! y = K_ff⁻¹ g
@@ -13,11 +18,11 @@
 //! z = K_ff⁻¹ M (y + Σ_p c_p φ_p) / w
 //! ```
 //!
-//! G is tridiagonal in pins. No assembled matrix of condition h⁻⁴ appears, so the same steps serve
-//! f32.
+//! G is tridiagonal in pins. No assembled matrix of condition h⁻⁴ appears, so the same steps work
+//! in f32.
 //!
-//! Where points are attached instead of pinned there are no hats, and K is replaced by K + αM with
-//! wα² the density of the attachment: a product of tridiagonal factors that is close to w K M⁻¹ K
+//! Where points are attached instead of pinned there are no hats. K is replaced by K + αM, where
+//! wα² is the density of the attachment. This product of tridiagonal factors is close to w K M⁻¹ K
 //! plus the attachment.
 
 use super::{Pins, Weights, masses, tangent_at};
@@ -30,23 +35,28 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 pub(crate) struct Hats<S, const D: usize> {
     stiffness: Banded<S, 1>,
     mass: Vec<S>,
-    /// Fraction of the arc length of its span that lies before each vertex; 0 at pins.
+    /// The fraction of the span's arc length that lies before each vertex.
+    ///
+    /// 0 at pins.
     fraction: Vec<S>,
     inverse_weight: S,
     gram: Gram<S>,
-    /// Number of pins of each lane.
+    /// The number of pins of each lane.
     counts: Vec<usize>,
     closed: bool,
-    /// 1 where a component of a pin's turn is unknown, 0 at the ends of open curves and where a
-    /// lane has no such pin.
+    /// 1 where a component of a pin's turn is unknown.
+    ///
+    /// 0 at the ends of open curves and where a lane has no such pin.
     turning: Vec<S>,
     tangents: Vec<Vector<S, D>>,
-    /// Turns c of the pins; of a closed lane one more, which repeats its first.
+    /// The turns c of the pins.
+    ///
+    /// A closed lane has one more, which repeats its first.
     turns: Vec<Vector<S, D>>,
     unknowns: Vec<Vector<S, 1>>,
 }
 
-/// The system of the pins, coordinates interleaved: blocks of 2 or 3 rows a pin.
+/// The system of the pins with interleaved coordinates, in blocks of 2 or 3 rows a pin.
 #[derive(Clone, Debug)]
 enum Gram<S> {
     None,
@@ -70,8 +80,8 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
         let vertices = edges.vertices();
         let counts: Vec<usize> = vertices.iter().map(|&n| pins.rows.iter().filter(|&&row| row < n).count()).collect();
         let most = counts.iter().copied().max().unwrap_or(0);
-        // The ends of an open curve are free to turn: no D₂ stands there.
-        // The only pin of a closed curve turns freely: there is nothing it turns against.
+        // The ends of an open curve are free to turn, because no D₂ stands there. The only pin of a
+        // closed curve turns freely, because it has nothing to turn against.
         let inner = if closed { counts.iter().all(|&pins| pins > 1) } else { most > 2 };
         let rows: Vec<usize> = counts.iter().map(|pins| pins * D).collect();
         let mut turning = vec![S::ZERO; if inner { most * D } else { 0 }];
@@ -129,7 +139,7 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
         smallest
     }
 
-    /// Rows of the vertices strictly between pin k and the next.
+    /// The rows of the vertices strictly between pin k and the next.
     fn span(&self, pins: &Pins<S>, k: usize, rows: usize) -> std::ops::Range<usize> {
         pins.rows[k] + 1..pins.rows.get(k + 1).copied().unwrap_or(rows)
     }
@@ -142,7 +152,7 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
             self.tangents[k] = tangent_at(edges, pins.rows[k]);
         }
         self.tangents[count] = self.tangents[0];
-        // What the span before a pin leaves to the pin's own entry.
+        // The part of the next pin's own entry that comes from the span before it.
         let mut before = S::ZERO;
         for k in 0..count {
             let span = self.span(pins, k, edges.most());
@@ -163,7 +173,7 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
                 both += self.mass[i] * rest * theta;
                 next += self.mass[i] * theta * theta;
             }
-            // A closed lane whose ring ends here leaves it to its first pin.
+            // On a closed lane whose last pin this is, the part belongs to its first pin.
             let (mut exists, mut wrapped, mut after) = (S::ZERO, S::ZERO, self.tangents[k + 1]);
             for (lane, &own) in self.counts.iter().enumerate() {
                 exists.set_lane(lane, if k < own { S::ONE.lane(0) } else { S::ZERO.lane(0) });
@@ -183,14 +193,15 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
         self.factor_pins()
     }
 
-    /// The few rows of the pins are not worth being inlined into the vectorised descent.
+    /// The few rows of the pins are not worth inlining into the vectorised descent.
     #[inline(never)]
     fn factor_pins(&mut self) -> S {
         each!(&mut self.gram, matrix => matrix.factor(&self.turning))
     }
 
-    /// Adds P G_pp + T Tᵀ: the latter keeps the matrix positive along the curve, where nothing
-    /// turns.
+    /// Adds P G_pp + T Tᵀ.
+    ///
+    /// The second term keeps the matrix positive along the curve, where nothing turns.
     #[inline(never)]
     fn add_pin(&mut self, k: usize, own: S, along: S, tangent: Vector<S, D>) {
         each!(&mut self.gram, matrix => {
@@ -212,7 +223,7 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
             for c in 0..D {
                 for d in 0..D {
                     let identity = if c == d { S::ONE } else { S::ZERO };
-                    // Component d of the pin here, c of the next.
+                    // Component d is of this pin, and component c of the next.
                     let product = identity - here[d] * here[c] - next[d] * next[c] + here[d] * cosine * next[c];
                     matrix.add_entry((k + 1) * D + c, k * D + d, both * product);
                 }
@@ -258,7 +269,7 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
         }
     }
 
-    /// The system of the turns, from the integrals over the hats.
+    /// Computes the turns from the integrals over the hats.
     #[inline(never)]
     fn solve_turns(&mut self) {
         if self.closed {

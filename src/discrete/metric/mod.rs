@@ -1,11 +1,13 @@
-//! Inner products ⟨g, h⟩ = Σ w |D_j g · D_j h| Δs of curves, frozen at the current curve, and
-//! Sobolev gradients.
+//! Sobolev gradients, and the inner products ⟨g, h⟩ = Σ w |D_j g · D_j h| Δs frozen at the current
+//! curve.
 //!
-//! The Sobolev gradient z of an energy solves P L P z = ∇E: L is the matrix of an inner product in
-//! derivatives with respect to arc length, P the projection onto what the constraints leave free.
-//! The order of the derivative is that of the energy: then √⟨z, L z⟩ measures how far a curve is
-//! from its minimum however finely it is divided, and descent takes as many steps for 1,000
-//! vertices as for 10.
+//! The Sobolev gradient z of an energy E solves P L P z = ∇E. L is the matrix of an inner product
+//! in derivatives with respect to arc length. P is the projection onto what the constraints leave
+//! free.
+//!
+//! The order of the derivative is that of the energy. Then √⟨z, L z⟩ measures how far a curve is
+//! from its minimum, however finely it is divided. Descent takes as many steps for 1,000 vertices
+//! as for 10.
 //!
 //! | order | inner product | solved by |
 //! |---|---|---|
@@ -14,14 +16,14 @@
 //! | 2 | 2 w Σ D₂g·D₂h Δa | two tridiagonal solves and a small system of the pinned vertices, see [`hats`] |
 //! | 3 | 2 w Σ D₃g·D₃h Δs | one banded solve, see [`variation`] |
 //!
-//! At a vertex that is pinned the curve may still turn: D₂ there holds for the part of g normal to
-//! the curve only. Along the curve neither an energy nor the gauge resists, so an inner product
-//! that did would call soft directions stiff.
+//! At a pinned vertex the curve may still turn, so D₂ there holds only for the part of g normal to
+//! the curve. Along the curve neither an energy nor the gauge resists. An inner product that did
+//! would call soft directions stiff.
 //!
-//! Source: Renka (2006), sections 2 and 3. The normal part at pins, and the solve by hat functions,
+//! Source: Renka (2006), sections 2 and 3. The normal part at pins and the solve by hat functions
 //! are faircurve's own.
 
-// Loops over coordinates and lanes by number read as the formulas do.
+// Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
 pub(super) mod hats;
@@ -36,21 +38,27 @@ use hats::Hats;
 use path::Path;
 use variation::Third;
 
-/// Which vertices are pinned, in every lane.
+/// The vertices that are pinned, in every lane.
 #[derive(Clone, Debug)]
 pub(crate) struct Pins<S> {
-    /// 1 where a vertex may move, 0 where it may not or where a lane has none; one entry a row.
+    /// 1 where a vertex may move.
+    ///
+    /// 0 where it may not, or where a lane has no vertex. One entry a row.
     pub movable: Vec<S>,
-    /// Rows of pinned vertices: the same in all lanes, up to the lane's end.
+    /// The rows of pinned vertices.
+    ///
+    /// They are the same in all lanes, up to the lane's end.
     pub rows: Vec<usize>,
 }
 
-/// Weights of an inner product.
+/// The weights of an inner product.
 #[derive(Clone, Debug)]
 pub(crate) struct Weights<S> {
-    /// Of the derivative of the metric's own order.
+    /// The weight of the derivative of the metric's own order.
     pub highest: S,
-    /// Of |g|² at each vertex: that of attached points, else 0.
+    /// The weight of |g|² at each vertex.
+    ///
+    /// 0 where no point is attached.
     pub vertices: Vec<S>,
     /// Whether any vertex is attached.
     pub attached: bool,
@@ -62,7 +70,7 @@ pub(crate) enum Metric<S, const D: usize> {
     Euclidean,
     /// Open curves.
     First(Path<S>),
-    /// Closed ones.
+    /// Closed curves.
     FirstClosed(Banded<S, 1>),
     Second(Box<Hats<S, D>>),
     Third(Box<Third<S, D>>),
@@ -80,8 +88,10 @@ impl<S: Scalar, const D: usize> Metric<S, D> {
         }
     }
 
-    /// Freezes the inner product at the curve where the edges are placed. Returns the smallest
-    /// pivot of each lane, not positive where the inner product is none.
+    /// Freezes the inner product at the curve where the edges are placed.
+    ///
+    /// Returns the smallest pivot of each lane. It is not positive where the matrix is not positive
+    /// definite.
     #[inline(always)]
     pub fn freeze(&mut self, edges: &Edges<S, D>, pins: &Pins<S>, weights: &Weights<S>) -> S {
         match self {
@@ -100,7 +110,7 @@ impl<S: Scalar, const D: usize> Metric<S, D> {
         }
     }
 
-    /// The Sobolev gradient of a gradient, in place.
+    /// Turns a gradient into the Sobolev gradient, in place.
     #[inline(always)]
     pub fn solve(&mut self, pins: &Pins<S>, z: &mut [Vector<S, D>]) {
         match self {
@@ -119,8 +129,9 @@ fn add_vertices<S: Scalar>(matrix: &mut Banded<S, 1>, weights: &Weights<S>) {
     }
 }
 
-/// Half the lengths of the edges beside every vertex; that of vertex 0 of a closed curve counts its
-/// last edge.
+/// Half the lengths of the edges beside every vertex.
+///
+/// Vertex 0 of a closed curve counts its last edge.
 #[inline(always)]
 fn masses<S: Scalar, const D: usize>(edges: &Edges<S, D>, masses: &mut [S]) {
     let half = S::of(0.5);
@@ -154,7 +165,7 @@ fn tangent_at<S: Scalar, const D: usize>(edges: &Edges<S, D>, row: usize) -> Vec
     }
     let after = edges.tangent[row.min(edges.tangent.len() - 1)];
     let sum = add(before, after);
-    // Edges that turn back have no direction in common: any serves.
+    // Edges that turn back have no direction in common, and any will do.
     let square = dot(sum, sum);
     let straight = square - S::of(1e-12);
     let length = straight.if_positive(square, S::ONE).sqrt();

@@ -2,9 +2,10 @@
 //! coordinates.
 //!
 //! D₃ on an edge is the difference of D₂ at its two vertices over its length. At a pin only the
-//! part of D₂ normal to the curve counts; at the vertices next to the ends of an open curve the
-//! tangential part over the end edge does too, as the gauge has it. The matrix has condition h⁻⁶:
-//! this is for f64.
+//! part of D₂ normal to the curve counts. At the vertices next to the ends of an open curve the
+//! tangential part over the end edge counts too, as in the gauge.
+//!
+//! The matrix has condition h⁻⁶, so this is for f64 only.
 
 use super::{Pins, Weights, tangent_at};
 use crate::discrete::edges::Edges;
@@ -14,9 +15,9 @@ use crate::linalg::scalar::Vector;
 
 #[derive(Clone, Debug)]
 pub(crate) enum Third<S, const D: usize> {
-    /// Four vertices of two coordinates each couple.
+    /// The matrix in the plane, where four vertices of two coordinates each couple.
     Planar(Banded<S, 7>, Vec<Vector<S, 1>>, Vec<S>),
-    /// Four vertices of three.
+    /// The matrix in space, where four vertices of three coordinates each couple.
     Spatial(Banded<S, 11>, Vec<Vector<S, 1>>, Vec<S>),
 }
 
@@ -63,15 +64,16 @@ fn solve<S: Scalar, const D: usize, const B: usize>(
     }
 }
 
-/// D₂ at the vertex between the edges j and j + 1: its coefficients at the vertices j, j + 1, j + 2.
+/// The coefficients of D₂ between the edges j and j + 1, at the vertices j, j + 1, j + 2.
 fn second<S: Scalar, const D: usize>(edges: &Edges<S, D>, j: usize) -> [S; 3] {
     let (r0, r1) = (edges.inverse[j], edges.inverse[j + 1]);
     let share = S::of(2.0) / (edges.length[j] + edges.length[j + 1]);
     [share * r0, -(share * (r0 + r1)), share * r1]
 }
 
-/// What of D₂ counts at a vertex: I, or at a pin I − T Tᵀ. Rows beyond a closed lane's last are its
-/// first.
+/// The part of D₂ that counts at a vertex: I, or at a pin I − T Tᵀ.
+///
+/// Rows beyond a closed lane's last are its first.
 fn counted<S: Scalar, const D: usize>(edges: &Edges<S, D>, pins: &Pins<S>, row: usize) -> [[S; D]; D] {
     let mut tangent = tangent_at(edges, row.min(edges.most()));
     let mut pinned = if row < pins.movable.len() { S::ONE - pins.movable[row] } else { S::ONE };
@@ -130,7 +132,7 @@ fn freeze<S: Scalar, const D: usize, const B: usize, const N: usize>(
     matrix.factor(movable)
 }
 
-/// The tangential part of D₂ at the vertices next to the ends.
+/// Adds the tangential part of D₂ at the vertices next to the ends.
 fn add_ends<S: Scalar, const D: usize, const B: usize>(
     matrix: &mut Banded<S, B>,
     edges: &Edges<S, D>,

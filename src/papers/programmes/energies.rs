@@ -1,50 +1,61 @@
-//! [`Energy`]: the rows of energy matrices, of surfaces and of curves, as programmes need them: far from all borders, or near one or two.
+//! [`Energy`]: the rows of energy matrices of surfaces and curves, far from all borders or near
+//! some.
 
 use std::collections::BTreeMap;
 
 use crate::laplacian::unknowns::Class;
 
-/// The energy whose subdivision is looked for: E, one row a point, on a grid or a curve of free
-/// ends.
+/// The energy whose subdivision is looked for.
+///
+/// It is a matrix E with one row a point, on a grid or on a curve with free ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Energy {
-    /// Σ w |difference|² over the edges of a grid: 4 −1 −1 −1 −1 inside, 2 −½ −½ −1 at the border,
-    /// 1 −½ −½ at a corner.
+    /// Σ w |difference|² over the edges of a grid.
+    ///
+    /// A row is 4 −1 −1 −1 −1 inside, 2 −½ −½ −1 at the border and 1 −½ −½ at a corner.
     #[default]
     Dirichlet,
-    /// Σ |difference|² of a curve: −1 2 −1, at its ends 1 −1.
+    /// Σ |difference|² of a curve.
+    ///
+    /// A row is −1 2 −1 inside, and 1 −1 at an end.
     CurveDirichlet,
-    /// Σ |second difference|² of a curve: 1 −4 6 −4 1, at its ends 1 −2 1 and −2 5 −4 1.
+    /// Σ |second difference|² of a curve.
+    ///
+    /// A row is 1 −4 6 −4 1 inside. At an end rows are 1 −2 1 and −2 5 −4 1.
     CurveBending,
 }
 
-/// Where a grid ends along one axis.
+/// The end of a grid along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axis {
-    /// Nowhere.
+    /// The grid has no end.
     Endless,
-    /// At 0.
+    /// The grid ends at 0.
     HalfLine,
-    /// It is 0: the second axis of a curve.
+    /// The grid is the point 0.
+    ///
+    /// This is the second axis of a curve.
     Point,
 }
 
-/// One-dimensional factors of the energies: E = Σ factor ⊗ factor.
+/// One-dimensional factors of the energies.
+///
+/// E is a sum of products: Σ factor ⊗ factor.
 #[derive(Clone, Copy, Debug)]
 enum Factor {
-    /// −1 2 −1, at an end 1 −1.
+    /// −1 2 −1 inside, 1 −1 at an end.
     Difference,
-    /// 1, at an end ½.
+    /// The factor 1 inside, ½ at an end.
     Mass,
-    /// 1 −4 6 −4 1, at an end 1 −2 1 and −2 5 −4 1.
+    /// 1 −4 6 −4 1 inside, 1 −2 1 and −2 5 −4 1 at an end.
     Bending,
-    /// 1.
+    /// The factor 1.
     One,
 }
 
 impl Factor {
-    /// Row `i`: places and entries.
+    /// The places and entries of row `i`.
     fn row(self, i: isize, axis: Axis) -> Vec<(isize, f64)> {
         let end = axis == Axis::HalfLine && i == 0;
         match self {
@@ -53,8 +64,7 @@ impl Factor {
             Factor::Mass if end => vec![(0, 0.5)],
             Factor::Mass | Factor::One => vec![(i, 1.0)],
             Factor::Bending => {
-                // The second differences around i − 1, i and i + 1, as far as their points are
-                // there.
+                // The second differences around i − 1, i and i + 1, where their points exist.
                 let mut row = BTreeMap::new();
                 for (centre, weight) in [(i - 1, 1.0), (i, -2.0), (i + 1, 1.0)] {
                     if axis == Axis::Endless || centre >= 1 {
@@ -75,13 +85,15 @@ impl Energy {
         if self == Energy::Dirichlet { 2 } else { 1 }
     }
 
-    /// How far a row of E reaches.
+    /// The distance that a row of E reaches.
     pub(super) fn reach(self) -> isize {
         if self == Energy::CurveBending { 2 } else { 1 }
     }
 
-    /// c in E₂ₙS = c UEₙ: what halving the spacing does to the energy of a function of `dimension`
-    /// variables and its derivatives.
+    /// c in E₂ₙS = c UEₙ.
+    ///
+    /// It is the factor by which halving the spacing changes the energy of a function of
+    /// `dimension` variables and its derivatives.
     pub(super) fn scale(self) -> f64 {
         match self {
             Energy::Dirichlet => 1.0,
@@ -90,7 +102,7 @@ impl Energy {
         }
     }
 
-    /// What the grid is along its axes for the rows of this class, as far as they see.
+    /// The ends of the grid along its axes, as far as the rows of this class see them.
     pub(super) fn axes(self, class: Class) -> [Axis; 2] {
         match (self.dimension(), class) {
             (1, Class::Interior) => [Axis::Endless, Axis::Point],
@@ -109,7 +121,7 @@ impl Energy {
         }
     }
 
-    /// The row of E of a point: places and entries.
+    /// The places and entries of the row of E of a point.
     pub(super) fn row(self, point: [isize; 2], axes: [Axis; 2]) -> BTreeMap<[isize; 2], f64> {
         let mut row = BTreeMap::new();
         for [first, second] in self.terms() {

@@ -1,9 +1,10 @@
-//! The report's linear programme, as data: [`Programme`] says which sparse S makes the rows of E₂ₙS
-//! − UEₙ as small as can be.
+//! The report's linear programme, as data.
 //!
-//! An infinity norm is made linear the usual way: an unknown u ≥ |entry| for each entry of a row,
-//! and t ≥ Σ u for each row; t is least. Whatever solves linear programmes solves this one. The
-//! same lines state it for curves, where it leads to natural cubic splines.
+//! [`Programme`] asks which sparse S makes the rows of E₂ₙS − UEₙ as small as possible.
+//!
+//! An infinity norm is made linear in the usual way. There is an unknown u ≥ |entry| for each entry
+//! of a row, and t ≥ Σ u for each row, and t is minimised. Any solver of linear programmes solves
+//! this one. For curves the same programme leads to natural cubic splines.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,12 +16,14 @@ pub use crate::laplacian::unknowns::{Class, Unknown};
 use energies::Axis;
 pub use energies::Energy;
 
-/// Σ coefficient · unknown + constant, the unknowns by their numbers, none twice.
+/// Σ coefficient · unknown + constant.
+///
+/// Unknowns are given by their numbers, none twice.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Affine {
     /// Unknowns and their coefficients.
     pub terms: Vec<(usize, f64)>,
-    /// What is added.
+    /// The constant.
     pub constant: f64,
 }
 
@@ -29,53 +32,59 @@ impl Affine {
         Affine { terms: terms.into_iter().filter(|&(_, coefficient)| coefficient != 0.0).collect(), constant }
     }
 
-    /// Its value where the unknowns have these.
+    /// Its value for these values of the unknowns.
     pub fn at(&self, values: &[f64]) -> f64 {
         self.terms.iter().fold(self.constant, |sum, &(unknown, coefficient)| sum + coefficient * values[unknown])
     }
 
-    /// What remains once the first unknowns are known; the others are numbered from 0.
+    /// The rest once the first unknowns are known.
+    ///
+    /// The others are numbered from 0.
     fn with_known(&self, known: &[f64]) -> Self {
         let (before, after): (Vec<_>, Vec<_>) = self.terms.iter().partition(|&&(unknown, _)| unknown < known.len());
         let constant = Affine { terms: before, constant: self.constant }.at(known);
         Affine { terms: after.iter().map(|&(unknown, x)| (unknown - known.len(), x)).collect(), constant }
     }
 
-    /// The same up to its sign, bit by bit: all coefficients are multiples of powers of two, so
-    /// equal ones are the same bits.
+    /// A key that is the same for both signs, bit by bit.
+    ///
+    /// All coefficients are multiples of powers of two, so equal ones have the same bits.
     fn key(&self) -> (Vec<(usize, u64)>, u64) {
         let first = self.terms.first().map_or(self.constant, |&(_, coefficient)| coefficient);
         let sign = if first < 0.0 { -1.0 } else { 1.0 };
-        // + 0 makes of −0 what it is worth.
+        // Adding 0 turns −0 into 0.
         let bits = |x: f64| (sign * x + 0.0).to_bits();
         (self.terms.iter().map(|&(unknown, x)| (unknown, bits(x))).collect(), bits(self.constant))
     }
 }
 
-/// A linear programme as solvers take it: c·x least, where Ax = b for the equalities and Ax ≤ b for
-/// the inequalities.
+/// A linear programme in the form that solvers take.
+///
+/// c·x is minimised, with Ax = b for the equalities and Ax ≤ b for the inequalities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StandardForm {
-    /// How many of the first variables are entries of masks; bounds of absolute values follow, and
-    /// last the maximum.
+    /// The number of variables that are entries of masks.
+    ///
+    /// They come first. Bounds of absolute values follow, and the maximum comes last.
     pub unknowns: usize,
     /// c, one entry a variable.
     pub objective: Vec<f64>,
-    /// Rows of A, sparse, and b.
+    /// Sparse rows of A, with b, for the equalities.
     pub equalities: Vec<(Vec<(usize, f64)>, f64)>,
-    /// Rows of A, sparse, and b.
+    /// Sparse rows of A, with b, for the inequalities.
     pub inequalities: Vec<(Vec<(usize, f64)>, f64)>,
 }
 
-/// The sparse S that makes ‖E₂ₙS − UEₙ‖∞ least: unknowns, residual rows and constraints, class
-/// after class.
+/// The linear programme for the sparse S that minimises ‖E₂ₙS − UEₙ‖∞.
 ///
-/// S has the symmetries of the grid, and no entry further than `radius` from the place of its
-/// coarse point. Coarse points less than `own_rows` from a border (from two: corner) have masks of
-/// their own. All others have the interior mask, with the symmetries of the square.
+/// It holds unknowns, residual rows and constraints, class after class. S has the symmetries of the
+/// grid, and no entry further than `radius` from the place of its coarse point.
 ///
-/// Unknowns are numbered class after class ([`Unknown`]), so that those of the classes before come
-/// first.
+/// - Coarse points less than `own_rows` from a border have masks of their own. Near two borders the
+///   mask is that of a corner.
+/// - All other coarse points have the interior mask, with the symmetries of the square.
+///
+/// Unknowns are numbered class after class ([`Unknown`]), so those of earlier classes come first.
 ///
 /// # Examples
 ///
@@ -104,48 +113,53 @@ impl Programme {
         Programme { energy, reproduces, unknowns }
     }
 
-    /// How many rows of coarse points have border masks where nothing else is said: all those whose
-    /// window of fine points meets the border, radius / 2 + 1. With fewer, reflection of the
-    /// interior mask is not among the rules to choose from.
+    /// The default number of rows of coarse points with border masks, radius / 2 + 1.
+    ///
+    /// These are all rows whose window of fine points meets the border. With fewer rows, reflection
+    /// of the interior mask is not among the possible rules.
     pub fn usual_own_rows(radius: usize) -> usize {
         radius / 2 + 1
     }
 
-    /// The same with another number of rows of border masks, at least 1.
+    /// The same programme with another number of rows of border masks, at least 1.
     pub fn with_own_rows(self, rows: usize) -> Self {
         Programme { unknowns: Unknowns::new(self.energy.dimension(), self.radius(), rows.max(1)), ..self }
     }
 
-    /// How far masks reach.
+    /// The distance that masks reach.
     pub fn radius(&self) -> usize {
         self.unknowns.radius
     }
 
-    /// Number of unknowns of a class and those before it.
+    /// The number of unknowns of a class and those before it.
     pub fn known_after(&self, class: Class) -> usize {
         self.unknowns.count_to(class)
     }
 
-    /// The unknowns of a class, in the order of their numbers. Curves have no corners.
+    /// The unknowns of a class, in the order of their numbers.
+    ///
+    /// Curves have no corners.
     pub fn unknowns(&self, class: Class) -> Vec<Unknown> {
         self.unknowns.of_class(class)
     }
 
-    /// The number of the unknown that is the entry of S for a fine and a coarse point, counted from
-    /// the border where `axes` end; `None` where it is 0.
+    /// The number of the unknown that is the entry of S for a fine and a coarse point.
+    ///
+    /// Points are counted from the border where `axes` end. `None` where the entry is 0.
     fn entry(&self, fine: [isize; 2], coarse: [isize; 2], axes: [Axis; 2]) -> Option<usize> {
         let [border_0, border_1] = [0, 1].map(|axis| axes[axis] == Axis::HalfLine);
         self.unknowns.entry(fine, coarse, [border_0, border_1])
     }
 
-    /// First unknown of a class, and the one after its last.
+    /// The first unknown of a class, and the one after its last.
     fn range(&self, class: Class) -> std::ops::Range<usize> {
         let before = Class::ALL.into_iter().rev().find(|&other| other < class);
         before.map_or(0, |class| self.known_after(class))..self.known_after(class)
     }
 
-    /// Fine points of which each row of a class is the like of one: up to the border and its
-    /// neighbourhood, elsewhere by parity.
+    /// Fine points that stand for all rows of a class.
+    ///
+    /// They reach up to the border and its neighbourhood. Elsewhere there is one of each parity.
     fn fine_points(&self, class: Class) -> Vec<[isize; 2]> {
         let last = 2 * (self.unknowns.own_rows as isize - 1) + self.radius() as isize + self.energy.reach();
         let [first, second] = self.energy.axes(class).map(|axis| match axis {
@@ -156,7 +170,8 @@ impl Programme {
         first.flat_map(|i| second.clone().map(move |j| [i, j])).collect()
     }
 
-    /// Coarse coordinates along an axis that are at most `distance` from a fine one, in fine steps.
+    /// The coarse coordinates along an axis that are at most `distance` from a fine one, in fine
+    /// steps.
     fn coarse_near(fine: isize, distance: isize, axis: Axis) -> std::ops::RangeInclusive<isize> {
         let first = (fine - distance + 1).div_euclid(2);
         match axis {
@@ -166,7 +181,7 @@ impl Programme {
         }
     }
 
-    /// The row of E₂ₙS − UEₙ of a fine point: its entries that are not 0 whatever S is.
+    /// The row of E₂ₙS − UEₙ of a fine point, without entries that are 0 for every S.
     fn residual_row(&self, fine: [isize; 2], axes: [Axis; 2]) -> Vec<Affine> {
         let reach = self.energy.reach();
         let energy = self.energy.row(fine, axes);
@@ -189,8 +204,9 @@ impl Programme {
         entries.filter(|entry| !entry.terms.is_empty() || entry.constant != 0.0).collect()
     }
 
-    /// The distinct rows of E₂ₙS − UEₙ of a class, the entries of each as functions of the
-    /// unknowns. Signs and order of entries make no difference.
+    /// The distinct rows of E₂ₙS − UEₙ of a class, with entries as functions of the unknowns.
+    ///
+    /// Rows that differ in sign or in the order of entries count as one.
     pub fn rows(&self, class: Class) -> Vec<Vec<Affine>> {
         let own = self.range(class);
         let axes = self.energy.axes(class);
@@ -207,8 +223,9 @@ impl Programme {
             .collect()
     }
 
-    /// What has to be 0 so that the rule reproduces what it shall: Σ weights − 1, and for linear
-    /// functions Σ weight · coordinate − coordinate.
+    /// The expressions that must be 0 so that the rule reproduces its functions.
+    ///
+    /// They are Σ weights − 1, and for linear functions Σ weight · coordinate − coordinate.
     pub fn constraints(&self, class: Class) -> Vec<Affine> {
         let own = self.range(class);
         let axes = self.energy.axes(class);
@@ -227,7 +244,7 @@ impl Programme {
                 .filter_map(|coarse| Some((self.entry(fine, coarse, axes)?, coarse)))
                 .collect();
             for moment in moments {
-                // Of a coarse point, and what the fine one has to have.
+                // The function at a coarse point, and its required value at the fine one.
                 let of = |coarse: [isize; 2]| moment.map_or(1.0, |axis| coarse[axis] as f64);
                 let value = moment.map_or(1.0, |axis| fine[axis] as f64 / 2.0);
                 let mut terms = BTreeMap::new();
@@ -243,7 +260,7 @@ impl Programme {
         constraints
     }
 
-    /// The largest Σ |entry| over the rows of a class where the unknowns up to it have these values.
+    /// The largest Σ |entry| over the rows of a class, for these values of the unknowns up to it.
     pub fn maximum(&self, class: Class, values: &[f64]) -> f64 {
         let sum = |row: &Vec<Affine>| row.iter().map(|entry| entry.at(values).abs()).sum();
         self.rows(class).iter().map(sum).fold(0.0, f64::max)
@@ -252,8 +269,13 @@ impl Programme {
     /// The programme of one class, where `known` are the values of the unknowns of all classes
     /// before it.
     ///
-    /// Variables: the unknowns of the class; one u a distinct entry, −u ≤ entry ≤ u; t, and Σ u ≤ t
-    /// for each row. t is to be least.
+    /// The variables are:
+    ///
+    /// - the unknowns of the class;
+    /// - one u for each distinct entry, with −u ≤ entry ≤ u;
+    /// - t, with Σ u ≤ t for each row.
+    ///
+    /// t is minimised.
     pub fn standard_form(&self, class: Class, known: &[f64]) -> StandardForm {
         let unknowns = self.range(class).len();
         let mut numbers = BTreeMap::new();

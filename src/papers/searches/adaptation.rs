@@ -1,4 +1,4 @@
-//! Gaussian Adaptation, the black-box search that Alon & Bergmann take where there are many dots.
+//! Gaussian Adaptation, the black-box search that Alon & Bergmann use where there are many dots.
 
 use std::f64::consts::{E, PI};
 
@@ -10,37 +10,41 @@ use rand_distr::{Distribution, StandardNormal};
 use super::{Evolution, Outcome, Record, Request, SegmentCosts, check, evaluate};
 use crate::error::{Error, Result};
 
-/// Options of Gaussian Adaptation: all slopes are sampled together from a Gaussian that is widened,
-/// turned and moved so that a fraction P of its samples stays below a threshold that falls.
+/// Options of Gaussian Adaptation, which samples all slopes together.
 ///
-/// With n free slopes, mean m, scale r and a matrix Q of determinant 1, a candidate is x = m + r Q
-/// η, η standard normal. If its cost f(x) is below the threshold c_T it is accepted:
+/// The samples come from a Gaussian that is widened, turned and moved. A fraction P of them stays
+/// below a threshold that falls.
 ///
-/// * r ← f_e r, f_e = 1 + β (1 − P);
-/// * m ← (1 − 1/N_m) m + x/N_m;
-/// * QQᵀ ← (1 − 1/N_C) QQᵀ + (x − m)(x − m)ᵀ/(N_C r²), then scaled to determinant 1 again;
-/// * c_T ← (1 − 1/N_T) c_T + f(x)/N_T;
+/// There are n free slopes, a mean m, a scale r and a matrix Q of determinant 1. A candidate is x =
+/// m + r Q η with η standard normal. If its cost f(x) is below the threshold c_T it is accepted:
 ///
-/// else r ← f_c r, f_c = 1 − β P, and nothing more: where a fraction P is accepted r stays. P = 1/e
-/// maximises −P ln P, the rate of entropy gained at a success; N_m = N_T = e n, N_C = (n + 1)²/ln(n +
-/// 1), β = 1/N_C. The covariance is r²QQᵀ throughout, and since r alone carries its size the
-/// samples enter QQᵀ in units of r.
+/// - r ← f_e r, f_e = 1 + β (1 − P);
+/// - m ← (1 − 1/N_m) m + x/N_m;
+/// - QQᵀ ← (1 − 1/N_C) QQᵀ + (x − m)(x − m)ᵀ/(N_C r²), then scaled to determinant 1 again;
+/// - c_T ← (1 − 1/N_T) c_T + f(x)/N_T.
 ///
-/// Where it starts c_T is [`threshold`](Self::threshold). While c_T is infinite it becomes the
-/// first finite cost met. A slope is a real number to the Gaussian, although costs repeat after a
-/// turn; so r is kept below π, where samples cover the circle evenly.
+/// Otherwise r ← f_c r, f_c = 1 − β P, and nothing else changes. If a fraction P is accepted r
+/// stays the same. P = 1/e maximises −P ln P, the rate of entropy gained at a success. The other
+/// constants are N_m = N_T = e n, N_C = (n + 1)²/ln(n + 1) and β = 1/N_C. The covariance is always
+/// r²QQᵀ. r alone carries its size, so samples enter QQᵀ in units of r.
+///
+/// c_T starts at [`threshold`](Self::threshold). While c_T is infinite it becomes the first finite
+/// cost found. A slope is a real number to the Gaussian, although costs repeat after a turn.
+/// Therefore r is kept below π, where samples cover the circle evenly.
 ///
 /// Source: C. L. Müller and I. F. Sbalzarini, *Gaussian Adaptation revisited: an entropic view on
 /// covariance matrix adaptation*, EvoStar 2010, LNCS 6024, after G. Kjellström and L. Taxén. Two
-/// things differ: QQᵀ is kept as its Cholesky factor, updated by rank one in O(n²) (the samples
-/// have the same distribution with any root of it), and candidates are drawn and evaluated
-/// [`batch`](Self::batch) at a time, all from one Gaussian, and then absorbed one after the other;
-/// a batch of 1 is the method of the paper. For large batches N_m and N_T are at least P times the
-/// batch, N_C at least the batch: else r would shrink through a whole batch that was drawn before
-/// it could be told, and never recover.
+/// things differ here:
 ///
-/// It can leave local minima that the greedy search and Newton's method stay in, and nears any
-/// minimum slowly: finish with one of those.
+/// - QQᵀ is kept as its Cholesky factor, updated by rank one in O(n²). The samples have the same
+///   distribution with any root of QQᵀ.
+/// - Candidates are drawn and evaluated [`batch`](Self::batch) at a time, all from one Gaussian.
+///   They are then absorbed one after the other. A batch of 1 is the method of the paper. For large
+///   batches N_m and N_T are at least P times the batch, and N_C at least the batch. Otherwise r
+///   would shrink through a whole batch that was drawn before, and never recover.
+///
+/// The search can leave local minima in which the greedy search and Newton's method stay. It
+/// approaches any minimum slowly, so finish with one of those.
 ///
 /// ```
 /// use faircurve::papers::searches::{GaussianAdaptation, Request, SegmentCosts};
@@ -63,27 +67,43 @@ use crate::error::{Error, Result};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct GaussianAdaptation {
-    /// Seed of the generator (ChaCha with 12 rounds, the same on every machine). The same seed,
-    /// options and costs give the same result, bit for bit.
+    /// The seed of the generator (ChaCha with 12 rounds, the same on every machine).
+    ///
+    /// The same seed, options and costs give the same result, bit for bit.
     pub seed: u64,
-    /// Candidates drawn and evaluated together, one request of `batch` × segments. `None`: as many
-    /// as slopes are free, by which the mean moves no more than about a seventh of the way (n P/N_m
-    /// = 1/e²) before the next batch is drawn, and which takes no more candidates than one at a
-    /// time. More fill a device better; beyond e² n (seven times as many) the search takes more of
-    /// them, in proportion.
+    /// The candidates drawn and evaluated together, in one request of `batch` × segments.
+    ///
+    /// `None` means as many as there are free slopes. The mean then moves by at most about a
+    /// seventh of the way (n P/N_m = 1/e²) before the next batch is drawn. The search takes no more
+    /// candidates than with one at a time. Larger batches fill a device better. Beyond e² n, seven
+    /// times as many, the search takes more candidates in proportion.
     pub batch: Option<usize>,
-    /// The standard deviation r of the slopes at the start, radians; 0.3 by default, enough for the
-    /// neighbours' directions that the paper starts from to be far off.
+    /// The standard deviation r of the slopes at the start, in radians.
+    ///
+    /// The default is 0.3.
+    ///
+    /// It is wide enough even where the neighbours' directions, from which the paper starts, are
+    /// far off.
     pub radius: f64,
-    /// The search has settled when r is below this, radians; 1e-5 by default, where costs differ
-    /// from their minimum by about 1e-10 of themselves. Below 1e-7 they differ by their rounding
-    /// alone.
+    /// The search has settled when r is below this, in radians.
+    ///
+    /// 1e-5 by default.
+    ///
+    /// Costs then differ from their minimum by about 1e-10 of themselves. With r below 1e-7 they
+    /// differ by their rounding alone.
     pub smallest_radius: f64,
-    /// The threshold c_T at the start. `None`: the cost of the slopes at the start. Higher values,
-    /// ∞ among them, search more widely before they descend.
+    /// The threshold c_T at the start.
+    ///
+    /// `None` means the cost of the slopes at the start.
+    ///
+    /// Higher values, including ∞, search more widely before they descend.
     pub threshold: Option<f64>,
-    /// Most candidates; 1,000,000 by default. About 230 n^1.5 settle where the cost
-    /// is convex: 1,300 for 3 slopes, 7,000 for 10, 220,000 for 95.
+    /// The most candidates.
+    ///
+    /// 1,000,000 by default.
+    ///
+    /// About 230 n^1.5 settle where the cost is convex: 1,300 for 3 slopes, 7,000 for 10, 220,000
+    /// for 95.
     pub max_candidates: usize,
 }
 
@@ -100,20 +120,23 @@ impl Default for GaussianAdaptation {
     }
 }
 
-/// Most slopes that may be free: Q is an n × n matrix, of 128 MiB then, and N_C, in which it
-/// adapts, grows as n².
+/// The most slopes that may be free.
+///
+/// Q is an n × n matrix, then of 128 MiB. N_C, in which it adapts, grows as n².
 const MOST_FREE: usize = 4096;
 
 impl GaussianAdaptation {
-    /// Searches from the slopes `start` (radians, one a dot), the first mean; where `fixed`, a
-    /// slope stays as it is, bit for bit. The outcome holds the best candidate ever drawn, or the
-    /// start.
+    /// Searches from the slopes `start` (radians, one a dot), which are the first mean.
+    ///
+    /// Where `fixed`, a slope stays as it is, bit for bit. The outcome holds the best candidate
+    /// ever drawn, or the start.
     ///
     /// # Errors
     ///
-    /// [`Error::Argument`] where slopes and flags are not as many as dots, a slope is not finite,
-    /// the batch is empty, a radius is not positive, the threshold is NaN, or more than 4096 slopes
-    /// are free; and those of [`SegmentCosts::costs`].
+    /// - [`Error::Argument`] where the numbers of slopes and flags differ from that of dots, a
+    ///   slope is not finite, the batch is empty, a radius is not positive, the threshold is NaN,
+    ///   or more than 4096 slopes are free.
+    /// - Those of [`SegmentCosts::costs`].
     pub fn search(&self, costs: &mut dyn SegmentCosts, start: &[f64], fixed: &[bool]) -> Result<Outcome> {
         check(costs.dots(), start, fixed)?;
         let free: Vec<usize> = (0..start.len()).filter(|&dot| !fixed[dot]).collect();
@@ -128,7 +151,7 @@ impl GaussianAdaptation {
         let mut gaussian = Gaussian::new(mean, self.radius, self.threshold.unwrap_or(best.0), batch);
         let mut random = ChaCha12Rng::seed_from_u64(self.seed);
         let (mut drawn, mut requests, mut found) = (0, Vec::new(), Vec::new());
-        // Without a segment to cost, or a slope to move, there is nothing to search.
+        // There is nothing to search without a segment to cost, or without a slope to move.
         let mut settled = segments == 0 || free.is_empty();
         while !settled && drawn < self.max_candidates {
             let count = batch.min(self.max_candidates - drawn);
@@ -182,14 +205,14 @@ impl GaussianAdaptation {
     }
 }
 
-/// The probability of success that is aimed at.
+/// The target probability of success.
 const P: f64 = 1.0 / E;
 
-/// What adapts.
+/// The state that adapts.
 struct Gaussian {
     mean: DVector<f64>,
     radius: f64,
-    /// Of QQᵀ; its factor is the Q that samples are drawn with.
+    /// The factor of QQᵀ, which is the Q of the samples.
     factor: Cholesky<f64, Dyn>,
     threshold: f64,
     /// N_m = N_T, and N_C.
@@ -211,19 +234,20 @@ impl Gaussian {
         }
     }
 
-    /// Q η.
+    /// Draws Q η.
     fn draw(&self, random: &mut ChaCha12Rng) -> DVector<f64> {
         let normals: DVector<f64> = DVector::from_fn(self.mean.len(), |_, _| StandardNormal.sample(random));
-        // The factor's upper triangle is not to be read.
+        // The factor's upper triangle holds no meaningful numbers.
         let q = self.factor.l_dirty();
         DVector::from_fn(normals.len(), |row, _| (0..=row).map(|column| q[(row, column)] * normals[column]).sum())
     }
 
-    /// Learns from a candidate: where it is, by which step Q η of the Gaussian it was drawn from,
-    /// and its cost.
+    /// Learns from a candidate and its cost.
+    ///
+    /// `step` is the Q η of the Gaussian from which it was drawn.
     fn absorb(&mut self, candidate: &DVector<f64>, step: &DVector<f64>, cost: f64) {
         let beta = 1.0 / self.matrix_memory;
-        // An infinite threshold accepts what is finite, and never an infinite cost.
+        // An infinite threshold accepts every finite cost, and never an infinite one.
         if cost >= self.threshold {
             self.radius *= 1.0 - beta * P;
             return;
@@ -235,7 +259,8 @@ impl Gaussian {
             true => (1.0 - weight) * self.threshold + weight * cost,
             false => cost,
         };
-        // (1 − β) QQᵀ + β s sᵀ, but for the factor 1 − β, which the determinant takes away anyway.
+        // (1 − β) QQᵀ + β s sᵀ without the factor 1 − β, which the scaling of the determinant
+        // removes anyway.
         self.factor.rank_one_update(step, beta / (1.0 - beta));
         let n = self.mean.len();
         let logarithm: f64 = (0..n).map(|k| self.factor.l_dirty()[(k, k)].ln()).sum();
@@ -250,7 +275,7 @@ mod tests {
     use super::super::{Greedy, total_cost};
     use super::*;
 
-    /// The formulas as they are printed: C = QQᵀ as a whole, rooted anew for every candidate.
+    /// The formulas as printed: C = QQᵀ as a whole, with a new root for every candidate.
     #[test]
     fn candidates_one_by_one_follow_the_printed_formulas() {
         let n = 5;
@@ -283,7 +308,7 @@ mod tests {
             }
         }
         assert!(accepted > 100);
-        // Rounding, of 400 updates that amplify it.
+        // This is rounding, amplified by 400 updates.
         assert!((outcome.cost - best).abs() < 1e-9 * best, "{} against {best}", outcome.cost);
     }
 
@@ -351,7 +376,7 @@ mod tests {
             let search = GaussianAdaptation { seed, radius: 1.0, threshold: Some(f64::INFINITY), ..Default::default() };
             search.search(&mut wells, &start, &[false; 3]).unwrap()
         };
-        // Not with every seed: of 100 it was found by 39.
+        // It is not found with every seed, but with 39 of 100.
         let outcomes: Vec<Outcome> = (0..40).map(&mut run).collect();
         let deep = |outcome: &&Outcome| outcome.slopes.iter().all(|slope| (slope + 1.0).abs() < 0.1);
         assert!(outcomes.iter().filter(deep).count() >= 8);
@@ -366,7 +391,7 @@ mod tests {
         let outcome = GaussianAdaptation::default().search(&mut costs, &start, &[false; 4]).unwrap();
         assert!(outcome.cost.is_finite());
         assert!((0..4).all(|k| outcome.slopes[k] + outcome.slopes[(k + 1) % 4] <= 0.5));
-        // Where nothing is finite nothing is found, and the limit ends it.
+        // Nothing is found where nothing is finite, and the limit ends the search.
         let search = GaussianAdaptation { max_candidates: 100, ..Default::default() };
         let lost = search.search(&mut Forbidden { largest_sum: -1e9, ..costs }, &start, &[false; 4]).unwrap();
         assert_eq!((lost.cost, lost.slopes, lost.settled), (f64::INFINITY, start.to_vec(), false));

@@ -1,34 +1,43 @@
-//! The greedy search of Alon & Bergmann, section 4, steps 1 to 5, without evaluating anything twice.
+//! The greedy search of Alon & Bergmann, section 4, steps 1 to 5.
+//!
+//! Nothing is evaluated twice.
 
 use super::{Evolution, Outcome, Record, Request, SegmentCosts, check, evaluate, requests_of};
 use crate::error::{Error, Result};
 
-/// Options of the greedy search: of all moves of one slope by ±Δα the one that lowers the cost most
-/// is made, until none lowers it.
+/// Options of the greedy search.
 ///
-/// 1. The slopes start from [`initial_slopes`](super::initial_slopes), or whatever is given.
-/// 2. S_k, the cost of the one or two segments at dot k.
-/// 3. S_k^±, the same with α_k ± Δα.
-/// 4. Where S_k − S_k^± is largest, and positive, α_k ← α_k ± Δα. Ties go to the first dot, and to
-///    − before +.
-/// 5. Again from 2, until nothing decreases.
+/// Of all moves of one slope by ±Δα it makes the one that lowers the cost most, until none lowers
+/// it.
 ///
-/// What it finds is a local minimum on the grid α⁽⁰⁾ + Δα·ℤⁿ: no single move improves it, so every
+/// 1. The slopes start from [`initial_slopes`](super::initial_slopes), or from given ones.
+/// 2. S_k is the cost of the one or two segments at dot k.
+/// 3. S_k^± is the same with α_k ± Δα.
+/// 4. Where S_k − S_k^± is largest and positive, α_k ← α_k ± Δα. Ties go to the first dot, and to −
+///    before +.
+/// 5. The steps repeat from 2 until nothing decreases.
+///
+/// The result is a local minimum on the grid α⁽⁰⁾ + Δα·ℤⁿ. No single move improves it, so every
 /// slope's derivative is below about Δα/2 times its second derivative.
 ///
-/// Where segments are infinite a move that leaves fewer of them counts as a decrease, whatever it
-/// does to the rest: the paper does not say, and without it no search could leave a place where two
-/// neighbouring segments have no minimiser.
+/// Where segments are infinite, a move that leaves fewer of them counts as a decrease, whatever it
+/// does to the rest. The paper does not say this. Without it no search could leave a place where
+/// two neighbouring segments have no minimiser.
 ///
 /// # Cost
 ///
-/// At first all segments: for each one solve, and two for each of its ends that may move (five in
-/// all). After a move at dot k only the two segments there have changed. Of their entries the old
-/// cost serves as the step back and the cost just reached as the new one; new are the next step
-/// ahead at k (two solves) and ±Δα at the two neighbours, each with the one segment they share with
-/// k (four): **six solves an iteration**, in one request; three where k ends an open curve, two
-/// fewer for every neighbour whose slope is fixed. Recomputing everything, as the steps read, takes
-/// five for each segment ([`Outcome::textbook_solves`]).
+/// At first all segments are evaluated. Each one takes one solve, and two more for each of its ends
+/// that may move, five in all.
+///
+/// After a move at dot k only the two segments there have changed. Of their entries the old cost
+/// serves as the step back, and the cost just reached as the new one. The new entries are:
+///
+/// - the next step ahead at k, two solves;
+/// - ±Δα at the two neighbours, each with the one segment they share with k, four solves.
+///
+/// This makes **six solves an iteration**, in one request. Where k ends an open curve there are
+/// three. Every neighbour with a fixed slope saves two. Recomputing everything, as the steps read,
+/// takes five for each segment ([`Outcome::textbook_solves`]).
 ///
 /// ```
 /// use faircurve::papers::searches::{Greedy, Request, SegmentCosts};
@@ -51,15 +60,24 @@ use crate::error::{Error, Result};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Greedy {
-    /// Δα, radians. The paper does not give its own; 0.01 (0.6°) by default, finer than a picture
-    /// shows.
+    /// Δα in radians.
+    ///
+    /// The default is 0.01 (0.6°), which is finer than a picture shows.
+    ///
+    /// The paper does not give its own value.
     pub step: f64,
-    /// Where nothing decreases Δα is halved, as long as it stays at least this large (radians).
-    /// `None`, the default: it is never halved, as in the paper. Halving ends nearer to the
-    /// minimum, and a coarse `step` first needs fewer moves.
+    /// The smallest Δα, in radians.
+    ///
+    /// Where nothing decreases Δα is halved, as long as it stays at least this.
+    ///
+    /// `None`, the default, never halves it, as in the paper. Halving ends nearer to the minimum. A
+    /// coarse `step` at first needs fewer moves.
     pub smallest_step: Option<f64>,
-    /// Most moves, so that a search always ends; 1,000,000 by default, far more than any figure of
-    /// the paper needs.
+    /// The most moves, so that a search always ends.
+    ///
+    /// 1,000,000 by default.
+    ///
+    /// This is far more than any figure of the paper needs.
     pub max_iterations: usize,
 }
 
@@ -70,13 +88,15 @@ impl Default for Greedy {
 }
 
 impl Greedy {
-    /// Searches from the slopes `start` (radians, one a dot); where `fixed`, a slope stays as it
-    /// is, bit for bit.
+    /// Searches from the slopes `start` (radians, one a dot).
+    ///
+    /// Where `fixed`, a slope stays as it is, bit for bit.
     ///
     /// # Errors
     ///
-    /// [`Error::Argument`] where slopes and flags are not as many as dots, a slope is not finite,
-    /// or a step is not positive; and those of [`SegmentCosts::costs`].
+    /// - [`Error::Argument`] where the numbers of slopes and flags differ from that of dots, a
+    ///   slope is not finite, or a step is not positive.
+    /// - Those of [`SegmentCosts::costs`].
     pub fn search(&self, costs: &mut dyn SegmentCosts, start: &[f64], fixed: &[bool]) -> Result<Outcome> {
         check(costs.dots(), start, fixed)?;
         for (name, step) in [("step", Some(self.step)), ("smallest step", self.smallest_step)] {
@@ -111,11 +131,14 @@ impl Greedy {
     }
 }
 
-/// The two ways a slope moves, as indices: by −Δα and by +Δα.
+/// The two moves of a slope, by −Δα and by +Δα.
+///
+/// Their indices are called ways.
 const WAYS: [i64; 2] = [-1, 1];
 
-/// Costs of some segments of which some may be infinite: fewer infinite ones first, then the sum of
-/// the others.
+/// The sum of some costs, some of which may be infinite.
+///
+/// Sums compare by the number of infinite costs first, then by the sum of the others.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 struct Local {
     infinite: i32,
@@ -131,23 +154,26 @@ impl Local {
     }
 }
 
-/// All segments' costs, as they are and with either end moved by one step.
+/// The costs of all segments, as they are and with either end moved by one step.
 struct Table {
-    /// α_k = origin_k + steps_k·Δα: a slope that comes back has the same bits, so that costs kept
-    /// are costs computed.
+    /// Slopes are α_k = origin_k + steps_k·Δα.
+    ///
+    /// A slope that comes back has the same bits, so kept costs equal computed ones.
     origin: Vec<f64>,
     steps: Vec<i64>,
     step: f64,
     fixed: Vec<bool>,
     closed: bool,
     now: Vec<f64>,
-    /// By segment, by end, by way; ∞ where the end's slope is fixed, which is never read.
+    /// Costs by segment, end and way.
+    ///
+    /// ∞ where the end's slope is fixed, which is never read.
     moved: Vec<[[f64; 2]; 2]>,
     solves: usize,
-    /// Solves an iteration takes if nothing is kept, and so many up to now.
+    /// The solves that an iteration takes if nothing is kept, and their sum so far.
     whole: usize,
     textbook: usize,
-    /// What the next call asks for, with the place in `moved` that the answer goes to.
+    /// The requests of the next call, with the places in `moved` for the answers.
     requests: Vec<Request>,
     places: Vec<(usize, usize, usize)>,
     found: Vec<f64>,
@@ -187,8 +213,9 @@ impl Table {
         (segment + end) % self.origin.len()
     }
 
-    /// The segments at a dot, each with the end that lies there: the one that arrives, and the one
-    /// that leaves.
+    /// The segments at a dot, each with the end that lies there.
+    ///
+    /// The first one arrives at the dot, and the second one leaves it.
     fn at(&self, dot: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
         let segments = self.now.len();
         let arrives = match dot {
@@ -204,7 +231,7 @@ impl Table {
         Record { iterations, segment_solves: self.solves, cost: self.now.iter().sum() }
     }
 
-    /// Asks for a segment with one end a step away, unless the slope there is fixed.
+    /// Requests a segment with one end moved a step, unless the slope there is fixed.
     fn ask(&mut self, segment: usize, end: usize, way: usize) {
         if !self.fixed[self.dot(segment, end)] {
             let mut slopes = [0, 1].map(|e| self.slope(self.dot(segment, e), 0));
@@ -214,13 +241,13 @@ impl Table {
         }
     }
 
-    /// Evaluates what was asked for, in one request.
+    /// Evaluates the requested segments in one call.
     fn answer(&mut self, costs: &mut dyn SegmentCosts) -> Result<()> {
         self.found.resize(self.requests.len(), 0.0);
         evaluate(costs, &self.requests, &mut self.found)?;
         self.solves += self.requests.len();
         self.textbook += self.whole;
-        // Those beyond the places are of segments as they are.
+        // The requests beyond the places are of segments as they are.
         let (moved, now) = self.found.split_at(self.places.len());
         for (&(segment, end, way), &cost) in self.places.iter().zip(moved) {
             self.moved[segment][end][way] = cost;
@@ -244,21 +271,21 @@ impl Table {
         self.answer(costs)
     }
 
-    /// Halves Δα about the slopes as they are.
+    /// Halves Δα around the current slopes.
     fn halve(&mut self) {
         self.origin = self.slopes();
         self.steps.fill(0);
         self.step *= 0.5;
     }
 
-    /// The dot and the way with the largest decrease of cost, if any decreases it.
+    /// The dot and the way with the largest decrease of cost, if there is a decrease.
     fn best_move(&self) -> Option<(usize, usize)> {
         let mut best: Option<(Local, usize, usize)> = None;
         for dot in (0..self.origin.len()).filter(|&dot| !self.fixed[dot]) {
             let now = Local::sum(self.at(dot).map(|(segment, _)| self.now[segment]));
             for way in [0, 1] {
                 let then = Local::sum(self.at(dot).map(|(segment, end)| self.moved[segment][end][way]));
-                // Compared as sums, not by their difference: rounding cannot then make two slopes
+                // Sums are compared, not their difference. Rounding then cannot make two slopes
                 // chase each other.
                 if then < now {
                     let gain = Local { infinite: now.infinite - then.infinite, finite: now.finite - then.finite };

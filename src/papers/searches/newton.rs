@@ -1,4 +1,4 @@
-//! Newton's method of [`Smooth`], told in the terms of the searches.
+//! Newton's method of [`Smooth`], reported in the form of the searches.
 
 use glam::DVec2;
 
@@ -14,14 +14,15 @@ use crate::scf::stages::{Found, search, search_on_cpu};
 use crate::scf::workspace::Workspace;
 
 impl Smooth {
-    /// How this method finds the slopes of one curve, beside [`Greedy`](super::Greedy) and
-    /// [`GaussianAdaptation`](super::GaussianAdaptation): what it has reached after every
-    /// iteration, and what that took. On the CPU.
+    /// The search of this method for the slopes of one curve, on the CPU.
     ///
-    /// Every trial of a step evaluates all segments. Where a search fails the others that are tried
-    /// then count too; with several [`starts`](Self::starts) the history is that of the first, and
-    /// its last record counts all. The ends of an open curve are free; their slopes are those that
-    /// the segments there take.
+    /// It reports what was reached after every iteration and what that took, like
+    /// [`Greedy`](super::Greedy) and [`GaussianAdaptation`](super::GaussianAdaptation).
+    ///
+    /// Every trial of a step evaluates all segments. Where a search fails, the others that are
+    /// tried count too. With several [`starts`](Self::starts) the history is that of the first, and
+    /// its last record counts all. The ends of an open curve are free, and their slopes are those
+    /// that the segments there take.
     ///
     /// ```
     /// use faircurve::scf::Smooth;
@@ -64,7 +65,7 @@ impl Smooth {
 
         let mut evolution = Evolution::new();
         let (once, mut least, mut before) = (Smooth { starts: 1, ..*self }, f64::INFINITY, 0);
-        // Every iteration from the start anew: they are few.
+        // Every iteration starts from the beginning, because there are few.
         for iterations in 0..=self.max_iterations {
             let found = run(&once, iterations)?;
             if found.evaluations == before {
@@ -83,7 +84,7 @@ impl Smooth {
 /// Fills in the slopes of free ends, which are NaN.
 fn ended(mut directions: Vec<f64>, dots: &Dots, exponents: &Exponents) -> Vec<f64> {
     let last = directions.len() - 1;
-    // At the last dot the segment is taken from its other end, and mirrored.
+    // The segment at the last dot is taken from its other end, and mirrored.
     for (dot, inner, segment, sign) in [(0, 1, 0, 1.0), (last, last - 1, last - 1, -1.0)] {
         if directions[dot].is_nan() {
             let chord = dots.chords.directions[segment];

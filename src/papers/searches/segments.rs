@@ -11,11 +11,10 @@ use crate::scf::start::wrap;
 use crate::scf::universal::Universal;
 use crate::scf::workspace::evaluate_all;
 
-/// The segments between dots: smooth connection functions of one exponent ν, at ∫|κ|^ν ds each, in
-/// units of the input.
+/// The segments between dots: smooth connection functions of one exponent ν.
 ///
-/// The slopes at the ends of an open curve are unknowns like all others; where they are best, the
-/// curve ends without curvature.
+/// Each costs ∫|κ|^ν ds in units of the input. The slopes at the ends of an open curve are unknowns
+/// like all others. Where they are best, the curve ends without curvature.
 ///
 /// ```
 /// use faircurve::papers::searches::{Greedy, Segments, initial_slopes};
@@ -39,14 +38,15 @@ pub struct Segments {
     dots: usize,
     device: Device,
     curve: Universal,
-    /// Length, direction, and length^{1−ν} of every chord.
+    /// The length, the direction and length^{1−ν} of every chord.
     chords: Vec<[f64; 3]>,
     found: Vec<Evaluation<f64>>,
 }
 
 impl Segments {
-    /// The segments between these dots, closed with one more from the last back to the first, for ν
-    /// > 1.
+    /// The segments between these dots, for an exponent ν above 1.
+    ///
+    /// A closed curve has one more, from the last dot back to the first.
     ///
     /// # Errors
     ///
@@ -105,7 +105,8 @@ impl SegmentCosts for Segments {
             }
             return Ok(());
         }
-        // A greedy search asks for six segments at a time: less work than a universal curve.
+        // A greedy search requests six segments at a time, which is less work than a universal
+        // curve.
         let angles: Vec<[f64; 2]> = requests.iter().map(angles).collect();
         let none = Evaluation { cost: 0.0, gradient: [0.0; 2], hessian: [0.0; 3], exists: 0.0 };
         self.found.clear();

@@ -1,4 +1,4 @@
-//! Costs whose minima are known, for the tests of both searches.
+//! Costs with known minima, for the tests of both searches.
 
 use nalgebra::{DMatrix, DVector};
 use rand::rngs::ChaCha12Rng;
@@ -7,7 +7,9 @@ use rand::{RngExt, SeedableRng};
 use super::{Request, SegmentCosts};
 use crate::error::Result;
 
-/// Σ over segments of p (a − u)² + q (b − v)² + r (a + b − w)², convex, with a tridiagonal Hessian.
+/// Σ over segments of p (a − u)² + q (b − v)² + r (a + b − w)².
+///
+/// It is convex, with a tridiagonal Hessian.
 pub struct Quadratic {
     dots: usize,
     closed: bool,
@@ -91,7 +93,9 @@ each!(
     }
 );
 
-/// Each slope has a well at −1, and one at +1 that is less deep; neighbours want to be equal. Open.
+/// An open curve where each slope has a well at −1, and a shallower one at +1.
+///
+/// Neighbours want to be equal.
 pub struct Wells {
     pub dots: usize,
 }
@@ -106,7 +110,7 @@ impl Wells {
 
 each!(Wells, |w: &Wells| w.dots, |_: &Wells| false, |_: &Wells, request| Wells::cost(request));
 
-/// Counts what is asked for.
+/// Counts the requested segments.
 pub struct Counted<C> {
     pub inner: C,
     pub solves: usize,

@@ -11,13 +11,14 @@ use crate::parallel;
 use crate::report::CurveSet;
 use glam::DVec3;
 
-/// The natural cubic spline through the mesh points of a graph: p(t) = (t, y(t)), with a span from
-/// data point to data point.
+/// The natural cubic spline through the mesh points of a graph.
+///
+/// It is p(t) = (t, y(t)), with a span from data point to data point.
 pub(super) struct GraphCurve {
     width: f64,
     /// The mesh point of every data point.
     data: Vec<usize>,
-    /// t of every data point.
+    /// The t of every data point.
     knots: Vec<f64>,
     y: Vec<f64>,
     /// y″ at the mesh points.
@@ -84,10 +85,12 @@ impl Curve for &GraphCurve {
 /// The graphs of a batch.
 pub(super) struct GraphCurves {
     pub batch: CurveBatch,
+    /// The fitted graph.
+    ///
     /// `None` where the curve comes out as its input polyline.
     pub curves: Vec<Option<GraphCurve>>,
     pub problems: BTreeMap<usize, Unfitted>,
-    /// Those that come out as they came in.
+    /// The curves that come out as their input.
     pub inputs: BTreeMap<usize, Input>,
 }
 
@@ -125,7 +128,7 @@ impl CurveSet for GraphCurves {
             offsets.push(t.len());
         }
         let closed: Vec<bool> = (0..self.batch.len()).map(|i| self.batch.is_closed(i)).collect();
-        // A closed curve is no graph, and comes out as it came in.
+        // A closed curve is no graph and comes out as its input.
         let closing = |i: usize| self.inputs.get(&i).map_or(f64::NAN, |input| input.closing);
         let closing = closed.contains(&true).then(|| (0..closed.len()).map(closing).collect());
         let origin = self.batch.origin().clone();

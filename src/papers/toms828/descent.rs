@@ -1,15 +1,16 @@
-//! The descent: conjugate gradients in the metric of the current curve, as published, then Newton's
-//! method damped in it.
+//! The descent: conjugate gradients as published, then damped Newton steps.
 //!
-//! 1. *As published.* s_k solves DᵀD s = g, its rows and columns of data points zeroed but for
-//!    their diagonal. The direction is p_k = s_k + β p_{k−1}, β = s_k·(s_k − s_{k−1}) /
-//!    s_{k−1}·s_{k−1} (Polak and Ribière, with Euclidean products of Sobolev gradients), and p_k =
-//!    s_k at every fourth iteration: after each start, three conjugate directions. The line search
-//!    brackets by doubling from 10⁻⁵. The printed results end where φ falls by less than 10⁻³ (1 +
-//!    φ); this goes on with 2 where φ falls by less than 10⁻³ φ, which does not depend on the
-//!    units.
-//! 2. *Beyond.* From there p solves (∇²φ + λ H DᵀD) p = −g, with λ by Levenberg and Marquardt: λ →
-//!    ∞ is the descent above with small steps, λ → 0 is Newton's method.
+//! Both work in the metric of the current curve.
+//!
+//! 1. *As published.* s_k solves DᵀD s = g, where the rows and columns of data points are zeroed
+//!    but for their diagonal. The direction is p_k = s_k + β p_{k−1}, with β = s_k·(s_k − s_{k−1})
+//!    / s_{k−1}·s_{k−1} (Polak and Ribière, with Euclidean products of Sobolev gradients). At every
+//!    fourth iteration p_k = s_k, so that three conjugate directions follow each start. The line
+//!    search brackets by doubling from 10⁻⁵. The printed results end where φ falls by less than
+//!    10⁻³ (1 + φ). This descent goes on with 2 where φ falls by less than 10⁻³ φ, which does not
+//!    depend on the units.
+//! 2. *Beyond.* From there p solves (∇²φ + λ H DᵀD) p = −g, with λ by Levenberg and Marquardt. λ →
+//!    ∞ is the descent above with small steps, and λ → 0 is Newton's method.
 
 use super::energy::Differences;
 use super::mesh::Placed;
@@ -17,27 +18,28 @@ use super::search;
 use super::{Graph, GraphTrace};
 use crate::status::CurveStatus;
 
-/// An iteration that lowers φ by less than this part of 1 + φ (as published), or of φ, is the last
-/// of its kind.
+/// The least fall of φ in an iteration, as a fraction of 1 + φ (as published) or of φ.
+///
+/// An iteration with a smaller fall is the last of its kind.
 const LEAST_FALL: f64 = 1e-3;
 
-/// A direction is the Sobolev gradient itself at every so many iterations.
+/// The number of iterations after which a direction is the Sobolev gradient itself again.
 const RESTART: usize = 4;
 
-/// A graph that many times longer than its data's polygon has run away.
+/// A graph this many times longer than its data's polygon has run away.
 const RUNAWAY: f64 = 10.0;
 
-/// A mesh point at which a graph turns by more, in radians, does not resolve its curve: about 60
-/// segments a circle are fine.
+/// The largest turn of a graph at a mesh point, in radians, that resolves its curve.
+///
+/// About 60 segments a circle are fine.
 const RESOLVED_TURN: f64 = 0.2;
 
-/// λ: at first, the least that a matrix is tried with after one was not positive definite, the
-/// least and the most at all.
+/// λ at first, the least λ after a matrix was not positive definite, and the range of λ.
 const DAMPING: f64 = 0.01;
 const DAMPING_FOR_INDEFINITE: f64 = 1e-6;
 const DAMPING_RANGE: [f64; 2] = [1e-15, 1e12];
 
-/// What an iteration did.
+/// The kind of an iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum GraphMove {
@@ -50,11 +52,13 @@ pub enum GraphMove {
 /// One iteration of a descent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GraphIteration {
-    /// What it did.
+    /// Its kind.
     pub kind: GraphMove,
-    /// φ afterwards.
+    /// φ after it.
     pub phi: f64,
-    /// The step along the direction that the line search chose; 1 for Newton steps.
+    /// The step that the line search chose along the direction.
+    ///
+    /// 1 for Newton steps.
     pub step: f64,
     /// √⟨g, L⁻¹g⟩ before it.
     pub gradient_norm: f64,
@@ -68,15 +72,17 @@ struct Descent<'a> {
     here: Differences,
     phi: f64,
     gradient: Vec<f64>,
-    /// Gradient in the metric of DᵀD.
+    /// The gradient in the metric of DᵀD.
     sobolev: Vec<f64>,
     gradient_norm: f64,
-    /// Length of the polygon of the data.
+    /// The length of the polygon of the data.
     polygon: f64,
     iterations: Vec<GraphIteration>,
 }
 
-/// Descends from the ordinates given; `None` where numbers leave their range.
+/// Descends from the given ordinates.
+///
+/// `None` where numbers leave their range.
 pub(super) fn run(options: &Graph, mesh: Placed, y: Vec<f64>, mut observe: impl FnMut(&[f64])) -> Option<GraphTrace> {
     let at = |k: usize| (k as f64 * mesh.width, y[k]);
     let chord = |pair: &[usize]| (at(pair[1]).0 - at(pair[0]).0).hypot(at(pair[1]).1 - at(pair[0]).1);
@@ -119,7 +125,7 @@ pub(super) fn run(options: &Graph, mesh: Placed, y: Vec<f64>, mut observe: impl 
     })
 }
 
-/// Why a descent ended.
+/// The reason why a descent ended.
 enum Ended {
     Converged,
     RanAway,
@@ -132,7 +138,9 @@ enum Ended {
 }
 
 impl Descent<'_> {
-    /// Gradients at the current curve; the norm is NaN where numbers left their range.
+    /// Computes the gradients at the current curve.
+    ///
+    /// The norm is NaN where numbers left their range.
     fn measure(&mut self) {
         let (width, data) = (self.mesh.width, &self.mesh.data);
         self.gradient = self.here.gradient(width, data);
@@ -144,7 +152,7 @@ impl Descent<'_> {
     }
 
     fn converged(&self) -> bool {
-        // Ordinates are known to ε|y|, y″ to a few ε|y|/H², and the norm of g is at most twice that
+        // Ordinates are known to ε|y|, and y″ to a few ε|y|/H². The norm of g is at most twice that
         // of such a y″.
         let size = self.y.iter().fold(0.0f64, |most, y| most.max(y.abs()));
         let noise = 8.0 * f64::EPSILON * size / (self.mesh.width * self.mesh.width);
@@ -157,7 +165,7 @@ impl Descent<'_> {
         self.y.windows(2).map(|y| self.mesh.width.hypot(y[1] - y[0])).sum()
     }
 
-    /// Largest angle between neighbouring segments.
+    /// The largest angle between neighbouring segments.
     fn sharpest_turn(&self) -> f64 {
         let angle = |y: &[f64]| (y[1] - y[0]).atan2(self.mesh.width);
         self.y.windows(3).map(|y| (angle(&y[1..]) - angle(y)).abs()).fold(0.0, f64::max)
@@ -178,7 +186,7 @@ impl Descent<'_> {
         }
     }
 
-    /// Takes the curve for the next.
+    /// Replaces the curve by the next one.
     fn move_to(&mut self, y: Vec<f64>, kind: GraphMove, step: f64, observe: &mut impl FnMut(&[f64])) {
         self.here = Differences::of(&y, self.mesh.width);
         self.y = y;
@@ -188,7 +196,9 @@ impl Descent<'_> {
         self.measure();
     }
 
-    /// The published descent until its rule is met; `None` when Newton's method is to go on.
+    /// Runs the published descent until its rule is met.
+    ///
+    /// `None` when Newton's method is to go on.
     fn conjugate(&mut self, observe: &mut impl FnMut(&[f64])) -> Option<Ended> {
         let width = self.mesh.width;
         let (mut direction, mut before) = (Vec::new(), Vec::new());
@@ -221,7 +231,7 @@ impl Descent<'_> {
         }
     }
 
-    /// Damped Newton steps to the end.
+    /// Runs damped Newton steps to the end.
     fn newton(&mut self, observe: &mut impl FnMut(&[f64])) -> Ended {
         let width = self.mesh.width;
         let mut damping = DAMPING;
@@ -240,12 +250,13 @@ impl Descent<'_> {
                     damping = (4.0 * damping).max(DAMPING_FOR_INDEFINITE);
                     continue;
                 };
-                // What the quadratic model promises, from (∇²φ + λL) p = −g.
+                // The fall that the quadratic model promises, from (∇²φ + λL) p = −g.
                 let square = width * self.here.metric_of(width, &p);
                 let promised = 0.5 * (dot(&downhill, &p) + damping * square);
                 let y: Vec<f64> = self.y.iter().zip(&p).map(|(y, p)| y + p).collect();
                 let phi = Differences::of(&y, width).energy(width);
-                // Below this φ is all rounding, and only the gradient tells whether a step is good.
+                // Below this a fall of φ is rounding, and only the gradient tells whether a step is
+                // good.
                 let resolved = promised > 1e-13 * self.phi;
                 let kept = if resolved { (self.phi - phi) / promised } else { f64::from(phi.is_finite()) };
                 if kept > 1e-4 {
@@ -314,7 +325,7 @@ mod tests {
 
     #[test]
     fn steep_data_have_a_minimum_for_every_place_where_the_mesh_may_jump() {
-        // The fourth data set of TOMS 828: the graph falls by 2.4 within two mesh widths, and
+        // The fourth data set of TOMS 828. The graph falls by 2.4 within two mesh widths, and
         // climbs by 2.5 within two.
         let t = [0.0, 1.0, 1.5, 2.5, 4.0, 4.5, 5.5, 6.0, 8.0, 10.0];
         let y = [10.0, 8.0, 5.0, 4.0, 3.5, 3.4, 6.0, 7.1, 8.0, 8.5];
@@ -323,8 +334,8 @@ mod tests {
         assert_eq!(found.status, CurveStatus::Converged);
         assert!((found.phi - 0.761_005_655_9).abs() < 1e-9, "{}", found.phi);
         assert!(found.message.as_ref().unwrap().contains("turns by 1.74"), "{:?}", found.message);
-        // Minima nearby: one whose cliffs have other shapes, known to nine digits from another
-        // program; one whose second cliff is a mesh width to the left.
+        // There are other minima nearby. In one the cliffs have other shapes, known to nine digits
+        // from another program. In the other the second cliff is a mesh width to the left.
         for (moved, phi) in [
             (&[(29, 6.752), (30, 6.438), (135, 5.588)][..], 0.758_712_558),
             (&[(134, found.ordinates[135])][..], 0.785_945_634),
@@ -357,7 +368,7 @@ mod tests {
             trace.phi * scale
         };
         let wanted = trace(1.0);
-        // φ is flat at its minimum: a gradient of 1e-8 √φ leaves 1e-16 φ.
+        // φ is flat at its minimum. A gradient of 1e-8 √φ leaves 1e-16 φ.
         for scale in [1e-8, 1e-3, 1e3, 1e8] {
             assert!((trace(scale) / wanted - 1.0).abs() < 1e-12, "{scale}: {} {wanted}", trace(scale));
         }

@@ -1,5 +1,6 @@
-//! φ of a graph on a mesh, its gradient, its Hessian and the metric of the descent; each row
-//! couples five mesh points.
+//! φ of a graph on a mesh, its gradient, its Hessian and the metric of the descent.
+//!
+//! Each row couples five mesh points.
 //!
 //! With q = 1 + y′², a = y″ q^{−5/2} and b = (5/4) H y′ y″ a / q at the inner mesh points (0
 //! elsewhere):
@@ -33,7 +34,7 @@ impl Differences {
         width * self.first.iter().zip(&self.second).map(at).sum::<f64>()
     }
 
-    /// φ of the curve less `step` times the one whose differences are `direction`.
+    /// φ of the curve less `step` times the curve with the differences `direction`.
     pub fn energy_along(&self, direction: &Differences, step: f64, width: f64) -> f64 {
         let here = self.first.iter().zip(&self.second);
         let along = direction.first.iter().zip(&direction.second);
@@ -41,7 +42,9 @@ impl Differences {
         width * here.zip(along).map(at).sum::<f64>()
     }
 
-    /// ∂φ/∂y at all mesh points, 0 at data points.
+    /// ∂φ/∂y at all mesh points.
+    ///
+    /// 0 at data points.
     pub fn gradient(&self, width: f64, data: &[usize]) -> Vec<f64> {
         let mut gradient = vec![0.0; self.first.len() + 2];
         for (k, (&y1, &y2)) in self.first.iter().zip(&self.second).enumerate() {
@@ -89,7 +92,7 @@ impl Differences {
         bands
     }
 
-    /// Rows of D: what stands before h_{i−1}, h_i and h_{i+1}.
+    /// The rows of D, as the factors of h_{i−1}, h_i and h_{i+1}.
     fn operator(&self, width: f64) -> impl Iterator<Item = [f64; 3]> {
         self.first.iter().zip(&self.second).map(move |(&y1, &y2)| {
             let q = 1.0 + y1 * y1;
@@ -130,13 +133,15 @@ impl Bands {
         self
     }
 
-    /// The solution with the rows and columns of the data points zeroed but for their diagonal;
+    /// The solution with the rows and columns of the data points zeroed but for their diagonal.
+    ///
     /// `None` where the matrix is not positive definite. `rhs` is 0 at data points, and so is the
     /// solution.
     pub fn solve(mut self, data: &[usize], mut rhs: Vec<f64>) -> Option<Vec<f64>> {
         let [diagonal, first, second] = &mut self.0;
         for &k in data {
-            // What stands there does not matter, but a Hessian may have it negative.
+            // The value there does not matter, but it must be positive. A Hessian may have it
+            // negative.
             diagonal[k] = diagonal[k].abs().max(f64::MIN_POSITIVE);
             for (band, step) in [(&mut *first, 1), (&mut *second, 2)] {
                 band[k] = 0.0;
@@ -179,8 +184,8 @@ mod tests {
                 y[k] += by;
                 phi(&y)
             };
-            // Central differences of fourth order: error about h⁴ φ⁗ ~ 1e-10, rounding about ε φ/h
-            // ~ 1e-11.
+            // Central differences of fourth order have an error of about h⁴ φ⁗ ~ 1e-10, and
+            // rounding of about ε φ/h ~ 1e-11.
             let h = 1e-3;
             let difference = (8.0 * (moved(h) - moved(-h)) - (moved(2.0 * h) - moved(-2.0 * h))) / (12.0 * h);
             assert!((gradient[k] - difference).abs() < 1e-7 * phi(&y), "{k}: {} {difference}", gradient[k]);

@@ -1,23 +1,27 @@
-//! The uniform mesh, the data points moved to it, and the natural cubic spline that a descent
-//! starts from.
+//! The uniform mesh, the data points moved to it, and the start curve of a descent.
 
 use super::Refusal;
 use crate::error::{Error, Result};
 use crate::linalg::thomas::thomas;
 use crate::status::CurveStatus;
 
-/// More mesh points a curve are refused: a width in another unit than the curve's is likelier than
-/// the wish for them.
+/// The most mesh points a curve.
+///
+/// More are refused. A width in another unit than the curve's is a likelier cause than a wish for
+/// so many.
 const MOST_POINTS: f64 = 1e7;
 
-/// The uniform mesh of a graph, which starts at its first data point.
+/// The uniform mesh of a graph.
+///
+/// It starts at the first data point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Mesh {
-    /// This many points, from the first data point to the last; at least 3.
+    /// This many points, at least 3, from the first data point to the last.
     Points(usize),
-    /// This width, in the units of the input. The last data point is moved to the nearest mesh
-    /// point, too.
+    /// This width, in units of the input.
+    ///
+    /// The last data point is moved to the nearest mesh point too.
     Width(f64),
 }
 
@@ -71,7 +75,7 @@ pub(super) fn set_up(mesh: Mesh, t: &[f64], y: &[f64]) -> Result<(Placed, Vec<f6
         );
         return Err((CurveStatus::Invalid, 0, what));
     }
-    // The nearest mesh point, the later of two.
+    // The nearest mesh point, and of two equally near ones the later.
     let data: Vec<usize> = t.iter().map(|t| (((t - start) / width + 0.5).floor() as usize).min(points - 1)).collect();
     if let Some(k) = (1..data.len()).find(|&k| data[k] == data[k - 1]) {
         let gap = t.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
@@ -87,8 +91,10 @@ pub(super) fn set_up(mesh: Mesh, t: &[f64], y: &[f64]) -> Result<(Placed, Vec<f6
     Ok((Placed { start, width, data }, ordinates))
 }
 
-/// Second derivatives at the knots of the natural cubic spline through (h·knot, y): M = 0 at both
-/// ends, between them h_{i−1} M_{i−1} + 2 (h_{i−1} + h_i) M_i + h_i M_{i+1} = 6 (δ_i − δ_{i−1}).
+/// Second derivatives at the knots of the natural cubic spline through (h·knot, y).
+///
+/// M = 0 at both ends. Between them h_{i−1} M_{i−1} + 2 (h_{i−1} + h_i) M_i + h_i M_{i+1} = 6
+/// (δ_i − δ_{i−1}).
 pub(super) fn natural_second_derivatives(spans: &[f64], y: &[f64]) -> Vec<f64> {
     let n = y.len();
     let slope = |i: usize| (y[i + 1] - y[i]) / spans[i];
@@ -101,7 +107,7 @@ pub(super) fn natural_second_derivatives(spans: &[f64], y: &[f64]) -> Vec<f64> {
     thomas(&lower, &diagonal, &upper, &rhs)
 }
 
-/// The natural cubic spline through the data at their mesh points, at all mesh points.
+/// The natural cubic spline through the data, evaluated at all mesh points.
 fn natural_spline(data: &[usize], width: f64, y: &[f64]) -> Vec<f64> {
     let spans: Vec<f64> = data.windows(2).map(|pair| (pair[1] - pair[0]) as f64 * width).collect();
     let second = natural_second_derivatives(&spans, y);

@@ -1,25 +1,31 @@
-//! Line search: a bracket by doubling, then R. P. Brent's minimisation without derivatives
-//! (*Algorithms for Minimization without Derivatives*, 1973, chapter 5).
+//! Line search: a bracket by doubling, then R. P. Brent's minimisation without derivatives.
+//!
+//! Source: R. P. Brent, *Algorithms for Minimization without Derivatives*, 1973, chapter 5.
 
 /// The first trial step, as in the published program.
 const FIRST: f64 = 1e-5;
 
-/// Doublings, or quarterings, before a bracket is given up.
+/// The most doublings or quarterings of a bracket.
 const MOST_TRIALS: u32 = 200;
 
+/// The most steps of the minimisation.
+///
 /// Golden-section steps alone would gain 10⁻⁸ in 40.
 const MOST_STEPS: u32 = 100;
 
-/// Relative accuracy of the step: φ is flat at its minimum, to rounding, over √ε of it.
+/// The relative accuracy of the step.
+///
+/// Over √ε of the step φ is flat at its minimum, to rounding.
 const TOLERANCE: f64 = 1.5e-8;
 
-/// A step > 0 that lowers `energy` to a minimum along the line, and the energy there; `start` is
-/// its value at 0. `None` where no step lowers it.
+/// A step > 0 that lowers `energy` to a minimum along the line, and the energy there.
+///
+/// `start` is the energy at 0. `None` where no step lowers it.
 pub(super) fn minimise(energy: impl Fn(f64) -> f64, start: f64) -> Option<(f64, f64)> {
     let mut step = FIRST;
     let mut here = energy(step);
-    // The published program would stop here: the curve is larger than its first step suits, or
-    // almost at its minimum.
+    // The published program would stop here. The curve is too large for its first step, or almost
+    // at its minimum.
     for _ in 0..MOST_TRIALS {
         if here < start {
             break;
@@ -34,7 +40,7 @@ pub(super) fn minimise(energy: impl Fn(f64) -> f64, start: f64) -> Option<(f64, 
     let (mut low, mut middle, mut high) = (0.0, step, 2.0 * step);
     let mut ahead = energy(high);
     for _ in 0..MOST_TRIALS {
-        // Not true of NaN, which a step too far may give.
+        // The comparison is false for NaN, which a step too far may give.
         let falls = ahead < here;
         if !falls {
             break;
@@ -50,7 +56,7 @@ fn brent(energy: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64
     let golden = 0.5 * (3.0 - 5f64.sqrt());
     let mut x = low + golden * (high - low);
     let mut at_x = energy(x);
-    // Second and third best, and the last two moves.
+    // The second and third best, and the last two moves.
     let (mut w, mut at_w, mut v, mut at_v) = (x, at_x, x, at_x);
     let (mut last, mut before) = (0.0f64, 0.0f64);
     for _ in 0..MOST_STEPS {
@@ -61,8 +67,8 @@ fn brent(energy: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64
         }
         let mut step = None;
         if before.abs() > least {
-            // The vertex of the parabola through the three best, where it lies inside and moves
-            // less than half as far as the move before the last.
+            // The vertex of the parabola through the three best. It is taken where it lies inside,
+            // and moves less than half as far as the move before the last.
             let r = (x - w) * (at_x - at_v);
             let q = (x - v) * (at_x - at_w);
             let p = (x - v) * q - (x - w) * r;
