@@ -1,12 +1,14 @@
-//! Arc length of smooth pieces, and its inverse: Gauss' quadrature with a look at how the speed's
-//! Legendre coefficients fall, cut at the least speed where they do not, then safeguarded Newton
-//! steps.
+//! Arc length of smooth pieces, and its inverse.
 //!
-//! Relative errors are below 1e-9, at cusps and near them too: there the speed is about √(s² +
-//! c²u²), which no rule of any order follows across u = 0. So what is not smooth enough is cut at
-//! the least speed, and halved towards it.
+//! - The length is Gauss' quadrature. The error is judged by how fast the Legendre coefficients of
+//!   the speed fall. A piece whose coefficients fall too slowly is cut at the least speed.
+//! - The inverse takes safeguarded Newton steps.
+//!
+//! Relative errors are below 1e-9, also at cusps and near them. The speed near a cusp is about
+//! √(s²+c²u²), which no rule of any order follows across u = 0. So a piece that is not smooth
+//! enough is cut at the least speed, and halved towards it.
 
-/// Nodes of the rule, and lanes they are summed in.
+/// Nodes of the rule, and lanes that sum them.
 const NODES: usize = 12;
 const LANES: usize = 4;
 
@@ -20,14 +22,15 @@ const GAUSS_12: [(f64, f64); NODES / 2] = [
     (0.981_560_634_246_719_3, 0.047_175_336_386_511_83),
 ];
 
-/// Legendre coefficients that are looked at: the last that the rule can tell apart.
+/// Degrees of the Legendre coefficients that judge the error: the last that the rule can tell
+/// apart.
 const TAIL: [usize; 3] = [9, 10, 11];
 
 /// The rule on (0, 1).
 struct Rule {
     nodes: [f64; NODES],
     weights: [f64; NODES],
-    /// Of the coefficients of [`TAIL`].
+    /// Weights of the coefficients of [`TAIL`].
     tail: [[f64; NODES]; 3],
 }
 
@@ -52,7 +55,7 @@ impl Rule {
     }
 }
 
-/// Legendre's polynomial of a degree.
+/// The Legendre polynomial of a degree.
 const fn legendre(degree: usize, x: f64) -> f64 {
     let (mut before, mut here) = (1.0, x);
     let mut k = 1;
@@ -64,23 +67,27 @@ const fn legendre(degree: usize, x: f64) -> f64 {
     here
 }
 
-/// Error that a piece may have, as a part of the length of all.
+/// Error that a piece may have, as a part of the length of all pieces.
 const TOLERANCE: f64 = 1e-11;
 
-/// A piece whose speed falls below this part of its largest may have a cusp nearby. There
-/// coefficients first fall as powers of their number, and the square of the last says nothing of
-/// the error.
+/// A piece whose speed falls below this part of its largest may have a cusp nearby.
+///
+/// Near a cusp the coefficients first fall as powers of their number. The square of the last
+/// coefficient then says nothing of the error.
 const SLOW: f64 = 0.1;
 
-/// Towards a least speed s pieces are halved until they are about as short as s, or their length is
-/// no part of the whole: in 2⁻²⁰ it is the tolerance's root.
+/// Towards a least speed s a piece is halved until it is about as short as s, or too short to
+/// matter.
+///
+/// A piece of 2⁻²⁰ of the whole is about the root of the tolerance.
 const MAX_HALVINGS: u32 = 40;
 
-/// Steps of the search for the least speed, each to 0.618 of the bracket: a cut beside it by 1e-7
-/// of a piece is 1e-14 of its length.
+/// Steps of the search for the least speed. Each step shrinks the bracket to 0.618 of it.
+///
+/// A cut that misses the least speed by 1e-7 of a piece costs 1e-14 of its length.
 const SEARCH: usize = 40;
 
-/// A piece's length by the rule, and what that tells of its error.
+/// A piece's length by the rule, and how large the last coefficients are.
 struct Estimate {
     length: f64,
     /// Largest of the last coefficients.
@@ -109,10 +116,10 @@ impl Estimate {
         Estimate { length: width * sum(&RULE.weights), tail: width * a.max(b).max(c), speeds }
     }
 
-    /// Whether it is good enough beside a length of all pieces.
+    /// Whether the estimate is good enough beside the length of all pieces.
     ///
-    /// Coefficients of a smooth speed fall as ρ⁻ᵏ, and the rule's error is that of number 24: far
-    /// below the square of number 9.
+    /// Coefficients of a smooth speed fall as ρ⁻ᵏ. The rule's error is that of coefficient 24, far
+    /// below the square of coefficient 9.
     #[inline(always)]
     fn is_good(&self, whole: f64) -> bool {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
@@ -124,8 +131,8 @@ impl Estimate {
         smooth || self.tail <= TOLERANCE * whole
     }
 
-    /// The fraction at which the speed is least inside, where it is far below the largest, and not
-    /// at an end.
+    /// The fraction at which the speed is least, if that is inside the piece and far below the
+    /// largest speed.
     #[cold]
     fn slowest(&self, speed: &impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
         let at = |k: usize| {
@@ -188,16 +195,17 @@ fn partial_length(speed: &impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
     refined(speed, (from, to), &estimate, estimate.length, MAX_HALVINGS)
 }
 
-/// Length of a smooth span from |dp/du| at its fractions 0 … 1, to 1e-9 of itself.
+/// Length of a smooth span from |dp/du| at its fractions 0 … 1, to a relative error of 1e-9.
 #[inline(always)]
 pub fn span_length(speed: impl Fn(f64) -> f64) -> f64 {
     partial_length(&speed, 0.0, 1.0)
 }
 
-/// The fraction of a smooth span of length `length` at which `target` of it has been covered, to
-/// 1e-9 of the length.
+/// The fraction of a smooth span at which the arc length from its start is `target`.
+///
+/// `length` is the length of the whole span. The result is good to 1e-9 of that length.
 pub fn fraction_at(speed: impl Fn(f64) -> f64, length: f64, target: f64) -> f64 {
-    /// Part of the length by which a site may be off.
+    /// Error of a site, as a part of the length.
     const CLOSE: f64 = 1e-10;
     let (mut low, mut high) = (0.0, 1.0);
     let mut u = target / length;
@@ -212,7 +220,8 @@ pub fn fraction_at(speed: impl Fn(f64) -> f64, length: f64, target: f64) -> f64 
             low = u
         }
         let newton = u - excess / speed(u);
-        // Newton where it stays inside the bracket, bisection where it does not (near a cusp).
+        // A Newton step where it stays inside the bracket, bisection where it does not (near a
+        // cusp).
         u = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
     }
     u

@@ -1,4 +1,4 @@
-//! Every kernel there is, in every form it takes: what the shader tests compose, validate and lint.
+//! Every kernel in every form it takes. The shader tests compose, validate and lint them.
 
 use crate::gpu::KernelKey;
 use crate::gpu::source::definitions;

@@ -1,20 +1,22 @@
 //! Constraints as data: what a curve must meet at its data points, beside passing through (or near)
 //! them.
 //!
-//! What handles all of them takes [`Constraints`] apart by name, here: one more does not compile
-//! before it is handled everywhere.
+//! Code that handles every constraint takes [`Constraints`] apart by name, in this file. A new
+//! constraint does not compile until all of that code handles it.
 
 use crate::error::{Error, Result};
 
 /// Constraints of a whole batch, one entry a data point, in the order of the batch's points.
 ///
-/// Vectors are stored flat, `dimension` numbers a point; a NaN in the first component means "free".
-/// A method that cannot honour a constraint refuses it with a sentence; none is ever ignored.
+/// Vectors are stored flat, `dimension` numbers a point. A NaN in the first component means "free".
+/// A method that cannot honour a constraint refuses it with a sentence. No constraint is ever
+/// ignored.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Constraints {
-    /// Tangents (columns `tx ty tz`). For the splines the derivative dp/dt at an end, in units of
-    /// length per unit of the parameter, so with chord-length parameters a unit vector is the
-    /// natural choice.
+    /// Tangents (columns `tx ty tz`).
+    ///
+    /// The splines take a tangent as the derivative dp/dt at an end, in units of length per unit of
+    /// the parameter. With chord-length parameters a unit vector is the natural choice.
     pub tangents: Option<Vec<f64>>,
     /// Curvature vectors (columns `kx ky kz`), in 1/length.
     pub curvatures: Option<Vec<f64>>,
@@ -39,7 +41,7 @@ pub enum Constraint {
 }
 
 impl Constraint {
-    /// What it is called, and where a file has it.
+    /// What the constraint is called, and which columns of a file have it.
     fn words(self) -> &'static str {
         match self {
             Constraint::Tangents => "tangents (columns tx ty tz)",
@@ -56,7 +58,7 @@ impl Constraints {
         self.given().next().is_none()
     }
 
-    /// Those that are given.
+    /// The constraints that are given.
     fn given(&self) -> impl Iterator<Item = Constraint> + use<> {
         let Constraints { tangents, curvatures, exponents, known } = self;
         let all = [
@@ -68,7 +70,9 @@ impl Constraints {
         all.into_iter().filter(|(_, given)| *given).map(|(constraint, _)| constraint)
     }
 
-    /// Refuses all but those that a method knows; see [`CurveBatch::allows`](crate::CurveBatch::allows).
+    /// Refuses all constraints but those that a method knows.
+    ///
+    /// See [`CurveBatch::allows`](crate::CurveBatch::allows).
     pub(crate) fn expect_only(&self, known: &[Constraint], method: &str) -> Result<()> {
         let unknown: Vec<&str> = self.given().filter(|given| !known.contains(given)).map(Constraint::words).collect();
         if unknown.is_empty() {
@@ -89,7 +93,7 @@ impl Constraints {
         retain_rows(known, 1, keep);
     }
 
-    /// Those of the points listed, in that order.
+    /// The constraints of the points listed, in that order.
     pub(crate) fn gather(&self, dimension: usize, points: &[usize]) -> Self {
         let Constraints { tangents, curvatures, exponents, known } = self;
         Constraints {

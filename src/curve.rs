@@ -1,4 +1,4 @@
-//! [`Curve`]: what formats, pictures and comparisons know of a fitted curve, whatever room it came from.
+//! [`Curve`]: what formats, pictures and comparisons know of a fitted curve, whatever its method.
 
 pub(crate) mod convert;
 mod even;
@@ -15,8 +15,9 @@ pub use sampling::Sampling;
 pub(crate) use sampling::{check_spacing, spans};
 pub(crate) use unfitted::{Input, Polygon};
 
-/// A point of a curve with its derivatives with respect to the curve's own parameter. 2-D curves
-/// have z = 0.
+/// A point of a curve with its derivatives with respect to the curve's own parameter.
+///
+/// 2-D curves have z = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Jet {
     /// p(t)
@@ -30,8 +31,10 @@ pub struct Jet {
 }
 
 impl Jet {
-    /// Curvature |p′ × p″| / |p′|³ in 1/length; for a planar curve signed, positive where it turns
-    /// left. 0 where p′ vanishes.
+    /// Curvature |p′ × p″| / |p′|³ in 1/length.
+    ///
+    /// For a planar curve it is signed: positive where the curve turns left. It is 0 where p′
+    /// vanishes.
     pub fn curvature(&self, dimension: usize) -> f64 {
         let speed = self.first.length();
         if speed == 0.0 {
@@ -48,8 +51,8 @@ const RUN: usize = 4096;
 
 /// A curve through (or near) data points, with a span from each to the next.
 ///
-/// What is the same for a whole curve is computed when the curve is made: nothing here costs more
-/// for a curve of many spans, but what visits all of them.
+/// What is the same for a whole curve is computed once, when the curve is made. Only methods that
+/// visit all spans cost more for a curve of many spans.
 pub trait Curve: Sync {
     /// 2 or 3.
     fn dimension(&self) -> usize;
@@ -57,16 +60,18 @@ pub trait Curve: Sync {
     /// Whether the last span leads back to the first point.
     fn is_closed(&self) -> bool;
 
-    /// The parameter of every data point, nondecreasing; a closed curve has one more, where it
-    /// meets its first point again.
+    /// The parameter of every data point, nondecreasing.
+    ///
+    /// A closed curve has one more: the parameter at which it meets its first point again.
     fn knots(&self) -> &[f64];
 
     /// The curve at the fraction `u` (0 … 1) of span `span`, with its derivatives with respect to
     /// the parameter.
     fn jet(&self, span: usize, u: f64) -> Jet;
 
-    /// Whether this is a fitted curve, and not the input polyline of a curve that could not be
-    /// fitted.
+    /// Whether this is a fitted curve.
+    ///
+    /// A curve that could not be fitted is its input polyline.
     fn is_fitted(&self) -> bool {
         true
     }
@@ -82,8 +87,9 @@ pub trait Curve: Sync {
         (knots[0], knots[knots.len() - 1])
     }
 
-    /// The span that holds the parameter `t`, and the fraction of it; outside the domain its
-    /// nearest end.
+    /// The span that holds the parameter `t`, and the fraction of that span.
+    ///
+    /// Outside the domain it is the nearest end of the domain.
     fn locate(&self, t: f64) -> (usize, f64) {
         let knots = self.knots();
         let last = knots.len().saturating_sub(2);
@@ -106,27 +112,33 @@ pub trait Curve: Sync {
         [jet.point, jet.first, jet.second, jet.third].get(order).copied().unwrap_or(DVec3::ZERO)
     }
 
-    /// Curvature at parameter `t`, in 1/length; planar curves: signed, positive where they turn
-    /// left.
+    /// Curvature at parameter `t`, in 1/length.
+    ///
+    /// The curvature of a planar curve is signed: positive where the curve turns left.
     fn curvature(&self, t: f64) -> f64 {
         let (span, u) = self.locate(t);
         self.jet(span, u).curvature(self.dimension())
     }
 
-    /// Number of smooth pieces of a span, alike in their parameter length: 1, but for curves with
-    /// knots of their own between data points. None where the span is a point.
+    /// Number of smooth pieces of a span, all of the same parameter length.
+    ///
+    /// It is 1, except for curves with knots of their own between data points. It is 0 where the
+    /// span is a point.
     fn pieces(&self, _span: usize) -> usize {
         1
     }
 
-    /// How the curve moves along a piece of a span, where its velocity is quadratic there: then
-    /// lengths and curvatures are known from it.
+    /// How the curve moves along a piece of a span, if its velocity is quadratic there.
+    ///
+    /// Lengths and curvatures are then known from it.
     fn motion(&self, _span: usize, _piece: usize) -> Option<Motion> {
         None
     }
 
-    /// What derivatives by the parameter are multiplied by on a span to be those by its fraction u:
-    /// its parameter length.
+    /// The parameter length of a span.
+    ///
+    /// It is the factor from derivatives by the parameter to derivatives by the fraction u of the
+    /// span.
     #[inline(always)]
     fn pace(&self, span: usize) -> f64 {
         let knots = self.knots();
@@ -139,20 +151,21 @@ pub trait Curve: Sync {
         self.jet(span, u).first.length() * self.pace(span)
     }
 
-    /// Arc length, to 1e-9 of itself or better, near cusps too (see [`arclength`]).
+    /// Arc length, to a relative error of 1e-9 or better, near cusps too (see [`arclength`]).
     fn length(&self) -> f64 {
         runs(self, Measure::Length).into_iter().sum()
     }
 
-    /// Arc length of a span, as exact.
+    /// Arc length of a span, as exact as [`length`](Self::length).
     #[inline(always)]
     fn span_length(&self, span: usize) -> f64 {
         let pieces = self.pieces(span);
         (0..pieces).map(|piece| piece_length(self, span, piece, pieces)).sum()
     }
 
-    /// The fraction of a span of length `length` before which `target` of it has been covered, to
-    /// 1e-9 of the length.
+    /// The fraction of a span at which the arc length from its start is `target`.
+    ///
+    /// `length` is the length of the whole span. The result is good to 1e-9 of that length.
     fn fraction_at(&self, span: usize, length: f64, target: f64) -> f64 {
         let pieces = self.pieces(span);
         if target >= length || pieces == 0 {
@@ -179,22 +192,25 @@ pub trait Curve: Sync {
         (piece as f64 + v) / pieces as f64
     }
 
-    /// Largest |curvature|, in 1/length; infinite where the curve has a cusp.
+    /// Largest |curvature|, in 1/length. Infinite where the curve has a cusp.
     ///
-    /// Cubic splines, fair curves and Béziers of degree 3 or less: the true maximum, to 1e-9 of
-    /// itself, from the roots of the polynomial of its stationary places
-    /// ([`Motion::max_curvature`]); next to a cusp, where the speed falls to a part r of its
-    /// largest, to 1e-15/r. Smooth connection functions: from their closed form, to rounding.
-    /// Béziers of higher degree: tops that are seen at 128 places a piece are followed to 1e-9; a
-    /// peak narrower than that may be missed.
+    /// The accuracy depends on the curve:
+    ///
+    /// - Cubic splines, fair curves and Béziers of degree 3 or less: the true maximum, to a
+    ///   relative error of 1e-9. It comes from the roots of the polynomial of its stationary places
+    ///   ([`Motion::max_curvature`]). Next to a cusp, where the speed falls to a part r of its
+    ///   largest, the relative error is 1e-15/r.
+    /// - Smooth connection functions: from their closed form, to rounding.
+    /// - Béziers of higher degree: maxima seen at 128 places a piece are followed to 1e-9. A peak
+    ///   narrower than that may be missed.
     fn max_curvature(&self) -> f64 {
         let known = runs(self, Measure::CurvatureSeen).into_iter().fold(0.0, f64::max);
         runs(self, Measure::Curvature { known }).into_iter().fold(known, f64::max)
     }
 
-    /// Samples that a curve has at least, of the whole or a span: see [`Sampling`].
+    /// The least number of samples of the whole curve or of a span: see [`Sampling`].
     fn least(&self, sampling: Sampling) -> usize {
-        // With four or more a span there is nothing to ask.
+        // With four or more samples a span there is nothing to check.
         if !self.is_closed() || matches!(sampling, Sampling::PerSpan(4..)) {
             return 0;
         }
@@ -203,15 +219,16 @@ pub trait Curve: Sync {
         let all: usize = if (1..3).contains(&long) { 4 } else { 3 };
         match sampling {
             Sampling::PerSpan(_) => all.div_ceil(long.max(1)),
-            // Spans between equal points may have parameters of their own: then the middles of the
-            // others are needed.
+            // Spans between equal points may have parameters of their own. Then the middles of the
+            // other spans are needed.
             Sampling::Count(_) if all > 3 => 2 * self.spans(),
             _ => all,
         }
     }
 
-    /// Spans and fractions of the samples, in order along the curve. A curve that was not fitted
-    /// gives its data points, whatever is asked.
+    /// Spans and fractions of the samples, in order along the curve.
+    ///
+    /// A curve that was not fitted gives its data points, whatever `sampling` asks.
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
         let spans = self.spans();
         let end = (!self.is_closed() && spans > 0).then(|| (spans - 1, 1.0));
@@ -231,22 +248,26 @@ pub trait Curve: Sync {
         }
     }
 
-    /// The curve as a chain of cubic Béziers, in few pieces: each from one point of the curve to
-    /// another, with its tangents there (G¹), one or more a span. No point of the chain is farther
-    /// than `tolerance` (units of the input) from the curve, and no point of the curve from the
-    /// chain, rounding aside; a tolerance below [`LEAST_TOLERANCE`](crate::bezier::LEAST_TOLERANCE)
-    /// of the largest coordinate is taken to be that. One piece a span, exact, for cubic splines;
-    /// none for spans between repeated points. A curve that was not fitted is its polyline, a piece
-    /// an edge.
+    /// The curve as a chain of cubic Béziers, in few pieces.
     ///
-    /// Each piece starts at the point, bit for bit, where the one before it ends; that of a closed
-    /// curve ends where it starts.
+    /// Each piece leads from one point of the curve to another and has the curve's tangents there
+    /// (G¹). A span has one piece or more. A cubic spline has one piece a span, which is exact.
+    /// Spans between repeated points have none. A curve that was not fitted is its polyline, one
+    /// piece an edge.
+    ///
+    /// No point of the chain is farther than `tolerance` (units of the input) from the curve, and
+    /// no point of the curve is farther than that from the chain, rounding aside. The least
+    /// tolerance is [`LEAST_TOLERANCE`](crate::bezier::LEAST_TOLERANCE) of the largest coordinate.
+    /// A smaller one is raised to it.
+    ///
+    /// Each piece starts at the point, bit for bit, where the piece before it ends. The last piece
+    /// of a closed curve ends where the first one starts.
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
         convert::beziers(self, tolerance)
     }
 }
 
-/// Arc length of a piece of a span of so many.
+/// Arc length of one piece of a span that has `pieces` of them.
 #[inline(always)]
 fn piece_length<C: Curve + ?Sized>(curve: &C, span: usize, piece: usize, pieces: usize) -> f64 {
     if curve.dimension() == 2 {
@@ -256,7 +277,7 @@ fn piece_length<C: Curve + ?Sized>(curve: &C, span: usize, piece: usize, pieces:
     }
 }
 
-/// The same in the plane or in space.
+/// Arc length of a piece, in the plane or in space.
 #[inline(always)]
 fn length_in<V: Vector, C: Curve + ?Sized>(curve: &C, span: usize, piece: usize, pieces: usize) -> f64 {
     match curve.motion(span, piece) {
@@ -274,13 +295,13 @@ enum Measure {
     Length,
     /// The largest |κ| at both ends and in the middle of every piece.
     CurvatureSeen,
-    /// The largest |κ|, where it is above one that is known.
+    /// The largest |κ|, if it is above a known one.
     Curvature {
         known: f64,
     },
 }
 
-/// A measure of every run of spans, by all threads, in the order of the curve.
+/// Measures every run of spans on all threads. Results are in the order of the curve.
 fn runs<C: Curve + ?Sized>(curve: &C, measure: Measure) -> Vec<f64> {
     let spans = curve.spans();
     let run = |k: usize| {

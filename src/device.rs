@@ -9,16 +9,16 @@ use crate::error::{Error, Result};
 use crate::gpu::{self, Gpu};
 use crate::precision::Precision;
 
-/// Which device to use, as asked for on the command line: `auto`, `cpu`, `gpu` or `gpu:N`.
+/// The device to use, as asked for on the command line: `auto`, `cpu`, `gpu` or `gpu:N`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Choice {
-    /// A hardware GPU where there is one and the batch is large enough to gain, else the CPU.
+    /// A hardware GPU if there is one and the batch is large enough to gain, else the CPU.
     #[default]
     Auto,
     /// The CPU.
     Cpu,
-    /// The adapter of this number; hardware stands before software.
+    /// The adapter of this number. Hardware adapters come before software ones.
     Gpu(usize),
 }
 
@@ -38,25 +38,28 @@ impl FromStr for Choice {
     }
 }
 
-/// Below this many points, read and written together, the CPU fits and samples natural splines
-/// before a GPU is open: two cores take some 5 ns a point (0.05 s for so many), and opening a
-/// device takes about as long at best. Where a method takes longer, each of its points counts as
-/// several. An estimate: not yet measured on a hardware GPU.
+/// From this many points on, read and written together, `Auto` takes a GPU for natural splines.
+///
+/// With fewer points the CPU fits and samples them before a GPU is open. Two cores take some 5 ns a
+/// point (0.05 s for so many), and opening a device takes about as long at best. If a method takes
+/// longer, each of its points counts as several. This is an estimate: no hardware GPU has been
+/// measured yet.
 pub const GPU_PAYS_ABOVE: usize = 10_000_000;
 
-/// What did the work of a fit. Shown as `CPU, 2 threads, f64`.
+/// What did the work of a fit. Displayed as `CPU, 2 threads, f64`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DeviceReport {
-    /// Whether it is a GPU; else the CPU.
+    /// Whether it is a GPU rather than the CPU.
     pub is_gpu: bool,
     /// `CPU`, or the adapter's name.
     pub name: String,
     /// `2 threads`, or the adapter's driver.
     pub driver: String,
-    /// Of the arithmetic: f32 or f64.
+    /// The precision of the arithmetic: f32 or f64.
     pub precision: Precision,
-    /// So many of a GPU's curves the CPU finished in f64, because f32 had not the digits for them.
+    /// Number of a GPU's curves that the CPU finished in f64, because f32 lacked the digits for
+    /// them.
     pub finished_on_cpu: usize,
 }
 
@@ -74,7 +77,7 @@ impl fmt::Display for DeviceReport {
     }
 }
 
-/// What does the work.
+/// The device that does the work, and its precision.
 #[derive(Clone, Debug)]
 pub struct Device {
     gpu: Option<Arc<Gpu>>,
@@ -84,12 +87,12 @@ pub struct Device {
 }
 
 impl Device {
-    /// All threads of the CPU (as many as rayon's pool has).
+    /// The CPU, with all threads of rayon's pool.
     pub fn cpu() -> Self {
         Device { gpu: None, precision: Precision::Auto, reason: "as asked".into(), finished: None }
     }
 
-    /// The adapter of this number; [`gpu::adapters`] lists them.
+    /// The adapter of this number. [`gpu::adapters`] lists them.
     ///
     /// # Errors
     /// [`Error::NoGpu`].
@@ -97,12 +100,12 @@ impl Device {
         Ok(Self::from_gpu(Gpu::open(number)?))
     }
 
-    /// A GPU opened, or borrowed from the host program, by [`Gpu`].
+    /// A GPU that [`Gpu`] opened, or borrowed from the host program.
     pub fn from_gpu(gpu: Gpu) -> Self {
         Device { gpu: Some(Arc::new(gpu)), ..Self::cpu() }
     }
 
-    /// A hardware GPU where there is one, else the CPU; [`reason`](Self::reason) says why.
+    /// A hardware GPU if there is one, else the CPU. [`reason`](Self::reason) says why.
     ///
     /// # Errors
     /// None today.
@@ -110,11 +113,13 @@ impl Device {
         Self::choose(Choice::Auto, usize::MAX)
     }
 
-    /// The device asked for; `Auto` is decided for a batch of so many points of natural splines,
-    /// read and written together ([`GPU_PAYS_ABOVE`]), and looks for no GPU where they are too few.
+    /// The device asked for.
+    ///
+    /// `points` is the size of a batch of natural splines, points read and points written together.
+    /// `Auto` decides by it ([`GPU_PAYS_ABOVE`]), and looks for no GPU if the points are too few.
     ///
     /// # Errors
-    /// [`Error::NoGpu`] when a GPU was asked for and does not open.
+    /// [`Error::NoGpu`] if a GPU was asked for and does not open.
     pub fn choose(choice: Choice, points: usize) -> Result<Self> {
         match choice {
             Choice::Cpu => Ok(Self::cpu()),
@@ -146,19 +151,20 @@ impl Device {
         self
     }
 
-    /// The same device, whose fits add the number of curves that are finished to a counter as they
-    /// go: for progress bars.
+    /// The same device with a counter of finished curves, for progress bars.
+    ///
+    /// Fits add to the counter as they go.
     pub fn with_counter(mut self, finished: Arc<AtomicUsize>) -> Self {
         self.finished = Some(finished);
         self
     }
 
-    /// The CPU in its place, counting as this device does.
+    /// The CPU in place of this device, with the same counter.
     pub(crate) fn on_cpu(&self) -> Self {
         Device { gpu: None, ..self.clone() }
     }
 
-    /// So many more curves are finished.
+    /// Counts so many more curves as finished.
     pub(crate) fn finished(&self, curves: usize) {
         if let Some(counter) = &self.finished {
             counter.fetch_add(curves, Ordering::Relaxed);
@@ -175,7 +181,7 @@ impl Device {
         self.gpu.as_deref()
     }
 
-    /// Why this device: what `auto` found, or that it was asked for.
+    /// Why this device was chosen: what `auto` found, or that it was asked for.
     pub fn reason(&self) -> &str {
         &self.reason
     }
@@ -188,7 +194,7 @@ impl Device {
         }
     }
 
-    /// This device as what did the work of a fit.
+    /// The report of this device as what did the work of a fit.
     ///
     /// # Errors
     /// As [`kernel_precision`](Self::kernel_precision).
@@ -200,7 +206,7 @@ impl Device {
         Ok(self.report_of(precision))
     }
 
-    /// What a fit of a method of your own says of this device, which computed in such a precision.
+    /// The report of this device for a fit by a method of your own, computed in this precision.
     pub fn report_of(&self, precision: Precision) -> DeviceReport {
         let (name, driver) = match self.as_gpu() {
             Some(gpu) => (gpu.summary().name.clone(), gpu.summary().driver.clone()),
@@ -209,11 +215,13 @@ impl Device {
         DeviceReport { is_gpu: self.gpu.is_some(), name, driver, precision, finished_on_cpu: 0 }
     }
 
-    /// The precision a kernel runs in: as asked for, or for `Auto` f32 where that is accurate
-    /// enough for the problem (`well_conditioned`) or all the adapter has.
+    /// The precision that a kernel runs in.
+    ///
+    /// It is the one asked for. `Auto` takes f32 if that is accurate enough for the problem
+    /// (`well_conditioned`), or if the adapter has no other.
     ///
     /// # Errors
-    /// [`Error::NoGpu`] when f64 was asked for and the adapter has none.
+    /// [`Error::NoGpu`] if f64 was asked for and the adapter has none.
     pub(crate) fn kernel_precision(&self, gpu: &Gpu, well_conditioned: bool) -> Result<Precision> {
         let has_f64 = gpu.summary().has_f64;
         match self.precision {

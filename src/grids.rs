@@ -2,11 +2,13 @@
 
 use crate::error::{Error, Result};
 
-/// Rectangular grids of control points, each of its own size, all with as many values a point:
-/// heights (1), points of the plane (2), of space (3), …
+/// Rectangular grids of control points.
+///
+/// Every grid has a size of its own. All grids have the same number of values a point: heights (1),
+/// points of the plane (2), of space (3), …
 ///
 /// Values are flat: grid after grid, row after row, point after point. A grid of one row is a list
-/// of points; one without points is kept in its place.
+/// of points. A grid without points keeps its place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grids {
     dimension: usize,
@@ -17,10 +19,10 @@ pub struct Grids {
 }
 
 impl Grids {
-    /// Grids of these shapes, rows and columns, with `dimension` values a point.
+    /// Makes grids of these shapes (rows and columns), with `dimension` values a point.
     ///
     /// # Errors
-    /// [`Error::Batch`] where the number of values is another.
+    /// [`Error::Batch`] if the number of values does not fit the shapes.
     pub fn new(dimension: usize, shapes: Vec<[usize; 2]>, values: Vec<f64>) -> Result<Self> {
         if dimension == 0 {
             return Err(Error::Batch("points of grids have 0 values; 1 is the least: heights".into()));
@@ -46,16 +48,16 @@ impl Grids {
         }
     }
 
-    /// As many grids of one shape as the values make.
+    /// Makes as many grids of one shape as there are values for.
     ///
     /// # Errors
-    /// [`Error::Batch`] where they make no whole number of grids.
+    /// [`Error::Batch`] if the values do not make a whole number of grids.
     pub fn uniform(dimension: usize, shape: [usize; 2], values: Vec<f64>) -> Result<Self> {
         let one = shape[0].saturating_mul(shape[1]).saturating_mul(dimension).max(1);
         Self::new(dimension, vec![shape; values.len() / one], values)
     }
 
-    /// The same with the name of the file they came from, for messages.
+    /// Sets the name of the file that the grids came from. Messages show it.
     pub fn with_file(mut self, file: Option<String>) -> Self {
         self.file = file;
         self
@@ -95,7 +97,7 @@ impl Grids {
         &mut self.values[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
     }
 
-    /// The values of the point of grid `i` in this row and column.
+    /// The values of the point of grid `i` in this row and this column.
     pub fn point(&self, i: usize, row: usize, column: usize) -> &[f64] {
         let start = (row * self.shapes[i][1] + column) * self.dimension;
         &self.grid(i)[start..start + self.dimension]
@@ -111,7 +113,7 @@ impl Grids {
         self.offsets.last().copied().unwrap_or(0)
     }
 
-    /// The file they came from.
+    /// The file that the grids came from.
     pub fn file(&self) -> Option<&str> {
         self.file.as_deref()
     }

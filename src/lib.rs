@@ -1,5 +1,6 @@
-//! Fair curves by the thousand: fits smooth curves to ragged batches of point lists, on all threads
-//! of the CPU in f64, or on a GPU through wgpu in f32 or f64.
+//! Fair curves by the thousand: fits smooth curves to ragged batches of point lists.
+//!
+//! A fit runs on all threads of the CPU in f64, or on a GPU through wgpu in f32 or f64.
 //!
 //! ```text
 //! file ─ io::read ─► CurveBatch ─► a method's fit ─► Fit: curves + one CurveReport a curve
@@ -11,17 +12,18 @@
 //! * [`CurveBatch`]: many point lists, 2-D or 3-D, each of its own length, open or closed, with
 //!   names, parameters, weights and [`Constraints`]. [`io`] reads and writes CSV, GeoJSON, SVG and
 //!   NPZ.
-//! * [`spline::Natural`] goes through every point, [`spline::Smoothing`] near them,
-//!   [`discrete::Fair`] where an energy of your choice is least (length, bending, variation of
-//!   curvature, …), [`scf::Smooth`] exactly where ∫|κ|^ν ds is. A method is a struct of options;
-//!   `fit` returns a [`Fit`], `fit_sampled` its samples too, taken by the same device.
-//! * [`bezier::Complete`] finds the control points that a Bézier curve lacks, [`bezier::Chain`]
-//!   those of chains of them, where the energy is least; [`bezier`] elevates, reduces, divides,
-//!   evaluates and measures millions of control polygons in one call.
+//! * A method is a struct of options. Its `fit` returns a [`Fit`]. Its `fit_sampled` returns the
+//!   samples too, taken by the same device.
+//! * [`spline::Natural`] goes through every point, [`spline::Smoothing`] near them.
+//!   [`discrete::Fair`] makes an energy of your choice least (length, bending, variation of
+//!   curvature, …). [`scf::Smooth`] makes ∫|κ|^ν ds least, exactly.
+//! * [`bezier::Complete`] finds the control points that a Bézier curve lacks, those of least
+//!   energy. [`bezier::Chain`] does so for chains of Béziers. [`bezier`] elevates, reduces,
+//!   divides, evaluates and measures millions of control polygons in one call.
 //! * [`laplacian::Subdivide`] refines grids of control points to the surfaces of least Dirichlet
-//!   energy, exactly or by rules of small support; [`io::grids`] reads and writes grids.
-//! * A [`Fit`] holds [`Curve`]s, to be sampled, differentiated and measured alike whatever the
-//!   method, and a [`CurveReport`] each. A curve that cannot be fitted has a [`CurveStatus`] and a
+//!   energy, exactly or by rules of small support. [`io::grids`] reads and writes grids.
+//! * A [`Fit`] holds [`Curve`]s and a [`CurveReport`] each. Curves are sampled, differentiated and
+//!   measured alike, whatever the method. A curve that cannot be fitted has a [`CurveStatus`] and a
 //!   sentence, comes out as its input and changes no bit of its neighbours. An [`Error`] is for
 //!   what concerns the whole run.
 //! * [`linalg`] has the solvers underneath, [`picture`] draws a fit, [`gpu`] opens adapters.
@@ -81,47 +83,52 @@
 //!
 //! # Units and signs
 //!
-//! Coordinates, lengths, deviations and tolerances are in the units of the input, curvatures in
-//! 1/length. Parameters t are the batch's own, else sums of chord lengths. Derivatives are with
-//! respect to t; the energy of a spline is ∫|p″|² dt. The curvature of a planar curve is positive
-//! where it turns left (x right, y up); a 3-D curve's is not signed. Offsets count points,
-//! coordinates are flat: point k of curve i starts at `(offsets[i] + k) · dimension`.
+//! - Coordinates, lengths, deviations and tolerances are in the units of the input. Curvatures are
+//!   in 1/length.
+//! - Parameters t are the batch's own, or else sums of chord lengths. Derivatives are with respect
+//!   to t. The energy of a spline is ∫|p″|² dt.
+//! - The curvature of a planar curve is positive where the curve turns left (x right, y up). The
+//!   curvature of a 3-D curve is not signed.
+//! - Offsets count points. Coordinates are flat: point k of curve i starts at `(offsets[i] + k) ·
+//!   dimension`.
 //!
 //! # Accuracy
 //!
-//! The CPU path in f64 is the reference: its splines agree with SciPy's on the same knots to 1e-12
-//! of the numbers' size. A GPU normalises every curve in f64 first. Its splines through the points
-//! are then held to 2e-6 of the curve's size in f32 and to 1e-12 in f64 (largest found on the data
-//! in `examples/data`, on a software driver: 2.1e-7 and 2.3e-13), and so are smoothing splines in
-//! f64. Smoothing by a deviation in f32 may take the neighbouring λ of a grid 0.14 % apart, and
-//! then differs from f64 by up to about 2e-4 of the size: [`Precision::Auto`] takes f64 for
-//! smoothing where the adapter has it.
+//! The CPU path in f64 is the reference. Its splines agree with SciPy's on the same knots to 1e-12
+//! of the numbers' size.
 //!
-//! The same batch on the same device gives the same bits, and a curve's bits do not depend on its
+//! A GPU normalises every curve in f64 first. It is held to these errors against the reference:
+//!
+//! - Splines through the points: 2e-6 of the curve's size in f32 and 1e-12 in f64. The largest
+//!   errors found on the data in `examples/data`, on a software driver, are 2.1e-7 and 2.3e-13.
+//! - Smoothing splines in f64: the same 1e-12. Smoothing by a deviation in f32 may take the
+//!   neighbouring λ of a grid 0.14 % apart, and then differs from f64 by up to about 2e-4 of the
+//!   size. [`Precision::Auto`] takes f64 for smoothing where the adapter has it.
+//! - Fair curves and smooth connection functions: 1e-5 of the curve's size and of the energy in
+//!   f32, 1e-9 of the size and 1e-10 of the energy in f64. Both are iterated until their gradient
+//!   is small. Smooth connection functions have no other error.
+//! - Completed Béziers: 2e-6 of the curve's size in f32 and 1e-12 in f64. On the CPU control points
+//!   come from matrices that are solved in exact rationals and rounded once. They are within some
+//!   1e-15 of the largest sum that makes them up, at every degree up to 30.
+//! - Exact Laplacian subdivision: 2e-6 of the grid's size in f32 and 1e-12 in f64. On the CPU it
+//!   holds its equations to rounding, whatever the grid.
+//!
+//! Arc lengths have relative errors of 1e-9, near cusps too. Largest curvatures are those of the
+//! curve, to 1e-9 of themselves. See [`Curve::length`] and [`Curve::max_curvature`].
+//!
+//! The same batch on the same device gives the same bits. A curve's bits do not depend on its
 //! neighbours.
-//!
-//! Fair curves and smooth connection functions are iterated until their gradient is small; on a GPU
-//! they are held to 1e-5 of the curve's size and of the energy in f32, to 1e-9 and 1e-10 in f64.
-//! Smooth connection functions have no other error.
-//!
-//! Completed Bézier control points come from matrices that are solved in exact rationals and
-//! rounded once: they are within some 1e-15 of the largest sum that makes them up at every degree
-//! up to 30; a GPU is held to 2e-6 of the curve's size in f32 and 1e-12 in f64.
-//!
-//! Arc lengths are within 1e-9 of themselves, near cusps too, and largest curvatures are those of
-//! the curve, to 1e-9 of themselves: see [`Curve::length`] and [`Curve::max_curvature`].
-//!
-//! Exact Laplacian subdivision holds its equations to rounding, whatever the grid; a GPU is held to
-//! 2e-6 of the grid's size in f32 and 1e-12 in f64.
 //!
 //! # Limits
 //!
-//! No hardware GPU has been measured yet; [`GPU_PAYS_ABOVE`] is an estimate. Equal arc lengths are
-//! found by the host, and evaluated by the device. Smoothing curves of more than 1,024 knots, or
-//! beyond what the device's precision can resolve, are fitted by the host in f64; so are fair
-//! curves with energies of order 3 (variation, torsion), with tangents or curvatures to meet, and
-//! of some thousand vertices. Segments of smooth connection functions that f32 finds no minimiser
-//! of, or no cost of full precision, the host evaluates again in f64.
+//! - No hardware GPU has been measured yet. [`GPU_PAYS_ABOVE`] is an estimate.
+//! - The host finds samples at equal arc lengths, and the device evaluates them.
+//! - The host fits smoothing curves of more than 1,024 knots in f64, and those beyond what the
+//!   device's precision can resolve.
+//! - The host fits some fair curves in f64: those with energies of order 3 (variation, torsion),
+//!   with tangents or curvatures to meet, or of some thousand vertices.
+//! - The host evaluates a segment of a smooth connection function again in f64, if f32 finds no
+//!   minimiser of it or no cost of full precision.
 #![warn(missing_docs)]
 
 pub mod arclength;

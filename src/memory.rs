@@ -1,18 +1,17 @@
-//! How much memory is free, and whether what is asked for fits in it.
+//! How much memory is free, and whether a request fits into it.
 
 use crate::error::{Error, Result};
 
 pub(crate) use system::free_bytes;
 
-/// What takes less is had without asking.
+/// A request of less than this is granted without a look at the free memory.
 const SMALL_BYTES: f64 = (64 << 20) as f64;
 
-/// What no process gets, where the free memory is not known: the address space of today's
-/// processors.
+/// More than any process can get, for systems whose free memory is not known: the address space of
+/// today's processors.
 const MOST_BYTES: u64 = 1 << 47;
 
-/// Refuses so many of something, of so many bytes each, before it is made: where it takes more than
-/// the memory that is free.
+/// Refuses a request of `count` items of `bytes` bytes each if it takes more than the free memory.
 pub(crate) fn check(count: f64, bytes: usize, what: &str, remedy: &str) -> Result<()> {
     let wanted = count * bytes as f64;
     if wanted <= SMALL_BYTES {
@@ -35,7 +34,7 @@ pub(crate) fn check(count: f64, bytes: usize, what: &str, remedy: &str) -> Resul
 mod system {
     use std::fs::read_to_string;
 
-    /// The least of what the machine, the process's limits and its control group leave.
+    /// The least of what the machine, the process's limits and its control group leave free.
     pub fn free_bytes() -> Option<u64> {
         [machine(), address_space(), control_group()].into_iter().flatten().min()
     }
@@ -60,7 +59,7 @@ mod system {
         let file = |name: &str| read_to_string(format!("/sys/fs/cgroup/memory.{name}")).ok();
         let limit: u64 = file("max")?.trim().parse().ok()?;
         let used: u64 = file("current")?.trim().parse().ok()?;
-        // Files that the system keeps in memory, and gives up when asked.
+        // File pages that the system caches, and gives up when asked.
         let kept = number(&file("stat")?, "inactive_file ").unwrap_or(0);
         Some(limit.saturating_sub(used.saturating_sub(kept)))
     }
@@ -68,7 +67,7 @@ mod system {
 
 #[cfg(not(target_os = "linux"))]
 mod system {
-    /// Not known.
+    /// The free memory is not known on this system.
     pub fn free_bytes() -> Option<u64> {
         None
     }

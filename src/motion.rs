@@ -1,4 +1,5 @@
-//! [`Motion`]: a smooth piece of a curve whose velocity is quadratic. Its length, and its largest curvature.
+//! [`Motion`]: a smooth piece of a curve whose velocity is quadratic, its length and its largest
+//! curvature.
 
 mod moving;
 mod roots;
@@ -12,7 +13,8 @@ pub(crate) use vector::Vector;
 /// Velocity and acceleration along a piece, by its fraction v (0 … 1): V(v) = V₀ + v V₁ + v² V₂ and
 /// A(v) = A₀ + v A₁.
 ///
-/// Of a cubic A is V′. A curve with a curvature of its own may have another: κ = |V × A| / |V|³.
+/// For a cubic A is V′. A curve with a curvature of its own may have another A. The curvature is κ
+/// = |V × A| / |V|³.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// V₀, V₁, V₂
@@ -22,18 +24,18 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Of a cubic p₀ + v (a + v (b + v c)).
+    /// The motion of the cubic p₀ + v (a + v (b + v c)).
     #[inline(always)]
     pub fn of_cubic(a: DVec3, b: DVec3, c: DVec3) -> Self {
         Motion { velocity: [a, 2.0 * b, 3.0 * c], acceleration: [2.0 * b, 6.0 * c] }
     }
 
-    /// Of a cubic Bézier.
+    /// The motion of a cubic Bézier.
     pub fn of_bezier([p, q, r, s]: [DVec3; 4]) -> Self {
         Motion::of_cubic(3.0 * (q - p), 3.0 * (p - 2.0 * q + r), (s - p) - 3.0 * (r - q))
     }
 
-    /// The same in the plane or in space.
+    /// The same motion with vectors of the plane or of space.
     #[inline(always)]
     pub(crate) fn moving<V: Vector>(&self) -> Moving<V> {
         Moving { velocity: self.velocity.map(V::of), acceleration: self.acceleration.map(V::of) }
@@ -45,32 +47,35 @@ impl Motion {
         self.moving::<DVec3>().speed(v)
     }
 
-    /// Arc length, to 1e-9 of itself.
+    /// Arc length, to a relative error of 1e-9.
     #[inline(always)]
     pub fn length(&self) -> f64 {
         self.moving::<DVec3>().length()
     }
 
-    /// The largest of `known` and of |κ| on the piece, to 1e-9 of itself, but for what rounding of
-    /// the coefficients does near cusps. Infinite at a cusp, where V vanishes and the piece is not
-    /// straight.
+    /// The largest of `known` and of |κ| on the piece.
+    ///
+    /// The relative error is 1e-9, but for the effect of rounded coefficients near cusps. The
+    /// result is infinite at a cusp, where V vanishes and the piece is not straight.
     ///
     /// κ² = N/q³ with N = |V × A|² and q = |V|² is stationary where N′q − 3Nq′ = 0. All roots of
-    /// that polynomial are found, by the changes of sign of its Bernstein coefficients; in pieces
-    /// that come near a cusp from the least speed on, so that it keeps its digits.
+    /// that polynomial are found by the sign changes of its Bernstein coefficients. A piece that
+    /// comes near a cusp is expanded from its least speed on, so that the polynomial keeps its
+    /// digits.
     #[inline(always)]
     pub fn max_curvature(&self, known: f64) -> f64 {
         self.moving::<DVec3>().max_curvature(known)
     }
 }
 
-/// The largest |κ| of a smooth piece of any kind, of which only curvature and speed at its
-/// fractions are known: looked for at [`PLACES`] places and at the least speed, and followed to the
-/// top where it is largest among its neighbours.
+/// The largest |κ| of a smooth piece of any kind.
+///
+/// Only the curvature at fractions of the piece is known. The search looks at [`PLACES`] places.
+/// Where one is the largest among its neighbours, it follows the curvature to the maximum.
 pub(crate) fn searched_curvature(curvature: impl Fn(f64) -> f64) -> f64 {
-    /// Places; a Bézier of degree 30 has a curvature with some ten tops.
+    /// Places of the search. The curvature of a Bézier of degree 30 has some ten maxima.
     const PLACES: usize = 128;
-    /// Steps to 1e-9 of the distance of two places, where tops are flat to 1e-16.
+    /// Steps down to 1e-9 of the distance of two places, where maxima are flat to 1e-16.
     const STEPS: usize = 45;
     const GOLDEN: f64 = 0.618_033_988_749_894_8;
     let at = |k: usize| k as f64 / PLACES as f64;

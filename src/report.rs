@@ -1,5 +1,4 @@
-//! What a fit returns: curves, and one report a curve. What a status means stands in
-//! [`CurveStatus`].
+//! What a fit returns: curves, and one report a curve. [`CurveStatus`] explains the statuses.
 
 use std::fmt;
 use std::sync::Arc;
@@ -18,21 +17,26 @@ use glam::DVec3;
 pub struct CurveReport {
     /// How the fit ended.
     pub status: CurveStatus,
-    /// Why, where the status needs a word: names the curve, the point, the value and the remedy.
+    /// Why, if the status needs a word: the curve, the point, the value and the remedy.
     pub message: Option<String>,
-    /// The energy minimised, in the units of the input: for the splines ∫|p''|² dt. Infinite where
-    /// it is beyond all numbers, NaN where nothing was fitted.
+    /// The energy minimised, in the units of the input. For the splines it is ∫|p''|² dt.
+    ///
+    /// Infinite if it is too large for a number, NaN if nothing was fitted.
     pub energy: f64,
-    /// Iterations used; 1 for a direct solve.
+    /// Iterations used. 1 for a direct solve.
     pub iterations: u32,
-    /// Size of the energy's gradient at the end, in the metric of the method; 0 for a direct solve.
+    /// Size of the energy's gradient at the end, in the metric of the method. 0 for a direct solve.
     pub gradient_norm: f64,
-    /// The λ used, for smoothing splines; the weight α of the attachment, for fair curves that keep
-    /// a deviation: infinite where no weight does and the curve goes through its points, of a curve
-    /// of several pieces the largest.
+    /// The weight that a smoothing method used.
+    ///
+    /// - Smoothing splines: λ.
+    /// - Fair curves that keep a deviation: the weight α of the attachment. It is infinite if no
+    ///   weight keeps the deviation and the curve goes through its points. A curve of several
+    ///   pieces has the largest of theirs.
     pub smoothing: Option<f64>,
-    /// Largest distance from a data point to the curve's point of the same parameter, in the units
-    /// of the input.
+    /// Largest distance from a data point to the curve's point of the same parameter.
+    ///
+    /// It is in the units of the input.
     pub max_deviation: f64,
 }
 
@@ -56,7 +60,7 @@ impl CurveReport {
     }
 }
 
-/// The curves of a method, seen through the [`Curve`] trait: what [`Fit`] holds.
+/// The curves of a method, seen through the [`Curve`] trait. A [`Fit`] holds one.
 pub trait CurveSet: Send + Sync {
     /// Curve `i`.
     fn curve(&self, i: usize) -> Box<dyn Curve + '_>;
@@ -65,8 +69,7 @@ pub trait CurveSet: Send + Sync {
     fn polylines(&self, sampling: Sampling) -> CurveBatch;
 }
 
-/// The result of a fit: one curve and one [`CurveReport`] for every curve of the batch, in its
-/// order.
+/// The result of a fit: a curve and a [`CurveReport`] for every curve of the batch, in its order.
 ///
 /// A clone shares the curves.
 #[derive(Clone)]
@@ -83,11 +86,12 @@ impl fmt::Debug for Fit {
 }
 
 impl Fit {
-    /// Puts a fit together, of a method of your own too: as many reports as `curves` has curves, in
-    /// the order of the batch. `device` says what did the work, such as
-    /// [`Device::report_of`](crate::Device::report_of).
+    /// Makes a fit, also of a method of your own.
+    ///
+    /// There are as many reports as `curves` has curves, in the order of the batch. `device` says
+    /// what did the work: see [`Device::report_of`](crate::Device::report_of).
     pub fn new(curves: impl CurveSet + 'static, mut reports: Vec<CurveReport>, device: DeviceReport) -> Self {
-        // No energy is negative: one that came to ∞ − ∞ was beyond all numbers.
+        // No energy is negative. One that came to ∞ − ∞ was too large for a number.
         let overflown = |report: &&mut CurveReport| report.status.is_usable() && report.energy.is_nan();
         reports.iter_mut().filter(overflown).for_each(|report| report.energy = f64::INFINITY);
         Fit { curves: Arc::new(curves), reports, device }
@@ -123,30 +127,33 @@ impl Fit {
         self.reports.iter().filter(|report| report.status.is_usable()).count()
     }
 
-    /// Every curve as a polyline: names, properties and closedness of the input, the parameter of
-    /// every point.
+    /// Every curve as a polyline, with the parameter of every point.
+    ///
+    /// Names, properties and closedness are those of the input.
     pub fn polylines(&self, sampling: Sampling) -> CurveBatch {
         self.curves.polylines(sampling)
     }
 
-    /// Every curve as a chain of cubic Béziers within `tolerance` of it (units of the input):
-    /// control points, three a piece and one more; the chain of a closed curve does not repeat its
-    /// first. Names and properties as [`polylines`](Self::polylines).
+    /// Every curve as a chain of cubic Béziers within `tolerance` of it (units of the input).
+    ///
+    /// The points of each chain are its control points, three a piece and one more. The chain of a
+    /// closed curve does not repeat its first point. Names and properties are those of
+    /// [`polylines`](Self::polylines).
     ///
     /// A curve that is a single point stays one, without a piece.
     pub fn beziers(&self, tolerance: f64) -> CurveBatch {
         self.beziers_each(|_| tolerance)
     }
 
-    /// The same with a tolerance a curve.
+    /// Every curve as a chain of cubic Béziers, with a tolerance for each.
     pub fn beziers_each(&self, tolerance: impl Fn(usize) -> f64 + Sync) -> CurveBatch {
         let shape = self.polylines(Sampling::PerSpan(1));
         let chain = |i: usize| {
             let pieces = self.curve(i).beziers(tolerance(i));
             let mut points: Vec<DVec3> = pieces.iter().flat_map(|piece| &piece[..3]).copied().collect();
             match pieces.last() {
-                // The very first point, bit for bit: it is dropped where the chain is marked as
-                // closed.
+                // The last point is the very first one, bit for bit. It is dropped where the chain
+                // is marked as closed.
                 Some(_) if shape.is_closed(i) => points.push(points[0]),
                 Some(piece) => points.push(piece[3]),
                 None => points.extend(shape.points(i).chunks_exact(shape.dimension()).map(vector).take(1)),

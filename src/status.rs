@@ -1,4 +1,4 @@
-//! [`CurveStatus`]: every status, explained once.
+//! [`CurveStatus`]: how a fit can end, each status explained once.
 
 use serde::Serialize;
 
@@ -7,23 +7,30 @@ use serde::Serialize;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum CurveStatus {
-    /// The curve asked for. For a direct method (natural splines, smoothing with a given λ): the
-    /// linear system was solved.
+    /// The curve asked for was found.
+    ///
+    /// For a direct method (natural splines, smoothing with a given λ) the linear system was
+    /// solved.
     Converged,
-    /// The iteration limit, or a lost device, came before the stopping rule was met; the curve is
-    /// the best one reached.
+    /// The iteration limit, or a lost device, came before the stopping rule was met.
+    ///
+    /// The curve is the best one reached.
     NotConverged,
-    /// The length runs away while the energy falls: there is no minimiser. Comes out as its input
-    /// polyline.
+    /// The length runs away while the energy falls: there is no minimiser.
+    ///
+    /// The curve comes out as its input polyline.
     Unbounded,
     /// No curve attains the least energy.
     NoMinimiser,
-    /// Infinitely many curves attain the least energy; the smallest is returned.
+    /// Infinitely many curves attain the least energy. The smallest is returned.
     NotUnique,
     /// Too little to fit: fewer than two distinct points, or two different points at one parameter.
-    /// Comes out as its input polyline.
+    ///
+    /// The curve comes out as its input polyline.
     Degenerate,
-    /// NaN, infinite, decreasing or otherwise impossible input. Comes out as its input polyline.
+    /// The input is NaN, infinite, decreasing or otherwise impossible.
+    ///
+    /// The curve comes out as its input polyline.
     Invalid,
 }
 

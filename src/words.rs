@@ -1,14 +1,14 @@
-//! Options of a few values: one list a type, by which they are read, shown and explained.
+//! Options of a few values. One list for each type says how they are read, shown and explained.
 
-/// Gives an enum of options the list `WORDS`; `word`, [`FromStr`](std::str::FromStr) and
-/// [`Display`](std::fmt::Display) go by it.
+/// Gives an enum of options the list `WORDS`, and `word`, [`FromStr`](std::str::FromStr) and
+/// [`Display`](std::fmt::Display) that use it.
 macro_rules! words {
     ($type:ident, $what:literal: [$(($value:ident, $word:literal, $meaning:literal)),+ $(,)?]) => {
         impl $type {
             /// Every value: its word, the value, and what it means.
             pub const WORDS: &[(&str, $type, &str)] = &[$(($word, $type::$value, $meaning)),+];
 
-            /// Its word.
+            /// The word of this value.
             pub fn word(self) -> &'static str {
                 match self {
                     $($type::$value => $word),+

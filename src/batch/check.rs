@@ -1,11 +1,11 @@
-//! What curves are checked for: coordinates, parameters and weights that can be fitted.
+//! Checks of curves: coordinates, parameters and weights that can be fitted.
 
 use super::{CurveBatch, Unfitted};
 use crate::error::short;
 use crate::status::CurveStatus;
 
 impl CurveBatch {
-    /// Finds coordinates that are not finite, but for those of unknown points.
+    /// Finds coordinates that are not finite, except those of unknown points.
     pub(super) fn check_coordinates(&mut self) {
         self.find_problems(|batch, i| {
             let (points, dimension) = (batch.points(i), batch.dimension);
@@ -52,8 +52,10 @@ impl CurveBatch {
         });
     }
 
-    /// Looks once more at the curves with coordinates that are not finite, after other points have
-    /// become known: they may have a problem no more, or a new one.
+    /// Checks the curves with coordinates that are not finite again, after other points became
+    /// known.
+    ///
+    /// A curve may have lost its problem, or have a new one.
     pub(super) fn check_again(&mut self) {
         let mut problems = std::mem::take(&mut self.problems);
         problems.retain(|&i, _| self.points(i).iter().all(|x| x.is_finite()));
@@ -63,14 +65,15 @@ impl CurveBatch {
         self.check_weights();
     }
 
-    /// Says why curve `i` cannot be fitted: its point, and what is wrong with it.
+    /// Records why curve `i` cannot be fitted: its point, and what is wrong with it.
     pub(crate) fn refuse(&mut self, i: usize, point: usize, what: &str) {
         let message = self.sentence(i, point, what);
         self.problems.insert(i, Unfitted { status: CurveStatus::Invalid, message });
     }
 
-    /// Records the first problem that `find` sees in each curve that has none yet: the point and
-    /// what is wrong with it.
+    /// Records the first problem that `find` sees in each curve that has none yet.
+    ///
+    /// `find` returns the point and what is wrong with it.
     fn find_problems(&mut self, find: impl Fn(&Self, usize) -> Option<(usize, String)>) {
         for i in 0..self.len() {
             if self.problems.contains_key(&i) {

@@ -1,29 +1,33 @@
-//! Closing curves: which are closed, and the repeated point that a closed curve does without.
+//! Closing curves: which are closed, and the repeated last point that a closed curve drops.
 
 use super::{CurveBatch, expect_length};
 use crate::constraint::retain_rows;
 use crate::error::Result;
 
 impl CurveBatch {
-    /// Marks every curve as closed, or as open. A closed curve whose last point repeats its first
-    /// loses the last.
+    /// Marks all curves as closed, or all as open.
+    ///
+    /// A closed curve whose last point repeats its first loses the last.
     pub fn closed(self, closed: bool) -> Self {
         let flags = vec![closed; self.len()];
         self.closed_each(flags).expect("one flag a curve")
     }
 
-    /// Marks as closed the curves of at least three points whose last point equals their first, and
-    /// drops the repetition.
+    /// Marks curves of at least three points as closed if their last point equals their first.
+    ///
+    /// The repeated point is dropped.
     pub fn closed_auto(self) -> Self {
         let flags = (0..self.len()).map(|i| self.count(i) > 2 && self.repeats_first(i)).collect();
         self.closed_each(flags).expect("one flag a curve")
     }
 
-    /// Marks each curve as closed or open. A closed curve whose last point repeats its first loses
-    /// the last; the parameter of the point lost gives the parameter length of its closing span.
+    /// Marks each curve as closed or open.
+    ///
+    /// A closed curve whose last point repeats its first loses the last. The parameter of the
+    /// dropped point gives the parameter length of the closing span.
     ///
     /// # Errors
-    /// A number of flags other than the number of curves.
+    /// If the number of flags is not the number of curves.
     pub fn closed_each(mut self, closed: Vec<bool>) -> Result<Self> {
         expect_length("closed flags", closed.len(), self.len(), "curve")?;
         let repeated: Vec<usize> =
@@ -35,17 +39,20 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Distances from each point of curve `i` to the next; of a closed curve also that back to the
-    /// first.
+    /// Distances from each point of curve `i` to the next.
+    ///
+    /// A closed curve has also that back to the first.
     pub(crate) fn chords(&self, i: usize) -> impl Iterator<Item = f64> {
         let (n, d, points) = (self.count(i), self.dimension, self.points(i));
         let point = move |k: usize| &points[k % n * d..][..d];
         (0..self.spans(i)).map(move |k| distance(point(k), point(k + 1)))
     }
 
-    /// The parameter length of the span that closes curve `i`, which has parameters: as stated;
-    /// else 0 where the last point is the first again, and otherwise the closing chord times the
-    /// mean parameter length per unit of chord of the other spans.
+    /// The parameter length of the span that closes curve `i`, which has parameters.
+    ///
+    /// It is the stated one, if there is one. It is 0 if the last point equals the first. Otherwise
+    /// it is the closing chord times the mean parameter length per unit of chord of the other
+    /// spans.
     pub(crate) fn closing_length(&self, i: usize, parameters: &[f64]) -> f64 {
         let chords: Vec<f64> = self.chords(i).collect();
         match (self.closing_span(i), chords.split_last()) {
@@ -58,8 +65,9 @@ impl CurveBatch {
         }
     }
 
-    /// Whether the last point of curve `i` is another than its first, and equal to it. An unknown
-    /// point repeats none.
+    /// Whether curve `i` has a last point beside its first, and the two are equal.
+    ///
+    /// An unknown point equals none.
     pub(crate) fn repeats_first(&self, i: usize) -> bool {
         let (points, d) = (self.points(i), self.dimension);
         let equal = points.len() > d && points[..d] == points[points.len() - d..];
@@ -100,7 +108,7 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
         largest = largest.max(step);
         sum += step * step;
     }
-    // Squares of such numbers are normal, and so is the sum of three of them.
+    // Squares of such numbers are normal, and so is the sum of three squares.
     if (1e-140..1e150).contains(&largest) {
         return sum.sqrt();
     }

@@ -1,5 +1,7 @@
-//! Cutting curves into pieces, which are fitted as curves of their own and whose sentences still
-//! name the points of the whole.
+//! Cutting curves into pieces.
+//!
+//! Pieces are fitted as curves of their own. Their messages still name the points of the whole
+//! curve.
 
 use std::sync::Arc;
 
@@ -7,31 +9,33 @@ use super::CurveBatch;
 use crate::batch::Origin;
 use crate::constraint::gather_rows;
 
-/// Consecutive points of a curve, round the end of a closed one if need be.
+/// Consecutive points of a curve, past the end of a closed one if need be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Piece {
-    /// The curve it is cut from.
+    /// The curve that the piece is cut from.
     pub curve: usize,
-    /// Its first point in that curve.
+    /// The piece's first point in that curve.
     pub first: usize,
-    /// Number of its points; that of a closed curve cut open at one point, which is then both first
-    /// and last, is one more than the curve's.
+    /// Number of the piece's points.
+    ///
+    /// A closed curve that is cut open at one point has that point first and last. It then has one
+    /// point more than the curve.
     pub count: usize,
-    /// Whether it is all of a closed curve, still closed.
+    /// Whether the piece is all of a closed curve, still closed.
     pub closed: bool,
 }
 
-/// What pieces were cut from: for the places in sentences.
+/// What pieces were cut from, for the places in messages.
 #[derive(Clone, Debug)]
 pub(crate) struct Cut {
     whole: Arc<Origin>,
     pieces: Vec<Piece>,
-    /// Number of points of the curve of every piece.
+    /// For every piece the number of points of its curve.
     counts: Vec<usize>,
 }
 
 impl Cut {
-    /// The origin, the curve and the point that point `k` of piece `i` is.
+    /// The origin, curve and point that correspond to point `k` of piece `i`.
     pub fn given(&self, i: usize, k: usize) -> (&Origin, usize, usize) {
         let piece = self.pieces[i];
         (&self.whole, piece.curve, (piece.first + k) % self.counts[i].max(1))
@@ -39,10 +43,11 @@ impl Cut {
 }
 
 impl CurveBatch {
-    /// The pieces as a batch, with their weights and constraints, and the problems of their curves;
-    /// without parameters.
+    /// The pieces as a batch, with their weights and constraints, and the problems of their curves.
+    ///
+    /// The batch has no parameters.
     pub(crate) fn cut(&self, pieces: Vec<Piece>) -> CurveBatch {
-        // By name, so that a new column is not left behind without a thought.
+        // Taken apart by name, so that a new column cannot be forgotten.
         let CurveBatch {
             dimension,
             coords,

@@ -1,4 +1,5 @@
-//! [`CurveBatch`]: a ragged batch of point lists, what every method takes and what every sampling returns.
+//! [`CurveBatch`]: a ragged batch of point lists, the input of every method and the output of every
+//! sampling.
 
 mod check;
 mod closed;
@@ -21,8 +22,9 @@ pub(crate) use cut::{Cut, Piece};
 pub(crate) use origin::Origin;
 pub use point::Point;
 
-/// Why a curve of a batch cannot be fitted: its status and a sentence that names the point, the
-/// value and the remedy.
+/// Why a curve of a batch cannot be fitted.
+///
+/// A status and a sentence that names the point, the value and the remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unfitted {
     /// [`CurveStatus::Invalid`] or [`CurveStatus::Degenerate`].
@@ -34,11 +36,12 @@ pub struct Unfitted {
 /// A ragged batch of point lists: 2-D or 3-D, open or closed, with names, parameters, weights and
 /// constraints.
 ///
-/// Coordinates are flat, point after point (`x y x y …`), and curve `i` owns the points
-/// `offsets[i] .. offsets[i + 1]`. A closed curve does not repeat its first point:
-/// [`closed`](Self::closed) and [`closed_auto`](Self::closed_auto) drop a repeated last point.
-/// Arrays that do not fit together are an error at once; a curve that cannot be fitted (NaN,
-/// decreasing parameters …) is kept, with a [`Unfitted`] of its own, and comes out of every fit as
+/// Coordinates are flat, point after point (`x y x y …`). Curve `i` owns the points `offsets[i] ..
+/// offsets[i + 1]`. A closed curve does not repeat its first point: [`closed`](Self::closed) and
+/// [`closed_auto`](Self::closed_auto) drop a repeated last point.
+///
+/// Arrays that do not fit together are an error at once. A curve that cannot be fitted (NaN,
+/// decreasing parameters …) is kept, with an [`Unfitted`] of its own. It comes out of every fit as
 /// its input polyline.
 ///
 /// ```
@@ -64,10 +67,10 @@ pub struct CurveBatch {
 }
 
 impl CurveBatch {
-    /// A batch of open curves from slices of points.
+    /// Makes a batch of open curves from slices of points.
     ///
     /// # Errors
-    /// None today; the signature leaves room for limits.
+    /// None today. The signature leaves room for limits.
     pub fn from_slices<P: Point>(curves: &[&[P]]) -> Result<Self> {
         let offsets = ragged::offsets(curves.iter().map(|curve| curve.len()));
         let mut coords = Vec::with_capacity(offsets[curves.len()] * P::DIMENSION);
@@ -75,18 +78,19 @@ impl CurveBatch {
         Self::from_ragged(P::DIMENSION, coords, offsets)
     }
 
-    /// A batch of open curves from flat coordinates and offsets: curve `i` is the points
-    /// `offsets[i] .. offsets[i+1]`.
+    /// Makes a batch of open curves from flat coordinates and offsets.
+    ///
+    /// Curve `i` has the points `offsets[i] .. offsets[i+1]`.
     ///
     /// # Errors
-    /// A dimension other than 2 or 3; offsets that are empty, do not start at 0, decrease, or do
-    /// not end at the number of points.
+    /// - A dimension other than 2 or 3.
+    /// - Offsets that are empty, do not start at 0, decrease, or do not end at the number of
+    ///   points.
     pub fn from_ragged(dimension: usize, coords: Vec<f64>, offsets: Vec<usize>) -> Result<Self> {
         Self::from_file(dimension, coords, offsets, Arc::default())
     }
 
-    /// The same for a batch read from a file, so that the problems found name the file, the line
-    /// and the curve.
+    /// Makes a batch that was read from a file. Its problems name the file, the line and the curve.
     pub(crate) fn from_file(
         dimension: usize,
         coords: Vec<f64>,
@@ -129,13 +133,15 @@ impl CurveBatch {
         Ok(batch)
     }
 
-    /// Gives every point its parameter. They must increase along a curve; equal ones are possible
-    /// where the points are equal too (and, for smoothing, anywhere). A closed curve's first point
-    /// may be repeated at its end to state the length of the closing span: call this before
+    /// Gives every point its parameter.
+    ///
+    /// Parameters must increase along a curve. Equal ones are possible where the points are equal
+    /// too (and, for smoothing, anywhere). A closed curve's first point may be repeated at its end
+    /// to state the length of the closing span. In that case call this before
     /// [`closed`](Self::closed).
     ///
     /// # Errors
-    /// A number of parameters other than the number of points.
+    /// If the number of parameters is not the number of points.
     pub fn with_parameters(mut self, parameters: Vec<f64>) -> Result<Self> {
         expect_length("parameters", parameters.len(), self.total_points(), "point")?;
         self.parameters = Some(parameters);
@@ -143,21 +149,22 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Gives every closed curve the parameter length of the span that closes it (ignored for open
-    /// curves).
+    /// Gives every closed curve the parameter length of the span that closes it.
+    ///
+    /// The lengths of open curves are ignored.
     ///
     /// # Errors
-    /// A number of lengths other than the number of curves.
+    /// If the number of lengths is not the number of curves.
     pub fn with_closing_spans(mut self, lengths: Vec<f64>) -> Result<Self> {
         expect_length("closing spans", lengths.len(), self.len(), "curve")?;
         self.closing_spans = Some(lengths);
         Ok(self)
     }
 
-    /// Gives every point its weight, for smoothing; weights must be positive and finite.
+    /// Gives every point its weight, for smoothing. Weights must be positive and finite.
     ///
     /// # Errors
-    /// A number of weights other than the number of points.
+    /// If the number of weights is not the number of points.
     pub fn with_weights(mut self, weights: Vec<f64>) -> Result<Self> {
         expect_length("weights", weights.len(), self.total_points(), "point")?;
         self.weights = Some(weights);
@@ -165,11 +172,13 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Gives the batch its constraints. Coordinates of points that they call unknown may be
-    /// anything, also NaN or infinite; those of all others must be finite, as ever.
+    /// Gives the batch its constraints.
+    ///
+    /// Coordinates of points that they call unknown may be anything, also NaN or infinite. The
+    /// coordinates of all other points must be finite, as ever.
     ///
     /// # Errors
-    /// A column whose length is not the number of points (times the dimension, for vectors).
+    /// If the length of a column is not the number of points (times the dimension, for vectors).
     pub fn with_constraints(mut self, constraints: Constraints) -> Result<Self> {
         let points = self.total_points();
         for (what, column) in [("tangents", &constraints.tangents), ("curvature vectors", &constraints.curvatures)] {
@@ -191,10 +200,10 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Gives every curve a name (any text; it appears in reports, errors and files).
+    /// Gives every curve a name. A name is any text. It appears in reports, errors and files.
     ///
     /// # Errors
-    /// A number of names other than the number of curves.
+    /// If the number of names is not the number of curves.
     pub fn with_names(self, names: Vec<String>) -> Result<Self> {
         expect_length("names", names.len(), self.len(), "curve")?;
         let mut origin = (*self.origin).clone();
@@ -202,7 +211,7 @@ impl CurveBatch {
         Ok(self.with_origin(Arc::new(origin)))
     }
 
-    /// Where the batch came from: names, places in a file, properties to carry through.
+    /// Sets where the batch came from: names, places in a file, properties to carry through.
     pub(crate) fn with_origin(mut self, origin: Arc<Origin>) -> Self {
         self.origin = origin;
         self
@@ -268,7 +277,7 @@ impl CurveBatch {
         Some(&self.parameters.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
     }
 
-    /// The parameter length of the span that closes curve `i`, where one was stated.
+    /// The parameter length of the span that closes curve `i`, if one was stated.
     pub fn closing_span(&self, i: usize) -> Option<f64> {
         self.closing_spans.as_ref().map(|spans| spans[i]).filter(|span| !span.is_nan())
     }
@@ -278,15 +287,18 @@ impl CurveBatch {
         Some(&self.weights.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
     }
 
-    /// Whether point `k` of curve `i` is given: every point is, but for those that the constraints
-    /// call unknown.
+    /// Whether point `k` of curve `i` is known.
+    ///
+    /// Every point is, unless the constraints call it unknown.
     pub fn is_known(&self, i: usize, k: usize) -> bool {
         self.constraints.known.as_ref().is_none_or(|known| known[self.offsets[i] + k])
     }
 
-    /// Refuses a batch with constraints that a method does not know. Every method calls it first,
-    /// so that none is ignored: not by the methods here, and not by one of your own when a later
-    /// version has more kinds. `method` is what its curves are called, in the plural.
+    /// Refuses a batch with constraints that a method does not know.
+    ///
+    /// Every method calls it first, so that no constraint is ignored. That includes your own
+    /// methods, when a later version has more kinds of constraints. `method` is what its curves are
+    /// called, in the plural.
     ///
     /// ```
     /// use faircurve::{Constraint, CurveBatch};
@@ -296,7 +308,7 @@ impl CurveBatch {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Argument`], which names every kind that is given and not among `known`.
+    /// [`Error::Argument`], which names every kind of constraint that is given but not in `known`.
     pub fn allows(&self, known: &[Constraint], method: &str) -> Result<()> {
         self.constraints.expect_only(known, method)
     }
@@ -313,7 +325,7 @@ impl CurveBatch {
         (!tangent[0].is_nan()).then_some(tangent)
     }
 
-    /// The name of curve `i`: as given, or its number counted from 0.
+    /// The name of curve `i`: the one given, or else its number counted from 0.
     pub fn name(&self, i: usize) -> Cow<'_, str> {
         match &self.origin.names {
             Some(names) => Cow::Borrowed(&names[i]),
@@ -321,7 +333,7 @@ impl CurveBatch {
         }
     }
 
-    /// The name of curve `i` for a sentence: 80 characters of it at most.
+    /// The name of curve `i` for a message, at most 80 characters of it.
     pub fn label(&self, i: usize) -> String {
         shortened(&self.name(i)).into_owned()
     }
@@ -331,8 +343,7 @@ impl CurveBatch {
         self.problems.get(&i)
     }
 
-    /// A sentence about point `k` of curve `i` that starts with where it stands: file, line, curve,
-    /// point.
+    /// A message about point `k` of curve `i`. It starts with the place: file, line, curve, point.
     pub fn sentence(&self, i: usize, k: usize, what: &str) -> String {
         let (origin, curve, k) = match &self.origin.cut {
             Some(cut) => cut.given(i, k),
@@ -342,10 +353,11 @@ impl CurveBatch {
         format!("{place}curve {}, point {k}: {what}", self.label(i))
     }
 
-    /// The batch with only the curves listed, in that order (names and constraints follow; carried
-    /// documents do not).
+    /// The batch with only the curves listed, in that order.
+    ///
+    /// Names and constraints follow. Carried documents do not.
     pub fn select(&self, curves: &[usize]) -> Self {
-        // By name, so that a new column is not left behind without a thought.
+        // Taken apart by name, so that a new column cannot be forgotten.
         let CurveBatch {
             dimension,
             coords,
@@ -376,8 +388,9 @@ impl CurveBatch {
         }
     }
 
-    /// The same curves (names, closedness, problems) with other points; parameters, weights and
-    /// constraints are left behind.
+    /// The same curves (names, closedness, problems) with other points.
+    ///
+    /// Parameters, weights and constraints are dropped.
     pub(crate) fn with_points(&self, coords: Vec<f64>, offsets: Vec<usize>) -> Self {
         debug_assert_eq!((offsets.len(), offsets[self.len()] * self.dimension), (self.offsets.len(), coords.len()));
         CurveBatch {

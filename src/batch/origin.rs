@@ -5,26 +5,29 @@ use std::sync::Arc;
 
 use super::Cut;
 
-/// Where a batch came from: what is needed to name a place in an error, and to write the same
-/// document back.
+/// Where a batch came from.
+///
+/// It names places in errors, and lets the same document be written back.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(not(feature = "formats"), expect(dead_code, reason = "what only files have"))]
 pub(crate) struct Origin {
     /// The file's name as the user gave it.
     pub file: Option<String>,
-    /// One name a curve; without them curves are numbered from 0.
+    /// One name a curve. Without names curves are numbered from 0.
     pub names: Option<Vec<String>>,
-    /// The line of the first point of every curve, counted from 1, in formats that have one line a
-    /// point.
+    /// The line of the first point of every curve, counted from 1.
+    ///
+    /// Only formats with one line a point have it.
     pub first_lines: Option<Vec<Option<u64>>>,
     /// The curves whose longitudes were carried past ±180 because they cross the antimeridian.
     pub unwrapped: Vec<usize>,
-    /// Those of them that wind round a pole, and so became open curves that end 360 degrees from
-    /// their start.
+    /// Curves of `unwrapped` that wind round a pole.
+    ///
+    /// They became open curves that end 360 degrees from their start.
     pub round_pole: Vec<usize>,
-    /// What a format keeps of the file to write it again; that format alone knows its type.
+    /// What a format keeps of the file to write it again. Only that format knows the type.
     pub(crate) document: Option<Arc<dyn Any + Send + Sync>>,
-    /// Where the curves are pieces of others: of which.
+    /// What the curves were cut from, if they are pieces of others.
     pub(crate) cut: Option<Cut>,
 }
 

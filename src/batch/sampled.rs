@@ -9,8 +9,10 @@ use crate::constraint::Constraints;
 use crate::ragged;
 
 impl CurveBatch {
-    /// [`sampled`](Self::sampled) from coordinates and parameters curve by curve; `closing` is the
-    /// parameter length from the last sample of a closed curve, at this parameter, to its first.
+    /// [`sampled`](Self::sampled) from coordinates and parameters curve by curve.
+    ///
+    /// `closing` is the parameter length from the last sample of a closed curve, at this parameter,
+    /// to its first.
     pub(crate) fn from_samples(
         dimension: usize,
         samples: Vec<(Vec<f64>, Vec<f64>)>,
@@ -33,13 +35,14 @@ impl CurveBatch {
         Self::sampled(dimension, coords, offsets, closed, t, spans, problems, origin)
     }
 
-    /// The problems of another batch of the same curves.
+    /// Takes over the problems of another batch of the same curves.
     pub(crate) fn with_problems_of(self, other: &CurveBatch) -> Self {
         CurveBatch { problems: other.problems.clone(), ..self }
     }
 
-    /// The samples of fitted curves, which need no check: `problems` are those of curves that were
-    /// not fitted.
+    /// The samples of fitted curves, which need no check.
+    ///
+    /// `problems` are those of curves that were not fitted.
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn sampled(
         dimension: usize,

@@ -1,5 +1,5 @@
-//! Completion of many control polygons at once: each has the unknown points that make its energy
-//! least.
+//! Completion of many control polygons at once. The unknown points of each are those of least
+//! energy.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -22,26 +22,30 @@ use crate::status::CurveStatus;
 /// Completed control polygons.
 #[derive(Clone, Debug)]
 pub struct Solved {
-    /// All control points, where those of the polygons were; known ones bit for bit. Refused curves
-    /// are as they were.
+    /// All control points, in the places of the given ones.
+    ///
+    /// Known points keep their bits. Refused curves are as they were.
     pub coords: Vec<f64>,
-    /// The energy of every curve, summed over coordinates; NaN for refused ones.
+    /// The energy of every curve, summed over coordinates. NaN for refused curves.
     pub energies: Vec<f64>,
-    /// [`CurveStatus::Converged`], [`CurveStatus::NotUnique`], or that of the refusal.
+    /// [`CurveStatus::Converged`], [`CurveStatus::NotUnique`], or the status of the refusal.
     pub statuses: Vec<CurveStatus>,
     /// The curves refused, in order, and why.
     pub refusals: Vec<(usize, Refusal)>,
 }
 
-/// Completes control polygons of any degrees and patterns in one call, in 1 to 4 dimensions: U = W
-/// G a curve, where [`Completion`](super::Completion) has W, which is found once for every degree
+/// Completes control polygons of any degrees and patterns in one call, in 1 to 4 dimensions.
+///
+/// Each curve is a product U = W G. [`Completion`](super::Completion) finds W once for every degree
 /// and pattern.
 ///
 /// On the CPU control points are good to rounding: about 1e-15 of the largest Σ|W||G|, at degree 30
-/// as at degree 3. On a GPU all curves are completed in one dispatch a chunk, in f32 unless the
-/// device is asked for f64. In f32 points are good to 2e-6 of half the curve's largest extent, and
-/// energies to 8e-6 of themselves: a curve whose sums are too much larger than it to promise that,
-/// the CPU completes again in f64.
+/// as at degree 3.
+///
+/// On a GPU all curves are completed in one dispatch a chunk, in f32 unless the device is asked for
+/// f64. In f32 points are good to 2e-6 of half the curve's largest extent, and energies to a
+/// relative error of 8e-6. The sums of some curves are too large, compared with the curve, to
+/// promise that. The CPU completes those again in f64.
 ///
 /// ```
 /// use faircurve::{Device, bezier::{Energy, Given, Polygons, complete}};
@@ -55,8 +59,11 @@ pub struct Solved {
 /// ```
 ///
 /// # Errors
-/// Arrays that do not fit together, an energy without a positive weight; on a GPU what becomes of
-/// submissions. A curve that cannot be completed is [refused](Solved::refusals) by itself.
+/// - Arrays that do not fit together.
+/// - An energy without a positive weight.
+/// - On a GPU the errors of submissions.
+///
+/// A curve that cannot be completed is [refused](Solved::refusals) by itself.
 pub fn complete(polygons: &Polygons, given: &Given, energy: &Energy, device: &Device) -> Result<Solved> {
     polygons.check()?;
     given.check(polygons)?;
@@ -100,16 +107,16 @@ pub fn complete(polygons: &Polygons, given: &Given, energy: &Energy, device: &De
     Ok(solved)
 }
 
-/// What became of a curve.
+/// The status of a completed curve, or why it was refused.
 pub(super) type Outcome = Result<CurveStatus, Refusal>;
 
-/// Polygons with everything that is computed once a pattern.
+/// Polygons with what is computed once for each pattern.
 pub(super) struct Completion<'a> {
     pub polygons: Polygons<'a>,
     given: Given<'a>,
     pub energy: Energy,
     pub ready: Vec<Option<Ready>>,
-    /// Of every curve its pattern's place in `ready`, or [`NONE`].
+    /// For every curve the place of its pattern in `ready`, or [`NONE`].
     pub numbers: Vec<u32>,
 }
 
@@ -170,8 +177,9 @@ impl<'a> Completion<'a> {
         (!vector[0].is_nan()).then_some(vector)
     }
 
-    /// Collects what is given of a curve of this pattern, points relative to the first known one,
-    /// which is returned: 0 where there is none. Lengths of directions are found here.
+    /// Collects the data of a curve of this pattern, points relative to the first known one.
+    ///
+    /// Returns that point, or 0 if there is none. Lengths of directions are found here.
     #[inline(always)]
     pub fn gather<const D: usize>(
         &self,
@@ -281,7 +289,7 @@ impl<const D: usize> pulp::WithSimd for Part<'_, D> {
 }
 
 impl Ready {
-    /// What a completed curve is.
+    /// The status of a completed curve, or why it is refused.
     #[inline(always)]
     pub fn status(&self, coords: &[f64], energy: f64) -> Outcome {
         match (coords.iter().all(|x| x.is_finite()) && energy.is_finite(), self.is_unique) {

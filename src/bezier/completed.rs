@@ -10,8 +10,9 @@ use crate::error::Result;
 use crate::report::{CurveReport, Fit};
 use crate::status::CurveStatus;
 
-/// Chains of Béziers, one a curve of the batch, with a report each. A curve that could not be
-/// completed is what came in.
+/// Chains of Béziers, one a curve of the batch, with a report each.
+///
+/// A curve that could not be completed is what came in.
 #[derive(Clone, Debug)]
 pub struct Completed {
     pub(super) chains: Chains,
@@ -20,18 +21,19 @@ pub struct Completed {
 }
 
 impl Completed {
-    /// Control points: names, order and closedness of the input. Pieces share their joints; a
-    /// closed chain does not repeat its first point.
+    /// Control points, with the names, order and closedness of the input.
+    ///
+    /// Pieces share their joints. A closed chain does not repeat its first point.
     pub fn control_points(&self) -> &CurveBatch {
         &self.chains.control
     }
 
-    /// One report a curve: the energy is that of its control points, in the units of the input.
+    /// One report a curve. The energy is that of its control points, in the units of the input.
     pub fn reports(&self) -> &[CurveReport] {
         &self.reports
     }
 
-    /// The degree of the pieces of curve `i`; none for a curve that could not be completed.
+    /// The degree of the pieces of curve `i`, or `None` for a curve that could not be completed.
     pub fn degree(&self, i: usize) -> Option<usize> {
         self.chains.degrees[i]
     }
@@ -46,11 +48,12 @@ impl Completed {
         Fit::new(self.chains, self.reports, self.device)
     }
 
-    /// The same curves with pieces of a degree higher by `by` ([`elevate()`]). Those that would
-    /// pass [`MOST_DEGREE`] stay as they are and become `invalid`.
+    /// The same curves with pieces of a degree higher by `by` ([`elevate()`]).
+    ///
+    /// Curves that would pass [`MOST_DEGREE`] stay as they are and become `invalid`.
     ///
     /// # Errors
-    /// On a GPU what becomes of submissions.
+    /// On a GPU the errors of submissions.
     pub fn elevate(mut self, by: usize, device: &Device) -> Result<Completed> {
         self.refuse(|degree| {
             (degree.saturating_add(by) > MOST_DEGREE).then(|| {
@@ -62,12 +65,14 @@ impl Completed {
         Ok(self)
     }
 
-    /// Curves of a degree lower by `by` near these, pieces keeping their ends ([`reduce()`]); the
-    /// reports' deviations are bounds of what that changes. Pieces of degree `by` or less stay as
-    /// they are, and the curve becomes `invalid`. Joints of a chain lose their smoothness.
+    /// Curves of a degree lower by `by` near these ([`reduce()`]).
+    ///
+    /// Pieces keep their ends, but joints of a chain lose their smoothness. The reports' deviations
+    /// are bounds of the change. Pieces of degree `by` or less stay as they are, and the curve
+    /// becomes `invalid`.
     ///
     /// # Errors
-    /// On a GPU what becomes of submissions.
+    /// On a GPU the errors of submissions.
     pub fn reduce(mut self, by: usize, device: &Device) -> Result<Completed> {
         self.refuse(|degree| {
             (degree <= by).then(|| format!("degree {degree} cannot be reduced by {by}: degree 1 at least must remain"))
@@ -82,7 +87,7 @@ impl Completed {
         Ok(self)
     }
 
-    /// Makes curves of a degree that there is a sentence about invalid.
+    /// Marks a curve as invalid if `sentence` says what is wrong with its degree.
     fn refuse(&mut self, sentence: impl Fn(usize) -> Option<String>) {
         for i in 0..self.reports.len() {
             if let Some(what) = self.chains.degrees[i].and_then(&sentence) {
@@ -95,7 +100,7 @@ impl Completed {
 }
 
 impl Chains {
-    /// Every piece by itself, joints repeated.
+    /// Every piece as a polygon of its own, joints repeated.
     fn separate(&self) -> Controls {
         let mut pieces = Controls { dimension: self.control.dimension(), coords: Vec::new(), offsets: vec![0] };
         for i in 0..self.degrees.len() {
@@ -107,7 +112,7 @@ impl Chains {
         pieces
     }
 
-    /// Puts pieces of another degree in the place of these.
+    /// Replaces the pieces by pieces of another degree.
     fn join(&mut self, pieces: &Controls) {
         let dimension = pieces.dimension;
         let (mut coords, mut offsets) = (Vec::new(), vec![0]);

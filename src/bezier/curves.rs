@@ -10,14 +10,15 @@ use crate::parallel;
 use crate::report::CurveSet;
 use glam::DVec3;
 
-/// Control points of chains of Béziers, each of its own degree: pieces share their joints, and a
-/// closed chain does not repeat its first point.
+/// Control points of chains of Béziers, each of its own degree.
+///
+/// Pieces share their joints. A closed chain does not repeat its first point.
 #[derive(Clone, Debug)]
 pub(super) struct Chains {
     pub control: CurveBatch,
-    /// Of the pieces of each curve; none for a curve that could not be completed.
+    /// The degree of the pieces of each curve, or `None` for a curve that could not be completed.
     pub degrees: Vec<Option<usize>>,
-    /// Parameters of the joints of each curve; without them 0, 1, 2 ….
+    /// Parameters of the joints of each curve. Without them the parameters are 0, 1, 2 ….
     pub knots: Option<Vec<Vec<f64>>>,
 }
 
@@ -153,11 +154,10 @@ impl Chain<'_> {
     }
 }
 
-/// Point and derivatives of a Bézier curve at the fraction `u` of a span of this length; the
-/// control points are overwritten.
+/// Point and derivatives of a Bézier curve at the fraction `u` of a span of this length.
 ///
-/// The last columns of the triangle hold the differences that the derivatives are: X⁽ʳ⁾ = d!/(d−r)!
-/// Δʳ over what is left of r + 1 points.
+/// The control points are overwritten. The last columns of the triangle hold the differences for
+/// the derivatives: X⁽ʳ⁾ = d!/(d−r)! Δʳ of the r + 1 points that are left.
 fn de_casteljau(points: &mut [DVec3], u: f64, length: f64) -> Jet {
     let degree = points.len() - 1;
     let mut jet = Jet::default();

@@ -1,9 +1,8 @@
-//! Directions at the ends: first derivatives of which the length, the speed, is free.
+//! Directions at the ends: first derivatives whose length, the speed, is free.
 //!
-//! With X′(0) = α T₀ and X′(1) = β T₁ the least energy is a quadratic function of α and β, whose
-//! coefficients are inner products of columns of the energy's rows. Directions ask for α, β > 0:
-//! where the least is at 0 or on the far side of it, no curve has the direction and the least
-//! energy.
+//! With X′(0) = α T₀ and X′(1) = β T₁ the least energy is a quadratic function of α and β. Its
+//! coefficients are inner products of columns of the energy's rows. Directions ask for α, β > 0. If
+//! the least is at 0 or on the far side of it, no curve has the direction and the least energy.
 
 use super::operator::Operator;
 use super::pattern::Pattern;
@@ -16,8 +15,9 @@ pub(super) struct Speeds {
     products: [Vec<f64>; 2],
 }
 
-/// Energies that change by no more than this, relative to the largest entry of their form, do not
-/// depend on a speed: rounding of some thirty terms.
+/// The largest change of an energy that counts as none, relative to the largest entry of its form.
+///
+/// It is the rounding of some thirty terms.
 const NOTHING: f64 = 1e-13;
 
 /// What became of the speeds.
@@ -25,9 +25,9 @@ const NOTHING: f64 = 1e-13;
 pub(super) enum Found {
     /// The speeds at both ends; 1 where no direction is given.
     Speeds([f64; 2]),
-    /// The energy does not depend on them: the vectors as they are.
+    /// The energy does not depend on the speeds. The vectors stay as they are.
     Any,
-    /// It is least where the curve stands still at this end.
+    /// The energy is least where the curve stands still at this end.
     Still(usize),
 }
 
@@ -77,8 +77,8 @@ impl Speeds {
             }
             _ => {}
         }
-        // With one of them held at 0 the other may change its sign, but the least energy stays on
-        // the border.
+        // If one of them is held at 0 the other may change its sign. The least energy stays on the
+        // border all the same.
         match ends.iter().find(|&&(end, _)| speeds[end].is_nan() || speeds[end] <= 0.0) {
             Some(&(end, _)) => Found::Still(end),
             None => Found::Speeds(speeds),

@@ -1,13 +1,14 @@
-//! [`Eigenstructure`]: which control polygons bend most, which not at all.
+//! [`Eigenstructure`]: which control polygons bend most, and which do not bend at all.
 
 use super::energy::Energy;
 use crate::error::Result;
 
-/// M = Σ λₖ vₖ vₖᵀ: with Qₖ = vₖᵀ P the energy is Σ λₖ |Qₖ|² (Eberly, section 3).
+/// The eigenvalues and eigenvectors of the energy matrix: M = Σ λₖ vₖ vₖᵀ.
 ///
-/// Eigenvalues of 0, as many as the order of the energy (or d + 1, if that is less), have control
-/// polygons that are polynomials in the number of the control point: curves of lower degree,
-/// elevated.
+/// With Qₖ = vₖᵀ P the energy is Σ λₖ |Qₖ|² (Eberly, section 3).
+///
+/// As many eigenvalues are 0 as the order of the energy (or d + 1, if that is less). Their control
+/// polygons are polynomials in the number of the control point: curves of lower degree, elevated.
 ///
 /// ```
 /// use faircurve::bezier::{Eigenstructure, Energy};
@@ -22,14 +23,16 @@ use crate::error::Result;
 pub struct Eigenstructure {
     /// d + 1 eigenvalues, the largest first.
     pub values: Vec<f64>,
-    /// Unit eigenvectors in the same order, orthogonal to each other; the first entry that is not 0
-    /// is positive.
+    /// Unit eigenvectors in the same order, orthogonal to each other.
+    ///
+    /// The first entry of each that is not 0 is positive.
     pub vectors: Vec<Vec<f64>>,
 }
 
 impl Eigenstructure {
-    /// From the singular values of F, M = FᵀF: an eigenvalue λ is good to some ε √(λ λ₀), λ₀ the
-    /// largest.
+    /// Computes them from the singular values of F, with M = FᵀF.
+    ///
+    /// An eigenvalue λ is good to some ε √(λ λ₀), where λ₀ is the largest.
     ///
     /// # Errors
     /// An energy that weighs nothing.
@@ -54,10 +57,11 @@ impl Eigenstructure {
     }
 }
 
-/// Squares of the singular values, and right singular vectors, of a matrix given by its columns:
-/// rotations in pairs until all columns are orthogonal (Hestenes 1958), which finds small ones to
-/// their own digits where these can be had (Demmel and Veselić 1992). nalgebra's, by a bidiagonal
-/// matrix, is wrong in the eleventh digit at degree 5 and order 3.
+/// Squares of the singular values, and right singular vectors, of a matrix given by its columns.
+///
+/// Pairs of columns are rotated until all columns are orthogonal (Hestenes 1958). That finds small
+/// values to their own digits where these can be had (Demmel and Veselić 1992). nalgebra's method,
+/// by a bidiagonal matrix, is wrong in the eleventh digit at degree 5 and order 3.
 fn right_singular(mut columns: Vec<Vec<f64>>) -> Vec<(f64, Vec<f64>)> {
     let count = columns.len();
     let mut vectors: Vec<Vec<f64>> =
@@ -90,15 +94,16 @@ fn right_singular(mut columns: Vec<Vec<f64>>) -> Vec<(f64, Vec<f64>)> {
     columns.iter().map(|column| dot(column, column)).zip(vectors).collect()
 }
 
-/// Ten sweeps suffice for 31 columns; columns of nothing but rounding would go on turning.
+/// Ten sweeps suffice for 31 columns. Columns of nothing but rounding would go on turning.
 const MOST_SWEEPS: usize = 30;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// A unit vector in the direction of this one's part that is orthogonal to all others; twice is
-/// enough (Kahan, Parlett).
+/// The unit vector along the part of `vector` that is orthogonal to all others.
+///
+/// Two passes are enough (Kahan, Parlett).
 fn orthonormal(mut vector: Vec<f64>, others: &[Vec<f64>]) -> Vec<f64> {
     for other in others.iter().chain(others) {
         let along = dot(&vector, other);
@@ -109,7 +114,7 @@ fn orthonormal(mut vector: Vec<f64>, others: &[Vec<f64>]) -> Vec<f64> {
     vector
 }
 
-/// What is this small beside a unit vector is 0 but for rounding.
+/// A part this small beside a unit vector is nothing but rounding.
 const NOTHING: f64 = 1e-12;
 
 fn orient(vector: &mut [f64]) {

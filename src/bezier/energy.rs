@@ -1,7 +1,8 @@
 //! ∫|X⁽ʳ⁾|² dt of a Bézier curve as a quadratic form of its control points.
 //!
-//! With the differences Δʳ of the control points, X⁽ʳ⁾ is the Bézier curve of degree n = d − r
-//! whose control points are d!/(d−r)! ΔʳP, and ∫ Bᵢ Bⱼ dt = C(n,i) C(n,j) / ((2n+1) C(2n,i+j)).
+//! Δʳ are the differences of the control points. X⁽ʳ⁾ is the Bézier curve of degree n = d − r with
+//! the control points d!/(d−r)! ΔʳP. Its products have the integrals ∫ Bᵢ Bⱼ dt = C(n,i) C(n,j) /
+//! ((2n+1) C(2n,i+j)).
 
 use num_rational::BigRational;
 use num_traits::Zero;
@@ -9,7 +10,7 @@ use num_traits::Zero;
 use super::exact::{Matrix, binomial, falling, ratio, to_f64};
 use crate::error::{Error, Result};
 
-/// What a completed curve makes least: Σ weights\[r−1\] ∫₀¹ |X⁽ʳ⁾|² dt, r = 1, 2, 3.
+/// The energy that a completed curve makes least: Σ weights\[r−1\] ∫₀¹ |X⁽ʳ⁾|² dt, r = 1, 2, 3.
 ///
 /// ```
 /// use faircurve::bezier::Energy;
@@ -18,7 +19,7 @@ use crate::error::{Error, Result};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy {
-    /// Weights of ∫|X′|², ∫|X″|² and ∫|X‴|², not negative, one at least positive.
+    /// Weights of ∫|X′|², ∫|X″|² and ∫|X‴|². None is negative, and one at least is positive.
     pub weights: [f64; 3],
 }
 
@@ -37,13 +38,13 @@ impl Energy {
     /// ∫|X⁽ʳ⁾|² dt alone, r = 1, 2 or 3.
     ///
     /// # Panics
-    /// Another order.
+    /// With another order.
     pub fn of_order(r: usize) -> Self {
         assert!((1..=3).contains(&r), "the order is {r}; 1, 2 and 3 are possible");
         Energy { weights: std::array::from_fn(|k| f64::from(u8::from(k + 1 == r))) }
     }
 
-    /// The least order that weighs anything: so many known points determine a curve.
+    /// The least order with a weight. That many known points determine a curve.
     pub fn order(&self) -> Option<usize> {
         self.weights.iter().position(|&weight| weight > 0.0).map(|k| k + 1)
     }
@@ -62,12 +63,12 @@ impl Energy {
         }
     }
 
-    /// The orders that count, with their weights.
+    /// The orders with a weight, and their weights.
     fn terms(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0).map(|(k, &weight)| (k + 1, weight))
     }
 
-    /// M of the whole energy, Pᵀ M P a coordinate: exact for the f64 weights.
+    /// M of the whole energy, exact for the f64 weights. The energy of a coordinate is Pᵀ M P.
     pub fn matrix(&self, degree: usize) -> Matrix {
         let zero = Matrix::from_fn(degree + 1, degree + 1, |_, _| BigRational::zero());
         self.terms().fold(zero, |sum, (order, weight)| {
@@ -76,9 +77,11 @@ impl Energy {
         })
     }
 
-    /// F with M = FᵀF, row after row (columns: control points): the coefficients of √weight X⁽ʳ⁾ in
-    /// orthonormal Legendre polynomials. Energies as |F P|² have no more error than the rounding of
-    /// coordinates brings, however near to 0 they are.
+    /// F with M = FᵀF, row after row (columns: control points).
+    ///
+    /// The rows are the coefficients of √weight X⁽ʳ⁾ in orthonormal Legendre polynomials. An energy
+    /// as
+    /// |F P|² has no more error than the rounding of coordinates brings, however near to 0 it is.
     pub(super) fn factor(&self, degree: usize) -> Vec<f64> {
         let rows = |(order, weight): (usize, f64)| {
             let legendre = legendre_matrix(degree, order);
@@ -92,8 +95,9 @@ impl Energy {
     }
 }
 
-/// M of ∫₀¹ |X⁽ʳ⁾|² dt = Pᵀ M P for curves of degree d: exact, (d+1) × (d+1), by the closed form.
-/// Zero for r > d.
+/// M of ∫₀¹ |X⁽ʳ⁾|² dt = Pᵀ M P for curves of degree d, by the closed form.
+///
+/// The matrix is exact and has (d+1) × (d+1) entries. It is zero for r > d.
 ///
 /// ```
 /// use faircurve::bezier::energy_matrix;
@@ -111,8 +115,10 @@ pub fn energy_matrix(degree: usize, order: usize) -> Matrix {
     derivative.transposed().times(&gram.times(&derivative))
 }
 
-/// M again, by Eberly's recursion for the Beta function (section 5 of the paper): the terms of X⁽ʳ⁾
-/// are integrated one by one. Slower; kept as a second witness.
+/// M by Eberly's recursion for the Beta function (section 5 of the paper).
+///
+/// It integrates the terms of X⁽ʳ⁾ one by one. It is slower than [`energy_matrix`] and serves as a
+/// check of it.
 pub fn energy_matrix_by_beta(degree: usize, order: usize) -> Matrix {
     let beta = beta_table(2 * degree);
     // X⁽ʳ⁾ by Leibniz' rule: coefficients of tᵖ (1−t)^(d−r−p), p = i − k.
@@ -136,8 +142,9 @@ pub fn energy_matrix_by_beta(degree: usize, order: usize) -> Matrix {
     })
 }
 
-/// ∫ tᵖ (1−t)ⁿ dt = B(p+1, n+1) for p + n ≤ most, by B(p+1, n+1) = p/(p+n+1) B(p, n+1), or
-/// n/(p+n+1) B(p+1, n).
+/// ∫ tᵖ (1−t)ⁿ dt = B(p+1, n+1) for p + n ≤ most.
+///
+/// The recursions are B(p+1, n+1) = p/(p+n+1) B(p, n+1) and n/(p+n+1) B(p+1, n).
 fn beta_table(most: usize) -> Vec<Vec<BigRational>> {
     let mut table: Vec<Vec<BigRational>> = Vec::with_capacity(most + 1);
     for p in 0..=most {
@@ -165,8 +172,9 @@ pub(super) fn derivative_matrix(degree: usize, order: usize) -> Matrix {
     })
 }
 
-/// ∫ X⁽ʳ⁾ Lₖ dt from control points, k = 0 … d − r: Lₖ = Σⱼ (−1)^(k+j) C(k,j) Bⱼᵏ is Legendre's
-/// polynomial on [0, 1], ∫ Lₖ² = 1/(2k+1).
+/// ∫ X⁽ʳ⁾ Lₖ dt from control points, k = 0 … d − r.
+///
+/// Lₖ = Σⱼ (−1)^(k+j) C(k,j) Bⱼᵏ is the Legendre polynomial on [0, 1], with ∫ Lₖ² = 1/(2k+1).
 fn legendre_matrix(degree: usize, order: usize) -> Matrix {
     if order > degree {
         return Matrix::from_fn(0, degree + 1, |_, _| BigRational::zero());

@@ -1,6 +1,6 @@
 //! Matrices of exact rationals, as far as Bézier curves of degree 30 need them.
 
-// Loops by number read as the formulas do.
+// Index loops read as the formulas do.
 #![allow(clippy::needless_range_loop)]
 
 use num_bigint::BigInt;
@@ -57,17 +57,17 @@ impl Matrix {
         })
     }
 
-    /// Rows for columns.
+    /// The transposed matrix.
     pub fn transposed(&self) -> Matrix {
         Matrix::from_fn(self.columns, self.rows, |i, j| self.at(j, i).clone())
     }
 
-    /// The same with every fraction reduced.
+    /// The same matrix with every fraction reduced.
     pub(super) fn reduced(&self) -> Matrix {
         Matrix::from_fn(self.rows, self.columns, |i, j| self.at(i, j).reduced())
     }
 
-    /// The least multiple of whole numbers.
+    /// The least multiple of the matrix that has whole entries.
     pub(super) fn whole(&self) -> Matrix {
         let common = common_denominator(&self.entries);
         Matrix::from_fn(self.rows, self.columns, |i, j| self.at(i, j) * &common)
@@ -89,7 +89,7 @@ pub(super) fn to_f64(x: &BigRational) -> f64 {
     x.to_f64().expect("every rational is near some f64")
 }
 
-/// n over k; 0 beyond the triangle.
+/// The binomial coefficient n over k. 0 for k > n.
 pub(super) fn binomial(n: usize, k: usize) -> BigInt {
     if k > n { BigInt::zero() } else { num_integer::binomial(BigInt::from(n), BigInt::from(k)) }
 }
@@ -101,14 +101,15 @@ pub(super) fn falling(n: usize, k: usize) -> BigInt {
 
 /// The solutions x = particular · g + Σ free vectors of A x = B g for any g.
 pub(super) struct Solutions {
-    /// One column an entry of g.
+    /// One column for each entry of g.
     pub particular: Matrix,
-    /// A basis of what A makes 0, one a column.
+    /// A basis of the null space of A, one vector a column.
     pub free: Matrix,
 }
 
-/// Solves A x = B g exactly for all g at once: A and B side by side, `unknowns` columns of A.
-/// `None` where some g has no solution.
+/// Solves A x = B g exactly for all g at once.
+///
+/// A and B stand side by side, and A has `unknowns` columns. `None` if some g has no solution.
 pub(super) fn solve(system: &Matrix, unknowns: usize) -> Option<Solutions> {
     let mut rows: Vec<Vec<BigInt>> = (0..system.rows).map(|i| integers(system, i)).collect();
     let (pivots, denominator) = echelon(&mut rows, unknowns);
@@ -116,7 +117,7 @@ pub(super) fn solve(system: &Matrix, unknowns: usize) -> Option<Solutions> {
         return None;
     }
     let row_of = |column: usize| pivots.iter().position(|&pivot| pivot == column);
-    // Reduced fractions would take longer than all the rest.
+    // To reduce the fractions would take longer than all the rest.
     let entry = |i: usize, column: usize| {
         let numerator = &rows[row_of(i)?][column];
         let numerator = if denominator.is_negative() { -numerator } else { numerator.clone() };
@@ -138,22 +139,23 @@ fn common_denominator(entries: &[BigRational]) -> BigInt {
     fractions.fold(BigInt::one(), |common, x| common.lcm(x.denom()))
 }
 
-/// A row times the least number that makes it whole.
+/// A row times the least number that makes its entries whole.
 fn integers(system: &Matrix, i: usize) -> Vec<BigInt> {
     let row = &system.entries[i * system.columns..(i + 1) * system.columns];
     let common = common_denominator(row);
     row.iter().map(|x| x.numer() * (&common / x.denom())).collect()
 }
 
-/// Reduced row echelon form without fractions (Bareiss 1968, in the manner of Gauss and Jordan: all
-/// divisions are exact). Returns the columns of the pivots, one a row from the first on, and what
-/// all pivots are in the end.
+/// Reduced row echelon form without fractions.
+///
+/// The method is Bareiss 1968, in the manner of Gauss and Jordan: all divisions are exact. Returns
+/// the columns of the pivots, one a row from the first on, and the final value of all pivots.
 fn echelon(rows: &mut [Vec<BigInt>], unknowns: usize) -> (Vec<usize>, BigInt) {
     let mut pivots = Vec::new();
     let mut last = BigInt::one();
     for column in 0..unknowns {
         let own = pivots.len();
-        // The smallest keeps the numbers short.
+        // The smallest pivot keeps the numbers short.
         let candidates = (own..rows.len()).filter(|&i| !rows[i][column].is_zero());
         let Some(chosen) = candidates.min_by_key(|&i| rows[i][column].abs()) else { continue };
         rows.swap(own, chosen);

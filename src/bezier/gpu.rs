@@ -1,4 +1,5 @@
-//! [`Job`]: small matrices applied to many curves on a GPU; [`polygons`] has completion and transformation.
+//! [`Job`]: small matrices applied to many curves on a GPU. [`polygons`] completes and transforms
+//! with it.
 
 mod layout;
 mod polygons;
@@ -21,11 +22,12 @@ use bytemuck::{Pod, Zeroable};
 use layout::{Found, Layout};
 pub(super) use polygons::{complete_on_gpu, transform_on_gpu};
 
-/// Threads, and curves, a workgroup.
+/// Threads of a workgroup, which is also its number of curves.
 const GROUP: usize = 64;
 
-/// Numbers of a chunk, data and results together, at most: so many are packed while as many are
-/// computed.
+/// The most numbers of a chunk, data and results together.
+///
+/// One chunk is packed while the one before is computed.
 const MOST_NUMBERS: u64 = 1 << 23;
 
 /// `ApplyParams` of `operator.wgsl`.
@@ -59,8 +61,9 @@ pub(crate) fn bezier_kernels(precision: Precision) -> Vec<KernelKey> {
     (1..=4).map(|dimension| kernel(precision, dimension)).collect()
 }
 
-/// A matrix to be applied: the first `points` rows give points, the squares of the others are
-/// summed.
+/// A matrix to be applied.
+///
+/// The first `points` rows give points. The squares of the others are summed.
 #[derive(Clone, Copy)]
 struct Product<'a> {
     operator: &'a Operator<f64>,
@@ -72,18 +75,18 @@ impl Product<'_> {
         self.points < self.operator.rows()
     }
 
-    /// Rows that one thread takes at most. Others take those that are left.
+    /// The most rows that one thread takes. Other threads take the rest.
     fn rows_at_once(&self) -> usize {
         (LOOP_TURNS / (self.operator.columns() + 1)).max(1) * BLOCK
     }
 
-    /// Whether threads have the patience for it.
+    /// Whether the product is small enough for threads of the device.
     fn is_for_kernel(&self) -> bool {
         self.operator.columns() < LOOP_TURNS && (!self.has_energy() || self.operator.rows() <= self.rows_at_once())
     }
 }
 
-/// One run: the number of each curve's operator, [`NONE`] where there is nothing to do.
+/// One run: the number of each curve's operator, or [`NONE`] if there is nothing to do.
 struct Job<'a> {
     gpu: &'a Gpu,
     precision: Precision,
@@ -99,12 +102,14 @@ struct UnderWay<'a> {
 }
 
 impl<'a> Job<'a> {
-    /// Applies all operators. `gather` collects the data of a curve, one point a column, or says
-    /// that it has none; `finish` gets what was found for a range of curves. Ranges come in order
-    /// and cover all curves.
+    /// Applies all operators.
     ///
-    /// Data are divided by the power of two at or below the largest of them, which rounds nothing.
-    /// A curve whose data are not all finite is not sent.
+    /// `gather` collects the data of a curve, one point a column, or says that it has none.
+    /// `finish` gets what was found for a range of curves. Ranges come in order and cover all
+    /// curves.
+    ///
+    /// The data of a curve are divided by the power of two at or below the largest of them, which
+    /// rounds nothing. A curve whose data are not all finite is not sent.
     fn run<const D: usize>(
         &self,
         gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
@@ -112,7 +117,7 @@ impl<'a> Job<'a> {
     ) -> Result<(), Interrupted> {
         let bytes = self.precision.bytes();
         self.check(bytes)?;
-        // Storage, what is downloaded of it, and what is packed meanwhile.
+        // Storage, what is downloaded of it, and what is packed at the same time.
         let together = 3 * bytes;
         let limits = self.gpu.limits().with_chunks_of(MOST_NUMBERS * together);
         let numbers =
@@ -129,25 +134,29 @@ impl<'a> Job<'a> {
         )
     }
 
-    /// The operator of a number, if it is one for the kernel.
+    /// The operator of a number, if the kernel can apply it.
     fn product(&self, number: u32) -> Option<Product<'a>> {
         self.operators.get(number as usize).copied().flatten().filter(Product::is_for_kernel)
     }
 
-    /// Of a curve: data and results.
+    /// Numbers of a curve: data and results.
     fn numbers_of<const D: usize>(&self, product: Product) -> usize {
         product.operator.columns() * D + self.results_of::<D>(product)
     }
 
-    /// Results of a curve: its points, one magnitude a thread in f32, and of energies sum and, in
-    /// f32, magnitude.
+    /// Numbers in the results of a curve.
+    ///
+    /// They are its points, one magnitude a thread in f32, the sum of its energy and, in f32, the
+    /// magnitude of that sum.
     fn results_of<const D: usize>(&self, product: Product) -> usize {
         let magnitude = self.magnitudes();
         let threads = product.points.div_ceil(product.rows_at_once()).max(1);
         product.points * D + threads * magnitude + usize::from(product.has_energy()) * (1 + magnitude)
     }
 
-    /// Whether there are magnitudes, as a number: f64 has none better to turn to.
+    /// 1 if there are magnitudes, else 0.
+    ///
+    /// In f64 there are none: no better precision could use them.
     fn magnitudes(&self) -> usize {
         usize::from(self.precision != Precision::F64)
     }
@@ -183,7 +192,7 @@ impl<'a> Job<'a> {
             }
             let first = operators.len() - product.operator.blocks().len();
             let at_once = product.rows_at_once();
-            // A product without rows has its one thread too, which says that all is 0.
+            // A product without rows has one thread too. It says that all is 0.
             for (k, row) in (0..product.operator.rows().max(1)).step_by(at_once).enumerate() {
                 let points = product.points.saturating_sub(row).min(at_once);
                 groups.push(ApplyGroup {

@@ -6,12 +6,14 @@ use crate::error::Result;
 use crate::parallel;
 use kurbo::{CubicBez, Line, ParamCurveArclen, Point, QuadBez};
 
-/// Relative accuracy asked of kurbo; what [`arclength`] keeps by itself.
+/// Relative accuracy asked of kurbo. [`arclength`] keeps it by itself.
 const TOLERANCE: f64 = 1e-9;
 
-/// The arc length of every curve, to 1e-9 of the length of its control polygon or better: planar
-/// ones up to cubics by kurbo, the others by Gauss–Legendre quadrature with halving
-/// ([`arclength`]). NaN where a coordinate is; 0 without control points.
+/// The arc length of every curve, to 1e-9 of the length of its control polygon or better.
+///
+/// kurbo measures planar curves up to cubics. Gauss–Legendre quadrature with halving
+/// ([`arclength`]) measures the others. The length is NaN if a coordinate is, and 0 without control
+/// points.
 ///
 /// ```
 /// use faircurve::bezier::{Polygons, lengths};
@@ -25,7 +27,7 @@ const TOLERANCE: f64 = 1e-9;
 /// ```
 ///
 /// # Errors
-/// Arrays that do not fit together.
+/// If the arrays do not fit together.
 pub fn lengths(polygons: &Polygons) -> Result<Vec<f64>> {
     polygons.check()?;
     let length = |i: usize| match polygons.dimension {
@@ -50,7 +52,7 @@ fn planar(coords: &[f64]) -> f64 {
     }
 }
 
-/// ∫|X′| dt; X′ is the curve of the control points d ΔP.
+/// ∫|X′| dt. X′ is the Bézier curve of the control points d ΔP.
 fn length<const D: usize>(coords: &[f64]) -> f64 {
     let points = coords.as_chunks::<D>().0;
     let degree = points.len().saturating_sub(1) as f64;

@@ -1,5 +1,4 @@
-//! What is done to control polygons by one matrix a degree: elevation, reduction, division,
-//! evaluation.
+//! Operations with one matrix for each degree: elevation, reduction, division, evaluation.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,9 +15,11 @@ use crate::ragged;
 use num_rational::BigRational;
 use num_traits::{One, Zero};
 
-/// The same curves as curves of a degree higher by `by`: Q = T P with T\[i\]\[j\] = C(d,j)
-/// C(by,i−j) / C(d+by,i), what `by` elevations Qᵢ = i/(d+1) Pᵢ₋₁ + (1 − i/(d+1)) Pᵢ come to. End
-/// points keep their bits; the others are averages, good to rounding.
+/// The same curves as curves of a degree higher by `by`.
+///
+/// Q = T P with T\[i\]\[j\] = C(d,j) C(by,i−j) / C(d+by,i). That is the product of `by` elevations
+/// Qᵢ = i/(d+1) Pᵢ₋₁ + (1 − i/(d+1)) Pᵢ. End points keep their bits. The others are averages, good
+/// to rounding.
 ///
 /// ```
 /// use faircurve::{Device, bezier::{Polygons, elevate}};
@@ -29,8 +30,11 @@ use num_traits::{One, Zero};
 /// ```
 ///
 /// # Errors
-/// Arrays that do not fit together, degrees beyond [`MOST_DEGREE`]; on a GPU what becomes of
-/// submissions. Curves without control points stay so.
+/// - Arrays that do not fit together.
+/// - Degrees beyond [`MOST_DEGREE`].
+/// - On a GPU the errors of submissions.
+///
+/// Curves without control points stay so.
 pub fn elevate(polygons: &Polygons, by: usize, device: &Device) -> Result<Controls> {
     polygons.check()?;
     if let Some(i) =
@@ -44,15 +48,16 @@ pub fn elevate(polygons: &Polygons, by: usize, device: &Device) -> Result<Contro
     transform(polygons, |degree| elevation_matrix(degree, by), device)
 }
 
-/// The curves of a degree lower by `by`, with the same end points, of least ∫|X − Y|² dt; and for
-/// each curve a bound of its distance from the given one, the largest difference of control points
-/// after elevation.
+/// The curves of a degree lower by `by`, with the same end points, of least ∫|X − Y|² dt.
 ///
-/// A curve that is one of lower degree comes out exact but for rounding. Curves of degree `by` or
-/// less are an error; degree 1 at least remains.
+/// Each curve comes with a bound of its distance from the given one: the largest difference of
+/// control points after elevation.
+///
+/// A curve that is of lower degree already comes out exact but for rounding. Degree 1 at least must
+/// remain, so curves of degree `by` or less are an error.
 ///
 /// # Errors
-/// As [`elevate`]; a curve whose degree is too low.
+/// Those of [`elevate`], and a curve whose degree is too low.
 pub fn reduce(polygons: &Polygons, by: usize, device: &Device) -> Result<(Controls, Vec<f64>)> {
     polygons.check()?;
     let wrong =
@@ -75,19 +80,21 @@ pub fn reduce(polygons: &Polygons, by: usize, device: &Device) -> Result<(Contro
     Ok((reduced, bounds))
 }
 
-/// Both parts of every curve, before and after the parameter t, each on \[0, 1\] again: de
-/// Casteljau's points.
+/// Both parts of every curve, before and after the parameter t, each on \[0, 1\] again.
+///
+/// The control points are those of de Casteljau. Any degree is possible.
 ///
 /// # Errors
-/// Arrays that do not fit together, a t outside 0 … 1; on a GPU what becomes of submissions. Any
-/// degree is possible.
+/// - Arrays that do not fit together.
+/// - A t outside 0 … 1.
+/// - On a GPU the errors of submissions.
 pub fn split(polygons: &Polygons, t: f64, device: &Device) -> Result<[Controls; 2]> {
     polygons.check()?;
     if !(0.0..=1.0).contains(&t) {
         return Err(Error::argument(format!("curves cannot be divided at t = {t}: parameters go from 0 to 1")));
     }
-    // Row i of the first part is the start of de Casteljau's i-th column, of the second the end of
-    // the (d−i)-th.
+    // Row i of the first part is the start of de Casteljau's column i. Row i of the second part is
+    // the end of column d−i.
     let first = |degree: usize| Operator::from_rows(degree + 1, (0..=degree).map(|i| bernstein(i, t)));
     let second = |degree: usize| {
         let row = |i: usize| [vec![0.0; i], bernstein(degree - i, t)].concat();
@@ -96,18 +103,21 @@ pub fn split(polygons: &Polygons, t: f64, device: &Device) -> Result<[Controls; 
     Ok([transform(polygons, first, device)?, transform(polygons, second, device)?])
 }
 
-/// Every curve's points at the same parameters, by de Casteljau's algorithm: as many a curve, in
-/// order. Errors stay below d/2 roundings of the largest coordinate for parameters from 0 to 1.
+/// Every curve's points at the same parameters, by de Casteljau's algorithm.
+///
+/// A curve has as many points as there are parameters, in their order. Errors stay below d/2
+/// roundings of the largest coordinate for parameters from 0 to 1. Any degree is possible.
 ///
 /// # Errors
-/// Arrays that do not fit together; on a GPU what becomes of submissions. Any degree is possible.
+/// - Arrays that do not fit together.
+/// - On a GPU the errors of submissions.
 pub fn evaluate(polygons: &Polygons, parameters: &[f64], device: &Device) -> Result<Controls> {
     polygons.check()?;
     let rows = |degree: usize| Operator::from_rows(degree + 1, parameters.iter().map(|&t| bernstein(degree, t)));
     transform(polygons, rows, device)
 }
 
-/// Bernstein's polynomials of a degree at t, as de Casteljau's triangle finds them.
+/// Bernstein polynomials of a degree at t, by de Casteljau's triangle.
 pub(super) fn bernstein(degree: usize, t: f64) -> Vec<f64> {
     let mut values = vec![0.0; degree + 1];
     values[0] = 1.0;
@@ -124,7 +134,7 @@ fn elevation_matrix(degree: usize, by: usize) -> Operator<f64> {
     Operator::from_exact(&exact_elevation(degree, by))
 }
 
-/// T of `by` elevations.
+/// The matrix T of `by` elevations.
 pub(super) fn exact_elevation(degree: usize, by: usize) -> Matrix {
     Matrix::from_fn(degree + by + 1, degree + 1, |i, j| match i.checked_sub(j) {
         Some(rest) => ratio(binomial(degree, j) * binomial(by, rest), binomial(degree + by, i)),
@@ -132,8 +142,8 @@ pub(super) fn exact_elevation(degree: usize, by: usize) -> Matrix {
     })
 }
 
-/// The normal equations of the inner control points: ∫ Bᵢᵐ (Y − X) dt = 0, m = d − by, exactly
-/// solved.
+/// Solves the normal equations of the inner control points exactly: ∫ Bᵢᵐ (Y − X) dt = 0, m = d −
+/// by.
 fn reduction_matrix(degree: usize, by: usize) -> Operator<f64> {
     let m = degree - by;
     let product =

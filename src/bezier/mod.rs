@@ -2,31 +2,32 @@
 //! energy and degree elevation for Bézier curves" (2010).
 //!
 //! A Bézier curve X(t) = Σ Bᵢᵈ(t) Pᵢ, t from 0 to 1, has the bending energy ∫|X″|² dt = Pᵀ M P a
-//! coordinate, with M rational and known in closed form ([`energy_matrix`]). Of a curve some
-//! control points are known; the others are those of least energy: A U = −B K, where (A B; Bᵀ C) is
-//! M with the unknown ones first. All that depends on degree and pattern alone: it is solved in
-//! exact rationals, once ([`Completion`]), and what remains for each curve is a product with a
-//! small matrix, for millions of curves at once, on the CPU or on a GPU.
+//! coordinate. M is rational and known in closed form ([`energy_matrix`]).
+//!
+//! Some control points of a curve are known. The others are those of least energy: A U = −B K,
+//! where (A B; Bᵀ C) is M with the unknown ones first. This system depends on degree and pattern
+//! alone. It is solved in exact rationals, once ([`Completion`]). What remains for each curve is a
+//! product with a small matrix, for millions of curves at once, on the CPU or on a GPU.
 //!
 //! ```text
 //! Energy ─► energy_matrix ─► Completion of a Pattern ─┐
 //!                 elevation, reduction, division ─────┴► an operator a pattern ─► applied to every curve
 //! ```
 //!
-//! * [`complete()`] works on slices, in 1 to 4 dimensions; [`Complete`] on a
-//!   [`CurveBatch`](crate::CurveBatch), one Bézier a curve.
-//! * [`Chain`] completes composite Béziers, chains of pieces with free, C1, C2 or G1 joints, every
-//!   curve of a batch one chain.
-//! * [`elevate()`], [`reduce()`], [`split`], [`evaluate`], [`lengths`] are batched the same way.
+//! * [`complete()`] works on slices, in 1 to 4 dimensions. [`Complete`] works on a
+//!   [`CurveBatch`](crate::CurveBatch), each curve one Bézier.
+//! * [`Chain`] completes composite Béziers: chains of pieces with free, C1, C2 or G1 joints. Every
+//!   curve of a batch is one chain.
+//! * [`elevate()`], [`reduce()`], [`split`], [`evaluate`] and [`lengths`] are batched the same way.
 //! * [`Completed`] has the control points, a report each, and the curves behind the trait
 //!   [`Curve`](crate::Curve).
 //!
-//! Other orders (∫|X′|², ∫|X‴|²) and mixtures of them, derivatives or directions at the ends: see
-//! [`Energy`] and [`Given`]. Degrees go up to [`MOST_DEGREE`].
+//! [`Energy`] has other orders (∫|X′|², ∫|X‴|²) and mixtures of them. [`Given`] has derivatives or
+//! directions at the ends. Degrees go up to [`MOST_DEGREE`].
 //!
-//! **Accuracy.** Operators are exact but for one rounding: on the CPU a completed point is within
+//! **Accuracy.** Operators are exact but for one rounding. On the CPU a completed point is within
 //! some 1e-15 of the largest Σ|W||G| that makes it up, whatever the degree. Known points keep their
-//! bits. A GPU in f64 gives the CPU's numbers but for rounding; in f32 points are good to 2e-6 of
+//! bits. A GPU in f64 gives the CPU's numbers but for rounding. In f32 points are good to 2e-6 of
 //! half the curve's largest extent.
 
 mod chain;
@@ -63,6 +64,7 @@ pub use polygons::{Controls, Given, Polygons};
 pub use refusal::Refusal;
 pub use single::{Complete, EndTangents};
 
-/// The highest degree: its 29 inner points take about a tenth of a second to be solved for exactly,
-/// once a pattern.
+/// The highest degree.
+///
+/// To solve for its 29 inner points exactly takes about a tenth of a second, once a pattern.
 pub const MOST_DEGREE: usize = 30;

@@ -11,7 +11,9 @@ pub(super) const BLOCK: usize = 4;
 pub(super) struct Operator<T> {
     rows: usize,
     columns: usize,
-    /// Rows in blocks of [`BLOCK`], zeros after the last; in a block column after column.
+    /// Rows in blocks of [`BLOCK`], with zeros after the last.
+    ///
+    /// A block is stored column after column.
     blocks: Vec<[T; BLOCK]>,
 }
 
@@ -34,7 +36,9 @@ impl<T: Real> Operator<T> {
         self.columns
     }
 
-    /// Rows in blocks, zeros after the last; in a block column after column.
+    /// Rows in blocks of [`BLOCK`], with zeros after the last.
+    ///
+    /// A block is stored column after column.
     pub fn blocks(&self) -> &[[T; BLOCK]] {
         &self.blocks
     }
@@ -44,8 +48,9 @@ impl<T: Real> Operator<T> {
         self.blocks[i / BLOCK * self.columns + j][i % BLOCK]
     }
 
-    /// Hands out, row by row, the sum of entries times points: from the first column to the last,
-    /// so that a curve's bits depend on nothing else.
+    /// Hands out the sum of entries times points, row by row.
+    ///
+    /// A sum runs from the first column to the last, so a curve's bits depend on nothing else.
     #[inline(always)]
     pub fn apply<const D: usize>(&self, points: &[[T; D]], mut put: impl FnMut(usize, [T; D])) {
         debug_assert_eq!(points.len(), self.columns);

@@ -1,4 +1,4 @@
-//! [`Completion`]: what the unknown control points of a curve are, whatever the known ones.
+//! [`Completion`]: the unknown control points of a curve as a function of the known ones.
 
 use num_rational::BigRational;
 use num_traits::Zero;
@@ -21,7 +21,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// The control points for which `known` says so.
+    /// A pattern with the control points for which `known` says so.
     ///
     /// # Panics
     /// Without control points, or with more than [`MOST_DEGREE`] + 1.
@@ -31,10 +31,10 @@ impl Pattern {
         Pattern { degree: (known.len() - 1) as u8, known: bits, ends: [0; 2] }
     }
 
-    /// And the derivative of order r (1, 2 or 3) at t = `end` (0 or 1).
+    /// Adds the derivative of order r (1, 2 or 3) at t = `end` (0 or 1).
     ///
     /// # Panics
-    /// Another order or end.
+    /// With another order or end.
     pub fn with_derivative(mut self, end: usize, r: usize) -> Self {
         assert!((1..=MOST_DERIVATIVE).contains(&r), "the order of a derivative is {r}; 1, 2 and 3 are possible");
         self.ends[end] |= 1 << (r - 1);
@@ -56,7 +56,7 @@ impl Pattern {
         (0..=self.degree()).filter(|&i| self.is_known(i))
     }
 
-    /// The unknown ones.
+    /// The unknown control points, in order.
     pub fn unknown(&self) -> impl Iterator<Item = usize> + '_ {
         (0..=self.degree()).filter(|&i| !self.is_known(i))
     }
@@ -67,12 +67,12 @@ impl Pattern {
         (0..2).flat_map(|end| (1..=MOST_DERIVATIVE).map(move |r| (end, r))).filter(given)
     }
 
-    /// Number of what is given: known points and derivatives.
+    /// Number of data: known points and derivatives.
     pub fn data(&self) -> usize {
         self.known().count() + self.derivatives().count()
     }
 
-    /// X⁽ʳ⁾(end) as a combination of control points; nothing for r > d.
+    /// X⁽ʳ⁾(end) as a combination of control points. All zeros for r > d.
     fn derivative_row(&self, end: usize, r: usize) -> Vec<BigRational> {
         let degree = self.degree();
         if r > degree {
@@ -83,13 +83,14 @@ impl Pattern {
     }
 }
 
-/// The unknown control points of least energy as a combination of what is given: U = W G, where the
-/// rows of G are the known control points in order, then the derivatives at the start, then those
-/// at the end, by order.
+/// The unknown control points of least energy as a combination of what is given: U = W G.
 ///
-/// With the unknown rows first, M = (A B; Bᵀ C) and A U = −B K; derivatives are met by multipliers.
-/// All is solved in exact rationals and rounded once, so that W is as good at degree 30 as at
-/// degree 3. Where A is singular, U is the minimiser of least Σ|Uᵢ|².
+/// The rows of G are the known control points in order, then the derivatives at the start by order,
+/// then those at the end by order.
+///
+/// With the unknown rows first, M = (A B; Bᵀ C) and A U = −B K. Multipliers meet the derivatives.
+/// The system is solved in exact rationals and rounded once, so W is as good at degree 30 as at
+/// degree 3. If A is singular, U is the minimiser of least Σ|Uᵢ|².
 ///
 /// ```
 /// use faircurve::bezier::{Completion, Energy, Pattern};
@@ -106,13 +107,14 @@ pub struct Completion {
 }
 
 impl Completion {
-    /// Solves a pattern; `None` where what is given contradicts itself or says the same twice, as
-    /// two points and the derivative between them do.
+    /// Solves a pattern. `None` if the data contradict each other or say the same twice.
+    ///
+    /// Two points and the derivative between them say the same twice.
     pub fn new(pattern: Pattern, energy: &Energy) -> Option<Self> {
         Self::of_matrix(pattern, &energy.matrix(pattern.degree()).whole())
     }
 
-    /// The same from M, or a multiple of it, which all patterns of a degree share.
+    /// Solves a pattern with M, or a multiple of M, which all patterns of a degree share.
     pub(super) fn of_matrix(pattern: Pattern, matrix: &Matrix) -> Option<Self> {
         let (unknown, known): (Vec<usize>, Vec<usize>) = (pattern.unknown().collect(), pattern.known().collect());
         let rows: Vec<Vec<BigRational>> =
@@ -140,12 +142,12 @@ impl Completion {
         self.pattern
     }
 
-    /// W: one row an unknown control point, one column a datum.
+    /// W, with one row for each unknown control point and one column for each datum.
     pub fn weights(&self) -> Matrix {
         self.weights.reduced()
     }
 
-    /// W, its fractions not reduced.
+    /// W with fractions that are not reduced.
     pub(super) fn raw_weights(&self) -> &Matrix {
         &self.weights
     }

@@ -2,8 +2,9 @@
 
 use crate::error::{Error, Result};
 
-/// Control polygons of many Bézier curves, each of its own degree, borrowed: curve i has the
-/// control points `offsets[i] .. offsets[i + 1]`.
+/// Control polygons of many Bézier curves, each of its own degree, borrowed.
+///
+/// Curve i has the control points `offsets[i] .. offsets[i + 1]`.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygons<'a> {
     /// Coordinates of a point, 1 to 4.
@@ -14,7 +15,7 @@ pub struct Polygons<'a> {
     pub offsets: &'a [usize],
 }
 
-/// Control polygons, or points of curves, of one's own: as [`Polygons`].
+/// Control polygons, or points of curves, owned. [`Polygons`] is the borrowed form.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controls {
     /// Coordinates of a point.
@@ -37,16 +38,16 @@ impl Controls {
     }
 }
 
-/// What is given of the curves. By default all control points are.
+/// What is given of the curves. By default all control points are given.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Given<'a> {
-    /// Whether each control point is known; what stands at the others is not read.
+    /// Whether each control point is known. The coordinates of the others are not read.
     pub known: Option<&'a [bool]>,
-    /// X⁽ʳ⁾(0) at \[0\]\[r−1\] and X⁽ʳ⁾(1) at \[1\]\[r−1\], one vector a curve; free where its
-    /// first component is NaN.
+    /// Derivatives at the ends: X⁽ʳ⁾(0) at \[0\]\[r−1\] and X⁽ʳ⁾(1) at \[1\]\[r−1\].
+    ///
+    /// Each has one vector a curve. A vector whose first component is NaN is free.
     pub derivatives: [[Option<&'a [f64]>; 3]; 2],
-    /// Whether first derivatives are directions only, their lengths chosen so that the energy is
-    /// least.
+    /// Whether first derivatives are directions only. Their lengths are then those of least energy.
     pub directions: bool,
 }
 

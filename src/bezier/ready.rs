@@ -6,10 +6,10 @@ use super::operator::Operator;
 use super::pattern::{Completion, MOST_DERIVATIVE, Pattern};
 use super::{MOST_DEGREE, directions::Speeds};
 
-/// At most so much is given of a curve.
+/// The most data that a curve can have.
 pub(super) const MOST_DATA: usize = MOST_DEGREE + 1 + 2 * MOST_DERIVATIVE;
 
-/// The energy of a degree: a multiple of M without fractions, and F.
+/// The energy of a degree: a multiple of M in whole numbers, and F.
 pub(super) struct Form {
     matrix: Matrix,
     factor: Vec<f64>,
@@ -21,26 +21,28 @@ impl Form {
     }
 }
 
-/// A completion with the energy of what it completes: rows of W for the unknown points, then rows
-/// of F W, whose squares are the energy.
+/// A completion with the energy of what it completes.
 ///
-/// It is applied to what is given relative to the first known point o: U = W (G − o) + o W 1, so
-/// that coordinates far from 0 keep their digits. Constants have no energy.
+/// The rows are those of W for the unknown points, then those of F W. The squares of the second
+/// kind sum to the energy.
+///
+/// It is applied to the data relative to the first known point o: U = W (G − o) + o W 1. So
+/// coordinates far from 0 keep their digits. Constants have no energy.
 #[derive(Clone, Debug)]
 pub(super) struct Ready {
     pub pattern: Pattern,
     pub known: Vec<u8>,
     pub unknown: Vec<u8>,
     pub operator: Operator<f64>,
-    /// W 1, over the known points.
+    /// W 1, summed over the known points.
     pub sums: Vec<f64>,
     pub is_unique: bool,
-    /// Where first derivatives are given.
+    /// The search for speeds, if first derivatives are given.
     pub speeds: Option<Speeds>,
 }
 
 impl Ready {
-    /// `None` where what is given contradicts itself or is given twice.
+    /// `None` if the data contradict each other or say the same twice.
     pub fn new(pattern: Pattern, Form { matrix, factor }: &Form) -> Option<Self> {
         let completion = Completion::of_matrix(pattern, matrix)?;
         let width = pattern.degree() + 1;
@@ -60,7 +62,7 @@ impl Ready {
             true => weight(i, j),
             false => of_energy(i - unknown, j),
         });
-        // What is unique moves with what is given; the smallest of many does not.
+        // A unique solution moves with the data. The smallest of many does not.
         let sum = |i: usize| match completion.is_unique() && !known.is_empty() {
             true => 1.0,
             false => to_f64(&(0..known.len()).map(|j| weights.at(i, j)).sum()),
@@ -71,8 +73,9 @@ impl Ready {
         Some(Ready { pattern, known, unknown, operator, sums, is_unique: completion.is_unique(), speeds })
     }
 
-    /// Completes a curve: `data` relative to `origin`. Hands out the unknown points by their
-    /// numbers; returns the energy.
+    /// Completes a curve from `data` relative to `origin`.
+    ///
+    /// Hands out the unknown points by their numbers. Returns the energy.
     #[inline(always)]
     pub fn complete<const D: usize>(
         &self,

@@ -3,23 +3,23 @@
 use super::MOST_DEGREE;
 use crate::status::CurveStatus;
 
-/// Why a curve is not completed. Its control points stay what they were.
+/// Why a curve is not completed. Its control points stay as they were.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Refusal {
     /// It has no control point.
     Empty,
-    /// It has so many control points, more than 31.
+    /// It has this many control points, more than 31.
     Degree(usize),
     /// A known control point has a coordinate that is NaN or infinite: point, axis, value.
     Value(usize, usize, f64),
-    /// A derivative given has such a coordinate: end, order.
+    /// A given derivative has a coordinate that is NaN or infinite: end, order.
     Derivative(usize, usize),
     /// Points and derivatives given say the same twice, or contradict each other.
     Contradiction,
     /// The direction given at an end is 0.
     NoDirection(usize),
-    /// The energy is least where the curve stands still at this end, and has no direction there.
+    /// The energy is least where the curve stands still at this end, without a direction.
     Still(usize),
     /// Numbers of the solution overflow.
     Overflow,
@@ -28,7 +28,7 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    /// The status of such a curve.
+    /// The status of a curve that is refused for this reason.
     pub fn status(self) -> CurveStatus {
         match self {
             Refusal::Empty => CurveStatus::Degenerate,
@@ -38,7 +38,7 @@ impl Refusal {
         }
     }
 
-    /// The control point that is to blame (of so many), and what is wrong with it.
+    /// The control point to blame (of `points`), and what is wrong with it.
     pub fn sentence(self, points: usize) -> (usize, String) {
         let last = points.saturating_sub(1);
         let at = |end: usize| if end == 0 { (0, "start") } else { (last, "end") };

@@ -20,7 +20,7 @@ pub enum EndTangents {
     /// The derivatives X′(0) and X′(1), in units of length: d (P₁ − P₀) and d (P_d − P_{d−1}).
     #[default]
     Derivatives,
-    /// Directions only; the speeds |X′| are those of least energy.
+    /// Directions only. The speeds |X′| are those of least energy.
     Directions,
 }
 
@@ -29,14 +29,17 @@ words!(EndTangents, "meaning of end tangents": [
     (Directions, "directions", "Only their directions are, and their lengths are free"),
 ]);
 
-/// Completes Bézier curves: every curve of the batch is a control polygon, of degree one less than
-/// its points, whose unknown points ([`Constraints::known`](crate::Constraints), all known where
-/// the batch says nothing) are those of least energy.
+/// Completes Bézier curves, each curve of the batch one control polygon.
+///
+/// The degree of a curve is one less than its number of points. The unknown points
+/// ([`Constraints::known`](crate::Constraints)) are those of least energy. If the batch does not
+/// say which are known, all are.
 ///
 /// Tangents at the first and the last point are kept. A closed curve returns to its first point,
-/// which must be known. Parameters and weights mean nothing here. Fewer known points (and
-/// derivatives) than the order of the energy leave a curve undetermined: then the unknown points
-/// are those of least Σ|Pᵢ|², and the curve is `not_unique`.
+/// which must be known. Parameters and weights mean nothing here.
+///
+/// Fewer known points (and derivatives) than the order of the energy leave a curve undetermined.
+/// Then the unknown points are those of least Σ|Pᵢ|², and the curve is `not_unique`.
 ///
 /// ```
 /// use faircurve::{Constraints, CurveBatch, Device, bezier::Complete};
@@ -50,18 +53,19 @@ words!(EndTangents, "meaning of end tangents": [
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Complete {
-    /// What is made least; ∫|X″|² dt by default.
+    /// The energy that is made least. ∫|X″|² dt by default.
     pub energy: Energy,
-    /// What tangents say; derivatives by default.
+    /// What tangents say. Derivatives by default.
     pub tangents: EndTangents,
 }
 
 impl Complete {
-    /// Completes a batch. Each curve has a status; one that cannot be completed stays as it is.
+    /// Completes a batch. Each curve has a status. A curve that cannot be completed stays as it is.
     ///
     /// # Errors
-    /// An energy that weighs nothing; exponents or curvature vectors in the batch, which have no
-    /// meaning here; on a GPU what becomes of submissions.
+    /// - An energy that weighs nothing.
+    /// - Exponents or curvature vectors in the batch. They have no meaning here.
+    /// - On a GPU the errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Completed> {
         check_constraints(batch)?;
         let own = AsPolygons::of(batch);
@@ -105,18 +109,19 @@ impl Complete {
     }
 }
 
-/// Refuses what Béziers know nothing of.
+/// Refuses the constraints that Béziers do not know.
 pub(super) fn check_constraints(batch: &CurveBatch) -> Result<()> {
     batch.allows(&[Constraint::Tangents, Constraint::Known], "Bézier curves")
 }
 
-/// The batch as polygons: closed curves with their first point repeated, those with a problem
-/// without points.
+/// The batch as polygons.
+///
+/// Closed curves have their first point repeated. Curves with a problem have no points.
 struct AsPolygons {
     coords: Vec<f64>,
     offsets: Vec<usize>,
     known: Vec<bool>,
-    /// At the start and at the end, one a curve, NaN where there is none.
+    /// Tangents at the start and at the end, one a curve, NaN where there is none.
     tangents: [Option<Vec<f64>>; 2],
     troubles: Vec<Option<(CurveStatus, String)>>,
 }

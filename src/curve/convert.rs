@@ -1,22 +1,27 @@
-//! Curves as chains of cubic Béziers: within a tolerance of the curve, tangent to it at every
-//! joint, in few pieces.
+//! Curves as chains of cubic Béziers, in few pieces.
 //!
-//! A piece from one place of a curve to another has the curve's points and tangents at both; what
-//! is free are the lengths of its two handles. First they are those of Hermite's cubic (the
-//! derivatives' thirds: exact where the curve is a cubic). Where that strays too far they become
-//! those of least squared distance, found by Gauss' and Newton's method with the distances taken
-//! across the curve: a planar piece of length h then strays by O(h⁶) in place of O(h⁴) (de Boor,
-//! Höllig and Sabin, "High accuracy geometric Hermite interpolation", CAGD 4, 1987). Where that
-//! strays too, the piece is halved; and where a span came to three pieces or more, each as long as
-//! it may be is tried instead.
+//! The chain is within a tolerance of the curve, and tangent to it at every joint.
 //!
-//! Distances are geometric: places of the curve are matched with places of the piece, in order,
+//! A piece leads from one place of a curve to another. It has the curve's points and tangents at
+//! both. The lengths of its two handles are free. A piece is found in these steps:
+//!
+//! - At first the handles are those of Hermite's cubic, a third of the derivatives. This is exact
+//!   where the curve is a cubic.
+//! - If that strays too far, the handles are those of least squared distance. Gauss' and Newton's
+//!   method find them, with the distances taken across the curve. A planar piece of length h then
+//!   strays by O(h⁶) in place of O(h⁴) (de Boor, Höllig and Sabin, "High accuracy geometric Hermite
+//!   interpolation", CAGD 4, 1987).
+//! - If that strays too, the piece is halved.
+//! - If a span came to three pieces or more, pieces as long as possible are tried instead.
+//!
+//! Distances are geometric. Places of the curve are matched with places of the piece, in order,
 //! nearest to nearest. So no point of either is farther from the other than matched points are.
-//! Between matched points the gap is Hermite's cubic, and wherever halfway it is not, it is
+//! Between matched points the gap is taken to be Hermite's cubic. If halfway it is not, the gap is
 //! measured more closely: curves have kinks in their curvature, fair curves one a vertex.
 //!
-//! kurbo's `fit_to_bezpath` fits area and moment of planar curves; it leaves out handles where that
-//! suits it, and measures from the curve at 20 places: neither tangents nor tolerance are sure.
+//! kurbo's `fit_to_bezpath` fits area and moment of planar curves. It leaves out handles where that
+//! suits it, and measures from the curve at 20 places. So neither tangents nor tolerance are
+//! certain.
 
 use glam::DVec3;
 
@@ -29,59 +34,67 @@ type Piece = [DVec3; 4];
 /// 2¹² pieces a span are more than any tolerance above rounding asks for.
 const MAX_HALVINGS: u32 = 12;
 
-/// Places between a piece's ends at which distances and their slopes are measured, and to which it
-/// is fitted: a fitted piece crosses the curve twice.
+/// Places between a piece's ends to which it is fitted.
+///
+/// Distances and their slopes are measured there. A fitted piece crosses the curve twice.
 const PLACES: usize = 7;
 
-/// Steps from one place to the next in which distances are looked at.
+/// Steps from one place to the next at which distances are measured.
 const STEPS: u32 = 4;
 
-/// Between two places distances are measured halfway, and between those again, so often at most.
+/// The most times that the distance of two places is halved to measure in between.
 const LOOKS: u32 = 6;
 
-/// The least tolerance of Béziers is this part of a curve's largest coordinate: some thousand times
-/// what coordinates are rounded by, and curves are rounded by some hundred. A smaller one is taken
-/// to be this one.
+/// The least tolerance of Béziers, as a part of a curve's largest coordinate.
+///
+/// It is some thousand times the rounding of coordinates. The rounding of curves is some hundred
+/// times that of coordinates. A smaller tolerance is raised to this one.
 pub const LEAST_TOLERANCE: f64 = 1e-12;
 
-/// Squares of coordinates beyond this, or below its inverse, may be no numbers: such curves are
-/// converted in units of their own.
+/// Squares of coordinates beyond this, or below its inverse, may overflow or vanish.
+///
+/// Such curves are converted in units of their own.
 const MOST_SIZE: f64 = 1e100;
 
-/// Distances below this many units of rounding of the control points are none.
+/// Distances below this many units of rounding of the control points count as 0.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Steps of Gauss' and Newton's method; handles are good after three or four.
+/// Steps of Gauss' and Newton's method. Handles are good after three or four.
 const FIT_STEPS: usize = 8;
 
-/// Handles have converged when a step changes them by less than this part: distances then change by
-/// far less than their size.
+/// Handles have converged when a step changes them by less than this part.
+///
+/// Distances then change by far less than their size.
 const FIT_PRECISION: f64 = 1e-3;
 
-/// How much of a handle's length one step may change at most: what lies beyond is extrapolated.
+/// The most that one step may change a handle, as a part of its length.
+///
+/// Beyond that it extrapolates.
 const MOST_CHANGE: f64 = 0.5;
 
-/// Pieces as long as they may be are sought to this part of their length.
+/// The longest possible pieces are found to this part of their length.
 const REACH_PRECISION: f64 = 1.0 / 64.0;
 
-/// A curve's Béziers, in order; each starts at the point, bit for bit, at which the one before it
-/// ends.
+/// A curve's Béziers, in order.
+///
+/// Each starts at the point, bit for bit, at which the one before it ends.
 pub(crate) fn beziers<C: Curve + ?Sized>(curve: &C, tolerance: f64) -> Vec<Piece> {
     let largest = (0..curve.spans()).map(|span| curve.jet(span, 0.0).point.abs().max_element()).fold(0.0, f64::max);
     beziers_of_size(curve, largest, tolerance)
 }
 
-/// The same of a curve with coordinates up to about this size, between the ends of its spans too.
+/// The Béziers of a curve whose coordinates are up to about this size, also inside its spans.
 pub(crate) fn beziers_of_size<C: Curve + ?Sized>(curve: &C, size: f64, tolerance: f64) -> Vec<Piece> {
     let spans = curve.spans();
     let mut pieces = Vec::with_capacity(spans);
     let is_usual = size == 0.0 || (MOST_SIZE.recip()..MOST_SIZE).contains(&size);
-    // What was not fitted keeps its points, bit for bit.
+    // A curve that was not fitted keeps its points, bit for bit.
     let unit = if is_usual || !curve.is_fitted() { 1.0 } else { power_of_two(&[size]) };
     let tolerance = tolerance.max(LEAST_TOLERANCE * size) / unit;
     for span in 0..spans {
         let length = curve.pace(span);
-        // The next span's first point: some curves compute the last one of a span with a rounding.
+        // The next span's first point, since some curves compute the last one of a span with a
+        // rounding.
         let end = match span + 1 {
             next if next < spans => curve.jet(next, 0.0).point,
             _ if curve.is_closed() => curve.jet(0, 0.0).point,
@@ -102,7 +115,7 @@ pub(crate) fn beziers_of_size<C: Curve + ?Sized>(curve: &C, size: f64, tolerance
 struct Span<'a, C: ?Sized> {
     curve: &'a C,
     span: usize,
-    /// Of the parameter, or what stands for it: [`Curve::pace`].
+    /// The length of the parameter, or what stands for it: [`Curve::pace`].
     length: f64,
     /// The last point, in `unit`s, as all distances and tolerances are.
     end: DVec3,
@@ -115,7 +128,7 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         let before = pieces.len();
         let keeps = self.halve((0.0, 1.0), MAX_HALVINGS, pieces);
         let count = pieces.len() - before;
-        // Two are needed where one does not do.
+        // Two pieces are needed where one is not enough.
         if keeps
             && count > 2
             && let Some(fewer) = self.reach(count - 1)
@@ -125,7 +138,7 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         }
     }
 
-    /// Halves until one piece is enough; and says whether it came to that everywhere.
+    /// Halves until one piece is enough. Returns whether that was reached everywhere.
     fn halve(&self, (from, to): (f64, f64), halvings: u32, pieces: &mut Vec<Piece>) -> bool {
         let stretch = self.stretch(from, to);
         match self.piece(&stretch) {
@@ -147,7 +160,7 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         }
     }
 
-    /// Pieces as long as they may be, one after the other, where `most` are enough.
+    /// The longest possible pieces, one after the other. `None` if `most` are not enough.
     fn reach(&self, most: usize) -> Option<Vec<Piece>> {
         let mut pieces = Vec::with_capacity(most);
         let (mut from, mut step) = (0.0, 1.0 / most as f64);
@@ -158,8 +171,7 @@ impl<C: Curve + ?Sized> Span<'_, C> {
             let (mut low, mut high, mut found) = (from, None, None);
             while low < 1.0 {
                 let to: f64 = high.map_or(low + step, |high| 0.5 * (low + high));
-                // A rest that is next to nothing is taken along, unless that is known to be too
-                // much.
+                // A very small rest is taken along, unless that is known to be too much.
                 let to = if high.is_none() && to > 1.0 - REACH_PRECISION * step { 1.0 } else { to };
                 match self.piece(&self.stretch(from, to)) {
                     Some(piece) => (low, found, step) = (to, Some(piece), 0.5 * (to - from)),
@@ -191,7 +203,7 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         let size = hermite.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
         let rounding = ROUNDING * size;
         let even = std::array::from_fn(fraction);
-        // What is not finite cannot be bettered.
+        // A piece that is not finite cannot be improved.
         if !(0..PLACES).any(|k| (sites[k].point - point(&hermite, even[k])).length() > rounding) {
             return Some(hermite);
         }
@@ -234,8 +246,9 @@ impl<C: Curve + ?Sized> Span<'_, C> {
             && gaps.windows(2).all(|pair| self.keeps_between(stretch, piece, [&pair[0], &pair[1]], tolerance, LOOKS))
     }
 
-    /// Whether it does between two places: where what is found halfway is not what was expected, it
-    /// looks closer.
+    /// Whether a piece keeps within a tolerance between two places.
+    ///
+    /// If the gap halfway is not as expected, it is measured more closely.
     fn keeps_between(&self, stretch: &Stretch, piece: &Piece, [a, b]: [&Gap; 2], tolerance: f64, looks: u32) -> bool {
         let u = 0.5 * (a.u + b.u);
         let site = self.site(stretch, u);
@@ -246,11 +259,11 @@ impl<C: Curve + ?Sized> Span<'_, C> {
         let turn = width * middle.slope - derivative(&gap, part);
         let surprise = (middle.off - point(&gap, part)).length() + turn.length() / 8.0;
         let largest = largest(a, &middle).max(largest(&middle, b));
-        // A curve that runs on and comes back along its tangent shows no gap across: there, matched
-        // places are looked at closely.
+        // A curve that runs on and comes back along its tangent shows no gap across. There matched
+        // places are measured closely.
         let forward = a.forward && middle.forward && b.forward;
-        // Where the curvature jumps, wherever between a and b, less than half of the surprise is
-        // left (0.47 times); where it does not, a sixteenth.
+        // Where the curvature jumps, anywhere between a and b, halving leaves less than half of the
+        // error (0.47 times). Elsewhere it leaves a sixteenth.
         let enough = if looks == LOOKS { 0.5 * tolerance } else { tolerance };
         (forward && largest + 0.5 * surprise <= enough)
             || largest <= tolerance
@@ -263,28 +276,29 @@ impl<C: Curve + ?Sized> Span<'_, C> {
 /// A place of a curve.
 struct Site {
     point: DVec3,
-    /// The derivative by the fraction of the stretch.
+    /// The derivative with respect to the fraction of the stretch.
     first: DVec3,
 }
 
-/// How a curve and a piece are apart where they are matched.
+/// The gap between a curve and a piece at matched places.
 struct Gap {
-    /// The fraction of the stretch of the curve.
+    /// The fraction of the curve's stretch.
     u: f64,
-    /// That of the piece.
+    /// The fraction of the piece.
     v: f64,
     off: DVec3,
-    /// The derivative of `off` by v: that by u would jump where the curve's parameter changes its
-    /// speed.
+    /// The derivative of `off` by v.
+    ///
+    /// The derivative by u would jump where the curve's parameter changes its speed.
     slope: DVec3,
-    /// Whether the curve goes the piece's way.
+    /// Whether the curve runs in the direction of the piece.
     forward: bool,
 }
 
 impl Gap {
     fn of(piece: &Piece, site: &Site, u: f64, v: f64) -> Self {
         let tangent = derivative(piece, v).normalize_or_zero();
-        // The matched place goes along with the curve: what is left goes across.
+        // The matched place moves along with the curve. What is left goes across.
         let along = site.first.dot(tangent);
         let across = site.first - tangent * along;
         let slope = if along > 0.0 { across * (derivative(piece, v).length() / along) } else { across };
@@ -298,7 +312,7 @@ fn between(a: &Gap, b: &Gap) -> Piece {
     [a.off, a.off + a.slope * third, b.off - b.slope * third, b.off]
 }
 
-/// The largest gap from one to the next, their ends too.
+/// The largest gap from one place to the next, with their ends.
 fn largest(a: &Gap, b: &Gap) -> f64 {
     let gap = between(a, b);
     let inside = (1..STEPS).map(|j| point(&gap, f64::from(j) / f64::from(STEPS)).length());
@@ -310,7 +324,7 @@ struct Stretch {
     from: f64,
     to: f64,
     ends: [(DVec3, DVec3); 2],
-    /// Of its length in the parameter.
+    /// A third of its length in the parameter.
     third: f64,
 }
 
@@ -321,10 +335,12 @@ impl Stretch {
         [a, a + first * self.third, b - last * self.third, b]
     }
 
-    /// Handles to start from: those of a circle's arc with as much of a turn, whatever the curve's
-    /// parameter, and Hermite's. On an arc one handle may grow and the other shrink with little
-    /// change: from where Hermite's are uneven the way often leads astray. None where a derivative
-    /// vanishes and there is no tangent.
+    /// Two pairs of handles to start from, or `None` if a derivative vanishes and there is no
+    /// tangent.
+    ///
+    /// The first are those of a circle's arc with the same turn, whatever the curve's parameter.
+    /// The second are Hermite's. On an arc one handle may grow and the other shrink with little
+    /// change. So a search from uneven handles of Hermite's often goes astray.
     fn handles(&self) -> Option<[[f64; 2]; 2]> {
         let [(a, first), (b, last)] = self.ends;
         let (start, end) = (first.try_normalize()?, last.try_normalize()?);
@@ -334,8 +350,9 @@ impl Stretch {
         Some([[arc; 2], [first.length() * self.third, last.length() * self.third]])
     }
 
-    /// The piece whose handles have the lengths of least squared distances from these sites of the
-    /// curve, and the places matched with them.
+    /// The piece with handles of least squared distances from these sites of the curve.
+    ///
+    /// Comes with the places matched with the sites.
     fn fitted(
         &self,
         sites: &[Site; PLACES],
@@ -345,7 +362,7 @@ impl Stretch {
         let [(a, first), (b, last)] = self.ends;
         let (start, end) = (first.try_normalize()?, last.try_normalize()?);
         let with = |[alpha, beta]: [f64; 2]| [a, a + start * alpha, b - end * beta, b];
-        // Where a piece ends where it starts, an arc has no length.
+        // If a piece ends where it starts, an arc has no length.
         if handles.iter().any(|&handle| handle <= 0.0) {
             return None;
         }
@@ -381,12 +398,12 @@ impl Stretch {
     }
 }
 
-/// Where place k is.
+/// The fraction of place k.
 fn fraction(k: usize) -> f64 {
     (k + 1) as f64 / (PLACES + 1) as f64
 }
 
-/// Places of a piece nearest to sites of the curve, in order, near these.
+/// Places of a piece nearest to sites of the curve, in order, searched from `near`.
 fn matched(piece: &Piece, sites: &[Site; PLACES], near: &[f64; PLACES]) -> [f64; PLACES] {
     let mut low = 0.0;
     std::array::from_fn(|k| {
@@ -395,14 +412,15 @@ fn matched(piece: &Piece, sites: &[Site; PLACES], near: &[f64; PLACES]) -> [f64;
     })
 }
 
-/// The place of a piece nearest to a point, by two steps of Newton's method from `v`, and not below
-/// `low`.
+/// The place of a piece nearest to a point, not below `low`.
+///
+/// It is found by two steps of Newton's method from `v`.
 fn nearest(piece: &Piece, p: DVec3, mut v: f64, low: f64) -> f64 {
     for _ in 0..2 {
         let (off, first) = (point(piece, v) - p, derivative(piece, v));
         let square = first.length_squared();
         let slope = square + off.dot(second_derivative(piece, v));
-        // Far from the piece the slope may be that of a place farthest away.
+        // Far from the piece the slope may be that of a place of largest distance.
         let slope = if slope > 0.5 * square { slope } else { square };
         if slope > 0.0 {
             v = (v - off.dot(first) / slope).clamp(low, 1.0);

@@ -2,8 +2,9 @@
 
 use super::{Curve, Sampling};
 
-/// Sites at equal arc length along a curve: the largest spacing not above `spacing` that divides
-/// the length evenly.
+/// Sites at equal arc length along a curve.
+///
+/// The spacing is the largest one not above `spacing` that divides the length evenly.
 pub(crate) fn even_sites<C: Curve + ?Sized>(curve: &C, spacing: f64) -> Vec<(usize, f64)> {
     let lengths: Vec<f64> = (0..curve.spans()).map(|span| curve.span_length(span)).collect();
     let mut sites = Vec::new();
@@ -13,11 +14,14 @@ pub(crate) fn even_sites<C: Curve + ?Sized>(curve: &C, spacing: f64) -> Vec<(usi
     sites
 }
 
-/// Lengths may be off by this part: a spacing that divides a length evenly but for rounding does.
+/// The error that a length may have, as a part of it.
+///
+/// A spacing that divides a length evenly up to this error does.
 const EVEN: f64 = 1e-9;
 
-/// For every sample, `least` of them at least, its span and the length to cover inside it, from the
-/// lengths of all spans.
+/// For every sample its span and the length to cover inside it, from the lengths of all spans.
+///
+/// There are at least `least` samples.
 pub(crate) fn even_targets(lengths: &[f64], spacing: f64, closed: bool, least: usize) -> Vec<(usize, f64)> {
     let total: f64 = lengths.iter().sum();
     let Some(last) = lengths.iter().rposition(|&length| length > 0.0) else {

@@ -6,38 +6,43 @@ use crate::memory;
 
 /// Where a curve is sampled.
 ///
-/// A closed curve has three samples at least, whatever is asked, so that they have an area; where
-/// no more than two spans lie between different points, as many as it takes for three that differ:
-/// such spans may go there and back.
+/// A closed curve has at least three samples, whatever is asked, so that they have an area. If no
+/// more than two of its spans lie between different points, it has enough samples that three of
+/// them differ. Such spans may go there and back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Sampling {
-    /// Every span between data points becomes this many segments of equal parameter length, the
-    /// data points among the samples: K points give N(K−1)+1 samples, a closed curve N·K. Spans are
-    /// divided further where a closed curve would have too few.
-    PerSpan(usize),
-    /// This many samples a curve, at equal steps of the parameter from its first to its last value
-    /// (of a closed curve: up to, without, the first point again).
-    Count(usize),
-    /// Samples at equal arc length: the largest spacing not above this one (in the units of the
-    /// input) that divides the length evenly.
+    /// Every span between data points becomes this many segments of equal parameter length.
     ///
-    /// No curve gets more than [`MOST_SAMPLES`](Sampling::MOST_SAMPLES); see
+    /// The data points are among the samples: K points give N(K−1)+1 samples, a closed curve N·K.
+    /// Spans are divided further if a closed curve would have too few.
+    PerSpan(usize),
+    /// This many samples a curve, at equal steps of the parameter from its first to its last value.
+    ///
+    /// Samples of a closed curve end before they reach the first point again.
+    Count(usize),
+    /// Samples at equal arc length.
+    ///
+    /// The spacing is the largest one not above this (in the units of the input) that divides the
+    /// length evenly. No curve gets more than [`MOST_SAMPLES`](Sampling::MOST_SAMPLES). See
     /// [`check`](Sampling::check).
     Spacing(f64),
 }
 
 impl Sampling {
-    /// Samples that a spacing may ask for, of all curves together: with their parameters 640 MB as
-    /// numbers in 3-D, twice that while they are put together, and about as much as text.
+    /// The most samples that a spacing may ask for, of all curves together.
+    ///
+    /// With their parameters they take 640 MB as numbers in 3-D, twice that while they are put
+    /// together, and about as much as text.
     pub const MOST_SAMPLES: usize = 20_000_000;
 
     /// Checks, before anything is fitted, that so many samples can be had. Fits that sample do so.
     ///
     /// # Errors
-    /// A spacing that is not positive and finite; one that the curves' points are more than
-    /// [`MOST_SAMPLES`](Self::MOST_SAMPLES) times apart, all chords together; samples that take
-    /// more than the memory that is free, as far as the system says.
+    /// - A spacing that is not positive and finite.
+    /// - A spacing for which the chords of all curves together are longer than
+    ///   [`MOST_SAMPLES`](Self::MOST_SAMPLES) spacings.
+    /// - Samples that take more than the free memory, as far as the system tells it.
     pub fn check(self, batch: &CurveBatch) -> Result<()> {
         let (samples, what) = match self {
             Sampling::Spacing(spacing) => return check_spacing(batch, spacing, "samples", Self::MOST_SAMPLES),
@@ -54,8 +59,9 @@ pub(crate) fn spans(batch: &CurveBatch) -> f64 {
     (0..batch.len()).filter(|&i| batch.problem(i).is_none()).map(|i| batch.spans(i) as f64).sum()
 }
 
-/// Refuses a spacing that makes more of something than there may be: curves are at least as long as
-/// the chords between their points.
+/// Refuses a spacing that makes more of something than there may be.
+///
+/// Curves are at least as long as the chords between their points.
 pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: usize) -> Result<()> {
     if !(spacing > 0.0 && spacing.is_finite()) {
         return Err(Error::argument(format!(
@@ -64,7 +70,7 @@ pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: 
     }
     let chords = |i: usize| if batch.problem(i).is_some() { 0.0 } else { batch.chords(i).sum::<f64>() };
     let lengths: Vec<f64> = (0..batch.len()).map(chords).collect();
-    // The sum of the quotients: that of the lengths may overflow.
+    // The sum of the quotients, since the sum of the lengths may overflow.
     let count: f64 = lengths.iter().map(|length| length / spacing).sum();
     if count <= most as f64 {
         return Ok(());

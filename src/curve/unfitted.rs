@@ -1,4 +1,4 @@
-//! Curves that could not be fitted: what they came in as, and its polyline as a [`Curve`].
+//! Curves that could not be fitted: their input, and its polyline as a [`Curve`].
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use super::{Curve, Jet, Sampling, vector};
 use crate::batch::CurveBatch;
 use crate::motion::Motion;
 
-/// The input polyline of a curve that could not be fitted, on the parameters given, else 0, 1, 2 ….
+/// The input polyline of a curve that could not be fitted, on its own parameters or else 0, 1, 2 ….
 pub(crate) struct Polygon<'a> {
     /// Flat coordinates.
     pub coords: &'a [f64],
@@ -16,12 +16,12 @@ pub(crate) struct Polygon<'a> {
     pub dimension: usize,
     /// Whether the last point is joined to the first.
     pub closed: bool,
-    /// The parameter of every point; of a closed curve one more.
+    /// The parameter of every point. A closed curve has one more.
     pub knots: Cow<'a, [f64]>,
 }
 
 impl<'a> Polygon<'a> {
-    /// On the parameters 0, 1, 2 ….
+    /// The polyline on the parameters 0, 1, 2 ….
     pub fn new(coords: &'a [f64], dimension: usize, closed: bool) -> Self {
         let count = coords.len() / dimension;
         let ends = if count > 0 { count + usize::from(closed) } else { 0 };
@@ -49,7 +49,7 @@ impl Curve for Polygon<'_> {
 
     fn jet(&self, span: usize, u: f64) -> Jet {
         let (a, b) = (self.vertex(span), self.vertex(span + 1));
-        // Both ends as they are, even where the other is no number.
+        // An end is returned as it is, even if the other end is no number.
         let point = match u {
             0.0 => a,
             1.0 => b,
@@ -58,8 +58,9 @@ impl Curve for Polygon<'_> {
         Jet { point, first: (b - a) / self.pace(span), ..Jet::default() }
     }
 
-    /// Parameters of what could not be fitted may be anything: where they do not increase,
-    /// derivatives are those by the fraction.
+    /// The parameter length of a span, or 1 where parameters do not increase.
+    ///
+    /// Parameters of a curve that could not be fitted may be anything.
     fn pace(&self, span: usize) -> f64 {
         let length = self.knots[span + 1] - self.knots[span];
         if length > 0.0 && length.is_finite() { length } else { 1.0 }
@@ -69,7 +70,7 @@ impl Curve for Polygon<'_> {
         Some(Motion::of_cubic(self.vertex(span + 1) - self.vertex(span), DVec3::ZERO, DVec3::ZERO))
     }
 
-    /// No side is curved; that it turns from one to the next is in none of them.
+    /// 0, since no side is curved. The turns from side to side do not count.
     fn max_curvature(&self) -> f64 {
         0.0
     }
@@ -78,21 +79,23 @@ impl Curve for Polygon<'_> {
         false
     }
 
-    /// The vertices; also of the single point that has no span.
+    /// The vertices, also of a single point, which has no span.
     fn sites(&self, _: Sampling) -> Vec<(usize, f64)> {
         (0..self.coords.len() / self.dimension).map(|k| (k, 0.0)).collect()
     }
 }
 
-/// What a curve came in as, which it comes out as where it could not be fitted: its points, and its
-/// parameters, bit for bit.
+/// The input of a curve: its points and its parameters, bit for bit.
+///
+/// A curve that could not be fitted comes out as its input.
 #[derive(Clone, Debug)]
 pub(crate) struct Input {
     pub coords: Vec<f64>,
     /// The parameters given, else 0, 1, 2 ….
     pub t: Vec<f64>,
-    /// The parameter length of the span that closes the curve; NaN where it is open, or none was
-    /// given to given parameters.
+    /// The parameter length of the span that closes the curve.
+    ///
+    /// NaN if the curve is open, or if parameters are given without one.
     pub closing: f64,
 }
 

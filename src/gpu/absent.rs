@@ -1,5 +1,6 @@
-//! What stands in the GPU's place without the feature `gpu`: nothing of these types can be made, and
-//! what the rooms do with them compiles to nothing.
+//! Types that replace those of the GPU without the feature `gpu`.
+//!
+//! No value of these types can be made, and code that uses them compiles to nothing.
 
 #![expect(missing_docs, reason = "documented where they are, with the feature")]
 
@@ -13,17 +14,17 @@ use super::summary::AdapterSummary;
 use crate::error::{Error, Result};
 use crate::precision::Precision;
 
-/// A GPU, of which there is none: the feature `gpu` is off.
+/// A GPU that cannot exist: the feature `gpu` is off.
 #[derive(Debug)]
 pub enum Gpu {}
 
-/// No adapter.
+/// Returns no adapter.
 pub fn adapters() -> Vec<AdapterSummary> {
     Vec::new()
 }
 
 impl Gpu {
-    /// Opens none.
+    /// Opens no GPU.
     ///
     /// # Errors
     /// [`Error::NoGpu`], always.
@@ -48,7 +49,7 @@ impl Gpu {
     }
 }
 
-// Boxes, since code after a value that cannot be is a warning.
+// Boxes, since code after a value that cannot exist is a warning.
 pub struct Buffer {
     _gpu: Box<Gpu>,
 }

@@ -1,10 +1,10 @@
-//! Which adapters there are, in which order, and what each can do.
+//! The adapters of the machine, their order, and what each can do.
 
 use wgpu::{Adapter, DeviceType, Features, Instance};
 
 use super::summary::AdapterSummary;
 
-/// Lanes a curve in the subgroup kernels: no subgroup may be smaller.
+/// Lanes for each curve in the subgroup kernels. No subgroup may be smaller.
 pub(crate) const SUBGROUP_LANES: u32 = 8;
 
 pub(crate) fn instance() -> Instance {
@@ -14,8 +14,10 @@ pub(crate) fn instance() -> Instance {
     Instance::new(descriptor)
 }
 
-/// All adapters of the machine, hardware before software, faster kinds first, then by PCI bus
-/// address and name: the numbers that `gpu:N` and [`Device::gpu`](crate::Device::gpu) mean.
+/// All adapters of the machine, in the order of `gpu:N` and [`Device::gpu`](crate::Device::gpu).
+///
+/// Hardware comes before software, then faster kinds first. The rest is by PCI bus address and
+/// name.
 pub(crate) fn sorted(instance: &Instance) -> Vec<Adapter> {
     let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     adapters.sort_by_cached_key(|adapter| {

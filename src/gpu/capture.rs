@@ -1,5 +1,4 @@
-//! Recording of dispatches with their buffers, so that any kernel can be replayed by another WGSL
-//! compiler.
+//! Recording of dispatches with their buffers, so that another WGSL compiler can replay any kernel.
 
 use super::context::Gpu;
 use super::kernel::Kernel;
@@ -19,11 +18,11 @@ pub struct CapturedBuffer {
     pub access: Access,
     /// Its contents before the dispatch.
     pub before: Vec<u8>,
-    /// Its contents after, where the kernel may have written it.
+    /// Its contents after the dispatch, if the kernel may have written it.
     pub after: Option<Vec<u8>>,
 }
 
-/// One dispatch: everything needed to run it again elsewhere.
+/// One dispatch, with everything needed to run it again elsewhere.
 #[derive(Clone, Debug)]
 pub struct CapturedDispatch {
     /// The kernel's name.
@@ -39,8 +38,9 @@ pub struct CapturedDispatch {
 }
 
 impl Gpu {
-    /// Runs `work` and returns every dispatch it made, with the buffers before and after. Slow:
-    /// each dispatch is a submission of its own.
+    /// Runs `work` and returns every dispatch it made, with the buffers before and after.
+    ///
+    /// This is slow: each dispatch is a submission of its own.
     ///
     /// # Errors
     /// Those of `work`.

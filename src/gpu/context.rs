@@ -1,4 +1,4 @@
-//! [`Gpu`]: an open device with its limits, its compiled kernels, and what became of it.
+//! [`Gpu`]: an open device with its limits, its compiled kernels, and the reason if it was lost.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
@@ -12,11 +12,12 @@ use super::plan::Limits;
 use super::summary::AdapterSummary;
 use crate::error::{Error, Result};
 
-/// Workgroup memory the kernels are designed for: every WebGPU device has it.
+/// Workgroup memory that the kernels are designed for. Every WebGPU device has it.
 const DESIGN_WORKGROUP_BYTES: u32 = 16 * 1024;
 
-/// What the buffers of one chunk take together unless a caller says otherwise: small enough to keep
-/// two chunks in flight on a modest GPU, large enough to hide the round trip.
+/// Bytes of all buffers of one chunk, unless a caller says otherwise.
+///
+/// Two such chunks fit on a modest GPU at once, and one is large enough to hide the round trip.
 const DESIGN_CHUNK_BYTES: u64 = 256 << 20;
 
 /// An open GPU.
@@ -42,7 +43,7 @@ impl Gpu {
     /// Opens adapter `number` of [`adapters`](super::adapters).
     ///
     /// # Errors
-    /// [`Error::NoGpu`] when there is no such adapter or it cannot be opened.
+    /// [`Error::NoGpu`] if there is no such adapter or it cannot be opened.
     pub fn open(number: usize) -> Result<Self> {
         let adapters = adapter::sorted(&adapter::instance());
         let found = match adapters.len() {
@@ -74,16 +75,17 @@ impl Gpu {
         Ok(Self::from_wgpu(device, queue))
     }
 
-    /// Borrows a device and queue that the host program opened itself. Features it did not enable
-    /// are not used: without `SUBGROUP` the workgroup-memory kernels run, without `SHADER_F64` only
-    /// f32 is possible.
+    /// Borrows a device and queue that the host program opened itself.
     ///
-    /// The device's lost callback is set.
+    /// Features that it did not enable are not used. Without `SUBGROUP` the workgroup-memory
+    /// kernels run. Without `SHADER_F64` only f32 is possible.
+    ///
+    /// This sets the device's lost callback.
     pub fn from_wgpu(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let lost = Arc::new(OnceLock::new());
         let note = Arc::clone(&lost);
         device.set_device_lost_callback(move |reason, text| {
-            // Only the first reason counts; later ones are its echoes.
+            // Only the first reason counts. Later ones are its echoes.
             let _ = note.set(format!("{reason:?}: {text}").trim_end_matches([':', ' ']).to_string());
         });
         let granted = device.limits();
@@ -108,7 +110,7 @@ impl Gpu {
         }
     }
 
-    /// The same GPU with smaller limits: for tests of chunking, and for sharing a device.
+    /// The same GPU with smaller limits, for tests of chunking and for sharing a device.
     #[doc(hidden)]
     pub fn with_limits(mut self, limits: Limits) -> Self {
         self.limits = limits;
@@ -122,8 +124,9 @@ impl Gpu {
         self
     }
 
-    /// Fills the arrays that kernels write with NaN first, instead of zeros, so that what no kernel
-    /// wrote can be told from what is zero: for tests.
+    /// Fills the arrays that kernels write with NaN first, instead of zeros.
+    ///
+    /// Tests can then tell what no kernel wrote from zeros.
     #[doc(hidden)]
     pub fn with_poisoned_arrays(mut self) -> Self {
         self.poisoned = true;
@@ -151,16 +154,17 @@ impl Gpu {
         self.lost.get().map(String::as_str)
     }
 
-    /// Time the kernels ran on the device since the last call, in seconds, by its own clock; 0
-    /// where it has none.
+    /// Seconds that the kernels ran since the last call, by the device's own clock.
+    ///
+    /// 0 if the device has no clock.
     pub fn take_kernel_seconds(&self) -> f64 {
         std::mem::take(&mut *self.kernel_nanoseconds.lock().expect("no panic while held")) * 1e-9
     }
 
     /// The error behind a failed wait: a lost device with its reason, or else `otherwise`.
     pub(super) fn failure(&self, otherwise: Error) -> Error {
-        // The reason arrives by a callback that only polling calls, once nothing is under way any
-        // more; what polling fails of is told by that reason.
+        // The reason arrives by a callback. Only polling calls it, once nothing is under way any
+        // more. If polling fails, that reason tells why.
         let timeout = Some(std::time::Duration::from_secs(5));
         let _ = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout });
         match self.lost() {

@@ -17,11 +17,12 @@ pub(super) struct Kernel {
 }
 
 impl Gpu {
-    /// Compiles a kernel, or finds it compiled.
+    /// Compiles a kernel, unless it is cached.
     ///
     /// # Errors
-    /// [`Error::Kernel`] when the compiler refuses it; [`Error::Limit`] when it asks for more
-    /// workgroup memory or threads than the device has (which wgpu does not check for us).
+    /// - [`Error::Kernel`] if the compiler refuses it.
+    /// - [`Error::Limit`] if it asks for more workgroup memory or threads than the device has. wgpu
+    ///   does not check that.
     pub(super) fn kernel(&self, key: &KernelKey) -> Result<Arc<Kernel>> {
         let name = key.name();
         if let Some(kernel) = self.kernels.lock().expect("no panic while held").get(&name) {

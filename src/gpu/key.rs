@@ -3,7 +3,7 @@
 use super::source::{Definitions, compose};
 use crate::precision::Precision;
 
-/// Which kernel: a shader file, an entry point, a precision, and its definitions.
+/// What identifies a kernel: a shader file, an entry point, a precision, and its definitions.
 #[derive(Clone, Debug)]
 pub struct KernelKey {
     /// Path below `shaders/`.

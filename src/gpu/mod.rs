@@ -1,8 +1,8 @@
-//! The GPU: adapters, limits, shader composition, kernels, submissions. Knows wgpu, knows no
-//! mathematics.
+//! The GPU: adapters, limits, shader composition, kernels, submissions.
 //!
-//! wgpu's types show in one place, [`Gpu::from_wgpu`] and [`Gpu::wgpu_device`], for host programs
-//! that share a device. That place follows wgpu's releases; nothing else does.
+//! This module knows wgpu and no mathematics. wgpu's types appear in one place, for host programs
+//! that share a device: [`Gpu::from_wgpu`] and [`Gpu::wgpu_device`]. That place follows wgpu's
+//! releases. Nothing else does.
 //!
 //! Without the feature `gpu` there is no adapter, and no [`Gpu`] can be made.
 
@@ -42,7 +42,7 @@ pub(crate) use pipeline::{Lost, kept, unwritten};
 pub(crate) use rounds::Rounds;
 pub use summary::AdapterSummary;
 
-// For tests of the kernels; nothing that versions promise.
+// For tests of the kernels. Versions do not promise these names.
 #[cfg(not(feature = "gpu"))]
 #[doc(hidden)]
 pub use absent::{Buffer, Downloaded, Pending, Recording};

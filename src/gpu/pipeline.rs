@@ -1,4 +1,4 @@
-//! Chunks one after the other, the next being prepared and uploaded while the device works on the
+//! Chunks one after the other. The next is prepared and uploaded while the device works on the
 //! last.
 
 use std::collections::VecDeque;
@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 /// Chunks under way at once: one on the device, one on its way there.
 const IN_FLIGHT: usize = 2;
 
-/// A run that ended early: everything before `finished` is done and kept.
+/// A run that ended early. Everything before `finished` is done and kept.
 #[derive(Debug)]
 pub struct Interrupted {
     /// What happened.
@@ -31,18 +31,19 @@ impl From<Interrupted> for Error {
     }
 }
 
-/// Where a run lost its device: the curves from this one on are not finished, and why.
+/// Where a run lost its device, and why. The curves from this one on are not finished.
 pub(crate) struct Lost {
     pub finished: usize,
     pub why: String,
 }
 
-/// What every method with a status a curve does when the device is lost, or does not answer in
-/// time: what was finished is kept, and what was not is said curve by curve. Before anything was
-/// finished it is an error, like all else.
+/// Keeps what was finished when the device is lost or does not answer in time.
+///
+/// Every method with a status for each curve calls it. The statuses say which curves were not
+/// finished. If no curve was finished it is an error, like any other.
 ///
 /// # Errors
-/// That of the run, unless it lost its device.
+/// That of the run, unless it lost its device after curves were finished.
 pub(crate) fn kept(done: Result<(), Interrupted>) -> Result<Option<Lost>> {
     match done {
         Ok(()) => Ok(None),
@@ -55,15 +56,16 @@ pub(crate) fn kept(done: Result<(), Interrupted>) -> Result<Option<Lost>> {
     }
 }
 
-/// The error of a curve whose status word is none that the kernel writes.
+/// The error of a curve whose status word is not one that the kernel writes.
 pub(crate) fn unwritten(kernel: &str, curve: impl std::fmt::Display, word: u32) -> Error {
     let message = format!("{curve} has the status word {word}: no kernel wrote it");
     Error::Kernel { kernel: kernel.into(), message }
 }
 
-/// Submits the chunks (ranges of curves) in order and finishes each, in order, as its results
-/// arrive. When the device has no memory for a chunk, what is under way is finished and the chunks
-/// left are halved, once.
+/// Submits the chunks (ranges of curves) in order, and finishes each as its results arrive.
+///
+/// Chunks are finished in order, too. If the device has no memory for a chunk, the chunks under way
+/// are finished and those left are halved, once.
 ///
 /// # Errors
 /// The first error of `submit`, `wait` or `finish`, with the number of curves finished before.
@@ -87,11 +89,11 @@ pub fn pipeline<P, R>(
                     halved = true;
                     waiting.push_front(chunk);
                     waiting = waiting.iter().flat_map(halves).collect();
-                    // Memory of the chunks under way is free again before the next is tried.
+                    // The memory of the chunks under way is free again before the next is tried.
                     drain(&mut under_way, &mut finished, &mut wait, &mut finish, 0)?;
                 }
                 Err(error) => {
-                    // What was submitted before may still end well.
+                    // Chunks that were submitted before may still end well.
                     drain(&mut under_way, &mut finished, &mut wait, &mut finish, 0)?;
                     return Err(Interrupted { error, finished });
                 }

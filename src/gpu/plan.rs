@@ -1,14 +1,15 @@
-//! Sizes and chunks against a device's limits: pure functions, tested without a device.
+//! Sizes and chunks for a device's limits: pure functions, tested without a device.
 
 use std::ops::Range;
 
 use crate::error::{Error, Result};
 
-/// Turns that a thread's loops may take together in one dispatch: llvmpipe ends them, without a
-/// word, after 65,535, and watchdogs of hardware end what takes too long.
+/// The most turns that a thread's loops may take together in one dispatch.
+///
+/// llvmpipe ends loops silently after 65,535 turns. Watchdogs of hardware end what takes too long.
 pub const LOOP_TURNS: usize = 60_000;
 
-/// The limits that matter here.
+/// The limits of a device that matter here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Largest storage binding.
@@ -17,16 +18,16 @@ pub struct Limits {
     pub buffer_bytes: u64,
     /// Workgroup memory.
     pub workgroup_bytes: u32,
-    /// Threads a workgroup.
+    /// Threads of a workgroup.
     pub workgroup_threads: u32,
     /// Workgroups along one dimension of a dispatch.
     pub workgroups: u32,
-    /// What all buffers of a chunk may take together.
+    /// Bytes that all buffers of a chunk may take together.
     pub chunk_bytes: u64,
 }
 
 impl Limits {
-    /// The same with chunks of no more than so many bytes.
+    /// The same limits with chunks of at most so many bytes.
     pub fn with_chunks_of(self, bytes: u64) -> Self {
         Limits { chunk_bytes: self.chunk_bytes.min(bytes), ..self }
     }
@@ -37,12 +38,14 @@ impl Limits {
     }
 }
 
-/// Divides curves, in order, into chunks none of whose arrays exceeds a binding, and whose arrays
-/// together stay below the chunk size. `points[i]` is the size of curve `i`; a point takes
-/// `largest_bytes` in the largest array and `total_bytes` in all arrays together.
+/// Divides curves, in order, into chunks that fit a device.
+///
+/// No array of a chunk exceeds a binding, and all its arrays together stay below the chunk size.
+/// `points[i]` is the size of curve `i`. A point takes `largest_bytes` in the largest array and
+/// `total_bytes` in all arrays together.
 ///
 /// # Errors
-/// [`Error::Limit`] when a single curve does not fit: it never will, on this device.
+/// [`Error::Limit`] if a single curve does not fit. It never will, on this device.
 pub fn chunks(
     points: impl IntoIterator<Item = usize>,
     largest_bytes: u64,
@@ -76,7 +79,7 @@ pub fn chunks(
     Ok(chunks)
 }
 
-/// Workgroups for so many tasks at `per_group` tasks a workgroup, as a two-dimensional dispatch.
+/// Workgroups for so many tasks, `per_group` of them in a workgroup, as a two-dimensional dispatch.
 ///
 /// # Errors
 /// [`Error::Limit`] beyond the square of the device's limit.
@@ -92,8 +95,10 @@ pub fn workgroups(tasks: usize, per_group: usize, limits: &Limits) -> Result<[u3
     Ok([across as u32, rows as u32, 1])
 }
 
-/// Sorts indices into buckets by the first bound not below their size. Returns the order and one
-/// range of it a bound; sizes above the last bound form the last bucket.
+/// Sorts indices into buckets by the first bound not below their size.
+///
+/// Returns the order and one range of it for each bound. Sizes above the last bound are in the last
+/// bucket.
 pub fn buckets(sizes: &[usize], bounds: &[usize]) -> (Vec<u32>, Vec<Range<usize>>) {
     let bucket = |size: usize| bounds.partition_point(|&bound| bound < size);
     let mut order: Vec<u32> = (0..sizes.len() as u32).collect();

@@ -1,5 +1,4 @@
-//! One submission: buffers up, dispatches, results back, with every failure turned into an
-//! [`Error`].
+//! One submission: buffers up, dispatches, results back. Every failure becomes an [`Error`].
 
 use std::borrow::Cow;
 use std::sync::mpsc;
@@ -17,15 +16,17 @@ use super::reflect::Access;
 use crate::error::{Error, Result};
 use crate::precision::Precision;
 
-/// How long the host waits for one submission. Dispatches are kept far shorter; only a hung driver
-/// takes longer.
+/// How long the host waits for one submission.
+///
+/// Dispatches are kept far shorter. Only a hung driver takes longer.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// Numbers that a thread converts at least.
+/// The fewest numbers that a thread converts.
 const CONVERTED_TOGETHER: usize = 1 << 14;
 
-/// Work being recorded for one submission. The host's numbers are f64; the kernels' have the
-/// precision of the recording.
+/// Work being recorded for one submission.
+///
+/// The host's numbers are f64. The kernels' numbers have the precision of the recording.
 pub struct Recording<'g> {
     gpu: &'g Gpu,
     precision: Precision,
@@ -69,8 +70,8 @@ impl<'g> Recording<'g> {
         let size = (contents.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
         let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: true };
         let buffer = self.gpu.device.create_buffer(&descriptor);
-        // On a device that is lost or out of memory there is nothing to fill: the scopes say so
-        // when the work is submitted.
+        // On a device that is lost or out of memory there is nothing to fill. The scopes report
+        // that when the work is submitted.
         if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
             mapped.slice(..contents.len()).copy_from_slice(contents);
             drop(mapped);
@@ -79,12 +80,12 @@ impl<'g> Recording<'g> {
         buffer
     }
 
-    /// A read-only (or read-write) array with these contents.
+    /// Uploads an array with these contents, for kernels to read (or to read and write).
     pub fn upload<T: Pod>(&mut self, data: &[T]) -> wgpu::Buffer {
         self.create(bytemuck::cast_slice(data), BufferUsages::STORAGE)
     }
 
-    /// The same of numbers, each rounded once to the precision of the recording.
+    /// Uploads numbers, each rounded once to the precision of the recording.
     pub fn upload_reals(&mut self, numbers: &[f64]) -> wgpu::Buffer {
         match self.precision {
             Precision::F64 => self.upload(numbers),
@@ -100,11 +101,11 @@ impl<'g> Recording<'g> {
         self.create(bytemuck::bytes_of(data), BufferUsages::UNIFORM)
     }
 
-    /// An array the kernels write, zero at first.
+    /// Makes an array that kernels write, zero at first.
     pub fn storage(&mut self, bytes: u64) -> wgpu::Buffer {
         let size = bytes.next_multiple_of(4).max(16);
         if self.gpu.poisoned {
-            // NaN in both precisions, and no status word.
+            // NaN in both precisions, and not a status word.
             return self.create(&vec![0xff; size as usize], BufferUsages::STORAGE);
         }
         self.bytes += size;
@@ -112,17 +113,19 @@ impl<'g> Recording<'g> {
         self.gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
     }
 
-    /// The same for so many numbers in the precision of the recording.
+    /// Makes an array of so many numbers in the precision of the recording.
     pub fn storage_reals(&mut self, count: usize) -> wgpu::Buffer {
         self.storage(count as u64 * self.precision.bytes())
     }
 
-    /// Dispatches a kernel, for so many tasks at `per_group` tasks a workgroup, with its buffers by
-    /// name.
+    /// Dispatches a kernel, with its buffers by name.
+    ///
+    /// There are so many tasks, and `per_group` of them in a workgroup.
     ///
     /// # Errors
-    /// Those of [`Gpu::kernel`] and of [`plan::workgroups`]; [`Error::Kernel`] when a buffer the
-    /// kernel uses is not named, or too small for one element.
+    /// - Those of [`Gpu::kernel`] and of [`plan::workgroups`].
+    /// - [`Error::Kernel`] if a buffer that the kernel uses is not named, or is too small for one
+    ///   element.
     pub fn dispatch(
         &mut self,
         key: &KernelKey,
@@ -158,7 +161,7 @@ impl<'g> Recording<'g> {
         self.gpu
     }
 
-    /// The precision its kernels compute in.
+    /// The precision that the recording's kernels compute in.
     pub fn precision(&self) -> Precision {
         self.precision
     }
@@ -184,15 +187,16 @@ impl<'g> Recording<'g> {
         self.timestamps.extend(times);
     }
 
-    /// Submits what was recorded so far, so that its results can be read by another submission.
+    /// Submits what was recorded so far, so that another submission can read its results.
     pub(super) fn flush(&mut self) {
         let fresh = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let recorded = std::mem::replace(&mut self.encoder, fresh);
         self.gpu.queue.submit([recorded.finish()]);
     }
 
-    /// Asks for the contents of a buffer after the dispatches recorded so far; results come in the
-    /// order of the calls.
+    /// Asks for the contents of a buffer after the dispatches recorded so far.
+    ///
+    /// Results come in the order of the calls.
     pub fn download(&mut self, buffer: &wgpu::Buffer) {
         let size = buffer.size();
         self.bytes += size;
@@ -215,14 +219,14 @@ impl<'g> Recording<'g> {
     pub fn submit(mut self) -> Result<Pending<'g>> {
         let timestamps = self.resolve_timestamps();
         let index = self.gpu.queue.submit([self.encoder.finish()]);
-        // Within the scopes, for on a lost device there is nothing to map.
+        // Within the scopes, since on a lost device there is nothing to map.
         let mapped: Vec<_> = self
             .downloads
             .iter()
             .chain(&timestamps)
             .map(|staging| {
                 let (sender, receiver) = mpsc::channel();
-                // The receiver is gone only when nobody waits any more.
+                // The receiver is gone only if nobody waits any more.
                 staging.map_async(wgpu::MapMode::Read, .., move |result| drop(sender.send(result)));
                 receiver
             })
@@ -269,7 +273,7 @@ pub(super) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry
     wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
 }
 
-/// Whether a kernel may change a buffer bound so.
+/// Whether a kernel may change a buffer with this access.
 pub(super) fn is_written(access: Access) -> bool {
     access == Access::ReadWrite
 }
@@ -283,10 +287,10 @@ impl<'g> Pending<'g> {
         self.precision
     }
 
-    /// Waits, and gives the contents asked for.
+    /// Waits, and returns the contents asked for.
     ///
     /// # Errors
-    /// [`Error::Timeout`] after a minute, [`Error::DeviceLost`].
+    /// [`Error::Timeout`] after a minute, and [`Error::DeviceLost`].
     pub fn wait(self) -> Result<Vec<Downloaded>> {
         let timeout = Error::Timeout { seconds: TIMEOUT.as_secs() };
         let wait = wgpu::PollType::Wait { submission_index: Some(self.index.clone()), timeout: Some(TIMEOUT) };

@@ -1,5 +1,5 @@
-//! What naga knows of a composed kernel: its bindings by name, its workgroup size and memory, its
-//! struct layouts.
+//! What naga knows of a composed kernel: bindings by name, workgroup size and memory, struct
+//! layouts.
 
 use naga::proc::Layouter;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -18,12 +18,12 @@ pub enum Access {
     ReadWrite,
 }
 
-/// A buffer an entry point uses.
+/// A buffer that an entry point uses.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Binding {
     /// The variable's name in the source.
     pub name: String,
-    /// Its `@binding`; the group is always 0.
+    /// Its `@binding`. The group is always 0.
     pub binding: u32,
     /// How it is used.
     pub access: Access,
@@ -31,12 +31,12 @@ pub struct Binding {
     pub element_bytes: u32,
 }
 
-/// What one entry point asks of the host and of the device.
+/// What one entry point needs of the host and of the device.
 #[derive(Clone, Debug)]
 pub struct Reflection {
     /// The buffers it uses, by binding number.
     pub bindings: Vec<Binding>,
-    /// Threads a workgroup.
+    /// Threads of a workgroup.
     pub workgroup_size: u32,
     /// Workgroup memory it uses.
     pub workgroup_bytes: u32,
@@ -64,7 +64,7 @@ pub fn parse(kernel: &str, wgsl: &str) -> Result<(Module, ModuleInfo)> {
 /// Reflects one entry point of a composed kernel.
 ///
 /// # Errors
-/// As [`parse`]; or an entry point that is not there.
+/// Those of [`parse`], and an entry point that is not there.
 pub fn reflect(kernel: &str, wgsl: &str, entry: &str) -> Result<Reflection> {
     let (module, info) = parse(kernel, wgsl)?;
     let index = module.entry_points.iter().position(|point| point.name == entry);
@@ -108,7 +108,7 @@ pub fn reflect(kernel: &str, wgsl: &str, entry: &str) -> Result<Reflection> {
 /// The layout of the struct called `name`.
 ///
 /// # Errors
-/// As [`parse`]; or a struct that is not there.
+/// Those of [`parse`], and a struct that is not there.
 pub fn struct_layout(kernel: &str, wgsl: &str, name: &str) -> Result<StructLayout> {
     let (module, _) = parse(kernel, wgsl)?;
     let mut layouter = Layouter::default();
@@ -125,8 +125,8 @@ pub fn struct_layout(kernel: &str, wgsl: &str, name: &str) -> Result<StructLayou
     }
 }
 
-/// Asserts that a Rust struct has the members, offsets and size of the WGSL struct of its name in a
-/// kernel.
+/// Asserts that a Rust struct has the members, offsets and size of a kernel's WGSL struct of that
+/// name.
 #[cfg(test)]
 macro_rules! assert_layout {
     ($key:expr, $type:ident { $($field:ident),+ $(,)? }) => {{

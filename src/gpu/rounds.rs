@@ -5,16 +5,19 @@ use bytemuck::Pod;
 use super::{Buffer, Downloaded, Pending, Recording, unwritten};
 use crate::error::Result;
 
-/// Standing word of a curve that runs. The words from 2 to [`LAST`] say how it ended; the host
-/// writes 0 first.
+/// Standing word of a curve that runs.
+///
+/// The words from 2 to [`LAST`] say how it ended. The host writes 0 first.
 const RUNNING: u32 = 1;
 const LAST: u32 = 6;
 
 /// The arrays of a chunk, by name.
 pub(crate) type Arrays = Vec<(&'static str, Buffer)>;
 
-/// A chunk on the device, with a layout that says where its curves stand. Its array `states` has a
-/// state a curve, whose first word is the curve's standing.
+/// A chunk on the device, with a layout of its curves.
+///
+/// Its array `states` has a state for each curve. The first word of a state is the curve's
+/// standing.
 pub(crate) struct Rounds<'g, Layout> {
     kernel: &'static str,
     curves: usize,
@@ -25,8 +28,9 @@ pub(crate) struct Rounds<'g, Layout> {
 }
 
 impl<'g, Layout> Rounds<'g, Layout> {
-    /// Submits the first round of a kernel, of so many curves. `round` records what the curves
-    /// listed do; it finds the arrays by name.
+    /// Submits the first round of a kernel, of so many curves.
+    ///
+    /// `round` records what the curves listed do. It finds the arrays by name.
     pub fn start<State: Pod>(
         (kernel, curves): (&'static str, usize),
         recording: Recording<'g>,
@@ -38,8 +42,9 @@ impl<'g, Layout> Rounds<'g, Layout> {
         Ok(Rounds { kernel, curves, state_words: size_of::<State>() / 4, layout, arrays, pending })
     }
 
-    /// Goes on until no curve runs, and gives the contents of the arrays wanted. `ended` is told of
-    /// every further number of curves that have ended.
+    /// Goes on until no curve runs. Returns the contents of the arrays wanted.
+    ///
+    /// `ended` is called with the number of curves that have ended since its last call.
     pub fn finish(
         self,
         round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,

@@ -1,18 +1,18 @@
-//! Shader composition: the files of `shaders/`, a few text directives, and one source for both
-//! precisions.
+//! Shader composition: one source for both precisions, from the files of `shaders/` and a few text
+//! directives.
 //!
 //! WGSL has no includes, no generics and no unrolling, and kernels need all three. The directives
 //! are lines:
 //!
-//! * `//:include PATH [NAME=VALUE …]` — the file `shaders/PATH`, with further definitions inside it;
-//! * `//:once include PATH` — the file, unless it stands there by `once` already;
-//! * `//:if NAME` … `//:else` … `//:end` — by whether NAME is defined; `//:if A == B` by whether
-//!   both are one text;
-//! * `//:unroll i A..B` … `//:end` — the lines once for each i from A up to, without, B (downwards,
-//!   B included, if A > B);
-//! * `//:each LIST` … `//:end` — the lines once for each k = 0, 1 … with a definition
-//!   `LIST.k.NAME`, which is `$NAME` there;
-//! * `$NAME` — the definition of NAME, anywhere; `$(i+1)` — what follows an unrolled i.
+//! * `//:include PATH [NAME=VALUE …]`: the file `shaders/PATH`, with further definitions inside it.
+//! * `//:once include PATH`: the file, unless `once` has included it already.
+//! * `//:if NAME` … `//:else` … `//:end`: by whether NAME is defined. `//:if A == B`: by whether
+//!   both are one text.
+//! * `//:unroll i A..B` … `//:end`: the lines once for each i from A up to B, without B. If A > B
+//!   they run downwards, with B.
+//! * `//:each LIST` … `//:end`: the lines once for each k = 0, 1 … with a definition `LIST.k.NAME`,
+//!   which is `$NAME` there.
+//! * `$NAME`: the definition of NAME, anywhere. `$(i+1)`: what follows an unrolled i.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -38,11 +38,11 @@ pub fn files() -> impl Iterator<Item = &'static str> {
     SHADER_FILES.iter().map(|(name, _)| *name)
 }
 
-/// Composes a kernel from the file at `path`; `real` is f32 or f64, and F64 is defined for f64.
+/// Composes a kernel from the file at `path`. `real` is f32 or f64, and F64 is defined for f64.
 ///
 /// # Panics
-/// On a directive that is malformed or names an unknown file: a fault of the shader, found by the
-/// tests that compose all.
+/// On a directive that is malformed or names an unknown file. That is a fault of the shader, which
+/// the tests that compose all kernels find.
 pub fn compose(path: &str, precision: Precision, definitions: &Definitions) -> String {
     let real = if precision == Precision::F64 { "f64" } else { "f32" };
     let text = format!("// Composed from shaders/{path}.\nalias real = {real};\n");
@@ -51,10 +51,10 @@ pub fn compose(path: &str, precision: Precision, definitions: &Definitions) -> S
     composed.text
 }
 
-/// A text under way.
+/// A text while it is composed.
 struct Composed {
     text: String,
-    /// Files that stand there by `once`.
+    /// Files that `once` has included.
     once: BTreeSet<String>,
 }
 
@@ -154,8 +154,9 @@ fn unrolled(range: &str) -> Vec<i64> {
     if from <= to { (from..to).collect() } else { (to..from).rev().collect() }
 }
 
-/// Replaces every `$NAME`. The longest defined name wins, so that `$iu` is the unrolled `$i` with
-/// WGSL's suffix u.
+/// Replaces every `$NAME`.
+///
+/// The longest defined name wins, so `$iu` is the unrolled `$i` with WGSL's suffix u.
 fn substitute(line: &str, definitions: &Definitions) -> String {
     let mut out = String::with_capacity(line.len());
     let mut rest = line;

@@ -11,7 +11,7 @@ pub struct AdapterSummary {
     pub backend: String,
     /// `discrete GPU`, `integrated GPU`, `software` …
     pub kind: &'static str,
-    /// Bus address, where the backend knows it.
+    /// Bus address, if the backend knows it.
     pub pci_bus_id: String,
     /// Whether kernels can compute in f64.
     pub has_f64: bool,
@@ -24,7 +24,7 @@ pub struct AdapterSummary {
 }
 
 impl AdapterSummary {
-    /// Whether this is a program on the CPU that only looks like a GPU.
+    /// Whether the adapter is software that runs on the CPU.
     pub fn is_software(&self) -> bool {
         self.kind == "software"
     }

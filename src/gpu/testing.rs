@@ -1,10 +1,11 @@
-//! What unit tests of kernels share: the adapter, and its precisions.
+//! What unit tests of kernels share: the adapter and its precisions.
 
 use super::Gpu;
 use crate::precision::Precision;
 
-/// The first adapter, its arrays filled with what must not be read; none where there is none and
-/// none is required.
+/// The first adapter, with arrays filled with what must not be read.
+///
+/// `None` if there is no adapter and none is required.
 pub(crate) fn gpu() -> Option<Gpu> {
     match Gpu::open(0) {
         Ok(gpu) => Some(gpu.with_poisoned_arrays()),

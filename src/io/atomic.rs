@@ -16,7 +16,7 @@ pub enum Output {
 }
 
 impl Output {
-    /// The file behind it, if it can seek.
+    /// The file behind the output, if it can seek.
     pub(crate) fn seekable(&mut self) -> Option<&mut File> {
         match self {
             Output::File(file) if file.metadata().is_ok_and(|data| data.is_file()) => Some(file),
@@ -41,13 +41,16 @@ impl Write for Output {
     }
 }
 
-/// Writes a file whole or not at all: into a temporary file in the same folder, flushed to the
-/// disk, then renamed.
+/// Writes a file whole or not at all.
 ///
-/// Until the last step nothing is seen at `path`; after a failure nothing new is left in the folder
-/// and what stood at `path` is untouched. `-` is standard output; a device or a pipe is written
-/// straight, whatever `overwrite` says. A symbolic link is followed; a file replaced keeps its
-/// permissions.
+/// The bytes go to a temporary file in the same folder. It is flushed to the disk, then renamed.
+/// Until that last step nothing is seen at `path`. After a failure nothing new is left in the
+/// folder, and what stood at `path` is untouched.
+///
+/// - `-` is standard output.
+/// - A device or a pipe is written to directly, whatever `overwrite` says.
+/// - A symbolic link is followed.
+/// - A file that is replaced keeps its permissions.
 ///
 /// ```
 /// # let folder = tempfile::tempdir().unwrap();
@@ -58,8 +61,9 @@ impl Write for Output {
 /// ```
 ///
 /// # Errors
-/// [`Error::Exists`] where `path` exists and `overwrite` is false; [`Error::Write`] with what the
-/// system or `fill` said, of standard output [`Error::Stream`].
+/// - [`Error::Exists`] if `path` exists and `overwrite` is false.
+/// - [`Error::Write`] with the error of the system or of `fill`.
+/// - [`Error::Stream`] for standard output.
 pub fn write_atomically(
     path: impl AsRef<Path>,
     overwrite: bool,
@@ -92,8 +96,9 @@ enum Target {
     File(PathBuf),
 }
 
-/// What stands behind the path, or why it cannot be written: all that can be known before there are
-/// bytes to write.
+/// What stands behind the path, or why it cannot be written.
+///
+/// This is all that can be known before there are bytes to write.
 fn target(path: &Path, overwrite: bool) -> Result<Target> {
     if path == Path::new("-") {
         return Ok(Target::Stdout);
@@ -133,7 +138,7 @@ fn folder(path: &Path) -> &Path {
 fn replace(place: &Path, overwrite: bool, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::Result<()> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".faircurve-").suffix(".part");
-    // What any new file gets, less the umask, instead of the private mode of temporary files.
+    // The mode of any new file, less the umask, instead of the private mode of temporary files.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let (file, temporary) = builder.tempfile_in(folder(place))?.into_parts();
@@ -149,7 +154,8 @@ fn replace(place: &Path, overwrite: bool, fill: impl FnOnce(&mut Output) -> io::
         return temporary.persist(place).map_err(|error| error.error);
     }
     match temporary.persist_noclobber(place) {
-        // Some file systems cannot rename without clobbering: then look, and rename.
+        // Some file systems cannot rename without clobbering. There the code looks first, and then
+        // renames.
         Err(error) if error.error.kind() != io::ErrorKind::AlreadyExists && !place.exists() => {
             error.path.persist(place).map_err(|error| error.error)
         }

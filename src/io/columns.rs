@@ -5,12 +5,12 @@ use std::str::FromStr;
 
 use crate::error::{Error, Result, listed, quoted};
 
-/// The columns there are: the name of the curve, the point, its parameter and weight, its
+/// The roles of columns: the name of the curve, the point, its parameter and weight, its
 /// constraints, whether the curve is closed.
 pub(super) const ROLES: [&str; 15] =
     ["curve", "x", "y", "z", "t", "weight", "tx", "ty", "tz", "kx", "ky", "kz", "nu", "known", "closed"];
 
-/// Columns that can only be x and y, where a file has both and no column of those names.
+/// Columns that can only be x, in a file with a latitude and without a column `x` or `y`.
 const LONGITUDES: [&str; 4] = ["lon", "long", "lng", "longitude"];
 const LATITUDES: [&str; 2] = ["lat", "latitude"];
 
@@ -20,12 +20,13 @@ fn is_one_of(heading: &str, words: &[&str]) -> bool {
 
 /// Which column of a CSV file means what: `x=lon,y=lat,curve=id,t=hours`.
 ///
-/// Columns called as what they mean (`curve x y z t weight tx ty tz kx ky kz nu known closed`) need
-/// no entry; `X` means `x` where no column is called `x`, and so on. A column `lon`, `long`, `lng`
-/// or `longitude` is x where one called `lat` or `latitude` is y and none is called so. `weight=`,
-/// with nothing after it, drops a column. As soon as one entry is given, columns that mean nothing
-/// are dropped; without any they are an error that names them, so that a misspelt name is not
-/// passed over.
+/// - A column named by its meaning (`curve x y z t weight tx ty tz kx ky kz nu known closed`) needs
+///   no entry. `X` means `x` if no column is called `x`, and so on.
+/// - A column `lon`, `long`, `lng` or `longitude` is x, and one called `lat` or `latitude` is y, if
+///   the file has both and neither `x` nor `y`.
+/// - `weight=`, with nothing after it, drops a column.
+/// - If any entry is given, columns without a meaning are dropped. If none is given, such columns
+///   are an error that names them. So a misspelt name is not passed over.
 ///
 /// ```
 /// let columns: faircurve::io::Columns = "x=lon,y=lat,curve=id,t=hours".parse()?;
@@ -66,7 +67,7 @@ impl FromStr for Columns {
     }
 }
 
-/// Where each role stands in a row.
+/// The place of each role in a row.
 #[derive(Clone, Copy)]
 pub(super) struct Table {
     cells: [Option<usize>; ROLES.len()],
@@ -75,14 +76,14 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// The cell of a role.
+    /// The cell that holds a role.
     pub fn cell(&self, role: &str) -> Option<usize> {
         self.cells[ROLES.iter().position(|known| *known == role).expect("a role of the list")]
     }
 }
 
 impl Columns {
-    /// Whether nothing is said of any column.
+    /// Whether no entry is given.
     pub(super) fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }

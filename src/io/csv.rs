@@ -1,4 +1,4 @@
-//! CSV: one row a point, the curve's name in a column; rows of a curve stand together.
+//! CSV: one row a point, the curve's name in a column. The rows of a curve stand together.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap};
@@ -21,7 +21,7 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     let mut reader = std::mem::replace(&mut source.reader, Box::new(io::empty()));
     let mut first_line = Vec::new();
     read_line(&mut reader, &source.room, &mut first_line, ROW_BYTES).map_err(|error| source.failed(error))?;
-    // The names of columns.
+    // Memory for the names of columns.
     source.take(HEADING_BYTES * first_line.iter().filter(|&&c| c == b',').count())?;
     let endings = if first_line.ends_with(b"\r\n") { Endings::CrLf } else { Endings::Lf };
     let since_row = Cell::new(0);
@@ -65,8 +65,10 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     }
 }
 
-/// How lines end, to tell the line that a row begins on: the csv crate counts from before the blank
-/// lines ahead of a row, and takes the second byte of CR LF for one of them.
+/// How lines end, to tell the line that a row begins on.
+///
+/// The csv crate counts from before the blank lines ahead of a row, and takes the second byte of CR
+/// LF for one of them.
 #[derive(Clone, Copy)]
 enum Endings {
     Lf,
@@ -74,7 +76,7 @@ enum Endings {
 }
 
 impl Endings {
-    /// Put after the file, so that its last row ends like the others.
+    /// Appended to the file, so that its last row ends like the others.
     fn text(self) -> &'static [u8] {
         match self {
             Endings::Lf => b"\n",
@@ -82,7 +84,7 @@ impl Endings {
         }
     }
 
-    /// The first line of a row after which the reader stands at line `after`.
+    /// The line on which a row begins, if the reader stands at line `after` behind it.
     fn line(self, after: u64, row: &ByteRecord) -> u64 {
         let within = row.as_slice().iter().filter(|&&byte| byte == b'\n').count() as u64;
         let last = match self {
@@ -119,10 +121,10 @@ impl Numbers {
     }
 }
 
-/// What the name of a column takes beside its letters, from above.
+/// An upper bound of the memory for the name of a column, beside its letters.
 const HEADING_BYTES: usize = 96;
 
-/// What a curve takes beside its points and its name, from above.
+/// An upper bound of the memory for a curve, beside its points and its name.
 const CURVE_BYTES: usize = 256;
 
 /// The rows read so far.
@@ -132,7 +134,7 @@ struct Rows<'a> {
     curve: Option<usize>,
     longitude: bool,
     dimension: usize,
-    /// x, y, z; then tangents and curvature vectors, one column an axis.
+    /// Columns x, y, z, then those of tangents and curvature vectors, one column an axis.
     coords: Vec<f64>,
     axes: Vec<usize>,
     vectors: [Vec<usize>; 2],
@@ -148,7 +150,7 @@ struct Rows<'a> {
     blanks: BTreeMap<usize, (usize, String)>,
     offsets: Vec<usize>,
     names: Vec<String>,
-    /// Curves by name, to find one that goes on after another began.
+    /// Curves by name, to find a curve that goes on after another one began.
     curves: HashMap<String, usize>,
     /// First and last line of every curve.
     lines: Vec<(u64, u64)>,
@@ -231,7 +233,7 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    /// Starts a curve where the name changes.
+    /// Starts a curve if the name changes.
     fn begin_or_go_on(&mut self, record: &ByteRecord, line: u64) -> Result<()> {
         let name = self.curve.map_or(&b"0"[..], |cell| &record[cell]);
         if let (Some(last), Some(lines)) = (self.names.last(), self.lines.last_mut())
@@ -255,7 +257,7 @@ impl<'a> Rows<'a> {
                 ),
             ));
         }
-        // The name, twice, and the places in all lists of curves, which grow by doubling.
+        // The name, twice, and the places in all lists of curves. The lists grow by doubling.
         self.source.take(CURVE_BYTES + 2 * name.len())?;
         self.curves.insert(name.to_string(), self.names.len());
         self.names.push(name.to_string());
@@ -267,7 +269,7 @@ impl<'a> Rows<'a> {
     fn finish(mut self, options: &ReadOptions) -> Result<CurveBatch> {
         self.offsets.push(self.coords.len() / self.dimension);
         let d = self.dimension;
-        // Blank lines and names of several lines make the line of a point uncertain: then only the
+        // Blank lines and names of several lines make the line of a point uncertain. Then only the
         // curve is named.
         let first_line = |i: usize| {
             let ((first, last), count) = (self.lines[i], self.offsets[i + 1] - self.offsets[i]);
@@ -328,7 +330,7 @@ struct Cells<'a> {
 }
 
 impl Cells<'_> {
-    /// The number of a cell; none where it is blank.
+    /// The number in a cell, or `None` if it is blank.
     fn number(&self, cell: usize) -> Result<Option<f64>> {
         let text = self.record[cell].trim_ascii();
         if text.is_empty() {
@@ -346,7 +348,7 @@ impl Cells<'_> {
         }
     }
 
-    /// A tangent or curvature vector: all of it, or none.
+    /// A tangent or curvature vector: all of its components, or none.
     fn vector(&self, cells: &[usize], values: &mut Vec<f64>) -> Result<()> {
         let start = values.len();
         for &cell in cells {
@@ -384,8 +386,9 @@ pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
     Ok(())
 }
 
-/// Writes `curve,x,y[,z],t`, and `closed` where a curve is; t is the parameter, or the number of
-/// the vertex where there is none.
+/// Writes `curve,x,y[,z],t`, and `closed` if a curve is.
+///
+/// t is the parameter, or the number of the vertex if there is none.
 pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     let d = batch.dimension();
     let mut text = Text::new(out);

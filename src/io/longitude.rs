@@ -1,24 +1,28 @@
-//! Longitudes that jump at the antimeridian: ±360 is added, so that neighbours stay near and no
-//! curve tears.
+//! Longitudes that jump at the antimeridian.
+//!
+//! ±360 is added, so that neighbours stay near and no curve tears.
 
 /// A jump of more than half a turn between neighbours is a crossing of the antimeridian.
 const HALF_TURN: f64 = 180.0;
 const TURN: f64 = 360.0;
 
-/// Whether the numbers can be longitudes and latitudes in degrees: projected coordinates jump by
-/// 180 m without any sea to cross.
+/// Whether the numbers can be longitudes and latitudes in degrees.
+///
+/// Projected coordinates jump by 180 m without any antimeridian to cross.
 pub(super) fn is_geographic(points: &[f64], stride: usize) -> bool {
     points.chunks_exact(stride).all(|point| point[0].abs() <= TURN && point[1].abs() <= 90.0)
 }
 
-/// How many whole turns point `k` lies from where it is written, for every `k`; `None` where no
-/// neighbour is more than 180 away.
+/// The number of whole turns to add to every point `k`.
 ///
-/// The first entry is 0: the first point keeps its value, except that a ring (last point = first
-/// point) that winds round a pole is moved by whole turns so that its middle lies within ±180. For
-/// a ring the last entry less the first tells how often it winds. Turns are counted as integers, so
-/// that x + 360·turns carries one rounding and a ring that comes back to its first point comes back
-/// to its bits.
+/// `None` if no neighbours are more than 180 apart.
+///
+/// The first entry is 0, so the first point keeps its value. A ring (last point = first point) that
+/// winds round a pole is the exception. It is moved by whole turns so that its middle lies within
+/// ±180. The last entry of a ring less the first tells how often it winds.
+///
+/// Turns are whole numbers. So x + 360·turns carries one rounding, and a ring that comes back to
+/// its first point comes back to its bits.
 pub(super) fn turns(points: &[f64], stride: usize) -> Option<Vec<f64>> {
     let jump =
         |pair: &[f64]| ((pair[0] - pair[1]).abs() > HALF_TURN) as u8 as f64 * ((pair[0] - pair[1]) / TURN).round();
@@ -54,7 +58,7 @@ pub(super) fn apply(points: &mut [f64], stride: usize, turns: &[f64]) {
     }
 }
 
-/// The shift (a whole number of turns) that brings a hole nearest to the middle of its shell.
+/// The shift, in whole turns, that brings a hole nearest to the middle of its shell.
 pub(super) fn turns_to_shell(shell: &[f64], hole_x: f64, stride: usize) -> f64 {
     let x = || shell.chunks_exact(stride).map(|point| point[0]);
     let (low, high) = (x().fold(f64::INFINITY, f64::min), x().fold(f64::NEG_INFINITY, f64::max));

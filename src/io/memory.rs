@@ -1,34 +1,37 @@
-//! How much memory reading may take: what is free is asked of the system once, and all that grows
-//! with the input is asked for before it is there.
+//! How much memory reading may take.
+//!
+//! The system is asked once how much is free. All memory that grows with the input is requested
+//! before it is used.
 
 use std::cell::Cell;
 use std::fmt;
 
 use crate::memory::free_bytes;
 
-/// Part of the free memory that reading may fill: a fit takes as much again, and some is only
-/// estimated.
+/// The part of the free memory that reading may fill.
+///
+/// A fit takes as much again, and some needs are only estimated.
 const SHARE: f64 = 0.5;
 
-/// Below this, vectors grow without being asked for.
+/// Vectors up to this size grow without a request.
 const SMALL_BYTES: usize = 1 << 16;
 
 /// The memory that reading a file may take.
 ///
-/// Systems that promise more memory than they have (Linux does) kill the process that uses it:
-/// there the free memory is what `/proc/meminfo`, the limits of the process and those of its
-/// control group say. Elsewhere the allocator's refusal has to do.
+/// Systems that promise more memory than they have (as Linux does) kill the process that uses it.
+/// There the free memory is what `/proc/meminfo`, the limits of the process and those of its
+/// control group say. Elsewhere the allocator's refusal is the limit.
 pub(super) struct Room {
     free_bytes: u64,
     taken_bytes: Cell<u64>,
 }
 
-/// There is no room.
+/// The error that there is no room.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Full {
-    /// What was asked for, together with what had been given.
+    /// Bytes asked for, with those given before.
     pub wanted_bytes: u64,
-    /// What may be taken, where it is known.
+    /// Bytes that may be taken, if known.
     pub free_bytes: Option<u64>,
 }
 
@@ -53,7 +56,7 @@ impl From<Full> for std::io::Error {
 }
 
 impl Room {
-    /// What the system has now.
+    /// The room that the system has now.
     pub fn of_system() -> Self {
         let free = free_bytes().map_or(u64::MAX, |bytes| (SHARE * bytes as f64) as u64);
         Room::of(free)
@@ -63,7 +66,7 @@ impl Room {
         Room { free_bytes, taken_bytes: Cell::new(0) }
     }
 
-    /// Takes bytes for what is allocated out of sight: an estimate from above.
+    /// Counts bytes that other code allocates, by an upper estimate.
     pub fn take(&self, bytes: usize) -> Result<(), Full> {
         let wanted_bytes = self.taken_bytes.get().saturating_add(bytes as u64);
         if wanted_bytes > self.free_bytes {
@@ -73,12 +76,12 @@ impl Room {
         Ok(())
     }
 
-    /// Gives back what was taken for what is there no more.
+    /// Gives back the bytes of memory that is freed.
     pub fn give_back(&self, bytes: usize) {
         self.taken_bytes.set(self.taken_bytes.get().saturating_sub(bytes as u64));
     }
 
-    /// Makes place for more entries, twice as many as there are where there is too little.
+    /// Makes room for more entries. If there is too little, the capacity doubles.
     pub fn grow<T>(&self, values: &mut Vec<T>, more: usize) -> Result<(), Full> {
         if values.capacity() - values.len() >= more {
             return Ok(());
@@ -87,7 +90,7 @@ impl Room {
         self.reserve(values, more.max(values.len()).max(least))
     }
 
-    /// Makes place for just so many more entries.
+    /// Makes room for exactly so many more entries.
     pub fn reserve<T>(&self, values: &mut Vec<T>, more: usize) -> Result<(), Full> {
         self.take(more.saturating_mul(size_of::<T>()))?;
         values.try_reserve_exact(more).map_err(|_| Full { wanted_bytes: self.taken_bytes.get(), free_bytes: None })

@@ -1,4 +1,4 @@
-//! Files in and out: one file a format, chosen by extension.
+//! Files in and out, one module a format. The extension tells the format.
 //!
 //! | format | curves | read | written |
 //! |---|---|---|---|
@@ -7,44 +7,55 @@
 //! | [SVG](Format::Svg) | one a subpath, polyline, polygon or line | vertices, or [control points](ReadOptions::controls), after transforms | one path a curve, also cubic Béziers |
 //! | [NPZ](Format::Npz) | ragged arrays | `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names` | the same |
 //!
-//! Numbers are written as the shortest decimals that read back to the same bits. `.gz` after the
-//! extension compresses; compressed input is known by its first bytes. `-` is standard input or
-//! output and needs a format. Nothing is ever left half-written ([`write_atomically`]), and nothing
-//! is overwritten unless [`WriteOptions::overwrite`] is set.
+//! - Numbers are written as the shortest decimals that read back to the same bits.
+//! - `.gz` after the extension compresses. Compressed input is known by its first bytes.
+//! - `-` is standard input or output and needs a format.
+//! - Nothing is ever left half-written ([`write_atomically`]), and nothing is overwritten unless
+//!   [`WriteOptions::overwrite`] is set.
 //!
 //! **Closed curves.** Polygon rings, SVG polygons and closed subpaths are always closed. A column
 //! `closed` of CSV (1 or 0, the same in all rows of a curve) and the array `closed` of NPZ mark
 //! each curve as closed or open. Otherwise [`Closed::Auto`] closes a curve of three points or more
-//! whose last equals its first. GeoJSON rings repeat their first point, CSV and NPZ do not: a
+//! whose last equals its first. GeoJSON rings repeat their first point. CSV and NPZ do not: a
 //! closed curve has as many rows as points.
 //!
-//! **Blanks.** A blank coordinate, parameter or weight in CSV, and a position of GeoJSON that is
-//! `null`, holds `null` or has fewer than two numbers, make their curve
-//! [`Invalid`](crate::CurveStatus::Invalid), and no other; they are NaN in the batch. CSV without a
-//! header, whose first row is two or three numbers, is one curve with the columns x, y and z.
+//! **Blanks.** Some curves lack a number: a blank coordinate, parameter or weight in CSV, or a
+//! position of GeoJSON that is `null`, holds `null` or has fewer than two numbers. The number is
+//! NaN in the batch. It makes that curve [`Invalid`](crate::CurveStatus::Invalid), and no other.
+//!
+//! **No header.** If the first row of a CSV file is two or three numbers, the file is one curve
+//! with the columns x, y and z.
 //!
 //! **y points up** in every batch, as in GeoJSON, on paper and in the pictures. In SVG it points
-//! down: it is turned over when a drawing is read, and again when one is written. So what is seen
-//! stays what is seen, between all formats: a map has its north on top, a drawing read and written
-//! keeps its numbers (but for the sign of 0), and one written as CSV, GeoJSON or NPZ has the y of
-//! the drawing with the other sign. Curvature is positive where the curve, as seen, turns left.
+//! down. So y is turned over when a drawing is read, and again when one is written. A curve looks
+//! the same in all formats:
 //!
-//! **Longitudes.** Where x is a longitude (GeoJSON; CSV with x mapped from a column `lon`, `long`,
-//! `lng` or `longitude`) and all of a curve lies within |x| ≤ 360, |y| ≤ 90, neighbours more than
-//! 180 apart are taken to cross the antimeridian, and ±360 is added from there on: curves run on
-//! past ±180, in the output too, and never tear. A line that winds round a pole becomes an open
-//! curve that ends 360 from its start; a polygon ring that does is left as it is. The holes of a
-//! polygon are brought to their shell.
+//! - A map has its north on top.
+//! - A drawing that is read and written keeps its numbers (but for the sign of 0).
+//! - A drawing written as CSV, GeoJSON or NPZ has the y of the drawing with the other sign.
+//! - Curvature is positive where the curve, as seen, turns left.
 //!
-//! **Sizes.** No file ends a program for want of memory: what a file claims is compared with what
-//! it has, and what grows with it is asked for before it is there. Reading takes half of the free
-//! memory at most (on Linux as the system, the process's limits and its control group state it;
-//! elsewhere as far as the allocator refuses). Packed data, gzip or in an archive, may unpack to
-//! 100 times its size and 256 MiB: text of numbers packs to a third or a tenth, and only data of
-//! next to no content to less than a hundredth. Whoever has such a file unpacks it and gives that,
-//! for which the limit does not hold. A row of CSV may have 16 MiB, an element of SVG 10,000
-//! attributes, an arc a radius of 10⁹; entities of SVG may make 16 MiB of text. What is larger is
-//! an error that says so. The checksums of gzip and of every array are compared.
+//! **Longitudes.** x is a longitude in GeoJSON, and in CSV if it is mapped from a column `lon`,
+//! `long`, `lng` or `longitude`. If all of such a curve lies within |x| ≤ 360, |y| ≤ 90, neighbours
+//! more than 180 apart are taken to cross the antimeridian. ±360 is added from there on. So curves
+//! run on past ±180, in the output too, and never tear. A line that winds round a pole becomes an
+//! open curve that ends 360 from its start. A polygon ring that winds round a pole is left as it
+//! is. The holes of a polygon are brought to their shell.
+//!
+//! **Sizes.** No file ends a program for want of memory. What a file claims is compared with what
+//! it has, and memory that grows with it is requested before it is used. A larger input is an error
+//! that says so:
+//!
+//! - Reading takes at most half of the free memory. On Linux the system, the process's limits and
+//!   its control group tell how much is free. Elsewhere the limit is where the allocator refuses.
+//! - Packed data, gzip or in an archive, may unpack to 100 times its size and 256 MiB. Text of
+//!   numbers packs to a third or a tenth. Only data of next to no content packs to less than a
+//!   hundredth. The limit does not hold for unpacked files, so such a file can be unpacked first.
+//! - A row of CSV may have 16 MiB.
+//! - An element of SVG may have 10,000 attributes, and an arc a radius of 10⁹. Entities of SVG may
+//!   make 16 MiB of text.
+//!
+//! The checksums of gzip and of every array are compared.
 //!
 //! [`grids`] has the files of rectangular grids.
 
@@ -96,7 +107,7 @@ impl Format {
     /// Refuses what the format cannot hold: three dimensions in SVG, Bézier curves in GeoJSON.
     ///
     /// # Errors
-    /// [`Error::Argument`], with the formats that can.
+    /// [`Error::Argument`], with the formats that can hold it.
     pub fn check(self, dimension: usize, beziers: bool) -> Result<()> {
         match self {
             Format::Svg if dimension == 3 => {
@@ -119,7 +130,7 @@ impl Format {
 impl FromStr for Format {
     type Err = Error;
 
-    /// From its word, which is its extension too.
+    /// The format of a word, which is also its extension.
     fn from_str(word: &str) -> Result<Self> {
         match word.to_ascii_lowercase().as_str() {
             "csv" => Ok(Format::Csv),
@@ -149,8 +160,9 @@ impl fmt::Display for Format {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Closed {
-    /// Those that the file marks; where it marks none, also those of three points or more whose
-    /// last point equals their first.
+    /// Curves that the file marks.
+    ///
+    /// If it marks none, also curves of three points or more whose last point equals their first.
     #[default]
     Auto,
     /// All of them.
@@ -175,38 +187,43 @@ impl FromStr for Closed {
 /// How a file is read.
 #[derive(Clone, Debug, Default)]
 pub struct ReadOptions {
-    /// The format; by default that of the extension.
+    /// The format. By default that of the extension.
     pub format: Option<Format>,
-    /// What the columns of a CSV file mean. In GeoJSON only `z=` has a meaning: altitudes are
-    /// dropped.
+    /// What the columns of a CSV file mean. In GeoJSON only `z=` has a meaning: it drops altitudes.
     pub columns: Columns,
     /// Which curves are closed.
     pub closed: Closed,
-    /// Whether subpaths of SVG are read as chains of cubic Béziers, in place of their vertices:
-    /// control points, 3 a piece and one more; those of a closed chain do not repeat the first.
-    /// Lines and quadratic curves become the cubics that they are, arcs cubics near them. The
-    /// points of other formats are read as they stand; false by default.
+    /// Whether subpaths of SVG are read as chains of cubic Béziers, in place of their vertices.
+    ///
+    /// The points of a curve are then control points, 3 a piece and one more. A closed chain does
+    /// not repeat its first point. Lines and quadratic curves become the cubics that they are. Arcs
+    /// become cubics near them. The points of other formats are read as they stand. False by
+    /// default.
     pub controls: bool,
 }
 
 /// How a file is written.
 #[derive(Clone, Debug, Default)]
 pub struct WriteOptions {
-    /// The format; by default that of the extension.
+    /// The format. By default that of the extension.
     pub format: Option<Format>,
-    /// Whether a file that exists is replaced; false by default.
+    /// Whether a file that exists is replaced. False by default.
     pub overwrite: bool,
-    /// Whether the points of each curve are the control points of a chain of cubic Béziers: 3 a
-    /// piece and one more, the first repeated at the end of a closed chain. SVG draws the curves;
-    /// CSV and NPZ hold the control points.
+    /// Whether the points of each curve are the control points of a chain of cubic Béziers.
+    ///
+    /// A chain has 3 points a piece and one more. A closed chain repeats the first at the end. SVG
+    /// draws the curves. CSV and NPZ hold the control points.
     pub beziers: bool,
-    /// SVG with `beziers`: control points are rounded to a power of ten not above this (units of
-    /// the curves, > 0), and written as steps, in fewer bytes; each moves by no more than 0.71 of
-    /// it. By default, and where coordinates have no such digits, they are exact.
+    /// SVG with `beziers`: control points are rounded, and written as relative steps, in fewer
+    /// bytes.
+    ///
+    /// The step is the largest power of ten not above this (units of the curves, > 0). Each point
+    /// moves by no more than 0.71 of it. By default, and if coordinates have no such digits, points
+    /// are exact.
     pub rounding: Option<f64>,
 }
 
-/// Reads curves from a file, by its extension.
+/// Reads curves from a file, in the format of its extension.
 ///
 /// ```
 /// let countries = faircurve::io::read("examples/data/countries-110m.geojson")?;
@@ -215,8 +232,10 @@ pub struct WriteOptions {
 /// ```
 ///
 /// # Errors
-/// A file that cannot be read or does not hold what its format promises. What concerns one curve
-/// (NaN, decreasing parameters) is no error but the curve's [`Unfitted`](crate::Unfitted).
+/// A file that cannot be read or does not hold what its format promises.
+///
+/// A fault of one curve (NaN, decreasing parameters) is not an error. The curve gets an
+/// [`Unfitted`](crate::Unfitted).
 pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
     read_with(path, &ReadOptions::default())
 }
@@ -224,15 +243,16 @@ pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
 /// Reads curves from a file, or from standard input for `-` (then the format must be given).
 ///
 /// # Errors
-/// As [`read()`]; an unknown format.
+/// Those of [`read()`], and an unknown format.
 pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<CurveBatch> {
     let path = path.as_ref();
     let format = Format::of(path, options.format, "`ReadOptions::format`")?;
     read_source(Source::open(path)?, format, options)
 }
 
-/// Reads curves from bytes: a slice, a pipe, a part of something larger. The format must be given;
-/// gzip is known by its first bytes. Sentences call the bytes `input`.
+/// Reads curves from bytes: a slice, a pipe, a part of something larger.
+///
+/// The format must be given. Gzip is known by its first bytes. Messages call the bytes `input`.
 ///
 /// ```
 /// use faircurve::io::{self, Format, ReadOptions};
@@ -243,7 +263,7 @@ pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<CurveB
 /// ```
 ///
 /// # Errors
-/// As [`read()`]; a format that is not given.
+/// Those of [`read()`], and a format that is not given.
 pub fn read_from(reader: impl Read, options: &ReadOptions) -> Result<CurveBatch> {
     let format = options.format.ok_or_else(|| unnamed("ReadOptions::format"))?;
     read_source(Source::of_reader(reader)?, format, options)
@@ -271,22 +291,23 @@ fn wanted(format: Format) -> &'static str {
     }
 }
 
-/// Writes curves to a file, in the format of its extension; a file that exists is never replaced.
+/// Writes curves to a file, in the format of its extension. A file that exists is never replaced.
 ///
 /// # Errors
-/// [`Error::Exists`]; [`Error::Write`], which leaves nothing behind; [`Error::Argument`] for what
-/// the format cannot hold.
+/// - [`Error::Exists`] if the file exists.
+/// - [`Error::Write`], which leaves nothing behind.
+/// - [`Error::Argument`] for what the format cannot hold.
 pub fn write(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<()> {
     write_with(path, batch, &WriteOptions::default())
 }
 
 /// Writes curves to a file, or to standard output for `-` (then the format must be given).
 ///
-/// A curve with a coordinate that is NaN or infinite stays what it is in CSV and NPZ; GeoJSON and
-/// SVG have no such numbers, so there it keeps its place and its name but has no points.
+/// CSV and NPZ keep coordinates that are NaN or infinite. GeoJSON and SVG have no such numbers.
+/// There the curve keeps its place and its name but has no points.
 ///
 /// # Errors
-/// As [`write()`]; an unknown format.
+/// Those of [`write()`], and an unknown format.
 pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let path = path.as_ref();
     let format = Format::of(path, options.format, "`WriteOptions::format`")?;
@@ -304,8 +325,9 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
     })
 }
 
-/// Writes curves as bytes, into a vector or whatever takes them. The format must be given; nothing
-/// is compressed.
+/// Writes curves as bytes, into a vector or any other writer.
+///
+/// The format must be given. Nothing is compressed.
 ///
 /// ```
 /// use faircurve::io::{self, Format, WriteOptions};
@@ -317,8 +339,8 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
 /// ```
 ///
 /// # Errors
-/// [`Error::Argument`] for what the format cannot hold, and where none is given; [`Error::Stream`]
-/// with what `out` said, which then may hold a part.
+/// - [`Error::Argument`] for what the format cannot hold, and if no format is given.
+/// - [`Error::Stream`] with the error of `out`, which may then hold a part.
 pub fn write_to(mut out: impl Write, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let format = options.format.ok_or_else(|| unnamed("WriteOptions::format"))?;
     check_batch(batch, format, options)?;
@@ -347,9 +369,10 @@ fn fill(out: &mut dyn Write, batch: &CurveBatch, format: Format, options: &Write
     }
 }
 
-/// Checks, before anything is computed, that an output can be written: its format is known and can
-/// hold what is asked for, its folder exists, and no file stands there unless overwriting is
-/// allowed.
+/// Checks, before anything is computed, that an output can be written.
+///
+/// Its format must be known and must hold what is asked for. Its folder must exist. No file may
+/// stand there unless overwriting is allowed.
 ///
 /// # Errors
 /// Those of [`write_with`] that can be known without the curves.
@@ -359,13 +382,13 @@ pub fn check_output(path: impl AsRef<Path>, options: &WriteOptions) -> Result<()
     atomic::check(path, options.overwrite)
 }
 
-/// The extension, that before `.gz` where there is one.
+/// The extension. For a name that ends in `.gz` it is the one before that.
 fn extension_of(path: &Path) -> Option<String> {
     let inner = if is_gzip(path) { path.with_extension("") } else { path.to_path_buf() };
     Some(inner.extension()?.to_str()?.to_string())
 }
 
-/// The option names the format, one of these words.
+/// The error for a path whose format is unknown. `option` names the format, one of `words`.
 fn unknown_format(path: &Path, option: &str, words: &str) -> Error {
     Error::Argument(match path == Path::new("-") {
         true => format!("- has no extension to tell its format: give {option} with {words}"),
@@ -375,7 +398,7 @@ fn unknown_format(path: &Path, option: &str, words: &str) -> Error {
     })
 }
 
-/// Bytes have no extension.
+/// The error that bytes have no extension to tell the format.
 fn unnamed(option: &str) -> Error {
     Error::Argument(format!("bytes have no extension to tell their format: set {option}"))
 }
@@ -404,7 +427,7 @@ fn is_finite(batch: &CurveBatch, i: usize) -> bool {
     batch.points(i).iter().all(|x| x.is_finite())
 }
 
-/// Closes the curves as a file marks every one, or all of them, or none.
+/// Closes all curves, none, or those of `marked`, which says of every curve whether it is closed.
 fn close_as_marked(batch: CurveBatch, closed: Closed, marked: Vec<bool>) -> Result<CurveBatch> {
     let flags = match closed {
         Closed::Auto => marked,
@@ -413,8 +436,7 @@ fn close_as_marked(batch: CurveBatch, closed: Closed, marked: Vec<bool>) -> Resu
     batch.closed_each(flags)
 }
 
-/// Closes the curves that are marked, and by `closed` the others; `opened` are those that must stay
-/// open.
+/// Closes the curves that are marked, and the others as `closed` says. Those in `opened` stay open.
 fn close(batch: CurveBatch, closed: Closed, marked: &[bool], opened: &[usize]) -> Result<CurveBatch> {
     let repeats = |i: usize| batch.count(i) > 2 && batch.repeats_first(i);
     let mut flags: Vec<bool> = (0..batch.len())

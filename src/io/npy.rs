@@ -1,7 +1,7 @@
 //! Arrays in NumPy's format: a header, and elements.
 //!
-//! Headers are read with care, and only of the form that NumPy writes: nothing is allocated because
-//! a header claims it.
+//! Only headers of the form that NumPy writes are read. Nothing is allocated because a header
+//! claims it.
 //!
 //! Source: NumPy enhancement proposal 1, *A simple file format for NumPy arrays*.
 
@@ -9,11 +9,10 @@ use std::io::{self, Read, Write};
 
 use super::memory::Room;
 
-/// Longer headers are refused, as `numpy.load` does.
+/// The longest header. Longer ones are refused, as `numpy.load` does.
 const HEADER_BYTES: usize = 10_000;
 
-/// The most that an axis of an array without elements may have: there may be work for every row,
-/// even if it is empty.
+/// The longest axis of an array without elements. Every row may make work, even if it is empty.
 const EMPTY_LENGTH: u64 = 1 << 24;
 
 /// How the elements of an array follow each other.
@@ -31,12 +30,12 @@ pub(super) struct Kind {
     is_big_endian: bool,
     /// `f` float, `i` and `u` integer, `b` boolean, `U` text, `S` bytes.
     letter: char,
-    /// Bytes, of text code points.
+    /// Bytes of an element, or code points if it is text.
     size: usize,
 }
 
 impl Kind {
-    /// The type that is written so; none where its elements have no size of their own.
+    /// Parses a type. `None` if its elements have no size of their own.
     fn parse(text: &str) -> Option<Self> {
         let mut characters = text.chars();
         let order = characters.next().filter(|order| "<>|".contains(*order))?;
@@ -45,7 +44,7 @@ impl Kind {
         Some(Kind { is_big_endian: order == '>', letter, size })
     }
 
-    /// Bytes of an element; none where they are beyond all numbers.
+    /// Bytes of an element. `None` if they are too many for a number.
     pub fn bytes(self) -> Option<usize> {
         if self.letter == 'U' { self.size.checked_mul(4) } else { Some(self.size) }
     }
@@ -75,7 +74,7 @@ impl Element for bool {
     }
 }
 
-/// Text as so many code points, NUL after its end.
+/// Text of so many code points, with NUL after its end.
 pub(super) struct Padded<'a>(pub std::borrow::Cow<'a, str>, pub usize);
 
 impl Element for Padded<'_> {
@@ -94,7 +93,7 @@ pub(super) fn write<E: Element>(
 ) -> io::Result<()> {
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({lengths}), }}");
-    // The elements begin at a multiple of so many bytes; a new line ends the header.
+    // The elements begin at a multiple of so many bytes. A new line ends the header.
     let padded = (START_BYTES + 2 + header.len() + 1).next_multiple_of(64) - START_BYTES - 2;
     out.write_all(b"\x93NUMPY\x01\x00")?;
     out.write_all(&(padded as u16).to_le_bytes())?;
@@ -113,7 +112,8 @@ pub(super) struct Elements<'a> {
 }
 
 impl Elements<'_> {
-    /// The elements, each made of its bytes, the least significant first (text: of its code points).
+    /// The elements, each made from its bytes, the least significant first (text: from its code
+    /// points).
     fn map<T>(self, room: &Room, make: impl Fn(&[u8]) -> Option<T>) -> io::Result<Vec<T>> {
         let mut found = Vec::new();
         room.reserve(&mut found, usize::try_from(self.count).unwrap_or(usize::MAX))?;
@@ -130,7 +130,7 @@ impl Elements<'_> {
     }
 }
 
-/// Floats, integers or booleans as f64; `None` for another type.
+/// Floats, integers or booleans as f64. `None` for another type.
 pub(super) fn numbers(elements: Elements, room: &Room) -> io::Result<Option<Vec<f64>>> {
     match (elements.kind.letter, elements.kind.size) {
         ('f', 8) => elements.map(room, |bytes| Some(f64::from_le_bytes(bytes.try_into().ok()?))).map(Some),
@@ -139,7 +139,7 @@ pub(super) fn numbers(elements: Elements, room: &Room) -> io::Result<Option<Vec<
     }
 }
 
-/// Integers of any width, the largest at most i64's, or booleans; `None` for another type.
+/// Integers of any width, up to the largest i64, or booleans. `None` for another type.
 pub(super) fn integers(elements: Elements, room: &Room) -> io::Result<Option<Vec<i64>>> {
     let Kind { letter, size, .. } = elements.kind;
     if !matches!((letter, size), ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1)) {
@@ -158,7 +158,7 @@ pub(super) fn integers(elements: Elements, room: &Room) -> io::Result<Option<Vec
     elements.map(room, integer).map(Some)
 }
 
-/// Text, or bytes that are UTF-8, up to the NULs at its end; `None` for another type.
+/// Text, or bytes that are UTF-8, up to the NULs at its end. `None` for another type.
 pub(super) fn texts(elements: Elements, room: &Room) -> io::Result<Option<Vec<String>>> {
     let text = |points: Option<String>| points.map(|text| text.trim_end_matches('\0').to_string());
     match elements.kind.letter {
@@ -175,7 +175,7 @@ pub(super) fn texts(elements: Elements, room: &Room) -> io::Result<Option<Vec<St
 /// What a header says.
 #[derive(Debug)]
 pub(super) struct Header {
-    /// The type as it is written, quotation marks included.
+    /// The type as it is written, with its quotation marks.
     pub descr: String,
     pub order: Order,
     pub shape: Vec<u64>,
@@ -242,12 +242,12 @@ impl Header {
         Some(Header { descr: descr?, order: order?, shape: shape? })
     }
 
-    /// The type, where it is a plain one and no record.
+    /// The type, if it is a plain one and no record.
     pub fn kind(&self) -> Option<Kind> {
         Kind::parse(self.descr.strip_prefix(['\'', '"'])?.strip_suffix(['\'', '"'])?)
     }
 
-    /// Number of elements; none where it is beyond all numbers.
+    /// Number of elements. `None` if it is too large for a number.
     pub fn count(&self) -> Option<u64> {
         match self.shape.contains(&0) {
             true => self.shape.iter().all(|&length| length <= EMPTY_LENGTH).then_some(0),
@@ -256,14 +256,15 @@ impl Header {
     }
 }
 
-/// The byte after the string that the text begins with; without escapes, which no header needs.
+/// The byte after the string that the text begins with. Escapes are not read: no header needs them.
 fn string_end(text: &str) -> Option<usize> {
     let mark = text.chars().next().filter(|mark| "'\"".contains(*mark))?;
     let end = text[1..].find(mark)? + 2;
     (!text[..end].contains('\\')).then_some(end)
 }
 
-/// The end of the value that the text begins with: a comma outside brackets, or that of the text.
+/// The end of the value that the text begins with: a comma outside brackets, or the end of the
+/// text.
 fn value_end(text: &str) -> Option<usize> {
     let (mut at, mut depth) = (0, 0usize);
     while let Some(c) = text[at..].chars().next() {
@@ -290,7 +291,7 @@ fn boolean(text: &str) -> Option<bool> {
     }
 }
 
-/// The lengths of the axes; Python 2 wrote some with an L.
+/// The lengths of the axes. Python 2 wrote some with an L.
 fn lengths(text: &str) -> Option<Vec<u64>> {
     let inner = text.strip_prefix(['(', '['])?.strip_suffix([')', ']'])?.trim();
     let inner = inner.strip_suffix(',').unwrap_or(inner);

@@ -1,7 +1,7 @@
 //! NPZ: NumPy's archive of arrays, as `numpy.savez` and `numpy.savez_compressed` write it.
 //!
-//! `coords` (N, d) and `offsets` (B + 1), with `t` (N), `weight` (N), `known` (N), `closed` (B) and
-//! `names` (B) where there are any.
+//! An archive has `coords` (N, d) and `offsets` (B + 1). It may have `t` (N), `weight` (N), `known`
+//! (N), `closed` (B) and `names` (B).
 
 use std::io::{self, BufReader, BufWriter, Cursor, Read, Seek, Write};
 use std::sync::Arc;
@@ -61,7 +61,7 @@ pub(super) struct Archive<'a> {
     source: &'a Source<'a>,
     zip: ZipArchive<Cursor<Vec<u8>>>,
     packed_bytes: u64,
-    /// What the arrays read so far say that they unpack to.
+    /// Bytes that the arrays read so far claim to unpack to.
     unpacked_bytes: u64,
 }
 
@@ -70,8 +70,8 @@ impl<'a> Archive<'a> {
     pub(super) fn open(source: &'a mut Source<'_>) -> Result<Self> {
         let bytes = source.bytes()?;
         let packed_bytes = bytes.len() as u64;
-        // The zip crate takes memory for as many entries as the archive claims: each has at least
-        // so many bytes.
+        // The zip crate takes memory for as many entries as the archive claims. Each entry has at
+        // least so many bytes.
         if entries(&bytes).is_some_and(|entries| entries > packed_bytes / ENTRY_BYTES) {
             return Err(
                 source.error(None, "the archive claims more arrays than it has bytes for: write the file again")
@@ -86,12 +86,12 @@ impl<'a> Archive<'a> {
         Ok(Archive { source, zip, packed_bytes, unpacked_bytes: 0 })
     }
 
-    /// The names of its arrays.
+    /// The names of the archive's arrays.
     pub(super) fn keys(&self) -> Vec<String> {
         self.zip.file_names().flatten().filter_map(|name| name.strip_suffix(".npy").map(String::from)).collect()
     }
 
-    /// Makes place for more of what was read.
+    /// Makes room for more of the values read.
     pub(super) fn grow<T>(&self, values: &mut Vec<T>, more: usize) -> Result<()> {
         self.source.grow(values, more)
     }
@@ -113,8 +113,9 @@ impl<'a> Archive<'a> {
         Ok(())
     }
 
-    /// One array: its shape, whether it is stored column after column, and its values. All of it is
-    /// read, so that its checksum is compared.
+    /// One array: its shape, whether it is stored column after column, and its values.
+    ///
+    /// All of it is read, so that its checksum is compared.
     pub(super) fn array<T>(
         &mut self,
         key: &str,
@@ -149,8 +150,8 @@ impl<'a> Archive<'a> {
         let header = Header::read(&mut reader).map_err(damaged)?;
         let of_type = || wrong(format!("has the type {}: {}", shortened(&header.descr), wanted_type(key)));
         let kind = header.kind().ok_or_else(of_type)?;
-        // A damaged header must not ask for more memory than the archive can fill, nor for elements
-        // of no bytes.
+        // A damaged header must not ask for more memory than the archive can fill. Nor may it ask
+        // for elements of no bytes.
         let element_bytes = kind.bytes().unwrap_or(usize::MAX).max(1) as u64;
         let count =
             header.count().filter(|count| count.checked_mul(element_bytes).is_some_and(|bytes| bytes <= stored_bytes));
@@ -252,7 +253,7 @@ pub(super) fn tuple(shape: &[u64]) -> String {
     }
 }
 
-/// The names of arrays that were found.
+/// The names of arrays that were found, in words.
 pub(super) fn arrays(found: &[impl AsRef<str>]) -> String {
     match found {
         [] => "none".to_string(),
@@ -260,11 +261,12 @@ pub(super) fn arrays(found: &[impl AsRef<str>]) -> String {
     }
 }
 
-/// The least that an entry takes in the directory of an archive.
+/// The fewest bytes of an entry in the directory of an archive.
 const ENTRY_BYTES: u64 = 46;
 
-/// How many entries an archive claims to have where it does so in 64 bits, in the place where the
-/// zip crate looks: the claim in 16 bits asks for no memory to speak of.
+/// How many entries an archive claims in 64 bits, in the place where the zip crate looks.
+///
+/// A claim in 16 bits asks for little memory.
 fn entries(bytes: &[u8]) -> Option<u64> {
     let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at.checked_add(8)?)?.try_into().ok()?));
     let last = bytes.len().checked_sub(22)?;
@@ -289,10 +291,10 @@ fn wanted_type(key: &str) -> &'static str {
     }
 }
 
-/// Names of NPZ may take so many bytes together.
+/// The most bytes that the names of an NPZ file may take together.
 const NAMES_BYTES: usize = 1 << 30;
 
-/// Refuses names that would fill the disk: each takes the room of the longest.
+/// Refuses names that would fill the disk. Each name takes the space of the longest.
 pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
     let Some(names) = &batch.origin().names else { return Ok(()) };
     let length = |name: &String| name.chars().count();
@@ -318,7 +320,7 @@ pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     out.write_all(bytes.get_ref())
 }
 
-/// Writes an archive; equal batches give equal bytes.
+/// Writes an archive. Equal batches give equal bytes.
 pub(super) fn write_seekable<W: Write + Seek>(out: W, batch: &CurveBatch) -> io::Result<()> {
     let (points, curves) = (batch.total_points() as u64, batch.len() as u64);
     let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 16, out));

@@ -1,4 +1,4 @@
-//! Bytes in: a file, standard input or any reader, gzip and the byte-order mark taken off.
+//! Input as bytes: a file, standard input or any reader, without gzip and the byte-order mark.
 
 use std::cell::Cell;
 use std::fmt;
@@ -12,11 +12,12 @@ use flate2::bufread::MultiGzDecoder;
 use super::memory::{Full, Room};
 use crate::error::{Error, Result};
 
-/// Packed data may unpack to this many times its size, and [`UNPACKED_BYTES`] more: text of numbers
-/// packs to a third or a tenth, while files made to fill memory come near 1,000 times, the most
-/// that DEFLATE can.
+/// Packed data may unpack to this many times its size, and [`UNPACKED_BYTES`] more.
+///
+/// Text of numbers packs to a third or a tenth. Files made to fill memory unpack to nearly 1,000
+/// times their size, the most that DEFLATE can.
 pub(super) const UNPACKED_TIMES: u64 = 100;
-/// What packed data of any size may unpack to: a file of a few zeros packs to nearly nothing.
+/// What packed data of any size may unpack to. A file of a few zeros packs to nearly nothing.
 pub(super) const UNPACKED_BYTES: u64 = 256 << 20;
 
 /// The most that so many bytes may unpack to.
@@ -52,7 +53,7 @@ impl<'a> Source<'a> {
         Self::unwrapped(Path::new("input"), Box::new(BufReader::with_capacity(1 << 16, reader)))
     }
 
-    /// Gzip is known by its first two bytes, whatever the name says.
+    /// Takes off gzip, which is known by its first two bytes, whatever the name says.
     fn unwrapped(path: &Path, raw: Box<dyn BufRead + 'a>) -> Result<Self> {
         let source =
             Source { path: path.to_path_buf(), reader: Box::new(io::empty()), room: Room::of_system(), zipped: false };
@@ -69,8 +70,9 @@ impl<'a> Source<'a> {
         Ok(Source { reader: without_mark(&head, unzipped), ..source })
     }
 
-    /// A failure to read, as a sentence: the system's, or that of gzip data cut off or much too
-    /// large.
+    /// A failure to read, as a sentence.
+    ///
+    /// It is the system's, or that of gzip data that is cut off or much too large.
     pub fn failed(&self, error: io::Error) -> Error {
         let inner = error.get_ref();
         if inner.is_some_and(|inner| inner.is::<Full>() || inner.is::<Bomb>() || inner.is::<LongRow>()) {
@@ -89,17 +91,17 @@ impl<'a> Source<'a> {
         Error::parse(&self.path, line, message)
     }
 
-    /// No room for what the input holds.
+    /// The error that there is no room for what the input holds.
     pub fn full(&self, full: Full) -> Error {
         self.error(None, full.to_string())
     }
 
-    /// Takes memory for what is allocated out of sight.
+    /// Counts memory that other code allocates.
     pub fn take(&self, bytes: usize) -> Result<()> {
         self.room.take(bytes).map_err(|full| self.full(full))
     }
 
-    /// Makes place for more entries.
+    /// Makes room for more entries.
     pub fn grow<T>(&self, values: &mut Vec<T>, more: usize) -> Result<()> {
         self.room.grow(values, more).map_err(|full| self.full(full))
     }
@@ -184,7 +186,7 @@ impl<R: BufRead> BufRead for Counted<R> {
     }
 }
 
-/// What a decoder gives, as long as it is not too much for what it took.
+/// The output of a decoder, as long as it is not too much for the bytes it took.
 struct Unpacked<R> {
     inner: R,
     packed: Rc<Cell<u64>>,
@@ -219,7 +221,7 @@ impl fmt::Display for Bomb {
 
 impl std::error::Error for Bomb {}
 
-/// A row of a table may have so many bytes; the longest names are far shorter.
+/// The most bytes in a row of a table. The longest names are far shorter.
 pub(super) const ROW_BYTES: u64 = 16 << 20;
 
 /// A row that does not end.
@@ -234,7 +236,7 @@ impl fmt::Display for LongRow {
 
 impl std::error::Error for LongRow {}
 
-/// Gives rows of bounded length: whoever has read a row sets `since_row` to 0.
+/// Gives rows of bounded length. Code that has read a row sets `since_row` to 0.
 pub(super) struct RowReader<'c, R> {
     pub inner: R,
     pub since_row: &'c Cell<u64>,
@@ -249,7 +251,7 @@ impl<R: Read> Read for RowReader<'_, R> {
     }
 }
 
-/// Reads a line of so many bytes at most, with its end, after what `bytes` holds.
+/// Reads a line of at most so many bytes, with its end, and appends it to `bytes`.
 pub(super) fn read_line(
     reader: &mut dyn BufRead,
     room: &Room,

@@ -1,13 +1,14 @@
-//! Text out: numbers as the shortest decimals that read back to the same bits, through one small
-//! buffer.
+//! Text output through one small buffer. Numbers are the shortest decimals that read back to the
+//! same bits.
 
 use std::io::{self, Write};
 
 /// How much is gathered before it goes to the file.
 const BUFFER_BYTES: usize = 1 << 16;
 
-/// A buffered writer of text and numbers. [`finish`](Self::finish) must be called: what is left is
-/// not written on drop.
+/// A buffered writer of text and numbers.
+///
+/// [`finish`](Self::finish) must be called. What is left in the buffer is not written on drop.
 pub(crate) struct Text<'w> {
     out: &'w mut dyn Write,
     buffer: Vec<u8>,
@@ -25,8 +26,10 @@ impl<'w> Text<'w> {
         if self.buffer.len() >= BUFFER_BYTES { self.flush() } else { Ok(()) }
     }
 
-    /// Appends a number: the shortest decimal that reads back to the same bits (at most 17
-    /// significant digits); `NaN`, `inf` and `-inf` where a format has no other way to say it.
+    /// Appends a number: the shortest decimal that reads back to the same bits.
+    ///
+    /// It has at most 17 significant digits. `NaN`, `inf` and `-inf` are for formats that have no
+    /// other way to say it.
     pub(crate) fn number(&mut self, x: f64) -> io::Result<()> {
         let digits = self.digits.format(x);
         self.buffer.extend_from_slice(digits.strip_suffix(".0").unwrap_or(digits).as_bytes());

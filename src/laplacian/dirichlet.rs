@@ -13,8 +13,9 @@ impl Grid<'_> {
         self.values[(row * self.shape[1] + column) * self.dimension + c]
     }
 
-    /// Weight of the edges along a row (column): ½ where it is a border. A grid that is one row has
-    /// no borders beside it.
+    /// Weight of the edges along a row (column): ½ at a border, else 1.
+    ///
+    /// A grid of one row has no borders beside it.
     fn weight(&self, axis: usize, line: usize) -> f64 {
         let last = self.shape[axis] - 1;
         if last > 0 && (line == 0 || line == last) { 0.5 } else { 1.0 }
@@ -40,17 +41,20 @@ impl Grid<'_> {
         force
     }
 
-    /// The factor of U: 1 for surfaces. For a grid of one row, a function of one variable, the
-    /// energy of a line doubles as its points do.
+    /// The factor of U: 1 for surfaces, ½ for a grid of one row.
+    ///
+    /// Such a grid is a function of one variable. The energy of a line doubles as its points do.
     fn upsampling(&self) -> f64 {
         if self.shape.contains(&1) { 0.5 } else { 1.0 }
     }
 }
 
-/// The Dirichlet energy pᵀEp of a grid of so many rows and columns: the sum of w · |difference|²
-/// over all edges between neighbours, w = 1, at the border ½. Squares of the values' unit; with
-/// values linear along an edge it is ∫|∇p|² over squares of two triangles each, whatever the
-/// spacing. Summed over the `dimension` values of a point.
+/// The Dirichlet energy pᵀEp of a grid of so many rows and columns.
+///
+/// It is the sum of w · |difference|² over all edges between neighbours, with w = 1, or ½ at the
+/// border. Its unit is that of the squared values. For values linear along edges it is ∫|∇p|² over
+/// squares of two triangles each, whatever the spacing. It is summed over the `dimension` values of
+/// a point.
 ///
 /// ```
 /// use faircurve::laplacian::energy;
@@ -59,7 +63,7 @@ impl Grid<'_> {
 /// ```
 ///
 /// # Panics
-/// Where values are not `dimension` a point.
+/// If the values are not `dimension` a point.
 pub fn energy(dimension: usize, shape: [usize; 2], values: &[f64]) -> f64 {
     assert_eq!(values.len(), dimension * shape[0] * shape[1], "values of a grid of {shape:?}");
     let grid = Grid { dimension, shape, values };
@@ -78,12 +82,13 @@ pub fn energy(dimension: usize, shape: [usize; 2], values: &[f64]) -> f64 {
     edges(0) + edges(1)
 }
 
-/// The largest entry of |E p − UʳE p₀|: how far a grid p, of (rows − 1) · 2ʳ + 1 rows and columns
-/// likewise, is from the exact subdivision of p₀ after r `rounds`. In the unit of the values;
-/// rounding makes it some ε times the largest of them.
+/// How far a grid p is from the exact subdivision of p₀: the largest entry of |E p − UʳE p₀|.
+///
+/// p comes from r `rounds`. It has (rows − 1) · 2ʳ + 1 rows, and columns likewise. The result is in
+/// the unit of the values. Rounding makes it some ε times the largest value.
 ///
 /// # Panics
-/// Where the shapes or the values do not fit.
+/// If the shapes or the values do not fit.
 pub fn residual(dimension: usize, shape: [usize; 2], coarse: &[f64], fine: &[f64], rounds: u32) -> f64 {
     let fine_shape = super::refine::refined(shape, rounds).expect("grids that are in memory have a shape");
     assert_eq!(coarse.len(), dimension * shape[0] * shape[1], "values of the coarse grid");
@@ -99,7 +104,7 @@ pub fn residual(dimension: usize, shape: [usize; 2], coarse: &[f64], fine: &[f64
             for c in 0..dimension {
                 let wanted = if is_old { factor * coarse.force(row / step, column / step, c) } else { 0.0 };
                 let difference = fine.force(row, column, c) - wanted;
-                // NaN stays.
+                // A NaN stays.
                 largest = if difference.abs() > largest || difference.is_nan() { difference.abs() } else { largest };
             }
         }

@@ -2,19 +2,20 @@
 //! Twin: shaders/laplacian/exact.wgsl.
 //!
 //! Even reflection at the borders turns E₂ₙp = UEₙp₀ into L p = U L p₀ with the plain five-point
-//! Laplacian L. A cosine transform along the rows leaves one system a frequency: with λ = 2 − 2 cos
-//! θ on the fine grid, θ = πl / 2m, l = 0 … 2m, that is 2 − 2 cos 2θ = λ(4 − λ) on the coarse one,
+//! Laplacian L. A cosine transform along the rows leaves one system for each frequency θ = πl / 2m,
+//! l = 0 … 2m. With λ = 2 − 2 cos θ on the fine grid, the coarse one has 2 − 2 cos 2θ = λ(4 − λ).
+//! The system is
 //!
 //! > (2 + λ) uᵢ − uᵢ₋₁ − uᵢ₊₁ = at even rows (2 + λ(4 − λ)) pᵢ − pᵢ₋₁ − pᵢ₊₁, else 0.
 //!
-//! Odd rows are eliminated, u = (uᵢ₋₁ + uᵢ₊₁) / (2 + λ), and with μ = λ(4 + λ) what is left is u₂ᵢ
-//! = (2 + λ) vᵢ, where
+//! Odd rows are eliminated by u = (uᵢ₋₁ + uᵢ₊₁) / (2 + λ). With μ = λ(4 + λ) what is left is u₂ᵢ =
+//! (2 + λ) vᵢ, where
 //!
 //! > v = p − 2λ²w,  (2 + μ) wᵢ − wᵢ₋₁ − wᵢ₊₁ = pᵢ.
 //!
-//! 2λ²/μ ≤ 1, so nothing is ill-conditioned, not even the constant (λ = 0, v = p); the mean is kept
-//! by itself. Where p varies slowly, v is far less than p at high frequencies, and would be left of
-//! a difference; without one, by the equation for w, and mirrored beyond the borders,
+//! 2λ²/μ ≤ 1, so nothing is ill-conditioned, not even the constant (λ = 0, v = p). The mean is kept
+//! by itself. If p varies slowly, v is far less than p at high frequencies, and a difference would
+//! leave few digits of it. The equation for w, mirrored beyond the borders, gives v without one:
 //!
 //! > v = ((4 − λ) pᵢ + 2λ (2wᵢ − wᵢ₋₁ − wᵢ₊₁)) / (4 + λ).
 //!
@@ -51,7 +52,8 @@ impl<S: Real + Transformed> Exact<S> {
         }
     }
 
-    /// Subdivides one coordinate: `coarse` of (n + 1) × (m + 1), `fine` of (2n + 1) × (2m + 1).
+    /// Subdivides one coordinate: `coarse` has (n + 1) × (m + 1) points, `fine` (2n + 1) × (2m +
+    /// 1).
     pub fn subdivide(&self, coarse: &[S], fine: &mut [S]) {
         let [rows, columns] = self.shape;
         let wide = 2 * columns - 1;
@@ -93,12 +95,12 @@ impl<S: Real + Transformed> Exact<S> {
         for (row, p) in p.iter_mut().enumerate() {
             *p = [<S as Real>::ZERO; BLOCK];
             for (k, p) in p[..count].iter_mut().enumerate() {
-                // Putting zeros between points repeats their spectrum, mirrored.
+                // Zeros between points repeat the spectrum, mirrored.
                 let l = first + k;
                 *p = spectrum[row * columns + l.min(wide - 1 - l)];
             }
         }
-        // The first and the last equation, halved, make the system symmetric.
+        // The first and the last equation are halved, which makes the system symmetric.
         for k in 0..BLOCK {
             pivots[0][k] = S::ONE / (half * diagonal[k]);
             y[0][k] = half * p[0][k] * pivots[0][k];
@@ -121,7 +123,7 @@ impl<S: Real + Transformed> Exact<S> {
             let (above, below) = (row.abs_diff(1), if row == last { last - 1 } else { row + 1 });
             for k in 0..count {
                 let bend = (y[row][k] - y[above][k]) + (y[row][k] - y[below][k]);
-                // λ = 0, the mean of each row, whose system is singular.
+                // λ = 0 is the mean of each row. Its system is singular.
                 let is_mean = first + k == 0;
                 v[row * wide + first + k] = if is_mean { p[row][k] } else { of_p[k] * p[row][k] + of_bend[k] * bend };
             }
@@ -135,7 +137,7 @@ pub(super) fn lambda(l: usize, m: usize) -> f64 {
     4.0 * sine * sine
 }
 
-/// The fine grid from W.
+/// The fine grid, computed from W.
 fn combine<S: Real>(wide: usize, w: &[S], fine: &mut [S]) {
     let half = S::from_f64(0.5);
     let two = S::from_f64(2.0);

@@ -1,13 +1,16 @@
 //! [`subdivide`]: many grids, all rounds, on a GPU.
 //!
-//! Both rules keep constants, so a grid is sent relative to the middle of its extent, coordinate by
-//! coordinate, and divided by the power of two at or below the largest of what is left; all that in
-//! f64. In f32 results are good to 2e-6 of half the largest extent that they have, in f64 to 1e-12.
+//! Both rules keep constants. So a grid is sent relative to the middle of its extent, coordinate by
+//! coordinate, and divided by the power of two at or below the largest of what is left. All of that
+//! is done in f64. Results are good to 2e-6 of half their largest extent in f32, and to 1e-12 in
+//! f64.
 //!
-//! What the device is not made for the host computes in f64 instead, in its turn: grids of one row
-//! or column, whose new points are means of two; grids that do not fit into the device's arrays;
-//! and those whose sums are longer than threads have patience for, where the host's fast transforms
-//! win in any case.
+//! The host computes some grids in f64 instead, when their turn comes:
+//!
+//! - Grids of one row or column, whose new points are means of two.
+//! - Grids that do not fit into the device's arrays.
+//! - Grids whose sums are too long for a thread of the device. There the host's fast transforms win
+//!   in any case.
 
 mod exact;
 mod layout;
@@ -33,17 +36,18 @@ use crate::precision::Precision;
 use crate::ragged;
 use crate::status::CurveStatus;
 
-/// Threads a workgroup.
+/// Threads of a workgroup.
 const GROUP: usize = 64;
 
-/// New values of a chunk at most: so many are packed while as many are computed.
+/// The most new values of a chunk. One chunk is packed while the one before is computed.
 const MOST_NUMBERS: u64 = 1 << 23;
 
-/// Products of the cosine transforms of a submission at most: seconds on software adapters, so that
-/// nobody takes the device for hung.
+/// The most products of the cosine transforms of a submission.
+///
+/// They take seconds on software adapters, so nobody takes the device for hung.
 const MOST_PRODUCTS: f64 = (1u64 << 31) as f64;
 
-/// Every kernel of the room.
+/// Every kernel of this module.
 pub(crate) fn laplacian_kernels(precision: Precision) -> Vec<KernelKey> {
     let exact = exact::ENTRIES.map(|entry| kernel("laplacian/exact.wgsl", entry, precision));
     [kernel("laplacian/sparse.wgsl", sparse::ENTRY, precision)].into_iter().chain(exact).collect()
@@ -53,7 +57,7 @@ fn kernel(path: &'static str, entry: &'static str, precision: Precision) -> Kern
     KernelKey { path, entry, precision, definitions: definitions([("GROUP", &GROUP)]) }
 }
 
-/// Subdivides the grids whose report is usable; fills the places of the others with NaN.
+/// Subdivides the grids whose report is usable. Fills the places of the others with NaN.
 ///
 /// # Errors
 /// Those of compiling the kernel and of submissions.
@@ -96,7 +100,7 @@ enum Prepared {
 
 /// A chunk on the device.
 struct UnderWay<'a> {
-    /// None where no grid of it is sent.
+    /// `None` if no grid of the chunk is sent.
     pending: Option<Pending<'a>>,
     layout: Layout,
     frames: Vec<f64>,
@@ -126,7 +130,7 @@ impl<'a> Job<'a> {
         job
     }
 
-    /// Whether grids of this shape are for the device.
+    /// Whether the device computes grids of this shape.
     fn takes(&self, shape: [usize; 2]) -> bool {
         if is_line(shape) || self.rounds == 0 {
             return false;
@@ -155,7 +159,7 @@ impl<'a> Job<'a> {
         rows * columns * self.grids.dimension()
     }
 
-    /// Products of its transforms, about.
+    /// Approximate number of products of a grid's transforms.
     fn products(&self, shape: [usize; 2]) -> f64 {
         match self.rule {
             Prepared::Sparse(_) => 0.0,
@@ -187,7 +191,7 @@ impl<'a> Job<'a> {
     }
 
     fn chunks(&self) -> Result<Vec<Range<usize>>> {
-        // Old and new values and what is downloaded and packed; for the exact rule spectra, v, W
+        // Old and new values, and what is downloaded and packed. The exact rule has spectra, v, W
         // and tables too, each smaller than the new values.
         let arrays = if let Prepared::Exact = self.rule { 7 } else { 4 };
         let together = arrays * self.precision.bytes();
@@ -207,8 +211,8 @@ impl<'a> Job<'a> {
         let given = self.pack(&layout, &mut frames);
         let mut recording = self.gpu.record(self.precision);
         let numbers = |rounds: u32| layout.offsets(rounds).1;
-        // What one round makes the next one reads: two arrays in turn, the larger for the last and
-        // every second before.
+        // The next round reads what one round makes. Two arrays take turns. The larger one is for
+        // the last round and every second one before it.
         let last = recording.storage_reals(numbers(self.rounds));
         let before = recording.storage_reals(if self.rounds > 1 { numbers(self.rounds - 1) } else { 0 });
         let given = recording.upload_reals(&given);
@@ -224,7 +228,9 @@ impl<'a> Job<'a> {
         Ok(UnderWay { pending: Some(recording.submit()?), layout, frames })
     }
 
-    /// The values of all grids in their frames: the middle of every coordinate, and the size.
+    /// The values of all grids in their frames.
+    ///
+    /// A frame is the middle of every coordinate, and a size.
     fn pack(&self, layout: &Layout, frames: &mut [f64]) -> Vec<f64> {
         let dimension = self.grids.dimension();
         let mut given = vec![0.0; layout.offsets(0).1];
@@ -247,8 +253,8 @@ impl<'a> Job<'a> {
         given
     }
 
-    /// Puts the values of a chunk's grids where they belong, which is at the beginning of what is
-    /// left to be filled.
+    /// Puts the values of a chunk's grids in their places, at the beginning of what is left to
+    /// fill.
     fn finish(
         &self,
         chunk: &Range<usize>,
@@ -297,14 +303,14 @@ fn frame_of(values: &[f64], middle: &mut [f64]) -> f64 {
         let axis = || values.iter().skip(c).step_by(dimension);
         let low = axis().fold(f64::INFINITY, |low, x| low.min(*x));
         let high = axis().fold(f64::NEG_INFINITY, |high, x| high.max(*x));
-        // Halved first: sums may overflow.
+        // Halves first, since the sum may overflow.
         *middle = 0.5 * low + 0.5 * high;
         half = half.max(high - *middle).max(*middle - low);
     }
     power_of_two(&[half])
 }
 
-/// Divides a chunk where its products become too many.
+/// Divides a chunk if its products are too many.
 fn divided(chunk: Range<usize>, products: impl Fn(usize) -> f64) -> Vec<Range<usize>> {
     let (mut parts, mut start, mut held) = (Vec::new(), chunk.start, 0.0);
     for i in chunk.clone() {

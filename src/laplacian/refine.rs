@@ -9,7 +9,7 @@ use super::{Rule, sparse};
 use crate::linalg::Real;
 use crate::parallel;
 
-/// A rule made ready for grids of some shapes and so many rounds.
+/// A rule prepared for grids of some shapes and for some rounds.
 pub(super) struct Refiner<S> {
     rounds: u32,
     plans: Plans<S>,
@@ -20,7 +20,7 @@ enum Plans<S> {
     Sparse { least: usize, stencils: FxHashMap<[Axis; 2], Stencils<S>> },
 }
 
-/// Rows and columns after some rounds; none where they are beyond all numbers.
+/// Rows and columns after some rounds. `None` if they are too large for a number.
 pub(super) fn refined(shape: [usize; 2], rounds: u32) -> Option<[usize; 2]> {
     let refine = |points: usize| match points {
         0 => Some(0),
@@ -30,12 +30,12 @@ pub(super) fn refined(shape: [usize; 2], rounds: u32) -> Option<[usize; 2]> {
     Some([refine(rows)?, refine(columns)?])
 }
 
-/// The same, of shapes that are known to have fitted into memory.
+/// Rows and columns after one round, for shapes that are known to have fitted into memory.
 fn next(shape: [usize; 2]) -> [usize; 2] {
     shape.map(|points| 2 * points - 1)
 }
 
-/// Whether a grid is a function of one variable: both rules then put new points in the middle.
+/// Whether a grid is a function of one variable. Both rules then put new points in the middle.
 pub(super) fn is_line(shape: [usize; 2]) -> bool {
     shape.contains(&1)
 }
@@ -67,7 +67,7 @@ impl<S: Real + Transformed> Refiner<S> {
         Refiner { rounds, plans }
     }
 
-    /// All rounds on one grid that has points; `fine` is as large as the last makes it.
+    /// All rounds on one grid that has points. `fine` has the size of the last round's grid.
     pub fn refine(&self, dimension: usize, shape: [usize; 2], values: &[S], fine: &mut [S]) {
         if self.rounds == 0 {
             fine.copy_from_slice(values);
@@ -109,7 +109,7 @@ fn halve<S: Real>(dimension: usize, coarse: &[S], fine: &mut [S]) {
     }
     for (k, pair) in coarse.windows(2 * dimension).step_by(dimension).enumerate() {
         for c in 0..dimension {
-            // Halved first: sums may overflow.
+            // Halves first, since the sum may overflow.
             fine[(2 * k + 1) * dimension + c] = half * pair[c] + half * pair[dimension + c];
         }
     }

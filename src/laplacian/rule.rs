@@ -1,4 +1,4 @@
-//! [`SparseRule`]: weights in a window of 3 to 11 points, from tables that the report's linear programmes gave.
+//! [`SparseRule`]: weights in a window of 3 to 11 points, from tables that linear programmes gave.
 
 mod constants;
 mod linear;
@@ -7,16 +7,17 @@ use super::unknowns::Unknowns;
 use crate::error::{Error, Result};
 use crate::words::words;
 
-/// What a sparse rule keeps as it is.
+/// What a sparse rule reproduces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reproduces {
-    /// Constants: the weights of each new point have sum 1.
+    /// Constants: the weights of each new point sum to 1.
     #[default]
     Constants,
-    /// Linear functions too: each new point of a plane is the middle of its neighbours, at the
-    /// border and the corners likewise. The exact rule does not do that at a border, where its
-    /// surfaces are level across; so these rules stay away from it there, however large their
-    /// support.
+    /// Linear functions too: each new point of a plane is the middle of its neighbours, also at the
+    /// border and the corners.
+    ///
+    /// The exact rule does not do that at a border, where its surfaces are level across. So these
+    /// rules differ from it there, however large their support.
     Linear,
 }
 
@@ -35,10 +36,12 @@ struct Table {
     entries: &'static [f64],
 }
 
-/// A sparse rule of subdivision: S has the symmetries of the grid and no entry further than the
-/// radius from the place of its coarse point, and ‖E₂ₙS − UEₙ‖∞ is as small as can be, class after
-/// class ([`Class`](crate::papers::programmes::Class)); among all such masks of a class, its own
-/// are the nearest to the exact rule in least squares.
+/// A sparse rule of subdivision.
+///
+/// S has the symmetries of the grid. No entry is further than the radius from the place of its
+/// coarse point. ‖E₂ₙS − UEₙ‖∞ is as small as can be, class after class
+/// ([`Class`](crate::papers::programmes::Class)). Of all such masks of a class, the rule's own are
+/// the nearest to the exact rule in least squares.
 ///
 /// | support | least ‖E₂ₙS − UEₙ‖∞ in the interior | least own intervals |
 /// |---|---|---|
@@ -48,9 +51,9 @@ struct Table {
 /// | 9 | 0.031202 | 10 |
 /// | 11 | 0.016186 | 11 |
 ///
-/// At borders and corners it is no more, with constants reproduced. Rules that reproduce linear
-/// functions pay for it there: 1, 0.99, ½ and ½ for supports 5 to 11, since planes have energy at a
-/// border, which the fine grid cannot keep on every second point alone.
+/// At borders and corners it is no more if constants are reproduced. Rules that reproduce linear
+/// functions pay for it there: 1, 0.99, ½ and ½ for supports 5 to 11. Planes have energy at a
+/// border, and the fine grid cannot keep it on every second point alone.
 ///
 /// # Examples
 ///
@@ -109,40 +112,46 @@ impl SparseRule {
         self.unknowns.radius
     }
 
-    /// What it keeps as it is.
+    /// What the rule reproduces.
     pub fn reproduces(&self) -> Reproduces {
         self.reproduces
     }
 
-    /// The fewest intervals along both axes with which a grid has border and corner masks: so many
-    /// that no row of E₂ₙS − UEₙ sees those of two opposite borders, since no programme has looked
-    /// at such rows.
+    /// The fewest intervals along both axes with which a grid has border and corner masks.
+    ///
+    /// With so many no row of E₂ₙS − UEₙ sees masks of two opposite borders. No programme has
+    /// covered such rows.
     pub fn least_intervals(&self) -> usize {
         2 * (self.unknowns.own_rows - 1) + self.radius() + 2
     }
 
-    /// The largest Σ |entry| of the rows of E₂ₙS − UEₙ: of those that see interior masks only,
-    /// those that see a border mask, those that see a corner mask. They exceed the least that is
-    /// possible by no more than 1e-7 of it, the masks of the classes before being as they are.
+    /// The largest Σ |entry| of the rows of E₂ₙS − UEₙ, one for each class of rows.
+    ///
+    /// The classes are rows that see interior masks only, those that see a border mask, and those
+    /// that see a corner mask. Given the masks of the classes before, each exceeds the least
+    /// possible by no more than 1e-7 of it.
     pub fn residual(&self) -> [f64; 3] {
         self.table.residual
     }
 
-    /// The entry of S: the weight of a coarse point in a fine one, 0 ≤ fine ≤ 2 · intervals and 0 ≤
-    /// coarse ≤ intervals along both axes, in a grid of so many intervals (at least 1).
+    /// The entry of S: the weight of a coarse point in a fine one.
+    ///
+    /// The grid has `intervals` (at least 1) along both axes, with 0 ≤ fine ≤ 2 · intervals and 0 ≤
+    /// coarse ≤ intervals.
     ///
     /// Grids of fewer than [`least_intervals`](Self::least_intervals) along an axis have the
-    /// interior mask everywhere, summed over all reflections: even ones, as the exact rule has, or,
-    /// for linear functions, reflections in the points of the border, p(−a) = 2p(0) − p(a).
+    /// interior mask everywhere, summed over all reflections. Reflections are even, as in the exact
+    /// rule. For linear functions they are reflections in the points of the border, p(−a) = 2p(0) −
+    /// p(a).
     ///
-    /// Entries that the symmetries of the rectangle make alike are the same bits.
+    /// Entries that the symmetries of the rectangle make alike have the same bits.
     pub fn weight(&self, fine: [usize; 2], coarse: [usize; 2], intervals: [usize; 2]) -> f64 {
         let [first, second] = [0, 1].map(|axis| Place::of(fine[axis], coarse[axis], intervals[axis]));
         if intervals.iter().all(|&n| n >= self.least_intervals()) {
             let [fine, coarse] = [[first.fine, second.fine], [first.coarse, second.coarse]];
             return self.unknowns.entry(fine, coarse, [true, true]).map_or(0.0, |unknown| self.table.entries[unknown]);
         }
-        // Sums in one order make one result.
+        // Sums in one order give one result.
         let [first, second] = [first.min(second), first.max(second)].map(|place| self.images(place));
         let products = first.iter().flat_map(|&(i, x)| second.iter().map(move |&(j, y)| x * y * self.interior(i, j)));
         products.sum()
@@ -153,8 +162,10 @@ impl SparseRule {
         self.unknowns.entry([i, j], [0, 0], [false, false]).map_or(0.0, |unknown| self.table.entries[unknown])
     }
 
-    /// The points of the endless line in the window of a fine point whose values depend on the
-    /// coarse one: fine distances, and weights of the coarse point.
+    /// The points of the infinite line, in the window of a fine point, that depend on the coarse
+    /// point.
+    ///
+    /// Each has its fine distance and the weight of the coarse point in it.
     fn images(&self, place: Place) -> Vec<(isize, f64)> {
         let radius = self.radius() as isize;
         let window = (place.fine - radius + 1).div_euclid(2)..=(place.fine + radius).div_euclid(2);
@@ -163,8 +174,10 @@ impl SparseRule {
     }
 }
 
-/// A fine and a coarse point along one axis, counted from the end where the fine one comes first;
-/// in the middle, the coarse one.
+/// A fine and a coarse point along one axis.
+///
+/// They are counted from the end where the fine point comes first. In the middle they are counted
+/// from the end where the coarse point does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Place {
     intervals: isize,
@@ -179,8 +192,9 @@ impl Place {
         Place { intervals, fine, coarse }
     }
 
-    /// The coefficient of the coarse point in the value at a whole number `x`, once reflections
-    /// have continued values beyond the ends.
+    /// The coefficient of the coarse point in the value at a whole number `x`.
+    ///
+    /// Reflections continue values beyond the ends.
     fn share(&self, x: isize, reproduces: Reproduces) -> f64 {
         let (turns, rest) = (x.div_euclid(2 * self.intervals), x.rem_euclid(2 * self.intervals));
         let is = |place: isize| if place == self.coarse { 1.0 } else { 0.0 };
@@ -203,7 +217,8 @@ mod tests {
 
     #[test]
     fn reflections_continue_values_as_they_say() {
-        // p = 1, 3, 2 on two intervals; beyond the ends mirrored, or turned about the end points.
+        // p = 1, 3, 2 on two intervals. Beyond the ends it is mirrored, or turned about the end
+        // points.
         let p = [1.0, 3.0, 2.0];
         let extended = |x: isize, reproduces: Reproduces| -> f64 {
             (0..3).map(|coarse| p[coarse as usize] * Place { intervals: 2, fine: 0, coarse }.share(x, reproduces)).sum()

@@ -8,11 +8,10 @@ use crate::parallel;
 /// Numbers computed side by side: two AVX2 registers of f64 for even and two for odd points.
 const LANES: usize = 8;
 
-/// New values a parallel task computes at least.
+/// The fewest new values that a parallel task computes.
 const VALUES_PER_TASK: usize = 1 << 15;
 
-/// One round on one grid of (n + 1) × (m + 1) points, n and m > 0, into `fine` of (2n + 1) × (2m +
-/// 1).
+/// One round on one grid of (n + 1) × (m + 1) points, n and m > 0. `fine` has (2n + 1) × (2m + 1).
 pub(super) fn subdivide<S: Real>(
     stencils: &Stencils<S>,
     dimension: usize,
@@ -73,14 +72,14 @@ impl<S: Real> Band<'_, S> {
         }
     }
 
-    /// All rows, with radius R and D values a point, 0 for any number of them.
+    /// All rows, with radius R and D values a point. D = 0 stands for any number.
     #[inline(always)]
     fn rows<const R: usize, const D: usize>(self) {
         let dimension = if D == 0 { self.dimension } else { D };
         let [n, m] = [self.shape[0] - 1, self.shape[1] - 1];
         let [rows, columns] = self.stencils.axes;
         let width = (m + 1) * dimension;
-        // Between them windows are whole, and lines alternate.
+        // Between the borders windows are whole, and lines alternate.
         let between = match columns {
             super::stencil::Axis::Long(border) => border.next_multiple_of(2)..(2 * m + 1 - border) & !1,
             super::stencil::Axis::Short(_) => 0..0,
@@ -131,7 +130,7 @@ const fn reach(radius: usize, odd: usize) -> usize {
     if radius % 2 == odd { radius + 1 } else { radius }
 }
 
-/// L sums side by side, row after row of the window, as the borders and the kernel compute them.
+/// L sums side by side, row after row of the window, in the order of the borders and the kernel.
 #[inline(always)]
 fn sums<S: Real, const R: usize, const ODD: usize, const L: usize>(
     weights: &[S],

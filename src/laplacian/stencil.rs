@@ -1,9 +1,11 @@
-//! [`Stencils`]: a sparse rule seen from the new points: which old points each looks at, and with which weights.
+//! [`Stencils`]: which old points each new point looks at, and with which weights.
 //!
-//! Rows of new points fall into *lines*: those that see a border have one of their own, counted
-//! from it; between them even and odd ones alternate. The same holds for columns; a pair of lines
-//! has one stencil. Where borders are so near to each other that a row may see both, every row is a
-//! line of its own.
+//! They are a sparse rule seen from the new points.
+//!
+//! Rows of new points fall into *lines*. A row that sees a border is a line of its own, counted
+//! from that border. Between the borders even and odd lines alternate. The same holds for columns.
+//! A pair of lines has one stencil. If borders are so near to each other that a row may see both,
+//! every row is a line of its own.
 
 use super::SparseRule;
 use crate::linalg::Real;
@@ -13,22 +15,25 @@ use crate::linalg::Real;
 pub(super) struct Stencils<S> {
     radius: usize,
     pub axes: [Axis; 2],
-    /// Pair after pair; of each a square of radius + 1 rows and columns, the window's weights row
-    /// after row in its upper left, then zeros.
+    /// The weights, pair after pair.
+    ///
+    /// Each pair has a square of radius + 1 rows and columns. The upper left of the square holds
+    /// the window's weights, row after row. The rest is zeros.
     weights: Vec<S>,
 }
 
 /// The lines across one axis of the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Axis {
-    /// So many intervals, too few: every row is a line.
+    /// So few intervals that every row is a line.
     Short(usize),
-    /// Lines that see a border, at each end; two alternate between.
+    /// So many lines see a border at each end. Two lines alternate between.
     Long(usize),
 }
 
 impl Axis {
-    /// Of so many intervals, under a rule whose own borders need so many at least.
+    /// The lines of so many intervals, under a rule with borders of its own from `least` intervals
+    /// on.
     pub fn of(intervals: usize, least: usize) -> Self {
         if intervals < least { Axis::Short(intervals) } else { Axis::Long(least) }
     }
@@ -100,12 +105,12 @@ impl<S: Real> Stencils<S> {
         self.radius
     }
 
-    /// All weights: what the device holds.
+    /// All weights, as the device holds them.
     pub fn weights(&self) -> &[S] {
         &self.weights
     }
 
-    /// The weights for a pair of lines, the window's row after row.
+    /// The weights for a pair of lines, in the order of the window's rows.
     #[inline(always)]
     pub fn weights_of(&self, lines: [usize; 2]) -> &[S] {
         let size = (self.radius + 1) * (self.radius + 1);

@@ -9,23 +9,25 @@ use crate::parallel;
 use crate::ragged;
 use crate::status::CurveStatus;
 
-/// Beyond this, results are looked through for overflow. No rule makes a value 1e20 times the
-/// largest of its grid, sums on the way included.
+/// Results are searched for overflow if a value is larger than this.
+///
+/// No rule makes a value 1e20 times the largest of its grid, sums on the way included.
 const SAFE: f64 = 1e280;
 
-/// How new points come about.
+/// How new points are made.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Rule {
-    /// The equations E₂ₙp = UEₙp₀ are solved: all points count.
+    /// Solves the equations E₂ₙp = UEₙp₀. Every point depends on all others.
     #[default]
     Exact,
-    /// The nearest to it with weights in a small window.
+    /// The nearest to the exact rule with weights in a small window.
     Sparse(SparseRule),
 }
 
-/// Laplacian subdivision: every round puts a point between any two neighbours, and one in the
-/// middle of any four.
+/// Laplacian subdivision of grids.
+///
+/// Every round puts a point between any two neighbours, and one in the middle of any four.
 ///
 /// ```
 /// use faircurve::{Device, laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide}};
@@ -39,19 +41,22 @@ pub enum Rule {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subdivide {
-    /// How new points come about.
+    /// How new points are made.
     pub rule: Rule,
-    /// How often.
+    /// Number of rounds.
     pub rounds: u32,
 }
 
-/// What became of one grid.
+/// The report of one grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridReport {
-    /// [`Converged`](CurveStatus::Converged): subdivided; `Degenerate`: without points; `Invalid`:
-    /// a value is NaN or infinite, or a result overflows.
+    /// How the subdivision ended.
+    ///
+    /// - [`Converged`](CurveStatus::Converged): the grid is subdivided.
+    /// - `Degenerate`: it has no points.
+    /// - `Invalid`: a value is NaN or infinite, or a result overflows.
     pub status: CurveStatus,
-    /// Why, where the status needs a word: names the grid, the place, the value and the remedy.
+    /// Why, if the status needs a word: the grid, the place, the value and the remedy.
     pub message: Option<String>,
 }
 
@@ -64,19 +69,25 @@ pub struct Subdivided {
 }
 
 impl Subdivide {
-    /// Subdivides all grids. One that cannot be subdivided gets the shape that it would have, and
-    /// NaN in all places; its neighbours do not notice.
+    /// Subdivides all grids.
     ///
-    /// Grids of one row or column are functions of one variable: both rules put new points in the
-    /// middle between old ones.
+    /// A grid that cannot be subdivided gets the shape that it would have, and NaN in all places.
+    /// Its neighbours are not affected.
+    ///
+    /// A grid of one row or column is a function of one variable. Both rules put its new points in
+    /// the middle between old ones.
     ///
     /// On a GPU results are good to 2e-6 of half their largest extent in f32 and to 1e-12 of it in
-    /// f64, and a grid's bits depend on nothing but the grid. What is not for a GPU the host
-    /// computes in its turn: grids of one row or column, those that exceed the device's arrays, and
-    /// by the exact rule those of millions of new points, for which the host has faster transforms.
+    /// f64. A grid's bits depend on nothing but the grid. The host computes some grids when their
+    /// turn comes:
+    ///
+    /// - Grids of one row or column.
+    /// - Grids that exceed the device's arrays.
+    /// - By the exact rule, grids of millions of new points. The host has faster transforms for
+    ///   them.
     ///
     /// # Errors
-    /// What concerns the whole run: more points than there is memory for, a device that fails.
+    /// What concerns the whole run: more points than there is memory for, or a device that fails.
     pub fn fit(&self, grids: &Grids, device: &Device) -> Result<Subdivided> {
         let shapes = self.shapes(grids)?;
         let mut values = self.room(grids.dimension(), &shapes)?;
@@ -108,13 +119,14 @@ impl Subdivide {
         (0..grids.len()).map(shape).collect()
     }
 
-    /// Memory for all values.
+    /// Allocates memory for all values.
     fn room(&self, dimension: usize, shapes: &[[usize; 2]]) -> Result<Vec<f64>> {
         let count = shapes.iter().try_fold(0usize, |sum, [rows, columns]| {
             sum.checked_add(rows.checked_mul(*columns)?.checked_mul(dimension)?)
         });
-        // Asked for first, since an allocation that fails ends the program; what comes zeroed from
-        // the system is written once, by those who compute.
+        // The memory is requested with `try_reserve_exact` first, since an allocation that fails
+        // ends the program. Zeroed memory of the system is written once, by the threads that
+        // compute.
         match count.filter(|&count| Vec::<f64>::new().try_reserve_exact(count).is_ok()) {
             Some(count) => Ok(vec![0.0; count]),
             None => {
@@ -154,7 +166,7 @@ impl Grids {
         format!("{}grid {i}", self.file().map(|file| format!("{file}, ")).unwrap_or_default())
     }
 
-    /// What can be said of grid `i` before it is subdivided.
+    /// The report of grid `i` before it is subdivided.
     fn report(&self, i: usize) -> GridReport {
         let place = self.place(i);
         if self.grid(i).is_empty() {
@@ -197,7 +209,7 @@ impl Subdivided {
         self.reports.iter().filter(|report| report.status.is_usable()).count()
     }
 
-    /// Takes a grid that has overflowed for what it is.
+    /// Marks a grid as invalid if it has overflowed.
     fn check(&mut self, i: usize, given: &Grids) {
         let is_large = given.grid(i).iter().any(|x| x.abs() > SAFE);
         if self.reports[i].status.is_usable() && is_large && self.grids.grid(i).iter().any(|x| !x.is_finite()) {

@@ -1,8 +1,10 @@
-//! The entries of sparse masks, their names and their numbers: what the programme finds, and what
-//! tables hold.
+//! The entries of sparse masks, their names and their numbers.
+//!
+//! The programme finds these entries, and the tables hold them.
 
-/// The three classes of rows of E₂ₙS − UEₙ. Each has masks of its own to find, and takes those of
-/// the classes before as found.
+/// The three classes of rows of E₂ₙS − UEₙ.
+///
+/// Each class has masks of its own to find. It takes those of the classes before it as found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
     /// Rows that see interior masks only.
@@ -26,7 +28,7 @@ pub enum Unknown {
     Interior {
         /// The greater distance, in fine steps.
         far: usize,
-        /// The smaller distance; of curves 0.
+        /// The smaller distance. 0 for curves.
         near: usize,
     },
     /// For coarse points `row` away from a border.
@@ -38,7 +40,7 @@ pub enum Unknown {
         /// The fine point's distance from the coarse one along the border, in fine steps.
         along: usize,
     },
-    /// For coarse points near two borders: the same as with both axes exchanged.
+    /// For coarse points near two borders. The entry with both axes exchanged is the same.
     Corner {
         /// The coarse point's distances from the two borders, in coarse steps.
         rows: [usize; 2],
@@ -49,9 +51,9 @@ pub enum Unknown {
 
 /// Which unknowns there are, and how they are numbered: interior, border, corner.
 ///
-/// A *line* is a pair of distances from a border, of a coarse point (row) and of a fine one in its
-/// window. Lines are numbered row after row; a border entry is a line and a distance along the
-/// border, a corner entry is two lines.
+/// A *line* is a pair of distances from a border: that of a coarse point (row) and that of a fine
+/// one in its window. Lines are numbered row after row. A border entry is a line and a distance
+/// along the border. A corner entry is two lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unknowns {
     pub dimension: usize,
@@ -59,7 +61,7 @@ pub(crate) struct Unknowns {
     pub own_rows: usize,
 }
 
-/// Of a pair, the number among all pairs whose second entry is at most the first.
+/// The number of a pair among all pairs whose second entry is at most the first.
 fn triangular([first, second]: [usize; 2]) -> usize {
     let (large, small) = (first.max(second), first.min(second));
     large * (large + 1) / 2 + small
@@ -70,14 +72,15 @@ impl Unknowns {
         Unknowns { dimension, radius, own_rows }
     }
 
-    /// How many rows of coarse points have border masks where nothing else is said: all those whose
-    /// window of fine points meets the border, radius / 2 + 1. With fewer, reflection of the
-    /// interior mask is not among the rules to choose from.
+    /// How many rows of coarse points have border masks by default: radius / 2 + 1.
+    ///
+    /// These are all rows whose window of fine points meets the border. With fewer, reflection of
+    /// the interior mask is not among the rules to choose from.
     pub(crate) fn usual_own_rows(radius: usize) -> usize {
         radius / 2 + 1
     }
 
-    /// Number of unknowns of a class and those before it.
+    /// Number of unknowns of a class and of those before it.
     pub(crate) fn count_to(&self, class: Class) -> usize {
         let along = if self.dimension == 1 { 1 } else { self.radius + 1 };
         let lines = self.first_line(self.own_rows);
@@ -118,8 +121,9 @@ impl Unknowns {
         }
     }
 
-    /// The number of the entry of S for a fine and a coarse point; `None` where it is 0. Where an
-    /// axis has a border, points are counted from it.
+    /// The number of the entry of S for a fine and a coarse point. `None` if the entry is 0.
+    ///
+    /// Along an axis with a border, points are counted from it.
     pub(crate) fn entry(&self, fine: [isize; 2], coarse: [isize; 2], borders: [bool; 2]) -> Option<usize> {
         let distances = [0, 1].map(|axis| fine[axis].abs_diff(2 * coarse[axis]));
         if distances.iter().any(|&distance| distance > self.radius) {

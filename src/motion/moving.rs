@@ -11,13 +11,13 @@ pub(crate) struct Moving<V> {
     pub acceleration: [V; 2],
 }
 
-/// Degree of the polynomial whose roots are where the curvature is stationary, and one more.
+/// The number of coefficients of the polynomial whose roots are where the curvature is stationary.
 const STATIONARY: usize = 10;
 
-/// Speeds below this part of the largest are looked at from where they are least.
+/// A piece whose speed falls below this part of the largest is divided where the speed is least.
 const SLOW: f64 = 0.01;
 
-/// Turns below this part of |V||A| are rounding.
+/// Cross products below this part of |V||A| are rounding.
 const STRAIGHT: f64 = 16.0 * f64::EPSILON;
 
 /// Squares and cubes of such numbers, and products of some, are normal.
@@ -40,7 +40,7 @@ impl<V: Vector> Moving<V> {
         velocity.dot(velocity).sqrt()
     }
 
-    /// |V × A|² and |V|² at v: κ² is the one over the cube of the other.
+    /// |V × A|² and |V|² at v. κ² is the first over the cube of the second.
     #[inline(always)]
     fn squares(&self, v: f64) -> [f64; 2] {
         let velocity = self.velocity_at(v);
@@ -48,7 +48,7 @@ impl<V: Vector> Moving<V> {
         [V::product(turn, turn), velocity.dot(velocity)]
     }
 
-    /// |κ(v)|; 0 where V vanishes.
+    /// |κ(v)|. 0 where V vanishes.
     #[inline(always)]
     fn curvature(&self, v: f64) -> f64 {
         let [turn, speed] = self.squares(v);
@@ -58,14 +58,14 @@ impl<V: Vector> Moving<V> {
     /// The largest of `known` and of |κ| at both ends and in the middle.
     #[inline(always)]
     pub fn curvature_seen(&self, known: f64) -> f64 {
-        // What is out of range waits for the search.
+        // A piece with numbers out of range waits for the search.
         if !MODERATE.contains(&self.size()) {
             return known;
         }
         let square = known * known;
         let exceeds = |[turn, speed]: [f64; 2]| turn > square * (speed * speed * speed);
         let places = [0.0, 0.5, 1.0];
-        // Roots and quotients are left to what exceeds.
+        // Roots and quotients are computed only for what exceeds `known`.
         if !places.map(|v| exceeds(self.squares(v))).contains(&true) {
             return known;
         }
@@ -98,7 +98,7 @@ impl<V: Vector> Moving<V> {
         if size == 0.0 || !size.is_finite() {
             return size;
         }
-        // In two steps: one factor might be out of range.
+        // Scaled in two steps, since one factor might be out of range.
         let scaled = self.scaled(size.sqrt().recip()).scaled(size.sqrt().recip());
         arclength::span_length(|v| scaled.speed(v)) * size
     }
@@ -129,8 +129,9 @@ impl<V: Vector> Moving<V> {
         [a, a + b * 0.5, a + b + c]
     }
 
-    /// Whether |κ| is nowhere on the piece above `known`, as the control points of V × A and of V
-    /// in the direction of its middle tell.
+    /// Whether |κ| is nowhere on the piece above `known`.
+    ///
+    /// The control points of V × A, and those of V in the direction of its middle, tell.
     #[inline(always)]
     fn is_below(&self, known: f64) -> bool {
         let controls = self.controls();
@@ -151,7 +152,7 @@ impl<V: Vector> Moving<V> {
         [a.cross(d), a.cross(e) + b.cross(d), b.cross(e) + c.cross(d), c.cross(e)]
     }
 
-    /// Whether what it turns is rounding.
+    /// Whether V × A is nothing but rounding.
     fn is_straight(&self) -> bool {
         let most = |vectors: &[V]| vectors.iter().map(|v| v.dot(*v)).fold(0.0, f64::max);
         let turns = self.turns().map(|turn| V::product(turn, turn)).into_iter().fold(0.0, f64::max);
@@ -182,7 +183,7 @@ impl<V: Vector> Moving<V> {
         })
     }
 
-    /// The piece from one fraction to another, on a fraction of its own.
+    /// The part of the piece from one fraction to another, as a piece with its own fraction.
     fn part(&self, from: f64, to: f64) -> Self {
         let ([_, b, c], [d, e], width) = (self.velocity, self.acceleration, to - from);
         let velocity = [self.velocity_at(from), (b + c * (2.0 * from)) * width, c * (width * width)];

@@ -1,9 +1,9 @@
-//! Where polynomials change their sign: by their Bernstein coefficients.
+//! Places where polynomials change their sign, found by their Bernstein coefficients.
 
-/// Halvings after which roots are one.
+/// After this many halvings the roots in a part count as one.
 pub(super) const MOST_HALVINGS: u32 = 32;
 
-/// Steps that take any bracket of a root to rounding; most take ten.
+/// Steps that take any bracket of a root to rounding. Most brackets take ten.
 const ROOT_STEPS: usize = 100;
 
 /// Bernstein coefficients on 0 … 1 from those of powers: b_k = Σⱼ C(k, j)/C(n, j) aⱼ.
@@ -13,7 +13,7 @@ pub(super) fn bernstein<const N: usize>(mut a: [f64; N]) -> [f64; N] {
         *a /= binomial;
         binomial *= (N - 1 - j) as f64 / (j + 1) as f64;
     }
-    // Sums of sums are the sums by binomials.
+    // Repeated sums give the sums with binomial factors.
     for last in (0..N - 1).rev() {
         for k in last..N - 1 {
             a[k + 1] += a[k];
@@ -22,11 +22,11 @@ pub(super) fn bernstein<const N: usize>(mut a: [f64; N]) -> [f64; N] {
     a
 }
 
-/// Where a polynomial in Bernstein form on `from … to` changes its sign from minus to plus
-/// (`rising`), or from plus to minus.
+/// Where a polynomial in Bernstein form on `from … to` changes its sign.
 ///
-/// Coefficients of one sign have no root between, one change of sign one root (Descartes' rule);
-/// what has more is halved.
+/// The change is from minus to plus (`rising`), or from plus to minus. Coefficients of one sign
+/// have no root between. One change of sign has one root (Descartes' rule). A part with more
+/// changes is halved.
 pub(super) fn sign_changes<const N: usize>(
     b: &[f64; N],
     rising: bool,
@@ -61,8 +61,10 @@ pub(super) fn sign_changes<const N: usize>(
     }
 }
 
-/// The root in 0 … 1 of a polynomial whose Bernstein coefficients change their sign once: regula
-/// falsi, the end that stays counting half (the Illinois rule), and bisection where that is slow.
+/// The root in 0 … 1 of a polynomial whose Bernstein coefficients change their sign once.
+///
+/// The method is regula falsi. The end that stays counts half (the Illinois rule). Where that is
+/// slow it bisects.
 fn root<const N: usize>(b: &[f64; N]) -> f64 {
     let mut scaled = *b;
     let mut binomial = 1.0;

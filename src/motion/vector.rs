@@ -1,4 +1,4 @@
-//! [`Vector`]: what curvature asks of vectors in the plane and in space.
+//! [`Vector`]: the operations on vectors that curvature needs, in the plane and in space.
 
 use std::ops::{Add, Div, Mul};
 
@@ -8,14 +8,14 @@ use glam::{DVec2, DVec3};
 pub(crate) trait Vector:
     Copy + Add<Output = Self> + Mul<f64, Output = Self> + Div<f64, Output = Self> + Send + Sync
 {
-    /// What the product of two is: a number, or a vector across both.
+    /// The cross product of two vectors: a number in the plane, a vector in space.
     type Turn: Copy + Add<Output = Self::Turn> + Mul<f64, Output = Self::Turn>;
 
-    /// Without z in the plane.
+    /// Drops z in the plane.
     fn of(vector: DVec3) -> Self;
     fn dot(self, other: Self) -> f64;
     fn cross(self, other: Self) -> Self::Turn;
-    /// Of two turns, the scalar product.
+    /// The scalar product of two cross products.
     fn product(a: Self::Turn, b: Self::Turn) -> f64;
     /// Largest coordinate.
     fn largest(self) -> f64;

@@ -1,4 +1,4 @@
-//! Curvature combs: quills across a curve, as long as it is curved there.
+//! Curvature combs: quills across a curve, as long as the curvature there.
 
 use super::layout::Plane;
 use crate::curve::Jet;
@@ -6,40 +6,45 @@ use crate::parallel;
 use crate::report::Fit;
 use glam::{DVec2, DVec3};
 
-/// A quill of the 95 % quantile of |κ| is this part of the larger side of the data, for up to
-/// [`ROOMY`] curves.
+/// The length of a quill of the 95 % quantile of |κ|, as a part of the larger side of the data.
+///
+/// It holds for up to [`ROOMY`] curves.
 const QUILL: f64 = 0.04;
 
-/// With more curves than this each has less room, and quills shrink as its side does: with the root
-/// of their number.
+/// With more curves than this each has less room.
+///
+/// Quills then shrink with the root of the number of curves, as the side of a curve's room does.
 const ROOMY: f64 = 20.0;
 
-/// No quill is longer than this many times the quill of the quantile: cusps and kinks would leave
-/// the page.
+/// The most that a quill may be longer than the quill of the quantile.
+///
+/// Cusps and kinks would leave the page.
 const CLAMP: f64 = 3.0;
 
 /// The quantile of |κ| that sets the scale.
 const QUANTILE: f64 = 0.95;
 
-/// All combs of a picture together have about this many quills; more could not be told apart.
+/// The approximate number of quills of all combs of a picture. More could not be told apart.
 const MOST_QUILLS: usize = 60_000;
 
-/// Where the quills of one curve stand and end, in the plane of the picture. `None` breaks the
-/// envelope.
+/// The start and the end of each quill of a curve, in the plane of the picture.
+///
+/// `None` breaks the envelope.
 pub(super) type Quills = Vec<Option<(DVec2, DVec2)>>;
 
 /// The combs of a picture.
 pub(super) struct Combs {
-    /// One a curve; empty where the curve was not fitted.
+    /// One comb a curve, empty if the curve was not fitted.
     pub curves: Vec<Quills>,
     /// The 95 % quantile of |κ|, in 1/length.
     pub curvature: f64,
 }
 
 impl Combs {
-    /// Combs for the usable curves: quills point away from the centre of curvature, so that the
-    /// comb stands on the outside of every bend and changes sides at an inflection. `size` is the
-    /// larger side of the data.
+    /// Combs for the usable curves. `size` is the larger side of the data.
+    ///
+    /// Quills point away from the centre of curvature. So the comb is on the outside of every bend
+    /// and changes sides at an inflection.
     pub fn of(fit: &Fit, plane: &Plane, size: f64, scale: f64) -> Self {
         let spans: usize = (0..fit.len()).map(|i| fit.curve(i).spans()).sum();
         let per_span = (MOST_QUILLS / spans.max(1)).clamp(1, 32);
@@ -67,7 +72,7 @@ impl Combs {
     }
 }
 
-/// Points of every so manyth span of a curve with the curvature vector there.
+/// Points of a curve with the curvature vector there, on one span out of `every`.
 fn roots(fit: &Fit, i: usize, per_span: usize, every: usize) -> Vec<Option<(DVec3, DVec3)>> {
     let curve = fit.curve(i);
     if !curve.is_fitted() || !fit.reports()[i].status.is_usable() {
@@ -86,8 +91,9 @@ fn roots(fit: &Fit, i: usize, per_span: usize, every: usize) -> Vec<Option<(DVec
         .collect()
 }
 
-/// (p″ − (p″·T)T) / |p′|², the vector of length |κ| towards the centre of curvature; `None` where
-/// p′ vanishes.
+/// (p″ − (p″·T)T) / |p′|², the vector of length |κ| towards the centre of curvature.
+///
+/// `None` if p′ vanishes.
 fn curvature_vector(jet: &Jet) -> Option<DVec3> {
     let tangent = jet.first.try_normalize()?;
     let across = jet.second - tangent * jet.second.dot(tangent);
@@ -104,7 +110,7 @@ mod tests {
         let (sin, cos) = angle.sin_cos();
         let out = DVec3::new(cos, sin, 0.0);
         let first = DVec3::new(-sin, cos, 0.0) * radius * speed;
-        // A parametrisation that also speeds up: the tangential part must not count.
+        // This parametrisation also speeds up. The tangential part must not count.
         let second = -out * radius * speed * speed + first * 4.0;
         let k = curvature_vector(&Jet { point: out * radius, first, second, third: DVec3::ZERO }).unwrap();
         assert!((k + out / radius).length() < 1e-14, "{k}");

@@ -9,17 +9,19 @@ use super::page::{Entry, Page};
 use super::svg::Pen;
 use super::{DOTS, GIVEN};
 
-/// The first and the last curve; those between are mixed from the two.
+/// The first and the last curve. The colours of those between are mixed from the two.
 const FIRST: &str = "#BFDDF0";
 const LAST: &str = "#08306B";
 const MIX: [[f64; 3]; 2] = [[191.0, 221.0, 240.0], [8.0, 48.0, 107.0]];
 
-/// Room for curves around the data, in the data's size.
+/// Room for curves around the data, as a part of the data's size.
 pub(super) const ROOM: f64 = 1.0 / 3.0;
 
-/// How an iteration changed a planar curve: polylines from light to dark blue, the last one bold,
-/// over the data points. One scale for both axes, y up. What runs away from the data is cut off
-/// where it is a third of their size away.
+/// How an iteration changed a planar curve.
+///
+/// Polylines go from light to dark blue over the data points, and the last one is bold. Both axes
+/// have one scale, and y points up. Curves are cut off a third of the data's size away from the
+/// data.
 ///
 /// ```
 /// use faircurve::picture::Evolution;
@@ -31,7 +33,7 @@ pub(super) const ROOM: f64 = 1.0 / 3.0;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evolution {
-    /// Width in pixels; the height follows from the data. Default 900, at least 160.
+    /// Width in pixels. The height follows from the data. Default 900, at least 160.
     pub width: f64,
     /// A line above the picture. Default none.
     pub title: Option<String>,
@@ -46,7 +48,7 @@ impl Default for Evolution {
 }
 
 impl Evolution {
-    /// The picture of the curves, in order, and of the data they go through, as SVG text.
+    /// The picture of the curves, in order, and of the data that they go through, as SVG text.
     pub fn draw(&self, data: &[DVec2], curves: &[Vec<DVec2>]) -> String {
         let mut out = Vec::new();
         self.write(data, curves, &mut out).expect("a Vec takes all that is written to it");
@@ -101,13 +103,13 @@ impl Evolution {
     }
 }
 
-/// The box of data and curves, as far as it is not `room` times the data's size away from the data.
+/// The box of data and curves, cut off at `room` times the data's size away from the data.
 pub(super) fn view<'a>(data: &[DVec2], curves: impl Iterator<Item = &'a [DVec2]>, room: f64) -> Bounds {
     let finite =
         |points: &[DVec2], bounds: Bounds| points.iter().filter(|p| p.is_finite()).copied().fold(bounds, Bounds::with);
     let of_data = finite(data, Bounds::EMPTY);
     let all = curves.fold(of_data, |bounds, curve| finite(curve, bounds));
-    // A single place has no size to measure with.
+    // A single place has no size to measure by.
     if of_data.size() <= 0.0 {
         return all;
     }
@@ -115,7 +117,7 @@ pub(super) fn view<'a>(data: &[DVec2], curves: impl Iterator<Item = &'a [DVec2]>
     Bounds { low: all.low.max(of_data.low - room), high: all.high.min(of_data.high + room) }
 }
 
-/// Path data; far outside the page a coordinate ends at a hundred pages.
+/// Path data. A coordinate far outside the page ends at a hundred pages.
 pub(super) fn polyline(curve: &[DVec2], frame: &Frame) -> String {
     let mut pen = Pen::new(2);
     let far = DVec2::splat(1e5);

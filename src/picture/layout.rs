@@ -1,5 +1,5 @@
-//! Where things stand on the page: the plane a picture shows, the box of what is drawn, and the map
-//! from data to pixels.
+//! Layout of the page: the plane that a picture shows, the box of what is drawn, and the map from
+//! data to pixels.
 
 use crate::batch::CurveBatch;
 use crate::curve::vector;
@@ -7,14 +7,15 @@ use crate::parallel;
 use crate::report::Fit;
 use glam::{DVec2, DVec3};
 
-/// Coordinates beyond this are not drawn: their squares and differences would overflow.
+/// Larger coordinates are not drawn: their squares and differences would overflow.
 const DRAWABLE: f64 = 1e150;
 
-/// Samples a span that make the box; a cubic's extremes lie closer to one of them than the margin
-/// is wide.
+/// Samples a span that make the box.
+///
+/// The extremes of a cubic are closer to one of them than the margin is wide.
 const BOX_SAMPLES: usize = 8;
 
-/// The plane shown: the data's own for 2-D, the two widest principal axes for 3-D.
+/// The plane shown: that of the data in 2-D, that of the two widest principal axes in 3-D.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
     origin: DVec3,
@@ -22,9 +23,10 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// x to the right and y up for 2-D data; for 3-D the eigenvectors of the points' covariance
-    /// with the two largest eigenvalues. Curves with a problem have no part in it, unless all have
-    /// one.
+    /// The plane of a batch: x to the right and y up for 2-D data.
+    ///
+    /// For 3-D data it has the eigenvectors of the points' covariance with the two largest
+    /// eigenvalues. Curves with a problem do not count, unless all have one.
     pub fn of(batch: &CurveBatch) -> Self {
         let flat = Plane { origin: DVec3::ZERO, axes: [DVec3::X, DVec3::Y] };
         if batch.dimension() == 2 {
@@ -54,7 +56,7 @@ impl Plane {
         Plane { origin: middle + mean * size, axes: [wide, second] }
     }
 
-    /// Orthographic projection; `None` for what cannot be drawn (NaN, infinite, beyond 1e150).
+    /// Orthographic projection. `None` for what cannot be drawn (NaN, infinite, beyond 1e150).
     pub fn project(&self, p: DVec3) -> Option<DVec2> {
         drawable(p).then(|| self.vector(p - self.origin))
     }
@@ -70,11 +72,13 @@ fn drawable(p: DVec3) -> bool {
     p.abs().to_array().iter().all(|&x| x < DRAWABLE)
 }
 
-/// Eigenvectors of a symmetric 3 × 3 matrix, largest eigenvalue first, by cyclic Jacobi rotations
-/// (Golub & Van Loan, *Matrix Computations*, 8.5). Signs: the largest component is positive.
+/// Eigenvectors of a symmetric 3 × 3 matrix, largest eigenvalue first.
+///
+/// The method is cyclic Jacobi rotations (Golub & Van Loan, *Matrix Computations*, 8.5). The
+/// largest component of each vector is positive.
 fn principal_axes(mut a: [[f64; 3]; 3]) -> [DVec3; 3] {
     let mut v = [DVec3::X, DVec3::Y, DVec3::Z];
-    // Jacobi converges quadratically: 3 × 3 needs four or five sweeps, and a finished one rotates
+    // Jacobi converges quadratically. A 3 × 3 matrix needs four or five sweeps. Later sweeps rotate
     // by nothing.
     for _ in 0..12 {
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {
@@ -121,14 +125,16 @@ impl Bounds {
         Bounds { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// The larger side; 0 when empty.
+    /// The larger side. 0 if the box is empty.
     pub fn size(&self) -> f64 {
         (self.high - self.low).max_element().max(0.0)
     }
 
     /// The box of the points given and of the curves fitted, and for every curve whether it is
-    /// outside: one that was not fitted and strays from the box of those that were by more than the
-    /// box' size has no part in the picture.
+    /// outside.
+    ///
+    /// A curve is outside if it was not fitted and strays from the box of the fitted ones by more
+    /// than the size of that box. It is not in the picture.
     pub fn of(batch: &CurveBatch, fit: &Fit, plane: &Plane) -> (Self, Vec<bool>) {
         let one = |i: usize| {
             let curve = fit.curve(i);
@@ -162,8 +168,9 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Fits `bounds` into a plot `width` pixels wide that starts at `top`. Tall data make the plot
-    /// at most 1.25 times as high as wide, flat data at least 0.15 times.
+    /// Fits `bounds` into a plot `width` pixels wide that starts at `top`.
+    ///
+    /// The plot is between 0.15 times (flat data) and 1.25 times (tall data) as high as wide.
     pub fn fit(bounds: Bounds, width: f64, top: f64, margin: f64) -> Self {
         // An empty batch, or a single point, gets a box of its own.
         let empty = bounds.low.x > bounds.high.x;
@@ -176,9 +183,10 @@ impl Frame {
         Frame { scale, plot: [0.0, top, width, top + height + 2.0 * margin], middle }
     }
 
-    /// The middle of `bounds` in the middle of `plot`, at the scale at which something `extent`
-    /// large fills it up to `margin`: frames of one extent and one size of plot show their data at
-    /// one scale.
+    /// Puts the middle of `bounds` in the middle of `plot`.
+    ///
+    /// At this scale something `extent` large fills the plot up to `margin`. So frames of one
+    /// extent and one size of plot show their data at one scale.
     pub fn inside(bounds: Bounds, extent: DVec2, plot: [f64; 4], margin: f64) -> Self {
         let middle = if bounds.low.x > bounds.high.x { DVec2::ZERO } else { bounds.low.midpoint(bounds.high) };
         let inner = (DVec2::new(plot[2] - plot[0], plot[3] - plot[1]) - 2.0 * margin).max(DVec2::ONE);
@@ -197,11 +205,13 @@ impl Frame {
         (self.plot[2] - self.plot[0]) * (self.plot[3] - self.plot[1])
     }
 
-    /// Lines of a light grid: the values of x (or of y) in view that are multiples of a round step.
+    /// Lines of a light grid: the multiples of a round step among the values of x (or of y) in
+    /// view.
     pub fn grid(&self, axis: usize, step: f64) -> Vec<f64> {
         let half = 0.5 * (self.plot[axis + 2] - self.plot[axis]) / self.scale;
         let (from, to) = (self.middle[axis] - half, self.middle[axis] + half);
-        // Far from the origin a step can be below the spacing of the numbers: then there is no grid.
+        // Far from the origin a step can be below the spacing of the numbers. Then there is no
+        // grid.
         let count = (to / step).floor() - (from / step).ceil();
         if !(0.0..100.0).contains(&count) || (from + step) - from < 0.5 * step {
             return Vec::new();
@@ -209,8 +219,9 @@ impl Frame {
         (0..=count as i64).map(|k| ((from / step).ceil() + k as f64) * step).collect()
     }
 
-    /// The round step (1, 2 or 5 times a power of ten, or 30, which divides a circle) at which grid
-    /// lines stand at least `apart` pixels from each other.
+    /// The round step at which grid lines are at least `apart` pixels from each other.
+    ///
+    /// It is 1, 2 or 5 times a power of ten, or 30, which divides a circle.
     pub fn grid_step(&self, apart: f64) -> f64 {
         let least = apart / self.scale;
         let power = 10f64.powf(least.log10().floor());

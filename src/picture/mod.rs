@@ -1,6 +1,10 @@
-//! SVG pictures of a fit: the points given, the curves fitted, and on demand their curvature combs
-//! ([`Picture`]); of a descent ([`Evolution`]); of several things side by side, with plots below
-//! ([`Sheet`]); and of surfaces over grids ([`ReliefSheet`]).
+//! SVG pictures.
+//!
+//! - [`Picture`]: a fit, with the points given, the curves fitted, and on demand their curvature
+//!   combs.
+//! - [`Evolution`]: a descent.
+//! - [`Sheet`]: several panels side by side, with plots below.
+//! - [`ReliefSheet`]: surfaces over grids.
 
 mod comb;
 mod evolution;
@@ -32,36 +36,41 @@ pub use relief::{Net, Relief, ReliefSheet};
 pub use sheet::Sheet;
 use svg::{Pen, escape};
 
-/// Okabe and Ito's palette: told apart by colour-blind eyes, and by their greys in print.
+/// The palette of Okabe and Ito.
+///
+/// Colour-blind eyes can tell it apart, and so can print by its greys.
 const FITTED: &str = "#0072B2";
 const NOT_USABLE: &str = "#D55E00";
 const COMB: &str = "#CC79A7";
 const GIVEN: &str = "#A9A9A9";
 const DOTS: &str = "#333333";
 
-/// Béziers stray from the curve by at most this part of a pixel.
+/// The most that Béziers stray from the curve, in pixels.
 const TOLERANCE_PX: f64 = 0.05;
 
-/// With points closer than this to each other, in pixels, the input cannot be told from the curve,
-/// and is left out.
+/// The least distance between points, in pixels, at which the input is drawn.
+///
+/// With less the input cannot be told from the curve.
 const LEAST_ROOM: f64 = 2.0;
 
-/// Curves are turned into text this many at a time: parallel, and without holding the whole picture.
+/// Number of curves turned into text at a time, in parallel. The whole picture is never held.
 const CHUNK: usize = 2048;
 
-/// Up to this many curves carry their name as a tooltip.
+/// The most curves that carry their name as a tooltip.
 const MOST_TOOLTIPS: usize = 5000;
 
-/// How a fit is drawn: white page, input in grey, fitted curves in blue, combs in purple, and
-/// dashed in vermilion whatever curve is not usable. One scale for both axes, y up; 3-D curves are
+/// A picture of a fit.
+///
+/// The page is white, the input grey, fitted curves blue and combs purple. A curve that is not
+/// usable is dashed in vermilion. Both axes have one scale, and y points up. 3-D curves are
 /// projected onto the two widest principal axes of their points. Lines keep their width when the
 /// picture is scaled.
 ///
-/// A curve that could not be fitted has no part in the extent of the picture where it strays from
-/// the others by more than their size: it is not drawn then, and the legend says so.
+/// A curve that could not be fitted may stray from the others by more than their size. Then it does
+/// not count for the extent of the picture and is not drawn, and the legend says so.
 ///
-/// Curves are cubic Béziers within 0.05 pixel of the fit; what is smaller than a pixel is merged,
-/// so that the file grows with what can be seen and not with the data.
+/// Curves are cubic Béziers within 0.05 pixel of the fit. Pieces smaller than a pixel are merged,
+/// so the file grows with what can be seen and not with the data.
 ///
 /// ```no_run
 /// # use faircurve::{CurveBatch, Fit, picture::Picture};
@@ -72,15 +81,18 @@ const MOST_TOOLTIPS: usize = 5000;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Width in pixels; the height follows from the data. Default 1200, at least 160.
+    /// Width in pixels. The height follows from the data. Default 1200, at least 160.
     pub width: f64,
-    /// Draws curvature combs: quills away from the centre of curvature, |κ| long, with an envelope
-    /// through their tips. At scale 1 the 95 % quantile of |κ| makes a quill of 4 % of the picture
-    /// (with more than 20 curves less, by the root of their number); no quill is longer than three
-    /// times that. `None`, the default, draws none.
+    /// Draws curvature combs at this scale. `None`, the default, draws none.
+    ///
+    /// A comb has quills away from the centre of curvature, |κ| long, and an envelope through their
+    /// tips. At scale 1 the 95 % quantile of |κ| makes a quill of 4 % of the picture. With more
+    /// than 20 curves it is shorter, by the root of their number. No quill is longer than three
+    /// times that.
     pub comb: Option<f64>,
-    /// Whether the input is drawn: its points and the polyline through them, where there is room
-    /// for them. Default true.
+    /// Whether the input is drawn, if there is room: its points and the polyline through them.
+    ///
+    /// Default true.
     pub points: bool,
     /// A line above the picture. Default none.
     pub title: Option<String>,
@@ -98,7 +110,7 @@ impl Picture {
     /// The picture of `fit`, which was fitted to `batch`, as SVG text.
     ///
     /// # Panics
-    /// When `fit` has not one curve for every curve of `batch`.
+    /// If `fit` does not have one curve for every curve of `batch`.
     pub fn draw(&self, batch: &CurveBatch, fit: &Fit) -> String {
         let mut out = Vec::new();
         self.write(batch, fit, &mut out).expect("a Vec takes all that is written to it");
@@ -111,7 +123,7 @@ impl Picture {
     /// Those of `out`.
     ///
     /// # Panics
-    /// When `fit` has not one curve for every curve of `batch`.
+    /// If `fit` does not have one curve for every curve of `batch`.
     pub fn write(&self, batch: &CurveBatch, fit: &Fit, out: &mut dyn Write) -> io::Result<()> {
         assert_eq!(batch.len(), fit.len(), "a picture needs the batch that was fitted");
         let width = if self.width.is_nan() { 160.0 } else { self.width.clamp(160.0, 1e5) };
@@ -136,7 +148,7 @@ impl Picture {
             drawing.layer(out, COMB, look.thin, r#" stroke-opacity=".55""#, |i| drawing.quills(&combs.curves[i]))?;
             drawing.layer(out, COMB, 1.4 * look.thin, "", |i| drawing.envelope(&combs.curves[i]))?;
         }
-        // Where many lines cross, their number shows as depth of colour.
+        // Where many lines cross, depth of colour shows their number.
         let ink = if look.line < 1.0 { r#" stroke-opacity=".8""# } else { "" };
         drawing.layer(out, FITTED, look.line, ink, |i| drawing.usable(i).then(|| drawing.fitted(i))?)?;
         let dashes = r#" stroke-dasharray="5 4""#;
@@ -217,13 +229,13 @@ fn words(fit: &Fit) -> String {
 /// Widths that follow from how crowded the picture is.
 #[derive(Clone, Copy, Debug)]
 struct Look {
-    /// Of fitted curves, in pixels.
+    /// Width of fitted curves, in pixels.
     line: f64,
-    /// Of the input polyline and the quills.
+    /// Width of the input polyline and the quills.
     thin: f64,
     /// Whether the input polyline is drawn.
     given: bool,
-    /// Radius of the dots; 0 draws none.
+    /// Radius of the dots. 0 draws none.
     dot: f64,
     /// Decimal places of a pixel.
     decimals: usize,
@@ -287,14 +299,13 @@ impl Drawing<'_> {
         self.fit.reports()[i].status.is_usable()
     }
 
-    /// The points of curve `i` in pixels; `None` for one that cannot be drawn.
+    /// The points of curve `i` in pixels, `None` for a point that cannot be drawn.
     fn points(&self, i: usize) -> impl Iterator<Item = Option<glam::DVec2>> {
         let points = self.batch.points(i).chunks_exact(self.batch.dimension());
         points.map(|p| Some(self.frame.map(self.plane.project(vector(p))?)))
     }
 
-    /// The input polyline, without vertices that stand less than half a pixel from the last one
-    /// drawn.
+    /// The input polyline. A vertex less than half a pixel from the last one drawn is left out.
     fn given(&self, i: usize) -> Option<Shape> {
         let mut pen = Pen::new(self.look.decimals);
         let (mut last, mut skipped, mut drawn) = (None, None, 0);
@@ -327,8 +338,7 @@ impl Drawing<'_> {
         path(pen.finish(), None)
     }
 
-    /// The fitted curve, or what stands in its place, with its name (and what went wrong) as a
-    /// tooltip.
+    /// The fitted curve, or what replaces it. Its tooltip is its name, and what went wrong.
     fn fitted(&self, i: usize) -> Option<Shape> {
         let curve = self.fit.curve(i);
         let mut pen = Pen::new(self.look.decimals);
@@ -356,7 +366,7 @@ impl Drawing<'_> {
         };
         let mut text = pen.finish();
         if text.is_empty() {
-            // A single point, or one between two that cannot be drawn, has no line, but a place.
+            // A single point, or one between two that cannot be drawn, has no line but a place.
             let mut pen = Pen::new(self.look.decimals);
             self.points(i).flatten().for_each(|p| pen.dot(p));
             text = pen.finish();
@@ -397,13 +407,13 @@ impl Drawing<'_> {
     }
 }
 
-/// Path data, and what a pointer that rests on it is told.
+/// Path data and its tooltip.
 struct Shape {
     data: String,
     tooltip: Option<String>,
 }
 
-/// A shape; nothing for empty data.
+/// A shape. `None` for empty data.
 fn path(data: String, tooltip: Option<String>) -> Option<Shape> {
     (!data.is_empty()).then_some(Shape { data, tooltip })
 }

@@ -10,13 +10,13 @@ const TEXT: &str = "#444444";
 pub(super) const GRID: &str = "#ECECEC";
 const FONT: f64 = 12.0;
 
-/// A letter is about this wide, in font sizes; exact widths would need the reader's fonts.
+/// The approximate width of a letter, in font sizes. Exact widths would need the reader's fonts.
 const LETTER: f64 = 0.56;
 
 pub(super) const LINE: f64 = 20.0;
 pub(super) const SIDE: f64 = 24.0;
 
-/// One entry of the legend: a line, maybe with a dot on it, and what it means.
+/// One entry of the legend: a line, maybe with a dot on it, and its meaning.
 pub(super) struct Entry {
     pub colour: Cow<'static, str>,
     pub width: f64,
@@ -91,7 +91,7 @@ impl Page<'_> {
             let x = at(value, y0).x;
             writeln!(out, r#"<path d="M{x:.1} {top:.1}V{bottom:.1}"/>"#)?;
             let text = number(value, step);
-            // A number that would be cut at the edge says something else.
+            // A number that is cut at the edge would read as another number.
             if x + 3.0 + text_width(&text) <= right {
                 writeln!(out, r#"<text x="{:.1}" y="{:.1}" class="g">{text}</text>"#, x + 3.0, bottom - 4.0)?;
             }
@@ -136,7 +136,7 @@ pub(super) fn wrap(text: &str, width: f64) -> Vec<String> {
     lines
 }
 
-/// A grid value with just the decimals its step has.
+/// A grid value with as many decimals as its step has.
 pub(super) fn number(value: f64, step: f64) -> String {
     let value = if value.abs() < 1e-9 * step { 0.0 } else { value };
     if value.abs() >= 1e7 || (step < 1e-4) {

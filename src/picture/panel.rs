@@ -10,27 +10,30 @@ use super::layout::{Bounds, Frame};
 use super::page::{Page, number, text_width};
 use super::svg::{Pen, escape};
 
-/// sRGB.
+/// A colour in sRGB.
 type Colour = [u8; 3];
 
-/// An evolution begins in black and ends in red; what lies between goes from blue to red.
+/// An evolution begins in black and ends in red. Curves between go from blue to red.
 const FIRST: Colour = [0, 0, 0];
 const EARLY: Colour = [31, 79, 224];
 const LAST: Colour = [208, 0, 0];
 
-/// Colours of a fan, from the smallest end angle to the largest: steps of Matplotlib's plasma
-/// (CC0), which rises in lightness all the way; its yellow end is left out, as it fades on white.
+/// Colours of a fan, from the smallest end angle to the largest.
+///
+/// They are steps of Matplotlib's plasma (CC0), which rises in lightness all the way. Its yellow
+/// end is left out, as it fades on white.
 const FAN: [Colour; 4] = [[13, 8, 135], [126, 3, 168], [204, 71, 120], [248, 149, 64]];
 
-/// Segments of a fan may swing out this far, in chords.
+/// The most that segments of a fan may swing out, in chords.
 const SWING: f64 = 2.0;
 
 /// Height of a colour bar with its text, and length of its strip, in pixels.
 const BAR: f64 = 24.0;
 const STRIP: f64 = 140.0;
 
-/// A polyline in a [`Panel`]. Vertices that are not finite are left out; a closed curve repeats its
-/// first vertex.
+/// A polyline in a [`Panel`].
+///
+/// Vertices that are not finite are left out. A closed curve repeats its first vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
     /// The vertices, y up.
@@ -39,12 +42,13 @@ pub struct Stroke {
     pub colour: [u8; 3],
     /// Width of the line in pixels.
     pub width: f64,
-    /// What the legend calls it; strokes of one name share an entry, with the looks of the first.
-    /// `None` has no entry.
+    /// The name in the legend. `None` has no entry.
+    ///
+    /// Strokes of one name share an entry, with the looks of the first.
     pub name: Option<String>,
 }
 
-/// What the colours of a panel mean: a strip of them below it, with the values at its ends.
+/// What the colours of a panel mean: a colour strip below it, with the values at its ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
     /// What the values are, such as "end angle".
@@ -53,23 +57,24 @@ pub struct Bar {
     pub from: f64,
     /// The value of the last colour.
     pub to: f64,
-    /// Follows the values, such as "°". May be empty.
+    /// The unit after the values, such as "°". May be empty.
     pub unit: String,
     /// The colours, evenly spaced from the first value to the last.
     pub colours: Vec<[u8; 3]>,
 }
 
-/// One field of a [`Sheet`](super::Sheet): curves, dots on top, a title above. One scale for both
-/// axes, y up.
+/// One field of a [`Sheet`](super::Sheet): curves, dots on top, a title above.
+///
+/// Both axes have one scale, and y points up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// Stands above the panel; long titles are broken into lines.
+    /// The title above the panel. Long titles are broken into lines.
     pub title: String,
     /// The curves, the first at the bottom.
     pub strokes: Vec<Stroke>,
-    /// The dots; those that are not finite are left out.
+    /// The dots. Those that are not finite are left out.
     pub dots: Vec<DVec2>,
-    /// Curves are cut off where they are this many times the size of the dots' box away from it.
+    /// Curves are cut off this many times the size of the dots' box away from the box.
     pub room: f64,
     /// What the colours mean. Default none.
     pub bar: Option<Bar>,
@@ -82,9 +87,11 @@ impl Default for Panel {
 }
 
 impl Panel {
-    /// How an iteration changed a planar curve: the first curve in black and the last in red, both
-    /// bold, those between thin and from blue to red. A single curve counts as the last. What is a
-    /// third of the dots' size away is cut off.
+    /// How an iteration changed a planar curve.
+    ///
+    /// The first curve is black and the last is red, both bold. Those between are thin and go from
+    /// blue to red. A single curve counts as the last. Curves are cut off at a third of the dots'
+    /// size away.
     pub fn evolution(title: impl Into<String>, dots: &[DVec2], curves: &[Vec<DVec2>]) -> Self {
         let between = curves.len().saturating_sub(2);
         let stroke = |(k, points): (usize, &Vec<DVec2>)| {
@@ -107,10 +114,10 @@ impl Panel {
         Panel { title: title.into(), strokes, dots: dots.to_vec(), ..Panel::default() }
     }
 
-    /// Segments that share their first point and their last, each with its end angle in radians, by
-    /// which it is coloured; the two points are marked. What is two chords away is cut off.
+    /// Segments that share their first point and their last.
     ///
-    /// Segments whose angle is not finite are left out.
+    /// Each comes with its end angle in radians, which gives its colour. The two points are marked.
+    /// Segments are cut off two chords away. A segment whose angle is not finite is left out.
     pub fn fan(title: impl Into<String>, segments: &[(f64, Vec<DVec2>)]) -> Self {
         let angles = segments.iter().map(|segment| segment.0).filter(|angle| angle.is_finite());
         let (from, to) = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), angle| (a.min(angle), b.max(angle)));
@@ -141,8 +148,9 @@ impl Panel {
         if self.bar.is_some() { BAR } else { 0.0 }
     }
 
-    /// Writes grid, curves and dots, cut off at the frame, and the bar below it. `id` is unique in
-    /// the document.
+    /// Writes grid, curves and dots, cut off at the frame, and the bar below it.
+    ///
+    /// `id` is unique in the document.
     pub(super) fn write(&self, out: &mut dyn Write, frame: &Frame, id: &str) -> io::Result<()> {
         let [left, top, right, bottom] = frame.plot;
         let (w, h) = (right - left, bottom - top);
@@ -164,7 +172,7 @@ impl Panel {
 }
 
 impl Bar {
-    /// The text, the first value, the strip and the last value on one line.
+    /// Writes the text, the first value, the strip and the last value on one line.
     pub(super) fn write(&self, out: &mut dyn Write, left: f64, y: f64) -> io::Result<()> {
         let step = ((self.to - self.from).abs() / 100.0).clamp(1e-3, 1.0);
         let value = |value: f64| format!("{}{}", number(value, step), self.unit);
@@ -176,7 +184,7 @@ impl Bar {
         for k in 0..pieces {
             let colour = hex(mix(&self.colours, k as f64 / (pieces - 1) as f64));
             let (x, piece) = (start + STRIP * k as f64 / pieces as f64, STRIP / pieces as f64);
-            // Half a pixel of overlap, so that the page does not shine through.
+            // Half a pixel of overlap keeps the page from shining through.
             writeln!(out, r#"<path d="M{x:.1} {:.1}h{:.1}" stroke="{colour}"/>"#, y - 4.0, piece + 0.5)?;
         }
         writeln!(out, "</g>")?;
@@ -185,7 +193,7 @@ impl Bar {
     }
 }
 
-/// The width of a line as it is written: no negative, no NaN.
+/// The width of a line as it is written: never negative or NaN.
 pub(super) fn width(stroke: &Stroke) -> f64 {
     if stroke.width.is_finite() { stroke.width.clamp(0.0, 100.0) } else { 1.0 }
 }
@@ -194,12 +202,12 @@ pub(super) fn hex([red, green, blue]: Colour) -> String {
     format!("#{red:02X}{green:02X}{blue:02X}")
 }
 
-/// Between evenly spaced colours, at `part` of the way from the first to the last.
+/// The colour at `part` of the way from the first to the last of evenly spaced colours.
 fn mix(colours: &[Colour], part: f64) -> Colour {
     mix_exact(colours, part).to_array().map(|c| c.round() as u8)
 }
 
-/// The same before it is rounded.
+/// The same colour before it is rounded.
 pub(super) fn mix_exact(colours: &[Colour], part: f64) -> DVec3 {
     let Some(last) = colours.len().checked_sub(1) else { return DVec3::ZERO };
     let at = part.clamp(0.0, 1.0) * last as f64;

@@ -7,13 +7,13 @@ use glam::DVec2;
 use super::page::{GRID, LINE, number, text_width};
 use super::svg::{Pen, escape};
 
-/// Okabe and Ito's palette again, darkest first and without yellow, which fades on white.
+/// The palette of Okabe and Ito, darkest first and without yellow, which fades on white.
 const COLOURS: [&str; 7] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#E69F00", "#56B4E9"];
 
-/// Ticks stand at least this far apart, in pixels, along x and along y.
+/// The least distance of ticks in pixels, along x and along y.
 const APART: [f64; 2] = [56.0, 36.0];
 
-/// Pixels around the axes: for the numbers and the label on the left, and for those below.
+/// Pixels around the axes: on the left for the numbers and the label, and below for those there.
 const LEFT: f64 = 74.0;
 const BELOW: f64 = 42.0;
 
@@ -25,12 +25,12 @@ const HEIGHT: f64 = 220.0;
 pub struct Axis {
     /// What is measured, with its unit.
     pub label: String,
-    /// Whether the axis is logarithmic: then values that are not positive are not shown.
+    /// Whether the axis is logarithmic. Values that are not positive are then not shown.
     pub log: bool,
 }
 
 impl Axis {
-    /// An even axis.
+    /// A linear axis.
     pub fn linear(label: impl Into<String>) -> Self {
         Axis { label: label.into(), log: false }
     }
@@ -40,7 +40,7 @@ impl Axis {
         Axis { label: label.into(), log: true }
     }
 
-    /// Where on the axis a value stands, before scaling; NaN or infinite where it has no place.
+    /// The place of a value on the axis, before scaling. NaN or infinite if it has no place.
     fn place(&self, value: f64) -> f64 {
         if self.log { value.log10() } else { value }
     }
@@ -51,22 +51,25 @@ impl Axis {
 pub struct Series {
     /// Its name in the legend.
     pub name: String,
-    /// Its points, which are joined in order. Those without a place (not finite, or not positive on
-    /// a logarithmic axis) are left out and interrupt the line.
+    /// Its points, which are joined in order.
+    ///
+    /// Points without a place (not finite, or not positive on a logarithmic axis) are left out and
+    /// interrupt the line.
     pub points: Vec<DVec2>,
 }
 
-/// Curves over two axes with a legend to their right, such as the cost of several descents against
-/// the iteration.
+/// Curves over two axes with a legend to their right.
+///
+/// An example is the cost of several descents against the iteration.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plot {
-    /// Stands above the plot. May be empty.
+    /// A line above the plot. May be empty.
     pub title: String,
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// The curves; after seven colours they come again, dashed.
+    /// The curves. After seven curves the colours repeat, dashed.
     pub series: Vec<Series>,
 }
 
@@ -77,7 +80,9 @@ impl Plot {
         head + HEIGHT.max(self.series.len() as f64 * LINE) + BELOW
     }
 
-    /// The box of what has a place, a little widened; one unit where there is nothing.
+    /// The box of all points that have a place, a little widened.
+    ///
+    /// Without points it is one unit wide.
     fn range(&self) -> [DVec2; 2] {
         let points = self.series.iter().flat_map(|series| &series.points).map(|&p| self.place(p));
         let (low, high) = points
@@ -157,7 +162,7 @@ impl Plot {
         writeln!(out, "</g>")
     }
 
-    /// Path data; a point between two that have no place is a dot.
+    /// Path data. A point between two that have no place is a dot.
     fn path(&self, series: &Series, map: impl Fn(DVec2) -> DVec2) -> String {
         let mut pen = Pen::new(1);
         let placed: Vec<DVec2> = series.points.iter().map(|&p| self.place(p)).collect();
@@ -169,15 +174,16 @@ impl Plot {
     }
 }
 
-/// Where ticks stand between two places, at least `apart` pixels from each other on `pixels`, and
-/// what they say.
+/// The places and labels of ticks between two places.
+///
+/// On `pixels` they are at least `apart` pixels from each other.
 fn ticks(axis: &Axis, [low, high]: [f64; 2], pixels: f64, apart: f64) -> Vec<(f64, String)> {
     let least = (high - low) * apart / pixels;
     let most = 1.0 + pixels / apart;
     if axis.log {
         let decades = multiples(low, high, least.ceil().max(1.0), most);
         if decades.len() > 1 {
-            // All in one way of writing.
+            // All ticks in one notation.
             let plain = decades.iter().all(|k| (-4.0..=5.0).contains(k));
             let text = |k: f64| if plain { format!("{}", 10f64.powf(k)) } else { power_of_ten(k) };
             return decades.into_iter().map(|k| (k, text(k))).collect();
@@ -191,7 +197,7 @@ fn ticks(axis: &Axis, [low, high]: [f64; 2], pixels: f64, apart: f64) -> Vec<(f6
         if between.len() > 2 && least < 2f64.log10() {
             return between;
         }
-        // Or else values in even steps.
+        // Otherwise values in even steps.
         let (from, to) = (10f64.powf(low), 10f64.powf(high));
         let step = round_step((to - from) * apart / pixels);
         let spread = multiples(from, to, step, 2.0 * most).into_iter().filter(|&value| value > 0.0);
@@ -201,14 +207,15 @@ fn ticks(axis: &Axis, [low, high]: [f64; 2], pixels: f64, apart: f64) -> Vec<(f6
     multiples(low, high, step, most).into_iter().map(|value| (value, number(value, step))).collect()
 }
 
-/// 1, 2 or 5 times a power of ten, and not below `least`.
+/// The least of 1, 2 or 5 times a power of ten that is not below `least`.
 fn round_step(least: f64) -> f64 {
     let power = 10f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|&step| step >= least).unwrap_or(10.0 * power)
 }
 
-/// The multiples of `step` from `low` to `high`; none if they are more than `most` or below the
-/// numbers' spacing.
+/// The multiples of `step` from `low` to `high`.
+///
+/// There are none if they are more than `most`, or if the step is below the numbers' spacing.
 fn multiples(low: f64, high: f64, step: f64, most: f64) -> Vec<f64> {
     let (from, to) = ((low / step).ceil(), (high / step).floor());
     if !(0.0..=most).contains(&(to - from)) || (low + step) - low < 0.5 * step {

@@ -10,17 +10,18 @@ use super::panel::{Panel, hex, width};
 use super::plot::Plot;
 use super::svg::escape;
 
-/// Pixels between neighbours, and between a panel's frame and what it shows.
+/// Pixels between neighbours, and between a panel's frame and its content.
 const GAP: f64 = 20.0;
 const MARGIN: f64 = 18.0;
 
-/// Least and largest height of a panel, in its width.
+/// Least and largest height of a panel, as parts of its width.
 const LOWEST: f64 = 0.25;
 const HIGHEST: f64 = 1.3;
 
-/// Several [`Panel`]s in rows of `columns`, and below them [`Plot`]s, with one legend for the
-/// panels. Panels of a row have one scale and one size, so that their curves can be compared; each
-/// has its own middle.
+/// Several [`Panel`]s in rows of `columns`, and below them [`Plot`]s.
+///
+/// The panels share one legend. Panels of a row have one scale and one size, so that their curves
+/// can be compared. Each panel has its own middle.
 ///
 /// ```
 /// use faircurve::picture::{Axis, Panel, Plot, Series, Sheet};
@@ -43,17 +44,17 @@ const HIGHEST: f64 = 1.3;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
-    /// Width in pixels; the height follows from what is drawn. Default 1000, at least 160.
+    /// Width in pixels. The height follows from what is drawn. Default 1000, at least 160.
     pub width: f64,
-    /// Panels a row. Default 2; 0 counts as 1.
+    /// Panels a row. Default 2. 0 counts as 1.
     pub columns: usize,
-    /// A line above all. Default none.
+    /// A line above all panels. Default none.
     pub title: Option<String>,
-    /// Stands below the legend. Default empty.
+    /// Text below the legend. Default empty.
     pub caption: String,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
-    /// The plots; a single one is as wide as the page, several stand side by side as the panels do.
+    /// The plots. A single one is as wide as the page. Several stand side by side as the panels do.
     pub plots: Vec<Plot>,
 }
 
@@ -63,7 +64,7 @@ impl Default for Sheet {
     }
 }
 
-/// A panel's title in lines, where its first line stands, and its frame.
+/// A panel's title in lines, the place of its first line, and the panel's frame.
 struct Placed {
     title: Vec<String>,
     corner: [f64; 2],
@@ -117,7 +118,7 @@ impl Sheet {
         page.close(out)
     }
 
-    /// One entry a name, in the order in which names appear.
+    /// One entry for each name, in the order in which names appear.
     fn legend(&self) -> Vec<Entry> {
         let mut entries: Vec<Entry> = Vec::new();
         for stroke in self.panels.iter().flat_map(|panel| &panel.strokes) {
@@ -135,9 +136,9 @@ fn column(width: f64, columns: usize) -> f64 {
     ((width - 2.0 * SIDE - GAP * (columns - 1) as f64) / columns as f64).max(20.0)
 }
 
-/// Places a row of panels from `top` on, and returns where it ends.
+/// Places a row of panels from `top` on. Returns where the row ends.
 fn place(row: &[Panel], wide: f64, top: f64, placed: &mut Vec<Placed>) -> f64 {
-    // Titles are 13 pixels high where `wrap` counts with 12.
+    // Titles are 13 pixels high, but `wrap` counts with 12.
     let titles: Vec<_> = row.iter().map(|panel| wrap(&panel.title, wide * 12.0 / 13.0)).collect();
     let lines = titles.iter().map(Vec::len).max().unwrap_or(0);
     let bounds: Vec<Bounds> = row.iter().map(Panel::bounds).collect();

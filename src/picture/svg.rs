@@ -4,16 +4,18 @@ use std::fmt::Write;
 
 use glam::DVec2;
 
-/// Consecutive pieces are merged while they are shorter than this together, in steps of the
-/// rounding (0.8 pixels at two decimal places, with one at most 1.6).
+/// The length up to which consecutive pieces are merged, in steps of the rounding.
+///
+/// It is 0.8 pixels at two decimal places, and at most 1.6 with one.
 const MERGE: f64 = 80.0;
 
-/// A cubic whose control points lie this close to its chord, in steps of the rounding, is written
-/// as a line.
+/// How close a cubic's control points are to its chord if it is written as a line, in steps of the
+/// rounding.
 const STRAIGHT: f64 = 4.0;
 
-/// Writes path data with coordinates rounded to `decimals` places of a pixel. Steps are differences
-/// of rounded positions, so that rounding does not add up along a curve.
+/// Writes path data with coordinates rounded to `decimals` places of a pixel.
+///
+/// Steps are differences of rounded positions, so rounding does not add up along a curve.
 pub(super) struct Pen {
     text: String,
     at: [i64; 2],
@@ -33,8 +35,7 @@ impl Pen {
     }
 
     fn round(&self, p: DVec2) -> [i64; 2] {
-        // Saturates where a coordinate is beyond i64, and NaN (which callers keep out) would become
-        // 0.
+        // A coordinate beyond i64 saturates. NaN (which callers keep out) would become 0.
         [(p.x * self.unit).round() as i64, (p.y * self.unit).round() as i64]
     }
 
@@ -76,23 +77,24 @@ impl Pen {
         self.command = b'm';
     }
 
-    /// A straight line; steps that round to nothing are left out.
+    /// A straight line. Steps that round to nothing are left out.
     pub fn line_to(&mut self, p: DVec2) {
         if self.round(p) != self.at {
             self.emit(b'l', &[p]);
         }
     }
 
-    /// A zero-length line: round caps make it a dot.
+    /// A line of no length. Round caps make it a dot.
     pub fn dot(&mut self, p: DVec2) {
         self.move_to(p);
         self.text.push_str("h0");
         self.command = b'h';
     }
 
-    /// A cubic that starts where the last one ended. Pieces of less than a pixel are joined into
-    /// one with the same ends and end directions: exactly the same curve where they were parts of
-    /// one cubic.
+    /// A cubic that starts where the last one ended.
+    ///
+    /// Pieces of less than a pixel are joined into one with the same ends and end directions. This
+    /// is exactly the same curve if they were parts of one cubic.
     pub fn cubic(&mut self, next: [DVec2; 4]) {
         let Some(last) = self.waiting.take() else {
             self.waiting = Some(next);
@@ -154,7 +156,7 @@ fn control_length(piece: &[DVec2; 4]) -> f64 {
     piece.windows(2).map(|pair| (pair[1] - pair[0]).length()).sum()
 }
 
-/// Text fit for XML content and attributes; characters that XML cannot hold become U+FFFD.
+/// Text fit for XML content and attributes. Characters that XML cannot hold become U+FFFD.
 pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

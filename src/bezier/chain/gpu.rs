@@ -1,4 +1,4 @@
-//! The systems of a batch of chains, all curves and coordinates at once, on a GPU.
+//! The systems of a batch of chains on a GPU, all curves and coordinates at once.
 
 use super::layout::{Layout, Trouble};
 use super::piece::Piece;
@@ -10,14 +10,15 @@ use crate::linalg::block_ring::{BlockBatch, BlockSolutions, MOST_REACH, solve_bl
 use crate::parallel;
 use crate::precision::Precision;
 
-/// Matrices of unit diagonal with a smaller pivot are solved by the CPU: f32 could not tell them
-/// from singular ones.
+/// The least pivot of a matrix of unit diagonal that f32 can tell from a singular one.
+///
+/// The CPU solves matrices with a smaller pivot.
 const LEAST_PIVOT: f64 = 1e-3;
 
-/// Lanes a curve, for joints of the longest curve up to so many: more, the longer.
+/// Lanes for each curve, by the joints of the longest curve: (most joints, lanes).
 const LANES: [(usize, u32); 2] = [(2_000, 8), (usize::MAX, 64)];
 
-/// The unknowns of a curve, a coordinate after the other.
+/// The unknowns of a curve, one coordinate after the other.
 type Unknowns<const N: usize> = Vec<Vec<[f64; N]>>;
 
 /// Completes all curves.
@@ -53,7 +54,7 @@ pub(super) fn complete<'a, const N: usize>(
     Ok(parallel::of(with_unknowns, own))
 }
 
-/// The arrays of all systems, one a coordinate of a curve.
+/// The arrays of all systems. Each coordinate of a curve is a system.
 struct Batch<'a, 'b, const N: usize> {
     systems: Vec<&'a System<'b, N>>,
     offsets: Vec<usize>,

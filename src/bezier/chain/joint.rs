@@ -1,15 +1,15 @@
-//! [`Joint`]: the jets that what is known at a joint leaves.
+//! [`Joint`]: the jets that remain possible at a joint, given what is known there.
 
-// Loops by number read as the formulas do.
+// Index loops read as the formulas do.
 #![allow(clippy::needless_range_loop)]
 
 use super::piece::{Vector, plus};
 
-/// Something known of a jet: Σ coefficients\[r\] x_r = value, with x_r = scaleʳ p⁽ʳ⁾.
+/// A condition on a jet: Σ coefficients\[r\] x_r = value, with x_r = scaleʳ p⁽ʳ⁾.
 pub(super) struct Condition {
     pub coefficients: [f64; 3],
     pub value: Vector,
-    /// The control point that says so.
+    /// The control point that the condition comes from.
     pub point: usize,
 }
 
@@ -19,22 +19,24 @@ pub(super) struct Joint {
     /// The length of t that makes derivatives as large as points.
     pub scale: f64,
     pub base: [Vector; 3],
-    /// Orthonormal, one row an unknown.
+    /// Orthonormal, one row for each unknown.
     pub basis: [[f64; 3]; 3],
     pub free: usize,
 }
 
-/// Rows that are within this of a combination of others say the same.
+/// A row within this of a combination of others says the same as they do.
 const DEPENDENT: f64 = 1e-10;
 
-/// What handles, tangent and joint may differ by, relative to their distances, and yet agree.
+/// How far handles, tangent and joint may differ, relative to their distances, and still agree.
 pub(super) const AGREES: f64 = 1e-9;
 
 impl Joint {
-    /// From what is known of orders 0 to q. `largest` coordinates round.
+    /// The jets that remain under the conditions on orders 0 to q.
+    ///
+    /// `largest` is the largest coordinate, whose rounding conditions may differ by.
     ///
     /// # Errors
-    /// The control point that contradicts those before, and by how much.
+    /// The control point that contradicts those before it, and by how much.
     pub fn new(smoothness: usize, scale: f64, conditions: &[Condition], largest: f64) -> Result<Self, (usize, f64)> {
         let mut found: Vec<([f64; 3], Vector)> = Vec::new();
         let first = conditions.first().map_or([0.0; 3], |condition| condition.value);
@@ -46,7 +48,7 @@ impl Joint {
         for Condition { coefficients, value, point } in conditions {
             let norm = dot(*coefficients, *coefficients).sqrt();
             let (mut row, mut value) = (coefficients.map(|x| x / norm), value.map(|x| x / norm));
-            // Once more for what rounding left.
+            // A second pass removes what rounding left.
             for (other, of_other) in found.iter().chain(&found) {
                 let part = dot(row, *other);
                 (row, value) = (plus(row, -part, *other), plus(value, -part, *of_other));
@@ -83,7 +85,7 @@ impl Joint {
         Ok(Joint { scale, base, basis, free })
     }
 
-    /// p, h p′, h² p″ for unknowns y (of one coordinate each).
+    /// p, h p′, h² p″ for the unknowns y (a vector each).
     pub fn jet(&self, unknowns: impl Fn(usize) -> Vector, h: f64) -> [Vector; 3] {
         let mut jet = self.base;
         for j in 0..self.free {

@@ -1,4 +1,4 @@
-//! [`Layout`]: a curve of the batch as a chain, its lengths, and what is known at its joints.
+//! [`Layout`]: a curve of the batch as a chain, with its lengths and what is known at its joints.
 
 use super::joint::{Condition, Joint, dot, length};
 use super::piece::{Vector, plus};
@@ -25,7 +25,7 @@ pub(super) struct Layout<'a> {
     pub pieces: usize,
     /// h of every piece.
     pub lengths: Vec<f64>,
-    /// The first known control point, which all are taken relative to: 0 where none is known.
+    /// The first known control point, or 0 if none is known. All points are taken relative to it.
     pub origin: Vector,
     /// The largest coordinate of a known control point.
     pub largest: f64,
@@ -94,7 +94,7 @@ impl<'a> Layout<'a> {
         Ok(())
     }
 
-    /// The distances of joints, where all are known and none is 0.
+    /// The distances of joints, if all are known and none is 0.
     fn chords(&self, lengths: PieceLengths) -> Option<Vec<f64>> {
         if lengths == PieceLengths::Equal {
             return None;
@@ -112,7 +112,7 @@ impl<'a> Layout<'a> {
         (piece * self.degree + j) % self.batch.count(self.i)
     }
 
-    /// Number of joints, those at the ends among them.
+    /// Number of joints, with those at the ends.
     pub fn joints(&self) -> usize {
         if self.closed { self.pieces } else { self.pieces + 1 }
     }
@@ -137,7 +137,7 @@ impl<'a> Layout<'a> {
         self.batch.constraints().known.as_ref().is_none_or(|known| known[self.batch.offsets()[self.i] + k])
     }
 
-    /// A control point, as it came.
+    /// A control point of the batch.
     pub fn point(&self, k: usize) -> Vector {
         let points = &self.batch.points(self.i)[k * self.batch.dimension()..];
         std::array::from_fn(|c| if c < self.batch.dimension() { points[c] } else { 0.0 })
@@ -153,15 +153,16 @@ impl<'a> Layout<'a> {
         Some(std::array::from_fn(|c| tangent.get(c).copied().unwrap_or(0.0)))
     }
 
-    /// Bits of the known control points of a piece between the handles of jets of order
+    /// Bits of the known control points of a piece, between the handles of jets of order
     /// `smoothness`.
     pub fn inner(&self, piece: usize, smoothness: usize) -> u32 {
         let between = smoothness + 1..(self.degree - smoothness).max(smoothness + 1);
         between.filter(|&j| self.is_known(self.place(piece, j))).fold(0, |bits, j| bits | 1 << j)
     }
 
-    /// The jets that handles within `smoothness` of a joint, its tangent, and the joint itself
-    /// leave.
+    /// The jets that remain possible at a joint.
+    ///
+    /// The joint itself, its tangent and the handles within `smoothness` of it are conditions.
     pub fn joint(&self, joint: usize, smoothness: usize) -> Result<Joint, Trouble> {
         let around = self.around(joint);
         let lengths = around.map(|piece| piece.map(|piece| self.lengths[piece]));
@@ -202,8 +203,10 @@ impl<'a> Layout<'a> {
         })
     }
 
-    /// C2 with cubics and quartics: the chain of least energy with C1 joints has C2 joints where
-    /// every p′ is free, and nothing within pieces is known.
+    /// Checks that C2 joints are possible with cubics and quartics.
+    ///
+    /// The chain of least energy with C1 joints has C2 joints if every p′ is free and nothing
+    /// within pieces is known.
     pub fn check_second(&self) -> Result<(), Trouble> {
         let count = self.batch.count(self.i);
         if (0..count).all(|k| self.is_known(k)) {
@@ -235,7 +238,7 @@ impl<'a> Layout<'a> {
         Ok(())
     }
 
-    /// Whether a chain of which all is known is C2 (that it is C1 is found elsewhere).
+    /// Checks that a chain with all points known is C2. That it is C1 is checked elsewhere.
     fn check_all_second(&self) -> Result<(), Trouble> {
         let d = self.degree;
         for joint in 0..self.joints() {
@@ -268,7 +271,7 @@ impl<'a> Layout<'a> {
         knots
     }
 
-    /// The curve's coordinates, to be written over where unknown.
+    /// The curve's coordinates. The unknown ones are to be overwritten.
     pub fn coords(&self) -> Vec<f64> {
         self.batch.points(self.i).to_vec()
     }
@@ -286,7 +289,7 @@ impl<'a> Layout<'a> {
         self.batch.dimension()
     }
 
-    /// a × b and a · b, as sine and cosine times lengths.
+    /// a × b and a · b: sine and cosine of the angle times both lengths.
     pub fn turn(a: Vector, b: Vector) -> (f64, f64) {
         let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
         (length(cross), dot(a, b))

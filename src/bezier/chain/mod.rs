@@ -37,16 +37,19 @@ use crate::words::words;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Joints {
-    /// In their joints, no more.
+    /// Pieces share their joints and nothing more.
     Free,
-    /// p′ is continuous. Degree 3 and more.
+    /// p′ is continuous. Needs degree 3 or more.
     #[default]
     C1,
-    /// p″, too. Degree 5 and more; degrees 3 and 4 for bending alone, where nothing between joints
-    /// is known but the outermost handles of an open chain: then the chain is the cubic spline.
+    /// p′ and p″ are continuous. Needs degree 5 or more.
+    ///
+    /// Degrees 3 and 4 are possible for bending alone, if nothing between joints is known but the
+    /// outermost handles of an open chain. The chain is then the cubic spline.
     C2,
-    /// The direction of p′ is continuous, the speeds |p′| on both sides free and positive. Degree 3
-    /// and more, all joints known, and ∫|p′|² or ∫|p″|² weighed.
+    /// The direction of p′ is continuous. The speeds |p′| on both sides are free and positive.
+    ///
+    /// Needs degree 3 or more, all joints known, and a weight of ∫|p′|² or ∫|p″|².
     G1,
 }
 
@@ -61,8 +64,10 @@ words!(Joints, "kind of joint": [
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PieceLengths {
-    /// The distance of a piece's ends; [`Equal`](Self::Equal) for curves with an unknown joint, or
-    /// with a piece whose ends coincide.
+    /// The distance of a piece's ends.
+    ///
+    /// A curve with an unknown joint, or with a piece whose ends coincide, takes
+    /// [`Equal`](Self::Equal).
     #[default]
     Chords,
     /// 1 each.
@@ -74,48 +79,55 @@ words!(PieceLengths, "length of pieces": [
     (Equal, "equal", "1 each"),
 ]);
 
-/// Completes composite Béziers: every curve of the batch is a chain of n pieces of this degree d
-/// that share their joints, d n + 1 control points, or d n of a closed chain, whose first joint is
-/// not repeated. Unknown control points ([`Constraints::known`](crate::Constraints), all known
-/// where the batch says nothing) are those of least
+/// Completes composite Béziers, each curve of the batch one chain.
+///
+/// A chain has n pieces of degree d that share their joints. It has d n + 1 control points. A
+/// closed chain has d n, as it does not repeat its first joint. Unknown control points
+/// ([`Constraints::known`](crate::Constraints)) are those of least energy. If the batch does not
+/// say which are known, all are. The energy is
 ///
 /// ```text
 /// Σ_k ∫₀^{h_k} Σ_r weight_r |p⁽ʳ⁾|² dt,   r = 1, 2, 3
 /// ```
 ///
-/// over the whole chain, with pieces of length h_k in the parameter t ([`PieceLengths`]; the knots
-/// of the curves are their sums) that meet as [`Joints`] says. Derivatives are with respect to t.
-/// Known points keep their bits; where they contradict the joints by more than 1e-9 of their
-/// distances, the curve is `invalid`, with a sentence. With cubics, bending, C2 joints (or C1,
-/// which comes to the same) and all joints known the chain is the natural cubic spline,
-/// [`spline::Natural`](crate::spline::Natural), periodic where closed.
+/// over the whole chain. A piece has the length h_k in the parameter t ([`PieceLengths`]). The
+/// knots of a curve are the sums of these lengths. Pieces meet as [`Joints`] says. Derivatives are
+/// with respect to t.
+///
+/// Known points keep their bits. If they contradict the joints by more than 1e-9 of their
+/// distances, the curve is `invalid`, with a sentence.
+///
+/// With cubics, bending, C2 joints (C1 gives the same) and all joints known, the chain is the
+/// natural cubic spline, [`spline::Natural`](crate::spline::Natural), periodic if closed.
 ///
 /// Tangents (columns `tx ty tz`) may stand at joints: derivatives p′ = dp/dt for C1 and C2,
 /// directions for G1. Parameters and weights mean nothing here.
 ///
-/// **Method.** Points that depend on one piece alone are eliminated in exact rationals, once a
-/// pattern. What remains are the jets (p, p′, p″) of joints: block tridiagonal, cyclic for closed
-/// chains, one matrix for all coordinates, solved directly. On a GPU all curves and coordinates are
-/// solved in one dispatch a chunk, in f32 (refined once, residuals in f64) unless the device is
-/// asked for f64.
+/// **Method.** Points that depend on one piece alone are eliminated in exact rationals, once for
+/// each pattern. What remains are the jets (p, p′, p″) of joints. Their system is block
+/// tridiagonal, and cyclic for closed chains. One matrix serves all coordinates and is solved
+/// directly. On a GPU one dispatch solves all curves and coordinates of a chunk, in f32 (refined
+/// once, residuals in f64) unless the device is asked for f64.
 ///
-/// G1 joints make the energy no quadratic one: directions and speeds are found by Newton's method
-/// from the chain with C1 joints, whose energy they only lower, to a local minimum, by the CPU
-/// whatever the device. A handle known on one side of a joint, or a tangent, is the direction
-/// there. Where the energy falls while a speed goes to 0, as where the data turn by some 90 degrees
-/// or more at a joint, the curve is `no_minimiser`; after 200 iterations it is `not_converged`, and
-/// the best one reached.
+/// **G1 joints.** The energy is then not quadratic. Newton's method finds directions and speeds. It
+/// starts from the chain with C1 joints, lowers its energy, and ends at a local minimum. It runs on
+/// the CPU, whatever the device.
 ///
-/// Too few known points leave a curve `degenerate`; where only points between known joints are
-/// undetermined (∫|p‴|² with free joints) they are those of least Σ|P|², and the curve is
+/// - A handle known on one side of a joint, or a tangent, is the direction there.
+/// - If the energy falls while a speed goes to 0, the curve is `no_minimiser`. That happens where
+///   the data turn by some 90 degrees or more at a joint.
+/// - After 200 iterations the curve is `not_converged`, and the best one reached.
+///
+/// Too few known points leave a curve `degenerate`. If only points between known joints are
+/// undetermined (∫|p‴|² with free joints), they are those of least Σ|P|², and the curve is
 /// `not_unique`.
 ///
-/// **Accuracy.** On the CPU control points are good to about 1e-14 of the chain's size where one
-/// order is weighed. Orders mixed at degrees above 2q + 1 (q = 0 for free joints, 1 for C1 and G1,
-/// 2 for C2) lose digits with the degree: 1e-13 up to degree 8, 1e-11 at degree 20. GPUs are within
-/// 1e-12 of that in f64, and within 1e-9 in f32 (4e-12 measured): what f32 cannot tell from
-/// singular is solved by the CPU. n unknown joints in a row cost digits like any stiff beam, a
-/// factor of about n⁴ at worst.
+/// **Accuracy.** On the CPU control points are good to about 1e-14 of the chain's size if one order
+/// has a weight. Mixed orders lose digits with the degree above 2q + 1, where q is 0 for free
+/// joints, 1 for C1 and G1, and 2 for C2. They are good to 1e-13 up to degree 8, and to 1e-11 at
+/// degree 20. GPUs are within 1e-12 of that in f64, and within 1e-9 in f32 (4e-12 measured). The
+/// CPU solves what f32 cannot tell from singular. Many unknown joints in a row cost digits, as in
+/// any stiff beam: n of them a factor of about n⁴ at worst.
 ///
 /// ```
 /// use faircurve::bezier::{Chain, Joints};
@@ -134,13 +146,13 @@ words!(PieceLengths, "length of pieces": [
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chain {
-    /// Of every piece; 3 by default.
+    /// The degree of every piece. 3 by default.
     pub degree: usize,
-    /// How pieces meet; C1 by default.
+    /// How pieces meet. C1 by default.
     pub joints: Joints,
-    /// What is made least; ∫|p″|² dt by default.
+    /// The energy that is made least. ∫|p″|² dt by default.
     pub energy: Energy,
-    /// How long pieces are; chords by default.
+    /// How long pieces are. Chords by default.
     pub lengths: PieceLengths,
 }
 
@@ -151,11 +163,13 @@ impl Default for Chain {
 }
 
 impl Chain {
-    /// Completes a batch. Each curve has a status; one that cannot be completed stays as it is.
+    /// Completes a batch. Each curve has a status. A curve that cannot be completed stays as it is.
     ///
-    /// # Errors A degree, or an energy, with which no chain has such joints; an energy that weighs nothing; exponents
-    /// or curvature vectors in the batch, which have no meaning here; on a GPU what becomes of
-    /// submissions.
+    /// # Errors
+    /// - A degree, or an energy, with which no chain has such joints.
+    /// - An energy that weighs nothing.
+    /// - Exponents or curvature vectors in the batch. They have no meaning here.
+    /// - On a GPU the errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Completed> {
         check_constraints(batch)?;
         self.energy.check()?;

@@ -1,12 +1,13 @@
-//! Chains with G1 joints: directions and speeds of p′ at joints by Newton's method.
+//! Chains with G1 joints: Newton's method finds directions and speeds of p′ at joints.
 //!
-//! The energy is a quadratic function of p′ on both sides of the joints. With e^(−σ) T before a
-//! joint and e^σ T after it, the direction and both speeds are free, and speeds stay positive.
-//! Newton's matrix is block tridiagonal, as for C1 joints, with blocks of a row more than
-//! coordinates; it is made positive definite by as much of its diagonal as it takes, far from the
-//! minimum.
+//! The energy is a quadratic function of p′ on both sides of the joints. p′ is e^(−σ) T before a
+//! joint and e^σ T after it. So the direction and both speeds are free, and speeds stay positive.
+//!
+//! Newton's matrix is block tridiagonal, as for C1 joints. Its blocks have one row more than there
+//! are coordinates. Far from the minimum a multiple of its diagonal is added, as much as makes it
+//! positive definite.
 
-// Loops by number read as the formulas do.
+// Index loops read as the formulas do.
 #![allow(clippy::needless_range_loop)]
 
 use super::joint::{dot, length};
@@ -17,25 +18,29 @@ use super::system::{Done, done, finish_piece};
 use crate::linalg::block_ring::{Block, BlockSystem, MOST_REACH, solve_blocks};
 use crate::status::CurveStatus;
 
-/// Most iterations; 5 to 10 are usual.
+/// The most iterations. 5 to 10 are usual.
 const MOST: u32 = 200;
 
-/// The gradient at the end: changes of speeds, relative to the curve's mean speed, and of their
-/// logarithms, that a joint alone would ask for.
+/// The gradient at which the iteration ends.
+///
+/// It is measured by the changes that each joint alone would ask for: changes of speeds, relative
+/// to the curve's mean speed, and changes of their logarithms.
 const SMALL: f64 = 1e-11;
 
-/// A speed that has fallen to this, relative to the mean one, while the energy still falls, goes to
-/// 0: it does so ever more slowly.
+/// A speed that falls to this, relative to the mean one, while the energy still falls, goes to 0.
+///
+/// It would fall ever more slowly.
 const STILL: f64 = 1e-4;
 
-/// The least pivot of a matrix with a diagonal of about 1 that Newton's steps are taken with.
+/// The least pivot that Newton's steps accept, of a matrix with a diagonal of about 1.
 const LEAST_PIVOT: f64 = 1e-10;
 
-/// Logarithms of speeds change by no more than this in a step.
+/// The most that the logarithm of a speed changes in a step.
 const MOST_RATIO: f64 = 1.5;
 
-/// The energy of a piece: a|u|² + 2b u·w + c|w|² + 2g·u + 2e·w + …, u and w being p′ at its start
-/// and its end.
+/// The energy of a piece: a|u|² + 2b u·w + c|w|² + 2g·u + 2e·w + ….
+///
+/// u is p′ at its start and w is p′ at its end.
 struct Form {
     a: f64,
     b: f64,
@@ -63,7 +68,9 @@ enum End {
 /// Completes a curve.
 ///
 /// # Errors
-/// Joints that are unknown, or have contradictory directions; speeds that go to 0.
+/// - Joints that are unknown.
+/// - Joints with contradictory directions.
+/// - Speeds that go to 0.
 pub(super) fn complete<'a>(layout: Layout<'a>, piece: impl Fn(u32) -> &'a Piece) -> Result<Done, Trouble> {
     if let Some(place) = (0..layout.joints()).map(|k| layout.joint_place(k)).find(|&place| !layout.is_known(place)) {
         let what = "it is a joint and unknown, and G1 joints must be known: give it, or take C1 joints";
@@ -143,7 +150,7 @@ impl Form {
 }
 
 impl Problem<'_, '_> {
-    /// From joints C1 to what is asked.
+    /// Minimises with C1 joints first, then with the joints asked for.
     fn solve<const N: usize>(
         &self,
         asked: Vec<Velocity>,
@@ -191,8 +198,7 @@ impl Problem<'_, '_> {
         forces
     }
 
-    /// By how much the energy rises from one state to another; the difference itself, not one of
-    /// energies.
+    /// The rise of the energy from one state to another, computed without a difference of energies.
     fn rise(&self, from: &[[Vector; 2]], to: &[[Vector; 2]]) -> f64 {
         let piece = |(k, form): (usize, &Form)| {
             let ((u, w), (u_to, w_to)) = (self.ends(from, k), self.ends(to, k));
@@ -203,7 +209,7 @@ impl Problem<'_, '_> {
         self.forms.iter().enumerate().map(piece).sum()
     }
 
-    /// Newton's method. Returns how it ended, iterations and the gradient's norm.
+    /// Newton's method. Returns how it ended, the iterations and the gradient's norm.
     fn minimise<const N: usize>(&self, joints: &mut [Velocity]) -> (End, u32, f64) {
         let d = self.layout.dimension();
         let mut damping = 0.0;
@@ -238,7 +244,7 @@ impl Problem<'_, '_> {
                     let moved: Vec<Velocity> =
                         joints.iter().zip(&step).map(|(joint, step)| joint.moved(step, factor, d)).collect();
                     let vectors: Vec<[Vector; 2]> = moved.iter().map(Velocity::vectors).collect();
-                    // So near to the minimum rises are rounding.
+                    // So near to the minimum a rise is nothing but rounding.
                     if norm < 1e-8 || self.rise(&newton.vectors, &vectors) <= 1e-4 * factor * slope {
                         taken = Some(moved);
                         break;
@@ -261,7 +267,9 @@ impl Problem<'_, '_> {
     }
 }
 
-/// Newton's system at a state, scaled by the diagonal of its part without second derivatives of p′.
+/// Newton's system at a state.
+///
+/// It is scaled by the diagonal of its part without second derivatives of p′.
 struct Newton<const N: usize> {
     vectors: Vec<[Vector; 2]>,
     blocks: Vec<[Block<f64, N>; MOST_REACH + 1]>,
@@ -321,8 +329,9 @@ impl<const N: usize> Newton<N> {
         newton
     }
 
-    /// The step with this much added to the diagonal, and the energy's slope along it; none where
-    /// the matrix is not positive definite.
+    /// The step with `damping` added to the diagonal, and the energy's slope along it.
+    ///
+    /// `None` if the matrix is not positive definite.
     fn step(&mut self, closed: bool, damping: f64) -> Option<(Vec<[f64; N]>, f64)> {
         let mut blocks = self.blocks.clone();
         blocks.iter_mut().for_each(|block| (0..N).for_each(|i| block[0][i][i] += damping));
@@ -344,7 +353,7 @@ impl<const N: usize> Newton<N> {
     }
 }
 
-/// All (i, j), i < m, j < n.
+/// All pairs (i, j) with i < m and j < n.
 fn pairs(m: usize, n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..m).flat_map(move |i| (0..n).map(move |j| (i, j)))
 }

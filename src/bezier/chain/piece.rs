@@ -1,19 +1,22 @@
-//! [`Piece`]: what a piece of a chain costs, as a quadratic form of the jets at its ends and of what is known between.
+//! [`Piece`]: the energy of a piece of a chain.
 //!
-//! Control points that neither end determines and that are unknown are those of least energy for
-//! these data, by the exact operator of [`Completion`]: what remains is the form of the ends. In
-//! the piece's own fraction u = t/h derivatives of order r are hʳ p⁽ʳ⁾, and ∫|p⁽ʳ⁾|² dt = h^(1−2r)
-//! ∫₀¹|∂ʳp/∂uʳ|² du: a single order only scales the form with h. Where orders are mixed, the points
-//! between depend on h: the exact solution for h = 1 is corrected by least squares.
+//! It is a quadratic form of the jets at its ends and of what is known between.
+//!
+//! Some control points are unknown and not determined by either end. They are those of least energy
+//! for these data, by the exact operator of [`Completion`]. What remains is the form of the ends.
+//!
+//! In the piece's own fraction u = t/h derivatives of order r are hʳ p⁽ʳ⁾, and ∫|p⁽ʳ⁾|² dt =
+//! h^(1−2r) ∫₀¹|∂ʳp/∂uʳ|² du. For a single order h only scales the form. For mixed orders the
+//! points between depend on h: least squares correct the exact solution for h = 1.
 
 use super::super::energy::{Energy, energy_matrix};
 use super::super::exact::{Matrix, to_f64};
 use super::super::pattern::{Completion, Pattern};
 
-/// A vector of up to three coordinates, the others 0.
+/// A vector of up to three coordinates. The others are 0.
 pub(super) type Vector = [f64; 3];
 
-/// Rounding of a datum's share of the energy's rows, relative to the largest entry.
+/// Rounding of a datum's share in the rows of the energy, relative to the largest entry.
 const NOTHING: f64 = 1e-12;
 
 /// to + factor · x
@@ -24,24 +27,24 @@ pub(super) fn plus(to: Vector, factor: f64, x: Vector) -> Vector {
 
 /// Pieces of one degree and one pattern of known points between.
 ///
-/// Columns are data: the jet at the start, orders 0 to q with respect to u, the jet at the end,
+/// Columns are data: the jet at the start (orders 0 to q with respect to u), the jet at the end,
 /// then known points between.
 pub(super) struct Piece {
     /// q
     smoothness: usize,
     /// The known control points that are data.
     pub inner: Vec<usize>,
-    /// The control points that are made, all but the first, the last and the known ones between.
+    /// The control points that are made: all but the first, the last and the known ones between.
     pub made: Vec<usize>,
     columns: usize,
-    /// One row a point made.
+    /// One row for each point made.
     weights: Vec<f64>,
-    /// Of each row, its sum over points.
+    /// The sum of each row over points.
     sums: Vec<f64>,
     terms: Vec<Term>,
-    /// Rows of the points that no datum determines, where orders are mixed.
+    /// For mixed orders, rows of the points that no datum determines.
     loose: Vec<usize>,
-    /// Whether the energy determines them.
+    /// Whether the energy determines the points made.
     pub is_unique: bool,
 }
 
@@ -52,8 +55,9 @@ struct Term {
     gram: Vec<f64>,
     /// Energy = |rows data|².
     rows: Vec<f64>,
-    /// Columns of the points that no datum determines: rows · data + of_loose · what is added to
-    /// them.
+    /// Columns of the points that no datum determines.
+    ///
+    /// The rows of the energy are rows · data + of_loose · what is added to these points.
     of_loose: Vec<f64>,
 }
 
@@ -68,7 +72,7 @@ pub(super) struct Sized {
 }
 
 impl Piece {
-    /// Bit i of `known`: whether control point i, q < i < degree − q, is known.
+    /// Bit i of `known` says whether control point i is known, q < i < degree − q.
     pub fn new(degree: usize, smoothness: usize, known: u32, energy: &Energy) -> Self {
         let ends = [0, degree];
         let flags: Vec<bool> = (0..=degree).map(|i| ends.contains(&i) || known >> i & 1 == 1).collect();
@@ -143,7 +147,7 @@ impl Piece {
                 to.iter_mut().zip(row).for_each(|(to, x)| *to += row[i] * x);
             }
         });
-        // What is rounding alone is to be 0, as it is in exact rationals.
+        // What is rounding alone becomes 0, as it is in exact rationals.
         let of_term = |term: &Term| {
             let largest = term.of_loose.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
             largest * length.powi(1 - 2 * term.order as i32).sqrt()
@@ -156,8 +160,9 @@ impl Piece {
         Sized { gram, shift, length }
     }
 
-    /// What the loose points differ by from those for h = 1: least squares, by orthonormal columns
-    /// (Gram and Schmidt, each twice).
+    /// The difference of the loose points from those for h = 1.
+    ///
+    /// Least squares find it, by orthonormal columns (Gram and Schmidt, each twice).
     fn shift(&self, length: f64) -> Vec<f64> {
         let (n, columns) = (self.loose.len(), self.columns);
         let mut basis: Vec<Vec<f64>> = vec![Vec::new(); n];
@@ -216,16 +221,16 @@ impl Piece {
         }
     }
 
-    /// The data of a piece from those of its ends, derivatives with respect to u, and points
-    /// between; points relative to `origin`.
+    /// The data of a piece from the jets at its ends and the points between.
+    ///
+    /// Derivatives are with respect to u. Points are relative to `origin`.
     pub fn data(&self, jets: [&[Vector]; 2], inner: impl Fn(usize) -> Vector, origin: Vector) -> Vec<Vector> {
         let relative = |(r, &x): (usize, &Vector)| if r == 0 { plus(x, -1.0, origin) } else { x };
         let ends = jets.into_iter().flat_map(|jet| jet.iter().enumerate().map(relative));
         ends.chain(self.inner.iter().map(|&i| plus(inner(i), -1.0, origin))).collect()
     }
 
-    /// Hands out the points made, from data relative to a point that is at `origin`; returns the
-    /// energy.
+    /// Hands out the points made, from data relative to `origin`. Returns the energy.
     pub fn make(&self, sized: &Sized, data: &[Vector], origin: Vector, mut put: impl FnMut(usize, Vector)) -> f64 {
         let apply = |row: &[f64]| row.iter().zip(data).fold([0.0; 3], |sum, (&x, &datum)| plus(sum, x, datum));
         for (k, row) in self.weights.chunks_exact(self.columns).enumerate() {

@@ -1,6 +1,6 @@
-//! [`Velocity`]: p′ on both sides of a joint where its direction is continuous.
+//! [`Velocity`]: p′ on both sides of a joint at which its direction is continuous.
 
-// Loops by number read as the formulas do.
+// Index loops read as the formulas do.
 #![allow(clippy::needless_range_loop)]
 
 use super::joint::{AGREES, length};
@@ -12,21 +12,22 @@ use super::piece::{Vector, plus};
 pub(super) enum Velocity {
     /// Both unknown: e^(−σ) T and e^σ T.
     Turning(Vector, f64),
-    /// One and the same, unknown: at the ends of an open chain, and where Newton's method starts.
+    /// The same on both sides, unknown: at the ends of an open chain, and where Newton's method
+    /// starts.
     Even(Vector),
     /// Along a known direction of length 1.
     Along(Vector, [Side; 2]),
 }
 
-/// p′ on one side, where its direction is known.
+/// p′ on one side of a joint, along a known direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Side {
     Known(Vector),
-    /// Of speed e^a, a unknown.
+    /// A speed e^a with a unknown.
     Speed(f64),
 }
 
-/// Derivatives of p′ on both sides: one vector an unknown.
+/// Derivatives of p′ on both sides, one vector for each unknown.
 pub(super) type Slopes = [[Vector; 4]; 2];
 
 impl Velocity {
@@ -52,7 +53,7 @@ impl Velocity {
         let tangent = layout.tangent(place).map(|tangent| (place, tangent));
         let is_end = around.contains(&None);
         if is_end && tangent.is_none() {
-            // Nothing asks for a direction at an end.
+            // At an end of the chain no direction is needed.
             let v = known.into_iter().flatten().next();
             return Ok(v.map_or(Velocity::Even([0.0; 3]), |(_, v)| Velocity::Along(v, [Side::Known(v); 2])));
         }
@@ -79,7 +80,7 @@ impl Velocity {
         let size = length(direction);
         let speed = |side: usize| match known[side] {
             Some((_, v)) => Side::Known(v),
-            // As on the other side, where that is known: joints C1.
+            // The speed of the other side if it is known, as for joints C1.
             None => Side::Speed(known[1 - side].map_or(speeds[side], |(_, v)| length(v)).ln()),
         };
         let mut sides = [speed(0), speed(1)];
@@ -150,7 +151,7 @@ impl Velocity {
         slopes
     }
 
-    /// Second derivatives of p′ on both sides times these vectors: rows and columns of unknowns.
+    /// Second derivatives of p′ on both sides times these vectors. Rows and columns are unknowns.
     pub fn curvatures(&self, forces: [Vector; 2], dimension: usize) -> [[f64; 4]; 4] {
         let mut out = [[0.0; 4]; 4];
         let dots = |v: [Vector; 2]| [0, 1].map(|side| super::joint::dot(forces[side], v[side]));
@@ -176,7 +177,7 @@ impl Velocity {
         out
     }
 
-    /// A step further.
+    /// The velocity after a step.
     pub fn moved(&self, step: &[f64], factor: f64, dimension: usize) -> Self {
         let add = |v: Vector| std::array::from_fn(|c| if c < dimension { v[c] + factor * step[c] } else { 0.0 });
         match *self {
@@ -196,7 +197,7 @@ impl Velocity {
         }
     }
 
-    /// The least speed that is unknown and must be positive.
+    /// The least of the speeds that are unknown and must stay positive.
     pub fn slowest(&self) -> Option<f64> {
         let [before, after] = self.vectors().map(length);
         match self {

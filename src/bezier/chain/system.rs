@@ -1,5 +1,6 @@
-//! The joints of a chain as one block tridiagonal system, cyclic where the chain is closed: Σ over
-//! pieces of the form of their ends.
+//! The joints of a chain as one block tridiagonal system, cyclic if the chain is closed.
+//!
+//! The matrix is the sum over pieces of the form of their ends.
 
 use super::joint::Joint;
 use super::layout::{Layout, Trouble};
@@ -9,8 +10,9 @@ use crate::linalg::block_ring::{Block, BlockSystem, MOST_REACH, solve_blocks};
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
-/// A curve with everything that is linear: its matrix with a unit diagonal, and one right-hand side
-/// a coordinate.
+/// A curve with its linear system.
+///
+/// The matrix has a unit diagonal. Each coordinate has one right-hand side.
 pub(super) struct System<'a, const N: usize> {
     pub layout: Layout<'a>,
     smoothness: usize,
@@ -20,7 +22,7 @@ pub(super) struct System<'a, const N: usize> {
     /// Where the matrix is not one of unit.
     pub movable: Vec<bool>,
     pub rhs: Vec<Vec<[f64; N]>>,
-    /// What an unknown of the scaled matrix is to be multiplied by.
+    /// The factor from an unknown of the scaled matrix to the unknown itself.
     scale: Vec<[f64; N]>,
     /// The terms of the diagonal without their signs.
     magnitudes: Vec<[f64; N]>,
@@ -31,9 +33,9 @@ pub(super) struct Done {
     pub coords: Vec<f64>,
     pub energy: f64,
     pub status: CurveStatus,
-    /// Of Newton's method; 1 for a direct solve.
+    /// Iterations of Newton's method. 1 for a direct solve.
     pub iterations: u32,
-    /// Its gradient at the end.
+    /// The gradient of Newton's method at the end.
     pub gradient_norm: f64,
     /// The joint to blame, and what is wrong with it.
     pub message: Option<(usize, String)>,
@@ -51,21 +53,22 @@ impl Done {
     }
 }
 
-/// What a sum of rounded numbers may be instead of 0, relative to them.
+/// A sum of rounded numbers within this of 0, relative to them, counts as 0.
 const SINGULAR: f64 = 1e-13;
 
-/// Matrices of unit diagonal with a pivot not above this are singular, up to rounding, for so many
-/// joints: measured, those of singular matrices grow with the square of their number to 1e-9, while
-/// those of splines, with n unknown joints in a row, are of 1/n.
+/// The largest pivot that counts as singular, up to rounding, for so many joints.
+///
+/// The matrix has a unit diagonal. Measured pivots of singular matrices grow with the square of the
+/// number of joints, to 1e-9. Pivots of splines with n unknown joints in a row are about 1/n.
 fn singular(joints: usize) -> f64 {
     (SINGULAR * (joints as f64).powi(2)).min(2e-9)
 }
 
 impl<'a, const N: usize> System<'a, N> {
-    /// `piece` finds the form of a pattern of inner points.
+    /// Sets up the system. `piece` finds the form of a pattern of inner points.
     ///
     /// # Errors
-    /// What contradicts itself at a joint.
+    /// A contradiction at a joint.
     pub fn new(layout: Layout<'a>, smoothness: usize, piece: impl Fn(u32) -> &'a Piece) -> Result<Self, Trouble> {
         let count = layout.joints();
         let joints: Vec<Joint> =
@@ -100,7 +103,7 @@ impl<'a, const N: usize> System<'a, N> {
                 row.iter().zip(&data).fold([0.0; 3], |sum, (&x, &datum)| plus(sum, x, datum))
             })
             .collect();
-        // The jet at an end, by unknowns.
+        // The jet at an end as a function of the unknowns.
         let by_unknown = |joint: usize| {
             let own = &self.joints[joint];
             let ratio = h / own.scale;
@@ -140,19 +143,19 @@ impl<'a, const N: usize> System<'a, N> {
         }
     }
 
-    /// Unit diagonals: of the unknowns, and where a joint has fewer of them than a block has rows.
+    /// Scales the diagonal to 1, and puts 1 where a joint has fewer unknowns than a block has rows.
     fn normalise(&mut self) {
         let count = self.joints.len();
         for (joint, scale) in self.scale.iter_mut().enumerate() {
             let block = &mut self.blocks[joint];
             for i in 0..self.joints[joint].free {
-                // The only joint of a closed chain is coupled with itself.
+                // The only joint of a closed chain is coupled to itself.
                 let coupled = if self.layout.closed && count == 1 { 2.0 * block[1][i][i] } else { 0.0 };
                 let own = block[0][i][i] + coupled;
                 if own > SINGULAR * self.magnitudes[joint][i] {
                     scale[i] = 1.0 / own.sqrt();
                 } else {
-                    // Nothing but rounding: the matrix is singular, and is to look so.
+                    // Only rounding is left: the matrix is singular, and must look so.
                     block[0][i][i] = -coupled;
                 }
             }
@@ -172,7 +175,7 @@ impl<'a, const N: usize> System<'a, N> {
         }
     }
 
-    /// Solves on this thread: unknowns of each coordinate, and the smallest pivot.
+    /// Solves on this thread. Returns the unknowns of each coordinate, and the smallest pivot.
     pub fn solve(&self) -> (Vec<Vec<[f64; N]>>, f64) {
         if !self.movable.contains(&true) {
             return (self.rhs.clone(), 1.0);
@@ -187,7 +190,7 @@ impl<'a, const N: usize> System<'a, N> {
         (unknowns.collect(), smallest)
     }
 
-    /// What right-hand sides are left with.
+    /// The residuals of the right-hand sides.
     pub fn residual(&self, x: &[Vec<[f64; N]>]) -> Vec<Vec<[f64; N]>> {
         let count = self.joints.len();
         let residual = |(rhs, x): (&Vec<[f64; N]>, &Vec<[f64; N]>)| {
@@ -210,7 +213,7 @@ impl<'a, const N: usize> System<'a, N> {
     /// The control points for these unknowns.
     ///
     /// # Errors
-    /// A singular matrix; numbers that overflow.
+    /// A singular matrix, or numbers that overflow.
     pub fn finish(&self, x: &[Vec<[f64; N]>], smallest: f64) -> Result<Done, Trouble> {
         if smallest.is_nan() || smallest <= singular(self.joints.len()) {
             return Err(self.undetermined());
@@ -251,7 +254,7 @@ impl<'a, const N: usize> System<'a, N> {
     }
 }
 
-/// Writes the points of a piece from the jets at its ends (with respect to u); returns its energy.
+/// Writes the points of a piece from the jets at its ends (with respect to u). Returns its energy.
 pub(super) fn finish_piece(
     layout: &Layout,
     k: usize,

@@ -1,19 +1,20 @@
-//! [`Layout`]: where a chunk's curves stand on the device, and [`Found`]: what came back of them.
+//! [`Layout`]: where a chunk's curves stand on the device. [`Found`]: what came back of them.
 
 use std::ops::Range;
 
 use super::{GROUP, Job, NONE, Product};
 
-/// The curves of one workgroup, which share an operator. Number `at` of its curve k is number
-/// `at · curves + k`.
+/// The curves of one workgroup, which share an operator.
+///
+/// Number `at` of its curve k is stored at `at · curves + k`.
 #[derive(Clone, Debug)]
 pub(super) struct Tile {
-    /// Of the operator.
+    /// The number of the operator.
     pub number: u32,
-    /// First of them among the members.
+    /// The first of its curves among the members.
     pub first: usize,
     pub curves: usize,
-    /// First number of the data, and of the results.
+    /// The first number of the data, and of the results.
     pub start: usize,
     pub out: usize,
 }
@@ -22,7 +23,7 @@ pub(super) struct Tile {
 pub(super) struct Layout {
     /// The first curve of the chunk.
     first: usize,
-    /// Curves, those of one operator beside each other, in order.
+    /// The curves, sorted by operator, in order within each.
     pub members: Vec<u32>,
     pub tiles: Vec<Tile>,
     /// Tile and lane of every curve of the chunk.
@@ -41,7 +42,7 @@ impl Layout {
         let counts = ends.clone();
         let mut total = 0;
         for end in &mut ends {
-            // First where the operator's curves begin, and after all are placed where they end.
+            // At first where the operator's curves begin. After all are placed, where they end.
             (*end, total) = (total, total + *end);
         }
         let mut members = vec![0; total];
@@ -131,7 +132,7 @@ impl<const D: usize> FoundCurve<'_, D> {
     /// Row times data.
     #[inline(always)]
     pub fn point(&self, row: usize) -> [f64; D] {
-        // Every thread that came before has left its magnitude too.
+        // Every thread before this one has left its magnitude too.
         let first = row * D + if row < self.at_once { 0 } else { row / self.at_once * self.magnitudes };
         std::array::from_fn(|c| self.at(first + c) * self.size)
     }
@@ -156,7 +157,7 @@ impl<const D: usize> FoundCurve<'_, D> {
         Some((0..threads).map(of).fold(0.0, |largest: f64, x| if x <= largest { largest } else { x }) * self.size)
     }
 
-    /// The sum of their squares over the rows whose squares are the energy, in f32.
+    /// The sum of the squared magnitudes of the energy's rows, in f32.
     pub fn energy_magnitude(&self) -> Option<f64> {
         let number = self.product.points * D + self.magnitudes + 1;
         (self.magnitudes == 1 && self.product.has_energy()).then(|| self.at(number) * self.size * self.size)

@@ -1,7 +1,7 @@
 //! Completion and transformation of control polygons on a GPU.
 //!
-//! What f32 would lose too many digits of, by magnitudes Σ|entry · datum| far above the curve's own
-//! size, the CPU computes again in f64.
+//! f32 loses too many digits of a curve if its magnitudes Σ|entry · datum| are far above its size.
+//! The CPU computes such curves again in f64.
 
 use std::collections::BTreeMap;
 
@@ -19,20 +19,23 @@ use crate::linalg::{take, tasks};
 use crate::parallel;
 use crate::precision::Precision;
 
-/// What points in f32 are good to, in units of half the curve's largest extent.
+/// Error of points in f32, in units of half the curve's largest extent.
 const POINTS: f64 = 2e-6;
 
-/// What energies in f32 are good to, in units of themselves.
+/// Relative error of energies in f32.
 const ENERGIES: f64 = 64.0 * f32::EPSILON as f64;
 
-/// How many halves of ε of the magnitude a sum in f32 is off at most. Entry, datum and product lose
-/// one each, and so does every further term: up to three terms that is all there can be, and of
-/// more, whose roundings do not conspire, a test has found 3.4.
+/// The largest error of a sum in f32, in halves of ε of its magnitude.
+///
+/// Entry, datum and product lose one each, and so does every further term. That bounds the error of
+/// up to three terms. With more terms the roundings do not conspire: a test has found 3.4.
 pub(super) const ROUNDINGS: f64 = 5.0;
 
-/// Completes all curves. In f32 control points are good to 2e-6 of half the curve's
-/// largest extent, and energies to 64 ε of themselves; what is not, by the magnitudes that went
-/// into it, is computed again by the CPU.
+/// Completes all curves.
+///
+/// In f32 control points are good to 2e-6 of half the curve's largest extent, and energies to 64 ε
+/// of themselves. The CPU computes a curve again if the magnitudes that went into it do not promise
+/// that.
 ///
 /// # Errors
 /// Those of compiling the kernel and of submissions.
@@ -104,7 +107,7 @@ pub(crate) fn complete_on_gpu<const D: usize>(
     Ok(outcomes)
 }
 
-/// Puts the unknown points where they belong; returns the energy.
+/// Puts the unknown points in their places. Returns the energy.
 #[inline(always)]
 fn complete<const D: usize>(ready: &Ready, line: Option<&Line>, found: &FoundCurve<D>, own: &mut [[f64; D]]) -> f64 {
     let origin = ready.known.first().map_or([0.0; D], |&first| own[usize::from(first)]);
@@ -123,25 +126,27 @@ fn complete<const D: usize>(ready: &Ready, line: Option<&Line>, found: &FoundCur
     found.energy()
 }
 
-/// Whether f32 was good enough for a curve; f64 always is.
+/// Whether f32 was precise enough for a curve. f64 always is.
 fn is_precise<const D: usize>(found: &FoundCurve<D>, points: &[&[[f64; D]]], energy: f64) -> bool {
     let Some(magnitude) = found.magnitude() else { return true };
     let lost = ROUNDINGS * 0.5 * f64::from(f32::EPSILON);
     let extent = points.iter().map(|points| Bounds::of(points.iter().copied()).half_size()).fold(0.0, f64::max);
-    // √(Σ (r + δ)²) is at most √(Σ δ²) from √(Σ r²).
+    // √(Σ (r + δ)²) differs from √(Σ r²) by at most √(Σ δ²).
     let of_energy = found.energy_magnitude().unwrap_or(0.0).sqrt();
     lost * magnitude <= POINTS * extent && 2.0 * lost * of_energy <= ENERGIES * energy.sqrt()
 }
 
-/// The line through the first and the last known point, evenly passed: where energies of first
-/// derivatives do not count, curves with it taken from what is given have it taken from what is
-/// found, with the same energy. What is left is smaller and sheds less in f32.
+/// The line through the first and the last known point, at constant speed.
+///
+/// An energy without first derivatives does not change if the line is subtracted from the curve. So
+/// it is subtracted from the data and added to the result. What is left is smaller and loses less
+/// in f32.
 struct Line {
     /// The two points' numbers, and the number of the last among the data.
     first: usize,
     last: usize,
     last_datum: usize,
-    /// What the line with the slope 1 has in the place of each datum.
+    /// The datum of the line with slope 1, for each datum.
     steps: Vec<f64>,
 }
 
@@ -158,7 +163,7 @@ impl Line {
         Some(Line { first: first.into(), last: last.into(), last_datum: ready.known.len() - 1, steps })
     }
 
-    /// From the last known point relative to the first.
+    /// The slope from the last known point relative to the first.
     fn slope<const D: usize>(&self, last: &[f64; D]) -> [f64; D] {
         last.map(|x| x / (self.last - self.first) as f64)
     }
@@ -168,17 +173,19 @@ impl Line {
         for (datum, steps) in data.iter_mut().zip(&self.steps) {
             *datum = std::array::from_fn(|c| datum[c] - slope[c] * steps);
         }
-        // Not even a rounding is left.
+        // Here not even a rounding is left.
         data[self.last_datum] = [0.0; D];
     }
 }
 
-/// Applies to every curve the matrix of its number of points, whose rows sum to 1: to the points
-/// relative to the first one. Rows that are a point itself give it bit for bit. Points in f32 are
-/// good to 2e-6 of half the largest extent of the points given, or of those made.
+/// Applies to every curve the matrix of its number of points, whose rows sum to 1.
+///
+/// The matrix is applied to the points relative to the first one. A row that is a point itself
+/// gives that point bit for bit. Points in f32 are good to 2e-6 of half the largest extent of the
+/// points given, or of those made.
 ///
 /// # Errors
-/// As [`complete_on_gpu`].
+/// Those of [`complete_on_gpu`].
 pub(crate) fn transform_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,
@@ -238,7 +245,7 @@ pub(crate) fn transform_on_gpu<const D: usize>(
     Ok(())
 }
 
-/// The column whose point a row is.
+/// For each row the column whose point it copies, if it copies one.
 fn copies(operator: &Operator<f64>) -> Vec<Option<usize>> {
     let columns = operator.columns();
     let copy = |row: usize| {

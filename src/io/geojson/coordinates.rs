@@ -9,15 +9,15 @@ use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, SeqAccess, Visitor};
 /// Flat coordinates of lines, as they are read.
 pub(super) struct Lines<'a> {
     room: &'a Room,
-    /// Why there is no place for more.
+    /// Why there is no room for more.
     pub full: Option<Full>,
     pub xy: Vec<f64>,
     z: Vec<f64>,
     pub offsets: Vec<usize>,
-    /// Lines of each innermost list of lines of the geometry at hand.
+    /// Numbers of lines in each innermost list of lines of the current geometry.
     pub counts: Vec<usize>,
     pub feature: usize,
-    /// Positions that lack a number, by their place among all: the first of each line.
+    /// The first position of each line that lacks a number, by its place among all positions.
     pub lacking: Vec<usize>,
     /// The first feature with an altitude, and the first without one.
     with_z: Option<usize>,
@@ -40,7 +40,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// A position that lacks a number, and says nothing of altitudes.
+    /// Adds a position that lacks a number, and says nothing of altitudes.
     fn lack<E: serde::de::Error>(&mut self, xy: [f64; 2]) -> std::result::Result<(), E> {
         self.grow()?;
         let point = self.xy.len() / 2;
@@ -51,7 +51,7 @@ impl<'a> Lines<'a> {
         Ok(())
     }
 
-    /// Makes place for a position and a line.
+    /// Makes room for a position and a line.
     fn grow<E: serde::de::Error>(&mut self) -> std::result::Result<(), E> {
         let room = self.room;
         let lower = (self.xy.len() / 2 + 1).saturating_sub(self.z.len());
@@ -71,8 +71,9 @@ impl<'a> Lines<'a> {
         2 * self.offsets[i]..2 * self.offsets[i + 1]
     }
 
-    /// The dimension and the coordinates; or the features with and without altitude, where they are
-    /// mixed.
+    /// The dimension and the coordinates.
+    ///
+    /// If altitudes are mixed, the features with and without one.
     pub fn interleave(&mut self, drop_z: bool) -> std::result::Result<(usize, Vec<f64>), (usize, usize)> {
         let xy = std::mem::take(&mut self.xy);
         match (self.with_z.filter(|_| !drop_z), self.without_z) {
@@ -86,7 +87,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// Lists of lines: `depth` 1 is one line, a list of positions.
+/// Lists of lines. `depth` 1 is one line, a list of positions.
 pub(super) struct List<'l, 'a> {
     pub depth: usize,
     pub lines: &'l mut Lines<'a>,
@@ -126,8 +127,11 @@ impl<'de> Visitor<'de> for List<'_, '_> {
     }
 }
 
-/// A position: two numbers, an altitude perhaps; more are passed over, as RFC 7946 allows. One that
-/// is null, or lacks a number, is its line's trouble.
+/// A position: two numbers, and perhaps an altitude.
+///
+/// Further numbers are passed over, as RFC 7946 allows.
+///
+/// A position that is null, or lacks a number, makes its line invalid.
 struct Position<'l, 'a>(&'l mut Lines<'a>);
 
 impl<'de> DeserializeSeed<'de> for Position<'_, '_> {
@@ -162,7 +166,7 @@ impl<'de> Visitor<'de> for Position<'_, '_> {
         lines.grow()?;
         match list.next_element::<Option<f64>>()? {
             Some(Some(z)) => {
-                // Positions that lack a number have none.
+                // Positions that lack a number have no altitude.
                 lines.z.resize(lines.xy.len() / 2, f64::NAN);
                 lines.xy.extend([x, y]);
                 lines.z.push(z);

@@ -1,10 +1,9 @@
-//! GeoJSON: read straight into flat coordinates, written back as the document read with other
-//! coordinates in it.
+//! GeoJSON, read straight into flat coordinates and written back into the document that was read.
 //!
-//! The document's text is kept without its coordinates, so features, order, ids, properties,
-//! foreign members and even the layout come back unchanged, and neither reading nor writing builds
-//! a tree of numbers. (The `geojson` crate holds each position in a vector of its own and numbers
-//! of properties as f64; the tests use it as a second opinion.)
+//! The document's text is kept without its coordinates. So features, order, ids, properties,
+//! foreign members and even the layout come back unchanged. Neither reading nor writing builds a
+//! tree of numbers. (The `geojson` crate holds each position in a vector of its own and numbers of
+//! properties as f64. The tests use it as a second opinion.)
 
 mod coordinates;
 mod read;
@@ -16,7 +15,7 @@ pub(super) use write::write;
 /// A document without its coordinates.
 #[derive(Debug, Default)]
 pub(crate) struct Document {
-    /// The text, with the coordinates of lines and rings taken out, and the bounding boxes around
+    /// The text without the coordinates of lines and rings, and without the bounding boxes around
     /// them.
     text: String,
     /// Where coordinates belong, in order.
@@ -28,7 +27,7 @@ pub(crate) struct Document {
 /// Coordinates taken out.
 #[derive(Debug)]
 struct Slot {
-    /// Byte of the text before which they stood.
+    /// Byte of the text before which the coordinates stood.
     at: usize,
     shape: Shape,
 }
@@ -38,7 +37,7 @@ struct Slot {
 enum Shape {
     /// LineString: one curve.
     Line,
-    /// MultiLineString: so many.
+    /// MultiLineString: so many curves.
     Lines(usize),
     /// Polygon: so many rings.
     Polygon(usize),

@@ -1,5 +1,5 @@
-//! Reading: a first pass finds the members of every object and checks the syntax, a second reads
-//! coordinates.
+//! Reading in two passes. The first finds the members of every object and checks the syntax. The
+//! second reads coordinates.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -17,9 +17,10 @@ use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
 use crate::io::{ReadOptions, close, longitude};
 
-/// Memory that a comma and an opening bracket stand for, from above: entries of lists of references
-/// to the text, names, flags and places of curves, cuts of the text, which is kept a second time
-/// without its coordinates.
+/// An upper bound of the memory that a comma or an opening bracket stands for.
+///
+/// It covers entries of lists of references to the text, names, flags and places of curves, and
+/// cuts of the text. The text is kept a second time without its coordinates.
 const COMMA_BYTES: usize = 24;
 const BRACKET_BYTES: usize = 64;
 
@@ -83,14 +84,15 @@ struct Reader<'a> {
     source: &'a Source<'a>,
     text: &'a str,
     lines: Lines<'a>,
-    /// Whether coordinates are longitudes and latitudes: always, unless an old `crs` member says
-    /// otherwise.
+    /// Whether coordinates are longitudes and latitudes.
+    ///
+    /// They are, unless an old `crs` member says otherwise.
     geographic: bool,
     /// Parts of the text to leave out, and the coordinates that stood there.
     cuts: Vec<(Range<usize>, Option<Shape>)>,
     rings: Vec<bool>,
     feature: usize,
-    /// By feature: its first curve, its name by the property `curve`.
+    /// For each feature its first curve, and its name by the property `curve`.
     features: Vec<(usize, Option<String>)>,
     unwrapped: Vec<usize>,
     round_pole: Vec<usize>,
@@ -194,7 +196,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads coordinates that nest `depth` lists of positions, and takes them out of the text.
+    /// Reads coordinates that nest `depth` lists of positions, and removes them from the text.
     fn coordinates(&mut self, raw: &'a RawValue, depth: usize, shape: impl Fn(&[usize]) -> Shape) -> Result<()> {
         let first = self.rings.len();
         self.lines.counts.clear();
@@ -226,8 +228,9 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Carries the longitudes of curve `i` past ±180 where it crosses; `shell` is the first ring of
-    /// its polygon.
+    /// Carries the longitudes of curve `i` past ±180 where it crosses.
+    ///
+    /// `shell` is the first ring of its polygon.
     fn unwrap(&mut self, i: usize, shell: Option<usize>) {
         let points = self.lines.range(i);
         if !self.geographic || !longitude::is_geographic(&self.lines.xy[points.clone()], 2) {
@@ -264,8 +267,9 @@ impl<'a> Reader<'a> {
         kind.ok_or_else(|| self.wrong("an object has no \"type\": GeoJSON needs one, such as \"Feature\""))
     }
 
-    /// Takes out the bounding box of an object that has held curves since `first`, since its
-    /// coordinates will change.
+    /// Removes the bounding box of an object that holds the curves from `first` on.
+    ///
+    /// Their coordinates will change.
     fn cut_bbox(&mut self, members: &Members<'a>, first: usize) {
         let Some((name, value)) = members.0.iter().find(|(name, _)| *name == "\"bbox\"") else { return };
         if self.rings.len() == first {
@@ -282,7 +286,7 @@ impl<'a> Reader<'a> {
         self.cuts.push((start..end, None));
     }
 
-    /// Where a part of the text stands.
+    /// The place of a part in the text.
     fn span(&self, part: &str) -> Range<usize> {
         let start = part.as_ptr() as usize - self.text.as_ptr() as usize;
         start..start + part.len()
@@ -325,8 +329,10 @@ impl<'a> Reader<'a> {
         close(batch, options.closed, &self.rings, &self.round_pole)
     }
 
-    /// The features' properties `curve` where they tell all features apart, else their numbers;
-    /// `/part` where a feature has several curves.
+    /// Names of the curves: the features' properties `curve` if they tell all features apart, else
+    /// their numbers.
+    ///
+    /// If a feature has several curves, `/part` is added.
     fn names(&self) -> Vec<String> {
         let ends = self.features.iter().skip(1).map(|(first, _)| *first).chain([self.rings.len()]);
         let holding: Vec<_> = self.features.iter().zip(ends).enumerate().collect();

@@ -1,5 +1,5 @@
-//! Writing: the document read with new coordinates in their places, or a collection of one feature
-//! a curve.
+//! Writing: the document that was read, with new coordinates in their places, or a collection of
+//! one feature a curve.
 
 use std::io::{self, Write};
 
@@ -8,7 +8,7 @@ use crate::batch::CurveBatch;
 use crate::io::is_finite;
 use crate::io::text::Text;
 
-/// Writes the batch, into the document that it came from where there is one.
+/// Writes the batch, into the document that it came from if there is one.
 pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     let mut text = Text::new(out);
     let document = batch.origin().document.as_ref().and_then(|kept| kept.downcast_ref::<Document>());
@@ -66,9 +66,11 @@ fn list(text: &mut Text, count: usize, mut entry: impl FnMut(&mut Text, usize) -
     text.push("]")
 }
 
-/// The positions of curve `i`, the first repeated where it is closed, or a ring that does not end
-/// where it began. JSON has no NaN: a curve with such a number gets no positions, which RFC 7946
-/// reads as no geometry.
+/// The positions of curve `i`.
+///
+/// The first position is repeated if the curve is closed, or is a ring that does not end where it
+/// began. JSON has no NaN. A curve with such a number gets no positions, which RFC 7946 reads as no
+/// geometry.
 fn line(text: &mut Text, batch: &CurveBatch, i: usize, ring: bool) -> io::Result<()> {
     let (d, points) = (batch.dimension(), batch.points(i));
     if points.is_empty() || !is_finite(batch, i) {

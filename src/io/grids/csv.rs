@@ -1,4 +1,4 @@
-//! CSV: rows of numbers, one grid a block, a blank line between two.
+//! CSV: rows of numbers, one grid a block, with a blank line between two.
 
 use std::io::{self, Write};
 
@@ -111,7 +111,7 @@ fn wrong(source: &Source, line: u64, column: usize, cell: &[u8]) -> Error {
 }
 
 fn quoted_cell(cell: &[u8]) -> String {
-    // The cell may be megabytes.
+    // Only the start of the cell is shown, which may be megabytes long.
     let start = &cell.trim_ascii()[..cell.trim_ascii().len().min(1000)];
     quoted(&String::from_utf8_lossy(start))
 }

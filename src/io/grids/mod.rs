@@ -7,7 +7,7 @@
 //! | [OBJ](GridFormat::Obj) | | meshes of quadrangles, one object a grid |
 //! | [SVG](GridFormat::Svg) | | shaded pictures, one panel a grid |
 //!
-//! Rules for numbers, `.gz`, `-` and files that exist are those of [`io`](super): numbers read back
+//! Rules for numbers, `.gz`, `-` and files that exist are those of [`io`](super). Numbers read back
 //! to the same bits, NaN and infinite ones too.
 
 mod csv;
@@ -33,9 +33,9 @@ pub enum GridFormat {
     Csv,
     /// NumPy's archive of arrays.
     Npz,
-    /// Wavefront's meshes; only written.
+    /// Wavefront's meshes. Only written.
     Obj,
-    /// Shaded pictures; only written.
+    /// Shaded pictures. Only written.
     Svg,
 }
 
@@ -45,11 +45,13 @@ impl GridFormat {
         extension_of(path.as_ref())?.parse().ok()
     }
 
-    /// Refuses what the format cannot hold: several values a point and grids without points in CSV,
-    /// more than three values a point in OBJ and SVG.
+    /// Refuses what the format cannot hold.
+    ///
+    /// - CSV: several values a point, and grids without points.
+    /// - OBJ and SVG: more than three values a point.
     ///
     /// # Errors
-    /// [`Error::Argument`], with the formats that can.
+    /// [`Error::Argument`], with the formats that can hold it.
     pub fn check(self, grids: &Grids) -> Result<()> {
         let d = grids.dimension();
         match self {
@@ -90,7 +92,7 @@ impl GridFormat {
 impl FromStr for GridFormat {
     type Err = Error;
 
-    /// From its word, which is its extension too.
+    /// The format of a word, which is also its extension.
     fn from_str(word: &str) -> Result<Self> {
         match word.to_ascii_lowercase().as_str() {
             "csv" => Ok(GridFormat::Csv),
@@ -119,19 +121,21 @@ impl fmt::Display for GridFormat {
 /// How a file of grids is written.
 #[derive(Clone, Debug)]
 pub struct GridWrite<'a> {
-    /// The format; by default that of the extension.
+    /// The format. By default that of the extension.
     pub format: Option<GridFormat>,
-    /// Whether a file that exists is replaced; false by default.
+    /// Whether a file that exists is replaced. False by default.
     pub overwrite: bool,
-    /// OBJ: the distance of neighbouring heights in x and y. After r rounds of subdivision 2⁻ʳ
-    /// keeps a surface over the domain of its control points. 1 by default.
+    /// OBJ: the distance of neighbouring heights in x and y. 1 by default.
+    ///
+    /// After r rounds of subdivision 2⁻ʳ keeps a surface over the domain of its control points.
     pub spacing: f64,
-    /// SVG: the control points, one grid for each grid written, drawn as a net over them. None by
-    /// default.
+    /// SVG: control points that are drawn as a net, one grid for each grid written.
+    ///
+    /// None by default.
     pub net: Option<&'a Grids>,
     /// SVG: a line above the picture. None by default.
     pub title: Option<String>,
-    /// SVG: stands in the caption, after the numbers of grids and points. Empty by default.
+    /// SVG: text of the caption after the numbers of grids and points. Empty by default.
     pub caption: String,
 }
 
@@ -143,7 +147,7 @@ impl Default for GridWrite<'_> {
 
 /// Reads grids from a file, or from standard input for `-` (then the format must be given).
 ///
-/// A value that is NaN or infinite is kept: it is the trouble of its grid, and not of the file.
+/// A value that is NaN or infinite is kept. It is a fault of its grid and not of the file.
 ///
 /// ```
 /// let grids = faircurve::io::grids::read("examples/data/heights.csv", None)?;
@@ -152,8 +156,8 @@ impl Default for GridWrite<'_> {
 /// ```
 ///
 /// # Errors
-/// A file that cannot be read or does not hold what its format promises; a format that is unknown
-/// or only written.
+/// - A file that cannot be read or does not hold what its format promises.
+/// - A format that is unknown or only written.
 pub fn read(path: impl AsRef<Path>, format: Option<GridFormat>) -> Result<Grids> {
     let path = path.as_ref();
     let format = GridFormat::of(path, format, "`format`", "csv or npz")?;
@@ -161,7 +165,7 @@ pub fn read(path: impl AsRef<Path>, format: Option<GridFormat>) -> Result<Grids>
     Ok(read_source(Source::open(path)?, format)?.with_file(Some(path.display().to_string())))
 }
 
-/// Reads grids from bytes. Gzip is known by its first bytes; sentences call the bytes `input`.
+/// Reads grids from bytes. Gzip is known by its first bytes. Messages call the bytes `input`.
 ///
 /// ```
 /// use faircurve::io::grids::{self, GridFormat};
@@ -183,15 +187,16 @@ fn read_source(mut source: Source, format: GridFormat) -> Result<Grids> {
         _ => npz::read(&mut source),
     }
 }
-/// Writes grids to a file, whole or not at all, or to standard output for `-` (then the format must
-/// be given).
+/// Writes grids to a file, or to standard output for `-` (then the format must be given).
 ///
-/// Grids with NaN or infinite values stay what they are in CSV and NPZ; meshes and pictures say
-/// that they are left out.
+/// A file is written whole or not at all.
+///
+/// CSV and NPZ keep NaN and infinite values. Meshes and pictures leave such grids out, and say so.
 ///
 /// # Errors
-/// [`Error::Exists`]; [`Error::Write`], which leaves nothing behind; [`Error::Argument`] for an
-/// unknown format and for what it cannot hold.
+/// - [`Error::Exists`] if the file exists and may not be replaced.
+/// - [`Error::Write`], which leaves nothing behind.
+/// - [`Error::Argument`] for an unknown format and for grids that it cannot hold.
 pub fn write(path: impl AsRef<Path>, grids: &Grids, options: &GridWrite) -> Result<()> {
     let path = path.as_ref();
     let format = GridFormat::of(path, options.format, "`GridWrite::format`", "csv, npz, obj or svg")?;
@@ -209,12 +214,13 @@ pub fn write(path: impl AsRef<Path>, grids: &Grids, options: &GridWrite) -> Resu
     })
 }
 
-/// Writes grids as bytes, into a vector or whatever takes them. The format must be given; nothing
-/// is compressed.
+/// Writes grids as bytes, into a vector or any other writer.
+///
+/// The format must be given. Nothing is compressed.
 ///
 /// # Errors
-/// [`Error::Argument`] for what the format cannot hold, and where none is given; [`Error::Stream`]
-/// with what `out` said, which then may hold a part.
+/// - [`Error::Argument`] for grids that the format cannot hold, and if no format is given.
+/// - [`Error::Stream`] with the error of `out`, which may then hold a part.
 pub fn write_to(mut out: impl Write, grids: &Grids, options: &GridWrite) -> Result<()> {
     let format = options.format.ok_or_else(|| unnamed("GridWrite::format"))?;
     format.check(grids)?;
@@ -230,8 +236,10 @@ fn fill(out: &mut dyn Write, grids: &Grids, format: GridFormat, options: &GridWr
     }
 }
 
-/// Checks, before anything is computed, that an output can be written: its format is known, its
-/// folder exists, and no file stands there unless overwriting is allowed.
+/// Checks, before anything is computed, that an output can be written.
+///
+/// Its format must be known and its folder must exist. No file may stand there unless overwriting
+/// is allowed.
 ///
 /// # Errors
 /// Those of [`write()`] that can be known without the grids.

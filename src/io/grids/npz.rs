@@ -1,4 +1,4 @@
-//! NPZ: `grids` where all grids have one shape, `grids_0`, `grids_1`, … where they do not.
+//! NPZ: `grids` if all grids have one shape, else `grids_0`, `grids_1`, ….
 
 use std::io::{self, BufWriter, Cursor, Seek, Write};
 
@@ -10,7 +10,7 @@ use super::super::source::Source;
 use crate::error::Result;
 use crate::grids::Grids;
 
-/// The array of grids of one shape; before the number of a grid where they have several.
+/// The name of the array if all grids have one shape, else the prefix before the number of a grid.
 const KEY: &str = "grids";
 
 /// Reads an archive.
@@ -20,7 +20,7 @@ pub(super) fn read(source: &mut Source) -> Result<Grids> {
     if keys == [KEY] {
         return one_shape(&mut archive);
     }
-    // By their numbers: grids_10 comes after grids_9.
+    // In order of their numbers: grids_10 comes after grids_9.
     keys.sort_by_key(|key| (key.len(), key.clone()));
     if keys.is_empty() || (0..keys.len()).any(|k| keys[k] != format!("{KEY}_{k}")) {
         return Err(archive.wrong(format!(
@@ -91,7 +91,7 @@ fn by_rows(array: Array<f64>) -> Vec<f64> {
     }
     let shape: Vec<usize> = array.shape.iter().map(|&length| length as usize).collect();
     let at = |mut index: usize| {
-        // The place in the other order, digit by digit: the last axis first.
+        // The place in the other order, digit by digit, the last axis first.
         let mut stride: usize = array.values.len();
         shape.iter().rev().fold(0, |place, &length| {
             stride /= length;
@@ -110,7 +110,7 @@ pub(super) fn write(out: &mut dyn Write, grids: &Grids) -> io::Result<()> {
     out.write_all(bytes.get_ref())
 }
 
-/// Writes an archive; equal grids give equal bytes.
+/// Writes an archive. Equal grids give equal bytes.
 pub(super) fn write_seekable<W: Write + Seek>(out: W, grids: &Grids) -> io::Result<()> {
     let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 16, out));
     let d = grids.dimension() as u64;

@@ -1,5 +1,6 @@
-//! OBJ: meshes of quadrangles, one object a grid; a grid of one row or column is a polyline, of one
-//! point a point.
+//! OBJ: meshes of quadrangles, one object a grid.
+//!
+//! A grid of one row or column is a polyline. A grid of one point is a point.
 
 use std::io::{self, Write};
 
@@ -7,7 +8,7 @@ use super::super::text::Text;
 use super::is_finite;
 use crate::grids::Grids;
 
-/// Writes meshes; heights stand over columns (x) and rows (y), `spacing` apart.
+/// Writes meshes. Heights stand over columns (x) and rows (y), `spacing` apart.
 pub(super) fn write(out: &mut dyn Write, grids: &Grids, spacing: f64) -> io::Result<()> {
     let mut text = Text::new(out);
     // Vertices are counted from 1, through all objects.

@@ -1,4 +1,4 @@
-//! What a subpath's elements make of it: its vertices, or its control points as a chain of cubic
+//! Data points from a subpath's elements: its vertices, or the control points of its chain of cubic
 //! Béziers.
 
 use crate::bounds::Bounds;
@@ -7,8 +7,9 @@ use kurbo::{PathEl, Point};
 /// The data points of one subpath.
 pub(super) type Vertices = Vec<Point>;
 
-/// A gap of this part of the subpath's size between its end and its start is no straight piece, but
-/// rounding: of arcs, and of sums of relative coordinates.
+/// A gap between end and start of a subpath this small, relative to its size, is rounding.
+///
+/// Arcs leave such gaps, and so do sums of relative coordinates. They are not a straight piece.
 const ROUNDING: f64 = 1e-9;
 
 /// Adds the end of an element.
@@ -16,8 +17,9 @@ pub(super) fn add_vertex(vertices: &mut Vertices, element: PathEl) {
     vertices.extend(element.end_point());
 }
 
-/// Adds the control points of an element: three, but for the one that a move leads to. Closing adds
-/// a straight piece where the end is not the start, which then is repeated.
+/// Adds the control points of an element: one for a move, three for any other.
+///
+/// Closing adds a straight piece if the end is not the start, which then is repeated.
 pub(super) fn add_cubic(points: &mut Vertices, element: PathEl) {
     let Some((&start, &from)) = points.first().zip(points.last()) else {
         points.extend(element.end_point());
@@ -39,7 +41,7 @@ pub(super) fn add_cubic(points: &mut Vertices, element: PathEl) {
     });
 }
 
-/// A line, run through evenly.
+/// A straight piece at constant speed.
 fn straight(from: Point, to: Point) -> [Point; 3] {
     [from.lerp(to, 1.0 / 3.0), from.lerp(to, 2.0 / 3.0), to]
 }

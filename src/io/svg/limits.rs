@@ -1,15 +1,17 @@
-//! What roxmltree does not limit, counted before it reads: text that entities make, attributes of
-//! an element.
+//! Limits that roxmltree lacks, checked before it reads: text that entities make, attributes of an
+//! element.
 
 use std::collections::HashSet;
 
-/// The most: drawing programs use them for the names of a few namespaces.
+/// The most bytes that entities may make.
+///
+/// Drawing programs use them for the names of a few namespaces.
 pub(super) const GROWTH_BYTES: usize = 16 << 20;
 
-/// What roxmltree lets a reference in the document refer to: references in entities.
+/// The most references in entities that roxmltree follows for one reference in the document.
 const REFERENCES: usize = 255;
 
-/// Bytes of text that references to entities make, from above: the longest entity, for every
+/// An upper bound of the bytes that references to entities make: the longest entity, for every
 /// reference.
 pub(super) fn growth(text: &str) -> usize {
     let declarations = text.split("<!ENTITY").skip(1).map(value);
@@ -22,20 +24,20 @@ pub(super) fn growth(text: &str) -> usize {
     references.saturating_mul(longest).saturating_mul(if nested { REFERENCES } else { 1 })
 }
 
-/// The text of a declaration, which stands in quotation marks.
+/// The text of a declaration, which is in quotation marks.
 fn value(declaration: &str) -> &str {
     let Some((before, _)) = declaration.split_once(['"', '\'']) else { return declaration };
     let (mark, rest) = declaration[before.len()..].split_at(1);
     rest.split_once(mark).map_or(rest, |(value, _)| value)
 }
 
-/// The most attributes of an element, each of which roxmltree compares with all others.
+/// The most attributes of an element. roxmltree compares each of them with all others.
 pub(super) const ATTRIBUTES: usize = 10_000;
 
-/// The most attributes that an element has, from above.
+/// An upper bound of the attributes that an element has.
 pub(super) fn attributes(text: &str) -> usize {
     let (mut most, mut count) = (0, 0);
-    // Inside a tag, and the quotation mark that is open there.
+    // Whether the place is inside a tag, and which quotation mark is open there.
     let (mut inside, mut mark) = (false, None);
     let bytes = text.as_bytes();
     for (at, &c) in bytes.iter().enumerate() {
@@ -59,11 +61,12 @@ pub(super) fn attributes(text: &str) -> usize {
     most
 }
 
-/// The most names of namespaces, all of which roxmltree compares and copies for every element that
-/// has one of its own.
+/// The most names of namespaces.
+///
+/// roxmltree compares and copies all of them for every element that has one of its own.
 pub(super) const NAMESPACES: usize = 64;
 
-/// How many names of namespaces there are, from above.
+/// An upper bound of the names of namespaces.
 pub(super) fn namespaces(text: &str) -> usize {
     let end = |c: char| c == '=' || c.is_ascii_whitespace();
     let names = text.split("xmlns:").skip(1).map(|rest| rest.split(end).next().unwrap_or_default());

@@ -1,4 +1,4 @@
-//! SVG: vertices of paths, or their control points, in; paths, also of cubic Béziers, out.
+//! SVG: reads vertices of paths or their control points, writes paths, also of cubic Béziers.
 
 mod chain;
 mod limits;

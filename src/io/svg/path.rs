@@ -2,17 +2,22 @@
 
 use kurbo::{BezPath, PathEl};
 
-/// Arcs with greater numbers are refused: kurbo divides an arc into as many Béziers as the sixth
-/// root of its radius asks for, without limit.
+/// The largest number in a path with arcs. Paths with larger ones are refused.
+///
+/// kurbo divides an arc into as many Béziers as the sixth root of its radius asks for, without
+/// limit.
 const LARGEST_ARC: f64 = 1e9;
 
 /// Béziers that kurbo divides a full turn of the largest arc into: (1.1163 · 1e9 / 0.1)^(1/6),
 /// rounded up.
 const ARC_PIECES: usize = 48;
 
-/// The most memory that path data makes: an element every two bytes ("h1 1 1"), the elements of a
-/// full turn every ten or more of an arc ("A1 1 0 11 1"), and the vector of them by doubling, and
-/// three points an element.
+/// The most memory that path data makes.
+///
+/// - An element takes at least two bytes ("h1 1 1").
+/// - An arc makes the elements of a full turn from at least ten bytes ("A1 1 0 11 1").
+/// - The vector of elements grows by doubling.
+/// - Each element has three points.
 pub(super) fn most_bytes(data: &str) -> usize {
     let elements = match has_arcs(data) {
         true => data.len().saturating_mul(ARC_PIECES) / 10,
@@ -21,7 +26,7 @@ pub(super) fn most_bytes(data: &str) -> usize {
     elements.saturating_add(data.len() / 2).saturating_mul(2 * size_of::<PathEl>() + 48)
 }
 
-/// The path, or what is wrong with it.
+/// Parses a path, or says what is wrong with it.
 pub(super) fn parse(data: &str) -> Result<BezPath, String> {
     // kurbo stops at a letter it does not expect and returns what came before it.
     let foreign =
@@ -43,8 +48,9 @@ fn has_arcs(data: &str) -> bool {
     data.contains(['a', 'A'])
 }
 
-/// The numbers, also those that nothing parts but a sign or a point; flags of arcs may stick to
-/// them, as further digits.
+/// The numbers of the data, also those separated only by a sign or a point.
+///
+/// Flags of arcs may stick to a number, as further digits.
 fn numbers(data: &str) -> impl Iterator<Item = f64> {
     let bytes = data.as_bytes();
     let mut at = 0;

@@ -1,11 +1,12 @@
 //! Reading: each subpath of `<path>`, and each `<polyline>`, `<polygon>` and `<line>`, is a curve.
 //!
-//! The vertices are the data points; of curved segments (C, S, Q, T, A) only the points on the
-//! curve are taken: the end of the segment, and for an arc also where kurbo divides it into
-//! Béziers. On demand the data points are the control points of the subpath as a chain of cubics
-//! instead. y is turned over, so that it points up. `transform` attributes are applied; `viewBox`,
-//! units and styles are not. What is only defined (`defs`, `symbol`, `clipPath`, `mask`, `marker`,
-//! `pattern`) is passed over.
+//! - The vertices are the data points. Of curved segments (C, S, Q, T, A) only points on the curve
+//!   are taken: the end of the segment, and for an arc also where kurbo divides it into Béziers.
+//! - On demand the data points are the control points of the subpath as a chain of cubics instead.
+//! - y is turned over, so that it points up.
+//! - `transform` attributes are applied. `viewBox`, units and styles are not.
+//! - What is only defined (`defs`, `symbol`, `clipPath`, `mask`, `marker`, `pattern`) is passed
+//!   over.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -49,7 +50,7 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
         return Err(source.error(None, format!("there are more than {most} names of namespaces: give an SVG file")));
     }
     let count = |wanted: u8| text.bytes().filter(|&c| c == wanted).count();
-    // Elements, and text between them; those in entities begin with a tag of four bytes or more.
+    // Elements, and text between them. Those in entities begin with a tag of four bytes or more.
     let nodes = 2 * count(b'<') + grown_bytes / 2;
     source.take(NODE_BYTES * (nodes + count(b'=') + grown_bytes / 4) + grown_bytes)?;
     let nodes_limit = u32::try_from(nodes + 16).unwrap_or(u32::MAX);
@@ -57,7 +58,7 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
     let document = Document::parse_with_options(&text, allow).map_err(|error| {
         let what = error.to_string();
         let what = shortened(what.rsplit_once(" at ").map_or(what.as_str(), |(what, _)| what));
-        // At the end of the document roxmltree has no place to tell and says 1:1.
+        // At the end of the document roxmltree has no place to report and says 1:1.
         let line = Some(u64::from(error.pos().row)).filter(|_| (error.pos().row, error.pos().col) != (1, 1));
         source.error(line, format!("{what}: this is no XML, or the file was cut off"))
     })?;
@@ -85,18 +86,17 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
 struct Curves<'a> {
     source: &'a Source<'a>,
     text: &'a str,
-    /// Whether the data points are control points, and not vertices.
+    /// Whether the data points are control points rather than vertices.
     controls: bool,
     coords: Vec<f64>,
     offsets: Vec<usize>,
     closed: Vec<bool>,
-    /// The element's `id`, and its first curve.
+    /// Each element's `id`, and the number of its first curve.
     ids: Vec<(Option<String>, usize)>,
 }
 
 impl Curves<'_> {
-    /// Goes through the elements in document order, without recursion: drawings nest as deep as
-    /// their makers like.
+    /// Visits the elements in document order, without recursion: drawings may nest to any depth.
     fn walk(&mut self, root: Node) -> Result<()> {
         let mut waiting = vec![(root, Affine::IDENTITY)];
         while let Some((node, outer)) = waiting.pop() {
@@ -160,8 +160,9 @@ impl Curves<'_> {
         Ok(())
     }
 
-    /// Ids where every element has one of its own, else the elements' numbers; `/part` where a path
-    /// has several subpaths.
+    /// Names of the curves: ids if every element has one of its own, else the elements' numbers.
+    ///
+    /// If a path has several subpaths, `/part` is added.
     fn names(&self) -> Vec<String> {
         let ends = self.ids.iter().skip(1).map(|(_, first)| *first).chain([self.closed.len()]);
         let elements: Vec<_> = self.ids.iter().zip(ends).filter(|((_, first), end)| end > first).collect();
@@ -186,7 +187,7 @@ impl Curves<'_> {
     }
 }
 
-/// The attribute `points` as path data: its grammar is that of the points after a move.
+/// The attribute `points` as path data. Its grammar is that of the points after a move.
 fn vertices(node: Node, end: &str) -> String {
     match node.attribute("points").map(str::trim).unwrap_or_default() {
         "" => String::new(),

@@ -1,5 +1,5 @@
-//! Writing: one `<path>` a curve, with y turned over, since SVG's points down, and a `viewBox` that
-//! fits.
+//! Writing: one `<path>` a curve, and a `viewBox` that fits. y is turned over, since SVG's y points
+//! down.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -9,11 +9,13 @@ use crate::bounds::Bounds;
 use crate::io::is_finite;
 use crate::io::text::Text;
 
-/// Part of the drawing's larger side left free around it.
+/// The margin around the drawing, as a part of its larger side.
 const MARGIN: f64 = 0.02;
 
-/// Writes the batch; with `beziers` the points of each curve are a chain of cubic control points,
-/// with `rounding` in relative steps, rounded to a power of ten of no more than this.
+/// Writes the batch.
+///
+/// With `beziers` the points of each curve are a chain of cubic control points. With `rounding`
+/// they are written in relative steps, rounded to a power of ten of no more than this.
 pub(in crate::io) fn write(
     out: &mut dyn Write,
     batch: &CurveBatch,
@@ -41,7 +43,7 @@ pub(in crate::io) fn write(
     text.finish()
 }
 
-/// The point as SVG has it. Not −y, which makes −0 of 0.
+/// The point in SVG coordinates. Not −y, which makes −0 of 0.
 fn down(point: &[f64]) -> [f64; 2] {
     [point[0], 0.0 - point[1]]
 }
@@ -73,15 +75,16 @@ fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Res
     }
 }
 
-/// How many steps of the rounding a unit has: a power of ten. None where so many digits are more
-/// than the coordinates have. Curves that were not fitted are written as they came in, and have no
-/// part in it.
+/// How many steps of the rounding a unit has: a power of ten.
+///
+/// `None` if so many digits are more than the coordinates have. Curves that were not fitted do not
+/// count, and are written as they came in.
 fn unit(batch: &CurveBatch, rounding: f64) -> Option<f64> {
     let places = (-rounding.log10()).ceil().max(0.0);
     let fitted = (0..batch.len()).filter(|&i| batch.problem(i).is_none());
     let coords = fitted.flat_map(|i| batch.points(i)).filter(|x| x.is_finite());
     let largest = coords.fold(0.0f64, |largest, x| largest.max(x.abs()));
-    // Up to here multiples of the step are integers of f64.
+    // Up to this size multiples of the step are integers of f64.
     let unit = 10f64.powi(places as i32);
     (places <= 22.0 && largest * unit < 2f64.powi(52)).then_some(unit)
 }
@@ -99,7 +102,7 @@ fn rounded_path(text: &mut Text, batch: &CurveBatch, i: usize, unit: f64) -> io:
     for piece in rest.chunks_exact(3) {
         for point in piece {
             let to = round(point);
-            // A minus separates, too. Negative zero would not be short.
+            // A minus separates, too. A negative zero would be longer.
             for (axis, separator) in [(0, command), (1, " ")] {
                 let step = (to[axis] - from[axis]) / unit;
                 text.push(if step < 0.0 && separator == " " { "" } else { separator })?;
@@ -113,8 +116,8 @@ fn rounded_path(text: &mut Text, batch: &CurveBatch, i: usize, unit: f64) -> io:
     if repeats { text.push("Z") } else { Ok(()) }
 }
 
-/// Left, top, width and height of what can be drawn: of the curves that were fitted, where there
-/// are any.
+/// Left, top, width and height of what can be drawn: the fitted curves, or all curves if none was
+/// fitted.
 fn view_box(batch: &CurveBatch) -> [f64; 4] {
     let fitted = |i: usize| batch.problem(i).is_none() && is_finite(batch, i);
     let any = (0..batch.len()).any(fitted);
@@ -128,8 +131,10 @@ fn view_box(batch: &CurveBatch) -> [f64; 4] {
     [low[0] - margin, low[1] - margin, size[0] + 2.0 * margin, size[1] + 2.0 * margin]
 }
 
-/// Text for an attribute: white space as references, since XML readers would make blanks of it;
-/// characters that XML cannot hold become U+FFFD.
+/// Escapes text for an attribute.
+///
+/// White space becomes references, since XML readers would make blanks of it. Characters that XML
+/// cannot hold become U+FFFD.
 fn escaped(name: &str) -> Cow<'_, str> {
     if name.chars().all(|c| c.is_ascii_alphanumeric() || "/_-. ".contains(c)) {
         return Cow::Borrowed(name);

@@ -36,12 +36,12 @@ pub(super) struct ExactFamily {
     pub step: u32,
 }
 
-/// Numbers of v, or of W, of one coordinate of a grid of old points.
+/// Numbers of v, or of W, for one coordinate of a grid of old points.
 fn half_refined([rows, columns]: [usize; 2]) -> usize {
     rows * (2 * columns - 1)
 }
 
-/// Threads a grid, of old points, for every step.
+/// Threads of every step, for a grid of old points.
 fn threads(dimension: usize) -> [impl Fn([usize; 2]) -> usize; 4] {
     [0, 1, 2, 3].map(|step| {
         move |[rows, columns]: [usize; 2]| {
@@ -56,7 +56,7 @@ fn threads(dimension: usize) -> [impl Fn([usize; 2]) -> usize; 4] {
     })
 }
 
-/// Records all rounds, each from one array to the next.
+/// Records all rounds. Each reads one array and writes the next.
 pub(super) fn record(recording: &mut Recording, layout: &Layout, stations: &[&Buffer]) -> Result<()> {
     let rounds = (stations.len() - 1) as u32;
     let tables = Tables::new(layout, rounds);
@@ -99,7 +99,7 @@ fn families(layout: &Layout, tables: &Tables, round: u32, rounds: u32) -> Vec<Ex
             columns: columns as u32,
             coarse: coarse[k] as u32,
             fine: fine[k] as u32,
-            // The spectrum of a row has as many numbers as it has points.
+            // The spectrum of a row has as many numbers as the row has points.
             spectrum: coarse[k] as u32,
             v: v[k] as u32,
             table: tables.first[&last] as u32,
@@ -110,8 +110,9 @@ fn families(layout: &Layout, tables: &Tables, round: u32, rounds: u32) -> Vec<Ex
     layout.shapes(round).enumerate().map(family).collect()
 }
 
-/// Cosines and eigenvalues for the widths that grids have in the end. Those before it are every
-/// second, fourth, … of them.
+/// Cosines and eigenvalues for the widths that grids have in the end.
+///
+/// The widths before it take every second, fourth, … of them.
 struct Tables {
     /// The first number for so many intervals.
     first: FxHashMap<usize, usize>,

@@ -5,11 +5,11 @@ use std::ops::Range;
 use super::super::refine::refined;
 use super::{GROUP, Grids};
 
-/// Grids of one shape, which stand beside each other.
+/// Grids of one shape, stored beside each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Family {
     pub shape: [usize; 2],
-    /// First of them among the members.
+    /// The first of its grids among the members.
     first: usize,
     pub count: usize,
 }
@@ -42,12 +42,13 @@ impl Layout {
         self.families.iter().map(move |family| refined(family.shape, rounds).expect("the last shapes have fitted"))
     }
 
-    /// The first number of every family's grids after so many rounds, and how many there are in all.
+    /// The first number of every family's grids after so many rounds, and how many numbers there
+    /// are.
     pub fn offsets(&self, rounds: u32) -> (Vec<usize>, usize) {
         self.numbers(rounds, |[rows, columns]| rows * columns)
     }
 
-    /// The same for arrays that have so many points for a grid of this shape.
+    /// The same for arrays with `points` points for a grid of this shape.
     pub fn numbers(&self, rounds: u32, points: impl Fn([usize; 2]) -> usize) -> (Vec<usize>, usize) {
         let mut total = 0;
         let mut offsets = Vec::with_capacity(self.families.len());
@@ -58,8 +59,9 @@ impl Layout {
         (offsets, total)
     }
 
-    /// The first workgroup of every family, and how many there are in all, with so many threads a
-    /// grid of this shape.
+    /// The first workgroup of every family, and how many workgroups there are.
+    ///
+    /// `threads` is the number of threads for a grid of this shape.
     pub fn workgroups(&self, rounds: u32, threads: impl Fn([usize; 2]) -> usize) -> (Vec<u32>, usize) {
         let mut total = 0;
         let mut starts = Vec::with_capacity(self.families.len());
@@ -70,8 +72,10 @@ impl Layout {
         (starts, total)
     }
 
-    /// Of every grid of the chunk, if it was sent: its number among the members, and the first of
-    /// its numbers after so many rounds.
+    /// Where every grid of the chunk stands, if it was sent.
+    ///
+    /// The entries are its number among the members, and the first of its numbers after so many
+    /// rounds.
     pub fn places(&self, rounds: u32) -> Vec<Option<(usize, usize)>> {
         let mut places = vec![None; self.chunk.len()];
         let (offsets, _) = self.offsets(rounds);

@@ -39,7 +39,7 @@ pub(super) struct SparseFamily {
 /// The stencils of all pairs of axes that a run's grids have.
 pub(super) struct Weights {
     radius: usize,
-    /// Intervals with which an axis has borders of its own.
+    /// The fewest intervals with which an axis has borders of its own.
     least: usize,
     /// The first weight of each pair.
     first: FxHashMap<[Axis; 2], usize>,
@@ -52,7 +52,7 @@ impl Weights {
         Weights { radius, least, first: FxHashMap::default(), weights: Vec::new() }
     }
 
-    /// Adds what grids of these shapes need in so many rounds.
+    /// Adds the stencils that grids of these shapes need in so many rounds.
     pub fn add(&mut self, rule: &SparseRule, shapes: impl Iterator<Item = [usize; 2]>, rounds: u32) {
         for shape in shapes {
             for round in 0..rounds {
@@ -66,13 +66,14 @@ impl Weights {
         }
     }
 
-    /// Weights in all.
+    /// Number of all weights.
     pub fn len(&self) -> usize {
         self.weights.len()
     }
 
-    /// Turns of a thread's loops at most, for so many values a point: those of the search for its
-    /// family too.
+    /// The most turns of a thread's loops, for so many values a point.
+    ///
+    /// The search for the thread's family counts too.
     pub fn turns(&self, dimension: usize) -> usize {
         dimension.saturating_mul(1 + (self.radius + 1) * (self.radius + 2)).saturating_add(32)
     }
@@ -81,7 +82,7 @@ impl Weights {
         shape.map(|points| Axis::of(points - 1, self.least))
     }
 
-    /// Records all rounds, each from one array to the next.
+    /// Records all rounds. Each reads one array and writes the next.
     pub fn record(&self, recording: &mut Recording, layout: &Layout, stations: &[&Buffer]) -> Result<()> {
         let weights = recording.upload_reals(&self.weights);
         let kernel = kernel("laplacian/sparse.wgsl", ENTRY, recording.precision());
@@ -109,7 +110,7 @@ impl Weights {
 
     fn families(&self, layout: &Layout, round: u32) -> Vec<SparseFamily> {
         let (coarse, fine) = (layout.offsets(round).0, layout.offsets(round + 1).0);
-        // Where every row is a line, none is beyond the border.
+        // If every row is a line, no row is beyond the border.
         let border = |axis: Axis| match axis {
             Axis::Short(_) => u32::MAX,
             Axis::Long(border) => border as u32,

@@ -17,44 +17,45 @@ use super::panel::Bar;
 use super::svg::{Pen, escape};
 use scene::{HEIGHTS, Scene, View};
 
-/// Pixels between neighbours, and around what a panel shows.
+/// Pixels between neighbouring panels, and around the content of a panel.
 const GAP: f64 = 20.0;
 const MARGIN: f64 = 10.0;
 
-/// Least and largest height of a panel, in its width.
+/// Least and largest height of a panel, as parts of its width.
 const LOWEST: f64 = 0.2;
 const HIGHEST: f64 = 1.1;
 
-/// More panels are not drawn; the caption says so.
+/// The most panels that are drawn. The caption says if there are more.
 const MOST_PANELS: usize = 24;
 
-/// A panel has at most this many quadrangles, and all panels together that many: else only every so
-/// manyth line is drawn.
+/// The most quadrangles of a panel, and of all panels together.
+///
+/// A surface with more is drawn with every second line, or with fewer.
 const MOST_QUADS: usize = 10_000;
 const MOST_QUADS_TOGETHER: usize = 60_000;
 
-/// A net of more points than this would cover the surface, and is left out.
+/// A net of more points would cover the surface, and is left out.
 const MOST_NET_POINTS: usize = 2_500;
 
-/// The control points of a surface: rows and columns, and values like the surface's.
+/// The control points of a surface: rows and columns, and values of the same kind as the surface's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Net<'a> {
     /// Rows and columns.
     pub shape: [usize; 2],
-    /// Row after row, as many values a point as the surface has.
+    /// Values row after row, with as many values a point as the surface has.
     pub values: &'a [f64],
 }
 
 /// A surface over a rectangular grid: one panel of a [`ReliefSheet`].
 ///
-/// Heights (one value a point) stand over rows and columns, and are tinted by height; points of the
-/// plane are seen from above, points of space in a parallel view from the front and above. What is
-/// not finite is left out.
+/// Heights (one value a point) stand over rows and columns, and are tinted by height. Points of the
+/// plane are seen from above. Points of space are seen in a parallel view from the front and above.
+/// Values that are not finite are left out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relief<'a> {
-    /// Stands above the panel.
+    /// A line above the panel.
     pub title: String,
-    /// Values a point: 1, 2 or 3; of further ones the first three are drawn.
+    /// Values a point: 1, 2 or 3. If there are more, the first three are drawn.
     pub dimension: usize,
     /// Rows and columns.
     pub shape: [usize; 2],
@@ -62,9 +63,10 @@ pub struct Relief<'a> {
     pub values: &'a [f64],
     /// The control points, drawn as a thin net over the surface.
     pub net: Option<Net<'a>>,
-    /// The heights of the first and the last tint, which are also as far apart in every panel: give
-    /// the same to panels that are to be compared. By default the lowest and the highest of surface
-    /// and net.
+    /// The heights of the first and the last tint.
+    ///
+    /// They are drawn equally far apart in every panel. Give the same range to panels that are to
+    /// be compared. By default they are the lowest and the highest of surface and net.
     pub range: Option<[f64; 2]>,
 }
 
@@ -79,15 +81,15 @@ pub struct Relief<'a> {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReliefSheet<'a> {
-    /// Width in pixels; the height follows from what is drawn. Default 1000, at least 160.
+    /// Width in pixels. The height follows from what is drawn. Default 1000, at least 160.
     pub width: f64,
     /// Panels a row. Default 0: 1 for a single panel, 2 up to four, else 3.
     pub columns: usize,
-    /// A line above all. Default none.
+    /// A line above all panels. Default none.
     pub title: Option<String>,
-    /// Stands in the caption, after the numbers of grids and points. Default empty.
+    /// Text of the caption after the numbers of grids and points. Default empty.
     pub caption: String,
-    /// The panels, row by row; the first 24 are drawn.
+    /// The panels, row by row. The first 24 are drawn.
     pub reliefs: Vec<Relief<'a>>,
 }
 
@@ -111,7 +113,7 @@ impl ReliefSheet<'_> {
     /// The sheet as SVG text.
     ///
     /// # Panics
-    /// When a relief or its net has not as many values as its shape and dimension say.
+    /// If the number of values of a relief or its net is not that of its shape and dimension.
     pub fn draw(&self) -> String {
         let mut out = Vec::new();
         self.write(&mut out).expect("a Vec takes all that is written to it");
@@ -124,7 +126,7 @@ impl ReliefSheet<'_> {
     /// Those of `out`.
     ///
     /// # Panics
-    /// When a relief or its net has not as many values as its shape and dimension say.
+    /// If the number of values of a relief or its net is not that of its shape and dimension.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let width = if self.width.is_nan() { 160.0 } else { self.width.clamp(160.0, 1e5) };
         let drawn = &self.reliefs[..self.reliefs.len().min(MOST_PANELS)];
@@ -176,11 +178,11 @@ fn legend(placed: &[Placed]) -> Vec<Entry> {
     if net { vec![entry] } else { Vec::new() }
 }
 
-/// Places a row of panels from `top` on, and returns where it ends.
+/// Places a row of panels from `top` on. Returns where the row ends.
 fn place<'a>(row: &'a [Relief<'a>], wide: f64, quads: usize, top: f64, placed: &mut Vec<Placed<'a>>) -> f64 {
     let inner = wide - 2.0 * MARGIN;
     let scenes: Vec<Scene> = row.iter().map(|relief| Scene::of(relief, quads)).collect();
-    // Titles are 13 pixels high where `wrap` counts with 12.
+    // Titles are 13 pixels high, but `wrap` counts with 12.
     let title =
         |relief: &Relief| if relief.title.is_empty() { Vec::new() } else { wrap(&relief.title, wide * 12.0 / 13.0) };
     let titles: Vec<_> = row.iter().map(title).collect();
@@ -282,7 +284,7 @@ impl Placed<'_> {
         writeln!(out, "</g>")
     }
 
-    /// What is no face: the curve of a grid of one row, the net, and its points.
+    /// Everything but the faces: the curve of a grid of one row, the net, and its points.
     fn lines(&self, out: &mut dyn Write) -> io::Result<()> {
         let data = |lines: &[Vec<DVec2>]| {
             let mut pen = Pen::new(1);

@@ -4,19 +4,19 @@ use glam::DVec3;
 
 use super::super::panel;
 
-/// Linear in sRGB, 0 to 255.
+/// A colour, linear in sRGB, 0 to 255.
 pub(super) type Colour = DVec3;
 
 /// Light that comes from everywhere.
 const AMBIENT: f64 = 0.42;
 
-/// The light is a wide one: it reaches so far around edges (a sine), which keeps shades apart there.
+/// How far the light reaches around edges (a sine). A wide light keeps shades apart there.
 const AROUND: f64 = 0.25;
 
-/// From where the rest comes: the left, the front, above.
+/// The direction of the rest of the light: from the left, the front, above.
 const LIGHT: DVec3 = DVec3::new(-0.52, -0.30, 0.80);
 
-/// Light at which a colour is what it is; more of it brightens towards white.
+/// The light at which a colour is unchanged. More light brightens it towards white.
 const PLAIN: f64 = 0.88;
 
 /// A colour of three bytes.
@@ -24,7 +24,7 @@ pub(super) fn colour(bytes: [u8; 3]) -> Colour {
     DVec3::from(bytes.map(f64::from))
 }
 
-/// As SVG writes it.
+/// The colour as SVG writes it.
 pub(super) fn hex(colour: Colour) -> String {
     panel::hex(colour.to_array().map(|c| c.round().clamp(0.0, 255.0) as u8))
 }

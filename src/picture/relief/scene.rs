@@ -1,4 +1,4 @@
-//! What a panel shows: a grid in space, projected, shaded and put in order.
+//! The content of a panel: a grid in space, projected, shaded and sorted.
 
 use glam::{DVec2, DVec3};
 
@@ -11,33 +11,32 @@ use super::{MOST_NET_POINTS, Relief};
 pub(super) const HEIGHTS: [[u8; 3]; 5] =
     [[20, 66, 122], [0, 114, 178], [71, 170, 190], [171, 211, 169], [250, 236, 180]];
 
-/// Surfaces in space, and meshes in the plane.
+/// Colours of surfaces in space, and of meshes in the plane.
 const SURFACE: [u8; 3] = [64, 146, 200];
 const MESH: [u8; 3] = [196, 222, 240];
 const LINES: [u8; 3] = [96, 160, 204];
 const WALL: [u8; 3] = [222, 227, 232];
 
-/// How high the range of heights is, in the longer side of the ground, and how deep the walls go
-/// below it.
+/// The height of the range of heights, and the depth of the walls below it, in the longer side of
+/// the ground.
 const HIGH: f64 = 0.30;
 const DEEP: f64 = 0.06;
 
-/// The ground is turned by this angle about the vertical, and the eye stands this high above the
-/// horizon.
+/// The angle of the ground about the vertical, and the height of the eye above the horizon.
 const TURN: f64 = 28.0;
 const ELEVATION: f64 = 33.0;
 
-/// Coordinates beyond this are not drawn: their differences would overflow.
+/// Larger coordinates are not drawn: their differences would overflow.
 const DRAWABLE: f64 = 1e150;
 
-/// From where a grid is seen.
+/// The direction that a grid is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum View {
     /// In a parallel view, from the front and above.
     Oblique,
     /// x to the right, y up.
     Above,
-    /// x to the right, z up: heights of one row.
+    /// x to the right, z up, for heights of one row.
     Front,
 }
 
@@ -56,7 +55,7 @@ impl View {
         }
     }
 
-    /// Towards the eye.
+    /// The direction towards the eye.
     fn eye(self) -> DVec3 {
         // The gradient of the distance, reversed.
         let distance = |p: DVec3| self.project(p).z;
@@ -68,14 +67,14 @@ impl View {
 pub(super) struct Face {
     pub corners: Vec<DVec2>,
     pub colour: Colour,
-    /// Of its edges.
+    /// The colour of its edges.
     pub stroke: Colour,
 }
 
 /// A panel's content in units of its own.
 pub(super) struct Scene {
     pub view: View,
-    /// From the back to the front.
+    /// The faces, from the back to the front.
     pub faces: Vec<Face>,
     pub walls: Vec<Face>,
     /// A grid of one row, in pieces of finite points.
@@ -83,7 +82,7 @@ pub(super) struct Scene {
     pub net: Vec<Vec<DVec2>>,
     pub dots: Vec<DVec2>,
     pub bounds: Bounds,
-    /// Every so manyth line is drawn.
+    /// The step between lines that are drawn.
     pub every: usize,
     /// The lowest and the highest height.
     pub heights: Option<[f64; 2]>,
@@ -133,7 +132,7 @@ impl Scene {
         scene
     }
 
-    /// The heights of the first and the last tint, where there are tints.
+    /// The heights of the first and the last tint, if there are tints.
     pub fn tints(&self) -> Option<[f64; 2]> {
         self.heights.filter(|_| self.view == View::Oblique)
     }
@@ -144,11 +143,10 @@ impl Scene {
     }
 }
 
-/// The step between lines at which there are no more quadrangles than that.
+/// The least step between lines that leaves at most `most` quadrangles.
 ///
-/// Surfaces have peaks at their control points, `between` lines apart: a step that met some of them
-/// and missed others would draw waves that are not there, so it divides `between` or is a multiple
-/// of it.
+/// Surfaces have peaks at their control points, `between` lines apart. A step that met some of them
+/// and missed others would draw false waves. So the step divides `between` or is a multiple of it.
 fn every([rows, columns]: [usize; 2], between: usize, most: usize) -> usize {
     let quads = |k: usize| (rows - 1).div_ceil(k).saturating_mul((columns - 1).div_ceil(k));
     let longest = rows.max(columns);
@@ -156,27 +154,27 @@ fn every([rows, columns]: [usize; 2], between: usize, most: usize) -> usize {
     if rows < 2 || columns < 2 { 1 } else { steps.find(|&k| quads(k) <= most.max(1)).unwrap_or(longest) }
 }
 
-/// Lines from one control point to the next; 1 where that is not known.
+/// Lines from one control point to the next, or 1 if that is not known.
 fn between(relief: &Relief) -> usize {
     let step = |fine: usize, coarse: usize| fine.saturating_sub(1).checked_div(coarse.saturating_sub(1));
     let net = relief.net.map_or([0, 0], |net| net.shape);
     step(relief.shape[0], net[0]).or(step(relief.shape[1], net[1])).unwrap_or(1).max(1)
 }
 
-/// The lines that are drawn: the last is always among them.
+/// The lines that are drawn, the last one always among them.
 fn lines(count: usize, every: usize) -> Vec<usize> {
     let last = !(count - 1).is_multiple_of(every);
     (0..count).step_by(every).chain(last.then_some(count - 1)).collect()
 }
 
-/// How points come into a space of unit size.
+/// The map from points to a space of unit size.
 struct Space {
     view: View,
     dimension: usize,
-    /// Of heights, the sides of the ground; the range that is drawn.
+    /// For heights: the sides of the ground, and the range that is drawn.
     ground: DVec2,
     range: Option<[f64; 2]>,
-    /// Of points, the middle and the size of their box.
+    /// For points: the middle and the size of their box.
     middle: DVec3,
     size: f64,
 }
@@ -202,7 +200,7 @@ impl Space {
             space.range = given.or((low <= high).then_some([low, high]));
             if relief.shape.contains(&1) {
                 space.view = View::Front;
-                // A column lies down like a row.
+                // A column is laid down like a row.
                 space.ground = DVec2::splat(1.0);
             }
             return space;
@@ -238,7 +236,7 @@ impl Space {
         })
     }
 
-    /// Where a height stands between the lowest and the highest, 0 to 1.
+    /// Where a height is between the lowest and the highest, 0 to 1.
     fn part(&self, height: f64) -> Option<f64> {
         let [low, high] = self.range?;
         (height.abs() < DRAWABLE).then(|| if high > low { (height - low) / (high - low) } else { 0.5 })
@@ -291,7 +289,7 @@ impl Sheet<'_> {
                 let depth = if self.space.dimension == 1 { DVec3::new(middle.x, middle.y, 0.0) } else { middle };
                 let colour = self.colour(corners, middle);
                 let corners = corners.map(|p| self.space.view.project(p).truncate()).to_vec();
-                // Meshes in the plane have no shades, and show their lines.
+                // Meshes in the plane are not shaded. They show their lines.
                 let stroke = if self.space.view == View::Above { paint::colour(LINES) } else { colour };
                 faces.push((self.space.view.project(depth).z, Face { corners, colour, stroke }));
             }
@@ -310,8 +308,9 @@ impl Sheet<'_> {
         }
     }
 
-    /// Walls from the borders in front, the first row and the last column, down to the ground; none
-    /// where a border has gaps.
+    /// Walls from the front borders, the first row and the last column, down to the ground.
+    ///
+    /// A border with gaps has no wall.
     fn walls(&self, down: &[usize], across: &[usize]) -> Vec<Face> {
         let (last_row, last_column) = (down[down.len() - 1], across[across.len() - 1]);
         let front = across.iter().map(|&column| [0, column]).collect::<Vec<_>>();
@@ -329,7 +328,7 @@ impl Sheet<'_> {
         [wall(front, -DVec3::Y), wall(side, DVec3::X)].into_iter().flatten().collect()
     }
 
-    /// Its rows and its columns.
+    /// The rows and the columns of the net.
     fn net(&self) -> Vec<Vec<DVec2>> {
         let [rows, columns] = self.shape;
         let mut lines = Vec::new();
