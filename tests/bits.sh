@@ -52,6 +52,7 @@ for which in ${devices[@]}; do
   run 'tube' o.csv fit "$borders" --tube 0.1
   run 'fair bending' o.csv fit "$borders" --method fair
   run 'fair bending, length' o.csv fit "$borders" --method fair --energy bending=1,length=1
+  run 'fair deviation, storms, t' o.csv fit "$storms" "${storms_columns[@]}" --method fair --energy bending=1,length=1 --deviation 0.2
   run 'fair corners' o.csv fit "$borders" --method fair --corners 60deg
   run 'fair exponent' o.csv fit "$dots" --method fair --exponent 3 --energy bending=1,length=0.1
   run 'fair tension' o.csv fit "$octopus" --method fair --energy bending=1,tension=0.1
