@@ -34,15 +34,15 @@ struct BlockCurve {
     scratch: u32,
 }
 
-/// Lanes of a curve in the kernels: 8 suit curves of up to some hundred vertices; with 1, a thread
-/// has a curve for itself.
-pub const BLOCK_LANES: [u32; 5] = [1, 8, 16, 32, 64];
+/// Lanes of a curve in the kernels: 8 suit curves of up to some hundred vertices.
+pub const BLOCK_LANES: [u32; 2] = [8, 64];
 
-/// Threads a workgroup, where a lane has its curve for itself.
-const GROUP: u32 = 32;
+/// Threads a workgroup: a whole wave of the widest hardware.
+const GROUP: u32 = 64;
 
-/// Vertices of a chunk, which takes two turns a vertex.
-const MOST_CHUNK: usize = LOOP_TURNS / 2;
+/// Vertices of a chunk. A vertex takes a turn for its factor, one for each of those that are kept,
+/// and one on the way back.
+const MOST_CHUNK: usize = LOOP_TURNS / (MOST_REACH + 2);
 
 /// Systems of a batch of curves, vertex after vertex.
 #[derive(Clone, Copy, Debug)]
@@ -193,7 +193,7 @@ impl<T: Real> Job<'_, T> {
             ("pivots", &pivots),
             ("ring_scratch", &scratch),
         ];
-        recording.dispatch(&key, table.len(), (group(self.lanes) / self.lanes) as usize, &buffers)?;
+        recording.dispatch(&key, table.len(), (GROUP / self.lanes) as usize, &buffers)?;
         recording.download(&solution);
         recording.download(&pivots);
         Ok(recording)
@@ -209,22 +209,14 @@ impl<T: Real> Job<'_, T> {
     }
 }
 
-fn group(lanes: u32) -> u32 {
-    if lanes == 1 { GROUP } else { lanes }
-}
-
 /// What `block_ring/lanes/ring.wgsl` is composed with.
 pub fn block_ring_definitions(dimension: usize, reach: usize, lanes: u32) -> Definitions {
-    let mut definitions = definitions([("DIM", &dimension), ("REACH", &reach), ("LANES", &lanes)]);
-    if lanes == 1 {
-        definitions.insert("ALONE".into(), "1".into());
-    }
-    definitions
+    definitions([("DIM", &dimension), ("REACH", &reach), ("LANES", &lanes)])
 }
 
 fn kernel_key(precision: Precision, dimension: usize, reach: usize, lanes: u32) -> KernelKey {
     let mut definitions = block_ring_definitions(dimension, reach, lanes);
-    definitions.insert("GROUP".into(), group(lanes).to_string());
+    definitions.insert("GROUP".into(), GROUP.to_string());
     KernelKey { path: "linalg/block_ring/lanes.wgsl", entry: "solve", precision, definitions }
 }
 

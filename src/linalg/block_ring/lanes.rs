@@ -83,7 +83,8 @@ pub fn solve_blocks<S: Scalar, const D: usize>(
     let mut eliminated = Vec::with_capacity(ring);
     let mut shares = Vec::with_capacity(ring);
     for lane in 0..ring {
-        let (steps, share) = eliminate(system, rhs, from(lane), from(lane + 1), &mut smallest);
+        let chunk = Chunk { system, rhs, begin: from(lane), end: from(lane + 1) };
+        let (steps, share) = chunk.eliminate(&mut smallest);
         eliminated.push(steps);
         shares.push(share);
     }
@@ -140,79 +141,105 @@ pub fn solve_blocks<S: Scalar, const D: usize>(
     BlockSolution { x, smallest }
 }
 
-/// Eliminates the vertices begin + reach … end − 1 of a chunk, one after the other: what `low`, the
-/// chunk's first vertices, and `high`, the next chunk's, are left with. To a chunk belong the
-/// blocks of its vertices with themselves and those after.
-fn eliminate<S: Scalar, const D: usize>(
-    system: &BlockSystem<'_, S, D>,
-    rhs: &[Vector<S, D>],
+/// A chunk of consecutive vertices of a system. To it belong the blocks of its vertices with
+/// themselves and those after.
+struct Chunk<'a, S: Scalar, const D: usize> {
+    system: &'a BlockSystem<'a, S, D>,
+    rhs: &'a [Vector<S, D>],
     begin: usize,
     end: usize,
-    smallest: &mut S,
-) -> (Vec<Eliminated<S, D>>, Shares<S, D>) {
-    let reach = system.reach;
-    let block = |v: usize, k: usize| if v < end { system.block(v, k) } else { zero() };
-    let own_rhs = |v: usize| if v < end { system.held(v, rhs) } else { [S::ZERO; D] };
-    let mut out = Shares::new();
-    // Window of the next vertices, whose last row and column are those of the vertex about to
-    // enter; and what couples it with the kept ones, window in rows.
-    let mut window = [[zero(); MOST_REACH + 1]; MOST_REACH + 1];
-    let mut window_rhs = [[S::ZERO; D]; MOST_REACH + 1];
-    let mut coupled = [[zero(); MOST_REACH]; MOST_REACH + 1];
-    for a in 0..reach {
-        for b in a..reach {
-            out.low[a][b] = block(begin + a, b - a);
-            window[a][b] = block(begin + reach + a, b - a);
-        }
-        for i in 0..=a {
-            coupled[i][a] = transpose(&block(begin + a, reach + i - a));
-        }
-        out.low_rhs[a] = own_rhs(begin + a);
-        window_rhs[a] = own_rhs(begin + reach + a);
-    }
-    let mut steps = Vec::with_capacity(end - begin - reach);
-    for v in begin + reach..end {
-        for i in 0..=reach {
-            window[i][reach] = block(v + i, reach - i);
-        }
-        window_rhs[reach] = own_rhs(v + reach);
-        coupled[reach] = [zero(); MOST_REACH];
+}
 
-        let factor = cholesky(&window[0][0], smallest);
-        let r = under_vector(&factor, &window_rhs[0]);
-        let mut after = [zero(); MOST_REACH];
-        let mut kept = [zero(); MOST_REACH];
-        for a in 0..reach {
-            after[a] = under(&factor, &window[0][a + 1]);
-            kept[a] = under(&factor, &coupled[0][a]);
-        }
+impl<S: Scalar, const D: usize> Chunk<'_, S, D> {
+    fn block(&self, v: usize, k: usize) -> Block<S, D> {
+        if v < self.end { self.system.block(v, k) } else { zero() }
+    }
+
+    fn held(&self, v: usize) -> Vector<S, D> {
+        if v < self.end { self.system.held(v, self.rhs) } else { [S::ZERO; D] }
+    }
+
+    /// Eliminates the vertices begin + reach … end − 1, one after the other: what `low`, the
+    /// chunk's first vertices, and `high`, the next chunk's, are left with.
+    ///
+    /// A first pass factors them. Then a pass for each of the first vertices couples it with them.
+    fn eliminate(&self, smallest: &mut S) -> (Vec<Eliminated<S, D>>, Shares<S, D>) {
+        let mut out = Shares::new();
+        let mut steps = self.factor(&mut out, smallest);
+        (0..self.system.reach).for_each(|a| self.couple(a, &mut steps, &mut out));
+        (steps, out)
+    }
+
+    fn factor(&self, out: &mut Shares<S, D>, smallest: &mut S) -> Vec<Eliminated<S, D>> {
+        let reach = self.system.reach;
+        let first = self.begin + reach;
+        // The next vertices, whose last row and column are those of the vertex about to enter.
+        let mut window = [[zero(); MOST_REACH + 1]; MOST_REACH + 1];
+        let mut window_rhs = [[S::ZERO; D]; MOST_REACH + 1];
         for a in 0..reach {
             for b in a..reach {
-                subtract_product(&mut out.low[a][b], &kept[a], &kept[b]);
+                window[a][b] = self.block(first + a, b - a);
             }
-            subtract_transposed(&mut out.low_rhs[a], &kept[a], &r);
+            window_rhs[a] = self.held(first + a);
         }
-        // The window moves on by a vertex.
-        for i in 0..reach {
-            for j in i..reach {
-                window[i][j] = window[i + 1][j + 1];
-                subtract_product(&mut window[i][j], &after[i], &after[j]);
+        let mut steps = Vec::with_capacity(self.end - first);
+        for v in first..self.end {
+            for i in 0..=reach {
+                window[i][reach] = self.block(v + i, reach - i);
             }
+            window_rhs[reach] = self.held(v + reach);
+
+            let factor = cholesky(&window[0][0], smallest);
+            let r = under_vector(&factor, &window_rhs[0]);
+            let mut after = [zero(); MOST_REACH];
             for a in 0..reach {
-                coupled[i][a] = coupled[i + 1][a];
-                subtract_product(&mut coupled[i][a], &after[i], &kept[a]);
+                after[a] = under(&factor, &window[0][a + 1]);
             }
-            window_rhs[i] = window_rhs[i + 1];
-            subtract_transposed(&mut window_rhs[i], &after[i], &r);
+            // The window moves on by a vertex.
+            for i in 0..reach {
+                for j in i..reach {
+                    window[i][j] = window[i + 1][j + 1];
+                    subtract_product(&mut window[i][j], &after[i], &after[j]);
+                }
+                window_rhs[i] = window_rhs[i + 1];
+                subtract_transposed(&mut window_rhs[i], &after[i], &r);
+            }
+            steps.push(Eliminated { factor, after, kept: [zero(); MOST_REACH], rhs: r });
         }
-        steps.push(Eliminated { factor, after, kept, rhs: r });
+        for a in 0..reach {
+            out.high[a][a..reach].copy_from_slice(&window[a][a..reach]);
+            out.high_rhs[a] = window_rhs[a];
+        }
+        steps
     }
-    for a in 0..reach {
-        out.high[a][a..reach].copy_from_slice(&window[a][a..reach]);
-        out.high_rhs[a] = window_rhs[a];
-        out.across[a] = coupled[a];
+
+    /// What couples the chunk's vertex number a with those that were eliminated: of its row, `low`
+    /// is what the first vertices are left with, and `across` what couples it with the next chunk's.
+    fn couple(&self, a: usize, steps: &mut [Eliminated<S, D>], out: &mut Shares<S, D>) {
+        let reach = self.system.reach;
+        let own = self.begin + a;
+        // Rows of the next vertices.
+        let mut coupled = [zero(); MOST_REACH + 1];
+        for i in 0..=a {
+            coupled[i] = transpose(&self.block(own, reach + i - a));
+            out.low[i][a] = self.block(self.begin + i, a - i);
+        }
+        out.low_rhs[a] = self.held(own);
+        for step in steps {
+            step.kept[a] = under(&step.factor, &coupled[0]);
+            for i in 0..=a {
+                subtract_product(&mut out.low[i][a], &step.kept[i], &step.kept[a]);
+            }
+            subtract_transposed(&mut out.low_rhs[a], &step.kept[a], &step.rhs);
+            for i in 0..reach {
+                coupled[i] = coupled[i + 1];
+                subtract_product(&mut coupled[i], &step.after[i], &step.kept[a]);
+            }
+        }
+        for i in 0..reach {
+            out.across[i][a] = coupled[i];
+        }
     }
-    (steps, out)
 }
 
 impl<S: Scalar, const D: usize> Kept<S, D> {

@@ -77,8 +77,13 @@ fn eliminated_numbers(reach: usize, dimension: usize) -> usize {
     (2 * reach + 1) * dimension * dimension + dimension
 }
 
-/// Numbers that a lane shares: the symmetric blocks of two neighbours, the block across, two
-/// right-hand sides; the smallest pivot.
+/// Numbers that a lane shares, and those of its row of the ring.
+///
+/// It shares the symmetric blocks of two neighbours, the block across, two right-hand sides and the
+/// smallest pivot. Its row is a symmetric block, `reach` factors, the blocks of two sides and a
+/// right-hand side.
 fn shared_numbers(reach: usize, dimension: usize) -> usize {
-    (reach * (reach + 1) + reach * reach) * dimension * dimension + 2 * reach * dimension + 1
+    let (half, whole) = (reach * (reach + 1) / 2, reach * reach);
+    let blocks = 2 * half + whole + half + reach + 2 * whole;
+    blocks * dimension * dimension + 3 * reach * dimension + 1
 }

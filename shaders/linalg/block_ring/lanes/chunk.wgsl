@@ -32,52 +32,48 @@ fn ring_own_rhs(curve: Curve, ring: BlockRing, v: u32) -> vector {
     return vector();
 }
 
-// Leaves in `low` what the chunk's first vertices are left with, in `high` what is to be added to
-// the next chunk's, and in `across` the block between.
+// Eliminates the chunk's vertices but the first $REACH: a first pass factors them, and leaves what is to be
+// added to the next chunk's first vertices; then a pass for each of the chunk's own couples it with them.
+// A thread keeps few blocks at a time, which is why there are several passes.
 fn ring_eliminate(curve: Curve, ring: BlockRing, smallest: ptr<function, real>) {
-    // The next vertices, whose last row and column are those of the vertex about to enter; and what
-    // couples them with the kept ones, window in rows.
+    ring_factor_chunk(curve, ring, smallest);
+    for (var a = 0u; a < RING_REACH; a++) {
+        ring_couple(curve, ring, a);
+    }
+}
+
+// The word where what is eliminated of a vertex begins.
+fn ring_eliminated(ring: BlockRing, v: u32) -> u32 {
+    return RING_SHARED + (v - ring.begin - RING_REACH) * RING_ELIMINATED;
+}
+
+fn ring_factor_chunk(curve: Curve, ring: BlockRing, smallest: ptr<function, real>) {
+    // The next vertices, whose last row and column are those of the vertex about to enter.
     var window: array<matrix, RING_FRONT * RING_FRONT>;
     var window_rhs: array<vector, RING_FRONT>;
-    var coupled: array<matrix, RING_FRONT * RING_REACH>;
-    var low: array<matrix, RING_BLOCKS>;
-    var low_rhs: array<vector, RING_REACH>;
     let first = ring.begin + RING_REACH;
 //:unroll a 0..$REACH
 //:unroll b $a..$REACH
-    low[$au * RING_REACH + $bu] = ring_own_block(curve, ring, ring.begin + $au, $bu - $au);
     window[$au * RING_FRONT + $bu] = ring_own_block(curve, ring, first + $au, $bu - $au);
-    coupled[$au * RING_REACH + $bu] = transpose(ring_own_block(curve, ring, ring.begin + $bu, RING_REACH + $au - $bu));
 //:end
-    low_rhs[$a] = ring_own_rhs(curve, ring, ring.begin + $au);
     window_rhs[$a] = ring_own_rhs(curve, ring, first + $au);
 //:end
     var after: array<matrix, RING_REACH>;
-    var kept: array<matrix, RING_REACH>;
-    var word = RING_SHARED;
     for (var v = first; v < ring.end; v++) {
 //:unroll i 0..$REACH
         window[$iu * RING_FRONT + RING_REACH] = ring_own_block(curve, ring, v + $iu, RING_REACH - $iu);
-        coupled[RING_REACH * RING_REACH + $iu] = matrix();
 //:end
         window[RING_REACH * RING_FRONT + RING_REACH] = ring_own_block(curve, ring, v + RING_REACH, 0u);
         window_rhs[RING_REACH] = ring_own_rhs(curve, ring, v + RING_REACH);
 
+        let word = ring_eliminated(ring, v);
         let factor = block_cholesky(window[0], smallest);
         let r = block_under_vector(factor, window_rhs[0]);
         ring_store_block(ring, word, factor);
-        ring_store_vector(ring, word + (2u * RING_REACH + 1u) * RING_BLOCK, r);
+        ring_store_vector(ring, word + RING_ELIMINATED_RHS, r);
 //:unroll a 0..$REACH
         after[$a] = block_under(factor, window[$au + 1u]);
-        kept[$a] = block_under(factor, coupled[$a]);
         ring_store_block(ring, word + (1u + $au) * RING_BLOCK, after[$a]);
-        ring_store_block(ring, word + (1u + RING_REACH + $au) * RING_BLOCK, kept[$a]);
-//:end
-//:unroll a 0..$REACH
-//:unroll b $a..$REACH
-        low[$au * RING_REACH + $bu] -= block_product(kept[$a], kept[$b]);
-//:end
-        low_rhs[$a] -= block_transposed(kept[$a], r);
 //:end
         // The window moves on by a vertex.
 //:unroll i 0..$REACH
@@ -85,41 +81,70 @@ fn ring_eliminate(curve: Curve, ring: BlockRing, smallest: ptr<function, real>) 
         window[$iu * RING_FRONT + $ju] =
             window[($iu + 1u) * RING_FRONT + $ju + 1u] - block_product(after[$i], after[$j]);
 //:end
-//:unroll a 0..$REACH
-        coupled[$iu * RING_REACH + $au] =
-            coupled[($iu + 1u) * RING_REACH + $au] - block_product(after[$i], kept[$a]);
-//:end
         window_rhs[$i] = window_rhs[$iu + 1u] - block_transposed(after[$i], r);
 //:end
-        word += RING_ELIMINATED;
     }
 //:unroll a 0..$REACH
 //:unroll b $a..$REACH
-    ring_store_block(ring, ring_upper(RING_LOW, $au, $bu), low[$au * RING_REACH + $bu]);
     ring_store_block(ring, ring_upper(RING_HIGH, $au, $bu), window[$au * RING_FRONT + $bu]);
 //:end
-//:unroll b 0..$REACH
-    ring_store_block(ring, RING_ACROSS + ($au * RING_REACH + $bu) * RING_BLOCK, coupled[$au * RING_REACH + $bu]);
-//:end
-    ring_store_vector(ring, RING_LOW_RHS + $au * $DIMu, low_rhs[$a]);
     ring_store_vector(ring, RING_HIGH_RHS + $au * $DIMu, window_rhs[$a]);
 //:end
 }
 
-// Substitutes back, from the chunk's kept unknowns, in place of the row's right-hand side, and
-// those of the lane behind.
-fn ring_substitute(curve: Curve, ring: BlockRing, behind: u32, row: ptr<function, RingRow>) {
+// What couples the chunk's vertex number a with those that were eliminated: of its row, `low` is what its first
+// vertices are left with, and `across` what couples it with the next chunk's.
+fn ring_couple(curve: Curve, ring: BlockRing, a: u32) {
+    // Rows of the next vertices; and by the chunk's vertices up to a.
+    var coupled: array<matrix, RING_REACH>;
+    var low: array<matrix, RING_REACH>;
+    let own = ring.begin + a;
+//:unroll i 0..$REACH
+    if ($iu <= a) {
+        coupled[$i] = transpose(ring_own_block(curve, ring, own, RING_REACH + $iu - a));
+        low[$i] = ring_own_block(curve, ring, ring.begin + $iu, a - $iu);
+    }
+//:end
+    var low_rhs = ring_own_rhs(curve, ring, own);
+    for (var v = ring.begin + RING_REACH; v < ring.end; v++) {
+        let word = ring_eliminated(ring, v);
+        let kept = block_under(ring_load_block(ring, ring.lane, word), coupled[0]);
+        ring_store_block(ring, word + (1u + RING_REACH + a) * RING_BLOCK, kept);
+//:unroll i 0..$REACH
+        if ($iu <= a) {
+            low[$i] -= block_product(ring_load_block(ring, ring.lane, word + (1u + RING_REACH + $iu) * RING_BLOCK), kept);
+        }
+//:end
+        low_rhs -= block_transposed(kept, ring_load_vector(ring, ring.lane, word + RING_ELIMINATED_RHS));
+//:unroll i 1..$REACH
+        coupled[$iu - 1u] = coupled[$i] - block_product(ring_load_block(ring, ring.lane, word + $iu * RING_BLOCK), kept);
+//:end
+        coupled[RING_REACH - 1u] =
+            matrix() - block_product(ring_load_block(ring, ring.lane, word + RING_REACH * RING_BLOCK), kept);
+    }
+//:unroll i 0..$REACH
+    if ($iu <= a) {
+        ring_store_block(ring, ring_upper(RING_LOW, $iu, a), low[$i]);
+    }
+    ring_store_block(ring, RING_ACROSS + ($iu * RING_REACH + a) * RING_BLOCK, coupled[$i]);
+//:end
+    ring_store_vector(ring, RING_LOW_RHS + a * $DIMu, low_rhs);
+}
+
+// Substitutes back, from the chunk's kept unknowns and those of the lane behind.
+fn ring_substitute(curve: Curve, ring: BlockRing, behind: u32) {
     var next: array<vector, RING_REACH>;
+    var kept: array<vector, RING_REACH>;
 //:unroll a 0..$REACH
     next[$a] = ring_load_vector(ring, behind, RING_LOW_RHS + $au * $DIMu);
+    kept[$a] = ring_load_vector(ring, ring.lane, RING_LOW_RHS + $au * $DIMu);
 //:end
-    let first = ring.begin + RING_REACH;
-    for (var v = ring.end; v > first; v--) {
-        let word = RING_SHARED + (v - 1u - first) * RING_ELIMINATED;
-        var x = ring_load_vector(ring, ring.lane, word + (2u * RING_REACH + 1u) * RING_BLOCK);
+    for (var v = ring.end; v > ring.begin + RING_REACH; v--) {
+        let word = ring_eliminated(ring, v - 1u);
+        var x = ring_load_vector(ring, ring.lane, word + RING_ELIMINATED_RHS);
 //:unroll a 0..$REACH
         x -= block_applied(ring_load_block(ring, ring.lane, word + (1u + $au) * RING_BLOCK), next[$a]);
-        x -= block_applied(ring_load_block(ring, ring.lane, word + (1u + RING_REACH + $au) * RING_BLOCK), (*row).rhs[$a]);
+        x -= block_applied(ring_load_block(ring, ring.lane, word + (1u + RING_REACH + $au) * RING_BLOCK), kept[$a]);
 //:end
         x = block_over_vector(ring_load_block(ring, ring.lane, word), x);
 //:unroll a $REACH..1
@@ -130,7 +155,7 @@ fn ring_substitute(curve: Curve, ring: BlockRing, behind: u32, row: ptr<function
     }
 //:unroll a 0..$REACH
     if (ring.begin + $au < ring.vertices) {
-        ring_store(curve, ring.begin + $au, (*row).rhs[$a]);
+        ring_store(curve, ring.begin + $au, kept[$a]);
     }
 //:end
 }

@@ -1,131 +1,175 @@
-// The vertices that a lane keeps, as a row of the ring: `left` and `right` couple them (rows) with
-// those of the neighbours, of which symmetric `own` the upper half is used. Once factored, C⁻¹ of
-// all that, and the diagonal blocks of C.
-struct RingRow {
-    own: array<matrix, RING_BLOCKS>,
-    left: array<matrix, RING_BLOCKS>,
-    right: array<matrix, RING_BLOCKS>,
-    rhs: array<vector, RING_REACH>,
-    factors: array<matrix, RING_REACH>,
+// The vertices that a lane keeps, as a row of the ring: RING_LEFT and RING_RIGHT couple them (rows) with those of
+// the neighbours, of symmetric RING_OWN the upper half is there. Once factored, C⁻¹ of all that, and the
+// diagonal blocks of C in RING_FACTORS. All of it stands in scratch memory, of which a thread takes a
+// column at a time.
+
+fn ring_square(section: u32, a: u32, b: u32) -> u32 {
+    return section + (a * RING_REACH + b) * RING_BLOCK;
+}
+
+fn ring_own(ring: BlockRing, word: u32) -> matrix {
+    return ring_load_block(ring, ring.lane, word);
+}
+
+// Adds to the row what lanes before and behind share of it. `before` has it after itself, and `behind` before.
+fn ring_add_shares(ring: BlockRing, before: u32, behind: u32) {
+    for (var a = 0u; a < RING_REACH; a++) {
+        for (var b = a; b < RING_REACH; b++) {
+            var own = ring_own(ring, ring_upper(RING_OWN, a, b));
+            own += ring_load_block(ring, before, ring_upper(RING_HIGH, a, b));
+            own += ring_load_block(ring, behind, ring_upper(RING_LOW, a, b));
+            ring_store_block(ring, ring_upper(RING_OWN, a, b), own);
+        }
+        var rhs = ring_load_vector(ring, ring.lane, RING_RHS + a * $DIMu);
+        rhs += ring_load_vector(ring, before, RING_HIGH_RHS + a * $DIMu);
+        rhs += ring_load_vector(ring, behind, RING_LOW_RHS + a * $DIMu);
+        ring_store_vector(ring, RING_RHS + a * $DIMu, rhs);
+    }
+    ring_take_sides(ring, before, behind);
+}
+
+// The row before anything of the ring is eliminated: what the lane and the one before share of it.
+fn ring_take_row(ring: BlockRing, before: u32) {
+    for (var a = 0u; a < RING_REACH; a++) {
+        for (var b = a; b < RING_REACH; b++) {
+            let own = ring_own(ring, ring_upper(RING_LOW, a, b));
+            let high = ring_load_block(ring, before, ring_upper(RING_HIGH, a, b));
+            ring_store_block(ring, ring_upper(RING_OWN, a, b), own + high);
+        }
+        let rhs = ring_load_vector(ring, ring.lane, RING_LOW_RHS + a * $DIMu);
+        let high = ring_load_vector(ring, before, RING_HIGH_RHS + a * $DIMu);
+        ring_store_vector(ring, RING_RHS + a * $DIMu, rhs + high);
+    }
+    ring_take_sides(ring, before, ring.lane);
 }
 
 // What couples the row with its neighbours, as told by the lane between it and the one before, and
 // by that between it and the one after.
-fn ring_load_sides(ring: BlockRing, before: u32, behind: u32, row: ptr<function, RingRow>) {
-//:unroll a 0..$REACH
-//:unroll b 0..$REACH
-    (*row).left[$au * RING_REACH + $bu] =
-        ring_load_block(ring, before, RING_ACROSS + ($au * RING_REACH + $bu) * RING_BLOCK);
-    (*row).right[$au * RING_REACH + $bu] =
-        transpose(ring_load_block(ring, behind, RING_ACROSS + ($bu * RING_REACH + $au) * RING_BLOCK));
-//:end
-//:end
+fn ring_take_sides(ring: BlockRing, before: u32, behind: u32) {
+    for (var a = 0u; a < RING_REACH; a++) {
+        for (var b = 0u; b < RING_REACH; b++) {
+            let left = ring_load_block(ring, before, ring_square(RING_ACROSS, a, b));
+            let right = transpose(ring_load_block(ring, behind, ring_square(RING_ACROSS, b, a)));
+            ring_store_block(ring, ring_square(RING_LEFT, a, b), left);
+            ring_store_block(ring, ring_square(RING_RIGHT, a, b), right);
+        }
+    }
 }
 
 // Both neighbours are the row itself.
-fn ring_close(row: ptr<function, RingRow>) {
-//:unroll a 0..$REACH
-//:unroll b $a..$REACH
-    (*row).own[$au * RING_REACH + $bu] += (*row).left[$au * RING_REACH + $bu];
-    (*row).own[$au * RING_REACH + $bu] += (*row).right[$au * RING_REACH + $bu];
-//:end
-//:end
-//:unroll k 0..$REACH
-//:unroll b 0..$REACH
-    (*row).left[$ku * RING_REACH + $bu] = matrix();
-    (*row).right[$ku * RING_REACH + $bu] = matrix();
-//:end
-//:end
+fn ring_close(ring: BlockRing) {
+    for (var a = 0u; a < RING_REACH; a++) {
+        for (var b = 0u; b < RING_REACH; b++) {
+            if (b >= a) {
+                var own = ring_own(ring, ring_upper(RING_OWN, a, b));
+                own += ring_own(ring, ring_square(RING_LEFT, a, b));
+                own += ring_own(ring, ring_square(RING_RIGHT, a, b));
+                ring_store_block(ring, ring_upper(RING_OWN, a, b), own);
+            }
+            ring_store_block(ring, ring_square(RING_LEFT, a, b), matrix());
+            ring_store_block(ring, ring_square(RING_RIGHT, a, b), matrix());
+        }
+    }
 }
 
-// Factors `own`, C Cᵀ, row after row, and takes C⁻¹ of all that stands beside it.
-fn ring_factor(row: ptr<function, RingRow>, smallest: ptr<function, real>) {
+// Factors the own block, C Cᵀ, row after row, and takes C⁻¹ of all that stands beside it.
+fn ring_factor(ring: BlockRing, smallest: ptr<function, real>) {
+    var own: array<matrix, RING_BLOCKS>;
+    var factors: array<matrix, RING_REACH>;
+    var rhs: array<vector, RING_REACH>;
+//:unroll i 0..$REACH
+//:unroll j $i..$REACH
+    own[$iu * RING_REACH + $ju] = ring_own(ring, ring_upper(RING_OWN, $iu, $ju));
+//:end
+    rhs[$i] = ring_load_vector(ring, ring.lane, RING_RHS + $iu * $DIMu);
+//:end
 //:unroll i 0..$REACH
 //:unroll p 0..$i
 //:unroll j $i..$REACH
-    (*row).own[$iu * RING_REACH + $ju] -=
-        block_product((*row).own[$pu * RING_REACH + $iu], (*row).own[$pu * RING_REACH + $ju]);
+    own[$iu * RING_REACH + $ju] -= block_product(own[$pu * RING_REACH + $iu], own[$pu * RING_REACH + $ju]);
 //:end
-//:unroll b 0..$REACH
-    (*row).left[$iu * RING_REACH + $bu] -=
-        block_product((*row).own[$pu * RING_REACH + $iu], (*row).left[$pu * RING_REACH + $bu]);
-    (*row).right[$iu * RING_REACH + $bu] -=
-        block_product((*row).own[$pu * RING_REACH + $iu], (*row).right[$pu * RING_REACH + $bu]);
+    rhs[$i] -= block_transposed(own[$pu * RING_REACH + $iu], rhs[$p]);
 //:end
-    (*row).rhs[$i] -= block_transposed((*row).own[$pu * RING_REACH + $iu], (*row).rhs[$p]);
+    factors[$i] = block_cholesky(own[$iu * RING_REACH + $iu], smallest);
+    ring_store_block(ring, RING_FACTORS + $iu * RING_BLOCK, factors[$i]);
+//:unroll j $(i+1)..$REACH
+    own[$iu * RING_REACH + $ju] = block_under(factors[$i], own[$iu * RING_REACH + $ju]);
+    ring_store_block(ring, ring_upper(RING_OWN, $iu, $ju), own[$iu * RING_REACH + $ju]);
 //:end
-    (*row).factors[$i] = block_cholesky((*row).own[$iu * RING_REACH + $iu], smallest);
-    // The first of these is Cᵀ, and not used.
-//:unroll j $i..$REACH
-    (*row).own[$iu * RING_REACH + $ju] = block_under((*row).factors[$i], (*row).own[$iu * RING_REACH + $ju]);
+    rhs[$i] = block_under_vector(factors[$i], rhs[$i]);
+    ring_store_vector(ring, RING_RHS + $iu * $DIMu, rhs[$i]);
 //:end
-//:unroll b 0..$REACH
-    (*row).left[$iu * RING_REACH + $bu] = block_under((*row).factors[$i], (*row).left[$iu * RING_REACH + $bu]);
-    (*row).right[$iu * RING_REACH + $bu] = block_under((*row).factors[$i], (*row).right[$iu * RING_REACH + $bu]);
+    var column: array<matrix, RING_REACH>;
+    for (var k = 0u; k < 2u * RING_REACH; k++) {
+        // Columns of RING_LEFT, then of RING_RIGHT.
+        let word = select(RING_LEFT + k * RING_BLOCK, RING_RIGHT + (k - RING_REACH) * RING_BLOCK, k >= RING_REACH);
+//:unroll i 0..$REACH
+        column[$i] = ring_own(ring, word + $iu * RING_REACH * RING_BLOCK);
+//:unroll p 0..$i
+        column[$i] -= block_product(own[$pu * RING_REACH + $iu], column[$p]);
 //:end
-    (*row).rhs[$i] = block_under_vector((*row).factors[$i], (*row).rhs[$i]);
+        column[$i] = block_under(factors[$i], column[$i]);
+        ring_store_block(ring, word + $iu * RING_REACH * RING_BLOCK, column[$i]);
 //:end
+    }
+}
+
+// −Σ xᵢᵀ yᵢ over the rows of column a of one side and column b of another.
+fn ring_sides(ring: BlockRing, x: u32, a: u32, y: u32, b: u32) -> matrix {
+    var share = matrix();
+    for (var i = 0u; i < RING_REACH; i++) {
+        share -= block_product(ring_own(ring, ring_square(x, i, a)), ring_own(ring, ring_square(y, i, b)));
+    }
+    return share;
+}
+
+fn ring_side_rhs(ring: BlockRing, x: u32, a: u32) -> vector {
+    var share = vector();
+    for (var i = 0u; i < RING_REACH; i++) {
+        let rhs = ring_load_vector(ring, ring.lane, RING_RHS + i * $DIMu);
+        share -= block_transposed(ring_own(ring, ring_square(x, i, a)), rhs);
+    }
+    return share;
 }
 
 // Shares what the neighbours are left with once this row, factored, is eliminated.
-fn ring_share(ring: BlockRing, row: ptr<function, RingRow>) {
-    var share = matrix();
-    var share_rhs = vector();
-//:unroll a 0..$REACH
-//:unroll b $a..$REACH
-    share = matrix();
-//:unroll i 0..$REACH
-    share -= block_product((*row).left[$iu * RING_REACH + $au], (*row).left[$iu * RING_REACH + $bu]);
-//:end
-    ring_store_block(ring, ring_upper(RING_LOW, $au, $bu), share);
-    share = matrix();
-//:unroll i 0..$REACH
-    share -= block_product((*row).right[$iu * RING_REACH + $au], (*row).right[$iu * RING_REACH + $bu]);
-//:end
-    ring_store_block(ring, ring_upper(RING_HIGH, $au, $bu), share);
-//:end
-//:unroll b 0..$REACH
-    share = matrix();
-//:unroll i 0..$REACH
-    share -= block_product((*row).right[$iu * RING_REACH + $au], (*row).left[$iu * RING_REACH + $bu]);
-//:end
-    ring_store_block(ring, RING_ACROSS + ($au * RING_REACH + $bu) * RING_BLOCK, share);
-//:end
-    share_rhs = vector();
-//:unroll i 0..$REACH
-    share_rhs -= block_transposed((*row).left[$iu * RING_REACH + $au], (*row).rhs[$i]);
-//:end
-    ring_store_vector(ring, RING_LOW_RHS + $au * $DIMu, share_rhs);
-    share_rhs = vector();
-//:unroll i 0..$REACH
-    share_rhs -= block_transposed((*row).right[$iu * RING_REACH + $au], (*row).rhs[$i]);
-//:end
-    ring_store_vector(ring, RING_HIGH_RHS + $au * $DIMu, share_rhs);
-//:end
+fn ring_share(ring: BlockRing) {
+    for (var a = 0u; a < RING_REACH; a++) {
+        for (var b = 0u; b < RING_REACH; b++) {
+            if (b >= a) {
+                ring_store_block(ring, ring_upper(RING_LOW, a, b), ring_sides(ring, RING_LEFT, a, RING_LEFT, b));
+                ring_store_block(ring, ring_upper(RING_HIGH, a, b), ring_sides(ring, RING_RIGHT, a, RING_RIGHT, b));
+            }
+            ring_store_block(ring, ring_square(RING_ACROSS, a, b), ring_sides(ring, RING_RIGHT, a, RING_LEFT, b));
+        }
+        ring_store_vector(ring, RING_LOW_RHS + a * $DIMu, ring_side_rhs(ring, RING_LEFT, a));
+        ring_store_vector(ring, RING_HIGH_RHS + a * $DIMu, ring_side_rhs(ring, RING_RIGHT, a));
+    }
 }
 
-// The kept unknowns of a row that was eliminated, in place of its right-hand side and to be read by
-// others, from those of the neighbours it had then. The row that was eliminated last has none, and
-// zeros beside it.
-fn ring_unknowns(ring: BlockRing, before: u32, behind: u32, row: ptr<function, RingRow>) {
+// The kept unknowns of a row that was eliminated, for others to read where its shares of right-hand sides
+// were, from those of the neighbours it had then. The row that was eliminated last has none, and zeros
+// beside it.
+fn ring_unknowns(ring: BlockRing, before: u32, behind: u32) {
+    var x: array<vector, RING_REACH>;
+//:unroll i 0..$REACH
+    x[$i] = ring_load_vector(ring, ring.lane, RING_RHS + $iu * $DIMu);
+//:end
     if (before != ring.lane) {
-        var x = vector();
-//:unroll b 0..$REACH
-        x = ring_load_vector(ring, before, RING_LOW_RHS + $bu * $DIMu);
+        for (var b = 0u; b < RING_REACH; b++) {
+            let left = ring_load_vector(ring, before, RING_LOW_RHS + b * $DIMu);
+            let right = ring_load_vector(ring, behind, RING_LOW_RHS + b * $DIMu);
 //:unroll i 0..$REACH
-        (*row).rhs[$i] -= block_applied((*row).left[$iu * RING_REACH + $bu], x);
+            x[$i] -= block_applied(ring_own(ring, ring_square(RING_LEFT, $iu, b)), left);
+            x[$i] -= block_applied(ring_own(ring, ring_square(RING_RIGHT, $iu, b)), right);
 //:end
-        x = ring_load_vector(ring, behind, RING_LOW_RHS + $bu * $DIMu);
-//:unroll i 0..$REACH
-        (*row).rhs[$i] -= block_applied((*row).right[$iu * RING_REACH + $bu], x);
-//:end
-//:end
+        }
     }
 //:unroll i $REACH..0
-    (*row).rhs[$i] = block_over_vector((*row).factors[$i], (*row).rhs[$i]);
+    x[$i] = block_over_vector(ring_own(ring, RING_FACTORS + $iu * RING_BLOCK), x[$i]);
 //:unroll p 0..$i
-    (*row).rhs[$p] -= block_applied((*row).own[$pu * RING_REACH + $iu], (*row).rhs[$i]);
+    x[$p] -= block_applied(ring_own(ring, ring_upper(RING_OWN, $pu, $iu)), x[$i]);
 //:end
-    ring_store_vector(ring, RING_LOW_RHS + $iu * $DIMu, (*row).rhs[$i]);
+    ring_store_vector(ring, RING_LOW_RHS + $iu * $DIMu, x[$i]);
 //:end
 }

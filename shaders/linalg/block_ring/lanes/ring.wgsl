@@ -2,8 +2,7 @@
 // curve, each vertex of which is coupled with the $REACH after it. Every lane keeps the first
 // $REACH vertices of its chunk and eliminates the others; the kept ones form a cyclic block
 // tridiagonal system, reduced by log2 $LANES steps of cyclic reduction; then every lane substitutes
-// back. With ALONE a lane has its curve for itself ($LANES is 1) and waits for none. Why:
-// src/linalg/block_ring/mod.rs.
+// back. Why: src/linalg/block_ring/mod.rs.
 // Twin: src/linalg/block_ring/lanes.rs.
 //
 // Who includes it defines $DIM and, for curves of a type Curve:
@@ -23,16 +22,24 @@ const RING_HALF: u32 = RING_REACH * (RING_REACH + 1u) / 2u * RING_BLOCK;
 
 // No twin: what the CPU has in arrays. What a lane shares: what is to be added to the blocks and right-hand sides of the
 // kept vertices before and after it, the block that couples these, rows of those after; the
-// smallest pivot. Then what it has eliminated: a vertex's factor, what couples it with those after
-// it and with the kept ones, its right-hand side.
+// smallest pivot.
 const RING_LOW: u32 = 0u;
 const RING_HIGH: u32 = RING_HALF;
 const RING_ACROSS: u32 = 2u * RING_HALF;
 const RING_LOW_RHS: u32 = RING_ACROSS + RING_BLOCKS * RING_BLOCK;
 const RING_HIGH_RHS: u32 = RING_LOW_RHS + RING_REACH * $DIMu;
 const RING_PIVOT: u32 = RING_HIGH_RHS + RING_REACH * $DIMu;
-const RING_SHARED: u32 = RING_PIVOT + 1u;
-const RING_ELIMINATED: u32 = (2u * RING_REACH + 1u) * RING_BLOCK + $DIMu;
+// No twin: its row of the ring, see lanes/kept.wgsl.
+const RING_OWN: u32 = RING_PIVOT + 1u;
+const RING_FACTORS: u32 = RING_OWN + RING_HALF;
+const RING_LEFT: u32 = RING_FACTORS + RING_REACH * RING_BLOCK;
+const RING_RIGHT: u32 = RING_LEFT + RING_BLOCKS * RING_BLOCK;
+const RING_RHS: u32 = RING_RIGHT + RING_BLOCKS * RING_BLOCK;
+// No twin: then what it has eliminated: a vertex's factor, what couples it with those after it and with the
+// kept ones, its right-hand side.
+const RING_SHARED: u32 = RING_RHS + RING_REACH * $DIMu;
+const RING_ELIMINATED_RHS: u32 = (2u * RING_REACH + 1u) * RING_BLOCK;
+const RING_ELIMINATED: u32 = RING_ELIMINATED_RHS + $DIMu;
 
 // Stands for the pivot of a matrix without rows.
 const RING_NO_PIVOT: real = real(1e30);
@@ -49,8 +56,7 @@ struct BlockRing {
     // Vertices begin … end − 1.
     begin: u32,
     end: u32,
-    // Number `word` of lane l is number first + word · stride + l of the scratch memory. Who has
-    // threads side by side, each with a curve of its own, makes the stride the number of threads.
+    // Number `word` of lane l is number first + word · stride + l of the scratch memory.
     first: u32,
     stride: u32,
 }
@@ -107,13 +113,6 @@ fn ring_upper(section: u32, a: u32, b: u32) -> u32 {
 //:include linalg/block_ring/lanes/chunk.wgsl
 //:include linalg/block_ring/lanes/kept.wgsl
 
-fn ring_barrier() {
-//:if ALONE
-//:else
-    storageBarrier();
-//:end
-}
-
 // Solves; all lanes of a workgroup take part, those that do not work for the barriers' sake. The
 // solution is there for all of them to read. Returns the smallest pivot, to every lane that works:
 // positive if and only if the matrix is positive definite, up to rounding, and 0 for one that is
@@ -123,22 +122,12 @@ fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
     if (ring.working) {
         ring_eliminate(curve, ring, &smallest);
     }
-    ring_barrier();
+    storageBarrier();
 
-    var row: RingRow;
     if (ring.working) {
-        let before = (ring.lane + ring.lanes - 1u) % ring.lanes;
-//:unroll a 0..$REACH
-//:unroll b $a..$REACH
-        row.own[$au * RING_REACH + $bu] = ring_load_block(ring, ring.lane, ring_upper(RING_LOW, $au, $bu))
-            + ring_load_block(ring, before, ring_upper(RING_HIGH, $au, $bu));
-//:end
-        row.rhs[$a] = ring_load_vector(ring, ring.lane, RING_LOW_RHS + $au * $DIMu)
-            + ring_load_vector(ring, before, RING_HIGH_RHS + $au * $DIMu);
-//:end
-        ring_load_sides(ring, before, ring.lane, &row);
+        ring_take_row(ring, (ring.lane + ring.lanes - 1u) % ring.lanes);
     }
-    ring_barrier();
+    storageBarrier();
 
     // Every second lane of those left is eliminated; last of all lane 0, both neighbours of which
     // are itself by then.
@@ -148,43 +137,35 @@ fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
         let is_last = ring.lane == 0u && step == ring.lanes;
         if (ring.working && (ring.lane % (2u * step) == step || is_last)) {
             if (is_last) {
-                ring_close(&row);
+                ring_close(ring);
             }
-            ring_factor(&row, &smallest);
+            ring_factor(ring, &smallest);
             if (!is_last) {
-                ring_share(ring, &row);
+                ring_share(ring);
             }
         }
-        ring_barrier();
+        storageBarrier();
         if (ring.working && ring.lane % (2u * step) == 0u && step < ring.lanes) {
-//:unroll a 0..$REACH
-//:unroll b $a..$REACH
-            row.own[$au * RING_REACH + $bu] += ring_load_block(ring, before, ring_upper(RING_HIGH, $au, $bu));
-            row.own[$au * RING_REACH + $bu] += ring_load_block(ring, behind, ring_upper(RING_LOW, $au, $bu));
-//:end
-            row.rhs[$a] += ring_load_vector(ring, before, RING_HIGH_RHS + $au * $DIMu);
-            row.rhs[$a] += ring_load_vector(ring, behind, RING_LOW_RHS + $au * $DIMu);
-//:end
-            ring_load_sides(ring, before, behind, &row);
+            ring_add_shares(ring, before, behind);
         }
-        ring_barrier();
+        storageBarrier();
     }
 
     // Back, in the opposite order; unknowns are shared where right-hand sides were.
     for (var step = RING_LANES; step > 0u; step /= 2u) {
         let is_last = ring.lane == 0u && step == ring.lanes;
         if (ring.working && (ring.lane % (2u * step) == step || is_last)) {
-            ring_unknowns(ring, (ring.lane + ring.lanes - step) % ring.lanes, (ring.lane + step) % ring.lanes, &row);
+            ring_unknowns(ring, (ring.lane + ring.lanes - step) % ring.lanes, (ring.lane + step) % ring.lanes);
             ring_scratch[ring_place(ring, ring.lane, RING_PIVOT)] = smallest;
         }
-        ring_barrier();
+        storageBarrier();
     }
     if (ring.working) {
-        ring_substitute(curve, ring, (ring.lane + 1u) % ring.lanes, &row);
+        ring_substitute(curve, ring, (ring.lane + 1u) % ring.lanes);
         for (var lane = 0u; lane < ring.lanes; lane++) {
             smallest = min(smallest, ring_scratch[ring_place(ring, lane, RING_PIVOT)]);
         }
     }
-    ring_barrier();
+    storageBarrier();
     return smallest;
 }
