@@ -161,6 +161,7 @@ fn kernels_and_their_twins_agree_in_f32() {
                 (RingKernel::Thread, _) => solve_thread(rows),
                 (RingKernel::Long, n) => solve_long(rows, 32, if n.div_ceil(32) <= 256 { 8 } else { 128 }),
                 (_, ..=256) => solve_lanes(rows, 8),
+                (RingKernel::Workgroup, ..=1024) => solve_lanes(rows, 32),
                 (_, ..=4096) => solve_lanes(rows, 128),
                 _ => solve_long(rows, 32, 8),
             };

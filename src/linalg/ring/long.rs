@@ -34,8 +34,10 @@ pub(super) fn record(
 ) -> Result<()> {
     let (chunks, shorter) = divide(solve.systems);
     let (count, columns) = (chunks.len(), solve.columns as usize);
-    let [reduced, reduced_rhs, kept] =
-        [5, 2 * columns, columns].map(|numbers| recording.storage_reals(numbers * count));
+    let rows = solve.systems.iter().map(|system| (system.start + system.rows) as usize).max().unwrap_or(0);
+    let reduced = recording.storage_reals(5 * count + 2 * rows);
+    let reduced_rhs = recording.storage_reals((2 * count + rows) * columns);
+    let kept = recording.storage_reals(count * columns);
     let (systems, table) = (recording.upload(solve.systems), recording.upload(&chunks));
     let own = [("systems", &systems), ("chunks", &table), ("reduced", &reduced), ("reduced_rhs", &reduced_rhs)];
     let mut buffers = own.to_vec();
@@ -64,7 +66,7 @@ pub(super) fn record(
 
 /// One of the two kernels.
 pub(super) fn key(entry: &'static str, precision: Precision, source: &RowSource<'_>, columns: u32) -> KernelKey {
-    let own = definitions([("GROUP", &GROUP), ("CHUNK", &LONG_CHUNK)]);
+    let own = definitions([("GROUP", &GROUP)]);
     kernel_key("linalg/ring/long.wgsl", entry, precision, own, source, columns)
 }
 

@@ -30,9 +30,11 @@ pub enum RingKernel {
     /// By the number of rows and what the adapter can do.
     #[default]
     Auto,
-    /// Eight lanes a system, exchanging by subgroup shuffles, rows in registers. Up to 256 rows.
+    /// Eight lanes a system, exchanging by subgroup shuffles, rows in registers. Up to 256 rows,
+    /// fewer with several right-hand sides or in f64. Longer systems as by [`Long`](Self::Long).
     Subgroup,
-    /// 8 or 128 lanes a system, exchanging through workgroup memory. Up to 4,096 rows.
+    /// 8, 32 or 128 lanes a system, exchanging through workgroup memory. Up to 4,096 rows, fewer
+    /// with several right-hand sides or in f64. Longer systems as by [`Long`](Self::Long).
     Workgroup,
     /// One thread a system, coefficients in scratch memory.
     Thread,
@@ -100,19 +102,19 @@ pub struct RowSource<'a> {
     pub buffers: Vec<(&'a str, &'a Buffer)>,
 }
 
-/// Lanes of the small ring, one system a subgroup of at least this size.
-const SMALL_RING: u32 = 8;
+/// Lanes of a ring, and the rows of a lane in registers, unrolled in the kernel's text. Two at
+/// least, since a system shorter than the ring is spread over the largest power of two of lanes not
+/// above its rows. Of the first, a subgroup holds whole rings; of the last, a workgroup is one.
+const RINGS: [(u32, &[u32]); 3] = [(SUBGROUP_RING, &[2, 4, 8, 16, 32]), (32, &[8, 16, 32]), (128, &[8, 16, 32])];
 
-/// Lanes of the large ring, one system a workgroup.
-const LARGE_RING: u32 = 128;
+/// Lanes of the ring that exchanges by shuffles, one system a subgroup of at least this size.
+const SUBGROUP_RING: u32 = 8;
 
-/// Rows a lane holds in registers, by bucket: unrolled in the kernel's text. Two at least, since a
-/// system shorter than the ring is spread over the largest power of two of lanes not above its
-/// rows.
-const SMALL_CHUNKS: [u32; 5] = [2, 4, 8, 16, 32];
-
-/// The same for the large ring.
-const LARGE_CHUNKS: [u32; 3] = [8, 16, 32];
+/// Words that the rows of a lane may take. A row is two numbers and its right-hand sides.
+///
+/// With 96 of them, and what else a lane needs, 128 registers suffice in f32, so that two waves share
+/// what executes them; with 192 in f64 compilers run out of registers (benches/RESULTS.md).
+const LANE_WORDS: u32 = 96;
 
 /// Systems up to this many rows are solved by one thread each where there are no subgroups: on
 /// llvmpipe in f32 that is 3.5 times as fast as exchanging through memory at 16 rows, 1.5 times at
@@ -128,8 +130,7 @@ const QUICK_ROWS: u32 = 64;
 /// loops, without a word, after 65,535 iterations all told.
 const THREAD_ROWS: u32 = 16_384;
 
-/// Rows of a chunk of the long kernels, held in a function-scope array of the thread that
-/// substitutes.
+/// Rows of a chunk of the long kernels.
 const LONG_CHUNK: u32 = 32;
 
 /// Threads a workgroup, except where the large ring is one.
@@ -175,18 +176,21 @@ impl Solve<'_> {
 
     /// The variants in use, by increasing number of rows they take.
     fn variants(&self, recording: &Recording<'_>) -> Vec<Variant> {
-        let small = |subgroup| SMALL_CHUNKS.map(|q| Variant::Lanes { lanes: SMALL_RING, q, subgroup });
-        let large = LARGE_CHUNKS.map(|q| Variant::Lanes { lanes: LARGE_RING, q, subgroup: false });
+        let together = self.columns.min(MAX_COLUMNS_TOGETHER);
+        let rings = |subgroup| rings(recording.precision(), together, subgroup).into_iter();
         match self.kernel {
             RingKernel::Thread => vec![Variant::Thread { most_rows: THREAD_ROWS }, Variant::Long],
             RingKernel::Long => vec![Variant::Long],
-            RingKernel::Workgroup => small(false).into_iter().chain(large).chain([Variant::Long]).collect(),
-            RingKernel::Subgroup => small(true).into_iter().chain([Variant::Long]).collect(),
+            RingKernel::Workgroup => rings(false).chain([Variant::Long]).collect(),
+            RingKernel::Subgroup => {
+                let shuffled = |variant: &Variant| matches!(variant, Variant::Lanes { subgroup: true, .. });
+                rings(true).filter(shuffled).chain([Variant::Long]).collect()
+            }
             RingKernel::Auto => {
                 let adapter = recording.gpu().summary();
                 let alone = (!adapter.has_subgroups).then_some(Variant::Thread { most_rows: SHORT_ROWS });
-                let unrolled = small(adapter.has_subgroups).into_iter().chain(large);
-                let quick = unrolled.filter(|variant| !adapter.is_software() || variant.most_rows() <= QUICK_ROWS);
+                let quick = rings(adapter.has_subgroups)
+                    .filter(|variant| !adapter.is_software() || variant.most_rows() <= QUICK_ROWS);
                 alone.into_iter().chain(quick).chain([Variant::Long]).collect()
             }
         }
@@ -224,6 +228,21 @@ impl Solve<'_> {
             .step_by(MAX_COLUMNS_TOGETHER as usize)
             .try_for_each(|column| each(column, MAX_COLUMNS_TOGETHER.min(self.columns - column)))
     }
+}
+
+/// The rings that solve for so many right-hand sides together, by increasing number of rows: each is
+/// the first that takes so many.
+fn rings(precision: Precision, columns: u32, has_subgroups: bool) -> Vec<Variant> {
+    let words = precision.bytes() as u32 / 4;
+    let mut rings: Vec<Variant> = Vec::new();
+    for (lanes, chunks) in RINGS {
+        for &q in chunks.iter().filter(|&&q| q * (2 + columns) * words <= LANE_WORDS) {
+            if rings.last().is_none_or(|last| last.most_rows() < lanes * q) {
+                rings.push(Variant::Lanes { lanes, q, subgroup: has_subgroups && lanes == SUBGROUP_RING });
+            }
+        }
+    }
+    rings
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -288,13 +307,13 @@ pub fn row_sources() -> Vec<(&'static str, Definitions)> {
 /// Every ring kernel in every form, for one row source.
 pub fn kernels(precision: Precision, rows: &'static str, definitions: &Definitions) -> Vec<KernelKey> {
     let source = RowSource { path: rows, definitions: definitions.clone(), buffers: Vec::new() };
-    let small = [false, true]
-        .into_iter()
-        .flat_map(|subgroup| SMALL_CHUNKS.map(|q| Variant::Lanes { lanes: SMALL_RING, q, subgroup }));
-    let large = LARGE_CHUNKS.map(|q| Variant::Lanes { lanes: LARGE_RING, q, subgroup: false });
     let mut keys = Vec::new();
     for columns in 1..=MAX_COLUMNS_TOGETHER {
-        for variant in small.clone().chain(large).chain([Variant::Thread { most_rows: THREAD_ROWS }]) {
+        // Only the first ring differs with and without subgroups.
+        let shuffled = rings(precision, columns, true).into_iter();
+        let shuffled = shuffled.filter(|variant| matches!(variant, Variant::Lanes { subgroup: true, .. }));
+        let alone = [Variant::Thread { most_rows: THREAD_ROWS }];
+        for variant in rings(precision, columns, false).into_iter().chain(shuffled).chain(alone) {
             let (path, own, _) = variant.kernel();
             keys.push(kernel_key(path, "solve", precision, own, &source, columns));
         }
