@@ -1,11 +1,23 @@
 // Newton's method damped in the Sobolev metric, (H + λL) p = −g, one trial a tick: for
 // descent.wgsl, which says what is asked for. Twin: src/discrete/damped.rs.
 
-fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real {
-    let found = newton_direction(curve, weights, (*lane).lambda);
+// Of a direction: whether its matrix was positive definite, g·p, and the square of the largest
+// change of an edge to its length.
+struct Found {
+    sound: bool,
+    slope: real,
+    largest_square: real,
+}
+
+// The part of the direction that a trial takes.
+fn step_of(found: Found) -> real {
+    return min(real(1), most_step(found.largest_square));
+}
+
+fn aimed(lane: ptr<function, Lane>, found: Found) -> real {
     (*lane).sound = found.sound;
     (*lane).slope = found.slope;
-    (*lane).alpha = min(real(1), most_step(found.largest_square));
+    (*lane).alpha = step_of(found);
     return (*lane).alpha;
 }
 

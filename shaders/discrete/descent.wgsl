@@ -1,11 +1,12 @@
-// Curves on their way down an energy, one thread a curve: a tick is one energy and gradient and,
-// where the trial is accepted, one Sobolev gradient and a new direction. Many ticks a dispatch;
-// everything that a curve needs to go on is in storage, so that a descent is the same whatever its
-// ticks are divided into. Twin: src/discrete/descent.rs, which says why.
+// Curves on their way down an energy: a tick is one energy and gradient and, where the trial is
+// accepted, one Sobolev gradient and a new direction. Many ticks a dispatch; everything that a
+// curve needs to go on is in storage, so that a descent is the same whatever its ticks are divided
+// into. A thread has a curve for itself (descent/alone.wgsl) or, with LANES, so many share one
+// (descent/lanes.wgsl). Twin: src/discrete/descent.rs, which says why.
 //
-// Threads of a workgroup stand side by side in `fixed`, `displacements` and `work`: number c of row
-// v in a section of width w is (v w + c) $GROUP words from the section's first, the curve's lane
-// being part of that. The order is FIRST, SECOND or neither; with NEWTON, of the second order
+// Curves of $SIDE threads stand side by side in `fixed`, `displacements` and `work`: number c of
+// row v in a section of width w is (v w + c) $SIDE words from the section's first, the curve's
+// place being part of that. The order is FIRST, SECOND or neither; with NEWTON, of the second order
 // alone, directions are those of damped.wgsl, else those of lane/conjugate.wgsl.
 
 struct DescentParams {
@@ -18,11 +19,13 @@ struct DescentParams {
     direction: u32,
     // 1: a line search; 0: steps of constant size.
     search: u32,
+    // With LANES: of every curve.
+    ticks: u32,
 }
 
 struct DescentTask {
     slot: u32,
-    // As many ticks as the loops of the longest curve of the workgroup allow.
+    // Without LANES: as many as the loops of the longest curve of the workgroup allow.
     ticks: u32,
 }
 
@@ -77,7 +80,8 @@ const GIVEN_STEP: u32 = 3u;
 @group(0) @binding(7) var<storage, read_write> displacements: array<real>;
 // Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the
 // border, fractions of spans; last the pins'. With NEWTON the factors come before the pins', and
-// what they share with the border of a closed curve before its first section.
+// what they share with the border of a closed curve before its first section; with LANES in their
+// place the blocks by vertices, and after the pins' what the lanes of a ring share.
 @group(0) @binding(8) var<storage, read_write> work: array<real>;
 
 // A curve as its thread sees it: first words of its sections.
@@ -99,7 +103,12 @@ struct Curve {
     chain: u32,
     fraction: u32,
     pin_section: u32,
-//:if NEWTON
+//:if LANES
+    blocks: u32,
+    scratch: u32,
+    // Whether the block ring solves for the turns at pins, not for a direction.
+    turns: bool,
+//:else
     factor: u32,
     border: u32,
 //:end
@@ -123,21 +132,7 @@ fn load_weight(curve: Curve, index: u32) -> real {
 
 //:include discrete/descent/trial.wgsl
 //:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
-//:include discrete/metric/mod.wgsl
-//:if SECOND
-//:include discrete/metric/hats.wgsl
-//:end
-
 //:include discrete/lane.wgsl
-
-// The base: no displacement, no direction.
-fn begin(curve: Curve) {
-    for (var v = 0u; v < curve.vertices; v++) {
-        store_displacement(curve, v, vector());
-        store_vector(curve.p, v, vector());
-        store_vector(curve.z, v, vector());
-    }
-}
 
 // Largest step that changes no edge by more than its allowed part.
 fn most_step(largest_square: real) -> real {
@@ -147,37 +142,6 @@ fn most_step(largest_square: real) -> real {
 fn relative_change(curve: Curve, j: u32, change: vector) -> real {
     let inverse = real(1) / length_at(curve, j);
     return dot(change, change) * inverse * inverse;
-}
-
-// Takes the step and its gradient; its edges' lengths are kept, and their sum is returned.
-fn take_step(curve: Curve) -> real {
-    var length = real(0);
-    var first = vector();
-    var before = vector();
-    for (var v = 0u; v < curve.vertices; v++) {
-        let x = trial(curve, v);
-        store_displacement(curve, v, x);
-//:if NEWTON
-        store_vector(curve.g, v, work_vector(curve.x, v));
-//:end
-        if (v == 0u) {
-            first = x;
-        } else {
-            length += take_length(curve, v - 1u, x - before);
-        }
-        before = x;
-    }
-    if (curve.closed != 0u) {
-        length += take_length(curve, curve.segments - 1u, first - before);
-    }
-    return length;
-}
-
-fn take_length(curve: Curve, j: u32, change: vector) -> real {
-    let edge = fixed_vector(curve, j, 0u) + change;
-    let length = sqrt(dot(edge, edge));
-    work[curve.length + j * $GROUPu] = length;
-    return length;
 }
 
 // Ends the lane, if it does, by ⟨g, z⟩ where the step was taken.
@@ -216,40 +180,19 @@ fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved) {
     }
 }
 
-// What differs with the way directions are found:
-//     fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real: the step of the trial along p
-//     fn judge(lane: ptr<function, Lane>, energy: real, slope: real) -> u32: the verdict on the trial
-//     fn go_on(lane: ptr<function, Lane>, curve: Curve, solved: Solved, before: real, slope: real): after a step that was
-//         taken and did not end the lane; `before` is ⟨g, z⟩ before it
-//     fn give_way(lane: ptr<function, Lane>, curve: Curve): after a direction that failed
-//:if NEWTON
-//:include discrete/newton.wgsl
-//:include discrete/damped.wgsl
-//:else
-//:include discrete/lane/conjugate.wgsl
-//:end
-
-// One trial.
-fn tick(lane: ptr<function, Lane>, at_step: Curve) {
-    var curve = at_step;
-    let weights = load_weights(curve);
-    let is_first = (*lane).standing == STANDING_START;
-    // The first trial is the base.
-    curve.alpha = real(0);
-    if (!is_first) {
-        curve.alpha = aim(lane, curve, weights);
-    }
-    let swept = sweep(curve, weights, 0u, curve.vertices);
+// What is said of a trial: its energies, and the slope there.
+fn verdict_on(lane: ptr<function, Lane>, swept: Swept) -> u32 {
     let energy = swept.energy + swept.gauge;
     (*lane).evaluations += 1u;
     var verdict = VERDICT_ACCEPT;
-    if (is_first) {
+    if ((*lane).standing == STANDING_START) {
+        // The base.
         (*lane).standing = STANDING_RUNNING;
         (*lane).start_energy = energy;
-        (*lane).reported = swept.energy;
         if (is_out_of_range(energy)) {
             (*lane).standing = STANDING_BROKEN;
-            return;
+            (*lane).reported = swept.energy;
+            return VERDICT_AGAIN;
         }
     } else {
         verdict = judge(lane, energy, swept.slope);
@@ -260,30 +203,12 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     if (verdict == VERDICT_ACCEPT) {
         (*lane).energy = energy;
         (*lane).reported = swept.energy;
-        (*lane).length = take_step(curve);
-        let before = (*lane).norm2;
-        let solved = sobolev_gradient(curve);
-        turn(lane, curve, solved);
-        if ((*lane).standing == STANDING_RUNNING) {
-            go_on(lane, curve, solved, before, swept.slope);
-        }
-    } else if (verdict == VERDICT_FAIL) {
-        give_way(lane, curve);
     }
+    return verdict;
 }
 
-//:include entry.wgsl ENTRY=descend TASKS=params.tasks
-    let own = tasks[task];
-    let curve = load_curve(own.slot);
-    var lane = load_lane(own.slot);
-    if (lane.standing == STANDING_START) {
-        begin(curve);
-    }
-    for (var done = 0u; done < own.ticks; done++) {
-        if (lane.standing > STANDING_RUNNING) {
-            break;
-        }
-        tick(&lane, curve);
-    }
-    store_lane(own.slot, lane);
-}
+//:if LANES
+//:include discrete/descent/lanes.wgsl
+//:else
+//:include discrete/descent/alone.wgsl
+//:end

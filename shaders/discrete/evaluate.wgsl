@@ -143,6 +143,44 @@ fn add_to_hessian(curve: Curve, range: VertexRange, v: i32, k: u32, block: matri
 //:end
 }
 
+// Adds what a term has by the edges of the window from j on: edge j is vertex j + 1 less vertex j.
+fn add_term(curve: Curve, range: VertexRange, j: i32, w: Window, weight: real, p: Partials, h: SecondPartials) {
+//:unroll j 0..$WIDTH
+    let e$j$j = weight * (edge_block(w.t$j, w.r$j, w.t$j, w.r$j, h.t$j$j, h.m$j$j, h.m$j$j, h.s$j$j)
+        + edge_curvature(w.t$j, w.r$j, p.t$j, p.s$j));
+    add_to_hessian(curve, range, j + $j, 0u, e$j$j);
+    add_to_hessian(curve, range, j + $j, 1u, real(-1) * e$j$j);
+    add_to_hessian(curve, range, j + $(j+1), 0u, e$j$j);
+//:unroll k $(j+1)..$WIDTH
+    let e$j$k = weight * edge_block(w.t$j, w.r$j, w.t$k, w.r$k, h.t$j$k, h.m$j$k, h.m$k$j, h.s$j$k);
+    add_to_hessian(curve, range, j + $j, $ku - $ju, e$j$k);
+    add_to_hessian(curve, range, j + $j, $(k+1)u - $ju, real(-1) * e$j$k);
+//:if $k == $(j+1)
+    add_to_hessian(curve, range, j + $k, 0u, real(-1) * (e$j$k + transpose(e$j$k)));
+//:else
+    add_to_hessian(curve, range, j + $(j+1), $ku - $(j+1)u, real(-1) * e$j$k);
+//:end
+    add_to_hessian(curve, range, j + $(j+1), $ku - $ju, e$j$k);
+//:end
+//:end
+}
+
+// Adds the terms over the window from edge j on one after the other, and their blocks one by one: together they are
+// more than a thread's registers.
+fn add_window(curve: Curve, range: VertexRange, j: i32, w: Window, weights: Weights) {
+    let edges = edges_from(curve, j);
+//:each TERM
+    if (edges >= $EDGESu) {
+        add_term(curve, range, j, w, weights.$NAME, $NAME_gradient(w), $NAME_hessian(w));
+    }
+//:end
+//:if GAUGE
+    if (edges >= 2u) {
+        add_term(curve, range, j, w, weights.gauge, gauge_gradient(w), gauge_hessian(w));
+    }
+//:end
+}
+
 //:include entry.wgsl ENTRY=hessian TASKS=params.blocks
     let range = blocks[task];
     let curve = curves[range.curve];
@@ -169,11 +207,6 @@ fn add_to_hessian(curve: Curve, range: VertexRange, v: i32, k: u32, block: matri
             w.free = load_free(curve, wrapped(curve, j));
         }
 //:end
-        let by_vertex = vertex_blocks(w, weights, edges_from(curve, j));
-//:unroll a 0..$VERTICES
-//:unroll b $a..$VERTICES
-        add_to_hessian(curve, range, j + $a, $bu - $au, by_vertex.v$a$b);
-//:end
-//:end
+        add_window(curve, range, j, w, weights);
     }
 }

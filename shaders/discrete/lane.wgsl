@@ -49,6 +49,13 @@ struct Lane {
 //:end
 }
 
+//:if LANES
+// λ before a curve has any.
+fn load_lambda(slot: u32) -> real {
+    return lanes[slot * params.numbers + GIVEN + 6u];
+}
+
+//:end
 fn load_lane(slot: u32) -> Lane {
     let state = states[slot];
     let at = slot * params.numbers + GIVEN;

@@ -7,7 +7,7 @@
 // one, and only what solving backwards needs is stored. Of a closed curve the first two vertices,
 // the border, are kept for the end; the walk goes on past the last vertex to two more, which are
 // the border's once more and are brought together with it.
-//:include discrete/hessian.wgsl
+//:include discrete/newton/damping.wgsl
 
 struct Front {
     // By the vertices v, v + 1 and v + 2; a01: rows of v, columns of v + 1.
@@ -87,15 +87,6 @@ fn add_window(front: ptr<function, Front>, blocks: VertexBlocks, damping: vec3<r
     (*front).a11 += part.y * (blocks.v11 + diagonal(damping.y * damping.y));
     (*front).a12 += (part.y * part.z) * (blocks.v12 + diagonal(damping.y * damping.z));
     (*front).a22 += part.z * (blocks.v22 + diagonal(damping.z * damping.z));
-}
-
-// √(λ w Δa) times the row of D₂ in this window: 0 where it has no second edge.
-fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec3<real> {
-    if (edges < 2u) {
-        return vec3<real>();
-    }
-    let root = sqrt(lambda * curve.highest * real(2) / (w.s0 + w.s1));
-    return root * vec3<real>(w.r0, -(w.r0 + w.r1), w.r1);
 }
 
 // Eliminates the front's first vertex, v.
@@ -227,14 +218,6 @@ fn solve_border(front: Front) -> Border {
     return Border(y - u * x1, x1, first.sound && second.sound);
 }
 
-// Of a direction: whether its matrix was positive definite, g·p, and the square of the largest
-// change of an edge to its length.
-struct Found {
-    sound: bool,
-    slope: real,
-    largest_square: real,
-}
-
 // p at the curve as it stands.
 fn newton_direction(curve: Curve, weights: Weights, lambda: real) -> Found {
     let is_closed = curve.closed != 0u;
@@ -265,4 +248,8 @@ fn newton_direction(curve: Curve, weights: Weights, lambda: real) -> Found {
         next = x;
     }
     return found;
+}
+
+fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real {
+    return aimed(lane, newton_direction(curve, weights, (*lane).lambda));
 }

@@ -63,6 +63,8 @@ pub struct Run<'a> {
     verbs: [&'static str; 2],
     /// "2 curves, 7 points".
     volume: String,
+    /// What does the work.
+    device: Option<Device>,
     /// Why this device.
     reason: String,
     seconds: Seconds,
@@ -74,8 +76,8 @@ impl<'a> Run<'a> {
     pub fn start(args: &'a RunArgs, what: &'static str, verbs: [&'static str; 2]) -> Self {
         let mut progress = Progress::new(args.talk.quiet);
         progress.step("reading");
-        let (volume, reason, seconds) = (String::new(), String::new(), Seconds::default());
-        Run { args, what, verbs, volume, reason, seconds, progress }
+        let (device, volume, reason, seconds) = (None, String::new(), String::new(), Seconds::default());
+        Run { args, what, verbs, volume, device, reason, seconds, progress }
     }
 
     /// Opens the device for so many points, read and written together; then the work begins. Of
@@ -91,6 +93,7 @@ impl<'a> Run<'a> {
             None => self.progress.step(format!("{} {volume}", self.verbs[0])),
         };
         (self.volume, self.reason) = (volume, device.reason().into());
+        self.device = Some(device.clone());
         Ok(device.with_counter(self.progress.counter()))
     }
 
@@ -134,6 +137,9 @@ impl<'a> Run<'a> {
         talk.say(format_args!("{volume}: {done}{to} on {device} ({reason})"));
         let Seconds { read, fit, write } = self.seconds;
         talk.detail(format_args!("read in {read:.3} s, {done} in {fit:.3} s, written in {write:.3} s"));
+        if let Some(gpu) = self.device.as_ref().and_then(Device::as_gpu) {
+            gpu.take_notes().iter().for_each(|note| talk.detail(note));
+        }
     }
 
     /// A line for people.

@@ -1,5 +1,6 @@
 //! Descents on a GPU, by dispatches of `shaders/discrete/descent.wgsl` until no curve is running.
 
+mod lanes;
 mod packing;
 #[cfg(all(test, feature = "gpu"))]
 mod tests;
@@ -7,6 +8,7 @@ mod tests;
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
+use lanes::{LANES, REACH, lanes_of};
 use packing::Layout;
 
 use super::compose::Composition;
@@ -17,12 +19,11 @@ use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
 use crate::error::{Error, Result};
 use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline};
+use crate::linalg::block_ring::ring_of;
 use crate::precision::Precision;
 
-/// Threads in a workgroup.
-///
-/// Their curves stand side by side in memory.
-pub(crate) const GROUP: usize = 32;
+/// Threads in a workgroup: a whole wave of the widest hardware.
+pub(crate) const GROUP: usize = 64;
 
 /// The most ticks in a dispatch: what a gentle curve needs in f32 in all.
 ///
@@ -39,6 +40,7 @@ pub(crate) struct DescentParams {
     pub most_iterations: u32,
     pub direction: u32,
     pub search: u32,
+    pub ticks: u32,
 }
 
 /// `DescentTask` of `descent.wgsl`.
@@ -78,19 +80,42 @@ const STANDINGS: [Standing; 6] = [
 /// The arrays of a chunk that are read back.
 const WANTED: [&str; 3] = ["states", "lanes", "displacements"];
 
+/// The way that directions are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// By conjugate gradients, a thread a curve.
+    Gradients,
+    /// By Newton's method with so many lanes a curve. The inner product is of order 2.
+    Newton(usize),
+}
+
+impl Way {
+    /// Threads that share a curve.
+    fn lanes(self) -> usize {
+        match self {
+            Way::Gradients => 1,
+            Way::Newton(lanes) => lanes,
+        }
+    }
+
+    /// Curves that stand side by side in memory: those of a workgroup's threads, or one.
+    fn side(self) -> usize {
+        if self.lanes() == 1 { GROUP } else { 1 }
+    }
+}
+
 /// The kernel of a composition with the inner product of order 0, 1 or 2.
-///
-/// With order 2 it may be the kernel of Newton's method.
-pub(crate) fn descent_kernel(
-    composition: &Composition,
-    order: usize,
-    is_newton: bool,
-    precision: Precision,
-) -> KernelKey {
+pub(crate) fn descent_kernel(composition: &Composition, order: usize, way: Way, precision: Precision) -> KernelKey {
     let mut definitions = composition.definitions.clone();
     definitions.insert("GROUP".into(), GROUP.to_string());
-    for name in [None, Some("FIRST"), Some("SECOND")][order].into_iter().chain(is_newton.then_some("NEWTON")) {
+    definitions.insert("SIDE".into(), way.side().to_string());
+    let newton = (way != Way::Gradients).then_some("NEWTON");
+    for name in [None, Some("FIRST"), Some("SECOND")][order].into_iter().chain(newton) {
         definitions.insert(name.into(), "1".into());
+    }
+    if way.lanes() > 1 {
+        definitions.insert("LANES".into(), way.lanes().to_string());
+        definitions.insert("REACH".into(), REACH.to_string());
     }
     KernelKey { path: "discrete/descent.wgsl", entry: "descend", precision, definitions }
 }
@@ -109,9 +134,9 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     for (energy, order) in forms {
         for dimension in [2, 3] {
             let composition = Composition::of(&energy, order == 2, dimension, precision).expect("built in");
-            keys.push(descent_kernel(&composition, order, false, precision));
+            keys.push(descent_kernel(&composition, order, Way::Gradients, precision));
             if order == 2 {
-                keys.push(descent_kernel(&composition, order, true, precision));
+                keys.extend(LANES.map(|lanes| descent_kernel(&composition, order, Way::Newton(lanes), precision)));
             }
         }
     }
@@ -143,7 +168,7 @@ pub(crate) fn descend_on_gpu<const D: usize>(
     problems: &[Problem<D>],
     ended: Ended<'_, D>,
 ) -> Result<Vec<Outcome<D>>> {
-    let run = Run { gpu, precision, plan, energy, problems, most_ticks: MOST_TICKS };
+    let run = Run { gpu, precision, plan, energy, problems, most_ticks: MOST_TICKS, lanes: None };
     run.descend(&mut |_| {}, ended)
 }
 
@@ -155,6 +180,8 @@ pub(crate) struct Run<'a, const D: usize> {
     pub energy: &'a Energy,
     pub problems: &'a [Problem<D>],
     pub most_ticks: u32,
+    /// Lanes a curve where directions are Newton's, if they are not to be chosen.
+    pub lanes: Option<usize>,
 }
 
 impl<const D: usize> Run<'_, D> {
@@ -169,9 +196,11 @@ impl<const D: usize> Run<'_, D> {
         let mut outcomes: Vec<Outcome<D>> = problems.iter().map(unfinished).collect();
         if !order.is_empty() {
             let composition = self.composition(&order)?;
+            // A term of negative weight may couple more vertices than the inner product does.
             let is_newton =
                 self.plan.direction == Direction::Newton && self.plan.order == 2 && composition.edges() == 2;
-            let job = Job { run: self, is_newton, composition };
+            let way = if is_newton { Way::Newton(self.choose_lanes(&order)) } else { Way::Gradients };
+            let job = Job { run: self, way, composition };
             kept(job.descend(&order, &mut outcomes, progress, ended))?;
         }
         let own: Vec<Problem<D>> = host.iter().map(|&i| problems[i].clone()).collect();
@@ -180,12 +209,22 @@ impl<const D: usize> Run<'_, D> {
         Ok(outcomes)
     }
 
+    fn choose_lanes(&self, curves: &[usize]) -> usize {
+        let longest = curves.iter().map(|&i| self.problems[i].vertices()).max().unwrap_or(0);
+        let lanes = self.lanes.unwrap_or_else(|| lanes_of(self.gpu.summary(), curves.len(), longest, D));
+        let each = if lanes == 1 { "a thread each".into() } else { format!("{lanes} threads each") };
+        let (count, threads) = (curves.len(), self.gpu.summary().threads());
+        let held = format!("of some {threads} that the adapter works on at once");
+        self.gpu.note(format!("{count} curves of up to {longest} vertices have {each}, {held}"));
+        lanes
+    }
+
     fn is_for_kernel(&self, i: usize) -> bool {
         let problem = &self.problems[i];
         self.plan.order <= 2
             && self.plan.gauge <= 2
             && problem.constraints.is_none()
-            && loop_turns(self.plan.order, problem.vertices(), problem.pinned.len()) <= LOOP_TURNS
+            && loop_turns(self.plan.order, Way::Gradients, problem.vertices(), problem.pinned.len()) <= LOOP_TURNS
     }
 
     /// The energy for the kernel, with an attachment where any curve has attached points.
@@ -216,7 +255,15 @@ fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
 /// This is an accepted step plus a restart in another lane of the same subgroup. It counts the
 /// loops over the rows in the kernel's text, some turns for the windows, and the loops over the
 /// pins.
-fn loop_turns(order: usize, rows: usize, pins: usize) -> usize {
+fn loop_turns(order: usize, way: Way, rows: usize, pins: usize) -> usize {
+    let lanes = way.lanes();
+    if lanes > 1 {
+        // The base; the blocks and the chunk's vertices before; the ring, four times; the step and
+        // its length; sums, edges, the network and four times its solutions. A lane has whole spans
+        // between pins, three times. It adds up what the other lanes found, and the workgroup.
+        let chunk = rows.div_ceil(ring_of(rows, REACH, lanes));
+        return 16 * (chunk + 4) + 3 * rows + 7 * pins.div_ceil(ring_of(pins, REACH, lanes)) + 8 * lanes + GROUP;
+    }
     // The base (once), the sweep, the step, two directions or Newton's system there and back. Then
     // the inner product.
     let loops = 5 + [1, 3, 9][order];
@@ -226,11 +273,7 @@ fn loop_turns(order: usize, rows: usize, pins: usize) -> usize {
 struct Job<'a, const D: usize> {
     run: &'a Run<'a, D>,
     composition: Composition,
-    /// Whether directions are Newton's.
-    ///
-    /// They are not where a term of negative weight couples more vertices than the inner product
-    /// does.
-    is_newton: bool,
+    way: Way,
 }
 
 impl<'a, const D: usize> Job<'a, D> {
@@ -242,8 +285,9 @@ impl<'a, const D: usize> Job<'a, D> {
         ended: Ended<'_, D>,
     ) -> Result<(), Interrupted> {
         let gpu = self.run.gpu;
-        let members = |groups: &Range<usize>| &order[groups.start * GROUP..(groups.end * GROUP).min(order.len())];
-        let words = order.chunks(GROUP).map(|group| self.layout(group).work.max(1));
+        let side = self.way.side();
+        let members = |groups: &Range<usize>| &order[groups.start * side..(groups.end * side).min(order.len())];
+        let words = order.chunks(side).map(|group| self.layout(group).work.max(1));
         let real = self.run.precision.bytes();
         // All arrays together are less than twice the largest.
         let chunks = plan::chunks(words, real, 2 * real, gpu.limits())?;
@@ -257,7 +301,7 @@ impl<'a, const D: usize> Job<'a, D> {
                 Ok(())
             },
         );
-        done.map_err(|interrupted| Interrupted { finished: interrupted.finished * GROUP, ..interrupted })
+        done.map_err(|interrupted| Interrupted { finished: interrupted.finished * side, ..interrupted })
     }
 
     fn start(&self, curves: &[usize]) -> Result<Rounds<'a, Layout>> {
@@ -286,18 +330,20 @@ impl<'a, const D: usize> Job<'a, D> {
         slots: &[u32],
     ) -> Result<()> {
         let run = self.run;
-        let kernel = descent_kernel(&self.composition, run.plan.order, self.is_newton, run.precision);
+        let kernel = descent_kernel(&self.composition, run.plan.order, self.way, run.precision);
+        let listed = tasks(slots, &layout.turns, run.most_ticks);
         let params = recording.uniform(&DescentParams {
             tasks: slots.len() as u32,
             numbers: self.numbers() as u32,
             most_iterations: run.plan.most_iterations,
             direction: run.plan.direction as u32,
             search: (run.plan.step == Step::Search).into(),
+            ticks: listed.iter().map(|task| task.ticks).min().unwrap_or(0),
         });
-        let tasks = recording.upload(&tasks(slots, &layout.turns, run.most_ticks));
+        let tasks = recording.upload(&listed);
         let mut bound = vec![("params", &params), ("tasks", &tasks)];
         bound.extend(arrays);
-        recording.dispatch(&kernel, slots.len(), GROUP, &bound)
+        recording.dispatch(&kernel, slots.len(), GROUP / self.way.lanes(), &bound)
     }
 }
 

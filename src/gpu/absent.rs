@@ -37,6 +37,15 @@ impl Gpu {
         match *self {}
     }
 
+    pub(crate) fn note(&self, _: String) {
+        match *self {}
+    }
+
+    /// Returns nothing.
+    pub fn take_notes(&self) -> Vec<String> {
+        match *self {}
+    }
+
     /// The limits that plans are made against.
     #[doc(hidden)]
     pub fn limits(&self) -> &Limits {

@@ -29,6 +29,7 @@ pub struct Gpu {
     lost: Arc<OnceLock<String>>,
     pub(super) kernels: Mutex<HashMap<String, Arc<Kernel>>>,
     pub(super) kernel_nanoseconds: Mutex<f64>,
+    notes: Mutex<Vec<String>>,
     pub(super) capture: Mutex<Option<Vec<CapturedDispatch>>>,
     pub(super) poisoned: bool,
 }
@@ -103,6 +104,7 @@ impl Gpu {
             lost,
             kernels: Mutex::default(),
             kernel_nanoseconds: Mutex::new(0.0),
+            notes: Mutex::default(),
             capture: Mutex::default(),
             poisoned: false,
             device,
@@ -159,6 +161,19 @@ impl Gpu {
     /// 0 if the device has no clock.
     pub fn take_kernel_seconds(&self) -> f64 {
         std::mem::take(&mut *self.kernel_nanoseconds.lock().expect("no panic while held")) * 1e-9
+    }
+
+    /// Notes what was chosen for a kernel.
+    pub(crate) fn note(&self, choice: String) {
+        let mut notes = self.notes.lock().expect("no panic while held");
+        if !notes.contains(&choice) {
+            notes.push(choice);
+        }
+    }
+
+    /// What was chosen for the kernels since the last call, a sentence a choice.
+    pub fn take_notes(&self) -> Vec<String> {
+        std::mem::take(&mut *self.notes.lock().expect("no panic while held"))
     }
 
     /// The error behind a failed wait: a lost device with its reason, or else `otherwise`.

@@ -9,7 +9,7 @@ const FIXED: u32 = $DIMu + 2u;
 
 fn load_curve(slot: u32) -> Curve {
     let table = curves[slot];
-    let section = table.stride * $GROUPu;
+    let section = table.stride * $SIDEu;
     var curve = Curve();
     curve.slot = slot;
     curve.segments = table.segments;
@@ -32,6 +32,11 @@ fn load_curve(slot: u32) -> Curve {
     curve.pivot = curve.length + section;
     curve.chain = curve.pivot + section;
     curve.fraction = curve.chain + section;
+//:if LANES
+    curve.blocks = curve.fraction + section;
+    curve.pin_section = curve.blocks + 3u * $DIMu * $DIMu * section;
+    curve.scratch = curve.pin_section + curve.pin_count * PIN_NUMBERS * $SIDEu;
+//:else
 //:if NEWTON
     curve.border = table.work_start - 2u * $DIMu * $DIMu * section;
     curve.factor = curve.fraction + section;
@@ -39,23 +44,24 @@ fn load_curve(slot: u32) -> Curve {
 //:else
     curve.pin_section = curve.fraction + section;
 //:end
+//:end
     curve.highest = lanes[slot * params.numbers + GIVEN_HIGHEST];
     return curve;
 }
 
 fn work_vector(section: u32, v: u32) -> vector {
-    let at = section + v * $DIMu * $GROUPu;
+    let at = section + v * $DIMu * $SIDEu;
 //:if SPATIAL
-    return vector(work[at], work[at + $GROUPu], work[at + 2u * $GROUPu]);
+    return vector(work[at], work[at + $SIDEu], work[at + 2u * $SIDEu]);
 //:else
-    return vector(work[at], work[at + $GROUPu]);
+    return vector(work[at], work[at + $SIDEu]);
 //:end
 }
 
 fn store_vector(section: u32, v: u32, x: vector) {
-    let at = section + v * $DIMu * $GROUPu;
+    let at = section + v * $DIMu * $SIDEu;
 //:unroll c 0..$DIM
-    work[at + $cu * $GROUPu] = x[$c];
+    work[at + $cu * $SIDEu] = x[$c];
 //:end
 }
 
@@ -79,36 +85,36 @@ fn store_matrix(section: u32, k: u32, x: matrix) {
 }
 
 fn displacement(curve: Curve, v: u32) -> vector {
-    let at = curve.u + v * $DIMu * $GROUPu;
+    let at = curve.u + v * $DIMu * $SIDEu;
 //:if SPATIAL
-    return vector(displacements[at], displacements[at + $GROUPu], displacements[at + 2u * $GROUPu]);
+    return vector(displacements[at], displacements[at + $SIDEu], displacements[at + 2u * $SIDEu]);
 //:else
-    return vector(displacements[at], displacements[at + $GROUPu]);
+    return vector(displacements[at], displacements[at + $SIDEu]);
 //:end
 }
 
 fn store_displacement(curve: Curve, v: u32, x: vector) {
-    let at = curve.u + v * $DIMu * $GROUPu;
+    let at = curve.u + v * $DIMu * $SIDEu;
 //:unroll c 0..$DIM
-    displacements[at + $cu * $GROUPu] = x[$c];
+    displacements[at + $cu * $SIDEu] = x[$c];
 //:end
 }
 
 fn fixed_at(curve: Curve, v: u32, number: u32) -> u32 {
-    return curve.fixed_start + (v * FIXED + number) * $GROUPu;
+    return curve.fixed_start + (v * FIXED + number) * $SIDEu;
 }
 
 fn fixed_vector(curve: Curve, v: u32, number: u32) -> vector {
     let at = fixed_at(curve, v, number);
 //:if SPATIAL
-    return vector(fixed[at], fixed[at + $GROUPu], fixed[at + 2u * $GROUPu]);
+    return vector(fixed[at], fixed[at + $SIDEu], fixed[at + 2u * $SIDEu]);
 //:else
-    return vector(fixed[at], fixed[at + $GROUPu]);
+    return vector(fixed[at], fixed[at + $SIDEu]);
 //:end
 }
 
 fn length_at(curve: Curve, j: u32) -> real {
-    return work[curve.length + j * $GROUPu];
+    return work[curve.length + j * $SIDEu];
 }
 
 fn is_movable(curve: Curve, v: u32) -> bool {

@@ -5,32 +5,7 @@
 // alone: along it right-hand sides and couplings are 0, so that a multiple of the unit matrix
 // serves there.
 
-// No twin: what the CPU has in structs. Numbers a pin: own and coupling integrals, tangent, inverse block, block with the border, turn.
-const PIN_TANGENT: u32 = 2u;
-const PIN_INVERSE: u32 = 2u + $DIMu;
-const PIN_BORDER: u32 = 2u + $DIMu + $DIMu * $DIMu;
-const PIN_TURN: u32 = 2u + $DIMu + 2u * $DIMu * $DIMu;
-const PIN_NUMBERS: u32 = 2u + 2u * $DIMu + 2u * $DIMu * $DIMu;
-
-fn pin_at(curve: Curve, k: u32, number: u32) -> u32 {
-    return curve.pin_section + (k * PIN_NUMBERS + number) * $GROUPu;
-}
-
-fn pin_vector(curve: Curve, k: u32, number: u32) -> vector {
-    return work_vector(pin_at(curve, k, number), 0u);
-}
-
-fn store_pin_vector(curve: Curve, k: u32, number: u32, x: vector) {
-    store_vector(pin_at(curve, k, number), 0u, x);
-}
-
-fn pin_matrix(curve: Curve, k: u32, number: u32) -> matrix {
-    return work_matrix(pin_at(curve, k, number), 0u);
-}
-
-fn store_pin_matrix(curve: Curve, k: u32, number: u32, x: matrix) {
-    store_matrix(pin_at(curve, k, number), 0u, x);
-}
+//:include discrete/metric/pins.wgsl
 
 fn inverse_of(m: matrix) -> matrix {
 //:if SPATIAL
@@ -44,53 +19,14 @@ fn inverse_of(m: matrix) -> matrix {
 //:end
 }
 
-// P x
-fn across_tangent(tangent: vector, x: vector) -> vector {
-    return x - dot(tangent, x) * tangent;
-}
-
 // both · P_to P_from x, the coupling from one pin to another.
 fn coupled(both: real, from_tangent: vector, to_tangent: vector, x: vector) -> vector {
     return both * across_tangent(to_tangent, across_tangent(from_tangent, x));
 }
 
-fn coupling(both: real, from_tangent: vector, to_tangent: vector) -> matrix {
-    let projected = diagonal(real(1)) - outer(to_tangent, to_tangent);
-    return both * (projected - outer(projected * from_tangent, from_tangent));
-}
-
-// One row past the span from pin k to the next.
-fn span_end(curve: Curve, k: u32) -> u32 {
-    if (k + 1u < curve.pin_count) {
-        return pins[curve.first_pin + k + 1u];
-    }
-    return curve.segments;
-}
-
-fn has_turns(curve: Curve) -> bool {
-    // The ends of an open curve are free to turn: no D₂ stands there.
-    return curve.pin_count > select(2u, 0u, curve.closed != 0u);
-}
-
 // One past the last pin that is eliminated in order; pin 0 is the border or an end.
 fn chain_end(curve: Curve) -> u32 {
     return select(curve.pin_count - 1u, curve.pin_count, curve.closed != 0u);
-}
-
-// The unit vector halfway between the tangents of the edges at a vertex.
-fn tangent_at(curve: Curve, v: u32) -> vector {
-    let is_first = v == 0u && curve.closed == 0u;
-    let before_edge = select(select(v, curve.segments, v == 0u) - 1u, 0u, is_first);
-    let after_edge = min(v, curve.segments - 1u);
-    let before = current_edge(curve, before_edge) / length_at(curve, before_edge);
-    let after = current_edge(curve, after_edge) / length_at(curve, after_edge);
-    let sum = before + after;
-    let square = dot(sum, sum);
-    // Edges that turn back have no direction in common: any serves.
-    if (square > real(1e-12)) {
-        return sum / sqrt(square);
-    }
-    return after;
 }
 
 // Integrals of the hats: fractions of arc length at the vertices, own and coupling numbers of the
@@ -104,7 +40,7 @@ fn integrate_hats(curve: Curve) {
         store_pin_vector(curve, k, PIN_TANGENT, tangent_at(curve, row));
         var length = real(0);
         for (var j = row; j < end; j++) {
-            work[curve.fraction + j * $GROUPu] = length;
+            work[curve.fraction + j * $SIDEu] = length;
             length += length_at(curve, j);
         }
         let inverse = select(real(0), real(1) / length, length > real(0));
@@ -114,9 +50,9 @@ fn integrate_hats(curve: Curve) {
         var here_turn = before_turn;
         var next_turn = vector();
         for (var v = row + 1u; v < end; v++) {
-            let theta = work[curve.fraction + v * $GROUPu] * inverse;
+            let theta = work[curve.fraction + v * $SIDEu] * inverse;
             let rest = real(1) - theta;
-            work[curve.fraction + v * $GROUPu] = theta;
+            work[curve.fraction + v * $SIDEu] = theta;
             let mass = mass_at(curve, v);
             here += mass * rest * rest;
             both += mass * rest * theta;
@@ -221,7 +157,7 @@ fn add_turns(curve: Curve) {
         let next = pin_vector(curve, select(k + 1u, 0u, k + 1u == curve.pin_count), PIN_TURN);
         let end = span_end(curve, k);
         for (var v = pins[curve.first_pin + k] + 1u; v < end; v++) {
-            let turned = here + work[curve.fraction + v * $GROUPu] * (next - here);
+            let turned = here + work[curve.fraction + v * $SIDEu] * (next - here);
             store_vector(curve.x, v, work_vector(curve.x, v) + turned);
         }
     }

@@ -4,36 +4,7 @@
 // pinned vertex passes the weight of its edge on as excess. A closed curve keeps row 0, the border,
 // for the end. Twin: src/discrete/metric/mod.rs, with src/linalg/banded.rs.
 
-// Half the lengths of the edges at a vertex.
-fn mass_at(curve: Curve, v: u32) -> real {
-    var mass = real(0);
-    if (v > 0u || curve.closed != 0u) {
-        mass += real(0.5) * length_at(curve, select(v, curve.segments, v == 0u) - 1u);
-    }
-    if (v < curve.segments) {
-        mass += real(0.5) * length_at(curve, v);
-    }
-    return mass;
-}
-
-struct Network {
-    // Weight of an edge: this over its length.
-    weight: real,
-    // α: the excess at a vertex is α times its mass, or (order 1) its stiffness.
-    density: real,
-}
-
-fn excess_at(curve: Curve, network: Network, v: u32) -> real {
-//:if ATTACHMENT
-//:if SECOND
-    return network.density * mass_at(curve, v);
-//:else
-    return load_stiffness(curve, v);
-//:end
-//:else
-    return real(0);
-//:end
-}
+//:include discrete/metric/network.wgsl
 
 // Factors the network at the lengths stored: 1/pivot, 0 where the vertex is held, and of closed
 // curves how much of the border's unknown each row takes. False where a pivot is not positive.
@@ -68,8 +39,8 @@ fn factor(curve: Curve, network: Network) -> bool {
             share = own * inverse;
             border += link * share;
         }
-        work[curve.pivot + v * $GROUPu] = inverse;
-        work[curve.chain + v * $GROUPu] = chain;
+        work[curve.pivot + v * $SIDEu] = inverse;
+        work[curve.chain + v * $SIDEu] = chain;
         left = right;
     }
     if (is_closed) {
@@ -122,9 +93,9 @@ fn solve(curve: Curve, network: Network, right_hand_sides: u32, by_mass: real, s
         }
         sum += left * delta;
         // 0 at a pinned vertex.
-        delta = work[curve.pivot + v * $GROUPu] * sum;
+        delta = work[curve.pivot + v * $SIDEu] * sum;
         if (is_closed) {
-            border += work[curve.chain + v * $GROUPu] * sum;
+            border += work[curve.chain + v * $SIDEu] * sum;
         }
         store_vector(curve.x, v, delta);
         length_before = length;
@@ -141,11 +112,11 @@ fn solve(curve: Curve, network: Network, right_hand_sides: u32, by_mass: real, s
         let v = k - 1u;
         var x = work_vector(curve.x, v);
         if (v < curve.segments) {
-            let share = network.weight / length_at(curve, v) * work[curve.pivot + v * $GROUPu];
+            let share = network.weight / length_at(curve, v) * work[curve.pivot + v * $SIDEu];
             x += share * next;
         }
         if (is_closed) {
-            x += work[curve.chain + v * $GROUPu] * border;
+            x += work[curve.chain + v * $SIDEu] * border;
         }
         next = x;
         solved = take_solution(solved, curve, solution, v, x);

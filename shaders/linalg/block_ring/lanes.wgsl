@@ -30,7 +30,7 @@ alias matrix = mat$DIMx$DIM<real>;
 @group(0) @binding(6) var<storage, read_write> pivots: array<real>;
 @group(0) @binding(7) var<storage, read_write> ring_scratch: array<real>;
 
-//:include linalg/block_ring/lanes/ring.wgsl
+//:include linalg/block_ring/lanes/ring.wgsl SCRATCH=ring_scratch
 
 fn ring_block(curve: Curve, v: u32, k: u32) -> matrix {
     let at = ((curve.start + v) * 4u + k) * RING_BLOCK;

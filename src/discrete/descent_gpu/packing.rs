@@ -3,11 +3,13 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{DescentState, GROUP, Job, STANDINGS, loop_turns};
+use super::lanes::REACH;
+use super::{DescentState, Job, STANDINGS, Way, loop_turns};
 use crate::discrete::lane::Standing;
 use crate::discrete::plan::Step;
 use crate::discrete::problem::{Outcome, Problem};
 use crate::gpu::Downloaded;
+use crate::linalg::block_ring::scratch_numbers;
 
 /// The numbers of a curve in `lanes` before its weights, and how many of them the host gives.
 const NUMBERS: usize = 19;
@@ -54,20 +56,18 @@ impl<const D: usize> Job<'_, D> {
 
     pub(super) fn layout(&self, curves: &[usize]) -> Layout {
         let mut layout = Layout { table: vec![], pins: vec![], turns: vec![], fixed: 0, displacements: 0, work: 0 };
-        let pin_numbers = if self.run.plan.order == 2 { 2 + 2 * D + 2 * D * D } else { 0 };
-        for group in curves.chunks(GROUP) {
+        let side = self.way.side();
+        for group in curves.chunks(side) {
             let members = || group.iter().map(|&i| &self.run.problems[i]);
             let rows = members().map(Problem::vertices).max().unwrap_or(0);
             let pins = members().map(|problem| problem.pinned.len()).max().unwrap_or(0);
-            // Newton's factors are two matrices a row. If any curve is closed, two more stand
-            // before all sections.
-            let factors = if self.is_newton { 2 * D * D } else { 0 };
-            layout.work += if members().any(|problem| problem.closed) { rows * factors * GROUP } else { 0 };
-            for (lane, problem) in members().enumerate() {
+            layout.work +=
+                if members().any(|problem| problem.closed) { self.border_numbers() * rows * side } else { 0 };
+            for (place, problem) in members().enumerate() {
                 layout.table.push(DescentCurve {
-                    fixed_start: (layout.fixed + lane) as u32,
-                    displacement_start: (layout.displacements + lane) as u32,
-                    work_start: (layout.work + lane) as u32,
+                    fixed_start: (layout.fixed + place) as u32,
+                    displacement_start: (layout.displacements + place) as u32,
+                    work_start: (layout.work + place) as u32,
                     stride: rows as u32,
                     segments: problem.base.len() as u32,
                     closed: problem.closed.into(),
@@ -75,14 +75,35 @@ impl<const D: usize> Job<'_, D> {
                     pin_count: problem.pinned.len() as u32,
                 });
                 layout.pins.extend(&problem.pinned);
-                layout.turns.push(loop_turns(self.run.plan.order, problem.vertices(), problem.pinned.len()));
+                let (rows, pins) = (problem.vertices(), problem.pinned.len());
+                layout.turns.push(loop_turns(self.run.plan.order, self.way, rows, pins));
             }
-            layout.fixed += rows * self.fixed_numbers() * GROUP;
-            layout.displacements += rows * D * GROUP;
-            let vectors = if self.is_newton { 3 * D } else { 4 * D };
-            layout.work += (rows * (vectors + 4 + factors) + pins * pin_numbers) * GROUP;
+            layout.fixed += rows * self.fixed_numbers() * side;
+            layout.displacements += rows * D * side;
+            layout.work += self.work_numbers(rows, pins) * side;
         }
         layout
+    }
+
+    /// The numbers of a row of a closed curve that stand before all sections.
+    fn border_numbers(&self) -> usize {
+        if self.way == Way::Newton(1) { 2 * D * D } else { 0 }
+    }
+
+    /// The numbers of a curve's sections.
+    fn work_numbers(&self, rows: usize, pins: usize) -> usize {
+        let pin_numbers = if self.run.plan.order == 2 { 2 + 2 * D + 2 * D * D } else { 0 };
+        let (vectors, matrices, shared) = match self.way {
+            Way::Gradients => (4, 0, 0),
+            // Newton's factors.
+            Way::Newton(1) => (3, 2, 0),
+            // Its blocks. The ring of the pins may have fewer lanes than that of the vertices.
+            Way::Newton(lanes) => {
+                let ring = |vertices| scratch_numbers(vertices, REACH, D, lanes);
+                (3, 3, ring(rows).max(ring(pins)))
+            }
+        };
+        rows * (vectors * D + 4 + matrices * D * D) + pins * pin_numbers + shared
     }
 
     pub(super) fn numbers(&self) -> usize {
@@ -105,7 +126,7 @@ impl<const D: usize> Job<'_, D> {
             given[..GIVEN].copy_from_slice(&own);
             let weights = self.composition.entries(&problem.weights, problem.gauge);
             given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = x);
-            let at = |row: usize, number: usize| table.fixed_start as usize + (row * width + number) * GROUP;
+            let at = |row: usize, number: usize| table.fixed_start as usize + (row * width + number) * self.way.side();
             let rows = problem.vertices();
             for (j, edge) in problem.base.iter().enumerate() {
                 (0..D).for_each(|c| fixed[at(j, c)] = edge[c]);
@@ -132,7 +153,7 @@ impl<const D: usize> Job<'_, D> {
         let (lanes, displacements) = (results[1].reals(), results[2].reals());
         for (slot, (&i, table)) in curves.iter().zip(&layout.table).enumerate() {
             let lane = &lanes[slot * self.numbers()..];
-            let word = |row: usize, c: usize| table.displacement_start as usize + (row * D + c) * GROUP;
+            let word = |row: usize, c: usize| table.displacement_start as usize + (row * D + c) * self.way.side();
             let row = |row: usize| std::array::from_fn(|c| displacements[word(row, c)]);
             outcomes[i] = Outcome {
                 displacements: (0..self.run.problems[i].vertices()).map(row).collect(),

@@ -88,8 +88,11 @@ pub fn solve_blocks_on_gpu<T: Real>(
 ) -> Result<BlockSolutions<T>> {
     systems.check(lanes)?;
     let (d, reach) = (systems.dimension, systems.reach);
-    let counts = systems.offsets.windows(2).map(|pair| pair[1] - pair[0]);
-    // A lane of few vertices has the least scratch memory to each of what it shares.
+    // A short curve takes the scratch memory of all lanes.
+    let counts = (0..systems.closed.len()).map(|i| match systems.count(i) {
+        0 => 0,
+        count => count.max(lanes as usize * reach),
+    });
     let scratch = eliminated_numbers(reach, d) + shared_numbers(reach, d);
     let largest = scratch.max((MOST_REACH + 1) * d * d) as u64 * precision.bytes();
     let chunks = plan::chunks(counts, largest, 2 * largest, gpu.limits())?;

@@ -63,13 +63,13 @@ pub fn ring_of(vertices: usize, reach: usize, lanes: usize) -> usize {
     1 << lanes.min(vertices / reach).max(1).ilog2()
 }
 
-/// Numbers of scratch memory that a curve takes in the kernel, lane after lane of its ring: an
-/// eliminated vertex keeps its factor, 2 `reach` blocks and a right-hand side, and a lane what
-/// others must know of it.
+/// Numbers of scratch memory that a curve takes in the kernel, the same number of all lanes side by
+/// side, of those too that its ring leaves idle: an eliminated vertex keeps its factor, 2 `reach`
+/// blocks and a right-hand side, and a lane what others must know of it and its row.
 pub fn scratch_numbers(vertices: usize, reach: usize, dimension: usize, lanes: usize) -> usize {
     let ring = ring_of(vertices, reach, lanes);
     let eliminated = vertices.max(reach).div_ceil(ring) - reach;
-    ring * (shared_numbers(reach, dimension) + eliminated * eliminated_numbers(reach, dimension))
+    lanes * (shared_numbers(reach, dimension) + eliminated * eliminated_numbers(reach, dimension))
 }
 
 /// Numbers of an eliminated vertex.

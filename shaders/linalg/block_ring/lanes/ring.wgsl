@@ -7,7 +7,7 @@
 //
 // Who includes it defines $DIM and, for curves of a type Curve:
 //     alias real, alias vector, alias matrix
-//     var<storage, read_write> ring_scratch: array<real>;   scratch_numbers() of src/linalg/block_ring/mod.rs a curve
+//     $SCRATCH, a storage array of reals: scratch_numbers() of src/linalg/block_ring/mod.rs a curve
 //     fn ring_block(curve: Curve, v: u32, k: u32) -> matrix     block of vertices v and v + k, of which [i] is row i
 //     fn ring_rhs(curve: Curve, v: u32) -> vector
 //     fn ring_movable(curve: Curve, v: u32) -> bool             whether the unknown is not held at 0
@@ -56,9 +56,8 @@ struct BlockRing {
     // Vertices begin … end − 1.
     begin: u32,
     end: u32,
-    // Number `word` of lane l is number first + word · stride + l of the scratch memory.
+    // Number `word` of lane l is number first + word · $LANES + l of the scratch memory.
     first: u32,
-    stride: u32,
 }
 
 // A lane of $LANES; the curve's part of the scratch memory begins at `first`. Of lanes that are not
@@ -69,24 +68,24 @@ fn block_ring(vertices: u32, closed: bool, first: u32, lane: u32, live: bool) ->
     let rows = max(vertices, RING_REACH);
     let begin = lane * rows / lanes;
     let end = (lane + 1u) * rows / lanes;
-    return BlockRing(lane, lanes, live && lane < lanes, vertices, closed, begin, end, first, lanes);
+    return BlockRing(lane, lanes, live && lane < lanes, vertices, closed, begin, end, first);
 }
 
 fn ring_place(ring: BlockRing, lane: u32, word: u32) -> u32 {
-    return ring.first + word * ring.stride + lane;
+    return ring.first + word * RING_LANES + lane;
 }
 
 fn ring_load_vector(ring: BlockRing, lane: u32, word: u32) -> vector {
     var x: vector;
 //:unroll c 0..$DIM
-    x[$c] = ring_scratch[ring_place(ring, lane, word + $cu)];
+    x[$c] = $SCRATCH[ring_place(ring, lane, word + $cu)];
 //:end
     return x;
 }
 
 fn ring_store_vector(ring: BlockRing, word: u32, x: vector) {
 //:unroll c 0..$DIM
-    ring_scratch[ring_place(ring, ring.lane, word + $cu)] = x[$c];
+    $SCRATCH[ring_place(ring, ring.lane, word + $cu)] = x[$c];
 //:end
 }
 
@@ -156,14 +155,14 @@ fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
         let is_last = ring.lane == 0u && step == ring.lanes;
         if (ring.working && (ring.lane % (2u * step) == step || is_last)) {
             ring_unknowns(ring, (ring.lane + ring.lanes - step) % ring.lanes, (ring.lane + step) % ring.lanes);
-            ring_scratch[ring_place(ring, ring.lane, RING_PIVOT)] = smallest;
+            $SCRATCH[ring_place(ring, ring.lane, RING_PIVOT)] = smallest;
         }
         storageBarrier();
     }
     if (ring.working) {
         ring_substitute(curve, ring, (ring.lane + 1u) % ring.lanes);
         for (var lane = 0u; lane < ring.lanes; lane++) {
-            smallest = min(smallest, ring_scratch[ring_place(ring, lane, RING_PIVOT)]);
+            smallest = min(smallest, $SCRATCH[ring_place(ring, lane, RING_PIVOT)]);
         }
     }
     storageBarrier();

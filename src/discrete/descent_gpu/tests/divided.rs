@@ -36,7 +36,15 @@ fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
         let plan = Plan { direction, ..plan_of(&fair) };
         let problems = loosened(&problems_of_all, precision);
         let run = |most_ticks: u32, ended: &mut Vec<usize>| {
-            let run = Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &problems, most_ticks };
+            let run = Run {
+                gpu: &gpu,
+                precision,
+                plan: &plan,
+                energy: &fair.energy,
+                problems: &problems,
+                most_ticks,
+                lanes: None,
+            };
             run.descend(&mut |count| ended.push(count), &|_, _| {}).unwrap()
         };
         let mut counts = [Vec::new(), Vec::new(), Vec::new()];
@@ -131,7 +139,10 @@ fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_ho
     let Some(gpu) = gpu() else { return };
     // 14 (n + 8) + 4 · 5 turns for n vertices.
     let longest = (LOOP_TURNS - 20) / 14 - 8;
-    assert!(loop_turns(2, longest, 5) <= LOOP_TURNS && loop_turns(2, longest + 1, 5) > LOOP_TURNS);
+    assert!(
+        loop_turns(2, Way::Newton(1), longest, 5) <= LOOP_TURNS
+            && loop_turns(2, Way::Newton(1), longest + 1, 5) > LOOP_TURNS
+    );
     let spans = 4;
     let n = (longest - 1) / spans;
     let fair = Fair { energy: bending(2.0) + length(), ..conjugate() };
@@ -145,8 +156,15 @@ fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_ho
     let plan = plan_of(&fair);
     let wanted = descend_on_cpu(&plan, &fair.energy, &mixed, &|_, _| {});
     for precision in precisions(&gpu).into_iter().filter(|p| *p == Precision::F64) {
-        let run =
-            Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &mixed, most_ticks: MOST_TICKS };
+        let run = Run {
+            gpu: &gpu,
+            precision,
+            plan: &plan,
+            energy: &fair.energy,
+            problems: &mixed,
+            most_ticks: MOST_TICKS,
+            lanes: None,
+        };
         let mut on_device = 0;
         let found = run.descend(&mut |count| on_device += count, &|_, _| {}).unwrap();
         assert_eq!(on_device, 2);
@@ -194,6 +212,7 @@ fn what_was_finished_before_the_device_was_lost_is_kept() {
         energy: &fair.energy,
         problems: &problems,
         most_ticks: MOST_TICKS,
+        lanes: None,
     };
     let mut ended = 0;
     let found = run
@@ -229,7 +248,7 @@ fn threads_of_a_workgroup_share_the_ticks_of_its_longest_curve() {
 #[test]
 fn structs_are_those_of_the_kernel() {
     let key = descent_kernels(Precision::F32).remove(0);
-    assert_layout!(key, DescentParams { tasks, numbers, most_iterations, direction, search });
+    assert_layout!(key, DescentParams { tasks, numbers, most_iterations, direction, search, ticks });
     assert_layout!(key, DescentTask { slot, ticks });
     assert_layout!(
         key,

@@ -13,7 +13,13 @@ struct Worst {
     trials: u32,
 }
 
-fn compared<const D: usize>(gpu: &Gpu, precision: Precision, fair: &Fair, problems: &[Problem<D>]) -> Worst {
+fn compared<const D: usize>(
+    gpu: &Gpu,
+    precision: Precision,
+    lanes: usize,
+    fair: &Fair,
+    problems: &[Problem<D>],
+) -> Worst {
     let plan = plan_of(fair);
     assert_eq!(plan.direction, Direction::Newton);
     let wanted = descend_on_cpu(&plan, &fair.energy, problems, &|_, _| {});
@@ -23,10 +29,11 @@ fn compared<const D: usize>(gpu: &Gpu, precision: Precision, fair: &Fair, proble
         own.iter_mut()
             .for_each(|problem| problem.tolerance = fair.tolerance.max(problem.rounding_in_f32(&fair.energy)));
     }
-    let found = descend_on_gpu(gpu, precision, &plan, &fair.energy, &own, &|_, _| {}).unwrap();
+    let found = with_lanes(gpu, precision, lanes, &plan, &fair.energy, &own);
     let mut worst = Worst { vertices: 0.0, tolerance: 0.0, most_iterations: 0, trials: 0 };
     for (i, (wanted, found)) in wanted.iter().zip(&found).enumerate() {
-        let name = format!("{} {precision:?} curve {i} of {} edges", fair.energy, problems[i].base.len());
+        let name =
+            format!("{} {precision:?} {lanes} lanes, curve {i} of {} edges", fair.energy, problems[i].base.len());
         assert_eq!(
             (wanted.standing, found.standing),
             (Standing::Converged, Standing::Converged),
@@ -49,12 +56,25 @@ fn compared<const D: usize>(gpu: &Gpu, precision: Precision, fair: &Fair, proble
     worst
 }
 
-fn check<const D: usize>(gpu: &Gpu, fair: &Fair, problems: &[Problem<D>], precisions: &[Precision]) {
-    for &precision in precisions {
-        let Worst { vertices, tolerance, most_iterations, trials } = compared(gpu, precision, fair, problems);
+/// Descents with so many lanes a curve.
+fn with_lanes<const D: usize>(
+    gpu: &Gpu,
+    precision: Precision,
+    lanes: usize,
+    plan: &Plan,
+    energy: &Energy,
+    problems: &[Problem<D>],
+) -> Vec<Outcome<D>> {
+    let run = Run { gpu, precision, plan, energy, problems, most_ticks: MOST_TICKS, lanes: Some(lanes) };
+    run.descend(&mut |_| {}, &|_, _| {}).unwrap()
+}
+
+fn check<const D: usize>(gpu: &Gpu, fair: &Fair, problems: &[Problem<D>], ways: &[(Precision, usize)]) {
+    for &(precision, lanes) in ways {
+        let Worst { vertices, tolerance, most_iterations, trials } = compared(gpu, precision, lanes, fair, problems);
         let mean = f64::from(trials) / problems.len() as f64;
         println!(
-            "{D}-D {} {precision:?}: vertices {vertices:.1e} at {tolerance:.0e}, at most {most_iterations} iterations, {mean:.1} evaluations",
+            "{D}-D {} {precision:?}, {lanes} lanes: vertices {vertices:.1e} at {tolerance:.0e}, at most {most_iterations} iterations, {mean:.1} evaluations",
             fair.energy
         );
         // In f32 a curve is as far from the minimum as its tolerance leaves it: a tenth of that
@@ -64,8 +84,13 @@ fn check<const D: usize>(gpu: &Gpu, fair: &Fair, problems: &[Problem<D>], precis
     }
 }
 
-fn check_ragged(gpu: &Gpu, fair: &Fair, seed: u64) {
-    let both = precisions(gpu);
+/// Precisions of the adapter, with each of these numbers of lanes.
+fn ways(gpu: &Gpu, lanes: &[usize]) -> Vec<(Precision, usize)> {
+    precisions(gpu).into_iter().flat_map(|precision| lanes.iter().map(move |&lanes| (precision, lanes))).collect()
+}
+
+fn check_ragged(gpu: &Gpu, fair: &Fair, lanes: &[usize], seed: u64) {
+    let both = ways(gpu, lanes);
     check::<2>(gpu, fair, &problems(fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, seed)), &both);
     check::<3>(gpu, fair, &problems(fair, &batch::<3>(&RAGGED, |i| i % 2 == 0, seed + 10)), &both);
 }
@@ -75,7 +100,7 @@ fn pinned_curves_take_the_steps_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
     for (n, seed) in [(1, 1), (2, 2), (7, 3), (20, 4)] {
         let energy = bending(2.0) + length();
-        check_ragged(&gpu, &Fair { energy, segments: Segments::PerSpan(n), ..Fair::default() }, seed);
+        check_ragged(&gpu, &Fair { energy, segments: Segments::PerSpan(n), ..Fair::default() }, &[1, 8], seed);
     }
 }
 
@@ -85,13 +110,13 @@ fn curves_of_other_exponents_and_of_a_users_energy_take_the_steps_of_the_cpu() {
     for energy in
         [bending(3.0) + length(), Energy::custom(Square) + length(), bending(2.0) + 0.2 * bending(3.0) + length()]
     {
-        check_ragged(&gpu, &Fair { energy, segments: Segments::PerSpan(5), ..Fair::default() }, 31);
+        check_ragged(&gpu, &Fair { energy, segments: Segments::PerSpan(5), ..Fair::default() }, &[1], 31);
     }
     // Where a curve is straight, |T′ − T|^1.5 has no second derivative, and rounding decides how
     // often it is tried.
     let curved: Vec<usize> = RAGGED.into_iter().filter(|&points| points > 2).collect();
     let fair = Fair { energy: bending(1.5) + length(), segments: Segments::PerSpan(5), ..Fair::default() };
-    let both = precisions(&gpu);
+    let both = ways(&gpu, &[1]);
     check::<2>(&gpu, &fair, &problems(&fair, &batch::<2>(&curved, |i| i % 2 == 1, 31)), &both);
     check::<3>(&gpu, &fair, &problems(&fair, &batch::<3>(&curved, |i| i % 2 == 0, 41)), &both);
 }
@@ -104,6 +129,7 @@ fn attached_curves_take_the_steps_of_the_cpu() {
         check_ragged(
             &gpu,
             &Fair { energy: energy.clone(), pins, segments: Segments::PerSpan(6), ..Fair::default() },
+            &[1, 8],
             21,
         );
     }
@@ -132,16 +158,35 @@ fn rough_curves_are_damped_as_on_the_cpu() {
     for precision in precisions(&gpu).into_iter().filter(|p| *p == Precision::F64) {
         for energy in [bending(2.0) + length(), bending(1.5) + length()] {
             let fair = Fair { energy, segments: Segments::PerSpan(8), ..Fair::default() };
-            check::<2>(&gpu, &fair, &problems(&fair, &rough::<2>(7, 40, |i| i % 2 == 1, 51)), &[precision]);
-            check::<3>(&gpu, &fair, &problems(&fair, &rough::<3>(7, 40, |i| i % 2 == 1, 52)), &[precision]);
+            check::<2>(
+                &gpu,
+                &fair,
+                &problems(&fair, &rough::<2>(7, 40, |i| i % 2 == 1, 51)),
+                &[(precision, 1), (precision, 8)],
+            );
+            check::<3>(
+                &gpu,
+                &fair,
+                &problems(&fair, &rough::<3>(7, 40, |i| i % 2 == 1, 52)),
+                &[(precision, 1), (precision, 8)],
+            );
         }
     }
 }
 
 #[test]
+fn rings_of_more_lanes_than_a_subgroup_has_take_the_steps_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let energy = bending(2.0) + length();
+    let fair = Fair { energy, segments: Segments::PerSpan(20), ..Fair::default() };
+    let problems = problems::<2>(&fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, 4));
+    check(&gpu, &fair, &problems, &[(Precision::F32, 32)]);
+}
+
+#[test]
 fn fine_curves_take_the_steps_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
-    let both = precisions(&gpu);
+    let both = ways(&gpu, &[1, 8]);
     for n in [16, 64, 75] {
         let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(n), ..Fair::default() };
         check::<2>(&gpu, &fair, &problems(&fair, &batch::<2>(&[5; 8], |i| i % 2 == 1, 41)), &both);
@@ -163,13 +208,13 @@ fn curves_that_fold_or_run_away_end_as_on_the_cpu_and_leave_their_neighbours_bit
     given.iter_mut().for_each(|problem| problem.tolerance = 1e-4);
     let wanted = descend_on_cpu(&plan, &fair.energy, &given, &|_, _| {});
     assert_eq!((wanted[0].standing, wanted[1].standing), (Standing::Converged, Standing::Unbounded));
-    for precision in precisions(&gpu) {
-        let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &given, &|_, _| {}).unwrap();
+    for (precision, lanes) in ways(&gpu, &[1, 8]) {
+        let found = with_lanes(&gpu, precision, lanes, &plan, &fair.energy, &given);
         let standings = |outcomes: &[Outcome<2>]| outcomes.iter().map(|outcome| outcome.standing).collect::<Vec<_>>();
         assert_eq!(standings(&found), standings(&wanted), "{precision:?}");
         for i in [0, 3] {
-            let alone = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &given[i..=i], &|_, _| {}).unwrap()[0];
-            assert_eq!(found[i].displacements, alone.displacements, "{precision:?}, curve {i}");
+            let alone = &with_lanes(&gpu, precision, lanes, &plan, &fair.energy, &given[i..=i])[0];
+            assert_eq!(found[i].displacements, alone.displacements, "{precision:?}, {lanes} lanes, curve {i}");
         }
     }
 }
@@ -180,9 +225,11 @@ fn a_damped_descent_has_the_same_bits_however_its_ticks_are_divided() {
     let fair =
         Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(6), max_iterations: 40, ..Fair::default() };
     let (plan, problems) = (plan_of(&fair), problems::<3>(&fair, &rough::<3>(6, GROUP + 3, |i| i % 2 == 1, 61)));
-    for precision in precisions(&gpu) {
+    for (precision, lanes) in ways(&gpu, &[1, 8]) {
         let run = |most_ticks: u32| {
-            let run = Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &problems, most_ticks };
+            let lanes = Some(lanes);
+            let run =
+                Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &problems, most_ticks, lanes };
             run.descend(&mut |_| {}, &|_, _| {}).unwrap()
         };
         let whole = run(1000);
@@ -191,7 +238,7 @@ fn a_damped_descent_has_the_same_bits_however_its_ticks_are_divided() {
         assert!(2 * damped > whole.len(), "{precision:?}: {damped}");
         for most_ticks in [1, 7] {
             for (i, (a, b)) in whole.iter().zip(&run(most_ticks)).enumerate() {
-                assert_eq!(bits(a), bits(b), "{precision:?}, {most_ticks} ticks a dispatch, curve {i}");
+                assert_eq!(bits(a), bits(b), "{precision:?}, {lanes} lanes, {most_ticks} ticks a dispatch, curve {i}");
             }
         }
     }

@@ -1,0 +1,219 @@
+// Descents by Newton's method, $LANES lanes a curve: each has the chunk of vertices that it has in the block ring.
+// The first of them judges trials for all. Several curves share a workgroup, whose barriers all threads meet:
+// those of curves that have ended do nothing between.
+// Twin: src/discrete/descent.rs.
+
+// A number of every thread, for the other lanes of its curve.
+var<workgroup> shared_row: array<vec4<real>, $GROUP>;
+var<workgroup> shared_vector: array<vector, $GROUP>;
+var<workgroup> any_runs: u32;
+
+//:include linalg/block_ring/lanes/ring.wgsl SCRATCH=work
+//:include discrete/newton/assemble.wgsl
+//:include discrete/metric/ring.wgsl
+//:include discrete/damped.wgsl
+
+fn ring_block(curve: Curve, v: u32, k: u32) -> matrix {
+    if (curve.turns && k > 1u) {
+        return matrix();
+    }
+    return transpose(work_matrix(block_at(curve, v, k), 0u));
+}
+
+fn ring_rhs(curve: Curve, v: u32) -> vector {
+    if (curve.turns) {
+        return work_vector(curve.p, v);
+    }
+    return -work_vector(curve.g, v);
+}
+
+fn ring_movable(curve: Curve, v: u32) -> bool {
+    if (curve.turns) {
+        // The ends of an open curve are free to turn.
+        return curve.closed != 0u || (v > 0u && v + 1u < curve.pin_count);
+    }
+    return is_movable(curve, v);
+}
+
+fn ring_store(curve: Curve, v: u32, x: vector) {
+    store_vector(curve.p, v, x);
+}
+
+// Over the lanes of a curve the sums of x, y and z, and the largest w.
+fn gathered(ring: BlockRing, thread: u32, own: vec4<real>) -> vec4<real> {
+    shared_row[thread] = own;
+    workgroupBarrier();
+    var all = own;
+    if (ring.working) {
+        all = shared_row[thread - ring.lane];
+        for (var lane = 1u; lane < ring.lanes; lane++) {
+            let there = shared_row[thread - ring.lane + lane];
+            all = vec4<real>(all.xyz + there.xyz, max(all.w, there.w));
+        }
+    }
+    workgroupBarrier();
+    return all;
+}
+
+// The base: no displacement, no direction.
+fn begin(curve: Curve, ring: BlockRing) {
+    for (var v = ring.begin; v < ring.end; v++) {
+        store_displacement(curve, v, vector());
+        store_vector(curve.p, v, vector());
+    }
+}
+
+// Of p at the curves as they stand: its slope, and how long it is.
+fn found_of(curve: Curve, ring: BlockRing, smallest: real, thread: u32) -> Found {
+    var partial = vec4<real>();
+    if (ring.working) {
+        for (var v = ring.begin; v < ring.end; v++) {
+            partial.x += dot(work_vector(curve.g, v), work_vector(curve.p, v));
+            if (v < curve.segments) {
+                partial.w = max(partial.w, relative_change(curve, v, load_edge_direction(curve, v)));
+            }
+        }
+    }
+    let all = gathered(ring, thread, partial);
+    return Found(smallest > real(0), all.x, all.w);
+}
+
+// Takes the step and its gradient; its edges' lengths are kept, and their sum is returned.
+fn take_step(curve: Curve, ring: BlockRing, thread: u32) -> real {
+    var partial = vec4<real>();
+    if (ring.working) {
+        for (var j = ring.begin; j < min(ring.end, curve.segments); j++) {
+            let edge = load_edge(curve, j);
+            let length = sqrt(dot(edge, edge));
+            work[curve.length + j * $SIDEu] = length;
+            partial.x += length;
+        }
+    }
+    // Edges end at vertices of other lanes.
+    storageBarrier();
+    if (ring.working) {
+        for (var v = ring.begin; v < ring.end; v++) {
+            store_displacement(curve, v, trial(curve, v));
+            store_vector(curve.g, v, work_vector(curve.x, v));
+        }
+    }
+    storageBarrier();
+    return gathered(ring, thread, partial).x;
+}
+
+// The verdict on a trial by a curve's first lane, to all of them. Until then what is known of the curve waits in
+// storage, not in registers.
+fn judged(curve: Curve, ring: BlockRing, found: Found, swept: vec4<real>, thread: u32) -> u32 {
+    var verdict = VERDICT_AGAIN;
+    if (ring.working && ring.lane == 0u) {
+        var lane = load_lane(curve.slot);
+        if (lane.standing == STANDING_RUNNING) {
+            aimed(&lane, found);
+        }
+        verdict = verdict_on(&lane, Swept(swept.x, swept.y, swept.z));
+        if (verdict == VERDICT_FAIL) {
+            give_way(&lane, curve);
+        }
+        store_lane(curve.slot, lane);
+    }
+    shared_row[thread].x = real(verdict);
+    workgroupBarrier();
+    verdict = u32(shared_row[thread - ring.lane].x);
+    workgroupBarrier();
+    return verdict;
+}
+
+// The trial along a direction; its verdict is returned.
+fn trial_along(curve: Curve, ring: BlockRing, found: Found, thread: u32) -> u32 {
+    var swept = Swept();
+    if (ring.working) {
+        swept = sweep(curve, load_weights(curve), ring.begin, ring.end);
+    }
+    let whole = gathered(ring, thread, vec4<real>(swept.energy, swept.gauge, swept.slope, real(0)));
+    return judged(curve, ring, found, whole, thread);
+}
+
+// One trial of the curves that run. The block ring solves twice, for a direction and, where a step is taken, for the
+// turns at pins: in two rounds of a loop, since compilers make twice the code of two calls.
+fn tick(at_step: Curve, running: BlockRing, thread: u32) {
+    var curve = at_step;
+    var found = Found();
+    var network = Network(real(1), real(0));
+    var chunk = held_chunk();
+    var length = real(0);
+    var taking = running;
+    var is_sound = true;
+    // The first trial is the base.
+    var solving = running;
+    solving.working = running.working && states[curve.slot].standing == STANDING_RUNNING;
+    curve.alpha = select(real(0), real(1), solving.working);
+    if (solving.working) {
+        assemble(curve, running, load_weights(curve), load_lambda(curve.slot));
+    }
+    storageBarrier();
+    for (var round = 0u; round < 2u; round++) {
+        if (round == 1u) {
+            let verdict = trial_along(curve, running, found, thread);
+            taking.working = running.working && verdict == VERDICT_ACCEPT;
+            length = take_step(curve, taking, thread);
+            network = network_of(curve, taking, thread);
+            if (taking.working) {
+                chunk = factor_chunk(curve, taking, network);
+            }
+            // y = K⁻¹ g
+            is_sound = solve_network(curve, taking, network, chunk, curve.g, real(0), curve.x, thread).sound;
+            curve.turns = true;
+            solving = turns_ring(curve, taking);
+            assemble_all_turns(curve, taking);
+        }
+        let smallest = solve_block_ring(curve, solving);
+        if (round == 0u) {
+            found = found_of(curve, solving, smallest, thread);
+            curve.alpha *= step_of(found);
+        } else {
+            // Lanes without pins know no pivot.
+            is_sound = is_sound && (smallest > real(0) || !solving.working);
+        }
+    }
+    let solved = sobolev_gradient(curve, taking, network, chunk, is_sound, thread);
+    if (taking.working && taking.lane == 0u) {
+        var lane = load_lane(curve.slot);
+        lane.length = length;
+        turn(&lane, curve, solved);
+        store_lane(curve.slot, lane);
+    }
+    storageBarrier();
+}
+
+// Whether any thread of the workgroup runs, to all of them.
+fn anyone(runs: bool, thread: u32) -> bool {
+    shared_row[thread].x = select(real(0), real(1), runs);
+    workgroupBarrier();
+    if (thread == 0u) {
+        var any = real(0);
+        for (var k = 0u; k < $GROUPu; k++) {
+            any += shared_row[k].x;
+        }
+        any_runs = select(0u, 1u, any > real(0));
+    }
+    return workgroupUniformLoad(&any_runs) != 0u;
+}
+
+//:include entry.wgsl ENTRY=descend
+    let index = min(task / RING_LANES, params.tasks - 1u);
+    let live = task / RING_LANES < params.tasks;
+    let curve = load_curve(tasks[index].slot);
+    var ring = block_ring(curve.vertices, curve.closed != 0u, curve.scratch, thread % RING_LANES, live);
+    let works = ring.working;
+    if (works && states[curve.slot].standing == STANDING_START) {
+        begin(curve, ring);
+    }
+    storageBarrier();
+    for (var done = 0u; done < params.ticks; done++) {
+        ring.working = works && states[curve.slot].standing <= STANDING_RUNNING;
+        if (!anyone(ring.working, thread)) {
+            break;
+        }
+        tick(curve, ring, thread);
+    }
+}

@@ -1,0 +1,108 @@
+//! The number of lanes that share a curve.
+//!
+//! A device works on a number of threads at once. With a thread a curve, few curves leave most of it
+//! idle, and each takes as long as its vertices one after the other. With several lanes a curve
+//! takes less time and more work. The cost model states when which is faster.
+
+use crate::gpu::AdapterSummary;
+use crate::linalg::block_ring::ring_of;
+
+/// A vertex is coupled with so many of those after it by Newton's system.
+pub(super) const REACH: usize = 2;
+
+/// Lanes that a curve can have. With 1 it has a thread for itself.
+pub(super) const LANES: [usize; 5] = [1, 4, 8, 16, 32];
+
+/// The cost of a vertex with a thread for the whole curve.
+///
+/// The unit is the cost of a vertex of a lane's chunk. That one is also coupled with the vertices
+/// that its lane keeps: some 45 products of blocks instead of 34, counted in the kernels.
+const ALONE: f64 = 0.75;
+
+/// The cost of a step of the ring, in vertices of a chunk.
+///
+/// Both systems of a trial take it: some 36 products of blocks each, and barriers.
+const STEP: f64 = 1.5;
+
+/// The number of lanes with which a batch takes the least time.
+///
+/// `longest` is the number of vertices of its longest curve. The time is that of one trial of all
+/// curves: the vertices of a chunk and log₂ lanes steps, as many times as the device has to be
+/// filled. Software adapters take one lane: they have as many threads as the CPU. Of other adapters a
+/// thread has not the registers for a spatial curve (benches/RESULTS.md): those take lanes.
+pub(super) fn lanes_of(adapter: &AdapterSummary, curves: usize, longest: usize, dimension: usize) -> usize {
+    if adapter.is_software() {
+        return 1;
+    }
+    let time = |lanes: usize| {
+        let filled = (curves * lanes) as f64 / adapter.threads() as f64;
+        let each = match lanes {
+            1 => ALONE * longest as f64,
+            _ => longest.div_ceil(lanes) as f64 + STEP * f64::from(lanes.ilog2()),
+        };
+        filled.max(1.0) * each
+    };
+    let least = if dimension == 2 { 1 } else { LANES[1] };
+    let possible = LANES.into_iter().filter(|&lanes| lanes >= least && ring_of(longest, REACH, lanes) == lanes);
+    possible.min_by(|&a, &b| time(a).total_cmp(&time(b))).unwrap_or(least)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn adapter(kind: &'static str) -> AdapterSummary {
+        AdapterSummary {
+            name: String::new(),
+            driver: String::new(),
+            backend: String::new(),
+            kind,
+            pci_bus_id: String::new(),
+            has_f64: false,
+            has_subgroups: false,
+            subgroup_sizes: (32, 32),
+            has_timestamps: false,
+        }
+    }
+
+    #[test]
+    fn few_curves_take_many_lanes_and_many_curves_one() {
+        let discrete = adapter("discrete GPU");
+        let lanes = |curves| lanes_of(&discrete, curves, 64, 2);
+        assert_eq!([1, 1_000, 10_000, 100_000, 1_000_000].map(lanes), [32, 32, 16, 1, 1]);
+        assert_eq!(lanes_of(&adapter("integrated GPU"), 10_000, 64, 2), 1);
+        assert_eq!(lanes_of(&adapter("software"), 1, 1000, 3), 1);
+    }
+
+    #[test]
+    fn ten_thousand_curves_fill_half_of_a_large_gpu() {
+        let cards =
+            [("H100", "discrete GPU", 270_336), ("RTX 4070", "discrete GPU", 70_656), ("M2", "integrated GPU", 10_240)];
+        for (card, kind, holds) in cards {
+            for curves in [1_000, 10_000, 100_000] {
+                let lanes = lanes_of(&adapter(kind), curves, 64, 2);
+                let share = ((curves * lanes) as f64 / f64::from(holds)).min(1.0);
+                println!(
+                    "{card}: {curves} curves of 64 vertices, {lanes} lanes, {:.0} % of {holds} threads",
+                    100.0 * share
+                );
+                assert!(curves != 10_000 || share >= 0.5, "{card}: {share}");
+            }
+        }
+    }
+
+    #[test]
+    fn spatial_curves_take_lanes_on_hardware() {
+        let lanes = [3, 64].map(|vertices| lanes_of(&adapter("discrete GPU"), 1_000_000, vertices, 3));
+        assert_eq!(lanes, [4, 4]);
+    }
+
+    #[test]
+    fn no_lane_has_fewer_vertices_than_it_keeps() {
+        let discrete = adapter("discrete GPU");
+        for vertices in 2..200 {
+            let lanes = lanes_of(&discrete, 10, vertices, 2);
+            assert!(lanes == 1 || vertices / lanes >= REACH, "{vertices} vertices, {lanes} lanes");
+        }
+    }
+}
