@@ -120,7 +120,7 @@ struct Talk {
     /// Says nothing but errors
     #[arg(short, long, conflicts_with = "verbose", help_heading = "Run")]
     quiet: bool,
-    /// Says more: times, and every curve that is not usable
+    /// Says more: times, what was chosen for a GPU, and every curve that is not usable
     #[arg(short, long, help_heading = "Run")]
     verbose: bool,
 }

@@ -8,7 +8,7 @@ mod tests;
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use lanes::{LANES, REACH, lanes_of};
+use lanes::{LANES, REACH, fastest, open_lanes};
 use packing::Layout;
 
 use super::compose::Composition;
@@ -191,16 +191,16 @@ impl<const D: usize> Run<'_, D> {
     /// told of each curve when it is back.
     pub fn descend(&self, progress: &mut dyn FnMut(usize), ended: Ended<'_, D>) -> Result<Vec<Outcome<D>>> {
         let problems = self.problems;
-        let (mut order, host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| self.is_for_kernel(i));
+        let ways = self.ways();
+        let takes = |way: Way, i: usize| self.turns(way, i) <= LOOP_TURNS;
+        let is_taken = |i: usize| self.is_for_kernel(i) && ways.iter().any(|&way| takes(way, i));
+        let (mut order, host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| is_taken(i));
         order.sort_by_key(|&i| (problems[i].vertices(), problems[i].closed, problems[i].pinned.len(), i));
         let mut outcomes: Vec<Outcome<D>> = problems.iter().map(unfinished).collect();
         if !order.is_empty() {
             let composition = self.composition(&order)?;
-            // A term of negative weight may couple more vertices than the inner product does.
-            let is_newton =
-                self.plan.direction == Direction::Newton && self.plan.order == 2 && composition.edges() == 2;
-            let way = if is_newton { Way::Newton(self.choose_lanes(&order)) } else { Way::Gradients };
-            let job = Job { run: self, way, composition };
+            let possible: Vec<Way> = ways.into_iter().filter(|&way| order.iter().all(|&i| takes(way, i))).collect();
+            let job = Job { run: self, way: self.choose(&possible, &order), composition };
             kept(job.descend(&order, &mut outcomes, progress, ended))?;
         }
         let own: Vec<Problem<D>> = host.iter().map(|&i| problems[i].clone()).collect();
@@ -209,22 +209,39 @@ impl<const D: usize> Run<'_, D> {
         Ok(outcomes)
     }
 
-    fn choose_lanes(&self, curves: &[usize]) -> usize {
+    /// The ways that are open to curves of this run, those of fewer lanes first.
+    fn ways(&self) -> Vec<Way> {
+        let adapter = self.gpu.summary();
+        // A term of negative weight may couple more vertices than the inner product does.
+        let is_newton = self.plan.direction == Direction::Newton
+            && self.plan.order == 2
+            && self.composition(&[]).is_ok_and(|composition| composition.edges() == 2);
+        match self.lanes.or(self.gpu.lanes()) {
+            _ if !is_newton => vec![Way::Gradients],
+            Some(lanes) => vec![Way::Newton(lanes)],
+            None => open_lanes(adapter, D).iter().map(|&lanes| Way::Newton(lanes)).collect(),
+        }
+    }
+
+    /// The way that takes the least time for these curves, noted.
+    fn choose(&self, possible: &[Way], curves: &[usize]) -> Way {
+        let Some(Way::Newton(_)) = possible.first() else { return Way::Gradients };
         let longest = curves.iter().map(|&i| self.problems[i].vertices()).max().unwrap_or(0);
-        let lanes = self.lanes.unwrap_or_else(|| lanes_of(self.gpu.summary(), curves.len(), longest, D));
+        let lanes: Vec<usize> = possible.iter().map(|way| way.lanes()).collect();
+        let lanes = fastest(&lanes, self.gpu.summary(), curves.len(), longest);
         let each = if lanes == 1 { "a thread each".into() } else { format!("{lanes} threads each") };
         let (count, threads) = (curves.len(), self.gpu.summary().threads());
         let held = format!("of some {threads} that the adapter works on at once");
         self.gpu.note(format!("{count} curves of up to {longest} vertices have {each}, {held}"));
-        lanes
+        Way::Newton(lanes)
+    }
+
+    fn turns(&self, way: Way, i: usize) -> usize {
+        loop_turns(self.plan.order, way, self.problems[i].vertices(), self.problems[i].pinned.len())
     }
 
     fn is_for_kernel(&self, i: usize) -> bool {
-        let problem = &self.problems[i];
-        self.plan.order <= 2
-            && self.plan.gauge <= 2
-            && problem.constraints.is_none()
-            && loop_turns(self.plan.order, Way::Gradients, problem.vertices(), problem.pinned.len()) <= LOOP_TURNS
+        self.plan.order <= 2 && self.plan.gauge <= 2 && self.problems[i].constraints.is_none()
     }
 
     /// The energy for the kernel, with an attachment where any curve has attached points.

@@ -37,6 +37,10 @@ impl Gpu {
         match *self {}
     }
 
+    pub(crate) fn lanes(&self) -> Option<usize> {
+        match *self {}
+    }
+
     pub(crate) fn note(&self, _: String) {
         match *self {}
     }

@@ -32,6 +32,7 @@ pub struct Gpu {
     notes: Mutex<Vec<String>>,
     pub(super) capture: Mutex<Option<Vec<CapturedDispatch>>>,
     pub(super) poisoned: bool,
+    lanes: Option<usize>,
 }
 
 impl std::fmt::Debug for Gpu {
@@ -107,6 +108,7 @@ impl Gpu {
             notes: Mutex::default(),
             capture: Mutex::default(),
             poisoned: false,
+            lanes: None,
             device,
             queue,
         }
@@ -133,6 +135,19 @@ impl Gpu {
     pub fn with_poisoned_arrays(mut self) -> Self {
         self.poisoned = true;
         self
+    }
+
+    /// Gives every curve so many lanes in descents by Newton's method, instead of a number chosen by
+    /// the cost model: 1, 4, 8, 16 or 32.
+    #[doc(hidden)]
+    pub fn with_lanes(mut self, lanes: usize) -> Self {
+        self.lanes = Some(lanes);
+        self
+    }
+
+    /// The lanes of [`with_lanes`](Self::with_lanes).
+    pub(crate) fn lanes(&self) -> Option<usize> {
+        self.lanes
     }
 
     /// What the adapter is and can do.

@@ -25,6 +25,7 @@ export function compare(dispatch, after) {
       return;
     }
     const floats = buffer.words === 'f32';
+    const tolerance = buffer.tolerance ?? dispatch.tolerance;
     const [a, b] = floats ? [words(after[i], Float32Array), words(buffer.after, Float32Array)] : [found, expected];
     const wrong = [];
     for (let k = 0; k < expected.length; k += 1) {
@@ -34,12 +35,12 @@ export function compare(dispatch, after) {
       if (bothNaN) continue;
       if (floats && difference > worst) worst = difference;
       // Written so that a NaN on one side only counts as wrong.
-      if (!floats || !(difference <= dispatch.tolerance)) wrong.push(k);
+      if (!floats || !(difference <= tolerance)) wrong.push(k);
     }
     compared += expected.length;
     if (wrong.length) {
       const k = wrong[0];
-      const by = floats ? `, tolerance ${dispatch.tolerance}` : '';
+      const by = floats ? `, tolerance ${tolerance}` : '';
       failures.push(`${place}: ${wrong.length} of ${expected.length} words differ, first word ${k}: ${a[k]} here, ${b[k]} captured${by}`);
     }
   });

@@ -7,7 +7,7 @@ use std::process::Command;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use faircurve::bezier::{Energy, Given, Polygons, complete, elevate};
-use faircurve::discrete::{Evaluate, Gauging, Want, bending, length, tension, torsion, variation};
+use faircurve::discrete::{Evaluate, Fair, Gauging, Segments, Want, bending, length, tension, torsion, variation};
 use faircurve::gpu::reflect::Access;
 use faircurve::gpu::{CapturedDispatch, Gpu};
 use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
@@ -64,13 +64,14 @@ fn kernels_give_the_same_numbers_through_a_browsers_compiler() {
 /// Small problems that reach every kernel that has no subgroup operations (which browsers spell
 /// differently).
 fn capture_everything(gpu: Gpu) -> Vec<CapturedDispatch> {
-    let gpu = gpu.without_subgroups();
+    let gpu = gpu.without_subgroups().with_lanes(8);
     let mut captured = tridiagonal(&gpu);
     captured.extend(gpu.capture(|| block_rings(&gpu)).unwrap().1);
     let device = Device::from_gpu(gpu).with_precision(Precision::F32);
     let gpu = device.as_gpu().expect("it is one");
     captured.extend(gpu.capture(|| splines(&device)).unwrap().1);
     captured.extend(gpu.capture(|| discrete_energies(&device)).unwrap().1);
+    captured.extend(gpu.capture(|| descents(&device)).unwrap().1);
     captured.extend(gpu.capture(|| segments(&device)).unwrap().1);
     captured.extend(gpu.capture(|| beziers(&device)).unwrap().1);
     captured.extend(gpu.capture(|| grids(&device)).unwrap().1);
@@ -103,7 +104,7 @@ fn tridiagonal(gpu: &Gpu) -> Vec<CapturedDispatch> {
 
 fn block_rings(gpu: &Gpu) -> faircurve::Result<()> {
     let mut rng = seeded(14);
-    for (dimension, reach, lanes) in [(2, 2, 1), (2, 2, 8), (3, 3, 8)] {
+    for (dimension, reach, lanes) in [(2, 2, 8), (2, 2, 64), (3, 3, 8)] {
         let sizes = [3usize, 4, 7, 16, 40];
         let mut offsets = vec![0];
         sizes.iter().for_each(|n| offsets.push(offsets[offsets.len() - 1] + n));
@@ -161,6 +162,15 @@ fn discrete_energies(device: &Device) -> faircurve::Result<()> {
 }
 
 /// Segments that turn enough for second derivatives to keep their digits, some with an inflection.
+/// By Newton's method with lanes that share a curve.
+fn descents(device: &Device) -> faircurve::Result<()> {
+    let batch = common::batches::walks(2, &[3, 4, 7], &mut seeded(17));
+    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(5), ..Fair::default() };
+    // A step and a trial: what differs by rounding grows from step to step.
+    Fair { max_iterations: 1, ..fair }.fit(&batch, device)?;
+    Ok(())
+}
+
 fn segments(device: &Device) -> faircurve::Result<()> {
     let angles = [[1.0, -0.8], [0.9, -0.3], [0.7, 0.5], [-1.2, 0.4], [0.3, 1.1]];
     let exponents = [1.5, 2.0, 3.0];
@@ -217,7 +227,8 @@ fn largest(dispatch: &CapturedDispatch) -> f64 {
 
 fn as_json(dispatch: &CapturedDispatch) -> Value {
     let smoothing = dispatch.kernel.starts_with("spline/reinsch");
-    let tolerance = if smoothing { SCRATCH_TOLERANCE * largest(dispatch) } else { TOLERANCE };
+    let scratch = SCRATCH_TOLERANCE * largest(dispatch);
+    let tolerance = if smoothing { scratch } else { TOLERANCE };
     let buffers: Vec<Value> = dispatch
         .buffers
         .iter()
@@ -230,7 +241,10 @@ fn as_json(dispatch: &CapturedDispatch) -> Value {
             let words = if buffer.name == "status" { "u32" } else { "f32" };
             let after = buffer.after.as_ref().map(|bytes| STANDARD.encode(bytes));
             let before = STANDARD.encode(&buffer.before);
-            json!({"group": 0, "binding": buffer.binding, "kind": kind, "words": words, "before": before, "after": after})
+            // That of descents holds blocks of Hessians, and what is left of them.
+            let tolerance = if buffer.name == "work" { scratch } else { tolerance };
+            json!({"group": 0, "binding": buffer.binding, "kind": kind, "words": words, "before": before, "after": after,
+                   "tolerance": tolerance})
         })
         .collect();
     json!({"kernel": dispatch.kernel, "wgsl": dispatch.wgsl, "entry": dispatch.entry, "constants": {},

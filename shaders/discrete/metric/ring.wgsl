@@ -5,8 +5,8 @@
 //:include discrete/metric/pins.wgsl
 
 // No twin: what the CPU has in variables. Until the turns are solved for, their blocks are not there.
-const PIN_NEXT: u32 = PIN_INVERSE;
-const PIN_NEXT_TURN: u32 = PIN_BORDER;
+const PIN_NEXT: u32 = 2u + $DIMu;
+const PIN_NEXT_TURN: u32 = 2u + $DIMu + $DIMu * $DIMu;
 
 // A chunk's first row, which is kept, once the others are eliminated: (excess + left + right) x − left x₋ − right x₊;
 // and of the last row eliminated the share of the kept unknown and its own.

@@ -24,16 +24,24 @@ const ALONE: f64 = 0.75;
 /// Both systems of a trial take it: some 36 products of blocks each, and barriers.
 const STEP: f64 = 1.5;
 
-/// The number of lanes with which a batch takes the least time.
+/// The numbers of lanes that curves of a dimension may have on an adapter.
+///
+/// Software has as many threads as the CPU: a curve has one. A thread of hardware has not the
+/// registers for a spatial curve (benches/RESULTS.md): it takes lanes.
+pub(super) fn open_lanes(adapter: &AdapterSummary, dimension: usize) -> &'static [usize] {
+    match (adapter.is_software(), dimension) {
+        (true, _) => &LANES[..1],
+        (false, 2) => &LANES,
+        (false, _) => &LANES[1..],
+    }
+}
+
+/// Of several numbers of lanes, the least first, the one with which a batch takes the least time.
 ///
 /// `longest` is the number of vertices of its longest curve. The time is that of one trial of all
 /// curves: the vertices of a chunk and log₂ lanes steps, as many times as the device has to be
-/// filled. Software adapters take one lane: they have as many threads as the CPU. Of other adapters a
-/// thread has not the registers for a spatial curve (benches/RESULTS.md): those take lanes.
-pub(super) fn lanes_of(adapter: &AdapterSummary, curves: usize, longest: usize, dimension: usize) -> usize {
-    if adapter.is_software() {
-        return 1;
-    }
+/// filled. Rings of idle lanes are left out, where there are others.
+pub(super) fn fastest(possible: &[usize], adapter: &AdapterSummary, curves: usize, longest: usize) -> usize {
     let time = |lanes: usize| {
         let filled = (curves * lanes) as f64 / adapter.threads() as f64;
         let each = match lanes {
@@ -42,9 +50,8 @@ pub(super) fn lanes_of(adapter: &AdapterSummary, curves: usize, longest: usize, 
         };
         filled.max(1.0) * each
     };
-    let least = if dimension == 2 { 1 } else { LANES[1] };
-    let possible = LANES.into_iter().filter(|&lanes| lanes >= least && ring_of(longest, REACH, lanes) == lanes);
-    possible.min_by(|&a, &b| time(a).total_cmp(&time(b))).unwrap_or(least)
+    let busy = possible.iter().copied().filter(|&lanes| ring_of(longest, REACH, lanes) == lanes);
+    busy.min_by(|&a, &b| time(a).total_cmp(&time(b))).unwrap_or(possible[0])
 }
 
 #[cfg(test)]
@@ -63,6 +70,10 @@ mod tests {
             subgroup_sizes: (32, 32),
             has_timestamps: false,
         }
+    }
+
+    fn lanes_of(adapter: &AdapterSummary, curves: usize, longest: usize, dimension: usize) -> usize {
+        fastest(open_lanes(adapter, dimension), adapter, curves, longest)
     }
 
     #[test]

@@ -235,6 +235,36 @@ fn what_was_finished_before_the_device_was_lost_is_kept() {
 }
 
 #[test]
+fn curves_too_long_for_a_thread_descend_with_lanes() {
+    let Some(gpu) = gpu() else { return };
+    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(1500), ..Fair::default() };
+    let mut own = problems::<2>(&fair, &batch::<2>(&[5, 5], |i| i == 1, 61));
+    // Beyond rounding at so many vertices.
+    own.iter_mut().for_each(|problem| problem.tolerance = 1e-5);
+    let plan = plan_of(&fair);
+    let wanted = descend_on_cpu(&plan, &fair.energy, &own, &|_, _| {});
+    for precision in precisions(&gpu).into_iter().filter(|p| *p == Precision::F64) {
+        let most_ticks = MOST_TICKS;
+        let run = |lanes: usize| {
+            let energy = &fair.energy;
+            Run { gpu: &gpu, precision, plan: &plan, energy, problems: &own, most_ticks, lanes: Some(lanes) }
+        };
+        let (alone, shared) = (run(1), run(8));
+        assert!((0..2).all(|i| alone.turns(Way::Newton(1), i) > LOOP_TURNS));
+        assert!((0..2).all(|i| shared.turns(Way::Newton(8), i) <= LOOP_TURNS));
+        let (mut ended, found) = (0, shared);
+        let found = found.descend(&mut |more| ended += more, &|_, _| {}).unwrap();
+        assert_eq!(ended, 2, "on the device");
+        for (wanted, found) in wanted.iter().zip(&found) {
+            assert_eq!((found.standing, found.iterations), (wanted.standing, wanted.iterations));
+            let pairs = wanted.displacements.iter().flatten().zip(found.displacements.iter().flatten());
+            let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart < 1e-7, "{apart:e}");
+        }
+    }
+}
+
+#[test]
 fn threads_of_a_workgroup_share_the_ticks_of_its_longest_curve() {
     let turns = [vec![100; GROUP], vec![5000; 2], vec![LOOP_TURNS; 1]].concat();
     let slots: Vec<u32> = (0..turns.len() as u32).collect();
