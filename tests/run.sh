@@ -144,6 +144,12 @@ fi
 section 'Tests, examples, and benches in test mode'
 cargo test --locked --all-targets --no-fail-fast
 
+section 'What measures hardware, tried'
+hardware=$(mktemp -d)
+FAIRCURVE_AS_TESTED=1 benches/hardware.sh pack "$hardware"
+FAIRCURVE_QUICK=1 "$hardware/hardware.sh" "$hardware/out"
+rm -r "$hardware"
+
 section 'Documentation examples'
 cargo test --locked --doc
 

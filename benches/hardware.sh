@@ -1,0 +1,102 @@
+#!/usr/bin/env bash
+# What a GPU does, on a machine that has one and nothing else: no network, no toolchain.
+#
+#   benches/hardware.sh pack FOLDER    here: builds, and puts all that is needed into FOLDER (some 40 MB)
+#   FOLDER/hardware.sh [OUT]           there: runs it, within 8 minutes; writes OUT/hardware.md, hardware.json and logs
+#
+# It asks the doctor, runs the GPU's tests, compares every method on the data that ships with the CPU in f64, and
+# measures throughput. A part that fails is named at the end, with status 1; the other parts run all the same.
+#
+# VK_DRIVER_FILES       the driver file (ICD), where the loader finds none or a wrong one
+# FAIRCURVE_BANDWIDTH   the card's memory bandwidth in GB/s: natural splines are given as a share of it
+# FAIRCURVE_SECONDS     seconds for throughput, 240 if not set
+# FAIRCURVE_QUICK       set it to run the smallest sizes only, and few of the tests
+# FAIRCURVE_AS_TESTED   set it to pack programs as the tests have built them, which are not for measuring
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+
+pack() {
+  local folder=$1
+  mkdir -p "$folder/data"
+  folder=$(cd "$folder" && pwd)
+  cd "$here/.."
+  # made NAME COMMAND…: the program of that name among those that cargo makes.
+  made() {
+    local name=$1
+    shift
+    cargo "$@" --locked --message-format=json | grep "\"name\":\"$name\"" |
+      sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' | tail -1
+  }
+  local program=(build --release --bin faircurve) bench=bench
+  [[ -z ${FAIRCURVE_AS_TESTED:-} ]] || { program=(test --no-run --test program) bench=test; }
+  cp "$(made faircurve "${program[@]}")" "$folder/faircurve"
+  cp "$(made gpu test --no-run --test gpu)" "$folder/gpu-tests"
+  cp "$(made hardware $bench --no-run --bench hardware)" "$folder/throughput"
+  cp "$(made gpu $bench --no-run --bench gpu)" "$folder/rows"
+  strip "$folder"/{faircurve,gpu-tests,throughput,rows}
+  cp examples/data/* "$folder/data/"
+  cp benches/hardware.sh "$folder/"
+  du -sh "$folder"
+}
+
+if [[ ${1:-} == pack ]]; then
+  pack "${2:?a folder to pack into}"
+  exit
+fi
+
+out=${1:-$here/out}
+mkdir -p "$out"
+export FAIRCURVE_REQUIRE_GPU=1 FAIRCURVE_DATA=$here/data FAIRCURVE_JSON=$out/hardware.json
+export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-${TMPDIR:-/tmp}}
+failed=()
+start=$SECONDS
+# part NAME SECONDS COMMAND…: what it prints goes to OUT/NAME.log.
+part() {
+  local name=$1 seconds=$2
+  shift 2
+  echo "=== $name"
+  timeout "$seconds" "$@" >"$out/$name.log" 2>&1 || failed+=("$name (status $?)")
+  tail -n 3 "$out/$name.log"
+}
+
+part doctor 60 "$here/faircurve" doctor
+# Those that read sources, start a browser or ask another driver's compiler stay where the sources are.
+only=()
+[[ -z ${FAIRCURVE_QUICK:-} ]] || only=(conformance_linalg)
+part tests 180 "$here/gpu-tests" ${only[@]+"${only[@]}"} --skip twins:: --skip browser:: --skip compilers::
+
+compare() {
+  local name=$1
+  shift
+  part "compare-$name" 60 "$here/faircurve" compare "$@" --device gpu
+}
+storms=$here/data/storms.csv.gz countries=$here/data/countries-110m.geojson
+columns=(--columns x=lon,y=lat,curve=id)
+compare natural "$storms" "${columns[@]}"
+compare smoothing "$storms" "${columns[@]}" --method smoothing --smoothing 0.1
+compare countries "$countries"
+if [[ -z ${FAIRCURVE_QUICK:-} ]]; then
+  compare deviation "$countries" --deviation 0.2
+  compare fair "$countries" --method fair --energy bending,length=0.1
+  compare scf "$countries" --method scf
+fi
+
+measure=(--bench)
+[[ -z ${FAIRCURVE_QUICK:-} ]] || measure=()
+part throughput 300 "$here/throughput" ${measure[@]+"${measure[@]}"}
+part rows 60 "$here/rows" ${measure[@]+"${measure[@]}"}
+
+{
+  echo '## Hardware'
+  echo
+  cat "$out/doctor.log"
+  echo
+  cat "$out/throughput.log"
+  echo
+  cat "$out/rows.log"
+} >"$out/hardware.md"
+echo "=== $((SECONDS - start)) s; $out/hardware.md, $out/hardware.json"
+if ((${#failed[@]})); then
+  printf 'FAILED: %s\n' "${failed[@]}" >&2
+  exit 1
+fi
