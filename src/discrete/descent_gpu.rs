@@ -150,7 +150,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
 ///
 /// The CPU descends some curves in f64:
 ///
-/// - curves too long for a thread;
+/// - curves too long for a thread, where lanes do not share them;
 /// - curves that keep tangents or curvatures;
 /// - curves with an inner product of order 3, which f32 cannot hold.
 ///
