@@ -35,37 +35,12 @@ fn integrate_hats(curve: Curve) {
     var before = real(0);
     var before_turn = vector();
     for (var k = 0u; k < curve.pin_count; k++) {
-        let row = pins[curve.first_pin + k];
-        let end = span_end(curve, k);
-        store_pin_vector(curve, k, PIN_TANGENT, tangent_at(curve, row));
-        var length = real(0);
-        for (var j = row; j < end; j++) {
-            work[curve.fraction + j * $SIDEu] = length;
-            length += length_at(curve, j);
-        }
-        let inverse = select(real(0), real(1) / length, length > real(0));
-        var here = before + mass_at(curve, row);
-        var both = real(0);
-        var next = real(0);
-        var here_turn = before_turn;
-        var next_turn = vector();
-        for (var v = row + 1u; v < end; v++) {
-            let theta = work[curve.fraction + v * $SIDEu] * inverse;
-            let rest = real(1) - theta;
-            work[curve.fraction + v * $SIDEu] = theta;
-            let mass = mass_at(curve, v);
-            here += mass * rest * rest;
-            both += mass * rest * theta;
-            next += mass * theta * theta;
-            let weighted = mass * work_vector(curve.x, v);
-            here_turn += rest * weighted;
-            next_turn += theta * weighted;
-        }
-        work[pin_at(curve, k, 0u)] = here;
-        work[pin_at(curve, k, 1u)] = both;
-        store_pin_vector(curve, k, PIN_TURN, -here_turn);
-        before = next;
-        before_turn = next_turn;
+        let span = integrate_span(curve, k, before, before_turn);
+        work[pin_at(curve, k, 0u)] = span.here;
+        work[pin_at(curve, k, 1u)] = span.both;
+        store_pin_vector(curve, k, PIN_TURN, -span.here_turn);
+        before = span.next;
+        before_turn = span.next_turn;
     }
     if (curve.closed != 0u) {
         // The ring ends at its first pin, which one pin alone couples with itself.

@@ -66,3 +66,40 @@ fn tangent_at(curve: Curve, v: u32) -> vector {
     }
     return after;
 }
+
+// Integrals of the hats over the span from a pin to the next: by the pin's own hat, by both, by the next
+// pin's; and those of φ y.
+struct Span {
+    here: real,
+    both: real,
+    next: real,
+    here_turn: vector,
+    next_turn: vector,
+}
+
+// Adds to what the span before has of the pin. Leaves fractions of arc length at the vertices, and the pin's tangent.
+fn integrate_span(curve: Curve, k: u32, before: real, before_turn: vector) -> Span {
+    let row = pins[curve.first_pin + k];
+    let end = span_end(curve, k);
+    store_pin_vector(curve, k, PIN_TANGENT, tangent_at(curve, row));
+    var length = real(0);
+    for (var j = row; j < end; j++) {
+        work[curve.fraction + j * $SIDEu] = length;
+        length += length_at(curve, j);
+    }
+    let inverse = select(real(0), real(1) / length, length > real(0));
+    var span = Span(before + mass_at(curve, row), real(0), real(0), before_turn, vector());
+    for (var v = row + 1u; v < end; v++) {
+        let theta = work[curve.fraction + v * $SIDEu] * inverse;
+        let rest = real(1) - theta;
+        work[curve.fraction + v * $SIDEu] = theta;
+        let mass = mass_at(curve, v);
+        span.here += mass * rest * rest;
+        span.both += mass * rest * theta;
+        span.next += mass * theta * theta;
+        let weighted = mass * work_vector(curve.x, v);
+        span.here_turn += rest * weighted;
+        span.next_turn += theta * weighted;
+    }
+    return span;
+}

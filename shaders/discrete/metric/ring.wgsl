@@ -177,37 +177,12 @@ fn pins_of(curve: Curve, ring: BlockRing) -> vec2<u32> {
 fn integrate_hats(curve: Curve, ring: BlockRing) {
     let own = pins_of(curve, ring);
     for (var k = own.x; k < own.y; k++) {
-        let row = pins[curve.first_pin + k];
-        let end = span_end(curve, k);
-        store_pin_vector(curve, k, PIN_TANGENT, tangent_at(curve, row));
-        var length = real(0);
-        for (var j = row; j < end; j++) {
-            work[curve.fraction + j * $SIDEu] = length;
-            length += length_at(curve, j);
-        }
-        let inverse = select(real(0), real(1) / length, length > real(0));
-        var here = mass_at(curve, row);
-        var both = real(0);
-        var next = real(0);
-        var here_turn = vector();
-        var next_turn = vector();
-        for (var v = row + 1u; v < end; v++) {
-            let theta = work[curve.fraction + v * $SIDEu] * inverse;
-            let rest = real(1) - theta;
-            work[curve.fraction + v * $SIDEu] = theta;
-            let mass = mass_at(curve, v);
-            here += mass * rest * rest;
-            both += mass * rest * theta;
-            next += mass * theta * theta;
-            let weighted = mass * work_vector(curve.x, v);
-            here_turn += rest * weighted;
-            next_turn += theta * weighted;
-        }
-        work[pin_at(curve, k, 0u)] = here;
-        work[pin_at(curve, k, 1u)] = both;
-        work[pin_at(curve, k, PIN_NEXT)] = next;
-        store_pin_vector(curve, k, PIN_TURN, -here_turn);
-        store_pin_vector(curve, k, PIN_NEXT_TURN, -next_turn);
+        let span = integrate_span(curve, k, real(0), vector());
+        work[pin_at(curve, k, 0u)] = span.here;
+        work[pin_at(curve, k, 1u)] = span.both;
+        work[pin_at(curve, k, PIN_NEXT)] = span.next;
+        store_pin_vector(curve, k, PIN_TURN, -span.here_turn);
+        store_pin_vector(curve, k, PIN_NEXT_TURN, -span.next_turn);
     }
 }
 
