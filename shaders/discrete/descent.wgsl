@@ -6,8 +6,9 @@
 //
 // Curves of $SIDE threads stand side by side in `fixed`, `displacements` and `work`: number c of
 // row v in a section of width w is (v w + c) $SIDE words from the section's first, the curve's
-// place being part of that. The order is FIRST, SECOND or neither; with NEWTON, of the second order
-// alone, directions are those of damped.wgsl, else those of lane/conjugate.wgsl.
+// place being part of that. The order is FIRST, SECOND, THIRD or none of them; with NEWTON, of the
+// second order and, where lanes share curves, of the third, directions are those of damped.wgsl,
+// else those of lane/conjugate.wgsl.
 
 struct DescentParams {
     // Curves listed in `tasks`.
@@ -106,8 +107,8 @@ struct Curve {
 //:if LANES
     blocks: u32,
     scratch: u32,
-    // Whether the block ring solves for the turns at pins, not for a direction.
-    turns: bool,
+    // Whether the block ring solves for the Sobolev gradient, not for a direction.
+    metric: bool,
 //:else
     factor: u32,
     border: u32,
@@ -131,7 +132,7 @@ fn load_weight(curve: Curve, index: u32) -> real {
 //:end
 
 //:include discrete/descent/trial.wgsl
-//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
 //:include discrete/lane.wgsl
 
 // Largest step that changes no edge by more than its allowed part.

@@ -7,7 +7,6 @@
 // definitions:
 //     SWEEP       the function's name
 //     EDGE        fn(curve: Curve, j: u32) -> vector: edge j, 0 ≤ j < segments
-//     FREE        with GAUGE: fn(curve: Curve, j: u32) -> real: 1 where the vertex at the end of edge j is no data point, else 0
 //     OFFSET      with ATTACHMENT: fn(curve: Curve, v: u32) -> vector: f − p at vertex v
 //     STIFFNESS   with ATTACHMENT: fn(curve: Curve, v: u32) -> real: w at vertex v, 0 where there is no data point
 //     DERIVATIVES with STORE or DIRECTION
@@ -51,9 +50,7 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
         w = shifted(w, edge);
         let is_own = j >= i32(first);
 //:if GAUGE
-        if (has_edge(curve, j)) {
-            w.free = $FREE(curve, wrapped(curve, j));
-        }
+        w = gauged(w, curve, j);
 //:end
         let edges = edges_from(curve, j);
 //:if DERIVATIVES

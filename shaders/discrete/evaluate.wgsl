@@ -96,9 +96,9 @@ fn load_edge_direction(curve: Curve, j: u32) -> vector {
     return load_direction(curve, next) - load_direction(curve, j);
 }
 
-//:include discrete/edges.wgsl SWEEP=sweep_gradient EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient
-//:include discrete/edges.wgsl SWEEP=sweep_slope EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 DIRECTION=load_edge_direction DIRECTION_AT=load_direction
-//:include discrete/edges.wgsl SWEEP=sweep_value EDGE=load_edge FREE=load_free OFFSET=load_offset STIFFNESS=load_stiffness
+//:include discrete/edges.wgsl SWEEP=sweep_gradient EDGE=load_edge OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient
+//:include discrete/edges.wgsl SWEEP=sweep_slope EDGE=load_edge OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/edges.wgsl SWEEP=sweep_value EDGE=load_edge OFFSET=load_offset STIFFNESS=load_stiffness
 
 fn store_sums(block: u32, swept: Swept) {
     sums[3u * block] = swept.energy;
@@ -174,9 +174,9 @@ fn add_window(curve: Curve, range: VertexRange, j: i32, w: Window, weights: Weig
         add_term(curve, range, j, w, weights.$NAME, $NAME_gradient(w), $NAME_hessian(w));
     }
 //:end
-//:if GAUGE
-    if (edges >= 2u) {
-        add_term(curve, range, j, w, weights.gauge, gauge_gradient(w), gauge_hessian(w));
+//:each GAUGE_TERM
+    if (edges >= $EDGESu) {
+        add_term(curve, range, j, w, weights.gauge, $NAME_gradient(w), $NAME_hessian(w));
     }
 //:end
 }
@@ -203,9 +203,7 @@ fn add_window(curve: Curve, range: VertexRange, j: i32, w: Window, weights: Weig
     for (var j = begin; j < i32(range.end); j++) {
         w = shifted(w, edge_or_unit(curve, j + $WIDTH - 1));
 //:if GAUGE
-        if (has_edge(curve, j)) {
-            w.free = load_free(curve, wrapped(curve, j));
-        }
+        w = gauged(w, curve, j);
 //:end
         add_window(curve, range, j, w, weights);
     }

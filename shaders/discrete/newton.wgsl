@@ -174,9 +174,7 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
         }
         w = shifted(w, edge);
 //:if GAUGE
-        if (has_edge(curve, j)) {
-            w.free = load_free(curve, v);
-        }
+        w = gauged(w, curve, j);
 //:end
         part = vec3<real>(part.y, part.z, takes_part(curve, v + 2u));
         let edges = edges_from(curve, j);

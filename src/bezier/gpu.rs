@@ -14,7 +14,7 @@ use super::ready::MOST_DATA;
 use crate::error::{Error, Result};
 use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::source::definitions;
-use crate::gpu::{Downloaded, Gpu, Interrupted, KernelKey, Pending, pipeline};
+use crate::gpu::{Downloaded, Gpu, Interrupted, KernelKey, Pending, once, pipeline};
 use crate::linalg::{power_of_two, take};
 use crate::parallel;
 use crate::precision::Precision;
@@ -126,7 +126,7 @@ impl<'a> Job<'a> {
         pipeline(
             chunks,
             |chunk| self.start(chunk, &gather),
-            |UnderWay { pending, layout, sizes }| Ok((pending.wait()?, layout, sizes)),
+            once(|UnderWay { pending, layout, sizes }| Ok((pending.wait()?, layout, sizes))),
             |chunk, (results, layout, sizes): (Vec<Downloaded>, Layout, Vec<f64>)| {
                 finish(chunk, &Found::new(self, &layout, &sizes, &results[0].reals()));
                 Ok(())

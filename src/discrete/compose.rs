@@ -12,7 +12,8 @@ use crate::precision::Precision;
 /// Names that kernels use themselves.
 ///
 /// No energy may have one of them.
-const RESERVED: [&str; 6] = ["gauge", "attachment", "window", "edge", "across", "torsion_curvature"];
+const RESERVED: [&str; 8] =
+    ["gauge", "smooth_gauge", "end_gauge", "attachment", "window", "edge", "across", "torsion_curvature"];
 
 /// An energy in the form a kernel needs.
 #[derive(Clone, Debug)]
@@ -76,13 +77,13 @@ pub(crate) struct DeviceWeights {
 }
 
 impl Composition {
-    /// Composes the energies of curves of a dimension, with the gauge if asked for.
+    /// Composes the energies of curves of a dimension, with the gauge of an order, if it is not 0.
     ///
     /// Functionals that differ only in their weights share one entry.
     ///
     /// # Errors
     /// A sentence that says what cannot be compiled into a kernel.
-    pub fn of(energy: &Energy, with_gauge: bool, dimension: usize, precision: Precision) -> Result<Self, String> {
+    pub fn of(energy: &Energy, gauge: usize, dimension: usize, precision: Precision) -> Result<Self, String> {
         let epsilon = precision.epsilon();
         let of_terms = energy.terms().iter().map(|(_, functional)| Kind::of(functional, epsilon));
         let of_terms: Vec<Kind> = of_terms.collect::<Result<_, _>>()?;
@@ -90,8 +91,7 @@ impl Composition {
         let place = |kind: &Kind| kinds.binary_search(kind).expect("kinds are those of the terms");
         let places: Vec<usize> = of_terms.iter().map(place).collect();
 
-        let least = if with_gauge { 2 } else { 1 };
-        let edges = kinds.iter().map(|kind| kind.edges).fold(least, usize::max);
+        let edges = kinds.iter().map(|kind| kind.edges).fold(gauge.max(1), usize::max);
         let mut composing = Composition {
             definitions: definitions([
                 ("DIM", &dimension),
@@ -120,13 +120,31 @@ impl Composition {
                 names.push(composing.define_term(entry, kind, &names)?);
             }
         }
-        if with_gauge {
+        if gauge > 0 {
             composing.define("GAUGE", composing.entries.len());
             composing.entries.push(Entry::Gauge);
+            composing.define_gauge(gauge);
         }
         composing.define("TORSION_CURVATURE", composing.entries.len());
         composing.entries.push(Entry::TorsionCurvature);
         Ok(composing)
+    }
+
+    /// Defines the terms of the gauge of an order, the list GAUGE_TERM.
+    fn define_gauge(&mut self, order: usize) {
+        const SMOOTH: &str = "discrete/energy/smooth_gauge.wgsl";
+        let terms: &[(&str, &str, usize)] = match order {
+            3 => &[("smooth_gauge", SMOOTH, 3), ("end_gauge", SMOOTH, 2)],
+            _ => &[("gauge", "discrete/energy/gauge.wgsl", 2)],
+        };
+        for (k, (name, file, edges)) in terms.iter().enumerate() {
+            self.define(&format!("GAUGE_TERM.{k}.NAME"), name);
+            self.define(&format!("GAUGE_TERM.{k}.FILE"), file);
+            self.define(&format!("GAUGE_TERM.{k}.EDGES"), edges);
+        }
+        if order == 3 {
+            self.define("SMOOTH_GAUGE", 1);
+        }
     }
 
     fn define(&mut self, name: &str, value: impl ToString) {
@@ -201,7 +219,7 @@ mod tests {
     #[test]
     fn equal_functionals_share_a_weight() {
         let energy = bending(2.0) + 0.5 * length() + 3.0 * bending(2.0);
-        let composition = Composition::of(&energy, true, 2, Precision::F32).unwrap();
+        let composition = Composition::of(&energy, 2, 2, Precision::F32).unwrap();
         assert_eq!(composition.places, [1, 0, 1]);
         // The degrees are 1 and −1, and the curve has size 4: weights become 0.5·4 and 4/4. The
         // larger is the unit. The gauge has degree 2.
@@ -211,14 +229,14 @@ mod tests {
 
     #[test]
     fn the_curvature_of_torsion_is_scaled_as_curvatures_are() {
-        let composition = Composition::of(&(tension() + torsion()), false, 3, Precision::F64).unwrap();
+        let composition = Composition::of(&(tension() + torsion()), 0, 3, Precision::F64).unwrap();
         let weights = composition.weights(0.5, 0.0, 1e-3);
         assert_eq!((weights.unit, weights.entries), (8.0, vec![0.25 / 8.0, 1.0, 5e-4]));
     }
 
     #[test]
     fn exponents_have_terms_of_their_own() {
-        let composition = Composition::of(&(bending(3.0) + bending(2.0)), false, 2, Precision::F32).unwrap();
+        let composition = Composition::of(&(bending(3.0) + bending(2.0)), 0, 2, Precision::F32).unwrap();
         let names = [0, 1].map(|k| &composition.definitions[&format!("TERM.{k}.NAME")]);
         assert_eq!(names, ["bending", "bending_1"]);
         assert_eq!(composition.entries(&[5.0, 7.0], 0.0).iter().take(2).sum::<f64>(), 12.0);

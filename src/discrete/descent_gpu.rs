@@ -8,14 +8,14 @@ mod tests;
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use lanes::{LANES, REACH, fastest, open_lanes};
+use lanes::{LANES, fastest, open_lanes};
 use packing::Layout;
 
 use super::compose::Composition;
-use super::energy::{Energy, attachment, bending, length, tension};
+use super::energy::{Energy, attachment, bending, length, tension, torsion, variation};
 use super::lane::Standing;
 use super::plan::{Direction, Plan, Step};
-use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
+use super::problem::{Ended, Outcome, Problem, descend_on_cpu, order_of};
 use crate::error::{Error, Result};
 use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline};
@@ -85,7 +85,7 @@ const WANTED: [&str; 3] = ["states", "lanes", "displacements"];
 pub(crate) enum Way {
     /// By conjugate gradients, a thread a curve.
     Gradients,
-    /// By Newton's method with so many lanes a curve. The inner product is of order 2.
+    /// By Newton's method with so many lanes a curve. The inner product is of order 2 or 3.
     Newton(usize),
 }
 
@@ -104,18 +104,18 @@ impl Way {
     }
 }
 
-/// The kernel of a composition with the inner product of order 0, 1 or 2.
+/// The kernel of a composition with the inner product of an order, 0 to 3.
 pub(crate) fn descent_kernel(composition: &Composition, order: usize, way: Way, precision: Precision) -> KernelKey {
     let mut definitions = composition.definitions.clone();
     definitions.insert("GROUP".into(), GROUP.to_string());
     definitions.insert("SIDE".into(), way.side().to_string());
     let newton = (way != Way::Gradients).then_some("NEWTON");
-    for name in [None, Some("FIRST"), Some("SECOND")][order].into_iter().chain(newton) {
+    for name in [None, Some("FIRST"), Some("SECOND"), Some("THIRD")][order].into_iter().chain(newton) {
         definitions.insert(name.into(), "1".into());
     }
     if way.lanes() > 1 {
         definitions.insert("LANES".into(), way.lanes().to_string());
-        definitions.insert("REACH".into(), REACH.to_string());
+        definitions.insert("REACH".into(), order.to_string());
     }
     KernelKey { path: "discrete/descent.wgsl", entry: "descend", precision, definitions }
 }
@@ -129,15 +129,23 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (bending(2.0), 2),
         (bending(3.0) + length(), 2),
         (bending(2.7) + tension() + attachment(), 2),
+        (variation() + length(), 3),
+        (torsion() + bending(2.0) + attachment(), 3),
     ];
     let mut keys = Vec::new();
     for (energy, order) in forms {
         for dimension in [2, 3] {
-            let composition = Composition::of(&energy, order == 2, dimension, precision).expect("built in");
-            keys.push(descent_kernel(&composition, order, Way::Gradients, precision));
-            if order == 2 {
-                keys.extend(LANES.map(|lanes| descent_kernel(&composition, order, Way::Newton(lanes), precision)));
-            }
+            let gauge = if order > 1 { order } else { 0 };
+            let composition = Composition::of(&energy, gauge, dimension, precision).expect("built in");
+            let gradients = (order < 3).then_some(Way::Gradients);
+            let lanes: &[usize] = match order {
+                2 => &LANES,
+                // In f32 it has too few digits.
+                3 if precision == Precision::F64 => &LANES[1..],
+                _ => &[],
+            };
+            let ways = gradients.into_iter().chain(lanes.iter().map(|&lanes| Way::Newton(lanes)));
+            keys.extend(ways.map(|way| descent_kernel(&composition, order, way, precision)));
         }
     }
     keys
@@ -145,14 +153,15 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
 
 /// Descends every curve from its base.
 ///
-/// Where the plan asks for Newton's method and the inner product is of order 2, that method is
+/// Where the plan asks for Newton's method and the inner product is of order 2 or 3, that method is
 /// used. Otherwise conjugate gradients are.
 ///
 /// The CPU descends some curves in f64:
 ///
 /// - curves too long for a thread, where lanes do not share them;
-/// - curves that keep tangents or curvatures;
-/// - curves with an inner product of order 3, which f32 cannot hold.
+/// - curves that keep tangents;
+/// - curves with an inner product of order 3, in f32 and by other methods than Newton's: f32 cannot
+///   hold it.
 ///
 /// If the device is lost, finished curves are kept. The others come out as [`Standing::Running`] at
 /// their bases.
@@ -214,12 +223,12 @@ impl<const D: usize> Run<'_, D> {
         let adapter = self.gpu.summary();
         // A term of negative weight may couple more vertices than the inner product does.
         let is_newton = self.plan.direction == Direction::Newton
-            && self.plan.order == 2
-            && self.composition(&[]).is_ok_and(|composition| composition.edges() == 2);
+            && self.plan.order >= 2
+            && self.composition(&[]).is_ok_and(|composition| composition.edges() == self.plan.order);
         match self.lanes.or(self.gpu.lanes()) {
             _ if !is_newton => vec![Way::Gradients],
             Some(lanes) => vec![Way::Newton(lanes)],
-            None => open_lanes(adapter, D).iter().map(|&lanes| Way::Newton(lanes)).collect(),
+            None => open_lanes(adapter, self.plan.order, D).iter().map(|&lanes| Way::Newton(lanes)).collect(),
         }
     }
 
@@ -228,7 +237,7 @@ impl<const D: usize> Run<'_, D> {
         let Some(Way::Newton(_)) = possible.first() else { return Way::Gradients };
         let longest = curves.iter().map(|&i| self.problems[i].vertices()).max().unwrap_or(0);
         let lanes: Vec<usize> = possible.iter().map(|way| way.lanes()).collect();
-        let lanes = fastest(&lanes, self.gpu.summary(), curves.len(), longest);
+        let lanes = fastest(&lanes, self.plan.order, self.gpu.summary(), curves.len(), longest);
         let each = if lanes == 1 { "a thread each".into() } else { format!("{lanes} threads each") };
         let (count, threads) = (curves.len(), self.gpu.summary().threads());
         let held = format!("of some {threads} that the adapter works on at once");
@@ -241,7 +250,12 @@ impl<const D: usize> Run<'_, D> {
     }
 
     fn is_for_kernel(&self, i: usize) -> bool {
-        self.plan.order <= 2 && self.plan.gauge <= 2 && self.problems[i].constraints.is_none()
+        let (order, problem) = (self.plan.order, &self.problems[i]);
+        // A triangle has no room for the third derivative.
+        let has_order = order_of(order, problem.closed, problem.vertices()) == order;
+        let holds =
+            order < 3 || self.precision == Precision::F64 && has_order && self.plan.direction == Direction::Newton;
+        holds && problem.constraints.is_none()
     }
 
     /// The energy for the kernel, with an attachment where any curve has attached points.
@@ -251,7 +265,7 @@ impl<const D: usize> Run<'_, D> {
         if !names && curves.iter().any(|&i| !self.problems[i].attached.is_empty()) {
             energy = energy + attachment();
         }
-        Composition::of(&energy, self.plan.gauge > 0, D, self.precision).map_err(Error::Argument)
+        Composition::of(&energy, self.plan.gauge, D, self.precision).map_err(Error::Argument)
     }
 }
 
@@ -264,6 +278,7 @@ fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
         norm: f64::NAN,
         iterations: 0,
         evaluations: 0,
+        on_cpu: false,
     }
 }
 
@@ -277,9 +292,10 @@ fn loop_turns(order: usize, way: Way, rows: usize, pins: usize) -> usize {
     if lanes > 1 {
         // The base; the blocks and the chunk's vertices before; the ring, four times; the step and
         // its length; sums, edges, the network and four times its solutions. A lane has whole spans
-        // between pins, three times. It adds up what the other lanes found, and the workgroup.
-        let chunk = rows.div_ceil(ring_of(rows, REACH, lanes));
-        return 16 * (chunk + 4) + 3 * rows + 7 * pins.div_ceil(ring_of(pins, REACH, lanes)) + 8 * lanes + GROUP;
+        // between pins, three times. It adds up what the other lanes found, and the workgroup. Order
+        // 3 has a second system of the vertices in place of the network.
+        let chunk = rows.div_ceil(ring_of(rows, order, lanes));
+        return 16 * (chunk + 4) + 3 * rows + 7 * pins.div_ceil(ring_of(pins, order, lanes)) + 8 * lanes + GROUP;
     }
     // The base (once), the sweep, the step, two directions or Newton's system there and back. Then
     // the inner product.
@@ -311,7 +327,7 @@ impl<'a, const D: usize> Job<'a, D> {
         let done = pipeline(
             chunks,
             |groups| self.start(members(groups)),
-            |rounds: Rounds<Layout>| rounds.finish(|r, l, a, s| self.round(r, l, a, s), &WANTED, &mut *progress),
+            |rounds: Rounds<Layout>| rounds.advance(|r, l, a, s| self.round(r, l, a, s), &WANTED, &mut *progress),
             |groups, (layout, results)| {
                 self.unpack(members(groups), &layout, &results, outcomes);
                 members(groups).iter().for_each(|&i| ended(i, &outcomes[i]));

@@ -10,7 +10,7 @@ use super::evaluate::{Evaluate, Evaluating, Evaluation, Ready, Want};
 use super::hessian::BLOCKS;
 use crate::bounds::Bounds;
 use crate::error::{Error, Result};
-use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline, plan};
+use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, once, pipeline, plan};
 use crate::linalg::scalar::Vector;
 use crate::precision::Precision;
 
@@ -21,6 +21,9 @@ pub(crate) const GROUP: usize = 64;
 ///
 /// Up to three more are computed twice.
 const BLOCK_VERTICES: usize = 32;
+
+/// The order of the gauge that is evaluated.
+const GAUGE: usize = 2;
 
 /// `EvaluateParams` of `evaluate.wgsl`.
 #[repr(C)]
@@ -62,17 +65,17 @@ pub(crate) fn evaluate_kernel(composition: &Composition, entry: &'static str, pr
 pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
     let named = || Energy::NAMES.iter().filter_map(|name| Energy::named(name));
     let all = named().fold(bending(3.0), |sum, energy| sum + energy);
-    let alone = named().chain([bending(2.5), bending(2.7)]).map(|energy| (energy, false));
-    let forms = alone.chain([(all, true), (tension(), true)]);
+    let alone = named().chain([bending(2.5), bending(2.7)]).map(|energy| (energy, 0));
+    let forms = alone.chain([(all, GAUGE), (tension(), GAUGE)]);
     let mut keys = Vec::new();
-    for (energy, with_gauge) in forms {
+    for (energy, gauge) in forms {
         for dimension in [2, 3] {
-            let composition = Composition::of(&energy, with_gauge, dimension, precision).expect("built in");
+            let composition = Composition::of(&energy, gauge, dimension, precision).expect("built in");
             keys.extend(["value", "slope", "gradient", "hessian"].map(|e| evaluate_kernel(&composition, e, precision)));
         }
     }
     // A user's energy, and the toy energy, which is in the list for tests alone.
-    let mut composition = Composition::of(&bending(2.0), false, 2, precision).expect("built in");
+    let mut composition = Composition::of(&bending(2.0), 0, 2, precision).expect("built in");
     for (k, name, from, text) in [(1, "own", "WGSL", OWN), (2, "toy", "FILE", "discrete/energy/toy.wgsl")] {
         let own = [("NAME", name), ("EDGES", "2"), ("WEIGHT", "0"), (from, text)];
         composition.definitions.extend(own.map(|(name, value)| (format!("TERM.{k}.{name}"), value.to_string())));
@@ -98,7 +101,8 @@ pub(super) fn evaluate_on_gpu<const D: usize>(
     curves: &[&Ready<'_, D>],
 ) -> Result<Vec<Evaluation>> {
     let Evaluate { want, gauge, .. } = evaluating.options;
-    let composition = Composition::of(evaluating.energy, gauge.is_some(), D, precision).map_err(Error::Argument)?;
+    let gauge = if gauge.is_some() { GAUGE } else { 0 };
+    let composition = Composition::of(evaluating.energy, gauge, D, precision).map_err(Error::Argument)?;
     let job = Job { evaluating, curves, composition };
     let result = if want.has_hessian() { BLOCKS * D * D } else { D };
     let real = precision.bytes();
@@ -109,7 +113,7 @@ pub(super) fn evaluate_on_gpu<const D: usize>(
     pipeline(
         chunks,
         |chunk| job.record(gpu.record(precision), chunk)?.submit(),
-        Pending::wait,
+        once(Pending::wait),
         |chunk, results| {
             job.unpack(chunk, &results, &mut found[chunk.clone()]);
             Ok(())

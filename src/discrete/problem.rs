@@ -67,6 +67,8 @@ pub(crate) struct Outcome<const D: usize> {
     pub iterations: u32,
     /// Evaluations of the energy and its gradient.
     pub evaluations: u32,
+    /// Whether the CPU descended, in part or wholly.
+    pub on_cpu: bool,
 }
 
 impl<const D: usize> Problem<D> {
@@ -238,6 +240,7 @@ fn outcomes<S: Scalar, const D: usize>(descent: &mut Descent<'_, S, D>, count: u
             norm: lane.norm2.to_f64().sqrt(),
             iterations: lane.iterations,
             evaluations: lane.evaluations,
+            on_cpu: true,
         }
     };
     (0..count).map(outcome).collect()

@@ -12,7 +12,7 @@ use super::descent_gpu::descend_on_gpu;
 use super::energy::{Energy, Functional};
 use super::fair::Fair;
 use super::lane::Standing;
-use super::plan::Plan;
+use super::plan::{Direction, Plan};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
 use super::setup::Ready;
 use crate::batch::Unfitted;
@@ -91,11 +91,15 @@ impl Fair {
         let edges_a_span = |ready: &Ready<D>| ready.rows.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
         let coarse: Vec<bool> = ready.iter().flatten().map(|ready| edges_a_span(ready) <= MOST_EDGES_IN_F32).collect();
         let well_conditioned = coarse.iter().all(|coarse| *coarse);
-        // f32 cannot hold the inner product of order 3. Such curves go to the CPU.
-        let gpu = match device.as_gpu().filter(|_| order < 3) {
+        // f32 cannot hold the inner product of order 3, and kernels of that order know Newton's method
+        // alone. Other such curves go to the CPU.
+        let well_conditioned = well_conditioned && order < 3;
+        let gpu = match device.as_gpu() {
             Some(gpu) => Some((gpu, device.kernel_precision(gpu, well_conditioned)?)),
             None => None,
         };
+        let is_newton = self.direction == Direction::Newton;
+        let gpu = gpu.filter(|(_, precision)| order < 3 || is_newton && *precision == Precision::F64);
         let in_f32 = gpu.is_some_and(|(_, precision)| precision == Precision::F32);
         let tolerances: Vec<f64> = problems.iter().map(|problem| problem.tolerance).collect();
         if in_f32 {
@@ -124,8 +128,10 @@ impl Fair {
             };
             let own: Vec<Problem<D>> = unfinished.iter().map(rebased).collect();
             let finished = descend_on_cpu(&plan, &self.energy, &own, &|k, outcome| ended(unfinished[k], outcome));
-            report.finished_on_cpu = unfinished.len();
             unfinished.into_iter().zip(finished).for_each(|(i, finished)| outcomes[i].go_on(finished));
+        }
+        if report.is_gpu {
+            report.finished_on_cpu = outcomes.iter().filter(|outcome| outcome.on_cpu).count();
         }
         Ok((outcomes, report))
     }
@@ -249,7 +255,8 @@ impl<const D: usize> Outcome<D> {
         let displacements = sum.collect();
         let iterations = self.iterations + after.iterations;
         let evaluations = self.evaluations + after.evaluations;
-        *self = Outcome { displacements, iterations, evaluations, ..after };
+        let on_cpu = self.on_cpu || after.on_cpu;
+        *self = Outcome { displacements, iterations, evaluations, on_cpu, ..after };
     }
 }
 

@@ -52,7 +52,7 @@ pub use capture::{CapturedBuffer, CapturedDispatch};
 #[doc(hidden)]
 pub use key::KernelKey;
 #[doc(hidden)]
-pub use pipeline::{Interrupted, pipeline};
+pub use pipeline::{Interrupted, Step, once, pipeline};
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
 pub use record::{Downloaded, Pending, Recording};

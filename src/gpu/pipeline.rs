@@ -62,66 +62,141 @@ pub(crate) fn unwritten(kernel: &str, curve: impl std::fmt::Display, word: u32) 
     Error::Kernel { kernel: kernel.into(), message }
 }
 
+/// What waiting for a chunk comes to.
+pub enum Step<P, R> {
+    /// It has been submitted again, to go on.
+    Again(P),
+    /// Its results.
+    Done(R),
+}
+
+/// For chunks that are submitted once: waiting for one brings its results.
+pub fn once<P, R>(mut wait: impl FnMut(P) -> Result<R>) -> impl FnMut(P) -> Result<Step<P, R>> {
+    move |pending| wait(pending).map(Step::Done)
+}
+
 /// Submits the chunks (ranges of curves) in order, and finishes each as its results arrive.
 ///
-/// Chunks are finished in order, too. If the device has no memory for a chunk, the chunks under way
-/// are finished and those left are halved, once.
+/// Chunks are finished in order, too. A chunk that has to be submitted several times shares the
+/// device with the next: the one whose submission is the oldest is waited for. If the device has no
+/// memory for a chunk, the chunks under way are finished and those left are halved, once.
 ///
 /// # Errors
 /// The first error of `submit`, `wait` or `finish`, with the number of curves finished before.
 pub fn pipeline<P, R>(
     chunks: Vec<Range<usize>>,
     mut submit: impl FnMut(&Range<usize>) -> Result<P>,
-    mut wait: impl FnMut(P) -> Result<R>,
-    mut finish: impl FnMut(&Range<usize>, R) -> Result<()>,
+    wait: impl FnMut(P) -> Result<Step<P, R>>,
+    finish: impl FnMut(&Range<usize>, R) -> Result<()>,
 ) -> Result<(), Interrupted> {
-    let mut finished = chunks.first().map_or(0, |chunk| chunk.start);
+    let finished = chunks.first().map_or(0, |chunk| chunk.start);
     let mut waiting: VecDeque<Range<usize>> = chunks.into();
-    let mut under_way: VecDeque<(Range<usize>, P)> = VecDeque::with_capacity(IN_FLIGHT);
+    let mut flight = Flight { chunks: VecDeque::with_capacity(IN_FLIGHT), finished, submissions: 0, wait, finish };
     let mut halved = false;
     loop {
-        if under_way.len() < IN_FLIGHT
+        if flight.chunks.len() < IN_FLIGHT
             && let Some(chunk) = waiting.pop_front()
         {
             match submit(&chunk) {
-                Ok(pending) => under_way.push_back((chunk, pending)),
+                Ok(pending) => flight.add(chunk, pending),
                 Err(Error::OutOfMemory { .. }) if !halved => {
                     halved = true;
                     waiting.push_front(chunk);
                     waiting = waiting.iter().flat_map(halves).collect();
                     // The memory of the chunks under way is free again before the next is tried.
-                    drain(&mut under_way, &mut finished, &mut wait, &mut finish, 0)?;
+                    flight.land()?;
                 }
                 Err(error) => {
                     // Chunks that were submitted before may still end well.
-                    drain(&mut under_way, &mut finished, &mut wait, &mut finish, 0)?;
-                    return Err(Interrupted { error, finished });
+                    flight.land()?;
+                    return Err(Interrupted { error, finished: flight.finished });
                 }
             }
-        } else if under_way.is_empty() {
+        } else if flight.chunks.is_empty() {
             return Ok(());
         } else {
-            let left = under_way.len() - 1;
-            drain(&mut under_way, &mut finished, &mut wait, &mut finish, left)?;
+            flight.advance()?;
         }
     }
 }
 
-/// Finishes chunks until only `left` are under way.
-fn drain<P, R>(
-    under_way: &mut VecDeque<(Range<usize>, P)>,
-    finished: &mut usize,
-    wait: &mut impl FnMut(P) -> Result<R>,
-    finish: &mut impl FnMut(&Range<usize>, R) -> Result<()>,
-    left: usize,
-) -> Result<(), Interrupted> {
-    while under_way.len() > left {
-        let (chunk, pending) = under_way.pop_front().expect("there are more than are to be left");
-        let done = wait(pending).and_then(|results| finish(&chunk, results));
-        done.map_err(|error| Interrupted { error, finished: *finished })?;
-        *finished = chunk.end;
+/// The chunks under way, in order.
+struct Flight<P, R, W, F> {
+    chunks: VecDeque<UnderWay<P, R>>,
+    /// First curve that is not finished.
+    finished: usize,
+    /// Submissions so far.
+    submissions: usize,
+    wait: W,
+    finish: F,
+}
+
+struct UnderWay<P, R> {
+    curves: Range<usize>,
+    state: State<P, R>,
+}
+
+enum State<P, R> {
+    /// Submitted, as which submission.
+    Submitted(usize, P),
+    Done(R),
+}
+
+impl<P, R, W, F> Flight<P, R, W, F>
+where
+    W: FnMut(P) -> Result<Step<P, R>>,
+    F: FnMut(&Range<usize>, R) -> Result<()>,
+{
+    fn add(&mut self, curves: Range<usize>, pending: P) {
+        let state = self.submitted(pending);
+        self.chunks.push_back(UnderWay { curves, state });
     }
-    Ok(())
+
+    fn submitted(&mut self, pending: P) -> State<P, R> {
+        self.submissions += 1;
+        State::Submitted(self.submissions, pending)
+    }
+
+    /// Finishes all chunks.
+    fn land(&mut self) -> Result<(), Interrupted> {
+        while !self.chunks.is_empty() {
+            self.advance()?;
+        }
+        Ok(())
+    }
+
+    /// Waits for the oldest submission, and finishes the chunks that are done.
+    fn advance(&mut self) -> Result<(), Interrupted> {
+        let submission = |chunk: &UnderWay<P, R>| match &chunk.state {
+            State::Submitted(submission, _) => *submission,
+            State::Done(_) => usize::MAX,
+        };
+        let oldest = (0..self.chunks.len()).min_by_key(|&k| submission(&self.chunks[k])).expect("a chunk is under way");
+        let UnderWay { curves, state } = self.chunks.remove(oldest).expect("a chunk of the list");
+        let step = match state {
+            State::Submitted(_, pending) => (self.wait)(pending),
+            State::Done(results) => Ok(Step::Done(results)),
+        };
+        let state = match step {
+            Ok(Step::Again(pending)) => self.submitted(pending),
+            Ok(Step::Done(results)) => State::Done(results),
+            Err(error) => {
+                // Chunks before this one may still end well.
+                self.chunks.truncate(oldest);
+                self.land()?;
+                return Err(Interrupted { error, finished: self.finished });
+            }
+        };
+        self.chunks.insert(oldest, UnderWay { curves, state });
+        while let Some(UnderWay { state: State::Done(_), .. }) = self.chunks.front() {
+            let first = self.chunks.pop_front().expect("there is a first");
+            let State::Done(results) = first.state else { unreachable!("it is done") };
+            let done = (self.finish)(&first.curves, results);
+            done.map_err(|error| Interrupted { error, finished: self.finished })?;
+            self.finished = first.curves.end;
+        }
+        Ok(())
+    }
 }
 
 fn halves(chunk: &Range<usize>) -> Vec<Range<usize>> {
@@ -131,6 +206,8 @@ fn halves(chunk: &Range<usize>) -> Vec<Range<usize>> {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::RefCell;
+
     use super::*;
 
     /// Runs chunks of ten curves on a device that has memory for `room` curves, and is lost before
@@ -143,7 +220,10 @@ mod tests {
                 true => Ok(chunk.clone()),
                 false => Err(Error::OutOfMemory { chunk_bytes: chunk.len() as u64 }),
             },
-            |chunk: Range<usize>| if chunk.end > lost { Err(Error::DeviceLost("gone".into())) } else { Ok(chunk) },
+            |chunk: Range<usize>| match chunk.end > lost {
+                true => Err(Error::DeviceLost("gone".into())),
+                false => Ok(Step::Done(chunk)),
+            },
             |chunk, results| {
                 assert_eq!(*chunk, results);
                 done.push(results);
@@ -158,6 +238,49 @@ mod tests {
         let (result, done) = run(10, 100);
         assert!(result.is_ok());
         assert_eq!(done, [0..10, 10..20, 20..27]);
+    }
+
+    #[test]
+    fn a_chunk_that_goes_on_shares_the_device_with_the_next() {
+        let (waited, mut done) = (RefCell::new(Vec::new()), Vec::new());
+        let rounds = [3, 1, 2, 1];
+        let result = pipeline(
+            (0..4).map(|k| k..k + 1).collect(),
+            |chunk| Ok((chunk.start, 0)),
+            |(chunk, round)| {
+                waited.borrow_mut().push((chunk, round));
+                Ok(if round + 1 == rounds[chunk] { Step::Done(chunk) } else { Step::Again((chunk, round + 1)) })
+            },
+            |chunk, results| {
+                assert_eq!(chunk.start, results);
+                done.push(results);
+                Ok(())
+            },
+        );
+        assert!(result.is_ok());
+        assert_eq!(done, [0, 1, 2, 3]);
+        // The first two in turns; once the first is done, so is the second, and the next follow.
+        assert_eq!(waited.into_inner(), [(0, 0), (1, 0), (0, 1), (0, 2), (2, 0), (3, 0), (2, 1)]);
+    }
+
+    #[test]
+    fn a_chunk_behind_the_one_that_was_lost_is_not_finished() {
+        let mut done = Vec::new();
+        let result = pipeline(
+            (0..3).map(|k| k..k + 1).collect(),
+            |chunk| Ok((chunk.start, 0)),
+            |(chunk, round)| match (chunk, round) {
+                (1, _) => Err(Error::DeviceLost("gone".into())),
+                (0, 0) => Ok(Step::Again((0, 1))),
+                _ => Ok(Step::Done(chunk)),
+            },
+            |_, results| {
+                done.push(results);
+                Ok(())
+            },
+        );
+        assert!(matches!(result, Err(Interrupted { error: Error::DeviceLost(_), finished: 1 })));
+        assert_eq!(done, [0]);
     }
 
     #[test]

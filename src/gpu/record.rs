@@ -18,8 +18,11 @@ use crate::precision::Precision;
 
 /// How long the host waits for one submission.
 ///
-/// Dispatches are kept far shorter. Only a hung driver takes longer.
-const TIMEOUT: Duration = Duration::from_secs(60);
+/// Dispatches are kept far shorter. Only a hung driver takes longer. Software compiles a kernel while
+/// its first dispatch is waited for: the largest takes it 40 s.
+const fn timeout(is_software: bool) -> Duration {
+    Duration::from_secs(if is_software { 600 } else { 60 })
+}
 
 /// The fewest numbers that a thread converts.
 const CONVERTED_TOGETHER: usize = 1 << 14;
@@ -290,15 +293,16 @@ impl<'g> Pending<'g> {
     /// Waits, and returns the contents asked for.
     ///
     /// # Errors
-    /// [`Error::Timeout`] after a minute, and [`Error::DeviceLost`].
+    /// [`Error::Timeout`] after a minute (ten on software), and [`Error::DeviceLost`].
     pub fn wait(self) -> Result<Vec<Downloaded>> {
-        let timeout = Error::Timeout { seconds: TIMEOUT.as_secs() };
-        let wait = wgpu::PollType::Wait { submission_index: Some(self.index.clone()), timeout: Some(TIMEOUT) };
+        let limit = timeout(self.gpu.summary().is_software());
+        let timeout = || Error::Timeout { seconds: limit.as_secs() };
+        let wait = wgpu::PollType::Wait { submission_index: Some(self.index.clone()), timeout: Some(limit) };
         if self.gpu.device.poll(wait).is_err() {
-            return Err(self.gpu.failure(timeout));
+            return Err(self.gpu.failure(timeout()));
         }
         for receiver in &self.mapped {
-            let result = receiver.recv_timeout(TIMEOUT).map_err(|_| Error::Timeout { seconds: TIMEOUT.as_secs() });
+            let result = receiver.recv_timeout(limit).map_err(|_| timeout());
             let lost = |message: String| self.gpu.failure(Error::DeviceLost(message));
             result.map_err(|error| self.gpu.failure(error))?.map_err(|error| lost(error.to_string()))?;
         }

@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 
-use super::{Buffer, Downloaded, Pending, Recording, unwritten};
+use super::{Buffer, Downloaded, Pending, Recording, Step, unwritten};
 use crate::error::Result;
 
 /// Standing word of a curve that runs.
@@ -21,6 +21,8 @@ pub(crate) type Arrays = Vec<(&'static str, Buffer)>;
 pub(crate) struct Rounds<'g, Layout> {
     kernel: &'static str,
     curves: usize,
+    /// Curves that ran at the last look.
+    running: usize,
     state_words: usize,
     layout: Layout,
     arrays: Arrays,
@@ -39,44 +41,45 @@ impl<'g, Layout> Rounds<'g, Layout> {
     ) -> Result<Self> {
         let all: Vec<u32> = (0..curves as u32).collect();
         let pending = submit(recording, &layout, &arrays, &all, round)?;
-        Ok(Rounds { kernel, curves, state_words: size_of::<State>() / 4, layout, arrays, pending })
+        Ok(Rounds { kernel, curves, running: curves, state_words: size_of::<State>() / 4, layout, arrays, pending })
     }
 
-    /// Goes on until no curve runs. Returns the contents of the arrays wanted.
+    /// Waits for a round, and submits the next, of the curves that run.
     ///
-    /// `ended` is called with the number of curves that have ended since its last call.
-    pub fn finish(
+    /// When none does, the arrays wanted are asked for, and come last. `ended` is called with the
+    /// number of curves that have ended since its last call.
+    pub fn advance(
         self,
         round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,
         wanted: &[&str],
         mut ended: impl FnMut(usize),
-    ) -> Result<(Layout, Vec<Downloaded>)> {
-        let Rounds { kernel, curves, state_words, layout, arrays, mut pending } = self;
-        let mut running = curves;
-        loop {
-            let (gpu, precision) = (pending.gpu(), pending.precision());
-            let states = pending.wait()?;
-            let mut slots = Vec::new();
-            for (slot, state) in states[0].as_slice::<u32>().chunks_exact(state_words).take(curves).enumerate() {
-                match state[0] {
-                    RUNNING => slots.push(slot as u32),
-                    word if word > LAST || word == 0 => {
-                        return Err(unwritten(kernel, format_args!("slot {slot}"), word));
-                    }
-                    _ => {}
-                }
-            }
-            if slots.len() < running {
-                ended(running - slots.len());
-                running = slots.len();
-            }
-            let mut recording = gpu.record(precision);
-            if slots.is_empty() {
-                wanted.iter().for_each(|name| recording.download(named(&arrays, name)));
-                return Ok((layout, recording.submit()?.wait()?));
-            }
-            pending = submit(recording, &layout, &arrays, &slots, &round)?;
+    ) -> Result<Step<Self, (Layout, Vec<Downloaded>)>> {
+        let (gpu, precision) = (self.pending.gpu(), self.pending.precision());
+        let found = self.pending.wait()?;
+        if self.running == 0 {
+            return Ok(Step::Done((self.layout, found)));
         }
+        let mut slots = Vec::new();
+        for (slot, state) in found[0].as_slice::<u32>().chunks_exact(self.state_words).take(self.curves).enumerate() {
+            match state[0] {
+                RUNNING => slots.push(slot as u32),
+                word if word > LAST || word == 0 => {
+                    return Err(unwritten(self.kernel, format_args!("slot {slot}"), word));
+                }
+                _ => {}
+            }
+        }
+        if slots.len() < self.running {
+            ended(self.running - slots.len());
+        }
+        let mut recording = gpu.record(precision);
+        let pending = if slots.is_empty() {
+            wanted.iter().for_each(|name| recording.download(named(&self.arrays, name)));
+            recording.submit()?
+        } else {
+            submit(recording, &self.layout, &self.arrays, &slots, &round)?
+        };
+        Ok(Step::Again(Rounds { running: slots.len(), pending, ..self }))
     }
 }
 

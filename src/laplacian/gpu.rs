@@ -29,7 +29,7 @@ use super::{GridReport, Grids, Rule, Subdivide};
 use crate::error::Result;
 use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::source::definitions;
-use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, kept, pipeline};
+use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, kept, once, pipeline};
 use crate::linalg::{power_of_two, take, tasks};
 use crate::parallel;
 use crate::precision::Precision;
@@ -179,7 +179,7 @@ impl<'a> Job<'a> {
         let done = pipeline(
             self.chunks()?,
             |chunk| self.start(chunk),
-            |UnderWay { pending, layout, frames }| Ok((pending.map(Pending::wait).transpose()?, layout, frames)),
+            once(|UnderWay { pending, layout, frames }| Ok((pending.map(Pending::wait).transpose()?, layout, frames))),
             |chunk, (found, layout, frames): (Option<Vec<Downloaded>>, Layout, Vec<f64>)| {
                 let found = found.as_ref().map_or(Cow::default(), |found| found[0].reals());
                 self.finish(chunk, &found, &layout, &frames, &refiner, &mut left);

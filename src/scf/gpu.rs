@@ -17,7 +17,7 @@ use super::workspace::evaluate_all;
 use crate::error::Result;
 use crate::gpu::plan::{self, Limits};
 use crate::gpu::source::definitions;
-use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, pipeline};
+use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, once, pipeline};
 use crate::precision::Precision;
 
 /// Threads a workgroup.
@@ -116,7 +116,7 @@ pub(crate) fn evaluate_on_gpu(
     pipeline(
         chunks,
         |chunk| record_segments(gpu.record(precision), curves, &segments[chunk.clone()])?.submit(),
-        Pending::wait,
+        once(Pending::wait),
         |_: &Range<usize>, results: Vec<Downloaded>| {
             found.extend(results[0].reals().as_chunks::<FOUND>().0.iter().map(evaluation));
             Ok(())

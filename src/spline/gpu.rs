@@ -10,7 +10,7 @@ use super::packing::Frame;
 use super::sample::Sites;
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, Recording, kept, pipeline, plan};
+use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, Recording, kept, once, pipeline, plan};
 use crate::linalg::ring::{RingKernel, RowSource, Solve};
 use crate::precision::Precision;
 use crate::ragged;
@@ -93,7 +93,7 @@ pub(crate) fn fit(
     let done = pipeline(
         chunks,
         |curves| job.record(gpu.record(precision), curves)?.submit(),
-        Pending::wait,
+        once(Pending::wait),
         |curves, results| job.unpack(curves, &results, &mut fitted),
     );
     fitted.lost = kept(done)?;
@@ -119,7 +119,7 @@ pub(crate) fn sample(
     pipeline(
         chunks,
         |curves| job.record_samples_of(gpu.record(precision), curves, second)?.submit(),
-        Pending::wait,
+        once(Pending::wait),
         |curves, results| {
             let samples = results.first().map(Downloaded::reals);
             job.fitted_curves(curves).for_each(|i| job.unpack_samples(curves, i, samples.as_deref(), &mut out));

@@ -15,7 +15,7 @@ use super::smoother::{Outcome, Smoother, Target, octave};
 use super::smoothing::Smoothing;
 use crate::batch::CurveBatch;
 use crate::error::Result;
-use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, kept, pipeline, plan, unwritten};
+use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, kept, once, pipeline, plan, unwritten};
 use crate::precision::Precision;
 use crate::report::CurveReport;
 
@@ -97,7 +97,7 @@ pub(super) fn fit_on_gpu(
         kept(pipeline(
             chunks,
             |curves| job.borrow_mut().record(gpu.record(precision), curves),
-            |(pending, sent)| Ok((pending.wait()?, sent)),
+            once(|(pending, sent): (Pending<'_>, _)| Ok((pending.wait()?, sent))),
             |_, (results, sent)| job.borrow_mut().unpack(&sent, &results),
         ))
     });

@@ -10,7 +10,7 @@ use super::packing::Frame;
 use crate::batch::CurveBatch;
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Buffer, Gpu, KernelKey, Pending, Recording, pipeline, plan};
+use crate::gpu::{Buffer, Gpu, KernelKey, Pending, Recording, once, pipeline, plan};
 use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System};
 use crate::precision::Precision;
 
@@ -95,7 +95,7 @@ pub(super) fn run(
     pipeline(
         chunks,
         |curves| job.record(gpu.record(precision), curves)?.submit(),
-        Pending::wait,
+        once(Pending::wait),
         |curves, results| {
             job.unpack(curves, &results[0].reals(), offsets, &mut out);
             Ok(())

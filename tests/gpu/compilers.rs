@@ -115,6 +115,8 @@ fn table(found: &[Result<Compiled, String>]) -> BTreeMap<(String, String), Worst
 fn kernel(key: &KernelKey) -> String {
     let has = |name: &str| key.definitions.contains_key(name);
     let way = match (has("NEWTON"), has("LANES")) {
+        (true, true) if has("THIRD") && has("SPATIAL") => " Newton, lanes, order 3, spatial",
+        (true, true) if has("THIRD") => " Newton, lanes, order 3, planar",
         (true, true) => " Newton, lanes",
         (true, false) if has("SPATIAL") => " Newton, thread, spatial",
         (true, false) => " Newton, thread, planar",
@@ -127,8 +129,12 @@ fn kernel(key: &KernelKey) -> String {
 const REGISTERS_F32: u64 = 128;
 
 /// Kernels that spill, need scratch memory or too many registers in some form, and why. All others must not.
-const BEYOND: [(&str, &str); 2] = [
+const BEYOND: [(&str, &str); 3] = [
     ("discrete/evaluate.wgsl:hessian", "second derivatives of variation and torsion are 87 numbers a window in space"),
+    (
+        "discrete/descent.wgsl:descend Newton, lanes, order 3, spatial",
+        "in f64 alone, blocks of three vertices in space, and the second derivatives of a window",
+    ),
     (
         "discrete/descent.wgsl:descend Newton, thread, spatial",
         "for software alone: hardware takes lanes (src/discrete/descent_gpu/lanes.rs)",

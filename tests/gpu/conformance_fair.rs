@@ -3,8 +3,10 @@
 //! iterations that stop at a gradient, not of roundings: a curve's distance from the minimum is of
 //! the order of that gradient.
 
-use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tension, variation};
-use faircurve::{CurveBatch, CurveStatus, Device, Precision, Sampling};
+use faircurve::discrete::{
+    Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
+};
+use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Precision, Sampling};
 use rand::RngExt;
 use rand::rngs::StdRng;
 
@@ -57,9 +59,14 @@ fn size(batch: &CurveBatch, i: usize) -> f64 {
 
 /// Fits on both, and asserts statuses, energies and distances.
 fn conform(what: &str, fair: &Fair, batch: &CurveBatch, device: &Device) {
+    conform_in(&precisions(device.as_gpu().expect("a GPU")), what, fair, batch, device);
+}
+
+/// [`conform`] in these precisions alone.
+fn conform_in(precisions: &[Precision], what: &str, fair: &Fair, batch: &CurveBatch, device: &Device) {
     let sampling = Sampling::PerSpan(SEGMENTS);
     let (cpu, wanted) = fair.fit_sampled(batch, sampling, &Device::cpu()).unwrap();
-    for precision in precisions(device.as_gpu().expect("a GPU")) {
+    for &precision in precisions {
         let device = device.clone().with_precision(precision);
         let (gpu, found) = fair.fit_sampled(batch, sampling, &device).unwrap();
         assert_eq!(gpu.device().precision, precision, "{what}: done by {}", gpu.device());
@@ -138,12 +145,32 @@ fn a_curve_keeps_its_bits_whatever_stands_beside_it() {
 }
 
 #[test]
+fn curves_of_order_3_end_in_f64_where_the_cpu_ends() {
+    let Some(device) = device() else { return };
+    let mut precisions = precisions(device.as_gpu().expect("a GPU"));
+    precisions.retain(|precision| *precision == Precision::F64);
+    let batch = gentle(2, 40, |i| 2 + i % 7, 0.05, &mut seeded(49));
+    for energy in [variation() + length(), torsion() + bending(2.0) + length()] {
+        conform_in(&precisions, &energy.to_string(), &fair(energy.clone()), &batch, &device);
+    }
+}
+
+#[test]
 fn what_no_kernel_can_do_is_done_by_the_cpu_which_says_so() {
     let Some(device) = device() else { return };
     let batch = gentle(2, 4, |_| 4, 0.1, &mut seeded(45));
-    let fit = fair(variation() + length()).fit(&batch, &device).unwrap();
-    assert!(!fit.device().is_gpu, "{}", fit.device());
-    assert_eq!(fit.usable(), fit.len());
+    let narrow = fair(variation() + length()).fit(&batch, &device.clone().with_precision(Precision::F32)).unwrap();
+    let conjugate = Fair { direction: Direction::Hybrid, ..fair(variation() + length()) }.fit(&batch, &device).unwrap();
+    for fit in [narrow, conjugate] {
+        assert!(!fit.device().is_gpu, "{}", fit.device());
+        assert_eq!(fit.usable(), fit.len());
+    }
+    // One of them keeps a tangent.
+    let mut tangents = vec![f64::NAN; batch.total_points() * 2];
+    tangents[..2].copy_from_slice(&[1.0, 0.0]);
+    let held = batch.with_constraints(Constraints { tangents: Some(tangents), ..Constraints::default() }).unwrap();
+    let fit = fair(bending(2.0) + 0.1 * length()).fit(&held, &device).unwrap();
+    assert_eq!((fit.device().is_gpu, fit.device().finished_on_cpu, fit.usable()), (true, 1, 4), "{}", fit.device());
 }
 
 #[test]

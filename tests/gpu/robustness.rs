@@ -3,7 +3,7 @@
 
 use faircurve::bezier::Complete;
 use faircurve::gpu::plan::Limits;
-use faircurve::gpu::{Gpu, Interrupted, Pending, pipeline};
+use faircurve::gpu::{Gpu, Interrupted, Pending, once, pipeline};
 use faircurve::laplacian::{Rule, Subdivide};
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
@@ -81,7 +81,7 @@ fn chunks_finished_before_the_device_was_lost_are_kept() {
             recording.download(&array);
             recording.submit()
         },
-        Pending::wait,
+        once(Pending::wait),
         |chunk, arrays| {
             assert_eq!(arrays[0].as_slice::<u32>(), [chunk.start as u32; 64]);
             finished.push(chunk.clone());

@@ -10,27 +10,30 @@ var<workgroup> any_runs: u32;
 
 //:include linalg/block_ring/lanes/ring.wgsl SCRATCH=work
 //:include discrete/newton/assemble.wgsl
+//:if THIRD
+//:include discrete/metric/third.wgsl
+//:else
 //:include discrete/metric/ring.wgsl
+//:end
 //:include discrete/damped.wgsl
 
 fn ring_block(curve: Curve, v: u32, k: u32) -> matrix {
-    if (curve.turns && k > 1u) {
+    if (curve.metric && k > METRIC_REACH) {
         return matrix();
     }
     return transpose(work_matrix(block_at(curve, v, k), 0u));
 }
 
 fn ring_rhs(curve: Curve, v: u32) -> vector {
-    if (curve.turns) {
-        return work_vector(curve.p, v);
+    if (curve.metric) {
+        return metric_rhs(curve, v);
     }
     return -work_vector(curve.g, v);
 }
 
 fn ring_movable(curve: Curve, v: u32) -> bool {
-    if (curve.turns) {
-        // The ends of an open curve are free to turn.
-        return curve.closed != 0u || (v > 0u && v + 1u < curve.pin_count);
+    if (curve.metric) {
+        return metric_movable(curve, v);
     }
     return is_movable(curve, v);
 }
@@ -133,13 +136,12 @@ fn trial_along(curve: Curve, ring: BlockRing, found: Found, thread: u32) -> u32 
     return judged(curve, ring, found, whole, thread);
 }
 
-// One trial of the curves that run. The block ring solves twice, for a direction and, where a step is taken, for the
-// turns at pins: in two rounds of a loop, since compilers make twice the code of two calls.
+// One trial of the curves that run. The block ring solves twice, for a direction and, where a step is taken, for what
+// the Sobolev gradient asks for: in two rounds of a loop, since compilers make twice the code of two calls.
 fn tick(at_step: Curve, running: BlockRing, thread: u32) {
     var curve = at_step;
     var found = Found();
-    var network = Network(real(1), real(0));
-    var chunk = held_chunk();
+    var frozen = not_frozen();
     var length = real(0);
     var taking = running;
     var is_sound = true;
@@ -156,15 +158,9 @@ fn tick(at_step: Curve, running: BlockRing, thread: u32) {
             let verdict = trial_along(curve, running, found, thread);
             taking.working = running.working && verdict == VERDICT_ACCEPT;
             length = take_step(curve, taking, thread);
-            network = network_of(curve, taking, thread);
-            if (taking.working) {
-                chunk = factor_chunk(curve, taking, network);
-            }
-            // y = K⁻¹ g
-            is_sound = solve_network(curve, taking, network, chunk, curve.g, real(0), curve.x, thread).sound;
-            curve.turns = true;
-            solving = turns_ring(curve, taking);
-            assemble_all_turns(curve, taking);
+            curve.metric = true;
+            frozen = freeze(curve, taking, thread);
+            solving = metric_ring(curve, taking);
         }
         let smallest = solve_block_ring(curve, solving);
         if (round == 0u) {
@@ -172,10 +168,10 @@ fn tick(at_step: Curve, running: BlockRing, thread: u32) {
             curve.alpha *= step_of(found);
         } else {
             // Lanes without pins know no pivot.
-            is_sound = is_sound && (smallest > real(0) || !solving.working);
+            is_sound = smallest > real(0) || !solving.working;
         }
     }
-    let solved = sobolev_gradient(curve, taking, network, chunk, is_sound, thread);
+    let solved = sobolev_gradient(curve, taking, frozen, is_sound, thread);
     if (taking.working && taking.lane == 0u) {
         var lane = load_lane(curve.slot);
         lane.length = length;

@@ -34,8 +34,11 @@ fn load_curve(slot: u32) -> Curve {
     curve.fraction = curve.chain + section;
 //:if LANES
     curve.blocks = curve.fraction + section;
-    curve.pin_section = curve.blocks + 3u * $DIMu * $DIMu * section;
-    curve.scratch = curve.pin_section + curve.pin_count * PIN_NUMBERS * $SIDEu;
+    curve.pin_section = curve.blocks + $VERTICESu * $DIMu * $DIMu * section;
+    curve.scratch = curve.pin_section;
+//:if SECOND
+    curve.scratch += curve.pin_count * PIN_NUMBERS * $SIDEu;
+//:end
 //:else
 //:if NEWTON
     curve.border = table.work_start - 2u * $DIMu * $DIMu * section;

@@ -1,11 +1,13 @@
 // A weighted sum of energies over the windows that start at one edge. Compiled in are the terms of
 // the list TERM, each by the NAME that its functions begin with, its FILE or its text WGSL, the
 // index of its WEIGHT, and the EDGES that it sees; GAUGE and ATTACHMENT, if they are wanted, by the
-// indices of theirs. The host makes the definitions: src/discrete/compose.rs.
+// indices of theirs, with the gauge's terms in the list GAUGE_TERM. The host makes the definitions:
+// src/discrete/compose.rs.
 //
 // A kernel that includes this defines
 //     alias Curve = …;        a struct with the members `segments: u32` (edges) and `closed: u32` (0 or 1)
 //     fn load_weight(curve: Curve, index: u32) -> real
+//     fn load_free(curve: Curve, j: u32) -> real           with GAUGE: the factor of the vertex at the end of edge j
 //:include discrete/energy/window.wgsl
 //:each TERM
 //:if WGSL
@@ -17,8 +19,8 @@ $WGSL
 //:include $FILE
 //:end
 //:end
-//:if GAUGE
-//:include discrete/energy/gauge.wgsl
+//:each GAUGE_TERM
+//:once include $FILE
 //:end
 //:if ATTACHMENT
 //:include discrete/energy/attachment.wgsl
@@ -69,9 +71,9 @@ fn window_value(w: Window, weights: Weights, edges: u32) -> vec2<real> {
         value += weights.$NAME * $NAME_value(w);
     }
 //:end
-//:if GAUGE
-    if (edges >= 2u) {
-        gauge = weights.gauge * gauge_value(w);
+//:each GAUGE_TERM
+    if (edges >= $EDGESu) {
+        gauge += weights.gauge * $NAME_value(w);
     }
 //:end
     return vec2<real>(value, gauge);
@@ -85,10 +87,10 @@ fn window_gradient(w: Window, weights: Weights, edges: u32) -> Partials {
         sum = add_partials(sum, weights.$NAME, $NAME_gradient(w));
     }
 //:end
-//:if GAUGE
-    if (edges >= 2u) {
-        var gauge = gauge_gradient(w);
-        sum.gauge = weights.gauge * gauge.value;
+//:each GAUGE_TERM
+    if (edges >= $EDGESu) {
+        var gauge = $NAME_gradient(w);
+        sum.gauge += weights.gauge * gauge.value;
         gauge.value = real(0);
         sum = add_partials(sum, weights.gauge, gauge);
     }
@@ -104,9 +106,9 @@ fn window_hessian(w: Window, weights: Weights, edges: u32) -> SecondPartials {
         sum = add_seconds(sum, weights.$NAME, $NAME_hessian(w));
     }
 //:end
-//:if GAUGE
-    if (edges >= 2u) {
-        sum = add_seconds(sum, weights.gauge, gauge_hessian(w));
+//:each GAUGE_TERM
+    if (edges >= $EDGESu) {
+        sum = add_seconds(sum, weights.gauge, $NAME_hessian(w));
     }
 //:end
     return sum;
@@ -134,10 +136,36 @@ fn has_edge(curve: Curve, j: i32) -> bool {
     return curve.closed != 0u || (j >= 0 && j < i32(curve.segments));
 }
 
+// Ends of an open curve that two edges from j on touch.
+fn ends_at(curve: Curve, j: i32) -> real {
+    let is_first = j == 0;
+    let is_last = j + 2 == i32(curve.segments);
+    let touched = select(real(0), real(1), is_first) + select(real(0), real(1), is_last);
+    return select(real(0), touched, curve.closed == 0u && j + 2 <= i32(curve.segments));
+}
+
 // How many edges from j ≥ 0 on follow each other, up to $WIDTH.
 fn edges_from(curve: Curve, j: i32) -> u32 {
     return select(u32(clamp(i32(curve.segments) - j, 0, $WIDTH)), $WIDTHu, curve.closed != 0u);
 }
+
+//:if GAUGE
+// The window from edge j on with what the gauge needs.
+fn gauged(window: Window, curve: Curve, j: i32) -> Window {
+    var w = window;
+    if (has_edge(curve, j)) {
+        w.free = load_free(curve, wrapped(curve, j));
+    }
+//:if SMOOTH_GAUGE
+    w.free_after = real(0);
+    if (has_edge(curve, j + 1)) {
+        w.free_after = load_free(curve, wrapped(curve, j + 1));
+    }
+    w.ends = ends_at(curve, j);
+//:end
+    return w;
+}
+//:end
 
 // Shifts a window on by one edge, and takes `edge` for the last of its $WIDTH.
 fn shifted(window: Window, edge: vector) -> Window {

@@ -17,8 +17,11 @@ struct Window {
     segments: real,
     // ε of torsion: a curvature.
     torsion_curvature: real,
-    // 1 where the vertex between the first two edges is no data point, else 0.
+    // What the gauge needs. The factor of the vertex between the first two edges, 0 at a data point; that of the next.
     free: real,
+    free_after: real,
+    // Ends of an open curve that the first two edges touch.
+    ends: real,
 }
 
 // A term and its partial derivatives by tangents and lengths.

@@ -1,6 +1,8 @@
 // The pins of a curve, where it may turn: their numbers, and what couples neighbours. See metric/hats.wgsl.
 // Twin: src/discrete/metric/hats.rs.
 
+//:include discrete/metric/tangent.wgsl
+
 // No twin: what the CPU has in structs. Numbers a pin: own and coupling integrals, tangent, inverse block, block with the border, turn.
 const PIN_TANGENT: u32 = 2u;
 const PIN_INVERSE: u32 = 2u + $DIMu;
@@ -49,22 +51,6 @@ fn span_end(curve: Curve, k: u32) -> u32 {
 fn has_turns(curve: Curve) -> bool {
     // The ends of an open curve are free to turn: no D₂ stands there.
     return curve.pin_count > select(2u, 0u, curve.closed != 0u);
-}
-
-// The unit vector halfway between the tangents of the edges at a vertex.
-fn tangent_at(curve: Curve, v: u32) -> vector {
-    let is_first = v == 0u && curve.closed == 0u;
-    let before_edge = select(select(v, curve.segments, v == 0u) - 1u, 0u, is_first);
-    let after_edge = min(v, curve.segments - 1u);
-    let before = current_edge(curve, before_edge) / length_at(curve, before_edge);
-    let after = current_edge(curve, after_edge) / length_at(curve, after_edge);
-    let sum = before + after;
-    let square = dot(sum, sum);
-    // Edges that turn back have no direction in common: any serves.
-    if (square > real(1e-12)) {
-        return sum / sqrt(square);
-    }
-    return after;
 }
 
 // Integrals of the hats over the span from a pin to the next: by the pin's own hat, by both, by the next

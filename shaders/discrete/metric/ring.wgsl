@@ -243,14 +243,27 @@ fn network_of(curve: Curve, ring: BlockRing, thread: u32) -> Network {
     return network;
 }
 
-// The lane's part of the ring that solves for the turns.
-fn turns_ring(curve: Curve, ring: BlockRing) -> BlockRing {
-    let is_ring = curve.closed != 0u && curve.pin_count > 1u;
-    return block_ring(curve.pin_count, is_ring, curve.scratch, ring.lane, ring.working && has_turns(curve));
+// The inner product at the curve as it stands.
+struct Frozen {
+    network: Network,
+    chunk: Chunk,
+    sound: bool,
 }
 
-// The system of the turns. All threads of a workgroup take part.
-fn assemble_all_turns(curve: Curve, ring: BlockRing) {
+fn not_frozen() -> Frozen {
+    return Frozen(Network(real(1), real(0)), held_chunk(), true);
+}
+
+// Freezes the inner product, solves with the network once, and leaves the system of the turns to the block ring. All
+// threads of a workgroup take part.
+fn freeze(curve: Curve, ring: BlockRing, thread: u32) -> Frozen {
+    var frozen = not_frozen();
+    frozen.network = network_of(curve, ring, thread);
+    if (ring.working) {
+        frozen.chunk = factor_chunk(curve, ring, frozen.network);
+    }
+    // y = K⁻¹ g
+    frozen.sound = solve_network(curve, ring, frozen.network, frozen.chunk, curve.g, real(0), curve.x, thread).sound;
     let turns = ring.working && has_turns(curve);
     if (turns) {
         integrate_hats(curve, ring);
@@ -260,24 +273,37 @@ fn assemble_all_turns(curve: Curve, ring: BlockRing) {
         assemble_turns(curve, ring);
     }
     storageBarrier();
+    return frozen;
+}
+
+// The lane's part of the ring that solves for the turns.
+fn metric_ring(curve: Curve, ring: BlockRing) -> BlockRing {
+    let is_ring = curve.closed != 0u && curve.pin_count > 1u;
+    return block_ring(curve.pin_count, is_ring, curve.scratch, ring.lane, ring.working && has_turns(curve));
+}
+
+// No twin: a pin is coupled with the next alone.
+const METRIC_REACH: u32 = 1u;
+
+fn metric_rhs(curve: Curve, k: u32) -> vector {
+    return work_vector(curve.p, k);
+}
+
+fn metric_movable(curve: Curve, k: u32) -> bool {
+    // The ends of an open curve are free to turn.
+    return curve.closed != 0u || (k > 0u && k + 1u < curve.pin_count);
 }
 
 // Once the turns are known, z = K⁻¹ M (y + Σ c φ)/w, the Sobolev gradient. All threads of a workgroup take part; to
 // all that work the same is returned.
-fn sobolev_gradient(
-    curve: Curve,
-    ring: BlockRing,
-    network: Network,
-    chunk: Chunk,
-    is_sound: bool,
-    thread: u32,
-) -> Solved {
+fn sobolev_gradient(curve: Curve, ring: BlockRing, frozen: Frozen, are_turned: bool, thread: u32) -> Solved {
     if (ring.working && has_turns(curve)) {
         add_turns(curve, ring);
     }
     storageBarrier();
-    let own = solve_network(curve, ring, network, chunk, curve.x, real(1) / curve.highest, curve.z, thread);
-    let unsound = select(real(1), real(0), is_sound && own.sound);
+    let by_mass = real(1) / curve.highest;
+    let own = solve_network(curve, ring, frozen.network, frozen.chunk, curve.x, by_mass, curve.z, thread);
+    let unsound = select(real(1), real(0), are_turned && frozen.sound && own.sound);
     let all = gathered(ring, thread, vec4<real>(own.norm2, unsound, real(0), real(0)));
     return Solved(all.y == real(0), all.x);
 }

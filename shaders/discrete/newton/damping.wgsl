@@ -1,6 +1,20 @@
 // What a window has of H + λL: its blocks of H, and its row of L. Twin: src/discrete/newton.rs.
 //:include discrete/hessian.wgsl
 
+//:if THIRD
+// √(λ w Δs) times the row of D₃ in this window: 0 where it has no third edge.
+fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec4<real> {
+    if (edges < 3u) {
+        return vec4<real>();
+    }
+    let root = sqrt(lambda * curve.highest * w.r1);
+    let before = real(2) / (w.s0 + w.s1);
+    let after = real(2) / (w.s1 + w.s2);
+    let second = before * (w.r0 + w.r1) + after * w.r1;
+    let third = -(before * w.r1 + after * (w.r1 + w.r2));
+    return root * vec4<real>(-(before * w.r0), second, third, after * w.r2);
+}
+//:else
 // √(λ w Δa) times the row of D₂ in this window: 0 where it has no second edge.
 fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec3<real> {
     if (edges < 2u) {
@@ -9,3 +23,4 @@ fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec3<real> 
     let root = sqrt(lambda * curve.highest * real(2) / (w.s0 + w.s1));
     return root * vec3<real>(w.r0, -(w.r0 + w.r1), w.r1);
 }
+//:end

@@ -7,9 +7,6 @@
 use crate::gpu::AdapterSummary;
 use crate::linalg::block_ring::ring_of;
 
-/// A vertex is coupled with so many of those after it by Newton's system.
-pub(super) const REACH: usize = 2;
-
 /// Lanes that a curve can have. With 1 it has a thread for itself.
 pub(super) const LANES: [usize; 5] = [1, 4, 8, 16, 32];
 
@@ -26,24 +23,33 @@ const ALONE: f64 = 0.75;
 /// An estimate, since barriers are left out.
 const STEP: f64 = 1.5;
 
-/// The numbers of lanes that curves of a dimension may have on an adapter.
+/// The numbers of lanes that curves of a dimension may have on an adapter, for an energy of an order.
 ///
 /// Software has as many threads as the CPU: a curve has one. A thread of hardware has not the
-/// registers for a spatial curve (benches/RESULTS.md): it takes lanes.
-pub(super) fn open_lanes(adapter: &AdapterSummary, dimension: usize) -> &'static [usize] {
-    match (adapter.is_software(), dimension) {
-        (true, _) => &LANES[..1],
-        (false, 2) => &LANES,
-        (false, _) => &LANES[1..],
+/// registers for a spatial curve (benches/RESULTS.md), and none has them for order 3: these take
+/// lanes.
+pub(super) fn open_lanes(adapter: &AdapterSummary, order: usize, dimension: usize) -> &'static [usize] {
+    match (adapter.is_software(), order, dimension) {
+        (true, 2, _) => &LANES[..1],
+        (false, 2, 2) => &LANES,
+        (true, ..) => &LANES[1..2],
+        (false, ..) => &LANES[1..],
     }
 }
 
 /// Of several numbers of lanes, the least first, the one with which a batch takes the least time.
 ///
-/// `longest` is the number of vertices of its longest curve. The time is that of one trial of all
+/// A vertex is coupled with `order` of those after it. `longest` is the number of vertices of the
+/// longest curve. The time is that of one trial of all
 /// curves: the vertices of a chunk and log₂ lanes steps, as many times as the device has to be
 /// filled. Rings of idle lanes are left out, where there are others.
-pub(super) fn fastest(possible: &[usize], adapter: &AdapterSummary, curves: usize, longest: usize) -> usize {
+pub(super) fn fastest(
+    possible: &[usize],
+    order: usize,
+    adapter: &AdapterSummary,
+    curves: usize,
+    longest: usize,
+) -> usize {
     let time = |lanes: usize| {
         let filled = (curves * lanes) as f64 / adapter.threads() as f64;
         let each = match lanes {
@@ -52,7 +58,7 @@ pub(super) fn fastest(possible: &[usize], adapter: &AdapterSummary, curves: usiz
         };
         filled.max(1.0) * each
     };
-    let busy = possible.iter().copied().filter(|&lanes| ring_of(longest, REACH, lanes) == lanes);
+    let busy = possible.iter().copied().filter(|&lanes| ring_of(longest, order, lanes) == lanes);
     busy.min_by(|&a, &b| time(a).total_cmp(&time(b))).unwrap_or(possible[0])
 }
 
@@ -75,7 +81,7 @@ mod tests {
     }
 
     fn lanes_of(adapter: &AdapterSummary, curves: usize, longest: usize, dimension: usize) -> usize {
-        fastest(open_lanes(adapter, dimension), adapter, curves, longest)
+        fastest(open_lanes(adapter, 2, dimension), 2, adapter, curves, longest)
     }
 
     #[test]
@@ -115,7 +121,7 @@ mod tests {
         let discrete = adapter("discrete GPU");
         for vertices in 2..200 {
             let lanes = lanes_of(&discrete, 10, vertices, 2);
-            assert!(lanes == 1 || vertices / lanes >= REACH, "{vertices} vertices, {lanes} lanes");
+            assert!(lanes == 1 || vertices / lanes >= 2, "{vertices} vertices, {lanes} lanes");
         }
     }
 }

@@ -3,7 +3,6 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::lanes::REACH;
 use super::{DescentState, Job, STANDINGS, Way, loop_turns};
 use crate::discrete::lane::Standing;
 use crate::discrete::plan::Step;
@@ -99,8 +98,9 @@ impl<const D: usize> Job<'_, D> {
             Way::Newton(1) => (3, 2, 0),
             // Its blocks. The ring of the pins may have fewer lanes than that of the vertices.
             Way::Newton(lanes) => {
-                let ring = |vertices| scratch_numbers(vertices, REACH, D, lanes);
-                (3, 3, ring(rows).max(ring(pins)))
+                let order = self.run.plan.order;
+                let ring = |vertices| scratch_numbers(vertices, order, D, lanes);
+                (3, order + 1, ring(rows).max(ring(pins)))
             }
         };
         rows * (vectors * D + 4 + matrices * D * D) + pins * pin_numbers + shared
@@ -165,6 +165,7 @@ impl<const D: usize> Job<'_, D> {
                 norm: lane[NORM2].sqrt(),
                 iterations: states[slot].iterations,
                 evaluations: states[slot].evaluations,
+                on_cpu: false,
             };
         }
     }

@@ -3,7 +3,8 @@
 //!
 //! D₃ on an edge is the difference of D₂ at its two vertices over its length. At a pin only the
 //! part of D₂ normal to the curve counts. At the vertices next to the ends of an open curve the
-//! tangential part over the end edge counts too, as in the gauge.
+//! tangential part over the end edge counts too, as in the gauge. Where an open curve has fewer than
+//! three pins all of D₂ counts there, because a parabola through two pins has no D₃.
 //!
 //! The matrix has condition h⁻⁶, so this is for f64 only.
 
@@ -122,7 +123,7 @@ fn freeze<S: Scalar, const D: usize, const B: usize, const N: usize>(
         }
     }
     if !edges.is_closed() {
-        add_ends(matrix, edges, weights);
+        add_ends(matrix, edges, pins, weights);
     }
     if weights.attached {
         for (row, &weight) in weights.vertices.iter().enumerate().take(movable.len() / D) {
@@ -132,24 +133,33 @@ fn freeze<S: Scalar, const D: usize, const B: usize, const N: usize>(
     matrix.factor(movable)
 }
 
-/// Adds the tangential part of D₂ at the vertices next to the ends.
+/// Adds the tangential part of D₂ at the vertices next to the ends, or all of it where pins are few.
 fn add_ends<S: Scalar, const D: usize, const B: usize>(
     matrix: &mut Banded<S, B>,
     edges: &Edges<S, D>,
+    pins: &Pins<S>,
     weights: &Weights<S>,
 ) {
+    let mut few = S::ZERO;
+    for (lane, &vertices) in edges.vertices().iter().enumerate() {
+        let count = pins.rows.iter().filter(|&&row| row < vertices).count();
+        few.set_lane(lane, if count < 3 { S::ONE.lane(0) } else { S::ZERO.lane(0) });
+    }
     for j in 0..edges.windows::<2>() {
         let at = edges.ends(j);
         let tangent = tangent_at(edges, j + 1);
         let coefficients = second(edges, j);
         let weight = weights.highest * at * S::of(2.0) / (edges.length[j] + edges.length[j + 1]);
-        let mut row = [S::ZERO; 9];
-        for (v, coefficient) in coefficients.into_iter().enumerate() {
-            (0..D).for_each(|c| row[v * D + c] = coefficient * tangent[c]);
-        }
-        match D {
-            2 => matrix.add(j * D, weight, std::array::from_fn::<S, 6, _>(|k| row[k])),
-            _ => matrix.add(j * D, weight, row),
+        let mut add = |weight: S, direction: Vector<S, D>| {
+            let component = |k: usize| coefficients[k / D] * direction[k % D];
+            match D {
+                2 => matrix.add(j * D, weight, std::array::from_fn::<S, 6, _>(component)),
+                _ => matrix.add(j * D, weight, std::array::from_fn::<S, 9, _>(component)),
+            }
+        };
+        add(weight * (S::ONE - few), tangent);
+        for c in 0..D {
+            add(weight * few, std::array::from_fn(|d| if c == d { S::ONE } else { S::ZERO }));
         }
     }
 }

@@ -13,7 +13,7 @@ use super::{MOST_REACH, eliminated_numbers, scratch_numbers, shared_numbers};
 use crate::error::{Error, Result};
 use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Gpu, KernelKey, Pending, Recording, pipeline};
+use crate::gpu::{Gpu, KernelKey, Pending, Recording, once, pipeline};
 use crate::linalg::Real;
 use crate::precision::Precision;
 
@@ -102,7 +102,7 @@ pub fn solve_blocks_on_gpu<T: Real>(
     pipeline(
         chunks,
         |curves| job.record(gpu.record(precision), curves)?.submit(),
-        Pending::wait,
+        once(Pending::wait),
         |curves, results| {
             job.unpack(curves, &results[0].reals(), &results[1].reals(), &mut solutions);
             Ok(())

@@ -6,7 +6,7 @@ use super::{FLAG_CYCLIC, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, 
 use crate::CurveStatus;
 use crate::error::Result;
 use crate::gpu::source::Definitions;
-use crate::gpu::{Gpu, Pending, Recording, kept, pipeline, plan, unwritten};
+use crate::gpu::{Gpu, Pending, Recording, kept, once, pipeline, plan, unwritten};
 use crate::linalg::tridiagonal::solve_on_cpu;
 use crate::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch};
 use crate::precision::Precision;
@@ -39,7 +39,7 @@ pub fn solve_on_gpu<T: Real>(
     let done = pipeline(
         chunks,
         |chunk| job.record(gpu.record(precision), chunk)?.submit(),
-        Pending::wait,
+        once(Pending::wait),
         |chunk, results| job.unpack(chunk, &results[0].reals(), results[1].as_slice(), &mut solutions),
     );
     if let Some(lost) = kept(done)? {

@@ -177,7 +177,7 @@ impl<'a> Job<'a> {
         pipeline(
             chunks,
             |chunk| self.start(&self.order[chunk.clone()]),
-            |rounds: Rounds<Table>| rounds.finish(|r, t, a, s| self.round(r, t, a, s), &WANTED, |_| {}),
+            |rounds: Rounds<Table>| rounds.advance(|r, t, a, s| self.round(r, t, a, s), &WANTED, |_| {}),
             |chunk, results| {
                 unpack(&self.order[chunk.clone()], &results, outcomes);
                 Ok(())
