@@ -29,6 +29,32 @@ pub(crate) fn of<T: Send, U: Send>(items: impl IntoIterator<Item = T>, of: impl 
     map(items.len(), 1, |k| of(item(k).expect("every item is taken once")))
 }
 
+/// `work` on every part of an array: part k is what lies between `ends[k]` and `ends[k + 1]`, less
+/// `ends[0]`. Threads take parts of some [`TOGETHER`] entries at a time, at least.
+pub(crate) fn parts<T: Send>(array: &mut [T], ends: &[usize], work: impl Fn(usize, &mut [T]) + Sync) {
+    divide(array, ends, 0, &work);
+}
+
+/// Entries that are worth a task.
+const TOGETHER: usize = 1 << 14;
+
+fn divide<T: Send>(array: &mut [T], ends: &[usize], first: usize, work: &(dyn Fn(usize, &mut [T]) + Sync)) {
+    let count = ends.len().saturating_sub(1);
+    if count > 1 && array.len() > TOGETHER {
+        let middle = count / 2;
+        let (before, after) = array.split_at_mut(ends[middle] - ends[0]);
+        let halves = (&ends[..=middle], &ends[middle..]);
+        rayon::join(|| divide(before, halves.0, first, work), || divide(after, halves.1, first + middle, work));
+        return;
+    }
+    let mut rest = array;
+    for k in 0..count {
+        let (part, behind) = rest.split_at_mut(ends[k + 1] - ends[k]);
+        work(first + k, part);
+        rest = behind;
+    }
+}
+
 fn run(parts: Range<usize>, work: &(dyn Fn(usize) + Sync)) {
     let middle = parts.start + parts.len() / 2;
     match parts.len() {
@@ -37,5 +63,25 @@ fn run(parts: Range<usize>, work: &(dyn Fn(usize) + Sync)) {
         _ => {
             rayon::join(|| run(parts.start..middle, work), || run(middle..parts.end, work));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_part_is_worked_on_once_and_is_where_its_ends_say() {
+        let ends: Vec<usize> = (0..=500).map(|k| 7 + k * (k + 3) / 2).collect();
+        let mut array = vec![0; ends[500] - 7];
+        assert!(array.len() > 2 * TOGETHER);
+        parts(&mut array, &ends, |k, part| {
+            assert_eq!(part.len(), ends[k + 1] - ends[k]);
+            part.iter_mut().for_each(|x| *x += k + 1);
+        });
+        for (k, pair) in ends.windows(2).enumerate() {
+            assert!(array[pair[0] - 7..pair[1] - 7].iter().all(|&x| x == k + 1), "part {k}");
+        }
+        parts(&mut array[..0], &[], |_, _| unreachable!("there is no part"));
     }
 }

@@ -2,7 +2,8 @@
 
 use super::context::Gpu;
 use super::kernel::Kernel;
-use super::record::{Recording, entry, is_written};
+use super::pool::Buffer;
+use super::record::{Recording, is_written};
 use super::reflect::{Access, Binding};
 use crate::error::Result;
 use crate::precision::Precision;
@@ -58,7 +59,7 @@ impl Recording<'_> {
         &mut self,
         kernel: &Kernel,
         groups: [u32; 3],
-        bound: &[(&Binding, &wgpu::Buffer)],
+        bound: &[(&Binding, &Buffer)],
     ) -> Result<()> {
         let gpu = self.gpu();
         let contents = |recording: &mut Self| -> Result<Vec<Vec<u8>>> {
@@ -68,7 +69,7 @@ impl Recording<'_> {
             Ok(reading.submit()?.wait()?.iter().map(|bytes| bytes.as_slice::<u8>().to_vec()).collect())
         };
         let before = contents(self)?;
-        let entries: Vec<_> = bound.iter().map(|(binding, buffer)| entry(binding.binding, buffer)).collect();
+        let entries: Vec<_> = bound.iter().map(|(binding, buffer)| buffer.entry(binding.binding)).collect();
         self.encode(kernel, groups, &entries);
         let after = contents(self)?;
         let buffers = bound.iter().zip(before).zip(after).map(|(((binding, _), before), after)| CapturedBuffer {

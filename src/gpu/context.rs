@@ -1,4 +1,5 @@
-//! [`Gpu`]: an open device with its limits, its compiled kernels, and the reason if it was lost.
+//! [`Gpu`]: an open device with its limits, its compiled kernels, the memory that it keeps, and the
+//! reason if it was lost.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock};
@@ -9,6 +10,7 @@ use super::adapter;
 use super::capture::CapturedDispatch;
 use super::kernel::Kernel;
 use super::plan::Limits;
+use super::pool::Pool;
 use super::summary::AdapterSummary;
 use crate::error::{Error, Result};
 
@@ -18,7 +20,7 @@ const DESIGN_WORKGROUP_BYTES: u32 = 16 * 1024;
 /// Bytes of all buffers of one chunk, unless a caller says otherwise.
 ///
 /// Two such chunks fit on a modest GPU at once, and one is large enough to hide the round trip.
-const DESIGN_CHUNK_BYTES: u64 = 256 << 20;
+pub(super) const DESIGN_CHUNK_BYTES: u64 = 256 << 20;
 
 /// An open GPU.
 pub struct Gpu {
@@ -28,6 +30,7 @@ pub struct Gpu {
     limits: Limits,
     lost: Arc<OnceLock<String>>,
     pub(super) kernels: Mutex<HashMap<String, Arc<Kernel>>>,
+    pub(super) pool: Arc<Pool>,
     pub(super) kernel_nanoseconds: Mutex<f64>,
     notes: Mutex<Vec<String>>,
     pub(super) capture: Mutex<Option<Vec<CapturedDispatch>>>,
@@ -104,6 +107,7 @@ impl Gpu {
             limits,
             lost,
             kernels: Mutex::default(),
+            pool: Arc::default(),
             kernel_nanoseconds: Mutex::new(0.0),
             notes: Mutex::default(),
             capture: Mutex::default(),
@@ -143,6 +147,12 @@ impl Gpu {
     pub fn with_lanes(mut self, lanes: usize) -> Self {
         self.lanes = Some(lanes);
         self
+    }
+
+    /// How many arrays had to be made, since none was kept from submissions before.
+    #[doc(hidden)]
+    pub fn arrays_made(&self) -> usize {
+        self.pool.missed()
     }
 
     /// The lanes of [`with_lanes`](Self::with_lanes).

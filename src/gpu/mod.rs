@@ -21,6 +21,8 @@ mod pipeline;
 #[doc(hidden)]
 pub mod plan;
 #[cfg(feature = "gpu")]
+mod pool;
+#[cfg(feature = "gpu")]
 mod record;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
@@ -55,7 +57,7 @@ pub use key::KernelKey;
 pub use pipeline::{Interrupted, Step, once, pipeline};
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
-pub use record::{Downloaded, Pending, Recording};
+pub use pool::Buffer;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
-pub use wgpu::Buffer;
+pub use record::{Downloaded, Pending, Recording};

@@ -1,7 +1,7 @@
 //! One submission: buffers up, dispatches, results back. Every failure becomes an [`Error`].
 
 use std::borrow::Cow;
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
 use bytemuck::Pod;
@@ -12,6 +12,7 @@ use super::context::Gpu;
 use super::kernel::Kernel;
 use super::key::KernelKey;
 use super::plan;
+use super::pool::{Buffer, Staging};
 use super::reflect::Access;
 use crate::error::{Error, Result};
 use crate::precision::Precision;
@@ -23,6 +24,12 @@ use crate::precision::Precision;
 const fn timeout(is_software: bool) -> Duration {
     Duration::from_secs(if is_software { 600 } else { 60 })
 }
+
+/// Every array may be written and read by copies.
+const COPIED: BufferUsages = BufferUsages::COPY_SRC.union(BufferUsages::COPY_DST);
+
+/// Memory in which the host reads.
+const READ: BufferUsages = BufferUsages::MAP_READ.union(BufferUsages::COPY_DST);
 
 /// The fewest numbers that a thread converts.
 const CONVERTED_TOGETHER: usize = 1 << 14;
@@ -37,19 +44,27 @@ pub struct Recording<'g> {
     // Scopes close in the order opposite to their opening, and fields drop in the order written.
     validation: wgpu::ErrorScopeGuard,
     out_of_memory: wgpu::ErrorScopeGuard,
-    downloads: Vec<wgpu::Buffer>,
+    /// What the work uses, until it is submitted.
+    held: Vec<Buffer>,
+    downloads: Vec<Download>,
     timestamps: Vec<wgpu::QuerySet>,
     bytes: u64,
+}
+
+/// So many bytes that the host is to read.
+struct Download {
+    staging: wgpu::Buffer,
+    size: u64,
 }
 
 /// A submission under way.
 pub struct Pending<'g> {
     gpu: &'g Gpu,
     precision: Precision,
-    downloads: Vec<wgpu::Buffer>,
+    downloads: Vec<Download>,
     mapped: Vec<mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>>,
     index: wgpu::SubmissionIndex,
-    timestamps: Option<wgpu::Buffer>,
+    timestamps: Option<Download>,
 }
 
 impl Gpu {
@@ -59,37 +74,61 @@ impl Gpu {
         let out_of_memory = self.device.push_error_scope(ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(ErrorFilter::Validation);
         let encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let (downloads, timestamps) = (vec![], vec![]);
-        Recording { gpu: self, precision, encoder, out_of_memory, validation, downloads, timestamps, bytes: 0 }
+        let (held, downloads, timestamps) = (vec![], vec![], vec![]);
+        Recording { gpu: self, precision, encoder, out_of_memory, validation, held, downloads, timestamps, bytes: 0 }
     }
 }
 
 impl<'g> Recording<'g> {
-    fn create(&mut self, contents: &[u8], usage: BufferUsages) -> wgpu::Buffer {
+    fn create(&mut self, contents: &[u8], usage: BufferUsages) -> Buffer {
         // A storage binding cannot be empty.
         let contents = if contents.is_empty() { &[0; 16] } else { contents };
-        self.bytes += contents.len() as u64;
-        let usage = usage | BufferUsages::COPY_SRC;
         let size = (contents.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
-        let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: true };
-        let buffer = self.gpu.device.create_buffer(&descriptor);
+        let usage = usage | COPIED;
         // On a device that is lost or out of memory there is nothing to fill. The scopes report
         // that when the work is submitted.
-        if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
-            mapped.slice(..contents.len()).copy_from_slice(contents);
-            drop(mapped);
-            buffer.unmap();
-        }
-        buffer
+        let buffer = match self.gpu.pool.take(usage, size) {
+            Some(kept) => {
+                let all = wgpu::BufferSize::new(size).expect("an array has a size");
+                if let Some(mut written) = self.gpu.queue.write_buffer_with(&kept, 0, all) {
+                    written.slice(..contents.len()).copy_from_slice(contents);
+                }
+                kept
+            }
+            None => {
+                let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: true };
+                let fresh = self.gpu.device.create_buffer(&descriptor);
+                if let Ok(mut mapped) = fresh.get_mapped_range_mut(..) {
+                    mapped.slice(..contents.len()).copy_from_slice(contents);
+                    drop(mapped);
+                    fresh.unmap();
+                }
+                fresh
+            }
+        };
+        self.hold(buffer, size)
+    }
+
+    /// An array of this recording.
+    fn hold(&mut self, buffer: wgpu::Buffer, size: u64) -> Buffer {
+        self.bytes += size;
+        let array = Buffer::new(buffer, size, &self.gpu.pool);
+        self.held.push(array.clone());
+        array
+    }
+
+    fn fresh(&self, size: u64, usage: BufferUsages) -> wgpu::Buffer {
+        let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
+        self.gpu.device.create_buffer(&descriptor)
     }
 
     /// Uploads an array with these contents, for kernels to read (or to read and write).
-    pub fn upload<T: Pod>(&mut self, data: &[T]) -> wgpu::Buffer {
+    pub fn upload<T: Pod>(&mut self, data: &[T]) -> Buffer {
         self.create(bytemuck::cast_slice(data), BufferUsages::STORAGE)
     }
 
     /// Uploads numbers, each rounded once to the precision of the recording.
-    pub fn upload_reals(&mut self, numbers: &[f64]) -> wgpu::Buffer {
+    pub fn upload_reals(&mut self, numbers: &[f64]) -> Buffer {
         match self.precision {
             Precision::F64 => self.upload(numbers),
             _ => {
@@ -100,24 +139,30 @@ impl<'g> Recording<'g> {
     }
 
     /// A uniform with these contents.
-    pub fn uniform<T: Pod>(&mut self, data: &T) -> wgpu::Buffer {
+    pub fn uniform<T: Pod>(&mut self, data: &T) -> Buffer {
         self.create(bytemuck::bytes_of(data), BufferUsages::UNIFORM)
     }
 
     /// Makes an array that kernels write, zero at first.
-    pub fn storage(&mut self, bytes: u64) -> wgpu::Buffer {
+    pub fn storage(&mut self, bytes: u64) -> Buffer {
         let size = bytes.next_multiple_of(4).max(16);
         if self.gpu.poisoned {
             // NaN in both precisions, and not a status word.
             return self.create(&vec![0xff; size as usize], BufferUsages::STORAGE);
         }
-        self.bytes += size;
-        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        self.gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+        let usage = BufferUsages::STORAGE | COPIED;
+        let buffer = match self.gpu.pool.take(usage, size) {
+            Some(kept) => {
+                self.encoder.clear_buffer(&kept, 0, Some(size));
+                kept
+            }
+            None => self.fresh(size, usage),
+        };
+        self.hold(buffer, size)
     }
 
     /// Makes an array of so many numbers in the precision of the recording.
-    pub fn storage_reals(&mut self, count: usize) -> wgpu::Buffer {
+    pub fn storage_reals(&mut self, count: usize) -> Buffer {
         self.storage(count as u64 * self.precision.bytes())
     }
 
@@ -134,7 +179,7 @@ impl<'g> Recording<'g> {
         key: &KernelKey,
         tasks: usize,
         per_group: usize,
-        buffers: &[(&str, &wgpu::Buffer)],
+        buffers: &[(&str, &Buffer)],
     ) -> Result<()> {
         debug_assert_eq!(key.precision, self.precision, "{}", key.name());
         let kernel = &*self.gpu.kernel(key)?;
@@ -150,12 +195,13 @@ impl<'g> Recording<'g> {
                 kernel: kernel.name.clone(),
                 message: format!("buffer {} is missing or smaller than {} bytes", binding.name, binding.element_bytes),
             })?;
+            self.held.push(buffer.clone());
             bound.push((binding, buffer));
         }
         if self.gpu.capture.lock().expect("no panic while held").is_some() {
             return self.dispatch_captured(kernel, groups, &bound);
         }
-        let entries: Vec<_> = bound.iter().map(|(b, buffer)| entry(b.binding, buffer)).collect();
+        let entries: Vec<_> = bound.iter().map(|(b, buffer)| buffer.entry(b.binding)).collect();
         self.encode(kernel, groups, &entries);
         Ok(())
     }
@@ -200,18 +246,13 @@ impl<'g> Recording<'g> {
     /// Asks for the contents of a buffer after the dispatches recorded so far.
     ///
     /// Results come in the order of the calls.
-    pub fn download(&mut self, buffer: &wgpu::Buffer) {
+    pub fn download(&mut self, buffer: &Buffer) {
         let size = buffer.size();
         self.bytes += size;
-        let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-        let staging = self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size,
-            usage,
-            mapped_at_creation: false,
-        });
-        self.encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, size);
-        self.downloads.push(staging);
+        let staging = self.gpu.pool.take(READ, size).unwrap_or_else(|| self.fresh(size, READ));
+        self.encoder.copy_buffer_to_buffer(buffer.wgpu(), 0, &staging, 0, size);
+        self.held.push(buffer.clone());
+        self.downloads.push(Download { staging, size });
     }
 
     /// Submits. The work goes on while the host prepares the next.
@@ -227,7 +268,7 @@ impl<'g> Recording<'g> {
             .downloads
             .iter()
             .chain(&timestamps)
-            .map(|staging| {
+            .map(|Download { staging, .. }| {
                 let (sender, receiver) = mpsc::channel();
                 // The receiver is gone only if nobody waits any more.
                 staging.map_async(wgpu::MapMode::Read, .., move |result| drop(sender.send(result)));
@@ -237,6 +278,7 @@ impl<'g> Recording<'g> {
         let validation = pollster::block_on(self.validation.pop());
         let out_of_memory = pollster::block_on(self.out_of_memory.pop());
         if out_of_memory.is_some() {
+            self.gpu.pool.clear();
             return Err(self.gpu.failure(Error::OutOfMemory { chunk_bytes: self.bytes }));
         }
         if let Some(error) = validation {
@@ -247,33 +289,21 @@ impl<'g> Recording<'g> {
         Ok(Pending { gpu, precision, mapped, downloads, index, timestamps })
     }
 
-    fn resolve_timestamps(&mut self) -> Option<wgpu::Buffer> {
+    fn resolve_timestamps(&mut self) -> Option<Download> {
         if self.timestamps.is_empty() {
             return None;
         }
         // Query results must land at multiples of this many bytes.
         let stride = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
         let size = stride * self.timestamps.len() as u64;
-        let create = |usage| {
-            self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: None,
-                size,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
-        let resolved = create(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC);
-        let staging = create(BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+        let resolved = self.fresh(size, BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC);
+        let staging = self.fresh(size, READ);
         for (k, times) in self.timestamps.iter().enumerate() {
             self.encoder.resolve_query_set(times, 0..2, &resolved, k as u64 * stride);
         }
         self.encoder.copy_buffer_to_buffer(&resolved, 0, &staging, 0, size);
-        Some(staging)
+        Some(Download { staging, size })
     }
-}
-
-pub(super) fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {
-    wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
 }
 
 /// Whether a kernel may change a buffer with this access.
@@ -306,14 +336,18 @@ impl<'g> Pending<'g> {
             let lost = |message: String| self.gpu.failure(Error::DeviceLost(message));
             result.map_err(|error| self.gpu.failure(error))?.map_err(|error| lost(error.to_string()))?;
         }
-        let read = |buffer: &wgpu::Buffer| {
-            let range = buffer.slice(..).get_mapped_range();
+        let read = |Download { staging, size }: &Download| {
+            let range = staging.slice(..size).get_mapped_range();
             range.map_err(|error| self.gpu.failure(Error::DeviceLost(error.to_string())))
         };
         if let Some(timestamps) = &self.timestamps {
             self.add_kernel_time(&read(timestamps)?);
         }
-        let downloaded = |buffer| Ok(Downloaded { bytes: read(buffer)?, precision: self.precision });
+        let downloaded = |download: &Download| {
+            let (device, pool) = (self.gpu.device.clone(), Arc::clone(&self.gpu.pool));
+            let staging = Staging { buffer: download.staging.clone(), device, pool };
+            Ok(Downloaded { bytes: read(download)?, precision: self.precision, _staging: staging })
+        };
         self.downloads.iter().map(downloaded).collect()
     }
 
@@ -328,8 +362,10 @@ impl<'g> Pending<'g> {
 
 /// The contents of a buffer, mapped.
 pub struct Downloaded {
+    // The view is dropped before the memory that it shows.
     bytes: wgpu::BufferView,
     precision: Precision,
+    _staging: Staging,
 }
 
 impl Downloaded {

@@ -6,11 +6,11 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::knots::Knots;
-use super::packing::Frame;
+use super::packing::{Frame, frames_of};
 use super::sample::Sites;
 use crate::error::Result;
 use crate::gpu::source::{Definitions, definitions};
-use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Lost, Pending, Recording, kept, once, pipeline, plan};
+use crate::gpu::{Buffer, Gpu, KernelKey, Lost, Pending, Recording, kept, once, pipeline, plan};
 use crate::linalg::ring::{RingKernel, RowSource, Solve};
 use crate::precision::Precision;
 use crate::ragged;
@@ -89,12 +89,15 @@ pub(crate) fn fit(
         lost: None,
     };
     let chunks = chunks(gpu, precision, knots, samples)?;
-    let job = Job { knots, ends, samples, sample_offsets: &offsets };
+    let job = Job { knots, frames: &frames_of(knots), ends, samples, sample_offsets: &offsets };
     let done = pipeline(
         chunks,
         |curves| job.record(gpu.record(precision), curves)?.submit(),
         once(Pending::wait),
-        |curves, results| job.unpack(curves, &results, &mut fitted),
+        |curves, results| match precision {
+            Precision::F64 => job.unpack::<f64>(curves, &results, &mut fitted),
+            _ => job.unpack::<f32>(curves, &results, &mut fitted),
+        },
     );
     fitted.lost = kept(done)?;
     Ok(fitted)
@@ -115,14 +118,18 @@ pub(crate) fn sample(
     let offsets = sample_offsets(knots, samples);
     let mut out = vec![0.0; offsets[knots.len()] * d];
     let chunks = chunks(gpu, precision, knots, samples)?;
-    let job = Job { knots, ends: &NaturalEnds, samples, sample_offsets: &offsets };
+    let job = Job { knots, frames: &frames_of(knots), ends: &NaturalEnds, samples, sample_offsets: &offsets };
     pipeline(
         chunks,
         |curves| job.record_samples_of(gpu.record(precision), curves, second)?.submit(),
         once(Pending::wait),
         |curves, results| {
-            let samples = results.first().map(Downloaded::reals);
-            job.fitted_curves(curves).for_each(|i| job.unpack_samples(curves, i, samples.as_deref(), &mut out));
+            if let Some(samples) = results.first() {
+                match precision {
+                    Precision::F64 => job.unpack_samples::<f64>(curves, samples.as_slice(), &mut out),
+                    _ => job.unpack_samples::<f32>(curves, samples.as_slice(), &mut out),
+                }
+            }
             Ok(())
         },
     )?;
@@ -157,6 +164,7 @@ fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>)
 /// One run over chunks of curves: what its recordings, and `packing`, read.
 pub(super) struct Job<'a> {
     pub knots: &'a Knots,
+    pub frames: &'a [Frame],
     pub ends: &'a dyn EndDerivatives,
     pub samples: &'a Samples<'a>,
     pub sample_offsets: &'a [usize],
@@ -190,7 +198,7 @@ impl Job<'_> {
         let (spans, edges) = self.pack(curves);
         let mut normalised = Vec::with_capacity(edges.len());
         for i in self.fitted_curves(curves) {
-            let scale = Frame::of(knots, i).second_derivative_unit();
+            let scale = self.frames[i].second_derivative_unit();
             let of_curve = &second[knots.offsets[i] * d..knots.offsets[i + 1] * d];
             normalised.extend(of_curve.iter().map(|m| m / scale));
         }

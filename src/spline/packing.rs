@@ -8,7 +8,12 @@ use super::knots::Knots;
 use crate::bounds::Bounds;
 use crate::error::Result;
 use crate::gpu::{Downloaded, unwritten};
+use crate::linalg::Real;
 use crate::linalg::ring::{FLAG_CYCLIC, STATUS_SINGULAR, STATUS_SOLVED, System};
+use crate::parallel;
+
+/// Frames that a thread makes together.
+const FRAMES_TOGETHER: usize = 256;
 
 /// Flags of `natural.wgsl` beside [`FLAG_CYCLIC`].
 const FLAG_CLAMPED_START: u32 = 2;
@@ -23,8 +28,15 @@ pub(super) struct Frame {
     pub mean_span: f64,
 }
 
+/// The frame of every curve. That of a curve without knots is never asked for.
+pub(super) fn frames_of(knots: &Knots) -> Vec<Frame> {
+    let none = Frame { center: [0.0; 3], size: 1.0, mean_span: 1.0 };
+    let of = |i: usize| if knots.range(i).is_empty() { none } else { Frame::of(knots, i) };
+    parallel::map(knots.len(), FRAMES_TOGETHER, of)
+}
+
 impl Frame {
-    pub fn of(knots: &Knots, i: usize) -> Self {
+    fn of(knots: &Knots, i: usize) -> Self {
         let t = knots.t(i);
         let mean_span = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
         Frame { mean_span, ..Self::of_points(knots.values(i), knots.dimension) }
@@ -53,6 +65,11 @@ impl Frame {
     }
 }
 
+/// Ends of curves by points, as those by coordinates.
+fn coordinates(ends: &[usize], d: usize) -> Vec<usize> {
+    ends.iter().map(|end| end * d).collect()
+}
+
 impl Job<'_> {
     pub fn fitted_curves(&self, curves: &Range<usize>) -> impl Iterator<Item = usize> {
         curves.clone().filter(|&i| !self.knots.range(i).is_empty())
@@ -63,21 +80,23 @@ impl Job<'_> {
     /// would lose it.
     pub fn pack(&self, curves: &Range<usize>) -> (Vec<f64>, Vec<f64>) {
         let (knots, d) = (self.knots, self.knots.dimension);
-        let first = knots.offsets[curves.start];
-        let entries = knots.offsets[curves.end] - first;
+        let ends = &knots.offsets[curves.start..=curves.end];
+        let entries = knots.offsets[curves.end] - knots.offsets[curves.start];
         let mut spans = vec![0.0; entries];
         let mut edges = vec![0.0; entries * d];
-        for i in self.fitted_curves(curves) {
-            let frame = Frame::of(knots, i);
-            let range = knots.offsets[i] - first..knots.offsets[i + 1] - first;
-            for (span, pair) in spans[range.clone()].iter_mut().zip(knots.t(i).windows(2)) {
+        parallel::parts(&mut spans, ends, |k, spans| {
+            let (i, frame) = (curves.start + k, self.frames[curves.start + k]);
+            for (span, pair) in spans.iter_mut().zip(knots.t(i).windows(2)) {
                 *span = (pair[1] - pair[0]) / frame.mean_span;
             }
-            let (here, next) = (knots.values(i), &knots.values(i)[d..]);
-            for (edge, (from, to)) in edges[range.start * d..].iter_mut().zip(here.iter().zip(next)) {
+        });
+        parallel::parts(&mut edges, &coordinates(ends, d), |k, edges| {
+            let (i, frame) = (curves.start + k, self.frames[curves.start + k]);
+            let here = knots.values(i);
+            for (edge, (from, to)) in edges.iter_mut().zip(here.iter().zip(here.iter().skip(d))) {
                 *edge = (to - from) / frame.size;
             }
-        }
+        });
         (spans, edges)
     }
 
@@ -88,7 +107,7 @@ impl Job<'_> {
         let mut end_derivatives = Vec::new();
         let mut systems = Vec::with_capacity(curves.len());
         for i in self.fitted_curves(curves) {
-            let frame = Frame::of(knots, i);
+            let frame = self.frames[i];
             let mut flags = if knots.closed[i] { FLAG_CYCLIC } else { 0 };
             for (end, flag) in [FLAG_CLAMPED_START, FLAG_CLAMPED_END].into_iter().enumerate() {
                 if let Some(derivative) = self.ends.end_derivative(i, end) {
@@ -109,46 +128,59 @@ impl Job<'_> {
         (systems, end_derivatives)
     }
 
-    pub fn unpack(&self, curves: &Range<usize>, results: &[Downloaded], out: &mut Fitted) -> Result<()> {
+    /// Takes back what a chunk's kernels found, in their numbers.
+    ///
+    /// # Errors
+    /// [`Error::Kernel`](crate::Error::Kernel) where no kernel wrote a curve's status.
+    pub fn unpack<T>(&self, curves: &Range<usize>, results: &[Downloaded], out: &mut Fitted) -> Result<()>
+    where
+        T: Real + bytemuck::Pod,
+    {
         let (knots, d) = (self.knots, self.knots.dimension);
-        let first = knots.offsets[curves.start];
-        let (second, status) = (results[0].reals(), results[1].as_slice::<u32>());
-        let samples = results.get(2).map(Downloaded::reals);
+        let (second, status) = (results[0].as_slice::<T>(), results[1].as_slice::<u32>());
         for i in self.fitted_curves(curves) {
             let word = status[i - curves.start];
             if word != STATUS_SOLVED && word != STATUS_SINGULAR {
                 return Err(unwritten("spline/natural", format_args!("curve {i}"), word));
             }
-            let frame = Frame::of(knots, i);
-            let scale = frame.second_derivative_unit();
-            let range = knots.offsets[i] * d..knots.offsets[i + 1] * d;
-            let part = &second[range.start - first * d..range.end - first * d];
-            let mut finite = true;
-            for (to, from) in out.second[range].iter_mut().zip(part) {
-                *to = from * scale;
-                finite &= to.is_finite();
-            }
-            if !finite {
-                out.overflowed.push(i);
-                out.samples[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d].fill(f64::NAN);
-                continue;
-            }
-            self.unpack_samples(curves, i, samples.as_deref(), &mut out.samples);
         }
+        let ends = coordinates(&knots.offsets[curves.start..=curves.end], d);
+        let own = &mut out.second[ends[0]..ends[curves.len()]];
+        parallel::parts(own, &ends, |k, to| {
+            let scale = self.frames[curves.start + k].second_derivative_unit();
+            let from = &second[ends[k] - ends[0]..];
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = from.to_f64() * scale);
+        });
+        if let Some(samples) = results.get(2) {
+            self.unpack_samples::<T>(curves, samples.as_slice(), &mut out.samples);
+        }
+        let is_finite =
+            |i: usize| out.second[knots.offsets[i] * d..knots.offsets[i + 1] * d].iter().all(|m| m.is_finite());
+        let overflowed: Vec<usize> = self.fitted_curves(curves).filter(|&i| !is_finite(i)).collect();
+        for &i in &overflowed {
+            out.samples[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d].fill(f64::NAN);
+        }
+        out.overflowed.extend(overflowed);
         Ok(())
     }
 
-    /// The samples of one curve, from those of its chunk, in input units.
-    pub fn unpack_samples(&self, curves: &Range<usize>, i: usize, results: Option<&[f64]>, out: &mut [f64]) {
-        let Some(results) = results else { return };
-        let (knots, d) = (self.knots, self.knots.dimension);
-        let frame = Frame::of(knots, i);
-        let to = &mut out[self.sample_offsets[i] * d..self.sample_offsets[i + 1] * d];
+    /// The samples of a chunk's curves in input units.
+    pub fn unpack_samples<T: Real>(&self, curves: &Range<usize>, results: &[T], out: &mut [f64]) {
+        let ends = coordinates(&self.sample_offsets[curves.start..=curves.end], self.knots.dimension);
+        parallel::parts(&mut out[ends[0]..ends[curves.len()]], &ends, |k, to| {
+            if !self.knots.range(curves.start + k).is_empty() {
+                self.unpack_curve(curves, curves.start + k, results, to);
+            }
+        });
+    }
+
+    fn unpack_curve<T: Real>(&self, curves: &Range<usize>, i: usize, results: &[T], to: &mut [f64]) {
+        let (knots, d, frame) = (self.knots, self.knots.dimension, self.frames[i]);
         // The device says how far each sample is from the point at the knot before it; the points
         // keep their bits.
-        let place = |to: &mut [f64], point: &[f64], from: &[f64]| {
+        let place = |to: &mut [f64], point: &[f64], from: &[T]| {
             for ((to, point), from) in to.iter_mut().zip(point).zip(from) {
-                *to = point + frame.size * from;
+                *to = point + frame.size * from.to_f64();
             }
         };
         match self.samples {

@@ -2,6 +2,7 @@
 //! curve, never a panic.
 
 use faircurve::bezier::Complete;
+use faircurve::discrete::{Fair, Segments, bending, length};
 use faircurve::gpu::plan::Limits;
 use faircurve::gpu::{Gpu, Interrupted, Pending, once, pipeline};
 use faircurve::laplacian::{Rule, Subdivide};
@@ -270,4 +271,25 @@ fn arrays_that_no_kernel_wrote_are_not_a_number_where_that_is_asked_for() {
     let found = contents(&poisoned);
     assert!(found.iter().all(|&word| f32::from_bits(word).is_nan()));
     assert!(f64::from_bits(u64::from(found[1]) << 32 | u64::from(found[0])).is_nan());
+}
+
+#[test]
+fn a_second_fit_of_the_same_kind_makes_no_arrays_and_has_the_same_bits() {
+    let Some(gpu) = gpu() else { return };
+    let device = Device::from_gpu(gpu);
+    let batch = batch();
+    let fair =
+        Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(4), max_iterations: 30, ..Fair::default() };
+    let made = || device.as_gpu().expect("it is one").arrays_made();
+    let fit = || {
+        let (fairs, samples) = fair.fit_sampled(&batch, Sampling::PerSpan(4), &device).unwrap();
+        let both = [sampled(&batch, &device).unwrap(), Outcome::of_curves(&samples, fairs.reports())];
+        both.map(|outcome| (0..batch.len()).map(|i| outcome.bits(i)).collect::<Vec<_>>())
+    };
+    let first = (fit(), made());
+    let second = (fit(), made());
+    assert!(first == second, "{} arrays at first, {} after", first.1, second.1);
+    // Another kind in between leaves its numbers where the next has its own.
+    Smoothing { amount: Amount::Lambda(0.1), ..Smoothing::default() }.fit(&batch, &device).unwrap();
+    assert!(fit() == first.0);
 }

@@ -9,6 +9,7 @@ use crate::discrete::plan::Step;
 use crate::discrete::problem::{Outcome, Problem};
 use crate::gpu::Downloaded;
 use crate::linalg::block_ring::scratch_numbers;
+use crate::parallel;
 
 /// The numbers of a curve in `lanes` before its weights, and how many of them the host gives.
 const NUMBERS: usize = 19;
@@ -17,6 +18,9 @@ const GIVEN: usize = 4;
 /// The positions of the numbers that are read back: the energy without the gauge, and ⟨g, z⟩.
 const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
+
+/// Curves that a thread unpacks together.
+const UNPACKED_TOGETHER: usize = 32;
 
 /// `DescentCurve` of `descent.wgsl`.
 #[repr(C)]
@@ -112,34 +116,48 @@ impl<const D: usize> Job<'_, D> {
 
     /// The numbers that the host gives, and the rows that do not change.
     pub(super) fn pack(&self, curves: &[usize], layout: &Layout) -> (Vec<f64>, Vec<f64>) {
-        let (numbers, width) = (self.numbers(), self.fixed_numbers());
+        let numbers = self.numbers();
+        // Numbers that the kernel must write first are NaN, so that a read before is noticed.
+        let mut given = vec![f64::NAN; curves.len() * numbers];
+        let ends: Vec<usize> = (0..=curves.len()).map(|slot| slot * numbers).collect();
+        parallel::parts(&mut given, &ends, |slot, given| self.give(&self.run.problems[curves[slot]], given));
+        let side = self.way.side();
+        let mut fixed = vec![0.0; layout.fixed];
+        // A group begins where its first curve does.
+        let starts = layout.table.iter().step_by(side).map(|table| table.fixed_start as usize);
+        let ends: Vec<usize> = starts.chain([layout.fixed]).collect();
+        parallel::parts(&mut fixed, &ends, |group, fixed| {
+            for (place, &i) in curves.chunks(side).nth(group).expect("a group of the layout").iter().enumerate() {
+                self.fix(&self.run.problems[i], place, fixed);
+            }
+        });
+        (given, fixed)
+    }
+
+    fn give(&self, problem: &Problem<D>, given: &mut [f64]) {
         let step = match self.run.plan.step {
             Step::Constant(step) => step,
             Step::Search => 0.0,
         };
-        // Numbers that the kernel must write first are NaN, so that a read before is noticed.
-        let mut given = vec![f64::NAN; curves.len() * numbers];
-        let mut fixed = vec![0.0; layout.fixed];
-        for ((&i, table), given) in curves.iter().zip(&layout.table).zip(given.chunks_exact_mut(numbers)) {
-            let problem = &self.run.problems[i];
-            let own = [problem.highest, problem.tolerance, problem.longest, step];
-            given[..GIVEN].copy_from_slice(&own);
-            let weights = self.composition.entries(&problem.weights, problem.gauge);
-            given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = x);
-            let at = |row: usize, number: usize| table.fixed_start as usize + (row * width + number) * self.way.side();
-            let rows = problem.vertices();
-            for (j, edge) in problem.base.iter().enumerate() {
-                (0..D).for_each(|c| fixed[at(j, c)] = edge[c]);
-                fixed[at(j, D)] = problem.free[(j + 1) % rows];
-            }
-            (0..rows).for_each(|row| fixed[at(row, D + 1)] = 1.0);
-            problem.pinned.iter().for_each(|&row| fixed[at(row as usize, D + 1)] = 0.0);
-            for &(row, weight, target) in &problem.attached {
-                (0..D).for_each(|c| fixed[at(row as usize, D + 2 + c)] = target[c]);
-                fixed[at(row as usize, 2 * D + 2)] = weight;
-            }
+        given[..GIVEN].copy_from_slice(&[problem.highest, problem.tolerance, problem.longest, step]);
+        let weights = self.composition.entries(&problem.weights, problem.gauge);
+        given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = x);
+    }
+
+    /// Writes the rows of a curve, which has its place in its group.
+    fn fix(&self, problem: &Problem<D>, place: usize, fixed: &mut [f64]) {
+        let (width, side, rows) = (self.fixed_numbers(), self.way.side(), problem.vertices());
+        let at = |row: usize, number: usize| place + (row * width + number) * side;
+        for (j, edge) in problem.base.iter().enumerate() {
+            (0..D).for_each(|c| fixed[at(j, c)] = edge[c]);
+            fixed[at(j, D)] = problem.free[(j + 1) % rows];
         }
-        (given, fixed)
+        (0..rows).for_each(|row| fixed[at(row, D + 1)] = 1.0);
+        problem.pinned.iter().for_each(|&row| fixed[at(row as usize, D + 1)] = 0.0);
+        for &(row, weight, target) in &problem.attached {
+            (0..D).for_each(|c| fixed[at(row as usize, D + 2 + c)] = target[c]);
+            fixed[at(row as usize, 2 * D + 2)] = weight;
+        }
     }
 
     pub(super) fn unpack(
@@ -151,22 +169,21 @@ impl<const D: usize> Job<'_, D> {
     ) {
         let states = results[0].as_slice::<DescentState>();
         let (lanes, displacements) = (results[1].reals(), results[2].reals());
-        for (slot, (&i, table)) in curves.iter().zip(&layout.table).enumerate() {
+        let found = parallel::map(curves.len(), UNPACKED_TOGETHER, |slot| {
+            let (state, table) = (&states[slot], &layout.table[slot]);
             let lane = &lanes[slot * self.numbers()..];
             let word = |row: usize, c: usize| table.displacement_start as usize + (row * D + c) * self.way.side();
             let row = |row: usize| std::array::from_fn(|c| displacements[word(row, c)]);
-            outcomes[i] = Outcome {
-                displacements: (0..self.run.problems[i].vertices()).map(row).collect(),
-                standing: STANDINGS
-                    .into_iter()
-                    .find(|own| *own as u32 == states[slot].standing)
-                    .unwrap_or(Standing::Broken),
+            Outcome {
+                displacements: (0..self.run.problems[curves[slot]].vertices()).map(row).collect(),
+                standing: STANDINGS.into_iter().find(|own| *own as u32 == state.standing).unwrap_or(Standing::Broken),
                 energy: lane[REPORTED],
                 norm: lane[NORM2].sqrt(),
-                iterations: states[slot].iterations,
-                evaluations: states[slot].evaluations,
+                iterations: state.iterations,
+                evaluations: state.evaluations,
                 on_cpu: false,
-            };
-        }
+            }
+        });
+        curves.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
     }
 }
