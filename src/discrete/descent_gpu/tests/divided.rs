@@ -1,6 +1,8 @@
 //! What must not change a curve: how its ticks are divided, what stands beside it, and what becomes
 //! of others.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use super::*;
 use crate::discrete::descent_gpu::packing::DescentCurve;
 use crate::discrete::tests::Mixed;
@@ -214,17 +216,14 @@ fn what_was_finished_before_the_device_was_lost_is_kept() {
         most_ticks: MOST_TICKS,
         lanes: None,
     };
-    let mut ended = 0;
+    // Lost when the first workgroup is back: the second is on the device.
+    let back = AtomicUsize::new(0);
     let found = run
-        .descend(
-            &mut |count| {
-                ended += count;
-                if ended > GROUP {
-                    gpu.wgpu_device().destroy();
-                }
-            },
-            &|_, _| {},
-        )
+        .descend(&mut |_| {}, &|_, _| {
+            if back.fetch_add(1, Ordering::Relaxed) + 1 == GROUP {
+                gpu.wgpu_device().destroy();
+            }
+        })
         .unwrap();
     let kept = whole.iter().zip(&found).filter(|(a, b)| bits(a) == bits(b)).count();
     let lost: Vec<_> = found.iter().filter(|outcome| outcome.standing == Standing::Running).collect();
