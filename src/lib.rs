@@ -67,10 +67,10 @@
 //! # Devices
 //!
 //! ```
-//! use faircurve::{Choice, Device, Precision};
+//! use faircurve::{Choice, Device, Precision, Work};
 //!
-//! // The CPU, or a hardware GPU where there is one and so many points, read and written together, make it pay.
-//! let device = Device::choose(Choice::Auto, 20_000)?.with_precision(Precision::Auto);
+//! // The CPU, or a hardware GPU where there is one and it is sooner for so many points, read and written together.
+//! let device = Device::choose(Choice::Auto, &Work::splines(20_000))?.with_precision(Precision::Auto);
 //! println!("{}: {}", device.name(), device.reason());
 //!
 //! // A GPU that was asked for and is not there is an error, never a silent fallback.
@@ -121,7 +121,7 @@
 //!
 //! # Limits
 //!
-//! - No hardware GPU has been measured yet. [`GPU_PAYS_ABOVE`] is an estimate.
+//! - No hardware GPU has been measured yet. [`Costs::estimated`] are estimates.
 //! - The host finds samples at equal arc lengths, and the device evaluates them.
 //! - The host fits smoothing curves of more than 1,024 knots in f64, and those beyond what the
 //!   device's precision can resolve.
@@ -168,7 +168,7 @@ pub use batch::{CurveBatch, Point, Unfitted};
 pub use catalogue::kernels;
 pub use constraint::{Constraint, Constraints};
 pub use curve::{Curve, Jet, Sampling};
-pub use device::{Choice, Device, DeviceReport, GPU_PAYS_ABOVE};
+pub use device::{Choice, Costs, Device, DeviceReport, Work};
 pub use error::{Error, Result};
 pub use grids::Grids;
 pub use motion::Motion;

@@ -5,7 +5,7 @@ use clap::Args;
 use faircurve::bezier::MOST_DEGREE;
 use faircurve::io::{self, Format, WriteOptions};
 use faircurve::picture::Picture;
-use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result, Sampling};
+use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result, Sampling, Work};
 
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, Shape, size};
 use super::output::title;
@@ -53,7 +53,7 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "control point"));
     // Completing a control point takes the CPU about as long as a point of a natural spline.
-    let device = run.device(points(&batch, Sampling::PerSpan(1)), volume, Some(batch.len()))?;
+    let device = run.device(&Work::splines(points(&batch, Sampling::PerSpan(1))), volume, Some(batch.len()))?;
     let completed = plan.complete(&batch, &device)?;
     let completed = match (elevate, reduce) {
         (Some(by), _) => completed.elevate(by, &device)?,

@@ -3,7 +3,7 @@
 pub mod difference;
 
 use clap::Args;
-use faircurve::{Choice, CurveBatch, Device, Error, Precision, Result, Sampling};
+use faircurve::{Choice, CurveBatch, Device, Error, Precision, Result, Sampling, Work};
 use serde::Serialize;
 
 use self::difference::{Bounds, Outcome, Timed};
@@ -13,9 +13,6 @@ use super::progress::Progress;
 use super::run::RunArgs;
 use super::sampling::per_span;
 use super::{InputArgs, count, output, show, thousands};
-
-/// What a GPU computes is asked here, not whether it pays: `auto` takes it for the smallest batch.
-const WHATEVER_IT_TAKES: usize = usize::MAX;
 
 /// So many of the worst curves are named, where curves are iterated.
 const WORST_NAMED: usize = 10;
@@ -51,7 +48,8 @@ pub fn run(args: &CompareArgs) -> Result<bool> {
     for precision in args.precisions() {
         progress.step(format!("fitting on the device in {precision}"));
         let asked = DeviceArgs { precision, ..args.run.device };
-        let opened = device::open(asked, WHATEVER_IT_TAKES, talk).and_then(|device| Ok((fit(&device)?, device)));
+        // What a GPU computes is asked here, not whether it pays.
+        let opened = device::open(asked, &Work::ENDLESS, talk).and_then(|device| Ok((fit(&device)?, device)));
         match opened {
             Ok((run, _)) if run.device().precision != precision => {
                 talk.say(format_args!("no comparison in {precision}: {} did the work", run.device()));

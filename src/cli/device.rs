@@ -1,11 +1,11 @@
 //! Which device does the work: the choice on the command line, and the one place where it is opened.
 
 use clap::Args;
-use faircurve::{Choice, Device, DeviceReport, Error, Precision, Result};
+use faircurve::{Choice, Device, DeviceReport, Error, Precision, Result, Work};
 use serde::Serialize;
 
-use super::Talk;
 use super::words::one_of;
+use super::{Talk, costs};
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct DeviceArgs {
@@ -17,12 +17,11 @@ pub struct DeviceArgs {
     pub precision: Precision,
 }
 
-/// The device asked for; `auto` decides by the points, read and written together, of which there
-/// are so many. Each is worth as many of natural splines as the method takes longer.
+/// The device asked for; `auto` decides by the work, and by what `doctor` has measured.
 ///
 /// # Errors
 /// A GPU that was asked for and is not there; f32 on the CPU.
-pub fn open(args: DeviceArgs, points: usize, talk: Talk) -> Result<Device> {
+pub fn open(args: DeviceArgs, work: &Work, talk: Talk) -> Result<Device> {
     let (choice, precision) = (args.device, args.precision);
     if (choice, precision) == (Choice::Cpu, Precision::F32) {
         let why =
@@ -30,8 +29,8 @@ pub fn open(args: DeviceArgs, points: usize, talk: Talk) -> Result<Device> {
         return Err(Error::argument(why));
     }
     let device = match talk.verbose {
-        true => Device::choose(choice, points),
-        false => silently(|| Device::choose(choice, points)),
+        true => Device::choose_by(choice, work, &costs::of),
+        false => silently(|| Device::choose_by(choice, work, &costs::of)),
     };
     Ok(device?.with_precision(precision))
 }

@@ -1,14 +1,16 @@
 //! `faircurve doctor`: what this machine offers, and whether it computes correctly.
 
+use std::time::Instant;
+
 use clap::Args;
 use faircurve::gpu::{self, AdapterSummary, Gpu};
 use faircurve::linalg::ring;
 use faircurve::spline::Natural;
-use faircurve::{CurveBatch, Device, Precision, Result, Sampling};
+use faircurve::{Costs, CurveBatch, Device, Precision, Result, Sampling};
 
 use super::compare::difference::{self, Bounds, Outcome};
 use super::words::with_options;
-use super::{count, device, show, thousands};
+use super::{costs, count, device, show, thousands};
 
 #[derive(Args, Debug)]
 pub struct DoctorArgs {}
@@ -23,7 +25,9 @@ pub fn run(_: &DoctorArgs) -> Result<bool> {
     show(format_args!("\nCPU: {}", device::cpu_name()))?;
     show(format_args!("  {}, {}", count(device::threads(), "thread"), device::simd()))?;
     let mut sound = self_test(&Device::cpu(), &[Precision::F64])?;
+    let began = Instant::now();
     let adapters = device::silently(gpu::adapters);
+    let found = began.elapsed().as_secs_f64();
     if adapters.is_empty() {
         show(format_args!(
             "\nGPU: none; there is no Vulkan, Metal or DirectX 12 adapter, so everything runs on the CPU"
@@ -32,8 +36,9 @@ pub fn run(_: &DoctorArgs) -> Result<bool> {
     for (number, adapter) in adapters.iter().enumerate() {
         show(format_args!("\ngpu:{number}: {}", adapter.name))?;
         print_adapter(adapter)?;
+        let began = Instant::now();
         match device::silently(|| Gpu::open(number)) {
-            Ok(gpu) => sound &= test_gpu(gpu)?,
+            Ok(gpu) => sound &= test_gpu(gpu, found + began.elapsed().as_secs_f64())?,
             Err(error) => {
                 show(format_args!("  {}", with_options(error)))?;
                 sound = false;
@@ -56,7 +61,8 @@ fn print_adapter(adapter: &AdapterSummary) -> Result<()> {
     ))
 }
 
-fn test_gpu(gpu: Gpu) -> Result<bool> {
+/// `open`: seconds until it was found and open.
+fn test_gpu(gpu: Gpu, open: f64) -> Result<bool> {
     let limits = gpu.limits();
     let mebibytes = |bytes: u64| thousands((bytes >> 20) as usize);
     show(format_args!(
@@ -78,7 +84,27 @@ fn test_gpu(gpu: Gpu) -> Result<bool> {
     }
     let mut precisions = vec![Precision::F32];
     precisions.extend(gpu.summary().has_f64.then_some(Precision::F64));
-    Ok(self_test(&Device::from_gpu(gpu), &precisions)? && sound)
+    let device = Device::from_gpu(gpu);
+    let is_sound = self_test(&device, &precisions)? && sound;
+    match Costs::measured(&device, open) {
+        Ok(costs) => print_costs(&device, &costs)?,
+        Err(error) => show(format_args!("  not measured: {error}"))?,
+    }
+    Ok(is_sound)
+}
+
+/// Prints what was measured, and keeps it for `--device auto`.
+fn print_costs(device: &Device, costs: &Costs) -> Result<()> {
+    let [cpu, transfer, kernels] = [costs.cpu, costs.transfer, costs.kernels].map(|seconds| 1e9 * seconds);
+    show(format_args!(
+        "  opened in {:.2} s; a point of natural splines takes {cpu:.1} ns on the CPU, {transfer:.1} ns on the way here or \
+         back, {kernels:.2} ns in kernels",
+        costs.open
+    ))?;
+    match costs::keep(device.as_gpu().expect("it is one").summary(), costs) {
+        Ok(file) => show(format_args!("  kept for --device auto in {}", file.display())),
+        Err(why) => show(format_args!("  not kept for --device auto: {why}")),
+    }
 }
 
 fn print_test(what: &str, difference: f64, bound: f64, passed: bool) -> Result<()> {

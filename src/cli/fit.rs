@@ -4,7 +4,7 @@ use clap::Args;
 use faircurve::bezier::LEAST_TOLERANCE;
 use faircurve::io::{self, WriteOptions};
 use faircurve::picture::Picture;
-use faircurve::{CurveBatch, Error, Result};
+use faircurve::{CurveBatch, Error, Result, Work};
 
 use super::count;
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, Shape, size};
@@ -49,8 +49,8 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
     let tolerances = args.bezier_tolerances(&batch)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
-    let points = points(&batch, sampling).saturating_mul(args.method.cost());
-    let device = run.device(points, volume, Some(batch.len()))?;
+    let work = Work { points: points(&batch, sampling), cost: args.method.cost() };
+    let device = run.device(&work, volume, Some(batch.len()))?;
     let (fit, curves) = match args.shape {
         Shape::Polyline => method.fit_sampled(&batch, sampling, &device)?,
         Shape::Bezier => {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use faircurve::io::grids::{self, GridFormat, GridWrite};
 use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
-use faircurve::{DeviceReport, Error, Result};
+use faircurve::{DeviceReport, Error, Result, Work};
 
 use super::output::title;
 use super::report::Head;
@@ -79,7 +79,7 @@ pub fn run(args: &GridArgs) -> Result<bool> {
     args.format().into_iter().chain(drawn).try_for_each(|format| format.check(&grids))?;
     let points = args.points_out(&grids)?;
     let volume = format!("{}, {}", count(grids.len(), "grid"), count(grids.total_points(), "point"));
-    let device = run.device(grids.total_points().saturating_add(points), volume, None)?;
+    let device = run.device(&Work::splines(grids.total_points().saturating_add(points)), volume, None)?;
     let subdivide = Subdivide { rule: args.rule()?, rounds: args.rounds as u32 };
     let surfaces = subdivide.fit(&grids, &device)?;
     let (fine, reports, did) = (surfaces.grids(), surfaces.reports(), surfaces.device());

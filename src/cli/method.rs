@@ -197,11 +197,11 @@ impl MethodArgs {
 
     /// How many times as long as a natural spline each point takes on the CPU, roughly, by the
     /// tables of benches/RESULTS.md.
-    pub fn cost(&self) -> usize {
+    pub fn cost(&self) -> f64 {
         match self.name() {
-            MethodName::Natural => 1,
-            MethodName::Smoothing | MethodName::Scf => 10,
-            MethodName::Fair => 50,
+            MethodName::Natural => 1.0,
+            MethodName::Smoothing | MethodName::Scf => 10.0,
+            MethodName::Fair => 50.0,
         }
     }
 

@@ -5,6 +5,7 @@
 
 mod bezier;
 mod compare;
+mod costs;
 mod curves;
 mod device;
 mod doctor;

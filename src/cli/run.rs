@@ -8,7 +8,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use faircurve::{CurveStatus, Device, DeviceReport, Error, Result};
+use faircurve::{CurveStatus, Device, DeviceReport, Error, Result, Work};
 use serde::Serialize;
 
 use super::device::{self, DeviceArgs};
@@ -80,14 +80,13 @@ impl<'a> Run<'a> {
         Run { args, what, verbs, volume, device, reason, seconds, progress }
     }
 
-    /// Opens the device for so many points, read and written together; then the work begins. Of
-    /// curves those that are finished are counted: `counted` says how many there are.
+    /// Opens the device for the work, which then begins. Of curves those that are finished are counted: `counted` says how many there are.
     ///
     /// # Errors
     /// As [`device::open`].
-    pub fn device(&mut self, points: usize, volume: String, counted: Option<usize>) -> Result<Device> {
+    pub fn device(&mut self, work: &Work, volume: String, counted: Option<usize>) -> Result<Device> {
         self.seconds.read = self.progress.step("preparing the device");
-        let device = device::open(self.args.device, points, self.args.talk)?;
+        let device = device::open(self.args.device, work, self.args.talk)?;
         match counted {
             Some(curves) => self.progress.count(self.verbs[0], curves, self.what),
             None => self.progress.step(format!("{} {volume}", self.verbs[0])),

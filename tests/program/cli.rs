@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::ran::{folder, refused, run};
+use assert_cmd::assert::Assert;
 use assert_cmd::cargo::cargo_bin_cmd;
 use predicates::prelude::*;
 use predicates::str::{contains, is_empty};
@@ -472,10 +473,41 @@ fn compare_measures_every_curve_and_passes_where_the_bounds_hold() {
 #[test]
 fn doctor_tests_itself() {
     let folder = TempDir::new().unwrap();
-    run(&folder, "doctor").code(0).stdout(
+    run_with_cache(&folder, "doctor").code(0).stdout(
         contains(env!("CARGO_PKG_VERSION"))
             .and(contains("thread"))
             .and(contains("passed"))
             .and(contains("FAILED").not()),
     );
+}
+
+/// [`run`] with the folder's own `cache` for the cache folder, where the system lets that be said.
+fn run_with_cache(folder: &TempDir, arguments: &str) -> Assert {
+    let mut command = cargo_bin_cmd!("faircurve");
+    command.current_dir(folder).env("XDG_CACHE_HOME", folder.path().join("cache"));
+    command.args(arguments.split_whitespace()).assert()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn doctor_keeps_what_it_measured_of_every_adapter_once_and_mends_a_damaged_file() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("cache/faircurve/devices.json");
+    for attempt in 0..3 {
+        let done = run_with_cache(&folder, "doctor").code(0);
+        let said = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
+        if said.contains("GPU: none") {
+            return;
+        }
+        assert!(said.contains("a point of natural splines takes"), "{said}");
+        assert!(said.contains(&format!("kept for --device auto in {}", file.display())), "{said}");
+        let kept: Vec<Value> = serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
+        assert_eq!(kept.len(), said.matches("kept for --device auto").count());
+        for seconds in ["open", "cpu", "transfer"] {
+            assert!(kept[0][seconds].as_f64().unwrap() > 0.0, "{seconds}: {}", kept[0]);
+        }
+        if attempt == 1 {
+            fs::write(&file, "{").unwrap();
+        }
+    }
 }

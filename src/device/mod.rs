@@ -1,12 +1,16 @@
 //! [`Device`]: the CPU or a GPU, the precision, and how `auto` chooses.
 
+mod costs;
+
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+pub use costs::{Costs, Work};
+
 use crate::error::{Error, Result};
-use crate::gpu::{self, Gpu};
+use crate::gpu::{self, AdapterSummary, Gpu};
 use crate::precision::Precision;
 
 /// The device to use, as asked for on the command line: `auto`, `cpu`, `gpu` or `gpu:N`.
@@ -37,14 +41,6 @@ impl FromStr for Choice {
         }
     }
 }
-
-/// From this many points on, read and written together, `Auto` takes a GPU for natural splines.
-///
-/// With fewer points the CPU fits and samples them before a GPU is open. Two cores take some 5 ns a
-/// point (0.05 s for so many), and opening a device takes about as long at best. If a method takes
-/// longer, each of its points counts as several. This is an estimate: no hardware GPU has been
-/// measured yet.
-pub const GPU_PAYS_ABOVE: usize = 10_000_000;
 
 /// What did the work of a fit. Displayed as `CPU, 2 threads, f64`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -110,36 +106,42 @@ impl Device {
     /// # Errors
     /// None today.
     pub fn auto() -> Result<Self> {
-        Self::choose(Choice::Auto, usize::MAX)
+        Self::choose(Choice::Auto, &Work::ENDLESS)
     }
 
     /// The device asked for.
     ///
-    /// `points` is the size of a batch of natural splines, points read and points written together.
-    /// `Auto` decides by it ([`GPU_PAYS_ABOVE`]), and looks for no GPU if the points are too few.
+    /// `Auto` takes a hardware GPU where it is sooner than the CPU by [`Costs::estimated`].
     ///
     /// # Errors
     /// [`Error::NoGpu`] if a GPU was asked for and does not open.
-    pub fn choose(choice: Choice, points: usize) -> Result<Self> {
+    pub fn choose(choice: Choice, work: &Work) -> Result<Self> {
+        Self::choose_by(choice, work, &Costs::estimated)
+    }
+
+    /// As [`choose`](Self::choose), by costs of your own, such as [`Costs::measured`].
+    ///
+    /// # Errors
+    /// [`Error::NoGpu`] if a GPU was asked for and does not open.
+    pub fn choose_by(choice: Choice, work: &Work, costs: &dyn Fn(&AdapterSummary) -> Costs) -> Result<Self> {
         match choice {
             Choice::Cpu => Ok(Self::cpu()),
             Choice::Gpu(number) => Self::gpu(number),
-            Choice::Auto => Ok(Self::choose_automatically(points)),
+            Choice::Auto => Ok(Self::choose_automatically(work, costs)),
         }
     }
 
-    fn choose_automatically(points: usize) -> Self {
+    fn choose_automatically(work: &Work, costs: &dyn Fn(&AdapterSummary) -> Costs) -> Self {
         let cpu = |reason: String| Device { reason, ..Self::cpu() };
-        if points < GPU_PAYS_ABOVE {
+        if costs::on_the_cpu(work) < costs::LEAST_OPEN {
             return cpu("auto: done before a GPU would be open".into());
         }
-        match gpu::adapters().first() {
-            None => cpu("auto: there is no GPU".into()),
-            Some(first) if first.is_software() => {
-                cpu(format!("auto: the only adapter, {}, is software and slower than the CPU itself", first.name))
-            }
-            Some(_) => match Self::gpu(0) {
-                Ok(device) => Device { reason: "auto: a hardware GPU".into(), ..device },
+        let adapters = gpu::adapters();
+        let Some(first) = adapters.first() else { return cpu("auto: there is no GPU".into()) };
+        match preferred(first, work, costs) {
+            Err(why) => cpu(why),
+            Ok(why) => match Self::gpu(0) {
+                Ok(device) => Device { reason: why, ..device },
                 Err(error) => cpu(format!("auto: {error}")),
             },
         }
@@ -236,9 +238,59 @@ impl Device {
     }
 }
 
+/// Why an adapter is taken, or why it is not.
+fn preferred(
+    adapter: &AdapterSummary,
+    work: &Work,
+    costs: &dyn Fn(&AdapterSummary) -> Costs,
+) -> std::result::Result<String, String> {
+    let name = &adapter.name;
+    if adapter.is_software() {
+        return Err(format!("auto: the only adapter, {name}, is software and slower than the CPU itself"));
+    }
+    if *work == Work::ENDLESS {
+        return Ok("auto: a hardware GPU".into());
+    }
+    let costs = costs(adapter);
+    let compared = costs.compared(work);
+    if costs.pays(work) { Ok(format!("auto: {compared}")) } else { Err(format!("auto: on {name} {compared}")) }
+}
+
 fn threads() -> String {
     match rayon::current_num_threads() {
         1 => "1 thread".into(),
         threads => format!("{threads} threads"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn adapter(kind: &'static str) -> AdapterSummary {
+        AdapterSummary {
+            name: "a card".into(),
+            driver: String::new(),
+            backend: String::new(),
+            kind,
+            pci_bus_id: String::new(),
+            has_f64: false,
+            has_subgroups: false,
+            subgroup_sizes: (32, 32),
+            has_timestamps: false,
+        }
+    }
+
+    #[test]
+    fn auto_takes_hardware_where_it_pays_and_says_what_it_compared() {
+        let costs = Costs { open: 0.25, cpu: 4e-9, transfer: 3e-9, kernels: 1e-10, measured: true };
+        let preferred = |kind, work: Work| preferred(&adapter(kind), &work, &|_| costs);
+        let fair = Work { points: 10_000_000, cost: 50.0 };
+        let paying = preferred("discrete GPU", fair).unwrap();
+        assert_eq!(paying, "auto: some 0.3 s against 2.0 s on the CPU, measured");
+        let small = preferred("discrete GPU", Work { points: 100_000, cost: 50.0 }).unwrap_err();
+        assert_eq!(small, "auto: on a card some 0.3 s against 0.0 s on the CPU, measured");
+        assert!(preferred("software", Work::ENDLESS).unwrap_err().contains("is software"));
+        assert_eq!(preferred("integrated GPU", Work::ENDLESS).unwrap(), "auto: a hardware GPU");
     }
 }

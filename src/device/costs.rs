@@ -1,0 +1,168 @@
+//! [`Costs`]: the seconds that a batch takes on the CPU and on an adapter, by which `auto` chooses.
+
+use std::time::Instant;
+
+use super::Device;
+use crate::batch::CurveBatch;
+use crate::curve::Sampling;
+use crate::error::Result;
+use crate::gpu::AdapterSummary;
+use crate::precision::Precision;
+use crate::spline::Natural;
+
+/// What a batch asks of a device.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Work {
+    /// Points read and points written, together.
+    pub points: usize,
+    /// How many times as long as a point of natural splines each of them takes.
+    pub cost: f64,
+}
+
+impl Work {
+    /// Work that any hardware GPU does sooner than the CPU.
+    pub const ENDLESS: Work = Work { points: usize::MAX, cost: 1e9 };
+
+    /// Natural splines of so many points, read and written together.
+    pub fn splines(points: usize) -> Self {
+        Work { points, cost: 1.0 }
+    }
+}
+
+/// Seconds that the CPU and an adapter take.
+///
+/// The CPU takes `points · cost · cpu`. The adapter takes `open + points · (transfer + cost · kernels)`.
+/// Launches are left out: tens of them, of some 50 µs, stand beside opening.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Costs {
+    /// To open the adapter.
+    pub open: f64,
+    /// For a point of natural splines on the CPU, with all its threads.
+    pub cpu: f64,
+    /// For a point to be packed, brought to the adapter or back, and unpacked.
+    pub transfer: f64,
+    /// For a point of natural splines in the adapter's kernels.
+    pub kernels: f64,
+    /// Whether they were measured on this machine.
+    pub measured: bool,
+}
+
+/// A thread of the CPU fits or samples a point of natural splines in so many seconds
+/// (benches/RESULTS.md: 8.9 ns with two threads).
+const CPU_THREAD: f64 = 18e-9;
+
+/// A thread of the CPU packs or unpacks a point in so many seconds (benches/RESULTS.md: 9.8 ns with
+/// two threads, copies of a software driver included).
+const PACKING_THREAD: f64 = 20e-9;
+
+/// The bytes of a point on its way, over those a second of a bus.
+const BUS: f64 = 16.0 / 16e9;
+
+/// The bytes that a point of natural splines moves in an adapter's memory.
+const MOVED: f64 = 100.0;
+
+/// No driver opens sooner.
+pub(super) const LEAST_OPEN: f64 = 0.05;
+
+/// Repetitions of a measurement, of which the best counts.
+const REPETITIONS: usize = 3;
+
+impl Costs {
+    /// Estimates by the adapter's kind.
+    ///
+    /// A discrete GPU moves some 500 GB/s of its memory, an integrated one 100. Drivers open in some
+    /// 0.3 s. No hardware has been measured yet.
+    pub fn estimated(adapter: &AdapterSummary) -> Self {
+        let bandwidth = if adapter.kind == "discrete GPU" { 500e9 } else { 100e9 };
+        let (open, threads) = (0.3, rayon::current_num_threads() as f64);
+        let (cpu, transfer) = (CPU_THREAD / threads, PACKING_THREAD / threads + BUS);
+        Costs { open, cpu, transfer, kernels: MOVED / bandwidth, measured: false }
+    }
+
+    /// Measures a GPU that took `open` seconds to open, beside the CPU: natural splines in f32.
+    ///
+    /// An adapter without a clock counts its kernels as transfer.
+    ///
+    /// # Errors
+    /// Those of the fits.
+    pub fn measured(device: &Device, open: f64) -> Result<Self> {
+        let (curves, points, per_span) = (20_000, 10, 8);
+        let coords = (0..curves * points).flat_map(|k| [k as f64 * 0.3, (k as f64 * 0.7).sin()]).collect();
+        let batch = CurveBatch::from_ragged(2, coords, (0..=curves).map(|i| i * points).collect())?;
+        let count = (curves * (points + (points - 1) * per_span + 1)) as f64;
+        let fit = |device: &Device| -> Result<f64> {
+            let began = Instant::now();
+            Natural::default().fit_sampled(&batch, Sampling::PerSpan(per_span), device)?;
+            Ok(began.elapsed().as_secs_f64())
+        };
+        let best = |device: &Device| -> Result<(f64, f64)> {
+            // The first compiles, and makes arrays.
+            fit(device)?;
+            let mut best = (f64::INFINITY, 0.0);
+            for _ in 0..REPETITIONS {
+                device.as_gpu().map(|gpu| gpu.take_kernel_seconds());
+                let whole = fit(device)?;
+                let kernels = device.as_gpu().map_or(0.0, |gpu| gpu.take_kernel_seconds());
+                best = if whole < best.0 { (whole, kernels) } else { best };
+            }
+            Ok(best)
+        };
+        let (cpu, _) = best(&Device::cpu())?;
+        let (whole, kernels) = best(&device.clone().with_precision(Precision::F32))?;
+        let transfer = (whole - kernels).max(0.0) / count;
+        Ok(Costs { open, cpu: cpu / count, transfer, kernels: kernels / count, measured: true })
+    }
+
+    /// Seconds on the CPU.
+    pub fn cpu_seconds(&self, work: &Work) -> f64 {
+        work.points as f64 * work.cost * self.cpu
+    }
+
+    /// Seconds on the adapter, which has to be opened first.
+    pub fn gpu_seconds(&self, work: &Work) -> f64 {
+        self.open + work.points as f64 * (self.transfer + work.cost * self.kernels)
+    }
+
+    /// Whether the adapter is the sooner.
+    pub fn pays(&self, work: &Work) -> bool {
+        self.gpu_seconds(work) < self.cpu_seconds(work)
+    }
+
+    /// The two times in words.
+    pub(super) fn compared(&self, work: &Work) -> String {
+        let source = if self.measured { "measured" } else { "estimated" };
+        let [gpu, cpu] = [self.gpu_seconds(work), self.cpu_seconds(work)];
+        format!("some {gpu:.1} s against {cpu:.1} s on the CPU, {source}")
+    }
+}
+
+/// Seconds on the CPU, by estimate: what needs no adapter to be looked for.
+pub(super) fn on_the_cpu(work: &Work) -> f64 {
+    work.points as f64 * work.cost * CPU_THREAD / rayon::current_num_threads() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COSTS: Costs = Costs { open: 0.25, cpu: 4e-9, transfer: 3e-9, kernels: 1e-10, measured: true };
+
+    #[test]
+    fn an_adapter_pays_where_what_it_saves_is_more_than_opening_and_the_way_there() {
+        let pays = |points: usize, cost: f64| COSTS.pays(&Work { points, cost });
+        // 0.9 ns a point are saved, and opening takes 0.25 s: 278 million points.
+        assert_eq!([200_000_000, 300_000_000].map(|points| pays(points, 1.0)), [false, true]);
+        // 50 times the work: 192 ns a point are saved.
+        assert_eq!([1_000_000, 2_000_000].map(|points| pays(points, 50.0)), [false, true]);
+        assert!(COSTS.pays(&Work::ENDLESS));
+        let slow_bus = Costs { transfer: 5e-9, ..COSTS };
+        assert!(!slow_bus.pays(&Work::splines(usize::MAX)));
+    }
+
+    #[test]
+    fn times_are_told_with_their_source() {
+        let told = |costs: Costs| costs.compared(&Work { points: 10_000_000, cost: 50.0 });
+        assert_eq!(told(COSTS), "some 0.3 s against 2.0 s on the CPU, measured");
+        assert!(told(Costs { measured: false, ..COSTS }).ends_with("estimated"));
+    }
+}
