@@ -4,11 +4,11 @@
 //! A table, not a sampling harness: kernel times come from timestamps on the device. Each rate also
 //! as a fraction of its bound, the bytes that an on-chip solve must move over the bandwidth: that
 //! of this machine's copy for a software adapter, or `FAIRCURVE_BANDWIDTH` in GB/s for a hardware
-//! one. `FAIRCURVE_ADAPTER` chooses the adapter.
+//! one. `FAIRCURVE_ADAPTER` chooses the adapter. The systems are those of `benches/peers/tridiagonal.py`.
 
 use faircurve::gpu::Gpu;
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
-use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
+use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch};
 use faircurve::spline::Natural;
 use faircurve::{CurveBatch, Device, Precision, Sampling};
 
@@ -49,9 +49,16 @@ fn kernel_seconds(gpu: &Gpu, mut run: impl FnMut()) -> f64 {
 
 fn tridiagonal(gpu: &Gpu, bandwidth: f64, rows: usize) {
     println!("\ntridiagonal, bands, open: million rows a second by kernel time (and share of the bound)");
-    println!("{:>10} {:>4} {:>6} {:>8} {:>4} {:>16}", "kernel", "type", "n", "systems", "rhs", "M rows/s");
-    let (band, diagonal) = (vec![0.5_f32; rows], vec![2.0_f32; rows]);
-    let matrix = Matrix::Bands { lower: &band, diagonal: &diagonal, upper: &band };
+    println!(
+        "{:>10} {:>4} {:>6} {:>8} {:>4} {:>16} {:>8}",
+        "kernel", "type", "n", "systems", "rhs", "M rows/s", "error"
+    );
+    // Those of natural splines with uneven knots, in numbers that f32 has.
+    let part = |k: usize, ratio: f64| f64::from((ratio * k as f64).fract() as f32);
+    let lower: Vec<f64> = (0..rows).map(|k| part(k, 0.618_033_988_749_894_9)).collect();
+    let upper: Vec<f64> = lower.iter().map(|lower| f64::from((1.0 - lower) as f32)).collect();
+    let diagonal = vec![2.0; rows];
+    let matrix = Matrix::Bands { lower: &lower, diagonal: &diagonal, upper: &upper };
     for precision in [Precision::F32, Precision::F64] {
         if precision == Precision::F64 && !gpu.summary().has_f64 {
             continue;
@@ -68,10 +75,15 @@ fn tridiagonal(gpu: &Gpu, bandwidth: f64, rows: usize) {
                 let offsets: Vec<usize> = (0..=rows / n).map(|i| i * n).collect();
                 let systems = TridiagonalBatch { matrix, offsets: &offsets, cyclic: Cyclic::None };
                 for columns in [1, 3] {
-                    let rhs = vec![1.0_f32; rows * columns];
+                    let rhs: Vec<f64> =
+                        (0..rows * columns).map(|k| part(k / columns, 0.754_877_666_246_692_8)).collect();
+                    let run =
+                        || solve_on_gpu(gpu, precision, kernel, &systems, &rhs, columns).expect("a right problem");
                     let seconds = kernel_seconds(gpu, || {
-                        solve_on_gpu(gpu, precision, kernel, &systems, &rhs, columns).expect("a right problem");
+                        run();
                     });
+                    let exact = solve_tridiagonal_batch(&systems, &rhs, columns, &Device::cpu());
+                    let error = worst_error(&run().x, &exact.expect("a right problem").x);
                     let rate = rows as f64 / seconds;
                     // gpu.md's bound counts two matrix words a row, those of the network; bands are
                     // three.
@@ -79,7 +91,7 @@ fn tridiagonal(gpu: &Gpu, bandwidth: f64, rows: usize) {
                     let (name, word) = (format!("{kernel:?}"), precision.word());
                     let share = 100.0 * rate / bound;
                     println!(
-                        "{name:>10} {word:>4} {n:>6} {:>8} {columns:>4} {:>8.1} ({share:.1} %)",
+                        "{name:>10} {word:>4} {n:>6} {:>8} {columns:>4} {:>8.1} ({share:.1} %) {error:>8.1e}",
                         rows / n,
                         rate / 1e6
                     );
@@ -87,6 +99,12 @@ fn tridiagonal(gpu: &Gpu, bandwidth: f64, rows: usize) {
             }
         }
     }
+}
+
+/// The largest error of all numbers over the largest number.
+fn worst_error(found: &[f64], exact: &[f64]) -> f64 {
+    let largest = exact.iter().fold(0.0_f64, |most, number| most.max(number.abs()));
+    found.iter().zip(exact).fold(0.0_f64, |most, (found, exact)| most.max((found - exact).abs())) / largest
 }
 
 fn splines(gpu: Gpu, bandwidth: f64, curves: usize) {

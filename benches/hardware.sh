@@ -5,12 +5,14 @@
 #   FOLDER/hardware.sh [OUT]           there: runs it, within 8 minutes; writes OUT/hardware.md, hardware.json and logs
 #
 # It asks the doctor, runs the GPU's tests, compares every method on the data that ships with the CPU in f64, and
-# measures throughput. A part that fails is named at the end, with status 1; the other parts run all the same.
+# measures throughput. A part that fails is named at the end, with status 1; the other parts run all the same. Where there
+# are python3 and NumPy it also measures peers on the same card, those whose packages it finds: cuSPARSE, JAX, PyTorch.
 #
 # VK_DRIVER_FILES       the driver file (ICD), where the loader finds none or a wrong one
 # FAIRCURVE_BANDWIDTH   the card's memory bandwidth in GB/s: natural splines are given as a share of it
 # FAIRCURVE_SECONDS     seconds for throughput, 240 if not set
 # FAIRCURVE_QUICK       set it to run the smallest sizes only, and few of the tests
+# FAIRCURVE_PYTHON      the Python that has the peers' packages, python3 if not set
 # FAIRCURVE_AS_TESTED   set it to pack programs as the tests have built them, which are not for measuring
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -27,15 +29,16 @@ pack() {
     cargo "$@" --locked --message-format=json | grep "\"name\":\"$name\"" |
       sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' | tail -1
   }
-  local program=(build --release --bin faircurve) bench=bench
-  [[ -z ${FAIRCURVE_AS_TESTED:-} ]] || { program=(test --no-run --test program) bench=test; }
+  local program=(build --release --bin faircurve) bench=bench example='build --release'
+  [[ -z ${FAIRCURVE_AS_TESTED:-} ]] || { program=(test --no-run --test program) bench=test example=build; }
   cp "$(made faircurve "${program[@]}")" "$folder/faircurve"
   cp "$(made gpu test --no-run --test gpu)" "$folder/gpu-tests"
   cp "$(made hardware $bench --no-run --bench hardware)" "$folder/throughput"
   cp "$(made gpu $bench --no-run --bench gpu)" "$folder/rows"
-  strip "$folder"/{faircurve,gpu-tests,throughput,rows}
+  cp "$(made peer_fair $example --example peer_fair)" "$folder/peer_fair"
+  strip "$folder"/{faircurve,gpu-tests,throughput,rows,peer_fair}
   cp examples/data/* "$folder/data/"
-  cp benches/hardware.sh "$folder/"
+  cp benches/hardware.sh benches/peers/{fair,tridiagonal,ratios}.py "$folder/"
   du -sh "$folder"
 }
 
@@ -93,6 +96,34 @@ measure=(--bench)
 part throughput 300 "$here/throughput" ${measure[@]+"${measure[@]}"}
 part rows 60 "$here/rows" ${measure[@]+"${measure[@]}"}
 
+# The same fair curves by faircurve on the card and by JAX on it, and the same tridiagonal systems.
+peers() {
+  local python=$1 few=()
+  [[ -z ${FAIRCURVE_QUICK:-} ]] || few=(--rows 4096 --runs 1)
+  "$python" "$here/tridiagonal.py" ${few[@]+"${few[@]}"}
+  if ! "$python" -c 'import jax, scipy' 2>/dev/null; then
+    echo 'Fair curves: not measured, the packages jax and scipy are not here.'
+    return
+  fi
+  mkdir -p "$out/peers"
+  "$python" "$here/fair.py" --data "$out/peers" --write-points
+  for precision in f32 f64; do
+    FAIRCURVE_DATA=$out/peers FAIRCURVE_DEVICE=$precision "$here/peer_fair" --runs 3 >"$out/peers/$precision.json"
+  done
+  # JAX takes the card if it has one.
+  JAX_PLATFORMS='' "$python" "$here/fair.py" --data "$out/peers" --faircurve "$out/peers/f64.json" >"$out/peers/lines.jsonl"
+  cat "$out/peers/f32.json" "$out/peers/lines.jsonl"
+  "$python" "$here/ratios.py" "$out/peers/lines.jsonl"
+}
+python=${FAIRCURVE_PYTHON:-python3}
+if "$python" -c 'import numpy' 2>/dev/null; then
+  export -f peers
+  export here out
+  part peers 200 bash -euo pipefail -c 'peers "$1"' - "$python"
+else
+  echo 'Peers: not measured, there is no python3 with NumPy.' | tee "$out/peers.log"
+fi
+
 {
   echo '## Hardware'
   echo
@@ -105,6 +136,8 @@ part rows 60 "$here/rows" ${measure[@]+"${measure[@]}"}
   cat "$out/throughput.log"
   echo
   cat "$out/rows.log"
+  echo
+  cat "$out/peers.log"
 } >"$out/hardware.md"
 echo "=== $((SECONDS - start)) s; $out/hardware.md, $out/hardware.json"
 if ((${#failed[@]})); then

@@ -1,14 +1,6 @@
 //! [`Costs`]: the seconds that a batch takes on the CPU and on an adapter, by which `auto` chooses.
 
-use std::time::Instant;
-
-use super::Device;
-use crate::batch::CurveBatch;
-use crate::curve::Sampling;
-use crate::error::Result;
 use crate::gpu::AdapterSummary;
-use crate::precision::Precision;
-use crate::spline::Natural;
 
 /// What a batch asks of a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,9 +56,6 @@ const MOVED: f64 = 100.0;
 /// No driver opens sooner.
 pub(super) const LEAST_OPEN: f64 = 0.05;
 
-/// Repetitions of a measurement, of which the best counts.
-const REPETITIONS: usize = 3;
-
 impl Costs {
     /// Estimates by the adapter's kind.
     ///
@@ -77,40 +66,6 @@ impl Costs {
         let (open, threads) = (0.3, rayon::current_num_threads() as f64);
         let (cpu, transfer) = (CPU_THREAD / threads, PACKING_THREAD / threads + BUS);
         Costs { open, cpu, transfer, kernels: MOVED / bandwidth, measured: false }
-    }
-
-    /// Measures a GPU that took `open` seconds to open, beside the CPU: natural splines in f32.
-    ///
-    /// An adapter without a clock counts its kernels as transfer.
-    ///
-    /// # Errors
-    /// Those of the fits.
-    pub fn measured(device: &Device, open: f64) -> Result<Self> {
-        let (curves, points, per_span) = (20_000, 10, 8);
-        let coords = (0..curves * points).flat_map(|k| [k as f64 * 0.3, (k as f64 * 0.7).sin()]).collect();
-        let batch = CurveBatch::from_ragged(2, coords, (0..=curves).map(|i| i * points).collect())?;
-        let count = (curves * (points + (points - 1) * per_span + 1)) as f64;
-        let fit = |device: &Device| -> Result<f64> {
-            let began = Instant::now();
-            Natural::default().fit_sampled(&batch, Sampling::PerSpan(per_span), device)?;
-            Ok(began.elapsed().as_secs_f64())
-        };
-        let best = |device: &Device| -> Result<(f64, f64)> {
-            // The first compiles, and makes arrays.
-            fit(device)?;
-            let mut best = (f64::INFINITY, 0.0);
-            for _ in 0..REPETITIONS {
-                device.as_gpu().map(|gpu| gpu.take_kernel_seconds());
-                let whole = fit(device)?;
-                let kernels = device.as_gpu().map_or(0.0, |gpu| gpu.take_kernel_seconds());
-                best = if whole < best.0 { (whole, kernels) } else { best };
-            }
-            Ok(best)
-        };
-        let (cpu, _) = best(&Device::cpu())?;
-        let (whole, kernels) = best(&device.clone().with_precision(Precision::F32))?;
-        let transfer = (whole - kernels).max(0.0) / count;
-        Ok(Costs { open, cpu: cpu / count, transfer, kernels: kernels / count, measured: true })
     }
 
     /// Seconds on the CPU.

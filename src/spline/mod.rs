@@ -12,6 +12,7 @@
 //! the range of its floats, the places of equal arc lengths, and smoothing of curves that are long
 //! (more than 1,024 knots) or that its precision cannot resolve.
 
+mod costs;
 mod cubic;
 mod energy;
 mod gpu;
