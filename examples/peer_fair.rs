@@ -10,7 +10,8 @@ use std::error::Error;
 use std::hint::black_box;
 
 use faircurve::discrete::{Fair, Segments, bending, length};
-use faircurve::{CurveStatus, Device, Precision, Sampling, io};
+use faircurve::io::{self, WriteOptions};
+use faircurve::{CurveStatus, Device, Precision, Sampling};
 use serde_json::json;
 
 #[path = "../benches/common/peer.rs"]
@@ -34,7 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let fair = Fair { energy: bending(2.0) + 0.1 * length(), segments: Segments::PerSpan(SEGMENTS), ..Fair::default() };
 
     let start = Fair { max_iterations: 0, ..fair.clone() }.fit(&batch, &device)?;
-    io::write(format!("{folder}/fair-start.npz"), &start.polylines(Sampling::PerSpan(SEGMENTS)))?;
+    let replaced = WriteOptions { overwrite: true, ..WriteOptions::default() };
+    io::write_with(format!("{folder}/fair-start.npz"), &start.polylines(Sampling::PerSpan(SEGMENTS)), &replaced)?;
 
     let times = times(runs, batch.len(), || {
         black_box(fair.fit(&batch, &device)?);
@@ -44,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let kernel_seconds = || device.as_gpu().map(|gpu| gpu.take_kernel_seconds());
     kernel_seconds();
     let fit = fair.fit(&batch, &device)?;
-    io::write(format!("{folder}/fair-faircurve.npz"), &fit.polylines(Sampling::PerSpan(SEGMENTS)))?;
+    io::write_with(format!("{folder}/fair-faircurve.npz"), &fit.polylines(Sampling::PerSpan(SEGMENTS)), &replaced)?;
     let converged = fit.reports().iter().filter(|report| report.status == CurveStatus::Converged).count();
     let mut iterations: Vec<u32> = fit.reports().iter().map(|report| report.iterations).collect();
     iterations.sort_unstable();
