@@ -24,6 +24,9 @@ pub struct Constraints {
     pub exponents: Option<Vec<f64>>,
     /// Whether a Bézier control point is given (column `known`).
     pub known: Option<Vec<bool>>,
+    /// Whether the curve goes exactly through the point, also where it only comes near the others
+    /// (column `pinned`).
+    pub pinned: Option<Vec<bool>>,
 }
 
 /// A kind of [`Constraints`], for [`CurveBatch::allows`](crate::CurveBatch::allows).
@@ -38,6 +41,8 @@ pub enum Constraint {
     Exponents,
     /// [`Constraints::known`]
     Known,
+    /// [`Constraints::pinned`]
+    Pinned,
 }
 
 impl Constraint {
@@ -48,6 +53,7 @@ impl Constraint {
             Constraint::Curvatures => "curvature vectors (columns kx ky kz)",
             Constraint::Exponents => "exponents of spans (column nu)",
             Constraint::Known => "known control points (column known)",
+            Constraint::Pinned => "pinned points (column pinned)",
         }
     }
 }
@@ -60,12 +66,13 @@ impl Constraints {
 
     /// The constraints that are given.
     fn given(&self) -> impl Iterator<Item = Constraint> + use<> {
-        let Constraints { tangents, curvatures, exponents, known } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned } = self;
         let all = [
             (Constraint::Tangents, tangents.is_some()),
             (Constraint::Curvatures, curvatures.is_some()),
             (Constraint::Exponents, exponents.is_some()),
             (Constraint::Known, known.is_some()),
+            (Constraint::Pinned, pinned.is_some()),
         ];
         all.into_iter().filter(|(_, given)| *given).map(|(constraint, _)| constraint)
     }
@@ -86,21 +93,23 @@ impl Constraints {
 
     /// Keeps only the points for which `keep` is true.
     pub(crate) fn retain(&mut self, dimension: usize, keep: &[bool]) {
-        let Constraints { tangents, curvatures, exponents, known } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned } = self;
         retain_rows(tangents, dimension, keep);
         retain_rows(curvatures, dimension, keep);
         retain_rows(exponents, 1, keep);
         retain_rows(known, 1, keep);
+        retain_rows(pinned, 1, keep);
     }
 
     /// The constraints of the points listed, in that order.
     pub(crate) fn gather(&self, dimension: usize, points: &[usize]) -> Self {
-        let Constraints { tangents, curvatures, exponents, known } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned } = self;
         Constraints {
             tangents: gather_rows(tangents, dimension, points),
             curvatures: gather_rows(curvatures, dimension, points),
             exponents: gather_rows(exponents, 1, points),
             known: gather_rows(known, 1, points),
+            pinned: gather_rows(pinned, 1, points),
         }
     }
 }
@@ -132,6 +141,7 @@ mod tests {
             curvatures: Some((0..6).map(|k| 10.0 + f64::from(k)).collect()),
             exponents: Some(vec![1.0, 2.0, 3.0]),
             known: Some(vec![true, false, true]),
+            pinned: Some(vec![false, false, true]),
         }
     }
 
@@ -141,22 +151,23 @@ mod tests {
         assert_eq!(gathered.tangents, Some(vec![4.0, 5.0, 0.0, 1.0]));
         assert_eq!(gathered.curvatures, Some(vec![14.0, 15.0, 10.0, 11.0]));
         assert_eq!((gathered.exponents, gathered.known), (Some(vec![3.0, 1.0]), Some(vec![true, true])));
+        assert_eq!(gathered.pinned, Some(vec![true, false]));
     }
 
     #[test]
     fn what_a_method_does_not_know_is_refused_in_one_sentence() {
-        use Constraint::{Curvatures, Exponents, Known, Tangents};
+        use Constraint::{Curvatures, Exponents, Known, Pinned, Tangents};
         let refused = |known: &[Constraint]| all().expect_only(known, "curves of a kind").unwrap_err().to_string();
         assert_eq!(
-            refused(&[Tangents, Curvatures, Exponents]),
+            refused(&[Tangents, Curvatures, Exponents, Pinned]),
             "curves of a kind know no known control points (column known): leave these columns out, or choose a method that knows them"
         );
         assert_eq!(
-            refused(&[Curvatures, Known]),
+            refused(&[Curvatures, Known, Pinned]),
             "curves of a kind know no tangents (columns tx ty tz), and no exponents of spans (column nu): leave these columns out, \
              or choose a method that knows them"
         );
-        all().expect_only(&[Tangents, Curvatures, Exponents, Known], "curves of a kind").unwrap();
+        all().expect_only(&[Tangents, Curvatures, Exponents, Known, Pinned], "curves of a kind").unwrap();
         Constraints::default().expect_only(&[], "curves of a kind").unwrap();
     }
 }

@@ -161,6 +161,7 @@ mod report;
 pub mod scf;
 pub mod spline;
 mod status;
+pub mod topology;
 mod words;
 
 pub use batch::{CurveBatch, Point, Unfitted};

@@ -35,6 +35,13 @@ impl Motion {
         Motion::of_cubic(3.0 * (q - p), 3.0 * (p - 2.0 * q + r), (s - p) - 3.0 * (r - q))
     }
 
+    /// The same piece gone through from its end to its start.
+    pub(crate) fn reversed(&self) -> Self {
+        // V and A at 1 − v; the velocity turns round.
+        let ([v0, v1, v2], [a0, a1]) = (self.velocity, self.acceleration);
+        Motion { velocity: [-(v0 + v1 + v2), v1 + 2.0 * v2, -v2], acceleration: [a0 + a1, -a1] }
+    }
+
     /// The same motion with vectors of the plane or of space.
     #[inline(always)]
     pub(crate) fn moving<V: Vector>(&self) -> Moving<V> {

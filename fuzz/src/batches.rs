@@ -76,5 +76,7 @@ fn constraints(bytes: &mut Unstructured, points: usize, dimension: usize) -> Res
     let exponents = if bytes.ratio(1, 4)? { Some(column(bytes, points)?) } else { None };
     let known =
         if bytes.ratio(1, 4)? { Some((0..points).map(|_| bytes.arbitrary()).collect::<Result<_>>()?) } else { None };
-    Ok(Constraints { tangents, curvatures, exponents, known })
+    let pinned =
+        if bytes.ratio(1, 4)? { Some((0..points).map(|_| bytes.arbitrary()).collect::<Result<_>>()?) } else { None };
+    Ok(Constraints { tangents, curvatures, exponents, known, pinned })
 }

@@ -1,13 +1,12 @@
-//! Cutting curves into pieces.
+//! Curves made of the points of others: pieces of them, or pieces joined.
 //!
-//! Pieces are fitted as curves of their own. Their messages still name the points of the whole
-//! curve.
+//! They are fitted as curves of their own. Their messages still name the points that were given.
 
 use std::sync::Arc;
 
 use super::CurveBatch;
 use crate::batch::Origin;
-use crate::constraint::gather_rows;
+use crate::constraint::{Constraints, gather_rows};
 
 /// Consecutive points of a curve, past the end of a closed one if need be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,24 +24,64 @@ pub(crate) struct Piece {
     pub closed: bool,
 }
 
-/// What pieces were cut from, for the places in messages.
+/// What curves were made from, for the places in messages.
 #[derive(Clone, Debug)]
 pub(crate) struct Cut {
-    whole: Arc<Origin>,
-    pieces: Vec<Piece>,
-    /// For every piece the number of points of its curve.
-    counts: Vec<usize>,
+    /// The origin of the curves that were given.
+    pub whole: Arc<Origin>,
+    offsets: Vec<usize>,
+    /// Of every point the curve given, and the point of it.
+    points: Vec<(u32, u32)>,
 }
 
 impl Cut {
-    /// The origin, curve and point that correspond to point `k` of piece `i`.
-    pub fn given(&self, i: usize, k: usize) -> (&Origin, usize, usize) {
-        let piece = self.pieces[i];
-        (&self.whole, piece.curve, (piece.first + k) % self.counts[i].max(1))
+    /// The curve given, and its point, that are point `k` of curve `i`.
+    pub fn given(&self, i: usize, k: usize) -> (usize, usize) {
+        let (curve, point) = self.points.get(self.offsets[i] + k).copied().unwrap_or_default();
+        (curve as usize, point as usize)
     }
 }
 
+/// Curves made of the points of others.
+pub(crate) struct Traced {
+    pub coords: Vec<f64>,
+    pub offsets: Vec<usize>,
+    pub closed: Vec<bool>,
+    pub constraints: Constraints,
+    /// Of every point the curve given, and the point of it.
+    pub points: Vec<(u32, u32)>,
+}
+
 impl CurveBatch {
+    /// Curves of this batch's points. A curve has the name of the one that its first point is of,
+    /// and the first problem of all its points' curves.
+    pub(crate) fn traced(&self, traced: Traced) -> CurveBatch {
+        let Traced { coords, offsets, closed, constraints, points } = traced;
+        let of = |i: usize| points[offsets[i]..offsets[i + 1]].iter().map(|&(curve, _)| curve as usize);
+        let problem = |i: usize| Some((i, of(i).find_map(|curve| self.problem(curve))?.clone()));
+        let curves = 0..closed.len();
+        CurveBatch {
+            dimension: self.dimension,
+            problems: curves.clone().filter_map(problem).collect(),
+            origin: Arc::new(Origin {
+                names: Some(
+                    curves
+                        .map(|i| of(i).next().map_or_else(String::new, |curve| self.name(curve).into_owned()))
+                        .collect(),
+                ),
+                cut: Some(Cut { whole: self.origin.clone(), offsets: offsets.clone(), points }),
+                ..Origin::default()
+            }),
+            coords,
+            offsets,
+            closed,
+            parameters: None,
+            closing_spans: None,
+            weights: None,
+            constraints,
+        }
+    }
+
     /// The pieces as a batch, with their weights and constraints, and the problems of their curves.
     ///
     /// The batch has no parameters.
@@ -69,12 +108,17 @@ impl CurveBatch {
                 (0..piece.count).map(move |k| start + (piece.first + k) % count)
             })
             .collect();
+        let given = |piece: &Piece| {
+            let (first, all) = (piece.first, self.count(piece.curve).max(1));
+            let curve = piece.curve as u32;
+            (0..piece.count).map(move |k| (curve, ((first + k) % all) as u32))
+        };
         let problem = |(to, piece): (usize, &Piece)| Some((to, problems.get(&piece.curve)?.clone()));
         let names = pieces.iter().map(|piece| self.name(piece.curve).into_owned()).collect();
         CurveBatch {
             dimension: *dimension,
             coords: points.iter().flat_map(|&k| &coords[k * dimension..(k + 1) * dimension]).copied().collect(),
-            offsets: ends,
+            offsets: ends.clone(),
             closed: pieces.iter().map(|piece| piece.closed).collect(),
             parameters: None,
             closing_spans: None,
@@ -85,8 +129,8 @@ impl CurveBatch {
                 names: Some(names),
                 cut: Some(Cut {
                     whole: origin.clone(),
-                    counts: pieces.iter().map(|piece| self.count(piece.curve)).collect(),
-                    pieces,
+                    points: pieces.iter().flat_map(given).collect(),
+                    offsets: ends.clone(),
                 }),
                 ..Origin::default()
             }),

@@ -18,7 +18,7 @@ use crate::ragged;
 use crate::status::CurveStatus;
 
 pub(crate) use closed::distance;
-pub(crate) use cut::{Cut, Piece};
+pub(crate) use cut::{Cut, Piece, Traced};
 pub(crate) use origin::Origin;
 pub use point::Point;
 
@@ -192,6 +192,9 @@ impl CurveBatch {
         if let Some(column) = &constraints.known {
             expect_length("known flags", column.len(), points, "point")?;
         }
+        if let Some(column) = &constraints.pinned {
+            expect_length("pinned flags", column.len(), points, "point")?;
+        }
         let other_points = self.constraints.known != constraints.known;
         self.constraints = constraints;
         if other_points {
@@ -325,12 +328,25 @@ impl CurveBatch {
         (!tangent[0].is_nan()).then_some(tangent)
     }
 
+    /// Whether curve `i` goes exactly through its point `k`, whatever the method.
+    pub fn is_pinned(&self, i: usize, k: usize) -> bool {
+        self.constraints.pinned.as_ref().is_some_and(|pinned| pinned[self.offsets[i] + k])
+    }
+
+    /// Whether the curves come from a file with polygons, whose neighbours may share borders: see
+    /// [`topology`](crate::topology).
+    pub fn is_map(&self) -> bool {
+        self.origin.is_map
+    }
+
+    /// Whether the curves come from a file whose x and y are longitudes and latitudes in degrees.
+    pub fn is_geographic(&self) -> bool {
+        self.origin.geographic
+    }
+
     /// The name of curve `i`: the one given, or else its number counted from 0.
     pub fn name(&self, i: usize) -> Cow<'_, str> {
-        match &self.origin.names {
-            Some(names) => Cow::Borrowed(&names[i]),
-            None => Cow::Owned(i.to_string()),
-        }
+        self.origin.name(i)
     }
 
     /// The name of curve `i` for a message, at most 80 characters of it.
@@ -345,12 +361,13 @@ impl CurveBatch {
 
     /// A message about point `k` of curve `i`. It starts with the place: file, line, curve, point.
     pub fn sentence(&self, i: usize, k: usize, what: &str) -> String {
-        let (origin, curve, k) = match &self.origin.cut {
-            Some(cut) => cut.given(i, k),
-            None => (&*self.origin, i, k),
-        };
+        let (mut origin, mut curve, mut k) = (&*self.origin, i, k);
+        while let Some(cut) = &origin.cut {
+            (curve, k) = cut.given(curve, k);
+            origin = &cut.whole;
+        }
         let place = origin.place(curve, k);
-        format!("{place}curve {}, point {k}: {what}", self.label(i))
+        format!("{place}curve {}, point {k}: {what}", shortened(&origin.name(curve)))
     }
 
     /// The batch with only the curves listed, in that order.

@@ -1,6 +1,7 @@
 //! [`Origin`]: the file that a batch was read from.
 
 use std::any::Any;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::Cut;
@@ -25,6 +26,10 @@ pub(crate) struct Origin {
     ///
     /// They became open curves that end 360 degrees from their start.
     pub round_pole: Vec<usize>,
+    /// Whether the file has polygons, whose neighbours share borders.
+    pub is_map: bool,
+    /// Whether x and y of all curves are longitudes and latitudes in degrees.
+    pub geographic: bool,
     /// What a format keeps of the file to write it again. Only that format knows the type.
     pub(crate) document: Option<Arc<dyn Any + Send + Sync>>,
     /// What the curves were cut from, if they are pieces of others.
@@ -32,6 +37,14 @@ pub(crate) struct Origin {
 }
 
 impl Origin {
+    /// The name of curve `i`: the one given, or else its number counted from 0.
+    pub(crate) fn name(&self, i: usize) -> Cow<'_, str> {
+        match &self.names {
+            Some(names) => Cow::Borrowed(&names[i]),
+            None => Cow::Owned(i.to_string()),
+        }
+    }
+
     /// `"file, line 12, "` for point `k` of curve `i`, as far as known.
     pub(crate) fn place(&self, i: usize, k: usize) -> String {
         let file = self.file.as_ref().map(|file| format!("{file}, ")).unwrap_or_default();

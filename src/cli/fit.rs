@@ -8,6 +8,7 @@ use faircurve::{CurveBatch, Error, Result, Work};
 
 use super::count;
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, Shape, size};
+use super::map::{self, MapArgs};
 use super::method::{Method, MethodArgs};
 use super::output::title;
 use super::run::{Run, RunArgs};
@@ -36,6 +37,8 @@ pub struct FitArgs {
     #[arg(long, value_name = "SCALE", requires = "picture", num_args = 0..=1, default_missing_value = "1", help_heading = "Picture")]
     comb: Option<f64>,
     #[command(flatten)]
+    map: MapArgs,
+    #[command(flatten)]
     run: RunArgs,
 }
 
@@ -49,23 +52,40 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
     let tolerances = args.bezier_tolerances(&batch)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
-    let work = Work { points: points(&batch, sampling), cost: args.method.cost() };
-    let device = run.device(&work, volume, Some(batch.len()))?;
-    let (fit, curves) = match args.shape {
-        Shape::Polyline => method.fit_sampled(&batch, sampling, &device)?,
-        Shape::Bezier => {
+    let topology = args.map.topology(&batch)?;
+    let fitted = topology.as_ref().map_or(&batch, |topology| topology.strokes());
+    let work = Work { points: points(fitted, sampling), cost: args.method.cost() };
+    let device = run.device(&work, volume, Some(fitted.len()))?;
+    let mut notes = Vec::new();
+    let (fit, curves) = match (&topology, args.shape) {
+        (None, Shape::Polyline) => method.fit_sampled(&batch, sampling, &device)?,
+        (None, Shape::Bezier) => {
             let fit = method.fit(&batch, &device)?;
             let beziers = fit.beziers_each(|i| tolerances[i]);
             (fit, beziers)
         }
+        (Some(topology), shape) => {
+            sampling.check(&batch)?;
+            let strokes = method.fit(fitted, &device)?;
+            notes.push(map::note(topology));
+            notes.extend(method.notes(&strokes));
+            let fit = topology.join(strokes);
+            // One tolerance, so that curves share the Béziers of their borders.
+            let tolerance = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
+            let curves = if shape == Shape::Bezier { fit.beziers(tolerance) } else { fit.polylines(sampling) };
+            (fit, curves)
+        }
     };
+    if topology.is_none() {
+        notes = method.notes(&fit);
+    }
     let picture = Picture {
         comb: args.comb,
         title: title(&args.curves.input.input),
         method: args.method.title(),
         ..Picture::default()
     };
-    let (options, notes) = (args.write_options(), method.notes(&fit));
+    let options = args.write_options();
     let made = Made { batch: &batch, fit: &fit, curves, options, method: args.method.word(), picture, notes };
     made.finish(run, &args.curves)
 }

@@ -12,6 +12,7 @@ mod doctor;
 mod experiments;
 mod fit;
 mod grid;
+mod map;
 mod method;
 mod output;
 mod polygons;

@@ -302,7 +302,7 @@ impl Fair {
                     .into(),
             );
         }
-        batch.allows(&[Constraint::Tangents, Constraint::Curvatures], "fair curves")
+        batch.allows(&[Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned], "fair curves")
     }
 
     fn fit_in<const D: usize>(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {

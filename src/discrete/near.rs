@@ -61,7 +61,8 @@ impl Near {
     /// Where a curve is so small that its spline might vanish, the deviation is halved until it
     /// does not.
     pub fn new<const D: usize>(pins: Pins, allowed: f64, batch: &CurveBatch) -> Result<Self> {
-        let free = batch.clone().with_constraints(Constraints::default())?;
+        let pinned = batch.constraints().pinned.clone();
+        let free = batch.clone().with_constraints(Constraints { pinned, ..Constraints::default() })?;
         let mut groups: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
         for i in 0..batch.len() {
             let most = reach::<D>(batch, i);

@@ -171,7 +171,8 @@ fn ready<const D: usize>(
         Pins::Ends => !closed && (k == 0 || k + 1 == points.len()),
         Pins::None => (kept[0] && k == 0) || (kept[1] && k + 1 == points.len()),
     };
-    let mut pinned: Vec<u32> = (0..points.len()).filter(|&k| pinned_at(k)).map(|k| data[k]).collect();
+    let is_pinned = |&k: &usize| pinned_at(k) || batch.is_pinned(i, k);
+    let mut pinned: Vec<u32> = (0..points.len()).filter(is_pinned).map(|k| data[k]).collect();
     // A constraint at a point pins the point.
     pinned.extend(constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32));
     pinned.sort_unstable();

@@ -144,6 +144,7 @@ struct Rows<'a> {
     weight: Option<Numbers>,
     nu: Option<Numbers>,
     known: Option<(usize, Vec<bool>)>,
+    pinned: Option<(usize, Vec<bool>)>,
     /// One flag a curve.
     closed: Option<(usize, Vec<bool>)>,
     /// The first point of a curve with a cell that must not be blank, and what to do.
@@ -175,6 +176,7 @@ impl<'a> Rows<'a> {
             weight: Numbers::new(table.cell("weight"), false),
             nu: Numbers::new(table.cell("nu"), true),
             known: table.cell("known").map(|cell| (cell, Vec::new())),
+            pinned: table.cell("pinned").map(|cell| (cell, Vec::new())),
             closed: table.cell("closed").map(|cell| (cell, Vec::new())),
             blanks: BTreeMap::new(),
             offsets: Vec::new(),
@@ -189,6 +191,8 @@ impl<'a> Rows<'a> {
         let cells = Cells { record, line, source: self.source, header: self.header };
         let flag = "1 for a given control point, 0 else";
         let known = self.known.as_ref().map(|(cell, _)| cells.flag(*cell, flag)).transpose()?;
+        let pinned = "1 for a point that the curve goes through exactly, 0 else";
+        let pinned = self.pinned.as_ref().map(|(cell, _)| cells.flag(*cell, pinned)).transpose()?;
         let closed = "1 in all rows of a closed curve, 0 else";
         let closed = self.closed.as_ref().map(|(cell, _)| cells.flag(*cell, closed)).transpose()?;
         let curve = self.names.len() - 1;
@@ -219,8 +223,10 @@ impl<'a> Rows<'a> {
             let what = || (point, format!("column {} is blank{why}", quoted(&self.header[cell])));
             self.blanks.entry(curve).or_insert_with(what);
         }
-        if let (Some((_, flags)), Some(known)) = (&mut self.known, known) {
-            self.source.push(flags, known)?;
+        for (column, flag) in [(&mut self.known, known), (&mut self.pinned, pinned)] {
+            if let (Some((_, flags)), Some(flag)) = (column, flag) {
+                self.source.push(flags, flag)?;
+            }
         }
         if let (Some((cell, flags)), Some(closed)) = (&mut self.closed, closed) {
             if flags.len() == curve {
@@ -305,9 +311,9 @@ impl<'a> Rows<'a> {
         }
         let [tangents, curvatures] =
             [self.tangents, self.curvatures].map(|vectors| Some(vectors).filter(|v| !v.is_empty()));
-        let known = self.known.map(|(_, flags)| flags);
+        let [known, pinned] = [self.known, self.pinned].map(|column| column.map(|(_, flags)| flags));
         let exponents = self.nu.map(|column| column.values);
-        batch = batch.with_constraints(Constraints { tangents, curvatures, exponents, known })?;
+        batch = batch.with_constraints(Constraints { tangents, curvatures, exponents, known, pinned })?;
         for (i, (point, what)) in self.blanks {
             batch.refuse(i, point, &what);
         }

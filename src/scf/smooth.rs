@@ -164,7 +164,7 @@ impl Smooth {
                 "{starts} starts: each is a search of its own, and {MOST_STARTS} are possible; give a number such as 20"
             ));
         }
-        batch.allows(&[Constraint::Tangents, Constraint::Exponents], "smooth connection functions")
+        batch.allows(&[Constraint::Tangents, Constraint::Exponents, Constraint::Pinned], "smooth connection functions")
     }
 
     /// Where searches start.

@@ -135,7 +135,7 @@ impl Natural {
         device: &Device,
     ) -> Result<(CubicSplines, Vec<CurveReport>, Option<Vec<f64>>)> {
         let constraints = batch.constraints();
-        batch.allows(&[Constraint::Tangents, Constraint::Curvatures], "natural splines")?;
+        batch.allows(&[Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned], "natural splines")?;
         let mut knots = Knots::new(batch, self.parametrisation, Coincident::Refuse)?;
         if constraints.tangents.is_some() || constraints.curvatures.is_some() || self.ends == Ends::Clamped {
             for i in 0..batch.len() {

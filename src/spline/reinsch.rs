@@ -281,13 +281,21 @@ impl<T: Real + Default> Reinsch<T> {
         sum / T::from_f64(3.0)
     }
 
+    /// Whether points are pinned besides both ends of an open curve: it has no line for a limit.
+    pub fn has_inner_pins(&self) -> bool {
+        let pinned = |k: usize| self.inverse_weights[k] == T::ZERO;
+        let ends = !self.closed && pinned(0) && pinned(self.count - 1);
+        let first = usize::from(ends);
+        (first..self.count - first).any(pinned)
+    }
+
     /// The limit λ → ∞: the weighted regression line, through the ends that are pinned; of a closed
     /// curve the weighted mean. Sets `correction`, and `moments` to 0.
     pub fn solve_line(&mut self) {
         let (n, d) = (self.count, self.dimension);
         self.moments.fill(T::ZERO);
         self.alpha = T::ZERO;
-        // Only both ends are ever pinned, and a pinned point outweighs all others.
+        // Only both ends are pinned here, and a pinned point outweighs all others.
         let pinned = self.inverse_weights[0] == T::ZERO;
         for axis in 0..d {
             let y = |k: usize| self.data[k * d + axis];

@@ -50,6 +50,8 @@ pub(super) struct Smoother {
     data: Vec<f64>,
     /// The curve of the last solve at the knots.
     candidate: Vec<f64>,
+    /// The knots that are pinned.
+    pinned: Vec<usize>,
     /// Half the size of the bounding box.
     size: f64,
     /// Length of the parameter interval.
@@ -77,6 +79,9 @@ impl Smoother {
     fn solve_asked(&mut self, target: &mut Target, lambda: f64) -> CurveReport {
         let normalised = lambda / self.weight / self.length / self.length / self.length;
         let solved = if normalised < LAMBDA_CAP { self.solve(normalised) } else { self.solve_line() };
+        if !solved && self.problem.has_inner_pins() {
+            return self.search(target, f64::INFINITY);
+        }
         if !solved {
             if !self.solve(0.0) {
                 return unsolvable(target, &self.data);
@@ -180,11 +185,14 @@ impl Smoother {
         (self.solves, self.least_share) = (0, options.least_share());
         self.data.clear();
         self.data.extend_from_slice(&target.values[..count * d]);
-        let pin = options.pin_ends && !closed;
-        if pin {
-            let points = target.batch.points(i);
-            self.data[..d].copy_from_slice(&points[..d]);
-            self.data[(count - 1) * d..].copy_from_slice(&points[points.len() - d..]);
+        let last = target.batch.count(i) - 1;
+        let is_end = |k: usize| options.pin_ends && !closed && (k == 0 || k == last);
+        let entries = target.knots.repeats.get(&i);
+        self.pinned.clear();
+        for k in (0..=last).filter(|&k| is_end(k) || target.batch.is_pinned(i, k)) {
+            let entry = entries.map_or(k, |entries| entries[k] as usize) % count;
+            self.data[entry * d..(entry + 1) * d].copy_from_slice(&target.batch.points(i)[k * d..(k + 1) * d]);
+            self.pinned.push(entry);
         }
         let problem = &mut self.problem;
         (problem.count, problem.dimension, problem.closed) = (count, d, closed);
@@ -194,9 +202,7 @@ impl Smoother {
         self.weight = weights.iter().copied().fold(0.0, f64::max);
         problem.inverse_weights.clear();
         problem.inverse_weights.extend(weights.iter().map(|w| self.weight / w));
-        if pin {
-            (problem.inverse_weights[0], problem.inverse_weights[count - 1]) = (0.0, 0.0);
-        }
+        self.pinned.iter().for_each(|&entry| problem.inverse_weights[entry] = 0.0);
         problem.data.clear();
         problem.data.resize(count * d, 0.0);
         let bounds = Bounds::<3>::of_flat(&self.data, d);
@@ -216,8 +222,11 @@ impl Smoother {
         self.finish_solve() && solved
     }
 
-    /// Solves for λ → ∞.
+    /// Solves for λ → ∞, where that is a line or a point: without pins between.
     fn solve_line(&mut self) -> bool {
+        if self.problem.has_inner_pins() {
+            return false;
+        }
         self.problem.solve_line();
         self.finish_solve()
     }
@@ -271,7 +280,9 @@ impl Smoother {
     /// Σ w (x − x̄)(x − x̄)ᵀ of numbers at the knots, x̄ their weighted mean.
     fn spread(&self, value: impl Fn(usize) -> f64) -> Matrix3<f64> {
         let d = self.problem.dimension;
-        let weights = || self.problem.inverse_weights.iter().map(|inverse| 1.0 / inverse).enumerate();
+        // Pinned points count as the heaviest of the others.
+        let weight = |&inverse: &f64| if inverse > 0.0 { 1.0 / inverse } else { 1.0 };
+        let weights = || self.problem.inverse_weights.iter().map(weight).enumerate();
         let point = |k: usize| Vector3::from_fn(|c, _| if c < d { value(k * d + c) } else { 0.0 });
         let total: f64 = weights().map(|(_, w)| w).sum();
         let mean = weights().fold(Vector3::zeros(), |sum, (k, w)| sum + point(k) * w) / total;

@@ -4,6 +4,7 @@ use super::cubic::CubicSplines;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::smoother::{Smoother, Target};
 use crate::batch::{CurveBatch, Unfitted};
+use crate::constraint::Constraint;
 use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result, thousands};
@@ -82,7 +83,9 @@ pub enum Amount {
 ///
 /// **Pinned ends.** With `pin_ends` an open curve starts and ends exactly at its first and last
 /// data point, bit for bit (their inverse weights are 0), so that curves that meet keep meeting. A
-/// closed curve has no ends.
+/// closed curve has no ends. [`Constraints::pinned`](crate::Constraints::pinned) pins any other point
+/// likewise. As λ grows, a curve with pins between its ends nears the interpolating spline of the
+/// pins alone, and the largest λ is what the arithmetic resolves.
 ///
 /// ```
 /// use faircurve::{CurveBatch, Device, spline::{Amount, Smoothing}};
@@ -231,7 +234,7 @@ impl Smoothing {
                      to interpolate, give λ = 0 instead"
                 )))
             }
-            _ => batch.allows(&[], "smoothing splines"),
+            _ => batch.allows(&[Constraint::Pinned], "smoothing splines"),
         }
     }
 

@@ -57,8 +57,8 @@ pub(super) struct Tube<'a> {
     pub dimension: usize,
     /// Periodic instead of natural ends.
     pub closed: bool,
-    /// Whether the first and the last knot of an open curve keep their centres.
-    pub pinned: bool,
+    /// Whether each knot keeps its centre.
+    pub held: &'a [bool],
     /// Length of the span that starts at each knot: one fewer than knots of an open curve. Their
     /// sum is 1.
     pub spans: &'a [f64],
@@ -179,7 +179,7 @@ impl Tube<'_> {
     /// The least curve. Centres must be within the discs.
     pub fn least(&self) -> Least {
         let d = self.dimension;
-        let mut rows = Rows::new(d, self.closed, self.pinned, self.spans, self.centres);
+        let mut rows = Rows::new(d, self.closed, self.held, self.spans, self.centres);
         let knots = rows.knots();
         // The interpolating spline, and the forces that hold it: shared among the points of each
         // knot.

@@ -30,15 +30,20 @@ fn span_rows(h: f64) -> [[f64; 4]; 2] {
 }
 
 impl<'a> Rows<'a> {
-    pub fn new(dimension: usize, closed: bool, pinned: bool, spans: &'a [f64], centres: &'a [f64]) -> Self {
+    pub fn new(dimension: usize, closed: bool, held: &[bool], spans: &'a [f64], centres: &'a [f64]) -> Self {
         let knots = centres.len() / dimension;
-        let mut held = vec![false; knots];
-        if pinned {
-            (held[0], held[knots - 1]) = (true, true);
-        }
         let columns = 2 * dimension * if closed { 3 } else { 2 };
         let triangle = vec![0.0; knots * 2 * dimension * columns];
-        Rows { dimension, closed, spans, centres, held, triangle, corner: Vec::new(), scratch: Vec::new() }
+        Rows {
+            dimension,
+            closed,
+            spans,
+            centres,
+            held: held.to_vec(),
+            triangle,
+            corner: Vec::new(),
+            scratch: Vec::new(),
+        }
     }
 
     pub fn knots(&self) -> usize {

@@ -316,6 +316,8 @@ impl<'a> Reader<'a> {
             names: Some(self.names()),
             first_lines: None,
             unwrapped: self.unwrapped,
+            is_map: self.rings.contains(&true),
+            geographic: self.geographic && longitude::is_geographic(&coords, dimension),
             round_pole: self.round_pole.clone(),
             document: Some(Arc::new(document)),
             ..Origin::default()

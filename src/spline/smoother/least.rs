@@ -52,7 +52,7 @@ impl Smoother {
     fn within(&mut self, target: &mut Target, distance: f64) -> Option<CurveReport> {
         let (d, radius) = (self.problem.dimension, distance / self.size);
         let count = self.problem.count;
-        let pinned = self.problem.inverse_weights[0] == 0.0;
+        let held: Vec<bool> = self.problem.inverse_weights.iter().map(|&inverse| inverse == 0.0).collect();
         let centres: Vec<f64> = self.problem.data.iter().map(|y| y / radius).collect();
         let entries = target.knots.repeats.get(&target.curve);
         let points = target.batch.points(target.curve).chunks_exact(d).enumerate();
@@ -62,12 +62,12 @@ impl Smoother {
                 let offset = |c: usize| if c < d { (self.data[knot * d + c] - point[c]) / distance } else { 0.0 };
                 Disc { knot, offset: std::array::from_fn(offset) }
             })
-            .filter(|disc| !(pinned && (disc.knot == 0 || disc.knot + 1 == count)))
+            .filter(|disc| !held[disc.knot])
             .collect();
         discs.sort_by_key(|disc| disc.knot);
         let closed = self.problem.closed;
         let spans = &self.problem.spans;
-        let least = Tube { dimension: d, closed, pinned, spans, centres: &centres, discs: &discs }.least();
+        let least = Tube { dimension: d, closed, held: &held, spans, centres: &centres, discs: &discs }.least();
         // The spline through the values found.
         let data = self.problem.data.clone();
         self.problem.data.iter_mut().zip(&least.moved).for_each(|(y, u)| *y += radius * u);

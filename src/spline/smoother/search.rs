@@ -110,6 +110,7 @@ impl Smoother {
         }
         let report = CurveReport { iterations: self.solves, ..best };
         match broken {
+            Broken::Arithmetic(_) if self.problem.has_inner_pins() => report,
             Broken::Arithmetic(normalised) => self.too_large(target, self.in_units(normalised), report),
             Broken::Share => self.stopped(target, &format!("the deviation of {allowed}"), report),
             Broken::Deviation => report,

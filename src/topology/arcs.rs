@@ -1,0 +1,194 @@
+//! [`Arcs`]: chains of vertices between junctions, each once.
+
+use rustc_hash::FxHashMap;
+
+use super::vertices::Vertices;
+use crate::batch::CurveBatch;
+
+/// A curve's way along an arc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Use {
+    pub arc: u32,
+    /// Whether the curve runs against the arc.
+    pub reversed: bool,
+    /// Whole turns of longitude from the arc's first vertex, as the arc has it, to the curve's.
+    pub turn: i32,
+}
+
+/// A vertex on an arc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stop {
+    pub vertex: u32,
+    /// Whole turns of longitude, from the vertex to the point.
+    pub turn: i32,
+    /// The curve and the point of it where the arc was found first.
+    pub curve: u32,
+    pub point: u32,
+}
+
+/// Chains of vertices between junctions, each once.
+pub(super) struct Arcs {
+    /// The stops of every arc. An arc that is a closed curve does not repeat its first.
+    pub stops: Vec<Vec<Stop>>,
+    /// Whether an arc is a whole closed curve.
+    pub closed: Vec<bool>,
+    /// The way of every curve.
+    pub uses: Vec<Vec<Use>>,
+    /// Number of times that curves go along each arc.
+    pub visits: Vec<u32>,
+    /// Whether an arc is a curve that shares nothing, and no line or ring of different points.
+    pub alone: Vec<bool>,
+}
+
+impl Arcs {
+    /// Cuts the curves at junctions: where curves part, meet or end.
+    ///
+    /// Curves in `alone` stay whole, and so do those that are no line or ring without repeated
+    /// points. They share nothing.
+    pub fn new(batch: &CurveBatch, vertices: &Vertices, mut alone: Vec<bool>) -> Self {
+        let mut paths = Vec::with_capacity(batch.len());
+        for (i, alone) in alone.iter_mut().enumerate() {
+            let whole = whole(batch, vertices, i);
+            let path = without_repeats(&whole, batch.is_closed(i));
+            *alone |= path.len() < if batch.is_closed(i) { 3 } else { 2 };
+            paths.push(if *alone { whole } else { path });
+        }
+        let junctions = junctions(&paths, batch, vertices.positions.len(), &alone);
+        let mut arcs = Arcs { stops: vec![], closed: vec![], uses: vec![], visits: vec![], alone: vec![] };
+        let mut known = FxHashMap::default();
+        for (i, path) in paths.into_iter().enumerate() {
+            let closed = batch.is_closed(i);
+            let uses = if alone[i] {
+                vec![arcs.add(path, closed, true)]
+            } else {
+                let pieces = cut(path, closed, &junctions);
+                pieces.into_iter().map(|(stops, closed)| arcs.use_of(stops, closed, &mut known)).collect()
+            };
+            arcs.uses.push(uses);
+        }
+        arcs
+    }
+
+    /// Number of spans of an arc.
+    pub fn spans(&self, arc: usize) -> usize {
+        (self.stops[arc].len() + usize::from(self.closed[arc])).saturating_sub(1)
+    }
+
+    fn add(&mut self, stops: Vec<Stop>, closed: bool, alone: bool) -> Use {
+        self.alone.push(alone);
+        self.stops.push(stops);
+        self.closed.push(closed);
+        self.visits.push(1);
+        Use { arc: (self.stops.len() - 1) as u32, reversed: false, turn: 0 }
+    }
+
+    /// The use of an arc with these stops, a new arc if there is none.
+    fn use_of(&mut self, stops: Vec<Stop>, closed: bool, known: &mut FxHashMap<Vec<(u32, i32)>, (u32, bool)>) -> Use {
+        let (key, reversed, start) = key(&stops, closed);
+        let turn = stops[start].turn;
+        let (arc, first_reversed) = match known.get(&key) {
+            Some(&found) => found,
+            None => {
+                known.insert(key, (self.stops.len() as u32, reversed));
+                return self.add(stops, closed, false);
+            }
+        };
+        self.visits[arc as usize] += 1;
+        let first = &self.stops[arc as usize];
+        // The stop of the first arc that has the key's first vertex.
+        let there = first[self::key(first, closed).2];
+        Use { arc, reversed: reversed != first_reversed, turn: turn - there.turn }
+    }
+}
+
+/// The stops of all points of a curve.
+fn whole(batch: &CurveBatch, vertices: &Vertices, i: usize) -> Vec<Stop> {
+    let start = batch.offsets()[i];
+    let stop = |k: usize| Stop {
+        vertex: vertices.of[start + k],
+        turn: vertices.turns[start + k],
+        curve: i as u32,
+        point: k as u32,
+    };
+    (0..batch.count(i)).map(stop).collect()
+}
+
+/// A path whose neighbours are different.
+fn without_repeats(path: &[Stop], closed: bool) -> Vec<Stop> {
+    let same = |a: &Stop, b: &Stop| (a.vertex, a.turn) == (b.vertex, b.turn);
+    let mut path = path.to_vec();
+    path.dedup_by(|a, b| same(a, b));
+    if closed && path.len() > 1 && same(&path[0], &path[path.len() - 1]) {
+        path.pop();
+    }
+    path
+}
+
+/// Whether each vertex is a junction: a line ends there, or curves come from or go to different
+/// vertices.
+fn junctions(paths: &[Vec<Stop>], batch: &CurveBatch, count: usize, alone: &[bool]) -> Vec<bool> {
+    const NONE: u32 = u32::MAX;
+    let mut neighbours = vec![[NONE; 2]; count];
+    let mut junctions = vec![false; count];
+    for (i, path) in paths.iter().enumerate().filter(|(i, _)| !alone[*i]) {
+        let (n, closed) = (path.len(), batch.is_closed(i));
+        for k in 0..n {
+            let here = path[k].vertex as usize;
+            if !closed && (k == 0 || k + 1 == n) {
+                junctions[here] = true;
+                continue;
+            }
+            let (before, after) = (path[(k + n - 1) % n].vertex, path[(k + 1) % n].vertex);
+            let pair = [before.min(after), before.max(after)];
+            if neighbours[here][0] == NONE {
+                neighbours[here] = pair;
+            } else if neighbours[here] != pair {
+                junctions[here] = true;
+            }
+        }
+    }
+    junctions
+}
+
+/// Cuts a path at junctions.
+fn cut(mut path: Vec<Stop>, closed: bool, junctions: &[bool]) -> Vec<(Vec<Stop>, bool)> {
+    let is_junction = |stop: &Stop| junctions[stop.vertex as usize];
+    if closed {
+        match path.iter().position(is_junction) {
+            None => return vec![(path, true)],
+            Some(first) => path.rotate_left(first),
+        }
+        path.push(path[0]);
+    }
+    let mut pieces = Vec::new();
+    let mut from = 0;
+    for k in 1..path.len() {
+        if is_junction(&path[k]) {
+            pieces.push((path[from..=k].to_vec(), false));
+            from = k;
+        }
+    }
+    pieces
+}
+
+/// What equal arcs have in common: their vertices, and turns beside the first, in one of both
+/// directions. Also whether it is the other direction, and the stop that the key begins with.
+fn key(stops: &[Stop], closed: bool) -> (Vec<(u32, i32)>, bool, usize) {
+    let n = stops.len();
+    let walk = |start: usize, reversed: bool| {
+        let at = move |k: usize| if reversed { (start + n - k % n) % n } else { (start + k) % n };
+        (0..n).map(move |k| (stops[at(k)].vertex, stops[at(k)].turn - stops[start].turn))
+    };
+    let candidates = match closed {
+        // A closed curve begins with its least vertex.
+        true => {
+            let least = (0..n).min_by_key(|&k| stops[k].vertex).unwrap_or(0);
+            [(least, false), (least, true)]
+        }
+        false => [(0, false), (n - 1, true)],
+    };
+    let [forward, backward] = candidates;
+    let is_backward = walk(backward.0, true).lt(walk(forward.0, false));
+    let (start, reversed) = if is_backward { backward } else { forward };
+    (walk(start, reversed).collect(), reversed, start)
+}

@@ -1,0 +1,409 @@
+//! [`Map`]: the curves of a batch, put together from the spans of fitted strokes.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use super::arcs::Use;
+use super::{TURN, Topology};
+use crate::batch::{CurveBatch, Unfitted};
+use crate::curve::{Curve, Jet, Sampling};
+use crate::motion::Motion;
+use crate::parallel;
+use crate::report::{CurveReport, CurveSet, Fit};
+
+/// Curves from fitted strokes.
+pub(super) struct Map {
+    pub topology: Arc<Topology>,
+    pub fit: Fit,
+}
+
+/// The samples of an arc, in its direction, with the number of the span and the fraction of it.
+struct Samples {
+    points: Vec<DVec3>,
+    t: Vec<f64>,
+}
+
+impl CurveSet for Map {
+    fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
+        Box::new(Joined::new(&self.topology, &self.fit, i))
+    }
+
+    fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        let Map { topology, fit } = self;
+        let batch = &topology.batch;
+        let arcs = sample(topology, fit, sampling);
+        let curves = parallel::map(batch.len(), 16, |i| {
+            let (mut coords, mut t) = (Vec::new(), Vec::new());
+            let mut spans = 0;
+            let uses = &topology.arcs.uses[i];
+            for (k, way) in uses.iter().enumerate() {
+                let arc = &arcs[way.arc as usize];
+                let count = topology.arcs.spans(way.arc as usize) as f64;
+                // The next arc begins where this one ends; a closed curve ends where it began.
+                let ends = k + 1 == uses.len() && !(batch.is_closed(i) && !topology.arcs.closed[way.arc as usize]);
+                let all = arc.t.len();
+                let own = 0..if ends { all } else { all - 1 };
+                let closed = topology.arcs.closed[way.arc as usize];
+                for k in own {
+                    let at = match (way.reversed, closed) {
+                        (false, _) => k,
+                        (true, false) => all - 1 - k,
+                        (true, true) => (all - k) % all,
+                    };
+                    let point = arc.points[at];
+                    coords.push(if way.turn == 0 { point.x } else { point.x + TURN * f64::from(way.turn) });
+                    coords.extend_from_slice(&[point.y, point.z][..batch.dimension() - 1]);
+                    t.push(
+                        spans as f64
+                            + if way.reversed && k > 0 {
+                                count - arc.t[at]
+                            } else {
+                                arc.t[at] * f64::from(!way.reversed)
+                            },
+                    );
+                }
+                spans += count as usize;
+            }
+            (coords, t)
+        });
+        let ends =
+            |i: usize| topology.arcs.uses[i].iter().map(|way| topology.arcs.spans(way.arc as usize)).sum::<usize>();
+        let problems: BTreeMap<usize, Unfitted> =
+            (0..batch.len()).filter_map(|i| Some((i, batch.problem(i)?.clone()))).collect();
+        let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
+        let origin = batch.origin().clone();
+        CurveBatch::from_samples(batch.dimension(), curves, |i, last| ends(i) as f64 - last, closed, problems, origin)
+    }
+}
+
+/// The samples of every arc.
+fn sample(topology: &Topology, fit: &Fit, sampling: Sampling) -> Vec<Samples> {
+    let strokes = &topology.strokes;
+    let of_strokes = parallel::map(fit.len(), 1, |s| {
+        let curve = fit.curve(s);
+        let arcs = strokes.arcs[s].iter();
+        arcs.map(|&arc| (arc, sample_arc(topology, &*curve, arc as usize, sampling))).collect::<Vec<_>>()
+    });
+    let mut samples: Vec<Option<Samples>> = (0..strokes.places.len()).map(|_| None).collect();
+    of_strokes.into_iter().flatten().for_each(|(arc, of_arc)| samples[arc as usize] = Some(of_arc));
+    let mut samples: Vec<Samples> =
+        samples.into_iter().map(|of_arc| of_arc.expect("every arc lies on a stroke")).collect();
+    meet(topology, &mut samples);
+    samples
+}
+
+/// The samples of an arc from the curve of its stroke.
+fn sample_arc(topology: &Topology, curve: &dyn Curve, arc: usize, sampling: Sampling) -> Samples {
+    let (place, spans) = (topology.strokes.places[arc], topology.arcs.spans(arc));
+    let first = place.first as usize;
+    let whole = spans == curve.spans();
+    let part = Part { curve, spans: first..first + spans };
+    let sites = if whole { curve.sites(sampling) } else { part.sites(sampling) };
+    let from_stroke = |point: DVec3| {
+        if place.turn == 0 { point } else { DVec3 { x: point.x - TURN * f64::from(place.turn), ..point } }
+    };
+    let mut points: Vec<DVec3> = sites
+        .iter()
+        .map(|&(span, u)| from_stroke(curve.jet(if whole { span } else { first + span }, u).point))
+        .collect();
+    let mut t: Vec<f64> = sites.iter().map(|&(span, u)| span as f64 + u).collect();
+    if place.reversed {
+        points.reverse();
+        t.reverse();
+        t.iter_mut().for_each(|t| *t = spans as f64 - *t);
+    }
+    Samples { points, t }
+}
+
+/// Gives arcs that meet one point there, bit for bit: a junction's own, or else the first arc's.
+fn meet(topology: &Topology, samples: &mut [Samples]) {
+    let mut places: FxHashMap<u32, DVec3> = FxHashMap::default();
+    for (arc, stops) in topology.arcs.stops.iter().enumerate() {
+        if topology.arcs.closed[arc] || topology.arcs.alone[arc] {
+            continue;
+        }
+        let points = &mut samples[arc].points;
+        for (stop, at) in [(stops[0], 0), (stops[stops.len() - 1], points.len() - 1)] {
+            let moved = |point: DVec3, turn: i32| match turn {
+                0 => point,
+                _ => DVec3 { x: point.x + TURN * f64::from(turn), ..point },
+            };
+            let place =
+                places.entry(stop.vertex).or_insert_with(|| match topology.strokes.pinned.contains(&stop.vertex) {
+                    true => DVec3::from_array(topology.vertices.position(stop.vertex, 0)),
+                    false => moved(points[at], -stop.turn),
+                });
+            points[at] = moved(*place, stop.turn);
+        }
+    }
+}
+
+/// Some spans of a curve, as a curve that is open.
+struct Part<'a> {
+    curve: &'a dyn Curve,
+    spans: Range<usize>,
+}
+
+impl Curve for Part<'_> {
+    fn dimension(&self) -> usize {
+        self.curve.dimension()
+    }
+
+    fn is_closed(&self) -> bool {
+        false
+    }
+
+    fn knots(&self) -> &[f64] {
+        &self.curve.knots()[self.spans.start..=self.spans.end]
+    }
+
+    fn jet(&self, span: usize, u: f64) -> Jet {
+        self.curve.jet(self.spans.start + span, u)
+    }
+
+    fn is_fitted(&self) -> bool {
+        self.curve.is_fitted()
+    }
+
+    fn pieces(&self, span: usize) -> usize {
+        self.curve.pieces(self.spans.start + span)
+    }
+
+    fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
+        self.curve.motion(self.spans.start + span, piece)
+    }
+
+    fn pace(&self, span: usize) -> f64 {
+        self.curve.pace(self.spans.start + span)
+    }
+
+    /// Two where there are two spans, so that a ring of two arcs has an area.
+    fn least(&self, _: Sampling) -> usize {
+        self.spans.len().min(2)
+    }
+}
+
+/// A curve put together from the spans of strokes, on the parameters 0, 1, 2 ….
+struct Joined<'a> {
+    dimension: usize,
+    closed: bool,
+    /// The curves of its strokes.
+    strokes: Vec<Box<dyn Curve + 'a>>,
+    ways: Vec<Way>,
+    /// Number of spans up to every way, and of all.
+    offsets: Vec<usize>,
+    knots: Vec<f64>,
+}
+
+/// Consecutive spans of a stroke.
+struct Way {
+    /// Which of the curve's strokes.
+    stroke: usize,
+    first: usize,
+    spans: usize,
+    /// Whether the curve runs against the stroke.
+    reversed: bool,
+    /// Longitude from the stroke to the curve.
+    shift: f64,
+    arc: usize,
+    /// Whether the curve runs against the arc.
+    against_arc: bool,
+}
+
+impl<'a> Joined<'a> {
+    fn new(topology: &Topology, fit: &'a Fit, i: usize) -> Self {
+        let mut numbers: Vec<u32> = Vec::new();
+        let (mut ways, mut offsets) = (Vec::new(), vec![0]);
+        for &Use { arc, reversed, turn } in &topology.arcs.uses[i] {
+            let place = topology.strokes.places[arc as usize];
+            let stroke = numbers.iter().position(|&number| number == place.stroke).unwrap_or_else(|| {
+                numbers.push(place.stroke);
+                numbers.len() - 1
+            });
+            let spans = topology.arcs.spans(arc as usize);
+            ways.push(Way {
+                stroke,
+                first: place.first as usize,
+                spans,
+                reversed: reversed != place.reversed,
+                shift: TURN * f64::from(turn - place.turn),
+                arc: arc as usize,
+                against_arc: reversed,
+            });
+            offsets.push(offsets[offsets.len() - 1] + spans);
+        }
+        let strokes = numbers.into_iter().map(|number| fit.curve(number as usize)).collect();
+        let knots = (0..=offsets[offsets.len() - 1]).map(|k| k as f64).collect();
+        Joined {
+            dimension: topology.batch.dimension(),
+            closed: topology.batch.is_closed(i),
+            strokes,
+            ways,
+            offsets,
+            knots,
+        }
+    }
+
+    /// The stroke's curve, its span, and the way of a span.
+    fn place(&self, span: usize) -> (&(dyn Curve + 'a), usize, &Way) {
+        let way = self.offsets.partition_point(|&offset| offset <= span).clamp(1, self.ways.len()) - 1;
+        let (own, way) = (span - self.offsets[way], &self.ways[way]);
+        let along = if way.reversed { way.spans - 1 - own.min(way.spans - 1) } else { own };
+        (&*self.strokes[way.stroke], way.first + along, way)
+    }
+}
+
+impl Curve for Joined<'_> {
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    fn knots(&self) -> &[f64] {
+        &self.knots
+    }
+
+    fn jet(&self, span: usize, u: f64) -> Jet {
+        let (curve, along, way) = self.place(span);
+        let Jet { mut point, first, second, third } = curve.jet(along, if way.reversed { 1.0 - u } else { u });
+        if way.shift != 0.0 {
+            point.x += way.shift;
+        }
+        // Derivatives by the fraction of the span, in the curve's direction.
+        let pace = if way.reversed { -curve.pace(along) } else { curve.pace(along) };
+        Jet { point, first: first * pace, second: second * (pace * pace), third: third * (pace * pace * pace) }
+    }
+
+    fn is_fitted(&self) -> bool {
+        self.strokes.iter().all(|curve| curve.is_fitted())
+    }
+
+    fn pieces(&self, span: usize) -> usize {
+        let (curve, along, _) = self.place(span);
+        curve.pieces(along)
+    }
+
+    fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
+        let (curve, along, way) = self.place(span);
+        match way.reversed {
+            false => curve.motion(along, piece),
+            true => curve.motion(along, curve.pieces(along) - 1 - piece).map(|motion| motion.reversed()),
+        }
+    }
+
+    fn max_curvature(&self) -> f64 {
+        match &self.strokes[..] {
+            // A curve with a closed form of its own.
+            [curve] if curve.spans() == self.spans() => curve.max_curvature(),
+            _ if self.is_fitted() => self.ways.iter().map(|way| self.part(way).max_curvature()).fold(0.0, f64::max),
+            _ => 0.0,
+        }
+    }
+
+    /// The Béziers of every arc in its own direction, so that curves that share it share them.
+    fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
+        let mut all = Vec::new();
+        for way in &self.ways {
+            let curve = &*self.strokes[way.stroke];
+            let whole = way.spans == curve.spans();
+            let mut pieces = if whole { curve.beziers(tolerance) } else { self.part(way).beziers(tolerance) };
+            if way.reversed {
+                pieces.reverse();
+                pieces.iter_mut().for_each(|piece| piece.reverse());
+            }
+            if way.shift != 0.0 {
+                pieces.iter_mut().flatten().for_each(|point| point.x += way.shift);
+            }
+            all.extend(pieces);
+        }
+        all
+    }
+
+    fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
+        let mut all = Vec::new();
+        for (way, &first) in self.ways.iter().zip(&self.offsets) {
+            let curve = &*self.strokes[way.stroke];
+            let whole = way.spans == curve.spans();
+            let mut sites = if whole { curve.sites(sampling) } else { self.part(way).sites(sampling) };
+            if way.reversed {
+                let round = whole && curve.is_closed();
+                let turned = |(span, u): (usize, f64)| match (span, u) {
+                    (0, 0.0) if round => (0, 0.0),
+                    (0, 0.0) => (way.spans - 1, 1.0),
+                    (span, 0.0) => (way.spans - span, 0.0),
+                    (span, u) => (way.spans - 1 - span, 1.0 - u),
+                };
+                sites.reverse();
+                sites.rotate_right(usize::from(round));
+                sites = sites.into_iter().map(turned).collect();
+            }
+            // The next way begins where this one ends.
+            let ends = !whole || !curve.is_closed();
+            if ends && (self.closed || first + way.spans < self.spans()) {
+                sites.pop();
+            }
+            all.extend(sites.into_iter().map(|(span, u)| (first + span, u)));
+        }
+        all
+    }
+}
+
+impl Joined<'_> {
+    fn part(&self, way: &Way) -> Part<'_> {
+        Part { curve: &*self.strokes[way.stroke], spans: way.first..way.first + way.spans }
+    }
+}
+
+/// The report of curve `i` from those of its strokes.
+pub(super) fn report(topology: &Topology, fit: &Fit, i: usize) -> CurveReport {
+    let (arcs, strokes) = (&topology.arcs, &topology.strokes);
+    let mut numbers: Vec<usize> =
+        arcs.uses[i].iter().map(|way| strokes.places[way.arc as usize].stroke as usize).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let reports = || numbers.iter().map(|&number| &fit.reports()[number]);
+    if let ([number], [only]) = (&numbers[..], &arcs.uses[i][..])
+        && arcs.spans(only.arc as usize) == strokes.batch.spans(*number)
+    {
+        return fit.reports()[*number].clone();
+    }
+    let worst = reports().find(|report| !report.status.is_usable());
+    let worst = worst.or_else(|| reports().find(|report| report.message.is_some())).or_else(|| reports().next());
+    let worst = worst.expect("a curve has a stroke");
+    let mut smoothing = reports().map(|report| report.smoothing);
+    let first = smoothing.next().flatten();
+    CurveReport {
+        status: worst.status,
+        message: worst.message.clone(),
+        energy: reports().map(|report| report.energy).sum(),
+        iterations: reports().map(|report| report.iterations).sum(),
+        gradient_norm: reports().map(|report| report.gradient_norm).fold(0.0, f64::max),
+        smoothing: first.filter(|_| smoothing.all(|other| other == first)),
+        max_deviation: deviation(topology, fit, i),
+    }
+}
+
+/// The largest distance from a point of curve `i` to its place on the curve.
+fn deviation(topology: &Topology, fit: &Fit, i: usize) -> f64 {
+    let joined = Joined::new(topology, fit, i);
+    let mut largest = 0.0_f64;
+    for (way, &first) in joined.ways.iter().zip(&joined.offsets) {
+        for (k, stop) in topology.arcs.stops[way.arc].iter().enumerate().filter(|_| way.spans > 0) {
+            let own = if way.against_arc { way.spans - k } else { k };
+            let (span, u) = if own == way.spans { (first + own - 1, 1.0) } else { (first + own, 0.0) };
+            let [x, y, z] = topology.vertices.position(stop.vertex, 0);
+            let point = joined.jet(span, u).point;
+            let turns = ((point.x - x) / TURN).round();
+            let x = if topology.geographic { x + TURN * turns } else { x };
+            largest = largest.max((point - DVec3::new(x, y, z)).length());
+        }
+    }
+    largest
+}

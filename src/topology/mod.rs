@@ -1,0 +1,163 @@
+//! Curves that share points: maps whose neighbours stay neighbours.
+//!
+//! Two polygons with a common border hold its points twice. Fitted one by one they would tear: each
+//! border would get a curve of its own. A [`Topology`] finds what curves share and has it fitted
+//! once:
+//!
+//! ```text
+//! curves ─► vertices: equal points ─► arcs: chains between junctions ─► strokes: arcs that go straight on ─► fit ─► the curves again
+//! ```
+//!
+//! - A *junction* is a vertex where curves part, meet or end (as in TopoJSON). Curves are cut there
+//!   into *arcs*, and equal arcs are one.
+//! - Where an arc goes straight on through a junction, both are one *stroke*: it is fitted as one
+//!   curve, whose direction does not break there.
+//! - Junctions stay where they are: their points are
+//!   [`pinned`](crate::Constraints::pinned).
+//! - A ring without a junction is a closed curve as it always was.
+//!
+//! After the fit the curves are put together again from the strokes' spans. Curves that shared
+//! points share every sample, bit for bit.
+//!
+//! ```
+//! use faircurve::{CurveBatch, Device, Sampling, spline::Natural, topology::{Options, Topology}};
+//! // Two squares side by side.
+//! let left = [[0.0, 0.0], [1.0, 0.0], [1.2, 0.5], [1.0, 1.0], [0.0, 1.0]];
+//! let right = [[1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.2, 0.5]];
+//! let map = CurveBatch::from_slices(&[&left[..], &right[..]])?.closed(true);
+//! let topology = Topology::new(&map, &Options::default())?;
+//! assert_eq!((topology.junctions(), topology.shared_arcs()), (2, 1));
+//! let fit = Natural::default().fit(topology.strokes(), &Device::cpu())?;
+//! let samples = topology.join(fit).polylines(Sampling::PerSpan(8));
+//! let of = |i: usize| samples.points(i).as_chunks::<2>().0;
+//! // The common border has two spans of eight segments: 17 samples.
+//! assert_eq!(of(0).iter().filter(|point| of(1).contains(point)).count(), 17);
+//! # Ok::<(), faircurve::Error>(())
+//! ```
+
+mod arcs;
+mod map;
+mod strokes;
+mod vertices;
+
+use std::f64::consts::FRAC_PI_4;
+use std::sync::Arc;
+
+use crate::batch::CurveBatch;
+use crate::error::{Error, Result};
+use crate::report::Fit;
+use arcs::Arcs;
+use map::Map;
+use strokes::Strokes;
+use vertices::Vertices;
+
+/// A whole turn of longitude.
+const TURN: f64 = 360.0;
+
+/// What is shared, and how borders go through junctions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Points within this distance of each other are one (units of the curves, 0 or more). The
+    /// first of them gives the position.
+    ///
+    /// By default 0: points that are exactly equal.
+    pub snap: f64,
+    /// Arcs whose directions differ by less than this (radians) go on through a junction, the
+    /// straightest first. 0 lets every arc end at its junctions.
+    ///
+    /// By default π/4: a right angle is a corner, and so is half of it.
+    pub straight: f64,
+    /// Whether x is a longitude in degrees. Points whole turns apart are then one, and both sides
+    /// of the antimeridian are.
+    ///
+    /// By default false.
+    pub geographic: bool,
+}
+
+impl Options {
+    /// Those that suit a batch: longitudes are taken for what they are.
+    pub fn of(batch: &CurveBatch) -> Self {
+        Options { geographic: batch.is_geographic(), ..Options::default() }
+    }
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { snap: 0.0, straight: FRAC_PI_4, geographic: false }
+    }
+}
+
+/// What the curves of a batch share.
+pub struct Topology {
+    batch: CurveBatch,
+    geographic: bool,
+    vertices: Vertices,
+    arcs: Arcs,
+    strokes: Strokes,
+}
+
+impl Topology {
+    /// Finds what curves share.
+    ///
+    /// Curves that cannot be fitted, single points and rings of fewer than three different points
+    /// share nothing. They are strokes of their own.
+    ///
+    /// # Errors
+    /// - A distance or an angle that is negative or no finite number.
+    /// - A batch with parameters, weights or constraints, which belong to a curve's points and not
+    ///   to a border's.
+    pub fn new(batch: &CurveBatch, options: &Options) -> Result<Arc<Self>> {
+        let Options { snap, straight, geographic } = *options;
+        for (what, value) in
+            [("the distance within which points are one", snap), ("the angle of borders that go on", straight)]
+        {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(Error::argument(format!("{what} is {value}; it must be 0 or a positive number")));
+            }
+        }
+        let all = 0..batch.len();
+        if all.clone().any(|i| batch.parameters(i).is_some() || batch.weights(i).is_some())
+            || !batch.constraints().is_empty()
+        {
+            return Err(Error::argument(
+                "the points have parameters, weights or constraints (such as columns t, weight, tx ty): borders that curves share \
+                 know of none; leave these columns out, or the topology",
+            ));
+        }
+        let alone: Vec<bool> = all.map(|i| batch.problem(i).is_some()).collect();
+        let vertices = Vertices::new(batch, snap, geographic, &alone);
+        let arcs = Arcs::new(batch, &vertices, alone);
+        let strokes = Strokes::new(batch, &vertices, &arcs, straight);
+        Ok(Arc::new(Topology { batch: batch.clone(), geographic, vertices, arcs, strokes }))
+    }
+
+    /// What is to be fitted: every stroke once.
+    pub fn strokes(&self) -> &CurveBatch {
+        &self.strokes.batch
+    }
+
+    /// Number of vertices where three or more arcs meet, or where arcs meet at an angle.
+    pub fn junctions(&self) -> usize {
+        self.strokes.pinned.len()
+    }
+
+    /// Number of arcs that curves go along more than once.
+    pub fn shared_arcs(&self) -> usize {
+        self.arcs.visits.iter().filter(|&&visits| visits > 1).count()
+    }
+
+    /// The curves of the batch from a fit of the [`strokes`](Self::strokes).
+    ///
+    /// - A curve has the spans between its points, whose parameters are 0, 1, 2 …. Repeated points
+    ///   have no span.
+    /// - Samples are taken between junctions: [`Sampling::Spacing`](crate::Sampling::Spacing) divides every arc evenly, and
+    ///   [`Sampling::Count`](crate::Sampling::Count) is a count for every arc. A ring of one arc is sampled as ever.
+    /// - The report of a curve that is one whole stroke is the stroke's. Of others energy and
+    ///   iterations are the sums of all their strokes, which may go on beyond the curve; status and
+    ///   message are those of the worst.
+    pub fn join(self: &Arc<Self>, fit: Fit) -> Fit {
+        let reports = (0..self.batch.len()).map(|i| map::report(self, &fit, i)).collect();
+        let device = fit.device().clone();
+        Fit::new(Map { topology: self.clone(), fit }, reports, device)
+    }
+}

@@ -1,0 +1,187 @@
+//! Strokes: arcs joined where one goes straight through a junction, to be fitted as one curve.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::arcs::{Arcs, Stop};
+use super::vertices::Vertices;
+use crate::batch::{CurveBatch, Traced};
+use crate::constraint::Constraints;
+
+/// Where an arc lies: its first vertex, along the stroke, is at this span of the stroke.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Place {
+    pub stroke: u32,
+    pub first: u32,
+    /// Whether the stroke runs against the arc.
+    pub reversed: bool,
+    /// Whole turns of longitude from the arc's points to the stroke's.
+    pub turn: i32,
+}
+
+/// What is fitted, each once.
+pub(super) struct Strokes {
+    pub batch: CurveBatch,
+    /// The place of every arc.
+    pub places: Vec<Place>,
+    /// The arcs of every stroke, in its order.
+    pub arcs: Vec<Vec<u32>>,
+    /// The junctions: vertices where three or more arcs meet, or where arcs meet that are not
+    /// joined.
+    pub pinned: FxHashSet<u32>,
+}
+
+/// One of both ends of an arc: 2·arc, or 2·arc + 1 for the last stop.
+type End = u32;
+
+impl Strokes {
+    /// Joins arcs that meet at an angle within `straight` (radians) of 180°, the straightest first.
+    pub fn new(batch: &CurveBatch, vertices: &Vertices, arcs: &Arcs, straight: f64) -> Self {
+        let meeting = meeting(arcs);
+        let mut partner = vec![None; 2 * arcs.stops.len()];
+        let mut pinned = FxHashSet::default();
+        for (&vertex, ends) in &meeting {
+            let pairs = if straight > 0.0 { pairs(vertices, arcs, ends, straight) } else { vec![] };
+            for &[a, b] in &pairs {
+                partner[a as usize] = Some(b);
+                partner[b as usize] = Some(a);
+            }
+            // A lone end of a line is no junction, nor is a place where two arcs go on.
+            if ends.len() > 2 || (ends.len() == 2 && pairs.is_empty()) {
+                pinned.insert(vertex);
+            }
+        }
+        let mut walk = Walk { arcs, partner, places: vec![None; arcs.stops.len()], strokes: vec![] };
+        // Open strokes begin where nothing goes on; what is left goes round.
+        let starts = (0..2 * arcs.stops.len() as u32).filter(|&end| walk.partner[end as usize].is_none());
+        for end in starts.collect::<Vec<_>>() {
+            walk.from(end);
+        }
+        for arc in 0..arcs.stops.len() as u32 {
+            walk.from(2 * arc);
+        }
+        let Walk { places, strokes, .. } = walk;
+        let places = places.into_iter().map(|place| place.expect("every arc was walked")).collect();
+        let batch = traced(batch, vertices, &strokes, |vertex| pinned.contains(&vertex));
+        Strokes { batch, places, arcs: strokes.into_iter().map(|stroke| stroke.arcs).collect(), pinned }
+    }
+}
+
+/// The ends of arcs at every vertex where arcs end.
+fn meeting(arcs: &Arcs) -> FxHashMap<u32, Vec<End>> {
+    let mut meeting: FxHashMap<u32, Vec<End>> = FxHashMap::default();
+    for (arc, stops) in arcs.stops.iter().enumerate() {
+        if !arcs.closed[arc] && !arcs.alone[arc] {
+            meeting.entry(stops[0].vertex).or_default().push(2 * arc as u32);
+            meeting.entry(stops[stops.len() - 1].vertex).or_default().push(2 * arc as u32 + 1);
+        }
+    }
+    meeting
+}
+
+/// Pairs of ends that go on from one to the other, the straightest first.
+fn pairs(vertices: &Vertices, arcs: &Arcs, ends: &[End], straight: f64) -> Vec<[End; 2]> {
+    let directions: Vec<[f64; 3]> = ends.iter().map(|&end| outward(vertices, arcs, end)).collect();
+    let mut candidates = Vec::new();
+    for b in 0..ends.len() {
+        for a in 0..b {
+            let (u, v) = (directions[a], directions[b]);
+            let cosine = -(u[0] * v[0] + u[1] * v[1] + u[2] * v[2]);
+            if cosine > straight.cos() {
+                candidates.push((cosine, a, b));
+            }
+        }
+    }
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut taken = vec![false; ends.len()];
+    let mut pairs = Vec::new();
+    for (_, a, b) in candidates {
+        if !taken[a] && !taken[b] {
+            (taken[a], taken[b]) = (true, true);
+            pairs.push([ends[a], ends[b]]);
+        }
+    }
+    pairs
+}
+
+/// The unit vector from an end along its arc.
+fn outward(vertices: &Vertices, arcs: &Arcs, end: End) -> [f64; 3] {
+    let stops = &arcs.stops[end as usize / 2];
+    let n = stops.len();
+    let (from, to) = if end.is_multiple_of(2) { (stops[0], stops[1]) } else { (stops[n - 1], stops[n - 2]) };
+    let [p, q] = [from, to].map(|stop| vertices.position(stop.vertex, stop.turn));
+    let chord = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
+    let length = chord.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+    chord.map(|x| x / length)
+}
+
+/// A chain of arcs.
+struct Stroke {
+    arcs: Vec<u32>,
+    closed: bool,
+    /// Every stop, and the turns of longitude from the stop to the stroke.
+    stops: Vec<(Stop, i32)>,
+}
+
+struct Walk<'a> {
+    arcs: &'a Arcs,
+    partner: Vec<Option<End>>,
+    places: Vec<Option<Place>>,
+    strokes: Vec<Stroke>,
+}
+
+impl Walk<'_> {
+    /// Walks from an end of an arc as far as arcs go on, unless that arc has been walked.
+    fn from(&mut self, start: End) {
+        if self.places[start as usize / 2].is_some() {
+            return;
+        }
+        let number = self.strokes.len() as u32;
+        let mut stroke = Stroke { arcs: vec![], closed: self.arcs.closed[start as usize / 2], stops: vec![] };
+        let (mut end, mut turn) = (start, 0);
+        loop {
+            let arc = end as usize / 2;
+            let stops = &self.arcs.stops[arc];
+            let reversed = !end.is_multiple_of(2);
+            let along: Vec<Stop> = if reversed { stops.iter().rev().copied().collect() } else { stops.clone() };
+            // The stroke's turn at the end of what was walked goes on.
+            if let Some((last, shift)) = stroke.stops.pop() {
+                turn = last.turn + shift - along[0].turn;
+            }
+            let first = stroke.stops.len() as u32;
+            self.places[arc] = Some(Place { stroke: number, first, reversed, turn });
+            stroke.arcs.push(arc as u32);
+            stroke.stops.extend(along.into_iter().map(|stop| (stop, turn)));
+            match self.partner[(end ^ 1) as usize] {
+                Some(next) if self.places[next as usize / 2].is_none() => end = next,
+                Some(next) if next == start => {
+                    let (first, last) = (stroke.stops[0], stroke.stops[stroke.stops.len() - 1]);
+                    // A chain that winds round a pole does not close.
+                    if first.0.turn + first.1 == last.0.turn + last.1 {
+                        stroke.closed = true;
+                        stroke.stops.pop();
+                    }
+                    break;
+                }
+                _ => break,
+            }
+        }
+        self.strokes.push(stroke);
+    }
+}
+
+/// The strokes as a batch. Points of vertices that are `pinned` stay where they are.
+fn traced(batch: &CurveBatch, vertices: &Vertices, strokes: &[Stroke], pinned: impl Fn(u32) -> bool) -> CurveBatch {
+    let d = batch.dimension();
+    let (mut coords, mut offsets, mut points, mut pins) = (vec![], vec![0], vec![], vec![]);
+    for stroke in strokes {
+        for &(stop, turn) in &stroke.stops {
+            coords.extend_from_slice(&vertices.position(stop.vertex, stop.turn + turn)[..d]);
+            points.push((stop.curve, stop.point));
+            pins.push(pinned(stop.vertex));
+        }
+        offsets.push(points.len());
+    }
+    let constraints = Constraints { pinned: pins.contains(&true).then_some(pins), ..Constraints::default() };
+    let closed = strokes.iter().map(|stroke| stroke.closed).collect();
+    batch.traced(Traced { coords, offsets, closed, constraints, points })
+}
