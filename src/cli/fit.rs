@@ -8,7 +8,7 @@ use faircurve::{CurveBatch, Error, Result, Work};
 
 use super::count;
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, Shape, size};
-use super::map::{self, MapArgs};
+use super::map::MapArgs;
 use super::method::{Method, MethodArgs};
 use super::output::title;
 use super::run::{Run, RunArgs};
@@ -67,8 +67,9 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         (Some(topology), shape) => {
             sampling.check(&batch)?;
             let strokes = method.fit(fitted, &device)?;
-            notes.push(map::note(topology));
             notes.extend(method.notes(&strokes));
+            let (strokes, of_map) = args.map.mend(topology, strokes, sampling);
+            notes.extend(of_map);
             let fit = topology.join(strokes);
             // One tolerance, so that curves share the Béziers of their borders.
             let tolerance = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
@@ -93,6 +94,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
 impl FitArgs {
     /// Checks what can be checked before anything is read.
     fn check(&self) -> Result<()> {
+        self.map.check()?;
         if self.shape == Shape::Bezier && (self.method.samples.is_some() || self.spacing.is_some()) {
             let why = "--as bezier writes the curves themselves: leave --samples and --spacing out";
             return Err(Error::argument(why));

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use faircurve::topology::{Options, Topology};
-use faircurve::{CurveBatch, Error, Result};
+use faircurve::topology::{Crossing, Options, Topology};
+use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
 
 use super::{count, thousands};
 
@@ -26,6 +26,22 @@ enum Junctions {
     Free,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Crossings {
+    /// They are counted, and the first are named
+    Count,
+    /// They are mended: spans that cross are drawn tighter until they do not
+    Mend,
+    /// They are not looked for
+    Ignore,
+}
+
+/// Rings with less than half of their area look lost.
+const KEEP_AREA: f64 = 0.5;
+
+/// So many crossings are named.
+const NAMED: usize = 3;
+
 #[derive(Args, Debug)]
 pub struct MapArgs {
     /// Whether borders that curves share are found, fitted once and stay shared
@@ -39,6 +55,14 @@ pub struct MapArgs {
     /// How borders go through points where three or more meet [default: smooth]
     #[arg(long, value_enum, value_name = "HOW", help_heading = "Maps")]
     junctions: Option<Junctions>,
+    /// What is done where curves cross each other or themselves [default: count]
+    #[arg(long, value_enum, value_name = "HOW", help_heading = "Maps")]
+    crossings: Option<Crossings>,
+    /// The share of its area that a ring keeps, with --crossings mend [default: 0.5]
+    ///
+    /// Rings that would have less are brought back towards their points. 0 lets them shrink.
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Maps")]
+    keep_area: Option<f64>,
 }
 
 impl MapArgs {
@@ -53,7 +77,12 @@ impl MapArgs {
             Shared::No => false,
         };
         if !wanted {
-            let given = [("--snap", self.snap.is_some()), ("--junctions", self.junctions.is_some())];
+            let given = [
+                ("--snap", self.snap.is_some()),
+                ("--junctions", self.junctions.is_some()),
+                ("--crossings", self.crossings.is_some()),
+                ("--keep-area", self.keep_area.is_some()),
+            ];
             return match given.into_iter().find(|(_, given)| *given) {
                 None => Ok(None),
                 Some((option, _)) => Err(Error::argument(format!(
@@ -70,12 +99,86 @@ impl MapArgs {
     }
 }
 
+impl MapArgs {
+    /// Checks what can be checked before anything is read.
+    pub fn check(&self) -> Result<()> {
+        match self.keep_area {
+            Some(share) if !(0.0..=1.0).contains(&share) => Err(Error::argument(format!(
+                "--keep-area is {share}; it is a share of a ring's area, from 0 to 1, such as --keep-area {KEEP_AREA}"
+            ))),
+            Some(share) if self.crossings != Some(Crossings::Mend) => Err(Error::argument(format!(
+                "--keep-area {share} is kept where crossings are mended: add --crossings mend"
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// The fitted strokes, mended where that is asked for, and what is worth a line.
+    pub fn mend(&self, topology: &Topology, strokes: Fit, sampling: Sampling) -> (Fit, Vec<String>) {
+        let note = vec![note(topology)];
+        match self.crossings.unwrap_or(Crossings::Count) {
+            Crossings::Ignore => (strokes, note),
+            Crossings::Count => {
+                let crossings = topology.crossings(&strokes, sampling);
+                let more = (!crossings.is_empty()).then(|| {
+                    let own = topology.crossings_of_data();
+                    let of_data = if own > 0 { format!(" ({} in the data)", thousands(own)) } else { String::new() };
+                    let named = named(topology, &crossings);
+                    format!("{}{of_data}: {named}; --crossings mend mends them", count(crossings.len(), "crossing"))
+                });
+                (strokes, note.into_iter().chain(more).collect())
+            }
+            Crossings::Mend => {
+                let share = self.keep_area.unwrap_or(KEEP_AREA);
+                let (strokes, mended) = topology.mend(strokes, sampling, share);
+                let mut line = format!(
+                    "{}: {} were drawn tighter, {} left",
+                    count(mended.before, "crossing"),
+                    count(mended.tightened, "span"),
+                    thousands(mended.left.len())
+                );
+                if !mended.left.is_empty() {
+                    line += &format!(
+                        ", as in the data or between curves that could not be fitted: {}",
+                        named(topology, &mended.left)
+                    );
+                }
+                let kept = (mended.kept > 0).then(|| {
+                    format!(
+                        "{} would have had less than {share} of their area, and keep more",
+                        count(mended.kept, "ring")
+                    )
+                });
+                (strokes, note.into_iter().chain([line]).chain(kept).collect())
+            }
+        }
+    }
+}
+
+/// The first of some crossings.
+fn named(topology: &Topology, crossings: &[Crossing]) -> String {
+    let name = |crossing: &Crossing| {
+        let [a, b] = crossing.curves.map(|i| topology.curves().label(i));
+        let [x, y] = crossing.at;
+        if a == b {
+            format!("curve {a} with itself near {x:.4}, {y:.4}")
+        } else {
+            format!("curves {a} and {b} near {x:.4}, {y:.4}")
+        }
+    };
+    let mut named = crossings.iter().take(NAMED).map(name).collect::<Vec<_>>().join("; ");
+    if crossings.len() > NAMED {
+        named += "; …";
+    }
+    named
+}
+
 /// What was found, in a line.
-pub fn note(topology: &Topology) -> String {
+fn note(topology: &Topology) -> String {
     format!(
-        "{} that curves share stay shared, {} stay in place: {} were fitted",
+        "{} that curves share stay shared, and {} stay in place: {} were fitted",
         count(topology.shared_arcs(), "border"),
         count(topology.junctions(), "junction"),
-        thousands(topology.strokes().len())
+        count(topology.strokes().len(), "curve")
     )
 }

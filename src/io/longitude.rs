@@ -58,6 +58,14 @@ pub(super) fn apply(points: &mut [f64], stride: usize, turns: &[f64]) {
     }
 }
 
+/// Moves a ring by whole turns so that its middle lies within ±180, where its neighbours are.
+pub(super) fn centre(points: &mut [f64], stride: usize) {
+    let x = || points.chunks_exact(stride).map(|point| point[0]);
+    let (low, high) = (x().fold(f64::INFINITY, f64::min), x().fold(f64::NEG_INFINITY, f64::max));
+    let turn = -(0.5 * (low + high) / TURN).round();
+    apply(points, stride, &vec![turn; points.len() / stride]);
+}
+
 /// The shift, in whole turns, that brings a hole nearest to the middle of its shell.
 pub(super) fn turns_to_shell(shell: &[f64], hole_x: f64, stride: usize) -> f64 {
     let x = || shell.chunks_exact(stride).map(|point| point[0]);

@@ -8,6 +8,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::arcs::Use;
+use super::mend::{Levels, Tight};
 use super::{TURN, Topology};
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Jet, Sampling};
@@ -21,10 +22,11 @@ pub(super) struct Map {
     pub fit: Fit,
 }
 
-/// The samples of an arc, in its direction, with the number of the span and the fraction of it.
-struct Samples {
-    points: Vec<DVec3>,
-    t: Vec<f64>,
+/// The samples of an arc, in its direction.
+pub(super) struct Samples {
+    pub points: Vec<DVec3>,
+    /// The number of the span, and the fraction of it.
+    pub t: Vec<f64>,
 }
 
 impl CurveSet for Map {
@@ -37,38 +39,9 @@ impl CurveSet for Map {
         let batch = &topology.batch;
         let arcs = sample(topology, fit, sampling);
         let curves = parallel::map(batch.len(), 16, |i| {
-            let (mut coords, mut t) = (Vec::new(), Vec::new());
-            let mut spans = 0;
-            let uses = &topology.arcs.uses[i];
-            for (k, way) in uses.iter().enumerate() {
-                let arc = &arcs[way.arc as usize];
-                let count = topology.arcs.spans(way.arc as usize) as f64;
-                // The next arc begins where this one ends; a closed curve ends where it began.
-                let ends = k + 1 == uses.len() && !(batch.is_closed(i) && !topology.arcs.closed[way.arc as usize]);
-                let all = arc.t.len();
-                let own = 0..if ends { all } else { all - 1 };
-                let closed = topology.arcs.closed[way.arc as usize];
-                for k in own {
-                    let at = match (way.reversed, closed) {
-                        (false, _) => k,
-                        (true, false) => all - 1 - k,
-                        (true, true) => (all - k) % all,
-                    };
-                    let point = arc.points[at];
-                    coords.push(if way.turn == 0 { point.x } else { point.x + TURN * f64::from(way.turn) });
-                    coords.extend_from_slice(&[point.y, point.z][..batch.dimension() - 1]);
-                    t.push(
-                        spans as f64
-                            + if way.reversed && k > 0 {
-                                count - arc.t[at]
-                            } else {
-                                arc.t[at] * f64::from(!way.reversed)
-                            },
-                    );
-                }
-                spans += count as usize;
-            }
-            (coords, t)
+            let along = samples_along(topology, &arcs, i);
+            let coords = along.clone().flat_map(|(point, _)| point.to_array().into_iter().take(batch.dimension()));
+            (coords.collect(), along.map(|(_, t)| t).collect())
         });
         let ends =
             |i: usize| topology.arcs.uses[i].iter().map(|way| topology.arcs.spans(way.arc as usize)).sum::<usize>();
@@ -80,8 +53,48 @@ impl CurveSet for Map {
     }
 }
 
+/// The samples along curve `i`, from those of the arcs, with the number of its span and the fraction of it.
+fn samples_along<'a>(
+    topology: &'a Topology,
+    arcs: &'a [Samples],
+    i: usize,
+) -> impl Iterator<Item = (DVec3, f64)> + Clone + 'a {
+    let uses = &topology.arcs.uses[i];
+    let spans = move |way: &Use| topology.arcs.spans(way.arc as usize);
+    let before = uses.iter().scan(0, move |before, way| {
+        *before += spans(way);
+        Some(*before - spans(way))
+    });
+    uses.iter().enumerate().zip(before).flat_map(move |((k, way), before)| {
+        let (arc, closed) = (&arcs[way.arc as usize], topology.arcs.closed[way.arc as usize]);
+        // The next arc begins where this one ends; a closed curve ends where it began.
+        let ends = k + 1 == uses.len() && (closed || !topology.batch.is_closed(i));
+        let all = arc.t.len();
+        (0..if ends { all } else { all - 1 }).map(move |k| {
+            let (at, t) = match (way.reversed, closed) {
+                (false, _) => (k, arc.t[k]),
+                (true, true) if k == 0 => (0, 0.0),
+                (true, closed) => {
+                    let at = all - k - usize::from(!closed);
+                    (at, spans(way) as f64 - arc.t[at])
+                }
+            };
+            let mut point = arc.points[at];
+            if way.turn != 0 {
+                point.x += TURN * f64::from(way.turn);
+            }
+            (point, before as f64 + t)
+        })
+    })
+}
+
+/// The points of the samples along curve `i`.
+pub(super) fn along<'a>(topology: &'a Topology, arcs: &'a [Samples], i: usize) -> impl Iterator<Item = DVec3> + 'a {
+    samples_along(topology, arcs, i).map(|(point, _)| point)
+}
+
 /// The samples of every arc.
-fn sample(topology: &Topology, fit: &Fit, sampling: Sampling) -> Vec<Samples> {
+pub(super) fn sample(topology: &Topology, fit: &Fit, sampling: Sampling) -> Vec<Samples> {
     let strokes = &topology.strokes;
     let of_strokes = parallel::map(fit.len(), 1, |s| {
         let curve = fit.curve(s);
@@ -117,6 +130,25 @@ fn sample_arc(topology: &Topology, curve: &dyn Curve, arc: usize, sampling: Samp
         t.iter_mut().for_each(|t| *t = spans as f64 - *t);
     }
     Samples { points, t }
+}
+
+/// Samples the arcs of some strokes again, as tight as they are.
+pub(super) fn sample_again(
+    topology: &Topology,
+    levels: &Levels,
+    changed: &[u32],
+    sampling: Sampling,
+    samples: &mut [Samples],
+) {
+    let again = parallel::map(changed.len(), 1, |k| {
+        let stroke = changed[k];
+        let cubics = levels.cubics(stroke);
+        let curve = Tight { curve: levels.fit().curve(stroke as usize), cubics: &cubics };
+        let arcs = topology.strokes.arcs[stroke as usize].iter();
+        arcs.map(|&arc| (arc, sample_arc(topology, &curve, arc as usize, sampling))).collect::<Vec<_>>()
+    });
+    again.into_iter().flatten().for_each(|(arc, of_arc)| samples[arc as usize] = of_arc);
+    meet(topology, samples);
 }
 
 /// Gives arcs that meet one point there, bit for bit: a junction's own, or else the first arc's.

@@ -36,18 +36,26 @@
 //! ```
 
 mod arcs;
+mod crossings;
 mod map;
+mod mend;
 mod strokes;
 mod vertices;
 
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
+use glam::DVec2;
+use rustc_hash::FxHashSet;
+
 use crate::batch::CurveBatch;
+use crate::curve::Sampling;
 use crate::error::{Error, Result};
 use crate::report::Fit;
 use arcs::Arcs;
-use map::Map;
+use crossings::{Line, Place};
+use map::{Map, Samples};
+use mend::Levels;
 use strokes::Strokes;
 use vertices::Vertices;
 
@@ -85,6 +93,28 @@ impl Default for Options {
     fn default() -> Self {
         Options { snap: 0.0, straight: FRAC_PI_4, geographic: false }
     }
+}
+
+/// A place where curves cross, or a curve crosses itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Curves that go there, of all that do: one of each border.
+    pub curves: [usize; 2],
+    /// A sample next to it.
+    pub at: [f64; 2],
+}
+
+/// What came of mending.
+#[derive(Clone, Debug, Default)]
+pub struct Mended {
+    /// Crossings before.
+    pub before: usize,
+    /// Crossings that are left: those of the data, and of curves that could not be fitted.
+    pub left: Vec<Crossing>,
+    /// Spans that were tightened.
+    pub tightened: usize,
+    /// Rings that would have lost too much of their area.
+    pub kept: usize,
 }
 
 /// What the curves of a batch share.
@@ -131,6 +161,11 @@ impl Topology {
         Ok(Arc::new(Topology { batch: batch.clone(), geographic, vertices, arcs, strokes }))
     }
 
+    /// The curves whose topology it is.
+    pub fn curves(&self) -> &CurveBatch {
+        &self.batch
+    }
+
     /// What is to be fitted: every stroke once.
     pub fn strokes(&self) -> &CurveBatch {
         &self.strokes.batch
@@ -160,4 +195,132 @@ impl Topology {
         let device = fit.device().clone();
         Fit::new(Map { topology: self.clone(), fit }, reports, device)
     }
+
+    /// Where the samples of fitted [`strokes`](Self::strokes) cross, seen along x and y.
+    ///
+    /// Each pair of spans whose samples have a point in common counts, but for neighbours along a
+    /// curve and curves that meet at a junction. What curves share is looked at once. Curves that share
+    /// nothing because they cannot be fitted are left out. Longitudes are compared as they are: two
+    /// curves on both sides of the antimeridian do not meet.
+    pub fn crossings(&self, fit: &Fit, sampling: Sampling) -> Vec<Crossing> {
+        let samples = map::sample(self, fit, sampling);
+        let places = self.places(&samples, |_| true);
+        self.named(&samples, places)
+    }
+
+    /// Where the chords between the data points cross, counted likewise.
+    pub fn crossings_of_data(&self) -> usize {
+        let of_arc = |arc: usize| {
+            let stops = self.arcs.stops[arc].iter();
+            let points = stops.map(|stop| self.vertices.position(stop.vertex, stop.turn).into()).collect();
+            Samples { points, t: (0..self.arcs.stops[arc].len()).map(|k| k as f64).collect() }
+        };
+        let samples: Vec<Samples> = (0..self.arcs.stops.len()).map(of_arc).collect();
+        let places = self.places(&samples, |_| true);
+        self.named(&samples, places).len()
+    }
+
+    /// Tightens fitted [`strokes`](Self::strokes) where their samples cross, and where a ring has
+    /// less than `keep_area` of its area.
+    ///
+    /// Spans that cross become cubics with the same directions at their ends and shorter handles,
+    /// and points that the fit moved go back towards the data, step by step, until nothing crosses.
+    /// In the last step a span is its chord. So nothing is left that the data have not.
+    pub fn mend(&self, fit: Fit, sampling: Sampling, keep_area: f64) -> (Fit, Mended) {
+        let mut levels = Levels::new(self, &fit);
+        let mut samples = map::sample(self, &fit, sampling);
+        let mut crossing = self.places(&samples, |_| true);
+        let rings: Vec<usize> = (0..self.batch.len()).filter(|&i| self.is_ring(i)).collect();
+        let mut shrunken: Vec<usize> =
+            rings.iter().copied().filter(|&i| self.is_shrunken(i, &samples, keep_area)).collect();
+        let mut mended =
+            Mended { before: self.named(&samples, crossing.clone()).len(), kept: shrunken.len(), ..Mended::default() };
+        loop {
+            let mut changed: Vec<u32> = Vec::new();
+            for &(arc, segment) in crossing.iter().flatten() {
+                changed.extend(self.tighten(&mut levels, &samples[arc as usize], arc as usize, segment as usize));
+            }
+            for way in shrunken.iter().flat_map(|&i| &self.arcs.uses[i]) {
+                let (place, spans) = (self.strokes.places[way.arc as usize], self.arcs.spans(way.arc as usize));
+                let first = place.first as usize;
+                changed.extend(levels.bring_back(place.stroke, first..first + spans).then_some(place.stroke));
+            }
+            if changed.is_empty() {
+                break;
+            }
+            changed.sort_unstable();
+            changed.dedup();
+            map::sample_again(self, &levels, &changed, sampling, &mut samples);
+            let is_new = |arc: u32| changed.binary_search(&self.strokes.places[arc as usize].stroke).is_ok();
+            crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
+            crossing.extend(self.places(&samples, is_new));
+            shrunken.retain(|&i| self.is_shrunken(i, &samples, keep_area));
+        }
+        mended.tightened = levels.tightened();
+        mended.left = self.named(&samples, crossing);
+        (levels.finish(), mended)
+    }
+
+    /// Tightens the spans of a segment of an arc's samples; the stroke, if that changed anything.
+    fn tighten(&self, levels: &mut Levels, samples: &Samples, arc: usize, segment: usize) -> Option<u32> {
+        let (place, spans) = (self.strokes.places[arc], self.arcs.spans(arc));
+        let from = samples.t[segment];
+        let to = samples.t.get(segment + 1).copied().unwrap_or(spans as f64);
+        let mut changed = false;
+        for span in from.floor() as usize..(to.ceil() as usize).min(spans) {
+            let along = if place.reversed { spans - 1 - span } else { span };
+            changed |= levels.tighten(place.stroke, place.first as usize + along);
+        }
+        changed.then_some(place.stroke)
+    }
+
+    /// Whether curve `i` is closed and not alone.
+    fn is_ring(&self, i: usize) -> bool {
+        self.batch.is_closed(i) && !self.arcs.alone[self.arcs.uses[i][0].arc as usize]
+    }
+
+    /// Whether a ring's samples have less than a part of the area of its points, or turn the other
+    /// way round.
+    fn is_shrunken(&self, i: usize, samples: &[Samples], keep_area: f64) -> bool {
+        let points = self.batch.points(i).chunks_exact(self.batch.dimension());
+        let data = area(points.map(|point| DVec2::from_slice(&point[..2])));
+        let now = area(map::along(self, samples, i).map(|point| point.truncate()));
+        now * data.signum() < keep_area * data.abs()
+    }
+
+    /// Pairs of segments of arcs that cross, one of them of an arc that is `new`.
+    fn places(&self, samples: &[Samples], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
+        let line = |arc: usize| match self.arcs.alone[arc] {
+            true => Line { points: &[], closed: false },
+            false => Line { points: &samples[arc].points, closed: self.arcs.closed[arc] },
+        };
+        let lines: Vec<Line> = (0..samples.len()).map(line).collect();
+        crossings::crossings(&lines, new)
+    }
+
+    /// One crossing a pair of spans.
+    fn named(&self, samples: &[Samples], mut places: Vec<[Place; 2]>) -> Vec<Crossing> {
+        let span = |(arc, segment): Place| (arc, samples[arc as usize].t[segment as usize] as usize);
+        let mut seen = FxHashSet::default();
+        places.retain(|pair| seen.insert(pair.map(span)));
+        places.into_iter().map(|places| self.crossing(samples, places)).collect()
+    }
+
+    fn crossing(&self, samples: &[Samples], places: [Place; 2]) -> Crossing {
+        let at = samples[places[0].0 as usize].points[places[0].1 as usize];
+        let curves = places.map(|(arc, _)| self.arcs.stops[arc as usize][0].curve as usize);
+        Crossing { curves, at: [at.x, at.y] }
+    }
+}
+
+/// The area that a polygon encloses, positive if it goes round to the left.
+fn area(points: impl Iterator<Item = DVec2>) -> f64 {
+    let mut points = points.peekable();
+    let Some(&first) = points.peek() else { return 0.0 };
+    let (mut twice, mut last) = (0.0, DVec2::ZERO);
+    for point in points {
+        twice += last.perp_dot(point - first);
+        last = point - first;
+    }
+    0.5 * twice
 }

@@ -254,6 +254,9 @@ impl<'a> Reader<'a> {
             self.round_pole.push(i);
         }
         longitude::apply(points, 2, &turns);
+        if shell == Some(i) {
+            longitude::centre(points, 2);
+        }
         self.unwrapped.push(i);
     }
 

@@ -1,0 +1,241 @@
+//! Mending: where curves cross that should not, they are drawn tighter, span by span.
+//!
+//! A span that is tightened becomes a cubic with the curve's directions at both ends and shorter
+//! handles, so that the direction never breaks. Points that the fit moved go back towards the data
+//! at the same time. In the end a span is the chord between its data points: where the data do not
+//! cross, nothing is left to cross.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use super::Topology;
+use crate::batch::CurveBatch;
+use crate::curve::{Curve, Jet, Sampling};
+use crate::motion::Motion;
+use crate::report::{CurveSet, Fit};
+
+/// The lengths of handles at every level, as parts of a third of the chord; 0 is a straight span.
+const HANDLES: [f64; 6] = [1.0, 1.0, 0.5, 0.25, 0.125, 0.0];
+
+/// How far points stay from the data at every level, as parts of what the fit moved them.
+const MOVED: [f64; 6] = [1.0, 0.75, 0.5, 0.25, 0.0, 0.0];
+
+/// The tightest level.
+const TIGHTEST: u8 = (HANDLES.len() - 1) as u8;
+
+/// How tight the spans and points of every stroke are.
+pub(super) struct Levels<'a> {
+    topology: &'a Topology,
+    fit: &'a Fit,
+    /// The levels of every stroke that has any: of its spans and of its points.
+    strokes: FxHashMap<u32, (Vec<u8>, Vec<u8>)>,
+}
+
+impl<'a> Levels<'a> {
+    pub fn new(topology: &'a Topology, fit: &'a Fit) -> Self {
+        Levels { topology, fit, strokes: FxHashMap::default() }
+    }
+
+    /// Draws a span of a stroke tighter, with its points. False where it is as tight as can be.
+    pub fn tighten(&mut self, stroke: u32, span: usize) -> bool {
+        let Some((spans, points)) = self.of(stroke) else { return false };
+        if spans[span] == TIGHTEST {
+            return false;
+        }
+        spans[span] += 1;
+        let (level, count) = (spans[span], points.len());
+        for k in [span, (span + 1) % count] {
+            points[k] = points[k].max(level);
+        }
+        true
+    }
+
+    /// Brings the points of some spans of a stroke nearer to the data, and then draws the spans
+    /// tighter. False where they are as tight as can be.
+    pub fn bring_back(&mut self, stroke: u32, range: Range<usize>) -> bool {
+        let Some((spans, points)) = self.of(stroke) else { return false };
+        let raise = |level: &mut u8| {
+            let changed = *level < TIGHTEST;
+            *level += u8::from(changed);
+            changed
+        };
+        let count = points.len();
+        let nearer = (range.start..=range.end).fold(false, |changed, k| raise(&mut points[k % count]) || changed);
+        nearer || spans[range].iter_mut().fold(false, |changed, level| raise(level) || changed)
+    }
+
+    /// The levels of a stroke, unless it was not fitted.
+    fn of(&mut self, stroke: u32) -> Option<(&mut Vec<u8>, &mut Vec<u8>)> {
+        let batch = self.topology.strokes();
+        let s = stroke as usize;
+        if !self.fit.curve(s).is_fitted() {
+            return None;
+        }
+        let (spans, points) =
+            self.strokes.entry(stroke).or_insert_with(|| (vec![0; batch.spans(s)], vec![0; batch.count(s)]));
+        Some((spans, points))
+    }
+
+    /// The strokes as they were fitted.
+    pub fn fit(&self) -> &'a Fit {
+        self.fit
+    }
+
+    /// Number of spans that are tighter than they were fitted.
+    pub fn tightened(&self) -> usize {
+        self.strokes.values().flat_map(|(spans, _)| spans).filter(|&&level| level > 0).count()
+    }
+
+    /// The tightened spans of a stroke.
+    pub fn cubics(&self, stroke: u32) -> FxHashMap<u32, [DVec3; 4]> {
+        let Some((spans, points)) = self.strokes.get(&stroke) else { return FxHashMap::default() };
+        let (curve, batch, s) = (self.fit.curve(stroke as usize), self.topology.strokes(), stroke as usize);
+        let count = points.len();
+        let place = |k: usize| {
+            let fitted = if k == spans.len() { curve.jet(k - 1, 1.0) } else { curve.jet(k, 0.0) };
+            let d = batch.dimension();
+            let data = crate::curve::vector(&batch.points(s)[k % count * d..][..d]);
+            let direction = fitted.first.normalize_or_zero();
+            (data + (fitted.point - data) * MOVED[points[k % count] as usize], direction)
+        };
+        let is_moved = |k: usize| points[k % count] > 0;
+        let mut cubics = FxHashMap::default();
+        for span in (0..spans.len()).filter(|&k| spans[k] > 0 || is_moved(k) || is_moved(k + 1)) {
+            let ((p, u), (q, v)) = (place(span), place(span + 1));
+            let chord = q - p;
+            let handle = |direction: DVec3| match HANDLES[spans[span] as usize] * f64::from(direction != DVec3::ZERO) {
+                0.0 => chord / 3.0,
+                part => direction * (part * chord.length() / 3.0),
+            };
+            cubics.insert(span as u32, [p, p + handle(u), q - handle(v), q]);
+        }
+        cubics
+    }
+
+    /// The strokes as they are now, with the largest distance of a point from the data.
+    pub fn finish(self) -> Fit {
+        let mut reports = self.fit.reports().to_vec();
+        let batch = self.topology.strokes();
+        let mut cubics = FxHashMap::default();
+        for (&stroke, (_, points)) in &self.strokes {
+            let s = stroke as usize;
+            cubics.insert(stroke, self.cubics(stroke));
+            let curve = self.fit.curve(s);
+            let data = batch.points(s).chunks_exact(batch.dimension()).map(crate::curve::vector);
+            let distance = |(k, data): (usize, DVec3)| {
+                let fitted = if k == curve.spans() { curve.jet(k - 1, 1.0) } else { curve.jet(k, 0.0) };
+                (fitted.point - data).length() * MOVED[points[k] as usize]
+            };
+            reports[s].max_deviation = data.enumerate().map(distance).fold(0.0, f64::max);
+        }
+        let device = self.fit.device().clone();
+        Fit::new(Tightened { fit: self.fit.clone(), cubics, batch: batch.clone() }, reports, device)
+    }
+}
+
+/// Strokes of which some spans are tighter.
+struct Tightened {
+    fit: Fit,
+    cubics: FxHashMap<u32, FxHashMap<u32, [DVec3; 4]>>,
+    batch: CurveBatch,
+}
+
+impl CurveSet for Tightened {
+    fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
+        let curve = self.fit.curve(i);
+        match self.cubics.get(&(i as u32)) {
+            None => curve,
+            Some(cubics) => Box::new(Tight { curve, cubics }),
+        }
+    }
+
+    fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        let sample = |i: usize| {
+            let curve = self.curve(i);
+            let (mut coords, mut t) = (Vec::new(), Vec::new());
+            for (span, u) in curve.sites(sampling) {
+                coords.extend_from_slice(&curve.jet(span, u).point.to_array()[..self.batch.dimension()]);
+                t.push(
+                    curve.knots().get(span).map_or(0.0, |knot| knot + if u > 0.0 { u * curve.pace(span) } else { 0.0 }),
+                );
+            }
+            (coords, t)
+        };
+        let samples = (0..self.batch.len()).map(sample).collect();
+        let closing = |i: usize, last: f64| self.curve(i).domain().1 - last;
+        let closed = (0..self.batch.len()).map(|i| self.batch.is_closed(i)).collect();
+        let problems = (0..self.batch.len()).filter_map(|i| Some((i, self.batch.problem(i)?.clone()))).collect();
+        CurveBatch::from_samples(
+            self.batch.dimension(),
+            samples,
+            closing,
+            closed,
+            problems,
+            self.batch.origin().clone(),
+        )
+    }
+}
+
+/// A curve of which some spans are cubics of their own.
+pub(super) struct Tight<'a> {
+    pub curve: Box<dyn Curve + 'a>,
+    pub cubics: &'a FxHashMap<u32, [DVec3; 4]>,
+}
+
+impl Tight<'_> {
+    fn cubic(&self, span: usize) -> Option<&[DVec3; 4]> {
+        self.cubics.get(&(span as u32))
+    }
+}
+
+impl Curve for Tight<'_> {
+    fn dimension(&self) -> usize {
+        self.curve.dimension()
+    }
+
+    fn is_closed(&self) -> bool {
+        self.curve.is_closed()
+    }
+
+    fn knots(&self) -> &[f64] {
+        self.curve.knots()
+    }
+
+    fn is_fitted(&self) -> bool {
+        self.curve.is_fitted()
+    }
+
+    fn pace(&self, span: usize) -> f64 {
+        self.curve.pace(span)
+    }
+
+    fn jet(&self, span: usize, u: f64) -> Jet {
+        let Some(&[p, q, r, s]) = self.cubic(span) else { return self.curve.jet(span, u) };
+        let (a, b, c) = (3.0 * (q - p), 3.0 * (p - 2.0 * q + r), (s - p) - 3.0 * (r - q));
+        let point = match u {
+            0.0 => p,
+            1.0 => s,
+            _ => p + (a + (b + c * u) * u) * u,
+        };
+        let pace = self.pace(span);
+        Jet {
+            point,
+            first: (a + (2.0 * b + 3.0 * c * u) * u) / pace,
+            second: (2.0 * b + 6.0 * c * u) / (pace * pace),
+            third: 6.0 * c / (pace * pace * pace),
+        }
+    }
+
+    fn pieces(&self, span: usize) -> usize {
+        self.cubic(span).map_or_else(|| self.curve.pieces(span), |_| 1)
+    }
+
+    fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
+        match self.cubic(span) {
+            Some(&cubic) => Some(Motion::of_bezier(cubic)),
+            None => self.curve.motion(span, piece),
+        }
+    }
+}
