@@ -117,7 +117,13 @@ impl BezierArgs {
     }
 
     fn write_options(&self, beziers: bool) -> WriteOptions {
-        WriteOptions { format: self.curves.to, overwrite: self.run.force, beziers, rounding: None }
+        WriteOptions {
+            format: self.curves.to,
+            overwrite: self.run.force,
+            beziers,
+            rounding: None,
+            decimals: self.curves.digits,
+        }
     }
 
     /// Chains of cubics for SVG: control points of cubics as they are, curves of other degrees

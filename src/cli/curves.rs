@@ -36,6 +36,11 @@ pub struct CurveArgs {
     /// Format of the output, where its name does not say it
     #[arg(long, value_name = "FORMAT", help_heading = "Output")]
     pub to: Option<Format>,
+    /// Rounds coordinates to N decimals, in CSV, GeoJSON and TopoJSON
+    ///
+    /// TopoJSON is quantised then. By default every coordinate has all its digits.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=15), help_heading = "Output")]
+    pub digits: Option<u8>,
     /// Draws input and curves into an SVG file
     #[arg(long, value_name = "FILE.svg", help_heading = "Picture")]
     pub picture: Option<PathBuf>,

@@ -120,6 +120,7 @@ impl FitArgs {
             format: self.curves.to,
             overwrite: self.run.force,
             beziers: self.shape == Shape::Bezier,
+            decimals: self.curves.digits,
             rounding: self.asked_tolerance().map(|tolerance| ROUNDING * tolerance),
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use faircurve::topology::{Crossing, Options, Topology};
+use faircurve::topology::{Crossing, Faults, Options, Topology};
 use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
 
 use super::{count, thousands};
@@ -119,14 +119,20 @@ impl MapArgs {
         match self.crossings.unwrap_or(Crossings::Count) {
             Crossings::Ignore => (strokes, note),
             Crossings::Count => {
-                let crossings = topology.crossings(&strokes, sampling);
-                let more = (!crossings.is_empty()).then(|| {
-                    let own = topology.crossings_of_data();
-                    let of_data = if own > 0 { format!(" ({} in the data)", thousands(own)) } else { String::new() };
+                let Faults { crossings, of_data, misplaced } = topology.faults(&strokes, sampling);
+                let crossings = (!crossings.is_empty()).then(|| {
+                    let of_data =
+                        if of_data > 0 { format!(" ({} in the data)", thousands(of_data)) } else { String::new() };
                     let named = named(topology, &crossings);
                     format!("{}{of_data}: {named}; --crossings mend mends them", count(crossings.len(), "crossing"))
                 });
-                (strokes, note.into_iter().chain(more).collect())
+                let misplaced = misplaced.first().map(|&first| {
+                    let (all, first) = (count(misplaced.len(), "ring"), topology.curves().label(first));
+                    format!(
+                        "{all} came to lie on the other side of others, such as {first}; --crossings mend mends that"
+                    )
+                });
+                (strokes, note.into_iter().chain(crossings).chain(misplaced).collect())
             }
             Crossings::Mend => {
                 let share = self.keep_area.unwrap_or(KEEP_AREA);
@@ -149,7 +155,13 @@ impl MapArgs {
                         count(mended.kept, "ring")
                     )
                 });
-                (strokes, note.into_iter().chain([line]).chain(kept).collect())
+                let misplaced = (mended.misplaced > 0).then(|| {
+                    format!(
+                        "{} would have come to lie on the other side of others, and do not",
+                        count(mended.misplaced, "ring")
+                    )
+                });
+                (strokes, note.into_iter().chain([line]).chain(kept).chain(misplaced).collect())
             }
         }
     }

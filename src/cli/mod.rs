@@ -79,7 +79,7 @@ const MISTYPED: usize = 2;
 /// What is read, and how.
 #[derive(Args, Debug)]
 struct InputArgs {
-    /// File to read (.csv, .geojson, .svg, .npz)
+    /// File to read (.csv, .geojson, .topojson, .svg, .npz)
     ///
     /// - reads standard input, with --from.
     input: PathBuf,

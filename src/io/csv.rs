@@ -395,9 +395,9 @@ pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
 /// Writes `curve,x,y[,z],t`, and `closed` if a curve is.
 ///
 /// t is the parameter, or the number of the vertex if there is none.
-pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
+pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch, decimals: Option<u8>) -> io::Result<()> {
     let d = batch.dimension();
-    let mut text = Text::new(out);
+    let mut text = Text::new(out).with_decimals(decimals);
     let any_closed = (0..batch.len()).any(|i| batch.is_closed(i));
     text.push(if d == 2 { "curve,x,y,t" } else { "curve,x,y,z,t" })?;
     text.push(if any_closed { ",closed\n" } else { "\n" })?;

@@ -4,6 +4,7 @@
 //! |---|---|---|---|
 //! | [CSV](Format::Csv) | rows with one name in `curve`, one after another | every column of [`Columns`] | `curve,x,y[,z],t`, and `closed` where a curve is |
 //! | [GeoJSON](Format::GeoJson) | one a LineString or ring | lines and rings; points pass through | the document read, with new coordinates |
+//! | [TopoJSON](Format::TopoJson) | as GeoJSON | lines and rings; points pass through | the objects read, with arcs of the new coordinates |
 //! | [SVG](Format::Svg) | one a subpath, polyline, polygon or line | vertices, or [control points](ReadOptions::controls), after transforms | one path a curve, also cubic Béziers |
 //! | [NPZ](Format::Npz) | ragged arrays | `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names` | the same |
 //!
@@ -71,6 +72,7 @@ mod npz;
 mod source;
 mod svg;
 mod text;
+mod topojson;
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -92,6 +94,8 @@ pub enum Format {
     Csv,
     /// GeoJSON, RFC 7946.
     GeoJson,
+    /// TopoJSON: arcs that neighbours share.
+    TopoJson,
     /// Scalable Vector Graphics.
     Svg,
     /// NumPy's archive of arrays.
@@ -113,8 +117,8 @@ impl Format {
             Format::Svg if dimension == 3 => {
                 Err(Error::argument("SVG is flat, but the curves have 3 dimensions: write CSV, GeoJSON or NPZ"))
             }
-            Format::GeoJson if beziers => Err(Error::argument(
-                "GeoJSON holds straight lines and no Bézier curves: write SVG, CSV or NPZ, or ask for polylines",
+            Format::GeoJson | Format::TopoJson if beziers => Err(Error::argument(
+                "GeoJSON and TopoJSON hold straight lines and no Bézier curves: write SVG, CSV or NPZ, or ask for polylines",
             )),
             _ => Ok(()),
         }
@@ -123,7 +127,7 @@ impl Format {
     fn of(path: &Path, given: Option<Format>, option: &str) -> Result<Self> {
         given
             .or_else(|| Self::of_extension(path))
-            .ok_or_else(|| unknown_format(path, option, "csv, geojson, svg or npz"))
+            .ok_or_else(|| unknown_format(path, option, "csv, geojson, topojson, svg or npz"))
     }
 }
 
@@ -135,10 +139,11 @@ impl FromStr for Format {
         match word.to_ascii_lowercase().as_str() {
             "csv" => Ok(Format::Csv),
             "geojson" | "json" => Ok(Format::GeoJson),
+            "topojson" => Ok(Format::TopoJson),
             "svg" => Ok(Format::Svg),
             "npz" => Ok(Format::Npz),
             _ => Err(Error::Argument(format!(
-                "there is no format {}: csv, geojson, svg and npz are possible",
+                "there is no format {}: csv, geojson, topojson, svg and npz are possible",
                 quoted(word)
             ))),
         }
@@ -150,6 +155,7 @@ impl fmt::Display for Format {
         f.pad(match self {
             Format::Csv => "csv",
             Format::GeoJson => "geojson",
+            Format::TopoJson => "topojson",
             Format::Svg => "svg",
             Format::Npz => "npz",
         })
@@ -221,6 +227,11 @@ pub struct WriteOptions {
     /// moves by no more than 0.71 of it. By default, and if coordinates have no such digits, points
     /// are exact.
     pub rounding: Option<f64>,
+    /// CSV, GeoJSON and TopoJSON: coordinates are rounded to so many decimals. TopoJSON is then
+    /// quantised.
+    ///
+    /// By default coordinates are the shortest decimals that read back to the same bits.
+    pub decimals: Option<u8>,
 }
 
 /// Reads curves from a file, in the format of its extension.
@@ -272,7 +283,8 @@ pub fn read_from(reader: impl Read, options: &ReadOptions) -> Result<CurveBatch>
 fn read_source(mut source: Source, format: Format, options: &ReadOptions) -> Result<CurveBatch> {
     let batch = match format {
         Format::Csv => csv::read(&mut source, options),
-        Format::GeoJson => geojson::read(&mut source, options),
+        // Both end in .json; a topology says that it is one.
+        Format::GeoJson | Format::TopoJson => geojson::read(&mut source, options),
         Format::Svg => svg::read(&mut source, options),
         Format::Npz => npz::read(&mut source, options),
     }?;
@@ -285,7 +297,9 @@ fn read_source(mut source: Source, format: Format, options: &ReadOptions) -> Res
 fn wanted(format: Format) -> &'static str {
     match format {
         Format::Csv => "there is a header, but no row after it",
-        Format::GeoJson => "LineString, MultiLineString, Polygon and MultiPolygon geometries are read",
+        Format::GeoJson | Format::TopoJson => {
+            "LineString, MultiLineString, Polygon and MultiPolygon geometries are read"
+        }
         Format::Svg => "path, polyline, polygon and line elements are read",
         Format::Npz => "offsets has one entry, and needs one more than there are curves",
     }
@@ -356,14 +370,15 @@ fn check_batch(batch: &CurveBatch, format: Format, options: &WriteOptions) -> Re
     match format {
         Format::Csv => csv::check_names(batch),
         Format::Npz => npz::check_names(batch),
-        Format::GeoJson | Format::Svg => Ok(()),
+        Format::GeoJson | Format::TopoJson | Format::Svg => Ok(()),
     }
 }
 
 fn fill(out: &mut dyn Write, batch: &CurveBatch, format: Format, options: &WriteOptions) -> std::io::Result<()> {
     match format {
-        Format::Csv => csv::write(out, batch),
-        Format::GeoJson => geojson::write(out, batch),
+        Format::Csv => csv::write(out, batch, options.decimals),
+        Format::GeoJson => geojson::write(out, batch, options.decimals),
+        Format::TopoJson => topojson::write(out, batch, options.decimals),
         Format::Svg => svg::write(out, batch, options.beziers, options.rounding),
         Format::Npz => npz::write(out, batch),
     }

@@ -13,11 +13,19 @@ pub(crate) struct Text<'w> {
     out: &'w mut dyn Write,
     buffer: Vec<u8>,
     digits: zmij::Buffer,
+    /// Ten to the number of decimals that coordinates are rounded to.
+    rounding: Option<f64>,
 }
 
 impl<'w> Text<'w> {
     pub(crate) fn new(out: &'w mut dyn Write) -> Self {
-        Text { out, buffer: Vec::with_capacity(BUFFER_BYTES + 4096), digits: zmij::Buffer::new() }
+        Text { out, buffer: Vec::with_capacity(BUFFER_BYTES + 4096), digits: zmij::Buffer::new(), rounding: None }
+    }
+
+    /// Rounds the coordinates of points to so many decimals, or leaves them as they are.
+    pub(crate) fn with_decimals(mut self, decimals: Option<u8>) -> Self {
+        self.rounding = decimals.map(|decimals| 10_f64.powi(decimals.into()));
+        self
     }
 
     /// Appends text.
@@ -42,9 +50,15 @@ impl<'w> Text<'w> {
             if axis > 0 {
                 self.push(separator)?;
             }
-            self.number(x)?;
+            self.number(self.rounded(x))?;
         }
         Ok(())
+    }
+
+    fn rounded(&self, x: f64) -> f64 {
+        // 0 and −0 are written alike; numbers too large to have such decimals stay.
+        let round = |by: f64| Some((x * by).round() / by + 0.0).filter(|rounded| rounded.is_finite());
+        self.rounding.and_then(round).unwrap_or(x)
     }
 
     /// Writes out what the buffer still holds.

@@ -129,7 +129,7 @@ fn within(lines: &[Line], run: &Run, found: &mut Vec<[Place; 2]>) {
     }
     for b in first..=last {
         for a in first..b {
-            if cross(line.segment(a), line.segment(b)) {
+            if cross(line.segment(a), line.segment(b), may_meet(lines, (run.arc, a as u32), (run.arc, b as u32))) {
                 found.push([(run.arc, a as u32), (run.arc, b as u32)]);
             }
         }
@@ -150,7 +150,7 @@ fn between(lines: &[Line], a: &Run, b: &Run, found: &mut Vec<[Place; 2]>) {
     let of_b = reaching(b);
     for (k, p) in reaching(a) {
         for &(j, q) in &of_b {
-            if cross(p, q) {
+            if cross(p, q, may_meet(lines, (a.arc, k), (b.arc, j))) {
                 let places = [(a.arc, k), (b.arc, j)];
                 found.push(if places[0] <= places[1] { places } else { [places[1], places[0]] });
             }
@@ -158,8 +158,20 @@ fn between(lines: &[Line], a: &Run, b: &Run, found: &mut Vec<[Place; 2]>) {
     }
 }
 
-/// Whether two segments have a point in common, besides a common end.
-fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
+/// Whether two segments may have a common end: neighbours, and the ends of open arcs.
+fn may_meet(lines: &[Line], a: Place, b: Place) -> bool {
+    let (line, segments) = (&lines[a.0 as usize], lines[a.0 as usize].segments() as u32);
+    let away = a.1.abs_diff(b.1);
+    let neighbours = a.0 == b.0 && (away == 1 || (line.closed && away + 1 == segments));
+    let is_end = |(arc, k): Place| {
+        let line = &lines[arc as usize];
+        !line.closed && (k == 0 || k as usize + 1 == line.segments())
+    };
+    neighbours || (is_end(a) && is_end(b))
+}
+
+/// Whether two segments have a point in common, besides a common end if they may have one.
+fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2], may_meet: bool) -> bool {
     if a == b || c == d || !(a.min(b).cmple(c.max(d)).all() && c.min(d).cmple(a.max(b)).all()) {
         return false;
     }
@@ -170,6 +182,9 @@ fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
     };
     let on_one_line = |from: DVec2, p: DVec2, q: DVec2| side(from, p, q) == 0 && (p - from).dot(q - from) > 0.0;
     // From a common end they go on together, or not at all.
+    if !may_meet && (a == c || a == d || b == c || b == d) {
+        return true;
+    }
     match (a == c, a == d, b == c, b == d) {
         (true, _, _, true) | (_, true, true, _) => return true,
         (true, ..) => return on_one_line(a, b, d),
@@ -192,13 +207,14 @@ mod tests {
 
     #[test]
     fn segments_cross_touch_and_overlap_and_may_share_an_end() {
-        let crossed = |p: [f64; 4], q: [f64; 4]| cross(segment(p), segment(q));
+        let crossed = |p: [f64; 4], q: [f64; 4]| cross(segment(p), segment(q), true);
         let base = [0.0, 0.0, 2.0, 0.0];
         assert!(crossed(base, [1.0, -1.0, 1.0, 1.0]), "crossing");
         assert!(crossed(base, [1.0, 0.0, 1.0, 1.0]), "touching inside");
         assert!(crossed(base, [1.0, 0.0, 3.0, 0.0]) && crossed(base, base), "on one line");
         assert!(!crossed(base, [3.0, 0.0, 4.0, 0.0]), "on one line, apart");
         assert!(!crossed(base, [2.0, 0.0, 3.0, 1.0]) && !crossed(base, [2.0, 0.0, 4.0, 0.0]), "a common end");
+        assert!(cross(segment(base), segment([2.0, 0.0, 3.0, 1.0]), false), "no neighbours");
         assert!(crossed(base, [2.0, 0.0, 1.0, 0.0]), "back on itself");
         assert!(!crossed(base, [1.0, f64::EPSILON, 1.0, 1.0]), "next to it");
     }
@@ -228,7 +244,8 @@ mod tests {
                 (0..12).flat_map(|arc| (0..lines[arc].segments()).map(move |k| (arc as u32, k as u32))).collect();
             for (k, &b) in places.iter().enumerate() {
                 let segment = |(arc, k): Place| lines[arc as usize].segment(k as usize);
-                all.extend(places[..k].iter().filter(|&&a| cross(segment(a), segment(b))).map(|&a| [a, b]));
+                let crossed = |&&a: &&Place| cross(segment(a), segment(b), may_meet(&lines, a, b));
+                all.extend(places[..k].iter().filter(crossed).map(|&a| [a, b]));
             }
             all.sort_unstable();
             assert_eq!(crossings(&lines, |_| true), all, "steps of {step}");

@@ -17,10 +17,13 @@ use crate::motion::Motion;
 use crate::report::{CurveSet, Fit};
 
 /// The lengths of handles at every level, as parts of a third of the chord; 0 is a straight span.
-const HANDLES: [f64; 6] = [1.0, 1.0, 0.5, 0.25, 0.125, 0.0];
+const HANDLES: [f64; 8] = [1.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.0];
 
 /// How far points stay from the data at every level, as parts of what the fit moved them.
-const MOVED: [f64; 6] = [1.0, 0.75, 0.5, 0.25, 0.0, 0.0];
+const MOVED: [f64; 8] = [1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0, 0.0];
+
+/// From point to point away from a span the level of points falls by so much.
+const FADING: u8 = 2;
 
 /// The tightest level.
 const TIGHTEST: u8 = (HANDLES.len() - 1) as u8;
@@ -40,14 +43,26 @@ impl<'a> Levels<'a> {
 
     /// Draws a span of a stroke tighter, with its points. False where it is as tight as can be.
     pub fn tighten(&mut self, stroke: u32, span: usize) -> bool {
+        let closed = self.topology.strokes().is_closed(stroke as usize);
         let Some((spans, points)) = self.of(stroke) else { return false };
         if spans[span] == TIGHTEST {
             return false;
         }
         spans[span] += 1;
         let (level, count) = (spans[span], points.len());
-        for k in [span, (span + 1) % count] {
-            points[k] = points[k].max(level);
+        let mut at_least = |k: usize, level: u8| points[k % count] = points[k % count].max(level);
+        // The points beyond follow a little, so that there is no step.
+        for away in 0..count.div_ceil(2) {
+            let Some(level) = level.checked_sub(FADING * away as u8).filter(|&level| level > 0) else { break };
+            let (before, after) = (span.checked_sub(away), span + 1 + away);
+            match (before, closed) {
+                (Some(k), _) => at_least(k, level),
+                (None, true) => at_least(span + count - away, level),
+                (None, false) => {}
+            }
+            if closed || after < count {
+                at_least(after, level);
+            }
         }
         true
     }

@@ -39,23 +39,26 @@ mod arcs;
 mod crossings;
 mod map;
 mod mend;
+mod nesting;
 mod strokes;
 mod vertices;
 
+use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rustc_hash::FxHashSet;
 
 use crate::batch::CurveBatch;
 use crate::curve::Sampling;
 use crate::error::{Error, Result};
 use crate::report::Fit;
-use arcs::Arcs;
+use arcs::{Arcs, Stop, Use};
 use crossings::{Line, Place};
 use map::{Map, Samples};
 use mend::Levels;
+use nesting::{Misplaced, Nesting};
 use strokes::Strokes;
 use vertices::Vertices;
 
@@ -104,6 +107,18 @@ pub struct Crossing {
     pub at: [f64; 2],
 }
 
+/// What is wrong with a fitted map.
+#[derive(Clone, Debug, Default)]
+pub struct Faults {
+    /// Where curves cross, one a pair of spans.
+    pub crossings: Vec<Crossing>,
+    /// So many of them, or others in their place, are in the data: chords cross there.
+    pub of_data: usize,
+    /// Curves that have come to another side of a ring that they do not meet, such as islands that
+    /// a coast moved over. One of those that hang together.
+    pub misplaced: Vec<usize>,
+}
+
 /// What came of mending.
 #[derive(Clone, Debug, Default)]
 pub struct Mended {
@@ -115,6 +130,8 @@ pub struct Mended {
     pub tightened: usize,
     /// Rings that would have lost too much of their area.
     pub kept: usize,
+    /// Curves that would have come to lie on the other side of others, such as islands inland.
+    pub misplaced: usize,
 }
 
 /// What the curves of a batch share.
@@ -166,6 +183,22 @@ impl Topology {
         &self.batch
     }
 
+    /// Numbers of the arcs that curve `i` goes along, those that it goes against as −1 − number.
+    pub fn numbers(&self, i: usize) -> Vec<i64> {
+        let number = |way: &Use| if way.reversed { -1 - i64::from(way.arc) } else { i64::from(way.arc) };
+        self.arcs.uses[i].iter().map(number).collect()
+    }
+
+    /// The points of every arc, in the order of their numbers. A closed arc repeats its first.
+    pub fn arc_points(&self) -> impl Iterator<Item = Vec<Vec<f64>>> + '_ {
+        (0..self.arcs.stops.len()).map(|arc| {
+            let stops = &self.arcs.stops[arc];
+            let again = stops.first().filter(|_| self.arcs.closed[arc]);
+            let point = |stop: &Stop| self.vertices.position(stop.vertex, stop.turn)[..self.batch.dimension()].to_vec();
+            stops.iter().chain(again).map(point).collect()
+        })
+    }
+
     /// What is to be fitted: every stroke once.
     pub fn strokes(&self) -> &CurveBatch {
         &self.strokes.batch
@@ -196,32 +229,38 @@ impl Topology {
         Fit::new(Map { topology: self.clone(), fit }, reports, device)
     }
 
-    /// Where the samples of fitted [`strokes`](Self::strokes) cross, seen along x and y.
+    /// Where the samples of fitted [`strokes`](Self::strokes) cross, seen along x and y, and what
+    /// they put on another side of others.
     ///
     /// Each pair of spans whose samples have a point in common counts, but for neighbours along a
-    /// curve and curves that meet at a junction. What curves share is looked at once. Curves that share
-    /// nothing because they cannot be fitted are left out. Longitudes are compared as they are: two
-    /// curves on both sides of the antimeridian do not meet.
-    pub fn crossings(&self, fit: &Fit, sampling: Sampling) -> Vec<Crossing> {
-        let samples = map::sample(self, fit, sampling);
-        let places = self.places(&samples, |_| true);
-        self.named(&samples, places)
+    /// curve and curves that meet at a junction. What curves share is looked at once. Curves that
+    /// share nothing because they cannot be fitted are left out. Longitudes are compared as they
+    /// are: two curves on both sides of the antimeridian do not meet.
+    pub fn faults(&self, fit: &Fit, sampling: Sampling) -> Faults {
+        let (samples, data) = (map::sample(self, fit, sampling), self.data());
+        let crossings = |samples: &[Samples]| self.named(samples, self.places(samples, |_| true));
+        let nesting = Nesting::new(self, &data);
+        let curve = |misplaced: Misplaced| {
+            let arc = nesting.arcs(misplaced.part).next()?;
+            Some(self.arcs.stops[arc][0].curve as usize)
+        };
+        let mut misplaced: Vec<usize> = nesting.misplaced(&samples).into_iter().filter_map(curve).collect();
+        misplaced.dedup();
+        Faults { crossings: crossings(&samples), of_data: crossings(&data).len(), misplaced }
     }
 
-    /// Where the chords between the data points cross, counted likewise.
-    pub fn crossings_of_data(&self) -> usize {
+    /// The data points as samples of the arcs.
+    fn data(&self) -> Vec<Samples> {
         let of_arc = |arc: usize| {
             let stops = self.arcs.stops[arc].iter();
             let points = stops.map(|stop| self.vertices.position(stop.vertex, stop.turn).into()).collect();
             Samples { points, t: (0..self.arcs.stops[arc].len()).map(|k| k as f64).collect() }
         };
-        let samples: Vec<Samples> = (0..self.arcs.stops.len()).map(of_arc).collect();
-        let places = self.places(&samples, |_| true);
-        self.named(&samples, places).len()
+        (0..self.arcs.stops.len()).map(of_arc).collect()
     }
 
-    /// Tightens fitted [`strokes`](Self::strokes) where their samples cross, and where a ring has
-    /// less than `keep_area` of its area.
+    /// Tightens fitted [`strokes`](Self::strokes) where their samples cross, where a ring has less
+    /// than `keep_area` of its area, and where a curve has come to another side of a ring.
     ///
     /// Spans that cross become cubics with the same directions at their ends and shorter handles,
     /// and points that the fit moved go back towards the data, step by step, until nothing crosses.
@@ -233,17 +272,27 @@ impl Topology {
         let rings: Vec<usize> = (0..self.batch.len()).filter(|&i| self.is_ring(i)).collect();
         let mut shrunken: Vec<usize> =
             rings.iter().copied().filter(|&i| self.is_shrunken(i, &samples, keep_area)).collect();
-        let mut mended =
-            Mended { before: self.named(&samples, crossing.clone()).len(), kept: shrunken.len(), ..Mended::default() };
+        let nesting = Nesting::new(self, &self.data());
+        let mut misplaced = nesting.misplaced(&samples);
+        let mut mended = Mended {
+            misplaced: misplaced.len(),
+            before: self.named(&samples, crossing.clone()).len(),
+            kept: shrunken.len(),
+            ..Mended::default()
+        };
         loop {
-            let mut changed: Vec<u32> = Vec::new();
-            for &(arc, segment) in crossing.iter().flatten() {
-                changed.extend(self.tighten(&mut levels, &samples[arc as usize], arc as usize, segment as usize));
-            }
+            // Once each, however many of their segments cross.
+            let crossed = crossing.iter().flatten().flat_map(|&place| self.spans_of(&samples, place));
+            let crossed: BTreeSet<(u32, usize)> = crossed.collect();
+            let tightened = crossed.into_iter().filter(|&(stroke, span)| levels.tighten(stroke, span));
+            let mut changed: Vec<u32> = tightened.map(|(stroke, _)| stroke).collect();
             for way in shrunken.iter().flat_map(|&i| &self.arcs.uses[i]) {
                 let (place, spans) = (self.strokes.places[way.arc as usize], self.arcs.spans(way.arc as usize));
                 let first = place.first as usize;
                 changed.extend(levels.bring_back(place.stroke, first..first + spans).then_some(place.stroke));
+            }
+            for misplaced in &misplaced {
+                changed.extend(self.part_from_ring(&mut levels, &samples, &nesting, misplaced));
             }
             if changed.is_empty() {
                 break;
@@ -255,23 +304,67 @@ impl Topology {
             crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
             crossing.extend(self.places(&samples, is_new));
             shrunken.retain(|&i| self.is_shrunken(i, &samples, keep_area));
+            misplaced = nesting.misplaced(&samples);
         }
         mended.tightened = levels.tightened();
         mended.left = self.named(&samples, crossing);
         (levels.finish(), mended)
     }
 
-    /// Tightens the spans of a segment of an arc's samples; the stroke, if that changed anything.
-    fn tighten(&self, levels: &mut Levels, samples: &Samples, arc: usize, segment: usize) -> Option<u32> {
-        let (place, spans) = (self.strokes.places[arc], self.arcs.spans(arc));
-        let from = samples.t[segment];
-        let to = samples.t.get(segment + 1).copied().unwrap_or(spans as f64);
-        let mut changed = false;
-        for span in from.floor() as usize..(to.ceil() as usize).min(spans) {
-            let along = if place.reversed { spans - 1 - span } else { span };
-            changed |= levels.tighten(place.stroke, place.first as usize + along);
+    /// Brings a part back, and the spans next to it of a ring that it has come into or out of. The
+    /// strokes where that changed anything.
+    fn part_from_ring(
+        &self,
+        levels: &mut Levels,
+        samples: &[Samples],
+        nesting: &Nesting,
+        misplaced: &Misplaced,
+    ) -> Vec<u32> {
+        let boxed = |points: &mut dyn Iterator<Item = DVec2>| {
+            points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)))
+        };
+        let data = |arc: usize, k: usize| {
+            let stops = &self.arcs.stops[arc];
+            let stop = stops[k % stops.len()];
+            DVec3::from_array(self.vertices.position(stop.vertex, stop.turn)).truncate()
+        };
+        let (mut changed, mut part) = (Vec::new(), (DVec2::INFINITY, DVec2::NEG_INFINITY));
+        for arc in nesting.arcs(misplaced.part) {
+            let (place, spans) = (self.strokes.places[arc], self.arcs.spans(arc));
+            let given = (0..=spans).map(|k| data(arc, k));
+            let (low, high) = boxed(&mut given.chain(samples[arc].points.iter().map(|point| point.truncate())));
+            part = (part.0.min(low), part.1.max(high));
+            let range = place.first as usize..place.first as usize + spans;
+            changed.extend(levels.bring_back(place.stroke, range).then_some(place.stroke));
         }
-        changed.then_some(place.stroke)
+        for way in &self.arcs.uses[misplaced.ring as usize] {
+            let arc = way.arc as usize;
+            let (place, spans) = (self.strokes.places[arc], self.arcs.spans(arc));
+            let mut sample = 0;
+            for span in 0..spans {
+                let from = sample;
+                while sample < samples[arc].t.len() && samples[arc].t[sample] < (span + 1) as f64 {
+                    sample += 1;
+                }
+                let fitted = samples[arc].points[from..sample].iter().map(|point| point.truncate());
+                let (low, high) = boxed(&mut fitted.chain([data(arc, span), data(arc, span + 1)]));
+                if low.cmple(part.1).all() && part.0.cmple(high).all() {
+                    let along = place.first as usize + if place.reversed { spans - 1 - span } else { span };
+                    changed.extend(levels.bring_back(place.stroke, along..along + 1).then_some(place.stroke));
+                }
+            }
+        }
+        changed
+    }
+
+    /// The spans of strokes that hold a segment of an arc's samples.
+    fn spans_of(&self, samples: &[Samples], (arc, segment): Place) -> impl Iterator<Item = (u32, usize)> + use<> {
+        let (place, spans) = (self.strokes.places[arc as usize], self.arcs.spans(arc as usize));
+        let t = &samples[arc as usize].t;
+        let (from, to) = (t[segment as usize], t.get(segment as usize + 1).copied().unwrap_or(spans as f64));
+        let along = move |span: usize| if place.reversed { spans - 1 - span } else { span };
+        (from.floor() as usize..(to.ceil() as usize).min(spans))
+            .map(move |span| (place.stroke, place.first as usize + along(span)))
     }
 
     /// Whether curve `i` is closed and not alone.

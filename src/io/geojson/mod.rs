@@ -10,7 +10,7 @@ mod read;
 mod write;
 
 pub(super) use read::read;
-pub(super) use write::write;
+pub(super) use write::{objects, write, write_with};
 
 /// A document without its coordinates.
 #[derive(Debug, Default)]
@@ -22,6 +22,16 @@ pub(crate) struct Document {
     slots: Vec<Slot>,
     /// Number of curves of all slots together.
     curves: usize,
+    /// The objects of a topology that the features are of, in order. GeoJSON has none.
+    objects: Vec<Object>,
+}
+
+/// An object of a topology.
+#[derive(Clone, Debug)]
+pub(super) struct Object {
+    pub name: String,
+    /// Number of its features.
+    pub features: usize,
 }
 
 /// Coordinates taken out.

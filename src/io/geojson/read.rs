@@ -10,12 +10,12 @@ use serde::de::{DeserializeSeed, Deserializer, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
 use super::coordinates::{Lines, List};
-use super::{Document, Shape, Slot};
+use super::{Document, Object, Shape, Slot};
 use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
-use crate::io::{ReadOptions, close, longitude};
+use crate::io::{ReadOptions, close, longitude, topojson};
 
 /// An upper bound of the memory that a comma or an opening bracket stands for.
 ///
@@ -30,17 +30,38 @@ const MAX_NESTING: usize = 64;
 /// Reads a document: a feature collection, a feature or a geometry.
 pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let text = source.text()?;
+    if is_topology(&text) {
+        let (text, objects) = topojson::as_geojson(source, &text)?;
+        return read_text(source, &text, objects, options);
+    }
+    read_text(source, &text, vec![], options)
+}
+
+/// Whether a document is a topology, which has its type at the beginning, or at the end.
+fn is_topology(text: &str) -> bool {
+    #[derive(serde::Deserialize)]
+    struct Root<'a> {
+        #[serde(rename = "type", borrow)]
+        kind: Option<&'a RawValue>,
+    }
+    text.contains("\"Topology\"")
+        && serde_json::from_str::<Root>(text)
+            .is_ok_and(|root| root.kind.is_some_and(|kind| kind.get() == "\"Topology\""))
+}
+
+/// Reads the text of a document, whose features are of these objects of a topology.
+fn read_text(source: &Source, text: &str, objects: Vec<Object>, options: &ReadOptions) -> Result<CurveBatch> {
     let count = |wanted: fn(&u8) -> bool| text.bytes().filter(wanted).count();
     source
         .take(text.len() + COMMA_BYTES * count(|&c| c == b',') + BRACKET_BYTES * count(|&c| c == b'[' || c == b'{'))?;
-    let root: &RawValue = serde_json::from_str(&text).map_err(|error| {
+    let root: &RawValue = serde_json::from_str(text).map_err(|error| {
         let (line, column) = (error.line() as u64, error.column());
         let what = without_place(&error);
         source.error(line, format!("column {column}: {what}: this is no JSON, or the file was cut off"))
     })?;
-    let mut reader = Reader::new(source, &text);
+    let mut reader = Reader::new(source, text);
     reader.root(root)?;
-    reader.finish(options)
+    reader.finish(objects, options)
 }
 
 fn without_place(error: &serde_json::Error) -> String {
@@ -295,7 +316,7 @@ impl<'a> Reader<'a> {
         start..start + part.len()
     }
 
-    fn finish(mut self, options: &ReadOptions) -> Result<CurveBatch> {
+    fn finish(mut self, objects: Vec<Object>, options: &ReadOptions) -> Result<CurveBatch> {
         let (dimension, coords) = self.lines.interleave(options.columns.drops("z")).map_err(|(with, without)| {
             self.source.error(
                 None,
@@ -306,7 +327,7 @@ impl<'a> Reader<'a> {
             )
         })?;
         self.cuts.sort_by_key(|(span, _)| span.start);
-        let mut document = Document { curves: self.rings.len(), ..Document::default() };
+        let mut document = Document { curves: self.rings.len(), objects, ..Document::default() };
         let mut done = 0;
         for (span, shape) in std::mem::take(&mut self.cuts) {
             document.text.push_str(&self.text[done..span.start]);

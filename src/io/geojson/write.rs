@@ -3,35 +3,53 @@
 
 use std::io::{self, Write};
 
-use super::{Document, Shape};
+use super::{Document, Object, Shape};
 use crate::batch::CurveBatch;
 use crate::io::is_finite;
 use crate::io::text::Text;
 
 /// Writes the batch, into the document that it came from if there is one.
-pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
-    let mut text = Text::new(out);
-    let document = batch.origin().document.as_ref().and_then(|kept| kept.downcast_ref::<Document>());
-    match document {
-        Some(document) if document.curves == batch.len() => fill(&mut text, document, batch)?,
-        _ => collect(&mut text, batch)?,
+pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, decimals: Option<u8>) -> io::Result<()> {
+    write_with(Text::new(out).with_decimals(decimals), batch, &mut |text, i, ring| line(text, batch, i, ring))
+}
+
+/// Writes the batch with what `line` writes of each curve in place of its coordinates. It is told
+/// which of them are rings.
+pub(in crate::io) fn write_with(mut text: Text, batch: &CurveBatch, line: Line) -> io::Result<()> {
+    match document(batch) {
+        Some(document) => fill(&mut text, document, line)?,
+        None => collect(&mut text, batch, line)?,
     }
     text.finish()
 }
 
-fn fill(text: &mut Text, document: &Document, batch: &CurveBatch) -> io::Result<()> {
+/// The objects of the topology that the batch came from.
+pub(in crate::io) fn objects(batch: &CurveBatch) -> Vec<Object> {
+    document(batch).map_or_else(Vec::new, |document| document.objects.clone())
+}
+
+/// Writes curve i, which is a ring or not.
+type Line<'a> = &'a mut dyn FnMut(&mut Text, usize, bool) -> io::Result<()>;
+
+/// The document that the batch came from, if it has the same curves still.
+fn document(batch: &CurveBatch) -> Option<&Document> {
+    let document: &Document = batch.origin().document.as_ref()?.downcast_ref()?;
+    (document.curves == batch.len()).then_some(document)
+}
+
+fn fill(text: &mut Text, document: &Document, line: Line) -> io::Result<()> {
     let (mut done, mut i) = (0, 0);
     for slot in &document.slots {
         text.push(&document.text[done..slot.at])?;
         done = slot.at;
         match &slot.shape {
-            Shape::Line => line(text, batch, i, false)?,
-            Shape::Lines(count) => list(text, *count, |text, k| line(text, batch, i + k, false))?,
-            Shape::Polygon(rings) => list(text, *rings, |text, k| line(text, batch, i + k, true))?,
+            Shape::Line => line(text, i, false)?,
+            Shape::Lines(count) => list(text, *count, |text, k| line(text, i + k, false))?,
+            Shape::Polygon(rings) => list(text, *rings, |text, k| line(text, i + k, true))?,
             Shape::Polygons(polygons) => {
                 let mut first = i;
                 list(text, polygons.len(), |text, p| {
-                    list(text, polygons[p], |text, k| line(text, batch, first + k, true))?;
+                    list(text, polygons[p], |text, k| line(text, first + k, true))?;
                     first += polygons[p];
                     Ok(())
                 })?;
@@ -42,14 +60,14 @@ fn fill(text: &mut Text, document: &Document, batch: &CurveBatch) -> io::Result<
     text.push(&document.text[done..])
 }
 
-fn collect(text: &mut Text, batch: &CurveBatch) -> io::Result<()> {
+fn collect(text: &mut Text, batch: &CurveBatch, line: Line) -> io::Result<()> {
     text.push("{\"type\":\"FeatureCollection\",\"features\":[")?;
     for i in 0..batch.len() {
         text.push(if i == 0 { "\n" } else { ",\n" })?;
         text.push("{\"type\":\"Feature\",\"properties\":{\"curve\":")?;
         text.push(serde_json::to_string(&batch.name(i))?)?;
         text.push("},\"geometry\":{\"type\":\"LineString\",\"coordinates\":")?;
-        line(text, batch, i, false)?;
+        line(text, i, false)?;
         text.push("}}")?;
     }
     text.push("\n]}\n")
@@ -69,8 +87,8 @@ fn list(text: &mut Text, count: usize, mut entry: impl FnMut(&mut Text, usize) -
 /// The positions of curve `i`.
 ///
 /// The first position is repeated if the curve is closed, or is a ring that does not end where it
-/// began. JSON has no NaN. A curve with such a number gets no positions, which RFC 7946 reads as no
-/// geometry.
+/// began. A ring has four positions at least: those of fewer repeat the first. JSON has no NaN. A
+/// curve with such a number gets no positions, which RFC 7946 reads as no geometry.
 fn line(text: &mut Text, batch: &CurveBatch, i: usize, ring: bool) -> io::Result<()> {
     let (d, points) = (batch.dimension(), batch.points(i));
     if points.is_empty() || !is_finite(batch, i) {
@@ -79,9 +97,10 @@ fn line(text: &mut Text, batch: &CurveBatch, i: usize, ring: bool) -> io::Result
     let ends_where_it_began = points.len() > d && points[..d] == points[points.len() - d..];
     let again = batch.is_closed(i) || (ring && !ends_where_it_began);
     let count = points.len() / d;
-    list(text, count + usize::from(again), |text, k| {
+    let least = if ring { 4 } else { 0 };
+    list(text, (count + usize::from(again)).max(least), |text, k| {
         text.push("[")?;
-        text.point(&points[k % count * d..][..d], ",")?;
+        text.point(&points[if k < count { k * d } else { 0 }..][..d], ",")?;
         text.push("]")
     })
 }
