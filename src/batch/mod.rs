@@ -405,11 +405,6 @@ impl CurveBatch {
         }
     }
 
-    /// The same curves without parameters, weights and constraints.
-    pub(crate) fn without_columns(&self) -> Self {
-        self.with_points(self.coords.clone(), self.offsets.clone())
-    }
-
     /// The same curves (names, closedness, problems) with other points.
     ///
     /// Parameters, weights and constraints are dropped.

@@ -144,10 +144,7 @@ impl MapArgs {
                     thousands(mended.left.len())
                 );
                 if !mended.left.is_empty() {
-                    line += &format!(
-                        ", as in the data or between curves that could not be fitted: {}",
-                        named(topology, &mended.left)
-                    );
+                    line += &format!(", which the data have: {}", named(topology, &mended.left));
                 }
                 let kept = (mended.kept > 0).then(|| {
                     format!(

@@ -62,8 +62,10 @@ pub(super) fn apply(points: &mut [f64], stride: usize, turns: &[f64]) {
 pub(super) fn centre(points: &mut [f64], stride: usize) {
     let x = || points.chunks_exact(stride).map(|point| point[0]);
     let (low, high) = (x().fold(f64::INFINITY, f64::min), x().fold(f64::NEG_INFINITY, f64::max));
-    let turn = -(0.5 * (low + high) / TURN).round();
-    apply(points, stride, &vec![turn; points.len() / stride]);
+    let middle = 0.5 * (low + high);
+    if middle.abs() > HALF_TURN {
+        apply(points, stride, &vec![-(middle / TURN).round(); points.len() / stride]);
+    }
 }
 
 /// The shift, in whole turns, that brings a hole nearest to the middle of its shell.

@@ -77,8 +77,8 @@ impl<'a> Levels<'a> {
             changed
         };
         let count = points.len();
-        let nearer = (range.start..=range.end).fold(false, |changed, k| raise(&mut points[k % count]) || changed);
-        nearer || spans[range].iter_mut().fold(false, |changed, level| raise(level) || changed)
+        let nearer = (range.start..=range.end).map(|k| raise(&mut points[k % count])).filter(|&raised| raised).count();
+        nearer > 0 || spans[range].iter_mut().map(raise).filter(|&raised| raised).count() > 0
     }
 
     /// The levels of a stroke, unless it was not fitted.

@@ -218,8 +218,8 @@ impl Topology {
     ///
     /// - A curve has the spans between its points, whose parameters are 0, 1, 2 …. Repeated points
     ///   have no span.
-    /// - Samples are taken between junctions: [`Sampling::Spacing`](crate::Sampling::Spacing) divides every arc evenly, and
-    ///   [`Sampling::Count`](crate::Sampling::Count) is a count for every arc. A ring of one arc is sampled as ever.
+    /// - Samples are taken between junctions: [`Sampling::Spacing`] divides every arc evenly, and
+    ///   [`Sampling::Count`] is a count for every arc. A ring of one arc is sampled as ever.
     /// - The report of a curve that is one whole stroke is the stroke's. Of others energy and
     ///   iterations are the sums of all their strokes, which may go on beyond the curve; status and
     ///   message are those of the worst.

@@ -6,6 +6,7 @@ mod cli_bezier;
 mod cli_fair;
 mod cli_fair_deviation;
 mod cli_grid;
+mod cli_map;
 mod cli_scf;
 mod cli_smoothing;
 mod experiments;

@@ -15,7 +15,7 @@ const OBJECT: &str = "features";
 
 /// Writes the batch, with coordinates of so many decimals, quantised, or of all.
 pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, decimals: Option<u8>) -> io::Result<()> {
-    let plain = batch.without_columns();
+    let plain = batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec());
     let options = Options { geographic: false, ..Options::of(&plain) };
     let topology = Topology::new(&plain, &options).map_err(io::Error::other)?;
     let mut features = Vec::new();

@@ -35,7 +35,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     zipped.finish().unwrap()
 }
 
-const KNOWN: &str = "curve, x, y, z, t, weight, tx, ty, tz, kx, ky, kz, nu, known, closed";
+const KNOWN: &str = "curve, x, y, z, t, weight, tx, ty, tz, kx, ky, kz, nu, known, pinned, closed";
 
 #[test]
 fn csv_cells_that_are_no_numbers_are_named_with_line_and_column() {
@@ -313,8 +313,8 @@ fn geojson_that_is_none_is_explained_by_feature() {
         "a.geojson: feature 1: an object has no \"type\": GeoJSON needs one, such as \"Feature\""
     );
     assert_eq!(
-        complaint("a.json", r#"{"type":"Topology","objects":{}}"#),
-        "a.json: feature 0: the type \"Topology\" is none of GeoJSON's: FeatureCollection, Feature and the geometries are"
+        complaint("a.json", r#"{"type":"Map","objects":{}}"#),
+        "a.json: feature 0: the type \"Map\" is none of GeoJSON's: FeatureCollection, Feature and the geometries are"
     );
     assert_eq!(
         complaint("a.json", r#"{"type":"FeatureCollection"}"#),
@@ -374,7 +374,7 @@ fn compressed_files_cut_off_are_said_to_be_so() {
 
 #[test]
 fn formats_that_cannot_be_known_are_asked_for() {
-    let words = "csv, geojson, svg or npz";
+    let words = "csv, geojson, topojson, svg or npz";
     assert_eq!(
         complaint("a.txt", "curve,x,y\n"),
         format!("the format of a.txt is not known from its extension: give `ReadOptions::format` with {words}")
@@ -386,7 +386,7 @@ fn formats_that_cannot_be_known_are_asked_for() {
     assert_eq!(error, format!("- has no extension to tell its format: give `WriteOptions::format` with {words}"));
     assert_eq!(
         "shp".parse::<Format>().unwrap_err().to_string(),
-        "there is no format \"shp\": csv, geojson, svg and npz are possible"
+        "there is no format \"shp\": csv, geojson, topojson, svg and npz are possible"
     );
     assert_eq!(
         "maybe".parse::<Closed>().unwrap_err().to_string(),
@@ -416,7 +416,8 @@ fn what_a_format_cannot_hold_is_refused_before_and_after_the_work() {
         write("a.svg", &solid, false),
         "SVG is flat, but the curves have 3 dimensions: write CSV, GeoJSON or NPZ"
     );
-    let straight = "GeoJSON holds straight lines and no Bézier curves: write SVG, CSV or NPZ, or ask for polylines";
+    let straight =
+        "GeoJSON and TopoJSON hold straight lines and no Bézier curves: write SVG, CSV or NPZ, or ask for polylines";
     assert_eq!(write("a.geojson", &flat, true), straight);
     let options = WriteOptions { beziers: true, ..WriteOptions::default() };
     assert_eq!(io::check_output(folder.path().join("a.geojson"), &options).unwrap_err().to_string(), straight);
@@ -451,7 +452,7 @@ fn outputs_are_checked_before_the_work() {
     assert_eq!(
         io::check_output(&unknown, &keep).unwrap_err().to_string(),
         format!(
-            "the format of {} is not known from its extension: give `WriteOptions::format` with csv, geojson, svg or npz",
+            "the format of {} is not known from its extension: give `WriteOptions::format` with csv, geojson, topojson, svg or npz",
             unknown.display()
         )
     );

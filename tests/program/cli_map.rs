@@ -1,0 +1,164 @@
+//! `faircurve fit` on maps, as its users meet it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use super::ran::{self, run};
+use faircurve::io;
+use predicates::prelude::*;
+use predicates::str::contains;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Two countries with a common border, and a lake that is both hole and land, as TopoJSON.
+const MAP: &str = r#"{"type":"Topology","transform":{"scale":[0.01,0.01],"translate":[10,50]},
+"objects":{"lands":{"type":"GeometryCollection","geometries":[
+  {"type":"Polygon","id":"L","properties":{"name":"left"},"arcs":[[0,1],[3]]},
+  {"type":"Polygon","id":"R","properties":{"name":"right"},"arcs":[[2,-1]]},
+  {"type":"MultiPolygon","properties":{"name":"lake"},"arcs":[[[-4]]]},
+  {"type":"Point","properties":{"name":"town"},"coordinates":[50,60]},
+  {"type":null,"properties":{"name":"nowhere"}}]}},
+"arcs":[[[100,0],[10,50],[-10,50]],[[100,100],[-100,0],[-10,-50],[10,-50],[100,0]],
+  [[100,0],[100,0],[5,60],[-5,40],[-100,0]],[[30,30],[10,0],[5,10],[-15,10],[0,-20]]]}"#;
+
+fn map() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("map.topojson"), MAP).unwrap();
+    fs::write(folder.path().join("map.json"), MAP).unwrap();
+    folder
+}
+
+fn json(folder: &TempDir, name: &str) -> Value {
+    serde_json::from_str(&fs::read_to_string(folder.path().join(name)).unwrap()).unwrap()
+}
+
+/// The positions of a ring, as text.
+fn ring(document: &Value, feature: usize, path: &str) -> BTreeSet<String> {
+    let ring = document["features"][feature]["geometry"].pointer(path).unwrap();
+    ring.as_array().unwrap().iter().map(Value::to_string).collect()
+}
+
+#[test]
+fn maps_keep_their_borders_shared_and_everything_else() {
+    let folder = map();
+    let said = contains("2 borders that curves share stay shared, and 2 junctions stay in place: 3 curves were fitted");
+    run(&folder, "fit map.json -o out.geojson --device cpu --samples 4 --report r.json").code(0).stderr(said);
+    let out = json(&folder, "out.geojson");
+    let shared = |a: BTreeSet<String>, b: BTreeSet<String>| a.intersection(&b).count();
+    // Two spans of four segments, and a lake of four.
+    assert_eq!(shared(ring(&out, 0, "/coordinates/0"), ring(&out, 1, "/coordinates/0")), 9);
+    assert_eq!(shared(ring(&out, 0, "/coordinates/1"), ring(&out, 2, "/coordinates/0/0")), 16);
+    let names: Vec<&Value> = (0..5).map(|k| &out["features"][k]["properties"]["name"]).collect();
+    assert_eq!(names, ["left", "right", "lake", "town", "nowhere"]);
+    assert_eq!(
+        (&out["features"][0]["id"], &out["features"][3]["geometry"]["coordinates"][0]),
+        (&"L".into(), &10.5.into())
+    );
+    assert_eq!(json(&folder, "r.json")["curves"].as_array().unwrap().len(), 4);
+    // Ring by ring they tear.
+    run(&folder, "fit map.json -o torn.geojson --device cpu --samples 4 --topology no").code(0);
+    let torn = json(&folder, "torn.geojson");
+    assert!(shared(ring(&torn, 0, "/coordinates/0"), ring(&torn, 1, "/coordinates/0")) < 9);
+}
+
+#[test]
+fn topologies_are_written_with_each_arc_once_and_read_back_the_same() {
+    let folder = map();
+    run(&folder, "fit map.topojson -o out.topojson --device cpu --samples 4").code(0);
+    let out = json(&folder, "out.topojson");
+    assert_eq!(out["arcs"].as_array().unwrap().len(), 4);
+    assert_eq!(out["objects"]["lands"]["geometries"][1]["id"], "R");
+    assert_eq!(out["objects"]["lands"]["geometries"][3]["coordinates"][0], 10.5);
+    assert_eq!(out["objects"]["lands"]["geometries"][4]["type"], Value::Null);
+    run(&folder, "fit map.topojson -o out.geojson --device cpu --samples 4").code(0);
+    let read = |name: &str| io::read(folder.path().join(name)).unwrap();
+    let (topo, geo) = (read("out.topojson"), read("out.geojson"));
+    assert_eq!(topo.offsets(), geo.offsets());
+    for i in 0..geo.len() {
+        let points =
+            |batch: &faircurve::CurveBatch| batch.points(i).iter().map(|x| x.to_bits()).collect::<BTreeSet<_>>();
+        assert_eq!(points(&topo), points(&geo), "curve {i}");
+    }
+    // GeoJSON becomes a topology too, and digits quantise.
+    run(&folder, "fit out.geojson -o again.topojson --device cpu --samples 1 --digits 3").code(0);
+    let again = json(&folder, "again.topojson");
+    assert_eq!((&again["transform"]["scale"][0], again["arcs"].as_array().unwrap().len()), (&0.001.into(), 4));
+    assert!(again["arcs"][0].as_array().unwrap().iter().all(|step| step[0].is_i64() && step[1].is_i64()));
+    let again = read("again.topojson");
+    let distance = again.points(1).iter().zip(geo.points(1)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(again.count(1) == geo.count(1) && distance <= 0.000_501, "{distance}");
+}
+
+#[test]
+fn crossings_are_told_and_mended() {
+    let world =
+        format!("fit {}/examples/data/world-110m.topojson --device cpu --samples 8", env!("CARGO_MANIFEST_DIR"));
+    let folder = TempDir::new().unwrap();
+    let told = contains("crossings (5 in the data): curve").and(contains("--crossings mend mends them"));
+    run(&folder, &format!("{world} -o a.geojson")).code(0).stderr(told);
+    let mended = contains("were drawn tighter, 5 left, which the data have: curve");
+    run(&folder, &format!("{world} -o b.geojson --crossings mend --digits 6")).code(0).stderr(mended);
+    let text = fs::read_to_string(folder.path().join("b.geojson")).unwrap();
+    let decimals = |number: &str| number.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let digits = text.split(|c: char| !(c.is_ascii_digit() || c == '.')).map(decimals).max();
+    assert_eq!(digits, Some(6));
+    run(&folder, &format!("{world} -o c.geojson --crossings ignore")).code(0).stderr(contains("crossing").not());
+}
+
+#[test]
+fn options_of_maps_are_refused_where_they_mean_nothing() {
+    let folder = map();
+    fs::write(folder.path().join("a.csv"), "curve,x,y,t\na,0,0,0\na,1,1,1\na,2,0,3\n").unwrap();
+    let refused = |arguments: &str, sentence: &str| ran::refused(&folder, arguments, sentence);
+    refused(
+        "fit a.csv -o b.csv --snap 1",
+        "--snap is for borders that curves share, which are not looked for here: add --topology yes",
+    );
+    refused("fit a.csv -o b.csv --topology yes", "the points have parameters, weights or constraints");
+    refused(
+        "fit map.json -o b.geojson --keep-area 2 --crossings mend",
+        "--keep-area is 2; it is a share of a ring's area, from 0 to 1",
+    );
+    refused(
+        "fit map.json -o b.geojson --keep-area 0.2",
+        "--keep-area 0.2 is kept where crossings are mended: add --crossings mend",
+    );
+    refused("fit map.json -o b.geojson --snap -1", "the distance within which points are one is -1");
+}
+
+#[test]
+fn topologies_that_are_none_are_explained() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.json");
+    let complaint = |text: &str| {
+        fs::write(&path, text).unwrap();
+        let said = io::read(&path).unwrap_err().to_string();
+        said.replace(&format!("{}", Path::new(&path).display()), "a.json")
+    };
+    let with = |geometry: &str| {
+        complaint(&format!(r#"{{"type":"Topology","arcs":[[[0,0],[1,1]]],"objects":{{"o":{geometry}}}}}"#))
+    };
+    assert_eq!(complaint(r#"{"type":"Topology","objects":{}}"#), "a.json: the topology has no \"arcs\": add them");
+    assert_eq!(complaint(r#"{"type":"Topology","arcs":[]}"#), "a.json: the topology has no \"objects\": add them");
+    let arcs = complaint(r#"{"type":"Topology","arcs":[[[0,"x"]]],"objects":{}}"#);
+    assert!(arcs.starts_with("a.json: \"arcs\" must be lists of positions, numbers all of them: "), "{arcs}");
+    assert_eq!(
+        with(r#"{"type":"LineString","arcs":[1]}"#),
+        "a.json: object \"o\", geometry 0: it names arc 1, but there are 1 arcs: from −1 to 0 are possible"
+    );
+    assert_eq!(
+        with(r#"{"type":"LineString","arcs":[[0]]}"#),
+        "a.json: object \"o\", geometry 0: its arc [0] is no whole number: arcs are named by their numbers"
+    );
+    assert_eq!(
+        with(r#"{"type":"Polygon","arcs":0}"#),
+        "a.json: object \"o\", geometry 0: its arcs do not nest as its type asks: see TopoJSON's specification"
+    );
+    assert_eq!(with(r#"{"type":"Polygon"}"#), "a.json: object \"o\", geometry 0: it has no \"arcs\": add them");
+    assert_eq!(
+        with(r#"{"type":"Line","arcs":[0]}"#),
+        "a.json: object \"o\", geometry 0: the type \"Line\" is none of TopoJSON's"
+    );
+    assert_eq!(with("7"), "a.json: object \"o\", geometry 0: it is no JSON object: TopoJSON needs one with a \"type\"");
+}
