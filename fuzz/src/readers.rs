@@ -98,6 +98,7 @@ fn assert_same(wanted: &CurveBatch, found: &CurveBatch) {
 fn read(format: Format, data: &[u8]) {
     let Some((&first, rest)) = data.split_first() else { return };
     let columns = match first & 3 {
+        3 => "x=1,y=2,curve=3,t=4".parse(),
         1 => "x=lon,y=lat,curve=id,t=hours".parse(),
         2 => "weight=,t=".parse(),
         _ => "".parse(),
@@ -107,6 +108,7 @@ fn read(format: Format, data: &[u8]) {
         columns: columns.expect("columns that make sense"),
         closed: [Closed::Auto, Closed::Yes, Closed::No, Closed::Auto][(first >> 2 & 3) as usize],
         controls: first & 16 != 0,
+        sorted: first & 32 != 0,
     };
     match io::read_from(rest, &options) {
         Err(error) => check_sentence(&error.to_string()),

@@ -91,6 +91,9 @@ struct InputArgs {
     /// Columns that are not named are dropped.
     #[arg(long, value_name = "ROLE=COLUMN,...", help_heading = "Input")]
     columns: Option<Columns>,
+    /// Sorts the rows of each curve of a CSV file by their times
+    #[arg(long, value_name = "t", value_parser = ["t"], help_heading = "Input")]
+    sort: Option<String>,
     /// Whether curves are closed
     ///
     /// auto closes those whose last point repeats their first.
@@ -107,7 +110,10 @@ impl InputArgs {
     /// vertices.
     fn read_as(&self, closed: Closed, controls: bool) -> Result<CurveBatch> {
         let columns = self.columns.clone().unwrap_or_default();
-        io::read_with(&self.input, &ReadOptions { format: self.from, columns, closed, controls })
+        io::read_with(
+            &self.input,
+            &ReadOptions { format: self.from, columns, closed, controls, sorted: self.sort.is_some() },
+        )
     }
 
     /// The format that is read, as far as it is known.

@@ -48,6 +48,10 @@ impl Curve for Polygon<'_> {
     }
 
     fn jet(&self, span: usize, u: f64) -> Jet {
+        // The last vertex is a site, from which no span leads on.
+        if span + 1 >= self.knots.len() {
+            return Jet { point: self.vertex(span), ..Jet::default() };
+        }
         let (a, b) = (self.vertex(span), self.vertex(span + 1));
         // An end is returned as it is, even if the other end is no number.
         let point = match u {

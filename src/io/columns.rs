@@ -24,6 +24,8 @@ fn is_one_of(heading: &str, words: &[&str]) -> bool {
 ///   no entry. `X` means `x` if no column is called `x`, and so on.
 /// - A column `lon`, `long`, `lng` or `longitude` is x, and one called `lat` or `latitude` is y, if
 ///   the file has both and neither `x` nor `y`.
+/// - Numbers, such as `x=2,y=3`, are columns counted from 1, where they are not all headings. The file
+///   then needs no header.
 /// - `weight=`, with nothing after it, drops a column.
 /// - If any entry is given, columns without a meaning are dropped. If none is given, such columns
 ///   are an error that names them. So a misspelt name is not passed over.
@@ -86,6 +88,19 @@ impl Columns {
     /// Whether no entry is given.
     pub(super) fn is_empty(&self) -> bool {
         self.entries.is_empty()
+    }
+
+    /// Whether columns are named by numbers, counted from 1, that are not all headings.
+    pub(super) fn are_numbers(&self, header: &[String]) -> bool {
+        let is_number = |column: &String| column.parse().is_ok_and(|number| (1..=header.len()).contains(&number));
+        let mut named = self.entries.iter().filter_map(|(_, column)| column.as_ref());
+        named.clone().all(is_number) && named.any(|column| !header.contains(column))
+    }
+
+    /// The number of a role's column, where columns are named by numbers.
+    pub(super) fn number_of(&self, role: &str) -> Option<usize> {
+        let column = self.entries.iter().find(|(entry, _)| ROLES[*entry] == role)?.1.as_ref()?;
+        column.parse().ok().filter(|number| *number > 0)
     }
 
     /// Whether the role was dropped with `role=`.

@@ -1,4 +1,7 @@
-//! CSV: one row a point, the curve's name in a column. The rows of a curve stand together.
+//! CSV: one row a point, the curve's name in a column.
+
+mod dialect;
+mod order;
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap};
@@ -7,6 +10,8 @@ use std::sync::Arc;
 
 use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
 
+use self::dialect::Dialect;
+use self::order::{Owners, arranged};
 use super::columns::Table;
 use super::source::{ROW_BYTES, RowReader, Source, read_line};
 use super::text::Text;
@@ -15,6 +20,7 @@ use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, quoted, shortened};
+use crate::ragged;
 
 /// Reads a CSV file row by row.
 pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
@@ -22,12 +28,13 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     let mut first_line = Vec::new();
     read_line(&mut reader, &source.room, &mut first_line, ROW_BYTES).map_err(|error| source.failed(error))?;
     // Memory for the names of columns.
-    source.take(HEADING_BYTES * first_line.iter().filter(|&&c| c == b',').count())?;
+    let dialect = Dialect::of(&first_line);
+    source.take(HEADING_BYTES * first_line.iter().filter(|&&c| c == dialect.separator).count())?;
     let endings = if first_line.ends_with(b"\r\n") { Endings::CrLf } else { Endings::Lf };
     let since_row = Cell::new(0);
     let rows = RowReader { inner: reader, since_row: &since_row };
     let whole = io::Cursor::new(first_line).chain(rows).chain(endings.text());
-    let mut csv = ReaderBuilder::new().trim(Trim::Headers).from_reader(whole);
+    let mut csv = ReaderBuilder::new().delimiter(dialect.separator).trim(Trim::Headers).from_reader(whole);
     let header: Vec<String> = match csv.byte_headers() {
         Ok(header) => header.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect(),
         Err(error) => return Err(row_error(source, error, 1)),
@@ -36,20 +43,29 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
         return Err(source.error(None, "the file is empty: there is nothing to read"));
     }
     let mut record = ByteRecord::new();
-    let headless = options.columns.is_empty() && header.iter().all(|cell| cell.parse::<f64>().is_ok());
+    let is_number = |cell: &String| matches!(dialect.number(cell.as_bytes()), Ok(Some(_)));
+    let numbered = options.columns.are_numbers(&header);
+    let headless = match (numbered, options.columns.number_of("x")) {
+        (true, Some(x)) => header.get(x - 1).is_some_and(is_number),
+        _ => options.columns.is_empty() && header.iter().all(is_number),
+    };
     let header = match header.len() {
+        columns if numbered => (1..=columns).map(|number| number.to_string()).collect(),
         _ if !headless => header,
         columns @ (2 | 3) => ["x", "y", "z"][..columns].iter().map(|name| name.to_string()).collect(),
         columns => {
             let message = format!(
                 "there is no header, but a row of numbers, {columns} of them: two are read as x and y, three as x, y and z; put \
-                 a line above that names the columns, such as curve,x,y,t"
+                 a line above that names the columns, such as curve,x,y,t, or give `ReadOptions::columns` by number, as in x=1,y=2"
             );
             return Err(source.error(1, message));
         }
     };
     let table = options.columns.resolve(&source.path, &header)?;
-    let mut rows = Rows::new(source, &table, &header);
+    if options.sorted && table.cell("t").is_none() {
+        return Err(source.error(1, "there is no column t to sort by: map one with `ReadOptions::columns`, as in t=…"));
+    }
+    let mut rows = Rows::new(source, &table, &header, dialect);
     if headless {
         record.clone_from(csv.byte_headers().expect("read above"));
         rows.push(&record, endings.line(csv.position().line(), &record))?;
@@ -127,11 +143,18 @@ const HEADING_BYTES: usize = 96;
 /// An upper bound of the memory for a curve, beside its points and its name.
 const CURVE_BYTES: usize = 256;
 
+/// The memory for the curve of a row, and its place in another order.
+const OWNER_BYTES: usize = 16;
+
 /// The rows read so far.
 struct Rows<'a> {
     source: &'a Source<'a>,
     header: &'a [String],
+    dialect: Dialect,
     curve: Option<usize>,
+    /// The curve of the last row.
+    current: usize,
+    owners: Owners,
     longitude: bool,
     dimension: usize,
     /// Columns x, y, z, then those of tangents and curvature vectors, one column an axis.
@@ -149,7 +172,6 @@ struct Rows<'a> {
     closed: Option<(usize, Vec<bool>)>,
     /// The first point of a curve with a cell that must not be blank, and what to do.
     blanks: BTreeMap<usize, (usize, String)>,
-    offsets: Vec<usize>,
     names: Vec<String>,
     /// Curves by name, to find a curve that goes on after another one began.
     curves: HashMap<String, usize>,
@@ -158,13 +180,16 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn new(source: &'a Source<'a>, table: &Table, header: &'a [String]) -> Self {
+    fn new(source: &'a Source<'a>, table: &Table, header: &'a [String], dialect: Dialect) -> Self {
         let cells = |names: [&str; 3]| names.iter().filter_map(|name| table.cell(name)).collect::<Vec<_>>();
         let axes = cells(["x", "y", "z"]);
         Rows {
             source,
             header,
+            dialect,
             curve: table.cell("curve"),
+            current: 0,
+            owners: Owners::default(),
             longitude: table.longitude,
             dimension: axes.len(),
             coords: Vec::new(),
@@ -179,7 +204,6 @@ impl<'a> Rows<'a> {
             pinned: table.cell("pinned").map(|cell| (cell, Vec::new())),
             closed: table.cell("closed").map(|cell| (cell, Vec::new())),
             blanks: BTreeMap::new(),
-            offsets: Vec::new(),
             names: Vec::new(),
             curves: HashMap::new(),
             lines: Vec::new(),
@@ -188,15 +212,16 @@ impl<'a> Rows<'a> {
 
     fn push(&mut self, record: &ByteRecord, line: u64) -> Result<()> {
         self.begin_or_go_on(record, line)?;
-        let cells = Cells { record, line, source: self.source, header: self.header };
+        let cells = Cells { record, line, source: self.source, header: self.header, dialect: self.dialect };
         let flag = "1 for a given control point, 0 else";
         let known = self.known.as_ref().map(|(cell, _)| cells.flag(*cell, flag)).transpose()?;
         let pinned = "1 for a point that the curve goes through exactly, 0 else";
         let pinned = self.pinned.as_ref().map(|(cell, _)| cells.flag(*cell, pinned)).transpose()?;
         let closed = "1 in all rows of a closed curve, 0 else";
         let closed = self.closed.as_ref().map(|(cell, _)| cells.flag(*cell, closed)).transpose()?;
-        let curve = self.names.len() - 1;
-        let point = self.coords.len() / self.dimension - self.offsets[curve];
+        let curve = self.current;
+        let point = self.owners.counts[curve];
+        self.owners.push(curve);
         let mut blank = None;
         for &cell in &self.axes {
             let x = cells.number(cell)?;
@@ -242,7 +267,7 @@ impl<'a> Rows<'a> {
     /// Starts a curve if the name changes.
     fn begin_or_go_on(&mut self, record: &ByteRecord, line: u64) -> Result<()> {
         let name = self.curve.map_or(&b"0"[..], |cell| &record[cell]);
-        if let (Some(last), Some(lines)) = (self.names.last(), self.lines.last_mut())
+        if let (Some(last), Some(lines)) = (self.names.get(self.current), self.lines.get_mut(self.current))
             && last.as_bytes() == name
         {
             lines.1 = line;
@@ -251,35 +276,53 @@ impl<'a> Rows<'a> {
         let name = std::str::from_utf8(name)
             .map_err(|_| self.source.error(line, "the curve's name is not UTF-8 text: save the file as UTF-8"))?;
         if let Some(&earlier) = self.curves.get(name) {
-            let (before, between) = (self.lines[earlier].1, self.lines[earlier + 1].0);
-            let other = &self.names[earlier + 1];
-            return Err(self.source.error(
-                line,
-                format!(
-                    "curve {} goes on here, but its last row was line {before} and curve {} begins on line {between}: \
-                     sort the rows by curve",
-                    quoted(name),
-                    quoted(other)
-                ),
-            ));
+            // From now on rows of the file are no longer curve by curve.
+            if !self.owners.is_mixed() {
+                self.source.take(OWNER_BYTES * self.coords.len() / self.dimension)?;
+            }
+            self.source.take(OWNER_BYTES)?;
+            self.owners.mix();
+            self.current = earlier;
+            self.lines[earlier].1 = line;
+            return Ok(());
         }
         // The name, twice, and the places in all lists of curves. The lists grow by doubling.
         self.source.take(CURVE_BYTES + 2 * name.len())?;
         self.curves.insert(name.to_string(), self.names.len());
         self.names.push(name.to_string());
         self.lines.push((line, line));
-        self.offsets.push(self.coords.len() / self.dimension);
+        self.current = self.names.len() - 1;
+        self.owners.counts.push(0);
         Ok(())
     }
 
-    fn finish(mut self, options: &ReadOptions) -> Result<CurveBatch> {
-        self.offsets.push(self.coords.len() / self.dimension);
+    /// Brings all columns into another order of rows.
+    fn arrange(&mut self, order: &[usize]) {
         let d = self.dimension;
-        // Blank lines and names of several lines make the line of a point uncertain. Then only the
-        // curve is named.
+        arranged(&mut self.coords, d, order);
+        for vectors in [&mut self.tangents, &mut self.curvatures].into_iter().filter(|vectors| !vectors.is_empty()) {
+            arranged(vectors, d, order);
+        }
+        for column in [&mut self.t, &mut self.weight, &mut self.nu].into_iter().flatten() {
+            arranged(&mut column.values, 1, order);
+        }
+        for (_, flags) in [&mut self.known, &mut self.pinned].into_iter().flatten() {
+            arranged(flags, 1, order);
+        }
+    }
+
+    fn finish(mut self, options: &ReadOptions) -> Result<CurveBatch> {
+        let d = self.dimension;
+        let offsets = ragged::offsets(self.owners.counts.iter().copied());
+        let t = self.t.as_ref().filter(|_| options.sorted).map(|t| &t.values[..]);
+        if let Some(order) = self.owners.order(t) {
+            self.arrange(&order);
+        }
+        // Blank lines, names of several lines, and rows between others or in another order make the
+        // line of a point uncertain. Then only the curve is named.
         let first_line = |i: usize| {
-            let ((first, last), count) = (self.lines[i], self.offsets[i + 1] - self.offsets[i]);
-            (last.saturating_sub(first) + 1 == count as u64).then_some(first)
+            let ((first, last), count) = (self.lines[i], self.owners.counts[i]);
+            (!options.sorted && last.saturating_sub(first) + 1 == count as u64).then_some(first)
         };
         let mut origin = Origin {
             file: Some(self.source.path.display().to_string()),
@@ -287,8 +330,8 @@ impl<'a> Rows<'a> {
             names: self.curve.map(|_| self.names),
             ..Origin::default()
         };
-        for i in 0..self.offsets.len() - 1 {
-            let points = &mut self.coords[self.offsets[i] * d..self.offsets[i + 1] * d];
+        for i in 0..offsets.len() - 1 {
+            let points = &mut self.coords[offsets[i] * d..offsets[i + 1] * d];
             if self.longitude
                 && longitude::is_geographic(points, d)
                 && let Some(turns) = longitude::turns(points, d)
@@ -302,7 +345,7 @@ impl<'a> Rows<'a> {
             }
         }
         let round_pole = origin.round_pole.clone();
-        let mut batch = CurveBatch::from_file(d, self.coords, self.offsets, Arc::new(origin))?;
+        let mut batch = CurveBatch::from_file(d, self.coords, offsets, Arc::new(origin))?;
         if let Some(t) = self.t {
             batch = batch.with_parameters(t.values)?;
         }
@@ -333,17 +376,14 @@ struct Cells<'a> {
     line: u64,
     source: &'a Source<'a>,
     header: &'a [String],
+    dialect: Dialect,
 }
 
 impl Cells<'_> {
     /// The number in a cell, or `None` if it is blank.
     fn number(&self, cell: usize) -> Result<Option<f64>> {
-        let text = self.record[cell].trim_ascii();
-        if text.is_empty() {
-            return Ok(None);
-        }
-        let number = std::str::from_utf8(text).ok().and_then(|text| text.parse().ok());
-        number.map(Some).ok_or_else(|| self.wrong(cell, "which is no number: mend it, or remove the row"))
+        let number = self.dialect.number(&self.record[cell]);
+        number.map_err(|()| self.wrong(cell, "which is no number: mend it, or remove the row"))
     }
 
     fn flag(&self, cell: usize, meaning: &str) -> Result<bool> {

@@ -2,7 +2,7 @@
 //!
 //! | format | curves | read | written |
 //! |---|---|---|---|
-//! | [CSV](Format::Csv) | rows with one name in `curve`, one after another | every column of [`Columns`] | `curve,x,y[,z],t`, and `closed` where a curve is |
+//! | [CSV](Format::Csv) | rows with one name in `curve` | every column of [`Columns`] | `curve,x,y[,z],t`, and `closed` where a curve is |
 //! | [GeoJSON](Format::GeoJson) | one a LineString or ring | lines and rings; points pass through | the document read, with new coordinates |
 //! | [TopoJSON](Format::TopoJson) | as GeoJSON | lines and rings; points pass through | the objects read, with arcs of the new coordinates |
 //! | [SVG](Format::Svg) | one a subpath, polyline, polygon or line | vertices, or [control points](ReadOptions::controls), after transforms | one path a curve, also cubic Béziers |
@@ -23,6 +23,10 @@
 //! **Blanks.** Some curves lack a number: a blank coordinate, parameter or weight in CSV, or a
 //! position of GeoJSON that is `null`, holds `null` or has fewer than two numbers. The number is
 //! NaN in the batch. It makes that curve [`Invalid`](crate::CurveStatus::Invalid), and no other.
+//!
+//! **Separators.** Cells of CSV are separated by commas, semicolons or tabs, whichever the first line
+//! has most of. Between semicolons a comma may be the decimal point. `NA`, `N/A`, `null` and `none`
+//! are blanks.
 //!
 //! **No header.** If the first row of a CSV file is two or three numbers, the file is one curve
 //! with the columns x, y and z.
@@ -199,6 +203,8 @@ pub struct ReadOptions {
     pub columns: Columns,
     /// Which curves are closed.
     pub closed: Closed,
+    /// CSV: whether the rows of each curve are sorted by `t`. Rows of one `t` keep their order.
+    pub sorted: bool,
     /// Whether subpaths of SVG are read as chains of cubic Béziers, in place of their vertices.
     ///
     /// The points of a curve are then control points, 3 a piece and one more. A closed chain does

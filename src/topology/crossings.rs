@@ -10,6 +10,9 @@ use robust::{Coord, orient2d};
 /// Segments of a run.
 const RUN: usize = 16;
 
+/// Cells along a side of the grid, at most.
+const MOST_ROWS: u32 = 1 << 20;
+
 /// A run whose box covers more cells than this is compared with all others.
 const MOST_CELLS: u64 = 4096;
 
@@ -79,11 +82,12 @@ fn runs(lines: &[Line]) -> Vec<Run> {
 fn meeting(runs: &[Run], is_new: &[bool]) -> Vec<[u32; 2]> {
     let boxed =
         runs.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), run| (l.min(run.low), h.max(run.high)));
-    let extent = (boxed.1 - boxed.0).max_element();
+    // By halves, whose differences do not overflow.
+    let half = |low: DVec2, high: DVec2| (0.5 * high - 0.5 * low).max_element();
     // Twice the mean size of a box: a run lies in one to four cells, mostly.
-    let mean = runs.iter().map(|run| (run.high - run.low).max_element()).sum::<f64>() / runs.len().max(1) as f64;
-    let cell = (2.0 * mean).max(extent / f64::from(1 << 20));
-    let number = |x: f64, low: f64| ((x - low) / cell) as u64;
+    let mean = runs.iter().map(|run| half(run.low, run.high) / runs.len() as f64).sum::<f64>();
+    let cell = (2.0 * mean).max(half(boxed.0, boxed.1) / f64::from(MOST_ROWS)).max(f64::MIN_POSITIVE);
+    let number = |x: f64, low: f64| ((0.5 * x - 0.5 * low) / cell) as u64;
     let (mut places, mut large) = (Vec::new(), Vec::new());
     for (k, run) in runs.iter().enumerate() {
         let [from, to] = [run.low, run.high].map(|p| [number(p.x, boxed.0.x), number(p.y, boxed.0.y)]);

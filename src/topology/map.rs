@@ -113,16 +113,14 @@ pub(super) fn sample(topology: &Topology, fit: &Fit, sampling: Sampling) -> Vec<
 fn sample_arc(topology: &Topology, curve: &dyn Curve, arc: usize, sampling: Sampling) -> Samples {
     let (place, spans) = (topology.strokes.places[arc], topology.arcs.spans(arc));
     let first = place.first as usize;
-    let whole = spans == curve.spans();
+    let whole = spans == curve.spans() && topology.arcs.closed[arc] == curve.is_closed();
     let part = Part { curve, spans: first..first + spans };
     let sites = if whole { curve.sites(sampling) } else { part.sites(sampling) };
-    let from_stroke = |point: DVec3| {
+    let at = |&(span, u): &(usize, f64)| {
+        let point = curve.jet(if whole { span } else { first + span }, u).point;
         if place.turn == 0 { point } else { DVec3 { x: point.x - TURN * f64::from(place.turn), ..point } }
     };
-    let mut points: Vec<DVec3> = sites
-        .iter()
-        .map(|&(span, u)| from_stroke(curve.jet(if whole { span } else { first + span }, u).point))
-        .collect();
+    let mut points: Vec<DVec3> = sites.iter().map(at).collect();
     let mut t: Vec<f64> = sites.iter().map(|&(span, u)| span as f64 + u).collect();
     if place.reversed {
         points.reverse();
@@ -244,6 +242,8 @@ struct Way {
     arc: usize,
     /// Whether the curve runs against the arc.
     against_arc: bool,
+    /// Whether it is all of the stroke.
+    whole: bool,
 }
 
 impl<'a> Joined<'a> {
@@ -265,6 +265,8 @@ impl<'a> Joined<'a> {
                 shift: TURN * f64::from(turn - place.turn),
                 arc: arc as usize,
                 against_arc: reversed,
+                whole: spans == topology.strokes.batch.spans(place.stroke as usize)
+                    && topology.arcs.closed[arc as usize] == topology.strokes.batch.is_closed(place.stroke as usize),
             });
             offsets.push(offsets[offsets.len() - 1] + spans);
         }
@@ -344,8 +346,7 @@ impl Curve for Joined<'_> {
         let mut all = Vec::new();
         for way in &self.ways {
             let curve = &*self.strokes[way.stroke];
-            let whole = way.spans == curve.spans();
-            let mut pieces = if whole { curve.beziers(tolerance) } else { self.part(way).beziers(tolerance) };
+            let mut pieces = if way.whole { curve.beziers(tolerance) } else { self.part(way).beziers(tolerance) };
             if way.reversed {
                 pieces.reverse();
                 pieces.iter_mut().for_each(|piece| piece.reverse());
@@ -362,10 +363,9 @@ impl Curve for Joined<'_> {
         let mut all = Vec::new();
         for (way, &first) in self.ways.iter().zip(&self.offsets) {
             let curve = &*self.strokes[way.stroke];
-            let whole = way.spans == curve.spans();
-            let mut sites = if whole { curve.sites(sampling) } else { self.part(way).sites(sampling) };
+            let mut sites = if way.whole { curve.sites(sampling) } else { self.part(way).sites(sampling) };
             if way.reversed {
-                let round = whole && curve.is_closed();
+                let round = way.whole && curve.is_closed();
                 let turned = |(span, u): (usize, f64)| match (span, u) {
                     (0, 0.0) if round => (0, 0.0),
                     (0, 0.0) => (way.spans - 1, 1.0),
@@ -377,7 +377,7 @@ impl Curve for Joined<'_> {
                 sites = sites.into_iter().map(turned).collect();
             }
             // The next way begins where this one ends.
-            let ends = !whole || !curve.is_closed();
+            let ends = !way.whole || !curve.is_closed();
             if ends && (self.closed || first + way.spans < self.spans()) {
                 sites.pop();
             }

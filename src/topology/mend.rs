@@ -112,7 +112,7 @@ impl<'a> Levels<'a> {
             let fitted = if k == spans.len() { curve.jet(k - 1, 1.0) } else { curve.jet(k, 0.0) };
             let d = batch.dimension();
             let data = crate::curve::vector(&batch.points(s)[k % count * d..][..d]);
-            let direction = fitted.first.normalize_or_zero();
+            let direction = scaled(fitted.first).0.normalize_or_zero();
             (data + (fitted.point - data) * MOVED[points[k % count] as usize], direction)
         };
         let is_moved = |k: usize| points[k % count] > 0;
@@ -120,9 +120,11 @@ impl<'a> Levels<'a> {
         for span in (0..spans.len()).filter(|&k| spans[k] > 0 || is_moved(k) || is_moved(k + 1)) {
             let ((p, u), (q, v)) = (place(span), place(span + 1));
             let chord = q - p;
+            let (unit, size) = scaled(chord);
+            let length = size * unit.length();
             let handle = |direction: DVec3| match HANDLES[spans[span] as usize] * f64::from(direction != DVec3::ZERO) {
                 0.0 => chord / 3.0,
-                part => direction * (part * chord.length() / 3.0),
+                part => direction * (part * length / 3.0),
             };
             cubics.insert(span as u32, [p, p + handle(u), q - handle(v), q]);
         }
@@ -148,6 +150,12 @@ impl<'a> Levels<'a> {
         let device = self.fit.device().clone();
         Fit::new(Tightened { fit: self.fit.clone(), cubics, batch: batch.clone() }, reports, device)
     }
+}
+
+/// A vector whose largest component is 1, and its size: squares of both stay in range.
+fn scaled(vector: DVec3) -> (DVec3, f64) {
+    let size = vector.abs().max_element();
+    if size > 0.0 { (vector / size, size) } else { (DVec3::ZERO, 0.0) }
 }
 
 /// Strokes of which some spans are tighter.

@@ -65,6 +65,9 @@ use vertices::Vertices;
 /// A whole turn of longitude.
 const TURN: f64 = 360.0;
 
+/// Longitudes are so many turns from 0 at most.
+const MOST_TURNS: f64 = 100.0;
+
 /// What is shared, and how borders go through junctions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -151,6 +154,7 @@ impl Topology {
     ///
     /// # Errors
     /// - A distance or an angle that is negative or no finite number.
+    /// - Longitudes more than a hundred turns from 0.
     /// - A batch with parameters, weights or constraints, which belong to a curve's points and not
     ///   to a border's.
     pub fn new(batch: &CurveBatch, options: &Options) -> Result<Arc<Self>> {
@@ -170,6 +174,12 @@ impl Topology {
                 "the points have parameters, weights or constraints (such as columns t, weight, tx ty): borders that curves share \
                  know of none; leave these columns out, or the topology",
             ));
+        }
+        let longitudes = || batch.coords().iter().step_by(batch.dimension()).filter(|x| x.is_finite());
+        if let Some(x) = longitudes().find(|x| geographic && x.abs() > MOST_TURNS * TURN) {
+            return Err(Error::argument(format!(
+                "x is {x:e}, which is no longitude in degrees: take it for a length, by `topology::Options::geographic`"
+            )));
         }
         let alone: Vec<bool> = all.map(|i| batch.problem(i).is_some()).collect();
         let vertices = Vertices::new(batch, snap, geographic, &alone);

@@ -76,7 +76,9 @@ impl<'a> Nesting<'a> {
         let counts = |arc: &usize| !alone[*arc] && !self.rings[*arc].is_empty();
         let heights = || (0..samples.len()).filter(counts).flat_map(|arc| &samples[arc].points).map(|point| point.y);
         let (low, high) = heights().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
-        let row = |y: f64| (((y - low) / (high - low) * ROWS as f64) as usize).min(ROWS - 1);
+        // By halves, whose differences do not overflow.
+        let share = |y: f64| (0.5 * y - 0.5 * low) / (0.5 * high - 0.5 * low);
+        let row = |y: f64| ((share(y) * ROWS as f64) as usize).min(ROWS - 1);
         // The points that are asked for, by row.
         let mut asked = vec![Vec::new(); ROWS];
         let start = |part: usize| samples[self.parts[part] as usize].points.first().map(|point| point.truncate());
@@ -92,7 +94,7 @@ impl<'a> Nesting<'a> {
             for k in 0..points.len() - usize::from(!closed) {
                 let (p, q) = (points[k].truncate(), points[(k + 1) % points.len()].truncate());
                 let (down, up) = if p.y <= q.y { (p, q) } else { (q, p) };
-                for &(part, point) in asked[row(down.y)..=row(up.y)].iter().flatten() {
+                for &(part, point) in asked[row(p.y).min(row(q.y))..=row(p.y).max(row(q.y))].iter().flatten() {
                     if self.part_of[arc] != part && is_right_of(point, down, up) {
                         for &ring in &self.rings[arc] {
                             *around[part as usize].entry(ring).or_default() ^= true;

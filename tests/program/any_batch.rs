@@ -8,7 +8,8 @@ use faircurve::discrete::{
     Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
 };
 use faircurve::scf::Smooth;
-use faircurve::spline::{Natural, Smoothing};
+use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::topology::{Options, Topology};
 use faircurve::{Constraints, CurveBatch, CurveReport, CurveStatus, Device, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -54,7 +55,10 @@ fn batch(rng: &mut StdRng, constrained: bool) -> CurveBatch {
             (0..total).flat_map(vector).collect()
         })
     };
-    let constraints = Constraints { tangents: vectors(4), curvatures: vectors(1), ..Constraints::default() };
+    let (tangents, curvatures) = (vectors(4), vectors(1));
+    let pinned =
+        (constrained && rng.random_range(0..4) == 0).then(|| (0..total).map(|_| rng.random_range(0..3) == 0).collect());
+    let constraints = Constraints { tangents, curvatures, pinned, ..Constraints::default() };
     batch.with_constraints(constraints).unwrap()
 }
 
@@ -83,6 +87,66 @@ fn energy(rng: &mut StdRng) -> Energy {
         0 => length(),
         1 => tension(),
         _ => energy,
+    }
+}
+
+/// Curves among the few points of a grid, so that they share many, and some that are none.
+fn map(rng: &mut StdRng) -> CurveBatch {
+    let size = pick(rng, &SIZES);
+    let (mut coords, mut offsets, mut closed) = (Vec::new(), vec![0], Vec::new());
+    for _ in 0..rng.random_range(1..8) {
+        let count = rng.random_range(0..9);
+        for _ in 0..2 * count {
+            let x = size * f64::from(rng.random_range(-2..3));
+            coords.push(if rng.random_range(0..60) == 0 { f64::NAN } else { x });
+        }
+        offsets.push(coords.len() / 2);
+        closed.push(rng.random_range(0..3) > 0);
+    }
+    CurveBatch::from_ragged(2, coords, offsets).unwrap().closed_each(closed).unwrap()
+}
+
+#[test]
+fn maps_of_any_batch_have_a_status_each_and_share_what_they_shared() {
+    for seed in 0..500 {
+        let rng = &mut StdRng::seed_from_u64(seed);
+        let batch = if seed % 4 == 0 { batch(rng, false) } else { map(rng) };
+        let options = Options {
+            snap: pick(rng, &[0.0, 0.0, 1e-9, 0.1, 10.0]),
+            straight: pick(rng, &[0.0, 0.5, 3.0]),
+            geographic: rng.random_range(0..3) == 0,
+        };
+        let smoothing =
+            pick(rng, &[None, Some(Amount::Lambda(0.1)), Some(Amount::Deviation(0.3)), Some(Amount::Tube(0.3))]);
+        let sampling = pick(rng, &[Sampling::PerSpan(3), Sampling::Count(4), Sampling::Spacing(0.4)]);
+        let mends = rng.random_range(0..2) == 0;
+        holds(seed, &format!("{options:?} {smoothing:?} {sampling:?} {mends}"), || {
+            let topology = Topology::new(&batch, &options).ok()?;
+            let strokes = topology.strokes();
+            sampling.check(&batch).ok()?;
+            let mut fit = match smoothing {
+                None => Natural::default().fit(strokes, &Device::cpu()).ok()?,
+                Some(amount) => {
+                    let pin_ends = seed % 3 > 0;
+                    Smoothing { amount, pin_ends, ..Smoothing::default() }.fit(strokes, &Device::cpu()).ok()?
+                }
+            };
+            if mends {
+                let before = topology.faults(&fit, sampling).crossings.len();
+                let (tight, mended) = topology.mend(fit, sampling, 0.5);
+                assert_eq!(mended.before, before, "seed {seed}");
+                fit = tight;
+            }
+            let fit = topology.join(fit);
+            let samples = fit.polylines(sampling);
+            assert!((0..batch.len()).all(|i| samples.is_closed(i) == batch.is_closed(i)), "seed {seed}");
+            fit.beziers(1e-3);
+            for (curve, report) in &fit {
+                let measured = [curve.length(), curve.max_curvature()];
+                assert!(!report.status.is_usable() || measured.iter().all(|x| *x >= 0.0), "seed {seed}: {measured:?}");
+            }
+            Some((fit.reports().to_vec(), samples))
+        });
     }
 }
 

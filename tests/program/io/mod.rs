@@ -10,6 +10,7 @@ mod formats;
 mod grids;
 mod npz;
 mod real_data;
+mod rows;
 mod sentences;
 mod streams;
 
