@@ -5,10 +5,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec3;
-use rustc_hash::FxHashMap;
 
 use super::arcs::Use;
-use super::mend::{Levels, Tight};
+use super::samples::{Part, sample, samples_along};
 use super::{TURN, Topology};
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Jet, Sampling};
@@ -20,13 +19,6 @@ use crate::report::{CurveReport, CurveSet, Fit};
 pub(super) struct Map {
     pub topology: Arc<Topology>,
     pub fit: Fit,
-}
-
-/// The samples of an arc, in its direction.
-pub(super) struct Samples {
-    pub points: Vec<DVec3>,
-    /// The number of the span, and the fraction of it.
-    pub t: Vec<f64>,
 }
 
 impl CurveSet for Map {
@@ -50,170 +42,6 @@ impl CurveSet for Map {
         let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
         let origin = batch.origin().clone();
         CurveBatch::from_samples(batch.dimension(), curves, |i, last| ends(i) as f64 - last, closed, problems, origin)
-    }
-}
-
-/// The samples along curve `i`, from those of the arcs, with the number of its span and the fraction of it.
-fn samples_along<'a>(
-    topology: &'a Topology,
-    arcs: &'a [Samples],
-    i: usize,
-) -> impl Iterator<Item = (DVec3, f64)> + Clone + 'a {
-    let uses = &topology.arcs.uses[i];
-    let spans = move |way: &Use| topology.arcs.spans(way.arc as usize);
-    let before = uses.iter().scan(0, move |before, way| {
-        *before += spans(way);
-        Some(*before - spans(way))
-    });
-    uses.iter().enumerate().zip(before).flat_map(move |((k, way), before)| {
-        let (arc, closed) = (&arcs[way.arc as usize], topology.arcs.closed[way.arc as usize]);
-        // The next arc begins where this one ends; a closed curve ends where it began.
-        let ends = k + 1 == uses.len() && (closed || !topology.batch.is_closed(i));
-        let all = arc.t.len();
-        (0..if ends { all } else { all - 1 }).map(move |k| {
-            let (at, t) = match (way.reversed, closed) {
-                (false, _) => (k, arc.t[k]),
-                (true, true) if k == 0 => (0, 0.0),
-                (true, closed) => {
-                    let at = all - k - usize::from(!closed);
-                    (at, spans(way) as f64 - arc.t[at])
-                }
-            };
-            let mut point = arc.points[at];
-            if way.turn != 0 {
-                point.x += TURN * f64::from(way.turn);
-            }
-            (point, before as f64 + t)
-        })
-    })
-}
-
-/// The points of the samples along curve `i`.
-pub(super) fn along<'a>(topology: &'a Topology, arcs: &'a [Samples], i: usize) -> impl Iterator<Item = DVec3> + 'a {
-    samples_along(topology, arcs, i).map(|(point, _)| point)
-}
-
-/// The samples of every arc.
-pub(super) fn sample(topology: &Topology, fit: &Fit, sampling: Sampling) -> Vec<Samples> {
-    let strokes = &topology.strokes;
-    let of_strokes = parallel::map(fit.len(), 1, |s| {
-        let curve = fit.curve(s);
-        let arcs = strokes.arcs[s].iter();
-        arcs.map(|&arc| (arc, sample_arc(topology, &*curve, arc as usize, sampling))).collect::<Vec<_>>()
-    });
-    let mut samples: Vec<Option<Samples>> = (0..strokes.places.len()).map(|_| None).collect();
-    of_strokes.into_iter().flatten().for_each(|(arc, of_arc)| samples[arc as usize] = Some(of_arc));
-    let mut samples: Vec<Samples> =
-        samples.into_iter().map(|of_arc| of_arc.expect("every arc lies on a stroke")).collect();
-    meet(topology, &mut samples);
-    samples
-}
-
-/// The samples of an arc from the curve of its stroke.
-fn sample_arc(topology: &Topology, curve: &dyn Curve, arc: usize, sampling: Sampling) -> Samples {
-    let (place, spans) = (topology.strokes.places[arc], topology.arcs.spans(arc));
-    let first = place.first as usize;
-    let whole = spans == curve.spans() && topology.arcs.closed[arc] == curve.is_closed();
-    let part = Part { curve, spans: first..first + spans };
-    let sites = if whole { curve.sites(sampling) } else { part.sites(sampling) };
-    let at = |&(span, u): &(usize, f64)| {
-        let point = curve.jet(if whole { span } else { first + span }, u).point;
-        if place.turn == 0 { point } else { DVec3 { x: point.x - TURN * f64::from(place.turn), ..point } }
-    };
-    let mut points: Vec<DVec3> = sites.iter().map(at).collect();
-    let mut t: Vec<f64> = sites.iter().map(|&(span, u)| span as f64 + u).collect();
-    if place.reversed {
-        points.reverse();
-        t.reverse();
-        t.iter_mut().for_each(|t| *t = spans as f64 - *t);
-    }
-    Samples { points, t }
-}
-
-/// Samples the arcs of some strokes again, as tight as they are.
-pub(super) fn sample_again(
-    topology: &Topology,
-    levels: &Levels,
-    changed: &[u32],
-    sampling: Sampling,
-    samples: &mut [Samples],
-) {
-    let again = parallel::map(changed.len(), 1, |k| {
-        let stroke = changed[k];
-        let cubics = levels.cubics(stroke);
-        let curve = Tight { curve: levels.fit().curve(stroke as usize), cubics: &cubics };
-        let arcs = topology.strokes.arcs[stroke as usize].iter();
-        arcs.map(|&arc| (arc, sample_arc(topology, &curve, arc as usize, sampling))).collect::<Vec<_>>()
-    });
-    again.into_iter().flatten().for_each(|(arc, of_arc)| samples[arc as usize] = of_arc);
-    meet(topology, samples);
-}
-
-/// Gives arcs that meet one point there, bit for bit: a junction's own, or else the first arc's.
-fn meet(topology: &Topology, samples: &mut [Samples]) {
-    let mut places: FxHashMap<u32, DVec3> = FxHashMap::default();
-    for (arc, stops) in topology.arcs.stops.iter().enumerate() {
-        if topology.arcs.closed[arc] || topology.arcs.alone[arc] {
-            continue;
-        }
-        let points = &mut samples[arc].points;
-        for (stop, at) in [(stops[0], 0), (stops[stops.len() - 1], points.len() - 1)] {
-            let moved = |point: DVec3, turn: i32| match turn {
-                0 => point,
-                _ => DVec3 { x: point.x + TURN * f64::from(turn), ..point },
-            };
-            let place =
-                places.entry(stop.vertex).or_insert_with(|| match topology.strokes.pinned.contains(&stop.vertex) {
-                    true => DVec3::from_array(topology.vertices.position(stop.vertex, 0)),
-                    false => moved(points[at], -stop.turn),
-                });
-            points[at] = moved(*place, stop.turn);
-        }
-    }
-}
-
-/// Some spans of a curve, as a curve that is open.
-struct Part<'a> {
-    curve: &'a dyn Curve,
-    spans: Range<usize>,
-}
-
-impl Curve for Part<'_> {
-    fn dimension(&self) -> usize {
-        self.curve.dimension()
-    }
-
-    fn is_closed(&self) -> bool {
-        false
-    }
-
-    fn knots(&self) -> &[f64] {
-        &self.curve.knots()[self.spans.start..=self.spans.end]
-    }
-
-    fn jet(&self, span: usize, u: f64) -> Jet {
-        self.curve.jet(self.spans.start + span, u)
-    }
-
-    fn is_fitted(&self) -> bool {
-        self.curve.is_fitted()
-    }
-
-    fn pieces(&self, span: usize) -> usize {
-        self.curve.pieces(self.spans.start + span)
-    }
-
-    fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
-        self.curve.motion(self.spans.start + span, piece)
-    }
-
-    fn pace(&self, span: usize) -> f64 {
-        self.curve.pace(self.spans.start + span)
-    }
-
-    /// Two where there are two spans, so that a ring of two arcs has an area.
-    fn least(&self, _: Sampling) -> usize {
-        self.spans.len().min(2)
     }
 }
 

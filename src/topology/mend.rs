@@ -5,260 +5,161 @@
 //! at the same time. In the end a span is the chord between its data points: where the data do not
 //! cross, nothing is left to cross.
 
-use std::ops::Range;
+use std::collections::BTreeSet;
 
-use glam::DVec3;
-use rustc_hash::FxHashMap;
+use glam::{DVec2, DVec3};
 
 use super::Topology;
-use crate::batch::CurveBatch;
-use crate::curve::{Curve, Jet, Sampling};
-use crate::motion::Motion;
-use crate::report::{CurveSet, Fit};
+use super::crossings::Place;
+use super::faults::Crossing;
+use super::levels::Levels;
+use super::nesting::{Misplaced, Nesting};
+use super::samples::{self, Samples};
+use crate::curve::Sampling;
+use crate::report::Fit;
 
-/// The lengths of handles at every level, as parts of a third of the chord; 0 is a straight span.
-const HANDLES: [f64; 8] = [1.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.0];
-
-/// How far points stay from the data at every level, as parts of what the fit moved them.
-const MOVED: [f64; 8] = [1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0, 0.0];
-
-/// From point to point away from a span the level of points falls by so much.
-const FADING: u8 = 2;
-
-/// The tightest level.
-const TIGHTEST: u8 = (HANDLES.len() - 1) as u8;
-
-/// How tight the spans and points of every stroke are.
-pub(super) struct Levels<'a> {
-    topology: &'a Topology,
-    fit: &'a Fit,
-    /// The levels of every stroke that has any: of its spans and of its points.
-    strokes: FxHashMap<u32, (Vec<u8>, Vec<u8>)>,
+/// What came of mending.
+#[derive(Clone, Debug, Default)]
+pub struct Mended {
+    /// Crossings before.
+    pub before: usize,
+    /// Crossings that are left: those of the data, and of curves that could not be fitted.
+    pub left: Vec<Crossing>,
+    /// Spans that were tightened.
+    pub tightened: usize,
+    /// Rings that would have lost too much of their area.
+    pub kept: usize,
+    /// Curves that would have come to lie on the other side of others, such as islands inland.
+    pub misplaced: usize,
 }
 
-impl<'a> Levels<'a> {
-    pub fn new(topology: &'a Topology, fit: &'a Fit) -> Self {
-        Levels { topology, fit, strokes: FxHashMap::default() }
-    }
-
-    /// Draws a span of a stroke tighter, with its points. False where it is as tight as can be.
-    pub fn tighten(&mut self, stroke: u32, span: usize) -> bool {
-        let closed = self.topology.strokes().is_closed(stroke as usize);
-        let Some((spans, points)) = self.of(stroke) else { return false };
-        if spans[span] == TIGHTEST {
-            return false;
-        }
-        spans[span] += 1;
-        let (level, count) = (spans[span], points.len());
-        let mut at_least = |k: usize, level: u8| points[k % count] = points[k % count].max(level);
-        // The points beyond follow a little, so that there is no step.
-        for away in 0..count.div_ceil(2) {
-            let Some(level) = level.checked_sub(FADING * away as u8).filter(|&level| level > 0) else { break };
-            let (before, after) = (span.checked_sub(away), span + 1 + away);
-            match (before, closed) {
-                (Some(k), _) => at_least(k, level),
-                (None, true) => at_least(span + count - away, level),
-                (None, false) => {}
+impl Topology {
+    /// Tightens fitted [`strokes`](Self::strokes) where their samples cross, where a ring has less
+    /// than `keep_area` of its area, and where a curve has come to another side of a ring.
+    ///
+    /// Spans that cross become cubics with the same directions at their ends and shorter handles,
+    /// and points that the fit moved go back towards the data, step by step, until nothing crosses.
+    /// In the last step a span is its chord. So nothing is left that the data have not.
+    pub fn mend(&self, fit: Fit, sampling: Sampling, keep_area: f64) -> (Fit, Mended) {
+        let mut levels = Levels::new(self, &fit);
+        let mut samples = samples::sample(self, &fit, sampling);
+        let mut crossing = self.places(&samples, |_| true);
+        let rings: Vec<usize> = (0..self.batch.len()).filter(|&i| self.is_ring(i)).collect();
+        let mut shrunken: Vec<usize> =
+            rings.iter().copied().filter(|&i| self.is_shrunken(i, &samples, keep_area)).collect();
+        let nesting = Nesting::new(self, &self.data());
+        let mut misplaced = nesting.misplaced(&samples);
+        let mut mended = Mended {
+            misplaced: nesting.curves(&misplaced).len(),
+            before: self.named(&samples, crossing.clone()).len(),
+            kept: shrunken.len(),
+            ..Mended::default()
+        };
+        loop {
+            // Once each, however many of their segments cross.
+            let crossed = crossing.iter().flatten().flat_map(|&place| self.spans_of(&samples, place));
+            let crossed: BTreeSet<(u32, usize)> = crossed.collect();
+            let tightened = crossed.into_iter().filter(|&(stroke, span)| levels.tighten(stroke, span));
+            let mut changed: Vec<u32> = tightened.map(|(stroke, _)| stroke).collect();
+            for way in shrunken.iter().flat_map(|&i| &self.arcs.uses[i]) {
+                let (place, spans) = (self.strokes.places[way.arc as usize], self.arcs.spans(way.arc as usize));
+                let first = place.first as usize;
+                changed.extend(levels.bring_back(place.stroke, first..first + spans).then_some(place.stroke));
             }
-            if closed || after < count {
-                at_least(after, level);
+            for misplaced in &misplaced {
+                changed.extend(self.part_from_ring(&mut levels, &samples, &nesting, misplaced));
+            }
+            if changed.is_empty() {
+                break;
+            }
+            changed.sort_unstable();
+            changed.dedup();
+            samples::sample_again(self, &levels, &changed, sampling, &mut samples);
+            let is_new = |arc: u32| changed.binary_search(&self.strokes.places[arc as usize].stroke).is_ok();
+            crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
+            crossing.extend(self.places(&samples, is_new));
+            shrunken.retain(|&i| self.is_shrunken(i, &samples, keep_area));
+            misplaced = nesting.misplaced(&samples);
+        }
+        mended.tightened = levels.tightened();
+        mended.left = self.named(&samples, crossing);
+        (levels.finish(), mended)
+    }
+
+    /// Brings a part back, and the spans next to it of a ring that it has come into or out of. The
+    /// strokes where that changed anything.
+    fn part_from_ring(
+        &self,
+        levels: &mut Levels,
+        samples: &[Samples],
+        nesting: &Nesting,
+        misplaced: &Misplaced,
+    ) -> Vec<u32> {
+        let boxed = |points: &mut dyn Iterator<Item = DVec2>| {
+            points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)))
+        };
+        let data = |arc: usize, k: usize| {
+            let stops = &self.arcs.stops[arc];
+            let stop = stops[k % stops.len()];
+            DVec3::from_array(self.vertices.position(stop.vertex, stop.turn)).truncate()
+        };
+        let (mut changed, mut part) = (Vec::new(), (DVec2::INFINITY, DVec2::NEG_INFINITY));
+        for arc in nesting.arcs(misplaced.part) {
+            let (place, spans) = (self.strokes.places[arc], self.arcs.spans(arc));
+            let given = (0..=spans).map(|k| data(arc, k));
+            let (low, high) = boxed(&mut given.chain(samples[arc].points.iter().map(|point| point.truncate())));
+            part = (part.0.min(low), part.1.max(high));
+            let range = place.first as usize..place.first as usize + spans;
+            changed.extend(levels.bring_back(place.stroke, range).then_some(place.stroke));
+        }
+        for way in &self.arcs.uses[misplaced.ring as usize] {
+            let arc = way.arc as usize;
+            let (place, spans) = (self.strokes.places[arc], self.arcs.spans(arc));
+            let mut sample = 0;
+            for span in 0..spans {
+                let from = sample;
+                while sample < samples[arc].t.len() && samples[arc].t[sample] < (span + 1) as f64 {
+                    sample += 1;
+                }
+                let fitted = samples[arc].points[from..sample].iter().map(|point| point.truncate());
+                let (low, high) = boxed(&mut fitted.chain([data(arc, span), data(arc, span + 1)]));
+                if low.cmple(part.1).all() && part.0.cmple(high).all() {
+                    let along = place.first as usize + if place.reversed { spans - 1 - span } else { span };
+                    changed.extend(levels.bring_back(place.stroke, along..along + 1).then_some(place.stroke));
+                }
             }
         }
-        true
+        changed
     }
 
-    /// Brings the points of some spans of a stroke nearer to the data, and then draws the spans
-    /// tighter. False where they are as tight as can be.
-    pub fn bring_back(&mut self, stroke: u32, range: Range<usize>) -> bool {
-        let Some((spans, points)) = self.of(stroke) else { return false };
-        let raise = |level: &mut u8| {
-            let changed = *level < TIGHTEST;
-            *level += u8::from(changed);
-            changed
-        };
-        let count = points.len();
-        let nearer = (range.start..=range.end).map(|k| raise(&mut points[k % count])).filter(|&raised| raised).count();
-        nearer > 0 || spans[range].iter_mut().map(raise).filter(|&raised| raised).count() > 0
+    /// The spans of strokes that hold a segment of an arc's samples.
+    fn spans_of(&self, samples: &[Samples], (arc, segment): Place) -> impl Iterator<Item = (u32, usize)> + use<> {
+        let (place, spans) = (self.strokes.places[arc as usize], self.arcs.spans(arc as usize));
+        let t = &samples[arc as usize].t;
+        let (from, to) = (t[segment as usize], t.get(segment as usize + 1).copied().unwrap_or(spans as f64));
+        let along = move |span: usize| if place.reversed { spans - 1 - span } else { span };
+        (from.floor() as usize..(to.ceil() as usize).min(spans))
+            .map(move |span| (place.stroke, place.first as usize + along(span)))
     }
 
-    /// The levels of a stroke, unless it was not fitted.
-    fn of(&mut self, stroke: u32) -> Option<(&mut Vec<u8>, &mut Vec<u8>)> {
-        let batch = self.topology.strokes();
-        let s = stroke as usize;
-        if !self.fit.curve(s).is_fitted() {
-            return None;
-        }
-        let (spans, points) =
-            self.strokes.entry(stroke).or_insert_with(|| (vec![0; batch.spans(s)], vec![0; batch.count(s)]));
-        Some((spans, points))
-    }
-
-    /// The strokes as they were fitted.
-    pub fn fit(&self) -> &'a Fit {
-        self.fit
-    }
-
-    /// Number of spans that are tighter than they were fitted.
-    pub fn tightened(&self) -> usize {
-        self.strokes.values().flat_map(|(spans, _)| spans).filter(|&&level| level > 0).count()
-    }
-
-    /// The tightened spans of a stroke.
-    pub fn cubics(&self, stroke: u32) -> FxHashMap<u32, [DVec3; 4]> {
-        let Some((spans, points)) = self.strokes.get(&stroke) else { return FxHashMap::default() };
-        let (curve, batch, s) = (self.fit.curve(stroke as usize), self.topology.strokes(), stroke as usize);
-        let count = points.len();
-        let place = |k: usize| {
-            let fitted = if k == spans.len() { curve.jet(k - 1, 1.0) } else { curve.jet(k, 0.0) };
-            let d = batch.dimension();
-            let data = crate::curve::vector(&batch.points(s)[k % count * d..][..d]);
-            let direction = scaled(fitted.first).0.normalize_or_zero();
-            (data + (fitted.point - data) * MOVED[points[k % count] as usize], direction)
-        };
-        let is_moved = |k: usize| points[k % count] > 0;
-        let mut cubics = FxHashMap::default();
-        for span in (0..spans.len()).filter(|&k| spans[k] > 0 || is_moved(k) || is_moved(k + 1)) {
-            let ((p, u), (q, v)) = (place(span), place(span + 1));
-            let chord = q - p;
-            let (unit, size) = scaled(chord);
-            let length = size * unit.length();
-            let handle = |direction: DVec3| match HANDLES[spans[span] as usize] * f64::from(direction != DVec3::ZERO) {
-                0.0 => chord / 3.0,
-                part => direction * (part * length / 3.0),
-            };
-            cubics.insert(span as u32, [p, p + handle(u), q - handle(v), q]);
-        }
-        cubics
-    }
-
-    /// The strokes as they are now, with the largest distance of a point from the data.
-    pub fn finish(self) -> Fit {
-        let mut reports = self.fit.reports().to_vec();
-        let batch = self.topology.strokes();
-        let mut cubics = FxHashMap::default();
-        for (&stroke, (_, points)) in &self.strokes {
-            let s = stroke as usize;
-            cubics.insert(stroke, self.cubics(stroke));
-            let curve = self.fit.curve(s);
-            let data = batch.points(s).chunks_exact(batch.dimension()).map(crate::curve::vector);
-            let distance = |(k, data): (usize, DVec3)| {
-                let fitted = if k == curve.spans() { curve.jet(k - 1, 1.0) } else { curve.jet(k, 0.0) };
-                (fitted.point - data).length() * MOVED[points[k] as usize]
-            };
-            reports[s].max_deviation = data.enumerate().map(distance).fold(0.0, f64::max);
-        }
-        let device = self.fit.device().clone();
-        Fit::new(Tightened { fit: self.fit.clone(), cubics, batch: batch.clone() }, reports, device)
+    /// Whether a ring's samples have less than a part of the area of its points, or turn the other
+    /// way round.
+    fn is_shrunken(&self, i: usize, samples: &[Samples], keep_area: f64) -> bool {
+        let points = self.batch.points(i).chunks_exact(self.batch.dimension());
+        let data = area(points.map(|point| DVec2::from_slice(&point[..2])));
+        let now = area(samples::along(self, samples, i).map(|point| point.truncate()));
+        now * data.signum() < keep_area * data.abs()
     }
 }
 
-/// A vector whose largest component is 1, and its size: squares of both stay in range.
-fn scaled(vector: DVec3) -> (DVec3, f64) {
-    let size = vector.abs().max_element();
-    if size > 0.0 { (vector / size, size) } else { (DVec3::ZERO, 0.0) }
-}
-
-/// Strokes of which some spans are tighter.
-struct Tightened {
-    fit: Fit,
-    cubics: FxHashMap<u32, FxHashMap<u32, [DVec3; 4]>>,
-    batch: CurveBatch,
-}
-
-impl CurveSet for Tightened {
-    fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
-        let curve = self.fit.curve(i);
-        match self.cubics.get(&(i as u32)) {
-            None => curve,
-            Some(cubics) => Box::new(Tight { curve, cubics }),
-        }
+/// The area that a polygon encloses, positive if it goes round to the left.
+fn area(points: impl Iterator<Item = DVec2>) -> f64 {
+    let mut points = points.peekable();
+    let Some(&first) = points.peek() else { return 0.0 };
+    let (mut twice, mut last) = (0.0, DVec2::ZERO);
+    for point in points {
+        twice += last.perp_dot(point - first);
+        last = point - first;
     }
-
-    fn polylines(&self, sampling: Sampling) -> CurveBatch {
-        let sample = |i: usize| {
-            let curve = self.curve(i);
-            let (mut coords, mut t) = (Vec::new(), Vec::new());
-            for (span, u) in curve.sites(sampling) {
-                coords.extend_from_slice(&curve.jet(span, u).point.to_array()[..self.batch.dimension()]);
-                t.push(
-                    curve.knots().get(span).map_or(0.0, |knot| knot + if u > 0.0 { u * curve.pace(span) } else { 0.0 }),
-                );
-            }
-            (coords, t)
-        };
-        let samples = (0..self.batch.len()).map(sample).collect();
-        let closing = |i: usize, last: f64| self.curve(i).domain().1 - last;
-        let closed = (0..self.batch.len()).map(|i| self.batch.is_closed(i)).collect();
-        let problems = (0..self.batch.len()).filter_map(|i| Some((i, self.batch.problem(i)?.clone()))).collect();
-        CurveBatch::from_samples(
-            self.batch.dimension(),
-            samples,
-            closing,
-            closed,
-            problems,
-            self.batch.origin().clone(),
-        )
-    }
-}
-
-/// A curve of which some spans are cubics of their own.
-pub(super) struct Tight<'a> {
-    pub curve: Box<dyn Curve + 'a>,
-    pub cubics: &'a FxHashMap<u32, [DVec3; 4]>,
-}
-
-impl Tight<'_> {
-    fn cubic(&self, span: usize) -> Option<&[DVec3; 4]> {
-        self.cubics.get(&(span as u32))
-    }
-}
-
-impl Curve for Tight<'_> {
-    fn dimension(&self) -> usize {
-        self.curve.dimension()
-    }
-
-    fn is_closed(&self) -> bool {
-        self.curve.is_closed()
-    }
-
-    fn knots(&self) -> &[f64] {
-        self.curve.knots()
-    }
-
-    fn is_fitted(&self) -> bool {
-        self.curve.is_fitted()
-    }
-
-    fn pace(&self, span: usize) -> f64 {
-        self.curve.pace(span)
-    }
-
-    fn jet(&self, span: usize, u: f64) -> Jet {
-        let Some(&[p, q, r, s]) = self.cubic(span) else { return self.curve.jet(span, u) };
-        let (a, b, c) = (3.0 * (q - p), 3.0 * (p - 2.0 * q + r), (s - p) - 3.0 * (r - q));
-        let point = match u {
-            0.0 => p,
-            1.0 => s,
-            _ => p + (a + (b + c * u) * u) * u,
-        };
-        let pace = self.pace(span);
-        Jet {
-            point,
-            first: (a + (2.0 * b + 3.0 * c * u) * u) / pace,
-            second: (2.0 * b + 6.0 * c * u) / (pace * pace),
-            third: 6.0 * c / (pace * pace * pace),
-        }
-    }
-
-    fn pieces(&self, span: usize) -> usize {
-        self.cubic(span).map_or_else(|| self.curve.pieces(span), |_| 1)
-    }
-
-    fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
-        match self.cubic(span) {
-            Some(&cubic) => Some(Motion::of_bezier(cubic)),
-            None => self.curve.motion(span, piece),
-        }
-    }
+    0.5 * twice
 }

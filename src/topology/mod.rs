@@ -37,30 +37,29 @@
 
 mod arcs;
 mod crossings;
+mod faults;
+mod levels;
 mod map;
 mod mend;
 mod nesting;
+mod samples;
 mod strokes;
+mod tight;
 mod vertices;
 
-use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
-use rustc_hash::FxHashSet;
-
 use crate::batch::CurveBatch;
-use crate::curve::Sampling;
 use crate::error::{Error, Result};
 use crate::report::Fit;
 use arcs::{Arcs, Stop, Use};
-use crossings::{Line, Place};
-use map::{Map, Samples};
-use mend::Levels;
-use nesting::{Misplaced, Nesting};
+use map::Map;
 use strokes::Strokes;
 use vertices::Vertices;
+
+pub use faults::{Crossing, Faults};
+pub use mend::Mended;
 
 /// A whole turn of longitude.
 const TURN: f64 = 360.0;
@@ -99,42 +98,6 @@ impl Default for Options {
     fn default() -> Self {
         Options { snap: 0.0, straight: FRAC_PI_4, geographic: false }
     }
-}
-
-/// A place where curves cross, or a curve crosses itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Crossing {
-    /// Curves that go there, of all that do: one of each border.
-    pub curves: [usize; 2],
-    /// A sample next to it.
-    pub at: [f64; 2],
-}
-
-/// What is wrong with a fitted map.
-#[derive(Clone, Debug, Default)]
-pub struct Faults {
-    /// Where curves cross, one a pair of spans.
-    pub crossings: Vec<Crossing>,
-    /// So many of them, or others in their place, are in the data: chords cross there.
-    pub of_data: usize,
-    /// Curves that have come to another side of a ring that they do not meet, such as islands that
-    /// a coast moved over. One of those that hang together.
-    pub misplaced: Vec<usize>,
-}
-
-/// What came of mending.
-#[derive(Clone, Debug, Default)]
-pub struct Mended {
-    /// Crossings before.
-    pub before: usize,
-    /// Crossings that are left: those of the data, and of curves that could not be fitted.
-    pub left: Vec<Crossing>,
-    /// Spans that were tightened.
-    pub tightened: usize,
-    /// Rings that would have lost too much of their area.
-    pub kept: usize,
-    /// Curves that would have come to lie on the other side of others, such as islands inland.
-    pub misplaced: usize,
 }
 
 /// What the curves of a batch share.
@@ -228,8 +191,8 @@ impl Topology {
     ///
     /// - A curve has the spans between its points, whose parameters are 0, 1, 2 …. Repeated points
     ///   have no span.
-    /// - Samples are taken between junctions: [`Sampling::Spacing`] divides every arc evenly, and
-    ///   [`Sampling::Count`] is a count for every arc. A ring of one arc is sampled as ever.
+    /// - Samples are taken between junctions: [`Sampling::Spacing`](crate::Sampling::Spacing) divides every arc evenly, and
+    ///   [`Sampling::Count`](crate::Sampling::Count) is a count for every arc. A ring of one arc is sampled as ever.
     /// - The report of a curve that is one whole stroke is the stroke's. Of others energy and
     ///   iterations are the sums of all their strokes, which may go on beyond the curve; status and
     ///   message are those of the worst.
@@ -239,191 +202,8 @@ impl Topology {
         Fit::new(Map { topology: self.clone(), fit }, reports, device)
     }
 
-    /// Where the samples of fitted [`strokes`](Self::strokes) cross, seen along x and y, and what
-    /// they put on another side of others.
-    ///
-    /// Each pair of spans whose samples have a point in common counts, but for neighbours along a
-    /// curve and curves that meet at a junction. What curves share is looked at once. Curves that
-    /// share nothing because they cannot be fitted are left out. Longitudes are compared as they
-    /// are: two curves on both sides of the antimeridian do not meet.
-    pub fn faults(&self, fit: &Fit, sampling: Sampling) -> Faults {
-        let (samples, data) = (map::sample(self, fit, sampling), self.data());
-        let crossings = |samples: &[Samples]| self.named(samples, self.places(samples, |_| true));
-        let nesting = Nesting::new(self, &data);
-        let curve = |misplaced: Misplaced| {
-            let arc = nesting.arcs(misplaced.part).next()?;
-            Some(self.arcs.stops[arc][0].curve as usize)
-        };
-        let mut misplaced: Vec<usize> = nesting.misplaced(&samples).into_iter().filter_map(curve).collect();
-        misplaced.dedup();
-        Faults { crossings: crossings(&samples), of_data: crossings(&data).len(), misplaced }
-    }
-
-    /// The data points as samples of the arcs.
-    fn data(&self) -> Vec<Samples> {
-        let of_arc = |arc: usize| {
-            let stops = self.arcs.stops[arc].iter();
-            let points = stops.map(|stop| self.vertices.position(stop.vertex, stop.turn).into()).collect();
-            Samples { points, t: (0..self.arcs.stops[arc].len()).map(|k| k as f64).collect() }
-        };
-        (0..self.arcs.stops.len()).map(of_arc).collect()
-    }
-
-    /// Tightens fitted [`strokes`](Self::strokes) where their samples cross, where a ring has less
-    /// than `keep_area` of its area, and where a curve has come to another side of a ring.
-    ///
-    /// Spans that cross become cubics with the same directions at their ends and shorter handles,
-    /// and points that the fit moved go back towards the data, step by step, until nothing crosses.
-    /// In the last step a span is its chord. So nothing is left that the data have not.
-    pub fn mend(&self, fit: Fit, sampling: Sampling, keep_area: f64) -> (Fit, Mended) {
-        let mut levels = Levels::new(self, &fit);
-        let mut samples = map::sample(self, &fit, sampling);
-        let mut crossing = self.places(&samples, |_| true);
-        let rings: Vec<usize> = (0..self.batch.len()).filter(|&i| self.is_ring(i)).collect();
-        let mut shrunken: Vec<usize> =
-            rings.iter().copied().filter(|&i| self.is_shrunken(i, &samples, keep_area)).collect();
-        let nesting = Nesting::new(self, &self.data());
-        let mut misplaced = nesting.misplaced(&samples);
-        let mut mended = Mended {
-            misplaced: misplaced.len(),
-            before: self.named(&samples, crossing.clone()).len(),
-            kept: shrunken.len(),
-            ..Mended::default()
-        };
-        loop {
-            // Once each, however many of their segments cross.
-            let crossed = crossing.iter().flatten().flat_map(|&place| self.spans_of(&samples, place));
-            let crossed: BTreeSet<(u32, usize)> = crossed.collect();
-            let tightened = crossed.into_iter().filter(|&(stroke, span)| levels.tighten(stroke, span));
-            let mut changed: Vec<u32> = tightened.map(|(stroke, _)| stroke).collect();
-            for way in shrunken.iter().flat_map(|&i| &self.arcs.uses[i]) {
-                let (place, spans) = (self.strokes.places[way.arc as usize], self.arcs.spans(way.arc as usize));
-                let first = place.first as usize;
-                changed.extend(levels.bring_back(place.stroke, first..first + spans).then_some(place.stroke));
-            }
-            for misplaced in &misplaced {
-                changed.extend(self.part_from_ring(&mut levels, &samples, &nesting, misplaced));
-            }
-            if changed.is_empty() {
-                break;
-            }
-            changed.sort_unstable();
-            changed.dedup();
-            map::sample_again(self, &levels, &changed, sampling, &mut samples);
-            let is_new = |arc: u32| changed.binary_search(&self.strokes.places[arc as usize].stroke).is_ok();
-            crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
-            crossing.extend(self.places(&samples, is_new));
-            shrunken.retain(|&i| self.is_shrunken(i, &samples, keep_area));
-            misplaced = nesting.misplaced(&samples);
-        }
-        mended.tightened = levels.tightened();
-        mended.left = self.named(&samples, crossing);
-        (levels.finish(), mended)
-    }
-
-    /// Brings a part back, and the spans next to it of a ring that it has come into or out of. The
-    /// strokes where that changed anything.
-    fn part_from_ring(
-        &self,
-        levels: &mut Levels,
-        samples: &[Samples],
-        nesting: &Nesting,
-        misplaced: &Misplaced,
-    ) -> Vec<u32> {
-        let boxed = |points: &mut dyn Iterator<Item = DVec2>| {
-            points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)))
-        };
-        let data = |arc: usize, k: usize| {
-            let stops = &self.arcs.stops[arc];
-            let stop = stops[k % stops.len()];
-            DVec3::from_array(self.vertices.position(stop.vertex, stop.turn)).truncate()
-        };
-        let (mut changed, mut part) = (Vec::new(), (DVec2::INFINITY, DVec2::NEG_INFINITY));
-        for arc in nesting.arcs(misplaced.part) {
-            let (place, spans) = (self.strokes.places[arc], self.arcs.spans(arc));
-            let given = (0..=spans).map(|k| data(arc, k));
-            let (low, high) = boxed(&mut given.chain(samples[arc].points.iter().map(|point| point.truncate())));
-            part = (part.0.min(low), part.1.max(high));
-            let range = place.first as usize..place.first as usize + spans;
-            changed.extend(levels.bring_back(place.stroke, range).then_some(place.stroke));
-        }
-        for way in &self.arcs.uses[misplaced.ring as usize] {
-            let arc = way.arc as usize;
-            let (place, spans) = (self.strokes.places[arc], self.arcs.spans(arc));
-            let mut sample = 0;
-            for span in 0..spans {
-                let from = sample;
-                while sample < samples[arc].t.len() && samples[arc].t[sample] < (span + 1) as f64 {
-                    sample += 1;
-                }
-                let fitted = samples[arc].points[from..sample].iter().map(|point| point.truncate());
-                let (low, high) = boxed(&mut fitted.chain([data(arc, span), data(arc, span + 1)]));
-                if low.cmple(part.1).all() && part.0.cmple(high).all() {
-                    let along = place.first as usize + if place.reversed { spans - 1 - span } else { span };
-                    changed.extend(levels.bring_back(place.stroke, along..along + 1).then_some(place.stroke));
-                }
-            }
-        }
-        changed
-    }
-
-    /// The spans of strokes that hold a segment of an arc's samples.
-    fn spans_of(&self, samples: &[Samples], (arc, segment): Place) -> impl Iterator<Item = (u32, usize)> + use<> {
-        let (place, spans) = (self.strokes.places[arc as usize], self.arcs.spans(arc as usize));
-        let t = &samples[arc as usize].t;
-        let (from, to) = (t[segment as usize], t.get(segment as usize + 1).copied().unwrap_or(spans as f64));
-        let along = move |span: usize| if place.reversed { spans - 1 - span } else { span };
-        (from.floor() as usize..(to.ceil() as usize).min(spans))
-            .map(move |span| (place.stroke, place.first as usize + along(span)))
-    }
-
     /// Whether curve `i` is closed and not alone.
     fn is_ring(&self, i: usize) -> bool {
         self.batch.is_closed(i) && !self.arcs.alone[self.arcs.uses[i][0].arc as usize]
     }
-
-    /// Whether a ring's samples have less than a part of the area of its points, or turn the other
-    /// way round.
-    fn is_shrunken(&self, i: usize, samples: &[Samples], keep_area: f64) -> bool {
-        let points = self.batch.points(i).chunks_exact(self.batch.dimension());
-        let data = area(points.map(|point| DVec2::from_slice(&point[..2])));
-        let now = area(map::along(self, samples, i).map(|point| point.truncate()));
-        now * data.signum() < keep_area * data.abs()
-    }
-
-    /// Pairs of segments of arcs that cross, one of them of an arc that is `new`.
-    fn places(&self, samples: &[Samples], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
-        let line = |arc: usize| match self.arcs.alone[arc] {
-            true => Line { points: &[], closed: false },
-            false => Line { points: &samples[arc].points, closed: self.arcs.closed[arc] },
-        };
-        let lines: Vec<Line> = (0..samples.len()).map(line).collect();
-        crossings::crossings(&lines, new)
-    }
-
-    /// One crossing a pair of spans.
-    fn named(&self, samples: &[Samples], mut places: Vec<[Place; 2]>) -> Vec<Crossing> {
-        let span = |(arc, segment): Place| (arc, samples[arc as usize].t[segment as usize] as usize);
-        let mut seen = FxHashSet::default();
-        places.retain(|pair| seen.insert(pair.map(span)));
-        places.into_iter().map(|places| self.crossing(samples, places)).collect()
-    }
-
-    fn crossing(&self, samples: &[Samples], places: [Place; 2]) -> Crossing {
-        let at = samples[places[0].0 as usize].points[places[0].1 as usize];
-        let curves = places.map(|(arc, _)| self.arcs.stops[arc as usize][0].curve as usize);
-        Crossing { curves, at: [at.x, at.y] }
-    }
-}
-
-/// The area that a polygon encloses, positive if it goes round to the left.
-fn area(points: impl Iterator<Item = DVec2>) -> f64 {
-    let mut points = points.peekable();
-    let Some(&first) = points.peek() else { return 0.0 };
-    let (mut twice, mut last) = (0.0, DVec2::ZERO);
-    for point in points {
-        twice += last.perp_dot(point - first);
-        last = point - first;
-    }
-    0.5 * twice
 }

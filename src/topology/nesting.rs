@@ -6,7 +6,7 @@ use robust::{Coord, orient2d};
 use rustc_hash::FxHashMap;
 
 use super::Topology;
-use super::map::Samples;
+use super::samples::Samples;
 
 /// Rows that segments are sorted into by their heights.
 const ROWS: usize = 4096;
@@ -53,6 +53,14 @@ impl<'a> Nesting<'a> {
     /// The arcs of a part.
     pub fn arcs(&self, part: u32) -> impl Iterator<Item = usize> + '_ {
         (0..self.part_of.len()).filter(move |&arc| self.part_of[arc] == part)
+    }
+
+    /// A curve of every part that is misplaced.
+    pub fn curves(&self, misplaced: &[Misplaced]) -> Vec<usize> {
+        let mut parts: Vec<u32> = misplaced.iter().map(|misplaced| misplaced.part).collect();
+        parts.dedup();
+        let first = |part: u32| self.topology.arcs.stops[self.parts[part as usize] as usize][0].curve as usize;
+        parts.into_iter().map(first).collect()
     }
 
     /// Parts that have come into rings, or out of them.

@@ -1,0 +1,114 @@
+//! [`Tight`]: curves of which some spans are cubics of their own.
+
+use glam::DVec3;
+use rustc_hash::FxHashMap;
+
+use crate::batch::CurveBatch;
+use crate::curve::{Curve, Jet, Sampling};
+use crate::motion::Motion;
+use crate::report::{CurveSet, Fit};
+
+/// Strokes of which some spans are tighter.
+pub(super) struct Tightened {
+    pub fit: Fit,
+    pub cubics: FxHashMap<u32, FxHashMap<u32, [DVec3; 4]>>,
+    pub batch: CurveBatch,
+}
+
+impl CurveSet for Tightened {
+    fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
+        let curve = self.fit.curve(i);
+        match self.cubics.get(&(i as u32)) {
+            None => curve,
+            Some(cubics) => Box::new(Tight { curve, cubics }),
+        }
+    }
+
+    fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        let sample = |i: usize| {
+            let curve = self.curve(i);
+            let (mut coords, mut t) = (Vec::new(), Vec::new());
+            for (span, u) in curve.sites(sampling) {
+                coords.extend_from_slice(&curve.jet(span, u).point.to_array()[..self.batch.dimension()]);
+                t.push(
+                    curve.knots().get(span).map_or(0.0, |knot| knot + if u > 0.0 { u * curve.pace(span) } else { 0.0 }),
+                );
+            }
+            (coords, t)
+        };
+        let samples = (0..self.batch.len()).map(sample).collect();
+        let closing = |i: usize, last: f64| self.curve(i).domain().1 - last;
+        let closed = (0..self.batch.len()).map(|i| self.batch.is_closed(i)).collect();
+        let problems = (0..self.batch.len()).filter_map(|i| Some((i, self.batch.problem(i)?.clone()))).collect();
+        CurveBatch::from_samples(
+            self.batch.dimension(),
+            samples,
+            closing,
+            closed,
+            problems,
+            self.batch.origin().clone(),
+        )
+    }
+}
+
+/// A curve of which some spans are cubics of their own.
+pub(super) struct Tight<'a> {
+    pub curve: Box<dyn Curve + 'a>,
+    pub cubics: &'a FxHashMap<u32, [DVec3; 4]>,
+}
+
+impl Tight<'_> {
+    fn cubic(&self, span: usize) -> Option<&[DVec3; 4]> {
+        self.cubics.get(&(span as u32))
+    }
+}
+
+impl Curve for Tight<'_> {
+    fn dimension(&self) -> usize {
+        self.curve.dimension()
+    }
+
+    fn is_closed(&self) -> bool {
+        self.curve.is_closed()
+    }
+
+    fn knots(&self) -> &[f64] {
+        self.curve.knots()
+    }
+
+    fn is_fitted(&self) -> bool {
+        self.curve.is_fitted()
+    }
+
+    fn pace(&self, span: usize) -> f64 {
+        self.curve.pace(span)
+    }
+
+    fn jet(&self, span: usize, u: f64) -> Jet {
+        let Some(&[p, q, r, s]) = self.cubic(span) else { return self.curve.jet(span, u) };
+        let (a, b, c) = (3.0 * (q - p), 3.0 * (p - 2.0 * q + r), (s - p) - 3.0 * (r - q));
+        let point = match u {
+            0.0 => p,
+            1.0 => s,
+            _ => p + (a + (b + c * u) * u) * u,
+        };
+        let pace = self.pace(span);
+        Jet {
+            point,
+            first: (a + (2.0 * b + 3.0 * c * u) * u) / pace,
+            second: (2.0 * b + 6.0 * c * u) / (pace * pace),
+            third: 6.0 * c / (pace * pace * pace),
+        }
+    }
+
+    fn pieces(&self, span: usize) -> usize {
+        self.cubic(span).map_or_else(|| self.curve.pieces(span), |_| 1)
+    }
+
+    fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
+        match self.cubic(span) {
+            Some(&cubic) => Some(Motion::of_bezier(cubic)),
+            None => self.curve.motion(span, piece),
+        }
+    }
+}
