@@ -56,30 +56,30 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let fitted = topology.as_ref().map_or(&batch, |topology| topology.strokes());
     let work = Work { points: points(fitted, sampling), cost: args.method.cost() };
     let device = run.device(&work, volume, Some(fitted.len()))?;
-    let mut notes = Vec::new();
-    let (fit, curves) = match (&topology, args.shape) {
-        (None, Shape::Polyline) => method.fit_sampled(&batch, sampling, &device)?,
+    let (fit, curves, notes) = match (&topology, args.shape) {
+        (None, Shape::Polyline) => {
+            let (fit, polylines) = method.fit_sampled(&batch, sampling, &device)?;
+            let notes = method.notes(&fit);
+            (fit, polylines, notes)
+        }
         (None, Shape::Bezier) => {
             let fit = method.fit(&batch, &device)?;
-            let beziers = fit.beziers_each(|i| tolerances[i]);
-            (fit, beziers)
+            let (beziers, notes) = (fit.beziers_each(|i| tolerances[i]), method.notes(&fit));
+            (fit, beziers, notes)
         }
         (Some(topology), shape) => {
             sampling.check(&batch)?;
             let strokes = method.fit(fitted, &device)?;
-            notes.extend(method.notes(&strokes));
+            let mut notes = method.notes(&strokes);
             let (strokes, of_map) = args.map.mend(topology, strokes, sampling);
             notes.extend(of_map);
             let fit = topology.join(strokes);
             // One tolerance, so that curves share the Béziers of their borders.
             let tolerance = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
             let curves = if shape == Shape::Bezier { fit.beziers(tolerance) } else { fit.polylines(sampling) };
-            (fit, curves)
+            (fit, curves, notes)
         }
     };
-    if topology.is_none() {
-        notes = method.notes(&fit);
-    }
     let picture = Picture {
         comb: args.comb,
         title: title(&args.curves.input.input),

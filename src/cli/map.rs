@@ -97,9 +97,7 @@ impl MapArgs {
         }
         Topology::new(batch, &options).map(Some)
     }
-}
 
-impl MapArgs {
     /// Checks what can be checked before anything is read.
     pub fn check(&self) -> Result<()> {
         match self.keep_area {

@@ -267,24 +267,10 @@ fn threads() -> String {
 mod tests {
     use super::*;
 
-    fn adapter(kind: &'static str) -> AdapterSummary {
-        AdapterSummary {
-            name: "a card".into(),
-            driver: String::new(),
-            backend: String::new(),
-            kind,
-            pci_bus_id: String::new(),
-            has_f64: false,
-            has_subgroups: false,
-            subgroup_sizes: (32, 32),
-            has_timestamps: false,
-        }
-    }
-
     #[test]
     fn auto_takes_hardware_where_it_pays_and_says_what_it_compared() {
         let costs = Costs { open: 0.25, cpu: 4e-9, transfer: 3e-9, kernels: 1e-10, measured: true };
-        let preferred = |kind, work: Work| preferred(&adapter(kind), &work, &|_| costs);
+        let preferred = |kind, work: Work| preferred(&AdapterSummary::of_kind(kind), &work, &|_| costs);
         let fair = Work { points: 10_000_000, cost: 50.0 };
         let paying = preferred("discrete GPU", fair).unwrap();
         assert_eq!(paying, "auto: some 0.3 s against 2.0 s on the CPU, measured");

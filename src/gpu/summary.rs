@@ -24,6 +24,22 @@ pub struct AdapterSummary {
 }
 
 impl AdapterSummary {
+    /// An adapter of a kind, without f64 and subgroups, for tests of what is chosen for it.
+    #[cfg(test)]
+    pub(crate) fn of_kind(kind: &'static str) -> Self {
+        AdapterSummary {
+            name: "a card".into(),
+            driver: String::new(),
+            backend: String::new(),
+            kind,
+            pci_bus_id: String::new(),
+            has_f64: false,
+            has_subgroups: false,
+            subgroup_sizes: (32, 32),
+            has_timestamps: false,
+        }
+    }
+
     /// Threads that the adapter works on at once, by its kind: an estimate, since no driver tells.
     ///
     /// An NVIDIA H100 holds 270,336 threads (132 multiprocessors of 2,048), an RTX 4070 70,656 (46 of

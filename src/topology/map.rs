@@ -1,7 +1,6 @@
 //! [`Map`]: the curves of a batch, put together from the spans of fitted strokes.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec3;

@@ -23,7 +23,7 @@ use crate::report::Fit;
 pub struct Mended {
     /// Crossings before.
     pub before: usize,
-    /// Crossings that are left: those of the data, and of curves that could not be fitted.
+    /// Crossings that are left, which the data have.
     pub left: Vec<Crossing>,
     /// Spans that were tightened.
     pub tightened: usize,

@@ -107,6 +107,16 @@ fn crossings_are_told_and_mended() {
 }
 
 #[test]
+fn rings_have_four_positions_at_least() {
+    let folder = TempDir::new().unwrap();
+    let point = r#"{"type":"Polygon","coordinates":[[[1,2],[1,2],[1,2],[1,2]]]}"#;
+    fs::write(folder.path().join("point.geojson"), point).unwrap();
+    run(&folder, "fit point.geojson -o out.geojson --device cpu").code(0);
+    let out = json(&folder, "out.geojson");
+    assert_eq!(out["coordinates"][0].to_string().replace(".0", ""), "[[1,2],[1,2],[1,2],[1,2]]");
+}
+
+#[test]
 fn options_of_maps_are_refused_where_they_mean_nothing() {
     let folder = map();
     fs::write(folder.path().join("a.csv"), "curve,x,y,t\na,0,0,0\na,1,1,1\na,2,0,3\n").unwrap();

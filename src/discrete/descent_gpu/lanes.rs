@@ -66,31 +66,17 @@ pub(super) fn fastest(
 mod tests {
     use super::*;
 
-    fn adapter(kind: &'static str) -> AdapterSummary {
-        AdapterSummary {
-            name: String::new(),
-            driver: String::new(),
-            backend: String::new(),
-            kind,
-            pci_bus_id: String::new(),
-            has_f64: false,
-            has_subgroups: false,
-            subgroup_sizes: (32, 32),
-            has_timestamps: false,
-        }
-    }
-
     fn lanes_of(adapter: &AdapterSummary, curves: usize, longest: usize, dimension: usize) -> usize {
         fastest(open_lanes(adapter, 2, dimension), 2, adapter, curves, longest)
     }
 
     #[test]
     fn few_curves_take_many_lanes_and_many_curves_one() {
-        let discrete = adapter("discrete GPU");
+        let discrete = AdapterSummary::of_kind("discrete GPU");
         let lanes = |curves| lanes_of(&discrete, curves, 64, 2);
         assert_eq!([1, 1_000, 10_000, 100_000, 1_000_000].map(lanes), [32, 32, 16, 1, 1]);
-        assert_eq!(lanes_of(&adapter("integrated GPU"), 10_000, 64, 2), 1);
-        assert_eq!(lanes_of(&adapter("software"), 1, 1000, 3), 1);
+        assert_eq!(lanes_of(&AdapterSummary::of_kind("integrated GPU"), 10_000, 64, 2), 1);
+        assert_eq!(lanes_of(&AdapterSummary::of_kind("software"), 1, 1000, 3), 1);
     }
 
     #[test]
@@ -99,7 +85,7 @@ mod tests {
             [("H100", "discrete GPU", 270_336), ("RTX 4070", "discrete GPU", 70_656), ("M2", "integrated GPU", 10_240)];
         for (card, kind, holds) in cards {
             for curves in [1_000, 10_000, 100_000] {
-                let lanes = lanes_of(&adapter(kind), curves, 64, 2);
+                let lanes = lanes_of(&AdapterSummary::of_kind(kind), curves, 64, 2);
                 let share = ((curves * lanes) as f64 / f64::from(holds)).min(1.0);
                 println!(
                     "{card}: {curves} curves of 64 vertices, {lanes} lanes, {:.0} % of {holds} threads",
@@ -112,13 +98,13 @@ mod tests {
 
     #[test]
     fn spatial_curves_take_lanes_on_hardware() {
-        let lanes = [3, 64].map(|vertices| lanes_of(&adapter("discrete GPU"), 1_000_000, vertices, 3));
+        let lanes = [3, 64].map(|vertices| lanes_of(&AdapterSummary::of_kind("discrete GPU"), 1_000_000, vertices, 3));
         assert_eq!(lanes, [4, 4]);
     }
 
     #[test]
     fn no_lane_has_fewer_vertices_than_it_keeps() {
-        let discrete = adapter("discrete GPU");
+        let discrete = AdapterSummary::of_kind("discrete GPU");
         for vertices in 2..200 {
             let lanes = lanes_of(&discrete, 10, vertices, 2);
             assert!(lanes == 1 || vertices / lanes >= 2, "{vertices} vertices, {lanes} lanes");

@@ -102,6 +102,9 @@ fn polygons_across_the_antimeridian_stay_whole_and_those_round_a_pole_as_they_ar
     let with_hole = r#"{"type":"Polygon","coordinates":[[[170,0],[-170,0],[-170,20],[170,20],[170,0]],
         [[-178,5],[-176,5],[-177,6],[-178,5]]]}"#;
     assert_eq!(read(with_hole), [vec![170.0, 190.0, 190.0, 170.0], vec![182.0, 184.0, 183.0]]);
+    // One that begins far in the east has its middle within ±180, where its neighbours are.
+    let from_the_east = r#"{"type":"Polygon","coordinates":[[[-175,0],[160,0],[160,20],[-175,20],[-175,0]]]}"#;
+    assert_eq!(read(from_the_east), [[185.0, 160.0, 160.0, 185.0]]);
     let round = r#"{"type":"Polygon","coordinates":[[[0,80],[120,80],[-120,80],[0,80]]]}"#;
     assert_eq!(read(round), [[0.0, 120.0, -120.0]]);
     let metres = r#"{"type":"LineString","coordinates":[[0,2000],[300,2000]]}"#;
