@@ -8,7 +8,7 @@ use faircurve::{CurveBatch, Error, Result, Work};
 
 use super::count;
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, Shape, size};
-use super::map::MapArgs;
+use super::map::{self, MapArgs};
 use super::method::{Method, MethodArgs};
 use super::output::title;
 use super::run::{Run, RunArgs};
@@ -70,9 +70,18 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         (Some(topology), shape) => {
             sampling.check(&batch)?;
             let strokes = method.fit(fitted, &device)?;
+            let (topology, strokes, divided) = match topology.divide(&strokes) {
+                None => (topology.clone(), strokes, None),
+                Some(divided) => {
+                    let note = map::note_of(&divided);
+                    let arcs = method.fit(divided.arcs(), &device)?;
+                    let (topology, strokes) = divided.with(strokes, arcs);
+                    (topology, strokes, Some(note))
+                }
+            };
             let mut notes = method.notes(&strokes);
-            let (strokes, of_map) = args.map.mend(topology, strokes, sampling);
-            notes.extend(of_map);
+            let (strokes, of_map) = args.map.mend(&topology, strokes, sampling);
+            notes.extend(of_map.into_iter().chain(divided));
             let fit = topology.join(strokes);
             // One tolerance, so that curves share the Béziers of their borders.
             let tolerance = tolerances.iter().copied().fold(f64::INFINITY, f64::min);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use faircurve::topology::{Crossing, Faults, Options, Topology};
+use faircurve::topology::{Crossing, Divided, Faults, Options, Topology};
 use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
 
 use super::{count, thousands};
@@ -178,6 +178,12 @@ fn named(topology: &Topology, crossings: &[Crossing]) -> String {
         named += "; …";
     }
     named
+}
+
+/// What was divided, in a line.
+pub fn note_of(divided: &Divided) -> String {
+    let (whole, arcs) = (count(divided.count(), "curve"), count(divided.arcs().len(), "border"));
+    format!("{whole} through junctions had no fit as a whole: their {arcs} were fitted one by one")
 }
 
 /// What was found, in a line.

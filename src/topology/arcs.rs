@@ -27,6 +27,7 @@ pub(super) struct Stop {
 }
 
 /// Chains of vertices between junctions, each once.
+#[derive(Clone)]
 pub(super) struct Arcs {
     /// The stops of every arc. An arc that is a closed curve does not repeat its first.
     pub stops: Vec<Vec<Stop>>,

@@ -15,6 +15,8 @@
 //! - Junctions stay where they are: their points are
 //!   [`pinned`](crate::Constraints::pinned).
 //! - A ring without a junction is a closed curve as it always was.
+//! - A stroke of several arcs for which a method has no curve is [divided](Topology::divide), and its arcs are
+//!   fitted one by one: a bad place spoils the border that it lies on, and no whole coast.
 //!
 //! After the fit the curves are put together again from the strokes' spans. Curves that shared
 //! points share every sample, bit for bit.
@@ -37,6 +39,7 @@
 
 mod arcs;
 mod crossings;
+mod divided;
 mod faults;
 mod levels;
 mod map;
@@ -58,6 +61,7 @@ use map::Map;
 use strokes::Strokes;
 use vertices::Vertices;
 
+pub use divided::Divided;
 pub use faults::{Crossing, Faults};
 pub use mend::Mended;
 
@@ -101,6 +105,7 @@ impl Default for Options {
 }
 
 /// What the curves of a batch share.
+#[derive(Clone)]
 pub struct Topology {
     batch: CurveBatch,
     geographic: bool,

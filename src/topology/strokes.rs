@@ -19,6 +19,7 @@ pub(super) struct Place {
 }
 
 /// What is fitted, each once.
+#[derive(Clone)]
 pub(super) struct Strokes {
     pub batch: CurveBatch,
     /// The place of every arc.
@@ -28,6 +29,8 @@ pub(super) struct Strokes {
     /// The junctions: vertices where three or more arcs meet, or where arcs meet that are not
     /// joined.
     pub pinned: FxHashSet<u32>,
+    /// The end that each end of an arc goes on to.
+    partner: Vec<Option<End>>,
 }
 
 /// One of both ends of an arc: 2·arc, or 2·arc + 1 for the last stop.
@@ -38,22 +41,41 @@ impl Strokes {
     pub fn new(batch: &CurveBatch, vertices: &Vertices, arcs: &Arcs, straight: f64) -> Self {
         let meeting = meeting(arcs);
         let mut partner = vec![None; 2 * arcs.stops.len()];
-        let mut pinned = FxHashSet::default();
-        for (&vertex, ends) in &meeting {
-            let pairs = if straight > 0.0 { pairs(vertices, arcs, ends, straight) } else { vec![] };
-            for &[a, b] in &pairs {
+        for ends in meeting.values().filter(|_| straight > 0.0) {
+            for [a, b] in pairs(vertices, arcs, ends, straight) {
                 partner[a as usize] = Some(b);
                 partner[b as usize] = Some(a);
             }
-            // A lone end of a line is no junction, nor is a place where two arcs go on.
-            if ends.len() > 2 || (ends.len() == 2 && pairs.is_empty()) {
-                pinned.insert(vertex);
-            }
         }
-        let mut walk = Walk { arcs, partner, places: vec![None; arcs.stops.len()], strokes: vec![] };
+        Self::joined(batch, vertices, arcs, &meeting, partner)
+    }
+
+    /// The same with the strokes `apart` taken apart: each of their arcs is a stroke.
+    ///
+    /// All other strokes stay the same. Their numbers may not.
+    pub fn divided(&self, batch: &CurveBatch, vertices: &Vertices, arcs: &Arcs, apart: impl Fn(usize) -> bool) -> Self {
+        let mut partner = self.partner.clone();
+        for (arc, _) in self.places.iter().enumerate().filter(|(_, place)| apart(place.stroke as usize)) {
+            (partner[2 * arc], partner[2 * arc + 1]) = (None, None);
+        }
+        Self::joined(batch, vertices, arcs, &meeting(arcs), partner)
+    }
+
+    /// Joins the ends of arcs with their partners.
+    fn joined(
+        batch: &CurveBatch,
+        vertices: &Vertices,
+        arcs: &Arcs,
+        meeting: &FxHashMap<u32, Vec<End>>,
+        partner: Vec<Option<End>>,
+    ) -> Self {
+        // A lone end of a line is no junction, nor is a place where two arcs go on.
+        let goes_on = |ends: &[End]| ends.len() == 1 || (ends.len() == 2 && partner[ends[0] as usize].is_some());
+        let pinned: FxHashSet<u32> =
+            meeting.iter().filter(|(_, ends)| !goes_on(ends)).map(|(&vertex, _)| vertex).collect();
+        let mut walk = Walk { arcs, partner: &partner, places: vec![None; arcs.stops.len()], strokes: vec![] };
         // Open strokes begin where nothing goes on; what is left goes round.
-        let starts = (0..2 * arcs.stops.len() as u32).filter(|&end| walk.partner[end as usize].is_none());
-        for end in starts.collect::<Vec<_>>() {
+        for end in (0..2 * arcs.stops.len() as u32).filter(|&end| partner[end as usize].is_none()) {
             walk.from(end);
         }
         for arc in 0..arcs.stops.len() as u32 {
@@ -62,7 +84,7 @@ impl Strokes {
         let Walk { places, strokes, .. } = walk;
         let places = places.into_iter().map(|place| place.expect("every arc was walked")).collect();
         let batch = traced(batch, vertices, &strokes, |vertex| pinned.contains(&vertex));
-        Strokes { batch, places, arcs: strokes.into_iter().map(|stroke| stroke.arcs).collect(), pinned }
+        Strokes { batch, places, arcs: strokes.into_iter().map(|stroke| stroke.arcs).collect(), pinned, partner }
     }
 }
 
@@ -124,7 +146,7 @@ struct Stroke {
 
 struct Walk<'a> {
     arcs: &'a Arcs,
-    partner: Vec<Option<End>>,
+    partner: &'a [Option<End>],
     places: Vec<Option<Place>>,
     strokes: Vec<Stroke>,
 }

@@ -6,6 +6,7 @@ use rustc_hash::FxHashMap;
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, Sampling};
 use crate::motion::Motion;
+use crate::parallel;
 use crate::report::{CurveSet, Fit};
 
 /// Strokes of which some spans are tighter.
@@ -25,30 +26,26 @@ impl CurveSet for Tightened {
     }
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
-        let sample = |i: usize| {
-            let curve = self.curve(i);
-            let (mut coords, mut t) = (Vec::new(), Vec::new());
-            for (span, u) in curve.sites(sampling) {
-                coords.extend_from_slice(&curve.jet(span, u).point.to_array()[..self.batch.dimension()]);
-                t.push(
-                    curve.knots().get(span).map_or(0.0, |knot| knot + if u > 0.0 { u * curve.pace(span) } else { 0.0 }),
-                );
-            }
-            (coords, t)
-        };
-        let samples = (0..self.batch.len()).map(sample).collect();
-        let closing = |i: usize, last: f64| self.curve(i).domain().1 - last;
-        let closed = (0..self.batch.len()).map(|i| self.batch.is_closed(i)).collect();
-        let problems = (0..self.batch.len()).filter_map(|i| Some((i, self.batch.problem(i)?.clone()))).collect();
-        CurveBatch::from_samples(
-            self.batch.dimension(),
-            samples,
-            closing,
-            closed,
-            problems,
-            self.batch.origin().clone(),
-        )
+        polylines(self, &self.batch, sampling)
     }
+}
+
+/// The samples of curves, each from its own [`Curve`].
+pub(super) fn polylines(curves: &impl CurveSet, batch: &CurveBatch, sampling: Sampling) -> CurveBatch {
+    let d = batch.dimension();
+    let samples = parallel::map(batch.len(), 1, |i| {
+        let curve = curves.curve(i);
+        let at = |span: usize, u: f64| {
+            curve.knots().get(span).map_or(0.0, |knot| knot + if u > 0.0 { u * curve.pace(span) } else { 0.0 })
+        };
+        let sites = curve.sites(sampling);
+        let coords = sites.iter().flat_map(|&(span, u)| curve.jet(span, u).point.to_array().into_iter().take(d));
+        (coords.collect(), sites.iter().map(|&(span, u)| at(span, u)).collect())
+    });
+    let closing = |i: usize, last: f64| curves.curve(i).domain().1 - last;
+    let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
+    let problems = (0..batch.len()).filter_map(|i| Some((i, batch.problem(i)?.clone()))).collect();
+    CurveBatch::from_samples(d, samples, closing, closed, problems, batch.origin().clone())
 }
 
 /// A curve of which some spans are cubics of their own.

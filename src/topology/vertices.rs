@@ -13,6 +13,7 @@ const ROUNDED: f64 = 1e-11;
 const CELL: f64 = 64.0;
 
 /// The different positions of a batch, and which of them every point has.
+#[derive(Clone)]
 pub(super) struct Vertices {
     /// The vertex of every point of the batch.
     pub of: Vec<u32>,

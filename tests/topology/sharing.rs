@@ -210,3 +210,34 @@ fn pinned_points_stay_where_they_are_and_the_others_are_as_smooth_as_they_can_be
     let largest = (0..40).map(distance).fold(0.0, f64::max);
     assert!(largest < 1e-6, "{largest}");
 }
+
+#[test]
+fn a_coast_without_a_curve_is_fitted_border_by_border_and_the_rest_stays_as_it_was() {
+    let world = world();
+    // Bending alone has no least curve for many coasts.
+    let fit = |batch: &CurveBatch| Fair::default().fit(batch, &Device::cpu()).unwrap();
+    let usable = |options: &Options| {
+        let topology = Topology::new(&world, options).unwrap();
+        topology.join(fit(topology.strokes())).usable()
+    };
+    let topology = Topology::new(&world, &Options::of(&world)).unwrap();
+    let before = fit(topology.strokes());
+    let divided = topology.divide(&before).expect("strokes without a curve");
+    assert!(divided.count() > 10 && divided.arcs().len() > 2 * divided.count());
+    let arcs = fit(divided.arcs());
+    let (whole, strokes) = divided.with(before.clone(), arcs);
+    assert_eq!(strokes.len(), whole.strokes().len());
+    // No stroke of several arcs is left without a curve, and those with a curve keep it to the bit.
+    assert!(whole.divide(&strokes).is_none());
+    let lines = |fit: &Fit| {
+        let samples = fit.polylines(EIGHT);
+        let usable = (0..fit.len()).filter(|&i| fit.reports()[i].status.is_usable());
+        usable.map(|i| bits(&samples, i)).collect::<HashSet<_>>()
+    };
+    assert!(lines(&strokes).is_superset(&lines(&before)));
+    let rings = whole.join(strokes);
+    let [divided, undivided] = [rings.usable(), topology.join(before).usable()];
+    let free = usable(&Options { straight: 0.0, ..Options::of(&world) });
+    println!("usable rings: {undivided}, {divided} divided, {free} with free junctions");
+    assert!(divided > undivided && divided >= free);
+}
