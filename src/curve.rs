@@ -244,6 +244,7 @@ pub trait Curve: Sync {
                 let steps = if self.is_closed() { n } else { n.saturating_sub(1) }.max(1) as f64;
                 (0..n).map(|k| self.locate(from + (to - from) * (k as f64 / steps))).collect()
             }
+            Sampling::Points(n) => even::sites(self, n.max(self.least(sampling))),
             Sampling::Spacing(spacing) => even::even_sites(self, spacing),
         }
     }

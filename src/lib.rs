@@ -162,9 +162,10 @@ pub mod scf;
 pub mod spline;
 mod status;
 pub mod topology;
+pub mod tracks;
 mod words;
 
-pub use batch::{CurveBatch, Point, Unfitted};
+pub use batch::{Column, CurveBatch, Point, Unfitted, Values};
 #[doc(hidden)]
 pub use catalogue::kernels;
 pub use constraint::{Constraint, Constraints};

@@ -27,11 +27,12 @@ impl CurveBatch {
                 return Some((point, format!("its parameter is {}; parameters must be finite", short(t[point]))));
             }
             let point = t.windows(2).position(|pair| pair[1] < pair[0])? + 1;
-            let (before, here) = (short(t[point - 1]), short(t[point]));
+            let written = |t: f64| batch.origin.clock.map_or_else(|| short(t), |clock| clock.write(t));
+            let (before, here) = (written(t[point - 1]), written(t[point]));
             Some((
                 point,
                 format!(
-                    "its parameter decreases from {before} to {here}: sort the points, or leave the parameters out"
+                    "its parameter decreases from {before} to {here}: sort the points (`ReadOptions::sorted`), or leave the parameters out"
                 ),
             ))
         });

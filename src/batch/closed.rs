@@ -1,6 +1,6 @@
 //! Closing curves: which are closed, and the repeated last point that a closed curve drops.
 
-use super::{CurveBatch, expect_length};
+use super::{CurveBatch, columns, expect_length};
 use crate::constraint::retain_rows;
 use crate::error::Result;
 
@@ -65,6 +65,18 @@ impl CurveBatch {
         }
     }
 
+    /// The given parameters of curve `i`, and of a closed curve the one where it meets its first
+    /// point again. `None` if there are none, or all are equal.
+    pub(crate) fn given_knots(&self, i: usize) -> Option<Vec<f64>> {
+        let given = self.parameters(i).filter(|given| !given.is_empty() && self.problem(i).is_none())?;
+        let mut knots = given.to_vec();
+        if self.is_closed(i) {
+            let closing = self.closing_length(i, given);
+            knots.push(given[given.len() - 1] + if closing > 0.0 && closing.is_finite() { closing } else { 0.0 });
+        }
+        (knots[0] < knots[knots.len() - 1]).then_some(knots)
+    }
+
     /// Whether curve `i` has a last point beside its first, and the two are equal.
     ///
     /// An unknown point equals none.
@@ -91,6 +103,10 @@ impl CurveBatch {
         retain_rows(&mut self.parameters, 1, &keep);
         retain_rows(&mut self.weights, 1, &keep);
         self.constraints.retain(self.dimension, &keep);
+        if !self.columns.is_empty() {
+            let kept: Vec<usize> = (0..keep.len()).filter(|&k| keep[k]).collect();
+            self.columns = columns::gather(&self.columns, &kept);
+        }
         let mut dropped = curves.iter().peekable();
         let mut lost = 0;
         for i in 0..self.len() {

@@ -2,11 +2,13 @@
 //!
 //! They are fitted as curves of their own. Their messages still name the points that were given.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::CurveBatch;
 use crate::batch::Origin;
 use crate::constraint::{Constraints, gather_rows};
+use crate::ragged;
 
 /// Consecutive points of a curve, past the end of a closed one if need be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,12 +81,46 @@ impl CurveBatch {
             closing_spans: None,
             weights: None,
             constraints,
+            columns: Vec::new(),
+        }
+    }
+
+    /// The same points in more curves: of every curve ranges of its points, one after the other.
+    ///
+    /// Parts of a curve that is not whole have its name and a number.
+    pub(crate) fn parted(&self, parts: &[(usize, Range<usize>)]) -> CurveBatch {
+        let offsets = ragged::offsets(parts.iter().map(|(_, range)| range.len()));
+        let is_whole = |(i, range): &(usize, Range<usize>)| range.len() == self.count(*i);
+        let mut number = 0;
+        let names = parts.iter().enumerate().map(|(k, part)| {
+            number = if k > 0 && parts[k - 1].0 == part.0 { number + 1 } else { 1 };
+            let name = self.name(part.0);
+            if is_whole(part) { name.into_owned() } else { format!("{name}.{number}") }
+        });
+        let lines = |lines: &Vec<Option<u64>>| parts.iter().map(|(i, range)| Some(lines[*i]? + range.start as u64)).collect();
+        let whole = &self.origin;
+        let origin = Origin {
+            file: whole.file.clone(),
+            first_lines: whole.first_lines.as_ref().map(lines),
+            geographic: whole.geographic,
+            clock: whole.clock,
+            names: Some(names.collect()),
+            ..Origin::default()
+        };
+        let problem = |(k, part): (usize, &(usize, Range<usize>))| Some((k, self.problems.get(&part.0)?.clone()));
+        CurveBatch {
+            offsets,
+            closed: parts.iter().map(|(i, _)| self.closed[*i]).collect(),
+            closing_spans: self.closing_spans.as_ref().map(|spans| parts.iter().map(|(i, _)| spans[*i]).collect()),
+            problems: parts.iter().enumerate().filter_map(problem).collect(),
+            origin: Arc::new(origin),
+            ..self.clone()
         }
     }
 
     /// The pieces as a batch, with their weights and constraints, and the problems of their curves.
     ///
-    /// The batch has no parameters.
+    /// The batch has no parameters and no columns.
     pub(crate) fn cut(&self, pieces: Vec<Piece>) -> CurveBatch {
         // Taken apart by name, so that a new column cannot be forgotten.
         let CurveBatch {
@@ -96,6 +132,7 @@ impl CurveBatch {
             closing_spans: _,
             weights,
             constraints,
+            columns: _,
             problems,
             origin,
         } = self;
@@ -124,6 +161,7 @@ impl CurveBatch {
             closing_spans: None,
             weights: gather_rows(weights, 1, &points),
             constraints: constraints.gather(*dimension, &points),
+            columns: Vec::new(),
             problems: pieces.iter().enumerate().filter_map(problem).collect(),
             origin: Arc::new(Origin {
                 names: Some(names),

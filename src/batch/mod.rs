@@ -2,7 +2,9 @@
 //! sampling.
 
 mod check;
+mod clock;
 mod closed;
+mod columns;
 mod cut;
 mod origin;
 mod point;
@@ -17,7 +19,9 @@ use crate::error::{Error, Result, shortened};
 use crate::ragged;
 use crate::status::CurveStatus;
 
+pub(crate) use clock::Clock;
 pub(crate) use closed::distance;
+pub use columns::{Column, Values};
 pub(crate) use cut::{Cut, Piece, Traced};
 pub(crate) use origin::Origin;
 pub use point::Point;
@@ -62,6 +66,7 @@ pub struct CurveBatch {
     closing_spans: Option<Vec<f64>>,
     weights: Option<Vec<f64>>,
     constraints: Constraints,
+    columns: Vec<Column>,
     problems: BTreeMap<usize, Unfitted>,
     origin: Arc<Origin>,
 }
@@ -126,6 +131,7 @@ impl CurveBatch {
             closing_spans: None,
             weights: None,
             constraints: Constraints::default(),
+            columns: Vec::new(),
             problems: BTreeMap::new(),
             origin,
         };
@@ -280,6 +286,11 @@ impl CurveBatch {
         Some(&self.parameters.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
     }
 
+    /// All parameters, point after point. None if there are none.
+    pub(crate) fn all_parameters(&self) -> &[f64] {
+        self.parameters.as_deref().unwrap_or_default()
+    }
+
     /// The parameter length of the span that closes curve `i`, if one was stated.
     pub fn closing_span(&self, i: usize) -> Option<f64> {
         self.closing_spans.as_ref().map(|spans| spans[i]).filter(|span| !span.is_nan())
@@ -344,6 +355,11 @@ impl CurveBatch {
         self.origin.geographic
     }
 
+    /// Whether the parameters were read as dates. They are seconds since the beginning of 1970, UTC.
+    pub fn has_dates(&self) -> bool {
+        self.origin.clock.is_some()
+    }
+
     /// The name of curve `i`: the one given, or else its number counted from 0.
     pub fn name(&self, i: usize) -> Cow<'_, str> {
         self.origin.name(i)
@@ -384,6 +400,7 @@ impl CurveBatch {
             closing_spans,
             weights,
             constraints,
+            columns,
             problems,
             origin: _,
         } = self;
@@ -400,6 +417,7 @@ impl CurveBatch {
             closing_spans: closing_spans.as_ref().map(|spans| curves.iter().map(|&i| spans[i]).collect()),
             weights: gather_rows(weights, 1, &points),
             constraints: constraints.gather(*dimension, &points),
+            columns: columns::gather(columns, &points),
             problems: problems.collect(),
             origin: Arc::new(Origin { names: Some(names), ..Origin::default() }),
         }
@@ -407,7 +425,7 @@ impl CurveBatch {
 
     /// The same curves (names, closedness, problems) with other points.
     ///
-    /// Parameters, weights and constraints are dropped.
+    /// Parameters, weights, constraints and columns are dropped.
     pub(crate) fn with_points(&self, coords: Vec<f64>, offsets: Vec<usize>) -> Self {
         debug_assert_eq!((offsets.len(), offsets[self.len()] * self.dimension), (self.offsets.len(), coords.len()));
         CurveBatch {
@@ -417,6 +435,7 @@ impl CurveBatch {
             closing_spans: None,
             weights: None,
             constraints: Constraints::default(),
+            columns: Vec::new(),
             closed: self.closed.clone(),
             problems: self.problems.clone(),
             origin: self.origin.clone(),

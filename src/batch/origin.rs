@@ -4,7 +4,7 @@ use std::any::Any;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::Cut;
+use super::{Clock, Cut};
 
 /// Where a batch came from.
 ///
@@ -28,6 +28,8 @@ pub(crate) struct Origin {
     pub round_pole: Vec<usize>,
     /// Whether the file has polygons, whose neighbours share borders.
     pub is_map: bool,
+    /// How times are written, where the parameters are times.
+    pub clock: Option<Clock>,
     /// Whether x and y of all curves are longitudes and latitudes in degrees.
     pub geographic: bool,
     /// What a format keeps of the file to write it again. Only that format knows the type.

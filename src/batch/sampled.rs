@@ -63,6 +63,7 @@ impl CurveBatch {
             closing_spans,
             weights: None,
             constraints: Constraints::default(),
+            columns: Vec::new(),
             problems,
             origin,
         }

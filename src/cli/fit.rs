@@ -2,7 +2,7 @@
 
 use clap::Args;
 use faircurve::bezier::LEAST_TOLERANCE;
-use faircurve::io::{self, WriteOptions};
+use faircurve::io::{self, ReadOptions, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, Error, Result, Work};
 
@@ -13,6 +13,7 @@ use super::method::{Method, MethodArgs};
 use super::output::title;
 use super::run::{Run, RunArgs};
 use super::sampling::{points, sampling};
+use super::track::TrackArgs;
 
 /// SVG rounds control points to a power of ten of at most this part of --tolerance.
 const ROUNDING: f64 = 0.01;
@@ -39,35 +40,51 @@ pub struct FitArgs {
     #[command(flatten)]
     map: MapArgs,
     #[command(flatten)]
+    tracks: TrackArgs,
+    #[command(flatten)]
     run: RunArgs,
 }
 
 pub fn run(args: &FitArgs) -> Result<bool> {
-    let sampling = sampling(args.method.samples, args.spacing)?;
+    let sampling = match args.tracks.sampling()? {
+        Some(sampling) => sampling,
+        None => sampling(args.method.samples, args.spacing)?,
+    };
     let method = args.method()?;
     args.check()?;
 
     let mut run = Run::start(&args.run, "curve", ["fitting", "fitted"]);
-    let batch = args.curves.input.read()?;
+    let input = &args.curves.input;
+    let batch = io::read_with(&input.input, &ReadOptions { carried: args.tracks.carried(), ..input.options() })?;
+    let batch = args.tracks.split(batch)?;
+    let tracks = args.tracks.samples(&batch, sampling)?;
     args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
     let tolerances = args.bezier_tolerances(&batch)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
     let topology = args.map.topology(&batch)?;
+    if let (Some(_), Some(option)) = (&topology, args.tracks.given()) {
+        return Err(Error::argument(format!("{option} is of each curve, but borders are shared: add --topology no")));
+    }
     let fitted = topology.as_ref().map_or(&batch, |topology| topology.strokes());
     let work = Work { points: points(fitted, sampling), cost: args.method.cost() };
     let device = run.device(&work, volume, Some(fitted.len()))?;
-    let (fit, curves, notes) = match (&topology, args.shape) {
-        (None, Shape::Polyline) => {
+    let (fit, curves, notes) = match (&topology, args.shape, &tracks) {
+        (None, Shape::Polyline, Some(tracks)) => {
+            let fit = method.fit(&batch, &device)?;
+            let (samples, notes) = (tracks.of(&batch, &fit)?, method.notes(&fit));
+            (fit, samples, notes)
+        }
+        (None, Shape::Polyline, None) => {
             let (fit, polylines) = method.fit_sampled(&batch, sampling, &device)?;
             let notes = method.notes(&fit);
             (fit, polylines, notes)
         }
-        (None, Shape::Bezier) => {
+        (None, Shape::Bezier, _) => {
             let fit = method.fit(&batch, &device)?;
             let (beziers, notes) = (fit.beziers_each(|i| tolerances[i]), method.notes(&fit));
             (fit, beziers, notes)
         }
-        (Some(topology), shape) => {
+        (Some(topology), shape, _) => {
             sampling.check(&batch)?;
             let strokes = method.fit(fitted, &device)?;
             let (topology, strokes, divided) = match topology.divide(&strokes) {
@@ -104,6 +121,7 @@ impl FitArgs {
     /// Checks what can be checked before anything is read.
     fn check(&self) -> Result<()> {
         self.map.check()?;
+        self.tracks.check(self.shape == Shape::Bezier, self.curves.format())?;
         if self.shape == Shape::Bezier && (self.method.samples.is_some() || self.spacing.is_some()) {
             let why = "--as bezier writes the curves themselves: leave --samples and --spacing out";
             return Err(Error::argument(why));

@@ -20,6 +20,7 @@ mod progress;
 mod report;
 mod run;
 mod sampling;
+mod track;
 mod words;
 
 use std::ffi::OsString;
@@ -103,17 +104,18 @@ struct InputArgs {
 
 impl InputArgs {
     fn read(&self) -> Result<CurveBatch> {
-        self.read_as(self.closed, false)
+        io::read_with(&self.input, &self.options())
     }
 
-    /// Reads with another rule for closed curves, and on demand control points in place of SVG's
-    /// vertices.
-    fn read_as(&self, closed: Closed, controls: bool) -> Result<CurveBatch> {
-        let columns = self.columns.clone().unwrap_or_default();
-        io::read_with(
-            &self.input,
-            &ReadOptions { format: self.from, columns, closed, controls, sorted: self.sort.is_some() },
-        )
+    /// How the file is read.
+    fn options(&self) -> ReadOptions {
+        ReadOptions {
+            format: self.from,
+            columns: self.columns.clone().unwrap_or_default(),
+            closed: self.closed,
+            sorted: self.sort.is_some(),
+            ..ReadOptions::default()
+        }
     }
 
     /// The format that is read, as far as it is known.

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use faircurve::bezier::{Chain, Complete, Completed, EndTangents, Energy, Joints, MOST_DEGREE, PieceLengths};
-use faircurve::io::{Closed, Format};
+use faircurve::io::{self, Closed, Format, ReadOptions};
 use faircurve::{Constraints, CurveBatch, Device, Error, Result};
 
 use super::InputArgs;
@@ -178,7 +178,10 @@ impl Plan {
     /// # Errors
     /// Those of reading; weights; closed chains of which only the ends would be kept.
     pub fn read(&self, input: &InputArgs) -> Result<CurveBatch> {
-        let batch = input.read_as(self.closed, self.svg)?;
+        let batch = io::read_with(
+            &input.input,
+            &ReadOptions { closed: self.closed, controls: self.svg, ..input.options() },
+        )?;
         if (0..batch.len()).any(|i| batch.weights(i).is_some()) {
             return Err(Error::argument(
                 "the file gives its points weights, but Bézier curves are polynomial here and have none: drop the column with \

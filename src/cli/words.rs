@@ -16,7 +16,7 @@ where
 }
 
 /// What sentences of the library name, and the options here that stand for it.
-const OPTIONS: [(&str, &str); 11] = [
+const OPTIONS: [(&str, &str); 13] = [
     ("`Device::cpu`", "--device cpu"),
     ("`Precision::F32`", "--precision f32"),
     ("`gpu::adapters`", "`faircurve doctor`"),
@@ -24,6 +24,8 @@ const OPTIONS: [(&str, &str); 11] = [
     ("`spline::Smoothing`", "--method smoothing"),
     ("`ReadOptions::columns`", "--columns"),
     ("`ReadOptions::format`", "--from"),
+    ("`ReadOptions::sorted`", "--sort t"),
+    ("`ReadOptions::carried`", "--carry"),
     ("`format`", "--from"),
     ("`WriteOptions::format`", "--to"),
     ("`GridWrite::format`", "--to"),

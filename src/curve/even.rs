@@ -14,6 +14,16 @@ pub(crate) fn even_sites<C: Curve + ?Sized>(curve: &C, spacing: f64) -> Vec<(usi
     sites
 }
 
+/// So many sites at equal arc lengths, from the first point of the curve to the last.
+pub(super) fn sites<C: Curve + ?Sized>(curve: &C, count: usize) -> Vec<(usize, f64)> {
+    let lengths: Vec<f64> = (0..curve.spans()).map(|span| curve.span_length(span)).collect();
+    let steps = if curve.is_closed() { count } else { count.saturating_sub(1) };
+    let mut targets = targets(&lengths, steps, curve.is_closed());
+    // A curve that is a point has it as often as asked for.
+    targets.resize(count, targets.last().copied().unwrap_or_default());
+    targets.into_iter().map(|(span, target)| (span, curve.fraction_at(span, lengths[span], target))).collect()
+}
+
 /// The error that a length may have, as a part of it.
 ///
 /// A spacing that divides a length evenly up to this error does.
@@ -24,15 +34,21 @@ const EVEN: f64 = 1e-9;
 /// There are at least `least` samples.
 pub(crate) fn even_targets(lengths: &[f64], spacing: f64, closed: bool, least: usize) -> Vec<(usize, f64)> {
     let total: f64 = lengths.iter().sum();
-    let Some(last) = lengths.iter().rposition(|&length| length > 0.0) else {
+    if total == 0.0 {
         return vec![(0, 0.0); if lengths.is_empty() { 0 } else { least.max(1) }];
-    };
+    }
     let most = Sampling::MOST_SAMPLES as f64;
     let steps = (total / spacing * (1.0 - EVEN)).ceil().clamp(least.max(1) as f64, most);
-    let step = total / steps;
-    let mut targets = Vec::with_capacity(steps as usize + 1);
+    targets(lengths, steps as usize, closed)
+}
+
+/// For every end of equal steps its span and the length to cover inside it.
+fn targets(lengths: &[f64], steps: usize, closed: bool) -> Vec<(usize, f64)> {
+    let Some(last) = lengths.iter().rposition(|&length| length > 0.0) else { return vec![] };
+    let step = lengths.iter().sum::<f64>() / steps as f64;
+    let mut targets = Vec::with_capacity(steps + 1);
     let (mut span, mut covered) = (0, 0.0);
-    for k in 0..steps as usize {
+    for k in 0..steps {
         let target = k as f64 * step;
         while span < last && target - covered >= lengths[span] {
             covered += lengths[span];

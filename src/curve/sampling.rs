@@ -21,6 +21,10 @@ pub enum Sampling {
     ///
     /// Samples of a closed curve end before they reach the first point again.
     Count(usize),
+    /// This many samples a curve, at equal arc lengths from its first to its last point.
+    ///
+    /// Samples of a closed curve end before they reach the first point again.
+    Points(usize),
     /// Samples at equal arc length.
     ///
     /// The spacing is the largest one not above this (in the units of the input) that divides the
@@ -47,7 +51,7 @@ impl Sampling {
         let (samples, what) = match self {
             Sampling::Spacing(spacing) => return check_spacing(batch, spacing, "samples", Self::MOST_SAMPLES),
             Sampling::PerSpan(n) => (n as f64 * spans(batch), format!("{n} samples a span")),
-            Sampling::Count(n) => (n as f64 * batch.len() as f64, format!("{n} samples a curve")),
+            Sampling::Count(n) | Sampling::Points(n) => (n as f64 * batch.len() as f64, format!("{n} samples a curve")),
         };
         // Coordinates and a parameter.
         memory::check(samples, 8 * (batch.dimension() + 1), &what, "ask for fewer")

@@ -57,17 +57,7 @@ pub(crate) struct FairCurves {
 /// are 0, 1, 2 … where none were given or all are equal.
 pub(super) fn knots_of(batch: &CurveBatch, i: usize) -> Vec<f64> {
     let ends = batch.count(i) + usize::from(batch.is_closed(i));
-    if let Some(given) = batch.parameters(i).filter(|given| !given.is_empty() && batch.problem(i).is_none()) {
-        let mut knots = given.to_vec();
-        if batch.is_closed(i) {
-            let closing = batch.closing_length(i, given);
-            knots.push(given[given.len() - 1] + if closing > 0.0 && closing.is_finite() { closing } else { 0.0 });
-        }
-        if knots[0] < knots[ends - 1] {
-            return knots;
-        }
-    }
-    (0..ends).map(|k| k as f64).collect()
+    batch.given_knots(i).unwrap_or_else(|| (0..ends).map(|k| k as f64).collect())
 }
 
 /// A curve through vertices.

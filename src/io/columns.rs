@@ -69,6 +69,62 @@ impl FromStr for Columns {
     }
 }
 
+/// Which columns of a CSV file travel along, though no method knows them: `all`, or names.
+///
+/// They become [columns](crate::CurveBatch::columns) of the batch. Numbers are quantities, which are
+/// interpolated, unless they are the same in all rows of each curve. `:nearest` after a name makes
+/// texts of them, of which samples take the nearest: `speed,status:nearest`. By default none.
+///
+/// ```
+/// let carried: faircurve::io::Carried = "speed,status:nearest".parse()?;
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Carried {
+    all: bool,
+    names: Vec<(String, Nearest)>,
+}
+
+/// Whether the nearest of both data points gives a sample its value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Nearest {
+    Yes,
+    No,
+}
+
+impl FromStr for Carried {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let mut carried = Carried::default();
+        for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
+            let (name, nearest) = match entry.rsplit_once(':') {
+                Some((name, "nearest")) => (name, Nearest::Yes),
+                Some((name, "linear")) => (name, Nearest::No),
+                _ => (entry, Nearest::No),
+            };
+            if name == "all" {
+                carried.all = true;
+            } else {
+                carried.names.push((name.to_string(), nearest));
+            }
+        }
+        if !carried.all && carried.names.is_empty() {
+            return Err(Error::argument("no column is named to be carried: give all, or names, as in speed,status:nearest"));
+        }
+        Ok(carried)
+    }
+}
+
+impl Carried {
+    /// Those of a header that are carried, as far as they have no role: cell, name, and how.
+    pub(super) fn among<'a>(&self, table: &Table, header: &'a [String]) -> Vec<(usize, &'a str, Nearest)> {
+        let free = header.iter().enumerate().filter(|(cell, _)| !table.cells.contains(&Some(*cell)));
+        let how = |name: &str| self.names.iter().find(|(own, _)| own == name).map(|(_, nearest)| *nearest);
+        free.filter_map(|(cell, name)| Some((cell, &**name, how(name).or(self.all.then_some(Nearest::No))?))).collect()
+    }
+}
+
 /// The place of each role in a row.
 #[derive(Clone, Copy)]
 pub(super) struct Table {
@@ -109,7 +165,7 @@ impl Columns {
     }
 
     /// Finds the columns in a header.
-    pub(super) fn resolve(&self, file: &Path, header: &[String]) -> Result<Table> {
+    pub(super) fn resolve(&self, file: &Path, header: &[String], carried: &Carried) -> Result<Table> {
         let wrong = |message: String| Err(Error::parse(file, 1, message));
         let all = |names: &[String]| listed(names.iter().map(|name| quoted(name)));
         let mut cells = [None; ROLES.len()];
@@ -145,18 +201,24 @@ impl Columns {
                 (cells[x], cells[y]) = (Some(longitude), Some(latitude));
             }
         }
-        let unknown = header.iter().enumerate().filter(|(cell, _)| !cells.contains(&Some(*cell)));
+        let table = Table { cells, longitude: false };
+        if let Some((name, _)) = carried.names.iter().find(|(name, _)| !header.contains(name)) {
+            return wrong(format!("there is no column {} to carry: the columns are {}", quoted(name), all(header)));
+        }
+        let along = carried.among(&table, header);
+        let unknown = header.iter().enumerate().filter(|(cell, _)| {
+            !cells.contains(&Some(*cell)) && !along.iter().any(|(carried, ..)| carried == cell)
+        });
         let unknown: Vec<String> = unknown.map(|(_, heading)| heading.clone()).collect();
-        if self.entries.is_empty() && !unknown.is_empty() {
+        if self.entries.is_empty() && carried.names.is_empty() && !unknown.is_empty() {
             let separator = if header.len() == 1 { "separate columns by commas; " } else { "" };
             return wrong(format!(
                 "unknown columns {}: {separator}map them with `ReadOptions::columns`, as in x=lon,y=lat (which drops the \
-                 others); known are {}",
+                 others), or carry them (`ReadOptions::carried`); known are {}",
                 all(&unknown),
                 ROLES.join(", ")
             ));
         }
-        let table = Table { cells, longitude: false };
         for needed in ["x", "y"] {
             if table.cell(needed).is_none() {
                 return wrong(format!(

@@ -1,5 +1,6 @@
 //! CSV: one row a point, the curve's name in a column.
 
+mod carried;
 mod dialect;
 mod order;
 mod rows;
@@ -10,12 +11,12 @@ use std::io::{self, Read, Write};
 
 use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
 
-use self::dialect::Dialect;
+pub(super) use self::dialect::Dialect;
 use self::rows::Rows;
-use super::ReadOptions;
+use super::{ReadOptions, free_names};
 use super::source::{ROW_BYTES, RowReader, Source, read_line};
 use super::text::Text;
-use crate::batch::CurveBatch;
+use crate::batch::{CurveBatch, Values};
 use crate::error::{Error, Result, quoted, shortened};
 
 /// Reads a CSV file row by row.
@@ -57,11 +58,11 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
             return Err(source.error(1, message));
         }
     };
-    let table = options.columns.resolve(&source.path, &header)?;
+    let table = options.columns.resolve(&source.path, &header, &options.carried)?;
     if options.sorted && table.cell("t").is_none() {
         return Err(source.error(1, "there is no column t to sort by: map one with `ReadOptions::columns`, as in t=…"));
     }
-    let mut rows = Rows::new(source, &table, &header, dialect);
+    let mut rows = Rows::new(source, &table, &header, dialect, options.carried.among(&table, &header));
     if headless {
         record.clone_from(csv.byte_headers().expect("read above"));
         rows.push(&record, endings.line(csv.position().line(), &record))?;
@@ -141,38 +142,70 @@ pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
     Ok(())
 }
 
-/// Writes `curve,x,y[,z],t`, and `closed` if a curve is.
+/// Writes `curve,x,y[,z],t`, and `closed` if a curve is, and all columns.
 ///
-/// t is the parameter, or the number of the vertex if there is none.
-pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch, decimals: Option<u8>) -> io::Result<()> {
+/// t is the parameter, or the number of the vertex if there is none. The last row of a closed curve
+/// repeats its first, where the curve meets it again.
+pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, decimals: Option<u8>) -> io::Result<()> {
     let d = batch.dimension();
     let mut text = Text::new(out).with_decimals(decimals);
     let any_closed = (0..batch.len()).any(|i| batch.is_closed(i));
-    text.push(if d == 2 { "curve,x,y,t" } else { "curve,x,y,z,t" })?;
-    text.push(if any_closed { ",closed\n" } else { "\n" })?;
+    let separator = &*separator.to_string();
+    let own = ["curve", "x", "y", "z", "t", "closed"];
+    let names = own.into_iter().filter(|&name| (name != "z" || d == 3) && (name != "closed" || any_closed));
+    text.push(row(names.chain(free_names(batch, &own).iter().map(|name| &**name)), separator))?;
+    text.push("\n")?;
+    let clock = batch.origin().clock.map(|clock| clock.for_all(batch.all_parameters().iter().copied()));
     for i in 0..batch.len() {
-        let name = name_cell(&batch.name(i))?;
+        let name = row([&*batch.name(i)], separator);
         let parameters = batch.parameters(i);
-        for (k, point) in batch.points(i).chunks_exact(d).enumerate() {
+        let (first, count) = (batch.offsets()[i], batch.count(i));
+        let again = usize::from(batch.is_closed(i) && count > 0);
+        for k in 0..count + again {
+            let own = k % count;
             text.push(&name)?;
-            text.point(point, ",")?;
-            text.push(",")?;
-            text.number(parameters.map_or(k as f64, |t| t[k]))?;
-            text.push(match (any_closed, batch.is_closed(i)) {
-                (false, _) => "\n",
-                (true, true) => ",1\n",
-                (true, false) => ",0\n",
-            })?;
+            text.push(separator)?;
+            text.point(&batch.points(i)[own * d..][..d], separator)?;
+            text.push(separator)?;
+            let t = match parameters {
+                Some(t) if k < count => t[k],
+                Some(t) => t[count - 1] + batch.closing_length(i, t),
+                None => k as f64,
+            };
+            match clock.filter(|_| parameters.is_some()) {
+                Some(clock) => text.push(clock.write(t))?,
+                None => text.number(t)?,
+            }
+            if any_closed {
+                text.push(separator)?;
+                text.push(if batch.is_closed(i) { "1" } else { "0" })?;
+            }
+            for column in batch.columns() {
+                text.push(separator)?;
+                match &column.values {
+                    // A blank, as it was read.
+                    Values::Numbers(numbers) if numbers[first + own].is_nan() => {}
+                    Values::Numbers(numbers) => text.number(numbers[first + own])?,
+                    Values::Texts(texts) => text.push(row([&*texts[first + own]], separator))?,
+                }
+            }
+            text.push("\n")?;
         }
     }
     text.finish()
 }
 
-/// A name and a comma, quoted where it must be.
-fn name_cell(name: &str) -> io::Result<Vec<u8>> {
-    let mut row = ::csv::WriterBuilder::new().buffer_capacity(64).from_writer(Vec::new());
-    row.write_record([name, ""])?;
-    let mut cell = row.into_inner().map_err(|error| error.into_error())?;
-    cell.truncate(cell.len().saturating_sub(1));
-    Ok(cell)
+/// Cells with separators between them, quoted where they must be.
+fn row<'a>(cells: impl IntoIterator<Item = &'a str>, separator: &str) -> Vec<u8> {
+    let mut row = Vec::new();
+    for (k, cell) in cells.into_iter().enumerate() {
+        if k > 0 {
+            row.extend_from_slice(separator.as_bytes());
+        }
+        match cell.contains(['"', '\r', '\n']) || cell.contains(separator) {
+            false => row.extend_from_slice(cell.as_bytes()),
+            true => row.extend_from_slice(format!("\"{}\"", cell.replace('"', "\"\"")).as_bytes()),
+        }
+    }
+    row
 }

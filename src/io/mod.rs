@@ -2,7 +2,7 @@
 //!
 //! | format | curves | read | written |
 //! |---|---|---|---|
-//! | [CSV](Format::Csv) | rows with one name in `curve` | every column of [`Columns`] | `curve,x,y[,z],t`, and `closed` where a curve is |
+//! | [CSV](Format::Csv) | rows with one name in `curve` | every column of [`Columns`] | `curve,x,y[,z],t`, `closed` where a curve is, and [columns](crate::CurveBatch::columns) |
 //! | [GeoJSON](Format::GeoJson) | one a LineString or ring | lines and rings; points pass through | the document read, with new coordinates |
 //! | [TopoJSON](Format::TopoJson) | as GeoJSON | lines and rings; points pass through | the objects read, with arcs of the new coordinates |
 //! | [SVG](Format::Svg) | one a subpath, polyline, polygon or line | vertices, or [control points](ReadOptions::controls), after transforms | one path a curve, also cubic Béziers |
@@ -17,8 +17,9 @@
 //! **Closed curves.** Polygon rings, SVG polygons and closed subpaths are always closed. A column
 //! `closed` of CSV (1 or 0, the same in all rows of a curve) and the array `closed` of NPZ mark
 //! each curve as closed or open. Otherwise [`Closed::Auto`] closes a curve of three points or more
-//! whose last equals its first. GeoJSON rings repeat their first point. CSV and NPZ do not: a
-//! closed curve has as many rows as points.
+//! whose last equals its first. GeoJSON rings repeat their first point. So does the last row of a
+//! closed curve in CSV; its `t` says where the curve meets its first point again. NPZ does not:
+//! there a closed curve has as many rows as points.
 //!
 //! **Blanks.** Some curves lack a number: a blank coordinate, parameter or weight in CSV, or a
 //! position of GeoJSON that is `null`, holds `null` or has fewer than two numbers. The number is
@@ -26,7 +27,13 @@
 //!
 //! **Separators.** Cells of CSV are separated by commas, semicolons or tabs, whichever the first line
 //! has most of. Between semicolons a comma may be the decimal point. `NA`, `N/A`, `null` and `none`
-//! are blanks.
+//! are blanks. Files called `.tsv` are written with tabs.
+//!
+//! **Times.** Dates in a column `t`, such as `2024-03-01T06:00:00Z`, `2024-03-01 06:00` or `2024-03-01` (ISO 8601),
+//! become seconds since the beginning of 1970. CSV writes them as they came, with as many digits as
+//! the samples need. Without a zone they are taken for UTC.
+//!
+//! **Other columns** of CSV travel along where [`ReadOptions::carried`] says so.
 //!
 //! **No header.** If the first row of a CSV file is two or three numbers, the file is one curve
 //! with the columns x, y and z.
@@ -76,6 +83,7 @@ mod npz;
 mod source;
 mod svg;
 mod text;
+mod times;
 mod topojson;
 
 use std::fmt;
@@ -87,8 +95,9 @@ use crate::batch::CurveBatch;
 use crate::error::{Error, Result, quoted};
 
 pub use atomic::{Output, write_atomically};
-pub use columns::Columns;
+pub use columns::{Carried, Columns};
 use source::Source;
+pub use times::{Times, read_times};
 
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,7 +118,8 @@ pub enum Format {
 impl Format {
     /// The format that a file's extension names (`.gz` after it is passed over).
     pub fn of_extension(path: impl AsRef<Path>) -> Option<Self> {
-        extension_of(path.as_ref())?.parse().ok()
+        let extension = extension_of(path.as_ref())?;
+        if is_tabbed(&extension) { Some(Format::Csv) } else { extension.parse().ok() }
     }
 
     /// Refuses what the format cannot hold: three dimensions in SVG, Bézier curves in GeoJSON.
@@ -205,6 +215,8 @@ pub struct ReadOptions {
     pub closed: Closed,
     /// CSV: whether the rows of each curve are sorted by `t`. Rows of one `t` keep their order.
     pub sorted: bool,
+    /// CSV: which other columns travel along. By default none.
+    pub carried: Carried,
     /// Whether subpaths of SVG are read as chains of cubic Béziers, in place of their vertices.
     ///
     /// The points of a curve are then control points, 3 a piece and one more. A closed chain does
@@ -332,15 +344,16 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
     let path = path.as_ref();
     let format = Format::of(path, options.format, "`WriteOptions::format`")?;
     check_batch(batch, format, options)?;
+    let separator = if extension_of(path).is_some_and(|extension| is_tabbed(&extension)) { '\t' } else { ',' };
     write_atomically(path, options.overwrite, |out| {
         if is_gzip(path) {
             let mut zipped = flate2::write::GzEncoder::new(out, flate2::Compression::default());
-            fill(&mut zipped, batch, format, options)?;
+            fill(&mut zipped, batch, format, separator, options)?;
             zipped.finish()?.flush()
         } else if let (Format::Npz, Some(file)) = (format, out.seekable()) {
             npz::write_seekable(file, batch)
         } else {
-            fill(out, batch, format, options)
+            fill(out, batch, format, separator, options)
         }
     })
 }
@@ -364,7 +377,7 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
 pub fn write_to(mut out: impl Write, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let format = options.format.ok_or_else(|| unnamed("WriteOptions::format"))?;
     check_batch(batch, format, options)?;
-    fill(&mut out, batch, format, options).map_err(|source| Error::Stream { source })
+    fill(&mut out, batch, format, ',', options).map_err(|source| Error::Stream { source })
 }
 
 /// Refuses what the format cannot hold.
@@ -380,9 +393,15 @@ fn check_batch(batch: &CurveBatch, format: Format, options: &WriteOptions) -> Re
     }
 }
 
-fn fill(out: &mut dyn Write, batch: &CurveBatch, format: Format, options: &WriteOptions) -> std::io::Result<()> {
+fn fill(
+    out: &mut dyn Write,
+    batch: &CurveBatch,
+    format: Format,
+    separator: char,
+    options: &WriteOptions,
+) -> std::io::Result<()> {
     match format {
-        Format::Csv => csv::write(out, batch, options.decimals),
+        Format::Csv => csv::write(out, batch, separator, options.decimals),
         Format::GeoJson => geojson::write(out, batch, options.decimals),
         Format::TopoJson => topojson::write(out, batch, options.decimals),
         Format::Svg => svg::write(out, batch, options.beziers, options.rounding),
@@ -407,6 +426,17 @@ pub fn check_output(path: impl AsRef<Path>, options: &WriteOptions) -> Result<()
 fn extension_of(path: &Path) -> Option<String> {
     let inner = if is_gzip(path) { path.with_extension("") } else { path.to_path_buf() };
     Some(inner.extension()?.to_str()?.to_string())
+}
+
+/// The names of a batch's columns, with an underscore behind those that a format uses itself.
+fn free_names(batch: &CurveBatch, own: &[&str]) -> Vec<String> {
+    let free = |name: &String| if own.contains(&&**name) { format!("{name}_") } else { name.clone() };
+    batch.columns().iter().map(|column| free(&column.name)).collect()
+}
+
+/// Whether an extension is that of rows whose cells are separated by tabs.
+fn is_tabbed(extension: &str) -> bool {
+    extension.eq_ignore_ascii_case("tsv") || extension.eq_ignore_ascii_case("tab")
 }
 
 /// The error for a path whose format is unknown. `option` names the format, one of `words`.

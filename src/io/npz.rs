@@ -12,9 +12,8 @@ use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 use super::memory::{Full, Room};
 use super::npy::{self, Element, Elements, Header, Order, Padded, integers, numbers, texts};
 use super::source::{Source, UNPACKED_BYTES, UNPACKED_TIMES, most_unpacked};
-use super::{ReadOptions, close, close_as_marked};
-use crate::batch::CurveBatch;
-use crate::batch::Origin;
+use super::{ReadOptions, close, close_as_marked, free_names};
+use crate::batch::{CurveBatch, Origin, Values};
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, listed, shortened};
 
@@ -344,6 +343,16 @@ pub(super) fn write_seekable<W: Write + Seek>(out: W, batch: &CurveBatch) -> io:
         let longest = all().map(|i| batch.name(i).chars().count()).max().unwrap_or(0).max(1);
         let names = all().map(|i| Padded(batch.name(i), longest));
         array(&mut zip, "names", &format!("<U{longest}"), &[curves], names)?;
+    }
+    for (column, name) in batch.columns().iter().zip(free_names(batch, &KEYS)) {
+        match &column.values {
+            Values::Numbers(numbers) => array(&mut zip, &name, "<f8", &[points], numbers.iter().copied())?,
+            Values::Texts(texts) => {
+                let longest = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
+                let texts = texts.iter().map(|text| Padded(text.into(), longest));
+                array(&mut zip, &name, &format!("<U{longest}"), &[points], texts)?;
+            }
+        }
     }
     zip.finish()?.flush()
 }

@@ -34,6 +34,8 @@ pub(crate) struct Chains {
     pub curves: Vec<Result<Chain, Input>>,
     pub universal: Vec<Universal>,
     pub closed: Vec<bool>,
+    /// The parameters given for the data points, which samples have in place of arc lengths.
+    pub times: Vec<Option<Vec<f64>>>,
     pub problems: BTreeMap<usize, Unfitted>,
     pub origin: sync::Arc<Origin>,
 }
@@ -170,7 +172,7 @@ impl Chains {
                 .map(|input| (input.coords.clone(), input.t.clone()))
                 .unwrap_or_default();
         };
-        let knots = &curve.chain.knots;
+        let knots = self.times[i].as_ref().unwrap_or(&curve.chain.knots);
         let site = |(span, u): (usize, f64)| {
             let point = curve.jet(span, u).point;
             ([point.x, point.y], knots[span] + u * (knots[span + 1] - knots[span]))
@@ -192,7 +194,7 @@ impl CurveSet for Chains {
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
         let samples: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.curves.len(), 16, |i| self.sample(i, sampling));
         let closing = |i: usize, last: f64| match &self.curves[i] {
-            Ok(chain) => chain.knots[chain.knots.len() - 1] - last,
+            Ok(chain) => self.times[i].as_ref().unwrap_or(&chain.knots).last().expect("one knot a point") - last,
             Err(input) => input.closing,
         };
         let (closed, problems) = (self.closed.clone(), self.problems.clone());

@@ -126,8 +126,9 @@ impl Smooth {
             }
         }
         let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
+        let times = (0..batch.len()).map(|i| batch.given_knots(i)).collect();
         let chains =
-            Chains { curves, universal: exponents.universal, closed, problems, origin: batch.origin().clone() };
+            Chains { curves, universal: exponents.universal, closed, times, problems, origin: batch.origin().clone() };
         Ok(Fit::new(chains, reports, device.report(true)?))
     }
 

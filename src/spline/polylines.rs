@@ -16,8 +16,8 @@ use crate::ragged;
 use crate::report::CurveSet;
 
 impl CubicSplines {
-    /// Number of samples of curve `i`; not for [`Sampling::Spacing`], whose number only the lengths
-    /// tell.
+    /// Number of samples of curve `i`; not for equal arc lengths, which only the fit
+    /// tells.
     fn count(&self, i: usize, sampling: Sampling) -> usize {
         if let Some(input) = self.unfitted.get(&i) {
             return input.t.len();
@@ -26,7 +26,7 @@ impl CubicSplines {
         match sampling {
             Sampling::PerSpan(n) => self.steps(i, sampling, n) * (ends - 1) + usize::from(!self.knots.closed[i]),
             Sampling::Count(n) => self.steps(i, sampling, n),
-            Sampling::Spacing(_) => 0,
+            Sampling::Points(_) | Sampling::Spacing(_) => 0,
         }
     }
 
@@ -52,7 +52,7 @@ impl CubicSplines {
             self.knots.dimension,
             match sampling {
                 Sampling::PerSpan(n) | Sampling::Count(n) => n,
-                Sampling::Spacing(_) => return self.by_spacing(sampling),
+                Sampling::Points(_) | Sampling::Spacing(_) => return self.by_length(sampling),
             },
         );
         let offsets = ragged::offsets((0..self.len()).map(|i| self.count(i, sampling)));
@@ -110,7 +110,7 @@ impl CubicSplines {
         let sites = match sampling {
             Sampling::PerSpan(_) => None,
             Sampling::Count(n) => Some(Sites::evenly(&self.knots, n)),
-            Sampling::Spacing(_) => Some(self.sites_by_spacing(sampling)),
+            Sampling::Points(_) | Sampling::Spacing(_) => Some(self.sites_by_length(sampling)),
         };
         let wanted = match (sampling, &sites) {
             (Sampling::PerSpan(n), _) => Samples::PerSpan(n),
@@ -119,13 +119,13 @@ impl CubicSplines {
         };
         let samples = gpu::sample(gpu, precision, &self.knots, &self.second, &wanted)?;
         Ok(match &sites {
-            Some(sites) if matches!(sampling, Sampling::Spacing(_)) => self.polylines_at(sites, samples),
+            Some(sites) if matches!(sampling, Sampling::Points(_) | Sampling::Spacing(_)) => self.polylines_at(sites, samples),
             _ => self.polylines_of(sampling, &samples),
         })
     }
 
     /// Sites at equal arc length along every curve, as knots and fractions.
-    fn sites_by_spacing(&self, sampling: Sampling) -> Sites {
+    fn sites_by_length(&self, sampling: Sampling) -> Sites {
         let of_curves: Vec<Vec<(usize, f64)>> = parallel::map(self.len(), 1, |i| {
             if self.unfitted.contains_key(&i) { Vec::new() } else { self.curve(i).sites(sampling) }
         });
@@ -186,12 +186,12 @@ impl CubicSplines {
         match sampling {
             Sampling::Count(n) => gpu::offsets_of(&self.knots, |_| n),
             Sampling::PerSpan(n) => gpu::sample_offsets(&self.knots, &Samples::PerSpan(n)),
-            Sampling::Spacing(_) => unreachable!("samples by spacing come with their sites"),
+            Sampling::Points(_) | Sampling::Spacing(_) => unreachable!("samples at equal arc lengths come with their sites"),
         }
     }
 
     /// Samples by equal arc length.
-    fn by_spacing(&self, sampling: Sampling) -> CurveBatch {
+    fn by_length(&self, sampling: Sampling) -> CurveBatch {
         let d = self.knots.dimension;
         let pieces: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.len(), 1, |i| {
             let sites = self.curve(i).sites(sampling);

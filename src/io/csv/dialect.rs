@@ -8,7 +8,7 @@ const BLANKS: [&str; 4] = ["na", "n/a", "null", "none"];
 
 /// A way to write tables as text.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Dialect {
+pub(in crate::io) struct Dialect {
     pub separator: u8,
 }
 

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use csv::ByteRecord;
 
+use super::carried::Cells as CarriedCells;
 use super::dialect::Dialect;
 use super::order::{Owners, arranged};
-use crate::batch::{CurveBatch, Origin};
+use crate::batch::{Clock, CurveBatch, Origin};
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, quoted};
-use crate::io::columns::Table;
+use crate::io::columns::{Nearest, Table};
 use crate::io::source::Source;
 use crate::io::{ReadOptions, close, close_as_marked, longitude};
 use crate::ragged;
@@ -52,6 +53,8 @@ pub(super) struct Rows<'a> {
     tangents: Vec<f64>,
     curvatures: Vec<f64>,
     t: Option<Numbers>,
+    /// How the times are written, if they are dates.
+    clock: Option<Clock>,
     weight: Option<Numbers>,
     nu: Option<Numbers>,
     known: Option<(usize, Vec<bool>)>,
@@ -61,6 +64,7 @@ pub(super) struct Rows<'a> {
     /// The first point of a curve with a cell that must not be blank, and what to do.
     blanks: BTreeMap<usize, (usize, String)>,
     names: Vec<String>,
+    carried: Vec<CarriedCells>,
     /// Curves by name, to find a curve that goes on after another one began.
     curves: HashMap<String, usize>,
     /// First and last line of every curve.
@@ -68,7 +72,13 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    pub fn new(source: &'a Source<'a>, table: &Table, header: &'a [String], dialect: Dialect) -> Self {
+    pub fn new(
+        source: &'a Source<'a>,
+        table: &Table,
+        header: &'a [String],
+        dialect: Dialect,
+        carried: Vec<(usize, &str, Nearest)>,
+    ) -> Self {
         let cells = |names: [&str; 3]| names.iter().filter_map(|name| table.cell(name)).collect::<Vec<_>>();
         let axes = cells(["x", "y", "z"]);
         Rows {
@@ -86,6 +96,8 @@ impl<'a> Rows<'a> {
             tangents: Vec::new(),
             curvatures: Vec::new(),
             t: Numbers::new(table.cell("t"), false),
+            clock: None,
+            carried: carried.into_iter().map(|(cell, name, nearest)| CarriedCells::new(name, cell, nearest)).collect(),
             weight: Numbers::new(table.cell("weight"), false),
             nu: Numbers::new(table.cell("nu"), true),
             known: table.cell("known").map(|cell| (cell, Vec::new())),
@@ -121,12 +133,22 @@ impl<'a> Rows<'a> {
         for (cells_of, values) in self.vectors.iter().zip([&mut self.tangents, &mut self.curvatures]) {
             cells.vector(cells_of, values)?;
         }
-        for column in [&mut self.t, &mut self.weight, &mut self.nu].into_iter().flatten() {
+        if let Some(t) = &mut self.t {
+            let x = cells.time(t, &mut self.clock)?;
+            if x.is_none() {
+                blank.get_or_insert((t.cell, None));
+            }
+            self.source.push(&mut t.values, x.unwrap_or(f64::NAN))?;
+        }
+        for column in [&mut self.weight, &mut self.nu].into_iter().flatten() {
             let x = cells.number(column.cell)?;
             if x.is_none() && !column.optional {
                 blank.get_or_insert((column.cell, None));
             }
             self.source.push(&mut column.values, x.unwrap_or(f64::NAN))?;
+        }
+        for column in &mut self.carried {
+            column.push(self.source, record)?;
         }
         if let Some((cell, known)) = blank {
             let why = match known {
@@ -203,9 +225,12 @@ impl<'a> Rows<'a> {
         let d = self.dimension;
         let offsets = ragged::offsets(self.owners.counts.iter().copied());
         let t = self.t.as_ref().filter(|_| options.sorted).map(|t| &t.values[..]);
-        if let Some(order) = self.owners.order(t) {
-            self.arrange(&order);
+        let order = self.owners.order(t);
+        if let Some(order) = &order {
+            self.arrange(order);
         }
+        let finish = |column: CarriedCells| column.finish(self.source, order.as_deref(), &self.owners.counts, self.dialect);
+        let columns = std::mem::take(&mut self.carried).into_iter().map(finish).collect::<Result<Vec<_>>>()?;
         // Blank lines, names of several lines, and rows between others or in another order make the
         // line of a point uncertain. Then only the curve is named.
         let first_line = |i: usize| {
@@ -216,6 +241,8 @@ impl<'a> Rows<'a> {
             file: Some(self.source.path.display().to_string()),
             first_lines: Some((0..self.names.len()).map(first_line).collect()),
             names: self.curve.map(|_| self.names),
+            clock: self.clock,
+            geographic: self.longitude && longitude::is_geographic(&self.coords, d),
             ..Origin::default()
         };
         for i in 0..offsets.len() - 1 {
@@ -245,6 +272,7 @@ impl<'a> Rows<'a> {
         let [known, pinned] = [self.known, self.pinned].map(|column| column.map(|(_, flags)| flags));
         let exponents = self.nu.map(|column| column.values);
         batch = batch.with_constraints(Constraints { tangents, curvatures, exponents, known, pinned })?;
+        batch = batch.with_columns(columns)?;
         for (i, (point, what)) in self.blanks {
             batch.refuse(i, point, &what);
         }
@@ -272,6 +300,27 @@ impl Cells<'_> {
     fn number(&self, cell: usize) -> Result<Option<f64>> {
         let number = self.dialect.number(&self.record[cell]);
         number.map_err(|()| self.wrong(cell, "which is no number: mend it, or remove the row"))
+    }
+
+    /// The time in a cell: a number, or a date as in the rows before.
+    fn time(&self, column: &Numbers, clock: &mut Option<Clock>) -> Result<Option<f64>> {
+        let cell = column.cell;
+        let none_before = || column.values.iter().all(|t| t.is_nan());
+        match (self.dialect.number(&self.record[cell]), &clock) {
+            (Ok(None), _) => Ok(None),
+            (Ok(number), None) => Ok(number),
+            (Err(()), None) if !none_before() => Err(self.wrong(cell, "but the times before it are numbers: write all in one way")),
+            (Ok(_), Some(_)) => Err(self.wrong(cell, "but the times before it are dates: write all in one way")),
+            (Err(()), _) => {
+                let text = String::from_utf8_lossy(self.record[cell].trim_ascii());
+                let Some((t, own)) = Clock::read(&text) else {
+                    let why = "which is neither a number nor a date such as 2024-03-01T06:00:00Z: mend it, or remove the row";
+                    return Err(self.wrong(cell, why));
+                };
+                *clock = Some(clock.map_or(own, |clock| clock.with(own)));
+                Ok(Some(t))
+            }
+        }
     }
 
     fn flag(&self, cell: usize, meaning: &str) -> Result<bool> {

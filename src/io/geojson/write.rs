@@ -4,7 +4,7 @@
 use std::io::{self, Write};
 
 use super::{Document, Object, Shape};
-use crate::batch::CurveBatch;
+use crate::batch::{Column, CurveBatch, Values};
 use crate::io::is_finite;
 use crate::io::text::Text;
 
@@ -66,11 +66,33 @@ fn collect(text: &mut Text, batch: &CurveBatch, line: Line) -> io::Result<()> {
         text.push(if i == 0 { "\n" } else { ",\n" })?;
         text.push("{\"type\":\"Feature\",\"properties\":{\"curve\":")?;
         text.push(serde_json::to_string(&batch.name(i))?)?;
+        for (column, value) in batch.columns().iter().filter_map(|column| Some((column, of_curve(batch, column, i)?))) {
+            text.push(format!(",{}:{value}", serde_json::to_string(&column.name)?))?;
+        }
         text.push("},\"geometry\":{\"type\":\"LineString\",\"coordinates\":")?;
         line(text, i, false)?;
         text.push("}}")?;
     }
     text.push("\n]}\n")
+}
+
+/// What all points of curve `i` have in a column, as JSON, if it is the same.
+fn of_curve(batch: &CurveBatch, column: &Column, i: usize) -> Option<serde_json::Value> {
+    let points = batch.offsets()[i]..batch.offsets()[i + 1];
+    match &column.values {
+        Values::Numbers(numbers) => same(&numbers[points]).map(|&number| number.into()),
+        Values::Texts(texts) => {
+            let text = same(&texts[points])?;
+            // A number stays one, unless it would be written in another way.
+            let number = text.parse::<serde_json::Number>().ok().filter(|number| number.to_string() == *text);
+            Some(number.map_or_else(|| text.as_str().into(), serde_json::Value::Number))
+        }
+    }
+}
+
+/// The value that all of some values are.
+fn same<T: PartialEq>(values: &[T]) -> Option<&T> {
+    values.first().filter(|first| values.iter().all(|value| value == *first))
 }
 
 fn list(text: &mut Text, count: usize, mut entry: impl FnMut(&mut Text, usize) -> io::Result<()>) -> io::Result<()> {

@@ -1,0 +1,141 @@
+//! Tracks: what travels along, gaps, and samples at times.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use faircurve::io::{self, Carried, Format};
+use faircurve::tracks::{self, At, Quantity};
+use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
+use jiff::{Span, SpanRelativeTo, Unit};
+
+use super::words::one_of;
+
+#[derive(Args, Debug)]
+pub struct TrackArgs {
+    /// Other columns of a CSV file that travel along: all, or names
+    ///
+    /// Numbers are interpolated. Texts, and numbers after whose name stands :nearest, are those of the nearest point. What is the same in all rows of
+    /// a curve stays as it is.
+    #[arg(long, value_name = "all|COLUMN,...", help_heading = "Tracks")]
+    carry: Option<Carried>,
+    /// Cuts tracks where times are more than DT apart
+    ///
+    /// DT is a number in units of t, or a time such as 10min, 2h or 1d where t holds dates.
+    #[arg(long, value_name = "DT", allow_negative_numbers = true, help_heading = "Tracks")]
+    gap: Option<String>,
+    /// Samples at every multiple of DT within the times of each curve, such as 1h
+    #[arg(long, value_name = "DT", allow_negative_numbers = true, conflicts_with_all = ["samples", "spacing", "points", "at"], help_heading = "Tracks")]
+    every: Option<String>,
+    /// Samples at the times of a file: a column t, and curve where times are those of one curve
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["samples", "spacing", "points"], help_heading = "Tracks")]
+    at: Option<PathBuf>,
+    /// N samples of each curve at equal arc lengths
+    #[arg(long, value_name = "N", conflicts_with_all = ["samples", "spacing"], help_heading = "Output")]
+    points: Option<usize>,
+    /// Writes more columns, into CSV and NPZ
+    #[arg(long, value_name = "QUANTITY,...", value_delimiter = ',', value_parser = one_of(Quantity::WORDS), help_heading = "Output")]
+    write: Vec<Quantity>,
+}
+
+/// Where curves are sampled, as far as that is known before they are read.
+enum Places {
+    Along(Sampling),
+    Every(f64),
+    Times(Vec<Vec<f64>>),
+}
+
+/// What is written of tracks, and where.
+pub struct Samples<'a> {
+    places: Places,
+    quantities: &'a [Quantity],
+}
+
+impl TrackArgs {
+    /// The columns that travel along.
+    pub fn carried(&self) -> Carried {
+        self.carry.clone().unwrap_or_default()
+    }
+
+    /// Samples along the curve, where --points asks for them.
+    pub fn sampling(&self) -> Result<Option<Sampling>> {
+        match self.points {
+            None => Ok(None),
+            Some(n) if n >= 2 => Ok(Some(Sampling::Points(n))),
+            Some(n) => Err(Error::argument(format!("--points is {n}; a curve has two ends: give 2 or more"))),
+        }
+    }
+
+    /// Checks what can be checked before anything is read. `beziers` are written, or this format.
+    pub fn check(&self, beziers: bool, format: Option<Format>) -> Result<()> {
+        if let Some(option) = self.given().filter(|_| beziers) {
+            return Err(Error::argument(format!("--as bezier writes the curves themselves: leave {option} out")));
+        }
+        match format {
+            Some(format) if !self.write.is_empty() && !matches!(format, Format::Csv | Format::Npz) => Err(Error::argument(
+                format!("--write makes columns, and {format} has none: write CSV or NPZ"),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The first option that asks for something of samples.
+    pub fn given(&self) -> Option<&'static str> {
+        let given = [
+            ("--carry", self.carry.is_some()),
+            ("--every", self.every.is_some()),
+            ("--at", self.at.is_some()),
+            ("--points", self.points.is_some()),
+            ("--write", !self.write.is_empty()),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
+    }
+
+    /// Cuts tracks where they pause, if that is asked for.
+    pub fn split(&self, batch: CurveBatch) -> Result<CurveBatch> {
+        match &self.gap {
+            None => Ok(batch),
+            Some(gap) => tracks::split(&batch, time("--gap", gap, &batch)?),
+        }
+    }
+
+    /// What is to be sampled where, if more is asked for than points along the curve.
+    pub fn samples(&self, batch: &CurveBatch, sampling: Sampling) -> Result<Option<Samples<'_>>> {
+        let places = match (&self.every, &self.at) {
+            (Some(every), _) => Places::Every(time("--every", every, batch)?),
+            (_, Some(path)) => Places::Times(io::read_times(path)?.of(batch)?),
+            _ if self.write.is_empty() && batch.columns().is_empty() => return Ok(None),
+            _ => Places::Along(sampling),
+        };
+        Ok(Some(Samples { places, quantities: &self.write }))
+    }
+}
+
+impl Samples<'_> {
+    /// The samples of a fit.
+    pub fn of(&self, batch: &CurveBatch, fit: &Fit) -> Result<CurveBatch> {
+        let at = match &self.places {
+            Places::Along(sampling) => At::Along(*sampling),
+            Places::Every(step) => At::Every(*step),
+            Places::Times(times) => At::Times(times),
+        };
+        tracks::sample(batch, fit, &at, self.quantities)
+    }
+}
+
+/// A length of time: a number in units of t, or with units where t holds dates.
+fn time(option: &str, text: &str, batch: &CurveBatch) -> Result<f64> {
+    let wrong = |why: &str| Error::argument(format!("{option} is {text}; {why}"));
+    let positive = |t: f64| match t > 0.0 && t.is_finite() {
+        true => Ok(t),
+        false => Err(wrong("a length of time must be positive, such as 1h")),
+    };
+    if let Ok(number) = text.parse() {
+        return positive(number);
+    }
+    let span: Span = text.parse().map_err(|_| wrong("it must be a number or a time such as 90s, 10min, 1h30min or 1d"))?;
+    if !batch.has_dates() {
+        return Err(wrong("the times of the curves are numbers and no dates: give a number in their units"));
+    }
+    let seconds = span.total((Unit::Second, SpanRelativeTo::days_are_24_hours()));
+    positive(seconds.map_err(|_| wrong("months and years differ in length: give days"))?)
+}

@@ -1,0 +1,31 @@
+//! Curves in time: tracks that pause, samples at regular times, and what travels along.
+//!
+//! The parameters of a track's points are its times. [`split`] cuts tracks where time jumps.
+//! [`sample`] takes fitted tracks at times, at places along them, and writes beside each sample what
+//! the data points have ([`Column`](crate::Column)) and how the curve moves ([`Quantity`]).
+//!
+//! ```
+//! use faircurve::{Column, CurveBatch, Device, Values, spline::Natural, tracks::{self, At, Quantity}};
+//! // A walk: at 0, 2, 4, 30 and 31 hours.
+//! let points = [[0.0, 0.0], [2.0, 0.0], [4.0, 1.0], [9.0, 5.0], [9.5, 5.5]];
+//! let batch = CurveBatch::from_slices(&[&points[..]])?
+//!     .with_parameters(vec![0.0, 2.0, 4.0, 30.0, 31.0])?
+//!     .with_columns(vec![Column { name: "height".into(), values: Values::Numbers(vec![5.0, 7.0, 3.0, 4.0, 4.0]) }])?;
+//! let parts = tracks::split(&batch, 12.0)?;
+//! assert_eq!((parts.len(), parts.name(1).as_ref()), (2, "0.2"));
+//! let fit = Natural::default().fit(&parts, &Device::cpu())?;
+//! let hourly = tracks::sample(&parts, &fit, &At::Every(1.0), &[Quantity::Speed])?;
+//! assert_eq!(hourly.parameters(0), Some(&[0.0, 1.0, 2.0, 3.0, 4.0][..]));
+//! let Values::Numbers(heights) = &hourly.columns()[0].values else { panic!("numbers stay numbers") };
+//! assert_eq!(heights[..5], [5.0, 6.0, 7.0, 5.0, 3.0]);
+//! assert_eq!(hourly.columns()[1].name, "speed");
+//! # Ok::<(), faircurve::Error>(())
+//! ```
+
+mod gaps;
+mod quantities;
+mod sample;
+
+pub use gaps::split;
+pub use quantities::Quantity;
+pub use sample::{At, sample};

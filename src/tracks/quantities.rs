@@ -1,0 +1,117 @@
+//! [`Quantity`]: how a curve moves where it is sampled.
+
+use glam::DVec3;
+
+use crate::arclength;
+use crate::batch::{Column, Values};
+use crate::curve::Curve;
+use crate::words::words;
+
+/// What is written of a curve beside its points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Quantity {
+    /// The unit tangent, in columns `tangent_x`, `tangent_y` and in space `tangent_z`. 0 where the
+    /// curve rests.
+    Tangent,
+    /// The curvature (1/length). In the plane it is positive where the curve turns left.
+    Curvature,
+    /// The length of the curve from its first point to here.
+    Arclength,
+    /// The length that the curve covers in a unit of its times (a second, where times are dates).
+    Speed,
+    /// The direction in degrees from north (the y axis) to the right, from 0 up to 360.
+    ///
+    /// For longitudes and latitudes it is the course: a degree of longitude counts by the cosine of
+    /// the latitude.
+    Heading,
+}
+
+words!(Quantity, "quantity": [
+    (Tangent, "tangent", "Unit tangents: tangent_x, tangent_y, tangent_z"),
+    (Curvature, "curvature", "Curvature (1/length), positive to the left in the plane"),
+    (Arclength, "arclength", "Length of the curve up to here"),
+    (Speed, "speed", "Length of the curve in a unit of time; a second where times are dates"),
+    (Heading, "heading", "Degrees from north (y) to the right, the course for longitudes and latitudes"),
+]);
+
+impl Quantity {
+    /// The columns of a quantity.
+    pub(super) fn columns(self, dimension: usize) -> Vec<Column> {
+        let names: &[&str] = match self {
+            Quantity::Tangent => &["tangent_x", "tangent_y", "tangent_z"][..dimension],
+            Quantity::Curvature => &["curvature"],
+            Quantity::Arclength => &["arclength"],
+            Quantity::Speed => &["speed"],
+            Quantity::Heading => &["heading"],
+        };
+        names.iter().map(|&name| Column { name: name.into(), values: Values::Numbers(vec![]) }).collect()
+    }
+
+    /// The values at sites along a curve, column after column. `times` are the parameters of its
+    /// points.
+    pub(super) fn of(self, curve: &dyn Curve, sites: &[(usize, f64)], times: Option<&[f64]>, geographic: bool) -> Vec<Vec<f64>> {
+        let jets = || sites.iter().map(|&(span, u)| curve.jet(span, u));
+        let values = |value: &dyn Fn(usize) -> f64| vec![(0..sites.len()).map(value).collect()];
+        if !curve.is_fitted() {
+            return vec![vec![f64::NAN; sites.len()]; self.columns(curve.dimension()).len()];
+        }
+        match self {
+            Quantity::Tangent => {
+                let tangents: Vec<DVec3> = jets().map(|jet| jet.first.normalize_or_zero()).collect();
+                (0..curve.dimension()).map(|axis| tangents.iter().map(|t| t[axis]).collect()).collect()
+            }
+            Quantity::Curvature => vec![jets().map(|jet| jet.curvature(curve.dimension())).collect()],
+            Quantity::Arclength => vec![lengths(curve, sites)],
+            Quantity::Speed => values(&|k| {
+                let (span, u) = sites[k];
+                times.map_or(f64::NAN, |t| curve.speed(span, u) / (t[span + 1] - t[span]))
+            }),
+            Quantity::Heading => {
+                let heading = |point: DVec3, first: DVec3| {
+                    let east = if geographic { first.x * point.y.to_radians().cos() } else { first.x };
+                    let degrees = east.atan2(first.y).to_degrees();
+                    // Not 360 where rounding would make it so.
+                    if degrees < 0.0 { (degrees + 360.0) % 360.0 } else { degrees + 0.0 }
+                };
+                vec![jets().map(|jet| heading(jet.point, jet.first)).collect()]
+            }
+        }
+    }
+}
+
+/// The lengths from the first point of a curve to sites along it.
+fn lengths(curve: &dyn Curve, sites: &[(usize, f64)]) -> Vec<f64> {
+    let (mut before, mut length) = ((0, 0.0), 0.0);
+    let mut lengths = Vec::with_capacity(sites.len());
+    for &(span, u) in sites {
+        while before.0 < span {
+            length += between(curve, before.0, before.1, 1.0);
+            before = (before.0 + 1, 0.0);
+        }
+        length += between(curve, span, before.1, u);
+        before = (span, u.max(before.1));
+        lengths.push(length);
+    }
+    lengths
+}
+
+/// The length of a span from one fraction to another, smooth piece by smooth piece.
+fn between(curve: &dyn Curve, span: usize, from: f64, to: f64) -> f64 {
+    if to <= from || curve.pieces(span) == 0 {
+        return 0.0;
+    }
+    if (from, to) == (0.0, 1.0) {
+        return curve.span_length(span);
+    }
+    let pieces = curve.pieces(span) as f64;
+    let inside = ((from * pieces).floor() as usize + 1)..(to * pieces).ceil() as usize;
+    let ends = inside.map(|k| k as f64 / pieces).chain([to]);
+    let mut from = from;
+    ends.map(|end| {
+        let (start, part) = (from, end - from);
+        from = end;
+        part * arclength::span_length(|v| curve.speed(span, start + v * part))
+    })
+    .sum()
+}

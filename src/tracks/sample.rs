@@ -1,0 +1,193 @@
+//! Samples of fitted curves with what travels along.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use super::Quantity;
+use crate::batch::{Column, CurveBatch, Unfitted, Values};
+use crate::curve::{Curve, Sampling};
+use crate::error::{Error, Result};
+use crate::parallel;
+use crate::report::Fit;
+
+/// Where curves are sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum At<'a> {
+    /// At places along the curve.
+    Along(Sampling),
+    /// At every multiple of this time (> 0) within the times of each curve.
+    ///
+    /// Where times are dates, days begin at midnight of the zone that they are given in.
+    Every(f64),
+    /// At these times, as far as they are within those of each curve: one list a curve, in any order.
+    Times(&'a [Vec<f64>]),
+}
+
+/// Samples of fitted curves, with their times.
+///
+/// - The parameter of a sample is its time. Within a span of a method with parameters of its own, such
+///   as arc lengths, time passes evenly with these.
+/// - Samples have all [columns](CurveBatch::columns) of the batch: numbers between those of the data
+///   points on both sides, in proportion to the time, and the text of the nearer of both.
+/// - After them come the columns of the `quantities`, called `curve_speed` and so on where the batch has
+///   such a column. They are NaN for curves that were not fitted.
+/// - A curve that was not fitted has its data points, whatever is asked.
+///
+/// `fit` is a fit of `batch`.
+///
+/// # Errors
+/// - Times or speeds asked of a batch without parameters.
+/// - A step that is not a positive number; as many lists of times as there are not curves.
+/// - More samples than [`Sampling::MOST_SAMPLES`], and those of [`Sampling::check`].
+pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -> Result<CurveBatch> {
+    check(batch, at, quantities)?;
+    let samples = parallel::map(batch.len(), 1, |i| of_curve(batch, &*fit.curve(i), i, at, quantities));
+    let mut columns: Vec<Column> = batch.columns().iter().map(empty).collect();
+    for mut column in quantities.iter().flat_map(|quantity| quantity.columns(batch.dimension())) {
+        if columns.iter().any(|carried| carried.name == column.name) {
+            column.name = format!("curve_{}", column.name);
+        }
+        columns.push(column);
+    }
+    let (mut points, mut ends) = (Vec::with_capacity(samples.len()), Vec::new());
+    for (i, of_curve) in samples.into_iter().enumerate() {
+        of_curve.sites.iter().for_each(|&site| push_carried(batch, i, site, &mut columns));
+        let own = columns.iter_mut().skip(batch.columns().len()).zip(&of_curve.quantities);
+        own.for_each(|(column, values)| match &mut column.values {
+            Values::Numbers(numbers) => numbers.extend(values),
+            Values::Texts(_) => unreachable!("quantities are numbers"),
+        });
+        ends.push(of_curve.end);
+        points.push((of_curve.coords, of_curve.t));
+    }
+    let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
+    let problems: BTreeMap<usize, Unfitted> =
+        (0..batch.len()).filter_map(|i| Some((i, batch.problem(i)?.clone()))).collect();
+    let closing = |i: usize, last: f64| ends[i] - last;
+    let origin = batch.origin().clone();
+    CurveBatch::from_samples(batch.dimension(), points, closing, closed, problems, origin).with_columns(columns)
+}
+
+fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
+    let timed = batch.is_empty() || batch.parameters(0).is_some();
+    let untimed = |what: &str| Error::argument(format!("{what} needs times, and the points have none: give them parameters, a column t"));
+    if quantities.contains(&Quantity::Speed) && !timed {
+        return Err(untimed("the speed"));
+    }
+    match at {
+        At::Along(sampling) => sampling.check(batch),
+        At::Every(_) | At::Times(_) if !timed => Err(untimed("a sample at a time")),
+        At::Every(step) if !(*step > 0.0 && step.is_finite()) => {
+            Err(Error::argument(format!("the time between samples is {step}; it must be a positive number")))
+        }
+        At::Every(step) => {
+            let length = |i: usize| batch.given_knots(i).map_or(0.0, |t| t[t.len() - 1] - t[0]);
+            let samples: f64 = (0..batch.len()).map(|i| length(i) / step).sum();
+            if samples <= Sampling::MOST_SAMPLES as f64 {
+                return Ok(());
+            }
+            let most = Sampling::MOST_SAMPLES;
+            Err(Error::argument(format!("a sample every {step} makes {samples:.1e} of them; {most} are possible: take a longer time")))
+        }
+        At::Times(times) if times.len() != batch.len() => {
+            let (lists, curves) = (times.len(), batch.len());
+            Err(Error::argument(format!("there are {lists} lists of times for {curves} curves: give one a curve")))
+        }
+        At::Times(_) => Ok(()),
+    }
+}
+
+/// The samples of a curve.
+struct Samples {
+    sites: Vec<(usize, f64)>,
+    coords: Vec<f64>,
+    t: Vec<f64>,
+    /// The parameter at which the curve ends.
+    end: f64,
+    quantities: Vec<Vec<f64>>,
+}
+
+fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities: &[Quantity]) -> Samples {
+    let given = batch.given_knots(i);
+    let knots = given.as_deref().map_or_else(|| Cow::Borrowed(curve.knots()), Cow::Borrowed);
+    let time = |(span, u): (usize, f64)| match (knots.get(span), knots.get(span + 1)) {
+        (Some(from), Some(to)) if u > 0.0 => (from + u * (to - from)).min(*to),
+        (Some(from), _) => *from,
+        _ => 0.0,
+    };
+    let end = knots.last().copied().unwrap_or(0.0);
+    let all = || curve.sites(Sampling::PerSpan(1));
+    let times: Option<Vec<f64>> = match at {
+        _ if !curve.is_fitted() => None,
+        At::Along(_) => None,
+        At::Every(step) => Some(multiples(knots[0], end, *step, batch.origin().clock.map_or(0.0, |clock| clock.offset()))),
+        At::Times(times) => {
+            let within = times[i].iter().copied().filter(|&t| knots[0] <= t && t <= end);
+            Some(within.collect())
+        }
+    };
+    let sites = match (at, &times) {
+        (_, Some(times)) => times.iter().map(|&t| site(&knots, t)).collect(),
+        (At::Along(sampling), None) if curve.is_fitted() => curve.sites(*sampling),
+        _ => all(),
+    };
+    let t = match times {
+        Some(times) => times,
+        // What was given for points that were not fitted may be no numbers.
+        None if !curve.is_fitted() => batch.parameters(i).map_or_else(|| sites.iter().map(|&site| time(site)).collect(), <[f64]>::to_vec),
+        None => sites.iter().map(|&site| time(site)).collect(),
+    };
+    let d = batch.dimension();
+    let coords = match curve.is_fitted() {
+        true => sites.iter().flat_map(|&(span, u)| curve.jet(span, u).point.to_array().into_iter().take(d)).collect(),
+        false => batch.points(i).to_vec(),
+    };
+    let geographic = batch.is_geographic();
+    let of = |quantity: &Quantity| quantity.of(curve, &sites, given.as_deref(), geographic);
+    let quantities = quantities.iter().flat_map(of).collect();
+    Samples { sites, coords, t, end, quantities }
+}
+
+/// The multiples of a step from one time to another. Days begin `offset` before those of the times.
+fn multiples(from: f64, to: f64, step: f64, offset: f64) -> Vec<f64> {
+    let first = ((from + offset) / step).ceil();
+    let last = ((to + offset) / step).floor();
+    let count = if last >= first { (last - first) as usize + 1 } else { 0 };
+    (0..count).map(|k| ((first + k as f64) * step - offset).clamp(from, to)).collect()
+}
+
+/// The span of a time, and the fraction of it.
+fn site(knots: &[f64], t: f64) -> (usize, f64) {
+    let last = knots.len().saturating_sub(2);
+    let span = knots.partition_point(|&knot| knot <= t).saturating_sub(1).min(last);
+    let length = knots[span + 1] - knots[span];
+    (span, if length > 0.0 { ((t - knots[span]) / length).clamp(0.0, 1.0) } else { 0.0 })
+}
+
+/// A column of the same name and kind, without entries.
+fn empty(column: &Column) -> Column {
+    let values = match column.values {
+        Values::Numbers(_) => Values::Numbers(vec![]),
+        Values::Texts(_) => Values::Texts(vec![]),
+    };
+    Column { name: column.name.clone(), values }
+}
+
+/// Appends what a sample of curve `i` has of the batch's columns.
+fn push_carried(batch: &CurveBatch, i: usize, (span, u): (usize, f64), columns: &mut [Column]) {
+    let (first, count) = (batch.offsets()[i], batch.count(i));
+    let [a, b] = [span, span + 1].map(|k| first + k % count);
+    for (column, carried) in columns.iter_mut().zip(batch.columns()) {
+        match (&mut column.values, &carried.values) {
+            (Values::Numbers(out), Values::Numbers(numbers)) => out.push(match u {
+                0.0 => numbers[a],
+                1.0 => numbers[b],
+                // Equal numbers stay what they are.
+                _ => numbers[a] + (numbers[b] - numbers[a]) * u,
+            }),
+            (Values::Texts(out), Values::Texts(texts)) => out.push(texts[if u < 0.5 { a } else { b }].clone()),
+            _ => unreachable!("a column of a kind stays of that kind"),
+        }
+    }
+}
