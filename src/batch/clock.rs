@@ -147,7 +147,11 @@ mod tests {
         }
         assert_eq!(Clock::read("1970-01-02T00:00:01.5+01:00").unwrap().0, 82801.5);
         assert_eq!(Clock::read("20240301T060000Z").unwrap().0, Clock::read("2024-03-01T06:00Z").unwrap().0);
-        assert!(["", "noon", "2024", "1.5", "2024-13-01", "06:00", "2024-02-30T00:00"].iter().all(|t| Clock::read(t).is_none()));
+        assert!(
+            ["", "noon", "2024", "1.5", "2024-13-01", "06:00", "2024-02-30T00:00"]
+                .iter()
+                .all(|t| Clock::read(t).is_none())
+        );
     }
 
     #[test]

@@ -60,7 +60,12 @@ impl CurveBatch {
     /// If a column has not one entry a point.
     pub fn with_columns(mut self, columns: Vec<Column>) -> Result<Self> {
         for column in &columns {
-            expect_length(&format!("entries of column {}", column.name), column.values.len(), self.total_points(), "point")?;
+            expect_length(
+                &format!("entries of column {}", column.name),
+                column.values.len(),
+                self.total_points(),
+                "point",
+            )?;
         }
         self.columns = columns;
         Ok(self)

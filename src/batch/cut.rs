@@ -97,13 +97,16 @@ impl CurveBatch {
             let name = self.name(part.0);
             if is_whole(part) { name.into_owned() } else { format!("{name}.{number}") }
         });
-        let lines = |lines: &Vec<Option<u64>>| parts.iter().map(|(i, range)| Some(lines[*i]? + range.start as u64)).collect();
+        let lines =
+            |lines: &Vec<Option<u64>>| parts.iter().map(|(i, range)| Some(lines[*i]? + range.start as u64)).collect();
         let whole = &self.origin;
         let origin = Origin {
             file: whole.file.clone(),
             first_lines: whole.first_lines.as_ref().map(lines),
             geographic: whole.geographic,
             clock: whole.clock,
+            within_half_turn: whole.within_half_turn,
+            unwrapped: (0..parts.len()).filter(|&k| whole.unwrapped.contains(&parts[k].0)).collect(),
             names: Some(names.collect()),
             ..Origin::default()
         };

@@ -22,6 +22,8 @@ pub(crate) struct Origin {
     pub first_lines: Option<Vec<Option<u64>>>,
     /// The curves whose longitudes were carried past ±180 because they cross the antimeridian.
     pub unwrapped: Vec<usize>,
+    /// Whether all longitudes were within ±180 as they were read.
+    pub within_half_turn: bool,
     /// Curves of `unwrapped` that wind round a pole.
     ///
     /// They became open curves that end 360 degrees from their start.

@@ -123,6 +123,7 @@ impl BezierArgs {
             beziers,
             rounding: None,
             decimals: self.curves.digits,
+            antimeridian: self.curves.antimeridian,
         }
     }
 

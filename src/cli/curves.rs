@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use faircurve::io::{self, Format, WriteOptions};
+use faircurve::io::{self, Antimeridian, Format, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, CurveStatus, Fit, Result};
 
 use super::report::{Head, Line};
 use super::run::Run;
+use super::words::one_of;
 use super::{InputArgs, count, output};
 
 /// Béziers stray from a curve by at most this part of the size of its points, where --tolerance
@@ -41,6 +42,9 @@ pub struct CurveArgs {
     /// TopoJSON is quantised then. By default every coordinate has all its digits.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=15), help_heading = "Output")]
     pub digits: Option<u8>,
+    /// What becomes of curves that cross ±180° of longitude
+    #[arg(long, value_parser = one_of(Antimeridian::WORDS), default_value_t = Antimeridian::Cut, value_name = "HOW", help_heading = "Output")]
+    pub antimeridian: Antimeridian,
     /// Draws input and curves into an SVG file
     #[arg(long, value_name = "FILE.svg", help_heading = "Picture")]
     pub picture: Option<PathBuf>,

@@ -148,6 +148,7 @@ impl FitArgs {
             overwrite: self.run.force,
             beziers: self.shape == Shape::Bezier,
             decimals: self.curves.digits,
+            antimeridian: self.curves.antimeridian,
             rounding: self.asked_tolerance().map(|tolerance| ROUNDING * tolerance),
         }
     }

@@ -178,10 +178,8 @@ impl Plan {
     /// # Errors
     /// Those of reading; weights; closed chains of which only the ends would be kept.
     pub fn read(&self, input: &InputArgs) -> Result<CurveBatch> {
-        let batch = io::read_with(
-            &input.input,
-            &ReadOptions { closed: self.closed, controls: self.svg, ..input.options() },
-        )?;
+        let batch =
+            io::read_with(&input.input, &ReadOptions { closed: self.closed, controls: self.svg, ..input.options() })?;
         if (0..batch.len()).any(|i| batch.weights(i).is_some()) {
             return Err(Error::argument(
                 "the file gives its points weights, but Bézier curves are polynomial here and have none: drop the column with \

@@ -71,9 +71,9 @@ impl TrackArgs {
             return Err(Error::argument(format!("--as bezier writes the curves themselves: leave {option} out")));
         }
         match format {
-            Some(format) if !self.write.is_empty() && !matches!(format, Format::Csv | Format::Npz) => Err(Error::argument(
-                format!("--write makes columns, and {format} has none: write CSV or NPZ"),
-            )),
+            Some(format) if !self.write.is_empty() && !matches!(format, Format::Csv | Format::Npz) => {
+                Err(Error::argument(format!("--write makes columns, and {format} has none: write CSV or NPZ")))
+            }
             _ => Ok(()),
         }
     }
@@ -132,7 +132,8 @@ fn time(option: &str, text: &str, batch: &CurveBatch) -> Result<f64> {
     if let Ok(number) = text.parse() {
         return positive(number);
     }
-    let span: Span = text.parse().map_err(|_| wrong("it must be a number or a time such as 90s, 10min, 1h30min or 1d"))?;
+    let span: Span =
+        text.parse().map_err(|_| wrong("it must be a number or a time such as 90s, 10min, 1h30min or 1d"))?;
     if !batch.has_dates() {
         return Err(wrong("the times of the curves are numbers and no dates: give a number in their units"));
     }

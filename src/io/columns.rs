@@ -110,7 +110,9 @@ impl FromStr for Carried {
             }
         }
         if !carried.all && carried.names.is_empty() {
-            return Err(Error::argument("no column is named to be carried: give all, or names, as in speed,status:nearest"));
+            return Err(Error::argument(
+                "no column is named to be carried: give all, or names, as in speed,status:nearest",
+            ));
         }
         Ok(carried)
     }
@@ -206,9 +208,10 @@ impl Columns {
             return wrong(format!("there is no column {} to carry: the columns are {}", quoted(name), all(header)));
         }
         let along = carried.among(&table, header);
-        let unknown = header.iter().enumerate().filter(|(cell, _)| {
-            !cells.contains(&Some(*cell)) && !along.iter().any(|(carried, ..)| carried == cell)
-        });
+        let unknown = header
+            .iter()
+            .enumerate()
+            .filter(|(cell, _)| !cells.contains(&Some(*cell)) && !along.iter().any(|(carried, ..)| carried == cell));
         let unknown: Vec<String> = unknown.map(|(_, heading)| heading.clone()).collect();
         if self.entries.is_empty() && carried.names.is_empty() && !unknown.is_empty() {
             let separator = if header.len() == 1 { "separate columns by commas; " } else { "" };

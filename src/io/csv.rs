@@ -13,9 +13,9 @@ use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
 
 pub(super) use self::dialect::Dialect;
 use self::rows::Rows;
-use super::{ReadOptions, free_names};
 use super::source::{ROW_BYTES, RowReader, Source, read_line};
 use super::text::Text;
+use super::{Antimeridian, ReadOptions, WriteOptions, antimeridian, free_names};
 use crate::batch::{CurveBatch, Values};
 use crate::error::{Error, Result, quoted, shortened};
 
@@ -146,9 +146,14 @@ pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
 ///
 /// t is the parameter, or the number of the vertex if there is none. The last row of a closed curve
 /// repeats its first, where the curve meets it again.
-pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, decimals: Option<u8>) -> io::Result<()> {
+pub(super) fn write(
+    out: &mut dyn Write,
+    batch: &CurveBatch,
+    separator: char,
+    options: &WriteOptions,
+) -> io::Result<()> {
     let d = batch.dimension();
-    let mut text = Text::new(out).with_decimals(decimals);
+    let mut text = Text::new(out).with_decimals(options.decimals);
     let any_closed = (0..batch.len()).any(|i| batch.is_closed(i));
     let separator = &*separator.to_string();
     let own = ["curve", "x", "y", "z", "t", "closed"];
@@ -160,12 +165,17 @@ pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, de
         let name = row([&*batch.name(i)], separator);
         let parameters = batch.parameters(i);
         let (first, count) = (batch.offsets()[i], batch.count(i));
+        let wrap = options.antimeridian == Antimeridian::Cut && antimeridian::concerns(batch, i);
         let again = usize::from(batch.is_closed(i) && count > 0);
         for k in 0..count + again {
             let own = k % count;
             text.push(&name)?;
             text.push(separator)?;
-            text.point(&batch.points(i)[own * d..][..d], separator)?;
+            let point = &batch.points(i)[own * d..][..d];
+            match wrap {
+                false => text.point(point, separator)?,
+                true => text.point(&[&[antimeridian::wrapped(point[0])], &point[1..]].concat(), separator)?,
+            }
             text.push(separator)?;
             let t = match parameters {
                 Some(t) if k < count => t[k],

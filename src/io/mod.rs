@@ -50,7 +50,7 @@
 //! **Longitudes.** x is a longitude in GeoJSON, and in CSV if it is mapped from a column `lon`,
 //! `long`, `lng` or `longitude`. If all of such a curve lies within |x| ≤ 360, |y| ≤ 90, neighbours
 //! more than 180 apart are taken to cross the antimeridian. ±360 is added from there on. So curves
-//! run on past ±180, in the output too, and never tear. A line that winds round a pole becomes an
+//! run on past ±180 and never tear. They do so in the output too, unless [`WriteOptions::antimeridian`] cuts them there. A line that winds round a pole becomes an
 //! open curve that ends 360 from its start. A polygon ring that winds round a pole is left as it
 //! is. The holes of a polygon are brought to their shell.
 //!
@@ -71,6 +71,7 @@
 //!
 //! [`grids`] has the files of rectangular grids.
 
+mod antimeridian;
 mod atomic;
 mod columns;
 mod csv;
@@ -94,6 +95,7 @@ use std::str::FromStr;
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result, quoted};
 
+pub use antimeridian::Antimeridian;
 pub use atomic::{Output, write_atomically};
 pub use columns::{Carried, Columns};
 use source::Source;
@@ -250,6 +252,8 @@ pub struct WriteOptions {
     ///
     /// By default coordinates are the shortest decimals that read back to the same bits.
     pub decimals: Option<u8>,
+    /// What becomes of longitudes beyond ±180. By default they stay.
+    pub antimeridian: Antimeridian,
 }
 
 /// Reads curves from a file, in the format of its extension.
@@ -351,7 +355,7 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
             fill(&mut zipped, batch, format, separator, options)?;
             zipped.finish()?.flush()
         } else if let (Format::Npz, Some(file)) = (format, out.seekable()) {
-            npz::write_seekable(file, batch)
+            npz::write_seekable(file, batch, options.antimeridian)
         } else {
             fill(out, batch, format, separator, options)
         }
@@ -401,11 +405,11 @@ fn fill(
     options: &WriteOptions,
 ) -> std::io::Result<()> {
     match format {
-        Format::Csv => csv::write(out, batch, separator, options.decimals),
-        Format::GeoJson => geojson::write(out, batch, options.decimals),
+        Format::Csv => csv::write(out, batch, separator, options),
+        Format::GeoJson => geojson::write(out, batch, options),
         Format::TopoJson => topojson::write(out, batch, options.decimals),
         Format::Svg => svg::write(out, batch, options.beziers, options.rounding),
-        Format::Npz => npz::write(out, batch),
+        Format::Npz => npz::write(out, batch, options.antimeridian),
     }
 }
 

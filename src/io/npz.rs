@@ -9,10 +9,11 @@ use std::sync::Arc;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
+use super::antimeridian::{self, wrapped};
 use super::memory::{Full, Room};
 use super::npy::{self, Element, Elements, Header, Order, Padded, integers, numbers, texts};
 use super::source::{Source, UNPACKED_BYTES, UNPACKED_TIMES, most_unpacked};
-use super::{ReadOptions, close, close_as_marked, free_names};
+use super::{Antimeridian, ReadOptions, close, close_as_marked, free_names};
 use crate::batch::{CurveBatch, Origin, Values};
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, listed, shortened};
@@ -313,17 +314,26 @@ pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
 }
 
 /// Writes an archive through memory, to an output that cannot seek.
-pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
+pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch, antimeridian: Antimeridian) -> io::Result<()> {
     let mut bytes = Cursor::new(Vec::new());
-    write_seekable(&mut bytes, batch)?;
+    write_seekable(&mut bytes, batch, antimeridian)?;
     out.write_all(bytes.get_ref())
 }
 
 /// Writes an archive. Equal batches give equal bytes.
-pub(super) fn write_seekable<W: Write + Seek>(out: W, batch: &CurveBatch) -> io::Result<()> {
+pub(super) fn write_seekable<W: Write + Seek>(
+    out: W,
+    batch: &CurveBatch,
+    antimeridian: Antimeridian,
+) -> io::Result<()> {
     let (points, curves) = (batch.total_points() as u64, batch.len() as u64);
     let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 16, out));
-    array(&mut zip, "coords", "<f8", &[points, batch.dimension() as u64], batch.coords().iter().copied())?;
+    let coords = (0..batch.len()).flat_map(|i| {
+        let wrap = antimeridian == Antimeridian::Cut && antimeridian::concerns(batch, i);
+        let d = batch.dimension();
+        batch.points(i).iter().enumerate().map(move |(at, &x)| if wrap && at % d == 0 { wrapped(x) } else { x })
+    });
+    array(&mut zip, "coords", "<f8", &[points, batch.dimension() as u64], coords)?;
     let offsets = batch.offsets().iter().map(|&offset| offset as i64);
     array(&mut zip, "offsets", "<i8", &[curves + 1], offsets)?;
     array(&mut zip, "closed", "|b1", &[curves], (0..batch.len()).map(|i| batch.is_closed(i)))?;

@@ -61,7 +61,8 @@ pub fn read_times(path: impl AsRef<Path>) -> Result<Times> {
     let bytes = source.bytes()?;
     let first_line = bytes.split(|&c| c == b'\n').next().unwrap_or_default();
     let dialect = Dialect::of(first_line);
-    let mut csv = ReaderBuilder::new().delimiter(dialect.separator).trim(Trim::All).has_headers(false).from_reader(&bytes[..]);
+    let mut csv =
+        ReaderBuilder::new().delimiter(dialect.separator).trim(Trim::All).has_headers(false).from_reader(&bytes[..]);
     let mut times = Times::default();
     let (mut t, mut curve) = (0, None);
     for (k, record) in csv.records().enumerate() {

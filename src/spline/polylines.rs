@@ -119,7 +119,9 @@ impl CubicSplines {
         };
         let samples = gpu::sample(gpu, precision, &self.knots, &self.second, &wanted)?;
         Ok(match &sites {
-            Some(sites) if matches!(sampling, Sampling::Points(_) | Sampling::Spacing(_)) => self.polylines_at(sites, samples),
+            Some(sites) if matches!(sampling, Sampling::Points(_) | Sampling::Spacing(_)) => {
+                self.polylines_at(sites, samples)
+            }
             _ => self.polylines_of(sampling, &samples),
         })
     }
@@ -186,7 +188,9 @@ impl CubicSplines {
         match sampling {
             Sampling::Count(n) => gpu::offsets_of(&self.knots, |_| n),
             Sampling::PerSpan(n) => gpu::sample_offsets(&self.knots, &Samples::PerSpan(n)),
-            Sampling::Points(_) | Sampling::Spacing(_) => unreachable!("samples at equal arc lengths come with their sites"),
+            Sampling::Points(_) | Sampling::Spacing(_) => {
+                unreachable!("samples at equal arc lengths come with their sites")
+            }
         }
     }
 

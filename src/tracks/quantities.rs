@@ -50,7 +50,13 @@ impl Quantity {
 
     /// The values at sites along a curve, column after column. `times` are the parameters of its
     /// points.
-    pub(super) fn of(self, curve: &dyn Curve, sites: &[(usize, f64)], times: Option<&[f64]>, geographic: bool) -> Vec<Vec<f64>> {
+    pub(super) fn of(
+        self,
+        curve: &dyn Curve,
+        sites: &[(usize, f64)],
+        times: Option<&[f64]>,
+        geographic: bool,
+    ) -> Vec<Vec<f64>> {
         let jets = || sites.iter().map(|&(span, u)| curve.jet(span, u));
         let values = |value: &dyn Fn(usize) -> f64| vec![(0..sites.len()).map(value).collect()];
         if !curve.is_fitted() {

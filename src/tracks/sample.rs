@@ -71,7 +71,9 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
 
 fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
     let timed = batch.is_empty() || batch.parameters(0).is_some();
-    let untimed = |what: &str| Error::argument(format!("{what} needs times, and the points have none: give them parameters, a column t"));
+    let untimed = |what: &str| {
+        Error::argument(format!("{what} needs times, and the points have none: give them parameters, a column t"))
+    };
     if quantities.contains(&Quantity::Speed) && !timed {
         return Err(untimed("the speed"));
     }
@@ -88,7 +90,9 @@ fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
                 return Ok(());
             }
             let most = Sampling::MOST_SAMPLES;
-            Err(Error::argument(format!("a sample every {step} makes {samples:.1e} of them; {most} are possible: take a longer time")))
+            Err(Error::argument(format!(
+                "a sample every {step} makes {samples:.1e} of them; {most} are possible: take a longer time"
+            )))
         }
         At::Times(times) if times.len() != batch.len() => {
             let (lists, curves) = (times.len(), batch.len());
@@ -121,7 +125,9 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     let times: Option<Vec<f64>> = match at {
         _ if !curve.is_fitted() => None,
         At::Along(_) => None,
-        At::Every(step) => Some(multiples(knots[0], end, *step, batch.origin().clock.map_or(0.0, |clock| clock.offset()))),
+        At::Every(step) => {
+            Some(multiples(knots[0], end, *step, batch.origin().clock.map_or(0.0, |clock| clock.offset())))
+        }
         At::Times(times) => {
             let within = times[i].iter().copied().filter(|&t| knots[0] <= t && t <= end);
             Some(within.collect())
@@ -135,7 +141,9 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     let t = match times {
         Some(times) => times,
         // What was given for points that were not fitted may be no numbers.
-        None if !curve.is_fitted() => batch.parameters(i).map_or_else(|| sites.iter().map(|&site| time(site)).collect(), <[f64]>::to_vec),
+        None if !curve.is_fitted() => {
+            batch.parameters(i).map_or_else(|| sites.iter().map(|&site| time(site)).collect(), <[f64]>::to_vec)
+        }
         None => sites.iter().map(|&site| time(site)).collect(),
     };
     let d = batch.dimension();

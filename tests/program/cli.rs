@@ -46,7 +46,7 @@ fn all_curves_usable_is_exit_code_0_and_one_line_says_which_device_did_the_work(
 }
 
 #[test]
-fn k_points_become_n_times_k_minus_1_plus_1_and_closed_ones_n_times_k() {
+fn k_points_become_n_times_k_minus_1_plus_1_and_closed_ones_n_times_k_and_the_first_again() {
     let folder = folder(TWO);
     for n in [1, 3, 16] {
         run(&folder, &format!("fit in.csv -o out.csv --force --samples {n}")).code(0);
@@ -54,7 +54,7 @@ fn k_points_become_n_times_k_minus_1_plus_1_and_closed_ones_n_times_k() {
         assert_eq!((rows(&out, "a").len(), rows(&out, "b").len()), (n * 2 + 1, n * 3 + 1), "{n} samples");
         run(&folder, &format!("fit in.csv -o out.csv --force --closed yes --samples {n}")).code(0);
         let out = read(&folder, "out.csv");
-        assert_eq!((rows(&out, "a").len(), rows(&out, "b").len()), (n * 3, n * 4), "{n} samples, closed");
+        assert_eq!((rows(&out, "a").len(), rows(&out, "b").len()), (n * 3 + 1, n * 4 + 1), "{n} samples, closed");
     }
     run(&folder, "fit in.csv -o default.csv").code(0);
     assert_eq!(rows(&read(&folder, "default.csv"), "a").len(), 33);
@@ -101,7 +101,7 @@ fn beziers_are_three_control_points_a_span_and_drawn_in_svg() {
     let out = read(&folder, "out.csv");
     assert_eq!((rows(&out, "a").len(), rows(&out, "b").len()), (3 * 2 + 1, 3 * 3 + 1));
     run(&folder, "fit in.csv -o closed.csv --as bezier --closed yes").code(0);
-    assert_eq!(rows(&read(&folder, "closed.csv"), "a").len(), 3 * 3);
+    assert_eq!(rows(&read(&folder, "closed.csv"), "a").len(), 3 * 3 + 1);
     run(&folder, "fit in.csv -o out.svg --as bezier").code(0);
     let text = read(&folder, "out.svg");
     let document = roxmltree::Document::parse(&text).unwrap();

@@ -351,7 +351,9 @@ fn the_handles_of_a_drawing_are_laid_anew_as_those_of_the_spline_through_its_joi
         fs::write(folder.path().join("in.csv"), joints).unwrap();
         let (found, wanted) = (points(&folder, "out.csv", "0"), spline(&folder, closed));
         assert_near(&found, &wanted, 1e-13);
-        let kept: Vec<[f64; 2]> = found.iter().step_by(3).copied().collect();
+        // A closed chain has its first point at the end again.
+        let rows = found.len() - usize::from(!closed.is_empty());
+        let kept: Vec<[f64; 2]> = found[..rows].iter().step_by(3).copied().collect();
         let given = joints.lines().skip(1).map(|line| line.split_once(',').unwrap());
         let given: Vec<[f64; 2]> = given.map(|(x, y)| [x.parse().unwrap(), y.parse().unwrap()]).collect();
         assert_eq!(kept, given, "joints keep their bits");

@@ -9,6 +9,7 @@ mod cli_grid;
 mod cli_map;
 mod cli_scf;
 mod cli_smoothing;
+mod cli_tracks;
 mod experiments;
 mod finished;
 mod house;

@@ -39,7 +39,13 @@ impl Cells {
     ///
     /// Cells that are the same in all rows of each curve stay as they came: a number of a ship is no
     /// quantity. Others are numbers if all of them are.
-    pub fn finish(self, source: &Source, order: Option<&[usize]>, counts: &[usize], dialect: Dialect) -> Result<Column> {
+    pub fn finish(
+        self,
+        source: &Source,
+        order: Option<&[usize]>,
+        counts: &[usize],
+        dialect: Dialect,
+    ) -> Result<Column> {
         let rows: Vec<usize> = match order {
             Some(order) => order.to_vec(),
             None => (0..self.ends.len()).collect(),
@@ -51,7 +57,8 @@ impl Cells {
             of_curve.iter().all(|&row| self.cell(row) == self.cell(of_curve[0]))
         });
         let number = |row: &usize| dialect.number(self.cell(*row)).ok().map(|number| number.unwrap_or(f64::NAN));
-        let numbers = if self.nearest || constant { None } else { rows.iter().map(number).collect::<Option<Vec<f64>>>() };
+        let numbers =
+            if self.nearest || constant { None } else { rows.iter().map(number).collect::<Option<Vec<f64>>>() };
         let values = match numbers {
             Some(numbers) => Values::Numbers(numbers),
             None => {

@@ -229,7 +229,8 @@ impl<'a> Rows<'a> {
         if let Some(order) = &order {
             self.arrange(order);
         }
-        let finish = |column: CarriedCells| column.finish(self.source, order.as_deref(), &self.owners.counts, self.dialect);
+        let finish =
+            |column: CarriedCells| column.finish(self.source, order.as_deref(), &self.owners.counts, self.dialect);
         let columns = std::mem::take(&mut self.carried).into_iter().map(finish).collect::<Result<Vec<_>>>()?;
         // Blank lines, names of several lines, and rows between others or in another order make the
         // line of a point uncertain. Then only the curve is named.
@@ -245,6 +246,7 @@ impl<'a> Rows<'a> {
             geographic: self.longitude && longitude::is_geographic(&self.coords, d),
             ..Origin::default()
         };
+        origin.within_half_turn = self.coords.iter().step_by(d).all(|x| x.abs() <= 180.0 || x.is_nan());
         for i in 0..offsets.len() - 1 {
             let points = &mut self.coords[offsets[i] * d..offsets[i + 1] * d];
             if self.longitude
@@ -309,12 +311,15 @@ impl Cells<'_> {
         match (self.dialect.number(&self.record[cell]), &clock) {
             (Ok(None), _) => Ok(None),
             (Ok(number), None) => Ok(number),
-            (Err(()), None) if !none_before() => Err(self.wrong(cell, "but the times before it are numbers: write all in one way")),
+            (Err(()), None) if !none_before() => {
+                Err(self.wrong(cell, "but the times before it are numbers: write all in one way"))
+            }
             (Ok(_), Some(_)) => Err(self.wrong(cell, "but the times before it are dates: write all in one way")),
             (Err(()), _) => {
                 let text = String::from_utf8_lossy(self.record[cell].trim_ascii());
                 let Some((t, own)) = Clock::read(&text) else {
-                    let why = "which is neither a number nor a date such as 2024-03-01T06:00:00Z: mend it, or remove the row";
+                    let why =
+                        "which is neither a number nor a date such as 2024-03-01T06:00:00Z: mend it, or remove the row";
                     return Err(self.wrong(cell, why));
                 };
                 *clock = Some(clock.map_or(own, |clock| clock.with(own)));

@@ -6,6 +6,7 @@
 //! properties as f64. The tests use it as a second opinion.)
 
 mod coordinates;
+mod cut;
 mod read;
 mod write;
 
@@ -18,8 +19,10 @@ pub(crate) struct Document {
     /// The text without the coordinates of lines and rings, and without the bounding boxes around
     /// them.
     text: String,
-    /// Where coordinates belong, in order.
+    /// Where coordinates and types belong, in order.
     slots: Vec<Slot>,
+    /// The first curve of every geometry, and how its curves nest.
+    shapes: Vec<(usize, Shape)>,
     /// Number of curves of all slots together.
     curves: usize,
     /// The objects of a topology that the features are of, in order. GeoJSON has none.
@@ -34,12 +37,20 @@ pub(super) struct Object {
     pub features: usize,
 }
 
-/// Coordinates taken out.
+/// A part of the text taken out.
 #[derive(Debug)]
 struct Slot {
-    /// Byte of the text before which the coordinates stood.
+    /// Byte of the text before which the part stood.
     at: usize,
-    shape: Shape,
+    part: Part,
+}
+
+/// What is taken out of a geometry, by its number.
+#[derive(Debug)]
+enum Part {
+    /// The value of its type.
+    Kind(usize),
+    Coordinates(usize),
 }
 
 /// How the curves of one geometry nest.
@@ -56,6 +67,16 @@ enum Shape {
 }
 
 impl Shape {
+    /// The type in GeoJSON's words.
+    fn kind(&self) -> &'static str {
+        match self {
+            Shape::Line => "LineString",
+            Shape::Lines(_) => "MultiLineString",
+            Shape::Polygon(_) => "Polygon",
+            Shape::Polygons(_) => "MultiPolygon",
+        }
+    }
+
     fn curves(&self) -> usize {
         match self {
             Shape::Line => 1,

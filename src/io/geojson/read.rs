@@ -10,7 +10,7 @@ use serde::de::{DeserializeSeed, Deserializer, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
 use super::coordinates::{Lines, List};
-use super::{Document, Object, Shape, Slot};
+use super::{Document, Object, Part, Shape, Slot};
 use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::error::{Error, Result, quoted, shortened};
@@ -110,13 +110,16 @@ struct Reader<'a> {
     /// They are, unless an old `crs` member says otherwise.
     geographic: bool,
     /// Parts of the text to leave out, and the coordinates that stood there.
-    cuts: Vec<(Range<usize>, Option<Shape>)>,
+    cuts: Vec<(Range<usize>, Option<Part>)>,
+    /// The first curve and the shape of every geometry.
+    shapes: Vec<(usize, Shape)>,
     rings: Vec<bool>,
     feature: usize,
     /// For each feature its first curve, and its name by the property `curve`.
     features: Vec<(usize, Option<String>)>,
     unwrapped: Vec<usize>,
     round_pole: Vec<usize>,
+    within_half_turn: bool,
 }
 
 impl<'a> Reader<'a> {
@@ -127,11 +130,13 @@ impl<'a> Reader<'a> {
             lines: Lines::new(&source.room),
             geographic: true,
             cuts: Vec::new(),
+            shapes: Vec::new(),
             rings: Vec::new(),
             feature: 0,
             features: Vec::new(),
             unwrapped: Vec::new(),
             round_pole: Vec::new(),
+            within_half_turn: true,
         }
     }
 
@@ -192,6 +197,13 @@ impl<'a> Reader<'a> {
         let members = self.members(geometry, "a geometry")?;
         let kind = self.kind(&members)?;
         let list = if kind == "GeometryCollection" { "geometries" } else { "coordinates" };
+        if !matches!(kind.as_str(), "Point" | "MultiPoint" | "GeometryCollection")
+            && let Some(kind) = members.get("type")
+        {
+            // It is known after the coordinates.
+            let span = self.span(kind.get());
+            self.cuts.push((span, Some(Part::Kind(self.shapes.len()))));
+        }
         let value = || members.get(list).ok_or_else(|| self.wrong(format!("its {kind} has no {list:?}: add them")));
         match kind.as_str() {
             "Point" | "MultiPoint" => return Ok(()),
@@ -238,7 +250,8 @@ impl<'a> Reader<'a> {
             Shape::Polygon(rings) => self.unwrap_rings(first, &[*rings]),
             Shape::Polygons(rings) => self.unwrap_rings(first, rings),
         }
-        self.cuts.push((self.span(raw.get()), Some(shape)));
+        self.cuts.push((self.span(raw.get()), Some(Part::Coordinates(self.shapes.len()))));
+        self.shapes.push((first, shape));
         Ok(())
     }
 
@@ -254,6 +267,8 @@ impl<'a> Reader<'a> {
     /// `shell` is the first ring of its polygon.
     fn unwrap(&mut self, i: usize, shell: Option<usize>) {
         let points = self.lines.range(i);
+        let x = self.lines.xy[points.clone()].iter().step_by(2);
+        self.within_half_turn &= x.clone().all(|x| x.abs() <= 180.0 || x.is_nan());
         if !self.geographic || !longitude::is_geographic(&self.lines.xy[points.clone()], 2) {
             return;
         }
@@ -327,15 +342,17 @@ impl<'a> Reader<'a> {
             )
         })?;
         self.cuts.sort_by_key(|(span, _)| span.start);
-        let mut document = Document { curves: self.rings.len(), objects, ..Document::default() };
+        let shapes = std::mem::take(&mut self.shapes);
+        let mut document = Document { curves: self.rings.len(), objects, shapes, ..Document::default() };
         let mut done = 0;
-        for (span, shape) in std::mem::take(&mut self.cuts) {
+        for (span, part) in std::mem::take(&mut self.cuts) {
             document.text.push_str(&self.text[done..span.start]);
-            document.slots.extend(shape.map(|shape| Slot { at: document.text.len(), shape }));
+            document.slots.extend(part.map(|part| Slot { at: document.text.len(), part }));
             done = span.end;
         }
         document.text.push_str(&self.text[done..]);
         let origin = Origin {
+            within_half_turn: self.within_half_turn,
             file: Some(self.source.path.display().to_string()),
             names: Some(self.names()),
             first_lines: None,

@@ -3,22 +3,26 @@
 
 use std::io::{self, Write};
 
-use super::{Document, Object, Shape};
+use super::cut::Cut;
+use super::{Document, Object, Part, Shape};
 use crate::batch::{Column, CurveBatch, Values};
-use crate::io::is_finite;
 use crate::io::text::Text;
+use crate::io::{Antimeridian, WriteOptions, is_finite};
 
 /// Writes the batch, into the document that it came from if there is one.
-pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, decimals: Option<u8>) -> io::Result<()> {
-    write_with(Text::new(out).with_decimals(decimals), batch, &mut |text, i, ring| line(text, batch, i, ring))
+pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
+    let text = Text::new(out).with_decimals(options.decimals);
+    let cut = options.antimeridian == Antimeridian::Cut;
+    write_with(text, batch, cut, &mut |text, i, ring| line(text, batch, i, ring))
 }
 
 /// Writes the batch with what `line` writes of each curve in place of its coordinates. It is told
-/// which of them are rings.
-pub(in crate::io) fn write_with(mut text: Text, batch: &CurveBatch, line: Line) -> io::Result<()> {
+/// which of them are rings. On demand geometries are cut at the antimeridian.
+pub(in crate::io) fn write_with(mut text: Text, batch: &CurveBatch, cut: bool, line: Line) -> io::Result<()> {
+    let cut = |first: usize, shape: &Shape| if cut { Cut::of(batch, first, shape) } else { None };
     match document(batch) {
-        Some(document) => fill(&mut text, document, line)?,
-        None => collect(&mut text, batch, line)?,
+        Some(document) => fill(&mut text, document, &cut, line)?,
+        None => collect(&mut text, batch, &cut, line)?,
     }
     text.finish()
 }
@@ -37,30 +41,55 @@ fn document(batch: &CurveBatch) -> Option<&Document> {
     (document.curves == batch.len()).then_some(document)
 }
 
-fn fill(text: &mut Text, document: &Document, line: Line) -> io::Result<()> {
-    let (mut done, mut i) = (0, 0);
+/// Cuts a geometry whose first curve this is, where it is to be cut.
+type Cutting<'a> = &'a dyn Fn(usize, &Shape) -> Option<Cut>;
+
+fn fill(text: &mut Text, document: &Document, cut: Cutting, line: Line) -> io::Result<()> {
+    let mut done = 0;
     for slot in &document.slots {
         text.push(&document.text[done..slot.at])?;
         done = slot.at;
-        match &slot.shape {
-            Shape::Line => line(text, i, false)?,
-            Shape::Lines(count) => list(text, *count, |text, k| line(text, i + k, false))?,
-            Shape::Polygon(rings) => list(text, *rings, |text, k| line(text, i + k, true))?,
-            Shape::Polygons(polygons) => {
-                let mut first = i;
-                list(text, polygons.len(), |text, p| {
-                    list(text, polygons[p], |text, k| line(text, first + k, true))?;
-                    first += polygons[p];
-                    Ok(())
-                })?;
+        match slot.part {
+            Part::Kind(k) => {
+                let (first, shape) = &document.shapes[k];
+                kind(text, cut(*first, shape).map_or(shape.kind(), |cut| cut.kind()))?;
+            }
+            Part::Coordinates(k) => {
+                let (first, shape) = &document.shapes[k];
+                match cut(*first, shape) {
+                    Some(cut) => cut.write(text)?,
+                    None => coordinates(text, *first, shape, line)?,
+                }
             }
         }
-        i += slot.shape.curves();
     }
     text.push(&document.text[done..])
 }
 
-fn collect(text: &mut Text, batch: &CurveBatch, line: Line) -> io::Result<()> {
+fn kind(text: &mut Text, kind: &str) -> io::Result<()> {
+    text.push("\"")?;
+    text.push(kind)?;
+    text.push("\"")
+}
+
+/// The coordinates of a geometry whose first curve is `i`.
+fn coordinates(text: &mut Text, i: usize, shape: &Shape, line: Line) -> io::Result<()> {
+    match shape {
+        Shape::Line => line(text, i, false),
+        Shape::Lines(count) => list(text, *count, |text, k| line(text, i + k, false)),
+        Shape::Polygon(rings) => list(text, *rings, |text, k| line(text, i + k, true)),
+        Shape::Polygons(polygons) => {
+            let mut first = i;
+            list(text, polygons.len(), |text, p| {
+                list(text, polygons[p], |text, k| line(text, first + k, true))?;
+                first += polygons[p];
+                Ok(())
+            })
+        }
+    }
+}
+
+fn collect(text: &mut Text, batch: &CurveBatch, cut: Cutting, line: Line) -> io::Result<()> {
     text.push("{\"type\":\"FeatureCollection\",\"features\":[")?;
     for i in 0..batch.len() {
         text.push(if i == 0 { "\n" } else { ",\n" })?;
@@ -69,8 +98,14 @@ fn collect(text: &mut Text, batch: &CurveBatch, line: Line) -> io::Result<()> {
         for (column, value) in batch.columns().iter().filter_map(|column| Some((column, of_curve(batch, column, i)?))) {
             text.push(format!(",{}:{value}", serde_json::to_string(&column.name)?))?;
         }
-        text.push("},\"geometry\":{\"type\":\"LineString\",\"coordinates\":")?;
-        line(text, i, false)?;
+        let cut = cut(i, &Shape::Line);
+        text.push("},\"geometry\":{\"type\":")?;
+        kind(text, cut.as_ref().map_or("LineString", Cut::kind))?;
+        text.push(",\"coordinates\":")?;
+        match cut {
+            Some(cut) => cut.write(text)?,
+            None => line(text, i, false)?,
+        }
         text.push("}}")?;
     }
     text.push("\n]}\n")
@@ -95,7 +130,11 @@ fn same<T: PartialEq>(values: &[T]) -> Option<&T> {
     values.first().filter(|first| values.iter().all(|value| value == *first))
 }
 
-fn list(text: &mut Text, count: usize, mut entry: impl FnMut(&mut Text, usize) -> io::Result<()>) -> io::Result<()> {
+pub(super) fn list(
+    text: &mut Text,
+    count: usize,
+    mut entry: impl FnMut(&mut Text, usize) -> io::Result<()>,
+) -> io::Result<()> {
     text.push("[")?;
     for k in 0..count {
         if k > 0 {

@@ -162,14 +162,14 @@ fn csv_headers_are_checked() {
         complaint("a.csv", "curve,lon,y,hours\na,0,0,0\n"),
         format!(
             "a.csv, line 1: unknown columns \"lon\", \"hours\": map them with `ReadOptions::columns`, as in x=lon,y=lat \
-             (which drops the others); known are {KNOWN}"
+             (which drops the others), or carry them (`ReadOptions::carried`); known are {KNOWN}"
         )
     );
     assert_eq!(
         complaint("a.csv", "curve x y\na 0 0\n"),
         format!(
             "a.csv, line 1: unknown columns \"curve x y\": separate columns by commas; map them with `ReadOptions::columns`, as in \
-             x=lon,y=lat (which drops the others); known are {KNOWN}"
+             x=lon,y=lat (which drops the others), or carry them (`ReadOptions::carried`); known are {KNOWN}"
         )
     );
     assert_eq!(
@@ -197,7 +197,7 @@ fn csv_headers_are_checked() {
         complaint("a.csv", "curve,X,x,y\na,0,0,0\n"),
         format!(
             "a.csv, line 1: unknown columns \"X\": map them with `ReadOptions::columns`, as in x=lon,y=lat (which \
-             drops the others); known are {KNOWN}"
+             drops the others), or carry them (`ReadOptions::carried`); known are {KNOWN}"
         )
     );
     let same = "1 in all rows of a closed curve, 0 else";
@@ -487,7 +487,7 @@ fn bad_numbers_spoil_one_curve_and_name_file_line_and_point() {
     assert_eq!(
         message(3),
         invalid(format!(
-            "{place}, line 9, curve d, point 2: its parameter decreases from 2 to 1: sort the points, or leave the \
+            "{place}, line 9, curve d, point 2: its parameter decreases from 2 to 1: sort the points (`ReadOptions::sorted`), or leave the \
              parameters out"
         ))
     );

@@ -126,7 +126,7 @@ fn a_closed_curve_comes_back_closed_from_rows() {
     let batch = CurveBatch::from_slices(&[&ring[..], &ring[..]]).unwrap();
     let batch = batch.with_names(vec!["a".into(), "b".into()]).unwrap().closed_each(vec![true, false]).unwrap();
     io::write(&path, &batch).unwrap();
-    let text = "curve,x,y,t,closed\na,0,0,0,1\na,2,0,1,1\na,2,2,2,1\nb,0,0,0,0\nb,2,0,1,0\nb,2,2,2,0\n";
+    let text = "curve,x,y,t,closed\na,0,0,0,1\na,2,0,1,1\na,2,2,2,1\na,0,0,3,1\nb,0,0,0,0\nb,2,0,1,0\nb,2,2,2,0\n";
     assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
     let read = |closed| {
         let batch = io::read_with(&path, &ReadOptions { closed, ..ReadOptions::default() }).unwrap();
@@ -134,7 +134,7 @@ fn a_closed_curve_comes_back_closed_from_rows() {
     };
     assert_eq!(read(Closed::Auto), [(true, 3), (false, 3)]);
     assert_eq!(read(Closed::Yes), [(true, 3), (true, 3)]);
-    assert_eq!(read(Closed::No), [(false, 3), (false, 3)]);
+    assert_eq!(read(Closed::No), [(false, 4), (false, 3)]);
     // What the column says holds for a curve that returns, too.
     std::fs::write(&path, "x,y,closed\n0,0,0\n1,0,0\n1,1,0\n0,0,0\n").unwrap();
     assert_eq!(read(Closed::Auto), [(false, 4)]);

@@ -1,0 +1,206 @@
+//! `faircurve fit` on tracks in time, as their users meet it: positions of ships as a receiver writes them.
+
+use std::fs;
+
+use super::ran::run;
+use faircurve::io;
+use predicates::prelude::*;
+use predicates::str::contains;
+use tempfile::TempDir;
+
+/// Two ships, out of order; the second pauses for a day, and crosses the antimeridian.
+const SHIPS: &str = "MMSI,Time,LON,LAT,SOG,Status,Name
+219000001,2024-03-01T00:50:00Z,10.6,55.1,12,moored,\"Anna, the\"
+007123456,2024-03-01T00:10:00Z,179.6,-17.0,9,under way,Bob
+219000001,2024-03-01T00:10:00Z,10.0,55.0,10,under way,\"Anna, the\"
+219000001,2024-03-01T02:10:00Z,11.0,55.4,14,moored,\"Anna, the\"
+007123456,2024-03-01T02:20:00Z,-179.8,-16.4,8,under way,Bob
+007123456,2024-03-01T01:10:00Z,179.9,-16.8,8,under way,Bob
+007123456,2024-03-02T02:20:00Z,-179.0,-16.0,8,moored,Bob
+007123456,2024-03-02T04:20:00Z,-178.6,-15.0,8,moored,Bob
+";
+
+const ROLES: &str = "--columns curve=MMSI,t=Time,x=LON,y=LAT --device cpu";
+
+fn ships() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("ais.csv"), SHIPS).unwrap();
+    folder
+}
+
+fn lines(folder: &TempDir, name: &str) -> Vec<String> {
+    fs::read_to_string(folder.path().join(name)).unwrap().lines().map(String::from).collect()
+}
+
+#[test]
+fn raw_positions_become_hourly_ones_with_all_that_belongs_to_them() {
+    let folder = ships();
+    run(
+        &folder,
+        &format!("fit ais.csv -o hours.csv {ROLES} --sort t --gap 6h --every 1h --carry all --write speed,heading"),
+    )
+    .code(0)
+    .stderr(contains("3 curves, 8 points"));
+    let lines = lines(&folder, "hours.csv");
+    assert_eq!(lines[0], "curve,x,y,t,SOG,Status,Name,speed,heading");
+    let starts: Vec<String> = lines[1..]
+        .iter()
+        .map(|line| line.split(',').take(1).chain(line.split(',').skip(3).take(3)).collect::<Vec<_>>().join(" "))
+        .collect();
+    // Linear in time: 10 + 2 · 50/40 min, 12 + 2 · 10/80 min. Texts are those of the nearest point.
+    assert_eq!(
+        starts,
+        [
+            "219000001 2024-03-01T01:00:00Z 12.25 moored",
+            "219000001 2024-03-01T02:00:00Z 13.75 moored",
+            "007123456.1 2024-03-01T01:00:00Z 8.166666666666666 under way",
+            "007123456.1 2024-03-01T02:00:00Z 8 under way",
+            "007123456.2 2024-03-02T03:00:00Z 8 moored",
+            "007123456.2 2024-03-02T04:00:00Z 8 moored",
+        ]
+    );
+    assert!(lines[1].contains(",\"Anna, the\",") && lines[3].contains(",Bob,"));
+    // Longitudes come back to ±180.
+    let longitude = |line: &String| line.split(',').nth(1).unwrap().parse::<f64>().unwrap();
+    assert!(longitude(&lines[3]) > 179.8 && longitude(&lines[4]) < -179.8, "{lines:?}");
+    // The last track is a straight line of 0.4 and 1 degrees in two hours.
+    let [speed, heading] = [7, 8].map(|k| lines[6].split(',').nth(k).unwrap().parse::<f64>().unwrap());
+    assert!((speed - 0.4_f64.hypot(1.0) / 7200.0).abs() < 1e-9, "{speed}");
+    let course = (0.4 * (-15.1666_f64).to_radians().cos()).atan2(1.0).to_degrees();
+    assert!((heading - course).abs() < 1e-3, "{heading} {course}");
+}
+
+#[test]
+fn what_is_written_is_read_again_with_its_times() {
+    let folder = ships();
+    run(&folder, &format!("fit ais.csv -o a.tsv {ROLES} --sort t --samples 1 --carry Name,SOG:nearest")).code(0);
+    let lines = lines(&folder, "a.tsv");
+    assert_eq!(lines[0], "curve\tx\ty\tt\tSOG\tName");
+    assert_eq!(lines[1], "219000001\t10\t55\t2024-03-01T00:10:00Z\t10\tAnna, the");
+    let again = io::read_with(
+        folder.path().join("a.tsv"),
+        &io::ReadOptions { carried: "all".parse().unwrap(), ..Default::default() },
+    )
+    .unwrap();
+    assert!(again.has_dates());
+    assert_eq!(again.parameters(0).unwrap(), [600.0, 3000.0, 7800.0].map(|t| t + 1_709_251_200.0));
+}
+
+#[test]
+fn every_method_gives_the_times_between_those_given() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("in.csv"), "x,y,t\n0,0,3\n2,1,5\n3,0,5.5\n5,2,11\n").unwrap();
+    for method in ["natural", "smoothing --smoothing 0.1", "fair --energy bending=1,length=1", "scf"] {
+        run(&folder, &format!("fit in.csv -o out.csv --force --device cpu --method {method} --samples 2")).code(0);
+        let t: Vec<f64> = lines(&folder, "out.csv")[1..]
+            .iter()
+            .map(|line| line.rsplit(',').next().unwrap().parse().unwrap())
+            .collect();
+        assert_eq!(t, [3.0, 4.0, 5.0, 5.25, 5.5, 8.25, 11.0], "{method}");
+        // Whole numbers within the times; never outside.
+        run(&folder, &format!("fit in.csv -o out.csv --force --device cpu --method {method} --every 4")).code(0);
+        let t: Vec<String> =
+            lines(&folder, "out.csv")[1..].iter().map(|line| line.rsplit(',').next().unwrap().into()).collect();
+        assert_eq!(t, ["4", "8"], "{method}");
+    }
+}
+
+#[test]
+fn samples_at_given_times_and_in_given_numbers() {
+    let folder = ships();
+    fs::write(
+        folder.path().join("at.csv"),
+        "curve,t\n219000001,2024-03-01T01:30:00Z\n007123456,2024-03-01 02:00\n219000001,2030-01-01\n",
+    )
+    .unwrap();
+    run(&folder, &format!("fit ais.csv -o at.out.csv {ROLES} --sort t --gap 6h --at at.csv")).code(0);
+    let at = lines(&folder, "at.out.csv");
+    assert_eq!((at.len(), &at[1][..10], &at[2][..12]), (3, "219000001,", "007123456.1,"));
+    run(&folder, &format!("fit ais.csv -o seven.csv {ROLES} --sort t --points 7 --write arclength,curvature,tangent"))
+        .code(0);
+    let seven = lines(&folder, "seven.csv");
+    assert_eq!(seven[0], "curve,x,y,t,arclength,curvature,tangent_x,tangent_y");
+    let lengths: Vec<f64> = seven[1..8].iter().map(|line| line.split(',').nth(4).unwrap().parse().unwrap()).collect();
+    assert!(
+        seven.len() == 15 && (1..7).all(|k| (lengths[k] - k as f64 * lengths[6] / 6.0).abs() < 1e-8),
+        "{lengths:?}"
+    );
+    fs::write(folder.path().join("times"), "t\n1\nnoon\n").unwrap();
+    run(&folder, &format!("fit ais.csv -o no.csv {ROLES} --sort t --at times"))
+        .code(2)
+        .stderr(contains("times, line 3: column t holds \"noon\""));
+}
+
+#[test]
+fn options_of_tracks_are_refused_where_they_mean_nothing() {
+    let folder = ships();
+    fs::write(folder.path().join("plain.csv"), "x,y\n0,0\n1,1\n2,0\n").unwrap();
+    for (arguments, sentence) in [
+        ("plain.csv -o o.csv --every 1", "needs times, and the points have none"),
+        ("plain.csv -o o.csv --gap 1", "no times to see gaps in"),
+        ("plain.csv -o o.csv --write speed", "the speed needs times"),
+        ("plain.csv -o o.csv --points 1", "--points is 1; a curve has two ends: give 2 or more"),
+        ("plain.csv -o o.svg --write heading", "--write makes columns, and svg has none: write CSV or NPZ"),
+        ("plain.csv -o o.csv --as bezier --points 5", "--as bezier writes the curves themselves: leave --points out"),
+        ("plain.csv -o o.csv --carry speed", "there is no column \"speed\" to carry: the columns are \"x\", \"y\""),
+        ("ais.csv -o o.csv --columns x=LON,y=LAT,t=SOG --every 1h", "the times of the curves are numbers and no dates"),
+        (
+            "ais.csv -o o.csv --columns x=LON,y=LAT,t=Time --sort t --every 1mo",
+            "months and years differ in length: give days",
+        ),
+        (
+            "ais.csv -o o.csv --columns x=LON,y=LAT,t=Time --sort t --every soon",
+            "it must be a number or a time such as 90s",
+        ),
+        ("ais.csv -o o.csv --columns x=LON,y=LAT,t=Time --sort t --gap 0", "a length of time must be positive"),
+        ("ais.csv -o o.csv --columns x=LON,y=LAT,t=Name", "which is neither a number nor a date such as"),
+        ("ais.csv -o o.csv --columns x=LON,y=LAT,t=Time --sort t --every 1e-9", "are possible: take a longer time"),
+    ] {
+        run(&folder, &format!("fit {arguments} --device cpu")).code(2).stderr(contains(sentence));
+    }
+    run(&folder, "fit ais.csv -o o.csv --device cpu").code(2).stderr(contains("--columns").and(contains("--carry")));
+    // Times that go back name the way out, in words of dates.
+    run(&folder, &format!("fit ais.csv -o o.csv {ROLES}"))
+        .code(1)
+        .stderr(contains("decreases from 2024-03-01T00:50:00Z to 2024-03-01T00:10:00Z: sort the points (--sort t)"));
+}
+
+#[test]
+fn curves_are_cut_at_the_antimeridian_and_their_geometries_say_so() {
+    let folder = ships();
+    let map = r#"{"type":"FeatureCollection","features":[
+        {"type":"Feature","properties":{"n":1},"geometry":{"coordinates":[[170,0],[178,2],[-178,4],[-170,3]],"type":"LineString"}},
+        {"type":"Feature","properties":{"n":2},"geometry":{"type":"Polygon","coordinates":[[[176,10],[-176,10],[-175,15],[177,15],[176,10]]]}},
+        {"type":"Feature","properties":{"n":3},"geometry":{"type":"LineString","coordinates":[[0,0],[1,1],[2,0]]}}]}"#;
+    fs::write(folder.path().join("map.geojson"), map).unwrap();
+    let kinds = |name: &str| -> Vec<String> {
+        let document: serde_json::Value = serde_json::from_str(&lines(&folder, name).join("\n")).unwrap();
+        let geometry = |k: usize| document["features"][k]["geometry"].clone();
+        let all: Vec<_> = (0..3).map(geometry).collect();
+        if name == "cut.geojson" {
+            let flat = |value: &serde_json::Value| serde_json::to_string(value).unwrap();
+            let numbers = flat(&serde_json::json!(all));
+            let positions: Vec<f64> = numbers.split(['[', ',', ']']).filter_map(|text| text.parse().ok()).collect();
+            assert!(
+                positions.iter().all(|x| x.abs() <= 180.0) && numbers.contains("[180,") && numbers.contains("[-180,"),
+                "{numbers}"
+            );
+        }
+        all.iter().map(|geometry| geometry["type"].as_str().unwrap().to_string()).collect()
+    };
+    run(&folder, "fit map.geojson -o cut.geojson --device cpu --samples 4").code(0);
+    assert_eq!(kinds("cut.geojson"), ["MultiLineString", "MultiPolygon", "LineString"]);
+    run(&folder, "fit map.geojson -o keep.geojson --device cpu --samples 4 --antimeridian keep").code(0);
+    assert_eq!(kinds("keep.geojson"), ["LineString", "Polygon", "LineString"]);
+    // A ship's constant columns are its properties.
+    run(&folder, &format!("fit ais.csv -o ships.geojson {ROLES} --sort t --carry all")).code(0);
+    let ships = lines(&folder, "ships.geojson").join("\n");
+    assert!(
+        ships.contains(r#""properties":{"curve":"219000001","Name":"Anna, the"},"geometry":{"type":"LineString""#),
+        "{ships}"
+    );
+    assert!(
+        ships.contains(r#""properties":{"curve":"007123456","Name":"Bob"},"geometry":{"type":"MultiLineString""#),
+        "{ships}"
+    );
+}
