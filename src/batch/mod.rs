@@ -355,6 +355,11 @@ impl CurveBatch {
         self.origin.geographic
     }
 
+    /// What is worth a line about the file that the batch was read from: what was passed over.
+    pub fn notes(&self) -> &[String] {
+        &self.origin.notes
+    }
+
     /// Whether the parameters were read as dates. They are seconds since the beginning of 1970, UTC.
     pub fn has_dates(&self) -> bool {
         self.origin.clock.is_some()
@@ -421,6 +426,19 @@ impl CurveBatch {
             problems: problems.collect(),
             origin: Arc::new(Origin { names: Some(names), ..Origin::default() }),
         }
+    }
+
+    /// The same curves with other points: names, closedness, problems, and the document that they
+    /// came from.
+    ///
+    /// Parameters, weights, constraints and columns are dropped.
+    ///
+    /// # Errors
+    /// Offsets that do not fit the points, or are not those of as many curves.
+    pub fn replaced(&self, coords: Vec<f64>, offsets: Vec<usize>) -> Result<Self> {
+        let other = Self::from_ragged(self.dimension, coords, offsets)?;
+        expect_length("curves", other.len(), self.len(), "curve")?;
+        Ok(self.with_points(other.coords, other.offsets))
     }
 
     /// The same curves (names, closedness, problems) with other points.

@@ -30,6 +30,8 @@ pub(crate) struct Origin {
     pub round_pole: Vec<usize>,
     /// Whether the file has polygons, whose neighbours share borders.
     pub is_map: bool,
+    /// What is worth a line about the file.
+    pub notes: Vec<String>,
     /// How times are written, where the parameters are times.
     pub clock: Option<Clock>,
     /// Whether x and y of all curves are longitudes and latitudes in degrees.

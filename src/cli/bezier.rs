@@ -141,15 +141,9 @@ impl BezierArgs {
             let is_cubic = degree.map_or(plan.reads_cubics(), |degree| degree == 3);
             let points = if whole && is_cubic { controls.points(i) } else { near.points(i) };
             coords.extend_from_slice(points);
-            if controls.is_closed(i) {
-                // Marking the chain as closed drops its repeated first point, and only that.
-                coords.extend_from_slice(&points[..d.min(points.len())]);
-            }
             offsets.push(coords.len() / d);
         }
-        let closed = (0..controls.len()).map(|i| controls.is_closed(i)).collect();
-        let names = (0..controls.len()).map(|i| controls.name(i).into_owned()).collect();
-        CurveBatch::from_ragged(d, coords, offsets)?.closed_each(closed)?.with_names(names)
+        near.replaced(coords, offsets)
     }
 }
 

@@ -37,7 +37,7 @@ pub struct CurveArgs {
     /// Format of the output, where its name does not say it
     #[arg(long, value_name = "FORMAT", help_heading = "Output")]
     pub to: Option<Format>,
-    /// Rounds coordinates to N decimals, in CSV, GeoJSON and TopoJSON
+    /// Rounds coordinates to N decimals, in CSV, GeoJSON, TopoJSON and SVG
     ///
     /// TopoJSON is quantised then. By default every coordinate has all its digits.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=15), help_heading = "Output")]
@@ -100,7 +100,7 @@ impl Made<'_> {
             |i| Line::of(batch, fit, i, points_out[i]),
         )?;
         run.tell("", fit.device());
-        self.notes.iter().for_each(|note| run.say(note));
+        batch.notes().iter().chain(&self.notes).for_each(|note| run.say(note));
         Ok(judge(&run, args.strict, batch, fit))
     }
 }

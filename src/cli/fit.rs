@@ -2,7 +2,7 @@
 
 use clap::Args;
 use faircurve::bezier::LEAST_TOLERANCE;
-use faircurve::io::{self, ReadOptions, WriteOptions};
+use faircurve::io::{self, Flatness, ReadOptions, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, Error, Result, Work};
 
@@ -14,6 +14,9 @@ use super::output::title;
 use super::run::{Run, RunArgs};
 use super::sampling::{points, sampling};
 use super::track::TrackArgs;
+
+/// Points along the paths of a drawing: their chords are within this part of a path's size.
+const FLATNESS: f64 = 1e-3;
 
 /// SVG rounds control points to a power of ten of at most this part of --tolerance.
 const ROUNDING: f64 = 0.01;
@@ -55,7 +58,9 @@ pub fn run(args: &FitArgs) -> Result<bool> {
 
     let mut run = Run::start(&args.run, "curve", ["fitting", "fitted"]);
     let input = &args.curves.input;
-    let batch = io::read_with(&input.input, &ReadOptions { carried: args.tracks.carried(), ..input.options() })?;
+    let flatness = Some(args.asked_tolerance().map_or(Flatness::OfSize(FLATNESS), Flatness::Within));
+    let options = ReadOptions { carried: args.tracks.carried(), flatness, ..input.options() };
+    let batch = io::read_with(&input.input, &options)?;
     let batch = args.tracks.split(batch)?;
     let tracks = args.tracks.samples(&batch, sampling)?;
     args.curves.check_format(&batch, args.shape == Shape::Bezier)?;

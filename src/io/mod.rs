@@ -5,7 +5,7 @@
 //! | [CSV](Format::Csv) | rows with one name in `curve` | every column of [`Columns`] | `curve,x,y[,z],t`, `closed` where a curve is, and [columns](crate::CurveBatch::columns) |
 //! | [GeoJSON](Format::GeoJson) | one a LineString or ring | lines and rings; points pass through | the document read, with new coordinates |
 //! | [TopoJSON](Format::TopoJson) | as GeoJSON | lines and rings; points pass through | the objects read, with arcs of the new coordinates |
-//! | [SVG](Format::Svg) | one a subpath, polyline, polygon or line | vertices, or [control points](ReadOptions::controls), after transforms | one path a curve, also cubic Béziers |
+//! | [SVG](Format::Svg) | one a subpath, or other shape | vertices, points along the [curves](ReadOptions::flatness), or [control points](ReadOptions::controls), after transforms | the drawing read, with new paths; or one path a curve, also cubic Béziers |
 //! | [NPZ](Format::Npz) | ragged arrays | `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names` | the same |
 //!
 //! - Numbers are written as the shortest decimals that read back to the same bits.
@@ -226,6 +226,19 @@ pub struct ReadOptions {
     /// become cubics near them. The points of other formats are read as they stand. False by
     /// default.
     pub controls: bool,
+    /// SVG: how near the chords between the points of a curve are to the curved segments of its path.
+    ///
+    /// By default curved segments have their ends alone.
+    pub flatness: Option<Flatness>,
+}
+
+/// How near chords are to a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Flatness {
+    /// Within a distance (> 0), in units of the drawing.
+    Within(f64),
+    /// Within a part (> 0) of the path's larger side.
+    OfSize(f64),
 }
 
 /// How a file is written.
@@ -247,7 +260,7 @@ pub struct WriteOptions {
     /// moves by no more than 0.71 of it. By default, and if coordinates have no such digits, points
     /// are exact.
     pub rounding: Option<f64>,
-    /// CSV, GeoJSON and TopoJSON: coordinates are rounded to so many decimals. TopoJSON is then
+    /// CSV, GeoJSON, TopoJSON and SVG: coordinates are rounded to so many decimals. TopoJSON is then
     /// quantised.
     ///
     /// By default coordinates are the shortest decimals that read back to the same bits.
@@ -322,7 +335,7 @@ fn wanted(format: Format) -> &'static str {
         Format::GeoJson | Format::TopoJson => {
             "LineString, MultiLineString, Polygon and MultiPolygon geometries are read"
         }
-        Format::Svg => "path, polyline, polygon and line elements are read",
+        Format::Svg => "path, polyline, polygon, line, rect, circle and ellipse elements are read",
         Format::Npz => "offsets has one entry, and needs one more than there are curves",
     }
 }
@@ -408,7 +421,7 @@ fn fill(
         Format::Csv => csv::write(out, batch, separator, options),
         Format::GeoJson => geojson::write(out, batch, options),
         Format::TopoJson => topojson::write(out, batch, options.decimals),
-        Format::Svg => svg::write(out, batch, options.beziers, options.rounding),
+        Format::Svg => svg::write(out, batch, options),
         Format::Npz => npz::write(out, batch, options.antimeridian),
     }
 }

@@ -1,9 +1,12 @@
-//! SVG: reads vertices of paths or their control points, writes paths, also of cubic Béziers.
+//! SVG: reads the curves of a drawing, or their control points, and writes the drawing again with
+//! other paths; draws curves that come from elsewhere, also as cubic Béziers.
 
 mod chain;
+mod document;
 mod limits;
 mod path;
 mod read;
+mod shape;
 mod transform;
 mod write;
 

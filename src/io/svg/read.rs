@@ -1,26 +1,31 @@
-//! Reading: each subpath of `<path>`, and each `<polyline>`, `<polygon>` and `<line>`, is a curve.
+//! Reading: each subpath of `<path>`, and each `<polyline>`, `<polygon>`, `<line>`, `<rect>`, `<circle>`
+//! and `<ellipse>`, is a curve.
 //!
 //! - The vertices are the data points. Of curved segments (C, S, Q, T, A) only points on the curve
 //!   are taken: the end of the segment, and for an arc also where kurbo divides it into Béziers.
-//! - On demand the data points are the control points of the subpath as a chain of cubics instead.
+//! - On demand there are points between, as many as the curve asks for, or the data points are the
+//!   control points of the subpath as a chain of cubics instead.
 //! - y is turned over, so that it points up.
 //! - `transform` attributes are applied. `viewBox`, units and styles are not.
 //! - What is only defined (`defs`, `symbol`, `clipPath`, `mask`, `marker`, `pattern`) is passed
-//!   over.
+//!   over, and so are texts, images and what `use` repeats.
+//! - The document is kept, to be written again with other paths.
 
-use std::collections::HashSet;
+use std::any::Any;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
-use kurbo::{Affine, PathEl};
+use kurbo::{Affine, BezPath, PathEl};
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::chain::{self, Vertices};
-use super::{limits, path, transform};
+use super::document::Drawing;
+use super::{limits, path, shape, transform};
 use crate::batch::CurveBatch;
 use crate::batch::Origin;
-use crate::error::{Error, Result, quoted, shortened};
+use crate::error::{Error, Result, listed, quoted, shortened};
 use crate::io::source::Source;
-use crate::io::{ReadOptions, close};
+use crate::io::{Flatness, ReadOptions, close};
 
 /// Memory that an element or an attribute takes in roxmltree's tree, which grows by doubling.
 const NODE_BYTES: usize = 192;
@@ -71,6 +76,9 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
         source,
         text: &text,
         controls: options.controls,
+        flatness: options.flatness,
+        drawing: Some(Drawing::default()),
+        passed_over: BTreeMap::new(),
         coords: Vec::new(),
         offsets: vec![0],
         closed: Vec::new(),
@@ -78,7 +86,23 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
     };
     curves.walk(root)?;
     let names = curves.names();
-    let origin = Origin { file: Some(source.path.display().to_string()), names: Some(names), ..Origin::default() };
+    let drawing = curves.drawing.take().map(|mut drawing| {
+        drawing.edits.sort_by_key(|(range, _)| range.start);
+        drawing.curves = curves.closed.len();
+        drawing.text = text.clone();
+        Arc::new(drawing) as Arc<dyn Any + Send + Sync>
+    });
+    let passed_over: Vec<String> =
+        curves.passed_over.iter().map(|(name, count)| format!("{count} {name}")).collect();
+    let note = (!passed_over.is_empty())
+        .then(|| format!("{} stay as they are: only what has a shape of its own is read", listed(passed_over)));
+    let origin = Origin {
+        file: Some(source.path.display().to_string()),
+        names: Some(names),
+        document: drawing,
+        notes: note.into_iter().collect(),
+        ..Origin::default()
+    };
     let batch = CurveBatch::from_file(2, curves.coords, curves.offsets, Arc::new(origin))?;
     close(batch, options.closed, &curves.closed, &[])
 }
@@ -88,6 +112,12 @@ struct Curves<'a> {
     text: &'a str,
     /// Whether the data points are control points rather than vertices.
     controls: bool,
+    /// How near chords between vertices are to the path.
+    flatness: Option<Flatness>,
+    /// The document, as far as its paths are found in its text.
+    drawing: Option<Drawing>,
+    /// Elements that are seen in the drawing and have no curves here.
+    passed_over: BTreeMap<&'static str, usize>,
     coords: Vec<f64>,
     offsets: Vec<usize>,
     closed: Vec<bool>,
@@ -110,34 +140,54 @@ impl Curves<'_> {
                 }
                 None => outer,
             };
-            let number = |name: &str| node.attribute(name).unwrap_or("0");
-            match name {
-                "path" => self.path(node, node.attribute("d").unwrap_or_default(), affine)?,
-                "polyline" => self.path(node, &vertices(node, ""), affine)?,
-                "polygon" => self.path(node, &vertices(node, "Z"), affine)?,
-                "line" => {
-                    let [x1, y1, x2, y2] = ["x1", "y1", "x2", "y2"].map(number);
-                    self.path(node, &format!("M{x1} {y1} L{x2} {y2}"), affine)?;
+            if name == "path" {
+                let data = node.attribute("d").unwrap_or_default();
+                let most_bytes = path::most_bytes(data);
+                self.source.take(most_bytes)?;
+                self.path(node, path::parse(data), affine)?;
+                self.source.room.give_back(most_bytes);
+            } else if shape::SHAPES.contains(&name) {
+                let most_bytes = path::most_bytes(node.attribute("points").unwrap_or_default());
+                self.source.take(most_bytes)?;
+                match shape::path(node) {
+                    Ok(None) => *self.passed_over.entry("shape with lengths such as 100%").or_default() += 1,
+                    Ok(Some(path)) => self.path(node, Ok(path), affine)?,
+                    Err(what) => return Err(self.wrong(node, &what)),
                 }
-                _ => {}
+                self.source.room.give_back(most_bytes);
+            } else if let Some(name) = ["<text>", "<image>", "<use>"].into_iter().find(|other| other[1..other.len() - 1] == *name) {
+                *self.passed_over.entry(name).or_default() += 1;
             }
             waiting.extend(node.children().rev().filter(Node::is_element).map(|child| (child, affine)));
         }
         Ok(())
     }
 
-    fn path(&mut self, node: Node, data: &str, affine: Affine) -> Result<()> {
-        let most_bytes = path::most_bytes(data);
-        self.source.take(most_bytes)?;
-        let path = path::parse(data).map_err(|what| self.wrong(node, &what))?;
-        self.ids.push((node.attribute("id").map(str::to_string), self.closed.len()));
-        let add = if self.controls { chain::add_cubic } else { chain::add_vertex };
+    fn path(&mut self, node: Node, path: Result<BezPath, String>, affine: Affine) -> Result<()> {
+        let path = path.map_err(|what| self.wrong(node, &what))?;
+        let first = self.closed.len();
+        self.ids.push((node.attribute("id").map(str::to_string), first));
+        let within = self.flatness.map(|flatness| match flatness {
+            Flatness::Within(distance) => distance,
+            Flatness::OfSize(part) => {
+                let bounds = affine.transform_rect_bbox(path.control_box());
+                part * bounds.width().max(bounds.height())
+            }
+        });
         let mut vertices: Vertices = Vec::new();
         for &element in path.elements() {
             if matches!(element, PathEl::MoveTo(_)) {
                 self.end(&mut vertices, false)?;
             }
-            add(&mut vertices, if affine == Affine::IDENTITY { element } else { affine * element });
+            let placed = if affine == Affine::IDENTITY { element } else { affine * element };
+            match within.and_then(|within| chain::steps(&vertices, placed, within)) {
+                _ if self.controls => chain::add_cubic(&mut vertices, placed),
+                Some((cubic, steps)) => {
+                    self.source.grow(&mut vertices, steps)?;
+                    chain::add_sampled(&mut vertices, cubic, steps);
+                }
+                None => chain::add_vertex(&mut vertices, placed),
+            }
             if element == PathEl::ClosePath {
                 // A chain without a piece is a point.
                 let closed = vertices.len() > 1 || !self.controls;
@@ -145,7 +195,12 @@ impl Curves<'_> {
             }
         }
         self.end(&mut vertices, false)?;
-        self.source.room.give_back(most_bytes);
+        let curves = first..self.closed.len();
+        if let Some(drawing) = self.drawing.as_mut().filter(|_| !curves.is_empty())
+            && drawing.add(self.text, node, affine, curves).is_none()
+        {
+            self.drawing = None;
+        }
         Ok(())
     }
 
@@ -184,13 +239,5 @@ impl Curves<'_> {
         let id = node.attribute("id").map(|id| format!(" {}", quoted(id))).unwrap_or_default();
         debug_assert!(node.range().end <= self.text.len());
         self.source.error(line, format!("<{}>{id}: {what}", shortened(node.tag_name().name())))
-    }
-}
-
-/// The attribute `points` as path data. Its grammar is that of the points after a move.
-fn vertices(node: Node, end: &str) -> String {
-    match node.attribute("points").map(str::trim).unwrap_or_default() {
-        "" => String::new(),
-        points => format!("M{points}{end}"),
     }
 }

@@ -1,46 +1,109 @@
-//! Writing: one `<path>` a curve, and a `viewBox` that fits. y is turned over, since SVG's y points
-//! down.
+//! Writing: the drawing that was read with other path data, or one `<path>` a curve and a `viewBox` that
+//! fits. y is turned over, since SVG's y points down.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
+use std::ops::Range;
 
+use kurbo::{Affine, Point};
+
+use super::document::{Drawing, Edit, Element};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
-use crate::io::is_finite;
+use crate::io::{WriteOptions, is_finite};
 use crate::io::text::Text;
 
 /// The margin around the drawing, as a part of its larger side.
 const MARGIN: f64 = 0.02;
 
-/// Writes the batch.
+/// Writes the batch, into the drawing that it came from if there is one.
 ///
-/// With `beziers` the points of each curve are a chain of cubic control points. With `rounding`
+/// With `decimals` coordinates are rounded. With `beziers` the points of each curve are a chain of cubic control points. With `rounding`
 /// they are written in relative steps, rounded to a power of ten of no more than this.
 pub(in crate::io) fn write(
     out: &mut dyn Write,
     batch: &CurveBatch,
-    beziers: bool,
-    rounding: Option<f64>,
+    options: &WriteOptions,
 ) -> io::Result<()> {
-    let unit = rounding.filter(|_| beziers).and_then(|rounding| unit(batch, rounding));
-    let mut text = Text::new(out);
+    let WriteOptions { beziers, rounding, decimals, .. } = *options;
+    let mut text = Text::new(out).with_decimals(decimals);
+    let rounding = rounding.filter(|_| beziers && decimals.is_none());
+    match drawing(batch) {
+        Some(drawing) => fill(&mut text, batch, drawing, beziers, rounding)?,
+        None => draw(&mut text, batch, beziers, rounding)?,
+    }
+    text.finish()
+}
+
+/// The drawing that the batch came from, if it has the same curves still.
+fn drawing(batch: &CurveBatch) -> Option<&Drawing> {
+    let drawing: &Drawing = batch.origin().document.as_ref()?.downcast_ref()?;
+    (drawing.curves == batch.len()).then_some(drawing)
+}
+
+/// A drawing with one path a curve.
+fn draw(text: &mut Text, batch: &CurveBatch, beziers: bool, rounding: Option<f64>) -> io::Result<()> {
     text.push("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"")?;
     text.point(&view_box(batch), " ")?;
     text.push("\">\n<style>path{fill:none;stroke:#000;stroke-width:1px;vector-effect:non-scaling-stroke}</style>\n")?;
+    let unit = rounding.and_then(|rounding| unit(batch, 0..batch.len(), rounding));
     for i in 0..batch.len() {
         text.push("<path id=\"")?;
         text.push(escaped(&batch.name(i)).as_bytes())?;
         text.push("\" d=\"")?;
-        if is_finite(batch, i) {
-            match unit.filter(|_| batch.problem(i).is_none()) {
-                Some(unit) => rounded_path(&mut text, batch, i, unit)?,
-                None => path(&mut text, batch, i, beziers)?,
-            }
-        }
+        subpath(text, batch, i, beziers, unit, down)?;
         text.push("\"/>\n")?;
     }
-    text.push("</svg>\n")?;
-    text.finish()
+    text.push("</svg>\n")
+}
+
+/// The drawing that was read, with other paths.
+fn fill(text: &mut Text, batch: &CurveBatch, drawing: &Drawing, beziers: bool, rounding: Option<f64>) -> io::Result<()> {
+    let mut done = 0;
+    for (range, edit) in &drawing.edits {
+        text.push(&drawing.text[done..range.start])?;
+        done = range.end;
+        match *edit {
+            Edit::Text(other) => text.push(other)?,
+            Edit::Data(element) => data(text, batch, drawing, element, beziers, rounding)?,
+            Edit::Attribute(element) => {
+                text.push(" d=\"")?;
+                data(text, batch, drawing, element, beziers, rounding)?;
+                text.push("\"")?;
+            }
+        }
+    }
+    text.push(&drawing.text[done..])
+}
+
+/// The path data of an element, in its own coordinates.
+fn data(
+    text: &mut Text,
+    batch: &CurveBatch,
+    drawing: &Drawing,
+    element: usize,
+    beziers: bool,
+    rounding: Option<f64>,
+) -> io::Result<()> {
+    let Element { affine, curves } = &drawing.elements[element];
+    if *affine == Affine::IDENTITY {
+        let unit = rounding.and_then(|rounding| unit(batch, curves.clone(), rounding));
+        return curves.clone().try_for_each(|i| subpath(text, batch, i, beziers, unit, down));
+    }
+    let back = affine.inverse();
+    let place = |point: &[f64]| {
+        let [x, y] = down(point);
+        let point = back * Point::new(x, y);
+        [point.x, point.y]
+    };
+    // What a step of the rounding is before the transform.
+    let unit = rounding.and_then(|rounding| unit(batch, curves.clone(), rounding / largest_scale(*affine)));
+    curves.clone().try_for_each(|i| subpath(text, batch, i, beziers, unit, place))
+}
+
+/// No less than the most that a map lengthens a vector.
+fn largest_scale(affine: Affine) -> f64 {
+    affine.as_coeffs()[..4].iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The point in SVG coordinates. Not −y, which makes −0 of 0.
@@ -48,7 +111,23 @@ fn down(point: &[f64]) -> [f64; 2] {
     [point[0], 0.0 - point[1]]
 }
 
-fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Result<()> {
+/// Path data of a curve, at the places that `place` gives its points.
+fn subpath(
+    text: &mut Text,
+    batch: &CurveBatch,
+    i: usize,
+    beziers: bool,
+    unit: Option<f64>,
+    place: impl Fn(&[f64]) -> [f64; 2],
+) -> io::Result<()> {
+    match unit.filter(|_| batch.problem(i).is_none()) {
+        _ if !is_finite(batch, i) => Ok(()),
+        Some(unit) => rounded_path(text, batch, i, unit, place),
+        None => path(text, batch, i, beziers, place),
+    }
+}
+
+fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool, place: impl Fn(&[f64]) -> [f64; 2]) -> io::Result<()> {
     let points = batch.points(i);
     if points.is_empty() {
         return Ok(());
@@ -60,17 +139,17 @@ fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Res
             (1, true) => "C",
             _ => " ",
         })?;
-        text.point(&down(point), ",")?;
+        text.point(&place(point), ",")?;
     }
     let repeats = points.len() > 2 && points[..2] == points[points.len() - 2..];
     match (beziers, batch.is_closed(i)) {
-        (true, true) => {
+        (true, true) if points.len() > 2 => {
             text.push(" ")?;
-            text.point(&down(points), ",")?;
+            text.point(&place(points), ",")?;
             text.push("Z")
         }
         (true, false) if repeats => text.push("Z"),
-        (false, true) => text.push("Z"),
+        (_, true) => text.push("Z"),
         _ => Ok(()),
     }
 }
@@ -79,9 +158,9 @@ fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool) -> io::Res
 ///
 /// `None` if so many digits are more than the coordinates have. Curves that were not fitted do not
 /// count, and are written as they came in.
-fn unit(batch: &CurveBatch, rounding: f64) -> Option<f64> {
+fn unit(batch: &CurveBatch, mut curves: Range<usize>, rounding: f64) -> Option<f64> {
     let places = (-rounding.log10()).ceil().max(0.0);
-    let fitted = (0..batch.len()).filter(|&i| batch.problem(i).is_none());
+    let fitted = curves.by_ref().filter(|&i| batch.problem(i).is_none());
     let coords = fitted.flat_map(|i| batch.points(i)).filter(|x| x.is_finite());
     let largest = coords.fold(0.0f64, |largest, x| largest.max(x.abs()));
     // Up to this size multiples of the step are integers of f64.
@@ -90,8 +169,14 @@ fn unit(batch: &CurveBatch, rounding: f64) -> Option<f64> {
 }
 
 /// A chain of cubics in steps from one rounded point to another, so that rounding does not add up.
-fn rounded_path(text: &mut Text, batch: &CurveBatch, i: usize, unit: f64) -> io::Result<()> {
-    let round = |point: &[f64]| down(point).map(|x| (x * unit).round());
+fn rounded_path(
+    text: &mut Text,
+    batch: &CurveBatch,
+    i: usize,
+    unit: f64,
+    place: impl Fn(&[f64]) -> [f64; 2],
+) -> io::Result<()> {
+    let round = |point: &[f64]| place(point).map(|x| (x * unit).round());
     let points = batch.points(i);
     let Some(first) = points.get(..2).map(round) else { return Ok(()) };
     text.push("M")?;
