@@ -58,6 +58,26 @@ impl CurveReport {
     pub fn unfitted(status: CurveStatus, message: String) -> Self {
         CurveReport { status, message: Some(message), energy: f64::NAN, iterations: 0, ..CurveReport::solved(0.0) }
     }
+
+    /// The report of a curve that was fitted in pieces.
+    ///
+    /// It has the worst status with its sentence, the sums of energies and iterations, and the largest
+    /// gradient, deviation and weight.
+    pub(crate) fn joined(pieces: Vec<CurveReport>) -> Self {
+        let join = |mut joined: CurveReport, next: CurveReport| {
+            let [so_far, severity] = [&joined, &next].map(|report| report.status.severity());
+            if severity > so_far || (severity == so_far && joined.message.is_none()) {
+                (joined.status, joined.message) = (next.status, next.message);
+            }
+            joined.energy += next.energy;
+            joined.iterations += next.iterations;
+            joined.gradient_norm = joined.gradient_norm.max(next.gradient_norm);
+            joined.max_deviation = joined.max_deviation.max(next.max_deviation);
+            joined.smoothing = joined.smoothing.zip(next.smoothing).map(|(a, b)| a.max(b));
+            joined
+        };
+        pieces.into_iter().reduce(join).unwrap_or_else(|| CurveReport::solved(0.0))
+    }
 }
 
 /// The curves of a method, seen through the [`Curve`] trait. A [`Fit`] holds one.

@@ -40,6 +40,19 @@ impl CurveStatus {
         matches!(self, CurveStatus::Converged | CurveStatus::NotUnique)
     }
 
+    /// Of pieces of a curve, the one of highest severity says how the curve is.
+    pub(crate) fn severity(self) -> u32 {
+        match self {
+            CurveStatus::Converged => 0,
+            CurveStatus::NotUnique => 1,
+            CurveStatus::NotConverged => 2,
+            CurveStatus::NoMinimiser => 3,
+            CurveStatus::Unbounded => 4,
+            CurveStatus::Degenerate => 5,
+            CurveStatus::Invalid => 6,
+        }
+    }
+
     /// The word used in reports and files.
     pub fn word(self) -> &'static str {
         match self {

@@ -2,7 +2,7 @@
 
 use faircurve::CurveBatch;
 use faircurve::io::grids::{self, GridFormat, GridWrite};
-use faircurve::io::{self, Closed, Format, ReadOptions, WriteOptions};
+use faircurve::io::{self, Carried, Closed, Flatness, Format, ReadOptions, WriteOptions};
 
 /// CSV with the options that the first byte chooses.
 pub fn csv(data: &[u8]) {
@@ -109,6 +109,8 @@ fn read(format: Format, data: &[u8]) {
         closed: [Closed::Auto, Closed::Yes, Closed::No, Closed::Auto][(first >> 2 & 3) as usize],
         controls: first & 16 != 0,
         sorted: first & 32 != 0,
+        carried: if first & 64 != 0 { "all".parse().expect("a word") } else { Carried::default() },
+        flatness: (first & 128 != 0).then_some(Flatness::OfSize(0.01)),
     };
     match io::read_from(rest, &options) {
         Err(error) => check_sentence(&error.to_string()),

@@ -18,6 +18,7 @@
 //!   [`CurveBatch`](crate::CurveBatch), each curve one Bézier.
 //! * [`Chain`] completes composite Béziers: chains of pieces with free, C1, C2 or G1 joints. Every
 //!   curve of a batch is one chain.
+//! * [`Simplify`] lays chains of fewer cubics, within a tolerance.
 //! * [`elevate()`], [`reduce()`], [`split`], [`evaluate`] and [`lengths`] are batched the same way.
 //! * [`Completed`] has the control points, a report each, and the curves behind the trait
 //!   [`Curve`](crate::Curve).
@@ -39,6 +40,7 @@ mod eigen;
 mod energy;
 mod exact;
 mod gpu;
+mod handles;
 mod length;
 mod linear;
 mod operator;
@@ -46,6 +48,7 @@ mod pattern;
 mod polygons;
 mod ready;
 mod refusal;
+mod simplify;
 mod single;
 
 pub use crate::curve::convert::LEAST_TOLERANCE;
@@ -62,6 +65,7 @@ pub use num_rational::BigRational;
 pub use pattern::{Completion, MOST_DERIVATIVE, Pattern};
 pub use polygons::{Controls, Given, Polygons};
 pub use refusal::Refusal;
+pub use simplify::Simplify;
 pub use single::{Complete, EndTangents};
 
 /// The highest degree.

@@ -34,9 +34,10 @@ pub struct BezierArgs {
     /// Segments a piece, with --as polyline [default: 16]
     #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Output")]
     samples: Option<i64>,
-    /// Largest distance of cubics in SVG from curves of higher degree
+    /// Largest distance of the new cubics from the curves given, with --simplify; of cubics in SVG from
+    /// curves of higher degree else
     ///
-    /// In units of the input [default: 1e-6 of the size].
+    /// In units of the input [default: 1e-6 of the size, none with --simplify].
     #[arg(long, value_name = "T", allow_negative_numbers = true, help_heading = "Output")]
     tolerance: Option<f64>,
     #[command(flatten)]
@@ -44,7 +45,7 @@ pub struct BezierArgs {
 }
 
 pub fn run(args: &BezierArgs) -> Result<bool> {
-    let plan = args.plan.plan(&args.curves.input)?;
+    let plan = args.plan.plan(&args.curves.input, args.tolerance)?;
     let [elevate, reduce] = args.changes_of_degree()?;
     args.check()?;
 
@@ -61,6 +62,7 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
         _ => completed,
     };
     let controls = completed.control_points().clone();
+    let simplified = plan.notes(&batch, &controls);
     let degrees: Vec<Option<usize>> = (0..controls.len()).map(|i| completed.degree(i)).collect();
     let fit = completed.into_fit();
     let is_drawn = args.shape == Shape::Bezier && args.curves.format() == Some(Format::Svg);
@@ -71,7 +73,7 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     };
     let title = title(&args.curves.input.input);
     let picture = Picture { title, method: args.plan.title(), ..Picture::default() };
-    let (options, notes) = (args.write_options(is_drawn), not_unique(&fit));
+    let (options, notes) = (args.write_options(is_drawn), [simplified, not_unique(&fit)].concat());
     let made = Made { batch: &batch, fit: &fit, curves, options, method: "bezier", picture, notes };
     made.finish(run, &args.curves)
 }
@@ -91,7 +93,9 @@ impl BezierArgs {
                     "--tolerance is {tolerance}; it must be a positive length in units of the input, such as --tolerance 0.001"
                 )));
             }
-            if self.shape == Shape::Polyline || self.curves.format() != Some(Format::Svg) {
+            if self.plan.simplifies() {
+                // Simplified curves may be written as anything.
+            } else if self.shape == Shape::Polyline || self.curves.format() != Some(Format::Svg) {
                 return Err(Error::argument(format!(
                     "--tolerance {tolerance} is how near cubics come to curves of higher degree in SVG, which is not written \
                      here: leave it out"

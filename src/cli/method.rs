@@ -86,7 +86,7 @@ impl EnergyWeights {
 
 /// An angle, such as 60deg, 60° or 60.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Degrees(f64);
+pub struct Degrees(pub f64);
 
 impl FromStr for Degrees {
     type Err = String;

@@ -3,13 +3,13 @@
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use faircurve::bezier::{Chain, Complete, Completed, EndTangents, Energy, Joints, MOST_DEGREE, PieceLengths};
+use faircurve::bezier::{Chain, Complete, Completed, EndTangents, Energy, Joints, MOST_DEGREE, PieceLengths, Simplify};
 use faircurve::io::{self, Closed, Format, ReadOptions};
 use faircurve::{Constraints, CurveBatch, Device, Error, Result};
 
-use super::InputArgs;
-use super::method::weights;
+use super::method::{Degrees, weights};
 use super::words::one_of;
+use super::{InputArgs, count, thousands};
 
 /// The degree of the pieces in SVG.
 const CUBIC: usize = 3;
@@ -81,6 +81,18 @@ pub struct PlanArgs {
     /// which is 0 to 1 of a single curve.
     #[arg(long, value_name = "NAME=WEIGHT,...", default_value = "bending=1", help_heading = "Béziers")]
     energy: Weights,
+    /// Keeps corners: joints where the handles given turn by more than this angle, in degrees
+    ///
+    /// The parts of a chain between corners are completed as chains of their own. [default with
+    /// --simplify: 1]
+    #[arg(long, value_name = "DEGREES", help_heading = "Béziers")]
+    corners: Option<Degrees>,
+    /// Lays as few cubics as possible within --tolerance of those given
+    ///
+    /// Joints are free to go, directions are kept, and corners too. All control points count as
+    /// known.
+    #[arg(long, conflicts_with_all = ["joints", "lengths", "known", "tangents", "energy"], help_heading = "Béziers")]
+    simplify: bool,
 }
 
 /// What points are, and how they are completed.
@@ -95,6 +107,7 @@ pub struct Plan {
 enum Method {
     Single(Complete),
     Chain(Chain),
+    Simplify(Simplify),
 }
 
 impl PlanArgs {
@@ -102,8 +115,12 @@ impl PlanArgs {
     ///
     /// # Errors
     /// Options that do not fit together, or are out of range.
-    pub fn plan(&self, input: &InputArgs) -> Result<Plan> {
+    pub fn plan(&self, input: &InputArgs, tolerance: Option<f64>) -> Result<Plan> {
         let svg = input.format() == Some(Format::Svg);
+        if self.simplify {
+            let method = Method::Simplify(self.simplified(tolerance)?);
+            return Ok(Plan { method, known: KnownWord::File, closed: input.closed, svg });
+        }
         let energy = Energy { weights: self.energy.0 };
         let (method, closed) = match self.degree(svg)? {
             Some(degree) => {
@@ -115,7 +132,7 @@ impl PlanArgs {
                 }
                 let joints = self.joints.unwrap_or(Joints::Free);
                 let lengths = self.lengths.unwrap_or_default();
-                (Method::Chain(Chain { degree, joints, energy, lengths }), input.closed)
+                (Method::Chain(Chain { degree, joints, energy, lengths, corners: self.angle() }), input.closed)
             }
             None => {
                 self.refuse_what_needs_a_chain()?;
@@ -130,6 +147,30 @@ impl PlanArgs {
             }
         };
         Ok(Plan { method, known: self.known, closed, svg })
+    }
+
+    /// Turns by more than this angle are corners (radians).
+    fn angle(&self) -> Option<f64> {
+        self.corners.map(|Degrees(angle)| angle.to_radians())
+    }
+
+    fn simplified(&self, tolerance: Option<f64>) -> Result<Simplify> {
+        let Some(tolerance) = tolerance else {
+            return Err(Error::argument(
+                "--simplify needs to know how far the new curves may be from those given, in units of the input: give --tolerance, \
+                 such as --tolerance 0.5",
+            ));
+        };
+        if self.degree.is_some_and(|degree| degree != CUBIC as i64) {
+            return Err(Error::argument("--simplify takes chains of cubics: give --degree 3, or leave it out"));
+        }
+        let by_default = Simplify::default();
+        Ok(Simplify { tolerance, corners: self.angle().unwrap_or(by_default.corners) })
+    }
+
+    /// Whether fewer cubics are wanted.
+    pub fn simplifies(&self) -> bool {
+        self.simplify
     }
 
     /// The degree of a chain's pieces; none for single curves.
@@ -151,6 +192,9 @@ impl PlanArgs {
         if let Some(joints) = self.joints {
             return Err(Error::argument(format!("--joints {joints} says how the pieces of a chain meet: {chain}")));
         }
+        if self.corners.is_some() {
+            return Err(Error::argument(format!("--corners keeps joints of a chain as corners: {chain}")));
+        }
         if self.lengths.is_some() {
             return Err(Error::argument(format!("--lengths says how long the pieces of a chain are: {chain}")));
         }
@@ -164,6 +208,9 @@ impl PlanArgs {
 
     /// What a caption calls it.
     pub fn title(&self) -> String {
+        if self.simplify {
+            return "Fewer cubics".into();
+        }
         let energies = ENERGIES.iter().zip(self.energy.0).filter(|(_, weight)| *weight > 0.0);
         let sum: Vec<String> = energies
             .map(|(name, weight)| if weight == 1.0 { name.to_string() } else { format!("{weight} {name}") })
@@ -203,12 +250,24 @@ impl Plan {
         match &self.method {
             Method::Single(complete) => complete.fit(batch, device),
             Method::Chain(chain) => chain.fit(batch, device),
+            Method::Simplify(simplify) => simplify.fit(batch, device),
         }
     }
 
     /// Whether what is read is drawn as cubics, too.
     pub fn reads_cubics(&self) -> bool {
-        self.svg
+        self.svg || matches!(self.method, Method::Simplify(_))
+    }
+
+    /// What is worth a line about what was completed.
+    pub fn notes(&self, before: &CurveBatch, after: &CurveBatch) -> Vec<String> {
+        let cubics = |batch: &CurveBatch| (0..batch.len()).map(|i| batch.spans(i) / 3).sum::<usize>();
+        match self.method {
+            Method::Simplify(_) => {
+                vec![format!("{} became {}", count(cubics(before), "cubic"), thousands(cubics(after)))]
+            }
+            _ => Vec::new(),
+        }
     }
 }
 

@@ -6,7 +6,6 @@ use super::curves::{Fitted, Vertices};
 use crate::batch::{CurveBatch, Piece};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::CurveReport;
-use crate::status::CurveStatus;
 
 /// A turn must exceed the angle by this many radians.
 ///
@@ -65,7 +64,7 @@ impl Corners {
             let i = of_curve[0].curve;
             let (parts, of_parts): (Vec<_>, Vec<_>) = fitted.by_ref().take(of_curve.len()).unzip();
             let parts: Result<Vec<Vertices>, Vec<f64>> = parts.into_iter().collect();
-            let mut report = joined_report(of_parts);
+            let mut report = CurveReport::joined(of_parts);
             let curve = match parts {
                 Ok(parts) => Ok(joined_vertices(of_curve, parts, batch.is_closed(i), batch.dimension())),
                 Err(_) => {
@@ -152,33 +151,4 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
     coords.extend_from_slice(&last.coords[last.coords.len() - dimension..]);
     corners.remove(0);
     Vertices { coords, rows, corners }
-}
-
-/// Joins the reports of the pieces of one curve.
-///
-/// It has the worst status with its sentence, the sums of energies and iterations, and the largest
-/// gradient, deviation and weight.
-fn joined_report(reports: Vec<CurveReport>) -> CurveReport {
-    let severity = |report: &CurveReport| match report.status {
-        CurveStatus::Converged => 0,
-        CurveStatus::NotUnique => 1,
-        CurveStatus::NotConverged => 2,
-        CurveStatus::NoMinimiser => 3,
-        CurveStatus::Unbounded => 4,
-        CurveStatus::Degenerate => 5,
-        CurveStatus::Invalid => 6,
-    };
-    let join = |mut joined: CurveReport, next: CurveReport| {
-        let worse = severity(&next) > severity(&joined);
-        if worse || (severity(&next) == severity(&joined) && joined.message.is_none()) {
-            (joined.status, joined.message) = (next.status, next.message);
-        }
-        joined.energy += next.energy;
-        joined.iterations += next.iterations;
-        joined.gradient_norm = joined.gradient_norm.max(next.gradient_norm);
-        joined.max_deviation = joined.max_deviation.max(next.max_deviation);
-        joined.smoothing = joined.smoothing.zip(next.smoothing).map(|(a, b)| a.max(b));
-        joined
-    };
-    reports.into_iter().reduce(join).unwrap_or_else(|| CurveReport::solved(0.0))
 }

@@ -9,7 +9,8 @@ use rand::{RngExt, SeedableRng};
 use crate::chains::{Case, spread};
 use crate::reference::form_of;
 
-const G1: Chain = Chain { degree: 3, joints: Joints::G1, energy: Energy::bending(), lengths: PieceLengths::Chords };
+const G1: Chain =
+    Chain { degree: 3, joints: Joints::G1, energy: Energy::bending(), lengths: PieceLengths::Chords, corners: None };
 
 /// Joints of a wavy ring or arc, uneven, in so many dimensions.
 fn wavy(dimension: usize, joints: usize, closed: bool, seed: u64) -> Vec<Vec<f64>> {

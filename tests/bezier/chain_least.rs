@@ -19,7 +19,7 @@ fn cases(joints: Joints, degree: usize, seed: u64) -> Vec<(Chain, Case)> {
         for closed in [false, true] {
             for pieces in [1, 2, 4] {
                 for lengths in [PieceLengths::Chords, PieceLengths::Equal] {
-                    let chain = Chain { degree, joints, energy: Energy { weights }, lengths };
+                    let chain = Chain { degree, joints, energy: Energy { weights }, lengths, corners: None };
                     let known = [rng.random_range(0.5..1.2), rng.random_range(-0.3..1.0)];
                     let dimension = rng.random_range(2..=3);
                     cases.push((chain, Case::random(&chain, dimension, pieces, closed, known, &mut rng)));

@@ -7,9 +7,11 @@ mod distance;
 
 mod beziers_out;
 mod chain;
+mod chain_corners;
 mod chain_g1;
 mod chain_least;
 mod complete;
 mod curves;
 mod oracle;
 mod reference;
+mod simplify;

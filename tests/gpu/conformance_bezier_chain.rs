@@ -39,7 +39,7 @@ fn chains_on_a_gpu_are_those_of_the_cpu() {
     let device = Device::from_gpu(gpu.with_poisoned_arrays());
     for (degree, joints) in [(2, Joints::Free), (3, Joints::C1), (4, Joints::C1), (5, Joints::C2), (7, Joints::C2)] {
         for (dimension, lengths) in [(2, PieceLengths::Chords), (3, PieceLengths::Equal)] {
-            let chain = Chain { degree, joints, energy: Energy::bending(), lengths };
+            let chain = Chain { degree, joints, energy: Energy::bending(), lengths, corners: None };
             let batch = batch(&chain, dimension);
             let on_cpu = chain.fit(&batch, &Device::cpu()).unwrap();
             assert_eq!(on_cpu.reports()[30].status, CurveStatus::Degenerate);

@@ -3,7 +3,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use faircurve::bezier::{self, Chain, Complete, EndTangents, Joints, PieceLengths};
+use faircurve::bezier::{self, Chain, Complete, EndTangents, Joints, PieceLengths, Simplify};
 use faircurve::discrete::{
     Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
 };
@@ -202,9 +202,12 @@ fn beziers_of_any_batch_have_a_status_each() {
             joints: pick(rng, &[Joints::Free, Joints::C1, Joints::C2, Joints::G1]),
             energy,
             lengths: pick(rng, &[PieceLengths::Chords, PieceLengths::Equal]),
+            corners: [None, Some(0.5)][rng.random_range(0..2)],
         };
         let flat = |completed: bezier::Completed| (completed.reports().to_vec(), completed.control_points().clone());
         holds(seed, &format!("{complete:?}"), || Some(flat(complete.fit(&batch, &Device::cpu()).ok()?)));
+        let simplify = Simplify { tolerance: 10f64.powi(rng.random_range(-6..2)), ..Simplify::default() };
+        holds(seed, &format!("{simplify:?}"), || Some(flat(simplify.fit(&batch, &Device::cpu()).ok()?)));
         holds(seed, &format!("{chain:?}"), || Some(flat(chain.fit(&batch, &Device::cpu()).ok()?)));
     }
 }

@@ -6,6 +6,7 @@
 //!                                    G1: Newton's method ─► the same systems, again and again
 //! ```
 
+mod corners;
 mod gpu;
 mod joint;
 mod layout;
@@ -18,6 +19,7 @@ mod tests;
 
 use std::collections::{BTreeSet, HashMap};
 
+use self::corners::Corners;
 use self::layout::{Layout, Trouble};
 use self::piece::Piece;
 use self::system::{Done, System};
@@ -25,6 +27,7 @@ use super::MOST_DEGREE;
 use super::completed::Completed;
 use super::curves::Chains;
 use super::energy::Energy;
+use super::handles::check_corners;
 use super::single::check_constraints;
 use crate::batch::CurveBatch;
 use crate::device::{Device, DeviceReport};
@@ -154,11 +157,17 @@ pub struct Chain {
     pub energy: Energy,
     /// How long pieces are. Chords by default.
     pub lengths: PieceLengths,
+    /// Joints where the control points given turn by more than this angle are corners (radians, 0 to
+    /// π). The parts between them are chains of their own.
+    ///
+    /// The directions are those from a joint to the next control points given, known or not. A corner
+    /// stays where it is. A joint with a tangent is none. By default there are no corners.
+    pub corners: Option<f64>,
 }
 
 impl Default for Chain {
     fn default() -> Self {
-        Chain { degree: 3, joints: Joints::C1, energy: Energy::bending(), lengths: PieceLengths::Chords }
+        Chain { degree: 3, joints: Joints::C1, energy: Energy::bending(), lengths: PieceLengths::Chords, corners: None }
     }
 }
 
@@ -168,12 +177,21 @@ impl Chain {
     /// # Errors
     /// - A degree, or an energy, with which no chain has such joints.
     /// - An energy that weighs nothing.
+    /// - An angle of no corner.
     /// - Exponents or curvature vectors in the batch. They have no meaning here.
     /// - On a GPU the errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Completed> {
         check_constraints(batch)?;
         self.energy.check()?;
         self.check()?;
+        let Some(angle) = self.corners else { return self.complete(batch, device) };
+        check_corners(angle)?;
+        let corners = Corners::cut(batch, self.degree, angle)?;
+        Ok(corners.join(batch, self.complete(&corners.batch, device)?))
+    }
+
+    /// Completes chains without corners.
+    fn complete(&self, batch: &CurveBatch, device: &Device) -> Result<Completed> {
         let layouts: Vec<Result<Layout, Trouble>> = parallel::map(batch.len(), 1, |i| self.layout(batch, i));
         let smoothness = self.smoothness();
         let inner = |layout: &Layout| (0..layout.pieces).map(|k| layout.inner(k, smoothness)).collect::<Vec<u32>>();

@@ -68,6 +68,6 @@ pub(super) fn add_cubic(points: &mut Vertices, element: PathEl) {
 }
 
 /// A straight piece at constant speed.
-fn straight(from: Point, to: Point) -> [Point; 3] {
+pub(super) fn straight(from: Point, to: Point) -> [Point; 3] {
     [from.lerp(to, 1.0 / 3.0), from.lerp(to, 2.0 / 3.0), to]
 }

@@ -92,10 +92,9 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
         drawing.text = text.clone();
         Arc::new(drawing) as Arc<dyn Any + Send + Sync>
     });
-    let passed_over: Vec<String> =
-        curves.passed_over.iter().map(|(name, count)| format!("{count} {name}")).collect();
+    let passed_over: Vec<String> = curves.passed_over.iter().map(|(name, count)| format!("{count} {name}")).collect();
     let note = (!passed_over.is_empty())
-        .then(|| format!("{} stay as they are: only what has a shape of its own is read", listed(passed_over)));
+        .then(|| format!("{} passed over: only what has a shape of its own is read", listed(passed_over)));
     let origin = Origin {
         file: Some(source.path.display().to_string()),
         names: Some(names),
@@ -155,7 +154,9 @@ impl Curves<'_> {
                     Err(what) => return Err(self.wrong(node, &what)),
                 }
                 self.source.room.give_back(most_bytes);
-            } else if let Some(name) = ["<text>", "<image>", "<use>"].into_iter().find(|other| other[1..other.len() - 1] == *name) {
+            } else if let Some(name) =
+                ["<text>", "<image>", "<use>"].into_iter().find(|other| other[1..other.len() - 1] == *name)
+            {
                 *self.passed_over.entry(name).or_default() += 1;
             }
             waiting.extend(node.children().rev().filter(Node::is_element).map(|child| (child, affine)));

@@ -29,7 +29,8 @@ fn of_lengths(node: Node, name: &str) -> Option<BezPath> {
     let draws = |sizes: &[f64]| sizes.iter().all(|size| *size > 0.0);
     Some(match name {
         "line" => {
-            let [from, to] = [[number("x1")?, number("y1")?], [number("x2")?, number("y2")?]].map(|[x, y]| Point::new(x, y));
+            let [from, to] =
+                [[number("x1")?, number("y1")?], [number("x2")?, number("y2")?]].map(|[x, y]| Point::new(x, y));
             [PathEl::MoveTo(from), PathEl::LineTo(to)].into_iter().collect()
         }
         "rect" => {

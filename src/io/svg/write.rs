@@ -7,11 +7,15 @@ use std::ops::Range;
 
 use kurbo::{Affine, Point};
 
+use super::chain::straight;
 use super::document::{Drawing, Edit, Element};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
-use crate::io::{WriteOptions, is_finite};
 use crate::io::text::Text;
+use crate::io::{WriteOptions, is_finite};
+
+/// A transform leaves so many digits of a coordinate as they were, of about sixteen.
+const KEPT_DIGITS: f64 = 13.0;
 
 /// The margin around the drawing, as a part of its larger side.
 const MARGIN: f64 = 0.02;
@@ -20,11 +24,7 @@ const MARGIN: f64 = 0.02;
 ///
 /// With `decimals` coordinates are rounded. With `beziers` the points of each curve are a chain of cubic control points. With `rounding`
 /// they are written in relative steps, rounded to a power of ten of no more than this.
-pub(in crate::io) fn write(
-    out: &mut dyn Write,
-    batch: &CurveBatch,
-    options: &WriteOptions,
-) -> io::Result<()> {
+pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let WriteOptions { beziers, rounding, decimals, .. } = *options;
     let mut text = Text::new(out).with_decimals(decimals);
     let rounding = rounding.filter(|_| beziers && decimals.is_none());
@@ -58,7 +58,13 @@ fn draw(text: &mut Text, batch: &CurveBatch, beziers: bool, rounding: Option<f64
 }
 
 /// The drawing that was read, with other paths.
-fn fill(text: &mut Text, batch: &CurveBatch, drawing: &Drawing, beziers: bool, rounding: Option<f64>) -> io::Result<()> {
+fn fill(
+    text: &mut Text,
+    batch: &CurveBatch,
+    drawing: &Drawing,
+    beziers: bool,
+    rounding: Option<f64>,
+) -> io::Result<()> {
     let mut done = 0;
     for (range, edit) in &drawing.edits {
         text.push(&drawing.text[done..range.start])?;
@@ -96,6 +102,11 @@ fn data(
         let point = back * Point::new(x, y);
         [point.x, point.y]
     };
+    let largest = curves.clone().flat_map(|i| batch.points(i).chunks_exact(2).map(place)).flatten();
+    let largest = largest.filter(|x| x.is_finite()).fold(0.0f64, |largest, x| largest.max(x.abs()));
+    let decimals = (KEPT_DIGITS - largest.log10().ceil()).clamp(0.0, KEPT_DIGITS);
+    let tidy = 10f64.powi(decimals as i32);
+    let place = |point: &[f64]| place(point).map(|x| (x * tidy).round() / tidy + 0.0);
     // What a step of the rounding is before the transform.
     let unit = rounding.and_then(|rounding| unit(batch, curves.clone(), rounding / largest_scale(*affine)));
     curves.clone().try_for_each(|i| subpath(text, batch, i, beziers, unit, place))
@@ -127,31 +138,59 @@ fn subpath(
     }
 }
 
-fn path(text: &mut Text, batch: &CurveBatch, i: usize, beziers: bool, place: impl Fn(&[f64]) -> [f64; 2]) -> io::Result<()> {
+fn path(
+    text: &mut Text,
+    batch: &CurveBatch,
+    i: usize,
+    beziers: bool,
+    place: impl Fn(&[f64]) -> [f64; 2],
+) -> io::Result<()> {
     let points = batch.points(i);
     if points.is_empty() {
         return Ok(());
     }
+    if beziers {
+        return chain(text, points, batch.is_closed(i), place);
+    }
     for (k, point) in points.chunks_exact(2).enumerate() {
-        text.push(match (k, beziers) {
-            (0, _) => "M",
-            (1, false) => "L",
-            (1, true) => "C",
+        text.push(match k {
+            0 => "M",
+            1 => "L",
             _ => " ",
         })?;
         text.point(&place(point), ",")?;
     }
-    let repeats = points.len() > 2 && points[..2] == points[points.len() - 2..];
-    match (beziers, batch.is_closed(i)) {
-        (true, true) if points.len() > 2 => {
-            text.push(" ")?;
-            text.point(&place(points), ",")?;
-            text.push("Z")
+    if batch.is_closed(i) { text.push("Z") } else { Ok(()) }
+}
+
+/// A chain of cubics. Pieces that reading makes of lines are lines.
+fn chain(text: &mut Text, points: &[f64], closed: bool, place: impl Fn(&[f64]) -> [f64; 2]) -> io::Result<()> {
+    let first = &points[..2];
+    text.push("M")?;
+    text.point(&place(first), ",")?;
+    let closing = (closed && points.len() > 2).then_some(first);
+    let rest: Vec<&[f64]> = points[2..].chunks_exact(2).chain(closing).collect();
+    let (mut from, mut before) = (first, "M");
+    for (k, piece) in rest.chunks(3).enumerate() {
+        let is_line = matches!(piece, &[b, c, d] if is_line([from, b, c, d]));
+        let command = if is_line { "L" } else { "C" };
+        // The last line of a closed chain is that of Z.
+        let shown = if is_line { &piece[2..] } else { piece };
+        let shown = if is_line && closed && 3 * (k + 1) == rest.len() { &[] } else { shown };
+        for (j, point) in shown.iter().enumerate() {
+            text.push(if j == 0 && command != before { command } else { " " })?;
+            text.point(&place(point), ",")?;
         }
-        (true, false) if repeats => text.push("Z"),
-        (_, true) => text.push("Z"),
-        _ => Ok(()),
+        (from, before) = (piece[piece.len() - 1], command);
     }
+    let repeats = points.len() > 2 && points[..2] == points[points.len() - 2..];
+    if closed || repeats { text.push("Z") } else { Ok(()) }
+}
+
+/// Whether a piece is, bit for bit, what reading makes of a line.
+fn is_line(piece: [&[f64]; 4]) -> bool {
+    let [a, b, c, d] = piece.map(|point| Point::new(point[0], point[1]));
+    a != d && straight(a, d) == [b, c, d]
 }
 
 /// How many steps of the rounding a unit has: a power of ten.

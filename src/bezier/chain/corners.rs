@@ -1,0 +1,131 @@
+//! Corners of chains: chains are cut where their handles turn sharply.
+//!
+//! The parts are completed side by side as chains of their own, and joined again.
+
+use std::ops::Range;
+
+use super::super::completed::Completed;
+use super::super::curves::Chains;
+use super::super::handles::turn;
+use crate::batch::{CurveBatch, Piece};
+use crate::constraint::Constraints;
+use crate::curve::vector;
+use crate::error::Result;
+use crate::report::CurveReport;
+use glam::DVec3;
+
+/// A batch of chains cut at their corners.
+pub(super) struct Corners {
+    /// The parts, in the order of the curves.
+    pub batch: CurveBatch,
+    parts: Vec<Piece>,
+}
+
+impl Corners {
+    /// Cuts every chain at the joints where its control polygon turns by more than `angle` (radians).
+    /// Corners are known then.
+    pub fn cut(batch: &CurveBatch, degree: usize, angle: f64) -> Result<Self> {
+        let (mut parts, mut known) = (Vec::new(), batch.constraints().known.clone());
+        for curve in 0..batch.len() {
+            let (count, closed) = (batch.count(curve), batch.is_closed(curve));
+            let corners = corners(batch, curve, degree, angle);
+            let whole = Piece { curve, first: 0, count, closed };
+            let Some(&first) = corners.first() else {
+                parts.push(whole);
+                continue;
+            };
+            if let Some(known) = &mut known {
+                corners.iter().for_each(|corner| known[batch.offsets()[curve] + corner] = true);
+            }
+            let mut ends = corners;
+            match closed {
+                true => ends.push(first + count),
+                false => ends = [vec![0], ends, vec![count - 1]].concat(),
+            }
+            let part = |ends: &[usize]| Piece { first: ends[0], count: ends[1] - ends[0] + 1, closed: false, ..whole };
+            parts.extend(ends.windows(2).map(part));
+        }
+        let batch = batch.clone().with_constraints(Constraints { known, ..batch.constraints().clone() })?;
+        Ok(Corners { batch: batch.cut(parts.clone()), parts })
+    }
+
+    /// Joins the completed parts. A chain stays as it was if one of its parts could not be completed.
+    pub fn join(&self, batch: &CurveBatch, completed: Completed) -> Completed {
+        let Completed { chains, reports, device } = completed;
+        let (mut coords, mut degrees, mut knots, mut joined) = (vec![], vec![], vec![], vec![]);
+        let (mut of_parts, mut next) = (reports.into_iter(), 0);
+        for parts in self.parts.chunk_by(|a, b| a.curve == b.curve) {
+            let (i, own) = (parts[0].curve, next..next + parts.len());
+            next = own.end;
+            let mut report = CurveReport::joined(of_parts.by_ref().take(parts.len()).collect());
+            let degree = chains.degrees[own.start].filter(|_| own.clone().all(|k| chains.degrees[k].is_some()));
+            let (points, own_knots) = match degree {
+                Some(degree) => joined_chain(&chains, own, parts[0].first, batch.is_closed(i), degree),
+                None => {
+                    report = CurveReport::unfitted(report.status, report.message.unwrap_or_default());
+                    (batch.points(i).to_vec(), Vec::new())
+                }
+            };
+            coords.extend(points);
+            knots.push(own_knots);
+            degrees.push(degree);
+            joined.push(report);
+        }
+        let control = batch.with_points(coords, batch.offsets().to_vec());
+        Completed { chains: Chains { control, degrees, knots: Some(knots) }, reports: joined, device }
+    }
+}
+
+/// The control points and the knots of the parts of one curve.
+///
+/// Parts share their ends. Those of a closed curve begin at its control point `first`, and are turned back.
+fn joined_chain(
+    chains: &Chains,
+    parts: Range<usize>,
+    first: usize,
+    closed: bool,
+    degree: usize,
+) -> (Vec<f64>, Vec<f64>) {
+    let d = chains.control.dimension();
+    let own_knots = |k: usize| chains.knots.as_ref().map_or(&[][..], |knots| &knots[k]);
+    if parts.len() == 1 && chains.control.is_closed(parts.start) == closed {
+        return (chains.control.points(parts.start).to_vec(), own_knots(parts.start).to_vec());
+    }
+    let (mut coords, mut lengths) = (Vec::new(), Vec::new());
+    for k in parts.clone() {
+        let points = chains.control.points(k);
+        coords.extend_from_slice(&points[..points.len() - d]);
+        lengths.extend(own_knots(k).windows(2).map(|pair| pair[1] - pair[0]));
+    }
+    if closed {
+        coords.rotate_right(first * d);
+        lengths.rotate_right(first / degree);
+    } else {
+        let points = chains.control.points(parts.end - 1);
+        coords.extend_from_slice(&points[points.len() - d..]);
+    }
+    let ends = lengths.iter().scan(0.0, |end, length| {
+        *end += length;
+        Some(*end)
+    });
+    (coords, [0.0].into_iter().chain(ends).collect())
+}
+
+/// The control points of a chain that are corners: joints between handles that turn by more than an
+/// angle.
+///
+/// A joint with a tangent is none.
+fn corners(batch: &CurveBatch, i: usize, degree: usize, angle: f64) -> Vec<usize> {
+    let (count, closed, spans) = (batch.count(i), batch.is_closed(i), batch.spans(i));
+    if batch.problem(i).is_some() || spans == 0 || !spans.is_multiple_of(degree) {
+        return vec![];
+    }
+    let points: Vec<DVec3> = batch.points(i).chunks_exact(batch.dimension()).map(vector).collect();
+    let joints = (0..count).step_by(degree).filter(|&joint| closed || (joint > 0 && joint + 1 < count));
+    let is_corner = |&joint: &usize| {
+        let before = (0..=degree).map(|k| points[(joint + count - k) % count]);
+        let after = (0..=degree).map(|k| points[(joint + k) % count]);
+        batch.tangent(i, joint).is_none() && turn(before, after) > angle
+    };
+    joints.filter(is_corner).collect()
+}
