@@ -2,6 +2,7 @@
 //! sampling.
 
 mod check;
+#[cfg_attr(not(feature = "formats"), expect(dead_code, reason = "only files have dates"))]
 mod clock;
 mod closed;
 mod columns;
@@ -287,6 +288,7 @@ impl CurveBatch {
     }
 
     /// All parameters, point after point. None if there are none.
+    #[cfg(feature = "formats")]
     pub(crate) fn all_parameters(&self) -> &[f64] {
         self.parameters.as_deref().unwrap_or_default()
     }

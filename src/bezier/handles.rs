@@ -15,7 +15,7 @@ pub(super) fn leaving(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
     let Some(start) = points.clone().next() else { return DVec3::ZERO };
     let steps = points.map(|point| point - start);
     let size = steps.clone().map(|step| step.abs().max_element()).fold(0.0, f64::max);
-    let is_long = |step: &DVec3| !(step.abs().max_element() <= VANISHING * size);
+    let is_long = |step: &DVec3| step.abs().max_element() > VANISHING * size || step.is_nan();
     steps.clone().find(is_long).unwrap_or(DVec3::ZERO).normalize_or_zero()
 }
 

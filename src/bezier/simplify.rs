@@ -75,6 +75,11 @@ const SLACK: f64 = 1.0 + 1e-6;
 /// A closed chain without a corner is begun at so many of its joints; the fewest pieces are taken.
 const STARTS: usize = 4;
 
+/// A last piece is short below this part of the mean length. A tolerance that makes pieces even is
+/// then searched by halving so many times.
+const SHORT: f64 = 0.6;
+const BALANCINGS: usize = 4;
+
 /// So many lines in a row, without a corner, are points of a curve.
 const RUN: usize = 3;
 
@@ -198,8 +203,26 @@ impl Simplify {
         if fewer.len() >= pieces.len() {
             return pieces.to_vec();
         }
-        if self.is_near(pieces, LOOKS, &fewer, CHORDS) && self.is_near(&fewer, 2 * LOOKS, pieces, CHORDS / 2) {
-            return fewer;
+        let is_near = |fewer: &[Piece]| {
+            self.is_near(pieces, LOOKS, fewer, CHORDS) && self.is_near(fewer, 2 * LOOKS, pieces, CHORDS / 2)
+        };
+        if is_near(&fewer) {
+            // The last piece is what was left over. Where it is short, the least tolerance that as many
+            // can keep makes all about as long as they may be.
+            let (mut best, mut low, mut high) = (fewer, 0.0, self.tolerance);
+            let [last, mean] =
+                [polygon(&best[best.len() - 1]), best.iter().map(polygon).sum::<f64>() / best.len() as f64];
+            for _ in 0..if last < SHORT * mean { BALANCINGS } else { 0 } {
+                let middle = 0.5 * (low + high);
+                let even = convert::beziers(&section, middle);
+                if even.len() > best.len() {
+                    low = middle;
+                } else {
+                    high = middle;
+                    best = if is_near(&even) { even } else { best };
+                }
+            }
+            return best;
         }
         // Something between the places that were compared: each half has as many of them.
         let (first, second) = pieces.split_at(pieces.len() / 2);
@@ -277,6 +300,11 @@ fn near(piece: &Piece, place: DVec3, mut v: f64) -> DVec3 {
     best
 }
 
+/// The length of the control polygon.
+fn polygon(&[a, b, c, d]: &Piece) -> f64 {
+    a.distance(b) + b.distance(c) + c.distance(d)
+}
+
 /// Whether a piece is a line.
 fn is_straight(&[a, b, c, d]: &Piece) -> bool {
     let chord = d - a;
@@ -303,11 +331,10 @@ struct Section<'a> {
 
 impl<'a> Section<'a> {
     fn new(pieces: &'a [Piece]) -> Self {
-        let length = |&[a, b, c, d]: &Piece| a.distance(b) + b.distance(c) + c.distance(d);
         let mut sum = 0.0;
         let mut ends: Vec<f64> = Vec::with_capacity(pieces.len());
         for piece in pieces {
-            sum += length(piece);
+            sum += polygon(piece);
             ends.push(sum);
         }
         ends.iter_mut().for_each(|end| *end /= sum);

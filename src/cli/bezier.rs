@@ -7,7 +7,7 @@ use faircurve::io::{self, Format, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result, Sampling, Work};
 
-use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, Shape, size};
+use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, ROUNDING, Shape, size};
 use super::output::title;
 use super::polygons::{Plan, PlanArgs};
 use super::run::{Run, RunArgs};
@@ -45,7 +45,10 @@ pub struct BezierArgs {
 }
 
 pub fn run(args: &BezierArgs) -> Result<bool> {
-    let plan = args.plan.plan(&args.curves.input, args.tolerance)?;
+    let beziers = args.shape == Shape::Bezier;
+    let plan = args
+        .plan
+        .plan(&args.curves.input, args.tolerance.map(|tolerance| tolerance - args.rounding(beziers).unwrap_or(0.0)))?;
     let [elevate, reduce] = args.changes_of_degree()?;
     args.check()?;
 
@@ -125,10 +128,17 @@ impl BezierArgs {
             format: self.curves.to,
             overwrite: self.run.force,
             beziers,
-            rounding: None,
+            rounding: self.rounding(beziers),
             decimals: self.curves.digits,
             antimeridian: self.curves.antimeridian,
         }
+    }
+
+    /// What coordinates of simplified curves in SVG may move by rounding.
+    fn rounding(&self, beziers: bool) -> Option<f64> {
+        let svg = self.curves.format() == Some(Format::Svg);
+        let rounds = beziers && svg && self.plan.simplifies() && self.curves.digits.is_none();
+        self.tolerance.filter(|_| rounds).map(|tolerance| ROUNDING * tolerance)
     }
 
     /// Chains of cubics for SVG: control points of cubics as they are, curves of other degrees

@@ -16,6 +16,9 @@ use super::{InputArgs, count, output};
 /// does not say how much.
 pub const BEZIER_TOLERANCE: f64 = 1e-6;
 
+/// SVG rounds control points to a power of ten of at most this part of --tolerance.
+pub const ROUNDING: f64 = 0.01;
+
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum Shape {
     /// Points along the curve

@@ -7,7 +7,7 @@ use faircurve::picture::Picture;
 use faircurve::{CurveBatch, Error, Result, Work};
 
 use super::count;
-use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, Shape, size};
+use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, ROUNDING, Shape, size};
 use super::map::{self, MapArgs};
 use super::method::{Method, MethodArgs};
 use super::output::title;
@@ -17,9 +17,6 @@ use super::track::TrackArgs;
 
 /// Points along the paths of a drawing: their chords are within this part of a path's size.
 const FLATNESS: f64 = 1e-3;
-
-/// SVG rounds control points to a power of ten of at most this part of --tolerance.
-const ROUNDING: f64 = 0.01;
 
 #[derive(Args, Debug)]
 pub struct FitArgs {

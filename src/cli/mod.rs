@@ -57,7 +57,7 @@ struct Cli {
 enum Command {
     /// Fit a curve to every point list of a file
     #[command(after_help = EXIT_STATUS)]
-    Fit(fit::FitArgs),
+    Fit(Box<fit::FitArgs>),
     /// Complete Bézier control points so that the curves bend least, and raise their degree
     #[command(after_help = EXIT_STATUS)]
     Bezier(bezier::BezierArgs),

@@ -1,12 +1,9 @@
 //! The paths of elements that have another shape: rectangles, circles, ellipses, lines, polygons.
 
-use kurbo::{BezPath, PathEl, Point, RoundedRectRadii, Shape};
+use kurbo::{BezPath, PathEl, Point, Shape};
 use roxmltree::Node;
 
 use super::path;
-
-/// Arcs become Béziers to this part of their radius.
-const ROUND: f64 = 1e-4;
 
 /// The elements that draw a path, and have none.
 pub(super) const SHAPES: [&str; 6] = ["polyline", "polygon", "line", "rect", "circle", "ellipse"];
@@ -52,18 +49,25 @@ fn of_lengths(node: Node, name: &str) -> Option<BezPath> {
     })
 }
 
-/// Four quarters, each a cubic. It strays from the ellipse by 2.7e-4 of the radius.
-fn ellipse(centre: Point, rx: f64, ry: f64) -> BezPath {
-    // The handles of a quarter of the unit circle whose middle lies on it.
-    const HANDLE: f64 = 0.552_284_749_830_793_4;
+/// The middle of a cubic with these handles, as parts of the radius, lies on the quarter of a circle. It
+/// strays from it by 2.7e-4 of the radius.
+const HANDLE: f64 = 0.552_284_749_830_793_4;
+
+/// Where the quarters of the unit circle begin.
+const AXES: [(f64, f64); 4] = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)];
+
+/// Quarter `k` of an ellipse, a cubic.
+fn quarter(path: &mut BezPath, centre: Point, [rx, ry]: [f64; 2], k: usize) {
     let at = |x: f64, y: f64| Point::new(centre.x + rx * x, centre.y + ry * y);
-    let corners = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (1.0, 0.0)];
+    let [(a, b), (c, d)] = [AXES[k], AXES[(k + 1) % 4]];
+    path.curve_to(at(a + HANDLE * c, b + HANDLE * d), at(c + HANDLE * a, d + HANDLE * b), at(c, d));
+}
+
+/// Four quarters.
+fn ellipse(centre: Point, rx: f64, ry: f64) -> BezPath {
     let mut path = BezPath::new();
-    path.move_to(at(1.0, 0.0));
-    for pair in corners.windows(2) {
-        let [(a, b), (c, d)] = [pair[0], pair[1]];
-        path.curve_to(at(a + HANDLE * c, b + HANDLE * d), at(c + HANDLE * a, d + HANDLE * b), at(c, d));
-    }
+    path.move_to((centre.x + rx, centre.y));
+    (0..4).for_each(|k| quarter(&mut path, centre, [rx, ry], k));
     path.close_path();
     path
 }
@@ -73,10 +77,20 @@ fn rounded(x: f64, y: f64, width: f64, height: f64, rx: f64, ry: f64) -> BezPath
     if rx <= 0.0 || ry <= 0.0 {
         return kurbo::Rect::new(x, y, x + width, y + height).to_path(1.0);
     }
-    // Drawn with circles and stretched: kurbo's corners have one radius.
-    let stretch = kurbo::Affine::translate((x, y)) * kurbo::Affine::scale_non_uniform(1.0, ry / rx);
-    let unit = kurbo::Rect::new(0.0, 0.0, width, height * rx / ry);
-    stretch * unit.to_rounded_rect(RoundedRectRadii::from_single_radius(rx)).to_path(ROUND * rx)
+    let (left, right, top, bottom) = (x + rx, x + width - rx, y + ry, y + height - ry);
+    let mut path = BezPath::new();
+    path.move_to((right + rx, top));
+    for (k, centre) in [(right, bottom), (left, bottom), (left, top), (right, top)].into_iter().enumerate() {
+        let (c, s) = AXES[k];
+        let start = Point::new(centre.0 + rx * c, centre.1 + ry * s);
+        // Sides between corners that touch have no length.
+        if path.elements().last().and_then(PathEl::end_point) != Some(start) {
+            path.line_to(start);
+        }
+        quarter(&mut path, centre.into(), [rx, ry], k);
+    }
+    path.close_path();
+    path
 }
 
 /// The attribute `points` as path data. Its grammar is that of the points after a move.

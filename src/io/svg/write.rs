@@ -221,10 +221,19 @@ fn rounded_path(
     text.push("M")?;
     text.point(&first.map(|x| x / unit + 0.0), ",")?;
     let closing = batch.is_closed(i).then_some(&points[..2]);
-    let (mut from, mut command) = (first, "c");
+    let (mut from, mut before) = (first, "m");
     let rest: Vec<&[f64]> = points.chunks_exact(2).skip(1).chain(closing).collect();
-    for piece in rest.chunks_exact(3) {
-        for point in piece {
+    for (k, piece) in rest.chunks_exact(3).enumerate() {
+        let start = if k == 0 { &points[..2] } else { rest[3 * k - 1] };
+        let (name, shown) = match is_line([start, piece[0], piece[1], piece[2]]) {
+            true => ("l", &piece[2..]),
+            false => ("c", piece),
+        };
+        // The last line of a closed chain is that of Z.
+        let shown = if name == "l" && closing.is_some() && 3 * (k + 1) == rest.len() { &[] } else { shown };
+        let mut command = if name == before { " " } else { name };
+        before = name;
+        for point in shown {
             let to = round(point);
             // A minus separates, too. A negative zero would be longer.
             for (axis, separator) in [(0, command), (1, " ")] {
@@ -237,7 +246,7 @@ fn rounded_path(
         from = round(piece[2]);
     }
     let repeats = rest.last().is_some_and(|last| round(last) == first);
-    if repeats { text.push("Z") } else { Ok(()) }
+    if closing.is_some() || repeats { text.push("Z") } else { Ok(()) }
 }
 
 /// Left, top, width and height of what can be drawn: the fitted curves, or all curves if none was

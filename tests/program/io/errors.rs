@@ -244,8 +244,8 @@ fn files_without_curves_are_said_to_be_so() {
         "a.geojson: no curve was found: LineString, MultiLineString, Polygon and MultiPolygon geometries are read"
     );
     assert_eq!(
-        complaint("a.svg", "<svg><rect width='1' height='1'/></svg>"),
-        "a.svg: no curve was found: path, polyline, polygon and line elements are read"
+        complaint("a.svg", "<svg><text>a</text></svg>"),
+        "a.svg: no curve was found: path, polyline, polygon, line, rect, circle and ellipse elements are read"
     );
 }
 

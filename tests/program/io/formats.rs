@@ -199,18 +199,19 @@ fn svg_vertices_come_from_every_element_through_its_transforms() {
 <path id="a" d="M1 2 h2 v3 l-1-1 M10,10 C11,11 12,11 13,10 S15,9 16,10 Q17,8 18,10 z m1 1 L2,2"/>
 <g transform="translate(10,20) scale(2)"><polyline id="b" points="0,0 1,0, 1-1"/>
   <polygon id="c" points="0 0 1 0 1 1" transform="matrix(0 1 -1 0 0 0)"/></g>
-<line id="d" x2="4" y2="3" transform="rotate(90 1 1)"/><rect width="3" height="2"/></svg>"##;
+<line id="d" x2="4" y2="3" transform="rotate(90 1 1)"/><rect id="e" width="3" height="2"/></svg>"##;
     std::fs::write(&path, text).unwrap();
     let batch = io::read(&path).unwrap();
     let curves: Vec<_> =
         (0..batch.len()).map(|i| (batch.name(i).into_owned(), batch.is_closed(i), batch.points(i).to_vec())).collect();
-    let expected: [(&str, bool, &[f64]); 6] = [
+    let expected: [(&str, bool, &[f64]); 7] = [
         ("a/0", false, &[1., 2., 3., 2., 3., 5., 2., 4.]),
         ("a/1", true, &[10., 10., 13., 10., 16., 10., 18., 10.]),
         ("a/2", false, &[11., 11., 2., 2.]),
         ("b", false, &[10., 20., 12., 20., 12., 18.]),
         ("c", true, &[10., 20., 10., 22., 8., 22.]),
         ("d", false, &[2., 0., -1., 4.]),
+        ("e", true, &[0., 0., 3., 0., 3., 2., 0., 2.]),
     ];
     assert_eq!(curves.len(), expected.len());
     for ((name, closed, points), wanted) in curves.iter().zip(expected) {
