@@ -161,6 +161,11 @@ fn arbitrary_npz_is_read_or_refused() {
 }
 
 #[test]
+fn arbitrary_tracts_are_read_or_refused() {
+    target("tracts");
+}
+
+#[test]
 fn arbitrary_grids_are_read_or_refused() {
     target("grids");
 }

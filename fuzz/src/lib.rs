@@ -10,18 +10,19 @@ mod readers;
 
 pub use arguments::arguments;
 pub use methods::methods;
-pub use readers::{csv, geojson, grids, npz, round_trip, svg};
+pub use readers::{csv, geojson, grids, npz, round_trip, svg, tracts};
 
 /// A function of arbitrary bytes.
 pub type Target = fn(&[u8]);
 
 /// The targets that need nothing but bytes, by name: each has a folder of that name in
 /// `fuzz/corpus`.
-pub const TARGETS: [(&str, Target); 7] = [
+pub const TARGETS: [(&str, Target); 8] = [
     ("csv", csv),
     ("geojson", geojson),
     ("svg", svg),
     ("npz", npz),
+    ("tracts", tracts),
     ("grids", grids),
     ("round_trip", round_trip),
     ("methods", methods),

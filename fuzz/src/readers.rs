@@ -24,6 +24,12 @@ pub fn npz(data: &[u8]) {
     read(Format::Npz, data);
 }
 
+/// Tracts and tracks of receivers.
+pub fn tracts(data: &[u8]) {
+    let Some((&first, rest)) = data.split_first() else { return };
+    read([Format::Trk, Format::Tck, Format::Gpx][usize::from(first) % 3], rest);
+}
+
 /// Grids in CSV or NPZ, and out in every format.
 pub fn grids(data: &[u8]) {
     let Some((&first, rest)) = data.split_first() else { return };
@@ -116,7 +122,7 @@ fn read(format: Format, data: &[u8]) {
         Err(error) => check_sentence(&error.to_string()),
         Ok(batch) => {
             assert!(batch.total_points() * batch.dimension() == batch.coords().len());
-            for format in [Format::Csv, Format::GeoJson, Format::Svg, Format::Npz] {
+            for &format in Format::ALL {
                 let options = WriteOptions { format: Some(format), ..WriteOptions::default() };
                 if let Err(error) = io::write_to(Vec::new(), &batch, &options) {
                     check_sentence(&error.to_string());

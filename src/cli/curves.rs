@@ -9,7 +9,7 @@ use faircurve::{CurveBatch, CurveStatus, Fit, Result};
 
 use super::report::{Head, Line};
 use super::run::Run;
-use super::words::one_of;
+use super::words::{format, one_of};
 use super::{InputArgs, count, output};
 
 /// Béziers stray from a curve by at most this part of the size of its points, where --tolerance
@@ -38,7 +38,7 @@ pub struct CurveArgs {
     #[arg(short, long, help_heading = "Output")]
     pub output: PathBuf,
     /// Format of the output, where its name does not say it
-    #[arg(long, value_name = "FORMAT", help_heading = "Output")]
+    #[arg(long, value_name = "FORMAT", value_parser = format(), help_heading = "Output")]
     pub to: Option<Format>,
     /// Rounds coordinates to N decimals, in CSV, GeoJSON, TopoJSON and SVG
     ///

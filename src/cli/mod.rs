@@ -85,7 +85,7 @@ struct InputArgs {
     /// - reads standard input, with --from.
     input: PathBuf,
     /// Format of the input, where its name does not say it
-    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
+    #[arg(long, value_name = "FORMAT", value_parser = words::format(), hide_possible_values = true, help_heading = "Input")]
     from: Option<Format>,
     /// CSV columns by role, such as x=lon,y=lat,curve=id,t=hours
     ///

@@ -32,7 +32,7 @@ pub struct TrackArgs {
     /// N samples of each curve at equal arc lengths
     #[arg(long, value_name = "N", conflicts_with_all = ["samples", "spacing"], help_heading = "Output")]
     points: Option<usize>,
-    /// Writes more columns, into CSV and NPZ
+    /// Writes more columns, into CSV, NPZ and TRK
     #[arg(long, value_name = "QUANTITY,...", value_delimiter = ',', value_parser = one_of(Quantity::WORDS), help_heading = "Output")]
     write: Vec<Quantity>,
 }
@@ -71,8 +71,10 @@ impl TrackArgs {
             return Err(Error::argument(format!("--as bezier writes the curves themselves: leave {option} out")));
         }
         match format {
-            Some(format) if !self.write.is_empty() && !matches!(format, Format::Csv | Format::Npz) => {
-                Err(Error::argument(format!("--write makes columns, and {format} has none: write CSV or NPZ")))
+            Some(format) if !self.write.is_empty() && !format.has_columns() => {
+                let with = Format::ALL.iter().filter(|format| format.has_columns()).map(|format| format.title());
+                let (title, with) = (format.title(), with.collect::<Vec<_>>().join(", "));
+                Err(Error::argument(format!("--write makes columns, and {title} has none: write {with}")))
             }
             _ => Ok(()),
         }

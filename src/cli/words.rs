@@ -2,6 +2,7 @@
 //! library's sentences name.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use faircurve::io::Format;
 
 /// Reads one of the library's words; help lists them with their meanings.
 pub fn one_of<T>(words: &'static [(&'static str, T, &'static str)]) -> impl TypedValueParser<Value = T>
@@ -13,6 +14,16 @@ where
         let (_, value, _) = words.iter().find(|(word, ..)| *word == given).expect("one of those that are listed");
         *value
     })
+}
+
+/// Reads the word of a format, or another extension of its files; help lists them with what they hold.
+pub fn format() -> impl TypedValueParser<Value = Format> {
+    let listed = Format::ALL.iter().map(|format| {
+        let mut extensions = format.extensions();
+        let word = extensions.next().unwrap_or_default();
+        PossibleValue::new(word).aliases(extensions).help(format.holds()[0].replace('`', ""))
+    });
+    PossibleValuesParser::new(listed).map(|given| given.parse().expect("one of those that are listed"))
 }
 
 /// What sentences of the library name, and the options here that stand for it.

@@ -13,14 +13,36 @@ use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
 
 pub(super) use self::dialect::Dialect;
 use self::rows::Rows;
+use super::formats::Entry;
 use super::source::{ROW_BYTES, RowReader, Source, read_line};
 use super::text::Text;
 use super::{Antimeridian, ReadOptions, WriteOptions, antimeridian, free_names};
 use crate::batch::{CurveBatch, Values};
 use crate::error::{Error, Result, quoted, shortened};
 
+/// Whether cells are separated by tabs in files of this extension.
+fn is_tabbed(extension: &str) -> bool {
+    ["tsv", "tab"].iter().any(|tabbed| extension.eq_ignore_ascii_case(tabbed))
+}
+
+pub(super) const ENTRY: Entry = Entry {
+    word: "csv",
+    extensions: &["tsv", "tab"],
+    title: "CSV",
+    reads: "one row a point",
+    writes: "samples `curve,x,y[,z],t`, or control points",
+    lacks: "there is a header, but no row after it",
+    dimensions: 2..=3,
+    beziers: true,
+    columns: true,
+    read,
+    write: |out, batch, options, extension| write(out, batch, if is_tabbed(extension) { '\t' } else { ',' }, options),
+    write_file: None,
+    check: check_names,
+};
+
 /// Reads a CSV file row by row.
-pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
+fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let mut reader = std::mem::replace(&mut source.reader, Box::new(io::empty()));
     let mut first_line = Vec::new();
     read_line(&mut reader, &source.room, &mut first_line, ROW_BYTES).map_err(|error| source.failed(error))?;
@@ -125,7 +147,7 @@ fn row_error(source: &Source, error: ::csv::Error, line: u64) -> Error {
 const HEADING_BYTES: usize = 96;
 
 /// Refuses two curves of one name, which a file of rows could not tell apart.
-pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
+fn check_names(batch: &CurveBatch) -> Result<()> {
     if batch.origin().names.is_none() {
         return Ok(());
     }
@@ -146,12 +168,7 @@ pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
 ///
 /// t is the parameter, or the number of the vertex if there is none. The last row of a closed curve
 /// repeats its first, where the curve meets it again.
-pub(super) fn write(
-    out: &mut dyn Write,
-    batch: &CurveBatch,
-    separator: char,
-    options: &WriteOptions,
-) -> io::Result<()> {
+fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &WriteOptions) -> io::Result<()> {
     let d = batch.dimension();
     let mut text = Text::new(out).with_decimals(options.decimals);
     let any_closed = (0..batch.len()).any(|i| batch.is_closed(i));

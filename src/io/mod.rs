@@ -1,12 +1,4 @@
-//! Files in and out, one module a format. The extension tells the format.
-//!
-//! | format | curves | read | written |
-//! |---|---|---|---|
-//! | [CSV](Format::Csv) | rows with one name in `curve` | every column of [`Columns`] | `curve,x,y[,z],t`, `closed` where a curve is, and [columns](crate::CurveBatch::columns) |
-//! | [GeoJSON](Format::GeoJson) | one a LineString or ring | lines and rings; points pass through | the document read, with new coordinates |
-//! | [TopoJSON](Format::TopoJson) | as GeoJSON | lines and rings; points pass through | the objects read, with arcs of the new coordinates |
-//! | [SVG](Format::Svg) | one a subpath, or other shape | vertices, points along the [curves](ReadOptions::flatness), or [control points](ReadOptions::controls), after transforms | the drawing read, with new paths; or one path a curve, also cubic Béziers |
-//! | [NPZ](Format::Npz) | ragged arrays | `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names` | the same |
+//! Files in and out. [`Format`] lists what is read and written. The extension tells the format.
 //!
 //! - Numbers are written as the shortest decimals that read back to the same bits.
 //! - `.gz` after the extension compresses. Compressed input is known by its first bytes.
@@ -75,7 +67,9 @@ mod antimeridian;
 mod atomic;
 mod columns;
 mod csv;
+mod formats;
 mod geojson;
+mod gpx;
 pub mod grids;
 mod longitude;
 mod memory;
@@ -86,8 +80,9 @@ mod svg;
 mod text;
 mod times;
 mod topojson;
+mod tracts;
+mod xml;
 
-use std::fmt;
 use std::io::{Read, Write};
 use std::path::Path;
 use std::str::FromStr;
@@ -98,85 +93,10 @@ use crate::error::{Error, Result, quoted};
 pub use antimeridian::Antimeridian;
 pub use atomic::{Output, write_atomically};
 pub use columns::{Carried, Columns};
+use formats::Entry;
+pub use formats::Format;
 use source::Source;
 pub use times::{Times, read_times};
-
-/// A file format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Format {
-    /// Rows of text, one a point.
-    Csv,
-    /// GeoJSON, RFC 7946.
-    GeoJson,
-    /// TopoJSON: arcs that neighbours share.
-    TopoJson,
-    /// Scalable Vector Graphics.
-    Svg,
-    /// NumPy's archive of arrays.
-    Npz,
-}
-
-impl Format {
-    /// The format that a file's extension names (`.gz` after it is passed over).
-    pub fn of_extension(path: impl AsRef<Path>) -> Option<Self> {
-        let extension = extension_of(path.as_ref())?;
-        if is_tabbed(&extension) { Some(Format::Csv) } else { extension.parse().ok() }
-    }
-
-    /// Refuses what the format cannot hold: three dimensions in SVG, Bézier curves in GeoJSON.
-    ///
-    /// # Errors
-    /// [`Error::Argument`], with the formats that can hold it.
-    pub fn check(self, dimension: usize, beziers: bool) -> Result<()> {
-        match self {
-            Format::Svg if dimension == 3 => {
-                Err(Error::argument("SVG is flat, but the curves have 3 dimensions: write CSV, GeoJSON or NPZ"))
-            }
-            Format::GeoJson | Format::TopoJson if beziers => Err(Error::argument(
-                "GeoJSON and TopoJSON hold straight lines and no Bézier curves: write SVG, CSV or NPZ, or ask for polylines",
-            )),
-            _ => Ok(()),
-        }
-    }
-
-    fn of(path: &Path, given: Option<Format>, option: &str) -> Result<Self> {
-        given
-            .or_else(|| Self::of_extension(path))
-            .ok_or_else(|| unknown_format(path, option, "csv, geojson, topojson, svg or npz"))
-    }
-}
-
-impl FromStr for Format {
-    type Err = Error;
-
-    /// The format of a word, which is also its extension.
-    fn from_str(word: &str) -> Result<Self> {
-        match word.to_ascii_lowercase().as_str() {
-            "csv" => Ok(Format::Csv),
-            "geojson" | "json" => Ok(Format::GeoJson),
-            "topojson" => Ok(Format::TopoJson),
-            "svg" => Ok(Format::Svg),
-            "npz" => Ok(Format::Npz),
-            _ => Err(Error::Argument(format!(
-                "there is no format {}: csv, geojson, topojson, svg and npz are possible",
-                quoted(word)
-            ))),
-        }
-    }
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Format::Csv => "csv",
-            Format::GeoJson => "geojson",
-            Format::TopoJson => "topojson",
-            Format::Svg => "svg",
-            Format::Npz => "npz",
-        })
-    }
-}
 
 /// Which curves are closed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -316,27 +236,11 @@ pub fn read_from(reader: impl Read, options: &ReadOptions) -> Result<CurveBatch>
 }
 
 fn read_source(mut source: Source, format: Format, options: &ReadOptions) -> Result<CurveBatch> {
-    let batch = match format {
-        Format::Csv => csv::read(&mut source, options),
-        // Both end in .json; a topology says that it is one.
-        Format::GeoJson | Format::TopoJson => geojson::read(&mut source, options),
-        Format::Svg => svg::read(&mut source, options),
-        Format::Npz => npz::read(&mut source, options),
-    }?;
+    let Entry { read, lacks, .. } = format.entry();
+    let batch = read(&mut source, options)?;
     match batch.is_empty() {
-        true => Err(source.error(None, format!("no curve was found: {}", wanted(format)))),
+        true => Err(source.error(None, format!("no curve was found: {lacks}"))),
         false => Ok(batch),
-    }
-}
-
-fn wanted(format: Format) -> &'static str {
-    match format {
-        Format::Csv => "there is a header, but no row after it",
-        Format::GeoJson | Format::TopoJson => {
-            "LineString, MultiLineString, Polygon and MultiPolygon geometries are read"
-        }
-        Format::Svg => "path, polyline, polygon, line, rect, circle and ellipse elements are read",
-        Format::Npz => "offsets has one entry, and needs one more than there are curves",
     }
 }
 
@@ -361,16 +265,16 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
     let path = path.as_ref();
     let format = Format::of(path, options.format, "`WriteOptions::format`")?;
     check_batch(batch, format, options)?;
-    let separator = if extension_of(path).is_some_and(|extension| is_tabbed(&extension)) { '\t' } else { ',' };
+    let (Entry { write, write_file, .. }, extension) = (format.entry(), extension_of(path).unwrap_or_default());
     write_atomically(path, options.overwrite, |out| {
         if is_gzip(path) {
             let mut zipped = flate2::write::GzEncoder::new(out, flate2::Compression::default());
-            fill(&mut zipped, batch, format, separator, options)?;
+            write(&mut zipped, batch, options, &extension)?;
             zipped.finish()?.flush()
-        } else if let (Format::Npz, Some(file)) = (format, out.seekable()) {
-            npz::write_seekable(file, batch, options.antimeridian)
+        } else if let (Some(write_file), Some(file)) = (write_file, out.seekable()) {
+            write_file(file, batch, options)
         } else {
-            fill(out, batch, format, separator, options)
+            write(out, batch, options, &extension)
         }
     })
 }
@@ -394,7 +298,7 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
 pub fn write_to(mut out: impl Write, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let format = options.format.ok_or_else(|| unnamed("WriteOptions::format"))?;
     check_batch(batch, format, options)?;
-    fill(&mut out, batch, format, ',', options).map_err(|source| Error::Stream { source })
+    (format.entry().write)(&mut out, batch, options, "").map_err(|source| Error::Stream { source })
 }
 
 /// Refuses what the format cannot hold.
@@ -403,27 +307,7 @@ fn check_batch(batch: &CurveBatch, format: Format, options: &WriteOptions) -> Re
     if options.beziers {
         check_chains(batch)?;
     }
-    match format {
-        Format::Csv => csv::check_names(batch),
-        Format::Npz => npz::check_names(batch),
-        Format::GeoJson | Format::TopoJson | Format::Svg => Ok(()),
-    }
-}
-
-fn fill(
-    out: &mut dyn Write,
-    batch: &CurveBatch,
-    format: Format,
-    separator: char,
-    options: &WriteOptions,
-) -> std::io::Result<()> {
-    match format {
-        Format::Csv => csv::write(out, batch, separator, options),
-        Format::GeoJson => geojson::write(out, batch, options),
-        Format::TopoJson => topojson::write(out, batch, options.decimals),
-        Format::Svg => svg::write(out, batch, options),
-        Format::Npz => npz::write(out, batch, options.antimeridian),
-    }
+    (format.entry().check)(batch)
 }
 
 /// Checks, before anything is computed, that an output can be written.
@@ -435,7 +319,8 @@ fn fill(
 /// Those of [`write_with`] that can be known without the curves.
 pub fn check_output(path: impl AsRef<Path>, options: &WriteOptions) -> Result<()> {
     let path = path.as_ref();
-    Format::of(path, options.format, "`WriteOptions::format`")?.check(2, options.beziers)?;
+    let format = Format::of(path, options.format, "`WriteOptions::format`")?;
+    format.check(*format.entry().dimensions.start(), options.beziers)?;
     atomic::check(path, options.overwrite)
 }
 
@@ -449,11 +334,6 @@ fn extension_of(path: &Path) -> Option<String> {
 fn free_names(batch: &CurveBatch, own: &[&str]) -> Vec<String> {
     let free = |name: &String| if own.contains(&&**name) { format!("{name}_") } else { name.clone() };
     batch.columns().iter().map(|column| free(&column.name)).collect()
-}
-
-/// Whether an extension is that of rows whose cells are separated by tabs.
-fn is_tabbed(extension: &str) -> bool {
-    extension.eq_ignore_ascii_case("tsv") || extension.eq_ignore_ascii_case("tab")
 }
 
 /// The error for a path whose format is unknown. `option` names the format, one of `words`.

@@ -10,6 +10,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use super::antimeridian::{self, wrapped};
+use super::formats::Entry;
 use super::memory::{Full, Room};
 use super::npy::{self, Element, Elements, Header, Order, Padded, integers, numbers, texts};
 use super::source::{Source, UNPACKED_BYTES, UNPACKED_TIMES, most_unpacked};
@@ -20,8 +21,24 @@ use crate::error::{Error, Result, listed, shortened};
 
 const KEYS: [&str; 7] = ["coords", "offsets", "t", "weight", "known", "closed", "names"];
 
+pub(super) const ENTRY: Entry = Entry {
+    word: "npz",
+    extensions: &[],
+    title: "NPZ",
+    reads: "`coords` (N, d), `offsets` (B + 1), optional `t`, `weight`, `known`, `closed`, `names`",
+    writes: "the same",
+    lacks: "offsets has one entry, and needs one more than there are curves",
+    dimensions: 2..=3,
+    beziers: true,
+    columns: true,
+    read,
+    write: |out, batch, options, _| write(out, batch, options.antimeridian),
+    write_file: Some(|file, batch, options| write_seekable(file, batch, options.antimeridian)),
+    check: check_names,
+};
+
 /// Reads an archive.
-pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
+fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let mut archive = Archive::open(source)?;
     archive.check_keys()?;
     let (dimension, coords) = archive.coords()?;
@@ -295,7 +312,7 @@ fn wanted_type(key: &str) -> &'static str {
 const NAMES_BYTES: usize = 1 << 30;
 
 /// Refuses names that would fill the disk. Each name takes the space of the longest.
-pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
+fn check_names(batch: &CurveBatch) -> Result<()> {
     let Some(names) = &batch.origin().names else { return Ok(()) };
     let length = |name: &String| name.chars().count();
     let longest = (0..batch.len()).max_by_key(|&i| length(&names[i]));
@@ -314,18 +331,14 @@ pub(super) fn check_names(batch: &CurveBatch) -> Result<()> {
 }
 
 /// Writes an archive through memory, to an output that cannot seek.
-pub(super) fn write(out: &mut dyn Write, batch: &CurveBatch, antimeridian: Antimeridian) -> io::Result<()> {
+fn write(out: &mut dyn Write, batch: &CurveBatch, antimeridian: Antimeridian) -> io::Result<()> {
     let mut bytes = Cursor::new(Vec::new());
     write_seekable(&mut bytes, batch, antimeridian)?;
     out.write_all(bytes.get_ref())
 }
 
 /// Writes an archive. Equal batches give equal bytes.
-pub(super) fn write_seekable<W: Write + Seek>(
-    out: W,
-    batch: &CurveBatch,
-    antimeridian: Antimeridian,
-) -> io::Result<()> {
+fn write_seekable<W: Write + Seek>(out: W, batch: &CurveBatch, antimeridian: Antimeridian) -> io::Result<()> {
     let (points, curves) = (batch.total_points() as u64, batch.len() as u64);
     let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 16, out));
     let coords = (0..batch.len()).flat_map(|i| {

@@ -108,7 +108,7 @@ fn beziers_are_three_control_points_a_span_and_drawn_in_svg() {
     let paths: Vec<_> = document.descendants().filter_map(|node| node.attribute("d")).collect();
     assert_eq!(paths.len(), 2);
     assert!(paths.iter().all(|d| d.contains(['C', 'c'])), "{paths:?}");
-    refused(&folder, "fit in.csv -o out.geojson --as bezier", "GeoJSON and TopoJSON hold straight lines");
+    refused(&folder, "fit in.csv -o out.geojson --as bezier", "GeoJSON holds straight lines");
     refused(&folder, "fit in.csv -o more.svg --as bezier --samples 8", "leave --samples and --spacing out");
 }
 

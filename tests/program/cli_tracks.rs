@@ -140,7 +140,7 @@ fn options_of_tracks_are_refused_where_they_mean_nothing() {
         ("plain.csv -o o.csv --gap 1", "no times to see gaps in"),
         ("plain.csv -o o.csv --write speed", "the speed needs times"),
         ("plain.csv -o o.csv --points 1", "--points is 1; a curve has two ends: give 2 or more"),
-        ("plain.csv -o o.svg --write heading", "--write makes columns, and svg has none: write CSV or NPZ"),
+        ("plain.csv -o o.svg --write heading", "--write makes columns, and SVG has none: write CSV, NPZ, TRK"),
         ("plain.csv -o o.csv --as bezier --points 5", "--as bezier writes the curves themselves: leave --points out"),
         ("plain.csv -o o.csv --carry speed", "there is no column \"speed\" to carry: the columns are \"x\", \"y\""),
         ("ais.csv -o o.csv --columns x=LON,y=LAT,t=SOG --every 1h", "the times of the curves are numbers and no dates"),

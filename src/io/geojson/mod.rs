@@ -10,8 +10,28 @@ mod cut;
 mod read;
 mod write;
 
+use super::formats::Entry;
 pub(super) use read::read;
-pub(super) use write::{objects, write, write_with};
+pub(super) use write::{objects, write_with};
+
+pub(super) const ENTRY: Entry = Entry {
+    word: "geojson",
+    extensions: &["json"],
+    title: "GeoJSON",
+    reads: "lines, rings and polygons",
+    writes: "the same document with new coordinates",
+    lacks: LACKS,
+    dimensions: 2..=3,
+    beziers: false,
+    columns: false,
+    read,
+    write: |out, batch, options, _| write::write(out, batch, options),
+    write_file: None,
+    check: |_| Ok(()),
+};
+
+/// What a document without a curve lacks.
+pub(super) const LACKS: &str = "LineString, MultiLineString, Polygon and MultiPolygon geometries are read";
 
 /// A document without its coordinates.
 #[derive(Debug, Default)]

@@ -3,12 +3,26 @@
 
 mod chain;
 mod document;
-mod limits;
 mod path;
 mod read;
 mod shape;
 mod transform;
 mod write;
 
-pub(super) use read::read;
-pub(super) use write::write;
+use super::formats::Entry;
+
+pub(super) const ENTRY: Entry = Entry {
+    word: "svg",
+    extensions: &[],
+    title: "SVG",
+    reads: "paths, lines, polygons, rectangles, circles, ellipses",
+    writes: "the same drawing with new paths, or one path a curve; Béziers",
+    lacks: "path, polyline, polygon, line, rect, circle and ellipse elements are read",
+    dimensions: 2..=2,
+    beziers: true,
+    columns: false,
+    read: read::read,
+    write: |out, batch, options, _| write::write(out, batch, options),
+    write_file: None,
+    check: |_| Ok(()),
+};

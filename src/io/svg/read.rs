@@ -16,57 +16,21 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 use kurbo::{Affine, BezPath, PathEl};
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::Node;
 
 use super::chain::{self, Vertices};
 use super::document::Drawing;
-use super::{limits, path, shape, transform};
+use super::{path, shape, transform};
 use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::error::{Error, Result, listed, quoted, shortened};
 use crate::io::source::Source;
-use crate::io::{Flatness, ReadOptions, close};
-
-/// Memory that an element or an attribute takes in roxmltree's tree, which grows by doubling.
-const NODE_BYTES: usize = 192;
+use crate::io::{Flatness, ReadOptions, close, xml};
 
 /// Reads a drawing.
 pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let text = source.text()?;
-    // Many drawing programs write a document type. roxmltree limits how entities nest, but not how
-    // much text they make.
-    let grown_bytes = limits::growth(&text);
-    if grown_bytes > limits::GROWTH_BYTES {
-        return Err(source.error(
-            None,
-            format!(
-                "its entities may make {} MiB of text, and {} MiB are the most: write the drawing without them",
-                grown_bytes >> 20,
-                limits::GROWTH_BYTES >> 20
-            ),
-        ));
-    }
-    if limits::attributes(&text) > limits::ATTRIBUTES {
-        let most = limits::ATTRIBUTES;
-        return Err(source.error(None, format!("an element has more than {most} attributes: give an SVG file")));
-    }
-    if limits::namespaces(&text) > limits::NAMESPACES {
-        let most = limits::NAMESPACES;
-        return Err(source.error(None, format!("there are more than {most} names of namespaces: give an SVG file")));
-    }
-    let count = |wanted: u8| text.bytes().filter(|&c| c == wanted).count();
-    // Elements, and text between them. Those in entities begin with a tag of four bytes or more.
-    let nodes = 2 * count(b'<') + grown_bytes / 2;
-    source.take(NODE_BYTES * (nodes + count(b'=') + grown_bytes / 4) + grown_bytes)?;
-    let nodes_limit = u32::try_from(nodes + 16).unwrap_or(u32::MAX);
-    let allow = ParsingOptions { allow_dtd: true, nodes_limit, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(&text, allow).map_err(|error| {
-        let what = error.to_string();
-        let what = shortened(what.rsplit_once(" at ").map_or(what.as_str(), |(what, _)| what));
-        // At the end of the document roxmltree has no place to report and says 1:1.
-        let line = Some(u64::from(error.pos().row)).filter(|_| (error.pos().row, error.pos().col) != (1, 1));
-        source.error(line, format!("{what}: this is no XML, or the file was cut off"))
-    })?;
+    let document = xml::parsed(source, &text, "SVG")?;
     let root = document.root_element();
     if root.tag_name().name() != "svg" {
         let name = shortened(root.tag_name().name());

@@ -8,4 +8,23 @@ mod read;
 mod write;
 
 pub(super) use read::as_geojson;
-pub(super) use write::write;
+
+use super::formats::Entry;
+use super::geojson;
+
+pub(super) const ENTRY: Entry = Entry {
+    word: "topojson",
+    extensions: &[],
+    title: "TopoJSON",
+    reads: "the same, quantised or not; also as `.json`",
+    writes: "the same objects with arcs of new coordinates, quantised with `--digits`",
+    lacks: geojson::LACKS,
+    dimensions: 2..=3,
+    beziers: false,
+    columns: false,
+    // Both end in .json. A topology says that it is one.
+    read: geojson::read,
+    write: |out, batch, options, _| write::write(out, batch, options.decimals),
+    write_file: None,
+    check: |_| Ok(()),
+};

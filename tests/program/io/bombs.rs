@@ -263,7 +263,7 @@ fn drawings_that_grow_without_end_are_a_sentence() {
     let many = format!("<path d='{}'/>", "&a;".repeat(100_000));
     assert_eq!(
         say(document(&long, &many)),
-        ": its entities may make 9536 MiB of text, and 16 MiB are the most: write the drawing without them"
+        ": its entities may make 9536 MiB of text, and 16 MiB are the most: write the file without them"
     );
     // Exponential: entities of entities.
     let laughs: String = (1..10).map(|k| format!("<!ENTITY a{k} '{}'>", format!("&a{};", k - 1).repeat(10))).collect();

@@ -7,12 +7,14 @@ mod damage;
 mod documents;
 mod errors;
 mod formats;
+mod gpx;
 mod grids;
 mod npz;
 mod real_data;
 mod rows;
 mod sentences;
 mod streams;
+mod tracts;
 
 use std::path::Path;
 

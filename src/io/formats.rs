@@ -1,0 +1,182 @@
+//! [`Format`]: the table of formats of curves. Each is a module with an [`Entry`], and a line here.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Write};
+use std::ops::RangeInclusive;
+use std::path::Path;
+use std::str::FromStr;
+
+use super::source::Source;
+use super::tracts::{tck, trk};
+use super::{ReadOptions, WriteOptions, extension_of, unknown_format};
+use super::{csv, geojson, gpx, npz, svg, topojson};
+use crate::batch::CurveBatch;
+use crate::error::{Error, Result, quoted};
+
+/// What a format is and can.
+pub(super) struct Entry {
+    /// Its word, which is an extension of its files.
+    pub word: &'static str,
+    /// More extensions.
+    pub extensions: &'static [&'static str],
+    /// Its name in sentences.
+    pub title: &'static str,
+    /// What of it is read, and what is written, for tables.
+    pub reads: &'static str,
+    pub writes: &'static str,
+    /// What a file without a curve lacks.
+    pub lacks: &'static str,
+    /// The dimensions of points that it holds.
+    pub dimensions: RangeInclusive<usize>,
+    /// Whether it holds control points of Béziers.
+    pub beziers: bool,
+    /// Whether it holds [columns](CurveBatch::columns) of any name.
+    pub columns: bool,
+    pub read: fn(&mut Source, &ReadOptions) -> Result<CurveBatch>,
+    /// Writes a batch into a file of this extension.
+    pub write: fn(&mut dyn Write, &CurveBatch, &WriteOptions, &str) -> io::Result<()>,
+    /// Writes a batch into a file that can be gone back in, if that is another way.
+    pub write_file: Option<fn(&mut File, &CurveBatch, &WriteOptions) -> io::Result<()>>,
+    /// Refuses what of a batch it cannot hold.
+    pub check: fn(&CurveBatch) -> Result<()>,
+}
+
+/// Makes the enum, with an entry each.
+macro_rules! formats {
+    ($($(#[doc = $doc:literal])* $format:ident: $module:ident,)*) => {
+        /// A file format of curves.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[non_exhaustive]
+        pub enum Format { $($(#[doc = $doc])* $format,)* }
+
+        impl Format {
+            /// All formats, in the order of the tables that list them.
+            pub const ALL: &[Format] = &[$(Format::$format),*];
+
+            pub(super) fn entry(self) -> &'static Entry {
+                match self { $(Format::$format => const { &$module::ENTRY },)* }
+            }
+        }
+    };
+}
+
+formats! {
+    /// Rows of text, one a point; rows with one name in `curve` are a curve.
+    Csv: csv,
+    /// GeoJSON, RFC 7946: a curve a LineString or ring. Points pass through. The document that was
+    /// read is written, with new coordinates.
+    GeoJson: geojson,
+    /// TopoJSON: arcs that neighbours share. The objects that were read are written, with arcs of new
+    /// coordinates.
+    TopoJson: topojson,
+    /// Scalable Vector Graphics: a curve a subpath or other shape, after transforms: its vertices, points along
+    /// its [curves](ReadOptions::flatness), or [control points](ReadOptions::controls). The drawing
+    /// that was read is written, with new paths.
+    Svg: svg,
+    /// NumPy's archive of arrays: `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names`.
+    Npz: npz,
+    /// TrackVis' tracks: streamlines in millimetres (RAS+), with what points and streamlines have as
+    /// [columns](CurveBatch::columns). The header that was read is written.
+    Trk: trk,
+    /// MRtrix's tracks: streamlines in millimetres (RAS+). The header that was read is written.
+    Tck: tck,
+    /// GPS Exchange, version 1.1: a curve a segment of a track, or a route, with longitudes, latitudes and
+    /// times. Elevations travel along as the [column](CurveBatch::columns) `ele`.
+    Gpx: gpx,
+}
+
+impl Format {
+    /// The format that a file's extension names (`.gz` after it is passed over).
+    pub fn of_extension(path: impl AsRef<Path>) -> Option<Self> {
+        let extension = extension_of(path.as_ref())?.to_ascii_lowercase();
+        Self::ALL.iter().copied().find(|format| format.extensions().any(|own| own == extension))
+    }
+
+    /// The extensions of its files, the word first.
+    pub fn extensions(self) -> impl Iterator<Item = &'static str> {
+        let Entry { word, extensions, .. } = self.entry();
+        std::iter::once(*word).chain(extensions.iter().copied())
+    }
+
+    /// Its name in sentences.
+    pub fn title(self) -> &'static str {
+        self.entry().title
+    }
+
+    /// What of it is read, and what is written, in a few words.
+    pub fn holds(self) -> [&'static str; 2] {
+        [self.entry().reads, self.entry().writes]
+    }
+
+    /// Whether it holds columns of any name.
+    pub fn has_columns(self) -> bool {
+        self.entry().columns
+    }
+
+    /// Refuses what the format cannot hold: three dimensions in SVG, Bézier curves in GeoJSON.
+    ///
+    /// # Errors
+    /// [`Error::Argument`], with the formats that can hold it.
+    pub fn check(self, dimension: usize, beziers: bool) -> Result<()> {
+        let own = self.entry();
+        let holds = |other: &&Format| {
+            let other = other.entry();
+            other.dimensions.contains(&dimension) && (other.beziers || !beziers)
+        };
+        let others: Vec<&str> = Self::ALL.iter().filter(holds).map(|other| other.title()).collect();
+        let others = alternatives(&others);
+        if !own.dimensions.contains(&dimension) {
+            let [least, most] = [own.dimensions.start(), own.dimensions.end()];
+            let range = if least == most { least.to_string() } else { format!("{least} or {most}") };
+            return Err(Error::Argument(format!(
+                "{} holds points of {range} dimensions, but the curves have {dimension}: write {others}",
+                own.title
+            )));
+        }
+        if beziers && !own.beziers {
+            return Err(Error::Argument(format!(
+                "{} holds straight lines and no Bézier curves: write {others}, or ask for polylines",
+                own.title
+            )));
+        }
+        Ok(())
+    }
+
+    /// The format given, or that of the extension. `option` is what gives one.
+    pub(super) fn of(path: &Path, given: Option<Format>, option: &str) -> Result<Self> {
+        given.or_else(|| Self::of_extension(path)).ok_or_else(|| unknown_format(path, option, &alternatives(&words())))
+    }
+}
+
+/// The words of all formats.
+fn words() -> Vec<&'static str> {
+    Format::ALL.iter().map(|format| format.entry().word).collect()
+}
+
+/// "a, b or c".
+pub(super) fn alternatives(words: &[&str]) -> String {
+    match words {
+        [first @ .., last] if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+        _ => words.concat(),
+    }
+}
+
+impl FromStr for Format {
+    type Err = Error;
+
+    /// The format of a word, or of another extension.
+    fn from_str(word: &str) -> Result<Self> {
+        let lower = word.to_ascii_lowercase();
+        let found = Self::ALL.iter().copied().find(|format| format.extensions().any(|own| own == lower));
+        found.ok_or_else(|| {
+            Error::Argument(format!("there is no format {}: give {}", quoted(word), alternatives(&words())))
+        })
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.entry().word)
+    }
+}
