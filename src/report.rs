@@ -147,6 +147,16 @@ impl Fit {
         self.reports.iter().filter(|report| report.status.is_usable()).count()
     }
 
+    /// Some of the curves, in this order: the fit of [`CurveBatch::select`].
+    ///
+    /// # Panics
+    /// If the fit has fewer curves than a number listed.
+    pub fn select(&self, curves: &[usize]) -> Fit {
+        let reports = curves.iter().map(|&i| self.reports[i].clone()).collect();
+        let curves = Selected { whole: self.curves.clone(), curves: curves.to_vec() };
+        Fit::new(curves, reports, self.device.clone())
+    }
+
     /// Every curve as a polyline, with the parameter of every point.
     ///
     /// Names, properties and closedness are those of the input.
@@ -194,6 +204,22 @@ impl Fit {
     /// Curves and reports, in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = (Box<dyn Curve + '_>, &CurveReport)> {
         self.reports.iter().enumerate().map(|(i, report)| (self.curve(i), report))
+    }
+}
+
+/// Some curves of others.
+struct Selected {
+    whole: Arc<dyn CurveSet>,
+    curves: Vec<usize>,
+}
+
+impl CurveSet for Selected {
+    fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
+        self.whole.curve(self.curves[i])
+    }
+
+    fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        self.whole.polylines(sampling).select(&self.curves)
     }
 }
 

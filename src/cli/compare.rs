@@ -10,7 +10,7 @@ use self::difference::{Bounds, Outcome, Timed};
 use super::device::{self, Description, DeviceArgs};
 use super::method::{MethodArgs, MethodName};
 use super::progress::Progress;
-use super::run::RunArgs;
+use super::run::{RunArgs, is_html};
 use super::sampling::per_span;
 use super::{InputArgs, count, output, show, thousands};
 
@@ -31,6 +31,10 @@ pub fn run(args: &CompareArgs) -> Result<bool> {
     let method = args.method.method(None)?;
     let per_span = per_span(args.method.samples)?;
     args.run.check(None, None)?;
+    if let Some(path) = args.run.report.as_deref().filter(|path| is_html(path)) {
+        let path = path.display();
+        return Err(Error::argument(format!("--report {path}: compare writes JSON, give a name that ends in .json")));
+    }
 
     let talk = args.run.talk;
     let mut progress = Progress::new(talk.quiet);

@@ -28,6 +28,9 @@ pub enum Shape {
     Bezier,
 }
 
+/// The width of a picture of one curve, in pixels.
+const SMALL_PICTURE: f64 = 520.0;
+
 #[derive(Args, Debug)]
 pub struct CurveArgs {
     #[command(flatten)]
@@ -101,11 +104,18 @@ impl Made<'_> {
             [fit.usable(), fit.len()],
             || Head::of(self.method, fit.device()),
             |i| Line::of(batch, fit, i, points_out[i]),
+            |i| Some(small_picture(batch, fit, i)),
         )?;
         run.tell("", fit.device());
         batch.notes().iter().chain(&self.notes).for_each(|note| run.say(note));
         Ok(judge(&run, args.strict, batch, fit))
     }
+}
+
+/// A picture of one curve.
+fn small_picture(batch: &CurveBatch, fit: &Fit, i: usize) -> String {
+    let picture = Picture { width: SMALL_PICTURE, ..Picture::default() };
+    picture.draw(&batch.select(&[i]), &fit.select(&[i]))
 }
 
 /// Lists the curves that are not usable, and why; whether there is none. Single points count only

@@ -94,7 +94,7 @@ pub fn run(args: &GridArgs) -> Result<bool> {
         rounds: subdivide.rounds,
     };
     let line = |i: usize| Line::of(&grids, &surfaces, i, subdivide.rounds);
-    run.report([surfaces.usable(), grids.len()], head, line)?;
+    run.report([surfaces.usable(), grids.len()], head, line, |_| None)?;
     run.tell(&format!(" to {}", thousands(points)), did);
     let unusable: Vec<usize> = (0..grids.len()).filter(|&i| !reports[i].status.is_usable()).collect();
     Ok(run.judge(grids.len(), &unusable, |i| (reports[i].status, reports[i].message.as_deref(), i.to_string())))

@@ -12,6 +12,7 @@ mod doctor;
 mod experiments;
 mod fit;
 mod grid;
+mod html;
 mod map;
 mod method;
 mod output;
@@ -80,7 +81,7 @@ const MISTYPED: usize = 2;
 /// What is read, and how.
 #[derive(Args, Debug)]
 struct InputArgs {
-    /// File to read (.csv, .geojson, .topojson, .svg, .npz)
+    /// File to read, in a format that --to lists
     ///
     /// - reads standard input, with --from.
     input: PathBuf,

@@ -75,7 +75,9 @@ impl Progress {
         self.watch = None;
         self.counter = Arc::default();
         let counter = self.counter.clone();
-        let done = move || counter.load(Ordering::Relaxed);
+        let all = of.map_or(0, |(all, _)| all);
+        // Some curves are fitted in several parts.
+        let done = move || counter.load(Ordering::Relaxed).min(all);
         self.watch = match &self.place {
             Place::Nowhere => None,
             Place::Bar(bar) => {

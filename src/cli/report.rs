@@ -75,6 +75,20 @@ pub fn write<L: Serialize>(
     writeln!(out, "\n],\n\"totals\":{totals}}}")
 }
 
+/// All lines, made as those of [`write`] are.
+pub fn lines<L: Serialize>(
+    all: usize,
+    line: impl Fn(usize) -> L + Sync,
+    progress: &Progress,
+) -> io::Result<Vec<Value>> {
+    let made = |i: usize| {
+        let made = serde_json::to_value(line(i));
+        progress.advance(1);
+        made
+    };
+    Ok((0..all).into_par_iter().map(made).collect::<Result<_, _>>()?)
+}
+
 /// One curve. Numbers that are not finite become null.
 #[derive(Debug, Serialize)]
 pub struct Line<'a> {

@@ -12,6 +12,7 @@ use faircurve::{CurveStatus, Device, DeviceReport, Error, Result, Work};
 use serde::Serialize;
 
 use super::device::{self, DeviceArgs};
+use super::html::Page;
 use super::output::{self, is_stdio};
 use super::progress::Progress;
 use super::report::{self, Seconds};
@@ -21,13 +22,18 @@ use super::{Talk, count, thousands};
 /// So many that are not usable are listed; --report and -v list them all.
 const MOST_LISTED: usize = 20;
 
+/// Whether a report is to be a page.
+pub fn is_html(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| ["html", "htm"].iter().any(|html| extension.eq_ignore_ascii_case(html)))
+}
+
 /// What every run takes.
 #[derive(Args, Debug)]
 pub struct RunArgs {
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Writes a report as JSON, one line a curve or grid
-    #[arg(long, value_name = "FILE.json", help_heading = "Run")]
+    /// Writes a report as JSON, one line a curve or grid, or as a page with pictures (.html)
+    #[arg(long, value_name = "FILE.json|FILE.html", help_heading = "Run")]
     pub report: Option<PathBuf>,
     /// Replaces outputs that exist
     #[arg(long, help_heading = "Run")]
@@ -120,12 +126,18 @@ impl<'a> Run<'a> {
         [usable, all]: [usize; 2],
         head: impl FnOnce() -> H,
         line: impl Fn(usize) -> L + Sync,
+        picture: impl Fn(usize) -> Option<String>,
     ) -> Result<()> {
         let Some(path) = &self.args.report else { return Ok(()) };
         self.progress.count("measuring", all, self.what);
         let totals = report::totals(self.what, [usable, all], self.seconds);
         output::write(path, self.args.force, |out| {
-            report::write(out, &head(), self.what, all, line, &totals, &self.progress)
+            if !is_html(path) {
+                return report::write(out, &head(), self.what, all, line, &totals, &self.progress);
+            }
+            let (head, lines) = (serde_json::to_value(head())?, report::lines(all, line, &self.progress)?);
+            let title = self.volume.clone();
+            Page { title, what: self.what, head, totals: &totals, lines }.write(out, picture)
         })
     }
 
@@ -154,11 +166,16 @@ impl<'a> Run<'a> {
         unusable: &[usize],
         of: impl Fn(usize) -> (CurveStatus, Option<&'r str>, String),
     ) -> bool {
-        if unusable.is_empty() || self.args.talk.quiet {
-            return unusable.is_empty();
+        if unusable.is_empty() {
+            return true;
         }
         let (are, total) = (if unusable.len() == 1 { "is" } else { "are" }, count(all, self.what));
-        self.args.talk.say(format_args!("{} of {total} {are} not usable:", thousands(unusable.len())));
+        let said = format!("{} of {total} {are} not usable", thousands(unusable.len()));
+        if self.args.talk.quiet {
+            eprintln!("faircurve: {said}");
+            return false;
+        }
+        self.args.talk.say(format_args!("{said}:"));
         let listed = if self.args.talk.verbose { unusable.len() } else { unusable.len().min(MOST_LISTED) };
         for &i in &unusable[..listed] {
             let (status, message, name) = of(i);

@@ -14,6 +14,9 @@ use super::{csv, geojson, gpx, npz, svg, topojson};
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result, quoted};
 
+/// Writes a batch into a file that can be gone back in.
+pub(super) type WriteFile = fn(&mut File, &CurveBatch, &WriteOptions) -> io::Result<()>;
+
 /// What a format is and can.
 pub(super) struct Entry {
     /// Its word, which is an extension of its files.
@@ -36,8 +39,8 @@ pub(super) struct Entry {
     pub read: fn(&mut Source, &ReadOptions) -> Result<CurveBatch>,
     /// Writes a batch into a file of this extension.
     pub write: fn(&mut dyn Write, &CurveBatch, &WriteOptions, &str) -> io::Result<()>,
-    /// Writes a batch into a file that can be gone back in, if that is another way.
-    pub write_file: Option<fn(&mut File, &CurveBatch, &WriteOptions) -> io::Result<()>>,
+    /// Writes files, if that is another way than writing bytes.
+    pub write_file: Option<WriteFile>,
     /// Refuses what of a batch it cannot hold.
     pub check: fn(&CurveBatch) -> Result<()>,
 }

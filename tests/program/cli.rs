@@ -417,9 +417,25 @@ fn twenty_unusable_curves_are_listed_then_a_count_and_verbose_lists_all() {
 }
 
 #[test]
-fn quiet_says_nothing_but_errors() {
+fn a_report_can_be_a_page_that_needs_nothing_else() {
     let folder = folder(BAD);
-    run(&folder, "fit in.csv -o out.csv -q").code(1).stderr(is_empty()).stdout(is_empty());
+    run(&folder, "fit in.csv -o out.csv --report report.html --device cpu").code(1);
+    let page = read(&folder, "report.html");
+    assert!(page.starts_with("<!doctype html>") && page.trim_end().ends_with("</html>"));
+    for part in ["How they ended", "<td>invalid", "largest curvature", "<figcaption><b>curve ", "<svg"] {
+        assert!(page.contains(part), "{part}");
+    }
+    let outside = page.replace("http://www.w3.org/2000/svg", "");
+    assert!(!["http", "<script", "<link", "src=", "href="].iter().any(|link| outside.contains(link)), "{outside}");
+    run(&folder, "compare in.csv --device cpu --report page.html").code(2).stderr(contains("compare writes JSON"));
+}
+
+#[test]
+fn quiet_says_nothing_but_errors_and_one_line_about_what_is_not_usable() {
+    let folder = folder(BAD);
+    let one_line =
+        |text: &str| text.starts_with("faircurve: ") && text.ends_with(" not usable\n") && text.lines().count() == 1;
+    run(&folder, "fit in.csv -o out.csv -q").code(1).stderr(predicate::function(one_line)).stdout(is_empty());
     run(&folder, "fit in.csv -o out.csv -q").code(2).stderr(contains("exists already"));
     run(&folder, "fit in.csv -o out.csv -q -v").code(2).stderr(contains("cannot be used with"));
 }
