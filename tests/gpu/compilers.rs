@@ -1,7 +1,7 @@
 //! What compilers of hardware say of every kernel: registers, spills, scratch memory, waves.
 //!
 //! A process of its own compiles for a family, and goes on behind a form at which the compiler ends it.
-//! `examples/kernels.rs` prints what is said of single forms.
+//! `benches/runs/kernels.rs` prints what is said of single forms.
 
 mod compiler;
 

@@ -18,4 +18,5 @@ mod io;
 mod msrv;
 mod public_face;
 mod ran;
+mod reference;
 mod unfitted;

@@ -8,7 +8,7 @@
 //! Each curve is drawn twice: as Béziers within a tenth of a pixel of a drawing 2,000 pixels wide,
 //! and as a polyline of 16 segments a span.
 
-#[path = "../tests/common/distance.rs"]
+#[path = "../../tests/common/distance.rs"]
 mod distance;
 
 use std::path::Path;

@@ -14,7 +14,7 @@ use faircurve::io::{self, WriteOptions};
 use faircurve::{CurveStatus, Device, Precision, Sampling};
 use serde_json::json;
 
-#[path = "../benches/common/peer.rs"]
+#[path = "../common/peer.rs"]
 mod peer;
 
 use peer::{line, times};

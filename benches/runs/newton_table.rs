@@ -5,7 +5,7 @@
 //!
 //! usage: `newton_table [CURVES]`: so many random curves a cell, 1000 if not said
 
-#[path = "../tests/common/rough.rs"]
+#[path = "../../tests/common/rough.rs"]
 mod rough;
 
 use faircurve::discrete::{Energy, Fair, Segments, bending, length, variation};

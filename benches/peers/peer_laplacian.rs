@@ -11,9 +11,9 @@ use std::hint::black_box;
 use faircurve::Device;
 use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
 
-#[path = "../benches/common/npz.rs"]
+#[path = "../common/npz.rs"]
 mod npz;
-#[path = "../benches/common/peer.rs"]
+#[path = "../common/peer.rs"]
 mod peer;
 
 use peer::{line, times};

@@ -4,7 +4,7 @@
 //! driver of AMD's cards no card is needed: `VK_DRIVER_FILES=/usr/share/vulkan/icd.d/radeon_icd.x86_64.json
 //! RADV_FORCE_FAMILY=vega20` compile for one that is not there.
 
-#[path = "../tests/gpu/compilers/compiler.rs"]
+#[path = "../../tests/gpu/compilers/compiler.rs"]
 mod compiler;
 
 use faircurve::kernels;

@@ -8,7 +8,7 @@ use std::error::Error;
 use std::hint::black_box;
 
 use faircurve::{Device, Sampling, io, spline::Natural};
-#[path = "../benches/common/peer.rs"]
+#[path = "../common/peer.rs"]
 mod peer;
 
 use peer::{line, times};

@@ -4,7 +4,7 @@
 //! usage: `sparse_rules [FOLDER]`: with a folder, writes the masks there, as
 //! `src/laplacian/rule/{constants,linear}.rs` have them
 
-#[path = "../tests/common/programmes.rs"]
+#[path = "../../tests/common/programmes.rs"]
 mod programmes;
 
 use std::fmt::Write;

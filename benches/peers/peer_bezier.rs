@@ -11,9 +11,9 @@ use faircurve::Device;
 use faircurve::bezier::{Energy, Given, Polygons, complete};
 use serde_json::json;
 
-#[path = "../benches/common/npz.rs"]
+#[path = "../common/npz.rs"]
 mod npz;
-#[path = "../benches/common/peer.rs"]
+#[path = "../common/peer.rs"]
 mod peer;
 
 use peer::{line, times};

@@ -12,9 +12,9 @@ use faircurve::scf::{Query, Smooth, evaluate_segments};
 use faircurve::{CurveStatus, Device, io};
 use serde_json::json;
 
-#[path = "../benches/common/npz.rs"]
+#[path = "../common/npz.rs"]
 mod npz;
-#[path = "../benches/common/peer.rs"]
+#[path = "../common/peer.rs"]
 mod peer;
 
 use peer::{line, times};
