@@ -24,10 +24,10 @@ pub fn npz(data: &[u8]) {
     read(Format::Npz, data);
 }
 
-/// Tracts and tracks of receivers.
+/// Tracts, tracks of receivers, and arrays.
 pub fn tracts(data: &[u8]) {
     let Some((&first, rest)) = data.split_first() else { return };
-    read([Format::Trk, Format::Tck, Format::Gpx][usize::from(first) % 3], rest);
+    read([Format::Trk, Format::Tck, Format::Gpx, Format::Npy][usize::from(first) % 4], rest);
 }
 
 /// Grids in CSV or NPZ, and out in every format.

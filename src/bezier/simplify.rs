@@ -39,7 +39,7 @@ type Piece = [DVec3; 4];
 /// }
 /// let chains = CurveBatch::from_slices(&[&points[..]])?;
 /// let fewer = Simplify { tolerance: 1e-3, ..Simplify::default() }.fit(&chains, &Device::cpu())?;
-/// assert_eq!(fewer.control_points().count(0), 3 * 2 + 1, "half a circle is too much for one cubic");
+/// assert_eq!(fewer.control_points().count(0), 4, "one cubic");
 /// # Ok::<(), faircurve::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

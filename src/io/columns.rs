@@ -119,11 +119,21 @@ impl FromStr for Carried {
 }
 
 impl Carried {
+    /// Whether a column is named.
+    pub(super) fn names(&self, name: &str) -> bool {
+        self.names.iter().any(|(own, _)| own == name)
+    }
+
+    /// Whether a column of this name is carried, and how.
+    pub(super) fn how(&self, name: &str) -> Option<Nearest> {
+        let own = self.names.iter().find(|(own, _)| own == name).map(|(_, nearest)| *nearest);
+        own.or(self.all.then_some(Nearest::No))
+    }
+
     /// Those of a header that are carried, as far as they have no role: cell, name, and how.
     pub(super) fn among<'a>(&self, table: &Table, header: &'a [String]) -> Vec<(usize, &'a str, Nearest)> {
         let free = header.iter().enumerate().filter(|(cell, _)| !table.cells.contains(&Some(*cell)));
-        let how = |name: &str| self.names.iter().find(|(own, _)| own == name).map(|(_, nearest)| *nearest);
-        free.filter_map(|(cell, name)| Some((cell, &**name, how(name).or(self.all.then_some(Nearest::No))?))).collect()
+        free.filter_map(|(cell, name)| Some((cell, &**name, self.how(name)?))).collect()
     }
 }
 

@@ -10,7 +10,7 @@ use std::str::FromStr;
 use super::source::Source;
 use super::tracts::{tck, trk};
 use super::{ReadOptions, WriteOptions, extension_of, unknown_format};
-use super::{csv, geojson, gpx, npz, svg, topojson};
+use super::{array, csv, geojson, gpx, npz, svg, topojson};
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result, quoted};
 
@@ -77,8 +77,11 @@ formats! {
     /// its [curves](ReadOptions::flatness), or [control points](ReadOptions::controls). The drawing
     /// that was read is written, with new paths.
     Svg: svg,
-    /// NumPy's archive of arrays: `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names`.
+    /// NumPy's archive of arrays: `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names`; or
+    /// nibabel's streamlines, `data`, `offsets` and `lengths`.
     Npz: npz,
+    /// One array of NumPy: (B, n, d), or (n, d) for one curve.
+    Npy: array,
     /// TrackVis' tracks: streamlines in millimetres (RAS+), with what points and streamlines have as
     /// [columns](CurveBatch::columns). The header that was read is written.
     Trk: trk,

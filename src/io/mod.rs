@@ -64,6 +64,7 @@
 //! [`grids`] has the files of rectangular grids.
 
 mod antimeridian;
+mod array;
 mod atomic;
 mod columns;
 mod csv;

@@ -242,6 +242,11 @@ impl Header {
         Some(Header { descr: descr?, order: order?, shape: shape? })
     }
 
+    /// Whether the array holds text.
+    pub fn is_text(&self) -> bool {
+        self.kind().is_some_and(|kind| matches!(kind.letter, 'U' | 'S' | 'a'))
+    }
+
     /// The type, if it is a plain one and no record.
     pub fn kind(&self) -> Option<Kind> {
         Kind::parse(self.descr.strip_prefix(['\'', '"'])?.strip_suffix(['\'', '"'])?)

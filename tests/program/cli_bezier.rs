@@ -267,7 +267,7 @@ fn geojson_takes_polylines_only() {
     refused(
         &folder,
         "in.csv -o out.geojson",
-        "GeoJSON holds straight lines and no Bézier curves: write CSV, SVG or NPZ",
+        "GeoJSON holds straight lines and no Bézier curves: write CSV, SVG, NPZ or NPY",
     );
     completed(&folder, "in.csv -o out.geojson --as polyline --samples 4");
     let drawn: Value = serde_json::from_str(&read(&folder, "out.geojson")).unwrap();

@@ -3,7 +3,8 @@
 use std::io::Write;
 use std::path::Path;
 
-use faircurve::io::{self, ReadOptions};
+use faircurve::io::{self, Format, ReadOptions, WriteOptions};
+use faircurve::{CurveBatch, Values};
 use zip::write::SimpleFileOptions;
 
 use super::errors::{complaint_with, without_folder};
@@ -53,11 +54,9 @@ fn npz_arrays_that_do_not_fit_are_named() {
     let zeros = [0u8; 64];
     let coords = ("coords", "<f8", "(2, 2)", &zeros[..32]);
     let offsets = ("offsets", "|u1", "(2,)", &[0u8, 2][..]);
-    let wanted = "wanted are coords and offsets, and perhaps t, weight, known, closed, names";
+    let wanted = "wanted are coords and offsets, and perhaps t, weight, known, closed, names; or nibabel's data, offsets and lengths";
     assert_eq!(say(&[]), format!("a.npz: the arrays are none: {wanted}"));
     assert_eq!(say(&[("xy", "<f8", "(2, 2)", &zeros[..32])]), format!("a.npz: the arrays are xy: {wanted}"));
-    let extra = say(&[coords, offsets, ("wind", "<f8", "(2,)", &zeros[..16])]);
-    assert_eq!(extra, format!("a.npz: the arrays are coords, offsets, wind: {wanted}"));
     assert_eq!(
         say(&[("coords", "<f8", "(4,)", &zeros[..32]), offsets]),
         "a.npz: array coords has the shape (4,): it must be (N, 2) or (N, 3)"
@@ -146,4 +145,99 @@ fn known_flags_are_booleans_or_integers() {
             "curve 0, point 1: x is NaN; every coordinate must be a finite number: mend or remove the point"
         )
     );
+}
+
+#[test]
+fn other_arrays_travel_along_on_demand_and_are_passed_over_with_a_note_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.npz");
+    let (points, winds) = ([0u8; 32], [1.5f64, 2.5].map(f64::to_le_bytes).concat());
+    let arrays: [(&str, &str, &str, &[u8]); 5] = [
+        ("coords", "<f8", "(2, 2)", &points),
+        ("offsets", "|u1", "(2,)", &[0, 2]),
+        ("wind", "<f8", "(2,)", &winds),
+        ("kind", "|S1", "(2,)", b"ab"),
+        ("total", "<f8", "(1,)", &winds[..8]),
+    ];
+    npz(&path, &arrays);
+    let batch = io::read(&path).unwrap();
+    assert!(batch.columns().is_empty());
+    let read = ": coords, offsets, t, weight, known, closed and names are read";
+    assert_eq!(batch.notes(), [format!("arrays kind, total, wind passed over{read}")]);
+    let carried = |text: &str| ReadOptions { carried: text.parse().unwrap(), ..ReadOptions::default() };
+    let batch = io::read_with(&path, &carried("all")).unwrap();
+    let names: Vec<&str> = batch.columns().iter().map(|column| &*column.name).collect();
+    assert_eq!(names, ["kind", "wind"]);
+    assert_eq!(batch.columns()[1].values, Values::Numbers(vec![1.5, 2.5]));
+    assert_eq!(batch.notes(), [format!("array total passed over{read}")]);
+    let error = io::read_with(&path, &carried("total")).unwrap_err().to_string();
+    assert!(error.contains("array total has 1 entries for 2 points"), "{error}");
+    let out = folder.path().join("b.npz");
+    io::write(&out, &batch).unwrap();
+    assert_eq!(io::read_with(&out, &carried("all")).unwrap().columns(), batch.columns());
+}
+
+#[test]
+fn streamlines_of_nibabel_are_read_in_any_order_and_written_as_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.npz");
+    let data: Vec<u8> = (0..12u8).flat_map(|k| f32::from(k).to_le_bytes()).collect();
+    let arrays = |lengths: &'static [u8]| {
+        let arrays: [(&str, &str, &str, &[u8]); 3] = [
+            ("data", "<f4", "(4, 3)", &data),
+            ("offsets", "|u1", "(2,)", &[3, 0]),
+            ("lengths", "|u1", "(2,)", lengths),
+        ];
+        npz(&path, &arrays);
+    };
+    arrays(&[1, 3]);
+    let batch = io::read(&path).unwrap();
+    assert_eq!((batch.offsets(), batch.points(0)), (&[0, 1, 4][..], &[9.0, 10.0, 11.0][..]));
+    let out = folder.path().join("b.npz");
+    io::write(&out, &batch).unwrap();
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(&out).unwrap()).unwrap();
+    let mut names: Vec<String> =
+        (0..archive.len()).map(|k| archive.by_index(k).unwrap().name().unwrap().to_string()).collect();
+    names.sort();
+    assert_eq!(names, ["data.npy", "lengths.npy", "offsets.npy"]);
+    assert_eq!(io::read(&out).unwrap().coords(), batch.coords());
+    arrays(&[2, 3]);
+    let error = io::read(&path).unwrap_err().to_string();
+    assert!(error.contains("streamline 0 begins at point 3 and has 2 points, but data has 4"), "{error}");
+}
+
+#[test]
+fn an_array_of_numpy_is_curves_of_one_length() {
+    let parsed = |shape: &str, order: &str, numbers: &[f64]| {
+        let header = format!("{{'descr': '<f8', 'fortran_order': {order}, 'shape': {shape}, }}\n");
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.into_bytes());
+        bytes.extend(numbers.iter().flat_map(|x| x.to_le_bytes()));
+        let options = ReadOptions { format: Some(Format::Npy), ..ReadOptions::default() };
+        io::read_from(&bytes[..], &options).map_err(|error| error.to_string())
+    };
+    let numbers: Vec<f64> = (0..12).map(f64::from).collect();
+    let two = parsed("(2, 3, 2)", "False", &numbers).unwrap();
+    assert_eq!((two.len(), two.points(1)), (2, &numbers[6..]));
+    let one = parsed("(4, 3)", "False", &numbers).unwrap();
+    assert_eq!((one.len(), one.dimension(), one.coords()), (1, 3, &numbers[..]));
+    let turned = parsed("(2, 3, 2)", "True", &numbers).unwrap();
+    assert_eq!(turned.points(0), [0.0, 6.0, 2.0, 8.0, 4.0, 10.0]);
+    let mut bytes = Vec::new();
+    let options = WriteOptions { format: Some(Format::Npy), ..WriteOptions::default() };
+    io::write_to(&mut bytes, &two, &options).unwrap();
+    let options = ReadOptions { format: Some(Format::Npy), ..ReadOptions::default() };
+    let back = io::read_from(&bytes[..], &options).unwrap();
+    assert_eq!((back.coords(), back.offsets()), (two.coords(), two.offsets()));
+    for (shape, sentence) in [
+        ("(12,)", "the array has the shape (12,), and must be (B, n, 2)"),
+        ("(3, 3, 2)", "the array has the shape (3, 3, 2), but holds 96 bytes"),
+    ] {
+        assert!(parsed(shape, "False", &numbers).unwrap_err().contains(sentence), "{sentence}");
+    }
+    let ragged = CurveBatch::from_ragged(2, numbers.clone(), vec![0, 2, 6]).unwrap();
+    let options = WriteOptions { format: Some(Format::Npy), ..WriteOptions::default() };
+    let error = io::write_to(Vec::new(), &ragged, &options).unwrap_err().to_string();
+    assert!(error.contains("NPY holds curves of one length, and these have 2 to 4 points"), "{error}");
 }

@@ -1,0 +1,194 @@
+//! [`Archive`]: a zip of arrays, read with care and written.
+
+use std::io::{self, BufReader, BufWriter, Cursor, Read, Seek, Write};
+
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+
+use crate::error::{Error, Result, listed, shortened};
+use crate::io::memory::{Full, Room};
+use crate::io::npy::{self, Element, Elements, Header, Order};
+use crate::io::source::{Source, UNPACKED_BYTES, UNPACKED_TIMES, most_unpacked};
+
+/// An archive in memory, and the file that it was.
+pub(in crate::io) struct Archive<'a> {
+    pub source: &'a Source<'a>,
+    zip: ZipArchive<Cursor<Vec<u8>>>,
+    packed_bytes: u64,
+    /// Bytes that the arrays read so far claim to unpack to.
+    unpacked_bytes: u64,
+}
+
+impl<'a> Archive<'a> {
+    /// Reads all of it.
+    pub(in crate::io) fn open(source: &'a mut Source<'_>) -> Result<Self> {
+        let bytes = source.bytes()?;
+        let packed_bytes = bytes.len() as u64;
+        // The zip crate takes memory for as many entries as the archive claims. Each entry has at
+        // least so many bytes.
+        if entries(&bytes).is_some_and(|entries| entries > packed_bytes / ENTRY_BYTES) {
+            return Err(
+                source.error(None, "the archive claims more arrays than it has bytes for: write the file again")
+            );
+        }
+        // Names and places of all entries.
+        source.take(bytes.len().saturating_mul(8))?;
+        let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| {
+            source
+                .error(None, format!("this is no NPZ archive, or it was cut off ({error}): write it with numpy.savez"))
+        })?;
+        Ok(Archive { source, zip, packed_bytes, unpacked_bytes: 0 })
+    }
+
+    /// The names of the archive's arrays.
+    pub(in crate::io) fn keys(&self) -> Vec<String> {
+        self.zip.file_names().flatten().filter_map(|name| name.strip_suffix(".npy").map(String::from)).collect()
+    }
+
+    /// What an array's header says, if it can be read.
+    pub(in crate::io) fn header(&mut self, key: &str) -> Option<Header> {
+        let number = self.zip.index_for_name(&file_name(key))?;
+        Header::read(&mut self.zip.by_index(number).ok()?).ok()
+    }
+
+    /// Makes room for more of the values read.
+    pub(in crate::io) fn grow<T>(&self, values: &mut Vec<T>, more: usize) -> Result<()> {
+        self.source.grow(values, more)
+    }
+
+    pub(in crate::io) fn wrong(&self, message: impl Into<String>) -> Error {
+        self.source.error(None, message)
+    }
+
+    /// One array: its shape, whether it is stored column after column, and its values.
+    ///
+    /// All of it is read, so that its checksum is compared.
+    pub(in crate::io) fn array<T>(
+        &mut self,
+        key: &str,
+        values: fn(Elements, &Room) -> io::Result<Option<Vec<T>>>,
+    ) -> Result<Option<Array<T>>> {
+        let Some(number) = self.zip.index_for_name(&file_name(key)) else { return Ok(None) };
+        let (source, name) = (self.source, shortened(key));
+        let wrong = |message: String| source.error(None, format!("array {name} {message}"));
+        let damaged = |error: io::Error| match error.get_ref().is_some_and(|inner| inner.is::<Full>()) {
+            true => source.failed(error),
+            false => wrong(format!("is damaged or cut off ({}): write the file again", shortened(&error.to_string()))),
+        };
+        let raw = self.zip.by_index_raw(number).map_err(|error| damaged(error.into()))?;
+        if raw.encrypted() {
+            return Err(wrong("is encrypted: write the file without a password".into()));
+        }
+        if !matches!(raw.compression(), CompressionMethod::Stored | CompressionMethod::Deflated) {
+            return Err(wrong("is packed as NumPy packs none: write the file with numpy.savez".into()));
+        }
+        drop(raw);
+        let mut entry = self.zip.by_index(number).map_err(|error| damaged(error.into()))?;
+        let stored_bytes = entry.size();
+        self.unpacked_bytes = self.unpacked_bytes.saturating_add(stored_bytes);
+        if self.unpacked_bytes > most_unpacked(self.packed_bytes) {
+            return Err(wrong(format!(
+                "brings what the archive unpacks to above {UNPACKED_TIMES} times its size and {} MiB: if it is meant to, \
+                 write the file with numpy.savez, which does not pack",
+                UNPACKED_BYTES >> 20
+            )));
+        }
+        let mut reader = BufReader::with_capacity(1 << 16, &mut entry as &mut dyn Read);
+        let header = Header::read(&mut reader).map_err(damaged)?;
+        let of_type = || wrong(format!("has the type {}: {}", shortened(&header.descr), wanted_type(key)));
+        let kind = header.kind().ok_or_else(of_type)?;
+        // A damaged header must not ask for more memory than the archive can fill. Nor may it ask
+        // for elements of no bytes.
+        let element_bytes = kind.bytes().unwrap_or(usize::MAX).max(1) as u64;
+        let count =
+            header.count().filter(|count| count.checked_mul(element_bytes).is_some_and(|bytes| bytes <= stored_bytes));
+        let Some(count) = count else {
+            return Err(wrong(format!("has the shape {}, but holds less: write the file again", tuple(&header.shape))));
+        };
+        let elements = Elements { kind, count, reader: &mut reader };
+        let values = values(elements, &source.room).map_err(damaged)?.ok_or_else(of_type)?;
+        // The checksum is compared at the end.
+        match reader.read(&mut [0]).map_err(damaged)? {
+            0 => Ok(Some(Array { shape: header.shape, order: header.order, values })),
+            _ => Err(wrong(format!("has the shape {}, but holds more: write the file again", tuple(&header.shape)))),
+        }
+    }
+}
+
+/// The content of one array.
+pub(in crate::io) struct Array<T> {
+    pub shape: Vec<u64>,
+    pub order: Order,
+    pub values: Vec<T>,
+}
+
+/// A shape as NumPy writes it.
+pub(in crate::io) fn tuple(shape: &[u64]) -> String {
+    match shape {
+        [length] => format!("({length},)"),
+        _ => format!("({})", listed(shape.iter().map(u64::to_string))),
+    }
+}
+
+/// The names of arrays that were found, in words.
+pub(in crate::io) fn arrays(found: &[impl AsRef<str>]) -> String {
+    match found {
+        [] => "none".to_string(),
+        _ => listed(found.iter().map(|name| shortened(name.as_ref()).into_owned())),
+    }
+}
+
+/// The fewest bytes of an entry in the directory of an archive.
+const ENTRY_BYTES: u64 = 46;
+
+/// How many entries an archive claims in 64 bits, in the place where the zip crate looks.
+///
+/// A claim in 16 bits asks for little memory.
+fn entries(bytes: &[u8]) -> Option<u64> {
+    let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at.checked_add(8)?)?.try_into().ok()?));
+    let last = bytes.len().checked_sub(22)?;
+    let end =
+        (last.saturating_sub(usize::from(u16::MAX))..=last).rev().find(|&at| bytes[at..].starts_with(b"PK\x05\x06"))?;
+    let comment = usize::from(u16::from_le_bytes([bytes[end + 20], bytes[end + 21]]));
+    let locator = bytes.len().checked_sub(42 + comment)?;
+    if !bytes[locator..].starts_with(b"PK\x06\x07") {
+        return None;
+    }
+    let from = usize::try_from(number(locator + 8)?).ok()?;
+    let footer = (from..=end.checked_sub(60)?).find(|&at| bytes[at..].starts_with(b"PK\x06\x06"))?;
+    number(footer + 32)
+}
+
+fn wanted_type(key: &str) -> &'static str {
+    match key {
+        "offsets" => "it must hold integers",
+        "known" => "it must hold booleans or integers, 1 for a given control point and 0 else",
+        "names" => "it must hold text, such as numpy.array([\"a\", \"b\"]), and no Python objects",
+        _ => "it must hold numbers, such as float64",
+    }
+}
+
+/// The archive's name of an array.
+fn file_name(key: &str) -> String {
+    format!("{key}.npy")
+}
+
+/// Writes one array of a type as NumPy names it.
+pub(in crate::io) fn array<E: Element, W: Write + Seek>(
+    zip: &mut ZipWriter<W>,
+    key: &str,
+    kind: &str,
+    shape: &[u64],
+    elements: impl Iterator<Item = E>,
+) -> io::Result<()> {
+    // Names are the widest elements, and check_names bounds them.
+    let bytes = shape.iter().product::<u64>().saturating_mul(8);
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Stored)
+        .last_modified_time(DateTime::default())
+        .large_file(bytes > u64::from(u32::MAX) - 4096);
+    zip.start_file(file_name(key), options)?;
+    let mut buffer = BufWriter::with_capacity(1 << 16, zip);
+    npy::write(&mut buffer, kind, shape, elements)?;
+    buffer.flush()
+}
