@@ -7,6 +7,10 @@ use crate::batch::{Column, Values};
 use crate::curve::Curve;
 use crate::words::words;
 
+/// The mean radius of the Earth in metres (IUGG, R₁): lengths on this sphere are within 0.6 % of those
+/// on the ellipsoid.
+const EARTH: f64 = 6_371_008.8;
+
 /// What is written of a curve beside its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -16,9 +20,11 @@ pub enum Quantity {
     Tangent,
     /// The curvature (1/length). In the plane it is positive where the curve turns left.
     Curvature,
-    /// The length of the curve from its first point to here.
+    /// The length of the curve from its first point to here: in metres for longitudes and latitudes,
+    /// whose heights are metres too, else in the unit of the points.
     Arclength,
-    /// The length that the curve covers in a unit of its times (a second, where times are dates).
+    /// The length, as of [`Quantity::Arclength`], that the curve covers in a unit of its times (a
+    /// second, where times are dates).
     Speed,
     /// The direction in degrees from north (the y axis) to the right, from 0 up to 360.
     ///
@@ -30,8 +36,8 @@ pub enum Quantity {
 words!(Quantity, "quantity": [
     (Tangent, "tangent", "Unit tangents: tangent_x, tangent_y, tangent_z"),
     (Curvature, "curvature", "Curvature (1/length), positive to the left in the plane"),
-    (Arclength, "arclength", "Length of the curve up to here"),
-    (Speed, "speed", "Length of the curve in a unit of time; a second where times are dates"),
+    (Arclength, "arclength", "Length of the curve up to here; metres for longitudes and latitudes"),
+    (Speed, "speed", "Arc length in a unit of time; in a second where times are dates"),
     (Heading, "heading", "Degrees from north (y) to the right, the course for longitudes and latitudes"),
 ]);
 
@@ -68,10 +74,10 @@ impl Quantity {
                 (0..curve.dimension()).map(|axis| tangents.iter().map(|t| t[axis]).collect()).collect()
             }
             Quantity::Curvature => vec![jets().map(|jet| jet.curvature(curve.dimension())).collect()],
-            Quantity::Arclength => vec![lengths(curve, sites)],
+            Quantity::Arclength => vec![lengths(curve, sites, geographic)],
             Quantity::Speed => values(&|k| {
                 let (span, u) = sites[k];
-                times.map_or(f64::NAN, |t| curve.speed(span, u) / (t[span + 1] - t[span]))
+                times.map_or(f64::NAN, |t| speed(curve, span, u, geographic) / (t[span + 1] - t[span]))
             }),
             Quantity::Heading => {
                 let heading = |point: DVec3, first: DVec3| {
@@ -86,16 +92,28 @@ impl Quantity {
     }
 }
 
+/// How fast a curve moves along a span (length in a unit of `u`), on the Earth where its points are
+/// longitudes and latitudes.
+fn speed(curve: &dyn Curve, span: usize, u: f64, geographic: bool) -> f64 {
+    if !geographic {
+        return curve.speed(span, u);
+    }
+    let jet = curve.jet(span, u);
+    let north = EARTH * jet.first.y.to_radians();
+    let east = EARTH * jet.first.x.to_radians() * jet.point.y.to_radians().cos();
+    DVec3::new(east, north, jet.first.z).length() * curve.pace(span)
+}
+
 /// The lengths from the first point of a curve to sites along it.
-fn lengths(curve: &dyn Curve, sites: &[(usize, f64)]) -> Vec<f64> {
+fn lengths(curve: &dyn Curve, sites: &[(usize, f64)], geographic: bool) -> Vec<f64> {
     let (mut before, mut length) = ((0, 0.0), 0.0);
     let mut lengths = Vec::with_capacity(sites.len());
     for &(span, u) in sites {
         while before.0 < span {
-            length += between(curve, before.0, before.1, 1.0);
+            length += between(curve, before.0, before.1, 1.0, geographic);
             before = (before.0 + 1, 0.0);
         }
-        length += between(curve, span, before.1, u);
+        length += between(curve, span, before.1, u, geographic);
         before = (span, u.max(before.1));
         lengths.push(length);
     }
@@ -103,11 +121,11 @@ fn lengths(curve: &dyn Curve, sites: &[(usize, f64)]) -> Vec<f64> {
 }
 
 /// The length of a span from one fraction to another, smooth piece by smooth piece.
-fn between(curve: &dyn Curve, span: usize, from: f64, to: f64) -> f64 {
+fn between(curve: &dyn Curve, span: usize, from: f64, to: f64, geographic: bool) -> f64 {
     if to <= from || curve.pieces(span) == 0 {
         return 0.0;
     }
-    if (from, to) == (0.0, 1.0) {
+    if (from, to) == (0.0, 1.0) && !geographic {
         return curve.span_length(span);
     }
     let pieces = curve.pieces(span) as f64;
@@ -117,7 +135,7 @@ fn between(curve: &dyn Curve, span: usize, from: f64, to: f64) -> f64 {
     ends.map(|end| {
         let (start, part) = (from, end - from);
         from = end;
-        part * arclength::span_length(|v| curve.speed(span, start + v * part))
+        part * arclength::span_length(|v| speed(curve, span, start + v * part, geographic))
     })
     .sum()
 }

@@ -65,7 +65,9 @@ fn raw_positions_become_hourly_ones_with_all_that_belongs_to_them() {
     assert!(longitude(&lines[3]) > 179.8 && longitude(&lines[4]) < -179.8, "{lines:?}");
     // The last track is a straight line of 0.4 and 1 degrees in two hours.
     let [speed, heading] = [7, 8].map(|k| lines[6].split(',').nth(k).unwrap().parse::<f64>().unwrap());
-    assert!((speed - 0.4_f64.hypot(1.0) / 7200.0).abs() < 1e-9, "{speed}");
+    let east = 0.4 * (-15.5_f64).to_radians().cos();
+    let metres = east.hypot(1.0).to_radians() * 6_371_008.8;
+    assert!((speed / (metres / 7200.0) - 1.0).abs() < 1e-3, "{speed} {metres}");
     let course = (0.4 * (-15.1666_f64).to_radians().cos()).atan2(1.0).to_degrees();
     assert!((heading - course).abs() < 1e-3, "{heading} {course}");
 }
@@ -116,8 +118,14 @@ fn samples_at_given_times_and_in_given_numbers() {
     run(&folder, &format!("fit ais.csv -o at.out.csv {ROLES} --sort t --gap 6h --at at.csv")).code(0);
     let at = lines(&folder, "at.out.csv");
     assert_eq!((at.len(), &at[1][..10], &at[2][..12]), (3, "219000001,", "007123456.1,"));
-    run(&folder, &format!("fit ais.csv -o seven.csv {ROLES} --sort t --points 7 --write arclength,curvature,tangent"))
-        .code(0);
+    // In a plane, where equal lengths of the curve are equal lengths.
+    fs::write(folder.path().join("plane.csv"), SHIPS.replace("LON,LAT", "E,N")).unwrap();
+    let roles = ROLES.replace("x=LON,y=LAT", "x=E,y=N");
+    run(
+        &folder,
+        &format!("fit plane.csv -o seven.csv {roles} --sort t --points 7 --write arclength,curvature,tangent"),
+    )
+    .code(0);
     let seven = lines(&folder, "seven.csv");
     assert_eq!(seven[0], "curve,x,y,t,arclength,curvature,tangent_x,tangent_y");
     let lengths: Vec<f64> = seven[1..8].iter().map(|line| line.split(',').nth(4).unwrap().parse().unwrap()).collect();
@@ -203,4 +211,36 @@ fn curves_are_cut_at_the_antimeridian_and_their_geometries_say_so() {
         ships.contains(r#""properties":{"curve":"007123456","Name":"Bob"},"geometry":{"type":"MultiLineString""#),
         "{ships}"
     );
+}
+
+#[test]
+fn lengths_and_speeds_of_longitudes_and_latitudes_are_metres_on_the_earth() {
+    let folder = ships();
+    // A quarter of the equator, of a meridian, and of the parallel of 60°, in 1,000 s each; across
+    // ±180° too.
+    let quarter = std::f64::consts::FRAC_PI_2 * 6_371_008.8;
+    let rows = "curve,t,lon,lat\n\
+        equator,0,0,0\nequator,500,45,0\nequator,1000,90,0\n\
+        meridian,0,5,0\nmeridian,500,5,45\nmeridian,1000,5,90\n\
+        parallel,0,150,60\nparallel,500,-165,60\nparallel,1000,-120,60\n";
+    fs::write(folder.path().join("quarters.csv"), rows).unwrap();
+    fs::write(folder.path().join("plane.csv"), rows.replace("lon,lat", "x,y")).unwrap();
+    // The last length and speed of each curve.
+    let ends = |input: &str| -> Vec<(f64, f64)> {
+        run(&folder, &format!("fit {input} -o o.csv --every 100 --write arclength,speed --device cpu --force")).code(0);
+        let written = lines(&folder, "o.csv");
+        assert_eq!(written[0].split(',').skip(4).collect::<Vec<_>>(), ["arclength", "speed"]);
+        let row = |line: &String| -> (f64, f64) {
+            let fields: Vec<&str> = line.split(',').collect();
+            (fields[4].parse().unwrap(), fields[5].parse().unwrap())
+        };
+        written[1..].chunks(11).map(|curve| row(&curve[10])).collect()
+    };
+    let lengths = [quarter, quarter, quarter / 2.0];
+    for ((length, speed), expected) in ends("quarters.csv").into_iter().zip(lengths) {
+        // The splines are straight, but for the rounding of their points.
+        assert!((length / expected - 1.0).abs() < 1e-9, "{length} instead of {expected}");
+        assert!((speed / (expected / 1000.0) - 1.0).abs() < 1e-9, "{speed}");
+    }
+    assert_eq!(ends("plane.csv")[0], (90.0, 0.09));
 }
