@@ -45,7 +45,9 @@ pub struct CurveArgs {
     pub to: Option<Format>,
     /// Rounds coordinates to N decimals, in CSV, GeoJSON, TopoJSON and SVG
     ///
-    /// TopoJSON is quantised then. By default every coordinate has all its digits.
+    /// TopoJSON is quantised then. By default GeoJSON has as many as the input's points, but no fewer
+    /// than ten significant digits, and for longitudes and latitudes no more than nine decimals
+    /// (0.1 mm). The other formats have all digits.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=15), help_heading = "Output")]
     pub digits: Option<u8>,
     /// What becomes of curves that cross ±180° of longitude
@@ -93,7 +95,10 @@ impl Made<'_> {
     /// # Errors
     /// A file that cannot be written.
     pub fn finish(self, mut run: Run, args: &CurveArgs) -> Result<bool> {
-        let Made { batch, fit, curves, options, .. } = self;
+        let Made { batch, fit, curves, mut options, .. } = self;
+        if args.format() == Some(Format::GeoJson) {
+            options.decimals = options.decimals.or_else(|| io::decimals_of(batch));
+        }
         run.write(&args.output, || io::write_with(&args.output, &curves, &options))?;
         let points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
         drop(curves);

@@ -68,6 +68,7 @@ mod array;
 mod atomic;
 mod columns;
 mod csv;
+mod decimals;
 mod formats;
 mod geojson;
 mod gpx;
@@ -94,6 +95,7 @@ use crate::error::{Error, Result, quoted};
 pub use antimeridian::Antimeridian;
 pub use atomic::{Output, write_atomically};
 pub use columns::{Carried, Columns};
+pub use decimals::decimals_of;
 use formats::Entry;
 pub use formats::Format;
 use source::Source;
@@ -184,7 +186,8 @@ pub struct WriteOptions {
     /// CSV, GeoJSON, TopoJSON and SVG: coordinates are rounded to so many decimals. TopoJSON is then
     /// quantised.
     ///
-    /// By default coordinates are the shortest decimals that read back to the same bits.
+    /// By default coordinates are the shortest decimals that read back to the same bits. [`decimals_of`]
+    /// says what points need.
     pub decimals: Option<u8>,
     /// What becomes of longitudes beyond ±180. By default they stay.
     pub antimeridian: Antimeridian,

@@ -4,6 +4,7 @@
 mod bombs;
 mod controls;
 mod damage;
+mod decimals;
 mod documents;
 mod errors;
 mod formats;
