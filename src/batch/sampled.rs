@@ -27,7 +27,8 @@ impl CurveBatch {
             _ => f64::NAN,
         };
         let spans = closed.contains(&true).then(|| (0..samples.len()).map(span).collect());
-        let (mut coords, mut t) = (Vec::new(), Vec::new());
+        let count = *offsets.last().expect("offsets begin with 0");
+        let (mut coords, mut t) = (Vec::with_capacity(count * dimension), Vec::with_capacity(count));
         for (of_curve, t_of_curve) in samples {
             coords.extend(of_curve);
             t.extend(t_of_curve);

@@ -99,9 +99,9 @@ pub fn run(args: &FitArgs) -> Result<bool> {
                 }
             };
             let mut notes = method.notes(&strokes);
-            let (strokes, of_map) = args.map.mend(&topology, strokes, sampling);
+            let (strokes, of_map) = args.map.mend(&topology, topology.sample(strokes, sampling));
             notes.extend(of_map.into_iter().chain(divided));
-            let fit = topology.join(strokes);
+            let fit = strokes.join();
             // One tolerance, so that curves share the Béziers of their borders.
             let tolerance = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
             let curves = if shape == Shape::Bezier { fit.beziers(tolerance) } else { fit.polylines(sampling) };

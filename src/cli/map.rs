@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use faircurve::topology::{Crossing, Divided, Faults, Options, Topology};
-use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
+use faircurve::topology::{Crossing, Divided, Faults, Options, Sampled, Topology};
+use faircurve::{CurveBatch, Error, Result};
 
 use super::{count, thousands};
 
@@ -112,12 +112,12 @@ impl MapArgs {
     }
 
     /// The fitted strokes, mended where that is asked for, and what is worth a line.
-    pub fn mend(&self, topology: &Topology, strokes: Fit, sampling: Sampling) -> (Fit, Vec<String>) {
+    pub fn mend(&self, topology: &Topology, strokes: Sampled) -> (Sampled, Vec<String>) {
         let note = vec![note(topology)];
         match self.crossings.unwrap_or(Crossings::Count) {
             Crossings::Ignore => (strokes, note),
             Crossings::Count => {
-                let Faults { crossings, of_data, misplaced } = topology.faults(&strokes, sampling);
+                let Faults { crossings, of_data, misplaced } = strokes.faults();
                 let crossings = (!crossings.is_empty()).then(|| {
                     let of_data =
                         if of_data > 0 { format!(" ({} in the data)", thousands(of_data)) } else { String::new() };
@@ -134,7 +134,7 @@ impl MapArgs {
             }
             Crossings::Mend => {
                 let share = self.keep_area.unwrap_or(KEEP_AREA);
-                let (strokes, mended) = topology.mend(strokes, sampling, share);
+                let (strokes, mended) = strokes.mend(share);
                 let mut line = format!(
                     "{}: {} were drawn tighter, {} left",
                     count(mended.before, "crossing"),

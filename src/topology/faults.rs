@@ -5,9 +5,8 @@ use rustc_hash::FxHashSet;
 use super::Topology;
 use super::crossings::{self, Line, Place};
 use super::nesting::Nesting;
-use super::samples::{self, Samples};
-use crate::curve::Sampling;
-use crate::report::Fit;
+use super::sampled::Sampled;
+use super::samples::Samples;
 
 /// A place where curves cross, or a curve crosses itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,22 +29,28 @@ pub struct Faults {
     pub misplaced: Vec<usize>,
 }
 
-impl Topology {
-    /// Where the samples of fitted [`strokes`](Self::strokes) cross, seen along x and y, and what
-    /// they put on another side of others.
+impl Sampled {
+    /// Where the samples cross, seen along x and y, and what they put on another side of others.
     ///
     /// Each pair of spans whose samples have a point in common counts, but for neighbours along a
     /// curve and curves that meet at a junction. What curves share is looked at once. Curves that
     /// share nothing because they cannot be fitted are left out. Longitudes are compared as they
     /// are: two curves on both sides of the antimeridian do not meet.
-    pub fn faults(&self, fit: &Fit, sampling: Sampling) -> Faults {
-        let (samples, data) = (samples::sample(self, fit, sampling), self.data());
-        let crossings = |samples: &[Samples]| self.named(samples, self.places(samples, |_| true));
-        let nesting = Nesting::new(self, &data);
-        let misplaced = nesting.curves(&nesting.misplaced(&samples));
-        Faults { crossings: crossings(&samples), of_data: crossings(&data).len(), misplaced }
+    pub fn faults(&self) -> Faults {
+        let (topology, samples) = (&self.topology, &self.samples);
+        let data = topology.data();
+        let crossings = |samples: &[Samples]| topology.named(samples, topology.places(samples, |_| true));
+        let misplaced = || {
+            let nesting = Nesting::new(topology, &data);
+            nesting.curves(&nesting.misplaced(samples))
+        };
+        let (fitted, (of_data, misplaced)) =
+            rayon::join(|| crossings(samples), || (crossings(&data).len(), misplaced()));
+        Faults { crossings: fitted, of_data, misplaced }
     }
+}
 
+impl Topology {
     /// The data points as samples of the arcs.
     pub(super) fn data(&self) -> Vec<Samples> {
         let of_arc = |arc: usize| {

@@ -1,12 +1,13 @@
 //! [`Map`]: the curves of a batch, put together from the spans of fitted strokes.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::arcs::Use;
-use super::samples::{Part, sample, samples_along};
+use super::samples::{Part, Samples, sample, samples_along};
 use super::{TURN, Topology};
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Jet, Sampling};
@@ -18,6 +19,8 @@ use crate::report::{CurveReport, CurveSet, Fit};
 pub(super) struct Map {
     pub topology: Arc<Topology>,
     pub fit: Fit,
+    /// The samples of every arc, where they are known.
+    pub sampled: Option<(Sampling, Vec<Samples>)>,
 }
 
 impl CurveSet for Map {
@@ -26,13 +29,21 @@ impl CurveSet for Map {
     }
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
-        let Map { topology, fit } = self;
+        let Map { topology, fit, sampled } = self;
         let batch = &topology.batch;
-        let arcs = sample(topology, fit, sampling);
+        let arcs = match sampled {
+            Some((of, samples)) if *of == sampling => Cow::Borrowed(&samples[..]),
+            _ => Cow::Owned(sample(topology, fit, sampling)),
+        };
+        let d = batch.dimension();
         let curves = parallel::map(batch.len(), 16, |i| {
-            let along = samples_along(topology, &arcs, i);
-            let coords = along.clone().flat_map(|(point, _)| point.to_array().into_iter().take(batch.dimension()));
-            (coords.collect(), along.map(|(_, t)| t).collect())
+            let count = topology.arcs.uses[i].iter().map(|way| arcs[way.arc as usize].t.len()).sum::<usize>();
+            let (mut coords, mut parameters) = (Vec::with_capacity(count * d), Vec::with_capacity(count));
+            samples_along(topology, &arcs, i, |point, t| {
+                coords.extend_from_slice(&point.as_ref()[..d]);
+                parameters.push(t);
+            });
+            (coords, parameters)
         });
         let ends =
             |i: usize| topology.arcs.uses[i].iter().map(|way| topology.arcs.spans(way.arc as usize)).sum::<usize>();

@@ -14,6 +14,7 @@ use super::crossings::Place;
 use super::faults::Crossing;
 use super::levels::Levels;
 use super::nesting::{Misplaced, Nesting};
+use super::sampled::Sampled;
 use super::samples::{self, Samples};
 use crate::curve::Sampling;
 use crate::report::Fit;
@@ -33,31 +34,37 @@ pub struct Mended {
     pub misplaced: usize,
 }
 
-impl Topology {
-    /// Tightens fitted [`strokes`](Self::strokes) where their samples cross, where a ring has less
-    /// than `keep_area` of its area, and where a curve has come to another side of a ring.
+impl Sampled {
+    /// Tightens strokes where their samples cross, where a ring has less than `keep_area` of its area, and where a curve has come to another side of a ring.
     ///
     /// Spans that cross become cubics with the same directions at their ends and shorter handles,
     /// and points that the fit moved go back towards the data, step by step, until nothing crosses.
     /// In the last step a span is its chord. So nothing is left that the data have not.
-    pub fn mend(&self, fit: Fit, sampling: Sampling, keep_area: f64) -> (Fit, Mended) {
+    pub fn mend(self, keep_area: f64) -> (Sampled, Mended) {
+        let Sampled { topology, fit, sampling, mut samples } = self;
+        let (fit, mended) = topology.mend(fit, sampling, keep_area, &mut samples);
+        (Sampled { topology, fit, sampling, samples }, mended)
+    }
+}
+
+impl Topology {
+    fn mend(&self, fit: Fit, sampling: Sampling, keep_area: f64, samples: &mut [Samples]) -> (Fit, Mended) {
         let mut levels = Levels::new(self, &fit);
-        let mut samples = samples::sample(self, &fit, sampling);
-        let mut crossing = self.places(&samples, |_| true);
+        let mut crossing = self.places(samples, |_| true);
         let rings: Vec<usize> = (0..self.batch.len()).filter(|&i| self.is_ring(i)).collect();
         let mut shrunken: Vec<usize> =
-            rings.iter().copied().filter(|&i| self.is_shrunken(i, &samples, keep_area)).collect();
+            rings.iter().copied().filter(|&i| self.is_shrunken(i, samples, keep_area)).collect();
         let nesting = Nesting::new(self, &self.data());
-        let mut misplaced = nesting.misplaced(&samples);
+        let mut misplaced = nesting.misplaced(samples);
         let mut mended = Mended {
             misplaced: nesting.curves(&misplaced).len(),
-            before: self.named(&samples, crossing.clone()).len(),
+            before: self.named(samples, crossing.clone()).len(),
             kept: shrunken.len(),
             ..Mended::default()
         };
         loop {
             // Once each, however many of their segments cross.
-            let crossed = crossing.iter().flatten().flat_map(|&place| self.spans_of(&samples, place));
+            let crossed = crossing.iter().flatten().flat_map(|&place| self.spans_of(samples, place));
             let crossed: BTreeSet<(u32, usize)> = crossed.collect();
             let tightened = crossed.into_iter().filter(|&(stroke, span)| levels.tighten(stroke, span));
             let mut changed: Vec<u32> = tightened.map(|(stroke, _)| stroke).collect();
@@ -67,22 +74,22 @@ impl Topology {
                 changed.extend(levels.bring_back(place.stroke, first..first + spans).then_some(place.stroke));
             }
             for misplaced in &misplaced {
-                changed.extend(self.part_from_ring(&mut levels, &samples, &nesting, misplaced));
+                changed.extend(self.part_from_ring(&mut levels, samples, &nesting, misplaced));
             }
             if changed.is_empty() {
                 break;
             }
             changed.sort_unstable();
             changed.dedup();
-            samples::sample_again(self, &levels, &changed, sampling, &mut samples);
+            samples::sample_again(self, &levels, &changed, sampling, samples);
             let is_new = |arc: u32| changed.binary_search(&self.strokes.places[arc as usize].stroke).is_ok();
             crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
-            crossing.extend(self.places(&samples, is_new));
-            shrunken.retain(|&i| self.is_shrunken(i, &samples, keep_area));
-            misplaced = nesting.misplaced(&samples);
+            crossing.extend(self.places(samples, is_new));
+            shrunken.retain(|&i| self.is_shrunken(i, samples, keep_area));
+            misplaced = nesting.misplaced(samples);
         }
         mended.tightened = levels.tightened();
-        mended.left = self.named(&samples, crossing);
+        mended.left = self.named(samples, crossing);
         (levels.finish(), mended)
     }
 
@@ -146,20 +153,30 @@ impl Topology {
     /// way round.
     fn is_shrunken(&self, i: usize, samples: &[Samples], keep_area: f64) -> bool {
         let points = self.batch.points(i).chunks_exact(self.batch.dimension());
-        let data = area(points.map(|point| DVec2::from_slice(&point[..2])));
-        let now = area(samples::along(self, samples, i).map(|point| point.truncate()));
-        now * data.signum() < keep_area * data.abs()
+        let (mut data, mut now) = (Area::default(), Area::default());
+        points.for_each(|point| data.add(DVec2::from_slice(&point[..2])));
+        samples::along(self, samples, i, |point| now.add(point.truncate()));
+        now.get() * data.get().signum() < keep_area * data.get().abs()
     }
 }
 
 /// The area that a polygon encloses, positive if it goes round to the left.
-fn area(points: impl Iterator<Item = DVec2>) -> f64 {
-    let mut points = points.peekable();
-    let Some(&first) = points.peek() else { return 0.0 };
-    let (mut twice, mut last) = (0.0, DVec2::ZERO);
-    for point in points {
-        twice += last.perp_dot(point - first);
-        last = point - first;
+#[derive(Default)]
+struct Area {
+    first: Option<DVec2>,
+    /// From the first point.
+    last: DVec2,
+    twice: f64,
+}
+
+impl Area {
+    fn add(&mut self, point: DVec2) {
+        let next = point - *self.first.get_or_insert(point);
+        self.twice += self.last.perp_dot(next);
+        self.last = next;
     }
-    0.5 * twice
+
+    fn get(&self) -> f64 {
+        0.5 * self.twice
+    }
 }

@@ -45,6 +45,7 @@ mod levels;
 mod map;
 mod mend;
 mod nesting;
+mod sampled;
 mod samples;
 mod strokes;
 mod tight;
@@ -64,6 +65,7 @@ use vertices::Vertices;
 pub use divided::Divided;
 pub use faults::{Crossing, Faults};
 pub use mend::Mended;
+pub use sampled::Sampled;
 
 /// A whole turn of longitude.
 const TURN: f64 = 360.0;
@@ -196,15 +198,14 @@ impl Topology {
     ///
     /// - A curve has the spans between its points, whose parameters are 0, 1, 2 …. Repeated points
     ///   have no span.
-    /// - Samples are taken between junctions: [`Sampling::Spacing`](crate::Sampling::Spacing) divides every arc evenly, and
-    ///   [`Sampling::Count`](crate::Sampling::Count) is a count for every arc. A ring of one arc is sampled as ever.
+    /// - Samples are taken as by [`sample`](Self::sample).
     /// - The report of a curve that is one whole stroke is the stroke's. Of others energy and
     ///   iterations are the sums of all their strokes, which may go on beyond the curve; status and
     ///   message are those of the worst.
     pub fn join(self: &Arc<Self>, fit: Fit) -> Fit {
         let reports = (0..self.batch.len()).map(|i| map::report(self, &fit, i)).collect();
         let device = fit.device().clone();
-        Fit::new(Map { topology: self.clone(), fit }, reports, device)
+        Fit::new(Map { topology: self.clone(), fit, sampled: None }, reports, device)
     }
 
     /// Whether curve `i` is closed and not alone.

@@ -5,7 +5,6 @@ use std::ops::Range;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use super::arcs::Use;
 use super::levels::Levels;
 use super::tight::Tight;
 use super::{TURN, Topology};
@@ -15,50 +14,48 @@ use crate::parallel;
 use crate::report::Fit;
 
 /// The samples of an arc, in its direction.
+#[derive(Clone)]
 pub(super) struct Samples {
     pub points: Vec<DVec3>,
     /// The number of the span, and the fraction of it.
     pub t: Vec<f64>,
 }
 
-/// The samples along curve `i`, from those of the arcs, with the number of its span and the fraction of it.
-pub(super) fn samples_along<'a>(
-    topology: &'a Topology,
-    arcs: &'a [Samples],
-    i: usize,
-) -> impl Iterator<Item = (DVec3, f64)> + Clone + 'a {
+/// Goes along the samples of curve `i`, from those of the arcs: `each` point, with the number of its
+/// span and the fraction of it.
+pub(super) fn samples_along(topology: &Topology, arcs: &[Samples], i: usize, mut each: impl FnMut(DVec3, f64)) {
     let uses = &topology.arcs.uses[i];
-    let spans = move |way: &Use| topology.arcs.spans(way.arc as usize);
-    let before = uses.iter().scan(0, move |before, way| {
-        *before += spans(way);
-        Some(*before - spans(way))
-    });
-    uses.iter().enumerate().zip(before).flat_map(move |((k, way), before)| {
+    let mut before = 0;
+    for (k, way) in uses.iter().enumerate() {
         let (arc, closed) = (&arcs[way.arc as usize], topology.arcs.closed[way.arc as usize]);
+        let spans = topology.arcs.spans(way.arc as usize);
+        let shift = TURN * f64::from(way.turn);
+        let mut each = |at: usize, t: f64| {
+            let mut point = arc.points[at];
+            if way.turn != 0 {
+                point.x += shift;
+            }
+            each(point, before as f64 + t);
+        };
         // The next arc begins where this one ends; a closed curve ends where it began.
         let ends = k + 1 == uses.len() && (closed || !topology.batch.is_closed(i));
         let all = arc.t.len();
-        (0..if ends { all } else { all - 1 }).map(move |k| {
-            let (at, t) = match (way.reversed, closed) {
-                (false, _) => (k, arc.t[k]),
-                (true, true) if k == 0 => (0, 0.0),
-                (true, closed) => {
-                    let at = all - k - usize::from(!closed);
-                    (at, spans(way) as f64 - arc.t[at])
-                }
-            };
-            let mut point = arc.points[at];
-            if way.turn != 0 {
-                point.x += TURN * f64::from(way.turn);
+        let count = if ends { all } else { all - 1 };
+        match (way.reversed, closed) {
+            (false, _) => (0..count).for_each(|at| each(at, arc.t[at])),
+            (true, false) => (0..count).map(|k| all - 1 - k).for_each(|at| each(at, spans as f64 - arc.t[at])),
+            (true, true) => {
+                each(0, 0.0);
+                (1..all).rev().for_each(|at| each(at, spans as f64 - arc.t[at]));
             }
-            (point, before as f64 + t)
-        })
-    })
+        }
+        before += spans;
+    }
 }
 
 /// The points of the samples along curve `i`.
-pub(super) fn along<'a>(topology: &'a Topology, arcs: &'a [Samples], i: usize) -> impl Iterator<Item = DVec3> + 'a {
-    samples_along(topology, arcs, i).map(|(point, _)| point)
+pub(super) fn along(topology: &Topology, arcs: &[Samples], i: usize, mut each: impl FnMut(DVec3)) {
+    samples_along(topology, arcs, i, |point, _| each(point));
 }
 
 /// The samples of every arc.

@@ -124,21 +124,27 @@ fn maps_of_any_batch_have_a_status_each_and_share_what_they_shared() {
             let topology = Topology::new(&batch, &options).ok()?;
             let strokes = topology.strokes();
             sampling.check(&batch).ok()?;
-            let mut fit = match smoothing {
+            let fit = match smoothing {
                 None => Natural::default().fit(strokes, &Device::cpu()).ok()?,
                 Some(amount) => {
                     let pin_ends = seed % 3 > 0;
                     Smoothing { amount, pin_ends, ..Smoothing::default() }.fit(strokes, &Device::cpu()).ok()?
                 }
             };
+            let mut sampled = topology.sample(fit, sampling);
             if mends {
-                let before = topology.faults(&fit, sampling).crossings.len();
-                let (tight, mended) = topology.mend(fit, sampling, 0.5);
+                let before = sampled.faults().crossings.len();
+                let (tight, mended) = sampled.mend(0.5);
                 assert_eq!(mended.before, before, "seed {seed}");
-                fit = tight;
+                sampled = tight;
             }
-            let fit = topology.join(fit);
+            let strokes = sampled.strokes().clone();
+            let fit = sampled.join();
             let samples = fit.polylines(sampling);
+            // What was looked at for crossings is what is written, to the bit.
+            let again = topology.join(strokes).polylines(sampling);
+            let bits = |batch: &CurveBatch| batch.coords().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&samples), bits(&again), "seed {seed}");
             assert!((0..batch.len()).all(|i| samples.is_closed(i) == batch.is_closed(i)), "seed {seed}");
             fit.beziers(1e-3);
             for (curve, report) in &fit {

@@ -27,12 +27,13 @@ fn mended_maps_cross_nowhere_but_where_their_data_do() {
     let world = world();
     let topology = Topology::new(&world, &Options::of(&world)).unwrap();
     for (fit, worse) in [(natural(&topology), 10), (smoothed(&topology, 0.05), 5), (smoothed(&topology, 1.0), 0)] {
-        let before = topology.faults(&fit, EIGHT);
+        let sampled = topology.sample(fit, EIGHT);
+        let before = sampled.faults();
         assert!(before.crossings.len() >= before.of_data + worse, "{before:?}");
-        let (fit, mended) = topology.mend(fit, EIGHT, 0.5);
+        let (sampled, mended) = sampled.mend(0.5);
         assert_eq!(mended.before, before.crossings.len());
         assert!(mended.left.len() <= before.of_data, "{:?}", mended.left);
-        let after = topology.faults(&fit, EIGHT);
+        let after = sampled.faults();
         assert!(after.crossings.len() == mended.left.len() && after.misplaced.is_empty(), "{after:?}");
     }
 }
@@ -45,14 +46,14 @@ fn mending_leaves_what_does_not_cross_and_breaks_no_direction() {
     let batch = CurveBatch::from_slices(&[&hairpin[..], &beside[..]]).unwrap();
     let topology = Topology::new(&batch, &Options::default()).unwrap();
     let fit = natural(&topology);
-    let faults = topology.faults(&fit, EIGHT);
+    let faults = topology.sample(fit.clone(), EIGHT).faults();
     assert!(!faults.crossings.is_empty() && faults.of_data == 0, "{faults:?}");
-    let (mended, report) = topology.mend(fit.clone(), EIGHT, 0.5);
+    let (mended, report) = topology.sample(fit.clone(), EIGHT).mend(0.5);
     assert!(report.left.is_empty() && report.tightened > 0, "{report:?}");
     let last = |fit: &Fit| fit.curve(1).jet(3, 0.5).point;
-    assert_eq!(last(&fit), last(&mended), "far away nothing moves");
+    assert_eq!(last(&fit), last(mended.strokes()), "far away nothing moves");
     for (i, spans) in [(0, 6), (1, 4)] {
-        let curve = mended.curve(i);
+        let curve = mended.strokes().curve(i);
         for k in 1..spans {
             let (before, after) = (curve.jet(k - 1, 1.0), curve.jet(k, 0.0));
             assert!(before.point.distance(after.point) < 1e-12, "curve {i} at {k}");
@@ -71,13 +72,13 @@ fn rings_keep_their_share_of_area_and_islands_their_side_of_the_coast() {
     let batch = CurveBatch::from_slices(&[&coast[..], &island[..]]).unwrap().closed(true);
     let topology = Topology::new(&batch, &Options::default()).unwrap();
     let fit = smoothed(&topology, 60.0);
-    let faults = topology.faults(&fit, EIGHT);
+    let faults = topology.sample(fit.clone(), EIGHT).faults();
     assert_eq!(faults.misplaced, [1], "{faults:?}");
-    let (mended, report) = topology.mend(fit.clone(), EIGHT, 0.5);
+    let (mended, report) = topology.sample(fit.clone(), EIGHT).mend(0.5);
     assert!(report.misplaced > 0 && report.kept > 0 && report.left.is_empty(), "{report:?}");
-    let faults = topology.faults(&mended, EIGHT);
+    let faults = mended.faults();
     assert!(faults.misplaced.is_empty() && faults.crossings.is_empty(), "{faults:?}");
-    let [before, after] = [fit, mended].map(|fit| topology.join(fit).polylines(EIGHT));
+    let [before, after] = [topology.join(fit), mended.join()].map(|fit| fit.polylines(EIGHT));
     assert!(area(&before, 1) < 0.5 * area(&batch, 1) && area(&after, 1) >= 0.5 * area(&batch, 1));
 }
 
@@ -86,10 +87,10 @@ fn crossings_of_the_data_stay_and_are_told() {
     let eight = [[0.0, 0.0], [2.0, 2.0], [4.0, 0.0], [4.0, 2.0], [2.0, 0.0], [0.0, 2.0]];
     let batch = CurveBatch::from_slices(&[&eight[..]]).unwrap().closed(true);
     let topology = Topology::new(&batch, &Options::default()).unwrap();
-    let fit = natural(&topology);
-    let faults = topology.faults(&fit, EIGHT);
+    let sampled = topology.sample(natural(&topology), EIGHT);
+    let faults = sampled.faults();
     assert!(faults.of_data > 0);
-    let (_, mended) = topology.mend(fit, EIGHT, 0.0);
+    let (_, mended) = sampled.mend(0.0);
     assert_eq!(mended.left.len(), faults.of_data, "{mended:?}");
     assert_eq!(mended.left[0].curves, [0, 0]);
 }
