@@ -99,6 +99,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
                 }
             };
             let mut notes = method.notes(&strokes);
+            run.step("looking at crossings");
             let (strokes, of_map) = args.map.mend(&topology, topology.sample(strokes, sampling));
             notes.extend(of_map.into_iter().chain(divided));
             let fit = strokes.join();

@@ -102,9 +102,14 @@ impl<'a> Run<'a> {
         Ok(device.with_counter(self.progress.counter()))
     }
 
+    /// Tells what is done with the fitted curves now.
+    pub fn step(&mut self, what: &str) {
+        self.seconds.fit += self.progress.step(what);
+    }
+
     /// Writes what was made.
     pub fn write(&mut self, path: &Path, write: impl FnOnce() -> Result<()>) -> Result<()> {
-        self.seconds.fit = self.progress.step(format!("writing {}", path.display()));
+        self.seconds.fit += self.progress.step(format!("writing {}", path.display()));
         write()?;
         self.seconds.write = self.progress.step("drawing");
         Ok(())
