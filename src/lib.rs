@@ -132,11 +132,18 @@
 //!   minimiser of it or no cost of full precision.
 #![warn(missing_docs)]
 
+// The program is written as its users write theirs.
+#[cfg(feature = "cli")]
+extern crate self as faircurve;
+
 pub mod arclength;
 mod batch;
 pub mod bezier;
 mod bounds;
 mod catalogue;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 mod constraint;
 mod curve;
 mod damping;

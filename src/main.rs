@@ -1,7 +1,7 @@
 //! The program `faircurve`: fits fair curves to files full of points.
 
-mod cli;
+use std::process::ExitCode;
 
-fn main() -> std::process::ExitCode {
-    cli::run()
+fn main() -> ExitCode {
+    faircurve::cli::run(std::env::args_os()).into()
 }

@@ -4,10 +4,6 @@ use std::sync::OnceLock;
 
 use tempfile::TempDir;
 
-#[allow(dead_code)]
-#[path = "../../src/cli/mod.rs"]
-mod cli;
-
 /// The folder that all runs share: the files that they read, and whatever they write.
 static FOLDER: OnceLock<TempDir> = OnceLock::new();
 
@@ -18,5 +14,5 @@ libfuzzer_sys::fuzz_target!(|data: &[u8]| {
         folder
     });
     let Some(arguments) = faircurve_fuzz::arguments(data, folder.path()) else { return };
-    cli::run_with(arguments);
+    faircurve::cli::run(arguments);
 });

@@ -27,7 +27,6 @@ mod words;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand};
@@ -158,21 +157,16 @@ fn show(line: impl std::fmt::Display) -> Result<()> {
     writeln!(std::io::stdout(), "{line}").map_err(|source| Error::Stream { source })
 }
 
-/// Runs the program.
-pub fn run() -> ExitCode {
-    run_with(std::env::args_os())
-}
-
-/// Runs the program with these arguments, its name first. A `true` from a subcommand means that
-/// everything was as it should be.
-pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+/// Runs the program with these arguments, its name first; its exit status. A `true` from a
+/// subcommand means that everything was as it should be.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {
             let error = with_nearest_subcommand(error);
             // Nothing is left to say where nobody reads what is said.
             let _ = error.print();
-            return ExitCode::from(error.exit_code() as u8);
+            return error.exit_code() as u8;
         }
     };
     let result = match cli.command {
@@ -184,17 +178,17 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Experiments(args) => experiments::run(&args),
     };
     match result {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(1),
+        Ok(true) => 0,
+        Ok(false) => 1,
         // Whoever reads our output has stopped reading: nothing is left to say.
         Err(Error::Write { source, .. } | Error::Stream { source })
             if source.kind() == std::io::ErrorKind::BrokenPipe =>
         {
-            ExitCode::from(2)
+            2
         }
         Err(error) => {
             eprintln!("faircurve: {}", with_options(error));
-            ExitCode::from(2)
+            2
         }
     }
 }
