@@ -177,7 +177,7 @@ pub use batch::{Column, CurveBatch, Point, Unfitted, Values};
 pub use catalogue::kernels;
 pub use constraint::{Constraint, Constraints};
 pub use curve::{Curve, Jet, Sampling};
-pub use device::{Choice, Costs, Device, DeviceReport, Work};
+pub use device::{Choice, Costs, Device, DeviceReport, Stopped, Work};
 pub use error::{Error, Result};
 pub use grids::Grids;
 pub use motion::Motion;

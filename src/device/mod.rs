@@ -5,7 +5,7 @@ mod costs;
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 pub use costs::{Costs, Work};
 
@@ -80,12 +80,17 @@ pub struct Device {
     precision: Precision,
     reason: String,
     finished: Option<Arc<AtomicUsize>>,
+    stop: Option<Arc<AtomicBool>>,
 }
+
+/// What a fit unwinds with that is [stopped](Device::stopped_by).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stopped;
 
 impl Device {
     /// The CPU, with all threads of rayon's pool.
     pub fn cpu() -> Self {
-        Device { gpu: None, precision: Precision::Auto, reason: "as asked".into(), finished: None }
+        Device { gpu: None, precision: Precision::Auto, reason: "as asked".into(), finished: None, stop: None }
     }
 
     /// The adapter of this number. [`gpu::adapters`] lists them.
@@ -161,7 +166,18 @@ impl Device {
         self
     }
 
-    /// The CPU in place of this device, with the same counter.
+    /// The same device with a flag that stops fits, for Ctrl-C.
+    ///
+    /// Once the flag is set, a fit under way ends with the next curve that is finished. It unwinds with
+    /// [`Stopped`], by [`resume_unwind`](std::panic::resume_unwind):
+    /// [`catch_unwind`](std::panic::catch_unwind) catches it. Natural splines and completed Béziers are
+    /// finished all at once, and are not stopped.
+    pub fn stopped_by(mut self, flag: Arc<AtomicBool>) -> Self {
+        self.stop = Some(flag);
+        self
+    }
+
+    /// The CPU in place of this device, with the same counter and flag.
     pub(crate) fn on_cpu(&self) -> Self {
         Device { gpu: None, ..self.clone() }
     }
@@ -170,6 +186,9 @@ impl Device {
     pub(crate) fn finished(&self, curves: usize) {
         if let Some(counter) = &self.finished {
             counter.fetch_add(curves, Ordering::Relaxed);
+        }
+        if self.stop.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+            std::panic::resume_unwind(Box::new(Stopped));
         }
     }
 

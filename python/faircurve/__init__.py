@@ -1,0 +1,39 @@
+"""Fair curves by the thousand: smooth curves through ragged batches of points, on the CPU or on a GPU.
+
+>>> import numpy as np, faircurve as fc
+>>> curves = np.random.default_rng(0).normal(size=(1000, 10, 2))
+>>> fit = fc.Natural().fit(curves)
+>>> fit.sample(64).shape
+(1000, 64, 2)
+>>> fit([0.0, 0.5]).shape, fit.length.shape
+((1000, 2, 2), (1000,))
+"""
+
+from . import bezier, laplacian, linalg
+from ._arrays import Ragged, ragged
+from ._core import __version__, adapters
+from ._energy import Energy, attachment, bending, length, tension, torsion, variation
+from ._fit import Fit
+from ._methods import Fair, Natural, Smooth, Smoothing
+
+__all__ = [
+    "Energy",
+    "Fair",
+    "Fit",
+    "Natural",
+    "Ragged",
+    "Smooth",
+    "Smoothing",
+    "__version__",
+    "adapters",
+    "attachment",
+    "bending",
+    "bezier",
+    "laplacian",
+    "length",
+    "linalg",
+    "ragged",
+    "tension",
+    "torsion",
+    "variation",
+]

@@ -1,0 +1,75 @@
+"""Lists of points in pyarrow, as GeoArrow lays them out: interleaved (fixed-size lists) or separated (structs)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from ._arrays import Floats, Offsets, Ragged, floats
+
+
+def _array(values: Any) -> Any:
+    return values.combine_chunks() if isinstance(values, pa.ChunkedArray) else values
+
+
+def _lists(values: Any) -> tuple[Any, Offsets]:
+    """The items of lists, and offsets among them. A list that is null is empty."""
+    array = _array(values)
+    if not (pa.types.is_list(array.type) or pa.types.is_large_list(array.type)):
+        raise TypeError(f"a pyarrow array of curves holds lists of points, not {array.type}")
+    if array.null_count:
+        # What lies under a null is nobody's.
+        array = array.fill_null([]) if hasattr(array, "fill_null") else array
+    offsets = array.offsets.to_numpy(zero_copy_only=False).astype(np.int64)
+    items = array.values.slice(offsets[0], offsets[-1] - offsets[0])
+    return items, offsets - offsets[0]
+
+
+def numbers(values: Any) -> Floats:
+    """The numbers of lists of numbers; a null is NaN."""
+    array = _array(values)
+    if pa.types.is_list(array.type) or pa.types.is_large_list(array.type):
+        array = array.flatten()
+    return floats(array.to_numpy(zero_copy_only=False), "numbers")
+
+
+def ragged(curves: Any) -> Ragged:
+    """The points of lists of points."""
+    given = _array(curves)
+    if given.null_count:
+        given = pa.array([[] if one is None else one for one in given.to_pylist()], given.type)
+        nulls = ~np.asarray(_array(curves).is_valid())
+    else:
+        nulls = None
+    items, offsets = _lists(given)
+    kind = items.type
+    if pa.types.is_struct(kind):
+        names = [kind.field(k).name for k in range(kind.num_fields)]
+        columns = [items.field(k).to_numpy(zero_copy_only=False) for k in range(kind.num_fields)]
+        coords = floats(np.stack(columns, axis=1) if columns else np.zeros((0, 2)), "coordinates")
+    elif pa.types.is_fixed_size_list(kind):
+        width = kind.list_size
+        flat = items.values.slice(items.offset * width, len(items) * width)
+        coords = floats(flat.to_numpy(zero_copy_only=False), "coordinates").reshape(len(items), width)
+        names = []
+    else:
+        raise TypeError(f"points are fixed-size lists or structs of numbers in pyarrow, not {kind}")
+
+    def back(coords: Floats, offsets: Offsets, closed: Any) -> Any:
+        if names:
+            columns = [np.ascontiguousarray(coords[:, k]) for k in range(len(names))]
+            points = pa.StructArray.from_arrays([pa.array(column) for column in columns], names=names)
+        else:
+            points = pa.FixedSizeListArray.from_arrays(pa.array(coords.reshape(-1)), coords.shape[1])
+        large = pa.types.is_large_list(given.type)
+        lists = pa.LargeListArray if large else pa.ListArray
+        ends = pa.array(offsets, pa.int64() if large else pa.int32(), mask=_mask(nulls))
+        return lists.from_arrays(ends, points)
+
+    return Ragged(coords, offsets, back)
+
+
+def _mask(nulls: Any) -> Any:
+    return None if nulls is None else np.append(nulls, False)

@@ -1,0 +1,77 @@
+"""Energies of fair curves, added and scaled as in formulas."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Energy:
+    """A weighted sum of energies.
+
+    Made by :func:`bending`, :func:`length`, :func:`tension`, :func:`variation`, :func:`torsion` and :func:`attachment`.
+    Weights are in units of the input.
+
+    >>> bending(2) + 0.1 * length()
+    Energy(terms=(('bending', 1.0, 2.0), ('length', 0.1, 2.0)))
+    """
+
+    terms: tuple[tuple[str, float, float], ...]
+
+    def __add__(self, other: Energy) -> Energy:
+        if not isinstance(other, Energy):
+            return NotImplemented
+        return Energy(self.terms + other.terms)
+
+    def __mul__(self, weight: float) -> Energy:
+        return Energy(tuple((name, float(weight) * own, exponent) for name, own, exponent in self.terms))
+
+    __rmul__ = __mul__
+
+    def has(self, name: str) -> bool:
+        """Whether an energy takes part."""
+        return any(term == name and weight > 0 for term, weight, _ in self.terms)
+
+
+def _one(name: str, exponent: float = 2.0) -> Energy:
+    return Energy(((name, 1.0, float(exponent)),))
+
+
+def bending(exponent: float = 2.0) -> Energy:
+    """∫ |κ|^ν ds, κ the curvature and ν ≥ 1 the exponent."""
+    return _one("bending", exponent)
+
+
+def length() -> Energy:
+    """∫ ds."""
+    return _one("length")
+
+
+def tension() -> Energy:
+    """∫ |p′|² dt: elastic springs between neighbours."""
+    return _one("tension")
+
+
+def variation() -> Energy:
+    """∫ |dκ/ds|² ds, the variation of curvature; circles have none."""
+    return _one("variation")
+
+
+def torsion() -> Energy:
+    """∫ τ² ds, τ the torsion of curves in space."""
+    return _one("torsion")
+
+
+def attachment() -> Energy:
+    """Σ |p − q|² over the points q given: they are no longer fixed."""
+    return _one("attachment")
+
+
+def energy_of(given: Energy | Mapping[str, float]) -> Energy:
+    """An energy, or one from names and weights such as ``{"bending": 1, "length": 0.1}``."""
+    if isinstance(given, Energy):
+        return given
+    if isinstance(given, Mapping):
+        return Energy(tuple((name, float(weight), 2.0) for name, weight in given.items()))
+    raise TypeError(f"an energy is a sum such as bending() + 0.1 * length(), or a dict, not a {type(given).__name__}")

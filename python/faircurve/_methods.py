@@ -1,0 +1,249 @@
+"""The methods: what is fitted, with which options."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from . import _core
+from ._arrays import Ragged, per_curve, per_point, ragged, vectors_per_point
+from ._energy import Energy, bending, energy_of
+from ._fit import Fit
+
+Parametrisation = Literal["auto", "chord", "centripetal", "uniform", "given"]
+
+
+def _batch(curves: Ragged, *, closed: Any, **columns: Any) -> _core.Batch:
+    """The batch with what is given of its points."""
+    given: dict[str, Any] = {}
+    if isinstance(closed, str):
+        if closed != "auto":
+            raise ValueError(f'closed is "{closed}"; True, False, "auto" and one flag a curve are possible')
+        given["auto_closed"] = True
+    elif closed is not None:
+        given["closed"] = per_curve(closed, curves, "closed").tolist()
+    elif curves.closed is not None:
+        given["closed"] = curves.closed.tolist()
+    for name, values in columns.items():
+        if values is None:
+            continue
+        if name in ("tangents", "curvatures"):
+            given[name] = vectors_per_point(values, curves, name)
+        elif name in ("pinned", "known"):
+            given[name] = per_point(values, curves, name).astype(bool).tolist()
+        else:
+            given[name] = per_point(values, curves, name)
+    return _core.Batch(curves.coords, curves.offsets, **given)
+
+
+@dataclass(frozen=True)
+class Natural:
+    """Cubic splines through every point: the least ∫|p″|² dt.
+
+    Parameters
+    ----------
+    ends : {"auto", "natural", "clamped"}
+        Clamped where a tangent is given, else natural (p″ = 0). Closed curves are periodic.
+    parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
+        Where no ``t`` is given, chord lengths.
+
+    Examples
+    --------
+    >>> import numpy as np, faircurve as fc
+    >>> curves = np.random.default_rng(1).normal(size=(1000, 10, 2))
+    >>> fc.Natural().fit(curves).sample(80).shape
+    (1000, 80, 2)
+    """
+
+    ends: Literal["auto", "natural", "clamped"] = "auto"
+    parametrisation: Parametrisation = "auto"
+
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+        """Fits every curve.
+
+        Parameters
+        ----------
+        curves
+            Any batch: see :func:`faircurve.ragged`.
+        t : optional
+            Parameters of the points, increasing along each curve: shaped as the curves are, or one list for all.
+        closed : bool, "auto" or (B,) flags
+            Which curves are closed; "auto" closes those whose last point repeats their first. Rings of polygons are.
+        tangents : optional
+            A vector a point (units of the input by those of t), NaN where there is none. At ends only.
+        device : {"auto", "cpu", "gpu", "gpu:N"}
+            What does the work; "auto" is a GPU where it is sooner.
+        precision : {"auto", "f32", "f64"}
+            Of a GPU's arithmetic.
+
+        Returns
+        -------
+        Fit
+
+        Raises
+        ------
+        ValueError
+            Arguments that make no sense. A bad curve is no error: see ``Fit.status``.
+        RuntimeError
+            A GPU that was asked for and is not there.
+        """
+        given = ragged(curves)
+        batch = _batch(given, closed=closed, t=t, tangents=tangents)
+        return Fit(_core.natural(batch, self.ends, self.parametrisation, device, precision), given, given.coords.shape[1])
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """Smoothing splines near the points. Give one of the three amounts.
+
+    Parameters
+    ----------
+    lam : float
+        λ of ∫|p″|² dt · λ + Σ w |p(t) − q|², 0 or more; larger is smoother. As in ``scipy.interpolate.make_smoothing_spline``.
+    deviation : float
+        The smoothest curve of this kind that moves no point by more than this (units of the input).
+    tube : float
+        The curve of least bending within this distance of every point.
+    pin_ends : bool
+        Whether the ends of open curves stay where they are.
+    parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
+        Where no ``t`` is given, chord lengths.
+
+    Examples
+    --------
+    >>> import numpy as np, faircurve as fc
+    >>> x = np.linspace(0, 6, 50)
+    >>> noise = 0.1 * np.random.default_rng(1).normal(size=50)
+    >>> fit = fc.Smoothing(lam=0.1).fit(np.stack([x, np.sin(x) + noise], axis=1)[None])
+    >>> bool(fit.report()["max_deviation"][0] < 0.3)
+    True
+    """
+
+    lam: float | None = None
+    deviation: float | None = None
+    tube: float | None = None
+    pin_ends: bool = True
+    parametrisation: Parametrisation = "auto"
+
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, weights: Any = None, pinned: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+        """Fits every curve. ``weights`` are positive numbers, one a point; ``pinned`` flags points that stay.
+
+        The other arguments are those of :meth:`Natural.fit`.
+        """
+        amounts = [("lam", self.lam), ("deviation", self.deviation), ("tube", self.tube)]
+        asked = [(name, value) for name, value in amounts if value is not None]
+        if len(asked) != 1:
+            raise TypeError("give one of lam, deviation and tube: Smoothing(lam=0.1)")
+        name, value = asked[0]
+        if not (value >= 0 if name == "lam" else value > 0):
+            raise ValueError(f"{name} is {value}; it must be {'0 or ' if name == 'lam' else ''}a positive number")
+        given = ragged(curves)
+        batch = _batch(given, closed=closed, t=t, weights=weights, pinned=pinned)
+        fit = _core.smoothing(batch, name, float(value), self.pin_ends, self.parametrisation, device, precision)
+        return Fit(fit, given, given.coords.shape[1])
+
+
+@dataclass(frozen=True)
+class Fair:
+    """Discrete fair curves: the least of an energy of your choice, through the points or near them (Renka 2006).
+
+    Parameters
+    ----------
+    energy : Energy or dict
+        Such as ``bending(2) + 0.1 * length()`` or ``{"bending": 1, "length": 0.1}``.
+    per_span : int
+        Edges between data points.
+    spacing : float, optional
+        The longest edge, in place of ``per_span`` (units of the input).
+    pins : {"all", "ends", "none"}, optional
+        Which points stay. By default all; with ``deviation`` or an attachment the ends.
+    deviation : float, optional
+        The fairest curve that passes within this distance of every point.
+    corners : float, optional
+        Points where the input turns by more than this angle (degrees) stay corners.
+    solver : {"newton", "cg", "descent"}
+        How curves descend to the minimum.
+    tolerance : float
+        Size of the gradient at which a curve of size 1 has converged.
+    max_iterations : int
+        Iterations at most.
+
+    Examples
+    --------
+    >>> import faircurve as fc
+    >>> energy = fc.bending() + 0.1 * fc.length()
+    >>> fc.Fair(energy).fit([[(0, 0), (2, 1), (3, 0)]]).status.tolist()
+    ['converged']
+    """
+
+    energy: Energy | Mapping[str, float] = field(default_factory=bending)
+    per_span: int = 16
+    spacing: float | None = None
+    pins: Literal["all", "ends", "none"] | None = None
+    deviation: float | None = None
+    corners: float | None = None
+    solver: Literal["newton", "cg", "descent"] = "newton"
+    tolerance: float = 1e-8
+    max_iterations: int = 500
+
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+        """Fits every curve. ``tangents`` and ``curvatures`` (vectors, NaN where there are none) are met at their points.
+
+        The other arguments are those of :meth:`Natural.fit`.
+        """
+        energy = energy_of(self.energy)
+        near = self.deviation is not None or energy.has("attachment")
+        pins = self.pins or ("ends" if near else "all")
+        given = ragged(curves)
+        batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned)
+        fit = _core.fair(
+            batch, list(energy.terms), self.per_span, self.spacing, pins, self.deviation, self.corners, self.solver,
+            self.tolerance, self.max_iterations, device, precision,
+        )  # fmt: skip
+        return Fit(fit, given, given.coords.shape[1])
+
+
+@dataclass(frozen=True)
+class Smooth:
+    """Smooth connection functions: the exact planar curves of least ∫|κ|^ν ds through the points (Alon & Bergmann).
+
+    Parameters
+    ----------
+    exponent : float
+        ν > 1. Larger spreads the curvature more evenly.
+    start : {"circle", "bisector", "neighbours"}
+        Directions that the search starts from.
+    starts, seed : int
+        Number of searches a curve, of which the cheapest is kept, and what the random ones are drawn from.
+    tolerance : float
+        Relative decrement at which a curve has converged.
+    max_iterations : int
+        Iterations at most.
+
+    Examples
+    --------
+    >>> import faircurve as fc
+    >>> fit = fc.Smooth().fit([[(0, 0), (1, 1), (2, 0)]])
+    >>> round(float(fit.energy[0]), 3)
+    2.427
+    """
+
+    exponent: float = 2.0
+    start: Literal["circle", "bisector", "neighbours"] = "circle"
+    starts: int = 1
+    seed: int = 0
+    tolerance: float = 1e-10
+    max_iterations: int = 200
+
+    def fit(self, curves: Any, *, closed: Any = None, tangents: Any = None, exponents: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+        """Fits every curve. ``exponents`` are those of single spans, one a point (NaN: the method's).
+
+        The other arguments are those of :meth:`Natural.fit`.
+        """
+        given = ragged(curves)
+        batch = _batch(given, closed=closed, tangents=tangents, exponents=exponents)
+        fit = _core.smooth(
+            batch, self.exponent, self.start, self.starts, self.seed, self.tolerance, self.max_iterations, device, precision
+        )
+        return Fit(fit, given, given.coords.shape[1])

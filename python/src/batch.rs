@@ -1,0 +1,86 @@
+//! [`Batch`]: flat arrays as a batch of curves.
+
+use faircurve::{Constraints, CurveBatch};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// A batch of curves.
+#[pyclass(frozen, module = "faircurve._core")]
+pub struct Batch {
+    pub batch: CurveBatch,
+}
+
+/// A flat array as the library takes it.
+pub fn flat(array: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
+    Ok(array.as_slice()?.to_vec())
+}
+
+/// Rows one after the other.
+pub fn rows(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<f64>> {
+    Ok(array.as_slice()?.to_vec())
+}
+
+/// Offsets as the library takes them.
+pub fn offsets(array: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<usize>> {
+    let offset = |&offset: &i64| {
+        usize::try_from(offset)
+            .map_err(|_| PyValueError::new_err(format!("an offset is {offset}; offsets are 0 or more")))
+    };
+    array.as_slice()?.iter().map(offset).collect()
+}
+
+#[pymethods]
+impl Batch {
+    #[new]
+    #[pyo3(signature = (coords, offsets, *, closed=None, t=None, weights=None, tangents=None, curvatures=None, exponents=None, known=None, pinned=None, auto_closed=false))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        coords: PyReadonlyArray2<'_, f64>,
+        offsets: PyReadonlyArray1<'_, i64>,
+        closed: Option<Vec<bool>>,
+        t: Option<PyReadonlyArray1<'_, f64>>,
+        weights: Option<PyReadonlyArray1<'_, f64>>,
+        tangents: Option<PyReadonlyArray2<'_, f64>>,
+        curvatures: Option<PyReadonlyArray2<'_, f64>>,
+        exponents: Option<PyReadonlyArray1<'_, f64>>,
+        known: Option<Vec<bool>>,
+        pinned: Option<Vec<bool>>,
+        auto_closed: bool,
+    ) -> PyResult<Self> {
+        let dimension = coords.shape()[1];
+        let batch = CurveBatch::from_ragged(dimension, rows(&coords)?, self::offsets(&offsets)?);
+        let mut batch = batch.map_err(crate::error)?;
+        if let Some(t) = &t {
+            batch = batch.with_parameters(flat(t)?).map_err(crate::error)?;
+        }
+        if let Some(weights) = &weights {
+            batch = batch.with_weights(flat(weights)?).map_err(crate::error)?;
+        }
+        let mut constraints = Constraints::default();
+        constraints.tangents = tangents.as_ref().map(rows).transpose()?;
+        constraints.curvatures = curvatures.as_ref().map(rows).transpose()?;
+        constraints.exponents = exponents.as_ref().map(flat).transpose()?;
+        constraints.known = known;
+        constraints.pinned = pinned;
+        if !constraints.is_empty() {
+            batch = batch.with_constraints(constraints).map_err(crate::error)?;
+        }
+        batch = match closed {
+            Some(closed) => batch.closed_each(closed).map_err(crate::error)?,
+            None if auto_closed => batch.closed_auto(),
+            None => batch,
+        };
+        Ok(Batch { batch })
+    }
+
+    fn __len__(&self) -> usize {
+        self.batch.len()
+    }
+
+    /// Which curves are closed.
+    #[getter]
+    fn closed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_iter(py, (0..self.batch.len()).map(|i| self.batch.is_closed(i)))
+    }
+}

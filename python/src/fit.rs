@@ -1,0 +1,226 @@
+//! [`Fit`]: fitted curves, asked for numbers by the batch.
+
+use faircurve::picture::Picture;
+use faircurve::{Curve, CurveBatch, Sampling};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+
+use crate::batch::{Batch, flat, offsets};
+use crate::running::at_once;
+
+/// Fitted curves.
+#[pyclass(frozen, module = "faircurve._core")]
+pub struct Fit {
+    pub fit: faircurve::Fit,
+    pub batch: Py<Batch>,
+}
+
+/// Coordinates (flat), offsets and parameters of a batch.
+pub type Arrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>, Option<Bound<'py, PyArray1<f64>>>);
+
+/// A batch as arrays.
+pub fn arrays<'py>(py: Python<'py>, batch: &CurveBatch) -> Arrays<'py> {
+    let offsets: Vec<i64> = batch.offsets().iter().map(|&offset| offset as i64).collect();
+    let timed = (0..batch.len()).find(|&i| batch.count(i) > 0).is_some_and(|i| batch.parameters(i).is_some());
+    let t = timed.then(|| {
+        let all = (0..batch.len()).flat_map(|i| batch.parameters(i).unwrap_or_default());
+        all.copied().collect::<Vec<f64>>().into_pyarray(py)
+    });
+    (PyArray1::from_slice(py, batch.coords()), offsets.into_pyarray(py), t)
+}
+
+/// Reports as a dictionary of columns.
+pub fn columns<'py>(py: Python<'py>, reports: &[faircurve::CurveReport]) -> PyResult<Bound<'py, PyDict>> {
+    let report = PyDict::new(py);
+    report.set_item("status", reports.iter().map(|report| report.status.word()).collect::<Vec<_>>())?;
+    report.set_item("message", reports.iter().map(|report| report.message.as_deref()).collect::<Vec<_>>())?;
+    let numbers =
+        |of: &dyn Fn(&faircurve::CurveReport) -> f64| reports.iter().map(of).collect::<Vec<f64>>().into_pyarray(py);
+    report.set_item("energy", numbers(&|report| report.energy))?;
+    report
+        .set_item("iterations", reports.iter().map(|report| report.iterations).collect::<Vec<_>>().into_pyarray(py))?;
+    report.set_item("gradient_norm", numbers(&|report| report.gradient_norm))?;
+    report.set_item("max_deviation", numbers(&|report| report.max_deviation))?;
+    report.set_item("smoothing", numbers(&|report| report.smoothing.unwrap_or(f64::NAN)))?;
+    Ok(report)
+}
+
+/// What is asked of a curve at a parameter.
+#[derive(Clone, Copy)]
+enum At {
+    /// Derivative of this order.
+    Derivative(usize),
+    Curvature,
+}
+
+impl Fit {
+    /// Numbers of all curves, in parallel.
+    fn each<'py>(
+        &self,
+        py: Python<'py>,
+        of: impl Fn(&dyn Curve) -> f64 + Send + Sync,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let all =
+            at_once(py, || (0..self.fit.len()).into_par_iter().map(|i| of(&*self.fit.curve(i))).collect::<Vec<f64>>())?;
+        Ok(all.into_pyarray(py))
+    }
+
+    /// The values at parameters: the same for every curve, or each curve's own.
+    fn at<'py>(
+        &self,
+        py: Python<'py>,
+        u: &PyReadonlyArray1<'py, f64>,
+        u_offsets: Option<PyReadonlyArray1<'py, i64>>,
+        at: At,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let curves = self.fit.len();
+        let u = u.as_slice()?;
+        let ends = match &u_offsets {
+            Some(given) => offsets(given)?,
+            None => (0..=curves).map(|i| i * u.len()).collect(),
+        };
+        let shared = u_offsets.is_none();
+        let good = ends.len() == curves + 1 && ends.windows(2).all(|pair| pair[0] <= pair[1]) && ends[0] == 0;
+        if !good || (!shared && ends[curves] != u.len()) {
+            let sentence =
+                format!("parameters must be one list for all curves, or one for each of the {curves} curves");
+            return Err(PyValueError::new_err(sentence));
+        }
+        let width = match at {
+            At::Derivative(_) => self.batch.get().batch.dimension(),
+            At::Curvature => 1,
+        };
+        let values = at_once(py, || {
+            let mut values = vec![0.0; ends[curves] * width];
+            let mut parts: Vec<&mut [f64]> = Vec::with_capacity(curves);
+            let mut rest = &mut values[..];
+            for pair in ends.windows(2) {
+                let (part, behind) = rest.split_at_mut((pair[1] - pair[0]) * width);
+                parts.push(part);
+                rest = behind;
+            }
+            parts.into_par_iter().enumerate().for_each(|(i, part)| {
+                let curve = self.fit.curve(i);
+                let own = if shared { u } else { &u[ends[i]..ends[i + 1]] };
+                for (to, &u) in part.chunks_exact_mut(width).zip(own) {
+                    let (span, fraction) = curve.locate(u);
+                    let jet = || curve.jet(span, fraction);
+                    match at {
+                        _ if u.is_nan() => to.fill(f64::NAN),
+                        At::Derivative(0) => to.copy_from_slice(&jet().point.to_array()[..width]),
+                        At::Derivative(1) => to.copy_from_slice(&jet().first.to_array()[..width]),
+                        At::Derivative(2) => to.copy_from_slice(&jet().second.to_array()[..width]),
+                        At::Derivative(3) => to.copy_from_slice(&jet().third.to_array()[..width]),
+                        At::Derivative(_) => to.fill(0.0),
+                        At::Curvature => to[0] = jet().curvature(curve.dimension()),
+                    }
+                }
+            });
+            values
+        })?;
+        Ok(values.into_pyarray(py))
+    }
+}
+
+#[pymethods]
+impl Fit {
+    fn __len__(&self) -> usize {
+        self.fit.len()
+    }
+
+    #[getter]
+    fn batch(&self, py: Python<'_>) -> Py<Batch> {
+        self.batch.clone_ref(py)
+    }
+
+    /// What did the work, in words.
+    #[getter]
+    fn device(&self) -> String {
+        self.fit.device().to_string()
+    }
+
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        columns(py, self.fit.reports())
+    }
+
+    /// Samples: "count", "per_span", "points" or "spacing".
+    fn sample<'py>(&self, py: Python<'py>, how: &str, value: f64) -> PyResult<Arrays<'py>> {
+        let sampling = match how {
+            "count" => Sampling::Count(value as usize),
+            "per_span" => Sampling::PerSpan(value as usize),
+            "points" => Sampling::Points(value as usize),
+            _ => Sampling::Spacing(value),
+        };
+        sampling.check(&self.batch.get().batch).map_err(crate::error)?;
+        let samples = at_once(py, || self.fit.polylines(sampling))?;
+        Ok(arrays(py, &samples))
+    }
+
+    /// Derivatives of order `nu` at parameters.
+    #[pyo3(signature = (u, u_offsets, nu))]
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        u: PyReadonlyArray1<'py, f64>,
+        u_offsets: Option<PyReadonlyArray1<'py, i64>>,
+        nu: usize,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.at(py, &u, u_offsets, At::Derivative(nu))
+    }
+
+    /// Curvatures at parameters.
+    #[pyo3(signature = (u, u_offsets))]
+    fn curvature<'py>(
+        &self,
+        py: Python<'py>,
+        u: PyReadonlyArray1<'py, f64>,
+        u_offsets: Option<PyReadonlyArray1<'py, i64>>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.at(py, &u, u_offsets, At::Curvature)
+    }
+
+    fn lengths<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.each(py, |curve| curve.length())
+    }
+
+    fn max_curvatures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.each(py, |curve| curve.max_curvature())
+    }
+
+    /// The parameters of all knots, and offsets.
+    fn knots<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>)> {
+        let (mut all, mut ends) = (Vec::new(), vec![0]);
+        for (curve, _) in &self.fit {
+            all.extend_from_slice(curve.knots());
+            ends.push(all.len() as i64);
+        }
+        Ok((all.into_pyarray(py), ends.into_pyarray(py)))
+    }
+
+    /// Control points of cubic Béziers: the points of every chain, 3 a piece and one more.
+    fn beziers<'py>(&self, py: Python<'py>, tolerances: PyReadonlyArray1<'py, f64>) -> PyResult<Arrays<'py>> {
+        let tolerances = flat(&tolerances)?;
+        if tolerances.len() != self.fit.len() {
+            return Err(PyValueError::new_err("a tolerance for each curve is needed"));
+        }
+        let chains = at_once(py, || self.fit.beziers_each(|i| tolerances[i]))?;
+        Ok(arrays(py, &chains))
+    }
+
+    /// Some of the curves.
+    fn select(&self, py: Python<'_>, numbers: Vec<usize>) -> PyResult<Fit> {
+        if let Some(number) = numbers.iter().find(|&&number| number >= self.fit.len()) {
+            return Err(PyIndexError::new_err(format!("there is no curve {number} of {}", self.fit.len())));
+        }
+        let batch = Batch { batch: self.batch.get().batch.select(&numbers) };
+        Ok(Fit { fit: self.fit.select(&numbers), batch: Py::new(py, batch)? })
+    }
+
+    fn svg(&self, py: Python<'_>, width: f64, points: bool) -> PyResult<String> {
+        let picture = Picture { width, points, ..Picture::default() };
+        at_once(py, || picture.draw(&self.batch.get().batch, &self.fit))
+    }
+}

@@ -1,0 +1,159 @@
+//! The methods: each a function of a batch and of options that Python's classes hold.
+
+use faircurve::discrete::{Energy, Fair, Segments};
+use faircurve::scf::{Smooth, Start};
+use faircurve::spline::{Amount, Ends, Natural, Parametrisation, Smoothing};
+use faircurve::{CurveBatch, Device, Work};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::batch::Batch;
+use crate::fit::Fit;
+use crate::running::{self, Place};
+
+/// How many times as long as a natural spline each point takes, roughly (benches/RESULTS.md).
+const COST_OF_SMOOTHING: f64 = 10.0;
+const COST_OF_FAIR: f64 = 50.0;
+
+/// The value of a word.
+fn word<T: Copy>(what: &str, given: &str, words: &[(&str, T)]) -> PyResult<T> {
+    words.iter().find(|(word, _)| *word == given).map(|(_, value)| *value).ok_or_else(|| {
+        let known: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
+        PyValueError::new_err(format!("{what} is \"{given}\"; {} are possible", known.join(", ")))
+    })
+}
+
+fn parametrisation(given: &str) -> PyResult<Parametrisation> {
+    use Parametrisation as P;
+    let words = [
+        ("auto", P::Auto),
+        ("chord", P::ChordLength),
+        ("centripetal", P::Centripetal),
+        ("uniform", P::Uniform),
+        ("given", P::Given),
+    ];
+    word("parametrisation", given, &words)
+}
+
+fn fitted(
+    py: Python<'_>,
+    batch: &Bound<'_, Batch>,
+    place: Place,
+    cost: f64,
+    fit: impl FnOnce(&CurveBatch, &Device) -> faircurve::Result<faircurve::Fit> + Send,
+) -> PyResult<Fit> {
+    let curves = &batch.get().batch;
+    let size = Work { points: curves.total_points(), cost };
+    let fit = running::run(py, &place, size, |device| fit(curves, device))?;
+    Ok(Fit { fit, batch: batch.clone().unbind() })
+}
+
+#[pyfunction]
+pub fn natural(
+    py: Python<'_>,
+    batch: &Bound<'_, Batch>,
+    ends: &str,
+    parametrisation: &str,
+    device: &str,
+    precision: &str,
+) -> PyResult<Fit> {
+    let words = [("auto", Ends::Auto), ("natural", Ends::Natural), ("clamped", Ends::Clamped)];
+    let method =
+        Natural { ends: word("ends", ends, &words)?, parametrisation: self::parametrisation(parametrisation)? };
+    fitted(py, batch, Place::new(device, precision)?, 1.0, |batch, device| method.fit(batch, device))
+}
+
+#[pyfunction]
+#[pyo3(signature = (batch, amount, value, pin_ends, parametrisation, device, precision))]
+#[allow(clippy::too_many_arguments)]
+pub fn smoothing(
+    py: Python<'_>,
+    batch: &Bound<'_, Batch>,
+    amount: &str,
+    value: f64,
+    pin_ends: bool,
+    parametrisation: &str,
+    device: &str,
+    precision: &str,
+) -> PyResult<Fit> {
+    let amount = match amount {
+        "lam" => Amount::Lambda(value),
+        "deviation" => Amount::Deviation(value),
+        _ => Amount::Tube(value),
+    };
+    let method = Smoothing { amount, pin_ends, parametrisation: self::parametrisation(parametrisation)? };
+    fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
+}
+
+/// The weighted sum of terms: names, weights and exponents.
+fn energy(terms: Vec<(String, f64, f64)>) -> PyResult<Energy> {
+    let mut sum = Energy::default();
+    for (name, weight, exponent) in terms {
+        let Some(energy) = Energy::named(&name) else {
+            let known = Energy::NAMES.join(", ");
+            return Err(PyValueError::new_err(format!("there is no energy \"{name}\": {known} are possible")));
+        };
+        if !(weight >= 0.0 && weight.is_finite()) {
+            let sentence = format!("the weight of {name} is {weight}; weights are 0 or positive numbers");
+            return Err(PyValueError::new_err(sentence));
+        }
+        if weight > 0.0 {
+            let energy = if name == "bending" { energy.with_exponent(exponent) } else { energy };
+            sum = sum + weight * energy;
+        }
+    }
+    Ok(sum)
+}
+
+#[pyfunction]
+#[pyo3(signature = (batch, terms, per_span, spacing, pins, deviation, corners, solver, tolerance, max_iterations, device, precision))]
+#[allow(clippy::too_many_arguments)]
+pub fn fair(
+    py: Python<'_>,
+    batch: &Bound<'_, Batch>,
+    terms: Vec<(String, f64, f64)>,
+    per_span: usize,
+    spacing: Option<f64>,
+    pins: &str,
+    deviation: Option<f64>,
+    corners: Option<f64>,
+    solver: &str,
+    tolerance: f64,
+    max_iterations: u32,
+    device: &str,
+    precision: &str,
+) -> PyResult<Fit> {
+    let method = Fair {
+        energy: energy(terms)?,
+        segments: spacing.map_or(Segments::PerSpan(per_span), Segments::Spacing),
+        pins: pins.parse().map_err(crate::error)?,
+        deviation,
+        corners: corners.map(f64::to_radians),
+        direction: solver.parse().map_err(crate::error)?,
+        tolerance,
+        max_iterations,
+        ..Fair::default()
+    };
+    fitted(py, batch, Place::new(device, precision)?, COST_OF_FAIR, |batch, device| method.fit(batch, device))
+}
+
+#[pyfunction]
+#[pyo3(signature = (batch, exponent, start, starts, seed, tolerance, max_iterations, device, precision))]
+#[allow(clippy::too_many_arguments)]
+pub fn smooth(
+    py: Python<'_>,
+    batch: &Bound<'_, Batch>,
+    exponent: f64,
+    start: &str,
+    starts: u32,
+    seed: u64,
+    tolerance: f64,
+    max_iterations: u32,
+    device: &str,
+    precision: &str,
+) -> PyResult<Fit> {
+    let words = [("circle", Start::Circle), ("bisector", Start::Bisector), ("neighbours", Start::Neighbours)];
+    let start = word("start", start, &words)?;
+    let method = Smooth { exponent, start, starts, seed, tolerance, max_iterations };
+    fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
+}

@@ -1,0 +1,77 @@
+"""What a fit answers."""
+
+import numpy as np
+import pytest
+
+import faircurve as fc
+
+RNG = np.random.default_rng(5)
+CURVES = RNG.normal(size=(30, 6, 2))
+
+
+def test_values_have_the_shapes_of_their_parameters():
+    fit = fc.Natural().fit(CURVES)
+    assert fit(0.5).shape == (30, 2) and fit([0.5, 1]).shape == (30, 2, 2)
+    assert fit(np.linspace(0, 1, 5)[None].repeat(30, 0)).shape == (30, 5, 2)
+    lists = fit([np.linspace(0, 1, i) for i in range(30)])
+    assert [one.shape for one in lists] == [(i, 2) for i in range(30)]
+    assert np.array_equal(lists[4], fit(np.linspace(0, 1, 4))[4])
+    assert fit.curvature([0.1, 0.2]).shape == (30, 2) and fit.curvature(0.1).shape == (30,)
+    # Beyond the ends the ends are taken, and NaN is NaN.
+    assert np.allclose(fit(1e9), CURVES[:, -1]) and np.isnan(fit(np.nan)).all()
+
+
+def test_samples_are_taken_by_number_by_span_by_length_and_by_spacing():
+    fit = fc.Natural().fit(CURVES)
+    assert fit.sample(17).shape == (30, 17, 2) and fit.sample(per_span=3).shape == (30, 16, 2)
+    assert fit.sample().shape == (30, 81, 2)
+    steps = np.linalg.norm(np.diff(fit.sample(points=200), axis=1), axis=2)
+    assert (steps.max(axis=1) < 1.2 * np.median(steps, axis=1)).all()
+    spaced = fit.sample(spacing=0.1)
+    assert isinstance(spaced, list) and all(np.linalg.norm(np.diff(s, axis=0), axis=1).max() <= 0.1 for s in spaced)
+    assert np.allclose(np.linalg.norm(np.diff(fit.sample(points=20_000), axis=1), axis=2).sum(axis=1), fit.length, rtol=1e-4)
+
+
+def test_beziers_are_the_splines():
+    fit = fc.Natural().fit(CURVES)
+    pieces = fit.to_bezier()
+    u = np.linspace(0, 1, 9)[:, None]
+    for i in (0, 11, 29):
+        assert pieces[i].shape == (5, 4, 2)
+        t = fit.knots[i]
+        for k, (a, b, c, d) in enumerate(pieces[i]):
+            bezier = (1 - u) ** 3 * a + 3 * u * (1 - u) ** 2 * b + 3 * u**2 * (1 - u) * c + u**3 * d
+            assert np.allclose(bezier, fit[i](t[k] + (t[k + 1] - t[k]) * u[:, 0])[0], atol=1e-12)
+    ring = fc.Natural().fit(CURVES[:1], closed=True).to_bezier()[0]
+    assert ring.shape == (6, 4, 2) and np.array_equal(ring[-1, 3], ring[0, 0])
+    with pytest.raises(ValueError, match="tolerance is 0"):
+        fit.to_bezier(0)
+
+
+def test_some_of_the_curves_are_a_fit_too():
+    fit = fc.Natural().fit(CURVES)
+    for which in ([3, 7], np.array([3, 7]), np.isin(np.arange(30), [3, 7]), slice(3, 8, 4)):
+        assert np.array_equal(fit[which].sample(5), fit.sample(5)[[3, 7]])
+    assert len(fit[-1]) == 1 and np.array_equal(fit[-1].sample(5)[0], fit.sample(5)[-1])
+    assert len(list(fit)) == 30
+
+
+def test_reports_are_tables_and_pictures_are_pictures():
+    fit = fc.Natural().fit([*CURVES, [(0, 0)]])
+    report = fit.report()
+    assert {len(column) for column in report.values()} == {31}
+    assert report["status"][30] == "degenerate" and report["message"][0] is None
+    assert fit.to_svg().startswith("<svg") and fit._repr_svg_() == fit.to_svg()
+    assert repr(fit).startswith("<faircurve.Fit: 31 curves (30 converged, 1 degenerate), CPU")
+    pandas = pytest.importorskip("pandas")
+    assert pandas.DataFrame(report).shape == (31, 7)
+
+
+def test_matplotlib_draws_every_curve():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    axes = fc.Natural().fit(CURVES, closed=True).plot(color="k")
+    assert len(axes.collections[0].get_segments()) == 30
+    plt.close("all")

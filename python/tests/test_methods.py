@@ -1,0 +1,121 @@
+"""The methods against SciPy and themselves, and what is refused."""
+
+import numpy as np
+import pytest
+
+import faircurve as fc
+
+RNG = np.random.default_rng(3)
+CURVES = RNG.normal(size=(200, 9, 2))
+T = np.cumsum(RNG.uniform(0.2, 2.0, size=(200, 9)), axis=1)
+
+
+def relative(a, b):
+    return np.abs(a - b).max() / np.abs(b).max()
+
+
+def test_natural_splines_are_scipys():
+    interpolate = pytest.importorskip("scipy.interpolate")
+    fit = fc.Natural().fit(CURVES, t=T)
+    u = [np.linspace(t[0], t[-1], 33) for t in T]
+    for nu in range(4):
+        ours = fit(u, nu)
+        for i in range(0, 200, 7):
+            spline = interpolate.CubicSpline(T[i], CURVES[i], bc_type="natural")
+            inside = slice(None) if nu < 3 else slice(1, -1)
+            assert relative(ours[i][inside], spline(u[i], nu)[inside]) < 1e-11, (i, nu)
+
+
+def test_closed_splines_are_scipys_periodic_ones():
+    interpolate = pytest.importorskip("scipy.interpolate")
+    rings = np.concatenate([CURVES, CURVES[:, :1]], axis=1)
+    t = np.concatenate([T, T[:, -1:] + 1.0], axis=1)
+    fit = fc.Natural().fit(rings, t=t, closed=True)
+    u = [np.linspace(row[0], row[-1], 41) for row in t]
+    ours = fit(u)
+    for i in range(0, 200, 9):
+        spline = interpolate.CubicSpline(t[i], rings[i], bc_type="periodic")
+        assert relative(ours[i], spline(u[i])) < 1e-11, i
+    assert fc.Natural().fit(rings, t=t, closed="auto").sample(12).shape == (200, 12, 2)
+
+
+def test_smoothing_splines_are_scipys_make_smoothing_spline():
+    interpolate = pytest.importorskip("scipy.interpolate")
+    weights = RNG.uniform(0.5, 2.0, size=T.shape)
+    fit = fc.Smoothing(lam=0.3, pin_ends=False).fit(CURVES, t=T, weights=weights)
+    ours = fit([t for t in T])
+    for i in range(0, 200, 9):
+        spline = interpolate.make_smoothing_spline(T[i], CURVES[i], w=weights[i], lam=0.3)
+        assert relative(ours[i], spline(T[i])) < 1e-9, i
+
+
+def test_deviations_are_kept_and_reported():
+    fit = fc.Smoothing(deviation=0.2).fit(CURVES)
+    report = fit.report()
+    assert (report["max_deviation"] <= 0.2).all() and (report["smoothing"] > 0).all()
+    tube = fc.Smoothing(tube=0.2).fit(CURVES)
+    assert (tube.energy <= fit.energy * (1 + 1e-9)).all()
+
+
+def test_fair_curves_take_energies_as_sums_and_as_dicts():
+    points = CURVES[:20]
+    summed = fc.Fair(fc.bending(2) + 0.5 * fc.length()).fit(points)
+    named = fc.Fair({"bending": 1, "length": 0.5}).fit(points)
+    assert np.array_equal(summed.sample(per_span=16), named.sample(per_span=16))
+    assert (summed.status == "converged").all()
+    waves = np.stack([T[:20], np.sin(T[:20]) + 0.1 * CURVES[:20, :, 0]], axis=2)
+    through, near = (fc.Fair({"bending": 1, "length": 0.5}, deviation=d).fit(waves) for d in (None, 0.1))
+    assert (near.status == "converged").all() and (near.report()["max_deviation"] <= 0.1).all()
+    assert (near.energy < through.energy).all()
+    with pytest.raises(ValueError, match='there is no energy "bend"'):
+        fc.Fair({"bend": 1}).fit(points)
+    with pytest.raises(ValueError, match="weights are 0 or positive"):
+        fc.Fair({"bending": -1}).fit(points)
+    with pytest.raises(TypeError, match="an energy is a sum"):
+        fc.Fair("bending").fit(points)
+
+
+def test_smooth_connection_functions_through_points_of_a_circle_are_hardly_a_circle_less_bent():
+    angle = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    fit = fc.Smooth().fit([ring], closed=True)
+    # Through the points there is a closed curve of hardly less energy than the circle.
+    assert fit.status.tolist() == ["converged"] and 0.9999 < fit.energy[0] / (2 * np.pi) < 1
+    assert abs(fit.length[0] / (2 * np.pi) - 1) < 1e-3 and abs(fit.max_curvature[0] - 1) < 0.02
+    assert np.allclose(fit.curvature(np.linspace(0, 6, 50)), 1, atol=0.02)
+
+
+def test_bad_curves_are_data_and_leave_their_neighbours_alone():
+    bad = [CURVES[0], [(0, 0), (np.nan, 1), (2, 2)], [(1, 1)], CURVES[1], []]
+    for method in (fc.Natural(), fc.Smoothing(lam=0.1), fc.Fair({"bending": 1, "length": 0.1}), fc.Smooth()):
+        fit = method.fit(bad)
+        assert fit.status[1] == "invalid" and fit.status[2] == "degenerate" and fit.status[4] == "degenerate"
+        assert "NaN" in fit.messages[1]
+        alone = method.fit([CURVES[0], CURVES[1]])
+        for i, k in ((0, 0), (3, 1)):
+            assert np.array_equal(fit.sample(per_span=8)[i], alone.sample(per_span=8)[k])
+
+
+@pytest.mark.parametrize(
+    ("act", "error", "sentence"),
+    [
+        (lambda: fc.Natural().fit(CURVES, t=T[:5]), ValueError, "t: 45 numbers for 1800 points"),
+        (lambda: fc.Natural(ends="open").fit(CURVES), ValueError, 'ends is "open"; auto, natural, clamped are possible'),
+        (lambda: fc.Natural().fit(CURVES, device="tpu"), ValueError, "tpu"),
+        (lambda: fc.Natural().fit(CURVES, device="cpu", precision="f32"), ValueError, "belongs to a GPU"),
+        (lambda: fc.Natural().fit(CURVES, closed=[True]), ValueError, "1 flags for 200 curves"),
+        (lambda: fc.Natural().fit(CURVES, closed="yes"), ValueError, '"auto" and one flag a curve are possible'),
+        (lambda: fc.Smoothing().fit(CURVES), TypeError, "give one of lam, deviation and tube"),
+        (lambda: fc.Smoothing(lam=1, tube=1).fit(CURVES), TypeError, "give one of"),
+        (lambda: fc.Smoothing(deviation=-1).fit(CURVES), ValueError, "deviation is -1"),
+        (lambda: fc.Natural().fit(CURVES, device="gpu:99"), RuntimeError, "99"),
+        (lambda: fc.Natural().fit(CURVES).sample(4, points=5), TypeError, "one way"),
+        (lambda: fc.Natural().fit(CURVES).sample(0), ValueError, "count is 0"),
+        (lambda: fc.Natural().fit(CURVES)([[1.0], [2.0]]), ValueError, "2 lists of parameters for 200 curves"),
+        (lambda: fc.Natural().fit(CURVES)(0.5, nu=-1), ValueError, "nu is -1"),
+        (lambda: fc.Natural().fit(CURVES)[200], IndexError, "no curve 200 of 200"),
+    ],
+)
+def test_wrong_arguments_are_sentences(act, error, sentence):
+    with pytest.raises(error, match=sentence):
+        act()
