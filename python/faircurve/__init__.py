@@ -15,12 +15,15 @@ from ._core import __version__, adapters
 from ._energy import Energy, attachment, bending, length, tension, torsion, variation
 from ._fit import Fit
 from ._methods import Fair, Natural, Smooth, Smoothing
+from ._splines import CubicSplineBatch, PPolyBatch
 
 __all__ = [
+    "CubicSplineBatch",
     "Energy",
     "Fair",
     "Fit",
     "Natural",
+    "PPolyBatch",
     "Ragged",
     "Smooth",
     "Smoothing",

@@ -8,6 +8,7 @@ mod grids;
 mod linalg;
 mod methods;
 mod running;
+mod splines;
 
 use std::ffi::OsString;
 
@@ -36,6 +37,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<batch::Batch>()?;
     module.add_class::<fit::Fit>()?;
+    module.add_class::<splines::Piecewise>()?;
     for function in [
         wrap_pyfunction!(run, module)?,
         wrap_pyfunction!(running::adapters, module)?,

@@ -19,6 +19,7 @@ mod gpu;
 pub(crate) mod knots;
 mod natural;
 mod packing;
+mod piecewise;
 mod polylines;
 mod reinsch;
 mod sample;
@@ -35,6 +36,7 @@ pub use cubic::CubicSplines;
 pub(crate) use gpu::GROUP;
 pub use knots::Parametrisation;
 pub use natural::{Ends, Natural};
+pub use piecewise::{Boundary, Condition, Extrapolate, Knotted, Piecewise};
 pub use smoothing::{Amount, LAMBDA_CAP, LEAST_SHARE, LEAST_SHARE_OF_LAMBDA, Smoothing};
 pub(crate) use smoothing_gpu::kernel as smoothing_kernel;
 

@@ -1,0 +1,222 @@
+"""``CubicSplineBatch``: SciPy's ``CubicSpline`` for thousands of curves at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._arrays import Floats, Offsets, floats, offsets_of, split
+
+Extrapolate = bool | Literal["periodic"]
+
+
+class PPolyBatch:
+    """Piecewise polynomials, one a curve: what :class:`CubicSplineBatch` and its derivatives are.
+
+    Curves with as many knots are answered by one array, whose first axis is the curve; others by a list.
+    """
+
+    def __init__(self, pieces: _core.Piecewise, x: Floats, offsets: Offsets, inner: tuple[int, ...], equal: bool, extrapolate: Extrapolate) -> None:
+        self._pieces, self._flat, self._offsets = pieces, x, offsets
+        self._inner, self._equal = inner, equal
+        #: How values outside the knots are found, unless a call says so.
+        self.extrapolate = extrapolate
+
+    def __len__(self) -> int:
+        return len(self._offsets) - 1
+
+    @property
+    def x(self) -> Any:
+        """The knots: (B, n), or a list."""
+        return self._flat.reshape(len(self), -1) if self._equal else split(self._flat, self._offsets)
+
+    @property
+    def c(self) -> Any:
+        """The coefficients (B, k, n − 1, …), highest powers first, or a list: ``c[i]`` is that of SciPy for curve i."""
+        order, size = self._pieces.order, int(np.prod(self._inner))
+        spans = np.maximum(np.diff(self._offsets) - 1, 0)
+        rows = self._pieces.coefficients().reshape(-1, order, size)
+        if self._equal:
+            shaped = rows.reshape(len(self), -1, order, *self._inner)
+            return np.ascontiguousarray(np.moveaxis(shaped, 1, 2))
+        return [np.moveaxis(one.reshape(-1, order, *self._inner), 0, 1) for one in split(rows, offsets_of(spans))]
+
+    @property
+    def status(self) -> NDArray[Any]:
+        """``"converged"`` or ``"invalid"``, one a curve. All values of an invalid curve are NaN."""
+        return np.array(self._pieces.status, dtype=object)
+
+    @property
+    def messages(self) -> list[str | None]:
+        """Why a curve is invalid."""
+        return self._pieces.messages
+
+    def _word(self, extrapolate: Extrapolate | None) -> str:
+        given = self.extrapolate if extrapolate is None else extrapolate
+        return "periodic" if given == "periodic" else "yes" if given else "no"
+
+    def __call__(self, x: Any, nu: int = 0, extrapolate: Extrapolate | None = None) -> Any:
+        """Values, or derivatives of order ``nu``.
+
+        Parameters
+        ----------
+        x : array of any shape, (B, …) array with ``own``-like rows, or list of B arrays
+            One array for all curves; a list of arrays, or a two-dimensional array with a row for each curve, where every
+            curve has parameters of its own.
+        nu : int
+            Order of the derivative.
+        extrapolate : bool or "periodic", optional
+            By default what the splines were made with.
+
+        Returns
+        -------
+        (B, m, …) array, or a list of arrays (m_i, …)
+        """
+        word = self._word(extrapolate)
+        if nu < 0:
+            return self.antiderivative(-nu)(x, extrapolate=extrapolate)
+        own = isinstance(x, (list, tuple)) and len(x) > 0 and np.ndim(x[0]) > 0
+        if own or (isinstance(x, np.ndarray) and (x.ndim == 2 or x.dtype == object)):
+            if len(x) != len(self):
+                raise ValueError(f"{len(x)} lists of x for {len(self)} curves: give one a curve, or one for all")
+            lists = [floats(one, "x").reshape(-1) for one in x]
+            ends = offsets_of([len(one) for one in lists])
+            flat = np.concatenate(lists) if lists else np.zeros(0)
+            values = self._pieces.evaluate(flat, ends, nu, word).reshape(-1, *self._inner)
+            return values.reshape(*x.shape, *self._inner) if isinstance(x, np.ndarray) and x.ndim == 2 else split(values, ends)
+        shared = floats(x, "x")
+        values = self._pieces.evaluate(shared.reshape(-1), None, nu, word)
+        return values.reshape(len(self), *np.shape(x), *self._inner)
+
+    def _of(self, pieces: _core.Piecewise) -> PPolyBatch:
+        keep: Extrapolate = self.extrapolate
+        return PPolyBatch(pieces, self._flat, self._offsets, self._inner, self._equal, keep)
+
+    def derivative(self, nu: int = 1) -> PPolyBatch:
+        """The derivatives of order ``nu`` (negative: antiderivatives)."""
+        return self._of(self._pieces.derivative(nu)) if nu >= 0 else self.antiderivative(-nu)
+
+    def antiderivative(self, nu: int = 1) -> PPolyBatch:
+        """The integrals of order ``nu`` from the first knot on."""
+        if nu <= 0:
+            return self.derivative(-nu)
+        made = self._of(self._pieces.antiderivative(nu))
+        # As in SciPy: an integral of something periodic is not.
+        made.extrapolate = False if self.extrapolate == "periodic" else self.extrapolate
+        return made
+
+    def integrate(self, a: float, b: float, extrapolate: Extrapolate | None = None) -> Floats:
+        """∫ from ``a`` to ``b`` of every curve: (B, …)."""
+        values = self._pieces.integrate(float(a), float(b), self._word(extrapolate))
+        return values.reshape(len(self), *self._inner)
+
+    def solve(self, y: float = 0.0, extrapolate: Extrapolate | None = None) -> Any:
+        """Where the curves have the value ``y``: a list of arrays; with inner axes, an object array of arrays a curve."""
+        flat, ends = self._pieces.solve(float(y), self._word(extrapolate))
+        lists = split(flat, ends)
+        if not self._inner:
+            return lists
+        size = int(np.prod(self._inner))
+        answers = []
+        for i in range(len(self)):
+            own = np.empty(size, dtype=object)
+            own[:] = [lists[i * size + k] for k in range(size)] if size != 1 else [lists[i]]
+            answers.append(own.reshape(self._inner))
+        return answers
+
+    def roots(self, extrapolate: Extrapolate | None = None) -> Any:
+        """Where the curves are 0: see :meth:`solve`."""
+        return self.solve(0.0, extrapolate)
+
+
+class CubicSplineBatch(PPolyBatch):
+    """Cubic splines through values, a curve each: a drop-in for a loop of ``scipy.interpolate.CubicSpline``.
+
+    Parameters
+    ----------
+    x : (n,) array, (B, n) array, or a list of B arrays
+        Knots, strictly increasing: the same for all curves, or each curve's own.
+    y : (B, n, …) array, or a list of arrays (n_i, …)
+        Values.
+    bc_type : str or pair
+        "not-a-knot", "natural", "clamped", "periodic", or a condition for each end: "not-a-knot", "natural", "clamped",
+        or (order, value) of the first or second derivative, whose value is one for all or of the shape (B, …).
+    extrapolate : bool or "periodic", optional
+        By default "periodic" for periodic splines, else True.
+    device : {"auto", "cpu", "gpu", "gpu:N"}
+        What solves for the derivatives at the knots.
+
+    Notes
+    -----
+    The equations are SciPy's, and results agree to 1e-12 of the largest value. A curve that has no spline (knots that do not
+    increase, values that are not numbers) is ``"invalid"`` in ``status``, and NaN.
+
+    Examples
+    --------
+    >>> import numpy as np, faircurve as fc
+    >>> x = np.arange(6.0)
+    >>> splines = fc.CubicSplineBatch(x, np.sin(x + np.arange(1000)[:, None]))
+    >>> splines([0.5, 1.5]).shape, splines(0.0, 1).shape
+    ((1000, 2), (1000,))
+    >>> splines.integrate(0, 5).shape, splines.c.shape
+    ((1000,), (1000, 4, 5))
+    """
+
+    def __init__(self, x: Any, y: Any, bc_type: Any = "not-a-knot", extrapolate: Extrapolate | None = None, *, device: str = "auto", precision: str = "auto") -> None:
+        equal = isinstance(y, np.ndarray) and y.dtype != object
+        values = [floats(one, f"y of curve {i}") for i, one in enumerate(y)] if not equal else list(floats(y, "y"))
+        if any(one.ndim == 0 for one in values):
+            raise ValueError("y has a row of values for each curve: its shape is (B, n, …)")
+        inner = values[0].shape[1:] if values else ()
+        for i, one in enumerate(values):
+            if one.shape[1:] != inner:
+                raise ValueError(f"the values of curve {i} have the shape {one.shape[1:]}, those before it {inner}")
+        counts = [len(one) for one in values]
+        offsets = offsets_of(counts)
+        flat = floats(np.concatenate([one.reshape(-1) for one in values]) if values else np.zeros(0), "y")
+        periodic = isinstance(bc_type, str) and bc_type == "periodic"
+        start, end = (None, None) if periodic else _conditions(bc_type, len(values), inner)
+        pieces = _core.Piecewise(
+            _knots(x, counts), offsets, flat, max(1, int(np.prod(inner))), periodic, start, end, device, precision
+        )
+        super().__init__(
+            pieces, _knots(x, counts), offsets, inner, equal, ("periodic" if periodic else True) if extrapolate is None else extrapolate
+        )
+
+
+def _knots(x: Any, counts: list[int]) -> Floats:
+    """The knots of all curves, one after the other."""
+    shared = not (isinstance(x, (list, tuple)) and len(x) > 0 and np.ndim(x[0]) > 0) and np.ndim(x) == 1
+    lists = [floats(x, "x")] * len(counts) if shared else [floats(one, f"x of curve {i}") for i, one in enumerate(x)]
+    if len(lists) != len(counts):
+        raise ValueError(f"knots of {len(lists)} curves for values of {len(counts)}")
+    for i, (one, count) in enumerate(zip(lists, counts)):
+        if one.shape != (count,):
+            raise ValueError(f"curve {i} has knots of the shape {one.shape} for {count} values")
+    return np.concatenate(lists) if lists else np.zeros(0)
+
+
+def _conditions(bc_type: Any, count: int, inner: tuple[int, ...]) -> list[Any]:
+    ends: Sequence[Any] = (bc_type, bc_type) if isinstance(bc_type, str) else bc_type
+    if len(ends) != 2:
+        raise ValueError("bc_type is one word, or a condition for each of the two ends")
+    made: list[Any] = []
+    for end in ends:
+        if isinstance(end, str):
+            words: dict[str, Any] = {"not-a-knot": None, "clamped": (1, 0.0), "natural": (2, 0.0)}
+            if end not in words:
+                raise ValueError(f'bc_type is "{end}"; not-a-knot, natural, clamped, periodic and (order, value) are possible')
+            end = words[end]
+        if end is not None:
+            order, value = end
+            try:
+                full = np.broadcast_to(floats(value, "a derivative at an end"), (count, *inner))
+            except ValueError:
+                raise ValueError(f"a derivative at an end has the shape {np.shape(value)}; it must be {(count, *inner)}") from None
+            end = (int(order), np.ascontiguousarray(full).reshape(-1))
+        made.append(end)
+    return made

@@ -1,0 +1,152 @@
+"""CubicSplineBatch is a loop of SciPy's CubicSpline."""
+
+import numpy as np
+import pytest
+
+import faircurve as fc
+
+interpolate = pytest.importorskip("scipy.interpolate")
+
+RNG = np.random.default_rng(17)
+CURVES, KNOTS = 1000, 11
+X = np.cumsum(RNG.uniform(0.1, 2.0, size=(CURVES, KNOTS)), axis=1)
+Y = RNG.normal(size=(CURVES, KNOTS, 2))
+FIRST = RNG.normal(size=(CURVES, 2))
+BOUNDARIES = {
+    "not-a-knot": "not-a-knot",
+    "natural": "natural",
+    "clamped": "clamped",
+    "periodic": "periodic",
+    "first and second": ((1, FIRST), (2, 0.7)),
+    "second and not-a-knot": ((2, FIRST), "not-a-knot"),
+    "natural and clamped": ("natural", "clamped"),
+}
+
+
+def of_curve(boundary, i):
+    """The condition as SciPy takes it, for one curve."""
+    pick = lambda end: end if isinstance(end, str) else (end[0], end[1][i] if np.ndim(end[1]) else np.full(2, end[1]))
+    return boundary if isinstance(boundary, str) else tuple(pick(end) for end in boundary)
+
+
+def close(a, b, scale=None):
+    scale = np.nanmax(np.abs(b)) if scale is None else scale
+    assert np.array_equal(np.isnan(a), np.isnan(b))
+    error = np.nanmax(np.abs(a - b), initial=0.0) / max(scale, 1e-300)
+    assert error <= 1e-12, error
+
+
+@pytest.mark.parametrize("name", BOUNDARIES)
+def test_a_thousand_splines_are_scipys_by_every_boundary_condition(name):
+    boundary = BOUNDARIES[name]
+    y = np.concatenate([Y[:, :-1], Y[:, :1]], axis=1) if name == "periodic" else Y
+    ours = fc.CubicSplineBatch(X, y, bc_type=boundary)
+    inside = X[:, :1] + (X[:, -1:] - X[:, :1]) * RNG.uniform(0, 1, size=(CURVES, 40))
+    beyond = X[:, :1] + (X[:, -1:] - X[:, :1]) * RNG.uniform(-0.5, 1.5, size=(CURVES, 10))
+    x = np.concatenate([inside, X, beyond], axis=1)
+    values = [ours(x, nu) for nu in range(4)]
+    within = ours(x, extrapolate=False)
+    turned = ours(x, extrapolate="periodic")
+    roots, primitives, second = ours.roots(), ours.antiderivative()(x), ours(x, -2)
+    inner_roots = ours.derivative().roots(extrapolate=False)
+    integrals = {(a, b): ours.integrate(a, b) for a, b in [(1.0, 7.0), (9.0, 2.0), (-3.0, 40.0)]}
+    for i in range(CURVES):
+        theirs = interpolate.CubicSpline(X[i], y[i], bc_type=of_curve(boundary, i))
+        for nu in range(4):
+            close(values[nu][i], theirs(x[i], nu))
+        close(within[i], theirs(x[i], extrapolate=False))
+        close(turned[i], theirs(x[i], extrapolate="periodic"))
+        if i % 10:
+            continue
+        close(primitives[i], theirs.antiderivative()(x[i]))
+        close(second[i], theirs.antiderivative(2)(x[i]))
+        for (a, b), integral in integrals.items():
+            reference = theirs.integrate(a, b)
+            close(integral[i], reference, max(1.0, np.abs(reference).max()))
+        for column in range(2):
+            # SciPy says that "periodic" finds no roots beyond the knots, and finds them.
+            beyond_too = name != "periodic"
+            expected = np.sort(theirs.roots(discontinuity=False, extrapolate=beyond_too)[column])
+            assert len(roots[i][column]) == len(expected), (i, roots[i][column], expected)
+            if len(expected):
+                assert np.abs(roots[i][column] - expected).max() <= 1e-9 * max(1, np.abs(expected).max())
+                # Those that are ours lie nearer: the value there is rounding.
+                assert np.abs(theirs(roots[i][column])[:, column]).max() <= 1e-9 * np.abs(theirs(expected)).max()
+            # Whether a derivative that is 0 at an end counts is a matter of rounding.
+            inner = lambda roots: roots[(roots > X[i, 0] + 1e-9) & (roots < X[i, -1] - 1e-9)]
+            extrema = np.sort(theirs.derivative().roots(discontinuity=False, extrapolate=False)[column])
+            assert np.allclose(inner(inner_roots[i][column]), inner(extrema), atol=1e-9)
+    coefficients = ours.c
+    for i in range(0, CURVES, 7):
+        theirs = interpolate.CubicSpline(X[i], y[i], bc_type=of_curve(boundary, i)).c
+        for power in range(4):
+            close(coefficients[i][power], theirs[power])
+    assert ours.antiderivative(2).c.shape == (CURVES, 6, KNOTS - 1, 2)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+@pytest.mark.parametrize("boundary", ["not-a-knot", "natural", "clamped", "periodic", ("natural", "not-a-knot")])
+def test_few_knots_are_scipys_too(count, boundary):
+    x = np.array([0.0, 1.0, 3.0, 3.5])[:count]
+    y = RNG.normal(size=(20, count))
+    if boundary == "periodic":
+        y[:, -1] = y[:, 0]
+    ours = fc.CubicSplineBatch(x, y, boundary)
+    u = np.linspace(-1, 5, 31)
+    for i in range(20):
+        theirs = interpolate.CubicSpline(x, y[i], bc_type=boundary)
+        close(ours(u)[i], theirs(u))
+
+
+def test_shapes_are_those_of_a_loop():
+    shared = np.arange(6.0)
+    for inner in [(), (3,), (2, 4)]:
+        y = RNG.normal(size=(5, 6, *inner))
+        ours = fc.CubicSplineBatch(shared, y)
+        theirs = [interpolate.CubicSpline(shared, one) for one in y]
+        for u in (0.5, np.array([0.5, 1.0]), np.ones((2, 2, 3))):
+            assert np.allclose(ours(u), np.stack([one(u) for one in theirs]), rtol=1e-12, atol=1e-12)
+        assert ours.c.shape == (5, *theirs[0].c.shape) and ours.x.shape == (5, 6)
+        assert np.allclose(ours.integrate(0, 4), np.stack([one.integrate(0, 4) for one in theirs]), atol=1e-12)
+        assert np.allclose(ours(0.3, 1), ours.derivative()(0.3)) and np.allclose(ours.antiderivative()(2.0), ours(2.0, -1))
+
+
+def test_curves_of_different_lengths_are_lists():
+    x = [np.sort(RNG.uniform(size=n)) for n in (2, 3, 8)]
+    y = [RNG.normal(size=(len(one), 2)) for one in x]
+    ours = fc.CubicSplineBatch(x, y)
+    theirs = [interpolate.CubicSpline(a, b) for a, b in zip(x, y)]
+    u = [np.linspace(0, 1, m) for m in (4, 1, 6)]
+    for ours_u, theirs_u in zip(ours(u), [one(v) for one, v in zip(theirs, u)]):
+        close(ours_u, theirs_u)
+    assert [c.shape for c in ours.c] == [one.c.shape for one in theirs] and [len(k) for k in ours.x] == [2, 3, 8]
+    assert ours(np.linspace(0, 1, 9)).shape == (3, 9, 2)
+
+
+def test_bad_curves_are_data_and_bad_arguments_are_errors():
+    x, y = np.arange(5.0), RNG.normal(size=(4, 5))
+    knots = np.stack([x, x[::-1], x, x])
+    y[2, 3] = np.nan
+    ours = fc.CubicSplineBatch(knots, y)
+    assert ours.status.tolist() == ["converged", "invalid", "invalid", "converged"]
+    assert "knots must increase" in ours.messages[1] and "value at knot 3 is NaN" in ours.messages[2]
+    assert np.isnan(ours(0.5)[[1, 2]]).all() and ours.roots()[1].size == 0
+    close(ours(0.5)[3], interpolate.CubicSpline(x, y[3])(0.5))
+    assert fc.CubicSplineBatch(x, y[:1], "periodic").status.tolist() == ["invalid"]
+    for arguments, sentence in [
+        ((x, y, "open"), 'bc_type is "open"'),
+        ((x, y, ((3, 0), "natural")), "derivatives of order 1 and 2"),
+        ((x, y, ((1, [1, 2]), "natural")), r"it must be \(4,\)"),
+        ((x[:4], y), "curve 0 has knots of the shape"),
+        ((x, y[0]), "y has a row of values for each curve"),
+    ]:
+        with pytest.raises(ValueError, match=sentence):
+            fc.CubicSplineBatch(*arguments)
+
+
+def test_constant_spans_have_all_their_places_as_roots():
+    x = np.arange(5.0)
+    flat = fc.CubicSplineBatch(x, np.zeros((1, 5)), "natural").roots()[0]
+    assert np.array_equal(flat, interpolate.CubicSpline(x, np.zeros(5), bc_type="natural").roots(), equal_nan=True)
+    touching = fc.CubicSplineBatch(x, ((x - 2) ** 2)[None]).roots()[0]
+    assert np.allclose(touching, 2)
