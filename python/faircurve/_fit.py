@@ -136,7 +136,7 @@ class Fit:
         how, value = asked[0] if asked else ("per_span", 16)
         if not value > 0:
             raise ValueError(f"{how} is {value}; it must be positive")
-        coords, offsets, _ = self._fit.sample(how, float(value))
+        coords, offsets = self._fit.sample(how, float(value))
         return self._curves.back(coords.reshape(-1, self._dimension), offsets, self._closed())
 
     @property
@@ -170,7 +170,7 @@ class Fit:
             if not tolerance > 0:
                 raise ValueError(f"tolerance is {tolerance}; it must be positive")
             tolerances = np.full(len(self), float(tolerance))
-        coords, offsets, _ = self._fit.beziers(tolerances)
+        coords, offsets = self._fit.beziers(tolerances)
         chains = split(coords.reshape(-1, self._dimension), offsets)
         return [_pieces(chain, ring) for chain, ring in zip(chains, self._closed().tolist())]
 
@@ -226,7 +226,7 @@ class Fit:
 
         if ax is None:
             ax = plt.gca()
-        coords, offsets, _ = self._fit.sample("per_span", 16.0)
+        coords, offsets = self._fit.sample("per_span", 16.0)
         lines = split(coords.reshape(-1, self._dimension)[:, :2], offsets)
         rings = self._closed().tolist()
         ax.add_collection(LineCollection([np.concatenate([l, l[:1]]) if r else l for l, r in zip(lines, rings)], **options))

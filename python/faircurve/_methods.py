@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from . import _core
 from ._arrays import Ragged, per_curve, per_point, ragged, vectors_per_point
 from ._energy import Energy, bending, energy_of
 from ._fit import Fit
 
-Parametrisation = Literal["auto", "chord", "centripetal", "uniform", "given"]
+Parametrisation: TypeAlias = Literal["auto", "chord", "centripetal", "uniform", "given"]
 
 
 def _batch(curves: Ragged, *, closed: Any, **columns: Any) -> _core.Batch:

@@ -83,11 +83,14 @@ class PPolyBatch:
         if own or (isinstance(x, np.ndarray) and (x.ndim == 2 or x.dtype == object)):
             if len(x) != len(self):
                 raise ValueError(f"{len(x)} lists of x for {len(self)} curves: give one a curve, or one for all")
+            if isinstance(x, np.ndarray) and x.ndim == 2:
+                ends = np.arange(len(x) + 1, dtype=np.int64) * x.shape[1]
+                values = self._pieces.evaluate(floats(x, "x").reshape(-1), ends, nu, word)
+                return values.reshape(*x.shape, *self._inner)
             lists = [floats(one, "x").reshape(-1) for one in x]
             ends = offsets_of([len(one) for one in lists])
             flat = np.concatenate(lists) if lists else np.zeros(0)
-            values = self._pieces.evaluate(flat, ends, nu, word).reshape(-1, *self._inner)
-            return values.reshape(*x.shape, *self._inner) if isinstance(x, np.ndarray) and x.ndim == 2 else split(values, ends)
+            return split(self._pieces.evaluate(flat, ends, nu, word).reshape(-1, *self._inner), ends)
         shared = floats(x, "x")
         values = self._pieces.evaluate(shared.reshape(-1), None, nu, word)
         return values.reshape(len(self), *np.shape(x), *self._inner)
@@ -168,28 +171,41 @@ class CubicSplineBatch(PPolyBatch):
 
     def __init__(self, x: Any, y: Any, bc_type: Any = "not-a-knot", extrapolate: Extrapolate | None = None, *, device: str = "auto", precision: str = "auto") -> None:
         equal = isinstance(y, np.ndarray) and y.dtype != object
-        values = [floats(one, f"y of curve {i}") for i, one in enumerate(y)] if not equal else list(floats(y, "y"))
-        if any(one.ndim == 0 for one in values):
-            raise ValueError("y has a row of values for each curve: its shape is (B, n, …)")
-        inner = values[0].shape[1:] if values else ()
-        for i, one in enumerate(values):
-            if one.shape[1:] != inner:
-                raise ValueError(f"the values of curve {i} have the shape {one.shape[1:]}, those before it {inner}")
-        counts = [len(one) for one in values]
+        flat, counts, inner = _values(y, equal)
         offsets = offsets_of(counts)
-        flat = floats(np.concatenate([one.reshape(-1) for one in values]) if values else np.zeros(0), "y")
+        knots = _knots(x, counts)
         periodic = isinstance(bc_type, str) and bc_type == "periodic"
-        start, end = (None, None) if periodic else _conditions(bc_type, len(values), inner)
-        pieces = _core.Piecewise(
-            _knots(x, counts), offsets, flat, max(1, int(np.prod(inner))), periodic, start, end, device, precision
-        )
-        super().__init__(
-            pieces, _knots(x, counts), offsets, inner, equal, ("periodic" if periodic else True) if extrapolate is None else extrapolate
-        )
+        start, end = (None, None) if periodic else _conditions(bc_type, len(counts), inner)
+        columns = max(1, int(np.prod(inner)))
+        pieces = _core.Piecewise(knots, offsets, flat, columns, periodic, start, end, device, precision)
+        if extrapolate is None:
+            extrapolate = "periodic" if periodic else True
+        super().__init__(pieces, knots, offsets, inner, equal, extrapolate)
+
+
+def _values(y: Any, equal: bool) -> tuple[Floats, list[int], tuple[int, ...]]:
+    """The values of all curves, one after the other; the numbers of their knots; the shape of a value."""
+    wrong = "y has a row of values for each curve: its shape is (B, n, …)"
+    if equal:
+        array = floats(y, "y")
+        if array.ndim < 2:
+            raise ValueError(wrong)
+        return array.reshape(-1), [array.shape[1]] * len(array), array.shape[2:]
+    values = [floats(one, f"y of curve {i}") for i, one in enumerate(y)]
+    if any(one.ndim == 0 for one in values):
+        raise ValueError(wrong)
+    inner = values[0].shape[1:] if values else ()
+    for i, one in enumerate(values):
+        if one.shape[1:] != inner:
+            raise ValueError(f"the values of curve {i} have the shape {one.shape[1:]}, those before it {inner}")
+    flat = np.concatenate([one.reshape(-1) for one in values]) if values else np.zeros(0)
+    return flat, [len(one) for one in values], inner
 
 
 def _knots(x: Any, counts: list[int]) -> Floats:
     """The knots of all curves, one after the other."""
+    if isinstance(x, np.ndarray) and x.dtype != object and x.ndim == 2 and x.shape == (len(counts), *counts[:1]):
+        return floats(x, "x").reshape(-1)
     shared = not (isinstance(x, (list, tuple)) and len(x) > 0 and np.ndim(x[0]) > 0) and np.ndim(x) == 1
     lists = [floats(x, "x")] * len(counts) if shared else [floats(one, f"x of curve {i}") for i, one in enumerate(x)]
     if len(lists) != len(counts):

@@ -36,7 +36,7 @@ class Completed:
 
 
 def _completed(made: Any, given: Any, closed: Any) -> Completed:
-    (coords, offsets, _), report = made
+    (coords, offsets), report = made
     coords = coords.reshape(-1, given.coords.shape[1])
     return Completed(given.back(coords, offsets, closed), {**report, "status": np.array(report["status"], object)})
 

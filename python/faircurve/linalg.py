@@ -43,7 +43,7 @@ def solve_tridiagonal(lower: Any, diagonal: Any, upper: Any, rhs: Any, *, cyclic
     columns = right.shape[len(shape)] if right.ndim > len(shape) else 1
     offsets = np.arange(count + 1, dtype=np.int64) * rows
     x, statuses = _core.solve_tridiagonal(
-        *(band.reshape(-1) for band in bands), right.reshape(-1), columns, offsets, cyclic, device, precision
+        bands[0].reshape(-1), bands[1].reshape(-1), bands[2].reshape(-1), right.reshape(-1), columns, offsets, cyclic, device, precision
     )
     x = x.reshape(count, rows * columns)
     x[[status != "converged" for status in statuses]] = np.nan

@@ -23,7 +23,7 @@ fn made<'py>(
     let curves = &batch.get().batch;
     let size = Work::splines(curves.total_points());
     let completed = running::run(py, &Place::new(device, precision)?, size, |device| fit(curves, device))?;
-    Ok((arrays(py, completed.control_points()), columns(py, completed.reports())?))
+    Ok((arrays(py, completed.control_points().clone()), columns(py, completed.reports())?))
 }
 
 /// Weights of ∫|X′|², ∫|X″|² and ∫|X‴|².

@@ -18,18 +18,14 @@ pub struct Fit {
     pub batch: Py<Batch>,
 }
 
-/// Coordinates (flat), offsets and parameters of a batch.
-pub type Arrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>, Option<Bound<'py, PyArray1<f64>>>);
+/// Coordinates (flat) and offsets of a batch.
+pub type Arrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>);
 
-/// A batch as arrays.
-pub fn arrays<'py>(py: Python<'py>, batch: &CurveBatch) -> Arrays<'py> {
-    let offsets: Vec<i64> = batch.offsets().iter().map(|&offset| offset as i64).collect();
-    let timed = (0..batch.len()).find(|&i| batch.count(i) > 0).is_some_and(|i| batch.parameters(i).is_some());
-    let t = timed.then(|| {
-        let all = (0..batch.len()).flat_map(|i| batch.parameters(i).unwrap_or_default());
-        all.copied().collect::<Vec<f64>>().into_pyarray(py)
-    });
-    (PyArray1::from_slice(py, batch.coords()), offsets.into_pyarray(py), t)
+/// A batch as arrays, whose memory they take over.
+pub fn arrays(py: Python<'_>, batch: CurveBatch) -> Arrays<'_> {
+    let (coords, offsets) = batch.into_ragged();
+    let offsets: Vec<i64> = offsets.into_iter().map(|offset| offset as i64).collect();
+    (coords.into_pyarray(py), offsets.into_pyarray(py))
 }
 
 /// Reports as a dictionary of columns.
@@ -156,7 +152,7 @@ impl Fit {
         };
         sampling.check(&self.batch.get().batch).map_err(crate::error)?;
         let samples = at_once(py, || self.fit.polylines(sampling))?;
-        Ok(arrays(py, &samples))
+        Ok(arrays(py, samples))
     }
 
     /// Derivatives of order `nu` at parameters.
@@ -207,7 +203,7 @@ impl Fit {
             return Err(PyValueError::new_err("a tolerance for each curve is needed"));
         }
         let chains = at_once(py, || self.fit.beziers_each(|i| tolerances[i]))?;
-        Ok(arrays(py, &chains))
+        Ok(arrays(py, chains))
     }
 
     /// Some of the curves.

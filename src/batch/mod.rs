@@ -96,6 +96,11 @@ impl CurveBatch {
         Self::from_file(dimension, coords, offsets, Arc::default())
     }
 
+    /// The coordinates and the offsets, as [`from_ragged`](Self::from_ragged) takes them.
+    pub fn into_ragged(self) -> (Vec<f64>, Vec<usize>) {
+        (self.coords, self.offsets)
+    }
+
     /// Makes a batch that was read from a file. Its problems name the file, the line and the curve.
     pub(crate) fn from_file(
         dimension: usize,

@@ -35,22 +35,25 @@ impl Piecewise {
     }
 
     fn evaluate_curve(&self, i: usize, x: &[f64], nu: usize, extrapolate: Extrapolate, values: &mut [f64]) {
-        let d = self.columns;
         let (knots, c) = (self.knots(i), self.coefficients(i));
-        // d/dz^nu of z^power.
-        let factors: Vec<f64> =
-            (0..self.order).map(|m| (0..nu).map(|k| (self.order - 1 - m) as f64 - k as f64).product()).collect();
-        let terms = self.order.saturating_sub(nu);
-        for (to, &x) in values.chunks_exact_mut(d).zip(x) {
-            let Some((span, z)) = place(knots, x, extrapolate) else {
-                to.fill(f64::NAN);
-                continue;
-            };
-            let c = &c[span * self.order * d..(span + 1) * self.order * d];
-            for (column, to) in to.iter_mut().enumerate() {
-                *to = (0..terms).fold(0.0, |sum, m| sum * z + c[m * d + column] * factors[m]);
+        if nu == 0 {
+            return at_columns(knots, c, self.order, self.columns, x, extrapolate, values);
+        }
+        let (terms, d) = (self.order.saturating_sub(nu), self.columns);
+        if terms == 0 {
+            let zero =
+                |x: f64| place(knots, x, extrapolate, 0).map_or(f64::NAN, |(span, _)| 0.0 * c[span * self.order * d]);
+            return values.chunks_exact_mut(d).zip(x).for_each(|(to, &x)| to.fill(zero(x)));
+        }
+        // The coefficients of the derivative.
+        let mut scaled = Vec::with_capacity(c.len() / self.order * terms);
+        for span in c.chunks_exact(self.order * d) {
+            for (m, row) in span.chunks_exact(d).enumerate().take(terms) {
+                let factor: f64 = (0..nu).map(|k| (self.order - 1 - m - k) as f64).product();
+                scaled.extend(row.iter().map(|c| factor * c));
             }
         }
+        at_columns(knots, &scaled, terms, d, x, extrapolate, values);
     }
 
     /// The derivatives of order `nu`, as polynomials.
@@ -162,8 +165,58 @@ impl Piecewise {
     }
 }
 
-/// The span of a parameter, and how far it is from the span's first knot.
-fn place(knots: &[f64], x: f64, extrapolate: Extrapolate) -> Option<(usize, f64)> {
+/// The values of polynomials at parameters, by the number of columns.
+fn at_columns(
+    knots: &[f64],
+    c: &[f64],
+    order: usize,
+    d: usize,
+    x: &[f64],
+    extrapolate: Extrapolate,
+    values: &mut [f64],
+) {
+    match d {
+        1 => at::<1>(knots, c, order, x, extrapolate, values),
+        2 => at::<2>(knots, c, order, x, extrapolate, values),
+        3 => at::<3>(knots, c, order, x, extrapolate, values),
+        _ => {
+            let mut near = 0;
+            for (to, &x) in values.chunks_exact_mut(d).zip(x) {
+                let Some((span, z)) = place(knots, x, extrapolate, near) else {
+                    to.fill(f64::NAN);
+                    continue;
+                };
+                near = span;
+                let c = &c[span * order * d..(span + 1) * order * d];
+                for (column, to) in to.iter_mut().enumerate() {
+                    *to = (0..order).fold(0.0, |sum, m| sum * z + c[m * d + column]);
+                }
+            }
+        }
+    }
+}
+
+fn at<const D: usize>(knots: &[f64], c: &[f64], order: usize, x: &[f64], extrapolate: Extrapolate, values: &mut [f64]) {
+    let (rows, mut near) = (c.as_chunks::<D>().0, 0);
+    for (to, &x) in values.as_chunks_mut::<D>().0.iter_mut().zip(x) {
+        let Some((span, z)) = place(knots, x, extrapolate, near) else {
+            *to = [f64::NAN; D];
+            continue;
+        };
+        near = span;
+        let mut sum = [0.0; D];
+        for row in &rows[span * order..(span + 1) * order] {
+            for (sum, c) in sum.iter_mut().zip(row) {
+                *sum = *sum * z + c;
+            }
+        }
+        *to = sum;
+    }
+}
+
+/// The span of a parameter, and how far it is from the span's first knot. It is looked for at a span
+/// nearby first, and at the next one.
+fn place(knots: &[f64], x: f64, extrapolate: Extrapolate, near: usize) -> Option<(usize, f64)> {
     let (first, last) = (*knots.first()?, *knots.last()?);
     if knots.len() < 2 || x.is_nan() {
         return None;
@@ -174,6 +227,8 @@ fn place(knots: &[f64], x: f64, extrapolate: Extrapolate) -> Option<(usize, f64)
         Extrapolate::No => x,
         Extrapolate::Periodic => first + (x - first).rem_euclid(last - first),
     };
-    let span = knots[1..knots.len() - 1].partition_point(|&knot| knot <= x);
+    let holds = |span: &usize| knots[*span] <= x && knots.get(span + 1).is_some_and(|&next| x < next);
+    let near = [near, near + 1].into_iter().find(|span| *span + 1 < knots.len() && holds(span));
+    let span = near.unwrap_or_else(|| knots[1..knots.len() - 1].partition_point(|&knot| knot <= x));
     Some((span, x - knots[span]))
 }

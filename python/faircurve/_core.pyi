@@ -1,0 +1,171 @@
+"""The compiled half: flat arrays and offsets in, flat arrays and offsets out. What people use stands in the package."""
+
+from collections.abc import Sequence
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Floats = NDArray[np.float64]
+_Offsets = NDArray[np.int64]
+_Arrays = tuple[_Floats, _Offsets]
+
+__all__ = [
+    "Batch",
+    "Fit",
+    "Piecewise",
+    "__version__",
+    "adapters",
+    "chain",
+    "complete",
+    "elevate",
+    "fair",
+    "natural",
+    "reduce",
+    "run",
+    "simplify",
+    "smooth",
+    "smoothing",
+    "solve_tridiagonal",
+    "subdivide",
+]
+
+__version__: str
+
+@final
+class Batch:
+    def __new__(
+        cls,
+        coords: _Floats,
+        offsets: _Offsets,
+        *,
+        closed: Sequence[bool] | None = None,
+        t: _Floats | None = None,
+        weights: _Floats | None = None,
+        tangents: _Floats | None = None,
+        curvatures: _Floats | None = None,
+        exponents: _Floats | None = None,
+        known: Sequence[bool] | None = None,
+        pinned: Sequence[bool] | None = None,
+        auto_closed: bool = False,
+    ) -> Batch: ...
+    def __len__(self) -> int: ...
+    @property
+    def closed(self) -> NDArray[np.bool_]: ...
+
+@final
+class Fit:
+    def __len__(self) -> int: ...
+    @property
+    def batch(self) -> Batch: ...
+    @property
+    def device(self) -> str: ...
+    def report(self) -> dict[str, Any]: ...
+    def sample(self, how: str, value: float) -> _Arrays: ...
+    def evaluate(self, u: _Floats, u_offsets: _Offsets | None, nu: int) -> _Floats: ...
+    def curvature(self, u: _Floats, u_offsets: _Offsets | None) -> _Floats: ...
+    def lengths(self) -> _Floats: ...
+    def max_curvatures(self) -> _Floats: ...
+    def knots(self) -> tuple[_Floats, _Offsets]: ...
+    def beziers(self, tolerances: _Floats) -> _Arrays: ...
+    def select(self, numbers: Sequence[int]) -> Fit: ...
+    def svg(self, width: float, points: bool) -> str: ...
+
+@final
+class Piecewise:
+    def __new__(
+        cls,
+        x: _Floats,
+        offsets: _Offsets,
+        y: _Floats,
+        columns: int,
+        periodic: bool,
+        start: tuple[int, _Floats] | None,
+        end: tuple[int, _Floats] | None,
+        device: str,
+        precision: str,
+    ) -> Piecewise: ...
+    @property
+    def order(self) -> int: ...
+    @property
+    def status(self) -> list[str]: ...
+    @property
+    def messages(self) -> list[str | None]: ...
+    def coefficients(self) -> _Floats: ...
+    def evaluate(self, x: _Floats, ends: _Offsets | None, nu: int, extrapolate: str) -> _Floats: ...
+    def derivative(self, nu: int) -> Piecewise: ...
+    def antiderivative(self, nu: int) -> Piecewise: ...
+    def integrate(self, a: float, b: float, extrapolate: str) -> _Floats: ...
+    def solve(self, y: float, extrapolate: str) -> tuple[_Floats, _Offsets]: ...
+
+def run(arguments: Sequence[str]) -> int: ...
+def adapters() -> list[tuple[str, str]]:
+    """Names and drivers of the GPUs that can be opened, in the order of their numbers."""
+
+def natural(batch: Batch, ends: str, parametrisation: str, device: str, precision: str) -> Fit: ...
+def smoothing(
+    batch: Batch, amount: str, value: float, pin_ends: bool, parametrisation: str, device: str, precision: str
+) -> Fit: ...
+def fair(
+    batch: Batch,
+    terms: Sequence[tuple[str, float, float]],
+    per_span: int,
+    spacing: float | None,
+    pins: str,
+    deviation: float | None,
+    corners: float | None,
+    solver: str,
+    tolerance: float,
+    max_iterations: int,
+    device: str,
+    precision: str,
+) -> Fit: ...
+def smooth(
+    batch: Batch,
+    exponent: float,
+    start: str,
+    starts: int,
+    seed: int,
+    tolerance: float,
+    max_iterations: int,
+    device: str,
+    precision: str,
+) -> Fit: ...
+def complete(
+    batch: Batch, weights: Sequence[float], tangents: str, device: str, precision: str
+) -> tuple[_Arrays, dict[str, Any]]: ...
+def chain(
+    batch: Batch,
+    degree: int,
+    joints: str,
+    lengths: str,
+    weights: Sequence[float],
+    corners: float | None,
+    device: str,
+    precision: str,
+) -> tuple[_Arrays, dict[str, Any]]: ...
+def simplify(batch: Batch, tolerance: float, corners: float) -> tuple[_Arrays, dict[str, Any]]: ...
+def elevate(coords: _Floats, offsets: _Offsets, by: int, device: str, precision: str) -> tuple[_Floats, _Offsets]: ...
+def reduce(
+    coords: _Floats, offsets: _Offsets, by: int, device: str, precision: str
+) -> tuple[tuple[_Floats, _Offsets], _Floats]: ...
+def subdivide(
+    dimension: int,
+    shapes: Sequence[tuple[int, int]],
+    values: _Floats,
+    rounds: int,
+    rule: str,
+    device: str,
+    precision: str,
+) -> tuple[_Floats, list[list[int]], list[str]]: ...
+def solve_tridiagonal(
+    lower: _Floats,
+    diagonal: _Floats,
+    upper: _Floats,
+    rhs: _Floats,
+    columns: int,
+    system_offsets: _Offsets,
+    cyclic: bool,
+    device: str,
+    precision: str,
+) -> tuple[_Floats, list[str]]: ...
