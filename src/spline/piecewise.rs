@@ -110,7 +110,21 @@ pub enum Extrapolate {
     Periodic,
 }
 
-/// Polynomials, piece by piece: Σ c\[m\] (x − x\[k\])^(order − 1 − m) on the span from x\[k\] on.
+/// Polynomials, piece by piece, one curve each, such as cubic splines by any conditions at the ends.
+///
+/// ```
+/// use faircurve::Device;
+/// use faircurve::spline::{Boundary, Condition, Extrapolate, Knotted, Piecewise};
+///
+/// // The cubes of 0, 1, 2 and 3: the spline without knots next to the ends is x³.
+/// let cubes = Knotted { x: &[0.0, 1.0, 2.0, 3.0], offsets: &[0, 4], y: &[0.0, 1.0, 8.0, 27.0], columns: 1 };
+/// let splines = Piecewise::cubic(&cubes, &Boundary::Ends([Condition::NotAKnot; 2]), &Device::cpu())?;
+/// assert!((splines.evaluate_all(&[1.5], 0, Extrapolate::No)[0] - 3.375).abs() < 1e-14);
+/// assert!((splines.integrate(0.0, 2.0, Extrapolate::No)[0] - 4.0).abs() < 1e-14);
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+///
+/// A span has the values Σ c\[m\] (x − x\[k\])^(order − 1 − m) from x\[k\] on.
 #[derive(Clone, Debug)]
 pub struct Piecewise {
     x: Vec<f64>,

@@ -2,6 +2,7 @@
 
 use faircurve::linalg::ring::{RingKernel, Row, solve_lanes, solve_long, solve_on_gpu, solve_thread};
 use faircurve::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch, solve_tridiagonal_batch};
+use faircurve::spline::{Boundary, Condition, Knotted, Piecewise};
 use faircurve::{CurveStatus, Device, Precision};
 use rand::RngExt;
 
@@ -201,4 +202,44 @@ fn the_device_given_does_the_work_in_the_precision_asked_for() {
     let (batch, auto) = (systems.batch(), device.clone().with_precision(Precision::Auto));
     let found = solve_tridiagonal_batch(&batch, &systems.rhs, 1, &auto).unwrap();
     assert_eq!(found, solve_on_gpu(gpu, Precision::F32, RingKernel::Auto, &batch, &systems.rhs, 1).unwrap());
+}
+
+/// Splines of 2 to 70 knots by every condition, in f64: not-a-knot rows are not dominated by their
+/// diagonals.
+#[test]
+fn splines_by_any_conditions_are_the_cpus() {
+    let Some(gpu) = device() else { return };
+    if !precisions(gpu.as_gpu().expect("a GPU")).contains(&Precision::F64) {
+        return;
+    }
+    let mut rng = seeded(21);
+    let (mut x, mut offsets) = (Vec::new(), vec![0]);
+    for n in 2..=70 {
+        let mut at: f64 = 0.0;
+        x.extend((0..n).map(|_| {
+            at += rng.random_range(0.05..2.0);
+            at
+        }));
+        offsets.push(x.len());
+    }
+    let mut y: Vec<f64> = (0..x.len() * 3).map(|_| rng.random_range(-1.0..1.0)).collect();
+    for pair in offsets.windows(2) {
+        y.copy_within(3 * pair[0]..3 * pair[0] + 3, 3 * (pair[1] - 1));
+    }
+    let given: Vec<f64> = (0..69 * 3).map(|_| rng.random_range(-1.0..1.0)).collect();
+    let knotted = Knotted { x: &x, offsets: &offsets, y: &y, columns: 3 };
+    for boundary in [
+        Boundary::Ends([Condition::NotAKnot; 2]),
+        Boundary::Ends([Condition::First(&given), Condition::Second(&given)]),
+        Boundary::Periodic,
+    ] {
+        let [cpu, gpu] = [Device::cpu(), gpu.clone().with_precision(Precision::F64)]
+            .map(|device| Piecewise::cubic(&knotted, &boundary, &device).unwrap());
+        for i in 0..69 {
+            let [a, b] = [&cpu, &gpu].map(|splines| splines.coefficients(i));
+            let largest = a.iter().fold(1.0, |largest: f64, c| largest.max(c.abs()));
+            let error = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest;
+            assert!(error <= 1e-12, "{boundary:?}, {} knots: {error:e}", i + 2);
+        }
+    }
 }

@@ -1,13 +1,14 @@
 //! The counter of curves that are finished, which progress bars watch.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use faircurve::bezier::{Chain, Complete, Joints};
 use faircurve::discrete::{Fair, bending, length};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
-use faircurve::{CurveBatch, Device, Sampling};
+use faircurve::{CurveBatch, Device, Sampling, Stopped};
 
 const SAMPLING: Sampling = Sampling::PerSpan(4);
 
@@ -42,4 +43,21 @@ fn every_method_counts_every_curve_once() {
     count("bezier", &|cpu| drop(Complete::default().fit(&batch, cpu).unwrap()));
     count("bezier, chains", &|cpu| drop(chain(Joints::C2).fit(&batch, cpu).unwrap()));
     count("bezier, G1 chains", &|cpu| drop(chain(Joints::G1).fit(&batch, cpu).unwrap()));
+}
+
+#[test]
+fn a_flag_stops_a_fit_with_its_next_curve() {
+    let batch = batch();
+    let fair = Fair { energy: bending(2.0) + length(), ..Fair::default() };
+    let flag = Arc::new(AtomicBool::new(false));
+    let finished = Arc::new(AtomicUsize::new(0));
+    let device = Device::cpu().with_counter(finished.clone()).stopped_by(flag.clone());
+    fair.fit(&batch, &device).unwrap();
+    assert_eq!(finished.swap(0, Ordering::Relaxed), batch.len());
+    flag.store(true, Ordering::Relaxed);
+    let payload = catch_unwind(AssertUnwindSafe(|| fair.fit(&batch, &device))).unwrap_err();
+    assert!(payload.is::<Stopped>() && finished.load(Ordering::Relaxed) < batch.len());
+    // Nothing is left of it.
+    flag.store(false, Ordering::Relaxed);
+    assert_eq!(fair.fit(&batch, &device).unwrap().usable(), fair.fit(&batch, &Device::cpu()).unwrap().usable());
 }

@@ -2,6 +2,7 @@
 
 mod measures;
 mod oracle;
+mod piecewise;
 mod scipy;
 mod smoothing;
 mod smoothing_bounds;
