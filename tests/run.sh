@@ -4,8 +4,8 @@
 #   tests/run.sh
 #
 # Needs a Rust toolchain with rustfmt and clippy, and a C linker. Installs what else is missing where it can: lavapipe
-# by apt, and for the browser check Chromium by apt and playwright-core by npm. Without those two the browser check is
-# skipped with a notice; without lavapipe the run fails, since a GPU test must never be skipped unseen.
+# by apt, for the browser check Chromium by apt and playwright-core by npm, for the Python package Python by apt and what
+# its tests import by pip. Without those the checks are skipped with a notice; without lavapipe the run fails, since a GPU test must never be skipped unseen.
 #
 # VK_DRIVER_FILES   set it to the driver file (ICD) of a real GPU to test that one instead of lavapipe
 # CARGO_TARGET_DIR  as cargo takes it
@@ -123,7 +123,7 @@ cargo fmt --all --check
 rustfmt --check --edition 2024 src/discrete/energy/*.rs
 
 section 'Lints'
-cargo clippy --locked --all-targets --quiet -- -D warnings
+cargo clippy --locked --workspace --all-targets --quiet -- -D warnings
 # The core alone, and the program without a GPU.
 cargo clippy --locked --no-default-features --quiet -- -D warnings
 cargo clippy --locked --no-default-features --features cli --quiet -- -D warnings
@@ -152,6 +152,13 @@ rm -r "$hardware"
 
 section 'Documentation examples'
 cargo test --locked --doc
+
+section 'Python'
+if ! python3 -c 'import sys; assert sys.version_info >= (3, 10); import ensurepip, venv' >/dev/null 2>&1 && ! apt_install python3-venv; then
+  notice 'the Python package is not tested: there is no Python 3.10 with venv and pip'
+else
+  python/test.sh
+fi
 
 close_section
 printf '\nAll checks passed in %s s.\n' "$SECONDS"

@@ -16,11 +16,13 @@ from ._energy import Energy, attachment, bending, length, tension, torsion, vari
 from ._fit import Fit
 from ._methods import Fair, Natural, Smooth, Smoothing
 from ._splines import CubicSplineBatch, PPolyBatch
+from ._tables import FairBatch
 
 __all__ = [
     "CubicSplineBatch",
     "Energy",
     "Fair",
+    "FairBatch",
     "Fit",
     "Natural",
     "PPolyBatch",

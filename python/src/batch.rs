@@ -34,7 +34,6 @@ pub fn offsets(array: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<usize>> {
 impl Batch {
     #[new]
     #[pyo3(signature = (coords, offsets, *, closed=None, t=None, weights=None, tangents=None, curvatures=None, exponents=None, known=None, pinned=None, auto_closed=false))]
-    #[allow(clippy::too_many_arguments)]
     fn new(
         coords: PyReadonlyArray2<'_, f64>,
         offsets: PyReadonlyArray1<'_, i64>,
@@ -57,12 +56,13 @@ impl Batch {
         if let Some(weights) = &weights {
             batch = batch.with_weights(flat(weights)?).map_err(crate::error)?;
         }
-        let mut constraints = Constraints::default();
-        constraints.tangents = tangents.as_ref().map(rows).transpose()?;
-        constraints.curvatures = curvatures.as_ref().map(rows).transpose()?;
-        constraints.exponents = exponents.as_ref().map(flat).transpose()?;
-        constraints.known = known;
-        constraints.pinned = pinned;
+        let constraints = Constraints {
+            tangents: tangents.as_ref().map(rows).transpose()?,
+            curvatures: curvatures.as_ref().map(rows).transpose()?,
+            exponents: exponents.as_ref().map(flat).transpose()?,
+            known,
+            pinned,
+        };
         if !constraints.is_empty() {
             batch = batch.with_constraints(constraints).map_err(crate::error)?;
         }

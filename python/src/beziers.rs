@@ -45,7 +45,6 @@ pub fn complete<'py>(
 
 #[pyfunction]
 #[pyo3(signature = (batch, degree, joints, lengths, weights, corners, device, precision))]
-#[allow(clippy::too_many_arguments)]
 pub fn chain<'py>(
     batch: &Bound<'py, Batch>,
     degree: usize,
@@ -72,10 +71,8 @@ pub fn simplify<'py>(batch: &Bound<'py, Batch>, tolerance: f64, corners: f64) ->
     made(batch, "cpu", "auto", |batch, device| method.fit(batch, device))
 }
 
-/// Flat control points with other degrees, and offsets.
-type Polygon<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>);
-
-fn polygon<'py>(py: Python<'py>, controls: faircurve::bezier::Controls) -> Polygon<'py> {
+/// Control points of other degrees.
+fn polygon(py: Python<'_>, controls: faircurve::bezier::Controls) -> Arrays<'_> {
     let offsets: Vec<i64> = controls.offsets.iter().map(|&offset| offset as i64).collect();
     (controls.coords.into_pyarray(py), offsets.into_pyarray(py))
 }
@@ -88,7 +85,7 @@ pub fn elevate<'py>(
     by: usize,
     device: &str,
     precision: &str,
-) -> PyResult<Polygon<'py>> {
+) -> PyResult<Arrays<'py>> {
     let (dimension, coords, offsets) = (coords.shape()[1], rows(&coords)?, self::offsets(&offsets)?);
     let polygons = Polygons { dimension, coords: &coords, offsets: &offsets };
     let size = Work::splines(coords.len());
@@ -105,7 +102,7 @@ pub fn reduce<'py>(
     by: usize,
     device: &str,
     precision: &str,
-) -> PyResult<(Polygon<'py>, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<(Arrays<'py>, Bound<'py, PyArray1<f64>>)> {
     let (dimension, coords, offsets) = (coords.shape()[1], rows(&coords)?, self::offsets(&offsets)?);
     let polygons = Polygons { dimension, coords: &coords, offsets: &offsets };
     let size = Work::splines(coords.len());

@@ -18,7 +18,7 @@ pub struct Fit {
     pub batch: Py<Batch>,
 }
 
-/// Coordinates (flat) and offsets of a batch.
+/// Flat numbers of curves, and offsets: coordinates, parameters, places.
 pub type Arrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>);
 
 /// A batch as arrays, whose memory they take over.
@@ -187,7 +187,7 @@ impl Fit {
     }
 
     /// The parameters of all knots, and offsets.
-    fn knots<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>)> {
+    fn knots<'py>(&self, py: Python<'py>) -> PyResult<Arrays<'py>> {
         let (mut all, mut ends) = (Vec::new(), vec![0]);
         for (curve, _) in &self.fit {
             all.extend_from_slice(curve.knots());

@@ -10,7 +10,6 @@ use crate::running::{self, Place};
 
 /// Solutions, and a status for each system.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)]
 pub fn solve_tridiagonal<'py>(
     py: Python<'py>,
     lower: PyReadonlyArray1<'py, f64>,

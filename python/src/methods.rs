@@ -65,7 +65,6 @@ pub fn natural(
 
 #[pyfunction]
 #[pyo3(signature = (batch, amount, value, pin_ends, parametrisation, device, precision))]
-#[allow(clippy::too_many_arguments)]
 pub fn smoothing(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
@@ -107,7 +106,6 @@ fn energy(terms: Vec<(String, f64, f64)>) -> PyResult<Energy> {
 
 #[pyfunction]
 #[pyo3(signature = (batch, terms, per_span, spacing, pins, deviation, corners, solver, tolerance, max_iterations, device, precision))]
-#[allow(clippy::too_many_arguments)]
 pub fn fair(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
@@ -139,7 +137,6 @@ pub fn fair(
 
 #[pyfunction]
 #[pyo3(signature = (batch, exponent, start, starts, seed, tolerance, max_iterations, device, precision))]
-#[allow(clippy::too_many_arguments)]
 pub fn smooth(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,

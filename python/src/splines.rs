@@ -7,6 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::batch::offsets;
+use crate::fit::Arrays;
 use crate::running::{self, Place, at_once};
 
 /// Polynomials, piece by piece.
@@ -41,7 +42,6 @@ fn extrapolation(word: &str) -> Extrapolate {
 impl Piecewise {
     #[new]
     #[pyo3(signature = (x, offsets, y, columns, periodic, start, end, device, precision))]
-    #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
         x: PyReadonlyArray1<'_, f64>,
@@ -127,12 +127,7 @@ impl Piecewise {
     }
 
     /// Flat places of the value `y`, and offsets for every curve and column.
-    fn solve<'py>(
-        &self,
-        py: Python<'py>,
-        y: f64,
-        extrapolate: &str,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>)> {
+    fn solve<'py>(&self, py: Python<'py>, y: f64, extrapolate: &str) -> PyResult<Arrays<'py>> {
         let extrapolate = extrapolation(extrapolate);
         let lists = at_once(py, || self.splines.solve(y, extrapolate))?;
         let mut ends = vec![0];

@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# Builds the wheel, installs it into an environment that has nothing else, and runs the tests of the Python package.
+#
+#   python/test.sh
+#
+# Needs Python 3.10 or later with venv and pip, which fetches tests/requirements.txt.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+quietly() { "$@" >"$work/log" 2>&1 || { cat "$work/log" >&2; return 1; }; }
+
+python3 -m venv "$work/tools"
+quietly "$work/tools/bin/pip" install --disable-pip-version-check -r tests/requirements.txt
+quietly "$work/tools/bin/maturin" build --release --locked --out "$work/wheels"
+# The wheel with numpy alone: what the README promises.
+python3 -m venv "$work/bare"
+quietly "$work/bare/bin/pip" install --disable-pip-version-check "$work"/wheels/*.whl
+(cd "$work" && "$work/bare/bin/python" - <<'PYTHON')
+import sys
+
+import numpy as np
+
+import faircurve as fc
+
+fit = fc.Natural().fit(np.random.default_rng(0).normal(size=(1000, 10, 2)))
+assert fit.sample(64).shape == (1000, 64, 2) and (fit.status == "converged").all()
+optional = {"pyarrow", "shapely", "geopandas", "awkward", "matplotlib", "scipy", "dask", "ray", "nibabel", "pandas"}
+assert not optional & set(sys.modules), optional & set(sys.modules)
+PYTHON
+"$work/bare/bin/faircurve" --version
+
+quietly "$work/tools/bin/pip" install --disable-pip-version-check "$work"/wheels/*.whl
+# The tests from a folder of their own, so that the package that was installed is what they import.
+mkdir "$work/run"
+cp -r tests pyproject.toml README.md "$work/run"
+(
+  cd "$work/run"
+  export PYTHONDONTWRITEBYTECODE=1
+  package=$("$work/tools/bin/python" -c 'import faircurve; print(faircurve.__path__[0])')
+  "$work/tools/bin/python" -m pytest --quiet tests README.md "$package"
+  "$work/tools/bin/mypy" --config-file pyproject.toml -p faircurve
+  "$work/tools/bin/python" -m mypy.stubtest faircurve._core --mypy-config-file pyproject.toml
+)
