@@ -1,6 +1,6 @@
 //! The command line: one file a subcommand, and what the subcommands share.
 //!
-//! Exit codes stand in [`EXIT_STATUS`]. Results go to files or to stdout, every other word to
+//! Exit codes stand in `EXIT_STATUS`. Results go to files or to stdout, every other word to
 //! stderr.
 
 mod bezier;
