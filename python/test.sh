@@ -43,3 +43,8 @@ cp -r tests pyproject.toml README.md "$work/run"
   "$work/tools/bin/mypy" --config-file pyproject.toml -p faircurve
   "$work/tools/bin/python" -m mypy.stubtest faircurve._core --mypy-config-file pyproject.toml
 )
+for example in examples/*.py; do
+  echo "--- $example"
+  MPLBACKEND=Agg "$work/tools/bin/python" "$example" "$work/picture.png"
+  rm "$work/picture.png"
+done

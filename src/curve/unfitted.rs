@@ -28,8 +28,12 @@ impl<'a> Polygon<'a> {
         Polygon { coords, dimension, closed, knots: (0..ends).map(|k| k as f64).collect() }
     }
 
+    /// A vertex; of a curve without any it is no number.
     fn vertex(&self, k: usize) -> DVec3 {
         let count = self.coords.len() / self.dimension;
+        if count == 0 {
+            return DVec3::NAN;
+        }
         vector(&self.coords[(k % count) * self.dimension..][..self.dimension])
     }
 }

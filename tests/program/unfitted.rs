@@ -344,3 +344,14 @@ fn a_curve_that_is_not_fitted_changes_no_tolerance_digit_or_extent_of_the_others
         assert!(b[1].contains("not usable: 1 invalid; 1 far outside, not drawn"), "{method}");
     }
 }
+
+#[test]
+fn a_curve_without_points_answers_with_what_is_no_number() {
+    for dimension in [2, 3] {
+        let batch = CurveBatch::from_ragged(dimension, vec![], vec![0, 0]).unwrap();
+        let fit = Natural::default().fit(&batch, &Device::cpu()).unwrap();
+        let curve = fit.curve(0);
+        assert!(curve.point(0.5).is_nan() && (curve.length(), curve.max_curvature()) == (0.0, 0.0));
+        assert!(curve.beziers(0.1).is_empty() && fit.polylines(Sampling::Count(8)).total_points() == 0);
+    }
+}
