@@ -99,8 +99,8 @@ class Piecewise:
     def solve(self, y: float, extrapolate: str) -> tuple[_Floats, _Offsets]: ...
 
 def run(arguments: Sequence[str]) -> int: ...
-def adapters() -> list[tuple[str, str]]:
-    """Names and drivers of the GPUs that can be opened, in the order of their numbers."""
+def adapters() -> list[tuple[str, str, str]]:
+    """Names, drivers and addresses on the PCI bus of the GPUs that can be opened, in the order of their numbers."""
 
 def natural(batch: Batch, ends: str, parametrisation: str, device: str, precision: str) -> Fit: ...
 def smoothing(

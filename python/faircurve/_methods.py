@@ -72,8 +72,8 @@ class Natural:
             Which curves are closed; "auto" closes those whose last point repeats their first. Rings of polygons are.
         tangents : optional
             A vector a point (units of the input by those of t), NaN where there is none. At ends only.
-        device : {"auto", "cpu", "gpu", "gpu:N"}
-            What does the work; "auto" is a GPU where it is sooner.
+        device : {"auto", "cpu", "gpu", "gpu:N", "pci:0000:65:00.0"}
+            What does the work; "auto" is a GPU where it is sooner. :func:`faircurve.adapters` lists the GPUs.
         precision : {"auto", "f32", "f64"}
             Of a GPU's arithmetic.
 

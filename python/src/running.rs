@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread;
 use std::time::Duration;
 
+use faircurve::gpu::AdapterSummary;
 use faircurve::{Choice, Device, Precision, Stopped, Work};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -34,7 +35,10 @@ pub struct Place {
 
 impl Place {
     pub fn new(device: &str, precision: &str) -> PyResult<Self> {
-        let choice: Choice = device.parse().map_err(PyValueError::new_err)?;
+        let choice: Choice = match device.strip_prefix("pci:") {
+            Some(address) => at_address(address)?,
+            None => device.parse().map_err(PyValueError::new_err)?,
+        };
         let precision: Precision = precision.parse().map_err(crate::error)?;
         if (choice, precision) == (Choice::Cpu, Precision::F32) {
             return Err(PyValueError::new_err(
@@ -161,10 +165,27 @@ fn open(choice: Choice, size: Work) -> faircurve::Result<Device> {
     Ok(device)
 }
 
-/// Names and drivers of the GPUs that can be opened, in the order of their numbers.
+/// The GPU at an address of the PCI bus, such as 0000:65:00.0.
+fn at_address(address: &str) -> PyResult<Choice> {
+    refuse_forked()?;
+    let adapters = faircurve::gpu::adapters();
+    // Some tools write the domain with more zeros than others.
+    let short = |address: &str| address.trim_start_matches('0').to_ascii_lowercase();
+    let is_there =
+        |adapter: &AdapterSummary| !adapter.pci_bus_id.is_empty() && short(&adapter.pci_bus_id) == short(address);
+    adapters.iter().position(is_there).map(Choice::Gpu).ok_or_else(|| {
+        let known: Vec<&str> =
+            adapters.iter().map(|adapter| &adapter.pci_bus_id[..]).filter(|id| !id.is_empty()).collect();
+        let known = if known.is_empty() { "there is none with an address".into() } else { known.join(", ") };
+        PyRuntimeError::new_err(format!("no GPU is at the PCI address \"{address}\": {known}"))
+    })
+}
+
+/// Names, drivers and addresses on the PCI bus of the GPUs that can be opened, in the order of their
+/// numbers.
 #[pyfunction]
-pub fn adapters(py: Python<'_>) -> PyResult<Vec<(String, String)>> {
+pub fn adapters(py: Python<'_>) -> PyResult<Vec<(String, String, String)>> {
     refuse_forked()?;
     let found = py.detach(faircurve::gpu::adapters);
-    Ok(found.into_iter().map(|adapter| (adapter.name, adapter.driver)).collect())
+    Ok(found.into_iter().map(|adapter| (adapter.name, adapter.driver, adapter.pci_bus_id)).collect())
 }

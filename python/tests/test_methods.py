@@ -109,6 +109,7 @@ def test_bad_curves_are_data_and_leave_their_neighbours_alone():
         (lambda: fc.Smoothing(lam=1, tube=1).fit(CURVES), TypeError, "give one of"),
         (lambda: fc.Smoothing(deviation=-1).fit(CURVES), ValueError, "deviation is -1"),
         (lambda: fc.Natural().fit(CURVES, device="gpu:99"), RuntimeError, "99"),
+        (lambda: fc.Natural().fit(CURVES, device="pci:ffff:00:00.0"), RuntimeError, 'no GPU is at the PCI address "ffff:00:00.0"'),
         (lambda: fc.Natural().fit(CURVES).sample(4, points=5), TypeError, "one way"),
         (lambda: fc.Natural().fit(CURVES).sample(0), ValueError, "count is 0"),
         (lambda: fc.Natural().fit(CURVES)([[1.0], [2.0]]), ValueError, "2 lists of parameters for 200 curves"),
