@@ -20,7 +20,7 @@ with DATA.open() as file:
     rows = [row for row in csv.DictReader(file) if row["curve"] == "octopus-58"]
 dots = np.array([[row["x"], row["y"]] for row in rows], float)
 figure, panels = plt.subplots(1, 3, figsize=(13, 5))
-methods = {"natural": fc.Natural(), "least bending and length": fc.Fair({"bending": 1, "length": 1}), "scf": fc.Smooth()}
+methods = {"natural": fc.Natural(), "least bending and length": fc.Fair({"bending": 1, "length": 0.01}), "scf": fc.Smooth()}
 for axes, (name, method) in zip(panels, methods.items()):
     fit = method.fit([dots], closed=True)
     pieces = fit.to_bezier(1e-3 * np.ptp(dots))[0]
