@@ -19,8 +19,11 @@ python=benches/peers/.venv/bin/python
 cargo build --release --quiet --locked --example peer_natural --example peer_fair --example peer_scf --example peer_bezier \
     --example peer_laplacian
 
+"$python" -m pip install --quiet --disable-pip-version-check ./python
+
 lines=benches/data/peers.jsonl
 "${CARGO_TARGET_DIR:-target}/release/examples/peer_natural" "$@" | tee "$lines"
+"$python" benches/peers/python.py "$@" | tee -a "$lines"
 "$python" benches/peers/natural.py "$@" | tee -a "$lines"
 "${CARGO_TARGET_DIR:-target}/release/examples/peer_fair" "$@" > benches/data/fair.json
 "$python" benches/peers/fair.py --faircurve benches/data/fair.json "$@" | tee -a "$lines"
