@@ -128,6 +128,7 @@ class Fit:
         Returns
         -------
         What came in: an array (B, m, d), a list of arrays, a GeoSeries, a pyarrow array, …
+        A closed curve has every sample once; rings of shapely repeat the first at their end.
         """
         given = [("count", count), ("per_span", per_span), ("points", points), ("spacing", spacing)]
         asked = [(how, value) for how, value in given if value is not None]

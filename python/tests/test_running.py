@@ -63,7 +63,9 @@ def test_a_gpu_gives_the_cpus_curves_and_says_a_sentence_after_a_fork():
 
 def test_ctrl_c_ends_a_long_fit():
     program = (
-        "import numpy as np, faircurve as fc\n"
+        "import signal, numpy as np, faircurve as fc\n"
+        # A shell that runs the tests in the background has Ctrl-C ignored.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "c = np.random.default_rng(0).normal(size=(200_000, 40, 2))\n"
         "print('ready', flush=True)\n"
         "try:\n"
