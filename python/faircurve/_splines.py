@@ -155,8 +155,8 @@ class CubicSplineBatch(PPolyBatch):
 
     Notes
     -----
-    The equations are SciPy's, and results agree to 1e-12 of the largest value. A curve that has no spline (knots that do not
-    increase, values that are not numbers) is ``"invalid"`` in ``status``, and NaN.
+    The equations are SciPy's. Values, derivatives and integrals agree to 1e-12 of the largest, roots to 1e-11. A curve that
+    has no spline (knots that do not increase, values that are not numbers) is ``"invalid"`` in ``status``, and NaN.
 
     Examples
     --------

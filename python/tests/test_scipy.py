@@ -69,9 +69,8 @@ def test_a_thousand_splines_are_scipys_by_every_boundary_condition(name):
             expected = np.sort(theirs.roots(discontinuity=False, extrapolate=beyond_too)[column])
             assert len(roots[i][column]) == len(expected), (i, roots[i][column], expected)
             if len(expected):
-                assert np.abs(roots[i][column] - expected).max() <= 1e-9 * max(1, np.abs(expected).max())
-                # Those that are ours lie nearer: the value there is rounding.
-                assert np.abs(theirs(roots[i][column])[:, column]).max() <= 1e-9 * np.abs(theirs(expected)).max()
+                # Some lie far beyond the knots, where both lose digits.
+                assert np.abs(roots[i][column] - expected).max() <= 1e-11 * max(1, np.abs(expected).max())
             # Whether a derivative that is 0 at an end counts is a matter of rounding.
             inner = lambda roots: roots[(roots > X[i, 0] + 1e-9) & (roots < X[i, -1] - 1e-9)]
             extrema = np.sort(theirs.derivative().roots(discontinuity=False, extrapolate=False)[column])
