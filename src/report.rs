@@ -87,6 +87,20 @@ pub trait CurveSet: Send + Sync {
 
     /// All curves as polylines, in the batch's order, with the parameter of every point.
     fn polylines(&self, sampling: Sampling) -> CurveBatch;
+
+    /// Where the samples of every curve begin, and the number of all at the end; `None` where only
+    /// sampling tells.
+    fn sample_offsets(&self, _: Sampling) -> Option<Vec<usize>> {
+        None
+    }
+
+    /// The points of [`polylines`](Self::polylines) alone, written to memory of the caller's.
+    ///
+    /// # Panics
+    /// If there is not room for exactly so many numbers.
+    fn sample_into(&self, sampling: Sampling, coords: &mut [f64]) {
+        coords.copy_from_slice(self.polylines(sampling).coords());
+    }
 }
 
 /// The result of a fit: a curve and a [`CurveReport`] for every curve of the batch, in its order.
@@ -162,6 +176,37 @@ impl Fit {
     /// Names, properties and closedness are those of the input.
     pub fn polylines(&self, sampling: Sampling) -> CurveBatch {
         self.curves.polylines(sampling)
+    }
+
+    /// Where the samples of every curve begin, and the number of all at the end: what
+    /// [`sample_into`](Self::sample_into) needs room for.
+    ///
+    /// `None` where only sampling tells: at equal arc lengths, and for methods that do not know.
+    pub fn sample_offsets(&self, sampling: Sampling) -> Option<Vec<usize>> {
+        self.curves.sample_offsets(sampling)
+    }
+
+    /// The points of [`polylines`](Self::polylines) alone, without parameters, written to memory of the
+    /// caller's: `dimension` numbers a sample.
+    ///
+    /// Memory that is used again, or that the system gives in large pages, costs less than new.
+    ///
+    /// ```
+    /// use faircurve::{CurveBatch, Device, Sampling, spline::Natural};
+    /// let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 2.0], [3.0, 1.0]][..]])?;
+    /// let fit = Natural::default().fit(&batch, &Device::cpu())?;
+    /// let sampling = Sampling::Count(80);
+    /// let offsets = fit.sample_offsets(sampling).expect("a number of samples is known before");
+    /// let mut coords = vec![0.0; offsets[batch.len()] * batch.dimension()];
+    /// fit.sample_into(sampling, &mut coords);
+    /// assert_eq!(coords, fit.polylines(sampling).coords());
+    /// # Ok::<(), faircurve::Error>(())
+    /// ```
+    ///
+    /// # Panics
+    /// If there is not room for exactly so many numbers.
+    pub fn sample_into(&self, sampling: Sampling, coords: &mut [f64]) {
+        self.curves.sample_into(sampling, coords);
     }
 
     /// Every curve as a chain of cubic Béziers within `tolerance` of it (units of the input).

@@ -2,7 +2,7 @@
 
 use faircurve::picture::Picture;
 use faircurve::{Curve, CurveBatch, Sampling};
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -151,8 +151,19 @@ impl Fit {
             _ => Sampling::Spacing(value),
         };
         sampling.check(&self.batch.get().batch).map_err(crate::error)?;
-        let samples = at_once(py, || self.fit.polylines(sampling))?;
-        Ok(arrays(py, samples))
+        let Some(offsets) = self.fit.sample_offsets(sampling) else {
+            let samples = at_once(py, || self.fit.polylines(sampling))?;
+            return Ok(arrays(py, samples));
+        };
+        let total = offsets.last().copied().unwrap_or(0) * self.batch.get().batch.dimension();
+        // NumPy asks for large pages, which take far less time to write to for the first time.
+        let coords = py.import("numpy")?.call_method1("empty", (total,))?.cast_into::<PyArray1<f64>>()?;
+        let mut writable = coords.try_readwrite()?;
+        let numbers = writable.as_slice_mut()?;
+        at_once(py, || self.fit.sample_into(sampling, numbers))?;
+        drop(writable);
+        let offsets: Vec<i64> = offsets.into_iter().map(|offset| offset as i64).collect();
+        Ok((coords, offsets.into_pyarray(py)))
     }
 
     /// Derivatives of order `nu` at parameters.

@@ -69,8 +69,11 @@ def test_a_thousand_splines_are_scipys_by_every_boundary_condition(name):
             expected = np.sort(theirs.roots(discontinuity=False, extrapolate=beyond_too)[column])
             assert len(roots[i][column]) == len(expected), (i, roots[i][column], expected)
             if len(expected):
-                # Some lie far beyond the knots, where both lose digits.
-                assert np.abs(roots[i][column] - expected).max() <= 1e-11 * max(1, np.abs(expected).max())
+                apart = np.abs(roots[i][column] - expected) / np.maximum(1, np.abs(expected))
+                # Far beyond the knots both are this far from the exact roots (computed with 60 digits): the cubic
+                # term of the last span has lost digits there.
+                inside = (expected >= X[i, 0]) & (expected <= X[i, -1])
+                assert (apart <= np.where(inside, 1e-12, 1e-11)).all()
             # Whether a derivative that is 0 at an end counts is a matter of rounding.
             inner = lambda roots: roots[(roots > X[i, 0] + 1e-9) & (roots < X[i, -1] - 1e-9)]
             extrema = np.sort(theirs.derivative().roots(discontinuity=False, extrapolate=False)[column])

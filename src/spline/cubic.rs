@@ -117,6 +117,17 @@ impl CurveSet for CubicSplines {
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
         self.polylines_on_cpu(sampling)
     }
+
+    fn sample_offsets(&self, sampling: Sampling) -> Option<Vec<usize>> {
+        self.offsets(sampling)
+    }
+
+    fn sample_into(&self, sampling: Sampling, coords: &mut [f64]) {
+        match self.offsets(sampling) {
+            Some(offsets) => self.write(sampling, &offsets, None, coords, None),
+            None => coords.copy_from_slice(self.polylines(sampling).coords()),
+        }
+    }
 }
 
 /// One fitted curve.

@@ -48,34 +48,54 @@ impl CubicSplines {
 
     /// Polylines of samples that a GPU took, where there are any; the CPU takes the rest.
     fn polylines_with(&self, sampling: Sampling, taken: Option<&[f64]>) -> CurveBatch {
-        let (d, steps) = (
-            self.knots.dimension,
-            match sampling {
-                Sampling::PerSpan(n) | Sampling::Count(n) => n,
-                Sampling::Points(_) | Sampling::Spacing(_) => return self.by_length(sampling),
-            },
-        );
-        let offsets = ragged::offsets((0..self.len()).map(|i| self.count(i, sampling)));
+        let Some(offsets) = self.offsets(sampling) else { return self.by_length(sampling) };
         let total = offsets[self.len()];
-        let (mut coords, mut t) = (vec![0.0; total * d], vec![0.0; total]);
-        let (mut coords_rest, mut t_rest) = (&mut coords[..], &mut t[..]);
-        let work: Vec<_> = tasks(&offsets)
+        let (mut coords, mut t) = (vec![0.0; total * self.knots.dimension], vec![0.0; total]);
+        self.write(sampling, &offsets, taken, &mut coords, Some(&mut t));
+        self.assemble(coords, t, offsets)
+    }
+
+    /// Where the samples of each curve start; not for equal arc lengths, which only sampling tells.
+    pub(super) fn offsets(&self, sampling: Sampling) -> Option<Vec<usize>> {
+        match sampling {
+            Sampling::PerSpan(_) | Sampling::Count(_) => {
+                Some(ragged::offsets((0..self.len()).map(|i| self.count(i, sampling))))
+            }
+            Sampling::Points(_) | Sampling::Spacing(_) => None,
+        }
+    }
+
+    /// Writes samples between these offsets, and their parameters where these are asked for.
+    pub(super) fn write(
+        &self,
+        sampling: Sampling,
+        offsets: &[usize],
+        taken: Option<&[f64]>,
+        mut coords: &mut [f64],
+        mut t: Option<&mut [f64]>,
+    ) {
+        let (Sampling::PerSpan(steps) | Sampling::Count(steps)) = sampling else {
+            unreachable!("samples at equal arc lengths have no offsets before they are taken")
+        };
+        let (room, needed) = (coords.len(), offsets[self.len()] * self.knots.dimension);
+        assert!(room == needed, "samples of {needed} numbers, and room for {room}");
+        let work: Vec<_> = tasks(offsets)
             .into_iter()
             .map(|curves| {
                 let count = offsets[curves.end] - offsets[curves.start];
-                (curves, take(&mut coords_rest, count * d), take(&mut t_rest, count))
+                let t = t.as_mut().map(|t| take(t, count));
+                (curves, take(&mut coords, count * self.knots.dimension), t)
             })
             .collect();
         // For a number of samples with both ends the last is at 1.
         let (fractions, open) = (fractions(steps, steps), fractions(steps, steps.saturating_sub(1)));
         let taken_offsets = taken.map(|_| self.taken_offsets(sampling)).unwrap_or_default();
         parallel::of(work, |(curves, coords, t)| {
-            let (offsets, fractions, open) = (&offsets[..], &fractions[..], &open[..]);
+            let (fractions, open) = (&fractions[..], &open[..]);
             let taken = taken.map(|samples| (samples, &taken_offsets[..]));
             let samples = SampledRun { splines: self, sampling, offsets, fractions, open, taken, curves, coords, t };
             pulp::Arch::new().dispatch(samples);
         });
-        self.assemble(coords, t, offsets)
     }
 
     /// Samples of one curve at any sites, one jet after the other.
@@ -236,7 +256,8 @@ struct SampledRun<'a> {
     taken: Option<(&'a [f64], &'a [usize])>,
     curves: Range<usize>,
     coords: &'a mut [f64],
-    t: &'a mut [f64],
+    /// Parameters, where these are asked for.
+    t: Option<&'a mut [f64]>,
 }
 
 impl pulp::WithSimd for SampledRun<'_> {
@@ -244,13 +265,16 @@ impl pulp::WithSimd for SampledRun<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let (d, mut coords, mut t) = (self.splines.knots.dimension, self.coords, self.t);
+        let (d, mut coords, mut all_t) = (self.splines.knots.dimension, self.coords, self.t);
+        let mut own_t = Vec::new();
         for i in self.curves {
             let count = self.offsets[i + 1] - self.offsets[i];
-            let (coords, t) = (take(&mut coords, count * d), take(&mut t, count));
+            let (coords, t) = (take(&mut coords, count * d), all_t.as_mut().map(|t| take(t, count)));
             if let Some(input) = self.splines.unfitted.get(&i) {
                 coords.copy_from_slice(&input.coords);
-                t.copy_from_slice(&input.t);
+                if let Some(t) = t {
+                    t.copy_from_slice(&input.t);
+                }
                 continue;
             }
             let spline = self.splines.spline(i);
@@ -262,13 +286,19 @@ impl pulp::WithSimd for SampledRun<'_> {
             let taken = self.taken.map(|(samples, offsets)| &samples[offsets[i] * d..offsets[i + 1] * d]);
             let taken = taken.filter(|samples| more.is_empty() && are_finite(samples));
             if let Sampling::PerSpan(_) = self.sampling {
-                spline.per_span_parameters(own, t);
+                if let Some(t) = t {
+                    spline.per_span_parameters(own, t);
+                }
                 match taken {
                     Some(samples) => spline.per_span_taken(own.len() * d, samples, coords),
                     None if d == 2 => spline.per_span::<2>(own, coords),
                     None => spline.per_span::<3>(own, coords),
                 }
             } else {
+                let t = t.unwrap_or_else(|| {
+                    own_t.resize(count, 0.0);
+                    &mut own_t
+                });
                 spline.even_parameters(even, t);
                 match taken {
                     Some(samples) => coords.copy_from_slice(samples),
@@ -313,18 +343,16 @@ impl Spline<'_> {
     fn per_span<const D: usize>(&self, fractions: &[f64], coords: &mut [f64]) {
         let (mut rest, _) = coords.as_chunks_mut::<D>();
         for span in 0..self.spans() {
-            let points = take(&mut rest, fractions.len());
             let (k, long) = self.span(span);
-            let Some((first, points)) = points.split_first_mut() else { continue };
-            // Data points are copied, so that they keep their bits.
-            first.copy_from_slice(&self.values[k * D..(k + 1) * D]);
-            if !long {
-                points.fill(*first);
-                continue;
+            let first: [f64; D] = std::array::from_fn(|c| self.values[k * D + c]);
+            if long {
+                self.cubic::<D>(k).write(rest, (0, fractions.len()), |u| u, fractions);
+            } else {
+                rest[..fractions.len()].fill(first);
             }
-            let cubic = self.cubic::<D>(k);
-            for (point, &u) in points.iter_mut().zip(&fractions[1..]) {
-                *point = cubic.at(u);
+            // Data points are copied, so that they keep their bits.
+            if let Some(point) = take(&mut rest, fractions.len()).first_mut() {
+                *point = first;
             }
         }
         if let [last] = rest {
@@ -371,20 +399,27 @@ impl Spline<'_> {
     fn evenly<const D: usize>(&self, t: &[f64], coords: &mut [f64]) {
         let (points, _) = coords.as_chunks_mut::<D>();
         let (last, n) = (self.t.len() - 1, t.len());
+        // Samples a unit of the parameter.
+        let pace = (n - usize::from(!self.closed && n > 1)) as f64 / (self.t[last] - self.t[0]);
         let mut start = 0;
         for k in 0..last {
             let (a, b) = (self.t[k], self.t[k + 1]);
-            let end = if k + 1 == last { n } else { start + t[start..].iter().take_while(|&&t| t < b).count() };
+            let mut end = n;
+            if k + 1 < last {
+                // Near enough to where the steps come to b; then exactly.
+                end = start.max(((b - t[0]) * pace) as usize + 1).min(n);
+                while end > start && t[end - 1] >= b {
+                    end -= 1;
+                }
+                while end < n && t[end] < b {
+                    end += 1;
+                }
+            }
             let (cubic, reciprocal) = (self.cubic::<D>(k), 1.0 / (b - a));
-            let parameters = &t[start..end];
             if reciprocal.is_finite() {
-                for (point, t) in points[start..end].iter_mut().zip(parameters) {
-                    *point = cubic.at((t - a) * reciprocal);
-                }
+                cubic.write(points, (start, end), |t| (t - a) * reciprocal, t);
             } else {
-                for (point, t) in points[start..end].iter_mut().zip(parameters) {
-                    *point = cubic.at((t - a) / (b - a));
-                }
+                cubic.write(points, (start, end), |t| (t - a) / (b - a), t);
             }
             start = end;
         }

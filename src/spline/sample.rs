@@ -54,11 +54,13 @@ impl<const D: usize> Cubic<D> {
     #[inline(always)]
     pub fn new(h: f64, points: &[f64], second: &[f64]) -> Self {
         let (p, m) = (&points[..2 * D], &second[..2 * D]);
-        Cubic(std::array::from_fn(|c| {
+        let mut cubic = [[0.0; 4]; D];
+        for (c, cubic) in cubic.iter_mut().enumerate() {
             // h twice, never h²: that may be out of range where the product is not.
             let (start, end) = (h * (h * m[c]), h * (h * m[D + c]));
-            [p[c], p[D + c] - p[c] - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0]
-        }))
+            *cubic = [p[c], p[D + c] - p[c] - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0];
+        }
+        Cubic(cubic)
     }
 
     /// The point at the fraction `u`.
@@ -69,4 +71,38 @@ impl<const D: usize> Cubic<D> {
             p + u * (a + u * (b + u * third))
         })
     }
+
+    /// Writes the points `from .. to` at their fractions `u`, [`LANES`] at a time.
+    ///
+    /// Points after them may be written, too: those of the next span, which come later.
+    #[inline(always)]
+    pub fn write(&self, points: &mut [[f64; D]], (from, to): (usize, usize), u: impl Fn(f64) -> f64, given: &[f64]) {
+        let mut i = from;
+        while i < to {
+            let (Some(points), Some(given)) =
+                (points[i..].first_chunk_mut::<LANES>(), given[i..].first_chunk::<LANES>())
+            else {
+                points[i..to].iter_mut().zip(&given[i..to]).for_each(|(point, &given)| *point = self.at(u(given)));
+                return;
+            };
+            // Loops, which unlike closures of the standard library's become part of this function and
+            // of its instruction set.
+            let mut at = [[0.0; LANES]; D];
+            for lane in 0..LANES {
+                let u = u(given[lane]);
+                for (at, [p, a, b, third]) in at.iter_mut().zip(&self.0) {
+                    at[lane] = p + u * (a + u * (b + u * third));
+                }
+            }
+            for (lane, point) in points.iter_mut().enumerate() {
+                for (x, at) in point.iter_mut().zip(&at) {
+                    *x = at[lane];
+                }
+            }
+            i += LANES;
+        }
+    }
 }
+
+/// As many points as fill the registers, and not many more than a span has.
+const LANES: usize = 4;
