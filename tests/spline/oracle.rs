@@ -255,6 +255,33 @@ fn pieces_join_with_two_derivatives_also_around_closed_curves() {
 }
 
 #[test]
+fn samples_in_the_callers_memory_are_those_of_polylines() {
+    let (many, one) = (random(2, 40, 23), [[0.3, 0.7]]);
+    let repeated = [[0.0, 0.0], [1.0, 2.0], [1.0, 2.0], [1.0, 2.0], [3.0, 1.0], [3.0, 1.0]];
+    let broken = [[0.0, 0.0], [f64::NAN, 2.0], [3.0, 1.0]];
+    // The steps of the parameter have no reciprocal.
+    let tiny = [[0.0, 0.0], [1e-309, 2e-309], [3e-309, 1e-309]];
+    let nasty = CurveBatch::from_slices(&[&repeated[..], &broken, &one, &[], &tiny, &repeated]).unwrap();
+    let nasty = nasty.closed_each(vec![false, false, false, false, false, true]).unwrap();
+    for batch in [many, random(3, 40, 29), nasty, CurveBatch::from_ragged(2, vec![], vec![0]).unwrap()] {
+        let fit = fit(&batch);
+        for sampling in [Sampling::PerSpan(1), Sampling::PerSpan(7), Sampling::Count(1), Sampling::Count(81)] {
+            let wanted = fit.polylines(sampling);
+            assert_eq!(fit.sample_offsets(sampling).unwrap(), wanted.offsets());
+            let mut coords = vec![f64::INFINITY; wanted.coords().len()];
+            fit.sample_into(sampling, &mut coords);
+            let bits = |coords: &[f64]| coords.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&coords), bits(wanted.coords()), "{sampling:?}");
+        }
+        let by_length = Sampling::Points(9);
+        assert_eq!(fit.sample_offsets(by_length), None);
+        let mut coords = vec![f64::INFINITY; fit.polylines(by_length).coords().len()];
+        fit.sample_into(by_length, &mut coords);
+        assert!(coords.iter().all(|x| *x != f64::INFINITY));
+    }
+}
+
+#[test]
 fn samples_are_the_curve_and_data_points_keep_their_bits() {
     for dimension in [2, 3] {
         let batch = random(dimension, 50, 13);
@@ -262,6 +289,8 @@ fn samples_are_the_curve_and_data_points_keep_their_bits() {
         for sampling in [
             Sampling::PerSpan(8),
             Sampling::PerSpan(1),
+            Sampling::PerSpan(5),
+            Sampling::Count(333),
             Sampling::Count(80),
             Sampling::Count(1),
             Sampling::Count(2),
