@@ -81,7 +81,7 @@ def ragged(curves: Any) -> Ragged:
         - a list of arrays of shape (n_i, d);
         - a pair of coordinates of shape (N, d) and offsets of shape (B + 1,);
         - a GeoSeries, a GeoDataFrame, or a list of shapely geometries: lines, rings, polygons and multi-parts;
-        - a pyarrow array of lists of points: fixed-size lists or structs x, y (and z), as in GeoArrow;
+        - a pyarrow array of lists of points: fixed-size lists or structs x, y (and z), as in GeoArrow, or plain lists;
         - an awkward array of shape B * var * d;
         - nibabel's ArraySequence.
 

@@ -1,4 +1,7 @@
-"""Lists of points in pyarrow, as GeoArrow lays them out: interleaved (fixed-size lists) or separated (structs)."""
+"""Lists of points in pyarrow, as GeoArrow lays them out: interleaved (fixed-size lists) or separated (structs).
+
+Points may be plain lists, too, as Spark and Parquet have them.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,14 @@ def _array(values: Any) -> Any:
     return values.combine_chunks() if isinstance(values, pa.ChunkedArray) else values
 
 
+def _is_list(kind: Any) -> bool:
+    return bool(pa.types.is_list(kind) or pa.types.is_large_list(kind))
+
+
 def _lists(values: Any) -> tuple[Any, Offsets]:
     """The items of lists, and offsets among them. A list that is null is empty."""
     array = _array(values)
-    if not (pa.types.is_list(array.type) or pa.types.is_large_list(array.type)):
+    if not _is_list(array.type):
         raise TypeError(f"a pyarrow array of curves holds lists of points, not {array.type}")
     if array.null_count:
         # What lies under a null is nobody's.
@@ -30,7 +37,7 @@ def _lists(values: Any) -> tuple[Any, Offsets]:
 def numbers(values: Any) -> Floats:
     """The numbers of lists of numbers; a null is NaN."""
     array = _array(values)
-    if pa.types.is_list(array.type) or pa.types.is_large_list(array.type):
+    if _is_list(array.type):
         array = array.flatten()
     return floats(array.to_numpy(zero_copy_only=False), "numbers")
 
@@ -54,22 +61,44 @@ def ragged(curves: Any) -> Ragged:
         flat = items.values.slice(items.offset * width, len(items) * width)
         coords = floats(flat.to_numpy(zero_copy_only=False), "coordinates").reshape(len(items), width)
         names = []
+    elif _is_list(kind):
+        flat, ends = _lists(items)
+        width = _common_width(np.diff(ends), offsets)
+        coords = floats(flat.to_numpy(zero_copy_only=False), "coordinates").reshape(len(items), width)
+        names = []
     else:
-        raise TypeError(f"points are fixed-size lists or structs of numbers in pyarrow, not {kind}")
+        raise TypeError(f"points are lists or structs of numbers in pyarrow, not {kind}")
 
     def back(coords: Floats, offsets: Offsets, closed: Any) -> Any:
         if names:
             columns = [np.ascontiguousarray(coords[:, k]) for k in range(len(names))]
             points = pa.StructArray.from_arrays([pa.array(column) for column in columns], names=names)
+        elif _is_list(kind):
+            ends = np.arange(len(coords) + 1, dtype=np.int64) * coords.shape[1]
+            points = _lists_of(pa.array(coords.reshape(-1)), ends, kind)
         else:
             points = pa.FixedSizeListArray.from_arrays(pa.array(coords.reshape(-1)), coords.shape[1])
-        large = pa.types.is_large_list(given.type)
-        lists = pa.LargeListArray if large else pa.ListArray
-        ends = pa.array(offsets, pa.int64() if large else pa.int32(), mask=_mask(nulls))
-        return lists.from_arrays(ends, points)
+        return _lists_of(points, offsets, given.type, nulls)
 
     return Ragged(coords, offsets, back)
 
 
-def _mask(nulls: Any) -> Any:
-    return None if nulls is None else np.append(nulls, False)
+def _common_width(widths: Any, offsets: Offsets) -> int:
+    """How many numbers a point has; 2 where there is no point."""
+    width = int(widths[0]) if len(widths) else 2
+    other = np.flatnonzero(widths != width)
+    if len(other):
+        curve = int(np.searchsorted(offsets, other[0], side="right")) - 1
+        raise ValueError(
+            f"curve {curve} has a point of {widths[other[0]]} numbers, and the first point has {width}: points are all of 2 "
+            "numbers or all of 3"
+        )
+    return width
+
+
+def _lists_of(items: Any, offsets: Offsets, kind: Any, nulls: Any = None) -> Any:
+    """Lists of items, large or not as the type says, null where asked for."""
+    large = pa.types.is_large_list(kind)
+    mask = None if nulls is None else np.append(nulls, False)
+    ends = pa.array(offsets, pa.int64() if large else pa.int32(), mask=mask)
+    return (pa.LargeListArray if large else pa.ListArray).from_arrays(ends, items)

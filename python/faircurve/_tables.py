@@ -6,7 +6,8 @@ import re
 from typing import Any
 
 #: The columns of the report, with the words of their types in pyarrow.
-_REPORT = {"status": "string", "message": "string", "energy": "float64", "iterations": "uint32", "max_deviation": "float64"}
+# Signed: Spark has no unsigned numbers.
+_REPORT = {"status": "string", "message": "string", "energy": "float64", "iterations": "int32", "max_deviation": "float64"}
 
 
 #: The number of a curve in its part of a table, which is nobody's number.

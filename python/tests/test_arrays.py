@@ -42,10 +42,12 @@ def test_lists_come_back_as_lists():
 
 
 @pytest.mark.parametrize("large", [False, True])
-@pytest.mark.parametrize("separated", [False, True])
-def test_pyarrow_lists_in_both_layouts_sliced_and_with_nulls(separated, large):
+@pytest.mark.parametrize("layout", ["separated", "interleaved", "plain lists"])
+def test_pyarrow_lists_in_every_layout_sliced_and_with_nulls(layout, large):
     pa = pytest.importorskip("pyarrow")
-    point = pa.struct([("x", pa.float64()), ("y", pa.float64())]) if separated else pa.list_(pa.float64(), 2)
+    separated = layout == "separated"
+    lists = (pa.large_list if large else pa.list_)(pa.float64()) if layout == "plain lists" else pa.list_(pa.float64(), 2)
+    point = pa.struct([("x", pa.float64()), ("y", pa.float64())]) if separated else lists
     kind = (pa.large_list if large else pa.list_)(point)
     rows = [[{"x": x, "y": y} if separated else [x, y] for x, y in line] for line in LINES]
     plain = pa.array(rows, kind)
@@ -69,6 +71,16 @@ def test_pyarrow_lists_in_both_layouts_sliced_and_with_nulls(separated, large):
     timed = fc.Natural().fit(plain, t=t).sample(per_span=4).to_pylist()
     listed = fc.Natural().fit(LINES, t=[np.arange(len(line)) for line in LINES]).sample(per_span=4)
     assert (list(timed[3][5].values()) if separated else timed[3][5]) == listed[3][5].tolist()
+
+
+def test_plain_lists_of_unequal_widths_are_a_sentence_and_no_points_at_all_are_none():
+    pa = pytest.importorskip("pyarrow")
+    kind = pa.list_(pa.list_(pa.float64()))
+    with pytest.raises(ValueError, match="curve 2 has a point of 3 numbers, and the first point has 2"):
+        fc.Natural().fit(pa.array([[[0, 0], [1, 1]], [], [[0, 0], [1, 1, 1]]], kind))
+    assert fc.Natural().fit(pa.array([[], None], kind)).sample(8).to_pylist() == [[], None]
+    holed = fc.Natural().fit(pa.array([[[0, 0], [1, None], [2, 0]], [[0, 0], [1, 1]]], kind))
+    assert holed.status.tolist() == ["invalid", "converged"]
 
 
 def test_awkward_arrays_come_back_as_awkward_arrays():
