@@ -30,6 +30,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok(())
         })?;
         println!("{}", line(case, &times, batch.len(), batch.total_points()));
+        // Points alone, in memory that is used again.
+        let mut coords = Vec::new();
+        let times = self::times(runs, batch.len(), || {
+            let fit = Natural::default().fit(&batch, &device)?;
+            let offsets = fit.sample_offsets(sampling).ok_or("the number of samples is known")?;
+            coords.resize(offsets[batch.len()] * batch.dimension(), 0.0);
+            fit.sample_into(sampling, black_box(&mut coords));
+            Ok(())
+        })?;
+        println!("{}", line(&format!("{case}, sample_into"), &times, batch.len(), batch.total_points()));
     }
     Ok(())
 }
