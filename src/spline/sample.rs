@@ -66,10 +66,13 @@ impl<const D: usize> Cubic<D> {
     /// The point at the fraction `u`.
     #[inline(always)]
     pub fn at(&self, u: f64) -> [f64; D] {
-        std::array::from_fn(|c| {
-            let [p, a, b, third] = self.0[c];
-            p + u * (a + u * (b + u * third))
-        })
+        // A loop, which unlike a closure of the standard library's becomes part of its caller and of
+        // the caller's instruction set.
+        let mut point = [0.0; D];
+        for (x, [p, a, b, third]) in point.iter_mut().zip(&self.0) {
+            *x = p + u * (a + u * (b + u * third));
+        }
+        point
     }
 
     /// Writes the points `from .. to` at their fractions `u`, [`LANES`] at a time.
@@ -85,19 +88,8 @@ impl<const D: usize> Cubic<D> {
                 points[i..to].iter_mut().zip(&given[i..to]).for_each(|(point, &given)| *point = self.at(u(given)));
                 return;
             };
-            // Loops, which unlike closures of the standard library's become part of this function and
-            // of its instruction set.
-            let mut at = [[0.0; LANES]; D];
-            for lane in 0..LANES {
-                let u = u(given[lane]);
-                for (at, [p, a, b, third]) in at.iter_mut().zip(&self.0) {
-                    at[lane] = p + u * (a + u * (b + u * third));
-                }
-            }
-            for (lane, point) in points.iter_mut().enumerate() {
-                for (x, at) in point.iter_mut().zip(&at) {
-                    *x = at[lane];
-                }
+            for (point, &given) in points.iter_mut().zip(given) {
+                *point = self.at(u(given));
             }
             i += LANES;
         }

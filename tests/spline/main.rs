@@ -3,6 +3,7 @@
 mod measures;
 mod oracle;
 mod piecewise;
+mod samples;
 mod scipy;
 mod smoothing;
 mod smoothing_bounds;

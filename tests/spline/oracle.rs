@@ -18,7 +18,7 @@ fn numbers(value: &Value) -> Vec<f64> {
     }
 }
 
-fn fit(batch: &CurveBatch) -> Fit {
+pub fn fit(batch: &CurveBatch) -> Fit {
     Natural::default().fit(batch, &Device::cpu()).unwrap()
 }
 
@@ -37,7 +37,7 @@ fn assert_close(found: &[f64], wanted: &[f64], floor: f64, what: &str) {
 }
 
 /// A batch of wiggly curves, 2-D or 3-D, open and closed, of 2 … 40 points.
-fn random(dimension: usize, curves: usize, seed: u64) -> CurveBatch {
+pub fn random(dimension: usize, curves: usize, seed: u64) -> CurveBatch {
     let mut rng = StdRng::seed_from_u64(seed);
     let (mut coords, mut offsets) = (vec![], vec![0]);
     for _ in 0..curves {
@@ -249,86 +249,6 @@ fn pieces_join_with_two_derivatives_also_around_closed_curves() {
             if !batch.is_closed(i) {
                 assert_eq!(curve.jet(0, 0.0).second.length(), 0.0);
                 assert_eq!(curve.jet(spans - 1, 1.0).second.length(), 0.0);
-            }
-        }
-    }
-}
-
-#[test]
-fn samples_in_the_callers_memory_are_those_of_polylines() {
-    let (many, one) = (random(2, 40, 23), [[0.3, 0.7]]);
-    let repeated = [[0.0, 0.0], [1.0, 2.0], [1.0, 2.0], [1.0, 2.0], [3.0, 1.0], [3.0, 1.0]];
-    let broken = [[0.0, 0.0], [f64::NAN, 2.0], [3.0, 1.0]];
-    // The steps of the parameter have no reciprocal.
-    let tiny = [[0.0, 0.0], [1e-309, 2e-309], [3e-309, 1e-309]];
-    let nasty = CurveBatch::from_slices(&[&repeated[..], &broken, &one, &[], &tiny, &repeated]).unwrap();
-    let nasty = nasty.closed_each(vec![false, false, false, false, false, true]).unwrap();
-    for batch in [many, random(3, 40, 29), nasty, CurveBatch::from_ragged(2, vec![], vec![0]).unwrap()] {
-        let fit = fit(&batch);
-        for sampling in [Sampling::PerSpan(1), Sampling::PerSpan(7), Sampling::Count(1), Sampling::Count(81)] {
-            let wanted = fit.polylines(sampling);
-            assert_eq!(fit.sample_offsets(sampling).unwrap(), wanted.offsets());
-            let mut coords = vec![f64::INFINITY; wanted.coords().len()];
-            fit.sample_into(sampling, &mut coords);
-            let bits = |coords: &[f64]| coords.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-            assert_eq!(bits(&coords), bits(wanted.coords()), "{sampling:?}");
-        }
-        let by_length = Sampling::Points(9);
-        assert_eq!(fit.sample_offsets(by_length), None);
-        let mut coords = vec![f64::INFINITY; fit.polylines(by_length).coords().len()];
-        fit.sample_into(by_length, &mut coords);
-        assert!(coords.iter().all(|x| *x != f64::INFINITY));
-    }
-}
-
-#[test]
-fn samples_are_the_curve_and_data_points_keep_their_bits() {
-    for dimension in [2, 3] {
-        let batch = random(dimension, 50, 13);
-        let fit = fit(&batch);
-        for sampling in [
-            Sampling::PerSpan(8),
-            Sampling::PerSpan(1),
-            Sampling::PerSpan(5),
-            Sampling::Count(333),
-            Sampling::Count(80),
-            Sampling::Count(1),
-            Sampling::Count(2),
-            Sampling::Spacing(0.1),
-        ] {
-            let out = fit.polylines(sampling);
-            assert_eq!((out.len(), out.dimension()), (50, dimension));
-            for i in 0..50 {
-                let curve = fit.curve(i);
-                let sites = curve.sites(sampling);
-                assert_eq!(out.count(i), sites.len(), "{sampling:?}");
-                assert_eq!(out.is_closed(i), batch.is_closed(i));
-                let t = out.parameters(i).unwrap();
-                assert!(t.windows(2).all(|pair| pair[0] < pair[1]));
-                let knots = curve.knots();
-                for (k, &(span, u)) in sites.iter().enumerate() {
-                    let point = &out.points(i)[k * dimension..(k + 1) * dimension];
-                    let wanted = curve.jet(span, u).point.to_array();
-                    let at = knots[span] + u * (knots[span + 1] - knots[span]);
-                    assert!((t[k] - at).abs() <= 1e-14 * knots[knots.len() - 1]);
-                    for c in 0..dimension {
-                        assert!((point[c] - wanted[c]).abs() < 1e-12, "{sampling:?}: {} for {}", point[c], wanted[c]);
-                    }
-                }
-                if let Sampling::PerSpan(n) = sampling {
-                    // Closed curves of few spans are divided further, into three samples at least.
-                    let step = (out.count(i) - usize::from(!batch.is_closed(i))) / batch.spans(i);
-                    assert!(step == n || (batch.is_closed(i) && n * batch.spans(i) < 4), "{step} samples a span");
-                    for k in 0..batch.count(i) {
-                        let found = &out.points(i)[k * step * dimension..][..dimension];
-                        let bits = |point: &[f64]| point.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-                        assert_eq!(bits(found), bits(&batch.points(i)[k * dimension..][..dimension]));
-                    }
-                }
-                if batch.is_closed(i) {
-                    let whole = t[t.len() - 1] + out.closing_span(i).unwrap();
-                    assert!((whole - knots[knots.len() - 1]).abs() <= 1e-14 * whole);
-                }
             }
         }
     }
