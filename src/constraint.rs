@@ -94,11 +94,11 @@ impl Constraints {
     /// Keeps only the points for which `keep` is true.
     pub(crate) fn retain(&mut self, dimension: usize, keep: &[bool]) {
         let Constraints { tangents, curvatures, exponents, known, pinned } = self;
-        retain_rows(tangents, dimension, keep);
-        retain_rows(curvatures, dimension, keep);
-        retain_rows(exponents, 1, keep);
-        retain_rows(known, 1, keep);
-        retain_rows(pinned, 1, keep);
+        retain_rows(tangents.as_mut(), dimension, keep);
+        retain_rows(curvatures.as_mut(), dimension, keep);
+        retain_rows(exponents.as_mut(), 1, keep);
+        retain_rows(known.as_mut(), 1, keep);
+        retain_rows(pinned.as_mut(), 1, keep);
     }
 
     /// The constraints of the points listed, in that order.
@@ -121,7 +121,7 @@ pub(crate) fn gather_rows<T: Copy>(column: &Option<Vec<T>>, width: usize, points
 }
 
 /// Keeps the rows (of `width` entries) whose flag is set.
-pub(crate) fn retain_rows<T>(column: &mut Option<Vec<T>>, width: usize, keep: &[bool]) {
+pub(crate) fn retain_rows<T>(column: Option<&mut Vec<T>>, width: usize, keep: &[bool]) {
     if let Some(values) = column {
         let mut entry = 0;
         values.retain(|_| {

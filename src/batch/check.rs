@@ -7,6 +7,9 @@ use crate::status::CurveStatus;
 impl CurveBatch {
     /// Finds coordinates that are not finite, except those of unknown points.
     pub(super) fn check_coordinates(&mut self) {
+        if are_finite(&self.coords) {
+            return;
+        }
         self.find_problems(|batch, i| {
             let (points, dimension) = (batch.points(i), batch.dimension);
             let bad = |&at: &usize| !points[at].is_finite() && batch.is_known(i, at / dimension);
@@ -21,6 +24,14 @@ impl CurveBatch {
 
     /// Finds parameters that are not finite or decrease.
     pub(super) fn check_parameters(&mut self) {
+        let increase = |i: usize| {
+            let t = self.parameters(i).unwrap_or_default();
+            // Not a search, which looks at one after the other.
+            t.iter().zip(t.get(1..).unwrap_or_default()).fold(true, |so_far, (from, to)| so_far & (from <= to))
+        };
+        if are_finite(self.shared_parameters().map_or(&[], |t| t)) && (0..self.len()).all(increase) {
+            return;
+        }
         self.find_problems(|batch, i| {
             let t = batch.parameters(i)?;
             if let Some(point) = t.iter().position(|t| !t.is_finite()) {
@@ -85,6 +96,12 @@ impl CurveBatch {
             }
         }
     }
+}
+
+/// Whether there is no NaN and no infinity among them.
+pub(crate) fn are_finite(numbers: &[f64]) -> bool {
+    // Many at once between two looks.
+    numbers.chunks(256).all(|some| some.iter().fold(true, |so_far, x| so_far & x.is_finite()))
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Closing curves: which are closed, and the repeated last point that a closed curve drops.
 
+use std::sync::Arc;
+
 use super::{CurveBatch, columns, expect_length};
 use crate::constraint::retain_rows;
 use crate::error::Result;
@@ -97,11 +99,9 @@ impl CurveBatch {
         }
         let mut keep = vec![true; self.total_points()];
         curves.iter().for_each(|&i| keep[self.offsets[i + 1] - 1] = false);
-        let mut coords = Some(std::mem::take(&mut self.coords));
-        retain_rows(&mut coords, self.dimension, &keep);
-        self.coords = coords.expect("put there above");
-        retain_rows(&mut self.parameters, 1, &keep);
-        retain_rows(&mut self.weights, 1, &keep);
+        retain_rows(Some(Arc::make_mut(&mut self.coords)), self.dimension, &keep);
+        retain_rows(self.parameters.as_mut().map(Arc::make_mut), 1, &keep);
+        retain_rows(self.weights.as_mut(), 1, &keep);
         self.constraints.retain(self.dimension, &keep);
         if !self.columns.is_empty() {
             let kept: Vec<usize> = (0..keep.len()).filter(|&k| keep[k]).collect();

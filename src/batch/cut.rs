@@ -5,7 +5,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::CurveBatch;
+use super::{CurveBatch, gathered};
 use crate::batch::Origin;
 use crate::constraint::{Constraints, gather_rows};
 use crate::ragged;
@@ -74,7 +74,7 @@ impl CurveBatch {
                 cut: Some(Cut { whole: self.origin.clone(), offsets: offsets.clone(), points }),
                 ..Origin::default()
             }),
-            coords,
+            coords: Arc::new(coords),
             offsets,
             closed,
             parameters: None,
@@ -157,7 +157,7 @@ impl CurveBatch {
         let names = pieces.iter().map(|piece| self.name(piece.curve).into_owned()).collect();
         CurveBatch {
             dimension: *dimension,
-            coords: points.iter().flat_map(|&k| &coords[k * dimension..(k + 1) * dimension]).copied().collect(),
+            coords: gathered(coords, *dimension, &points),
             offsets: ends.clone(),
             closed: pieces.iter().map(|piece| piece.closed).collect(),
             parameters: None,

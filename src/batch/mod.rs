@@ -20,6 +20,7 @@ use crate::error::{Error, Result, shortened};
 use crate::ragged;
 use crate::status::CurveStatus;
 
+pub(crate) use check::are_finite;
 pub(crate) use clock::Clock;
 pub(crate) use closed::distance;
 pub use columns::{Column, Values};
@@ -60,10 +61,11 @@ pub struct Unfitted {
 #[derive(Clone, Debug)]
 pub struct CurveBatch {
     dimension: usize,
-    coords: Vec<f64>,
+    /// Shared with the splines whose knots are these points.
+    coords: Arc<Vec<f64>>,
     offsets: Vec<usize>,
     closed: Vec<bool>,
-    parameters: Option<Vec<f64>>,
+    parameters: Option<Arc<Vec<f64>>>,
     closing_spans: Option<Vec<f64>>,
     weights: Option<Vec<f64>>,
     constraints: Constraints,
@@ -98,7 +100,7 @@ impl CurveBatch {
 
     /// The coordinates and the offsets, as [`from_ragged`](Self::from_ragged) takes them.
     pub fn into_ragged(self) -> (Vec<f64>, Vec<usize>) {
-        (self.coords, self.offsets)
+        (Arc::unwrap_or_clone(self.coords), self.offsets)
     }
 
     /// Makes a batch that was read from a file. Its problems name the file, the line and the curve.
@@ -130,7 +132,7 @@ impl CurveBatch {
         let curves = offsets.len() - 1;
         let mut batch = CurveBatch {
             dimension,
-            coords,
+            coords: Arc::new(coords),
             offsets,
             closed: vec![false; curves],
             parameters: None,
@@ -156,7 +158,7 @@ impl CurveBatch {
     /// If the number of parameters is not the number of points.
     pub fn with_parameters(mut self, parameters: Vec<f64>) -> Result<Self> {
         expect_length("parameters", parameters.len(), self.total_points(), "point")?;
-        self.parameters = Some(parameters);
+        self.parameters = Some(Arc::new(parameters));
         self.check_parameters();
         Ok(self)
     }
@@ -272,6 +274,11 @@ impl CurveBatch {
         &self.coords
     }
 
+    /// The same, to keep.
+    pub(crate) fn shared_coords(&self) -> &Arc<Vec<f64>> {
+        &self.coords
+    }
+
     /// First point of every curve, and the number of all points at the end.
     pub fn offsets(&self) -> &[usize] {
         &self.offsets
@@ -295,7 +302,12 @@ impl CurveBatch {
     /// All parameters, point after point. None if there are none.
     #[cfg(feature = "formats")]
     pub(crate) fn all_parameters(&self) -> &[f64] {
-        self.parameters.as_deref().unwrap_or_default()
+        self.parameters.as_deref().map_or(&[], Vec::as_slice)
+    }
+
+    /// All parameters, to keep.
+    pub(crate) fn shared_parameters(&self) -> Option<&Arc<Vec<f64>>> {
+        self.parameters.as_ref()
     }
 
     /// The parameter length of the span that closes curve `i`, if one was stated.
@@ -422,10 +434,10 @@ impl CurveBatch {
         let problems = curves.iter().enumerate().filter_map(|(to, i)| Some((to, problems.get(i)?.clone())));
         CurveBatch {
             dimension: *dimension,
-            coords: points.iter().flat_map(|&k| &coords[k * dimension..(k + 1) * dimension]).copied().collect(),
+            coords: gathered(coords, *dimension, &points),
             offsets,
             closed: curves.iter().map(|&i| closed[i]).collect(),
-            parameters: gather_rows(parameters, 1, &points),
+            parameters: parameters.as_ref().map(|t| gathered(t, 1, &points)),
             closing_spans: closing_spans.as_ref().map(|spans| curves.iter().map(|&i| spans[i]).collect()),
             weights: gather_rows(weights, 1, &points),
             constraints: constraints.gather(*dimension, &points),
@@ -445,7 +457,7 @@ impl CurveBatch {
     pub fn replaced(&self, coords: Vec<f64>, offsets: Vec<usize>) -> Result<Self> {
         let other = Self::from_ragged(self.dimension, coords, offsets)?;
         expect_length("curves", other.len(), self.len(), "curve")?;
-        Ok(self.with_points(other.coords, other.offsets))
+        Ok(self.with_points(Arc::unwrap_or_clone(other.coords), other.offsets))
     }
 
     /// The same curves (names, closedness, problems) with other points.
@@ -454,7 +466,7 @@ impl CurveBatch {
     pub(crate) fn with_points(&self, coords: Vec<f64>, offsets: Vec<usize>) -> Self {
         debug_assert_eq!((offsets.len(), offsets[self.len()] * self.dimension), (self.offsets.len(), coords.len()));
         CurveBatch {
-            coords,
+            coords: Arc::new(coords),
             offsets,
             parameters: None,
             closing_spans: None,
@@ -467,6 +479,11 @@ impl CurveBatch {
             ..*self
         }
     }
+}
+
+/// The rows (of `width` numbers) of these points.
+fn gathered(column: &[f64], width: usize, points: &[usize]) -> Arc<Vec<f64>> {
+    Arc::new(points.iter().flat_map(|&k| &column[k * width..(k + 1) * width]).copied().collect())
 }
 
 fn expect_length(what: &str, found: usize, wanted: usize, unit: &str) -> Result<()> {

@@ -57,10 +57,10 @@ impl CurveBatch {
     ) -> Self {
         CurveBatch {
             dimension,
-            coords,
+            coords: Arc::new(coords),
             offsets,
             closed,
-            parameters: Some(parameters),
+            parameters: Some(Arc::new(parameters)),
             closing_spans,
             weights: None,
             constraints: Constraints::default(),

@@ -56,26 +56,21 @@ impl CubicSplines {
         &self.second[self.knots.offsets[i] * self.knots.dimension..self.knots.offsets[i + 1] * self.knots.dimension]
     }
 
-    /// ∫|p″|² dt of curve `i`, exactly: p″ is linear between knots, so a span contributes h/3·(m·m +
-    /// m·n + n·n).
-    pub(crate) fn energy(&self, i: usize) -> f64 {
-        let (t, d, m) = (self.knots.t(i), self.knots.dimension, self.second_derivatives(i));
-        let mut energy = 0.0;
-        for (k, pair) in t.windows(2).enumerate() {
-            let third = (pair[1] - pair[0]) / 3.0;
-            for c in 0..d {
-                let (m, n) = (m[k * d + c], m[(k + 1) * d + c]);
-                // m² + mn + n² as squares, whose sum may overflow but is never ∞ − ∞; h times a
-                // moment first, since its square alone may be out of range.
-                let middle = m + 0.5 * n;
-                energy += third * middle * middle + 0.75 * third * n * n;
-            }
-        }
-        energy
+    /// ∫|p″|² dt of curve `i`, exactly; nothing where a coefficient of some span is beyond the range
+    /// of the numbers.
+    pub(super) fn energy(knots: &Knots, second: &[f64], i: usize) -> Option<f64> {
+        let (t, d) = (knots.t(i), knots.dimension);
+        let own = &second[knots.offsets[i] * d..knots.offsets[i + 1] * d];
+        let (energy, size) = match d {
+            2 => measure::<2>(t, knots.values(i), own),
+            _ => measure::<3>(t, knots.values(i), own),
+        };
+        // What is far from the end of the range as a whole is so everywhere.
+        (size < f64::MAX / 32.0 || Self::is_in_range(knots, second, i)).then_some(energy)
     }
 
     /// Whether all coefficients of all spans of curve `i` are within the range of the numbers.
-    pub(super) fn is_in_range(knots: &Knots, second: &[f64], i: usize) -> bool {
+    fn is_in_range(knots: &Knots, second: &[f64], i: usize) -> bool {
         let (t, d, values) = (knots.t(i), knots.dimension, knots.values(i));
         let second = &second[knots.offsets[i] * d..knots.offsets[i + 1] * d];
         let mut steps = t.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
@@ -104,6 +99,30 @@ impl CubicSplines {
     pub(super) fn polygon(&self, i: usize) -> Option<Polygon<'_>> {
         Some(self.unfitted.get(&i)?.polygon(self.knots.dimension, self.knots.closed[i]))
     }
+}
+
+/// ∫|p″|² dt of a curve, and a sum of sizes that none of its spans' coefficients exceeds.
+///
+/// p″ is linear between knots, so that a span contributes h/3·(m·m + m·n + n·n).
+#[inline]
+fn measure<const D: usize>(t: &[f64], values: &[f64], second: &[f64]) -> (f64, f64) {
+    let (values, second) = (values.as_chunks::<D>().0, second.as_chunks::<D>().0);
+    let (mut energies, mut sizes) = ([0.0; D], [0.0; D]);
+    let ends = values.windows(2).zip(second.windows(2));
+    for (t, (p, m)) in t.windows(2).zip(ends) {
+        let h = t[1] - t[0];
+        let third = h / 3.0;
+        for c in 0..D {
+            let (m, n) = (m[0][c], m[1][c]);
+            // m² + mn + n² as squares, whose sum may overflow but is never ∞ − ∞; h times a moment
+            // first, since its square alone may be out of range.
+            let middle = m + 0.5 * n;
+            energies[c] += third * middle * middle + 0.75 * third * n * n;
+            let bent = m.abs() + n.abs();
+            sizes[c] += bent + h * (h * bent) + (p[1][c] - p[0][c]).abs();
+        }
+    }
+    (energies.iter().sum(), sizes.iter().sum())
 }
 
 impl CurveSet for CubicSplines {

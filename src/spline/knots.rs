@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::batch::{CurveBatch, Unfitted, distance};
 use crate::error::{Error, Result};
@@ -57,9 +58,9 @@ pub(crate) struct Knots {
     /// First entry of every curve, and the number of all entries at the end.
     pub offsets: Vec<usize>,
     /// Parameters, strictly increasing within a curve.
-    pub t: Vec<f64>,
+    pub t: Arc<Vec<f64>>,
     /// The points at the knots, `dimension` numbers each.
-    pub values: Vec<f64>,
+    pub values: Arc<Vec<f64>>,
     /// The weights at the knots, 1 a data point where the batch has none; only with
     /// [`Coincident::Average`].
     pub weights: Option<Vec<f64>>,
@@ -103,6 +104,11 @@ impl Knots {
             }
             other => other,
         };
+        if coincident == Coincident::Refuse
+            && let Some(knots) = Self::one_a_point(batch, rule)
+        {
+            return Ok(knots);
+        }
         let d = batch.dimension();
         let closed: Vec<bool> = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
         // Room for every data point; curves that need less are moved together afterwards, which is
@@ -145,8 +151,8 @@ impl Knots {
         let mut knots = Knots {
             dimension: d,
             offsets,
-            t,
-            values,
+            t: Arc::new(t),
+            values: Arc::new(values),
             weights: average.then_some(weights),
             closed,
             repeats: BTreeMap::new(),
@@ -156,11 +162,43 @@ impl Knots {
         Ok(knots)
     }
 
+    /// The knots of open curves that have one a point, which most have: arrays of the batch are
+    /// shared then, not copied.
+    fn one_a_point(batch: &CurveBatch, rule: Parametrisation) -> Option<Self> {
+        let is_open = |i: usize| !batch.is_closed(i) && batch.count(i) > 1 && batch.problem(i).is_none();
+        if !(0..batch.len()).all(is_open) {
+            return None;
+        }
+        let offsets = batch.offsets();
+        let t = match batch.shared_parameters() {
+            Some(given) if rule == Parametrisation::Given => given.clone(),
+            _ => {
+                let mut t = vec![0.0; batch.total_points()];
+                parallel::parts(&mut t, offsets, |i, t| {
+                    let _ = parameters(t, batch, i, rule);
+                });
+                Arc::new(t)
+            }
+        };
+        let good = parallel::map(batch.len(), 1024, |i| increase(&t[offsets[i]..offsets[i + 1]]));
+        good.into_iter().all(|good| good).then(|| Knots {
+            dimension: batch.dimension(),
+            offsets: offsets.to_vec(),
+            t,
+            values: batch.shared_coords().clone(),
+            weights: None,
+            closed: vec![false; batch.len()],
+            repeats: BTreeMap::new(),
+            unfitted: BTreeMap::new(),
+        })
+    }
+
     /// Moves the curves together where some use less than their room.
     fn compact(&mut self, exceptions: Vec<Exception>) {
         let Some(first) = exceptions.first().map(|(i, _)| *i) else { return };
         let mut exceptions = exceptions.into_iter().peekable();
         let (d, mut end) = (self.dimension, self.offsets[first]);
+        let (t, values) = (Arc::make_mut(&mut self.t), Arc::make_mut(&mut self.values));
         let mut from = end;
         for i in first..self.closed.len() {
             let next = self.offsets[i + 1];
@@ -175,8 +213,8 @@ impl Knots {
                 }
                 None => next - from,
             };
-            self.t.copy_within(from..from + count, end);
-            self.values.copy_within(from * d..(from + count) * d, end * d);
+            t.copy_within(from..from + count, end);
+            values.copy_within(from * d..(from + count) * d, end * d);
             if let Some(weights) = &mut self.weights {
                 weights.copy_within(from..from + count, end);
             }
@@ -184,8 +222,8 @@ impl Knots {
             self.offsets[i + 1] = end;
             from = next;
         }
-        self.t.truncate(end);
-        self.values.truncate(end * d);
+        t.truncate(end);
+        values.truncate(end * d);
         if let Some(weights) = &mut self.weights {
             weights.truncate(end);
         }
@@ -210,6 +248,56 @@ impl Knots {
     pub fn values(&self, i: usize) -> &[f64] {
         &self.values[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
     }
+}
+
+/// Writes the parameter of every data point and, for a closed curve, of its end.
+fn parameters(t: &mut [f64], batch: &CurveBatch, i: usize, rule: Parametrisation) -> Result<(), Unfitted> {
+    let (n, d, points) = (batch.count(i), batch.dimension(), batch.points(i));
+    let invalid = |k: usize, what: &str| Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, what) };
+    let point = |k: usize| &points[k * d..(k + 1) * d];
+    let chord = |k: usize| distance(point(k), point(if k + 1 == n { 0 } else { k + 1 }));
+    let entries = t.len();
+    match (rule, batch.parameters(i)) {
+        (Parametrisation::Given | Parametrisation::Auto, Some(given)) => {
+            t[..n].copy_from_slice(given);
+            if entries > n {
+                let length = match batch.closing_span(i) {
+                    Some(length) if length >= 0.0 && length.is_finite() => length,
+                    Some(length) => {
+                        let what = format!(
+                            "the parameter length of the span that closes the curve is {length}; it must be positive and finite"
+                        );
+                        return Err(invalid(n - 1, &what));
+                    }
+                    None => batch.closing_length(i, given),
+                };
+                t[n] = given[n - 1] + length;
+            }
+        }
+        (Parametrisation::Uniform, _) => {
+            t.iter_mut().enumerate().for_each(|(k, t)| *t = k as f64);
+        }
+        _ => {
+            t[0] = 0.0;
+            for k in 0..entries - 1 {
+                let step = chord(k);
+                t[k + 1] = t[k] + if rule == Parametrisation::Centripetal { step.sqrt() } else { step };
+            }
+        }
+    }
+    let length = t[entries - 1] - t[0];
+    if !length.is_finite() {
+        let what = format!(
+            "the parameter length of the curve is {length}; it must stay below 1.8e308: divide the numbers by a common factor"
+        );
+        return Err(invalid(0, &what));
+    }
+    Ok(())
+}
+
+/// Whether they increase strictly, over a length that is a number.
+fn increase(t: &[f64]) -> bool {
+    t.windows(2).fold(true, |so_far, pair| so_far & (pair[0] < pair[1])) && (t[t.len() - 1] - t[0]).is_finite()
 }
 
 /// How many entries a curve with merged points is left with, and the entry of every data point.
@@ -238,9 +326,9 @@ impl Slots<'_> {
         if points.is_empty() {
             return Err(degenerate(0, "the curve has no point; it needs two distinct ones: add them, or remove it"));
         }
-        self.parameters(batch, i, rule)?;
+        parameters(self.t, batch, i, rule)?;
         let (n, entries, d) = (batch.count(i), self.t.len(), batch.dimension());
-        let merged = if self.t.windows(2).all(|pair| pair[0] < pair[1]) {
+        let merged = if increase(self.t) {
             self.values[..points.len()].copy_from_slice(points);
             self.values.copy_within(0..(entries - n) * d, points.len());
             if let Some(weights) = &mut self.weights {
@@ -264,52 +352,6 @@ impl Slots<'_> {
             return Err(degenerate(0, what));
         }
         Ok(merged)
-    }
-
-    /// Writes the parameter of every data point and, for a closed curve, of its end.
-    fn parameters(&mut self, batch: &CurveBatch, i: usize, rule: Parametrisation) -> Result<(), Unfitted> {
-        let (n, d, points) = (batch.count(i), batch.dimension(), batch.points(i));
-        let invalid =
-            |k: usize, what: &str| Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, what) };
-        let point = |k: usize| &points[k * d..(k + 1) * d];
-        let chord = |k: usize| distance(point(k), point(if k + 1 == n { 0 } else { k + 1 }));
-        let entries = self.t.len();
-        match (rule, batch.parameters(i)) {
-            (Parametrisation::Given | Parametrisation::Auto, Some(given)) => {
-                self.t[..n].copy_from_slice(given);
-                if entries > n {
-                    let length = match batch.closing_span(i) {
-                        Some(length) if length >= 0.0 && length.is_finite() => length,
-                        Some(length) => {
-                            let what = format!(
-                                "the parameter length of the span that closes the curve is {length}; it must be positive and finite"
-                            );
-                            return Err(invalid(n - 1, &what));
-                        }
-                        None => batch.closing_length(i, given),
-                    };
-                    self.t[n] = given[n - 1] + length;
-                }
-            }
-            (Parametrisation::Uniform, _) => {
-                self.t.iter_mut().enumerate().for_each(|(k, t)| *t = k as f64);
-            }
-            _ => {
-                self.t[0] = 0.0;
-                for k in 0..entries - 1 {
-                    let step = chord(k);
-                    self.t[k + 1] = self.t[k] + if rule == Parametrisation::Centripetal { step.sqrt() } else { step };
-                }
-            }
-        }
-        let length = self.t[entries - 1] - self.t[0];
-        if !length.is_finite() {
-            let what = format!(
-                "the parameter length of the curve is {length}; it must stay below 1.8e308: divide the numbers by a common factor"
-            );
-            return Err(invalid(0, &what));
-        }
-        Ok(())
     }
 
     /// Makes one knot of the data points at each parameter.

@@ -157,17 +157,18 @@ impl Natural {
                 self.solve_on_gpu(gpu, precision, batch, &mut knots, sampling)?
             }
         };
-        let in_range = parallel::map(batch.len(), 1024, |i| CubicSplines::is_in_range(&knots, &second, i));
-        for i in failed.into_iter().chain((0..batch.len()).filter(|&i| !in_range[i])) {
+        let energies = parallel::map(batch.len(), 1024, |i| CubicSplines::energy(&knots, &second, i));
+        let beyond = energies.iter().enumerate().filter(|(_, energy)| energy.is_none()).map(|(i, _)| i);
+        for i in failed.into_iter().chain(beyond) {
             let what = "its spline leaves the range of the numbers: the spans are too short or too uneven, or the \
                         coordinates too large; scale the curve, or remove points that almost coincide";
             let message = batch.sentence(i, 0, what);
             knots.unfitted.entry(i).or_insert(Unfitted { status: CurveStatus::Invalid, message });
         }
         let splines = CubicSplines::new(batch, knots, second);
-        let solved = |i: usize| CurveReport::solved(splines.energy(i));
-        let report = |i: usize| splines.knots().report_unfitted(i).unwrap_or_else(|| solved(i));
-        let reports = parallel::map(batch.len(), 1024, report);
+        let unfitted = |i: usize| splines.knots().report_unfitted(i);
+        let report = |(i, energy)| unfitted(i).unwrap_or_else(|| CurveReport::solved(energy));
+        let reports = energies.into_iter().map(Option::unwrap_or_default).enumerate().map(report).collect();
         device.finished(batch.len());
         Ok((splines, reports, samples))
     }

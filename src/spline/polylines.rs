@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::cubic::{CubicSplines, Spline};
 use super::gpu::{self, Samples};
 use super::sample::{Cubic, Sites};
-use crate::batch::CurveBatch;
+use crate::batch::{CurveBatch, are_finite};
 use crate::curve::{Curve, Sampling};
 use crate::error::Result;
 use crate::gpu::Gpu;
@@ -32,8 +32,9 @@ impl CubicSplines {
 
     /// Samples a span or of the whole curve `i`, where `n` are asked for: more where it is closed
     /// and has few spans.
+    #[inline]
     fn steps(&self, i: usize, sampling: Sampling, n: usize) -> usize {
-        n.max(self.spline(i).least(sampling))
+        if self.knots.closed[i] { n.max(self.spline(i).least(sampling)) } else { n }
     }
 
     /// Samples of all curves by all threads of the CPU.
@@ -431,9 +432,4 @@ impl Spline<'_> {
             points[n - 1].copy_from_slice(&self.values[last * D..]);
         }
     }
-}
-
-/// Whether all numbers stayed within the range of the device that computed them.
-fn are_finite(numbers: &[f64]) -> bool {
-    numbers.iter().all(|x| x.is_finite())
 }

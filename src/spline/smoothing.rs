@@ -1,5 +1,7 @@
 //! [`Smoothing`]: cubic smoothing splines.
 
+use std::sync::Arc;
+
 use super::cubic::CubicSplines;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::smoother::{Smoother, Target};
@@ -179,7 +181,7 @@ impl Smoothing {
         };
         // What failed in the solve comes out as its input, like what failed before.
         for (i, report) in reports.iter_mut().enumerate() {
-            if !CubicSplines::is_in_range(&knots, &second, i) && !knots.unfitted.contains_key(&i) {
+            if CubicSplines::energy(&knots, &second, i).is_none() && !knots.unfitted.contains_key(&i) {
                 let what =
                     "its spline leaves the range of the numbers: scale the curve, or choose another parametrisation";
                 *report = CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what));
@@ -242,7 +244,7 @@ impl Smoothing {
     /// curves; second derivatives at the knots and the reports are returned.
     fn fit_on_cpu(&self, batch: &CurveBatch, knots: &mut Knots, device: &Device) -> (Vec<f64>, Vec<CurveReport>) {
         let d = knots.dimension;
-        let mut values = std::mem::take(&mut knots.values);
+        let mut values = Arc::unwrap_or_clone(std::mem::take(&mut knots.values));
         let knots_only = &*knots;
         let mut second = vec![0.0; values.len()];
         let mut work = Vec::new();
@@ -265,7 +267,7 @@ impl Smoothing {
             curves.map(fit_one).collect::<Vec<_>>()
         });
         let reports = reports.concat();
-        knots.values = values;
+        knots.values = Arc::new(values);
         (second, reports)
     }
 }

@@ -6,6 +6,7 @@
 //! in f64.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
@@ -75,7 +76,7 @@ pub(super) fn fit_on_gpu(
     knots: &mut Knots,
 ) -> Result<(Vec<f64>, Vec<CurveReport>)> {
     let d = knots.dimension;
-    let mut values = std::mem::take(&mut knots.values);
+    let mut values = Arc::unwrap_or_clone(std::mem::take(&mut knots.values));
     let mut second = vec![0.0; values.len()];
     let mut reports: Vec<Option<CurveReport>> = vec![None; knots.len()];
     let real = precision.bytes();
@@ -101,7 +102,7 @@ pub(super) fn fit_on_gpu(
             |_, (results, sent)| job.borrow_mut().unpack(&sent, &results),
         ))
     });
-    knots.values = values;
+    knots.values = Arc::new(values);
     if let Some(lost) = done? {
         for (i, report) in reports.iter_mut().enumerate().filter(|(_, report)| report.is_none()) {
             knots.leave_unfitted(batch, i, &lost.why);
