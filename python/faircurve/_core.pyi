@@ -23,6 +23,7 @@ __all__ = [
     "natural",
     "reduce",
     "run",
+    "segments",
     "simplify",
     "smooth",
     "smoothing",
@@ -154,10 +155,12 @@ def subdivide(
     shapes: Sequence[tuple[int, int]],
     values: _Floats,
     rounds: int,
-    rule: str,
+    support: int | None,
+    linear: bool,
     device: str,
     precision: str,
 ) -> tuple[_Floats, list[list[int]], list[str]]: ...
+def segments(chords: _Floats, angles: _Floats, exponents: _Floats, device: str, precision: str) -> _Floats: ...
 def solve_tridiagonal(
     lower: _Floats,
     diagonal: _Floats,

@@ -13,7 +13,7 @@ from ._arrays import floats
 __all__ = ["subdivide"]
 
 
-def subdivide(grids: Any, rounds: int = 3, *, device: str = "auto", precision: str = "auto") -> Any:
+def subdivide(grids: Any, rounds: int = 3, *, support: int | None = None, linear: bool = False, device: str = "auto", precision: str = "auto") -> Any:
     """Grids of control points with a point between any two, ``rounds`` times.
 
     Parameters
@@ -22,6 +22,11 @@ def subdivide(grids: Any, rounds: int = 3, *, device: str = "auto", precision: s
         An array (B, rows, columns) or (B, rows, columns, d), or a list of arrays (rows, columns) or (rows, columns, d).
     rounds : int
         m rows become 2^rounds (m − 1) + 1.
+    support : {3, 5, 7, 9, 11}, optional
+        Sparse masks of so many points across, the nearest to the exact rule: a new point depends on its neighbours alone. By
+        default the exact rule, where every point depends on all others.
+    linear : bool
+        Sparse masks that keep planes, at borders too; otherwise constants alone.
 
     Returns
     -------
@@ -34,6 +39,8 @@ def subdivide(grids: Any, rounds: int = 3, *, device: str = "auto", precision: s
     >>> laplacian.subdivide(np.ones((2, 3, 4)), rounds=2).shape
     (2, 9, 13)
     """
+    if linear and support is None:
+        raise ValueError("linear belongs to sparse rules: give a support, such as 5, or leave it out")
     one = isinstance(grids, np.ndarray) and grids.dtype != object
     arrays: Sequence[Any] = [floats(grid, f"grid {i}") for i, grid in enumerate(grids)]
     if not arrays:
@@ -45,7 +52,7 @@ def subdivide(grids: Any, rounds: int = 3, *, device: str = "auto", precision: s
     dimension = 1 if flat else arrays[0].shape[2]
     values = np.concatenate([array.reshape(-1) for array in arrays])
     shapes = [array.shape[:2] for array in arrays]
-    made, new, statuses = _core.subdivide(dimension, shapes, values, rounds, "exact", device, precision)
+    made, new, statuses = _core.subdivide(dimension, shapes, values, rounds, support, linear, device, precision)
     refined, at = [], 0
     for (rows, columns), status in zip(new, statuses):
         size = rows * columns * dimension

@@ -11,6 +11,7 @@ mod grids;
 mod linalg;
 mod methods;
 mod running;
+mod segments;
 mod splines;
 
 use std::ffi::OsString;
@@ -55,6 +56,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(beziers::reduce, module)?,
         wrap_pyfunction!(grids::subdivide, module)?,
         wrap_pyfunction!(linalg::solve_tridiagonal, module)?,
+        wrap_pyfunction!(segments::segments, module)?,
     ] {
         module.add_function(function)?;
     }

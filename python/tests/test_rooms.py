@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import faircurve as fc
-from faircurve import bezier, laplacian, linalg
+from faircurve import bezier, laplacian, linalg, scf
 
 RNG = np.random.default_rng(9)
 
@@ -66,3 +66,48 @@ def test_flat_grids_stay_flat_and_bad_ones_are_data():
     grids[1, 2, 3] = np.nan
     bad = laplacian.subdivide(grids, 2)
     assert np.isnan(bad[1]).all() and np.array_equal(bad[[0, 2]], fine[[0, 2]])
+
+
+def test_sparse_rules_keep_what_they_promise_and_refuse_what_they_are_not():
+    x, y = np.meshgrid(np.arange(8.0), np.arange(9.0))
+    plane = 2 * x - 3 * y + 1
+    kept = laplacian.subdivide([plane], 2, support=5, linear=True)[0]
+    fine_x, fine_y = np.meshgrid(np.arange(29) / 4, np.arange(33) / 4)
+    assert np.allclose(kept, 2 * fine_x - 3 * fine_y + 1, atol=1e-9)
+    peak = np.zeros((1, 13, 13))
+    peak[0, 6, 6] = 1
+    sparse, exact = laplacian.subdivide(peak, 1, support=11), laplacian.subdivide(peak, 1)
+    assert np.abs(sparse - exact).max() < 0.02
+    # Masks of 11 points reach 5 from the peak's place, and no further.
+    assert (sparse[0, :, :7] == 0).all() and (exact[0, :, :7] != 0).any()
+    with pytest.raises(ValueError, match="a support of 4 points: sparse rules have a support of 3, 5, 7, 9 or 11"):
+        laplacian.subdivide(peak, support=4)
+    with pytest.raises(ValueError, match="linear belongs to sparse rules"):
+        laplacian.subdivide(peak, linear=True)
+
+
+def test_segments_cost_what_the_curves_through_their_ends_do_and_have_its_derivatives():
+    angles = RNG.uniform(-1.2, 1.2, size=(40, 5, 2))
+    exponents = np.array([1.5, 2, 3, 4, 8.0])
+    of = scf.segments(angles, chord=2.0, exponent=exponents)
+    assert of.cost.shape == (40, 5) and of.gradient.shape == (40, 5, 2) and of.hessian.shape == (40, 5, 2, 2)
+    # The same curves by the method of whole curves, with both tangents given.
+    for k, exponent in enumerate(exponents):
+        ends = np.stack([np.zeros(40), np.full(40, 2.0)], axis=1)
+        points = np.stack([ends, np.zeros((40, 2))], axis=2)
+        tangents = np.stack([np.cos(angles[:, k]), np.sin(angles[:, k])], axis=2)
+        fit = fc.Smooth(exponent=exponent).fit(points, tangents=tangents)
+        assert np.allclose(fit.energy, of.cost[:, k], rtol=1e-10)
+    step = 1e-6
+    for c in range(2):
+        there, back = angles.copy(), angles.copy()
+        there[..., c] += step
+        back[..., c] -= step
+        ahead, behind = (scf.segments(at, 2.0, exponents) for at in (there, back))
+        assert np.allclose((ahead.cost - behind.cost) / (2 * step), of.gradient[..., c], rtol=1e-6, atol=1e-6)
+        assert np.allclose((ahead.gradient - behind.gradient) / (2 * step), of.hessian[..., c], rtol=1e-5, atol=1e-5)
+    assert np.isnan(scf.segments([3.0, -3.0]).cost) and np.ndim(scf.segments([0.1, 0.2]).cost) == 0
+    with pytest.raises(ValueError, match="their last axis holds two"):
+        scf.segments([1.0, 2.0, 3.0])
+    with pytest.raises(ValueError, match="chord"):
+        scf.segments([0.1, 0.2], chord=-1.0)
