@@ -71,6 +71,7 @@ def methods(per_span):
     for weight in WEIGHTS:
         energy = {"bending": 1} | ({"length": weight} if weight else {})
         yield "`Fair`, bending" + (f" + {weight} length" if weight else ""), of_faircurve(fc.Fair(energy), per_span)
+    yield "`Fair`, bending + tautness (the default)", of_faircurve(fc.Fair(), per_span)
     yield "`Smooth`, ν = 2", of_faircurve(fc.Smooth(), per_span)
 
 

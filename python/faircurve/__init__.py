@@ -9,10 +9,10 @@
 ((1000, 2, 2), (1000,))
 """
 
-from . import bezier, laplacian, linalg
+from . import bezier, laplacian, linalg, scf
 from ._arrays import Ragged, ragged
 from ._core import __version__, adapters
-from ._energy import Energy, attachment, bending, length, tension, torsion, variation
+from ._energy import Energy, attachment, bending, length, tautness, tension, torsion, variation
 from ._fit import Fit
 from ._methods import Fair, Natural, Smooth, Smoothing
 from ._splines import CubicSplineBatch, PPolyBatch
@@ -38,6 +38,8 @@ __all__ = [
     "length",
     "linalg",
     "ragged",
+    "scf",
+    "tautness",
     "tension",
     "torsion",
     "variation",

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 class Energy:
     """A weighted sum of energies.
 
-    Made by :func:`bending`, :func:`length`, :func:`tension`, :func:`variation`, :func:`torsion` and :func:`attachment`.
-    Weights are in units of the input.
+    Made by :func:`bending`, :func:`length`, :func:`tension`, :func:`tautness`, :func:`variation`, :func:`torsion` and :func:`attachment`.
+    Weights are in units of the input; that of tautness against bending has none.
 
     >>> bending(2) + 0.1 * length()
     Energy(terms=(('bending', 1.0, 2.0), ('length', 0.1, 2.0)))
@@ -51,6 +51,11 @@ def length() -> Energy:
 def tension() -> Energy:
     """∫ |p′|² dt: elastic springs between neighbours."""
     return _one("tension")
+
+
+def tautness() -> Energy:
+    """∫ ds/h² with h the chord of each span: length, in a measure of the data's own. A weight is a number without a unit."""
+    return _one("tautness")
 
 
 def variation() -> Energy:

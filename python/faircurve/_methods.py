@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from . import _core
 from ._arrays import Ragged, per_curve, per_point, ragged, vectors_per_point
-from ._energy import Energy, bending, energy_of
+from ._energy import Energy, bending, energy_of, tautness
 from ._fit import Fit
 
 Parametrisation: TypeAlias = Literal["auto", "chord", "centripetal", "uniform", "given"]
@@ -150,8 +150,9 @@ class Fair:
 
     Parameters
     ----------
-    energy : Energy or dict
-        Such as ``bending(2) + 0.1 * length()`` or ``{"bending": 1, "length": 0.1}``.
+    energy : Energy or dict, optional
+        Such as ``bending(2) + 0.1 * length()`` or ``{"bending": 1, "length": 0.1}``. By default ``bending() + tautness()``,
+        which has a curve for every list of points, in any unit; with ``deviation`` bending alone.
     per_span : int
         Edges between data points.
     spacing : float, optional
@@ -172,12 +173,11 @@ class Fair:
     Examples
     --------
     >>> import faircurve as fc
-    >>> energy = fc.bending() + 0.1 * fc.length()
-    >>> fc.Fair(energy).fit([[(0, 0), (2, 1), (3, 0)]]).status.tolist()
+    >>> fc.Fair().fit([[(0, 0), (2, 1), (3, 0)]]).status.tolist()
     ['converged']
     """
 
-    energy: Energy | Mapping[str, float] = field(default_factory=bending)
+    energy: Energy | Mapping[str, float] | None = None
     per_span: int = 16
     spacing: float | None = None
     pins: Literal["all", "ends", "none"] | None = None
@@ -192,7 +192,8 @@ class Fair:
 
         The other arguments are those of :meth:`Natural.fit`.
         """
-        energy = energy_of(self.energy)
+        default = bending() + tautness() if self.deviation is None else bending()
+        energy = default if self.energy is None else energy_of(self.energy)
         near = self.deviation is not None or energy.has("attachment")
         pins = self.pins or ("ends" if near else "all")
         given = ragged(curves)

@@ -75,6 +75,19 @@ def test_fair_curves_take_energies_as_sums_and_as_dicts():
         fc.Fair("bending").fit(points)
 
 
+def test_rough_paths_in_bending_and_tautness_converge_without_loops_in_any_unit():
+    rng = np.random.default_rng(8)
+    paths = np.stack([np.tile(np.arange(10.0), (300, 1)), rng.normal(0, 1.2, (300, 10))], axis=2)
+    energy = fc.bending() + fc.tautness()
+    fit = fc.Fair(energy).fit(paths, device="cpu")
+    assert (fit.status == "converged").all()
+    chords = np.linalg.norm(np.diff(paths, axis=1), axis=2).sum(axis=1)
+    assert (fit.length < 1.2 * chords).all()
+    far = fc.Fair(energy).fit(1000 * paths, device="cpu")
+    assert np.allclose(far.sample(64), 1000 * fit.sample(64), atol=1e-2, rtol=0)
+    assert (fc.Fair(fc.bending()).fit(paths, device="cpu").status == "converged").mean() < 0.5
+
+
 def test_smooth_connection_functions_through_points_of_a_circle_are_hardly_a_circle_less_bent():
     angle = np.linspace(0, 2 * np.pi, 12, endpoint=False)
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)

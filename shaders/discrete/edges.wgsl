@@ -49,9 +49,7 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
         }
         w = shifted(w, edge);
         let is_own = j >= i32(first);
-//:if GAUGE
-        w = gauged(w, curve, j);
-//:end
+        w = placed(w, curve, j);
         let edges = edges_from(curve, j);
 //:if DERIVATIVES
         let p = window_gradient(w, weights, edges);

@@ -27,9 +27,9 @@ struct VertexRange {
 @group(0) @binding(1) var<storage, read> curves: array<EvaluateCurve>;
 @group(0) @binding(2) var<storage, read> blocks: array<VertexRange>;
 @group(0) @binding(3) var<storage, read> weight_table: array<real>;
-// Vectors of $DIM numbers and, where vertices may be data points, one number more: of an edge, 1
-// where the vertex at its end is no data point, else 0; of a vertex's offset from its data point,
-// the weight of that.
+// Vectors of $DIM numbers and more: of an edge, 1 where the vertex at its end is no data point, else
+// 0, and with TAUT 1/w² for the width w of its span; of a vertex's offset from its data point, the
+// weight of that.
 @group(0) @binding(4) var<storage, read> edges: array<real>;
 @group(0) @binding(5) var<storage, read> offsets: array<real>;
 // Energy, gauge and slope of a block.
@@ -49,8 +49,14 @@ fn load_weight(curve: Curve, index: u32) -> real {
 //:include discrete/edges/swept.wgsl
 //:include discrete/hessian.wgsl
 
+//:if TAUT
+const EDGE_NUMBERS: u32 = $DIMu + 2u;
+//:else
+const EDGE_NUMBERS: u32 = $DIMu + 1u;
+//:end
+
 fn load_edge(curve: Curve, j: u32) -> vector {
-    let at = (curve.start + j) * ($DIMu + 1u);
+    let at = (curve.start + j) * EDGE_NUMBERS;
 //:if SPATIAL
     return vector(edges[at], edges[at + 1u], edges[at + 2u]);
 //:else
@@ -59,8 +65,14 @@ fn load_edge(curve: Curve, j: u32) -> vector {
 }
 
 fn load_free(curve: Curve, j: u32) -> real {
-    return edges[(curve.start + j) * ($DIMu + 1u) + $DIMu];
+    return edges[(curve.start + j) * EDGE_NUMBERS + $DIMu];
 }
+
+//:if TAUT
+fn load_taut(curve: Curve, j: u32) -> real {
+    return edges[(curve.start + j) * EDGE_NUMBERS + $DIMu + 1u];
+}
+//:end
 
 fn load_offset(curve: Curve, v: u32) -> vector {
     let at = (curve.start + v) * ($DIMu + 1u);
@@ -202,9 +214,7 @@ fn add_window(curve: Curve, range: VertexRange, j: i32, w: Window, weights: Weig
     }
     for (var j = begin; j < i32(range.end); j++) {
         w = shifted(w, edge_or_unit(curve, j + $WIDTH - 1));
-//:if GAUGE
-        w = gauged(w, curve, j);
-//:end
+        w = placed(w, curve, j);
         add_window(curve, range, j, w, weights);
     }
 }

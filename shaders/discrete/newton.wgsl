@@ -173,9 +173,7 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
             edge = current_edge(curve, wrapped(curve, j + 1));
         }
         w = shifted(w, edge);
-//:if GAUGE
-        w = gauged(w, curve, j);
-//:end
+        w = placed(w, curve, j);
         part = vec3<real>(part.y, part.z, takes_part(curve, v + 2u));
         let edges = edges_from(curve, j);
         add_window(&front, vertex_blocks(w, weights, edges), damping_row(curve, w, edges, lambda), part);

@@ -41,8 +41,9 @@ impl FromStr for EnergyWeights {
 
 fn energy_help() -> String {
     format!(
-        "What is minimised: a weighted sum of {}. Weights are in units of the input. With attachment points are no longer \
-         fixed [default: bending=1]",
+        "What is minimised: a weighted sum of {}. Weights are in units of the input; that of tautness beside bending has \
+         none. With attachment points are no longer fixed [default: bending=1,tautness=1; with --deviation or --exponent \
+         bending=1]",
         Energy::NAMES.join(", ")
     )
 }
@@ -280,8 +281,11 @@ impl MethodArgs {
 impl MethodArgs {
     /// The energy of fair curves.
     fn energy(&self) -> Energy {
-        let exponent = self.exponent.unwrap_or(2.0);
-        self.energy.as_ref().map_or_else(|| bending(exponent), |weights| weights.energy(exponent))
+        match (&self.energy, self.exponent) {
+            (Some(weights), exponent) => weights.energy(exponent.unwrap_or(2.0)),
+            (None, None) if self.deviation.is_none() => Fair::default().energy,
+            (None, exponent) => bending(exponent.unwrap_or(2.0)),
+        }
     }
 
     fn fair(&self, spacing: Option<f64>) -> Result<Fair> {

@@ -12,7 +12,7 @@ use lanes::{LANES, fastest, open_lanes};
 use packing::Layout;
 
 use super::compose::Composition;
-use super::energy::{Energy, attachment, bending, length, tension, torsion, variation};
+use super::energy::{Energy, attachment, bending, length, tautness, tension, torsion, variation};
 use super::lane::Standing;
 use super::plan::{Direction, Plan, Step};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu, order_of};
@@ -129,6 +129,8 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (bending(2.0), 2),
         (bending(3.0) + length(), 2),
         (bending(2.7) + tension() + attachment(), 2),
+        (bending(2.0) + tautness(), 2),
+        (bending(2.0) + tautness() + attachment(), 2),
         (variation() + length(), 3),
         (torsion() + bending(2.0) + attachment(), 3),
     ];

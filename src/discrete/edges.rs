@@ -39,6 +39,9 @@ pub(crate) struct Edges<S, const D: usize> {
     ///
     /// It is 0 at a data point. Elsewhere it is 1, or the value from [`Self::set_free`].
     free: Vec<S>,
+    /// 1/w² for the width w of the span that the edge lies in: 1, or the value from
+    /// [`Self::set_taut`].
+    taut: Vec<S>,
     pub tangent: Vec<Vector<S, D>>,
     pub length: Vec<S>,
     pub inverse: Vec<S>,
@@ -67,6 +70,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             base: vec![unit; rows],
             exists: vec![S::ZERO; rows],
             free: vec![S::ZERO; rows],
+            taut: vec![S::ONE; rows],
             tangent: vec![unit; rows],
             length: vec![S::ONE; rows],
             inverse: vec![S::ONE; rows],
@@ -103,6 +107,11 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             self.free[j].set_lane(lane, number::<S>(free[next]));
         }
         self.close_free(lane);
+    }
+
+    /// Sets 1/w² of a lane's edges, with w the width of the span that the edge lies in.
+    pub fn set_taut(&mut self, lane: usize, taut: &[f64]) {
+        taut.iter().enumerate().for_each(|(j, x)| self.taut[j].set_lane(lane, number::<S>(*x)));
     }
 
     /// Copies the factors of a closed lane's first edges to the edges that repeat them.
@@ -254,6 +263,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             length: std::array::from_fn(|k| self.length[j + k]),
             segments: self.segments,
             torsion_curvature: self.torsion_curvature,
+            taut: self.taut[j],
             free: self.free[j],
             free_after: if W > 2 { self.free[j + 1] } else { S::ZERO },
         }

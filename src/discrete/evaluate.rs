@@ -3,7 +3,7 @@
 //! Nothing is fitted. The points of a batch are the vertices.
 
 use super::edges::Edges;
-use super::energy::{Energy, TORSION_CURVATURE};
+use super::energy::{Energy, TORSION_CURVATURE, of_spans};
 use super::evaluate_gpu::evaluate_on_gpu;
 use super::hessian::{BLOCKS, BlockHessian, dense};
 use crate::batch::{CurveBatch, Unfitted};
@@ -25,9 +25,10 @@ pub struct Evaluate<'a> {
     ///
     /// Values and gradients by default.
     pub want: Want<'a>,
-    /// The data points of [`attachment`](super::attachment), with their weights, for each curve.
+    /// The data points of [`attachment`](super::attachment), with their weights, and of
+    /// [`tautness`](super::tautness), for each curve.
     ///
-    /// Only attachment needs them. A curve whose edges are N times the spans between its data
+    /// Others need none. A curve whose edges are N times the spans between its data
     /// points has data point k at vertex k N.
     pub targets: Option<&'a CurveBatch>,
     /// ε of [`torsion`](super::torsion), a curvature in 1/length.
@@ -173,6 +174,8 @@ pub(super) struct Ready<'a, const D: usize> {
     pub attached: Vec<(usize, Vector<f64, D>, f64)>,
     /// ε of torsion.
     pub torsion_curvature: f64,
+    /// 1/w² of every edge, with w the width of its span.
+    pub taut: Vec<f64>,
 }
 
 impl<'a> Evaluating<'a> {
@@ -193,16 +196,36 @@ impl<'a> Evaluating<'a> {
     fn ready<const D: usize>(&self, i: usize) -> Result<Ready<'a, D>, Unfitted> {
         let points = self.batch.points(i).as_chunks::<D>().0;
         let base = edges(self.batch, i, points)?;
-        let attached = match self.options.targets.filter(|_| self.energy.is_attached()) {
+        let closed = self.batch.is_closed(i);
+        let (attached_to, taut_between) = (self.energy.is_attached(), self.energy.is_taut());
+        let data = match self.options.targets.filter(|_| attached_to || taut_between) {
             Some(targets) => attached::<D>(self.batch, targets, i)?,
             None => vec![],
         };
+        let rows =
+            |at: &mut dyn Iterator<Item = usize>| at.chain([base.len()]).map(|row| row as u32).collect::<Vec<_>>();
+        let taut = match self.options.targets {
+            _ if !taut_between => vec![1.0; base.len()],
+            // The last point of an open curve is the end of its edges, too.
+            Some(_) => {
+                let own: Vec<Vector<f64, D>> = data.iter().map(|(_, point, _)| *point).collect();
+                of_spans(
+                    &own,
+                    &rows(&mut data.iter().map(|(row, ..)| *row).filter(|&row| row < base.len())),
+                    closed,
+                    1.0,
+                )
+            }
+            None => of_spans(points, &rows(&mut (0..base.len())), closed, 1.0),
+        };
+        let attached = if attached_to { data } else { vec![] };
         let own = if base.is_empty() {
             TORSION_CURVATURE
         } else {
             TORSION_CURVATURE / Bounds::of(points.iter().copied()).diagonal()
         };
-        Ok(Ready { i, points, base, attached, torsion_curvature: self.options.torsion_curvature.unwrap_or(own) })
+        let torsion_curvature = self.options.torsion_curvature.unwrap_or(own);
+        Ok(Ready { i, points, taut, base, attached, torsion_curvature })
     }
 
     fn nothing(&self, i: usize, problem: Unfitted) -> Evaluation {
@@ -290,7 +313,10 @@ impl<'a> Evaluating<'a> {
         let none = vec![false; count.max(1)];
         let data: Vec<&[bool]> = (0..S::LANES).map(|l| self.is_data(lane(l).i).unwrap_or(&none)).collect();
         let mut edges = Edges::<S, D>::new(closed, &bases, &data);
-        (0..S::LANES).for_each(|l| edges.set_torsion_curvature(l, lane(l).torsion_curvature));
+        for l in 0..S::LANES {
+            edges.set_torsion_curvature(l, lane(l).torsion_curvature);
+            edges.set_taut(l, &lane(l).taut);
+        }
         let zero = vec![[S::ZERO; D]; edges.rows()];
         edges.place(&zero);
         edges.clear();

@@ -168,7 +168,8 @@ impl<const D: usize> Job<'_, D> {
         let mut table = Vec::with_capacity(chunk.len());
         let mut weights = Vec::with_capacity(chunk.len() * width);
         // Differences are taken here in f64. The device never gets a coordinate.
-        let mut edges = vec![0.0; points * (D + 1)];
+        let edge_numbers = D + 1 + usize::from(energy.is_taut());
+        let mut edges = vec![0.0; points * edge_numbers];
         let mut offsets = vec![0.0; if energy.is_attached() { points * (D + 1) } else { 0 }];
         let mut directions = Vec::new();
         for (index, (start, curve)) in self.chunk(chunk).enumerate() {
@@ -178,9 +179,10 @@ impl<const D: usize> Job<'_, D> {
             weights.extend(self.weights(curve).entries);
             let is_data = self.evaluating.is_data(curve.i);
             for (j, edge) in curve.base.iter().enumerate() {
-                let to = &mut edges[(start + j) * (D + 1)..][..D + 1];
+                let to = &mut edges[(start + j) * edge_numbers..][..edge_numbers];
                 (0..D).for_each(|c| to[c] = edge[c] / size);
                 to[D] = if is_data.is_some_and(|is_data| is_data[(j + 1) % count]) { 0.0 } else { 1.0 };
+                to[D + 1..].fill(curve.taut[j] * size * size);
             }
             for &(vertex, target, weight) in &curve.attached {
                 let to = &mut offsets[(start + vertex) * (D + 1)..][..D + 1];

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use super::corners::Corners;
 use super::curves::{FairCurves, Fitted, Vertices};
 use super::deviation;
-use super::energy::{Energy, bending};
+use super::energy::{Energy, bending, tautness};
 use super::lane::Standing;
 use super::plan::{Direction, Step};
 use super::problem::Outcome;
@@ -130,7 +130,8 @@ words!(Pins, "choice of points": [
 pub struct Fair {
     /// The energy to minimise, with weights in units of the input.
     ///
-    /// Bending ∫κ² ds by default.
+    /// [`bending`] and [`tautness`] by default, which have a curve for every list of points, in any unit.
+    /// With a [`deviation`](Self::deviation) bending alone is fairer: near the points a curve has room.
     pub energy: Energy,
     /// How spans are divided.
     ///
@@ -201,7 +202,7 @@ pub struct Fair {
 impl Default for Fair {
     fn default() -> Self {
         Fair {
-            energy: bending(2.0),
+            energy: bending(2.0) + tautness(),
             segments: Segments::PerSpan(16),
             pins: Pins::default(),
             deviation: None,
@@ -369,8 +370,7 @@ impl Fair {
             Standing::Unbounded => {
                 let what = format!(
                     "its length passed {LONGEST} times that of its points' polygon after {iterations} iterations while its energy fell: \
-                     this energy has no minimum here, and the curve stays as it is; add length to it, such as length={:.1e}",
-                    self.enough_length(ready)
+                     this energy has no minimum here, and the curve stays as it is; add tautness to it, such as tautness=1"
                 );
                 let report = CurveReport::unfitted(CurveStatus::Unbounded, batch.sentence(i, 0, &what));
                 return (CurveReport { iterations, ..report }, None);
@@ -390,7 +390,7 @@ impl Fair {
                     if norm <= ROUNDING_REACHES * ready.problem.tolerance {
                         format!("ask for a larger tolerance, such as {:.0e}", 10.0 * norm)
                     } else {
-                        self.remedy(ready)
+                        self.remedy().into()
                     }
                 )),
             ),
@@ -404,7 +404,7 @@ impl Fair {
                 say(format!(
                     "{iterations} iterations were not enough, with a gradient of {norm:.1e} where {:.1e} was asked for: {}",
                     ready.problem.tolerance,
-                    if iterations < ENOUGH_ITERATIONS { "allow more".into() } else { self.remedy(ready) }
+                    if iterations < ENOUGH_ITERATIONS { "allow more" } else { self.remedy() }
                 )),
             ),
         };
@@ -418,7 +418,7 @@ impl Fair {
             let what = format!(
                 "after {iterations} iterations it has not converged, and is {times:.1} times as long as its points' polygon: it is on its way into \
                  loops, and stays as it is; {}",
-                self.remedy(ready)
+                self.remedy()
             );
             let report = CurveReport::unfitted(status, batch.sentence(i, 0, &what));
             return (CurveReport { iterations, ..report }, None);
@@ -437,19 +437,12 @@ impl Fair {
     }
 
     /// The remedy for a curve that does not converge.
-    pub(super) fn remedy<const D: usize>(&self, ready: &Ready<D>) -> String {
+    pub(super) fn remedy(&self) -> &'static str {
         if self.energy.bounds_length() {
-            "ask for more segments a span, or weigh length and tension less".into()
+            "ask for more segments a span, or weigh length, tension and tautness less"
         } else {
-            format!("add length to the energy, such as length={:.1e}", self.enough_length(ready))
+            "add tautness to the energy, such as tautness=1"
         }
-    }
-
-    /// A weight of length that holds a curve of this size.
-    ///
-    /// At size 1 it is ten times that of the highest order.
-    fn enough_length<const D: usize>(&self, ready: &Ready<D>) -> f64 {
-        ready.energy_unit / ready.size * 10.0
     }
 }
 

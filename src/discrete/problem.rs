@@ -40,6 +40,8 @@ pub(crate) struct Problem<const D: usize> {
     ///
     /// 0 at data points.
     pub free: Vec<f64>,
+    /// 1/w² of every edge, with w the width of its span at size 1.
+    pub taut: Vec<f64>,
     /// The weight of the highest derivative in the inner product.
     pub highest: f64,
     /// The root mean square of |K| at the start, where |κ|^ν and κ² weigh the same.
@@ -265,7 +267,10 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
         .collect();
     let is_data: Vec<&[bool]> = is_data.iter().map(|data| &data[..]).collect();
     let mut edges = Edges::<S, D>::new(lane(0).closed, &bases, &is_data);
-    (0..S::LANES).for_each(|l| edges.set_free(l, &lane(l).free));
+    for l in 0..S::LANES {
+        edges.set_free(l, &lane(l).free);
+        edges.set_taut(l, &lane(l).taut);
+    }
     let number = <S::Number as Scalar>::of;
     let each = |value: &dyn Fn(&Problem<D>) -> f64| {
         let mut out = S::ZERO;

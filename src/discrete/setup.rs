@@ -4,7 +4,7 @@
 //! length.
 
 use super::constrain::{Constraints as Kept, constrained};
-use super::energy::{Energy, Functional};
+use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins, Segments};
 use super::problem::{Problem, order_of};
 use crate::batch::CurveBatch;
@@ -228,6 +228,7 @@ fn ready<const D: usize>(
         weights: energy_weights,
         gauge,
         free,
+        taut: of_spans(points, &rows, closed, size),
         highest,
         curvature,
         tolerance: fair.tolerance,

@@ -224,6 +224,7 @@ impl Minimisation {
             weights: self.energy.terms().iter().map(|(weight, _)| *weight).collect(),
             gauge: 0.0,
             free: vec![1.0; vertices.len()],
+            taut: vec![1.0; last],
             highest: 1.0,
             curvature: 1.0,
             tolerance: self.tolerance,

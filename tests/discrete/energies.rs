@@ -4,7 +4,8 @@
 use std::f64::consts::{PI, TAU};
 
 use faircurve::discrete::{
-    Custom, Energy, Evaluate, Evaluation, MOST_EDGES, Want, attachment, bending, length, tension, torsion, variation,
+    Custom, Energy, Evaluate, Evaluation, MOST_EDGES, Want, attachment, bending, length, tautness, tension, torsion,
+    variation,
 };
 use faircurve::{CurveBatch, CurveStatus, Device};
 use glam::{DMat3, DVec3};
@@ -121,6 +122,45 @@ fn attachment_holds_every_nth_vertex() {
     let diagonal: Vec<f64> = (0..10).map(|k| found.hessian[11 * k]).collect();
     assert_eq!(diagonal, [0.5, 0.5, 0.0, 0.0, 2.5, 2.5, 0.0, 0.0, 1.5, 1.5]);
     assert_eq!(found.hessian.iter().filter(|h| **h != 0.0).count(), 6);
+}
+
+#[test]
+fn tautness_is_length_by_the_widths_of_spans_which_are_the_datas_own() {
+    // Chords 4, 1 and 2; turns of 90° and of 0°.
+    let data = [0.0, 0.0, 4.0, 0.0, 4.0, 1.0, 4.0, 3.0];
+    let targets = batch(2, &data, false);
+    let options = Evaluate { targets: Some(&targets), ..Evaluate::default() };
+    let vertices: [f64; 14] = [0.0, 0.0, 2.0, 0.5, 4.0, 0.0, 4.5, 0.5, 4.0, 1.0, 3.5, 2.0, 4.0, 3.0];
+    let edge = |k: usize| (vertices[2 * k + 2] - vertices[2 * k]).hypot(vertices[2 * k + 3] - vertices[2 * k + 1]);
+    let span = |k: usize| edge(2 * k) + edge(2 * k + 1);
+    // Widths 1·½ (and no less than 4/10), 1·½ and 1·1.
+    let wanted = span(0) / 0.25 + span(1) / 0.25 + span(2);
+    let found = at(&tautness(), 2, &vertices, false, options);
+    assert_close(&[found.value], &[wanted], 0.0, 1e-15, "open");
+    let step = 1e-6;
+    let differences: Vec<f64> = (0..vertices.len())
+        .map(|entry| {
+            let moved = |by: f64| {
+                let mut vertices = vertices;
+                vertices[entry] += by;
+                at(&tautness(), 2, &vertices, false, options).value
+            };
+            (moved(step) - moved(-step)) / (2.0 * step)
+        })
+        .collect();
+    assert_close(&found.gradient, &differences, 0.0, 1e-8, "gradient");
+    // A square turns by 90° everywhere. Data that turn back leave a tenth of the chord.
+    let square = [0.0, 0.0, 2.0, 0.0, 2.0, 2.0, 0.0, 2.0];
+    assert_close(&[at(&tautness(), 2, &square, true, Evaluate::default()).value], &[8.0], 0.0, 1e-15, "square");
+    let back = [0.0, 0.0, 2.0, 0.0, 0.0, 1e-9];
+    let found = at(&tautness(), 2, &back, false, Evaluate::default()).value;
+    assert_close(&[found], &[2.0 * 2.0 / 0.04], 0.0, 1e-9, "there and back");
+    // It has the unit of bending.
+    let hundred_times = vertices.map(|x| 100.0 * x);
+    let wide = batch(2, &data.map(|x| 100.0 * x), false);
+    let options = Evaluate { targets: Some(&wide), ..Evaluate::default() };
+    let found = at(&tautness(), 2, &hundred_times, false, options);
+    assert_close(&[100.0 * found.value], &[wanted], 0.0, 1e-14, "a hundred times as large");
 }
 
 fn coordinates(count: usize) -> impl Strategy<Value = Vec<f64>> {

@@ -77,13 +77,23 @@ fn rough_curves_converge_where_length_bounds_them() {
 
 #[test]
 fn without_length_rough_curves_are_unbounded_or_minimal_but_never_neither() {
-    let fair = Fair { max_iterations: 100, ..Fair::default() };
+    let fair = Fair { energy: bending(2.0), max_iterations: 100, ..Fair::default() };
     let fit = fit(&fair, Family { sigma: 1.2, ..family(2, false) }, 200);
     let count = |status: CurveStatus| fit.reports().iter().filter(|report| report.status == status).count();
     let (converged, unbounded) = (count(CurveStatus::Converged), count(CurveStatus::Unbounded));
     println!("{converged} converged, {unbounded} unbounded");
     assert_eq!(converged + unbounded, 200);
     assert!(converged > 50 && unbounded > 50);
+}
+
+#[test]
+fn by_default_rough_curves_converge_within_a_hundred_iterations() {
+    for dimension in [2, 3] {
+        for closed in [false, true] {
+            let rough = Family { sigma: 1.2, ..family(dimension, closed) };
+            median(&fit(&Fair { max_iterations: 100, ..Fair::default() }, rough, 200));
+        }
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! f64 against f64.
 
 use faircurve::discrete::{
-    Custom, Energy, Evaluate, MOST_EDGES, attachment, bending, length, tension, torsion, variation,
+    Custom, Energy, Evaluate, MOST_EDGES, attachment, bending, length, tautness, tension, torsion, variation,
 };
 use faircurve::{CurveBatch, Device};
 use glam::{DMat3, DVec3};
@@ -20,7 +20,13 @@ fn sizes() -> Vec<usize> {
 }
 
 fn everything() -> Energy {
-    length() + 0.3 * tension() + bending(3.0) + 0.1 * variation() + 0.2 * torsion() + 2.0 * attachment()
+    length()
+        + 0.3 * tension()
+        + 0.2 * tautness()
+        + bending(3.0)
+        + 0.1 * variation()
+        + 0.2 * torsion()
+        + 2.0 * attachment()
 }
 
 #[test]
@@ -29,7 +35,7 @@ fn every_energy_of_walks_open_and_closed() {
     for dimension in [2, 3] {
         let mut rng = seeded(300 + dimension as u64);
         let case = Case::new(walks(dimension, &sizes(), &mut rng), &mut rng);
-        for energy in [length(), tension(), bending(2.0), variation(), attachment()] {
+        for energy in [length(), tension(), tautness(), bending(2.0), variation(), attachment()] {
             case.conforms("walks", &energy, &PARTS, &device);
         }
         if dimension == 3 {

@@ -4,7 +4,7 @@
 //! the order of that gradient.
 
 use faircurve::discrete::{
-    Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
+    Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tautness, tension, torsion, variation,
 };
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Precision, Sampling};
 use rand::RngExt;
@@ -117,12 +117,15 @@ fn ragged_batches_of_every_energy_of_the_kernels_end_where_the_cpu_ends() {
         ("tension", tension()),
         ("bending, ν = 3, + length", bending(3.0) + length()),
         ("bending, ν = 2.5, + tension", bending(2.5) + 0.1 * tension()),
+        ("bending + tautness", bending(2.0) + tautness()),
     ] {
         conform(what, &fair(energy), &batch, &device);
     }
     for pins in [Pins::Ends, Pins::None] {
         let energy = bending(2.0) + length() + 100.0 * attachment();
         conform(&format!("attached, pins {pins:?}"), &Fair { pins, ..fair(energy) }, &batch, &device);
+        let taut = bending(2.0) + tautness() + 100.0 * attachment();
+        conform(&format!("attached and taut, pins {pins:?}"), &Fair { pins, ..fair(taut) }, &batch, &device);
     }
 }
 

@@ -94,9 +94,10 @@ fn tangents_and_curvatures_are_columns_of_the_file() {
 fn energies_exponents_solvers_and_limits_are_heard() {
     let folder = folder(TWO);
     let default = report(&folder, 0, "");
-    let named =
-        report(&folder, 0, "--energy bending=1 --exponent 2 --solver newton --tolerance 1e-8 --max-iterations 500");
-    assert_eq!(default, named);
+    let limits = "--solver newton --tolerance 1e-8 --max-iterations 500";
+    assert_eq!(default, report(&folder, 0, &format!("--energy bending=1,tautness=1 --exponent 2 {limits}")));
+    assert_eq!(report(&folder, 0, "--exponent 2"), report(&folder, 0, "--energy bending=1"));
+    assert_eq!(report(&folder, 0, "--deviation 0.1"), report(&folder, 0, "--deviation 0.1 --energy bending=1"));
     let long = number(&report(&folder, 0, "--energy bending=1,length=0.1"), "length");
     let short = number(&report(&folder, 0, "--energy bending=1,length=100"), "length");
     assert!(short < long, "{short} {long}");
@@ -161,7 +162,7 @@ fn spacing_sets_the_edges_and_beziers_follow_the_curve() {
 fn wrong_values_are_refused_with_a_sentence() {
     misread(
         "--energy bend=1",
-        "there is no energy 'bend': use bending, length, tension, variation, torsion, attachment",
+        "there is no energy 'bend': use bending, length, tension, tautness, variation, torsion, attachment",
     );
     misread("--energy bending", "'bending' is not NAME=WEIGHT");
     misread("--energy bending=much", "the weight of bending is 'much', not a number");

@@ -2,9 +2,15 @@
 // stands.
 
 //:if ATTACHMENT
-const FIXED: u32 = 2u * $DIMu + 3u;
+const TAUT_AT: u32 = 2u * $DIMu + 3u;
 //:else
-const FIXED: u32 = $DIMu + 2u;
+const TAUT_AT: u32 = $DIMu + 2u;
+//:end
+// Numbers of a row of `fixed`.
+//:if TAUT
+const FIXED: u32 = TAUT_AT + 1u;
+//:else
+const FIXED: u32 = TAUT_AT;
 //:end
 
 fn load_curve(slot: u32) -> Curve {
@@ -145,6 +151,12 @@ fn current_edge(curve: Curve, j: u32) -> vector {
 fn load_free(curve: Curve, j: u32) -> real {
     return fixed[fixed_at(curve, j, $DIMu)];
 }
+
+//:if TAUT
+fn load_taut(curve: Curve, j: u32) -> real {
+    return fixed[fixed_at(curve, j, TAUT_AT)];
+}
+//:end
 
 //:if ATTACHMENT
 fn load_offset(curve: Curve, v: u32) -> vector {

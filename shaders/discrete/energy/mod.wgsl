@@ -8,6 +8,7 @@
 //     alias Curve = …;        a struct with the members `segments: u32` (edges) and `closed: u32` (0 or 1)
 //     fn load_weight(curve: Curve, index: u32) -> real
 //     fn load_free(curve: Curve, j: u32) -> real           with GAUGE: the factor of the vertex at the end of edge j
+//     fn load_taut(curve: Curve, j: u32) -> real           with TAUT: 1/w² for the width w of the span of edge j
 //:include discrete/energy/window.wgsl
 //:each TERM
 //:if WGSL
@@ -149,10 +150,15 @@ fn edges_from(curve: Curve, j: i32) -> u32 {
     return select(u32(clamp(i32(curve.segments) - j, 0, $WIDTH)), $WIDTHu, curve.closed != 0u);
 }
 
-//:if GAUGE
-// The window from edge j on with what the gauge needs.
-fn gauged(window: Window, curve: Curve, j: i32) -> Window {
+// The window from edge j on with what depends on where it stands: for the gauge, and for tautness.
+fn placed(window: Window, curve: Curve, j: i32) -> Window {
     var w = window;
+//:if TAUT
+    if (has_edge(curve, j)) {
+        w.taut = load_taut(curve, wrapped(curve, j));
+    }
+//:end
+//:if GAUGE
     if (has_edge(curve, j)) {
         w.free = load_free(curve, wrapped(curve, j));
     }
@@ -163,9 +169,9 @@ fn gauged(window: Window, curve: Curve, j: i32) -> Window {
     }
     w.ends = ends_at(curve, j);
 //:end
+//:end
     return w;
 }
-//:end
 
 // Shifts a window on by one edge, and takes `edge` for the last of its $WIDTH.
 fn shifted(window: Window, edge: vector) -> Window {

@@ -17,6 +17,8 @@ struct Window {
     segments: real,
     // ε of torsion: a curvature.
     torsion_curvature: real,
+    // 1/w² for the width w of the span that the first edge lies in.
+    taut: real,
     // What the gauge needs. The factor of the vertex between the first two edges, 0 at a data point; that of the next.
     free: real,
     free_after: real,

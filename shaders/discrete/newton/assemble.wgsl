@@ -40,9 +40,7 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
 //:end
     for (var j = begin; j < i32(ring.end); j++) {
         w = shifted(w, edge_or_unit(curve, j + $LAST));
-//:if GAUGE
-        w = gauged(w, curve, j);
-//:end
+        w = placed(w, curve, j);
         let edges = edges_from(curve, j);
         let blocks = vertex_blocks(w, weights, edges);
         let row = damping_row(curve, w, edges, lambda);

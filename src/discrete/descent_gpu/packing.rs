@@ -54,7 +54,16 @@ impl<const D: usize> Job<'_, D> {
 
     /// The numbers of a row in `fixed`.
     fn fixed_numbers(&self) -> usize {
+        self.taut_number() + usize::from(self.is_taut())
+    }
+
+    /// Where 1/w² stands in a row, if the energy asks for it.
+    fn taut_number(&self) -> usize {
         if self.is_attached() { 2 * D + 3 } else { D + 2 }
+    }
+
+    fn is_taut(&self) -> bool {
+        self.composition.definitions.contains_key("TAUT")
     }
 
     pub(super) fn layout(&self, curves: &[usize]) -> Layout {
@@ -151,6 +160,10 @@ impl<const D: usize> Job<'_, D> {
         for (j, edge) in problem.base.iter().enumerate() {
             (0..D).for_each(|c| fixed[at(j, c)] = edge[c]);
             fixed[at(j, D)] = problem.free[(j + 1) % rows];
+        }
+        if self.is_taut() {
+            let number = self.taut_number();
+            problem.taut.iter().enumerate().for_each(|(j, &taut)| fixed[at(j, number)] = taut);
         }
         (0..rows).for_each(|row| fixed[at(row, D + 1)] = 1.0);
         problem.pinned.iter().for_each(|&row| fixed[at(row as usize, D + 1)] = 0.0);

@@ -102,6 +102,7 @@ energies! {
     bending::Bending,
     length::Length,
     tension::Tension,
+    tautness::Tautness,
     variation::Variation,
     torsion::Torsion,
     #[cfg(test)]
@@ -121,6 +122,7 @@ use std::sync::Arc;
 pub use attachment::attachment;
 pub use custom::Custom;
 pub use sum::Energy;
+pub(super) use tautness::of_spans;
 pub use torsion::TORSION_CURVATURE;
 
 use crate::linalg::Scalar;
@@ -143,6 +145,8 @@ pub(crate) struct Window<S, const D: usize, const W: usize> {
     pub segments: S,
     /// ε of torsion, a curvature.
     pub torsion_curvature: S,
+    /// 1/w² for the width w of the span that the first edge lies in.
+    pub taut: S,
     /// The gauge's factor at the vertex between the first two edges.
     ///
     /// 0 at a data point.

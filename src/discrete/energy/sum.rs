@@ -71,6 +71,11 @@ impl Energy {
         self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Attachment))
     }
 
+    /// Whether it holds tautness, of any weight, and so asks where spans lie.
+    pub(crate) fn is_taut(&self) -> bool {
+        self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Tautness(_)))
+    }
+
     /// The weight of the attachment to data.
     ///
     /// 0 without one.
