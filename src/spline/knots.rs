@@ -175,6 +175,7 @@ impl Knots {
             _ => {
                 let mut t = vec![0.0; batch.total_points()];
                 parallel::parts(&mut t, offsets, |i, t| {
+                    // What is wrong with a curve does not increase, and is said where curves are copied.
                     let _ = parameters(t, batch, i, rule);
                 });
                 Arc::new(t)
