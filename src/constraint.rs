@@ -116,8 +116,12 @@ impl Constraints {
 
 /// The rows (of `width` entries) of the points listed.
 pub(crate) fn gather_rows<T: Copy>(column: &Option<Vec<T>>, width: usize, points: &[usize]) -> Option<Vec<T>> {
-    let column = column.as_ref()?;
-    Some(points.iter().flat_map(|&point| &column[point * width..(point + 1) * width]).copied().collect())
+    Some(rows_of(column.as_ref()?, width, points))
+}
+
+/// The rows (of `width` entries) of these points.
+pub(crate) fn rows_of<T: Copy>(column: &[T], width: usize, points: &[usize]) -> Vec<T> {
+    points.iter().flat_map(|&point| &column[point * width..(point + 1) * width]).copied().collect()
 }
 
 /// Keeps the rows (of `width` entries) whose flag is set.

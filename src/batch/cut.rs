@@ -5,9 +5,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{CurveBatch, gathered};
+use super::CurveBatch;
 use crate::batch::Origin;
-use crate::constraint::{Constraints, gather_rows};
+use crate::constraint::{Constraints, gather_rows, rows_of};
 use crate::ragged;
 
 /// Consecutive points of a curve, past the end of a closed one if need be.
@@ -157,7 +157,7 @@ impl CurveBatch {
         let names = pieces.iter().map(|piece| self.name(piece.curve).into_owned()).collect();
         CurveBatch {
             dimension: *dimension,
-            coords: gathered(coords, *dimension, &points),
+            coords: Arc::new(rows_of(coords, *dimension, &points)),
             offsets: ends.clone(),
             closed: pieces.iter().map(|piece| piece.closed).collect(),
             parameters: None,

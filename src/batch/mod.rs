@@ -15,7 +15,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::constraint::{Constraint, Constraints, gather_rows};
+use crate::constraint::{Constraint, Constraints, gather_rows, rows_of};
 use crate::error::{Error, Result, shortened};
 use crate::ragged;
 use crate::status::CurveStatus;
@@ -434,10 +434,10 @@ impl CurveBatch {
         let problems = curves.iter().enumerate().filter_map(|(to, i)| Some((to, problems.get(i)?.clone())));
         CurveBatch {
             dimension: *dimension,
-            coords: gathered(coords, *dimension, &points),
+            coords: Arc::new(rows_of(coords, *dimension, &points)),
             offsets,
             closed: curves.iter().map(|&i| closed[i]).collect(),
-            parameters: parameters.as_ref().map(|t| gathered(t, 1, &points)),
+            parameters: parameters.as_ref().map(|t| Arc::new(rows_of(t, 1, &points))),
             closing_spans: closing_spans.as_ref().map(|spans| curves.iter().map(|&i| spans[i]).collect()),
             weights: gather_rows(weights, 1, &points),
             constraints: constraints.gather(*dimension, &points),
@@ -479,11 +479,6 @@ impl CurveBatch {
             ..*self
         }
     }
-}
-
-/// The rows (of `width` numbers) of these points.
-fn gathered(column: &[f64], width: usize, points: &[usize]) -> Arc<Vec<f64>> {
-    Arc::new(points.iter().flat_map(|&k| &column[k * width..(k + 1) * width]).copied().collect())
 }
 
 fn expect_length(what: &str, found: usize, wanted: usize, unit: &str) -> Result<()> {
