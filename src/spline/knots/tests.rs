@@ -95,3 +95,22 @@ fn chords_neither_overflow_nor_underflow() {
         assert!((t[1] / scale - 7.0).abs() < 1e-14, "{scale}: {}", t[1]);
     }
 }
+
+#[test]
+fn open_curves_with_a_knot_a_point_share_the_arrays_of_their_batch() {
+    let points = [[0.0, 0.0], [3.0, 4.0], [3.0, 8.0]];
+    let batch = CurveBatch::from_slices(&[&points[..], &points[1..]]).unwrap();
+    let shares = |batch: &CurveBatch, knots: &Knots| {
+        let given = batch.shared_parameters().is_some_and(|t| Arc::ptr_eq(t, &knots.t));
+        [Arc::ptr_eq(batch.shared_coords(), &knots.values), given]
+    };
+    assert_eq!(shares(&batch, &knots(&batch, Parametrisation::Auto)), [true, false]);
+    let timed = batch.clone().with_parameters(vec![0.0, 1.0, 3.0, 0.0, 2.0]).unwrap();
+    assert_eq!(shares(&timed, &knots(&timed, Parametrisation::Auto)), [true, true]);
+    assert_eq!(shares(&timed, &knots(&timed, Parametrisation::Uniform)), [true, false]);
+    // What has other knots than points has arrays of its own.
+    let closed = timed.clone().closed(true);
+    assert_eq!(shares(&closed, &knots(&closed, Parametrisation::Auto)), [false, false]);
+    let repeated = timed.with_parameters(vec![0.0, 1.0, 3.0, 2.0, 2.0]).unwrap();
+    assert_eq!(shares(&repeated, &knots(&repeated, Parametrisation::Auto)), [false, false]);
+}
