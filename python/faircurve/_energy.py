@@ -54,7 +54,11 @@ def tension() -> Energy:
 
 
 def tautness() -> Energy:
-    """∫ ds/h² with h the chord of each span: length, in a measure of the data's own. A weight is a number without a unit."""
+    """∫ ds/w²: length, measured by the width w that the data leave a curve in each span. Beside bending its weight has no unit.
+
+    w is the shortest of the span's chord and those beside it, times (1 + cos θ)/2 for the larger turn θ of the data's polygon at
+    the span's ends, and at least a tenth of its chord.
+    """
     return _one("tautness")
 
 

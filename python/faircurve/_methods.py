@@ -152,7 +152,7 @@ class Fair:
     ----------
     energy : Energy or dict, optional
         Such as ``bending(2) + 0.1 * length()`` or ``{"bending": 1, "length": 0.1}``. By default ``bending() + tautness()``,
-        which has a curve for every list of points, in any unit; with ``deviation`` bending alone.
+        which has a least curve for every list of points, in any unit; with ``deviation`` bending alone.
     per_span : int
         Edges between data points.
     spacing : float, optional

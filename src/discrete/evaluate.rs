@@ -174,7 +174,7 @@ pub(super) struct Ready<'a, const D: usize> {
     pub attached: Vec<(usize, Vector<f64, D>, f64)>,
     /// ε of torsion.
     pub torsion_curvature: f64,
-    /// 1/w² of every edge, with w the width of its span.
+    /// 1/w² of every edge, with w the width of its span; empty where the energy does not ask for it.
     pub taut: Vec<f64>,
 }
 
@@ -196,29 +196,12 @@ impl<'a> Evaluating<'a> {
     fn ready<const D: usize>(&self, i: usize) -> Result<Ready<'a, D>, Unfitted> {
         let points = self.batch.points(i).as_chunks::<D>().0;
         let base = edges(self.batch, i, points)?;
-        let closed = self.batch.is_closed(i);
-        let (attached_to, taut_between) = (self.energy.is_attached(), self.energy.is_taut());
-        let data = match self.options.targets.filter(|_| attached_to || taut_between) {
+        let data = match self.options.targets.filter(|_| self.energy.is_attached() || self.energy.is_taut()) {
             Some(targets) => attached::<D>(self.batch, targets, i)?,
             None => vec![],
         };
-        let rows =
-            |at: &mut dyn Iterator<Item = usize>| at.chain([base.len()]).map(|row| row as u32).collect::<Vec<_>>();
-        let taut = match self.options.targets {
-            _ if !taut_between => vec![1.0; base.len()],
-            // The last point of an open curve is the end of its edges, too.
-            Some(_) => {
-                let own: Vec<Vector<f64, D>> = data.iter().map(|(_, point, _)| *point).collect();
-                of_spans(
-                    &own,
-                    &rows(&mut data.iter().map(|(row, ..)| *row).filter(|&row| row < base.len())),
-                    closed,
-                    1.0,
-                )
-            }
-            None => of_spans(points, &rows(&mut (0..base.len())), closed, 1.0),
-        };
-        let attached = if attached_to { data } else { vec![] };
+        let taut = if self.energy.is_taut() { self.taut(i, &data, base.len()) } else { vec![] };
+        let attached = if self.energy.is_attached() { data } else { vec![] };
         let own = if base.is_empty() {
             TORSION_CURVATURE
         } else {
@@ -226,6 +209,18 @@ impl<'a> Evaluating<'a> {
         };
         let torsion_curvature = self.options.torsion_curvature.unwrap_or(own);
         Ok(Ready { i, points, taut, base, attached, torsion_curvature })
+    }
+
+    /// 1/w² of every edge of curve `i`: its spans lie between the data points, or else between vertices.
+    fn taut<const D: usize>(&self, i: usize, data: &[(usize, Vector<f64, D>, f64)], edges: usize) -> Vec<f64> {
+        let vertices = self.batch.points(i).as_chunks::<D>().0.iter().copied();
+        let (points, rows): (Vec<_>, Vec<usize>) = match self.options.targets {
+            Some(_) => data.iter().map(|&(row, point, _)| (point, row)).unzip(),
+            None => vertices.zip(0..).unzip(),
+        };
+        // The last edge ends at the last point of an open curve, and at the first of a closed one.
+        let rows: Vec<u32> = rows.into_iter().filter(|&row| row < edges).chain([edges]).map(|row| row as u32).collect();
+        of_spans(&points, &rows, self.batch.is_closed(i), 1.0)
     }
 
     fn nothing(&self, i: usize, problem: Unfitted) -> Evaluation {
@@ -472,41 +467,4 @@ fn attached<const D: usize>(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::{attachment, bending, length, tension, torsion, variation};
-    use super::*;
-    use crate::ragged;
-
-    #[test]
-    fn a_curve_of_a_batch_has_the_bits_of_the_curve_alone() {
-        let counts = [9, 9, 1, 9, 0, 9, 17, 9, 9, 2, 9, 9, 9, 9, 17, 9, 9, 9, 3, 9, 9, 9];
-        for (dimension, energy) in [
-            (2, bending(2.0)),
-            (2, 0.7 * bending(2.5) + 0.3 * tension() + 2.0 * attachment()),
-            (3, length() + bending(3.0) + variation() + torsion()),
-        ] {
-            let offsets = ragged::offsets(counts);
-            let wave = |k: usize| (k as f64 * 0.618).fract() + (k / dimension) as f64 * 0.3;
-            let mut coords: Vec<f64> = (0..dimension * offsets[counts.len()]).map(wave).collect();
-            // Two curves without a value, beside others in their lanes.
-            coords[dimension * offsets[3]] = f64::NAN;
-            let repeated = dimension * (offsets[7] + 2);
-            coords.copy_within(repeated..repeated + dimension, repeated + dimension);
-            let closed = (0..counts.len()).map(|i| i % 3 == 0 && counts[i] > 2).collect();
-            let batch = CurveBatch::from_ragged(dimension, coords, offsets).unwrap().closed_each(closed).unwrap();
-            let targets = batch.with_points(batch.coords().iter().map(|x| x.sin()).collect(), batch.offsets().to_vec());
-            let options = Evaluate { targets: Some(&targets), ..Evaluate::default() };
-            let together = energy.evaluate(&batch, options, &Device::cpu()).unwrap();
-            let bits = |found: &Evaluation| -> Vec<u64> {
-                [found.value].iter().chain(&found.gradient).map(|x| x.to_bits()).collect()
-            };
-            for (i, found) in together.iter().enumerate() {
-                let target = targets.select(&[i]);
-                let options = Evaluate { targets: Some(&target), ..options };
-                let alone = energy.evaluate(&batch.select(&[i]), options, &Device::cpu()).unwrap().remove(0);
-                assert_eq!(bits(found), bits(&alone), "{energy}, curve {i}");
-                assert_eq!(found.problem.is_some(), [3, 7].contains(&i), "{energy}, curve {i}: {:?}", found.problem);
-            }
-        }
-    }
-}
+mod tests;

@@ -182,7 +182,9 @@ impl<const D: usize> Job<'_, D> {
                 let to = &mut edges[(start + j) * edge_numbers..][..edge_numbers];
                 (0..D).for_each(|c| to[c] = edge[c] / size);
                 to[D] = if is_data.is_some_and(|is_data| is_data[(j + 1) % count]) { 0.0 } else { 1.0 };
-                to[D + 1..].fill(curve.taut[j] * size * size);
+                if let Some(taut) = curve.taut.get(j) {
+                    to[D + 1] = taut * size * size;
+                }
             }
             for &(vertex, target, weight) in &curve.attached {
                 let to = &mut offsets[(start + vertex) * (D + 1)..][..D + 1];

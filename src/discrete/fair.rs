@@ -130,7 +130,7 @@ words!(Pins, "choice of points": [
 pub struct Fair {
     /// The energy to minimise, with weights in units of the input.
     ///
-    /// [`bending`] and [`tautness`] by default, which have a curve for every list of points, in any unit.
+    /// [`bending`] and [`tautness`] by default: a least curve exists for every list of points, in any unit.
     /// With a [`deviation`](Self::deviation) bending alone is fairer: near the points a curve has room.
     pub energy: Energy,
     /// How spans are divided.

@@ -40,7 +40,7 @@ pub(crate) struct Problem<const D: usize> {
     ///
     /// 0 at data points.
     pub free: Vec<f64>,
-    /// 1/w² of every edge, with w the width of its span at size 1.
+    /// 1/w² of every edge, with w the width of its span at size 1; empty where the energy does not ask for it.
     pub taut: Vec<f64>,
     /// The weight of the highest derivative in the inner product.
     pub highest: f64,

@@ -228,7 +228,7 @@ fn ready<const D: usize>(
         weights: energy_weights,
         gauge,
         free,
-        taut: of_spans(points, &rows, closed, size),
+        taut: if fair.energy.is_taut() { of_spans(points, &rows, closed, size) } else { Vec::new() },
         highest,
         curvature,
         tolerance: fair.tolerance,

@@ -2,7 +2,7 @@
 //! compare.
 
 use crate::discrete::descent::Descent;
-use crate::discrete::energy::{Energy, Functional};
+use crate::discrete::energy::{Energy, Functional, of_spans};
 use crate::discrete::lane::Standing;
 use crate::discrete::newton::Newton;
 use crate::discrete::plan::{Direction, Plan, Step};
@@ -224,7 +224,7 @@ impl Minimisation {
             weights: self.energy.terms().iter().map(|(weight, _)| *weight).collect(),
             gauge: 0.0,
             free: vec![1.0; vertices.len()],
-            taut: vec![1.0; last],
+            taut: of_spans(&[vertices[0], vertices[last]], &[0, last as u32], false, 1.0),
             highest: 1.0,
             curvature: 1.0,
             tolerance: self.tolerance,

@@ -122,7 +122,7 @@ use std::sync::Arc;
 pub use attachment::attachment;
 pub use custom::Custom;
 pub use sum::Energy;
-pub(super) use tautness::of_spans;
+pub(crate) use tautness::of_spans;
 pub use torsion::TORSION_CURVATURE;
 
 use crate::linalg::Scalar;

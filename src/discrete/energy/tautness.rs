@@ -17,7 +17,7 @@ use crate::linalg::scalar::{Vector, dot, subtract};
 /// τ against bending is a number: metres and degrees, small and large, all give the same shapes.
 /// A disturbance dies away as e^(−√τ s/w) along a span: 1 leaves gentle curves almost as they are without
 /// it, and keeps curves from loops where the data turn sharply or spans are unequal. With bending alone many
-/// data have no curve of least energy; with both, all have.
+/// data have no curve of least energy; with both, one exists for all.
 ///
 /// Its order is 1. w is at least h/10, so that 16 edges a span can follow the turns. Divided into fewer,
 /// sharp data converge slowly. In [`Energy::evaluate`] the data points are
