@@ -28,9 +28,16 @@ use std::sync::Arc;
 use faircurve_dct::{Dct1, Planner, Transformed};
 
 use crate::linalg::{Real, take};
+use crate::parallel;
 
 /// Frequencies swept side by side: two cache lines of f64.
 const BLOCK: usize = 16;
+
+/// Numbers that are worth a task: some tens of microseconds of transforms. Not in the kernel.
+const TASK: usize = 1 << 14;
+
+/// Coarse grids of so many points are shared between threads. Not in the kernel.
+const LARGE: usize = 4 * TASK;
 
 /// One round of the exact rule on grids of one shape: (n + 1) × (m + 1) points, n and m > 0.
 pub(super) struct Exact<S> {
@@ -55,39 +62,94 @@ impl<S: Real + Transformed> Exact<S> {
     /// Subdivides one coordinate: `coarse` has (n + 1) × (m + 1) points, `fine` (2n + 1) × (2m +
     /// 1).
     pub fn subdivide(&self, coarse: &[S], fine: &mut [S]) {
-        let [rows, columns] = self.shape;
-        let wide = 2 * columns - 1;
-        let own = self.forward.get_scratch_len().max(self.inverse.get_scratch_len()).max(3 * rows * BLOCK);
-        let mut room = vec![<S as Real>::ZERO; rows * (columns + wide) + own];
-        let mut left = &mut room[..];
-        let spectrum = take(&mut left, rows * columns);
-        let w = take(&mut left, rows * wide);
-
-        spectrum.copy_from_slice(coarse);
-        for row in spectrum.chunks_exact_mut(columns) {
-            self.forward.process_dct1_with_scratch(row, left);
+        match coarse.len() >= LARGE {
+            true => self.subdivide_together(coarse, fine),
+            false => self.subdivide_alone(coarse, fine),
         }
-        for first in (0..wide).step_by(BLOCK) {
-            self.sweep(first, spectrum, w, left);
-        }
-        let scale: S = Real::from_f64(2.0 / (columns - 1) as f64);
-        for row in w.chunks_exact_mut(wide) {
-            self.inverse.process_dct1_with_scratch(row, left);
-            row.iter_mut().for_each(|x| *x = *x * scale);
-        }
-        combine(wide, w, fine);
     }
 
-    /// v of the frequencies from `first` on.
-    fn sweep(&self, first: usize, spectrum: &[S], v: &mut [S], scratch: &mut [S]) {
+    fn subdivide_alone(&self, coarse: &[S], fine: &mut [S]) {
+        let [rows, columns] = self.shape;
+        let blocks = self.blocks();
+        let mut room = vec![<S as Real>::ZERO; rows * (columns + blocks * BLOCK) + self.scratch()];
+        let mut left = &mut room[..];
+        let spectrum = take(&mut left, rows * columns);
+        let (v, _) = take(&mut left, rows * blocks * BLOCK).as_chunks_mut::<BLOCK>();
+        spectrum.copy_from_slice(coarse);
+        self.transform(spectrum, left);
+        self.sweeps(0, spectrum, v, left);
+        self.transform_back(0, v, fine, left);
+        combine(2 * columns - 1, fine, &[]);
+    }
+
+    /// The same, with rows and blocks of frequencies shared between threads.
+    fn subdivide_together(&self, coarse: &[S], fine: &mut [S]) {
+        let [rows, columns] = self.shape;
+        let wide = 2 * columns - 1;
+        let room = || vec![<S as Real>::ZERO; self.scratch()];
+        let mut spectrum = coarse.to_vec();
+        parallel::parts(&mut spectrum, &tasks(rows, columns, TASK), |_, own| self.transform(own, &mut room()));
+        let mut v = vec![<S as Real>::ZERO; self.blocks() * rows * BLOCK];
+        let ends = tasks(self.blocks(), rows * BLOCK, TASK);
+        parallel::parts(&mut v, &ends, |k, own| {
+            self.sweeps(ends[k] / (rows * BLOCK), &spectrum, own.as_chunks_mut().0, &mut room());
+        });
+        let v = v.as_chunks().0;
+        // The last coarse row has no row between it and a next one.
+        let ends: Vec<usize> = tasks(rows, 2 * wide, TASK).into_iter().map(|end| end.min(fine.len())).collect();
+        parallel::parts(fine, &ends, |k, own| self.transform_back(ends[k] / (2 * wide), v, own, &mut room()));
+        let below: Vec<Vec<S>> =
+            ends[1..].iter().map(|&end| fine[end..].iter().take(wide).copied().collect()).collect();
+        parallel::parts(fine, &ends, |k, own| combine(wide, own, &below[k]));
+    }
+
+    /// Blocks of frequencies of the fine grid.
+    fn blocks(&self) -> usize {
+        self.lambda.len().div_ceil(BLOCK)
+    }
+
+    /// Numbers of scratch that a thread needs.
+    fn scratch(&self) -> usize {
+        self.forward.get_scratch_len().max(self.inverse.get_scratch_len()).max(3 * self.shape[0] * BLOCK)
+    }
+
+    /// The spectra of rows, in place.
+    fn transform(&self, rows: &mut [S], scratch: &mut [S]) {
+        for row in rows.chunks_exact_mut(self.shape[1]) {
+            self.forward.process_dct1_with_scratch(row, scratch);
+        }
+    }
+
+    /// v of blocks of frequencies from `first` on: each has [`BLOCK`] of them for every row.
+    fn sweeps(&self, first: usize, spectrum: &[S], v: &mut [[S; BLOCK]], scratch: &mut [S]) {
+        for (block, v) in v.chunks_exact_mut(self.shape[0]).enumerate() {
+            self.sweep((first + block) * BLOCK, spectrum, v, scratch);
+        }
+    }
+
+    /// W of the coarse rows from `first` on, in the even rows of the fine grid.
+    fn transform_back(&self, first: usize, v: &[[S; BLOCK]], fine: &mut [S], scratch: &mut [S]) {
+        let [rows, columns] = self.shape;
+        let wide = 2 * columns - 1;
+        let scale: S = Real::from_f64(2.0 / (columns - 1) as f64);
+        for (row, pair) in fine.chunks_mut(2 * wide).enumerate() {
+            let w = &mut pair[..wide];
+            for (block, w) in w.chunks_mut(BLOCK).enumerate() {
+                w.copy_from_slice(&v[block * rows + first + row][..w.len()]);
+            }
+            self.inverse.process_dct1_with_scratch(w, scratch);
+            w.iter_mut().for_each(|x| *x = *x * scale);
+        }
+    }
+
+    /// v of the frequencies from `first` on, for every row.
+    fn sweep(&self, first: usize, spectrum: &[S], v: &mut [[S; BLOCK]], scratch: &mut [S]) {
         let [rows, columns] = self.shape;
         let (wide, last) = (2 * columns - 1, rows - 1);
         let count = BLOCK.min(wide - first);
-        let (pivots, rest) = scratch.split_at_mut(rows * BLOCK);
-        let (y, p) = rest.split_at_mut(rows * BLOCK);
-        let (pivots, _) = pivots.as_chunks_mut::<BLOCK>();
-        let (y, _) = y.as_chunks_mut::<BLOCK>();
-        let (p, _) = p[..rows * BLOCK].as_chunks_mut::<BLOCK>();
+        let (scratch, _) = scratch[..3 * rows * BLOCK].as_chunks_mut::<BLOCK>();
+        let (pivots, rest) = scratch.split_at_mut(rows);
+        let (y, p) = rest.split_at_mut(rows);
         let mut lambda = [S::ONE; BLOCK];
         lambda[..count].copy_from_slice(&self.lambda[first..first + count]);
         let [half, two, four]: [S; 3] = [0.5, 2.0, 4.0].map(Real::from_f64);
@@ -125,10 +187,16 @@ impl<S: Real + Transformed> Exact<S> {
                 let bend = (y[row][k] - y[above][k]) + (y[row][k] - y[below][k]);
                 // λ = 0 is the mean of each row. Its system is singular.
                 let is_mean = first + k == 0;
-                v[row * wide + first + k] = if is_mean { p[row][k] } else { of_p[k] * p[row][k] + of_bend[k] * bend };
+                v[row][k] = if is_mean { p[row][k] } else { of_p[k] * p[row][k] + of_bend[k] * bend };
             }
         }
     }
+}
+
+/// Where tasks of whole rows end, each of about `task` numbers.
+fn tasks(rows: usize, width: usize, task: usize) -> Vec<usize> {
+    let together = (task / width).max(1);
+    (0..=rows.div_ceil(together)).map(|k| (k * together).min(rows) * width).collect()
 }
 
 /// λ of frequency l = 0 … 2m: 2 − 2 cos(πl / 2m), without cancellation.
@@ -137,23 +205,48 @@ pub(super) fn lambda(l: usize, m: usize) -> f64 {
     4.0 * sine * sine
 }
 
-/// The fine grid, computed from W.
-fn combine<S: Real>(wide: usize, w: &[S], fine: &mut [S]) {
+/// Rows of the fine grid, computed from W in the even ones. `below` is the W after the last of them, if there
+/// is one.
+fn combine<S: Real>(wide: usize, fine: &mut [S], below: &[S]) {
     let half = S::from_f64(0.5);
     let two = S::from_f64(2.0);
-    let mut fine_rows = fine.chunks_exact_mut(wide);
-    let mut coarse_rows = w.chunks_exact(wide).peekable();
-    while let (Some(w), Some(even)) = (coarse_rows.next(), fine_rows.next()) {
-        // Beyond the border stands the mirror image.
-        even[0] = two * w[0] - w[1];
-        for j in 1..wide - 1 {
-            even[j] = two * w[j] - half * (w[j - 1] + w[j + 1]);
+    let mut rest = fine;
+    while !rest.is_empty() {
+        let (even, after) = rest.split_at_mut(wide);
+        let (odd, after) = after.split_at_mut(wide.min(after.len()));
+        let next = if after.is_empty() { below } else { &after[..wide] };
+        for (x, (above, below)) in odd.iter_mut().zip(even.iter().zip(next)) {
+            *x = half * (*above + *below);
         }
-        even[wide - 1] = two * w[wide - 1] - w[wide - 2];
-        if let (Some(next), Some(odd)) = (coarse_rows.peek(), fine_rows.next()) {
-            for (x, (above, below)) in odd.iter_mut().zip(w.iter().zip(*next)) {
-                *x = half * (*above + *below);
-            }
+        // Beyond the border stands the mirror image.
+        let (mut before, beside) = (even[1], even[wide - 2]);
+        for j in 0..wide - 1 {
+            let own = even[j];
+            let w = if j == 0 { two * own - before } else { two * own - half * (before + even[j + 1]) };
+            even[j] = w;
+            before = own;
+        }
+        even[wide - 1] = two * even[wide - 1] - beside;
+        rest = after;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_together_find_the_bits_that_one_finds() {
+        // Odd and even numbers, fewer and more than a block, and more rows than a task has.
+        for shape in [[2, 2], [3, 9], [70, 33], [9, 1500], [1500, 9], [301, 257]] {
+            let [rows, columns] = shape;
+            let exact = Exact::<f64>::new(shape, f64::planner().as_mut());
+            let coarse: Vec<f64> = (0..rows * columns).map(|k| (k as f64 * 0.7).sin() + (k % 7) as f64).collect();
+            let new = || vec![0.0; (2 * rows - 1) * (2 * columns - 1)];
+            let (mut alone, mut together) = (new(), new());
+            exact.subdivide_alone(&coarse, &mut alone);
+            exact.subdivide_together(&coarse, &mut together);
+            assert_eq!(alone, together, "{rows} × {columns}");
         }
     }
 }
