@@ -10,6 +10,7 @@ mod curves;
 mod device;
 mod doctor;
 mod experiments;
+mod exponent;
 mod fit;
 mod grid;
 mod html;
@@ -39,7 +40,7 @@ use words::with_options;
 const EXIT_STATUS: &str = "\
 Exit status:
   0  all is well
-  1  fit, bezier, grid: some curves or grids could not be used, and are listed;
+  1  fit, bezier, grid, exponent: some curves or grids could not be used, and are listed;
      compare, doctor: a difference beyond its bound was found
   2  the run failed: the last line on standard error says why
 A curve that is a single point has nothing to fit, stays as it is, and leaves the status 0 unless --strict is given.";
@@ -64,6 +65,9 @@ enum Command {
     /// Subdivide grids of control points to Laplacian-spline surfaces
     #[command(after_help = EXIT_STATUS)]
     Grid(grid::GridArgs),
+    /// Find the exponent ν of each curve and of its pieces: the one whose smooth connection functions come nearest
+    #[command(after_help = EXIT_STATUS)]
+    Exponent(exponent::ExponentArgs),
     /// Fit on the CPU in f64 and on the device, and compare the curves one by one
     #[command(after_help = EXIT_STATUS)]
     Compare(compare::CompareArgs),
@@ -173,6 +177,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Fit(args) => fit::run(&args),
         Command::Bezier(args) => bezier::run(&args),
         Command::Grid(args) => grid::run(&args),
+        Command::Exponent(args) => exponent::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Experiments(args) => experiments::run(&args),

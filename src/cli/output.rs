@@ -25,6 +25,21 @@ pub fn check(outputs: &[(&str, &Path)], force: bool) -> Result<()> {
     Ok(())
 }
 
+/// Checks that a picture's name is that of an SVG file.
+///
+/// # Errors
+/// Another extension.
+pub fn check_picture(picture: Option<&Path>) -> Result<()> {
+    let is_svg = |path: &Path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
+    match picture.filter(|path| !is_svg(path) && !is_stdio(path)) {
+        Some(path) => {
+            let path = path.display();
+            Err(Error::argument(format!("--picture {path}: pictures are SVG, give a name that ends in .svg")))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Whether two paths name one file, as far as can be told before it exists.
 fn same(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| -> Option<PathBuf> {

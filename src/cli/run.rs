@@ -8,12 +8,12 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use faircurve::{CurveStatus, Device, DeviceReport, Error, Result, Work};
+use faircurve::{CurveStatus, Device, DeviceReport, Result, Work};
 use serde::Serialize;
 
 use super::device::{self, DeviceArgs};
 use super::html::Page;
-use super::output::{self, is_stdio};
+use super::output;
 use super::progress::Progress;
 use super::report::{self, Seconds};
 use super::words::with_options;
@@ -49,11 +49,7 @@ impl RunArgs {
     /// # Errors
     /// As [`output::check`].
     pub fn check(&self, output: Option<&Path>, picture: Option<&Path>) -> Result<()> {
-        let is_svg = |path: &Path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
-        if let Some(path) = picture.filter(|path| !is_svg(path) && !is_stdio(path)) {
-            let path = path.display();
-            return Err(Error::argument(format!("--picture {path}: pictures are SVG, give a name that ends in .svg")));
-        }
+        output::check_picture(picture)?;
         let files = [("--output", output), ("--report", self.report.as_deref()), ("--picture", picture)];
         let files: Vec<_> = files.into_iter().filter_map(|(option, path)| Some((option, path?))).collect();
         output::check(&files, self.force)

@@ -18,7 +18,7 @@ const FIRST: Colour = [0, 0, 0];
 const EARLY: Colour = [31, 79, 224];
 const LAST: Colour = [208, 0, 0];
 
-/// Colours of a fan, from the smallest end angle to the largest.
+/// Colours of values, from the smallest to the largest, as the end angles of a fan.
 ///
 /// They are steps of Matplotlib's plasma (CC0), which rises in lightness all the way. Its yellow
 /// end is left out, as it fades on white.
@@ -138,6 +138,22 @@ impl Panel {
         Panel { title: title.into(), strokes, dots: ends.unwrap_or_default(), room: SWING, bar }
     }
 
+    /// Curves in the colours of values: 0 has the first colour of the bar, and 1 the last.
+    ///
+    /// A curve whose value is not finite is left out. Curves are cut off at a third of the dots' size
+    /// away.
+    pub fn by_value(title: impl Into<String>, curves: &[(f64, Vec<DVec2>)], dots: &[DVec2], bar: Bar) -> Self {
+        let finite = curves.iter().filter(|(part, _)| part.is_finite());
+        let stroke = |(part, points): &(f64, Vec<DVec2>)| Stroke {
+            points: points.clone(),
+            colour: mix(&bar.colours, *part),
+            width: 1.6,
+            name: None,
+        };
+        let strokes = finite.map(stroke).collect();
+        Panel { title: title.into(), strokes, dots: dots.to_vec(), bar: Some(bar), ..Panel::default() }
+    }
+
     /// The box of what is shown.
     pub(super) fn bounds(&self) -> Bounds {
         view(&self.dots, self.strokes.iter().map(|stroke| &stroke.points[..]), self.room)
@@ -172,6 +188,11 @@ impl Panel {
 }
 
 impl Bar {
+    /// Values without a unit, in colours that rise in lightness.
+    pub fn new(text: impl Into<String>, [from, to]: [f64; 2]) -> Self {
+        Bar { text: text.into(), from, to, unit: String::new(), colours: FAN.to_vec() }
+    }
+
     /// Writes the text, the first value, the strip and the last value on one line.
     pub(super) fn write(&self, out: &mut dyn Write, left: f64, y: f64) -> io::Result<()> {
         let step = ((self.to - self.from).abs() / 100.0).clamp(1e-3, 1.0);

@@ -4,6 +4,7 @@ mod any_batch;
 mod cli;
 mod cli_bezier;
 mod cli_drawings;
+mod cli_exponent;
 mod cli_fair;
 mod cli_fair_deviation;
 mod cli_grid;
