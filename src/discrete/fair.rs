@@ -12,12 +12,13 @@ use super::plan::{Direction, Step};
 use super::problem::Outcome;
 use super::setup::{LONGEST, Ready, set_up_pieces};
 use super::tally::Tally;
+use super::untangle::untangle;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::{Sampling, check_spacing, spans};
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
+use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::memory;
 use crate::report::{CurveReport, Fit};
 use crate::status::CurveStatus;
@@ -91,6 +92,10 @@ words!(Pins, "choice of points": [
 /// periodic spline through the points. It then descends by Newton's method, damped in the Sobolev
 /// metric that suits the energy (see [`Energy`] and [`Direction`]). A gauge keeps edges between
 /// data points equal, and does not change the shape.
+///
+/// Planar curves with tautness in their energy that cross themselves where the polygon of their points does not are
+/// drawn tauter there, by rounds, until they do not, and their message says so. Where they do not converge then they
+/// stay as they were: some 3 of 1,000 borders of countries.
 ///
 /// Gentle curves of least bending take about 3 iterations, and rough ones 10, however many vertices
 /// they have. Exponents of bending beyond 5 and below 1.5 are approached in stages.
@@ -338,21 +343,33 @@ impl Fair {
         if let Some(allowed) = self.deviation {
             return deviation::fit::<D>(self, allowed, batch, kept, device, tally);
         }
-        let ready = set_up_pieces::<D>(self, batch, kept)?;
+        let mut ready = set_up_pieces::<D>(self, batch, kept)?;
         let (able, unable): (Vec<usize>, Vec<usize>) = (0..ready.len()).partition(|&i| ready[i].is_ok());
         unable.into_iter().for_each(|i| tally.finished(i));
-        let (outcomes, device) = self.descend(&ready, device, &|k, _| tally.finished(able[k]))?;
-        let mut outcomes = outcomes.into_iter();
+        let (mut outcomes, did) = self.descend(&ready, device, &|k, _| tally.finished(able[k]))?;
+        let tauter = untangle(self, &mut ready, &mut outcomes, device)?;
+        let mut outcomes = outcomes.into_iter().zip(tauter);
         let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
         for (i, ready) in ready.iter().enumerate() {
             let (report, vertices) = match ready {
-                Ok(ready) => self.report(batch, i, ready, &outcomes.next().expect("what is ready is descended")),
+                Ok(ready) => {
+                    let (outcome, tauter) = outcomes.next().expect("what is ready is descended");
+                    let (mut report, vertices) = self.report(batch, i, ready, &outcome);
+                    if let Some(&first) = tauter.first() {
+                        let what = format!(
+                            "from this point to the next it crossed itself where its points do not: it is drawn tauter in {} of its spans",
+                            tauter.len()
+                        );
+                        report.message = Some(batch.sentence(i, first, &what));
+                    }
+                    (report, vertices)
+                }
                 Err(problem) => (CurveReport::unfitted(problem.status, problem.message.clone()), None),
             };
             curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
             reports.push(report);
         }
-        Ok(Fitted { curves, reports, device })
+        Ok(Fitted { curves, reports, device: did })
     }
 
     /// The report of a curve, and its vertices unless it comes out as its input.
@@ -408,8 +425,7 @@ impl Fair {
                 )),
             ),
         };
-        let place = |(vertex, u): (&Vector<f64, D>, &Vector<f64, D>)| add(*vertex, scale(ready.size, *u));
-        let vertices: Vec<Vector<f64, D>> = ready.vertices.iter().zip(&outcome.displacements).map(place).collect();
+        let vertices = ready.vertices_of(outcome);
         let points = batch.points(i).as_chunks::<D>().0;
         let times = length(&vertices, ready.problem.closed) / length(points, ready.problem.closed);
         // Attached curves keep to their points, and small rings may grow round.

@@ -64,6 +64,7 @@ mod stages;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod untangle;
 
 pub(crate) use descent_gpu::descent_kernels;
 pub use energy::*;

@@ -6,13 +6,13 @@
 use super::constrain::{Constraints as Kept, constrained};
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins, Segments};
-use super::problem::{Problem, order_of};
+use super::problem::{Outcome, Problem, order_of};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
 use crate::curve::Curve;
 use crate::device::Device;
 use crate::error::Result;
-use crate::linalg::scalar::{Vector, dot, subtract};
+use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
 use crate::spline::{Natural, Parametrisation};
@@ -102,6 +102,12 @@ pub(super) fn set_up_from<const D: usize>(
 }
 
 impl<const D: usize> Ready<D> {
+    /// The vertices where a descent ended, in units of the input.
+    pub fn vertices_of(&self, outcome: &Outcome<D>) -> Vec<Vector<f64, D>> {
+        let place = |(vertex, u): (&Vector<f64, D>, &Vector<f64, D>)| add(*vertex, scale(self.size, *u));
+        self.vertices.iter().zip(&outcome.displacements).map(place).collect()
+    }
+
     /// Whether every pinned vertex stands at its data point, and only data points are pinned.
     fn goes_through_its_pins(&self, points: &[Vector<f64, D>]) -> bool {
         let count = self.vertices.len() as u32;

@@ -250,7 +250,7 @@ impl<const D: usize> Outcome<D> {
     }
 
     /// Appends a descent that started where this one ended.
-    fn go_on(&mut self, after: Outcome<D>) {
+    pub(super) fn go_on(&mut self, after: Outcome<D>) {
         let sum = self.displacements.iter().zip(&after.displacements).map(|(before, after)| add(*before, *after));
         let displacements = sum.collect();
         let iterations = self.iterations + after.iterations;

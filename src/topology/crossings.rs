@@ -17,10 +17,10 @@ const MOST_ROWS: u32 = 1 << 20;
 const MOST_CELLS: u64 = 4096;
 
 /// Where a crossing is: the arc and the number of its segment.
-pub(super) type Place = (u32, u32);
+pub(crate) type Place = (u32, u32);
 
 /// The samples of an arc as a polyline in the plane.
-pub(super) struct Line<'a> {
+pub(crate) struct Line<'a> {
     pub points: &'a [DVec3],
     pub closed: bool,
 }
@@ -51,7 +51,7 @@ struct Run {
 
 /// All pairs of segments that cross, touch or lie on each other, but for neighbours and arcs that
 /// meet at an end. Of the pairs, one at least is of an arc that is `new`.
-pub(super) fn crossings(lines: &[Line], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
+pub(crate) fn crossings(lines: &[Line], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
     let runs = runs(lines);
     let is_new: Vec<bool> = runs.iter().map(|run| new(run.arc)).collect();
     let mut found = Vec::new();

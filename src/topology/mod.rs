@@ -38,7 +38,7 @@
 //! ```
 
 mod arcs;
-mod crossings;
+pub(crate) mod crossings;
 mod divided;
 mod faults;
 mod levels;

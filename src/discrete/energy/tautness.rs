@@ -19,6 +19,9 @@ use crate::linalg::scalar::{Vector, dot, subtract};
 /// it, and keeps curves from loops where the data turn sharply or spans are unequal. With bending alone many
 /// data have no curve of least energy; with both, one exists for all.
 ///
+/// Where planar curves of [`Fair`](crate::discrete::Fair) cross themselves all the same, and the polygon of their
+/// points does not, the spans that cross get narrower widths.
+///
 /// Its order is 1. w is at least h/10, so that 16 edges a span can follow the turns. Divided into fewer,
 /// sharp data converge slowly. In [`Energy::evaluate`] the data points are
 /// those of [`targets`](crate::discrete::Evaluate::targets); without these every vertex is one.

@@ -1,0 +1,247 @@
+//! Spans of a planar curve that cross where the polygon of their points does not: they are drawn
+//! tauter.
+//!
+//! Tautness takes the width of a span from its chord, its neighbours and the turns of the data. It
+//! knows nothing of a far part of the curve that comes near. Where two spans cross all the same,
+//! both get a narrower width and the curve goes on from there, until they do not cross.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::fair::Fair;
+use super::lane::Standing;
+use super::problem::Outcome;
+use super::setup::Ready;
+use crate::Unfitted;
+use crate::device::Device;
+use crate::error::Result;
+use crate::linalg::scalar::{Vector, dot, subtract};
+use crate::parallel;
+use crate::topology::crossings::{Line, crossings};
+
+/// Rounds at most. After so many a width of h/10 is at its least.
+const ROUNDS: usize = 8;
+
+/// The factor of 1/w² in a round. With 4 more curves fail to converge on the way.
+const TAUTER: f64 = 2.0;
+
+/// The least width of a span, in edges. Within half an edge a curve cannot turn, and with 1 instead of 2/3
+/// more crossings stay.
+const LEAST_WIDTH: f64 = 2.0 / 3.0;
+
+/// Draws spans tauter that cross where their points do not.
+///
+/// `outcomes` are those of the curves that are ready, in their order. A curve that does not converge
+/// when it is drawn tauter stays as it was. Returns the spans that were drawn tauter, for every curve
+/// that is ready.
+pub(super) fn untangle<const D: usize>(
+    fair: &Fair,
+    ready: &mut [Result<Ready<D>, Unfitted>],
+    outcomes: &mut [Outcome<D>],
+    device: &Device,
+) -> Result<Vec<Vec<usize>>> {
+    let mut tauter = vec![vec![]; outcomes.len()];
+    if D != 2 || !fair.energy.is_taut() {
+        return Ok(tauter);
+    }
+    let mut curves: Vec<&mut Ready<D>> = ready.iter_mut().flatten().collect();
+    let mut suspects: Vec<usize> = (0..curves.len()).collect();
+    for _ in 0..ROUNDS {
+        let spans = parallel::map(suspects.len(), 64, |s| curves[suspects[s]].tangled(&outcomes[suspects[s]]));
+        let (mut tangled, mut trials) = (Vec::new(), Vec::new());
+        for (k, spans) in suspects.iter().copied().zip(spans) {
+            if let Some(trial) = curves[k].tauter(&spans, &outcomes[k]) {
+                tangled.push((k, spans));
+                trials.push(Ok(trial));
+            }
+        }
+        if tangled.is_empty() {
+            break;
+        }
+        let (after, _) = fair.descend(&trials, device, &|_, _| {})?;
+        suspects.clear();
+        for (((k, spans), trial), after) in tangled.into_iter().zip(trials.into_iter().flatten()).zip(after) {
+            if after.standing == Standing::Converged {
+                curves[k].problem.taut = trial.problem.taut;
+                outcomes[k].go_on(after);
+                tauter[k].extend(spans);
+                suspects.push(k);
+            } else {
+                outcomes[k].iterations += after.iterations;
+            }
+        }
+    }
+    tauter.iter_mut().for_each(|spans| {
+        spans.sort_unstable();
+        spans.dedup();
+    });
+    Ok(tauter)
+}
+
+impl<const D: usize> Ready<D> {
+    /// The spans of a converged curve that cross where the polygon of its points does not, increasing.
+    fn tangled(&self, outcome: &Outcome<D>) -> Vec<usize> {
+        let closed = self.problem.closed;
+        let vertices = self.vertices_of(outcome);
+        if outcome.standing != Standing::Converged || is_simple(&vertices, closed) {
+            return vec![];
+        }
+        let crossing = edges_that_cross(&vertices, closed);
+        if crossing.is_empty() {
+            return vec![];
+        }
+        // Spans between repeated points have no edge.
+        let data: Vec<usize> =
+            (1..self.rows.len()).map(|k| k - 1).filter(|&k| self.rows[k] < self.rows[k + 1]).collect();
+        let mut corners: Vec<Vector<f64, D>> = data.iter().map(|&k| vertices[self.rows[k] as usize]).collect();
+        corners.extend((!closed).then(|| vertices[vertices.len() - 1]));
+        let of_data: Vec<[usize; 2]> =
+            edges_that_cross(&corners, closed).into_iter().map(|pair| pair.map(|edge| data[edge as usize])).collect();
+        let spans = self.rows.len() - 1;
+        let near = |a: usize, b: usize| a.abs_diff(b) <= 1 || (closed && a.abs_diff(b) + 1 >= spans);
+        let is_new = |[a, b]: &[usize; 2]| !of_data.iter().any(|[c, d]| near(*a, *c) && near(*b, *d));
+        let span = |edge: u32| self.rows.partition_point(|&row| row <= edge) - 1;
+        let mut tangled: Vec<usize> =
+            crossing.into_iter().map(|pair| pair.map(span)).filter(is_new).flatten().collect();
+        tangled.sort_unstable();
+        tangled.dedup();
+        tangled
+    }
+
+    /// The curve found, to go on with these spans narrower. `None` where there are none, or all of them have
+    /// their least width.
+    fn tauter(&self, spans: &[usize], outcome: &Outcome<D>) -> Option<Self> {
+        let most = |edges: Range<usize>| {
+            let length: f64 = self.problem.base[edges.clone()].iter().map(|edge| dot(*edge, *edge).sqrt()).sum();
+            (edges.len() as f64 / (LEAST_WIDTH * length)).powi(2)
+        };
+        let of_span = |&k: &usize| {
+            let edges = self.rows[k] as usize..self.rows[k + 1] as usize;
+            (edges.clone(), most(edges))
+        };
+        let narrower: Vec<(Range<usize>, f64)> =
+            spans.iter().map(of_span).filter(|(edges, most)| self.problem.taut[edges.start] < *most).collect();
+        if narrower.is_empty() {
+            return None;
+        }
+        let mut ready = self.clone();
+        for (edges, most) in narrower {
+            ready.problem.taut[edges].iter_mut().for_each(|taut| *taut = (TAUTER * *taut).min(most));
+        }
+        ready.problem.rebase(&outcome.displacements);
+        Some(ready)
+    }
+}
+
+/// The pairs of edges of a polygon that cross, touch or lie on each other, but for neighbours.
+fn edges_that_cross<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -> Vec<[u32; 2]> {
+    let points: Vec<DVec3> = vertices.iter().map(|vertex| DVec3::new(vertex[0], vertex[1], 0.0)).collect();
+    let pairs = crossings(&[Line { points: &points, closed }], |_| true);
+    pairs.into_iter().map(|pair| pair.map(|(_, edge)| edge)).collect()
+}
+
+/// Whether a curve evidently does not cross itself: it goes forward all the way, or turns by half a
+/// turn at most.
+///
+/// A curve that crosses itself has a loop, which turns by more than half a turn. Other curves may
+/// be simple too.
+fn is_simple<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -> bool {
+    if closed {
+        return false;
+    }
+    let edges: Vec<Vector<f64, D>> = vertices.windows(2).map(|pair| subtract(pair[1], pair[0])).collect();
+    let along = subtract(vertices[vertices.len() - 1], vertices[0]);
+    if edges.iter().all(|edge| dot(*edge, along) > 0.0) {
+        return true;
+    }
+    let turn = |pair: &[Vector<f64, D>]| {
+        let ([a, b], [c, d]) = ([pair[0][0], pair[0][1]], [pair[1][0], pair[1][1]]);
+        (a * d - b * c).atan2(a * c + b * d).abs()
+    };
+    edges.windows(2).map(turn).sum::<f64>() <= std::f64::consts::PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::setup::set_up;
+    use super::super::{bending, tautness};
+    use super::*;
+    use crate::{CurveBatch, CurveStatus};
+
+    /// The north-east of an island: a cape that is long and narrow, and an edge that comes near it.
+    const CAPE: [[f64; 2]; 7] = [
+        [32.733, 35.14],
+        [32.802, 35.145],
+        [32.946, 35.387],
+        [33.666, 35.373],
+        [34.576, 35.671],
+        [33.9, 35.246],
+        [33.975, 35.058],
+    ];
+
+    const GENTLE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.6], [2.1, 0.1], [3.0, 0.9]];
+
+    /// Goes through one point twice, as its polygon does.
+    const EIGHT: [[f64; 2]; 5] = [[0.0, 0.0], [2.0, 1.0], [2.0, 0.0], [0.0, 1.0], [-0.5, 0.4]];
+
+    fn crossings_of(vertices: &[f64]) -> usize {
+        edges_that_cross(vertices.as_chunks::<2>().0, false).len()
+    }
+
+    #[test]
+    fn spans_that_cross_where_their_points_do_not_are_drawn_tauter_until_they_do_not() {
+        let batch = CurveBatch::from_slices(&[&CAPE[..], &GENTLE[..], &EIGHT[..]]).unwrap();
+        let ready = set_up::<2>(&Fair::default(), &batch).unwrap();
+        let (outcomes, _) = Fair::default().descend(&ready, &Device::cpu(), &|_, _| {}).unwrap();
+        let before: Vec<usize> = ready
+            .iter()
+            .zip(&outcomes)
+            .map(|(ready, outcome)| edges_that_cross(&ready.as_ref().unwrap().vertices_of(outcome), false).len())
+            .collect();
+        assert!(before[0] > 0 && before[1] == 0 && before[2] > 0, "{before:?}");
+
+        let (fit, samples) = Fair::default().fit_sampled(&batch, crate::Sampling::PerSpan(16), &Device::cpu()).unwrap();
+        let reports = fit.reports();
+        assert!(reports.iter().all(|report| report.status == CurveStatus::Converged), "{reports:?}");
+        assert_eq!(crossings_of(samples.points(0)), 0);
+        let message = reports[0].message.as_deref().unwrap();
+        assert!(
+            message.contains("crossed itself where its points do not: it is drawn tauter in 2 of its spans"),
+            "{message}"
+        );
+        // Others keep every bit, and crossings of the data are theirs.
+        assert_eq!([&reports[1].message, &reports[2].message], [&None, &None]);
+        assert_eq!(crossings_of(samples.points(2)), before[2]);
+        for (k, points) in [(1, &GENTLE[..]), (2, &EIGHT[..])] {
+            let alone = CurveBatch::from_slices(&[points]).unwrap();
+            let (_, alone) = Fair::default().fit_sampled(&alone, crate::Sampling::PerSpan(16), &Device::cpu()).unwrap();
+            assert_eq!(alone.points(0), samples.points(k));
+        }
+    }
+
+    #[test]
+    fn energies_without_tautness_stay_as_they_are() {
+        let batch = CurveBatch::from_slices(&[&CAPE[..]]).unwrap();
+        let fair = Fair { energy: bending(2.0) + 100.0 * super::super::length(), ..Fair::default() };
+        let fit = fair.fit(&batch, &Device::cpu()).unwrap();
+        assert!(fit.reports()[0].message.is_none(), "{:?}", fit.reports());
+        assert!((bending(2.0) + tautness()).is_taut() && !fair.energy.is_taut());
+    }
+
+    #[test]
+    fn what_is_called_simple_does_not_cross_itself() {
+        let spiral = |turns: f64| -> Vec<[f64; 2]> {
+            (0..60)
+                .map(|k| f64::from(k) / 59.0)
+                .map(|part| (0.3 + part, turns * std::f64::consts::TAU * part))
+                .map(|(radius, angle)| [radius * angle.cos(), radius * angle.sin()])
+                .collect()
+        };
+        assert!(is_simple(&spiral(0.3), false), "half a turn at most");
+        assert!(!is_simple(&spiral(2.0), false), "it turns, and may cross itself for all that is known");
+        assert!(is_simple(&[[0.0, 0.0], [1.0, 0.9], [2.0, -0.9], [3.0, 0.9]], false), "forward all the way");
+        assert!(!is_simple(&[[0.0, 0.0], [4.0, 1.0], [2.0, 3.0], [1.0, -1.0]], false), "a loop");
+        assert!(!is_simple(&spiral(0.3), true));
+    }
+}
