@@ -47,6 +47,7 @@ mod tests {
     use crate::bezier::{EndTangents, Joints, PieceLengths};
     use crate::discrete::{Direction, Pins};
     use crate::laplacian::Reproduces;
+    use crate::spline::Parametrisation;
     use crate::{Error, Precision};
 
     #[test]
@@ -58,7 +59,7 @@ mod tests {
                 }
             )+};
         }
-        read_back!(Precision, Joints, PieceLengths, EndTangents, Direction, Pins, Reproduces);
+        read_back!(Precision, Joints, PieceLengths, EndTangents, Direction, Pins, Reproduces, Parametrisation);
     }
 
     #[test]

@@ -46,7 +46,7 @@ class Natural:
     ends : {"auto", "natural", "clamped"}
         Clamped where a tangent is given, else natural (p″ = 0). Closed curves are periodic.
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
-        Where no ``t`` is given, chord lengths.
+        Where no ``t`` is given, "auto" is centripetal, and with tangents chord lengths.
 
     Examples
     --------
@@ -108,7 +108,7 @@ class Smoothing:
     pin_ends : bool
         Whether the ends of open curves stay where they are.
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
-        Where no ``t`` is given, chord lengths.
+        Where no ``t`` is given, "auto" is chord lengths.
 
     Examples
     --------

@@ -24,15 +24,7 @@ fn word<T: Copy>(what: &str, given: &str, words: &[(&str, T)]) -> PyResult<T> {
 }
 
 fn parametrisation(given: &str) -> PyResult<Parametrisation> {
-    use Parametrisation as P;
-    let words = [
-        ("auto", P::Auto),
-        ("chord", P::ChordLength),
-        ("centripetal", P::Centripetal),
-        ("uniform", P::Uniform),
-        ("given", P::Given),
-    ];
-    word("parametrisation", given, &words)
+    given.parse().map_err(|error: faircurve::Error| PyValueError::new_err(error.to_string()))
 }
 
 fn fitted(

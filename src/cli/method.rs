@@ -7,7 +7,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use faircurve::discrete::{Direction, Energy, Fair, Pins, Segments, bending};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
 use faircurve::{Error, Result};
 
 pub use self::chosen::Method;
@@ -142,6 +142,9 @@ pub struct MethodArgs {
     /// the input.
     #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation"], allow_negative_numbers = true, help_heading = "Near the points")]
     tube: Option<f64>,
+    /// Parameters of the points of natural and smoothing splines [default: auto]
+    #[arg(long, value_parser = one_of(Parametrisation::WORDS), help_heading = "Splines")]
+    parametrisation: Option<Parametrisation>,
     /// Keeps corners: points where the input turns by more than this
     ///
     /// In degrees, such as 60deg, or 60.
@@ -247,12 +250,13 @@ impl MethodArgs {
     /// Options that belong to another method, are missing, or are out of range.
     pub fn method(&self, spacing: Option<f64>) -> Result<Method> {
         self.refuse_options_of_others()?;
+        let parametrisation = self.parametrisation.unwrap_or_default();
         match self.name() {
             MethodName::Fair => Ok(Method::Fair(self.fair(spacing)?)),
             MethodName::Scf => Ok(Method::Scf(self.scf()?)),
             MethodName::Natural => {
                 self.refuse_distance("natural splines")?;
-                Ok(Method::Natural(Natural::default()))
+                Ok(Method::Natural(Natural { parametrisation, ..Natural::default() }))
             }
             MethodName::Smoothing => {
                 let amount = match (self.smoothing, self.deviation, self.tube) {
@@ -272,7 +276,7 @@ impl MethodArgs {
                     }
                 };
                 let pin_ends = self.pin != Some(Pins::None);
-                Ok(Method::Smoothing(Smoothing { amount, pin_ends, ..Smoothing::default() }))
+                Ok(Method::Smoothing(Smoothing { amount, pin_ends, parametrisation }))
             }
         }
     }
@@ -366,6 +370,11 @@ impl MethodArgs {
         use MethodName::{Fair, Scf};
         if let Some(tube) = self.tube.filter(|_| self.name() != MethodName::Smoothing) {
             return Err(Error::argument(format!("--tube {tube} belongs to --method smoothing")));
+        }
+        if let Some(parametrisation) = self.parametrisation.filter(|_| matches!(self.name(), Fair | Scf)) {
+            return Err(Error::argument(format!(
+                "--parametrisation {parametrisation} belongs to --method natural and --method smoothing"
+            )));
         }
         let given: [(_, _, &[MethodName]); 7] = [
             ("--energy", self.energy.is_some(), &[Fair]),

@@ -11,6 +11,7 @@ use crate::parallel;
 use crate::ragged;
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
+use crate::words::words;
 
 /// How the data points of a curve get their parameters t.
 ///
@@ -20,7 +21,9 @@ use crate::status::CurveStatus;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Parametrisation {
-    /// The batch's parameters where it has any, else chord length.
+    /// The batch's parameters where it has any. Else centripetal for [`Natural`](super::Natural)
+    /// splines without given tangents and curvatures, and chord length for those and for
+    /// [`Smoothing`](super::Smoothing): the lengths of tangents, and λ, are in its units.
     #[default]
     Auto,
     /// 0, 1, 2, …; a closed curve's last span has length 1 as well.
@@ -28,13 +31,23 @@ pub enum Parametrisation {
     /// Steps of t equal to the distances between points: close to arc length, so p″ is close to
     /// curvature.
     ChordLength,
-    /// Steps of t equal to the square roots of the distances: turns more gently at sharp corners.
+    /// Steps of t equal to the square roots of the distances. Splines stay nearer to the polygon where
+    /// distances are uneven, and cross themselves least: `benches/RESULTS.md` has the table. Source: E. T. Y.
+    /// Lee, *Choosing nodes in parametric curve interpolation*, 1989.
     Centripetal,
     /// The batch's parameters; an error where it has none. The closing span of a closed curve is as
     /// long as the batch says; where it says nothing, the closing chord times the mean parameter
     /// length per unit of chord of the other spans.
     Given,
 }
+
+words!(Parametrisation, "parametrisation": [
+    (Auto, "auto", "The column t where there is one; else centripetal for natural splines, chord for smoothing"),
+    (ChordLength, "chord", "Steps as long as the distances of points"),
+    (Centripetal, "centripetal", "Steps as long as the square roots of the distances"),
+    (Uniform, "uniform", "Equal steps"),
+    (Given, "given", "The column t"),
+]);
 
 /// What becomes of different points at one parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

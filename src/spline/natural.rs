@@ -57,7 +57,8 @@ pub enum Ends {
 pub struct Natural {
     /// Conditions at the ends; by default clamped where a tangent is given, else natural.
     pub ends: Ends,
-    /// Parameters of the points; by default those of the batch, else chord length.
+    /// Parameters of the points; by default those of the batch, else centripetal ones, and with tangents or
+    /// curvatures given chord length.
     pub parametrisation: Parametrisation,
 }
 
@@ -136,7 +137,7 @@ impl Natural {
     ) -> Result<(CubicSplines, Vec<CurveReport>, Option<Vec<f64>>)> {
         let constraints = batch.constraints();
         batch.allows(&[Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned], "natural splines")?;
-        let mut knots = Knots::new(batch, self.parametrisation, Coincident::Refuse)?;
+        let mut knots = Knots::new(batch, self.rule(batch), Coincident::Refuse)?;
         if constraints.tangents.is_some() || constraints.curvatures.is_some() || self.ends == Ends::Clamped {
             for i in 0..batch.len() {
                 if !knots.unfitted.contains_key(&i)
@@ -171,6 +172,17 @@ impl Natural {
         let reports = energies.into_iter().map(Option::unwrap_or_default).enumerate().map(report).collect();
         device.finished(batch.len());
         Ok((splines, reports, samples))
+    }
+
+    /// The parametrisation that [`Parametrisation::Auto`] stands for.
+    fn rule(&self, batch: &CurveBatch) -> Parametrisation {
+        let constraints = batch.constraints();
+        let in_lengths = constraints.tangents.is_some() || constraints.curvatures.is_some();
+        let has_parameters = !batch.is_empty() && batch.parameters(0).is_some();
+        match self.parametrisation {
+            Parametrisation::Auto if !in_lengths && !has_parameters => Parametrisation::Centripetal,
+            other => other,
+        }
     }
 
     /// The systems solved by the GPU, and sampled where that can be done at once.
