@@ -37,6 +37,7 @@
 //! - R. J. Renka, *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21
 //!   (2004)
 
+mod angles;
 mod compose;
 mod constrain;
 mod corners;
@@ -58,6 +59,7 @@ mod near;
 pub(crate) mod newton;
 pub(crate) mod plan;
 pub(crate) mod problem;
+mod rough;
 mod search;
 mod setup;
 mod stages;

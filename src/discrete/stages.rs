@@ -47,14 +47,14 @@ const STAGE_TOLERANCE: f64 = 1e-2;
 const STAGE_ITERATIONS: u32 = 40;
 
 /// A descent on one device.
-struct Descender<'a> {
-    plan: Plan,
-    energy: &'a Energy,
-    gpu: Option<(&'a Gpu, Precision)>,
+pub(super) struct Descender<'a> {
+    pub plan: Plan,
+    pub energy: &'a Energy,
+    pub gpu: Option<(&'a Gpu, Precision)>,
 }
 
 impl Descender<'_> {
-    fn descend<const D: usize>(&self, problems: &[Problem<D>], ended: Ended<'_, D>) -> Result<Vec<Outcome<D>>> {
+    pub fn descend<const D: usize>(&self, problems: &[Problem<D>], ended: Ended<'_, D>) -> Result<Vec<Outcome<D>>> {
         match self.gpu {
             Some((gpu, precision)) => descend_on_gpu(gpu, precision, &self.plan, self.energy, problems, ended),
             None => Ok(descend_on_cpu(&self.plan, self.energy, problems, ended)),
@@ -157,7 +157,7 @@ impl Fair {
             }
             before = Some(going_on(before, outcomes));
         }
-        let outcomes = Descender { plan: *plan, energy: &self.energy, gpu }.descend(problems, ended)?;
+        let outcomes = Descender { plan: *plan, energy: &self.energy, gpu }.descend_rough(problems, ended)?;
         Ok(going_on(before, outcomes))
     }
 }

@@ -20,6 +20,7 @@ pub mod ring;
 pub(crate) mod scalar;
 mod singular;
 mod size;
+pub(crate) mod skyline;
 mod tasks;
 #[doc(hidden)]
 pub mod thomas;

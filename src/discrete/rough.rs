@@ -1,0 +1,124 @@
+//! Descents at the vertices first, and by [`angles`](super::angles) where those lead nowhere.
+
+use std::collections::BTreeMap;
+
+use super::angles::{Angles, Ending, Found};
+use super::lane::Standing;
+use super::plan::{Direction, Plan, Step};
+use super::problem::{Ended, Outcome, Problem};
+use super::stages::Descender;
+use crate::error::Result;
+use crate::parallel;
+
+/// The most iterations at the vertices before angles are tried.
+///
+/// Of gentle curves 99 % converge within 13.
+const FIRST: u32 = 16;
+
+/// A curve this many times as long as its points' polygon is tried by angles at once.
+///
+/// What converges near its spline passes 1.23 rarely.
+const ROOM: f64 = 1.5;
+
+/// The most iterations at the vertices from a curve that was found by angles.
+const LAST: u32 = 16;
+
+impl Descender<'_> {
+    /// Descends every curve at its vertices, and those by angles that may be and do not converge.
+    pub(super) fn descend_rough<const D: usize>(
+        &self,
+        problems: &[Problem<D>],
+        ended: Ended<'_, D>,
+    ) -> Result<Vec<Outcome<D>>> {
+        let searches = self.plan.direction == Direction::Newton && self.plan.step == Step::Search;
+        let of = |problem| if searches { Angles::of(self.energy, problem) } else { None };
+        let angles: Vec<Option<Angles>> = problems.iter().map(of).collect();
+        let (rough, plain): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| angles[i].is_some());
+        if rough.is_empty() {
+            return self.descend(problems, ended);
+        }
+        let most = self.plan.most_iterations;
+        let mut outcomes: BTreeMap<usize, Outcome<D>> = BTreeMap::new();
+        let own = plain.iter().map(|&i| problems[i].clone()).collect();
+        outcomes.extend(self.descend_some(&plain, own, most, ended)?);
+        let try_of = |&i: &usize| {
+            let room = angles[i].as_ref().map_or(f64::INFINITY, |angles| ROOM * angles.chord());
+            Problem { longest: problems[i].longest.min(room), ..problems[i].clone() }
+        };
+        let own = rough.iter().map(try_of).collect();
+        let tried = self.descend_some(&rough, own, FIRST.min(most), &|i, outcome| {
+            if !outcome.is_open() {
+                ended(i, outcome);
+            }
+        })?;
+        let (open, done): (Vec<_>, Vec<_>) = tried.into_iter().partition(|(_, outcome)| outcome.is_open());
+        outcomes.extend(done);
+        let by_angles = |(i, tried): (usize, Outcome<D>)| {
+            // LAST iterations are left for the vertices.
+            let own = most.saturating_sub(tried.iterations).saturating_sub(LAST);
+            let found = angles[i].as_ref().filter(|_| own > 0).map(|angles| angles.descend(&problems[i], own));
+            (i, tried.and_then(found))
+        };
+        // Where to go on, by the number of iterations that are left.
+        let mut further: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for (i, (outcome, ending)) in parallel::of(open, by_angles) {
+            match ending {
+                Ending::Unbounded => ended(i, &outcome),
+                Ending::Found => further.entry(LAST).or_default().push(i),
+                Ending::Failed => further.entry(most.saturating_sub(outcome.iterations)).or_default().push(i),
+            }
+            outcomes.insert(i, outcome);
+        }
+        for (most, which) in further {
+            let rebased = |i: &usize| {
+                let mut problem = problems[*i].clone();
+                problem.rebase(&outcomes[i].displacements);
+                problem
+            };
+            let own = which.iter().map(rebased).collect();
+            for (i, after) in self.descend_some(&which, own, most, ended)? {
+                if let Some(outcome) = outcomes.get_mut(&i) {
+                    outcome.go_on(after);
+                }
+            }
+        }
+        Ok(outcomes.into_values().collect())
+    }
+
+    /// Descends curves in so many iterations at most, and returns them by their numbers.
+    fn descend_some<const D: usize>(
+        &self,
+        which: &[usize],
+        problems: Vec<Problem<D>>,
+        most_iterations: u32,
+        ended: Ended<'_, D>,
+    ) -> Result<Vec<(usize, Outcome<D>)>> {
+        if which.is_empty() {
+            return Ok(Vec::new());
+        }
+        let own = Descender { plan: Plan { most_iterations, ..self.plan }, ..*self };
+        let outcomes = own.descend(&problems, &|k, outcome| ended(which[k], outcome))?;
+        Ok(which.iter().copied().zip(outcomes).collect())
+    }
+}
+
+impl<const D: usize> Outcome<D> {
+    /// Whether the descent may go on by other means.
+    fn is_open(&self) -> bool {
+        matches!(self.standing, Standing::Exhausted | Standing::Stalled | Standing::Unbounded)
+    }
+
+    /// This descent and the one by angles after it, from the same start.
+    ///
+    /// What was not found leaves the curve as it was.
+    fn and_then(self, found: Option<Found<D>>) -> (Outcome<D>, Ending) {
+        let Some(found) = found else { return (self, Ending::Failed) };
+        let (iterations, evaluations) = (self.iterations + found.iterations, self.evaluations + found.trials);
+        let standing = if found.ending == Ending::Unbounded { Standing::Unbounded } else { self.standing };
+        let displacements = if found.ending == Ending::Found { found.displacements } else { self.displacements };
+        (Outcome { displacements, standing, iterations, evaluations, on_cpu: true, ..self }, found.ending)
+    }
+}
+
+#[cfg(test)]
+mod tests;
