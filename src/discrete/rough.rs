@@ -23,6 +23,9 @@ const ROOM: f64 = 1.5;
 /// The most iterations at the vertices from a curve that was found by angles.
 const LAST: u32 = 16;
 
+/// A curve that runs away by its angles, and has no minimum at its vertices after so many iterations, has none.
+const VERDICT: u32 = 60;
+
 impl Descender<'_> {
     /// Descends every curve at its vertices, and those by angles that may be and do not converge.
     pub(super) fn descend_rough<const D: usize>(
@@ -59,30 +62,68 @@ impl Descender<'_> {
             let found = angles[i].as_ref().filter(|_| own > 0).map(|angles| angles.descend(&problems[i], own));
             (i, tried.and_then(found))
         };
-        // Where to go on, by the number of iterations that are left.
-        let mut further: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        // Where to go on, by the number of iterations that may be taken.
+        let (mut further, mut unsure) = (BTreeMap::<u32, Vec<usize>>::new(), BTreeMap::<u32, Vec<usize>>::new());
         for (i, (outcome, ending)) in parallel::of(open, by_angles) {
+            let left = most.saturating_sub(outcome.iterations);
             match ending {
-                Ending::Unbounded => ended(i, &outcome),
                 Ending::Found => further.entry(LAST).or_default().push(i),
-                Ending::Failed => further.entry(most.saturating_sub(outcome.iterations)).or_default().push(i),
+                Ending::Failed => further.entry(left).or_default().push(i),
+                Ending::Unbounded => {
+                    unsure.entry(left.min(VERDICT.saturating_sub(outcome.iterations))).or_default().push(i);
+                }
             }
             outcomes.insert(i, outcome);
         }
-        for (most, which) in further {
-            let rebased = |i: &usize| {
-                let mut problem = problems[*i].clone();
-                problem.rebase(&outcomes[i].displacements);
-                problem
-            };
-            let own = which.iter().map(rebased).collect();
-            for (i, after) in self.descend_some(&which, own, most, ended)? {
-                if let Some(outcome) = outcomes.get_mut(&i) {
-                    outcome.go_on(after);
+        // What LAST iterations do not finish has the others too.
+        let goes_on = |outcome: &Outcome<D>| outcome.standing == Standing::Exhausted && outcome.iterations < most;
+        for (own, which) in further {
+            let mut again = BTreeMap::<u32, Vec<usize>>::new();
+            self.go_on(&which, own, problems, &mut outcomes)?;
+            for i in which {
+                match &outcomes[&i] {
+                    outcome if goes_on(outcome) => again.entry(most - outcome.iterations).or_default().push(i),
+                    outcome => ended(i, outcome),
                 }
+            }
+            for (own, which) in again {
+                self.go_on(&which, own, problems, &mut outcomes)?;
+                which.iter().for_each(|i| ended(*i, &outcomes[i]));
+            }
+        }
+        // A minimum at the vertices, if there is one near, is worth more than a way down without end.
+        for (own, which) in unsure {
+            self.go_on(&which, own, problems, &mut outcomes)?;
+            for i in which {
+                if let Some(outcome) = outcomes.get_mut(&i).filter(|outcome| outcome.is_open()) {
+                    outcome.standing = Standing::Unbounded;
+                }
+                ended(i, &outcomes[&i]);
             }
         }
         Ok(outcomes.into_values().collect())
+    }
+
+    /// Descends curves from where they are in so many iterations at most.
+    fn go_on<const D: usize>(
+        &self,
+        which: &[usize],
+        most_iterations: u32,
+        problems: &[Problem<D>],
+        outcomes: &mut BTreeMap<usize, Outcome<D>>,
+    ) -> Result<()> {
+        let rebased = |i: &usize| {
+            let mut problem = problems[*i].clone();
+            problem.rebase(&outcomes[i].displacements);
+            problem
+        };
+        let own = which.iter().map(rebased).collect();
+        for (i, after) in self.descend_some(which, own, most_iterations, &|_, _| {})? {
+            if let Some(outcome) = outcomes.get_mut(&i) {
+                outcome.go_on(after);
+            }
+        }
+        Ok(())
     }
 
     /// Descends curves in so many iterations at most, and returns them by their numbers.
