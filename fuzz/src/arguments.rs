@@ -26,8 +26,9 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 /// Options that take a value, with values that may make sense.
-const OPTIONS: [(&str, &[&str]); 30] = [
+const OPTIONS: [(&str, &[&str]); 32] = [
     ("--method", &["natural", "smoothing", "fair", "scf"]),
+    ("--parametrisation", &["auto", "chord", "centripetal", "uniform", "given"]),
     ("--samples", &["1", "2", "16", "100000000000"]),
     ("--spacing", &["0.1", "1", "10", "1e-9", "1e-300", "5e-324"]),
     ("--smoothing", &["0", "0.1", "1e300"]),
@@ -38,6 +39,7 @@ const OPTIONS: [(&str, &[&str]); 30] = [
     ("--energy", &["bending=1", "bending=1,length=0.1", "variation=1,length=1", "torsion=1", "bending=1,attachment=2"]),
     ("--exponent", &["2", "1", "1.5", "40", "1e300"]),
     ("--solver", &["newton", "cg", "descent"]),
+    ("--tension", &["0", "1", "3", "50", "-1", "1e9"]),
     ("--starts", &["1", "3", "4294967295"]),
     ("--max-iterations", &["0", "5"]),
     ("--tolerance", &["1e-3", "1e-300", "1e300"]),

@@ -124,6 +124,7 @@ def fair(
 def smooth(
     batch: Batch,
     exponent: float,
+    tension: float,
     start: str,
     starts: int,
     seed: int,

@@ -213,6 +213,9 @@ class Smooth:
     ----------
     exponent : float
         ν > 1. Larger spreads the curvature more evenly.
+    tension : float
+        τ ≥ 0, without unit; 0 is none. With one, such as 1, every list of points has a curve, of least
+        ∫(|κ|^ν + λ) ds with λ = (2(1 − 1/ν)τ/w)^ν by the width w that the data leave the curve. Fitted on the CPU.
     start : {"circle", "bisector", "neighbours"}
         Directions that the search starts from.
     starts, seed : int
@@ -231,6 +234,7 @@ class Smooth:
     """
 
     exponent: float = 2.0
+    tension: float = 0.0
     start: Literal["circle", "bisector", "neighbours"] = "circle"
     starts: int = 1
     seed: int = 0
@@ -245,6 +249,15 @@ class Smooth:
         given = ragged(curves)
         batch = _batch(given, closed=closed, tangents=tangents, exponents=exponents)
         fit = _core.smooth(
-            batch, self.exponent, self.start, self.starts, self.seed, self.tolerance, self.max_iterations, device, precision
+            batch,
+            self.exponent,
+            self.tension,
+            self.start,
+            self.starts,
+            self.seed,
+            self.tolerance,
+            self.max_iterations,
+            device,
+            precision,
         )
         return Fit(fit, given, given.coords.shape[1])

@@ -128,11 +128,12 @@ pub fn fair(
 }
 
 #[pyfunction]
-#[pyo3(signature = (batch, exponent, start, starts, seed, tolerance, max_iterations, device, precision))]
+#[pyo3(signature = (batch, exponent, tension, start, starts, seed, tolerance, max_iterations, device, precision))]
 pub fn smooth(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
     exponent: f64,
+    tension: f64,
     start: &str,
     starts: u32,
     seed: u64,
@@ -143,6 +144,6 @@ pub fn smooth(
 ) -> PyResult<Fit> {
     let words = [("circle", Start::Circle), ("bisector", Start::Bisector), ("neighbours", Start::Neighbours)];
     let start = word("start", start, &words)?;
-    let method = Smooth { exponent, start, starts, seed, tolerance, max_iterations };
+    let method = Smooth { exponent, tension, start, starts, seed, tolerance, max_iterations };
     fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
 }

@@ -173,6 +173,12 @@ pub struct MethodArgs {
     /// near those.
     #[arg(long, value_name = "N", help_heading = "Smooth connection functions")]
     starts: Option<u32>,
+    /// Tension τ ≥ 0, with which every list of points has a curve [default: 0, none]
+    ///
+    /// Least ∫(|κ|^ν + λ) ds, where λ = (2(1 − 1/ν)τ/w)^ν by the width w that the data leave the curve. It has no
+    /// unit. 1 keeps curves from loops; a larger one is tighter.
+    #[arg(long, value_name = "τ", allow_negative_numbers = true, help_heading = "Smooth connection functions")]
+    tension: Option<f64>,
     /// Iterations at most [default: 500, scf 200]
     #[arg(long, value_name = "N", help_heading = "Fair curves and smooth connection functions")]
     max_iterations: Option<u32>,
@@ -223,7 +229,11 @@ impl MethodArgs {
     pub fn title(&self) -> String {
         match (self.name(), self.smoothing, self.deviation) {
             (MethodName::Natural, ..) => "natural cubic splines".into(),
-            (MethodName::Scf, ..) => format!("smooth connection functions, ν = {}", self.exponent.unwrap_or(2.0)),
+            (MethodName::Scf, ..) => {
+                let mut title = format!("smooth connection functions, ν = {}", self.exponent.unwrap_or(2.0));
+                self.tension.iter().for_each(|tension| title += &format!(", τ = {tension}"));
+                title
+            }
             (MethodName::Fair, ..) => {
                 let mut title = format!("fair curves, {}", self.energy());
                 self.deviation.iter().for_each(|deviation| title += &format!(", deviation ≤ {deviation}"));
@@ -344,6 +354,7 @@ impl MethodArgs {
         let defaults = Smooth::default();
         Ok(Smooth {
             exponent: self.exponent.unwrap_or(defaults.exponent),
+            tension: self.tension.unwrap_or(defaults.tension),
             starts: self.starts.unwrap_or(defaults.starts),
             tolerance: self.tolerance.unwrap_or(defaults.tolerance),
             max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
@@ -376,12 +387,13 @@ impl MethodArgs {
                 "--parametrisation {parametrisation} belongs to --method natural and --method smoothing"
             )));
         }
-        let given: [(_, _, &[MethodName]); 7] = [
+        let given: [(_, _, &[MethodName]); 8] = [
             ("--energy", self.energy.is_some(), &[Fair]),
             ("--corners", self.corners.is_some(), &[Fair]),
             ("--exponent", self.exponent.is_some(), &[Fair, Scf]),
             ("--solver", self.solver.is_some(), &[Fair, Scf]),
             ("--starts", self.starts.is_some(), &[Scf]),
+            ("--tension", self.tension.is_some(), &[Scf]),
             ("--max-iterations", self.max_iterations.is_some(), &[Fair, Scf]),
             ("--tolerance", self.tolerance.is_some(), &[Fair, Scf]),
         ];

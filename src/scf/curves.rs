@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync;
 
-use super::arc::Arc;
+use super::arc::{Arc, Site};
+use super::tension::TensionSegment;
 use super::universal::Universal;
 use crate::batch::Origin;
 use crate::batch::{CurveBatch, Unfitted};
@@ -13,13 +14,63 @@ use crate::report::CurveSet;
 use glam::DVec3;
 
 /// A segment from one data point to the next.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Laid {
-    pub arc: Arc,
+    pub arc: Piece,
     pub start: [f64; 2],
     pub chord: [f64; 2],
     /// Which of the universal curves it is a piece of.
     pub curve: u32,
+}
+
+/// What a segment is.
+#[derive(Clone, Debug)]
+pub(crate) enum Piece {
+    Arc(Arc),
+    Taut(Box<TensionSegment>),
+}
+
+impl Laid {
+    /// Of the chord.
+    fn chord_length(&self) -> f64 {
+        match &self.arc {
+            Piece::Arc(arc) => arc.chord,
+            Piece::Taut(segment) => segment.chord(),
+        }
+    }
+
+    /// Arc length.
+    pub fn length(&self, universal: &[Universal]) -> f64 {
+        match &self.arc {
+            Piece::Arc(arc) => arc.length(&universal[self.curve as usize]),
+            Piece::Taut(segment) => segment.length(),
+        }
+    }
+
+    /// ∫|κ|^ν ds, and under tension λ ∫ds.
+    pub fn cost(&self, universal: &[Universal]) -> f64 {
+        match &self.arc {
+            Piece::Arc(arc) => arc.cost(&universal[self.curve as usize]),
+            Piece::Taut(segment) => segment.cost(),
+        }
+    }
+
+    fn max_curvature(&self, universal: &[Universal]) -> f64 {
+        match &self.arc {
+            Piece::Arc(arc) => arc.max_curvature(&universal[self.curve as usize]),
+            Piece::Taut(segment) => segment.max_curvature(),
+        }
+    }
+
+    /// The jet at the fraction u of its length, in its chord's frame, by arc length.
+    fn jet(&self, universal: &[Universal], u: f64) -> Jet {
+        match &self.arc {
+            Piece::Arc(arc) => jet(arc.at(&universal[self.curve as usize], u)),
+            Piece::Taut(segment) => {
+                jet(segment.place_of(if u < 1.0 { u * segment.length() } else { segment.length() }))
+            }
+        }
+    }
 }
 
 /// A fitted curve: its segments, and the arc lengths at which its data points lie.
@@ -40,9 +91,8 @@ pub(crate) struct Chains {
     pub origin: sync::Arc<Origin>,
 }
 
-/// The jet of an arc at the fraction u of its length, in its chord's frame, by arc length.
-fn jet(arc: &Arc, curve: &Universal, u: f64) -> Jet {
-    let (site, slope) = arc.at(curve, u);
+/// The jet by arc length at a site with dκ/ds there.
+fn jet((site, slope): (Site, f64)) -> Jet {
     let (sine, cosine) = site.angle.sin_cos();
     let (tangent, normal) = (DVec3::new(cosine, sine, 0.0), DVec3::new(-sine, cosine, 0.0));
     let [x, y] = site.point;
@@ -81,7 +131,7 @@ impl Curve for OneArc<'_> {
     }
 
     fn jet(&self, _: usize, u: f64) -> Jet {
-        jet(&self.arc, self.curve, u)
+        jet(self.arc.at(self.curve, u))
     }
 
     /// By arc length.
@@ -118,15 +168,16 @@ impl Curve for ChainCurve<'_> {
     }
 
     fn jet(&self, span: usize, u: f64) -> Jet {
-        let Laid { arc, start, chord, curve } = self.chain.segments[span];
-        let length = arc.chord;
+        let laid = &self.chain.segments[span];
+        let Laid { start, chord, .. } = *laid;
+        let length = laid.chord_length();
         let start = DVec3::new(start[0], start[1], 0.0);
         if length == 0.0 {
             return Jet { point: start, ..Jet::default() };
         }
         let [cosine, sine] = chord.map(|x| x / length);
         let turn = |v: DVec3| DVec3::new(cosine * v.x - sine * v.y, sine * v.x + cosine * v.y, 0.0);
-        let jet = jet(&arc, &self.universal[curve as usize], u);
+        let jet = laid.jet(self.universal, u);
         let point = if u == 1.0 { start + DVec3::new(chord[0], chord[1], 0.0) } else { start + turn(jet.point) };
         Jet { point, first: turn(jet.first), second: turn(jet.second), third: turn(jet.third) }
     }
@@ -149,9 +200,9 @@ impl Curve for ChainCurve<'_> {
 
     /// Along an arc |κ| rises to the place furthest from its inflections, and falls from there.
     fn max_curvature(&self) -> f64 {
-        let of_segment = |laid: &Laid| match laid.arc.chord {
+        let of_segment = |laid: &Laid| match laid.chord_length() {
             0.0 => 0.0,
-            _ => laid.arc.max_curvature(&self.universal[laid.curve as usize]),
+            _ => laid.max_curvature(self.universal),
         };
         self.chain.segments.iter().map(of_segment).fold(0.0, f64::max)
     }

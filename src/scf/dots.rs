@@ -3,7 +3,9 @@
 
 use super::slopes::{Ends, SlopesProblem, Span};
 use super::start::{Chords, Start, wrap};
+use super::tension::{TensionLaw, TensionSpan};
 use super::universal::Universal;
+use super::width::widths;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::error::{Error, Result};
 use crate::linalg::{Real, Scalar};
@@ -16,6 +18,10 @@ const MOST_EXPONENTS: usize = 1 << 16;
 #[derive(Clone, Debug)]
 pub(crate) struct Exponents {
     pub universal: Vec<Universal>,
+    /// The rules of every exponent, where curves have tension.
+    pub laws: Vec<TensionLaw>,
+    /// τ; 0 without tension.
+    pub tension: f64,
     /// Increasing.
     values: Vec<f64>,
     /// That of the method.
@@ -36,11 +42,23 @@ impl Exponents {
                 "{count} different exponents (column nu) in one batch; {MOST_EXPONENTS} are possible: round them, or split the batch"
             )));
         }
-        Ok(Self::from(values, exponent))
+        Ok(Self::from(values, exponent, 0.0))
     }
 
-    fn from(values: Vec<f64>, own: f64) -> Self {
-        Exponents { universal: values.iter().map(|&nu| Universal::new(nu)).collect(), values, own }
+    fn from(values: Vec<f64>, own: f64, tension: f64) -> Self {
+        let universal = values.iter().map(|&nu| Universal::new(nu)).collect();
+        let laws = if tension > 0.0 { values.iter().map(|&nu| TensionLaw::new(nu)).collect() } else { Vec::new() };
+        Exponents { universal, laws, tension, values, own }
+    }
+
+    /// The same exponents under a tension τ.
+    pub fn under(self, tension: f64) -> Self {
+        if tension > 0.0 { Self::from(self.values, self.own, tension) } else { self }
+    }
+
+    /// The same exponents under a tension so many times as large.
+    pub fn tightened(&self, times: f64) -> Self {
+        Exponents { tension: times * self.tension, ..self.clone() }
     }
 
     /// The number of an exponent that is among them.
@@ -57,7 +75,7 @@ impl Exponents {
     /// On the way from 2 (at 0) to these exponents (at 1), in equal ratios, under the same numbers.
     pub fn towards(&self, part: f64) -> Self {
         let stage = |nu: &f64| 2.0 * (nu / 2.0).powf(part);
-        Self::from(self.values.iter().map(stage).collect(), stage(&self.own))
+        Self::from(self.values.iter().map(stage).collect(), stage(&self.own), self.tension)
     }
 }
 
@@ -187,5 +205,19 @@ impl Dots {
             movable: (0..dots).map(movable).collect(),
         };
         (problem, scale)
+    }
+
+    /// The spans of a curve under tension, between ends of these directions: λ = (2qτ/w)^ν with q =
+    /// 1 − 1/ν.
+    pub fn tension_spans(&self, directions: &[f64], exponents: &Exponents) -> Vec<TensionSpan> {
+        let dots = directions.len();
+        let span = |(k, width): (usize, f64)| {
+            let chord = self.chords.lengths[k];
+            let nu = exponents.laws[self.curves[k] as usize].exponent();
+            let ends = Ends::between(directions[k], directions[(k + 1) % dots]);
+            let part = 2.0 * (1.0 - 1.0 / nu) * exponents.tension;
+            TensionSpan { chord, tension: (part * chord / width).powf(nu), ends }
+        };
+        widths(&self.chords, self.closed).into_iter().enumerate().map(span).collect()
     }
 }

@@ -19,6 +19,7 @@
 //! | `slopes`, `workspace` | Newton's method on the directions of many curves |
 //! | `arc`, `segment`, `curves` | where segments run |
 //! | `tension` | segments of least ∫(\|κ\|^ν + λ) ds |
+//! | `taut`, `width` | whole curves of them |
 //! | `dots`, `start`, `stages`, `smooth` | from points to problems and back |
 
 pub(crate) mod arc;
@@ -33,9 +34,11 @@ pub(crate) mod slopes;
 pub(crate) mod smooth;
 pub(crate) mod stages;
 pub(crate) mod start;
+mod taut;
 mod tension;
 mod trig;
 pub(crate) mod universal;
+mod width;
 pub(crate) mod workspace;
 
 pub use arc::Site;

@@ -117,7 +117,14 @@ pub(crate) struct Search<T: Real + Scalar> {
     diagonal: Vec<T>,
     coupling: Vec<T>,
     unattained: bool,
+    /// What spans cost, with derivatives, where they are judged one by one.
+    spans: Option<Vec<Evaluation<T>>>,
 }
+
+/// A span's cost that changes by less than this part of itself changes by the mean of its slopes
+/// times the turn: the difference of two costs has no digits there. Not in the kernel: it knows no
+/// tension.
+const CLOSE: f64 = 1e-9;
 
 /// What became of a search.
 #[derive(Clone, Debug, PartialEq)]
@@ -189,7 +196,44 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
             diagonal: zero,
             coupling: vec![T::of(0.0); spans],
             unattained: false,
+            spans: None,
         }
+    }
+
+    /// Judges steps by the changes of single spans, and convergence by single dots, of costs of any
+    /// sizes beside each other: with large ν the cost of a short span drowns that of its neighbours.
+    pub fn by_span(self) -> Self {
+        Search { spans: Some(Vec::new()), ..self }
+    }
+
+    /// By how much the cost changes towards a trial, summed over spans.
+    fn change(&self, before: &[Evaluation<T>], evaluations: &[Evaluation<T>]) -> T {
+        let problem = &self.problem;
+        let half = T::of(0.5);
+        let mut sum = T::of(0.0);
+        for (k, (then, now)) in before.iter().zip(evaluations).enumerate() {
+            let change = now.cost - then.cost;
+            let change = if Scalar::abs(change) > T::of(CLOSE) * then.cost {
+                change
+            } else {
+                let [first, last] = [k, problem.after(k)].map(|dot| self.trial[dot] - self.turns[dot]);
+                half * ((then.gradient[0] + now.gradient[0]) * first + (then.gradient[1] + now.gradient[1]) * last)
+            };
+            sum += problem.spans[k].weight * change;
+        }
+        sum
+    }
+
+    /// √(g H⁻¹g/cost), the largest of single dots with the spans that meet there.
+    fn decrement_by_dot(&self, spans: &[Evaluation<T>]) -> T {
+        let mut around = vec![T::of(0.0); self.turns.len()];
+        for (k, (span, found)) in self.problem.spans.iter().zip(spans).enumerate() {
+            around[k] += span.weight * found.cost;
+            around[self.problem.after(k)] += span.weight * found.cost;
+        }
+        let of_dot = |((&g, &step), &cost): ((&T, &T), &T)| Scalar::abs(g * step) / cost;
+        let all = self.gradient.iter().zip(&self.step).zip(&around).map(of_dot);
+        Scalar::sqrt(all.fold(T::of(0.0), |most, own| Scalar::max(most, own)))
     }
 
     /// Takes what the segments cost at the trial.
@@ -223,10 +267,18 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
             let (one, share) = (T::of(1.0), T::of(1.0 / problem.exponent));
             let root = (cost / self.cost).powf(1.0 / problem.exponent);
             let there = dot(&gradient, &self.step) * root / cost;
+            let energies = match &self.spans {
+                None => [one, root],
+                Some(before) => {
+                    let part = self.change(before, evaluations) / self.cost;
+                    // The root to first order, where it is too near to 1 for its digits.
+                    [zero, if Scalar::abs(part) < T::of(1e-4) { share * part } else { root - one }]
+                }
+            };
             let trial = Trial {
                 smallest: self.smallest,
                 slopes: [share * self.stretch * self.slope / self.cost, share * self.stretch * there],
-                energies: [one, root],
+                energies,
                 alpha: self.alpha,
             };
             match self.damping.judge(&trial) {
@@ -244,6 +296,10 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
             }
         }
         self.unattained = false;
+        if let Some(spans) = &mut self.spans {
+            spans.clear();
+            spans.extend_from_slice(evaluations);
+        }
         self.cost = cost;
         self.gradient = gradient;
         std::mem::swap(&mut self.turns, &mut self.trial);
@@ -263,7 +319,10 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
             self.decrement = zero;
             self.standing = SlopesStanding::Converged;
         } else if undamped {
-            self.decrement = Scalar::sqrt(Scalar::max(square, zero) / self.cost);
+            self.decrement = match &self.spans {
+                None => Scalar::sqrt(Scalar::max(square, zero) / self.cost),
+                Some(spans) => self.decrement_by_dot(spans),
+            };
             if self.decrement <= T::of(until.tolerance) {
                 self.standing = SlopesStanding::Converged;
             }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::arc::Arc;
-use super::curves::{Chain, Chains, Laid};
+use super::curves::{Chain, Chains, Laid, Piece};
 use super::dots::{Dots, Exponents};
 use super::slopes::{Ends, SlopesStanding, Until};
 use super::stages::{Found, Starts, search, search_on_cpu, search_on_device};
@@ -36,7 +36,10 @@ const TASK_SEGMENTS: usize = 1024;
 ///
 /// The minimum found is a local one, near circular arcs through neighbouring points; not every
 /// curve has one: a closed triangle with ν ≤ 2, for example, grows without end unless it is near
-/// equilateral.
+/// equilateral. With a [`tension`](Self::tension) every curve has. Its segments are those of
+/// [`TensionSegment::between`](super::TensionSegment::between), straight in the middle where ν > 2
+/// and the span is long; the search runs on the CPU whatever the device, and the fit's report says
+/// so.
 ///
 /// Accuracy: costs to about 1e-12, points to 1e-13 of the chord, directions at the tolerance asked
 /// for.
@@ -59,6 +62,20 @@ const TASK_SEGMENTS: usize = 1024;
 pub struct Smooth {
     /// ν > 1; 2 by default. Larger spreads the curvature more evenly.
     pub exponent: f64,
+    /// τ ≥ 0, without unit; 0, none, by default. Under a tension what is least is Σ∫(|κ|^ν + λ) ds,
+    /// with λ = (2(1 − 1/ν)τ/w)^ν, w the width that the data leave the curve in a span:
+    ///
+    /// ```text
+    /// w = max(h′ (1 + cos θ)/2, h/10)
+    /// ```
+    ///
+    /// h is the span's chord, h′ the shortest of it and the chords beside it, θ the larger turn of the
+    /// data's polygon at its two ends; an open curve has no turn at its own ends. It is the width of
+    /// [`tautness`](crate::discrete::tautness). Every list of points has such a curve. 1 keeps curves
+    /// from loops, for ν = 2 as for 20; larger is tighter, up to 50, which is nearly the polygon. For
+    /// large ν the curve is little bent or as bent as w allows: straight pieces, and arcs of radius
+    /// some w/(2τ).
+    pub tension: f64,
     /// Where the search starts: at circles through neighbouring points by default. Where a segment
     /// has no minimiser there, the other starts, and exponents nearer to 2, are tried by
     /// themselves.
@@ -75,13 +92,29 @@ pub struct Smooth {
     pub max_iterations: u32,
 }
 
+/// Of a segment under tension that is not found.
+const BEYOND: &str = "from this point to the next the curve under tension is beyond the digits of f64 where the search \
+                      leads: the curve is the best one reached; give another tension or another start";
+
 /// Searches a curve: what a thousand random starts do not find, no more of them will, and ten
 /// thousand are a bound that arithmetic keeps.
 const MOST_STARTS: u32 = 10_000;
 
+/// λ of a span is then up to (1000/h)^ν: beyond it the middle of a span with ν = 2 is straighter
+/// than f64 tells.
+const MOST_TENSION: f64 = 50.0;
+
 impl Default for Smooth {
     fn default() -> Self {
-        Smooth { exponent: 2.0, start: Start::default(), starts: 1, seed: 0, tolerance: 1e-10, max_iterations: 200 }
+        Smooth {
+            exponent: 2.0,
+            tension: 0.0,
+            start: Start::default(),
+            starts: 1,
+            seed: 0,
+            tolerance: 1e-10,
+            max_iterations: 200,
+        }
     }
 }
 
@@ -91,14 +124,15 @@ impl Smooth {
     /// Statuses: `converged`; `no_minimiser` where segments that lead to lower costs have none, or
     /// the start has none (the curve is the best one reached, or the input polyline);
     /// `not_converged`; `degenerate` and `invalid`, whose curves come out as they came in. The
-    /// energy is Σ∫|κ|^ν ds in units of the input, the parameter the arc length.
+    /// energy is Σ∫|κ|^ν ds in units of the input, under tension Σ∫(|κ|^ν + λ) ds, the parameter the arc
+    /// length.
     ///
     /// # Errors
-    /// Points with three coordinates; an exponent, a tolerance or a number of starts that makes no
+    /// Points with three coordinates; an exponent, a tension, a tolerance or a number of starts that makes no
     /// sense; columns `known` and `kx ky kz`; on a GPU what becomes of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
-        let exponents = Exponents::of(self.exponent, batch)?;
+        let exponents = Exponents::of(self.exponent, batch)?.under(self.tension);
         let dots: Vec<Result<Dots, Unfitted>> = parallel::map(batch.len(), 64, |i| Dots::of(batch, i, &exponents));
         let ready: Vec<&Dots> = dots.iter().flatten().collect();
         device.finished(batch.len() - ready.len());
@@ -129,7 +163,9 @@ impl Smooth {
         let times = (0..batch.len()).map(|i| batch.given_knots(i)).collect();
         let chains =
             Chains { curves, universal: exponents.universal, closed, times, problems, origin: batch.origin().clone() };
-        Ok(Fit::new(chains, reports, device.report(true)?))
+        // Under tension the search has no kernel.
+        let worker = if self.tension > 0.0 { device.on_cpu() } else { device.clone() };
+        Ok(Fit::new(chains, reports, worker.report(true)?))
     }
 
     /// Fits every curve and samples it.
@@ -152,6 +188,12 @@ impl Smooth {
         }
         if !(self.exponent > 1.0 && self.exponent.is_finite()) {
             return refuse(format!("the exponent is {}; it must be above 1, such as 2", self.exponent));
+        }
+        if !(0.0..=MOST_TENSION).contains(&self.tension) {
+            return refuse(format!(
+                "the tension is {}; it must be from 0, which is none, to {MOST_TENSION}, such as 1",
+                self.tension
+            ));
         }
         if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
             return refuse(format!("the tolerance is {}; it must be a positive number, such as 1e-10", self.tolerance));
@@ -180,6 +222,9 @@ impl Smooth {
             let chain = found.directions.as_ref().and_then(|directions| dots.lay(directions, exponents));
             (found, chain)
         };
+        if self.tension > 0.0 {
+            return Ok(self.search_under_tension(dots, exponents, device, &until, lay));
+        }
         if let Some(gpu) = device.as_gpu() {
             let precision = device.kernel_precision(gpu, true)?;
             let found = search(&self.where_to_start(), dots, exponents, &mut |dots, exponents, directions| {
@@ -220,8 +265,12 @@ impl Smooth {
     ) -> Result<(CurveReport, Chain), Unfitted> {
         let iterations = found.iterations;
         let say = |k: usize, what: String| batch.sentence(i, k, &what);
-        const REMEDY: &str = "add points where it turns, fix a tangent, or choose an exponent nearer to 1";
+        const REMEDY: &str = "give a tension (`Smooth::tension`), add points where it turns, fix a tangent, or choose an exponent nearer to 1";
         let Some(chain) = chain else {
+            if self.tension > 0.0 {
+                let k = dots.entries[found.culprit.unwrap_or(0)];
+                return Err(Unfitted { status: CurveStatus::NotConverged, message: say(k, BEYOND.into()) });
+            }
             let k = dots.entries[found.culprit.unwrap_or(0)];
             let what = format!(
                 "from this point to the next there is no curve of least ∫|κ|^ν, from any start tried: it would turn too far, and larger loops are \
@@ -231,6 +280,9 @@ impl Smooth {
         };
         let (status, message) = match found.standing {
             SlopesStanding::Converged => (CurveStatus::Converged, None),
+            SlopesStanding::Unattained | SlopesStanding::Nowhere if self.tension > 0.0 => {
+                (CurveStatus::NotConverged, Some(say(dots.entries[found.culprit.unwrap_or(0)], BEYOND.into())))
+            }
             SlopesStanding::Unattained | SlopesStanding::Nowhere => (
                 CurveStatus::NoMinimiser,
                 Some(say(
@@ -284,9 +336,9 @@ impl Smooth {
 }
 
 impl Chain {
-    /// Σ∫|κ|^ν ds
+    /// Σ∫|κ|^ν ds, under tension Σ∫(|κ|^ν + λ) ds
     fn cost(&self, exponents: &Exponents) -> f64 {
-        self.segments.iter().map(|laid| laid.arc.cost(&exponents.universal[laid.curve as usize])).sum()
+        self.segments.iter().map(|laid| laid.cost(&exponents.universal)).sum()
     }
 }
 
@@ -295,6 +347,7 @@ impl Dots {
     /// minimiser.
     fn lay(&self, directions: &[f64], exponents: &Exponents) -> Option<Chain> {
         let n = directions.len();
+        let taut = if exponents.tension > 0.0 { self.tension_spans(directions, exponents) } else { Vec::new() };
         let mut segments = Vec::with_capacity(self.spans.len());
         let mut knots = Vec::with_capacity(self.spans.len() + 1);
         knots.push(0.0);
@@ -304,7 +357,7 @@ impl Dots {
             let Some(point) = start else {
                 // Between repeated points.
                 let start = self.points[dot % n];
-                segments.push(Laid { arc: Arc::straight(0.0), start, chord: [0.0; 2], curve: 0 });
+                segments.push(Laid { arc: Piece::Arc(Arc::straight(0.0)), start, chord: [0.0; 2], curve: 0 });
                 knots.push(length);
                 continue;
             };
@@ -314,16 +367,22 @@ impl Dots {
             let curve = &exponents.universal[number as usize];
             let angle = |dot: usize, direction: f64| wrap(direction - self.chords.directions[dot]);
             let (a, b) = (angle(dot, directions[dot]), angle(dot, directions[next]));
-            let arc = match Ends::between(directions[dot], directions[next]) {
-                Ends::Directed => Arc::cheapest(curve, chord, [a, b])?,
-                Ends::FreeStart => Arc::free(curve, chord, b)?,
-                Ends::FreeEnd => Arc::free(curve, chord, -a)?.reversed(),
-                Ends::Straight => Arc::straight(chord),
+            let arc = if let Some(span) = taut.get(dot) {
+                let [a, b] = [a, b].map(|angle| if angle.is_nan() { 0.0 } else { angle });
+                Piece::Taut(Box::new(span.segment(&exponents.laws[number as usize], [a, b])?.tabulated()))
+            } else {
+                Piece::Arc(match Ends::between(directions[dot], directions[next]) {
+                    Ends::Directed => Arc::cheapest(curve, chord, [a, b])?,
+                    Ends::FreeStart => Arc::free(curve, chord, b)?,
+                    Ends::FreeEnd => Arc::free(curve, chord, -a)?.reversed(),
+                    Ends::Straight => Arc::straight(chord),
+                })
             };
-            length += arc.length(curve);
-            knots.push(length);
             let ([x, y], [u, v]) = (self.points[dot], self.points[next]);
-            segments.push(Laid { arc, start: [x, y], chord: [u - x, v - y], curve: u32::from(number) });
+            let laid = Laid { arc, start: [x, y], chord: [u - x, v - y], curve: u32::from(number) };
+            length += laid.length(&exponents.universal);
+            knots.push(length);
+            segments.push(laid);
             dot += 1;
         }
         Some(Chain { segments, knots })

@@ -46,7 +46,7 @@ pub(crate) struct Found {
 
 impl Found {
     /// Keeps the better of two, and counts both.
-    fn or(self, other: Found) -> Found {
+    pub(super) fn or(self, other: Found) -> Found {
         let (iterations, evaluations) = (self.iterations + other.iterations, self.evaluations + other.evaluations);
         let converged = |found: &Found| found.standing == SlopesStanding::Converged;
         let better = match (converged(&self), converged(&other)) {
@@ -169,7 +169,7 @@ pub(crate) fn search_on_device(
 
 /// Problems with no turns yet, and the logarithms of what their costs are divided by.
 #[allow(clippy::type_complexity)]
-fn problems(
+pub(super) fn problems(
     dots: &[&Dots],
     exponents: &Exponents,
     directions: &[Vec<f64>],
@@ -182,7 +182,7 @@ fn problems(
 }
 
 impl Found {
-    fn of(outcome: Outcome, scale: f64, mut directions: Vec<f64>) -> Self {
+    pub(super) fn of(outcome: Outcome, scale: f64, mut directions: Vec<f64>) -> Self {
         directions.iter_mut().zip(&outcome.turns).for_each(|(direction, turn)| *direction += turn);
         Found {
             directions: (outcome.standing != SlopesStanding::Nowhere).then_some(directions),

@@ -45,14 +45,19 @@
 //! minimising polygons of the same turning from 6000 random starts over 400 random segments found
 //! none that is cheaper than the first of `all_between`.
 
+mod evaluate;
+mod hessian;
 mod quadrature;
+mod sites;
 mod solve;
 
 #[cfg(test)]
 mod tests;
 
 use super::arc::Site;
+pub(super) use evaluate::{TensionLaw, TensionSpan};
 use quadrature::{Law, Pull};
+use sites::Tables;
 use solve::{Course, Shape, Solver};
 use std::f64::consts::PI;
 
@@ -97,9 +102,13 @@ pub struct TensionSegment {
     mirror: f64,
     law: Law,
     shape: Shape,
+    /// Of the ends, mirrored.
+    angles: [f64; 2],
     /// On a chord of 1, mirrored.
     pieces: [Piece; 4],
     length: f64,
+    /// Where many sites are wanted.
+    tables: Option<Box<Tables>>,
 }
 
 /// Input on a chord of 1, mirrored so that a + b ≤ 0.
@@ -122,8 +131,13 @@ impl Frame {
         if !sound || !scaled.is_normal() {
             return None;
         }
+        Some(Self::of(chord, angles, Law::new(exponent, scaled)))
+    }
+
+    /// Of what is in its domain, the law's tension that of a chord of 1.
+    fn of(chord: f64, angles: [f64; 2], law: Law) -> Self {
         let mirror = if angles[0] + angles[1] > 0.0 { -1.0 } else { 1.0 };
-        Some(Self { chord, mirror, angles: angles.map(|angle| mirror * angle), law: Law::new(exponent, scaled) })
+        Self { chord, mirror, angles: angles.map(|angle| mirror * angle), law }
     }
 
     fn solver(&self) -> Solver<'_> {
@@ -133,9 +147,11 @@ impl Frame {
 
     /// The segment of a shape, if its arcs close the chord.
     fn segment(&self, shape: Shape) -> Option<TensionSegment> {
-        let Self { chord, mirror, angles: [first, last], law } = *self;
+        let Self { chord, mirror, angles: [first, last], ref law } = *self;
         let pieces = TensionSegment::course(shape, first, last);
-        let mut segment = TensionSegment { chord, mirror, law, shape, pieces, length: 0.0 };
+        let angles = [first, last];
+        let mut segment =
+            TensionSegment { chord, mirror, law: law.clone(), shape, angles, pieces, length: 0.0, tables: None };
         let end = segment.place();
         let missed = (end[0] - 1.0).hypot(end[1]);
         (missed <= CLOSURE * segment.length.max(1.0)).then_some(segment)
@@ -272,6 +288,11 @@ impl TensionSegment {
         (nu * tension * self.length - self.pull()[0]) / (nu - 1.0) * self.chord.powf(1.0 - nu)
     }
 
+    /// Of the chord.
+    pub(crate) fn chord(&self) -> f64 {
+        self.chord
+    }
+
     /// Arc length.
     pub fn length(&self) -> f64 {
         self.chord * self.length
@@ -320,60 +341,8 @@ impl TensionSegment {
     }
 
     /// Point, tangent and curvature at an arc length from the first point, held to 0 …
-    /// [`length`](Self::length). A root of the arc's length to rounding: some tens of microseconds.
+    /// [`length`](Self::length). Newton's method on the arc's length to rounding: some microseconds.
     pub fn at(&self, arc_length: f64) -> Site {
-        let target = (arc_length / self.chord).clamp(0.0, self.length);
-        let reached = self.pieces.iter().rposition(|piece| target >= piece.start && piece.length > 0.0);
-        let piece = self.pieces[reached.unwrap_or(0)];
-        let along = (target - piece.start).min(piece.length);
-        if piece.is_straight() {
-            let (sine, cosine) = piece.from.sin_cos();
-            return self.site([piece.point[0] + along * cosine, piece.point[1] + along * sine], piece.from, 0.0);
-        }
-        let [from, to] = piece.arguments;
-        let reached = self.argument_at(from, to, along, piece.length);
-        let [_, x, y] = self.arc(piece, from, reached);
-        let curvature = self.law.curvature(self.shape.pull, reached).copysign(piece.to - piece.from);
-        self.site([piece.point[0] + x, piece.point[1] + y], piece.axis + piece.sense * reached, curvature)
-    }
-
-    fn site(&self, [x, y]: [f64; 2], angle: f64, curvature: f64) -> Site {
-        Site {
-            point: [self.chord * x, self.mirror * self.chord * y],
-            angle: self.mirror * angle,
-            curvature: self.mirror * curvature / self.chord,
-        }
-    }
-
-    /// The law's argument at a length from the one at which an arc starts.
-    fn argument_at(&self, from: f64, to: f64, along: f64, length: f64) -> f64 {
-        // A scale on which the length is about linear in the unknown, however near to 0 the
-        // curvature comes.
-        let Law { nu, q, .. } = self.law;
-        let (power, width): (f64, f64) = match self.shape.pull {
-            Pull::Below(gap) => (1.0, (2.0 * gap / (1.0 - gap)).sqrt().min(1.0)),
-            Pull::Critical => (1.0 - 2.0 / nu, 0.0),
-            Pull::Above(_) => (q, 2.0 * self.law.opening(self.shape.pull)),
-        };
-        let to_scale = |x: f64| match self.shape.pull {
-            Pull::Below(_) => (x / width).asinh(),
-            Pull::Critical => x.abs().powf(power).copysign(x),
-            Pull::Above(_) => (x.max(0.0) / width).sqrt().asinh().powf(2.0 * power),
-        };
-        let from_scale = |y: f64| match self.shape.pull {
-            Pull::Below(_) => width * y.sinh(),
-            Pull::Critical => y.abs().powf(1.0 / power).copysign(y),
-            Pull::Above(_) => width * y.powf(0.5 / power).sinh().powi(2),
-        };
-        if along <= 0.0 || along >= length {
-            return if along <= 0.0 { from } else { to };
-        }
-        let f = |y: f64| {
-            let x = from_scale(y);
-            self.law.arc(self.shape.pull, from.min(x), from.max(x))[0] - along
-        };
-        let y = solve::root(f, (to_scale(from), -along), (to_scale(to), length - along), 0.0);
-        let x = from_scale(y);
-        x.clamp(from.min(to), from.max(to))
+        self.place_of(arc_length).0
     }
 }

@@ -31,7 +31,8 @@ pub enum Parametrisation {
     /// Steps of t equal to the distances between points: close to arc length, so p″ is close to
     /// curvature.
     ChordLength,
-    /// Steps of t equal to the square roots of the distances. Splines stay nearer to the polygon where
+    /// Steps of t proportional to the square roots of the distances, and in total as long as their polygon, so that
+    /// t is a length still. Splines stay nearer to the polygon where
     /// distances are uneven, and cross themselves least: `benches/RESULTS.md` has the table. Source: E. T. Y.
     /// Lee, *Choosing nodes in parametric curve interpolation*, 1989.
     Centripetal,
@@ -44,7 +45,7 @@ pub enum Parametrisation {
 words!(Parametrisation, "parametrisation": [
     (Auto, "auto", "The column t where there is one; else centripetal for natural splines, chord for smoothing"),
     (ChordLength, "chord", "Steps as long as the distances of points"),
-    (Centripetal, "centripetal", "Steps as long as the square roots of the distances"),
+    (Centripetal, "centripetal", "Steps proportional to the square roots of the distances"),
     (Uniform, "uniform", "Equal steps"),
     (Given, "given", "The column t"),
 ]);
@@ -293,9 +294,15 @@ fn parameters(t: &mut [f64], batch: &CurveBatch, i: usize, rule: Parametrisation
         }
         _ => {
             t[0] = 0.0;
+            let mut length = 0.0;
             for k in 0..entries - 1 {
                 let step = chord(k);
+                length += step;
                 t[k + 1] = t[k] + if rule == Parametrisation::Centripetal { step.sqrt() } else { step };
+            }
+            if rule == Parametrisation::Centripetal && length > 0.0 {
+                let scale = length / t[entries - 1];
+                t.iter_mut().for_each(|t| *t *= scale);
             }
         }
     }

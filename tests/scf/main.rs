@@ -12,4 +12,5 @@ mod search;
 mod segments;
 mod sites;
 mod status;
+mod tension;
 mod universal;

@@ -138,7 +138,7 @@ fn what_makes_no_sense_is_refused_with_a_sentence() {
 
 #[test]
 fn curves_that_grow_without_end_have_no_minimiser_and_say_where() {
-    const REMEDY: &str = "; add points where it turns, fix a tangent, or choose an exponent nearer to 1";
+    const REMEDY: &str = "; give a tension (`Smooth::tension`), add points where it turns, fix a tangent, or choose an exponent nearer to 1";
     for nu in [1.5, 2.0] {
         let (name, points) = ("scalene", &SCALENE);
         let found = fit(&of(nu), &one(points, true));

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use faircurve::discrete::{Fair, bending, length};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
 use faircurve::{Curve, CurveBatch, Device, Fit, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -193,7 +193,8 @@ fn sampled_curvature(curve: &dyn Curve, places: usize) -> f64 {
 #[test]
 fn the_largest_curvature_is_that_of_the_curve_not_of_some_samples() {
     let points = [[0.0, 0.0], [2.0, 0.3], [0.2, 0.55], [2.1, 0.9]];
-    let fit = natural(&CurveBatch::from_slices(&[&points[..]]).unwrap());
+    let by_chords = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
+    let fit = by_chords.fit(&CurveBatch::from_slices(&[&points[..]]).unwrap(), &Device::cpu()).unwrap();
     let found = fit.curve(0).max_curvature();
     assert!((found - 94.1).abs() < 0.05, "{found}");
 }

@@ -37,11 +37,17 @@ impl Smooth {
     ///
     /// # Errors
     ///
-    /// Options that make no sense, dots that are not finite, and neighbours at one place.
+    /// Options that make no sense, a tension, dots that are not finite, and neighbours at one place.
     pub fn trace(&self, points: &[DVec2], closed: bool) -> Result<Outcome> {
         let coords: Vec<[f64; 2]> = points.iter().map(|p| p.to_array()).collect();
         let batch = CurveBatch::from_slices(&[&coords[..]])?.closed(closed);
         self.check(&batch)?;
+        if self.tension > 0.0 {
+            let tension = self.tension;
+            return Err(Error::argument(format!(
+                "the tension is {tension}; searches are traced without: leave it out, or use `Smooth::fit`"
+            )));
+        }
         let segments = Segments::new(points, closed, self.exponent, &Device::cpu())?.segments();
         let exponents = Exponents::of(self.exponent, &batch)?;
         let dots = Dots::of(&batch, 0, &exponents).map_err(|problem| Error::argument(problem.message))?;

@@ -8,7 +8,7 @@
 //! 16 points leave 2.85^{−32} = 3e−15. Panels grow by a factor of 4 away from a singularity, so
 //! that scales down to 1e−300 take hundreds of panels, not more.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 const POINTS: usize = 16;
 
@@ -87,7 +87,7 @@ pub(super) enum Pull {
 }
 
 /// Exponent and tension, on a chord of 1.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Law {
     pub nu: f64,
     /// 1 − 1/ν.
@@ -95,6 +95,12 @@ pub(super) struct Law {
     /// (ν − 1)^{1/ν}.
     pub factor: f64,
     pub tension: f64,
+    rules: Arc<Rules>,
+}
+
+/// Of the weights at an inflection and on the critical circle.
+#[derive(Debug)]
+struct Rules {
     inflection: Rule,
     flat: Rule,
 }
@@ -108,9 +114,13 @@ impl Law {
             q: 1.0 - 1.0 / nu,
             factor: (nu - 1.0).powf(1.0 / nu),
             tension,
-            inflection: Rule::for_weight(-1.0 / nu),
-            flat: Rule::for_weight(flat),
+            rules: Arc::new(Rules { inflection: Rule::for_weight(-1.0 / nu), flat: Rule::for_weight(flat) }),
         }
+    }
+
+    /// The same exponent under another tension.
+    pub(super) fn under(&self, tension: f64) -> Self {
+        Self { tension, ..self.clone() }
     }
 
     /// |P|.
@@ -157,6 +167,18 @@ impl Law {
     }
 
     fn graded(&self, pull: Pull, from: f64, to: f64) -> Sums {
+        let mut sums = [0.0; 3];
+        self.panels(pull, from, to, |x, radius| {
+            let (sine, cosine) = x.sin_cos();
+            sums[0] += radius;
+            sums[1] += radius * cosine;
+            sums[2] += radius * sine;
+        });
+        sums
+    }
+
+    /// Visits the nodes of the rules over `from … to`, 0 ≤ from, with ρ dx at each.
+    fn panels(&self, pull: Pull, from: f64, to: f64, mut visit: impl FnMut(f64, f64)) {
         let turn = std::f64::consts::TAU;
         // Real and imaginary parts of the zeros of f.
         let singular = match pull {
@@ -170,7 +192,6 @@ impl Law {
                 [(0.0, 0.0), (-2.0 * opening, 0.0), (turn - 2.0 * opening, 0.0)]
             }
         };
-        let mut sums = [0.0; 3];
         let mut start = from;
         while start < to {
             let mut rule = &*LEGENDRE;
@@ -179,7 +200,7 @@ impl Law {
                 let offset = real - start;
                 let distance = offset.hypot(imaginary);
                 if distance == 0.0 {
-                    rule = if matches!(pull, Pull::Critical) { &self.flat } else { &self.inflection };
+                    rule = if matches!(pull, Pull::Critical) { &self.rules.flat } else { &self.rules.inflection };
                 } else {
                     // The ellipse with foci at the panel's ends goes through the singularity.
                     let longest = (ELLIPSE * distance - 2.0 * offset) / (0.25 * ELLIPSE * ELLIPSE - 1.0);
@@ -194,14 +215,48 @@ impl Law {
             length = end - start;
             for (node, weight) in rule.0 {
                 let x = start + length * node;
-                let radius = length * weight / self.curvature(pull, x);
-                let (sine, cosine) = x.sin_cos();
-                sums[0] += radius;
-                sums[1] += radius * cosine;
-                sums[2] += radius * sine;
+                visit(x, length * weight / self.curvature(pull, x));
             }
             start = end;
         }
+    }
+
+    /// Above the tension: t ∂/∂t of ∫ρ cos x and of ∫ρ sin x over 0 … to, where |P|² = λ² + t².
+    ///
+    /// t ∂ρ/∂t = −ρ t sin x/(νf) has no stronger singularity at the inflection than ρ.
+    pub(super) fn growth(&self, t: f64, to: f64) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        self.panels(Pull::Above(t), 0.0, to, |x, radius| {
+            let (sine, cosine) = x.sin_cos();
+            let change = radius * t * sine / (self.nu * self.excess(Pull::Above(t), x));
+            sums[0] -= change * cosine;
+            sums[1] -= change * sine;
+        });
         sums
+    }
+
+    /// Below the tension: the derivatives of ∫ρ cos x and ∫ρ sin x over `from … to` in the pull, ∫ρ
+    /// T Tᵀ/(νf): along and along, along and across, across and across.
+    pub(super) fn compliance(&self, pull: Pull, from: f64, to: f64) -> [f64; 3] {
+        let over = |from: f64, to: f64| {
+            let mut sums = [0.0; 3];
+            self.panels(pull, from, to, |x, radius| {
+                let (sine, cosine) = x.sin_cos();
+                let change = radius / (self.nu * self.excess(pull, x));
+                sums[0] += change * cosine * cosine;
+                sums[1] += change * cosine * sine;
+                sums[2] += change * sine * sine;
+            });
+            sums
+        };
+        let mirrored = |[aa, ab, bb]: [f64; 3]| [aa, -ab, bb];
+        if from >= 0.0 {
+            over(from, to)
+        } else if to <= 0.0 {
+            mirrored(over(-to, -from))
+        } else {
+            let (left, right) = (mirrored(over(0.0, -from)), over(0.0, to));
+            std::array::from_fn(|k| left[k] + right[k])
+        }
     }
 }

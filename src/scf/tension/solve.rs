@@ -10,6 +10,7 @@
 //! above to below 0.
 
 mod convex;
+mod free;
 mod loops;
 
 use super::quadrature::{Law, Pull};
@@ -61,7 +62,8 @@ pub(super) fn root(mut f: impl FnMut(f64) -> f64, (a, fa): (f64, f64), (b, fb): 
         (a, fa) = (x, fx);
         let (best, fbest) = if fa.abs() < fb.abs() { (a, fa) } else { (b, fb) };
         let smallest = (2.0 * f64::EPSILON * best.abs() + 0.5 * tolerance) / (b - a).abs();
-        if fbest == 0.0 || smallest >= 0.5 {
+        // NaN where both ends are 0.
+        if fbest == 0.0 || smallest >= 0.5 || smallest.is_nan() {
             return best;
         }
         let xi = (a - b) / (c - b);

@@ -2,6 +2,7 @@ use super::*;
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 
 mod arcs;
+mod derivatives;
 mod minimum;
 
 /// ν log-uniform over 1.2 … 20, λ·chord^ν over 1e-3 … 1e3, angles up to ±170°, chord 1.

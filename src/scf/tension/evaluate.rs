@@ -1,0 +1,108 @@
+//! Segments for a search of the directions: cost, gradient and Hessian of many with the same
+//! exponent.
+
+use super::hessian::STRAIGHT;
+use super::quadrature::Law;
+use super::{Frame, PI, TensionSegment};
+use crate::scf::evaluation::Evaluation;
+use crate::scf::slopes::Ends;
+
+/// The rules of an exponent, computed once.
+#[derive(Clone, Debug)]
+pub(crate) struct TensionLaw(Law);
+
+impl TensionLaw {
+    pub fn new(exponent: f64) -> Self {
+        TensionLaw(Law::new(exponent, 1.0))
+    }
+
+    pub fn exponent(&self) -> f64 {
+        self.0.nu
+    }
+}
+
+/// A span whose end tangents a search turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TensionSpan {
+    pub chord: f64,
+    /// λ·chord^ν, that of a chord of 1.
+    pub tension: f64,
+    pub ends: Ends,
+}
+
+impl TensionSpan {
+    fn frame(&self, law: &TensionLaw, angles: [f64; 2]) -> Option<Frame> {
+        if !angles.iter().all(|angle| angle.abs() <= PI) || !self.tension.is_normal() {
+            return None;
+        }
+        Some(Frame::of(self.chord, angles, law.0.under(self.tension)))
+    }
+
+    /// The segment with these end angles, of which that of a free end is not looked at.
+    pub fn segment(&self, law: &TensionLaw, [a, b]: [f64; 2]) -> Option<TensionSegment> {
+        match self.ends {
+            Ends::Directed => {
+                let frame = self.frame(law, [a, b])?;
+                frame.segment(frame.solver().solve()?)
+            }
+            Ends::FreeStart | Ends::FreeEnd => {
+                let (given, free) = if self.ends == Ends::FreeStart { (b, 0) } else { (a, 1) };
+                // Mirrored so that the free end's angle is the greater.
+                let mut frame = self.frame(law, [given; 2])?;
+                let mut solver = frame.solver();
+                solver.low = -given.abs();
+                let shape = solver.free()?;
+                frame.mirror = if given > 0.0 { -1.0 } else { 1.0 };
+                frame.angles = [-given.abs(); 2];
+                frame.angles[free] = shape.axis;
+                frame.segment(shape)
+            }
+            Ends::Straight => {
+                let frame = self.frame(law, [0.0; 2])?;
+                frame.segment(frame.solver().solve()?)
+            }
+        }
+    }
+
+    /// Cost and derivatives on a chord of 1, under the tension λ·chord^ν.
+    pub fn evaluate(&self, law: &TensionLaw, angles: [f64; 2]) -> Evaluation<f64> {
+        let found = self.segment(law, angles).map(|segment| {
+            let mut hessian = segment.hessian(self.ends);
+            if self.ends != Ends::Straight && angles.iter().all(|angle| angle.abs() < STRAIGHT) {
+                let bent = self.segment(law, [STRAIGHT, -STRAIGHT]);
+                hessian = bent.map_or([f64::NAN; 3], |bent| bent.hessian(self.ends));
+            }
+            let [first, last] = segment.moments();
+            let nu = law.exponent();
+            let scale = self.chord.powf(nu - 1.0);
+            let gradient = match self.ends {
+                Ends::Directed => [-nu * first, nu * last],
+                Ends::FreeStart => [0.0, nu * last],
+                Ends::FreeEnd => [-nu * first, 0.0],
+                Ends::Straight => [0.0; 2],
+            };
+            Evaluation { cost: scale * segment.cost(), gradient: gradient.map(|g| scale * g), hessian, exists: 1.0 }
+        });
+        let sound = |found: &Evaluation<f64>| {
+            [found.cost].iter().chain(&found.gradient).chain(&found.hessian).all(|x| x.is_finite())
+        };
+        let none = Evaluation { cost: 0.0, gradient: [0.0; 2], hessian: [0.0; 3], exists: 0.0 };
+        found.filter(sound).unwrap_or(none)
+    }
+}
+
+impl TensionSegment {
+    /// Second derivatives on a chord of 1 in the two end angles: first, both, last.
+    pub(super) fn hessian(&self, ends: Ends) -> [f64; 3] {
+        let [first, last] = self.angles;
+        match ends {
+            Ends::Straight => [0.0; 3],
+            Ends::FreeStart => [0.0, 0.0, self.shape.hessian_of_free(&self.law, last)],
+            Ends::FreeEnd => [self.shape.hessian_of_free(&self.law, first), 0.0, 0.0],
+            Ends::Directed => {
+                let [low, both, high] = self.shape.hessian(&self.law, first.min(last), first.max(last));
+                if first <= last { [low, both, high] } else { [high, both, low] }
+            }
+        }
+    }
+}

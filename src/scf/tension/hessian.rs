@@ -1,0 +1,172 @@
+//! Second derivatives of the cost in the angles of the ends, by implicit differentiation of the
+//! closure of the chord.
+//!
+//! An end where (ν − 1)|κ|^ν = f has ∂cost/∂angle = ±ν(f/(ν − 1))^q, whose change is ±ρ df. The
+//! change of f follows from that of the pull, and this from the condition that the arcs still close
+//! the chord. Where the curve passes an inflection, the unknowns are the logarithm of t, |P|² =
+//! λ² + t², and the overshoot in a scale in which the closure is smooth even where the inflection lies
+//! at the end itself; every integral keeps the weight of the radius of curvature. With a straight
+//! piece the pull is λ along it, the two arcs do not see each other, and the direction of the piece
+//! is the one unknown: everything is elementary.
+//!
+//! For ν > 2 second derivatives fall to 0 where an end's curvature does beside a straight piece, for
+//! ν < 2 they grow without bound where the whole segment is straight.
+
+use super::quadrature::{Law, Pull};
+use super::solve::{Course, Shape};
+
+/// Angles of a straight segment are taken to be this for its second derivatives: at 0 itself those
+/// of ν < 2 are infinite and those of ν > 2 are 0.
+pub(super) const STRAIGHT: f64 = 1e-7;
+
+/// The solutions of two linear equations `rows`·x = `right` for two right hand sides, scaled by
+/// columns.
+fn solve([[a, b], [c, d]]: [[f64; 2]; 2], right: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    let scale = [a.abs().max(c.abs()), b.abs().max(d.abs())];
+    let ([a, c], [b, d]) = ([a, c].map(|x| x / scale[0]), [b, d].map(|x| x / scale[1]));
+    let determinant = a * d - b * c;
+    right.map(|[e, f]| [(e * d - b * f) / determinant / scale[0], (a * f - e * c) / determinant / scale[1]])
+}
+
+impl Shape {
+    /// ∂²cost/∂low², ∂²/∂low∂high, ∂²/∂high² between ends at `low` and `high`.
+    pub(super) fn hessian(&self, law: &Law, low: f64, high: f64) -> [f64; 3] {
+        match (self.pull, self.course) {
+            (Pull::Below(_), _) => self.below(law),
+            (Pull::Critical, _) => self.flat(law, low, high),
+            (Pull::Above(t), Course::Around(_)) => self.around(law, t),
+            (Pull::Above(t), course) => self.above(law, t, if course == Course::Direct { -1.0 } else { 1.0 }),
+        }
+    }
+
+    /// The same in the one angle of a segment whose upper end is free.
+    pub(super) fn hessian_of_free(&self, law: &Law, low: f64) -> f64 {
+        let long = self.ends[0].abs();
+        let (sine, cosine) = long.sin_cos();
+        let radius = 1.0 / law.curvature(self.pull, long);
+        let Pull::Above(t) = self.pull else {
+            let turned = radius * sine;
+            let stiffness = turned - self.axis.cos();
+            return law.tension * turned * (1.0 - turned / stiffness);
+        };
+        debug_assert!(low <= self.axis);
+        let [along, across] = law.growth(t, long);
+        let (right, up) = (radius * cosine, radius * sine);
+        let rows = [[along, right + self.axis.sin()], [across, up - self.axis.cos()]];
+        let [[grown, turned], _] = solve(rows, [[right, up], [0.0; 2]]);
+        -radius * (t * sine * grown + (law.tension * sine + t * cosine) * (turned - 1.0))
+    }
+
+    /// Between two angles, on a pull below the tension: no inflection.
+    fn below(&self, law: &Law) -> [f64; 3] {
+        let [low, high] = self.ends;
+        let [aa, ab, bb] = law.compliance(self.pull, low, high);
+        let strength = law.strength(self.pull);
+        // ρT at both ends, in the frame of the pull.
+        let [first, last] = self.ends.map(|x| {
+            let radius = 1.0 / law.curvature(self.pull, x);
+            [radius * x.cos(), radius * x.sin()]
+        });
+        // Scaled by the diagonal: near the critical pull the strength hardly yields.
+        let scale = [aa.sqrt(), bb.sqrt()];
+        let share = ab / scale[0] / scale[1];
+        let product = |u: [f64; 2], v: [f64; 2]| {
+            let [u, v] = [u, v].map(|w| [w[0] / scale[0], w[1] / scale[1]]);
+            (u[0] * v[0] - share * (u[0] * v[1] + u[1] * v[0]) + u[1] * v[1]) / (1.0 - share * share)
+        };
+        [product(first, first) - strength * first[1], -product(first, last), product(last, last) + strength * last[1]]
+    }
+
+    /// With a straight piece.
+    fn flat(&self, law: &Law, low: f64, high: f64) -> [f64; 3] {
+        // ρ sin x at both ends, of the distances from the piece's angle; 0 where it is an end's own.
+        let [first, last] = self.ends.map(|x| {
+            let x = x.abs();
+            if x > 0.0 { x.sin() / law.curvature(self.pull, x) } else { 0.0 }
+        });
+        debug_assert!(low <= high);
+        let stiffness = first + last - self.axis.cos();
+        let tension = law.tension;
+        [
+            tension * first * (1.0 - first / stiffness),
+            -tension * first * last / stiffness,
+            tension * last * (1.0 - last / stiffness),
+        ]
+    }
+
+    /// One inflection, `side` = 1 inside, −1 beyond the upper end.
+    fn above(&self, law: &Law, t: f64, side: f64) -> [f64; 3] {
+        let ([long, short], omega, tension) = (self.ends, self.axis, law.tension);
+        let (sine, cosine) = omega.sin_cos();
+        let ((sine_long, cosine_long), (sine_short, cosine_short)) = (long.sin_cos(), short.sin_cos());
+        let radius = 1.0 / law.curvature(self.pull, long);
+        let (right, up) = (radius * cosine_long, radius * sine_long);
+        // do = ± o^{1/ν} dv, in which both arcs' ends move smoothly through the inflection.
+        let scale = short.powf(1.0 / law.nu);
+        let slope = if short > 0.0 { law.excess(self.pull, short) / short } else { t };
+        let scaled_radius = ((law.nu - 1.0) / slope).powf(1.0 / law.nu);
+        let radius_sine = if short > 0.0 { scaled_radius / scale * sine_short } else { 0.0 };
+        let ([along, across], [along_short, across_short]) = (law.growth(t, long), law.growth(t, short));
+        let overshoot = side * scale;
+        let rows = [
+            [along + side * along_short, (right + sine) * overshoot + scaled_radius * cosine_short],
+            [across + side * across_short, (up - cosine) * overshoot + scaled_radius * sine_short],
+        ];
+        let changes = solve(rows, [[right, up], [-right - sine, cosine - up]]);
+        let at_low = |[grown, moved]: [f64; 2], turned: f64| {
+            radius * (t * sine_long * grown + (tension * sine_long + t * cosine_long) * (turned + overshoot * moved))
+        };
+        let at_high = |[grown, moved]: [f64; 2]| {
+            radius_sine * t * grown + (tension * sine_short + t * cosine_short) * side * scaled_radius * moved
+        };
+        let [low, high] = changes;
+        [-at_low(low, -1.0), -at_low(high, 1.0), -side * at_high(high)]
+    }
+
+    /// Two inflections, one beyond either end.
+    fn around(&self, law: &Law, t: f64) -> [f64; 3] {
+        let (opening, tension) = (law.opening(self.pull), law.tension);
+        let strength = law.strength(self.pull);
+        let half = std::f64::consts::PI - opening;
+        let direction = self.axis + opening;
+        // Per unit of ln t.
+        let opened = t * tension / (strength * strength);
+        let ends = self.ends.map(|x| x.max(f64::MIN_POSITIVE));
+        let radius = |x: f64| 1.0 / law.curvature(self.pull, x);
+        let [lower, upper] = ends.map(radius);
+        let along = |x: f64| {
+            let [a, b] = law.growth(t, x);
+            let [_, c, d] = law.arc(self.pull, 0.0, x);
+            let (sine, cosine) = opening.sin_cos();
+            a * cosine - b * sine - (c * sine + d * cosine) * opened
+        };
+        let [at_lower, at_upper] = ends;
+        let slope = |x: f64| tension * x.sin() + t * x.cos();
+        let moved = |x: f64| (x + opening).cos();
+        let grown = along(at_lower) + along(at_upper) + 2.0 * (along(half) + radius(half) * opened);
+        let (sine, cosine) = direction.sin_cos();
+        // Unknowns: ln t, and the upper inflection's angle; the lower one's follows it, and gains
+        // twice the opening.
+        let rows = [
+            [
+                grown - 2.0 * lower * moved(at_lower) * opened + sine * opened,
+                upper * moved(at_upper) - lower * moved(at_lower) + sine,
+            ],
+            [
+                lower * (t * at_lower.sin() - 2.0 * slope(at_lower) * opened) - upper * t * at_upper.sin()
+                    + strength * cosine * opened
+                    + sine * t * t / strength,
+                -lower * slope(at_lower) - upper * slope(at_upper) + strength * cosine,
+            ],
+        ];
+        let right =
+            [[-lower * moved(at_lower), -lower * slope(at_lower)], [upper * moved(at_upper), -upper * slope(at_upper)]];
+        let [low, high] = solve(rows, right);
+        let change_lower = |[grown, turned]: [f64; 2], own: f64| {
+            lower * (t * at_lower.sin() * grown + slope(at_lower) * (own - turned - 2.0 * opened * grown))
+        };
+        let change_upper =
+            |[grown, turned]: [f64; 2]| upper * (t * at_upper.sin() * grown + slope(at_upper) * (turned - 1.0));
+        [change_lower(low, 1.0), change_lower(high, 0.0), -change_upper(high)]
+    }
+}
