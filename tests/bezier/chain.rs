@@ -1,7 +1,7 @@
 //! Chains of Béziers through points: splines, and what a batch of them comes to.
 
 use faircurve::bezier::{Chain, Completed, Energy, Joints, PieceLengths};
-use faircurve::spline::Natural;
+use faircurve::spline::{Natural, Parametrisation};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Fit};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -74,11 +74,16 @@ fn assert_same(found: Completed, wanted: &Fit, tolerance: f64) {
     }
 }
 
+/// Natural splines whose parameters are lengths of chords, as those of chains are.
+fn by_chords() -> Natural {
+    Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() }
+}
+
 #[test]
 fn chains_through_known_joints_are_natural_and_periodic_cubic_splines() {
     for (dimension, closed) in [(2, false), (3, false), (2, true), (3, true)] {
         let data = data(dimension, closed, 20, 1);
-        let splines = Natural::default().fit(&data, &Device::cpu()).unwrap();
+        let splines = by_chords().fit(&data, &Device::cpu()).unwrap();
         for (degree, joints) in
             [(3, Joints::C1), (3, Joints::C2), (4, Joints::C2), (5, Joints::C1), (5, Joints::C2), (7, Joints::C2)]
         {
@@ -117,7 +122,7 @@ fn tangents_at_the_ends_make_clamped_splines() {
             }
         }
         let data = data.with_constraints(Constraints { tangents: Some(tangents), ..Constraints::default() }).unwrap();
-        let splines = Natural::default().fit(&data, &Device::cpu()).unwrap();
+        let splines = by_chords().fit(&data, &Device::cpu()).unwrap();
         for (degree, joints) in [(3, Joints::C1), (3, Joints::C2), (5, Joints::C2)] {
             let chain = Chain { degree, joints, ..Chain::default() };
             assert_same(fit(&chain, &chains(&data, degree)), &splines, 5e-12);

@@ -2,7 +2,7 @@
 
 use faircurve::bezier::{Completed, Simplify};
 use faircurve::io::{self, ReadOptions};
-use faircurve::spline::Natural;
+use faircurve::spline::{Natural, Parametrisation};
 use faircurve::{CurveBatch, CurveStatus, Device, Fit};
 use glam::DVec2;
 use kurbo::{CubicBez, ParamCurve, ParamCurveNearest, Point};
@@ -51,7 +51,8 @@ fn smooth(curves: usize, seed: u64) -> CurveBatch {
     }
     let closed = (0..curves).map(|i| i % 2 == 0).collect();
     let data = CurveBatch::from_ragged(2, coords, offsets).unwrap().closed_each(closed).unwrap();
-    Natural::default().fit(&data, &Device::cpu()).unwrap().beziers(1e-9)
+    let by_chords = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
+    by_chords.fit(&data, &Device::cpu()).unwrap().beziers(1e-9)
 }
 
 #[test]

@@ -337,9 +337,13 @@ const JOINTS: &str = "x,y\n0,0\n3,0\n6,-1\n8,-3\n";
 const RING: &str = "M0 0 C-1 -1 5 -2 4 0 L4 3 Z";
 const CORNERS: &str = "x,y\n0,0\n4,0\n4,-3\n";
 
-/// The control points that `fit` gives the natural cubic spline through the points of `in.csv`.
+/// The control points that `fit` gives the natural cubic spline over chord lengths through the points of `in.csv`.
 fn spline(folder: &TempDir, arguments: &str) -> Vec<[f64; 2]> {
-    run(folder, &format!("fit in.csv -o spline.csv --as bezier --device cpu --force {arguments}")).code(0);
+    run(
+        folder,
+        &format!("fit in.csv -o spline.csv --as bezier --parametrisation chord --device cpu --force {arguments}"),
+    )
+    .code(0);
     points(folder, "spline.csv", "0")
 }
 

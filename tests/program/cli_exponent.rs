@@ -26,7 +26,7 @@ fn each_curve_and_each_piece_has_a_row_and_what_cannot_be_measured_has_a_sentenc
     run(&folder, "exponent in.csv -o out.csv --picture out.svg")
         .code(1)
         .stdout(is_empty())
-        .stderr(contains("curve 'chord'"))
+        .stderr(contains("curve chord"))
         .stderr(contains("it has 2 points"))
         .stderr(contains("3 curves measured, 1 could not be"));
     let out = fs::read_to_string(folder.path().join("out.csv")).unwrap();

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use faircurve::discrete::{Direction, Energy, Step, length, tension};
 use faircurve::papers::renka::{Ending, InnerProduct, Iterate, Minimisation, Minimised, Minimiser};
 use faircurve::picture::Evolution;
-use faircurve::spline::Natural;
+use faircurve::spline::{Natural, Parametrisation};
 use faircurve::{CurveBatch, Device, Result, Sampling};
 use glam::DVec2;
 
@@ -103,7 +103,8 @@ fn run() -> Result<Outcome> {
 
 /// The paper's curve: vertices at equal arc lengths of the natural cubic spline over chord lengths.
 fn spline() -> Result<Curve> {
-    let fit = Natural::default().fit(&CurveBatch::from_slices(&[&POINTS[..]])?, &Device::cpu())?;
+    let by_chords = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
+    let fit = by_chords.fit(&CurveBatch::from_slices(&[&POINTS[..]])?, &Device::cpu())?;
     // Largest spacing not above this one that divides the length evenly: EDGES pieces.
     let spacing = fit.curve(0).length() / (EDGES as f64 - 0.5);
     Ok(fit.polylines(Sampling::Spacing(spacing)).points(0).as_chunks::<2>().0.to_vec())

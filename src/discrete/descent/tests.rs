@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use super::super::plan::Direction;
 use super::*;
 use crate::linalg::Lanes;
-use crate::spline::Natural;
+use crate::spline::{Natural, Parametrisation};
 use crate::{CurveBatch, Device, Sampling};
 
 /// Gentle curves of size about 1 with `n` edges a span.
@@ -27,7 +27,8 @@ fn splines(count: usize, points: usize, n: usize, height: f64, closed: bool) -> 
     }
     let offsets = (0..=count).map(|i| i * points).collect();
     let batch = CurveBatch::from_ragged(2, coords, offsets).unwrap().closed_each(vec![closed; count]).unwrap();
-    Natural::default().fit_sampled(&batch, Sampling::PerSpan(n), &Device::cpu()).unwrap().1
+    let by_chords = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
+    by_chords.fit_sampled(&batch, Sampling::PerSpan(n), &Device::cpu()).unwrap().1
 }
 
 type Four = Lanes<f64, 4>;
