@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use faircurve::io::{self, Flatness, ReadOptions};
 use faircurve::papers::exponent::{DotsOf, ExponentSearch, ShapeExponent};
-use faircurve::picture::{Bar, Panel, Sheet};
+use faircurve::picture::{Bar, Panel, Sheet, Stroke};
 use faircurve::{CurveBatch, Device, Error, Result};
 use glam::DVec2;
 use rayon::prelude::*;
@@ -27,6 +27,9 @@ const LEAST: [usize; 2] = [2, 3];
 
 /// Exponents are sought from here on. Nearer to 1 curves are polygons, and solutions lose digits.
 const LEAST_EXPONENT: f64 = 1.1;
+
+/// The colour of what no exponent draws: a grey.
+const WITHOUT: [u8; 3] = [169; 3];
 
 #[derive(Args, Debug)]
 pub struct ExponentArgs {
@@ -131,19 +134,29 @@ impl ExponentArgs {
     /// Every piece in the colour of its exponent, on a logarithmic scale.
     fn draw(&self, batch: &CurveBatch, found: &[Result<Found>]) -> Sheet {
         let part = |exponent: f64| (exponent / LEAST_EXPONENT).ln() / (self.most / LEAST_EXPONENT).ln();
-        let (mut curves, mut dots) = (Vec::new(), Vec::new());
+        let (mut curves, mut dots, mut rest) = (Vec::new(), Vec::new(), Vec::new());
         for (i, found) in found.iter().enumerate() {
             let shape: Vec<DVec2> = batch.points(i).as_chunks::<2>().0.iter().map(|&point| point.into()).collect();
-            let Ok(Found { whole, pieces }) = found else { continue };
+            let Ok(Found { whole, pieces }) = found else {
+                let closing = shape.first().filter(|_| batch.is_closed(i));
+                rest.push(shape.iter().chain(closing).copied().collect());
+                continue;
+            };
             dots.extend(whole.dots.iter().map(|&dot| shape[dot]));
-            for piece in pieces.iter().filter(|piece| piece.best.rms.is_finite()) {
+            for piece in pieces {
                 let [first, last] = ends(piece);
                 let last = if last > first { last } else { last + shape.len() };
-                let points = (first..=last).map(|k| shape[k % shape.len()]).collect();
-                curves.push((part(piece.best.exponent), points));
+                let points: Vec<DVec2> = (first..=last).map(|k| shape[k % shape.len()]).collect();
+                match piece.best.rms.is_finite() {
+                    true => curves.push((part(piece.best.exponent), points)),
+                    false => rest.push(points),
+                }
             }
         }
         let bar = Bar::new("exponent ν, on a logarithmic scale", [LEAST_EXPONENT, self.most]);
+        let mut panel = Panel::by_value("", &curves, &dots, bar);
+        let without = |points| Stroke { points, colour: WITHOUT, width: 1.2, name: Some("without an exponent".into()) };
+        panel.strokes.extend(rest.into_iter().map(without));
         let name = title(&self.input.input).unwrap_or_default();
         Sheet {
             title: Some(format!("{name}: the exponents of its pieces")),
@@ -152,7 +165,7 @@ impl ExponentArgs {
                 count(usize::from(self.chords), "chord")
             ),
             columns: 1,
-            panels: vec![Panel::by_value("", &curves, &dots, bar)],
+            panels: vec![panel],
             ..Sheet::default()
         }
     }

@@ -111,7 +111,11 @@ impl ExponentSearch {
         let mut profile: Vec<Deviation> = Vec::new();
         let mut range = [least, most];
         for _ in 0..=ROUNDS {
-            let step = |k: usize| range[0] * (range[1] / range[0]).powf(k as f64 / (CANDIDATES - 1) as f64);
+            // The last one is the end itself, without rounding.
+            let step = |k: usize| match k + 1 == CANDIDATES {
+                true => range[1],
+                false => range[0] * (range[1] / range[0]).powf(k as f64 / (CANDIDATES - 1) as f64),
+            };
             let candidates: Vec<f64> = (0..CANDIDATES).map(step).collect();
             profile.extend(deviations(shape, closed, &dots, &candidates, device)?);
             profile.sort_by(|a, b| a.exponent.total_cmp(&b.exponent));

@@ -43,7 +43,7 @@ fn each_curve_and_each_piece_has_a_row_and_what_cannot_be_measured_has_a_sentenc
     assert!(number(of("flat")[0][4]) < 0.5 * number(of("round")[0][4]), "{out}");
     assert!(number(of("round")[0][5]) < 0.01 && number(of("round")[0][6]) < 0.02, "{out}");
     let picture = fs::read_to_string(folder.path().join("out.svg")).unwrap();
-    assert_eq!(picture.matches(r#"<path class="s""#).count(), 6, "three pieces of two curves");
+    assert_eq!(picture.matches(r#"<path class="s""#).count(), 7, "three pieces of two curves, and the chord");
 }
 
 #[test]
