@@ -37,9 +37,9 @@ pub struct ExponentArgs {
     input: InputArgs,
     /// CSV file to write: a row a curve, and a row a piece
     ///
-    /// - writes to standard output. Columns: curve; piece, 0 for the whole curve; first and last, the numbers of the
-    /// points between which it lies, from 0; exponent; rms and largest, the distances of the points from the curve of
-    /// that exponent, in units of the input. A curve that no exponent can draw has none.
+    /// Its columns are curve; piece, 0 for the whole curve; first and last, the numbers of the points between which it
+    /// lies, from 0; exponent; rms and largest, the distances of the points from the curve of that exponent, in units
+    /// of the input. A curve that no exponent can draw has none. - writes to standard output.
     #[arg(short, long, default_value = "-", help_heading = "Output")]
     output: PathBuf,
     /// Points that the curves compared go through, at equal arc lengths [default: 10, or a third of the points]

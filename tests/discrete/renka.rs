@@ -3,7 +3,7 @@
 
 use faircurve::discrete::{Direction, Energy, Step, bending, length, tension, variation};
 use faircurve::papers::renka::{Ending, InnerProduct, Minimisation, Minimised, Minimiser};
-use faircurve::spline::Natural;
+use faircurve::spline::{Natural, Parametrisation};
 use faircurve::{CurveBatch, Device, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -12,7 +12,8 @@ use rand::{RngExt, SeedableRng};
 /// crosses itself.
 fn start() -> Vec<[f64; 2]> {
     let points = [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]];
-    let fit = Natural::default().fit(&CurveBatch::from_slices(&[&points[..]]).unwrap(), &Device::cpu()).unwrap();
+    let by_chords = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
+    let fit = by_chords.fit(&CurveBatch::from_slices(&[&points[..]]).unwrap(), &Device::cpu()).unwrap();
     let polylines = fit.polylines(Sampling::Spacing(fit.curve(0).length() / 199.5));
     let vertices = polylines.points(0).as_chunks::<2>().0.to_vec();
     assert_eq!((vertices.len(), vertices[0], vertices[200]), (201, [0.0, 0.0], [1.0, 0.0]));
