@@ -301,8 +301,8 @@ fn parameters(t: &mut [f64], batch: &CurveBatch, i: usize, rule: Parametrisation
                 t[k + 1] = t[k] + if rule == Parametrisation::Centripetal { step.sqrt() } else { step };
             }
             if rule == Parametrisation::Centripetal && length > 0.0 {
-                let scale = length / t[entries - 1];
-                t.iter_mut().for_each(|t| *t *= scale);
+                let total = t[entries - 1];
+                t.iter_mut().for_each(|t| *t = length * (*t / total));
             }
         }
     }

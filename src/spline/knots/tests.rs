@@ -13,7 +13,7 @@ fn each_parametrisation_follows_its_rule() {
     assert_eq!(chord.repeats, BTreeMap::from([(0, vec![0, 1, 2, 2])]));
     assert_eq!(chord.values(1), &points.as_flattened()[..6]);
     let roots = [0.0, 5_f64.sqrt(), 5_f64.sqrt() + 2.0];
-    assert_eq!(knots(&batch, Parametrisation::Centripetal).t(1), roots.map(|t| t * (9.0 / roots[2])));
+    assert_eq!(knots(&batch, Parametrisation::Centripetal).t(1), roots.map(|t| 9.0 * (t / roots[2])));
     assert_eq!(knots(&batch, Parametrisation::Uniform).t(0), &[0.0, 1.0, 2.0, 3.0]);
     let batch = batch.with_parameters(vec![1.0, 2.0, 5.0, 5.0, -1.0, 0.5, 9.0]).unwrap();
     let given = knots(&batch, Parametrisation::Auto);

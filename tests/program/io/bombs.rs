@@ -102,9 +102,9 @@ fn run(command: &str, name: &str, bytes: &[u8]) -> Output {
         .unwrap()
 }
 
-/// What the program says of a file that must be refused.
+/// What the program says of a file that must be refused, but for how far it is.
 fn said(command: &str, name: &str, bytes: &[u8]) -> String {
-    let output = run(command, name, bytes);
+    let output = run(&format!("{command} --quiet"), name, bytes);
     let sentence = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{name}: {sentence}");
     assert!(sentence.chars().count() < 1000 && sentence.lines().count() == 1, "{name}: {sentence}");
