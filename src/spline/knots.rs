@@ -300,7 +300,7 @@ fn parameters(t: &mut [f64], batch: &CurveBatch, i: usize, rule: Parametrisation
                 length += step;
                 t[k + 1] = t[k] + if rule == Parametrisation::Centripetal { step.sqrt() } else { step };
             }
-            if rule == Parametrisation::Centripetal && length > 0.0 {
+            if rule == Parametrisation::Centripetal && length > 0.0 && length.is_finite() {
                 let total = t[entries - 1];
                 t.iter_mut().for_each(|t| *t = length * (*t / total));
             }
