@@ -170,6 +170,7 @@ pub mod spline;
 mod status;
 pub mod topology;
 pub mod tracks;
+mod width;
 mod words;
 
 pub use batch::{Column, CurveBatch, Point, Unfitted, Values};

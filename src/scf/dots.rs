@@ -5,11 +5,11 @@ use super::slopes::{Ends, SlopesProblem, Span};
 use super::start::{Chords, Start, wrap};
 use super::tension::{TensionLaw, TensionSpan};
 use super::universal::Universal;
-use super::width::widths;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::error::{Error, Result};
 use crate::linalg::{Real, Scalar};
 use crate::status::CurveStatus;
+use crate::width::widths;
 
 /// Exponents a batch may hold: their numbers are stored in 16 bits.
 const MOST_EXPONENTS: usize = 1 << 16;
@@ -218,6 +218,8 @@ impl Dots {
             let part = 2.0 * (1.0 - 1.0 / nu) * exponents.tension;
             TensionSpan { chord, tension: (part * chord / width).powf(nu), ends }
         };
-        widths(&self.chords, self.closed).into_iter().enumerate().map(span).collect()
+        let Chords { lengths, directions } = &self.chords;
+        let cosine = |before: usize, after: usize| (directions[after] - directions[before]).cos();
+        widths(lengths, self.closed, cosine).into_iter().enumerate().map(span).collect()
     }
 }

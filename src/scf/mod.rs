@@ -38,7 +38,6 @@ mod taut;
 mod tension;
 mod trig;
 pub(crate) mod universal;
-mod width;
 pub(crate) mod workspace;
 
 pub use arc::Site;

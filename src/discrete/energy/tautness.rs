@@ -3,6 +3,7 @@
 use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, dot, subtract};
+use crate::width::widths;
 
 /// The tautness Σ Δs/w², in 1/length, where w is the width that the data leave a curve in the span of
 /// the edge Δs.
@@ -68,12 +69,6 @@ impl Term<1> for Tautness {
     }
 }
 
-/// The least width of a span, as a part of its chord.
-///
-/// e^(−10 s/h) falls by half within 1.1 of 16 edges. Narrower widths leave curves that do not converge.
-// Not in the kernel: the host gives it 1/w².
-const NARROWEST: f64 = 0.1;
-
 /// 1/w² of every edge, with w the width of its span.
 ///
 /// `rows` are the vertices of the data points, at the end of a closed curve the first once more.
@@ -84,19 +79,9 @@ pub(crate) fn of_spans<const D: usize>(points: &[Vector<f64, D>], rows: &[u32], 
     let chord = |&k: &usize| subtract(points[(k + 1) % points.len()], points[k]).map(|x| x / size);
     let chords: Vec<Vector<f64, D>> = spans.iter().map(chord).collect();
     let lengths: Vec<f64> = chords.iter().map(|chord| dot(*chord, *chord).sqrt()).collect();
-    let count = chords.len();
-    // (1 + cos θ)/2 where span k begins, and the length of the span before it.
-    let beginning = |k: usize| {
-        let (before, after) = ((k + count - 1) % count, k % count);
-        let cosine = dot(chords[before], chords[after]) / (lengths[before] * lengths[after]);
-        if closed || (k > 0 && k < count) { (0.5 + 0.5 * cosine, lengths[before]) } else { (1.0, f64::INFINITY) }
-    };
+    let cosine = |before: usize, after: usize| dot(chords[before], chords[after]) / (lengths[before] * lengths[after]);
     let mut taut = vec![0.0; rows.last().map_or(0, |&last| last as usize)];
-    for (k, &span) in spans.iter().enumerate() {
-        let ((start, before), (end, _)) = (beginning(k), beginning(k + 1));
-        let after = if closed || k + 1 < count { lengths[(k + 1) % count] } else { f64::INFINITY };
-        let width = lengths[k].min(before).min(after) * start.min(end);
-        let width = width.max(NARROWEST * lengths[k]);
+    for (&span, width) in spans.iter().zip(widths(&lengths, closed, cosine)) {
         taut[rows[span] as usize..rows[span + 1] as usize].fill(1.0 / (width * width));
     }
     taut
