@@ -294,6 +294,11 @@ impl CurveBatch {
         self.closed[i]
     }
 
+    /// Whether its points have parameters. A batch without curves has none.
+    pub(crate) fn has_parameters(&self) -> bool {
+        !self.is_empty() && self.parameters(0).is_some()
+    }
+
     /// The parameters of curve `i`, if the batch has any.
     pub fn parameters(&self, i: usize) -> Option<&[f64]> {
         Some(&self.parameters.as_ref()?[self.offsets[i]..self.offsets[i + 1]])

@@ -82,9 +82,12 @@ pub(super) fn untangle<const D: usize>(
 impl<const D: usize> Ready<D> {
     /// The spans of a converged curve that cross where the polygon of its points does not, increasing.
     fn tangled(&self, outcome: &Outcome<D>) -> Vec<usize> {
+        if outcome.standing != Standing::Converged {
+            return vec![];
+        }
         let closed = self.problem.closed;
         let vertices = self.vertices_of(outcome);
-        if outcome.standing != Standing::Converged || is_simple(&vertices, closed) {
+        if is_simple(&vertices, closed) {
             return vec![];
         }
         let crossing = edges_that_cross(&vertices, closed);

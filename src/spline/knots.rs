@@ -106,7 +106,7 @@ impl Knots {
     /// # Errors
     /// [`Parametrisation::Given`] for a batch without parameters.
     pub fn new(batch: &CurveBatch, parametrisation: Parametrisation, coincident: Coincident) -> Result<Self> {
-        let has_parameters = !batch.is_empty() && batch.parameters(0).is_some();
+        let has_parameters = batch.has_parameters();
         let rule = match parametrisation {
             Parametrisation::Auto if has_parameters => Parametrisation::Given,
             Parametrisation::Auto => Parametrisation::ChordLength,

@@ -178,9 +178,8 @@ impl Natural {
     fn rule(&self, batch: &CurveBatch) -> Parametrisation {
         let constraints = batch.constraints();
         let in_lengths = constraints.tangents.is_some() || constraints.curvatures.is_some();
-        let has_parameters = !batch.is_empty() && batch.parameters(0).is_some();
         match self.parametrisation {
-            Parametrisation::Auto if !in_lengths && !has_parameters => Parametrisation::Centripetal,
+            Parametrisation::Auto if !in_lengths && !batch.has_parameters() => Parametrisation::Centripetal,
             other => other,
         }
     }
