@@ -276,4 +276,14 @@ mod tests {
         assert_eq!((bar.from, bar.to), ((-1f64).to_degrees(), 1f64.to_degrees()));
         assert_eq!(Panel::fan("none", &[]).bar, None);
     }
+
+    #[test]
+    fn curves_have_the_colours_of_their_values_and_what_has_none_is_left_out() {
+        let curves = [1.0, f64::NAN, 0.0, 0.5].map(|part| (part, line(part)));
+        let panel = Panel::by_value("values", &curves, &[DVec2::ZERO], Bar::new("value", [2.0, 9.0]));
+        let colours: Vec<_> = panel.strokes.iter().map(|s| s.colour).collect();
+        assert_eq!(colours, [FAN[3], FAN[0], mix(&FAN, 0.5)]);
+        let bar = panel.bar.unwrap();
+        assert_eq!((bar.from, bar.to, bar.unit.as_str()), (2.0, 9.0, ""));
+    }
 }

@@ -66,3 +66,19 @@ fn a_tube_belongs_to_smoothing_alone() {
         .code(2)
         .stderr(contains("cannot be used"));
 }
+
+#[test]
+fn parameters_are_chosen_by_a_word_for_splines_alone() {
+    let folder = folder();
+    let length = |option: &str| reports(&folder, &format!("--smoothing 0.01 {option}"))[0]["length"].as_f64().unwrap();
+    assert_eq!(length(""), length("--parametrisation chord"));
+    assert_ne!(length(""), length("--parametrisation uniform"));
+    let fit = "fit in.csv -o out.csv --device cpu --force";
+    for method in ["fair", "scf"] {
+        let said = "--parametrisation chord belongs to --method natural and --method smoothing";
+        run(&folder, &format!("{fit} --method {method} --parametrisation chord")).code(2).stderr(contains(said));
+    }
+    run(&folder, &format!("{fit} --parametrisation given"))
+        .code(2)
+        .stderr(contains("needs a parameter for every point"));
+}

@@ -276,6 +276,25 @@ fn repeated_points_change_nothing_but_the_number_of_samples() {
 }
 
 #[test]
+fn parameters_are_centripetal_by_default_and_chord_lengths_where_tangents_count_in_them() {
+    let plain = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 0.0], [1.0, 4.0]][..]]).unwrap();
+    let knots = |batch: &CurveBatch, parametrisation| {
+        let natural = Natural { parametrisation, ..Natural::default() };
+        natural.fit(batch, &Device::cpu()).unwrap().curve(0).knots().to_vec()
+    };
+    // Steps of 1 and 2 for distances of 1 and 4, in all as long as the polygon.
+    assert_eq!(knots(&plain, Parametrisation::Auto), [0.0, 5.0 * (1.0 / 3.0), 5.0]);
+    assert_eq!(knots(&plain, Parametrisation::Auto), knots(&plain, Parametrisation::Centripetal));
+    let chords = knots(&plain, Parametrisation::ChordLength);
+    assert_eq!(chords, [0.0, 1.0, 5.0]);
+    let tangents = Some(vec![1.0, 0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN]);
+    let held = plain.clone().with_constraints(Constraints { tangents, ..Constraints::default() }).unwrap();
+    assert_eq!(knots(&held, Parametrisation::Auto), chords);
+    let timed = plain.with_parameters(vec![2.0, 3.0, 9.0]).unwrap();
+    assert_eq!(knots(&timed, Parametrisation::Auto), [2.0, 3.0, 9.0]);
+}
+
+#[test]
 fn two_points_make_a_straight_line() {
     let batch = CurveBatch::from_slices(&[&[[1.0, 2.0, 3.0], [4.0, -2.0, 3.0]][..]]).unwrap();
     let fit = fit(&batch);
