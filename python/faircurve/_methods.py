@@ -152,7 +152,7 @@ class Fair:
     ----------
     energy : Energy or dict, optional
         Such as ``bending(2) + 0.1 * length()`` or ``{"bending": 1, "length": 0.1}``. By default ``bending() + tautness()``,
-        which has a least curve for every list of points, in any unit; with ``deviation`` bending alone.
+        which has a least curve for every list of points, in any unit.
     per_span : int
         Edges between data points.
     spacing : float, optional
@@ -160,7 +160,7 @@ class Fair:
     pins : {"all", "ends", "none"}, optional
         Which points stay. By default all; with ``deviation`` or an attachment the ends.
     deviation : float, optional
-        The fairest curve that passes within this distance of every point.
+        The fairest of all curves that pass within this distance of every point.
     corners : float, optional
         Points where the input turns by more than this angle (degrees) stay corners.
     solver : {"newton", "cg", "descent"}
@@ -192,8 +192,7 @@ class Fair:
 
         The other arguments are those of :meth:`Natural.fit`.
         """
-        default = bending() + tautness() if self.deviation is None else bending()
-        energy = default if self.energy is None else energy_of(self.energy)
+        energy = bending() + tautness() if self.energy is None else energy_of(self.energy)
         near = self.deviation is not None or energy.has("attachment")
         pins = self.pins or ("ends" if near else "all")
         given = ragged(curves)

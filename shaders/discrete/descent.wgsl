@@ -132,7 +132,7 @@ fn load_weight(curve: Curve, index: u32) -> real {
 //:end
 
 //:include discrete/descent/trial.wgsl
-//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset HOLD=load_hold DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
 //:include discrete/lane.wgsl
 
 // Largest step that changes no edge by more than its allowed part.

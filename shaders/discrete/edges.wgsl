@@ -8,7 +8,7 @@
 //     SWEEP       the function's name
 //     EDGE        fn(curve: Curve, j: u32) -> vector: edge j, 0 ≤ j < segments
 //     OFFSET      with ATTACHMENT: fn(curve: Curve, v: u32) -> vector: f − p at vertex v
-//     STIFFNESS   with ATTACHMENT: fn(curve: Curve, v: u32) -> real: w at vertex v, 0 where there is no data point
+//     HOLD        with ATTACHMENT: fn(curve: Curve, v: u32) -> Hold: what holds vertex v, nothing where there is no data point
 //     DERIVATIVES with STORE or DIRECTION
 //     STORE       if gradients are wanted: fn(curve: Curve, v: u32, gradient: vector), called for every vertex once, in order
 //     DIRECTION   if the slope Σ g·p is wanted: fn(curve: Curve, j: u32) -> vector: p at the end of edge j less p at its start
@@ -67,12 +67,12 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
             swept.gauge += value.y;
 //:if ATTACHMENT
             let offset = $OFFSET(curve, u32(j));
-            let stiffness = $STIFFNESS(curve, u32(j));
-            swept.energy += weights.attachment * attachment_value(offset, stiffness);
+            let hold = $HOLD(curve, u32(j));
+            swept.energy += weights.attachment * hold_value(hold, offset);
 //:end
 //:if STORE
 //:if ATTACHMENT
-            let attached = weights.attachment * attachment_gradient(offset, stiffness);
+            let attached = weights.attachment * hold_gradient(hold, offset);
             $STORE(curve, u32(j), (previous - by_edge) + attached);
 //:else
             $STORE(curve, u32(j), previous - by_edge);
@@ -83,7 +83,7 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
                 swept.slope += dot(by_edge, $DIRECTION(curve, u32(j)));
             }
 //:if ATTACHMENT
-            let pull = weights.attachment * attachment_gradient(offset, stiffness);
+            let pull = weights.attachment * hold_gradient(hold, offset);
             swept.slope += dot(pull, $DIRECTION_AT(curve, u32(j)));
 //:end
 //:end

@@ -83,9 +83,13 @@ fn load_offset(curve: Curve, v: u32) -> vector {
 //:end
 }
 
-fn load_stiffness(curve: Curve, v: u32) -> real {
-    return offsets[(curve.start + v) * ($DIMu + 1u) + $DIMu];
+//:if ATTACHMENT
+fn load_hold(curve: Curve, v: u32) -> Hold {
+    var hold = Hold();
+    hold.spring = offsets[(curve.start + v) * ($DIMu + 1u) + $DIMu];
+    return hold;
 }
+//:end
 
 fn store_gradient(curve: Curve, v: u32, gradient: vector) {
     let at = (curve.start + v) * $DIMu;
@@ -108,9 +112,9 @@ fn load_edge_direction(curve: Curve, j: u32) -> vector {
     return load_direction(curve, next) - load_direction(curve, j);
 }
 
-//:include discrete/edges.wgsl SWEEP=sweep_gradient EDGE=load_edge OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 STORE=store_gradient
-//:include discrete/edges.wgsl SWEEP=sweep_slope EDGE=load_edge OFFSET=load_offset STIFFNESS=load_stiffness DERIVATIVES=1 DIRECTION=load_edge_direction DIRECTION_AT=load_direction
-//:include discrete/edges.wgsl SWEEP=sweep_value EDGE=load_edge OFFSET=load_offset STIFFNESS=load_stiffness
+//:include discrete/edges.wgsl SWEEP=sweep_gradient EDGE=load_edge OFFSET=load_offset HOLD=load_hold DERIVATIVES=1 STORE=store_gradient
+//:include discrete/edges.wgsl SWEEP=sweep_slope EDGE=load_edge OFFSET=load_offset HOLD=load_hold DERIVATIVES=1 DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/edges.wgsl SWEEP=sweep_value EDGE=load_edge OFFSET=load_offset HOLD=load_hold
 
 fn store_sums(block: u32, swept: Swept) {
     sums[3u * block] = swept.energy;
@@ -202,8 +206,8 @@ fn add_window(curve: Curve, range: VertexRange, j: i32, w: Window, weights: Weig
     }
 //:if ATTACHMENT
     for (var v = range.begin; v < range.end; v++) {
-        let attached = weights.attachment * load_stiffness(curve, v);
-        add_to_hessian(curve, range, i32(v), 0u, attachment_hessian(attached));
+        let held = hold_hessian(load_hold(curve, v), vector());
+        add_to_hessian(curve, range, i32(v), 0u, weights.attachment * held);
     }
 //:end
     // Windows reach $VERTICES vertices.

@@ -180,7 +180,9 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
         // A vertex that is held is the unit row.
         var own = real(1) - part.x;
 //:if ATTACHMENT
-        own += part.x * (real(1) + lambda) * weights.attachment * load_stiffness(curve, v);
+        own += part.x * lambda * load_stiffness(curve, v);
+        let held = hold_hessian(load_hold(curve, v), current_offset(curve, v));
+        front.a00 += part.x * held;
 //:end
         front.a00 += diagonal(own);
         front.r0 -= work_vector(curve.g, v);

@@ -42,8 +42,7 @@ impl FromStr for EnergyWeights {
 fn energy_help() -> String {
     format!(
         "What is minimised: a weighted sum of {}. Weights are in units of the input; that of tautness beside bending has \
-         none. With attachment points are no longer fixed [default: bending=1,tautness=1; with --deviation or --exponent \
-         bending=1]",
+         none. With attachment points are no longer fixed [default: bending=1,tautness=1; with --exponent bending=1]",
         Energy::NAMES.join(", ")
     )
 }
@@ -297,7 +296,7 @@ impl MethodArgs {
     fn energy(&self) -> Energy {
         match (&self.energy, self.exponent) {
             (Some(weights), exponent) => weights.energy(exponent.unwrap_or(2.0)),
-            (None, None) if self.deviation.is_none() => Fair::default().energy,
+            (None, None) => Fair::default().energy,
             (None, exponent) => bending(exponent.unwrap_or(2.0)),
         }
     }
@@ -319,7 +318,7 @@ impl MethodArgs {
         let attached = self.energy.as_ref().is_some_and(|weights| weights.has("attachment"));
         if let Some(deviation) = deviation.filter(|_| attached) {
             return Err(Error::argument(format!(
-                "--deviation {deviation} finds the weight of the attachment, which --energy gives too: leave one of both out"
+                "--deviation {deviation} keeps the curve near its points, and so does the attachment of --energy: leave one of both out"
             )));
         }
         let pins = match self.pin {

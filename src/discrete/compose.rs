@@ -13,7 +13,7 @@ use crate::precision::Precision;
 ///
 /// No energy may have one of them.
 const RESERVED: [&str; 8] =
-    ["gauge", "smooth_gauge", "end_gauge", "attachment", "window", "edge", "across", "torsion_curvature"];
+    ["gauge", "smooth_gauge", "end_gauge", "hold", "window", "edge", "across", "torsion_curvature"];
 
 /// An energy in the form a kernel needs.
 #[derive(Clone, Debug)]

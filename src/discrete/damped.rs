@@ -6,7 +6,7 @@ use super::newton::Newton;
 use super::plan::Direction;
 use crate::damping::{Trial, Verdict};
 use crate::linalg::Scalar;
-use crate::linalg::scalar::{add, dot, scale};
+use crate::linalg::scalar::{add, dot, scale, subtract};
 
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     /// Storage for the systems of [`newton_tick`](Self::newton_tick), if the plan uses Newton's
@@ -75,6 +75,9 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         self.edges.place(&self.u);
         let gauge = (self.plan.gauge > 0).then_some((self.plan.gauge, self.gauge));
         newton.assemble(&self.edges, self.terms.iter().copied(), gauge, &self.weights);
+        for (row, (target, hold)) in self.holds.iter().enumerate() {
+            newton.hold(row, hold.hessian(subtract(self.u[row], *target)), self.weights.vertices[row]);
+        }
         let mut lambda = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {
             lambda.set_lane(l, lane.damping.lambda);

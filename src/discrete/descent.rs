@@ -11,7 +11,7 @@
 
 use super::constrain::Constraints;
 use super::edges::Edges;
-use super::energy::Functional;
+use super::energy::{Functional, Hold};
 use super::lane::{Lane, Standing};
 use super::line_search::LineSearch;
 use super::metric::{Metric, Pins, Weights};
@@ -32,8 +32,8 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     /// Weights differ from lane to lane, because curves are normalised.
     pub terms: Vec<(S, &'a Functional)>,
     pub gauge: S,
-    /// The displacement of the data point of each attached vertex.
-    pub targets: Vec<Vector<S, D>>,
+    /// The displacement of the data point of each attached vertex, and what holds it there.
+    pub holds: Vec<(Vector<S, D>, Hold<S, D>)>,
     /// Tangents to keep.
     ///
     /// A descent that has any has one lane.
@@ -59,7 +59,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         weights: Weights<S>,
         terms: Vec<(S, &'a Functional)>,
         gauge: S,
-        targets: Vec<Vector<S, D>>,
+        holds: Vec<(Vector<S, D>, Hold<S, D>)>,
         bounds: &[(f64, f64)],
     ) -> Self {
         let rows = vec![[S::ZERO; D]; edges.rows()];
@@ -79,7 +79,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             weights,
             terms,
             gauge,
-            targets,
+            holds,
             constraints: None,
         }
     }
@@ -164,18 +164,16 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy
     }
 
-    /// ½ Σ w |x − target|².
+    /// The energy of what holds the vertices.
     ///
     /// Its gradient is added to `trial`.
     #[inline(always)]
     fn attach(&mut self) -> S {
-        let half = S::of(0.5);
         let mut energy = S::ZERO;
-        for (row, target) in self.targets.iter().enumerate() {
-            let weight = self.weights.vertices[row];
-            let away = subtract(self.x[row], *target);
-            energy += half * weight * dot(away, away);
-            self.trial[row] = add(self.trial[row], scale(weight * self.pins.movable[row], away));
+        for (row, (target, hold)) in self.holds.iter().enumerate() {
+            let offset = subtract(self.x[row], *target);
+            energy += hold.value(offset);
+            self.trial[row] = add(self.trial[row], scale(self.pins.movable[row], hold.gradient(offset)));
         }
         energy
     }

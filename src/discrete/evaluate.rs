@@ -3,7 +3,7 @@
 //! Nothing is fitted. The points of a batch are the vertices.
 
 use super::edges::Edges;
-use super::energy::{Energy, TORSION_CURVATURE, of_spans};
+use super::energy::{Energy, Hold, TORSION_CURVATURE, of_spans};
 use super::evaluate_gpu::evaluate_on_gpu;
 use super::hessian::{BLOCKS, BlockHessian, dense};
 use crate::batch::{CurveBatch, Unfitted};
@@ -347,7 +347,8 @@ impl<'a> Evaluating<'a> {
                     gradient[vertex][c] += w * away;
                 }
                 if let Some(blocks) = &mut blocks {
-                    blocks.add_diagonal(vertex, S::of(w));
+                    let hold = Hold { spring: S::of(w), ..Hold::NONE };
+                    blocks.add_block(vertex, hold.hessian([S::ZERO; D]));
                 }
             }
             let along = |direction: &[Vector<f64, D>]| {

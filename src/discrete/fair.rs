@@ -144,7 +144,6 @@ pub struct Fair {
     /// The energy to minimise, with weights in units of the input.
     ///
     /// [`bending`] and [`tautness`] by default: a least curve exists for every list of points, in any unit.
-    /// With a [`deviation`](Self::deviation) bending alone is fairer: near the points a curve has room.
     pub energy: Energy,
     /// How spans are divided.
     ///
@@ -156,27 +155,29 @@ pub struct Fair {
     pub pins: Pins,
     /// The largest distance D > 0 between a data point and its vertex, in units of the input.
     ///
-    /// `None`, the default, searches for nothing. With a distance, curves pass near their points
-    /// instead of through them. Every curve is attached to its points with the smallest weight α
-    /// that keeps D, as [`attachment`](super::attachment) would with that weight. A smaller D is
-    /// closer. Ends of open curves are pinned, unless pins are [`Pins::None`].
+    /// `None`, the default, goes through the points. With a distance the curve is the fairest of all that
+    /// pass within D of every point:
     ///
-    /// Weights tried are 0.54 % apart. The weakest leaves the curve as fair as its ends let it be.
-    /// The strongest draws it through its points but for rounding. The report holds the weight
-    /// found ([`smoothing`](CurveReport::smoothing)). Where no weight is strong enough, the curve
-    /// goes through its points and is converged, with a message.
+    /// ```text
+    /// min E(f)  with  |f_i − p_i| ≤ D at every data point p_i
+    /// ```
     ///
-    /// The search starts from the smoothing spline that keeps the deviation. Where that spline
-    /// might vanish, one that keeps less is taken. Where tangents are given, the natural spline is
-    /// taken. The search goes along curves that keep the deviation. Where minima end, the deviation
-    /// jumps. The curve before the jump is taken.
+    /// Where it touches its discs it is held, each point by a force of its own; elsewhere it is free. The method of
+    /// multipliers finds these forces in about eight rounds of Newton's method, on every device. The
+    /// discs are smaller than D by 1e-4 of it, so that D is kept; in f32 by 1e-5 of the curve's size, if that is more.
+    /// Ends of open curves are pinned, unless pins are [`Pins::None`].
     ///
-    /// Rough curves may have no minimum near their points at any weight. Without length in the
-    /// energy they swing out into loops. Such curves are `not_converged`, and the curve is the
-    /// spline.
+    /// A vertex may move across the curve, and not along it. A curve has room in its discs besides that between its
+    /// points: for tautness the widths are √(w² + D²).
     ///
-    /// Curves of 8 segments a span and more are first searched for with 4. The reported energy is
-    /// without the attachment. Iterations are those of all weights tried.
+    /// The descent starts from the smoothing spline that keeps the deviation, or, where tangents are given, from the
+    /// natural spline. A ring could vanish within a D of half its width (area over length), an open curve within a
+    /// quarter of its diagonal: D is then halved until they cannot, and the message says to what.
+    ///
+    /// The reported energy is without what holds the curve. Iterations are those of all rounds.
+    /// A curve that does not converge, or has loops, as with bending alone it may, is `not_converged`.
+    ///
+    /// Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
     pub deviation: Option<f64>,
     /// The angle above which corners are kept, in radians from 0 to π.
     ///

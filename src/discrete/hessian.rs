@@ -154,11 +154,12 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Adds x, which is weight · w of [`attachment`](super::attachment), to the diagonal of a
-    /// vertex.
+    /// Adds a Hessian by one vertex alone, such as that of [`attachment`](super::attachment).
     #[inline(always)]
-    pub fn add_diagonal(&mut self, vertex: usize, x: S) {
-        (0..D).for_each(|c| self.blocks[vertex][0][c][c] += x);
+    pub fn add_block(&mut self, vertex: usize, x: Block<S, D>) {
+        for (own, x) in self.blocks[vertex][0].iter_mut().flatten().zip(x.into_iter().flatten()) {
+            *own += x;
+        }
     }
 
     #[inline(always)]

@@ -1,14 +1,14 @@
-//! The start of a search for a deviation: a smoothing spline, which keeps the deviation and is
+//! The start of curves within a deviation: a smoothing spline, which keeps the deviation and is
 //! gentle.
 //!
 //! The natural spline goes through every point, however sharply the points turn. Descents from
 //! there may swing out into large loops instead of letting go of the points. The smoothing spline
-//! has let go of them from the start. Its λ suggests the attachment weight that the deviation
-//! needs.
+//! has let go of them from the start.
 
 use std::collections::BTreeMap;
 
 use super::curves::Vertices;
+use super::deviation::deviation;
 use super::energy::Energy;
 use super::fair::{Fair, Pins};
 use super::setup::Ready;
@@ -40,19 +40,10 @@ const LEAST_OF_DIAGONAL: f64 = 0.01;
 /// The smoothing splines of a batch.
 pub(super) struct Near {
     splines: Vec<CubicSplines>,
-    /// For every curve, the index of its splines, its index among them, and its spread.
-    places: Vec<Option<(usize, usize, Spread)>>,
-}
-
-/// What a spline suggests about the weight.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Spread {
-    /// The spline's λ.
-    ///
-    /// 0 where there is no spline.
-    pub lambda: f64,
-    /// The number of times that the allowed deviation was halved for this spline.
-    pub halvings: i32,
+    /// For every curve, the index of its splines, and its index among them.
+    places: Vec<Option<(usize, usize)>>,
+    /// How many times the deviation is halved for every curve.
+    halvings: Vec<i32>,
 }
 
 impl Near {
@@ -72,7 +63,7 @@ impl Near {
                 groups.entry(halvings as i32).or_default().push(i);
             }
         }
-        let mut near = Near { splines: Vec::new(), places: vec![None; batch.len()] };
+        let mut near = Near { splines: Vec::new(), places: vec![None; batch.len()], halvings: vec![0; batch.len()] };
         for (halvings, curves) in groups {
             let smoothing = Smoothing {
                 amount: Amount::Deviation(allowed * f64::from(-halvings).exp2()),
@@ -81,8 +72,8 @@ impl Near {
             };
             let (splines, reports) = smoothing.fit_splines(&free.select(&curves), &Device::cpu())?;
             for (k, (&i, report)) in curves.iter().zip(&reports).enumerate() {
-                let lambda = report.smoothing.filter(|_| report.status == CurveStatus::Converged);
-                near.places[i] = lambda.map(|lambda| (near.splines.len(), k, Spread { lambda, halvings }));
+                near.places[i] = (report.status == CurveStatus::Converged).then_some((near.splines.len(), k));
+                near.halvings[i] = halvings;
             }
             near.splines.push(splines);
         }
@@ -91,13 +82,13 @@ impl Near {
 
     /// The spline of curve `i`, if it has one.
     pub fn curve(&self, i: usize) -> Option<Box<dyn Curve + '_>> {
-        let (group, k, _) = self.places[i]?;
+        let (group, k) = self.places[i]?;
         Some(self.splines[group].curve(k))
     }
 
-    /// What the spline of curve `i` suggests about the weight.
-    pub fn spread(&self, i: usize) -> Spread {
-        self.places[i].map_or(Spread::default(), |(.., spread)| spread)
+    /// How many times the deviation is halved for curve `i`, so that it does not vanish.
+    pub fn halvings(&self, i: usize) -> i32 {
+        self.halvings[i]
     }
 }
 
@@ -112,8 +103,8 @@ impl<const D: usize> Ready<D> {
         iterations: u32,
     ) -> (CurveReport, Option<Vertices>) {
         let what = format!(
-            "no weight of the attachment leads to a minimum that keeps the deviation of {allowed} and has no loops, after {iterations} iterations: the \
-             curve is the spline they started from, which keeps it; {}",
+            "{iterations} iterations did not lead to a minimum that keeps the deviation of {allowed} and has no loops: the \
+             curve is the spline that they started from, which keeps it; {}",
             remedy(&attached.energy)
         );
         let report = CurveReport {
@@ -123,7 +114,7 @@ impl<const D: usize> Ready<D> {
             iterations,
             gradient_norm: f64::NAN,
             smoothing: None,
-            max_deviation: self.deviation(batch.points(i).as_chunks::<D>().0),
+            max_deviation: deviation(&self.vertices, &self.rows, batch.points(i).as_chunks::<D>().0),
         };
         let coords = self.vertices.into_iter().flatten().collect();
         (report, Some(Vertices { coords, rows: self.rows, corners: vec![] }))

@@ -104,12 +104,13 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
             ..3 => self.damp_second(edges, weights.highest),
             _ => self.damp_third(edges, weights.highest),
         }
-        if weights.attached {
-            for (row, &weight) in weights.vertices.iter().enumerate().take(self.movable.len() / D) {
-                self.hessian.add_diagonal(row, weight);
-                self.damping[row][0] += weight;
-            }
-        }
+    }
+
+    /// Adds what holds a vertex: its Hessian to H, and its stiffness to L.
+    #[inline(always)]
+    pub fn hold(&mut self, row: usize, hessian: Block<S, D>, stiffness: S) {
+        self.hessian.add_block(row, hessian);
+        self.damping[row][0] += stiffness;
     }
 
     /// w Σ D₂p·D₂p Δa

@@ -5,7 +5,7 @@
 use super::constrain::Constraints;
 use super::descent::Descent;
 use super::edges::Edges;
-use super::energy::{Energy, Functional, MOST_EDGES};
+use super::energy::{Energy, Functional, Hold, MOST_EDGES};
 use super::lane::Standing;
 use super::metric::{Pins, Weights};
 use super::plan::{Direction, Plan};
@@ -31,8 +31,8 @@ pub(crate) struct Problem<const D: usize> {
     pub data: Vec<u32>,
     /// Rows of the pinned vertices, increasing.
     pub pinned: Vec<u32>,
-    /// Attached vertices, each as row, weight and displacement of the data point.
-    pub attached: Vec<(u32, f64, Vector<f64, D>)>,
+    /// Attached vertices.
+    pub attached: Vec<Attached<D>>,
     /// The weight of each term of the energy at size 1.
     pub weights: Vec<f64>,
     pub gauge: f64,
@@ -54,6 +54,24 @@ pub(crate) struct Problem<const D: usize> {
     pub longest: f64,
     /// Tangents to keep.
     pub constraints: Option<Constraints<D>>,
+}
+
+/// A vertex that is held near a data point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Attached<const D: usize> {
+    pub row: u32,
+    /// The displacement of the data point.
+    pub target: Vector<f64, D>,
+    /// What the inner product holds the vertex with.
+    pub stiffness: f64,
+    pub hold: Hold<f64, D>,
+}
+
+impl<const D: usize> Attached<D> {
+    /// A vertex at a spring.
+    pub fn spring(row: u32, weight: f64, target: Vector<f64, D>) -> Self {
+        Attached { row, target, stiffness: weight, hold: Hold { spring: weight, ..Hold::NONE } }
+    }
 }
 
 /// The end of a descent.
@@ -85,8 +103,8 @@ impl<const D: usize> Problem<D> {
         for (j, edge) in self.base.iter_mut().enumerate() {
             *edge = add(*edge, subtract(u[(j + 1) % count], u[j]));
         }
-        for (row, _, target) in &mut self.attached {
-            *target = subtract(*target, u[*row as usize]);
+        for attached in &mut self.attached {
+            attached.target = subtract(attached.target, u[attached.row as usize]);
         }
     }
 
@@ -129,8 +147,7 @@ impl<const D: usize> Problem<D> {
             && 2 * short.base.len() >= long.base.len()
             && (!self.closed
                 || order_of(MOST_EDGES, true, short.base.len()) == order_of(MOST_EDGES, true, long.base.len()))
-            && self.attached.is_empty()
-            && other.attached.is_empty()
+            && self.attached.is_empty() == other.attached.is_empty()
             && self.constraints.is_none()
             && other.constraints.is_none()
             && pins <= long.pinned.len()
@@ -282,14 +299,21 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
         Pins { movable: vec![S::ZERO; edges.rows()], rows: longest.pinned.iter().map(|&row| row as usize).collect() };
     let attached = members.iter().any(|problem| !problem.attached.is_empty());
     let mut vertices = vec![S::ZERO; edges.rows()];
-    let mut targets = vec![[S::ZERO; D]; if attached { edges.rows() } else { 0 }];
+    let mut holds = vec![([S::ZERO; D], Hold::<S, D>::NONE); if attached { edges.rows() } else { 0 }];
     for l in 0..S::LANES {
         let problem = lane(l);
         (0..problem.vertices()).for_each(|row| pins.movable[row].set_lane(l, number(1.0)));
         problem.pinned.iter().for_each(|&row| pins.movable[row as usize].set_lane(l, number(0.0)));
-        for &(row, weight, target) in &problem.attached {
-            vertices[row as usize].set_lane(l, number(weight));
-            (0..D).for_each(|c| targets[row as usize][c].set_lane(l, number(target[c])));
+        for attached in &problem.attached {
+            let row = attached.row as usize;
+            vertices[row].set_lane(l, number(attached.stiffness));
+            let (target, hold) = &mut holds[row];
+            (0..D).for_each(|c| target[c].set_lane(l, number(attached.target[c])));
+            hold.spring.set_lane(l, number(attached.hold.spring));
+            hold.wall.set_lane(l, number(attached.hold.wall));
+            hold.reach.set_lane(l, number(attached.hold.reach));
+            (0..D).for_each(|c| hold.rail[c].set_lane(l, number(attached.hold.rail[c])));
+            hold.place.set_lane(l, number(attached.hold.place));
         }
     }
     let weights = Weights { highest: each(&|problem| problem.highest), vertices, attached };
@@ -302,7 +326,7 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let newton = plan.order > 1 && limited(plan.order) == plan.order;
     let direction = if plan.direction == Direction::Newton && !newton { Direction::Hybrid } else { plan.direction };
     let plan = Plan { direction, order: limited(plan.order), gauge: limited(plan.gauge), ..*plan };
-    let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, targets, &bounds);
+    let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, holds, &bounds);
     descent.constraints = lane(0).constraints.clone();
     descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);
     descent

@@ -6,7 +6,7 @@
 use super::constrain::{Constraints as Kept, constrained};
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins, Segments};
-use super::problem::{Outcome, Problem, order_of};
+use super::problem::{Attached, Outcome, Problem, order_of};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
 use crate::curve::Curve;
@@ -183,15 +183,15 @@ fn ready<const D: usize>(
     pinned.extend(constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32));
     pinned.sort_unstable();
     pinned.dedup();
-    let mut targets: Vec<(u32, f64, Vector<f64, D>)> = Vec::new();
+    let mut targets: Vec<Attached<D>> = Vec::new();
     if attached > 0.0 {
         let weight = |k: usize| batch.weights(i).map_or(1.0, |weights| weights[k]);
         for k in (0..points.len()).filter(|&k| !pinned.contains(&data[k])) {
             let at = scaled(subtract(points[k], vertices[data[k] as usize]));
             let own = weight(k) * attached * size * size / energy_unit;
-            match targets.iter_mut().rev().find(|(row, ..)| *row == data[k]) {
-                Some((_, sum, _)) => *sum += own,
-                None => targets.push((data[k], own, at)),
+            match targets.iter_mut().rev().find(|target| target.row == data[k]) {
+                Some(target) => *target = Attached::spring(data[k], target.stiffness + own, at),
+                None => targets.push(Attached::spring(data[k], own, at)),
             }
         }
     }

@@ -267,7 +267,7 @@ fn products_are_those_of_the_full_matrix() {
         let energy = variation() + 0.5 * length();
         let terms = energy.terms().iter().map(|(weight, functional)| (*weight, functional));
         hessian.assemble(&edges, terms, Some((2, 2.0)));
-        hessian.add_diagonal(1, 0.25);
+        hessian.add_block(1, [[0.25, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 0.25]]);
         let x: Vec<[f64; 3]> =
             (0..edges.rows()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();
         let mut y = zero;

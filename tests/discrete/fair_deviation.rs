@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tension, variation};
+use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, variation};
 use faircurve::{CurveBatch, CurveReport, CurveStatus, Device, Sampling, io};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -56,43 +56,39 @@ fn deviation<const D: usize>(vertices: &[[f64; D]], points: &[[f64; D]]) -> f64 
     points.iter().enumerate().map(away).fold(0.0, f64::max)
 }
 
-/// Asserts that the deviation of a curve is at most, and about, as much as was allowed, whether or
-/// not the descent at that weight has reached its tolerance, which its status says.
+/// Asserts that a curve has converged, and that its deviation is at most, and about, as much as was allowed.
 fn comes_close(report: &CurveReport, allowed: f64, what: &str) {
-    use CurveStatus::{Converged, NotConverged};
-    assert!([Converged, NotConverged].contains(&report.status), "{what}: {report:?}");
-    assert_eq!(report.status == Converged, report.gradient_norm <= 1e-8, "{what}: {report:?}");
-    assert!(report.max_deviation <= allowed && report.max_deviation >= 0.99 * allowed, "{what}: {report:?}");
-    assert!(report.smoothing.is_some_and(|weight| weight > 0.0 && weight.is_finite()), "{what}: {report:?}");
+    assert_eq!(report.status, CurveStatus::Converged, "{what}: {report:?}");
+    assert!(report.gradient_norm <= 1e-8, "{what}: {report:?}");
+    assert!(report.max_deviation <= allowed && report.max_deviation >= 0.9997 * allowed, "{what}: {report:?}");
 }
 
 #[test]
-fn every_border_keeps_the_deviation_and_most_come_within_a_hundredth_of_it() {
-    let all = io::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/countries-110m.geojson")).unwrap();
-    let batch = all.select(&(0..120).collect::<Vec<_>>());
-    let allowed = 0.3;
-    let fair = Fair { segments: Segments::PerSpan(4), ..near(bending(2.0) + length(), allowed) };
-    let (fit, samples) = fair.fit_sampled(&batch, Sampling::PerSpan(4), &Device::cpu()).unwrap();
-    let (mut close, mut free, mut pinned, mut converged) = (0, 0, 0, 0);
+fn every_border_keeps_the_deviation_uses_it_and_has_no_loops() {
+    let batch = io::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/countries-110m.geojson")).unwrap();
+    let allowed = 0.2;
+    let fair = Fair { deviation: Some(allowed), ..Fair::default() };
+    let (fit, samples) = fair.fit_sampled(&batch, Sampling::PerSpan(16), &Device::cpu()).unwrap();
+    let (mut converged, mut touching, mut small) = (0, 0, 0);
     for (i, report) in fit.reports().iter().enumerate() {
         let (vertices, points) = (samples.points(i).as_chunks::<2>().0, batch.points(i).as_chunks::<2>().0);
-        let away = |(k, point): (usize, &Planar)| norm(minus(vertices[4 * k], *point));
+        if report.status == CurveStatus::Degenerate {
+            continue;
+        }
+        let away = |(k, point): (usize, &Planar)| norm(minus(vertices[16 * k], *point));
         let found = points.iter().enumerate().map(away).fold(0.0, f64::max);
         assert!(found <= allowed, "{i}: {found}");
         assert!((found - report.max_deviation).abs() <= 1e-12, "{i}: {found} {report:?}");
+        assert!(!has_a_loop(vertices, 16, batch.is_closed(i), allowed), "{i}: {report:?}");
         converged += usize::from(report.status == CurveStatus::Converged);
-        assert!(!has_a_loop(vertices, 4, batch.is_closed(i), allowed), "{i}: {report:?}");
-        // No weight at all is needed where the line between the ends is near enough.
-        free += usize::from(report.smoothing < Some(1e-3));
-        pinned += usize::from(report.smoothing == Some(f64::INFINITY));
-        close += usize::from(report.smoothing >= Some(1e-3) && found >= 0.99 * allowed);
+        touching += usize::from(found >= 0.9997 * allowed);
+        small += usize::from(report.message.as_ref().is_some_and(|message| message.contains("it stays within")));
     }
-    println!("{converged} converged, {close} close, {free} free, {pinned} pinned of {}", batch.len());
-    // 95, 78, 31 and 0. The others have no minimum without loops: they are the spline, or stop
-    // where their minimum ends. The deviation of some that converge jumps, as their corners swing
-    // over.
-    assert!(close + free >= 100, "{close} {free}");
-    assert!(converged >= 94, "{converged}");
+    println!("{converged} converged, {touching} touch their discs, {small} are small, of {}", batch.len());
+    // 592 of 594: corners of the other two are as wide as their discs, and make for a valley that Newton's method does not
+    // come out of.
+    assert!(converged >= 592, "{converged}");
+    assert!(touching >= 400, "{touching}");
 }
 
 #[test]
@@ -106,37 +102,22 @@ fn every_border_whose_corners_are_kept_has_a_minimum_that_makes_use_of_the_devia
 }
 
 #[test]
-fn borders_in_bending_alone_make_use_of_the_deviation_and_never_swing_out() {
+fn borders_in_bending_alone_keep_the_deviation_and_never_swing_out() {
     let all = io::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/countries-110m.geojson")).unwrap();
     let batch = all.select(&(20..110).collect::<Vec<_>>());
     let allowed = 0.2;
     let fair = Fair { max_iterations: 500, ..near(bending(2.0), allowed) };
     let (fit, samples) = fair.fit_sampled(&batch, Sampling::PerSpan(SEGMENTS), &Device::cpu()).unwrap();
-    let (mut converged, mut hugging) = (0, 0);
+    let mut converged = 0;
     for (i, report) in fit.reports().iter().enumerate() {
         assert!(report.max_deviation <= allowed, "{i}: {report:?}");
-        let (vertices, points) = (samples.points(i).as_chunks::<2>().0, batch.points(i).as_chunks::<2>().0);
+        let vertices = samples.points(i).as_chunks::<2>().0;
         assert!(!has_a_loop(vertices, SEGMENTS, batch.is_closed(i), allowed), "{i}: {report:?}");
-        let times = length_of(vertices, batch.is_closed(i)) / length_of(points, batch.is_closed(i));
-        assert!(times <= 2.0, "{i} is {times} times as long as its points' polygon: {report:?}");
         converged += usize::from(report.status == CurveStatus::Converged);
-        // Curves that may move, and need to: those that are no line within the deviation.
-        hugging += usize::from(report.energy > 1e-6 && report.max_deviation < 1e-3 * allowed);
-        match &report.message {
-            Some(message) if report.status == CurveStatus::NotConverged => {
-                let said = ["the curve is the spline they started from, which keeps it", "the curve keeps it"];
-                assert!(said.iter().any(|said| message.contains(said)), "{message}");
-                assert!(
-                    message.ends_with("; keep its corners, such as those of 60° and more, or add length to the energy"),
-                    "{message}"
-                );
-            }
-            _ => assert_eq!(report.status, CurveStatus::Converged, "{i}: {report:?}"),
-        }
+        assert!(report.status == CurveStatus::Converged || report.message.is_some(), "{i}: {report:?}");
     }
-    println!("{converged} of {} converged, {hugging} go through their points", batch.len());
-    assert!(converged >= 48, "{converged}");
-    assert_eq!(hugging, 0);
+    println!("{converged} of {} converged", batch.len());
+    assert!(converged >= 60, "{converged}");
 }
 
 #[test]
@@ -165,10 +146,7 @@ fn the_energy_falls_as_the_deviation_grows() {
         let fair = near(energy(), allowed);
         let fit = fit(&fair, &batch);
         for (i, report) in fit.reports().iter().enumerate() {
-            if report.smoothing > Some(1e-2) {
-                comes_close(report, allowed, &format!("{i} at {allowed}"));
-            }
-            assert!(report.max_deviation <= allowed, "{report:?}");
+            comes_close(report, allowed, &format!("{i} at {allowed}"));
             let polygon = energy_of(&fair.energy, &vertices::<2>(&fit, i, SEGMENTS), false);
             assert!((report.energy - polygon).abs() <= 1e-9 * polygon.max(1.0), "{} of {polygon}", report.energy);
         }
@@ -181,24 +159,44 @@ fn the_energy_falls_as_the_deviation_grows() {
 }
 
 #[test]
-fn the_curve_is_the_attached_one_of_the_weight_reported_and_that_weight_is_the_smallest() {
+fn no_curve_of_one_attachment_weight_that_keeps_the_deviation_is_fairer() {
     let points = noisy::<2>(9, 0.1, 3);
-    for (energy, closed) in [(energy(), false), (energy(), true), (length(), false)] {
+    for (energy, closed) in [(energy(), false), (energy(), true), (variation() + length(), false)] {
         let allowed = 0.05;
         let fair = near(energy.clone(), allowed);
-        let (found, report) = fitted::<2>(&fair, &one(&points, closed), SEGMENTS);
+        let (_, report) = fitted::<2>(&fair, &one(&points, closed), SEGMENTS);
         let what = format!("{energy}, closed {closed}");
         comes_close(&report, allowed, &what);
-        let with = |weight: f64| {
-            let attached = energy.clone() + weight * attachment();
+        let (mut least, mut keep) = (f64::INFINITY, 0);
+        for k in -20..60 {
+            let attached = energy.clone() + 2f64.powf(0.5 * f64::from(k)) * attachment();
             let fair = Fair { energy: attached, pins: Pins::Ends, deviation: None, ..fair.clone() };
-            fitted::<2>(&fair, &one(&points, closed), SEGMENTS)
-        };
-        let weight = report.smoothing.unwrap();
-        let (wanted, _) = with(weight);
-        assert!(apart(&found, &wanted) <= 1e-5, "{what}: {:e}", apart(&found, &wanted));
-        let (_, lighter) = with(0.985 * weight);
-        assert!(lighter.max_deviation > allowed, "{what}: {lighter:?}");
+            let (found, one) = fitted::<2>(&fair, &one(&points, closed), SEGMENTS);
+            if one.status == CurveStatus::Converged && one.max_deviation <= allowed {
+                least = least.min(energy_of(&energy, &found, closed));
+                keep += 1;
+            }
+        }
+        println!("{what}: {} beside {least} of {keep} weights", report.energy);
+        assert!(keep > 5 && report.energy < 0.998 * least, "{what}: {} {least}", report.energy);
+    }
+}
+
+#[test]
+fn the_curve_is_the_exact_one_of_forces_where_it_touches_and_of_none_elsewhere() {
+    // One point off the line between the ends: the least bending within D of it bends to its disc straight away from it,
+    // and is the least curve through that place of the disc.
+    for height in [0.3, -0.4] {
+        let points = [[0.0, 0.0], [1.0, height], [2.0, 0.0]];
+        let allowed = 0.1;
+        let (found, report) = fitted::<2>(&near(energy(), allowed), &one(&points, false), SEGMENTS);
+        comes_close(&report, allowed, "one point");
+        let top = found[SEGMENTS];
+        let expected = [1.0, height.signum() * (height.abs() - allowed * (1.0 - 1e-4))];
+        assert!(norm(minus(top, expected)) <= 1e-4 * allowed, "{top:?} {expected:?}");
+        let through = Fair { energy: energy(), segments: Segments::PerSpan(SEGMENTS), ..Fair::default() };
+        let (wanted, _) = fitted::<2>(&through, &one(&[points[0], top, points[2]], false), SEGMENTS);
+        assert!(apart(&found, &wanted) <= 1e-6, "{:e}", apart(&found, &wanted));
     }
 }
 
@@ -219,7 +217,7 @@ fn ends_of_open_curves_stay_unless_they_are_freed() {
 fn curves_in_space_keep_the_deviation_too() {
     // A helix that is closed comes back from its end to its start by two loops.
     let (helix, saddle) = (noisy::<3>(13, 0.05, 7), risen::<3>(13, 0.05, 7, |t| 0.3 * (2.0 * t).cos()));
-    for (closed, energy) in [(false, energy()), (true, energy()), (false, tension()), (false, variation() + length())] {
+    for (closed, energy) in [(false, energy()), (true, energy()), (false, variation() + length())] {
         let points = if closed { &saddle } else { &helix };
         let (found, report) = fitted::<3>(&near(energy.clone(), 0.04), &one(points, closed), SEGMENTS);
         comes_close(&report, 0.04, &format!("{energy}, closed {closed}"));
@@ -232,22 +230,19 @@ fn what_is_straight_enough_becomes_the_line_between_its_ends() {
     let points: Vec<Planar> = (0..9).map(|k| [f64::from(k), 0.1 * f64::from(k % 2)]).collect();
     let (found, report) = fitted::<2>(&near(bending(2.0), 0.2), &one(&points, false), SEGMENTS);
     assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
-    assert!(report.smoothing < Some(1e-4) && report.energy < 1e-8, "{report:?}");
+    assert!(report.energy < 1e-8, "{report:?}");
     assert!(found.iter().all(|[_, y]| y.abs() <= 1e-4), "{found:?}");
-    // So weak an attachment leaves it open to some thousandths where on the line a point stands.
-    assert!((report.max_deviation - 0.1).abs() <= 5e-3, "{report:?}");
+    assert!((report.max_deviation - 0.1).abs() <= 1e-3, "{report:?}");
 }
 
 #[test]
-fn a_deviation_larger_than_a_ring_leaves_a_small_ring() {
-    // Length pulls it together, bending holds it open: a circle of radius √(bending/length) = 0.1.
-    let fair = near(0.01 * bending(2.0) + length(), 5.0);
-    let (found, report) = fitted::<2>(&fair, &one(&noisy::<2>(12, 0.02, 9), true), SEGMENTS);
-    assert!(report.max_deviation <= 5.0, "{report:?}");
-    let around = length_of(&found, true);
-    // Nothing but so weak an attachment keeps the twelve spans alike: edges of several lengths cost
-    // some per cent.
-    assert!((around / (TAU * 0.1) - 1.0).abs() <= 0.05, "{around}");
+fn a_ring_smaller_than_its_deviation_stays_a_ring_and_says_within_what() {
+    let points = noisy::<2>(12, 0.02, 9);
+    let (found, report) = fitted::<2>(&near(energy(), 5.0), &one(&points, true), SEGMENTS);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    assert!(report.max_deviation <= 0.5 && length_of(&found, true) > 0.5 * TAU, "{report:?}");
+    let message = report.message.unwrap();
+    assert!(message.contains("it could vanish within 5 of its points: it stays within "), "{message}");
 }
 
 #[test]
@@ -271,26 +266,21 @@ fn two_points_repeated_points_and_one_bad_curve_are_no_trouble_to_others() {
         assert_eq!(fit.reports()[i], report);
     }
     let line = &fit.reports()[2];
-    assert_eq!((line.max_deviation, line.smoothing), (0.0, Some(0.0)));
+    assert_eq!((line.max_deviation, line.smoothing), (0.0, None));
     comes_close(&fit.reports()[3], 0.05, "doubled");
     assert_eq!(fit.polylines(Sampling::PerSpan(SEGMENTS)).count(3), 9 * SEGMENTS + 1);
 }
 
 #[test]
-fn a_deviation_too_small_for_any_weight_is_kept_by_the_points_themselves() {
+fn a_deviation_next_to_rounding_is_kept_by_the_points_themselves() {
     let points = noisy::<2>(5, 0.1, 13);
     let (found, report) = fitted::<2>(&near(energy(), 1e-13), &one(&points, false), SEGMENTS);
     assert_eq!((report.status, report.max_deviation), (CurveStatus::Converged, 0.0), "{report:?}");
-    assert_eq!(report.smoothing, Some(f64::INFINITY));
     assert_eq!(deviation(&found, &points), 0.0);
     let message = report.message.unwrap();
-    assert!(
-        message.starts_with("curve 0, point 0: no weight of the attachment up to ")
-            && message.ends_with(
-                "keeps the deviation of 0.0000000000001: the curve goes through its points; allow more, or ask for more segments"
-            ),
-        "{message}"
-    );
+    let said =
+        "curve 0, point 0: a deviation of 0.0000000000001 is next to rounding here: the curve goes through its points";
+    assert_eq!(message, said);
 }
 
 #[test]
@@ -304,7 +294,10 @@ fn what_makes_no_sense_is_refused() {
         let sentence = format!("the largest deviation allowed is {word}; it must be positive and finite");
         refused(near(energy(), allowed), &sentence);
     }
-    refused(near(energy() + attachment(), 0.1), "a deviation of 0.1 has one found: leave one of both out");
+    refused(
+        near(energy() + attachment(), 0.1),
+        "a deviation of 0.1 keeps the curve near its points, and so does the attachment in the energy: leave one of both out",
+    );
     for (angle, word) in [(-0.1, "-0.1"), (3.2, "3.2"), (f64::NAN, "NaN")] {
         let sentence = format!("the angle of corners is {word}; angles from 0 to π are possible, such as 1.05 (60°)");
         refused(Fair { corners: Some(angle), ..Fair::default() }, &sentence);

@@ -2,7 +2,7 @@
 // stands.
 
 //:if ATTACHMENT
-const TAUT_AT: u32 = 2u * $DIMu + 3u;
+const TAUT_AT: u32 = 3u * $DIMu + 7u;
 //:else
 const TAUT_AT: u32 = $DIMu + 2u;
 //:end
@@ -163,8 +163,25 @@ fn load_offset(curve: Curve, v: u32) -> vector {
     return trial(curve, v) - fixed_vector(curve, v, $DIMu + 2u);
 }
 
+// f − p of the curve as it stands.
+fn current_offset(curve: Curve, v: u32) -> vector {
+    return displacement(curve, v) - fixed_vector(curve, v, $DIMu + 2u);
+}
+
+// What the inner product holds vertex v with.
 fn load_stiffness(curve: Curve, v: u32) -> real {
     return fixed[fixed_at(curve, v, 2u * $DIMu + 2u)];
+}
+
+fn load_hold(curve: Curve, v: u32) -> Hold {
+    let first = 2u * $DIMu + 3u;
+    var hold = Hold();
+    hold.spring = fixed[fixed_at(curve, v, first)];
+    hold.wall = fixed[fixed_at(curve, v, first + 1u)];
+    hold.reach = fixed[fixed_at(curve, v, first + 2u)];
+    hold.place = fixed[fixed_at(curve, v, first + 3u)];
+    hold.rail = fixed_vector(curve, v, first + 4u);
+    return hold;
 }
 //:end
 

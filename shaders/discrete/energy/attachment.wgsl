@@ -1,14 +1,32 @@
-// Attachment of a vertex to its data point: ½ w |f − p|², of which the kernel knows f − p and w.
+// What holds a vertex f near its data point p: a spring, a wall around a disc, and a rail. The offset is f − p.
 // Twin: src/discrete/energy/attachment.rs.
 
-fn attachment_value(offset: vector, stiffness: real) -> real {
-    return real(0.5) * stiffness * dot(offset, offset);
+struct Hold {
+    spring: real,
+    wall: real,
+    reach: real,
+    rail: vector,
+    place: real,
 }
 
-fn attachment_gradient(offset: vector, stiffness: real) -> vector {
-    return stiffness * offset;
+// s, of f − p.
+fn hold_beyond(hold: Hold, offset: vector) -> real {
+    return max(real(0.5) * (dot(offset, offset) - hold.reach), real(0));
 }
 
-fn attachment_hessian(stiffness: real) -> matrix {
-    return diagonal(stiffness);
+fn hold_value(hold: Hold, offset: vector) -> real {
+    let beyond = hold_beyond(hold, offset);
+    let along = dot(hold.rail, offset) - hold.place;
+    return real(0.5) * (hold.spring * dot(offset, offset) + hold.wall * beyond * beyond + along * along);
+}
+
+fn hold_gradient(hold: Hold, offset: vector) -> vector {
+    let pull = hold.spring + hold.wall * hold_beyond(hold, offset);
+    return pull * offset + (dot(hold.rail, offset) - hold.place) * hold.rail;
+}
+
+fn hold_hessian(hold: Hold, offset: vector) -> matrix {
+    let beyond = hold_beyond(hold, offset);
+    let wall = select(real(0), hold.wall, beyond > real(0));
+    return outer(wall * offset, offset) + outer(hold.rail, hold.rail) + diagonal(hold.spring + hold.wall * beyond);
 }

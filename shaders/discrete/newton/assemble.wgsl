@@ -25,7 +25,7 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
     for (var v = ring.begin; v < ring.end; v++) {
         var own = matrix();
 //:if ATTACHMENT
-        own = diagonal((real(1) + lambda) * weights.attachment * load_stiffness(curve, v));
+        own = diagonal(lambda * load_stiffness(curve, v)) + hold_hessian(load_hold(curve, v), current_offset(curve, v));
 //:end
         store_matrix(block_at(curve, v, 0u), 0u, own);
 //:unroll k 1..$VERTICES

@@ -15,6 +15,10 @@ use crate::parallel;
 const NUMBERS: usize = 19;
 const GIVEN: usize = 4;
 
+/// The numbers of a row that say how a vertex is held, but for the rail: its stiffness and
+/// [`Hold`](crate::discrete::energy::Hold).
+const HELD: usize = 5;
+
 /// The positions of the numbers that are read back: the energy without the gauge, and ⟨g, z⟩.
 const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
@@ -59,7 +63,7 @@ impl<const D: usize> Job<'_, D> {
 
     /// Where 1/w² stands in a row, if the energy asks for it.
     fn taut_number(&self) -> usize {
-        if self.is_attached() { 2 * D + 3 } else { D + 2 }
+        if self.is_attached() { 3 * D + 2 + HELD } else { D + 2 }
     }
 
     fn is_taut(&self) -> bool {
@@ -167,9 +171,12 @@ impl<const D: usize> Job<'_, D> {
         }
         (0..rows).for_each(|row| fixed[at(row, D + 1)] = 1.0);
         problem.pinned.iter().for_each(|&row| fixed[at(row as usize, D + 1)] = 0.0);
-        for &(row, weight, target) in &problem.attached {
-            (0..D).for_each(|c| fixed[at(row as usize, D + 2 + c)] = target[c]);
-            fixed[at(row as usize, 2 * D + 2)] = weight;
+        for attached in &problem.attached {
+            let row = attached.row as usize;
+            (0..D).for_each(|c| fixed[at(row, D + 2 + c)] = attached.target[c]);
+            let hold = attached.hold;
+            let numbers = [attached.stiffness, hold.spring, hold.wall, hold.reach, hold.place];
+            numbers.iter().chain(&hold.rail).enumerate().for_each(|(k, x)| fixed[at(row, 2 * D + 2 + k)] = *x);
         }
     }
 

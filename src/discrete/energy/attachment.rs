@@ -1,6 +1,8 @@
-//! Attachment to data: ½ Σ w |f − p|².
+//! Attachment to data: ½ Σ w |f − p|², and the discs that hold a curve within a distance of its data.
 
 use super::{Energy, Facts, Functional};
+use crate::linalg::Scalar;
+use crate::linalg::scalar::{Vector, add, dot, scale};
 
 /// The attachment ½ Σ w |f − p|² over the data points p, in units of length².
 ///
@@ -21,5 +23,68 @@ pub(super) struct Attachment;
 impl Facts for Attachment {
     fn degree(&self) -> f64 {
         2.0
+    }
+}
+
+/// What holds a vertex f near its data point p: a spring, a wall around a disc, and a rail.
+///
+/// ```text
+/// ½ w d² + ½ ρ s² + ½ (τ·(f − p) − a)²,  s = max(0, (d² − r)/2),  d = |f − p|
+/// ```
+///
+/// Without a wall ρ is 0. With one this is the augmented Lagrangian of d ≤ D for the multiplier y of
+/// (d² − D²)/2 ≤ 0, where r = D² − 2y/ρ, but for a constant. The next multiplier is ρ s. A rail keeps the
+/// vertex from sliding along τ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Hold<S, const D: usize> {
+    /// w
+    pub spring: S,
+    /// ρ
+    pub wall: S,
+    /// r, which may be negative.
+    pub reach: S,
+    /// τ
+    pub rail: Vector<S, D>,
+    /// a
+    pub place: S,
+}
+
+impl<S: Scalar, const D: usize> Hold<S, D> {
+    /// Nothing holds the vertex.
+    pub const NONE: Self = Hold { spring: S::ZERO, wall: S::ZERO, reach: S::ZERO, rail: [S::ZERO; D], place: S::ZERO };
+
+    /// s, of f − p.
+    #[inline(always)]
+    pub fn beyond(&self, offset: Vector<S, D>) -> S {
+        (S::of(0.5) * (dot(offset, offset) - self.reach)).max(S::ZERO)
+    }
+
+    /// The energy at f − p.
+    #[inline(always)]
+    pub fn value(&self, offset: Vector<S, D>) -> S {
+        let (beyond, along) = (self.beyond(offset), dot(self.rail, offset) - self.place);
+        S::of(0.5) * (self.spring * dot(offset, offset) + self.wall * beyond * beyond + along * along)
+    }
+
+    /// The gradient at f − p.
+    #[inline(always)]
+    pub fn gradient(&self, offset: Vector<S, D>) -> Vector<S, D> {
+        let pull = self.spring + self.wall * self.beyond(offset);
+        add(scale(pull, offset), scale(dot(self.rail, offset) - self.place, self.rail))
+    }
+
+    /// The Hessian at f − p: (w + ρs) I + τ τᵀ, and ρ d dᵀ beyond the disc.
+    #[inline(always)]
+    pub fn hessian(&self, offset: Vector<S, D>) -> [Vector<S, D>; D] {
+        let beyond = self.beyond(offset);
+        let wall = beyond.if_positive(self.wall, S::ZERO);
+        let mut hessian = [[S::ZERO; D]; D];
+        for a in 0..D {
+            for b in 0..D {
+                hessian[a][b] = wall * offset[a] * offset[b] + self.rail[a] * self.rail[b];
+            }
+            hessian[a][a] += self.spring + self.wall * beyond;
+        }
+        hessian
     }
 }

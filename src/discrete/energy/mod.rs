@@ -119,6 +119,7 @@ mod wgsl;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+pub(crate) use attachment::Hold;
 pub use attachment::attachment;
 pub use custom::Custom;
 pub use sum::Energy;
