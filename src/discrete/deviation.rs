@@ -17,6 +17,7 @@ use crate::batch::{CurveBatch, Unfitted};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, dot, subtract};
+use crate::parallel;
 use crate::precision::Precision;
 use crate::report::CurveReport;
 
@@ -62,8 +63,12 @@ pub(super) fn fit<const D: usize>(
         let most = discs.first().map_or(held.max_iterations, |discs| discs.most_iterations(&held));
         let (outcomes, did) = Fair { max_iterations: most, ..held.clone() }.descend(&trials, device, &|_, _| {})?;
         first.get_or_insert(did);
-        for ((mut discs, mut ready), outcome) in discs.into_iter().zip(trials.into_iter().flatten()).zip(outcomes) {
+        let ended: Vec<_> = discs.into_iter().zip(trials.into_iter().flatten()).zip(outcomes).collect();
+        let taken = parallel::of(ended, |((mut discs, mut ready), outcome)| {
             discs.take(&mut ready, outcome);
+            (discs, ready)
+        });
+        for (discs, ready) in taken {
             let i = discs.curve();
             if discs.has_ended() {
                 tally.finished(i);

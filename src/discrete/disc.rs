@@ -18,6 +18,7 @@ use super::fair::{Fair, Pins};
 use super::lane::Standing;
 use super::problem::{Outcome, Problem};
 use super::setup::{LONGEST, Ready, distance, set_up_pieces};
+use super::untangle::{ROUNDS, message};
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{Vector, add, dot, scale};
 use crate::report::CurveReport;
@@ -96,6 +97,10 @@ pub(super) struct Discs<const D: usize> {
     /// All descents so far.
     outcome: Option<Outcome<D>>,
     has_ended: bool,
+    /// Spans that crossed where the points do not, and were drawn tauter.
+    tauter: Vec<usize>,
+    /// The curve before spans were drawn tauter, how often they were, and all descents until then.
+    before: Option<Box<(Problem<D>, u32, Outcome<D>)>>,
 }
 
 impl<const D: usize> Discs<D> {
@@ -146,6 +151,8 @@ impl<const D: usize> Discs<D> {
             rounds: 0,
             outcome: None,
             has_ended: false,
+            tauter: vec![],
+            before: None,
         }
     }
 
@@ -201,9 +208,42 @@ impl<const D: usize> Discs<D> {
         if self.rounds <= LAYING {
             lay_rails(problem);
         }
-        self.has_ended = self.is_settled() && was_exact || self.rounds == MOST_ROUNDS;
+        let is_done = self.is_settled() && was_exact;
+        self.has_ended = is_done || self.rounds == MOST_ROUNDS;
+        if self.has_ended {
+            self.untangle(ready, is_done && standing == Standing::Converged);
+            return;
+        }
         let by_violation = OF_VIOLATION * (energy / ready.vertices.len() as f64).sqrt() * self.violation.min(1.0);
         problem.tolerance = if self.is_settled() { 0.0 } else { by_violation.min(ROUGHLY) }.max(self.tolerance);
+    }
+
+    /// Goes on with narrower spans where the curve found crosses itself and its points do not, as
+    /// [`untangle`](super::untangle) does, or back to the curve before that if it did not converge since.
+    fn untangle(&mut self, ready: &mut Ready<D>, has_converged: bool) {
+        let Some(outcome) = &mut self.outcome else { return };
+        if !has_converged {
+            if let Some(before) = self.before.take() {
+                let iterations = outcome.iterations;
+                let (problem, _, mut found) = *before;
+                found.iterations = iterations;
+                (ready.problem, *outcome, self.violation) = (problem, found, 0.0);
+                self.tauter.clear();
+            }
+            return;
+        }
+        let times = self.before.as_ref().map_or(0, |before| before.1);
+        if D != 2 || ready.problem.taut.is_empty() || times as usize == ROUNDS {
+            return;
+        }
+        let spans = ready.tangled(outcome);
+        let before = (ready.problem.clone(), times + 1, outcome.clone());
+        if ready.narrow(&spans) {
+            self.before.get_or_insert(Box::new(before)).1 = times + 1;
+            self.tauter.extend(spans);
+            (self.has_ended, self.rounds, self.violation) = (false, 0, f64::INFINITY);
+            ready.problem.tolerance = ROUGHLY.max(self.tolerance);
+        }
     }
 
     /// Takes the next multipliers, and returns the largest violation, in units of D².
@@ -242,6 +282,11 @@ impl<const D: usize> Discs<D> {
                     held.remedy()
                 );
                 report.message = Some(batch.sentence(i, 0, &what));
+            } else if !self.tauter.is_empty() {
+                let mut spans = self.tauter;
+                spans.sort_unstable();
+                spans.dedup();
+                report.message = Some(batch.sentence(i, spans[0], &message(&spans)));
             } else if self.margin > MOST_MARGIN {
                 let what =
                     format!("a deviation of {asked} is next to rounding here: the curve goes through its points");

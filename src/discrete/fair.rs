@@ -12,7 +12,7 @@ use super::plan::{Direction, Step};
 use super::problem::Outcome;
 use super::setup::{LONGEST, Ready, set_up_pieces};
 use super::tally::Tally;
-use super::untangle::untangle;
+use super::untangle::{self, untangle};
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::{Sampling, check_spacing, spans};
@@ -174,7 +174,8 @@ pub struct Fair {
     /// natural spline. A ring could vanish within a D of half its width (area over length), an open curve within a
     /// quarter of its diagonal: D is then halved until they cannot, and the message says to what.
     ///
-    /// The reported energy is without what holds the curve. Iterations are those of all rounds.
+    /// Planar curves with tautness that cross themselves where their points do not are drawn tauter there, as without a
+    /// deviation. The reported energy is without what holds the curve. Iterations are those of all rounds.
     /// A curve that does not converge, or has loops, as with bending alone it may, is `not_converged`.
     ///
     /// Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
@@ -365,11 +366,7 @@ impl Fair {
                     let (outcome, tauter) = outcomes.next().expect("what is ready is descended");
                     let (mut report, vertices) = self.report(batch, i, ready, &outcome);
                     if let Some(&first) = tauter.first() {
-                        let what = format!(
-                            "from this point to the next it crossed itself where its points do not: it is drawn tauter in {} of its spans",
-                            tauter.len()
-                        );
-                        report.message = Some(batch.sentence(i, first, &what));
+                        report.message = Some(batch.sentence(i, first, &untangle::message(&tauter)));
                     }
                     (report, vertices)
                 }

@@ -21,7 +21,7 @@ use crate::parallel;
 use crate::topology::crossings::{Line, crossings};
 
 /// Rounds at most. After so many a width of h/10 is at its least.
-const ROUNDS: usize = 8;
+pub(super) const ROUNDS: usize = 8;
 
 /// The factor of 1/w² in a round. With 4 more curves fail to converge on the way.
 const TAUTER: f64 = 2.0;
@@ -29,6 +29,14 @@ const TAUTER: f64 = 2.0;
 /// The least width of a span, in edges. Within half an edge a curve cannot turn, and with 1 instead of 2/3
 /// more crossings stay.
 const LEAST_WIDTH: f64 = 2.0 / 3.0;
+
+/// The message of a curve that was drawn tauter in these spans.
+pub(super) fn message(spans: &[usize]) -> String {
+    format!(
+        "from this point to the next it crossed itself where its points do not: it is drawn tauter in {} of its spans",
+        spans.len()
+    )
+}
 
 /// Draws spans tauter that cross where their points do not.
 ///
@@ -81,7 +89,7 @@ pub(super) fn untangle<const D: usize>(
 
 impl<const D: usize> Ready<D> {
     /// The spans of a converged curve that cross where the polygon of its points does not, increasing.
-    fn tangled(&self, outcome: &Outcome<D>) -> Vec<usize> {
+    pub(super) fn tangled(&self, outcome: &Outcome<D>) -> Vec<usize> {
         if outcome.standing != Standing::Converged {
             return vec![];
         }
@@ -115,6 +123,15 @@ impl<const D: usize> Ready<D> {
     /// The curve found, to go on with these spans narrower. `None` where there are none, or all of them have
     /// their least width.
     fn tauter(&self, spans: &[usize], outcome: &Outcome<D>) -> Option<Self> {
+        let mut ready = self.clone();
+        ready.narrow(spans).then(|| {
+            ready.problem.rebase(&outcome.displacements);
+            ready
+        })
+    }
+
+    /// Makes spans narrower, and returns whether any could be.
+    pub(super) fn narrow(&mut self, spans: &[usize]) -> bool {
         let most = |edges: Range<usize>| {
             let length: f64 = self.problem.base[edges.clone()].iter().map(|edge| dot(*edge, *edge).sqrt()).sum();
             (edges.len() as f64 / (LEAST_WIDTH * length)).powi(2)
@@ -125,15 +142,11 @@ impl<const D: usize> Ready<D> {
         };
         let narrower: Vec<(Range<usize>, f64)> =
             spans.iter().map(of_span).filter(|(edges, most)| self.problem.taut[edges.start] < *most).collect();
-        if narrower.is_empty() {
-            return None;
-        }
-        let mut ready = self.clone();
+        let any = !narrower.is_empty();
         for (edges, most) in narrower {
-            ready.problem.taut[edges].iter_mut().for_each(|taut| *taut = (TAUTER * *taut).min(most));
+            self.problem.taut[edges].iter_mut().for_each(|taut| *taut = (TAUTER * *taut).min(most));
         }
-        ready.problem.rebase(&outcome.displacements);
-        Some(ready)
+        any
     }
 }
 
