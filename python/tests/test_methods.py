@@ -84,7 +84,7 @@ def test_rough_paths_in_bending_and_tautness_converge_without_loops_in_any_unit(
     chords = np.linalg.norm(np.diff(paths, axis=1), axis=2).sum(axis=1)
     assert (fit.length < 1.2 * chords).all()
     assert np.array_equal(fc.Fair().fit(paths, device="cpu").sample(16), fit.sample(16))
-    near = [fc.Fair(own, deviation=0.1).fit(paths[:20], device="cpu").sample(16) for own in (None, fc.bending())]
+    near = [fc.Fair(own, deviation=0.1).fit(paths[:20], device="cpu").sample(16) for own in (None, energy)]
     assert np.array_equal(*near)
     far = fc.Fair(energy).fit(1000 * paths, device="cpu")
     assert np.allclose(far.sample(64), 1000 * fit.sample(64), atol=1e-2, rtol=0)

@@ -62,7 +62,7 @@ const LAYING: u32 = 2;
 /// The most rounds. Eight are common.
 const MOST_ROUNDS: u32 = 30;
 
-/// The most iterations of a round but for the last.
+/// The most iterations of a round but for the last. Three are common.
 const ROUND_ITERATIONS: u32 = 100;
 
 /// The tolerance of the first round, and the largest of all.
@@ -311,19 +311,17 @@ fn through_its_points<const D: usize>(held: &Fair, batch: &CurveBatch, i: usize)
 /// The mean length of the spans beside every attached vertex.
 fn spans_beside<const D: usize>(rows: &[u32], problem: &Problem<D>) -> Vec<f64> {
     let lengths: Vec<f64> = problem.base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
-    let (count, last) = (problem.vertices() as u32, rows.len() - 1);
+    let mut beside = vec![(0.0, 0.0); problem.vertices()];
     // Spans between repeated points have no edge.
-    let edges = |row: u32, k: usize, k_next: usize| {
-        (row == rows[k] % count || row == rows[k_next] % count) && rows[k] < rows[k_next]
-    };
-    let beside = |row: u32| {
-        let own = (0..last).filter(|&k| edges(row, k, k + 1));
-        let (sum, sides) = own.fold((0.0, 0.0), |(sum, sides), k| {
-            (sum + lengths[rows[k] as usize..rows[k + 1] as usize].iter().sum::<f64>(), sides + 1.0)
-        });
-        sum / sides
-    };
-    problem.attached.iter().map(|attached| beside(attached.row)).collect()
+    for ends in rows.windows(2).filter(|ends| ends[0] < ends[1]) {
+        let length: f64 = lengths[ends[0] as usize..ends[1] as usize].iter().sum();
+        for &row in ends {
+            let (sum, sides) = &mut beside[row as usize % problem.vertices()];
+            (*sum, *sides) = (*sum + length, *sides + 1.0);
+        }
+    }
+    let mean = |row: u32| beside[row as usize].0 / beside[row as usize].1;
+    problem.attached.iter().map(|attached| mean(attached.row)).collect()
 }
 
 /// Lays rails along the tangents of the curve where it stands.

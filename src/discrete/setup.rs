@@ -186,10 +186,13 @@ fn ready<const D: usize>(
     let mut targets: Vec<Attached<D>> = Vec::new();
     if attached > 0.0 {
         let weight = |k: usize| batch.weights(i).map_or(1.0, |weights| weights[k]);
-        for k in (0..points.len()).filter(|&k| !pinned.contains(&data[k])) {
+        for k in (0..points.len()).filter(|&k| pinned.binary_search(&data[k]).is_err()) {
             let at = scaled(subtract(points[k], vertices[data[k] as usize]));
             let own = weight(k) * attached * size * size / energy_unit;
-            match targets.iter_mut().rev().find(|target| target.row == data[k]) {
+            // Points of one vertex follow each other, but for the last ones of a closed curve, which may repeat its first.
+            let first = targets.first().is_some_and(|target| target.row == data[k]);
+            let same = if first { targets.first_mut() } else { targets.last_mut() };
+            match same.filter(|target| target.row == data[k]) {
                 Some(target) => *target = Attached::spring(data[k], target.stiffness + own, at),
                 None => targets.push(Attached::spring(data[k], own, at)),
             }
