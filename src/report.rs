@@ -27,12 +27,7 @@ pub struct CurveReport {
     pub iterations: u32,
     /// Size of the energy's gradient at the end, in the metric of the method. 0 for a direct solve.
     pub gradient_norm: f64,
-    /// The weight that a smoothing method used.
-    ///
-    /// - Smoothing splines: λ.
-    /// - Fair curves that keep a deviation: the weight α of the attachment. It is infinite if no
-    ///   weight keeps the deviation and the curve goes through its points. A curve of several
-    ///   pieces has the largest of theirs.
+    /// The λ of smoothing splines. `None` for other methods.
     pub smoothing: Option<f64>,
     /// Largest distance from a data point to the curve's point of the same parameter.
     ///
