@@ -9,10 +9,21 @@ const PARTS: usize = 16;
 
 /// `of` 0 … n − 1, in that order. Threads take `together` of them at a time, at least.
 pub(crate) fn map<T: Send>(n: usize, together: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    map_with(n, together, || (), |(), k| of(k))
+}
+
+/// [`map`] with something that a thread uses again from one to the next, such as memory.
+pub(crate) fn map_with<T: Send, W>(
+    n: usize,
+    together: usize,
+    new: impl Fn() -> W + Sync,
+    of: impl Fn(&mut W, usize) -> T + Sync,
+) -> Vec<T> {
     let part = together.max(n.div_ceil(PARTS * rayon::current_num_threads())).max(1);
     let parts: Vec<Mutex<Vec<T>>> = (0..n.div_ceil(part)).map(|_| Mutex::default()).collect();
     run(0..parts.len(), &|k| {
-        let own = (k * part..n.min((k + 1) * part)).map(&of).collect();
+        let mut with = new();
+        let own = (k * part..n.min((k + 1) * part)).map(|k| of(&mut with, k)).collect();
         *parts[k].lock().unwrap_or_else(PoisonError::into_inner) = own;
     });
     let mut all = Vec::with_capacity(n);

@@ -67,6 +67,10 @@ impl Angles {
     /// `None` unless the curve is planar and goes through all its data points, without given tangents, and the
     /// energy is a sum of variation, bending of exponent 2, length, tautness and tension.
     pub fn of<const D: usize>(energy: &Energy, problem: &Problem<D>) -> Option<Angles> {
+        // Variation is of order 3.
+        if energy.order() < 3 {
+            return None;
+        }
         let (shape, start) = Shape::of(problem)?;
         let functional = Functional::of(energy, &problem.weights, &problem.taut, &shape)?;
         (functional.variation > 0.0).then_some(Angles { shape, start, functional })

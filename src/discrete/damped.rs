@@ -11,9 +11,19 @@ use crate::linalg::scalar::{add, dot, scale, subtract};
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     /// Storage for the systems of [`newton_tick`](Self::newton_tick), if the plan uses Newton's
     /// method.
-    pub(super) fn newton(&self) -> Option<Newton<S, D>> {
-        let planned = self.plan.direction == Direction::Newton;
-        planned.then(|| Newton::new(self.plan.order, &self.edges, &self.pins.movable))
+    ///
+    /// What other curves have left in `kept` is used again.
+    pub(super) fn newton<'n>(&self, kept: &'n mut Option<Newton<S, D>>) -> Option<&'n mut Newton<S, D>> {
+        if self.plan.direction != Direction::Newton {
+            return None;
+        }
+        match kept.take().filter(|kept| kept.order() == self.plan.order) {
+            Some(mut newton) => {
+                newton.renew(&self.edges, &self.pins.movable);
+                Some(kept.insert(newton))
+            }
+            None => Some(kept.insert(Newton::new(self.plan.order, &self.edges, &self.pins.movable))),
+        }
     }
 
     /// Whether the first tick, which evaluates the curves as they stand, is done.

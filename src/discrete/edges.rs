@@ -249,7 +249,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         if !self.closed {
             for j in 0..self.windows::<2>() {
                 let at_ends = weight * self.ends(j);
-                value += self.scatter(j, at_ends, &Gauge.gradient(&self.window::<2>(j)));
+                value += self.scatter::<Gauge, 2>(j, at_ends, &Gauge.gradient(&self.window::<2>(j)));
             }
         }
         value
@@ -258,9 +258,13 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     /// The window of W edges that starts at edge j.
     #[inline(always)]
     pub fn window<const W: usize>(&self, j: usize) -> Window<S, D, W> {
+        let (mut tangent, mut length) = ([[S::ZERO; D]; W], [S::ZERO; W]);
+        for k in 0..W {
+            (tangent[k], length[k]) = (self.tangent[j + k], self.length[j + k]);
+        }
         Window {
-            tangent: std::array::from_fn(|k| self.tangent[j + k]),
-            length: std::array::from_fn(|k| self.length[j + k]),
+            tangent,
+            length,
             segments: self.segments,
             torsion_curvature: self.torsion_curvature,
             taut: self.taut[j],
@@ -298,15 +302,17 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         let mut value = S::ZERO;
         for j in 0..self.windows::<W>() {
             let partials = term.gradient(&self.window::<W>(j));
-            value += self.scatter(j, weight * self.starts::<W>(j), &partials);
+            value += self.scatter::<T, W>(j, weight * self.starts::<W>(j), &partials);
         }
         value
     }
 
     #[inline(always)]
-    fn scatter<const W: usize>(&mut self, j: usize, weight: S, partials: &Partials<S, D, W>) -> S {
+    fn scatter<T: Term<W>, const W: usize>(&mut self, j: usize, weight: S, partials: &Partials<S, D, W>) -> S {
         for k in 0..W {
-            self.by_tangent[j + k] = add(self.by_tangent[j + k], scale(weight, partials.tangent[k]));
+            if T::BY_TANGENT {
+                self.by_tangent[j + k] = add(self.by_tangent[j + k], scale(weight, partials.tangent[k]));
+            }
             self.by_length[j + k] += weight * partials.length[k];
         }
         weight * partials.value

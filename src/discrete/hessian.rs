@@ -45,6 +45,8 @@ const TILE: usize = 64;
 #[derive(Clone, Debug)]
 pub(crate) struct BlockHessian<S, const D: usize> {
     closed: bool,
+    /// The most edges that a term of the sum sees.
+    reach: usize,
     /// The number of vertices of each lane's curve.
     vertices: Vec<usize>,
     /// `at_edges[j][k]`: by edges j and j + k of a tile, where j counts from the tile's first edge.
@@ -56,15 +58,22 @@ pub(crate) struct BlockHessian<S, const D: usize> {
 impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     /// Storage for the Hessian of these curves.
     pub fn new(edges: &Edges<S, D>) -> Self {
+        let (vertices, at_edges, blocks) = (Vec::new(), Vec::new(), Vec::new());
+        let mut hessian = BlockHessian { closed: false, reach: COUPLED, vertices, at_edges, blocks };
+        hessian.renew(edges);
+        hessian
+    }
+
+    /// Storage for the Hessian of other curves.
+    pub fn renew(&mut self, edges: &Edges<S, D>) {
         // Terms of closed curves run past the end, into edges and vertices that repeat the first.
         let rows = edges.rows() + if edges.is_closed() { COUPLED - 1 } else { 0 };
         let zero = [[S::ZERO; D]; D];
-        BlockHessian {
-            closed: edges.is_closed(),
-            vertices: edges.counts().iter().map(|&count| count + usize::from(!edges.is_closed())).collect(),
-            at_edges: vec![[zero; COUPLED]; TILE.min(edges.most()) + COUPLED - 1],
-            blocks: vec![[zero; BLOCKS]; rows],
-        }
+        self.closed = edges.is_closed();
+        self.vertices.clear();
+        self.vertices.extend(edges.counts().iter().map(|&count| count + usize::from(!edges.is_closed())));
+        self.at_edges.resize(TILE.min(edges.most()) + COUPLED - 1, [zero; COUPLED]);
+        self.blocks.resize(rows, [zero; BLOCKS]);
     }
 
     /// The blocks of every vertex with itself and its next [`COUPLED`] vertices.
@@ -86,6 +95,8 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         gauge: Option<(usize, S)>,
     ) {
         let terms = terms.into_iter();
+        let of_terms = terms.clone().map(|(_, functional)| functional.order()).max().unwrap_or(0);
+        self.reach = of_terms.max(gauge.map_or(0, |(order, _)| order.max(2)));
         let zero = [[[S::ZERO; D]; D]; COUPLED];
         self.at_edges.fill(zero);
         for first in (0..edges.most()).step_by(TILE) {
@@ -193,12 +204,21 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     ) {
         let window = edges.window::<W>(start);
         let (first, second) = (term.gradient(&window), term.hessian(&window));
-        let inverse: [S; W] = std::array::from_fn(|j| edges.inverse[start + j]);
+        let mut inverse = [S::ZERO; W];
+        for j in 0..W {
+            inverse[j] = edges.inverse[start + j];
+        }
         for j in 0..W {
             for k in j..W {
-                let mut block = pair(&window.tangent, &inverse, &second, j, k);
-                if j == k {
+                let mut block = if T::BY_TANGENT {
+                    pair(&window.tangent, &inverse, &second, j, k)
+                } else {
+                    outer(second.lengths[j][k], window.tangent[j], window.tangent[k])
+                };
+                if j == k && T::BY_TANGENT {
                     add_curvature_of_edge(&mut block, window.tangent[j], inverse[j], &first, j);
+                } else if j == k {
+                    add_curvature_of_length(&mut block, window.tangent[j], inverse[j] * first.length[j]);
                 }
                 add_scaled(&mut self.at_edges[at + j][k - j], weight, &block);
             }
@@ -206,26 +226,34 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     }
 
     /// Adds these edges, from edge `at` of a tile on, to the vertices.
+    #[inline(always)]
+    fn scatter(&mut self, edges: Range<usize>, at: usize) {
+        match self.reach {
+            ..=2 => self.scatter_within::<2>(edges, at),
+            _ => self.scatter_within::<COUPLED>(edges, at),
+        }
+    }
+
+    /// [`scatter`](Self::scatter) of terms that see up to W edges.
     ///
     /// Edge j is vertex j + 1 less vertex j.
     #[inline(always)]
-    fn scatter(&mut self, edges: Range<usize>, at: usize) {
-        let (plus, minus) = (S::ONE, -S::ONE);
+    fn scatter_within<const W: usize>(&mut self, edges: Range<usize>, at: usize) {
         // The first vertex already holds the part of the edge before it.
         let fresh = if edges.start == 0 { 0 } else { edges.start + 1 };
         self.blocks[fresh..=edges.end].fill([[[S::ZERO; D]; D]; BLOCKS]);
         for j in edges.clone() {
-            for k in 0..COUPLED {
+            for k in 0..W {
                 let block = self.at_edges[at + j - edges.start][k];
-                add_scaled(&mut self.blocks[j][k], plus, &block);
-                add_scaled(&mut self.blocks[j][k + 1], minus, &block);
+                add_block(&mut self.blocks[j][k], &block);
+                subtract_block(&mut self.blocks[j][k + 1], &block);
                 if k > 0 {
-                    add_scaled(&mut self.blocks[j + 1][k - 1], minus, &block);
+                    subtract_block(&mut self.blocks[j + 1][k - 1], &block);
                 }
                 if k == 1 {
-                    add_scaled(&mut self.blocks[j + 1][0], minus, &transpose(&block));
+                    subtract_block(&mut self.blocks[j + 1][0], &transpose(&block));
                 }
-                add_scaled(&mut self.blocks[j + 1][k], plus, &block);
+                add_block(&mut self.blocks[j + 1][k], &block);
             }
         }
     }
@@ -345,20 +373,50 @@ fn pair<S: Scalar, const D: usize, const W: usize>(
     let (t, u) = (tangent[j], tangent[k]);
     let tangents = &second.tangents[j][k];
     // P M P = M − T (Tᵀ M) − (M T) Tᵀ + (Tᵀ M T) T Tᵀ
-    let from_left: Vector<S, D> = std::array::from_fn(|b| dot(t, std::array::from_fn(|a| tangents[a][b])));
-    let from_right: Vector<S, D> = std::array::from_fn(|a| dot(tangents[a], u));
+    let (mut from_left, mut from_right) = ([S::ZERO; D], [S::ZERO; D]);
+    for a in 0..D {
+        from_right[a] = dot(tangents[a], u);
+        for b in 0..D {
+            from_left[b] += t[a] * tangents[a][b];
+        }
+    }
     let both = dot(t, from_right);
     let (left, right) = (across(second.mixed[j][k], t), across(second.mixed[k][j], u));
     let across = inverse[j] * inverse[k];
-    std::array::from_fn(|a| {
-        std::array::from_fn(|b| {
+    let mut block = [[S::ZERO; D]; D];
+    for a in 0..D {
+        for b in 0..D {
             let projected = tangents[a][b] - t[a] * from_left[b] - from_right[a] * u[b] + both * t[a] * u[b];
-            across * projected
+            block[a][b] = across * projected
                 + inverse[j] * left[a] * u[b]
                 + inverse[k] * t[a] * right[b]
-                + second.lengths[j][k] * t[a] * u[b]
-        })
-    })
+                + second.lengths[j][k] * t[a] * u[b];
+        }
+    }
+    block
+}
+
+/// x t uᵀ
+#[inline(always)]
+fn outer<S: Scalar, const D: usize>(x: S, t: Vector<S, D>, u: Vector<S, D>) -> Block<S, D> {
+    let mut block = [[S::ZERO; D]; D];
+    for a in 0..D {
+        for b in 0..D {
+            block[a][b] = x * t[a] * u[b];
+        }
+    }
+    block
+}
+
+/// Adds `isotropic` (I − T Tᵀ), which a derivative by the length of an edge adds.
+#[inline(always)]
+fn add_curvature_of_length<S: Scalar, const D: usize>(block: &mut Block<S, D>, t: Vector<S, D>, isotropic: S) {
+    for a in 0..D {
+        for b in 0..D {
+            let unit = if a == b { S::ONE } else { S::ZERO };
+            block[a][b] += isotropic * (unit - t[a] * t[b]);
+        }
+    }
 }
 
 /// Adds the part that comes from the second derivatives of tangent and length by the edge j.
@@ -397,6 +455,31 @@ fn add_scaled<S: Scalar, const D: usize>(to: &mut Block<S, D>, x: S, block: &Blo
     }
 }
 
+#[inline(always)]
+fn add_block<S: Scalar, const D: usize>(to: &mut Block<S, D>, block: &Block<S, D>) {
+    for a in 0..D {
+        for b in 0..D {
+            to[a][b] += block[a][b];
+        }
+    }
+}
+
+#[inline(always)]
+fn subtract_block<S: Scalar, const D: usize>(to: &mut Block<S, D>, block: &Block<S, D>) {
+    for a in 0..D {
+        for b in 0..D {
+            to[a][b] -= block[a][b];
+        }
+    }
+}
+
+#[inline(always)]
 fn transpose<S: Scalar, const D: usize>(block: &Block<S, D>) -> Block<S, D> {
-    std::array::from_fn(|a| std::array::from_fn(|b| block[b][a]))
+    let mut transposed = [[S::ZERO; D]; D];
+    for a in 0..D {
+        for b in 0..D {
+            transposed[a][b] = block[b][a];
+        }
+    }
+    transposed
 }

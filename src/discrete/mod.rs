@@ -47,6 +47,7 @@ pub(crate) mod descent;
 mod descent_gpu;
 mod deviation;
 mod disc;
+mod division;
 mod edges;
 pub(crate) mod energy;
 mod evaluate;

@@ -71,22 +71,39 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     /// `movable` is 1 where a vertex may move, else 0. Closed curves have more vertices than the
     /// order.
     pub fn new(order: usize, edges: &Edges<S, D>, movable: &[S]) -> Self {
-        let closed = edges.is_closed();
-        let counts: Vec<usize> = edges.vertices().iter().map(|count| count * D).collect();
-        let rows = edges.vertices().into_iter().max().unwrap_or(0);
-        Newton {
+        let none = &[0; 0];
+        let mut newton = Newton {
             order,
             hessian: BlockHessian::new(edges),
-            damping: vec![[S::ZERO; COUPLED + 1]; rows + COUPLED],
+            damping: Vec::new(),
             matrix: match (order, D) {
-                (..3, 2) => Matrix::SecondPlanar(Box::new(Banded::new(closed, &counts))),
-                (..3, _) => Matrix::SecondSpatial(Box::new(Banded::new(closed, &counts))),
-                (_, 2) => Matrix::WidestPlanar(Box::new(Banded::new(closed, &counts))),
-                _ => Matrix::WidestSpatial(Box::new(Banded::new(closed, &counts))),
+                (..3, 2) => Matrix::SecondPlanar(Box::new(Banded::new(false, none))),
+                (..3, _) => Matrix::SecondSpatial(Box::new(Banded::new(false, none))),
+                (_, 2) => Matrix::WidestPlanar(Box::new(Banded::new(false, none))),
+                _ => Matrix::WidestSpatial(Box::new(Banded::new(false, none))),
             },
-            movable: movable[..rows].iter().flat_map(|&movable| [movable; D]).collect(),
-            unknowns: vec![[S::ZERO]; rows * D],
-        }
+            movable: Vec::new(),
+            unknowns: Vec::new(),
+        };
+        newton.renew(edges, movable);
+        newton
+    }
+
+    /// The order of the energies.
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Storage for the systems of other curves, for energies of the same order.
+    pub fn renew(&mut self, edges: &Edges<S, D>, movable: &[S]) {
+        let counts: Vec<usize> = edges.vertices().iter().map(|count| count * D).collect();
+        let rows = edges.vertices().into_iter().max().unwrap_or(0);
+        self.hessian.renew(edges);
+        self.damping.resize(rows + COUPLED, [S::ZERO; COUPLED + 1]);
+        each!(&mut self.matrix, matrix => matrix.renew(edges.is_closed(), &counts), matrix.renew(edges.is_closed(), &counts));
+        self.movable.clear();
+        self.movable.extend(movable[..rows].iter().flat_map(|&movable| [movable; D]));
+        self.unknowns.resize(rows * D, [S::ZERO]);
     }
 
     /// Assembles H and L at the curves where the edges are placed.

@@ -8,6 +8,7 @@ use super::edges::Edges;
 use super::energy::{Energy, Functional, Hold, MOST_EDGES};
 use super::lane::Standing;
 use super::metric::{Pins, Weights};
+use super::newton::Newton;
 use super::plan::{Direction, Plan};
 use crate::linalg::scalar::{Vector, add, subtract};
 use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
@@ -189,19 +190,26 @@ pub(crate) fn descend_on_cpu<const D: usize>(
             _ => groups.push(vec![i]),
         }
     }
-    let solved: Vec<Vec<(usize, Outcome<D>)>> = parallel::of(groups, |group| {
-        let members: Vec<&Problem<D>> = group.iter().map(|&i| &problems[i]).collect();
-        let wide = Vectorised { plan, functionals: &functionals, members: &members };
-        let alone = |member: &Problem<D>| descend::<f64, D>(plan, &functionals, &[member]).remove(0);
-        let outcomes = match if members.len() > 1 { with_wide_registers(wide) } else { Err(wide) } {
-            Ok(outcomes) => outcomes,
-            Err(_) => members.iter().map(|member| alone(member)).collect(),
-        };
-        group.iter().zip(&outcomes).for_each(|(&i, outcome)| ended(i, outcome));
-        group.into_iter().zip(outcomes).collect()
-    });
-    let mut outcomes: Vec<Option<Outcome<D>>> = vec![None; problems.len()];
-    solved.into_iter().flatten().for_each(|(i, outcome)| outcomes[i] = Some(outcome));
+    let solved: Vec<Vec<Outcome<D>>> = parallel::map_with(
+        groups.len(),
+        1,
+        || None,
+        |kept, k| {
+            let group = &groups[k];
+            let members: Vec<&Problem<D>> = group.iter().map(|&i| &problems[i]).collect();
+            let wide = Vectorised { plan, functionals: &functionals, members: &members, kept };
+            let alone = |member: &Problem<D>| descend::<f64, D>(plan, &functionals, &[member]).remove(0);
+            let outcomes = match if members.len() > 1 { with_wide_registers(wide) } else { Err(wide) } {
+                Ok(outcomes) => outcomes,
+                Err(_) => members.iter().map(|member| alone(member)).collect(),
+            };
+            group.iter().zip(&outcomes).for_each(|(&i, outcome)| ended(i, outcome));
+            outcomes
+        },
+    );
+    let mut outcomes: Vec<Option<Outcome<D>>> = (0..problems.len()).map(|_| None).collect();
+    let all = groups.into_iter().flatten().zip(solved.into_iter().flatten());
+    all.for_each(|(i, outcome)| outcomes[i] = Some(outcome));
     outcomes.into_iter().map(|outcome| outcome.expect("every curve is in one group")).collect()
 }
 
@@ -210,6 +218,8 @@ struct Vectorised<'a, const D: usize> {
     plan: &'a Plan,
     functionals: &'a [&'a Functional],
     members: &'a [&'a Problem<D>],
+    /// Memory of curves before these.
+    kept: &'a mut Option<Newton<Lanes<f64, LANES>, D>>,
 }
 
 impl<const D: usize> pulp::WithSimd for Vectorised<'_, D> {
@@ -220,7 +230,7 @@ impl<const D: usize> pulp::WithSimd for Vectorised<'_, D> {
         // No closure or function stands in between, because only inlined code uses the
         // instructions.
         let mut descent = start::<Lanes<f64, LANES>, D>(self.plan, self.functionals, self.members);
-        let mut newton = descent.newton();
+        let mut newton = descent.newton(self.kept);
         while descent.is_running() {
             match &mut newton {
                 Some(newton) if descent.has_begun() => descent.newton_tick_inlined(newton),
@@ -238,7 +248,8 @@ pub(crate) fn descend<S: Scalar, const D: usize>(
     members: &[&Problem<D>],
 ) -> Vec<Outcome<D>> {
     let mut descent = start::<S, D>(plan, functionals, members);
-    let mut newton = descent.newton();
+    let mut kept = None;
+    let mut newton = descent.newton(&mut kept);
     while descent.is_running() {
         match &mut newton {
             Some(newton) if descent.has_begun() => descent.newton_tick(newton),

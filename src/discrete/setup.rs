@@ -3,9 +3,12 @@
 //! The natural or periodic spline through the data points is divided into edges of equal arc
 //! length.
 
+use std::ops::Range;
+
 use super::constrain::{Constraints as Kept, constrained};
+use super::division::divide;
 use super::energy::{Energy, Functional, of_spans};
-use super::fair::{Fair, Pins, Segments};
+use super::fair::{Fair, Pins};
 use super::problem::{Attached, Outcome, Problem, order_of};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
@@ -154,10 +157,11 @@ fn ready<const D: usize>(
     let size = Bounds::of(points.iter().copied()).diagonal();
     constraints.iter().for_each(|constraint| constraint.meet(&mut vertices));
     let scaled = |v: Vector<f64, D>| v.map(|x| x / size);
-    let edges = if closed { vertices.len() } else { vertices.len() - 1 };
-    let edge = |j: usize| scaled(subtract(vertices[(j + 1) % vertices.len()], vertices[j]));
-    let base: Vec<Vector<f64, D>> = (0..edges).map(edge).collect();
-    let curvature = mean_curvature(&base, closed).max(LEAST_CURVATURE);
+    let mut base: Vec<Vector<f64, D>> = vertices.windows(2).map(|ends| scaled(subtract(ends[1], ends[0]))).collect();
+    base.extend(closed.then(|| scaled(subtract(vertices[0], vertices[vertices.len() - 1]))));
+    let lengths: Vec<f64> = base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
+    let length: f64 = lengths.iter().sum();
+    let curvature = mean_curvature(&base, &lengths, closed).max(LEAST_CURVATURE);
     let (energy_weights, energy_unit) = normalised_weights(&fair.energy, size, curvature);
     let refuse =
         |k: usize, status: CurveStatus, what: &str| Err(Unfitted { status, message: batch.sentence(i, k, what) });
@@ -205,15 +209,14 @@ fn ready<const D: usize>(
     data.dedup();
     let order = order_of(fair.energy.order(), closed, vertices.len());
     if order > 1
-        && let Some(j) = fold(&base, closed)
+        && let Some(j) = fold(&base, &lengths, closed)
     {
         let k = rows.partition_point(|&row| row as usize <= j + 1).saturating_sub(1).min(points.len() - 1);
         let what = "the points around it lie on a line on which the curve turns back, with no side to turn to: move one \
                     aside, or give it a tangent";
         return refuse(k, CurveStatus::Degenerate, what);
     }
-    let highest = highest_weight(&fair.energy, &energy_weights, &base, curvature);
-    let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
+    let highest = highest_weight(&fair.energy, &energy_weights, length, curvature);
     let h = length / base.len() as f64;
     let chords: f64 = points.windows(2).map(|pair| distance(pair[0], pair[1])).sum::<f64>()
         + if closed { distance(points[points.len() - 1], points[0]) } else { 0.0 };
@@ -225,7 +228,7 @@ fn ready<const D: usize>(
         3 => GAUGE * highest * h.powi(-5),
         order => GAUGE * highest * h.powi(1 - 2 * order as i32),
     };
-    let free = free(&base, &data, closed, order.max(2) as f64 - 0.5);
+    let free = free(&lengths, &data, closed, order.max(2) as f64 - 0.5);
     let longest = if fair.energy.bounds_length() { f64::INFINITY } else { LONGEST * chords / size };
     let problem = Problem {
         constraints: Kept::new(&constraints),
@@ -246,62 +249,18 @@ fn ready<const D: usize>(
     Ok(Ready { problem, vertices, rows, size, energy_unit })
 }
 
-/// The vertices at equal arc length along each span, and the row of every data point.
-fn divide<const D: usize>(
-    curve: &dyn Curve,
-    points: &[Vector<f64, D>],
-    segments: Segments,
-    interpolates: bool,
-) -> (Vec<Vector<f64, D>>, Vec<u32>) {
-    let at = |span: usize, u: f64| -> Vector<f64, D> {
-        let point = curve.jet(span, u).point.to_array();
-        std::array::from_fn(|c| point[c])
-    };
-    let (mut vertices, mut rows) = (Vec::new(), Vec::new());
-    for span in 0..curve.spans() {
-        let (from, to) = (points[span], points[(span + 1) % points.len()]);
-        rows.push(vertices.len() as u32);
-        if from == to {
-            continue;
-        }
-        // The data themselves are taken, without the rounding of a spline.
-        vertices.push(if interpolates { from } else { at(span, 0.0) });
-        let n = match segments {
-            Segments::PerSpan(n) => n,
-            // The vertices of all curves were checked by chords. This bounds a spline that swings
-            // out far.
-            Segments::Spacing(spacing) => {
-                (curve.span_length(span) / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
-            }
-        };
-        for u in equal_fractions(curve, span, n) {
-            vertices.push(at(span, u));
-        }
-    }
-    rows.push(vertices.len() as u32);
-    if !curve.is_closed() {
-        let spans = curve.spans();
-        vertices.push(if interpolates { points[points.len() - 1] } else { at(spans - 1, 1.0) });
-    }
-    (vertices, rows)
-}
-
 /// The factors of differences of lengths in the gauge at each vertex.
 ///
 /// They are (h/h_s)^power. h_s is the mean edge of the vertex's span, and h that of all edges. In
 /// every span the tangential stiffness then equals the normal stiffness. Factors are 0 at data
 /// points.
-fn free<const D: usize>(base: &[Vector<f64, D>], data: &[u32], closed: bool, power: f64) -> Vec<f64> {
-    let vertices = base.len() + usize::from(!closed);
-    let mean = |edges: &mut dyn Iterator<Item = usize>| {
-        let (mut count, mut length) = (0, 0.0);
-        for j in edges {
-            count += 1;
-            length += dot(base[j % base.len()], base[j % base.len()]).sqrt();
-        }
-        length / count as f64
+fn free(lengths: &[f64], data: &[u32], closed: bool, power: f64) -> Vec<f64> {
+    let vertices = lengths.len() + usize::from(!closed);
+    let mean = |edges: Range<usize>| {
+        let count = edges.len() as f64;
+        edges.map(|j| lengths[j % lengths.len()]).sum::<f64>() / count
     };
-    let h = mean(&mut (0..base.len()));
+    let h = mean(0..lengths.len());
     let mut free = vec![0.0; vertices];
     for (k, &from) in data.iter().enumerate() {
         // The last span of a closed curve leads to its first data point.
@@ -310,38 +269,10 @@ fn free<const D: usize>(base: &[Vector<f64, D>], data: &[u32], closed: bool, pow
             None if closed => data[0] as usize + vertices,
             None => break,
         };
-        let ratio = (h / mean(&mut (from as usize..to))).powf(power);
+        let ratio = (h / mean(from as usize..to)).powf(power);
         (from as usize + 1..to).for_each(|row| free[row % vertices] = ratio);
     }
     free
-}
-
-/// The fractions that divide a span into n pieces of about equal length.
-///
-/// The gauge evens out the rest.
-fn equal_fractions(curve: &dyn Curve, span: usize, n: usize) -> Vec<f64> {
-    // Simpson's rule with as many panels as pieces resolves the speed as finely as the curve
-    // itself.
-    let panel = 1.0 / n as f64;
-    let speed = |u: f64| curve.speed(span, u);
-    let mut arc = vec![0.0; n + 1];
-    let mut before = speed(0.0);
-    for k in 0..n {
-        let after = speed((k + 1) as f64 * panel);
-        arc[k + 1] = arc[k] + panel / 6.0 * (before + 4.0 * speed((k as f64 + 0.5) * panel) + after);
-        before = after;
-    }
-    let mut k = 0;
-    let at = |piece: usize| {
-        let target = arc[n] * piece as f64 * panel;
-        while k + 1 < n && arc[k + 1] < target {
-            k += 1;
-        }
-        let width = arc[k + 1] - arc[k];
-        let part = if width > 0.0 { (target - arc[k]) / width } else { 0.5 };
-        (k as f64 + part) * panel
-    };
-    (1..n).map(at).collect()
 }
 
 /// The weight of every term at size 1, and the unit that the weights are divided by.
@@ -361,9 +292,8 @@ fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, 
 ///
 /// It is taken at a straight curve. For energies that stiffen with curvature, it is taken at the
 /// given one.
-fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vector<f64, D>], curvature: f64) -> f64 {
+fn highest_weight(energy: &Energy, weights: &[f64], length: f64, curvature: f64) -> f64 {
     let order = energy.order();
-    let length: f64 = base.iter().map(|e| dot(*e, *e).sqrt()).sum();
     let leading = weights.iter().zip(energy.terms()).filter(|(_, (_, functional))| functional.order() == order);
     leading
         .map(|(weight, (_, functional))| {
@@ -376,24 +306,27 @@ fn highest_weight<const D: usize>(energy: &Energy, weights: &[f64], base: &[Vect
 /// The edge after which the curve turns back exactly.
 ///
 /// The curve is a saddle there. By symmetry no gradient leads off the line.
-fn fold<const D: usize>(base: &[Vector<f64, D>], closed: bool) -> Option<usize> {
+fn fold<const D: usize>(base: &[Vector<f64, D>], lengths: &[f64], closed: bool) -> Option<usize> {
     let turns_back = |j: &usize| {
-        let (e, f) = (base[*j], base[(*j + 1) % base.len()]);
-        dot(e, f) <= (8.0 * f64::EPSILON - 1.0) * (dot(e, e) * dot(f, f)).sqrt()
+        let next = if j + 1 < base.len() { j + 1 } else { 0 };
+        dot(base[*j], base[next]) <= (8.0 * f64::EPSILON - 1.0) * (lengths[*j] * lengths[next])
     };
     (0..if closed { base.len() } else { base.len() - 1 }).find(turns_back)
 }
 
 /// The root mean square of |K| over the arc length.
-fn mean_curvature<const D: usize>(base: &[Vector<f64, D>], closed: bool) -> f64 {
-    let pairs = if closed { base.len() } else { base.len() - 1 };
+fn mean_curvature<const D: usize>(base: &[Vector<f64, D>], lengths: &[f64], closed: bool) -> f64 {
+    let tangent = |j: usize| scale(1.0 / lengths[j], base[j]);
+    let first = if closed { 0 } else { 1 };
+    let last = base.len() - 1;
     let (mut sum, mut length) = (0.0, 0.0);
-    for j in 0..pairs {
-        let (e, f) = (base[j], base[(j + 1) % base.len()]);
-        let (s, t) = (dot(e, e).sqrt(), dot(f, f).sqrt());
-        let turn = subtract(f.map(|x| x / t), e.map(|x| x / s));
-        sum += dot(turn, turn) * 2.0 / (s + t);
-        length += 0.5 * (s + t);
+    let mut before = (tangent(if closed { last } else { 0 }), lengths[if closed { last } else { 0 }]);
+    for j in first..base.len() {
+        let here = (tangent(j), lengths[j]);
+        let (turn, shared) = (subtract(here.0, before.0), before.1 + here.1);
+        sum += dot(turn, turn) * 2.0 / shared;
+        length += 0.5 * shared;
+        before = here;
     }
     if length > 0.0 { (sum / length).sqrt() } else { 0.0 }
 }

@@ -20,6 +20,7 @@ use crate::device::{Device, DeviceReport};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::scalar::add;
+use crate::parallel;
 use crate::precision::Precision;
 
 /// The most edges a span for which f32 has enough digits for bending.
@@ -75,7 +76,8 @@ impl Fair {
         device: &Device,
         ended: Ended<'_, D>,
     ) -> Result<(Vec<Outcome<D>>, DeviceReport)> {
-        let mut problems: Vec<Problem<D>> = ready.iter().flatten().map(|ready| ready.problem.clone()).collect();
+        let able: Vec<&Ready<D>> = ready.iter().flatten().collect();
+        let mut problems: Vec<Problem<D>> = parallel::map(able.len(), 64, |k| able[k].problem.clone());
         let order = self.energy.order();
         let plan = Plan {
             direction: self.direction,
@@ -89,7 +91,7 @@ impl Fair {
             most_iterations: self.max_iterations,
         };
         let edges_a_span = |ready: &Ready<D>| ready.rows.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
-        let coarse: Vec<bool> = ready.iter().flatten().map(|ready| edges_a_span(ready) <= MOST_EDGES_IN_F32).collect();
+        let coarse: Vec<bool> = able.iter().map(|ready| edges_a_span(ready) <= MOST_EDGES_IN_F32).collect();
         let well_conditioned = coarse.iter().all(|coarse| *coarse);
         // f32 cannot hold the inner product of order 3, and kernels of that order know Newton's method
         // alone. Other such curves go to the CPU.

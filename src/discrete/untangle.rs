@@ -166,16 +166,22 @@ fn is_simple<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -> bool 
     if closed {
         return false;
     }
-    let edges: Vec<Vector<f64, D>> = vertices.windows(2).map(|pair| subtract(pair[1], pair[0])).collect();
     let along = subtract(vertices[vertices.len() - 1], vertices[0]);
-    if edges.iter().all(|edge| dot(*edge, along) > 0.0) {
+    let edge = |j: usize| subtract(vertices[j + 1], vertices[j]);
+    let edges = vertices.len() - 1;
+    if (0..edges).all(|j| dot(edge(j), along) > 0.0) {
         return true;
     }
-    let turn = |pair: &[Vector<f64, D>]| {
-        let ([a, b], [c, d]) = ([pair[0][0], pair[0][1]], [pair[1][0], pair[1][1]]);
-        (a * d - b * c).atan2(a * c + b * d).abs()
-    };
-    edges.windows(2).map(turn).sum::<f64>() <= std::f64::consts::PI
+    let mut turned = 0.0;
+    let mut before = edge(0);
+    for j in 1..edges {
+        let here = edge(j);
+        let (across, forward) = (before[0] * here[1] - before[1] * here[0], before[0] * here[0] + before[1] * here[1]);
+        // An angle is at most its tangent, and the turns of fine polygons are small.
+        turned += if forward > across.abs() { across.abs() / forward } else { across.atan2(forward).abs() };
+        before = here;
+    }
+    turned <= std::f64::consts::PI
 }
 
 #[cfg(test)]

@@ -33,18 +33,30 @@ pub(crate) struct Banded<S, const B: usize> {
 impl<S: Scalar, const B: usize> Banded<S, B> {
     /// Matrices of so many rows each, all open or all cyclic, with entries to be filled.
     pub fn new(cyclic: bool, counts: &[usize]) -> Self {
-        let most = counts.iter().copied().max().unwrap_or(0);
-        let rows = most + B;
-        debug_assert!(!cyclic || counts.iter().all(|&count| count >= B));
-        Banded {
+        let mut banded = Banded {
             cyclic,
-            counts: counts.to_vec(),
-            most,
-            diagonal: vec![S::ZERO; rows],
-            band: vec![[S::ZERO; B]; rows],
-            border: vec![[S::ZERO; B]; if cyclic { rows } else { 0 }],
+            counts: Vec::new(),
+            most: 0,
+            diagonal: Vec::new(),
+            band: Vec::new(),
+            border: Vec::new(),
             corner: [[S::ZERO; B]; B],
-        }
+        };
+        banded.renew(cyclic, counts);
+        banded
+    }
+
+    /// Storage for other matrices. [`clear`](Self::clear) makes their entries 0.
+    pub fn renew(&mut self, cyclic: bool, counts: &[usize]) {
+        debug_assert!(!cyclic || counts.iter().all(|&count| count >= B));
+        self.cyclic = cyclic;
+        self.counts.clear();
+        self.counts.extend_from_slice(counts);
+        self.most = counts.iter().copied().max().unwrap_or(0);
+        let rows = self.most + B;
+        self.diagonal.resize(rows, S::ZERO);
+        self.band.resize(rows, [S::ZERO; B]);
+        self.border.resize(if cyclic { rows } else { 0 }, [S::ZERO; B]);
     }
 
     /// Number of rows that may be written to, unwrapped ones included.
@@ -133,6 +145,7 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     }
 
     /// Decouples rows that are held.
+    #[inline(always)]
     fn hold(&mut self, movable: &[S]) {
         let zero = S::ZERO;
         let rows = if self.cyclic { self.most + B } else { self.most };
@@ -150,6 +163,7 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     }
 
     /// `movable` of an unwrapped row.
+    #[inline(always)]
     fn movable(&self, movable: &[S], row: usize) -> S {
         if !self.cyclic || row < self.counts.iter().copied().min().unwrap_or(0) {
             return movable[row];

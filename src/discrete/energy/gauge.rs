@@ -18,6 +18,8 @@ use crate::linalg::Scalar;
 pub(crate) struct Gauge;
 
 impl Term<2> for Gauge {
+    const BY_TANGENT: bool = false;
+
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> S {
         let difference = window.free * (window.length[1] - window.length[0]);
@@ -46,6 +48,8 @@ impl Term<2> for Gauge {
 pub(crate) struct SmoothGauge;
 
 impl Term<3> for SmoothGauge {
+    const BY_TANGENT: bool = false;
+
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> S {
         self.gradient(window).value

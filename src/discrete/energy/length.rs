@@ -31,6 +31,8 @@ impl Facts for Length {
 }
 
 impl Term<1> for Length {
+    const BY_TANGENT: bool = false;
+
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> S {
         window.length[0]

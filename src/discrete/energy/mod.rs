@@ -192,6 +192,9 @@ pub(crate) trait Term<const W: usize> {
     /// Energies over three edges would take the compiler minutes there.
     const APART: bool = W > 2;
 
+    /// Whether the term depends on tangents, and not on lengths alone.
+    const BY_TANGENT: bool = true;
+
     /// The term.
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S;
     /// The term and its partial derivatives.

@@ -53,6 +53,8 @@ impl Facts for Tautness {
 }
 
 impl Term<1> for Tautness {
+    const BY_TANGENT: bool = false;
+
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> S {
         window.taut * window.length[0]

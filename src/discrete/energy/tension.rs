@@ -32,6 +32,8 @@ impl Facts for Tension {
 }
 
 impl Term<1> for Tension {
+    const BY_TANGENT: bool = false;
+
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> S {
         S::of(0.5) * window.segments * window.length[0] * window.length[0]

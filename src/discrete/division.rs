@@ -1,0 +1,128 @@
+//! The division of a start curve into edges of about equal arc length, span by span.
+
+use super::fair::Segments;
+use crate::curve::Curve;
+use crate::linalg::scalar::{Vector, add, dot, scale};
+use crate::motion::Motion;
+
+/// The vertices at equal arc length along each span, and the row of every data point.
+///
+/// The gauge evens out what the division leaves.
+pub(super) fn divide<const D: usize>(
+    curve: &dyn Curve,
+    points: &[Vector<f64, D>],
+    segments: Segments,
+    interpolates: bool,
+) -> (Vec<Vector<f64, D>>, Vec<u32>) {
+    let expected = if let Segments::PerSpan(n) = segments { n * curve.spans() + 1 } else { 0 };
+    let (mut vertices, mut rows) = (Vec::with_capacity(expected), Vec::with_capacity(points.len() + 1));
+    let mut arc = Vec::new();
+    for span in 0..curve.spans() {
+        let (from, to) = (points[span], points[(span + 1) % points.len()]);
+        rows.push(vertices.len() as u32);
+        if from == to {
+            continue;
+        }
+        let along = Along::new(curve, span);
+        // The data themselves are taken, without the rounding of a spline.
+        vertices.push(if interpolates { from } else { along.place(0.0) });
+        let n = match segments {
+            Segments::PerSpan(n) => n,
+            // The vertices of all curves were checked by chords. This bounds a spline that swings
+            // out far.
+            Segments::Spacing(spacing) => {
+                (curve.span_length(span) / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
+            }
+        };
+        along.measure(n, &mut arc);
+        equal_fractions(&arc, |u| vertices.push(along.place(u)));
+    }
+    rows.push(vertices.len() as u32);
+    if !curve.is_closed() {
+        let end = || Along::new(curve, curve.spans() - 1).place(1.0);
+        vertices.push(if interpolates { points[points.len() - 1] } else { end() });
+    }
+    (vertices, rows)
+}
+
+/// Places and speeds along a span, by the fraction u of it.
+enum Along<'a, const D: usize> {
+    /// p + u (v₀ + u (v₁/2 + u v₂/3))
+    Cubic { start: Vector<f64, D>, velocity: [Vector<f64, D>; 3] },
+    /// Any curve.
+    Other { curve: &'a dyn Curve, span: usize },
+}
+
+impl<'a, const D: usize> Along<'a, D> {
+    fn new(curve: &'a dyn Curve, span: usize) -> Self {
+        let motion = if curve.pieces(span) == 1 { curve.motion(span, 0) } else { None };
+        match motion {
+            Some(Motion { velocity, .. }) => Along::Cubic {
+                start: components(curve.jet(span, 0.0).point.to_array()),
+                velocity: velocity.map(|v| components(v.to_array())),
+            },
+            None => Along::Other { curve, span },
+        }
+    }
+
+    fn place(&self, u: f64) -> Vector<f64, D> {
+        match self {
+            Along::Cubic { start, velocity: [a, b, c] } => {
+                let inner = add(scale(0.5, *b), scale(u / 3.0, *c));
+                add(*start, scale(u, add(*a, scale(u, inner))))
+            }
+            Along::Other { curve, span } => components(curve.jet(*span, u).point.to_array()),
+        }
+    }
+
+    fn speed(&self, u: f64) -> f64 {
+        match self {
+            Along::Cubic { velocity: [a, b, c], .. } => {
+                let v = add(*a, scale(u, add(*b, scale(u, *c))));
+                dot(v, v).sqrt()
+            }
+            Along::Other { curve, span } => curve.speed(*span, u),
+        }
+    }
+
+    /// The arc lengths from the start of the span to the ends of n equal pieces of the parameter.
+    ///
+    /// Simpson's rule with as many panels as pieces resolves the speed as finely as the curve
+    /// itself.
+    fn measure(&self, n: usize, arc: &mut Vec<f64>) {
+        let panel = 1.0 / n as f64;
+        arc.clear();
+        arc.push(0.0);
+        let (mut length, mut before) = (0.0, self.speed(0.0));
+        for k in 0..n {
+            let after = self.speed((k + 1) as f64 * panel);
+            length += panel / 6.0 * (before + 4.0 * self.speed((k as f64 + 0.5) * panel) + after);
+            arc.push(length);
+            before = after;
+        }
+    }
+}
+
+/// The first D components.
+fn components<const D: usize>(v: [f64; 3]) -> Vector<f64, D> {
+    let mut own = [0.0; D];
+    own.copy_from_slice(&v[..D]);
+    own
+}
+
+/// The fractions that divide a span into pieces of about equal length, as many as there are
+/// pieces in `arc`, the [arc lengths](Along::measure) to their ends.
+fn equal_fractions(arc: &[f64], mut at: impl FnMut(f64)) {
+    let n = arc.len() - 1;
+    let panel = 1.0 / n as f64;
+    let mut k = 0;
+    for piece in 1..n {
+        let target = arc[n] * piece as f64 * panel;
+        while k + 1 < n && arc[k + 1] < target {
+            k += 1;
+        }
+        let width = arc[k + 1] - arc[k];
+        let part = if width > 0.0 { (target - arc[k]) / width } else { 0.5 };
+        at((k as f64 + part) * panel);
+    }
+}
