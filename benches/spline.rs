@@ -90,7 +90,7 @@ fn within_a_distance(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("{curves} tracks of {points} points within 1"));
         group.throughput(Throughput::Elements((curves * points) as u64)).sample_size(10);
         let mut energies = Vec::new();
-        for (name, amount) in [("one λ", Amount::Deviation(1.0)), ("tube", Amount::Tube(1.0))] {
+        for (name, amount) in [("one λ", Amount::Deviation(1.0.into())), ("tube", Amount::Tube(1.0.into()))] {
             let smoothing = Smoothing { amount, ..Smoothing::default() };
             let mut energy = 0.0;
             group.bench_function(name, |bencher| {

@@ -29,6 +29,11 @@ pub struct CurveReport {
     pub gradient_norm: f64,
     /// The λ of smoothing splines. `None` for other methods.
     pub smoothing: Option<f64>,
+    /// The part of the energy that further starts of fair curves saved: 0.1 where the best has 90 % of the energy of the
+    /// first that converged.
+    ///
+    /// `None` where there was one start.
+    pub gain: Option<f64>,
     /// Largest distance from a data point to the curve's point of the same parameter.
     ///
     /// It is in the units of the input.
@@ -45,6 +50,7 @@ impl CurveReport {
             iterations: 1,
             gradient_norm: 0.0,
             smoothing: None,
+            gain: None,
             max_deviation: 0.0,
         }
     }
@@ -60,6 +66,7 @@ impl CurveReport {
     /// gradient, deviation and weight.
     pub(crate) fn joined(pieces: Vec<CurveReport>) -> Self {
         let join = |mut joined: CurveReport, next: CurveReport| {
+            joined.gain = gain([&joined, &next]);
             let [so_far, severity] = [&joined, &next].map(|report| report.status.severity());
             if severity > so_far || (severity == so_far && joined.message.is_none()) {
                 (joined.status, joined.message) = (next.status, next.message);
@@ -73,6 +80,16 @@ impl CurveReport {
         };
         pieces.into_iter().reduce(join).unwrap_or_else(|| CurveReport::solved(0.0))
     }
+}
+
+/// The part of the energy that was saved in all of these, if it is known of each.
+pub(crate) fn gain<'a>(reports: impl IntoIterator<Item = &'a CurveReport>) -> Option<f64> {
+    let (mut before, mut after) = (0.0, 0.0);
+    for report in reports {
+        before += report.energy / (1.0 - report.gain?);
+        after += report.energy;
+    }
+    Some(if before > 0.0 { 1.0 - after / before } else { 0.0 })
 }
 
 /// The curves of a method, seen through the [`Curve`] trait. A [`Fit`] holds one.

@@ -61,8 +61,8 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
         1 => {
             let amount = match bytes.int_in_range(0..=2)? {
                 0 => Amount::Lambda(option(bytes, &[0.0, 0.1, 1e3])?),
-                1 => Amount::Deviation(option(bytes, &[0.01, 0.5, 1e3])?),
-                _ => Amount::Tube(option(bytes, &[0.01, 0.5, 1e3])?),
+                1 => Amount::Deviation(option(bytes, &[0.01, 0.5, 1e3])?.into()),
+                _ => Amount::Tube(option(bytes, &[0.01, 0.5, 1e3])?.into()),
             };
             let smoothing = Smoothing { amount, pin_ends: bytes.arbitrary()?, ..Smoothing::default() };
             show(&smoothing);
@@ -118,7 +118,7 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
     }
     Ok(Fair {
         energy,
-        deviation,
+        deviation: deviation.map(Into::into),
         pins: if attached || deviation.is_some() { Pins::Ends } else { Pins::All },
         segments: match bytes.ratio(3, 4)? {
             true => Segments::PerSpan(bytes.int_in_range(1..=6)?),

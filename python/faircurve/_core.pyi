@@ -105,7 +105,7 @@ def adapters() -> list[tuple[str, str, str]]:
 
 def natural(batch: Batch, ends: str, parametrisation: str, device: str, precision: str) -> Fit: ...
 def smoothing(
-    batch: Batch, amount: str, value: float, pin_ends: bool, parametrisation: str, device: str, precision: str
+    batch: Batch, amount: str, value: str, pin_ends: bool, parametrisation: str, device: str, precision: str
 ) -> Fit: ...
 def fair(
     batch: Batch,
@@ -113,11 +113,13 @@ def fair(
     per_span: int,
     spacing: float | None,
     pins: str,
-    deviation: float | None,
+    deviation: str | None,
     corners: float | None,
     solver: str,
     tolerance: float,
     max_iterations: int,
+    starts: int,
+    seed: int,
     device: str,
     precision: str,
 ) -> Fit: ...

@@ -27,10 +27,11 @@ class Fit:
     # --- what came of it ---
 
     def report(self) -> dict[str, Any]:
-        """One entry a curve in every column: status, message, energy, iterations, gradient_norm, max_deviation, smoothing.
+        """One entry a curve in every column: status, message, energy, iterations, gradient_norm, max_deviation, smoothing, gain.
 
         ``pandas.DataFrame(fit.report())`` is a table. ``max_deviation`` is the largest distance of the curve from its
-        points, ``smoothing`` the λ of smoothing splines (NaN for others), ``energy`` in units of the input.
+        points, ``smoothing`` the λ of smoothing splines (NaN for others), ``gain`` the part of the energy that further ``starts`` of
+        fair curves saved (NaN for one start), ``energy`` in units of the input.
         """
         columns = dict(self._fit.report())
         columns["status"] = np.array(columns["status"], dtype=object)

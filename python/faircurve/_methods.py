@@ -101,9 +101,10 @@ class Smoothing:
     ----------
     lam : float
         λ of ∫|p″|² dt · λ + Σ w |p(t) − q|², 0 or more; larger is smoother. As in ``scipy.interpolate.make_smoothing_spline``.
-    deviation : float
-        The smoothest curve of this kind that moves no point by more than this (units of the input).
-    tube : float
+    deviation : float or str
+        The smoothest curve of this kind that moves no point by more than this: in units of the input, or a part of each
+        curve's size (the diagonal of the box around its points), such as ``"2%"``.
+    tube : float or str
         The curve of least bending within this distance of every point.
     pin_ends : bool
         Whether the ends of open curves stay where they are.
@@ -121,8 +122,8 @@ class Smoothing:
     """
 
     lam: float | None = None
-    deviation: float | None = None
-    tube: float | None = None
+    deviation: float | str | None = None
+    tube: float | str | None = None
     pin_ends: bool = True
     parametrisation: Parametrisation = "auto"
 
@@ -136,11 +137,11 @@ class Smoothing:
         if len(asked) != 1:
             raise TypeError("give one of lam, deviation and tube: Smoothing(lam=0.1)")
         name, value = asked[0]
-        if not (value >= 0 if name == "lam" else value > 0):
+        if not isinstance(value, str) and not (value >= 0 if name == "lam" else value > 0):
             raise ValueError(f"{name} is {value}; it must be {'0 or ' if name == 'lam' else ''}a positive number")
         given = ragged(curves)
         batch = _batch(given, closed=closed, t=t, weights=weights, pinned=pinned)
-        fit = _core.smoothing(batch, name, float(value), self.pin_ends, self.parametrisation, device, precision)
+        fit = _core.smoothing(batch, name, str(value), self.pin_ends, self.parametrisation, device, precision)
         return Fit(fit, given, given.coords.shape[1])
 
 
@@ -159,8 +160,9 @@ class Fair:
         The longest edge, in place of ``per_span`` (units of the input).
     pins : {"all", "ends", "none"}, optional
         Which points stay. By default all; with ``deviation`` or an attachment the ends.
-    deviation : float, optional
-        The fairest of all curves that pass within this distance of every point.
+    deviation : float or str, optional
+        The fairest of all curves that pass within this distance of every point: in units of the input, or a part of each
+        curve's size (the diagonal of the box around its points), such as ``"2%"``.
     corners : float, optional
         Points where the input turns by more than this angle (degrees) stay corners.
     solver : {"newton", "cg", "descent"}
@@ -169,6 +171,11 @@ class Fair:
         Size of the gradient at which a curve of size 1 has converged.
     max_iterations : int
         Iterations at most.
+    starts : int
+        Descents a curve, of which the cheapest is kept: from the spline, from circles through neighbouring points, from the
+        polygon rounded, then at random. ``report()["gain"]`` is the part of the energy that they saved.
+    seed : int
+        Of the starts at random.
 
     Examples
     --------
@@ -181,11 +188,13 @@ class Fair:
     per_span: int = 16
     spacing: float | None = None
     pins: Literal["all", "ends", "none"] | None = None
-    deviation: float | None = None
+    deviation: float | str | None = None
     corners: float | None = None
     solver: Literal["newton", "cg", "descent"] = "newton"
     tolerance: float = 1e-8
     max_iterations: int = 500
+    starts: int = 1
+    seed: int = 0
 
     def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
         """Fits every curve. ``tangents`` and ``curvatures`` (vectors, NaN where there are none) are met at their points.
@@ -195,11 +204,12 @@ class Fair:
         energy = bending() + tautness() if self.energy is None else energy_of(self.energy)
         near = self.deviation is not None or energy.has("attachment")
         pins = self.pins or ("ends" if near else "all")
+        deviation = None if self.deviation is None else str(self.deviation)
         given = ragged(curves)
         batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned)
         fit = _core.fair(
-            batch, list(energy.terms), self.per_span, self.spacing, pins, self.deviation, self.corners, self.solver,
-            self.tolerance, self.max_iterations, device, precision,
+            batch, list(energy.terms), self.per_span, self.spacing, pins, deviation, self.corners, self.solver,
+            self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
         )  # fmt: skip
         return Fit(fit, given, given.coords.shape[1])
 

@@ -41,6 +41,7 @@ pub fn columns<'py>(py: Python<'py>, reports: &[faircurve::CurveReport]) -> PyRe
     report.set_item("gradient_norm", numbers(&|report| report.gradient_norm))?;
     report.set_item("max_deviation", numbers(&|report| report.max_deviation))?;
     report.set_item("smoothing", numbers(&|report| report.smoothing.unwrap_or(f64::NAN)))?;
+    report.set_item("gain", numbers(&|report| report.gain.unwrap_or(f64::NAN)))?;
     Ok(report)
 }
 

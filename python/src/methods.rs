@@ -3,7 +3,7 @@
 use faircurve::discrete::{Energy, Fair, Segments};
 use faircurve::scf::{Smooth, Start};
 use faircurve::spline::{Amount, Ends, Natural, Parametrisation, Smoothing};
-use faircurve::{CurveBatch, Device, Work};
+use faircurve::{CurveBatch, Deviation, Device, Work};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -61,16 +61,17 @@ pub fn smoothing(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
     amount: &str,
-    value: f64,
+    value: &str,
     pin_ends: bool,
     parametrisation: &str,
     device: &str,
     precision: &str,
 ) -> PyResult<Fit> {
+    let distance = || value.parse::<Deviation>().map_err(crate::error);
     let amount = match amount {
-        "lam" => Amount::Lambda(value),
-        "deviation" => Amount::Deviation(value),
-        _ => Amount::Tube(value),
+        "lam" => Amount::Lambda(value.parse()?),
+        "deviation" => Amount::Deviation(distance()?),
+        _ => Amount::Tube(distance()?),
     };
     let method = Smoothing { amount, pin_ends, parametrisation: self::parametrisation(parametrisation)? };
     fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
@@ -97,7 +98,7 @@ fn energy(terms: Vec<(String, f64, f64)>) -> PyResult<Energy> {
 }
 
 #[pyfunction]
-#[pyo3(signature = (batch, terms, per_span, spacing, pins, deviation, corners, solver, tolerance, max_iterations, device, precision))]
+#[pyo3(signature = (batch, terms, per_span, spacing, pins, deviation, corners, solver, tolerance, max_iterations, starts, seed, device, precision))]
 pub fn fair(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
@@ -105,11 +106,13 @@ pub fn fair(
     per_span: usize,
     spacing: Option<f64>,
     pins: &str,
-    deviation: Option<f64>,
+    deviation: Option<&str>,
     corners: Option<f64>,
     solver: &str,
     tolerance: f64,
     max_iterations: u32,
+    starts: u32,
+    seed: u64,
     device: &str,
     precision: &str,
 ) -> PyResult<Fit> {
@@ -117,11 +120,13 @@ pub fn fair(
         energy: energy(terms)?,
         segments: spacing.map_or(Segments::PerSpan(per_span), Segments::Spacing),
         pins: pins.parse().map_err(crate::error)?,
-        deviation,
+        deviation: deviation.map(str::parse).transpose().map_err(crate::error)?,
         corners: corners.map(f64::to_radians),
         direction: solver.parse().map_err(crate::error)?,
         tolerance,
         max_iterations,
+        starts,
+        seed,
         ..Fair::default()
     };
     fitted(py, batch, Place::new(device, precision)?, COST_OF_FAIR, |batch, device| method.fit(batch, device))

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use faircurve::discrete::{Direction, Energy, Fair, Pins, Segments, bending};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
-use faircurve::{Error, Result};
+use faircurve::{Deviation, Error, Result};
 
 pub use self::chosen::Method;
 use super::sampling::per_span;
@@ -132,15 +132,15 @@ pub struct MethodArgs {
     smoothing: Option<f64>,
     /// Moves no point by more than D
     ///
-    /// Each curve is then as smooth, or as fair, as it can be. D is in units of the input.
+    /// Each curve is then as smooth, or as fair, as it can be. D is in units of the input, or a part of
+    /// each curve's size (the diagonal of the box around its points), such as 2%.
     #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Near the points")]
-    deviation: Option<f64>,
+    deviation: Option<Deviation>,
     /// Smoothing splines of least bending within D of every point
     ///
-    /// One point far off does not stiffen the rest, as it does with --deviation. D is in units of
-    /// the input.
+    /// One point far off does not stiffen the rest, as it does with --deviation. D is as there.
     #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation"], allow_negative_numbers = true, help_heading = "Near the points")]
-    tube: Option<f64>,
+    tube: Option<Deviation>,
     /// Parameters of the points of natural and smoothing splines [default: auto]
     #[arg(long, value_parser = one_of(Parametrisation::WORDS), help_heading = "Splines")]
     parametrisation: Option<Parametrisation>,
@@ -168,9 +168,10 @@ pub struct MethodArgs {
     solver: Option<Direction>,
     /// Number of searches a curve, of which the cheapest is kept [default: 1]
     ///
-    /// The first starts from circles through neighbouring points, the others from random directions
-    /// near those.
-    #[arg(long, value_name = "N", help_heading = "Smooth connection functions")]
+    /// Fair curves start from the spline, from circles through neighbouring points, from the polygon rounded, and then
+    /// from random directions. Smooth connection functions start from the circles, and then from random directions near
+    /// those.
+    #[arg(long, value_name = "N", help_heading = "Fair curves and smooth connection functions")]
     starts: Option<u32>,
     /// Tension τ ≥ 0, with which every list of points has a curve [default: 0, none]
     ///
@@ -339,6 +340,7 @@ impl MethodArgs {
             direction: self.solver.unwrap_or(defaults.direction),
             tolerance: self.tolerance.unwrap_or(defaults.tolerance),
             max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
+            starts: self.starts.unwrap_or(defaults.starts),
             ..defaults
         })
     }
@@ -363,8 +365,9 @@ impl MethodArgs {
 
     /// Refuses what leads away from the points, for methods that go through all of them.
     fn refuse_distance(&self, curves: &str) -> Result<()> {
-        let given = [("--smoothing", self.smoothing), ("--deviation", self.deviation)];
-        if let Some((option, Some(value))) = given.into_iter().find(|(_, value)| value.is_some()) {
+        let lambda = self.smoothing.map(|lambda| ("--smoothing", lambda.to_string()));
+        let given = lambda.or(self.deviation.map(|deviation| ("--deviation", deviation.to_string())));
+        if let Some((option, value)) = given {
             return Err(Error::argument(format!(
                 "{option} {value} belongs to --method smoothing; {curves} go through every point"
             )));
@@ -391,7 +394,7 @@ impl MethodArgs {
             ("--corners", self.corners.is_some(), &[Fair]),
             ("--exponent", self.exponent.is_some(), &[Fair, Scf]),
             ("--solver", self.solver.is_some(), &[Fair, Scf]),
-            ("--starts", self.starts.is_some(), &[Scf]),
+            ("--starts", self.starts.is_some(), &[Fair, Scf]),
             ("--tension", self.tension.is_some(), &[Scf]),
             ("--max-iterations", self.max_iterations.is_some(), &[Fair, Scf]),
             ("--tolerance", self.tolerance.is_some(), &[Fair, Scf]),
@@ -409,11 +412,14 @@ impl MethodArgs {
 }
 
 /// A deviation that makes sense.
-fn positive(option: &str, deviation: f64) -> Result<f64> {
-    if deviation > 0.0 && deviation.is_finite() {
+fn positive(option: &str, deviation: Deviation) -> Result<Deviation> {
+    let (Deviation::Units(number) | Deviation::OfSize(number)) = deviation;
+    if number > 0.0 && number.is_finite() {
         return Ok(deviation);
     }
-    Err(Error::argument(format!("{option} is {deviation}; it must be a positive number, such as {option} 0.01")))
+    Err(Error::argument(format!(
+        "{option} is {deviation}; it must be a positive number, such as {option} 0.01 or {option} 2%"
+    )))
 }
 
 #[cfg(test)]

@@ -105,6 +105,8 @@ pub struct Line<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     smoothing: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    gain: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     message: Option<String>,
 }
 
@@ -112,7 +114,7 @@ impl<'a> Line<'a> {
     /// Of curve `i`, of which so many points were written.
     pub fn of(batch: &'a CurveBatch, fit: &Fit, i: usize, points_out: usize) -> Self {
         let curve = fit.curve(i);
-        let CurveReport { status, message, energy, iterations, gradient_norm, smoothing, max_deviation, .. } =
+        let CurveReport { status, message, energy, iterations, gradient_norm, smoothing, gain, max_deviation, .. } =
             &fit.reports()[i];
         Line {
             curve: batch.name(i),
@@ -126,6 +128,7 @@ impl<'a> Line<'a> {
             max_curvature: curve.max_curvature(),
             max_deviation: *max_deviation,
             smoothing: *smoothing,
+            gain: *gain,
             message: message.as_ref().map(with_options),
         }
     }

@@ -14,6 +14,7 @@ use super::near::Near;
 use super::setup::{Ready, set_up_from};
 use super::tally::Tally;
 use crate::batch::{CurveBatch, Unfitted};
+use crate::deviation::Deviation;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, dot, subtract};
@@ -21,12 +22,12 @@ use crate::parallel;
 use crate::precision::Precision;
 use crate::report::CurveReport;
 
-/// Fits every curve with the least energy within the deviation.
+/// Fits every curve with the least energy within a distance of its points, `allowed[i]` for curve i.
 ///
 /// Returns the curves with the device that fitted them.
 pub(super) fn fit<const D: usize>(
     fair: &Fair,
-    allowed: f64,
+    allowed: &[f64],
     batch: &CurveBatch,
     kept: &[[bool; 2]],
     device: &Device,
@@ -42,7 +43,7 @@ pub(super) fn fit<const D: usize>(
     for (i, ready) in set_up_from::<D>(&held, batch, kept, &|i| near.curve(i))?.into_iter().enumerate() {
         match ready {
             Ok(mut ready) => {
-                let asked = [allowed, f64::from(near.halvings(i))];
+                let asked = [allowed[i], near.halvings(i)];
                 let discs = Discs::around(&mut ready, &held, asked, in_f32, batch, i);
                 running.push((discs, Ok(ready)));
                 found.push(None);
@@ -59,9 +60,9 @@ pub(super) fn fit<const D: usize>(
         let is_settling = running.iter().any(|(discs, _)| !discs.is_settled());
         let (now, later) = running.into_iter().partition(|(discs, _)| !is_settling || !discs.is_settled());
         running = later;
-        let (discs, trials): (Vec<Discs<D>>, Vec<Result<Ready<D>, Unfitted>>) = Vec::into_iter(now).unzip();
+        let (discs, mut trials): (Vec<Discs<D>>, Vec<Result<Ready<D>, Unfitted>>) = Vec::into_iter(now).unzip();
         let most = discs.first().map_or(held.max_iterations, |discs| discs.most_iterations(&held));
-        let (outcomes, did) = Fair { max_iterations: most, ..held.clone() }.descend(&trials, device, &|_, _| {})?;
+        let (outcomes, did) = Fair { max_iterations: most, ..held.clone() }.descend(&mut trials, device, &|_, _| {})?;
         first.get_or_insert(did);
         let ended: Vec<_> = discs.into_iter().zip(trials.into_iter().flatten()).zip(outcomes).collect();
         let taken = parallel::of(ended, |((mut discs, mut ready), outcome)| {
@@ -100,12 +101,8 @@ pub(super) fn deviation<const D: usize>(vertices: &[Vector<f64, D>], rows: &[u32
 ///
 /// # Errors
 /// A deviation that is not positive and finite. An energy with an attachment of its own.
-pub(super) fn check(fair: &Fair, allowed: f64) -> Result<()> {
-    if !(allowed > 0.0 && allowed.is_finite()) {
-        return Err(Error::argument(format!(
-            "the largest deviation allowed is {allowed}; it must be positive and finite: to go through every point, leave it out"
-        )));
-    }
+pub(super) fn check(fair: &Fair, allowed: Deviation) -> Result<()> {
+    allowed.check("to go through every point, leave it out")?;
     if fair.energy.attachment_weight() > 0.0 {
         return Err(Error::argument(format!(
             "a deviation of {allowed} keeps the curve near its points, and so does the attachment in the energy: leave one of both out"

@@ -4,42 +4,24 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use super::corners::Corners;
-use super::curves::{FairCurves, Fitted, Vertices};
+use super::curves::{FairCurves, Fitted};
 use super::deviation;
 use super::energy::{Energy, bending, tautness};
-use super::lane::Standing;
 use super::plan::{Direction, Step};
-use super::problem::Outcome;
-use super::setup::{LONGEST, Ready, set_up_pieces};
+use super::setup::set_up_pieces;
+use super::starts::{self, Descended};
 use super::tally::Tally;
-use super::untangle::{self, untangle};
+use super::untangle;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::{Sampling, check_spacing, spans};
+use crate::deviation::Deviation;
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::memory;
+use crate::parallel;
 use crate::report::{CurveReport, Fit};
-use crate::status::CurveStatus;
 use crate::words::words;
-
-/// A gradient that stays within this many times the tolerance is rounding.
-///
-/// Above that the curve itself is the cause.
-const ROUNDING_REACHES: f64 = 1e3;
-
-/// A curve that has not converged after this many iterations does not with ten times as many.
-///
-/// This was measured with borders of countries.
-const ENOUGH_ITERATIONS: u32 = 200;
-
-/// A curve that has not converged is not shown if it is this many times as long as its chord
-/// polygon.
-///
-/// A half circle through two points is 1.57 times as long. No curve that converged was seen to
-/// pass 1.23 on its way.
-const ASTRAY: f64 = 2.0;
 
 /// Bytes a vertex takes for each dimension while all curves are descended.
 ///
@@ -101,8 +83,8 @@ words!(Pins, "choice of points": [
 /// they have. Exponents of bending beyond 5 and below 1.5 are approached in stages.
 ///
 /// The minimum is a local one, reached from the spline. Gentle data have no other minimum near.
-/// Rough data do. Of 60 rough curves in bending and 0.1 of length, random starts found an energy
-/// lower by more than 1 % for 19, and by more than 10 % for 14.
+/// Rough data do. Of 60 rough curves in bending and 0.1 of length, 12 [`starts`](Self::starts) find an energy lower by
+/// more than 1 % for 39.
 ///
 /// Curves of least variation through rough points are searched for in a second way, if they are planar, go through
 /// all their points without given tangents, and the energy holds no more than variation, bending of exponent 2,
@@ -153,7 +135,7 @@ pub struct Fair {
     ///
     /// All by default, unless the energy holds an [`attachment`](super::attachment).
     pub pins: Pins,
-    /// The largest distance D > 0 between a data point and its vertex, in units of the input.
+    /// The largest distance D > 0 between a data point and its vertex.
     ///
     /// `None`, the default, goes through the points. With a distance the curve is the fairest of all that
     /// pass within D of every point:
@@ -179,7 +161,7 @@ pub struct Fair {
     /// A curve that does not converge, or has loops, as with bending alone it may, is `not_converged`.
     ///
     /// Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
-    pub deviation: Option<f64>,
+    pub deviation: Option<Deviation>,
     /// The angle above which corners are kept, in radians from 0 to π.
     ///
     /// `None`, the default, cuts nothing. With an angle, curves are cut at data points where the
@@ -212,6 +194,17 @@ pub struct Fair {
     ///
     /// 500 by default.
     pub max_iterations: u32,
+    /// How many descents a curve makes, of which the cheapest is kept.
+    ///
+    /// 1 by default. The first starts from the spline, the second from circles through neighbouring points, the third
+    /// from the polygon rounded, and the others from long tangents at random. A curve that crosses
+    /// itself does not take the place of one that does not. [`CurveReport::gain`] is what they saved, and the iterations
+    /// are those of all.
+    pub starts: u32,
+    /// The seed of the starts at random.
+    ///
+    /// 0 by default. The same seed gives the same curves.
+    pub seed: u64,
 }
 
 impl Default for Fair {
@@ -226,6 +219,8 @@ impl Default for Fair {
             step: Step::default(),
             tolerance: 1e-8,
             max_iterations: 500,
+            starts: 1,
+            seed: 0,
         }
     }
 }
@@ -298,6 +293,19 @@ impl Fair {
         if let Some(allowed) = self.deviation {
             deviation::check(self, allowed)?;
         }
+        if !(1..=starts::MOST).contains(&self.starts) {
+            return refuse(format!(
+                "{} starts: each is a descent of its own, and from 1 to {} are possible, such as 20",
+                self.starts,
+                starts::MOST
+            ));
+        }
+        if let (2.., Some(allowed)) = (self.starts, self.deviation) {
+            return refuse(format!(
+                "{} starts and a deviation of {allowed}: a curve near its points starts from its smoothing spline alone; leave one of both out",
+                self.starts
+            ));
+        }
         if let Some(angle) = self.corners.filter(|angle| !(0.0..=PI).contains(angle)) {
             return refuse(format!(
                 "the angle of corners is {angle}; angles from 0 to π are possible, such as 1.05 (60°)"
@@ -322,13 +330,16 @@ impl Fair {
     }
 
     fn fit_in<const D: usize>(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        let allowed = self.deviation.map(|deviation| (0..batch.len()).map(|i| deviation.of(batch, i)).collect());
         let fitted = match self.corners {
             Some(angle) => {
                 let cut = Corners::cut::<D>(batch, angle);
-                let tally = Tally::of_pieces(device, cut.curves());
-                cut.join(batch, self.fit_pieces::<D>(&cut.batch, &cut.kept, device, &tally)?)
+                let curves = cut.curves();
+                let allowed = allowed.map(|own: Vec<f64>| curves.iter().map(|&i| own[i]).collect());
+                let tally = Tally::of_pieces(device, curves);
+                cut.join(batch, self.fit_pieces::<D>(&cut.batch, &cut.kept, allowed, device, &tally)?)
             }
-            None => self.fit_pieces::<D>(batch, &[], device, &Tally::whole(device))?,
+            None => self.fit_pieces::<D>(batch, &[], allowed, device, &Tally::whole(device))?,
         };
         let Fitted { curves, reports, device } = fitted;
         let mut problems = BTreeMap::new();
@@ -342,34 +353,38 @@ impl Fair {
 
     /// Fits curves that have no corners.
     ///
-    /// `kept` says which keep their ends whatever the pins say.
+    /// `kept` says which keep their ends whatever the pins say, and `allowed` how far each may pass from its points.
     fn fit_pieces<const D: usize>(
         &self,
         batch: &CurveBatch,
         kept: &[[bool; 2]],
+        allowed: Option<Vec<f64>>,
         device: &Device,
         tally: &Tally<'_>,
     ) -> Result<Fitted> {
-        if let Some(allowed) = self.deviation {
-            return deviation::fit::<D>(self, allowed, batch, kept, device, tally);
+        if let Some(allowed) = allowed {
+            return deviation::fit::<D>(self, &allowed, batch, kept, device, tally);
         }
-        let mut ready = set_up_pieces::<D>(self, batch, kept)?;
+        let ready = set_up_pieces::<D>(self, batch, kept)?;
         let (able, unable): (Vec<usize>, Vec<usize>) = (0..ready.len()).partition(|&i| ready[i].is_ok());
         unable.into_iter().for_each(|i| tally.finished(i));
-        let (mut outcomes, did) = self.descend(&ready, device, &|k, _| tally.finished(able[k]))?;
-        let tauter = untangle(self, &mut ready, &mut outcomes, device)?;
-        let mut outcomes = outcomes.into_iter().zip(tauter);
+        let found = Descended::best(self, batch, kept, ready, device, &|k| tally.finished(able[k]))?;
+        let Descended { ready, outcomes, tauter, gains, device: did } = found;
+        let reported = parallel::map(able.len(), 64, |k| {
+            let (i, tauter) = (able[k], &tauter[k]);
+            let ready = ready[i].as_ref().expect("what is ready is descended");
+            let (mut report, vertices) = self.report(batch, i, ready, &outcomes[k]);
+            report.gain = gains.get(k).copied();
+            if let Some(&first) = tauter.first() {
+                report.message = Some(batch.sentence(i, first, &untangle::message(tauter)));
+            }
+            (report, vertices)
+        });
+        let mut reported = reported.into_iter();
         let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
         for (i, ready) in ready.iter().enumerate() {
             let (report, vertices) = match ready {
-                Ok(ready) => {
-                    let (outcome, tauter) = outcomes.next().expect("what is ready is descended");
-                    let (mut report, vertices) = self.report(batch, i, ready, &outcome);
-                    if let Some(&first) = tauter.first() {
-                        report.message = Some(batch.sentence(i, first, &untangle::message(&tauter)));
-                    }
-                    (report, vertices)
-                }
+                Ok(_) => reported.next().expect("what is ready is reported"),
                 Err(problem) => (CurveReport::unfitted(problem.status, problem.message.clone()), None),
             };
             curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
@@ -377,103 +392,4 @@ impl Fair {
         }
         Ok(Fitted { curves, reports, device: did })
     }
-
-    /// The report of a curve, and its vertices unless it comes out as its input.
-    pub(super) fn report<const D: usize>(
-        &self,
-        batch: &CurveBatch,
-        i: usize,
-        ready: &Ready<D>,
-        outcome: &Outcome<D>,
-    ) -> (CurveReport, Option<Vertices>) {
-        let say = |what: String| Some(batch.sentence(i, 0, &what));
-        let (norm, iterations) = (outcome.norm, outcome.iterations);
-        let (status, message) = match outcome.standing {
-            Standing::Converged => (CurveStatus::Converged, None),
-            Standing::Unbounded => {
-                let what = format!(
-                    "its length passed {LONGEST} times that of its points' polygon after {iterations} iterations while its energy fell: \
-                     this energy has no minimum here, and the curve stays as it is; add tautness to it, such as tautness=1"
-                );
-                let report = CurveReport::unfitted(CurveStatus::Unbounded, batch.sentence(i, 0, &what));
-                return (CurveReport { iterations, ..report }, None);
-            }
-            Standing::Broken => {
-                let what = "its energy is no number: neighbouring points are too close for its size, or it turns back on \
-                            itself; remove points that almost coincide";
-                let report = CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what));
-                return (report, None);
-            }
-            Standing::Stalled => (
-                CurveStatus::NotConverged,
-                say(format!(
-                    "after {iterations} iterations no step leads further down, with a gradient of {norm:.1e} where {:.1e} was asked for: \
-                     the curve is the best one reached; {}",
-                    ready.problem.tolerance,
-                    if norm <= ROUNDING_REACHES * ready.problem.tolerance {
-                        format!("ask for a larger tolerance, such as {:.0e}", 10.0 * norm)
-                    } else {
-                        self.remedy().into()
-                    }
-                )),
-            ),
-            Standing::Running => (
-                CurveStatus::NotConverged,
-                say("the device was lost before the curve was fitted: it is the spline it would have started from"
-                    .into()),
-            ),
-            Standing::Exhausted => (
-                CurveStatus::NotConverged,
-                say(format!(
-                    "{iterations} iterations were not enough, with a gradient of {norm:.1e} where {:.1e} was asked for: {}",
-                    ready.problem.tolerance,
-                    if iterations < ENOUGH_ITERATIONS { "allow more" } else { self.remedy() }
-                )),
-            ),
-        };
-        let vertices = ready.vertices_of(outcome);
-        let points = batch.points(i).as_chunks::<D>().0;
-        let times = length(&vertices, ready.problem.closed) / length(points, ready.problem.closed);
-        // Attached curves keep to their points, and small rings may grow round.
-        let astray = times > ASTRAY && ready.problem.attached.is_empty();
-        if status == CurveStatus::NotConverged && astray {
-            let what = format!(
-                "after {iterations} iterations it has not converged, and is {times:.1} times as long as its points' polygon: it is on its way into \
-                 loops, and stays as it is; {}",
-                self.remedy()
-            );
-            let report = CurveReport::unfitted(status, batch.sentence(i, 0, &what));
-            return (CurveReport { iterations, ..report }, None);
-        }
-        let report = CurveReport {
-            status,
-            message,
-            energy: outcome.energy * ready.energy_unit,
-            iterations,
-            gradient_norm: norm,
-            smoothing: None,
-            max_deviation: deviation::deviation(&vertices, &ready.rows, points),
-        };
-        let coords = vertices.into_iter().flatten().collect();
-        (report, Some(Vertices { coords, rows: ready.rows.clone(), corners: vec![] }))
-    }
-
-    /// The remedy for a curve that does not converge.
-    pub(super) fn remedy(&self) -> &'static str {
-        if self.energy.bounds_length() {
-            "ask for more segments a span, or weigh length, tension and tautness less"
-        } else {
-            "add tautness to the energy, such as tautness=1"
-        }
-    }
-}
-
-/// The length of a polygon.
-fn length<const D: usize>(points: &[Vector<f64, D>], closed: bool) -> f64 {
-    let edges = if closed { points.len() } else { points.len() - 1 };
-    let edge = |k: usize| {
-        let away = subtract(points[(k + 1) % points.len()], points[k]);
-        dot(away, away).sqrt()
-    };
-    (0..edges).map(edge).sum()
 }

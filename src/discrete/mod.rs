@@ -38,6 +38,7 @@
 //!   (2004)
 
 mod angles;
+mod block;
 mod compose;
 mod constrain;
 mod corners;
@@ -64,10 +65,12 @@ pub(crate) mod problem;
 mod rough;
 mod setup;
 mod stages;
+mod starts;
 mod tally;
 #[cfg(test)]
 mod tests;
 mod untangle;
+mod verdict;
 
 pub(crate) use descent_gpu::descent_kernels;
 pub use energy::*;

@@ -5,8 +5,6 @@
 //! there may swing out into large loops instead of letting go of the points. The smoothing spline
 //! has let go of them from the start.
 
-use std::collections::BTreeMap;
-
 use super::curves::Vertices;
 use super::deviation::deviation;
 use super::energy::Energy;
@@ -39,11 +37,11 @@ const LEAST_OF_DIAGONAL: f64 = 0.01;
 
 /// The smoothing splines of a batch.
 pub(super) struct Near {
-    splines: Vec<CubicSplines>,
-    /// For every curve, the index of its splines, and its index among them.
-    places: Vec<Option<(usize, usize)>>,
+    splines: Option<CubicSplines>,
+    /// For every curve, its index among the splines.
+    places: Vec<Option<usize>>,
     /// How many times the deviation is halved for every curve.
-    halvings: Vec<i32>,
+    halvings: Vec<f64>,
 }
 
 impl Near {
@@ -51,43 +49,37 @@ impl Near {
     ///
     /// Where a curve is so small that its spline might vanish, the deviation is halved until it
     /// does not.
-    pub fn new<const D: usize>(pins: Pins, allowed: f64, batch: &CurveBatch) -> Result<Self> {
+    pub fn new<const D: usize>(pins: Pins, allowed: &[f64], batch: &CurveBatch) -> Result<Self> {
         let pinned = batch.constraints().pinned.clone();
         let free = batch.clone().with_constraints(Constraints { pinned, ..Constraints::default() })?;
-        let mut groups: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
-        for i in 0..batch.len() {
-            let most = reach::<D>(batch, i);
-            let halvings = (allowed / most).log2().ceil().max(0.0);
-            // Where this is no number, the curve cannot be fitted, or is too extreme for a spline.
-            if halvings < f64::from(MOST_HALVINGS) {
-                groups.entry(halvings as i32).or_default().push(i);
+        let halvings = |i: usize| (allowed[i] / reach::<D>(batch, i)).log2().ceil().max(0.0);
+        let halvings: Vec<f64> = (0..batch.len()).map(halvings).collect();
+        // Where this is no number, the curve cannot be fitted, or is too extreme for a spline.
+        let places: Vec<usize> = (0..batch.len()).filter(|&i| halvings[i] < MOST_HALVINGS).collect();
+        let within = |k: usize| Smoothing {
+            amount: Amount::Deviation((allowed[places[k]] * (-halvings[places[k]]).exp2()).into()),
+            pin_ends: pins != Pins::None,
+            parametrisation: Parametrisation::ChordLength,
+        };
+        let mut near = Near { splines: None, places: vec![None; batch.len()], halvings: vec![0.0; batch.len()] };
+        if !places.is_empty() {
+            let (splines, reports) = within(0).fit_each(&free.select(&places), &Device::cpu(), &within)?;
+            for (k, (&i, report)) in places.iter().zip(&reports).enumerate() {
+                near.places[i] = (report.status == CurveStatus::Converged).then_some(k);
+                near.halvings[i] = halvings[i];
             }
-        }
-        let mut near = Near { splines: Vec::new(), places: vec![None; batch.len()], halvings: vec![0; batch.len()] };
-        for (halvings, curves) in groups {
-            let smoothing = Smoothing {
-                amount: Amount::Deviation(allowed * f64::from(-halvings).exp2()),
-                pin_ends: pins != Pins::None,
-                parametrisation: Parametrisation::ChordLength,
-            };
-            let (splines, reports) = smoothing.fit_splines(&free.select(&curves), &Device::cpu())?;
-            for (k, (&i, report)) in curves.iter().zip(&reports).enumerate() {
-                near.places[i] = (report.status == CurveStatus::Converged).then_some((near.splines.len(), k));
-                near.halvings[i] = halvings;
-            }
-            near.splines.push(splines);
+            near.splines = Some(splines);
         }
         Ok(near)
     }
 
     /// The spline of curve `i`, if it has one.
     pub fn curve(&self, i: usize) -> Option<Box<dyn Curve + '_>> {
-        let (group, k) = self.places[i]?;
-        Some(self.splines[group].curve(k))
+        Some(self.splines.as_ref()?.curve(self.places[i]?))
     }
 
     /// How many times the deviation is halved for curve `i`, so that it does not vanish.
-    pub fn halvings(&self, i: usize) -> i32 {
+    pub fn halvings(&self, i: usize) -> f64 {
         self.halvings[i]
     }
 }
@@ -114,6 +106,7 @@ impl<const D: usize> Ready<D> {
             iterations,
             gradient_norm: f64::NAN,
             smoothing: None,
+            gain: None,
             max_deviation: deviation(&self.vertices, &self.rows, batch.points(i).as_chunks::<D>().0),
         };
         let coords = self.vertices.into_iter().flatten().collect();
@@ -138,7 +131,7 @@ pub(super) fn remedy(energy: &Energy) -> &'static str {
 /// The most halvings of the deviation.
 ///
 /// A curve that needs more is as small as rounding beside it.
-const MOST_HALVINGS: i32 = 52;
+const MOST_HALVINGS: f64 = 52.0;
 
 /// How far the spline of a curve may stray without vanishing.
 fn reach<const D: usize>(batch: &CurveBatch, i: usize) -> f64 {

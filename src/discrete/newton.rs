@@ -10,9 +10,10 @@
 // Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
+use super::block::Block;
 use super::edges::Edges;
 use super::energy::{Functional, MOST_EDGES};
-use super::hessian::{Block, BlockHessian, COUPLED};
+use super::hessian::{BlockHessian, COUPLED};
 use super::metric::Weights;
 use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;

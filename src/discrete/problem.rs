@@ -23,7 +23,7 @@ const LANES: usize = 4;
 const LONG: usize = 16_384;
 
 /// One curve with everything that its descent needs, translated and scaled to size 1.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Problem<const D: usize> {
     pub closed: bool,
     /// Edges of the base curve, where displacements are 0.

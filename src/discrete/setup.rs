@@ -104,6 +104,17 @@ pub(super) fn set_up_from<const D: usize>(
     Ok(parallel::map(batch.len(), 16, one))
 }
 
+/// Brings a curve of a batch to vertices on another curve through its points.
+pub(super) fn set_up_at<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    i: usize,
+    kept: &[[bool; 2]],
+    start: &dyn Curve,
+) -> Result<Ready<D>, Unfitted> {
+    ready(fair, batch, i, kept.get(i).copied().unwrap_or_default(), start, true)
+}
+
 impl<const D: usize> Ready<D> {
     /// The vertices where a descent ended, in units of the input.
     pub fn vertices_of(&self, outcome: &Outcome<D>) -> Vec<Vector<f64, D>> {
@@ -175,38 +186,27 @@ fn ready<const D: usize>(
         return refuse(0, CurveStatus::Degenerate, what);
     }
     // The last points of a closed curve may repeat its first.
-    let data: Vec<u32> = rows[..points.len()].iter().map(|&row| row % vertices.len() as u32).collect();
+    let mut data: Vec<u32> = rows[..points.len()].iter().map(|&row| row % vertices.len() as u32).collect();
     let pinned_at = |k: usize| match fair.pins {
         Pins::All => true,
         Pins::Ends => !closed && (k == 0 || k + 1 == points.len()),
         Pins::None => (kept[0] && k == 0) || (kept[1] && k + 1 == points.len()),
     };
     let is_pinned = |&k: &usize| pinned_at(k) || batch.is_pinned(i, k);
-    let mut pinned: Vec<u32> = (0..points.len()).filter(is_pinned).map(|k| data[k]).collect();
+    let fixed = || constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32);
     // A constraint at a point pins the point.
-    pinned.extend(constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32));
-    pinned.sort_unstable();
-    pinned.dedup();
+    let pinned = increasing((0..points.len()).filter(is_pinned).map(|k| data[k]).chain(fixed()).collect());
     let mut targets: Vec<Attached<D>> = Vec::new();
     if attached > 0.0 {
         let weight = |k: usize| batch.weights(i).map_or(1.0, |weights| weights[k]);
         for k in (0..points.len()).filter(|&k| pinned.binary_search(&data[k]).is_err()) {
             let at = scaled(subtract(points[k], vertices[data[k] as usize]));
-            let own = weight(k) * attached * size * size / energy_unit;
-            // Points of one vertex follow each other, but for the last ones of a closed curve, which may repeat its first.
-            let first = targets.first().is_some_and(|target| target.row == data[k]);
-            let same = if first { targets.first_mut() } else { targets.last_mut() };
-            match same.filter(|target| target.row == data[k]) {
-                Some(target) => *target = Attached::spring(data[k], target.stiffness + own, at),
-                None => targets.push(Attached::spring(data[k], own, at)),
-            }
+            attach(&mut targets, data[k], weight(k) * attached * size * size / energy_unit, at);
         }
     }
     // Edges beside a given curvature have a length of their own.
-    let mut data = data;
-    data.extend(constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32));
-    data.sort_unstable();
-    data.dedup();
+    data.extend(fixed());
+    let data = increasing(data);
     let order = order_of(fair.energy.order(), closed, vertices.len());
     if order > 1
         && let Some(j) = fold(&base, &lengths, closed)
@@ -247,6 +247,24 @@ fn ready<const D: usize>(
         longest,
     };
     Ok(Ready { problem, vertices, rows, size, energy_unit })
+}
+
+/// Rows in order, each once.
+fn increasing(mut rows: Vec<u32>) -> Vec<u32> {
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}
+
+/// Holds a vertex at a data point with a spring, or with the sum of the springs of its points.
+fn attach<const D: usize>(targets: &mut Vec<Attached<D>>, row: u32, weight: f64, at: Vector<f64, D>) {
+    // Points of one vertex follow each other, but for the last ones of a closed curve, which may repeat its first.
+    let first = targets.first().is_some_and(|target| target.row == row);
+    let same = if first { targets.first_mut() } else { targets.last_mut() };
+    match same.filter(|target| target.row == row) {
+        Some(target) => *target = Attached::spring(row, target.stiffness + weight, at),
+        None => targets.push(Attached::spring(row, weight, at)),
+    }
 }
 
 /// The factors of differences of lengths in the gauge at each vertex.

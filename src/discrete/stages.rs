@@ -20,7 +20,6 @@ use crate::device::{Device, DeviceReport};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::scalar::add;
-use crate::parallel;
 use crate::precision::Precision;
 
 /// The most edges a span for which f32 has enough digits for bending.
@@ -66,18 +65,19 @@ impl Descender<'_> {
 impl Fair {
     /// Descends all curves that are ready.
     ///
-    /// Returns the device that did the work.
+    /// Returns the device that did the work. After an error nothing is ready any more.
     ///
     /// `ended` is called for every curve that is finished, by its number among those that are
     /// ready.
     pub(super) fn descend<const D: usize>(
         &self,
-        ready: &[Result<Ready<D>, Unfitted>],
+        ready: &mut [Result<Ready<D>, Unfitted>],
         device: &Device,
         ended: Ended<'_, D>,
     ) -> Result<(Vec<Outcome<D>>, DeviceReport)> {
-        let able: Vec<&Ready<D>> = ready.iter().flatten().collect();
-        let mut problems: Vec<Problem<D>> = parallel::map(able.len(), 64, |k| able[k].problem.clone());
+        // They are lent, and not copied.
+        let mut problems: Vec<Problem<D>> =
+            ready.iter_mut().flatten().map(|ready| std::mem::take(&mut ready.problem)).collect();
         let order = self.energy.order();
         let plan = Plan {
             direction: self.direction,
@@ -91,7 +91,7 @@ impl Fair {
             most_iterations: self.max_iterations,
         };
         let edges_a_span = |ready: &Ready<D>| ready.rows.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
-        let coarse: Vec<bool> = able.iter().map(|ready| edges_a_span(ready) <= MOST_EDGES_IN_F32).collect();
+        let coarse: Vec<bool> = ready.iter().flatten().map(|ready| edges_a_span(ready) <= MOST_EDGES_IN_F32).collect();
         let well_conditioned = coarse.iter().all(|coarse| *coarse);
         // f32 cannot hold the inner product of order 3, and kernels of that order know Newton's method
         // alone. Other such curves go to the CPU.
@@ -116,7 +116,7 @@ impl Fair {
                 ended(i, outcome);
             }
         };
-        let mut outcomes = self.descend_in_stages(&plan, gpu, &mut problems, &on_device)?;
+        let mut outcomes = self.descend_in_stages(&plan, gpu, &problems, &on_device)?;
         let mut report = match gpu {
             Some(_) => device.report(well_conditioned)?,
             None => Device::cpu().report(true)?,
@@ -132,6 +132,9 @@ impl Fair {
             let finished = descend_on_cpu(&plan, &self.energy, &own, &|k, outcome| ended(unfinished[k], outcome));
             unfinished.into_iter().zip(finished).for_each(|(i, finished)| outcomes[i].go_on(finished));
         }
+        for ((ready, problem), tolerance) in ready.iter_mut().flatten().zip(problems).zip(tolerances) {
+            ready.problem = Problem { tolerance, ..problem };
+        }
         if report.is_gpu {
             report.finished_on_cpu = outcomes.iter().filter(|outcome| outcome.on_cpu).count();
         }
@@ -142,11 +145,16 @@ impl Fair {
         &self,
         plan: &Plan,
         gpu: Option<(&Gpu, Precision)>,
-        problems: &mut [Problem<D>],
+        problems: &[Problem<D>],
         ended: Ended<'_, D>,
     ) -> Result<Vec<Outcome<D>>> {
+        let stages = stages(&self.energy);
+        if stages.is_empty() {
+            return Descender { plan: *plan, energy: &self.energy, gpu }.descend_rough(problems, ended);
+        }
+        let mut problems = problems.to_vec();
         let mut before: Option<Vec<Outcome<D>>> = None;
-        for bound in stages(&self.energy) {
+        for bound in stages {
             let energy = self.energy.within(bound);
             let plan = Plan { most_iterations: plan.most_iterations.min(STAGE_ITERATIONS), ..*plan };
             let staged: Vec<Problem<D>> = problems.iter().map(|problem| problem.within(&self.energy, bound)).collect();
@@ -159,7 +167,7 @@ impl Fair {
             }
             before = Some(going_on(before, outcomes));
         }
-        let outcomes = Descender { plan: *plan, energy: &self.energy, gpu }.descend_rough(problems, ended)?;
+        let outcomes = Descender { plan: *plan, energy: &self.energy, gpu }.descend_rough(&problems, ended)?;
         Ok(going_on(before, outcomes))
     }
 }

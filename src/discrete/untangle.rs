@@ -67,7 +67,7 @@ pub(super) fn untangle<const D: usize>(
         if tangled.is_empty() {
             break;
         }
-        let (after, _) = fair.descend(&trials, device, &|_, _| {})?;
+        let (after, _) = fair.descend(&mut trials, device, &|_, _| {})?;
         suspects.clear();
         for (((k, spans), trial), after) in tangled.into_iter().zip(trials.into_iter().flatten()).zip(after) {
             if after.standing == Standing::Converged {
@@ -214,8 +214,8 @@ mod tests {
     #[test]
     fn spans_that_cross_where_their_points_do_not_are_drawn_tauter_until_they_do_not() {
         let batch = CurveBatch::from_slices(&[&CAPE[..], &GENTLE[..], &EIGHT[..]]).unwrap();
-        let ready = set_up::<2>(&Fair::default(), &batch).unwrap();
-        let (outcomes, _) = Fair::default().descend(&ready, &Device::cpu(), &|_, _| {}).unwrap();
+        let mut ready = set_up::<2>(&Fair::default(), &batch).unwrap();
+        let (outcomes, _) = Fair::default().descend(&mut ready, &Device::cpu(), &|_, _| {}).unwrap();
         let before: Vec<usize> = ready
             .iter()
             .zip(&outcomes)

@@ -231,6 +231,7 @@ impl Graph {
             iterations: trace.iterations.len() as u32,
             gradient_norm: trace.gradient_norm,
             smoothing: None,
+            gain: None,
             max_deviation: moved.fold(0.0, f64::max),
         };
         Ok((GraphCurve::new(&trace), report))

@@ -329,6 +329,7 @@ impl Smooth {
             iterations,
             gradient_norm: found.decrement,
             smoothing: None,
+            gain: None,
             max_deviation: 0.0,
         };
         Ok((report, chain))

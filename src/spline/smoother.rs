@@ -8,6 +8,7 @@ use super::reinsch::Reinsch;
 use super::smoothing::{Amount, LAMBDA_CAP, Smoothing};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
+use crate::deviation::Deviation;
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
@@ -67,10 +68,12 @@ impl Smoother {
     /// Fits one curve.
     pub fn fit(&mut self, mut target: Target, options: &Smoothing) -> CurveReport {
         self.load(&target, options);
+        let (batch, curve) = (target.batch, target.curve);
+        let within = |deviation: Deviation| deviation.of(batch, curve);
         match options.amount {
             Amount::Lambda(lambda) => self.solve_asked(&mut target, lambda),
-            Amount::Deviation(allowed) => self.search(&mut target, allowed),
-            Amount::Tube(allowed) => self.least(&mut target, allowed),
+            Amount::Deviation(allowed) => self.search(&mut target, within(allowed)),
+            Amount::Tube(allowed) => self.least(&mut target, within(allowed)),
         }
     }
 
@@ -111,6 +114,7 @@ impl Smoother {
                 proper.then_some(normalised)
             }
             Amount::Deviation(allowed) => {
+                let allowed = allowed.of(target.batch, target.curve);
                 let averaged = target.knots.repeats.contains_key(&target.curve);
                 let is_line = !averaged && self.solve_line() && keeps(self.deviation(target).0, allowed);
                 (!averaged && !is_line).then_some(allowed / self.size)
@@ -170,7 +174,10 @@ impl Smoother {
             Amount::Lambda(lambda) => {
                 Some(CurveReport { smoothing: Some(lambda), ..self.keep(target, normalised, deviation) })
             }
-            Amount::Deviation(allowed) => (deviation <= allowed).then(|| self.keep(target, normalised, deviation)),
+            Amount::Deviation(allowed) => {
+                let is_kept = deviation <= allowed.of(target.batch, target.curve);
+                is_kept.then(|| self.keep(target, normalised, deviation))
+            }
             Amount::Tube(_) => None,
         }
     }

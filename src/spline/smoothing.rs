@@ -8,6 +8,7 @@ use super::smoother::{Smoother, Target};
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::Sampling;
+use crate::deviation::Deviation;
 use crate::device::Device;
 use crate::error::{Error, Result, thousands};
 use crate::linalg::{take, tasks};
@@ -22,15 +23,14 @@ pub enum Amount {
     /// The factor λ ≥ 0 of the bending energy, the same for every curve. 0 interpolates; larger is
     /// smoother. Its unit is that of t³ times that of the weights.
     Lambda(f64),
-    /// The largest distance D > 0 between a data point and the curve's point of the same parameter,
-    /// in the units of the coordinates: every curve gets the largest λ that keeps it. Smaller is
-    /// closer.
+    /// The largest distance D > 0 between a data point and the curve's point of the same parameter:
+    /// every curve gets the largest λ that keeps it. Smaller is closer.
     ///
     /// That is the least ∫|p″|² among curves of one λ, not among all that keep D: one point far off
     /// the others makes the whole curve follow closely. [`Tube`](Self::Tube) is the least of all.
-    Deviation(f64),
+    Deviation(Deviation),
     /// The same distance D > 0, kept by the curve of least ∫|p″|² of *all* that keep it.
-    Tube(f64),
+    Tube(Deviation),
 }
 
 /// Cubic smoothing splines p that minimise Σ w_i |y_i − p(t_i)|² + λ ∫|p″|² dt, natural at the ends
@@ -93,7 +93,7 @@ pub enum Amount {
 /// use faircurve::{CurveBatch, Device, spline::{Amount, Smoothing}};
 /// let stairs = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [3.0, 2.0]];
 /// let batch = CurveBatch::from_slices(&[&stairs[..]])?;
-/// let smoothing = Smoothing { amount: Amount::Deviation(0.5), ..Smoothing::default() };
+/// let smoothing = Smoothing { amount: Amount::Deviation(0.5.into()), ..Smoothing::default() };
 /// let fit = smoothing.fit(&batch, &Device::cpu())?;
 /// let report = &fit.reports()[0];
 /// assert!(report.max_deviation <= 0.5 && report.smoothing > Some(0.0));
@@ -167,17 +167,29 @@ impl Smoothing {
     /// # Errors
     /// As [`fit`](Self::fit).
     pub fn fit_splines(&self, batch: &CurveBatch, device: &Device) -> Result<(CubicSplines, Vec<CurveReport>)> {
+        self.fit_each(batch, device, &|_| *self)
+    }
+
+    /// [`fit_splines`](Self::fit_splines) with options of its own for every curve.
+    ///
+    /// They differ from these in the number of their amount alone.
+    pub(crate) fn fit_each(
+        &self,
+        batch: &CurveBatch,
+        device: &Device,
+        own: OfCurve<'_>,
+    ) -> Result<(CubicSplines, Vec<CurveReport>)> {
         self.check(batch)?;
         let mut knots = Knots::new(batch, self.parametrisation, Coincident::Average)?;
         let (second, mut reports) = match self.worker(device).as_gpu() {
             // The system is worse conditioned the larger λ: f64 where the adapter has it.
             Some(gpu) => {
                 let precision = device.kernel_precision(gpu, false)?;
-                let fitted = super::smoothing_gpu::fit_on_gpu(self, gpu, precision, batch, &mut knots)?;
+                let fitted = super::smoothing_gpu::fit_on_gpu(own, gpu, precision, batch, &mut knots)?;
                 device.finished(batch.len());
                 fitted
             }
-            None => self.fit_on_cpu(batch, &mut knots, device),
+            None => fit_on_cpu(own, batch, &mut knots, device),
         };
         // What failed in the solve comes out as its input, like what failed before.
         for (i, report) in reports.iter_mut().enumerate() {
@@ -230,44 +242,50 @@ impl Smoothing {
                 "the smoothing factor λ is {lambda}; it must be finite and at least 0, where 0 interpolates: \
                  give another, or a deviation"
             ))),
-            Amount::Deviation(deviation) | Amount::Tube(deviation) if !(deviation > 0.0 && deviation.is_finite()) => {
-                Err(Error::argument(format!(
-                    "the largest deviation allowed is {deviation}; it must be positive and finite: \
-                     to interpolate, give λ = 0 instead"
-                )))
+            Amount::Deviation(deviation) | Amount::Tube(deviation) => {
+                deviation.check("to interpolate, give λ = 0 instead")
             }
-            _ => batch.allows(&[Constraint::Pinned], "smoothing splines"),
-        }
+            Amount::Lambda(_) => Ok(()),
+        }?;
+        batch.allows(&[Constraint::Pinned], "smoothing splines")
     }
+}
 
-    /// [`fit`](Self::fit) on all threads of the CPU. The values of the knots become those of the
-    /// curves; second derivatives at the knots and the reports are returned.
-    fn fit_on_cpu(&self, batch: &CurveBatch, knots: &mut Knots, device: &Device) -> (Vec<f64>, Vec<CurveReport>) {
-        let d = knots.dimension;
-        let mut values = Arc::unwrap_or_clone(std::mem::take(&mut knots.values));
-        let knots_only = &*knots;
-        let mut second = vec![0.0; values.len()];
-        let mut work = Vec::new();
-        let (mut values_rest, mut second_rest) = (&mut values[..], &mut second[..]);
-        for curves in tasks(&knots.offsets) {
-            let length = (knots.offsets[curves.end] - knots.offsets[curves.start]) * d;
-            work.push((curves, take(&mut values_rest, length), take(&mut second_rest, length)));
-        }
-        let reports = parallel::of(work, |(curves, mut values, mut second)| {
-            let mut smoother = Smoother::default();
-            let fit_one = |i: usize| {
-                let length = knots_only.range(i).len() * d;
-                let (values, second) = (take(&mut values, length), take(&mut second, length));
-                let report = knots_only.report_unfitted(i).unwrap_or_else(|| {
-                    smoother.fit(Target { batch, knots: knots_only, curve: i, values, second }, self)
-                });
-                device.finished(1);
-                report
-            };
-            curves.map(fit_one).collect::<Vec<_>>()
-        });
-        let reports = reports.concat();
-        knots.values = Arc::new(values);
-        (second, reports)
+/// The options of a curve by its number.
+pub(super) type OfCurve<'a> = &'a (dyn Fn(usize) -> Smoothing + Sync);
+
+/// [`Smoothing::fit`] on all threads of the CPU. The values of the knots become those of the
+/// curves; second derivatives at the knots and the reports are returned.
+fn fit_on_cpu(
+    own: OfCurve<'_>,
+    batch: &CurveBatch,
+    knots: &mut Knots,
+    device: &Device,
+) -> (Vec<f64>, Vec<CurveReport>) {
+    let d = knots.dimension;
+    let mut values = Arc::unwrap_or_clone(std::mem::take(&mut knots.values));
+    let knots_only = &*knots;
+    let mut second = vec![0.0; values.len()];
+    let mut work = Vec::new();
+    let (mut values_rest, mut second_rest) = (&mut values[..], &mut second[..]);
+    for curves in tasks(&knots.offsets) {
+        let length = (knots.offsets[curves.end] - knots.offsets[curves.start]) * d;
+        work.push((curves, take(&mut values_rest, length), take(&mut second_rest, length)));
     }
+    let reports = parallel::of(work, |(curves, mut values, mut second)| {
+        let mut smoother = Smoother::default();
+        let fit_one = |i: usize| {
+            let length = knots_only.range(i).len() * d;
+            let (values, second) = (take(&mut values, length), take(&mut second, length));
+            let report = knots_only.report_unfitted(i).unwrap_or_else(|| {
+                smoother.fit(Target { batch, knots: knots_only, curve: i, values, second }, &own(i))
+            });
+            device.finished(1);
+            report
+        };
+        curves.map(fit_one).collect::<Vec<_>>()
+    });
+    let reports = reports.concat();
+    knots.values = Arc::new(values);
+    (second, reports)
 }

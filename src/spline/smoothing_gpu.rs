@@ -13,7 +13,7 @@ use bytemuck::{Pod, Zeroable};
 use super::gpu::GROUP;
 use super::knots::Knots;
 use super::smoother::{Outcome, Smoother, Target, octave};
-use super::smoothing::Smoothing;
+use super::smoothing::{Amount, OfCurve};
 use crate::batch::CurveBatch;
 use crate::error::Result;
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, kept, once, pipeline, plan, unwritten};
@@ -69,7 +69,7 @@ pub(crate) fn kernel(precision: Precision, dimension: usize) -> KernelKey {
 /// # Errors
 /// Those of submissions; [`Error::Limit`] for a curve larger than the device's largest array.
 pub(super) fn fit_on_gpu(
-    options: &Smoothing,
+    own: OfCurve<'_>,
     gpu: &Gpu,
     precision: Precision,
     batch: &CurveBatch,
@@ -86,7 +86,7 @@ pub(super) fn fit_on_gpu(
         let mut smoother = Smoother::default();
         // Packing the next chunk and unpacking the last one take turns on this thread.
         let job = std::cell::RefCell::new(Job {
-            options,
+            own,
             epsilon: precision.epsilon(),
             batch,
             knots,
@@ -113,7 +113,7 @@ pub(super) fn fit_on_gpu(
 }
 
 struct Job<'a> {
-    options: &'a Smoothing,
+    own: OfCurve<'a>,
     /// Of the device's precision.
     epsilon: f64,
     batch: &'a CurveBatch,
@@ -142,17 +142,17 @@ impl Job<'_> {
     }
 
     fn fit_on_host(&mut self, i: usize) {
-        let options = self.options;
+        let options = (self.own)(i);
         let (target, smoother) = self.target(i);
-        let report = smoother.fit(target, options);
+        let report = smoother.fit(target, &options);
         self.reports[i] = Some(report);
     }
 
     fn record<'g>(&mut self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<(Pending<'g>, Vec<Sent>)> {
         let d = self.knots.dimension;
-        let by_deviation = matches!(self.options.amount, super::Amount::Deviation(_));
         let (mut table, mut searches, mut sent) = (Vec::new(), Vec::new(), Vec::new());
         let (mut spans, mut inverse_weights, mut data) = (Vec::new(), Vec::new(), Vec::new());
+        let mut most_solves = 1;
         for i in curves.clone() {
             // A chunk comes twice when it had to be halved; what the host fitted stays.
             if self.reports[i].is_some() {
@@ -162,10 +162,10 @@ impl Job<'_> {
             if self.reports[i].is_some() {
                 continue;
             }
-            let (options, epsilon) = (self.options, self.epsilon);
+            let (options, epsilon) = ((self.own)(i), self.epsilon);
             let (target, smoother) = self.target(i);
             let prepared = (target.knots.range(i).len() <= MOST_KNOTS)
-                .then(|| smoother.prepare_for_kernel(&target, options, epsilon))
+                .then(|| smoother.prepare_for_kernel(&target, &options, epsilon))
                 .flatten();
             let Some(amount) = prepared else {
                 self.fit_on_host(i);
@@ -178,8 +178,10 @@ impl Job<'_> {
             data.extend_from_slice(&problem.data);
             // An open curve has one span fewer than knots.
             spans.resize(inverse_weights.len(), 0.0);
+            let is_search = matches!(options.amount, Amount::Deviation(_));
             let mut flags = if problem.closed { FLAG_CLOSED } else { 0 };
-            flags |= if by_deviation { FLAG_DEVIATION } else { 0 };
+            flags |= if is_search { FLAG_DEVIATION } else { 0 };
+            most_solves = if is_search { MOST_SOLVES } else { most_solves };
             table.push(SmoothingCurve { start: start as u32, count: problem.count as u32, flags, padding: 0 });
             searches.push(amount);
             searches.resize(SEARCH * table.len(), 0.0);
@@ -203,7 +205,7 @@ impl Job<'_> {
         ];
         let kernel = kernel(recording.precision(), d);
         // One solve a dispatch; curves that are done sit the rest out.
-        for _ in 0..if by_deviation { MOST_SOLVES } else { 1 } {
+        for _ in 0..most_solves {
             recording.dispatch(&kernel, table.len(), GROUP, &buffers)?;
         }
         [&status, &searches, &scratch].into_iter().for_each(|buffer| recording.download(buffer));
@@ -221,10 +223,10 @@ impl Job<'_> {
                     let correction = moments + 2 * count * d;
                     let [step, solves] = [4, 5].map(|field| searches[SEARCH * k + field]);
                     let outcome = Outcome { step: step as i32, solves: solves as u32 };
-                    let (options, epsilon) = (self.options, self.epsilon);
+                    let (options, epsilon) = ((self.own)(i), self.epsilon);
                     let (mut target, smoother) = self.target(i);
                     let numbers = |from: usize| scratch[from..from + count * d].iter().copied();
-                    smoother.accept(&mut target, options, outcome, epsilon, numbers(moments), numbers(correction))
+                    smoother.accept(&mut target, &options, outcome, epsilon, numbers(moments), numbers(correction))
                 }
                 STATUS_FAILED | STATUS_PENDING => None,
                 word => return Err(unwritten("spline/reinsch", format_args!("curve {i}"), word)),

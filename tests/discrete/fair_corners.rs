@@ -149,7 +149,7 @@ fn corners_stay_where_everything_else_may_move() {
     let mut points = noisy.clone();
     points.extend((1..9).map(|k| [4.0 + 0.1 * f64::from(k % 2), 0.5 * f64::from(k)]));
     for pins in [Pins::All, Pins::None] {
-        let fair = Fair { deviation: Some(0.04), pins, ..cornered() };
+        let fair = Fair { deviation: Some(0.04.into()), pins, ..cornered() };
         let fit = fit(&fair, &one(&points, false));
         let report = &fit.reports()[0];
         assert_eq!(report.status, CurveStatus::Converged, "{report:?}");

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, variation};
-use faircurve::{CurveBatch, CurveReport, CurveStatus, Device, Sampling, io};
+use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tautness, variation};
+use faircurve::{CurveBatch, CurveReport, CurveStatus, Deviation, Device, Sampling, io};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
@@ -15,7 +15,7 @@ const SEGMENTS: usize = 8;
 
 fn near(energy: Energy, deviation: f64) -> Fair {
     let segments = Segments::PerSpan(SEGMENTS);
-    Fair { energy, segments, deviation: Some(deviation), max_iterations: 2000, ..Fair::default() }
+    Fair { energy, segments, deviation: Some(deviation.into()), max_iterations: 2000, ..Fair::default() }
 }
 
 fn energy() -> Energy {
@@ -67,7 +67,7 @@ fn comes_close(report: &CurveReport, allowed: f64, what: &str) {
 fn every_border_keeps_the_deviation_uses_it_and_has_no_loops() {
     let batch = io::read(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/countries-110m.geojson")).unwrap();
     let allowed = 0.2;
-    let fair = Fair { deviation: Some(allowed), ..Fair::default() };
+    let fair = Fair { deviation: Some(allowed.into()), ..Fair::default() };
     let (fit, samples) = fair.fit_sampled(&batch, Sampling::PerSpan(16), &Device::cpu()).unwrap();
     let (mut converged, mut touching, mut small, mut untangled) = (0, 0, 0, 0);
     for (i, report) in fit.reports().iter().enumerate() {
@@ -307,4 +307,47 @@ fn what_makes_no_sense_is_refused() {
         let sentence = format!("the angle of corners is {word}; angles from 0 to π are possible, such as 1.05 (60°)");
         refused(Fair { corners: Some(angle), ..Fair::default() }, &sentence);
     }
+}
+
+#[test]
+fn a_deviation_in_parts_of_the_size_is_that_distance_for_every_curve_of_any_size() {
+    let points = noisy::<2>(12, 0.2, 71);
+    let larger: Vec<Planar> = points.iter().map(|p| p.map(|x| 1000.0 * x)).collect();
+    let other = noisy::<2>(20, 0.3, 72);
+    let batch = CurveBatch::from_slices(&[&points[..], &larger[..], &other[..]]).unwrap();
+    let size = |points: &[Planar]| {
+        let side = |c: usize| {
+            let (low, high) = points.iter().fold((f64::MAX, f64::MIN), |(a, b), p| (a.min(p[c]), b.max(p[c])));
+            high - low
+        };
+        side(0).hypot(side(1))
+    };
+    let share = 0.03;
+    let fair = Fair { deviation: Some(Deviation::OfSize(share)), ..near(bending(2.0) + tautness(), 1.0) };
+    let fit = fair.fit(&batch, &Device::cpu()).unwrap();
+    for (i, points) in [&points, &larger, &other].into_iter().enumerate() {
+        let allowed = share * size(points);
+        comes_close(&fit.reports()[i], allowed, &format!("curve {i}"));
+        let alone = near(bending(2.0) + tautness(), allowed);
+        let alone = alone.fit(&CurveBatch::from_slices(&[&points[..]]).unwrap(), &Device::cpu()).unwrap();
+        assert_eq!(alone.reports()[0].energy, fit.reports()[i].energy, "curve {i}");
+    }
+}
+
+#[test]
+fn a_part_of_the_size_is_of_the_whole_curve_where_corners_cut_it() {
+    // A long and a short side with a corner between them, and a bump on each.
+    let points = [[0.0, 0.0], [1.0, 0.1], [2.0, -0.1], [3.0, 0.0], [10.0, 0.0], [10.1, 0.3], [9.9, 0.6], [10.0, 1.0]];
+    let batch = CurveBatch::from_slices(&[&points[..]]).unwrap();
+    let cornered = |deviation: Deviation| Fair {
+        deviation: Some(deviation),
+        corners: Some(60f64.to_radians()),
+        ..near(bending(2.0) + tautness(), 1.0)
+    };
+    let size = 10.1f64.hypot(1.1);
+    let [relative, absolute] = [Deviation::OfSize(0.01), Deviation::Units(0.01 * size)]
+        .map(|deviation| cornered(deviation).fit(&batch, &Device::cpu()).unwrap().reports()[0].clone());
+    assert_eq!(relative.status, CurveStatus::Converged, "{relative:?}");
+    assert!((relative.energy - absolute.energy).abs() <= 1e-12 * absolute.energy, "{relative:?} {absolute:?}");
+    assert!((relative.max_deviation - 0.01 * size).abs() <= 3e-4 * 0.01 * size, "{relative:?}");
 }

@@ -14,6 +14,7 @@ mod fair_constraints;
 mod fair_corners;
 mod fair_deviation;
 mod fair_scf;
+mod fair_starts;
 mod fair_status;
 mod newton;
 mod renka;

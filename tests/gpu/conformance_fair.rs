@@ -220,7 +220,7 @@ fn the_fairest_curves_within_a_deviation_are_those_of_the_cpu() {
             (2, false, 1.2, bending(2.0) + tautness()),
         ] {
             let batch = Family { dimension, closed, points: 7, sigma }.batch(20, 48);
-            let fair = Fair { deviation: Some(0.05), ..fair(energy) };
+            let fair = Fair { deviation: Some(0.05.into()), ..fair(energy) };
             let on_gpu = device.clone().with_precision(precision);
             let [cpu, gpu] =
                 [Device::cpu(), on_gpu].map(|on| fair.fit_sampled(&batch, Sampling::PerSpan(16), &on).unwrap());

@@ -72,7 +72,7 @@ fn nasty_curves_have_the_cpus_statuses_and_spoil_no_neighbour() {
 fn a_deviation_is_kept_by_every_curve_in_every_precision_and_in_f64_by_the_cpus_lambda() {
     let Some(device) = device() else { return };
     let batch = batches::storms();
-    let smoothing = Smoothing { amount: Amount::Deviation(0.3), pin_ends: true, ..Smoothing::default() };
+    let smoothing = Smoothing { amount: Amount::Deviation(0.3.into()), pin_ends: true, ..Smoothing::default() };
     let cpu = smoothing.fit(&batch, &faircurve::Device::cpu()).unwrap();
     for precision in common::precisions(device.as_gpu().unwrap()) {
         let gpu = smoothing.fit(&batch, &device.clone().with_precision(precision)).unwrap();
@@ -97,7 +97,9 @@ fn closed_curves_that_would_collapse_are_stopped_where_the_cpu_stops_them() {
     let Some(device) = device() else { return };
     let mut rng = seeded(320);
     let batch = batches::walks(2, &(4..=40).collect::<Vec<_>>(), &mut rng).closed(true);
-    for amount in [Amount::Lambda(1e-2), Amount::Lambda(1e6), Amount::Deviation(0.4), Amount::Deviation(50.0)] {
+    for amount in
+        [Amount::Lambda(1e-2), Amount::Lambda(1e6), Amount::Deviation(0.4.into()), Amount::Deviation(50.0.into())]
+    {
         let smoothing = Smoothing { amount, ..Smoothing::default() };
         let on = |device: &faircurve::Device| smoothing.fit_splines(&batch, device).unwrap();
         let (splines, reports) = on(&faircurve::Device::cpu());
@@ -124,7 +126,7 @@ fn closed_curves_that_would_collapse_are_stopped_where_the_cpu_stops_them() {
             // Where a size is within rounding of its share, f32 may decide otherwise.
             let most = if precision == Precision::F64 { 0 } else { 1 };
             assert!(other <= most, "{other} curves stopped by one device alone");
-            let all = matches!(amount, Amount::Lambda(1e6) | Amount::Deviation(50.0));
+            let all = [Amount::Lambda(1e6), Amount::Deviation(50.0.into())].contains(&amount);
             assert!(stopped == batch.len() || !all, "{stopped}");
         }
     }
@@ -134,7 +136,7 @@ fn closed_curves_that_would_collapse_are_stopped_where_the_cpu_stops_them() {
 fn the_least_curve_within_a_distance_is_the_cpus_and_says_so() {
     let Some(device) = device() else { return };
     let batch = batches::storms();
-    let smoothing = Smoothing { amount: Amount::Tube(0.5), ..Smoothing::default() };
+    let smoothing = Smoothing { amount: Amount::Tube(0.5.into()), ..Smoothing::default() };
     let (fit, samples) = smoothing.fit_sampled(&batch, SAMPLING, &device).unwrap();
     let (of_cpu, wanted) = smoothing.fit_sampled(&batch, SAMPLING, &faircurve::Device::cpu()).unwrap();
     assert_eq!((fit.device(), samples.coords()), (of_cpu.device(), wanted.coords()));

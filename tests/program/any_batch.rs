@@ -3,6 +3,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use faircurve::Deviation::{OfSize, Units};
 use faircurve::bezier::{self, Chain, Complete, EndTangents, Joints, PieceLengths, Simplify};
 use faircurve::discrete::{
     Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
@@ -116,8 +117,10 @@ fn maps_of_any_batch_have_a_status_each_and_share_what_they_shared() {
             straight: pick(rng, &[0.0, 0.5, 3.0]),
             geographic: rng.random_range(0..3) == 0,
         };
-        let smoothing =
-            pick(rng, &[None, Some(Amount::Lambda(0.1)), Some(Amount::Deviation(0.3)), Some(Amount::Tube(0.3))]);
+        let smoothing = pick(
+            rng,
+            &[None, Some(Amount::Lambda(0.1)), Some(Amount::Deviation(OfSize(0.3))), Some(Amount::Tube(0.3.into()))],
+        );
         let sampling = pick(rng, &[Sampling::PerSpan(3), Sampling::Count(4), Sampling::Spacing(0.4)]);
         let mends = rng.random_range(0..2) == 0;
         holds(seed, &format!("{options:?} {smoothing:?} {sampling:?} {mends}"), || {
@@ -166,7 +169,19 @@ fn fair_curves_of_any_batch_have_a_status_each() {
             energy: energy(rng),
             segments: Segments::PerSpan(segments),
             pins: pick(rng, &[Pins::All, Pins::All, Pins::Ends, Pins::None]),
-            deviation: pick(rng, &[None, None, Some(0.1), Some(10.0), Some(1e-150), Some(1e150)]),
+            deviation: pick(
+                rng,
+                &[
+                    None,
+                    None,
+                    Some(Units(0.1)),
+                    Some(Units(10.0)),
+                    Some(Units(1e-150)),
+                    Some(Units(1e150)),
+                    Some(OfSize(0.02)),
+                    Some(OfSize(1e-20)),
+                ],
+            ),
             corners: pick(rng, &[None, None, Some(0.5), Some(2.0)]),
             direction: pick(rng, &[Direction::Newton, Direction::Newton, Direction::Hybrid]),
             tolerance: pick(rng, &[1e-8, 1e-3]),

@@ -4,6 +4,7 @@ use std::fs;
 
 use super::ran::{self, folder, run};
 use assert_cmd::assert::Assert;
+use predicates::prelude::PredicateBooleanExt;
 use predicates::str::{contains, is_empty};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -225,4 +226,19 @@ fn the_borders_of_177_countries_end_with_honest_statuses() {
     println!("{converged} of {}", curves.len());
     // 561 of 594 when it was written; the rest are rough coasts, which say so.
     assert!(100 * converged >= 94 * (curves.len() - 1), "{converged} of {}", curves.len());
+}
+
+#[test]
+fn starts_say_what_they_have_saved() {
+    let folder = folder(TWO);
+    fair(&folder, "-o out.csv --starts 4 --report out.json")
+        .code(0)
+        .stderr(contains("4 starts: none of 2 curves found a cheaper minimum"));
+    let report: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("out.json")).unwrap()).unwrap();
+    assert_eq!(report["curves"][0]["gain"], 0.0, "{report}");
+    fair(&folder, "-o out.csv --report out.json").code(0).stderr(contains("starts").not());
+    let report = fs::read_to_string(folder.path().join("out.json")).unwrap();
+    assert!(!report.contains("gain"), "{report}");
+    refused("--method fair --starts 0", "0 starts: each is a descent of its own, and from 1 to 1000 are possible");
+    refused("--method fair --starts 3 --deviation 1%", "3 starts and a deviation of 1%");
 }

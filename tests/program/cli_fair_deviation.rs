@@ -90,6 +90,27 @@ fn pictures_say_what_was_asked_for() {
 }
 
 #[test]
+fn a_deviation_may_be_a_part_of_each_curve_s_size() {
+    let folder = folder();
+    let part = reports(&folder, "fair --deviation 1% --picture out.svg");
+    let text = fs::read_to_string(folder.path().join("out.svg")).unwrap();
+    assert!(text.contains("deviation ≤ 1%"), "{text}");
+    for (method, option) in [("fair", "--deviation"), ("smoothing", "--deviation"), ("smoothing", "--tube")] {
+        // The same, in units.
+        let part = reports(&folder, &format!("{method} {option} 1%"));
+        let allowed = part[0]["max_deviation"].as_f64().unwrap();
+        assert!(allowed > 0.0, "{part:?}");
+        let units = reports(&folder, &format!("{method} {option} {}", allowed * 1.0005));
+        let found = units[0]["max_deviation"].as_f64().unwrap();
+        assert!((found - allowed).abs() <= 3e-3 * allowed, "{method} {option}: {found} {allowed}");
+    }
+    assert_eq!(part[0]["status"], "converged");
+    run(&folder, "fit in.csv -o out.csv --method fair --deviation 2m")
+        .code(2)
+        .stderr(contains("'2m' is no deviation: give a distance in units of the input, such as 0.01, or a part of each curve's size, such as 2%"));
+}
+
+#[test]
 fn compare_takes_both_too() {
     let arguments = "compare in.csv --method fair --device cpu --samples 4 --deviation 0.05 --corners 60deg";
     run(&folder(), arguments).code(0).stdout(contains("pass").and(contains("0.00e0")));

@@ -97,7 +97,7 @@ fn options_that_make_no_sense_are_refused_with_a_sentence() {
         "--pin none belongs to --method smoothing; smooth connection functions go through every point",
     );
     refused(TWO, "--method scf --energy bending=1", "--energy belongs to --method fair");
-    refused(TWO, "--method fair --starts 3", "--starts belongs to --method scf");
+    refused(TWO, "--method natural --starts 3", "--starts belongs to --method fair and --method scf");
     refused("curve,x,y,z\na,0,0,0\na,1,1,1\na,2,0,0\n", "--method scf", "smooth connection functions are planar");
 }
 

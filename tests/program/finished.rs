@@ -34,10 +34,12 @@ fn every_method_counts_every_curve_once() {
     };
     count("natural", &|cpu| drop(Natural::default().fit(&batch, cpu).unwrap()));
     count("smoothing", &|cpu| drop(smoothing(Amount::Lambda(0.1)).fit(&batch, cpu).unwrap()));
-    count("smoothing, deviation", &|cpu| drop(smoothing(Amount::Deviation(0.1)).fit(&batch, cpu).unwrap()));
-    count("smoothing, tube", &|cpu| drop(smoothing(Amount::Tube(0.1)).fit_sampled(&batch, SAMPLING, cpu).unwrap()));
+    count("smoothing, deviation", &|cpu| drop(smoothing(Amount::Deviation(0.1.into())).fit(&batch, cpu).unwrap()));
+    count("smoothing, tube", &|cpu| {
+        drop(smoothing(Amount::Tube(0.1.into())).fit_sampled(&batch, SAMPLING, cpu).unwrap())
+    });
     count("fair", &|cpu| drop(fair().fit(&batch, cpu).unwrap()));
-    count("fair, deviation", &|cpu| drop(Fair { deviation: Some(0.1), ..fair() }.fit(&batch, cpu).unwrap()));
+    count("fair, deviation", &|cpu| drop(Fair { deviation: Some(0.1.into()), ..fair() }.fit(&batch, cpu).unwrap()));
     count("fair, corners", &|cpu| drop(Fair { corners: Some(0.5), ..fair() }.fit(&batch, cpu).unwrap()));
     count("scf", &|cpu| drop(Smooth::default().fit(&batch, cpu).unwrap()));
     count("bezier", &|cpu| drop(Complete::default().fit(&batch, cpu).unwrap()));

@@ -19,7 +19,7 @@ fn methods(dimension: usize) -> Vec<(&'static str, FitSampled<'static>)> {
     let devices: Vec<Device> = (0..6).map(|_| cpu.clone()).collect();
     let [a, b, c, d, e, f]: [Device; 6] = devices.try_into().ok().unwrap();
     let smoothing = |amount| Smoothing { amount, ..Smoothing::default() };
-    let (lambda, deviation) = (smoothing(Amount::Lambda(0.01)), smoothing(Amount::Deviation(0.1)));
+    let (lambda, deviation) = (smoothing(Amount::Lambda(0.01)), smoothing(Amount::Deviation(0.1.into())));
     let fair = Fair { energy: bending(2.0) + length(), ..Fair::default() };
     let (auto, uniform) = (with(Parametrisation::Auto), with(Parametrisation::Uniform));
     let mut all: Vec<(&'static str, FitSampled)> = vec![

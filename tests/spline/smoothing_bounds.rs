@@ -69,7 +69,7 @@ fn the_deviation_is_kept_and_used_up() {
     for (name, batch) in [("walks", walks(1)), ("rings", walks(2).closed(true)), ("storms", storms())] {
         let pins: &[bool] = if name == "rings" { &[false] } else { &[false, true] };
         for (&pin_ends, allowed) in pins.iter().flat_map(|pin| [0.06, 0.2, 1.0, 20.0].map(|d| (pin, d))) {
-            let fitted = fit(&batch, Smoothing { pin_ends, ..options(Amount::Deviation(allowed)) });
+            let fitted = fit(&batch, Smoothing { pin_ends, ..options(Amount::Deviation(allowed.into())) });
             let mut tight = 0;
             for (i, report) in fitted.reports().iter().enumerate() {
                 if report.status == CurveStatus::NotConverged {
@@ -101,7 +101,7 @@ fn the_deviation_is_kept_and_used_up() {
 #[test]
 fn a_fit_by_deviation_is_the_fit_by_its_lambda() {
     let batch = storms();
-    let by_deviation = fit(&batch, options(Amount::Deviation(0.3)));
+    let by_deviation = fit(&batch, options(Amount::Deviation(0.3.into())));
     for i in 0..batch.len() {
         let report = &by_deviation.reports()[i];
         let by_lambda = fit(&batch.select(&[i]), options(Amount::Lambda(report.smoothing.unwrap())));
@@ -119,7 +119,7 @@ fn a_fit_by_deviation_is_the_fit_by_its_lambda() {
 #[test]
 fn a_line_that_keeps_the_deviation_is_returned_with_the_cap() {
     let batch = walks(3);
-    let fitted = fit(&batch, options(Amount::Deviation(1e6)));
+    let fitted = fit(&batch, options(Amount::Deviation(1e6.into())));
     for (i, report) in fitted.reports().iter().enumerate() {
         assert!(is_line(report), "{report:?}");
         let (from, to) = fitted.curve(i).domain();
@@ -134,7 +134,9 @@ fn pinned_ends_are_the_data_points_bit_for_bit() {
     let batch = storms();
     let walk = walks(4);
     for batch in [&batch, &walk] {
-        for amount in [1e-9, 1.0, 1e9, 1e30, 1e300].map(Amount::Lambda).into_iter().chain([Amount::Deviation(0.7)]) {
+        for amount in
+            [1e-9, 1.0, 1e9, 1e30, 1e300].map(Amount::Lambda).into_iter().chain([Amount::Deviation(0.7.into())])
+        {
             let fitted = fit(batch, Smoothing { pin_ends: true, ..options(amount) });
             assert_eq!(fitted.usable(), batch.len());
             for i in 0..batch.len() {
@@ -194,7 +196,7 @@ fn points_at_one_parameter_count_as_their_mean_but_deviate_as_themselves() {
     let distance = deviation(&batch, &a, 0);
     assert!((a.reports()[0].max_deviation - distance).abs() < 1e-14 && distance > b.reports()[0].max_deviation);
     // The mean, (1, 3), is 2 away from one of the points.
-    let impossible = fit(&batch, options(Amount::Deviation(1.5)));
+    let impossible = fit(&batch, options(Amount::Deviation(1.5.into())));
     let report = &impossible.reports()[0];
     assert_eq!((report.status, report.max_deviation, report.smoothing), (CurveStatus::NotConverged, 2.0, Some(0.0)));
     assert_eq!(
@@ -205,13 +207,13 @@ fn points_at_one_parameter_count_as_their_mean_but_deviate_as_themselves() {
         )
     );
     assert_eq!(impossible.curve(0).point(1.0).y, 3.0);
-    assert_eq!(fit(&batch, options(Amount::Deviation(2.5))).usable(), 1);
+    assert_eq!(fit(&batch, options(Amount::Deviation(2.5.into()))).usable(), 1);
 }
 
 #[test]
 fn two_points_are_joined_by_their_segment() {
     let batch = CurveBatch::from_slices(&[&[[0.0, 1.0], [3.0, 5.0]][..]]).unwrap();
-    for amount in [Amount::Lambda(0.0), Amount::Lambda(7.0), Amount::Lambda(1e40), Amount::Deviation(0.1)] {
+    for amount in [Amount::Lambda(0.0), Amount::Lambda(7.0), Amount::Lambda(1e40), Amount::Deviation(0.1.into())] {
         for pin_ends in [false, true] {
             let fitted = fit(&batch, Smoothing { pin_ends, ..options(amount) });
             let report = &fitted.reports()[0];
@@ -226,7 +228,7 @@ fn two_points_are_joined_by_their_segment() {
 fn straight_data_stay_straight() {
     let line: Vec<[f64; 3]> = (0..50).map(|k| (k * k) as f64).map(|s| [3.0 + s, 2.0 - 0.5 * s, 7.0 * s]).collect();
     let batch = CurveBatch::from_slices(&[&line[..]]).unwrap();
-    for amount in [Amount::Lambda(1e-3), Amount::Lambda(1e5), Amount::Lambda(1e25), Amount::Deviation(1e-6)] {
+    for amount in [Amount::Lambda(1e-3), Amount::Lambda(1e5), Amount::Lambda(1e25), Amount::Deviation(1e-6.into())] {
         let report = fit(&batch, options(amount)).reports()[0].clone();
         assert!(report.max_deviation < 1e-13 * 17000.0, "{report:?}");
     }
@@ -235,7 +237,7 @@ fn straight_data_stay_straight() {
 #[test]
 fn deviations_at_rounding_give_the_data_back() {
     let batch = walks(6);
-    let fitted = fit(&batch, options(Amount::Deviation(1e-300)));
+    let fitted = fit(&batch, options(Amount::Deviation(1e-300.into())));
     for (i, report) in fitted.reports().iter().enumerate() {
         assert_eq!((report.status, report.max_deviation), (CurveStatus::Converged, 0.0), "{report:?}");
         let end = fitted.curve(i).domain().1;
@@ -252,7 +254,7 @@ fn one_bad_curve_leaves_its_neighbours_bits_alone() {
     let spoiled = CurveBatch::from_ragged(2, coords, batch.offsets().to_vec()).unwrap();
     let mut reversed: Vec<usize> = (0..batch.len()).collect();
     reversed.reverse();
-    for amount in [Amount::Lambda(0.3), Amount::Deviation(0.2)] {
+    for amount in [Amount::Lambda(0.3), Amount::Deviation(0.2.into())] {
         let (a, b) = (fit(&batch, options(amount)), fit(&spoiled, options(amount)));
         let c = fit(&batch.select(&reversed), options(amount));
         assert_eq!(b.reports()[12].status, CurveStatus::Invalid);
@@ -275,7 +277,7 @@ fn curves_that_cannot_be_fitted_say_why() {
     let (one, same) = ([[1.0, 2.0]], [[4.0, 4.0]; 5]);
     let good = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]];
     let batch = CurveBatch::from_slices(&[&one[..], &good[..], &same[..], &[]]).unwrap();
-    let fitted = fit(&batch, options(Amount::Deviation(0.1)));
+    let fitted = fit(&batch, options(Amount::Deviation(0.1.into())));
     let status: Vec<_> = fitted.reports().iter().map(|report| report.status).collect();
     use CurveStatus::{Converged, Degenerate};
     assert_eq!(status, [Degenerate, Converged, Degenerate, Degenerate]);
@@ -296,11 +298,11 @@ fn spans_too_uneven_for_the_arithmetic_are_a_status() {
              the curve has λ = 0: use a smaller λ or deviation, or fewer points"
         )
     );
-    let report = fit(&batch, options(Amount::Deviation(0.1))).reports()[0].clone();
+    let report = fit(&batch, options(Amount::Deviation(0.1.into()))).reports()[0].clone();
     assert_eq!((report.status, report.max_deviation), (CurveStatus::NotConverged, 0.0));
     // Steps whose inverse overflows.
     let batch = batch.with_parameters(vec![0.0, 1e-320, 1.0, 2.0]).unwrap();
-    for amount in [Amount::Lambda(1.0), Amount::Deviation(0.1)] {
+    for amount in [Amount::Lambda(1.0), Amount::Deviation(0.1.into())] {
         let fitted = fit(&batch, options(amount));
         let report = &fitted.reports()[0];
         assert_eq!(report.status, CurveStatus::Invalid);
@@ -322,7 +324,7 @@ fn impossible_options_are_sentences() {
     assert!(says(options(Amount::Lambda(f64::INFINITY)), &batch).contains("λ is inf"));
     for wrong in [0.0, -2.0, f64::NAN, f64::INFINITY] {
         assert_eq!(
-            says(options(Amount::Deviation(wrong)), &batch),
+            says(options(Amount::Deviation(wrong.into())), &batch),
             format!(
                 "the largest deviation allowed is {wrong}; it must be positive and finite: \
                  to interpolate, give λ = 0 instead"

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use faircurve::spline::{Amount, LEAST_SHARE, LEAST_SHARE_OF_LAMBDA, Smoothing};
-use faircurve::{CurveBatch, CurveStatus, Device, Sampling};
+use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Sampling};
 use nalgebra::DMatrix;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -44,9 +44,10 @@ fn share(curve: &[f64], data: &[f64], weights: &[f64], dimension: usize) -> f64 
 
 #[test]
 fn closed_curves_keep_their_share_of_their_size_whatever_is_asked() {
-    let amounts = [0.02, 0.2, 1.0, 50.0].map(Amount::Deviation).into_iter();
+    let distances = [0.02, 0.2, 1.0, 50.0].map(Deviation::Units);
+    let amounts = distances.map(Amount::Deviation).into_iter();
     let amounts = amounts.chain([1e-3, 1.0, 1e6, 1e300].map(Amount::Lambda));
-    let amounts = amounts.chain([0.02, 0.2, 1.0, 50.0].map(Amount::Tube));
+    let amounts = amounts.chain(distances.map(Amount::Tube));
     for (amount, dimension) in amounts.flat_map(|amount| [(amount, 2), (amount, 3)]) {
         let batch = islands(dimension, true);
         let smoothing = Smoothing { amount, ..Smoothing::default() };
@@ -59,7 +60,7 @@ fn closed_curves_keep_their_share_of_their_size_whatever_is_asked() {
             let share = share(knots.points(i), batch.points(i), weights, dimension);
             assert!(share >= least * (1.0 - 1e-10), "{amount:?}, curve {i}: {share}");
             let deviation = match amount {
-                Amount::Deviation(allowed) | Amount::Tube(allowed) => allowed,
+                Amount::Deviation(allowed) | Amount::Tube(allowed) => allowed.of(&batch, i),
                 _ => f64::INFINITY,
             };
             assert!(report.max_deviation <= deviation, "{amount:?}, curve {i}: {}", report.max_deviation);
@@ -74,7 +75,7 @@ fn closed_curves_keep_their_share_of_their_size_whatever_is_asked() {
         assert_eq!(notes.len(), usize::from(stopped > 0));
         let (all, none) = match amount {
             Amount::Lambda(lambda) => (lambda > 1e100, lambda < 1e3),
-            Amount::Deviation(allowed) | Amount::Tube(allowed) => (allowed > 10.0, false),
+            Amount::Deviation(allowed) | Amount::Tube(allowed) => (allowed.of(&batch, 0) > 10.0, false),
             _ => unreachable!(),
         };
         assert!(!all || stopped == batch.len(), "{amount:?}: {stopped} of {}", batch.len());
@@ -93,7 +94,7 @@ fn a_curve_that_is_stopped_says_so_and_has_the_largest_lambda_that_leaves_its_sh
         let fit = smoothing.fit(&batch, &Device::cpu()).unwrap();
         (fit.reports()[0].clone(), smoothing.notes(fit.reports()))
     };
-    let (by_deviation, notes) = report(Amount::Deviation(20.0));
+    let (by_deviation, notes) = report(Amount::Deviation(20.0.into()));
     assert_eq!(notes, ["1 closed curve is small for a deviation of 20: smoothed no further than to 0.7 of its size"]);
     let lambda = by_deviation.smoothing.unwrap();
     let said = by_deviation.message.clone().unwrap();
@@ -126,7 +127,7 @@ fn curves_larger_than_the_deviation_are_as_they_were() {
         })
         .collect();
     let batch = CurveBatch::from_slices(&[&circle[..]]).unwrap().closed(true);
-    let smoothing = Smoothing { amount: Amount::Deviation(0.1), ..Smoothing::default() };
+    let smoothing = Smoothing { amount: Amount::Deviation(0.1.into()), ..Smoothing::default() };
     let fit = smoothing.fit(&batch, &Device::cpu()).unwrap();
     let report = &fit.reports()[0];
     assert_eq!((report.message.clone(), smoothing.notes(fit.reports())), (None, vec![]));
@@ -138,7 +139,7 @@ fn curves_larger_than_the_deviation_are_as_they_were() {
 fn open_curves_still_become_lines() {
     let points = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [3.0, 0.5]];
     let batch = CurveBatch::from_slices(&[&points[..]]).unwrap();
-    for amount in [Amount::Deviation(5.0), Amount::Lambda(1e300), Amount::Tube(5.0)] {
+    for amount in [Amount::Deviation(5.0.into()), Amount::Lambda(1e300), Amount::Tube(5.0.into())] {
         let fit = Smoothing { amount, ..Smoothing::default() }.fit(&batch, &Device::cpu()).unwrap();
         assert_eq!((fit.reports()[0].energy, fit.reports()[0].message.clone()), (0.0, None));
     }

@@ -10,7 +10,7 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 fn tube(distance: f64) -> Smoothing {
-    Smoothing { amount: Amount::Tube(distance), ..Smoothing::default() }
+    Smoothing { amount: Amount::Tube(distance.into()), ..Smoothing::default() }
 }
 
 fn fit(batch: &CurveBatch, options: Smoothing) -> Fit {
@@ -175,7 +175,7 @@ fn one_outlier_does_not_stiffen_the_rest() {
             let batch = CurveBatch::from_slices(&[&track[..]]).unwrap();
             let batch = batch.with_parameters((0..41).map(f64::from).collect()).unwrap();
             let energy = |amount| fit(&batch, Smoothing { amount, ..Smoothing::default() }).reports()[0].energy;
-            ratios.push(energy(Amount::Deviation(1.0)) / energy(Amount::Tube(1.0)));
+            ratios.push(energy(Amount::Deviation(1.0.into())) / energy(Amount::Tube(1.0.into())));
         }
         println!("seed {seed}: one λ costs {:.2} times the least, with an outlier {:.2} times", ratios[0], ratios[1]);
         assert!((1.0..1.5).contains(&ratios[0]) && (5.0..20.0).contains(&ratios[1]), "seed {seed}: {ratios:?}");

@@ -19,12 +19,13 @@ fn methods() -> Vec<Method> {
             Smoothing { amount, pin_ends: true, ..Smoothing::default() }.fit(batch, &Device::cpu()).unwrap()
         }
     };
-    let fair = Fair { energy: bending(2.0) + length(), pins: Pins::Ends, deviation: Some(0.2), ..Fair::default() };
+    let fair =
+        Fair { energy: bending(2.0) + length(), pins: Pins::Ends, deviation: Some(0.2.into()), ..Fair::default() };
     vec![
         ("natural", Box::new(|batch| Natural::default().fit(batch, &Device::cpu()).unwrap())),
         ("smoothing", Box::new(smoothing(Amount::Lambda(0.05)))),
-        ("deviation", Box::new(smoothing(Amount::Deviation(0.2)))),
-        ("tube", Box::new(smoothing(Amount::Tube(0.2)))),
+        ("deviation", Box::new(smoothing(Amount::Deviation(0.2.into())))),
+        ("tube", Box::new(smoothing(Amount::Tube(0.2.into())))),
         ("fair", Box::new(move |batch| fair.fit(batch, &Device::cpu()).unwrap())),
         ("scf", Box::new(|batch| Smooth::default().fit(batch, &Device::cpu()).unwrap())),
     ]
@@ -196,7 +197,7 @@ fn pinned_points_stay_where_they_are_and_the_others_are_as_smooth_as_they_can_be
         }
     }
     // A deviation that allows anything: the curve nears the spline through the pins alone.
-    let wide = Smoothing { amount: Amount::Deviation(100.0), pin_ends: true, ..Smoothing::default() };
+    let wide = Smoothing { amount: Amount::Deviation(100.0.into()), pin_ends: true, ..Smoothing::default() };
     let fit = wide.fit(&pinned, &Device::cpu()).unwrap();
     let report = &fit.reports()[0];
     assert_eq!((report.status, &report.message), (CurveStatus::Converged, &None));

@@ -19,7 +19,8 @@ impl Method {
     pub fn notes(&self, fit: &Fit) -> Vec<String> {
         match self {
             Method::Smoothing(smoothing) => smoothing.notes(fit.reports()),
-            Method::Natural(_) | Method::Fair(_) | Method::Scf(_) => Vec::new(),
+            Method::Fair(fair) => fair.notes(fit.reports()),
+            Method::Natural(_) | Method::Scf(_) => Vec::new(),
         }
     }
 

@@ -1,0 +1,117 @@
+//! [`Deviation`]: how far a curve may pass from its points.
+
+use std::fmt::{Display, Formatter};
+use std::str::FromStr;
+
+use crate::batch::CurveBatch;
+use crate::bounds::Bounds;
+use crate::error::{Error, Result, quoted};
+
+/// The largest distance between a data point and the curve.
+///
+/// Words are numbers, `0.2`, and percents of the curve's size, `2%`. A number becomes one of units by
+/// [`From`].
+///
+/// ```
+/// use faircurve::Deviation;
+/// assert_eq!("2%".parse::<Deviation>()?, Deviation::OfSize(0.02));
+/// assert_eq!(Deviation::from(0.2), Deviation::Units(0.2));
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Deviation {
+    /// In units of the coordinates, the same for every curve.
+    Units(f64),
+    /// As a fraction of each curve's size, the diagonal of the box around its points.
+    OfSize(f64),
+}
+
+impl Deviation {
+    /// The distance in units of the coordinates for curve `i` of a batch.
+    #[must_use]
+    pub fn of(self, batch: &CurveBatch, i: usize) -> f64 {
+        match self {
+            Deviation::Units(distance) => distance,
+            Deviation::OfSize(share) => share * Bounds::<3>::of_flat(batch.points(i), batch.dimension()).diagonal(),
+        }
+    }
+
+    /// Checks that it is a distance.
+    ///
+    /// # Errors
+    /// A number that is not positive or not finite. `remedy` says how no deviation is asked for.
+    pub(crate) fn check(self, remedy: &str) -> Result<()> {
+        let (Deviation::Units(number) | Deviation::OfSize(number)) = self;
+        if number > 0.0 && number.is_finite() {
+            return Ok(());
+        }
+        Err(Error::argument(format!(
+            "the largest deviation allowed is {self}; it must be positive and finite: {remedy}"
+        )))
+    }
+}
+
+impl From<f64> for Deviation {
+    fn from(distance: f64) -> Self {
+        Deviation::Units(distance)
+    }
+}
+
+impl FromStr for Deviation {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let number = |text: &str| text.trim().parse::<f64>();
+        match text.trim().strip_suffix('%') {
+            Some(percent) => number(percent).map(|percent| Deviation::OfSize(percent / 100.0)),
+            None => number(text).map(Deviation::Units),
+        }
+        .map_err(|_| {
+            Error::argument(format!(
+                "{} is no deviation: give a distance in units of the input, such as 0.01, or a part of each curve's size, such as 2%",
+                quoted(text)
+            ))
+        })
+    }
+}
+
+impl Display for Deviation {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Deviation::Units(distance) => distance.fmt(f),
+            // 0.07 is 7.000000000000001 hundredths.
+            Deviation::OfSize(share) => write!(f, "{}%", (100.0 * share * 1e12).round() / 1e12),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deviations_are_read_from_what_they_show() {
+        for (text, deviation) in [
+            ("0.2", Deviation::Units(0.2)),
+            ("2%", Deviation::OfSize(0.02)),
+            ("7%", Deviation::OfSize(0.07)),
+            ("0.5%", Deviation::OfSize(0.005)),
+            ("-1", Deviation::Units(-1.0)),
+        ] {
+            assert_eq!((text.parse::<Deviation>().unwrap(), deviation.to_string()), (deviation, text.to_string()));
+        }
+        for text in ["", "%", "two", "2 m", "2%%"] {
+            let error = text.parse::<Deviation>().unwrap_err().to_string();
+            assert!(error.contains("is no deviation") && error.contains("such as 2%"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_part_of_the_size_is_one_of_the_diagonal_of_each_curve() {
+        let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [3.0, 4.0]][..], &[[5.0, 0.0], [5.0, 20.0]]]).unwrap();
+        let of = |deviation: Deviation| [0, 1].map(|i| deviation.of(&batch, i));
+        assert_eq!(of(Deviation::OfSize(0.02)), [0.02 * 5.0, 0.02 * 20.0]);
+        assert_eq!(of(Deviation::Units(0.02)), [0.02; 2]);
+    }
+}

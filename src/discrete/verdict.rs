@@ -1,0 +1,128 @@
+//! The verdict on a curve: its report, with a sentence where it did not converge.
+
+use super::curves::Vertices;
+use super::deviation::deviation;
+use super::fair::Fair;
+use super::lane::Standing;
+use super::problem::Outcome;
+use super::setup::{LONGEST, Ready, distance};
+use crate::batch::CurveBatch;
+use crate::linalg::scalar::Vector;
+use crate::report::CurveReport;
+use crate::status::CurveStatus;
+
+/// A gradient that stays within this many times the tolerance is rounding.
+///
+/// Above that the curve itself is the cause.
+const ROUNDING_REACHES: f64 = 1e3;
+
+/// A curve that has not converged after this many iterations does not with ten times as many.
+///
+/// This was measured with borders of countries.
+const ENOUGH_ITERATIONS: u32 = 200;
+
+/// A curve that has not converged is not shown if it is this many times as long as its chord
+/// polygon.
+///
+/// A half circle through two points is 1.57 times as long. No curve that converged was seen to
+/// pass 1.23 on its way.
+const ASTRAY: f64 = 2.0;
+
+impl Fair {
+    /// The report of a curve, and its vertices unless it comes out as its input.
+    pub(super) fn report<const D: usize>(
+        &self,
+        batch: &CurveBatch,
+        i: usize,
+        ready: &Ready<D>,
+        outcome: &Outcome<D>,
+    ) -> (CurveReport, Option<Vertices>) {
+        let say = |what: String| Some(batch.sentence(i, 0, &what));
+        let (norm, iterations) = (outcome.norm, outcome.iterations);
+        let (status, message) = match outcome.standing {
+            Standing::Converged => (CurveStatus::Converged, None),
+            Standing::Unbounded => {
+                let what = format!(
+                    "its length passed {LONGEST} times that of its points' polygon after {iterations} iterations while its energy fell: \
+                     this energy has no minimum here, and the curve stays as it is; add tautness to it, such as tautness=1"
+                );
+                let report = CurveReport::unfitted(CurveStatus::Unbounded, batch.sentence(i, 0, &what));
+                return (CurveReport { iterations, ..report }, None);
+            }
+            Standing::Broken => {
+                let what = "its energy is no number: neighbouring points are too close for its size, or it turns back on \
+                            itself; remove points that almost coincide";
+                let report = CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what));
+                return (report, None);
+            }
+            Standing::Stalled => (
+                CurveStatus::NotConverged,
+                say(format!(
+                    "after {iterations} iterations no step leads further down, with a gradient of {norm:.1e} where {:.1e} was asked for: \
+                     the curve is the best one reached; {}",
+                    ready.problem.tolerance,
+                    if norm <= ROUNDING_REACHES * ready.problem.tolerance {
+                        format!("ask for a larger tolerance, such as {:.0e}", 10.0 * norm)
+                    } else {
+                        self.remedy().into()
+                    }
+                )),
+            ),
+            Standing::Running => (
+                CurveStatus::NotConverged,
+                say("the device was lost before the curve was fitted: it is the spline it would have started from"
+                    .into()),
+            ),
+            Standing::Exhausted => (
+                CurveStatus::NotConverged,
+                say(format!(
+                    "{iterations} iterations were not enough, with a gradient of {norm:.1e} where {:.1e} was asked for: {}",
+                    ready.problem.tolerance,
+                    if iterations < ENOUGH_ITERATIONS { "allow more" } else { self.remedy() }
+                )),
+            ),
+        };
+        let vertices = ready.vertices_of(outcome);
+        let points = batch.points(i).as_chunks::<D>().0;
+        let times = length(&vertices, ready.problem.closed) / length(points, ready.problem.closed);
+        // Attached curves keep to their points, and small rings may grow round.
+        let astray = times > ASTRAY && ready.problem.attached.is_empty();
+        if status == CurveStatus::NotConverged && astray {
+            let what = format!(
+                "after {iterations} iterations it has not converged, and is {times:.1} times as long as its points' polygon: it is on its way into \
+                 loops, and stays as it is; {}",
+                self.remedy()
+            );
+            let report = CurveReport::unfitted(status, batch.sentence(i, 0, &what));
+            return (CurveReport { iterations, ..report }, None);
+        }
+        let report = CurveReport {
+            status,
+            message,
+            energy: outcome.energy * ready.energy_unit,
+            iterations,
+            gradient_norm: norm,
+            smoothing: None,
+            gain: None,
+            max_deviation: deviation(&vertices, &ready.rows, points),
+        };
+        let coords = vertices.into_iter().flatten().collect();
+        (report, Some(Vertices { coords, rows: ready.rows.clone(), corners: vec![] }))
+    }
+
+    /// The remedy for a curve that does not converge.
+    pub(super) fn remedy(&self) -> &'static str {
+        if self.energy.bounds_length() {
+            "ask for more segments a span, or weigh length, tension and tautness less"
+        } else {
+            "add tautness to the energy, such as tautness=1"
+        }
+    }
+}
+
+/// The length of a polygon.
+fn length<const D: usize>(points: &[Vector<f64, D>], closed: bool) -> f64 {
+    let edges = if closed { points.len() } else { points.len() - 1 };
+    let edge = |k: usize| distance(points[k], points[(k + 1) % points.len()]);
+    (0..edges).map(edge).sum()
+}
