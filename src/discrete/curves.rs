@@ -98,7 +98,41 @@ struct Edge {
 /// A tangent and a curvature vector.
 type Frame = (DVec3, DVec3);
 
+impl Edge {
+    /// The curve at a fraction of the edge.
+    fn place(&self, v: f64) -> DVec3 {
+        let Edge { ends: [p, q], a, c, d, .. } = *self;
+        if v == 0.0 {
+            p
+        } else if v == 1.0 {
+            q
+        } else {
+            p + v * (a + v * (c + v * d))
+        }
+    }
+}
+
 impl FairCurve<'_> {
+    /// The edge at the fraction of a span, by its first row, and the fraction of the edge.
+    ///
+    /// `None` for a span between repeated points, which lies at one vertex.
+    fn locate_edge(&self, span: usize, u: f64) -> Option<(usize, f64)> {
+        let (from, to) = (self.vertices.rows[span] as usize, self.vertices.rows[span + 1] as usize);
+        let place = u * (to - from) as f64;
+        let row = from + (place.floor().max(0.0) as usize).min((to - from).checked_sub(1)?);
+        Some((row, place - (row - from) as f64))
+    }
+
+    /// The point at the fraction of a span. At a vertex it takes nothing but the vertex.
+    fn place(&self, span: usize, u: f64) -> DVec3 {
+        match self.locate_edge(span, u) {
+            None => self.vertex(self.vertices.rows[span] as usize),
+            Some((row, 0.0)) => self.vertex(row),
+            Some((row, 1.0)) => self.vertex(row + 1),
+            Some((row, v)) => self.cubic(row).place(v),
+        }
+    }
+
     fn count(&self) -> usize {
         self.vertices.coords.len() / self.dimension
     }
@@ -213,26 +247,14 @@ impl Curve for FairCurve<'_> {
     }
 
     fn jet(&self, span: usize, u: f64) -> Jet {
-        let (from, to) = (self.vertices.rows[span] as usize, self.vertices.rows[span + 1] as usize);
-        // A span between repeated points lies at one vertex.
-        if from == to {
-            return Jet { point: self.vertex(from), ..Jet::default() };
-        }
-        let n = (to - from) as f64;
-        let place = u * n;
-        let row = from + (place.floor().max(0.0) as usize).min(to - from - 1);
-        let v = place - (row - from) as f64;
-        let n = n / self.pace(span);
-        let Edge { ends: [p, q], a, c, d, bend, bend_change } = self.cubic(row);
-        let point = if v == 0.0 {
-            p
-        } else if v == 1.0 {
-            q
-        } else {
-            p + v * (a + v * (c + v * d))
+        let Some((row, v)) = self.locate_edge(span, u) else {
+            return Jet { point: self.place(span, u), ..Jet::default() };
         };
+        let n = self.pieces(span) as f64 / self.pace(span);
+        let edge = self.cubic(row);
+        let Edge { a, c, d, bend, bend_change, .. } = edge;
         Jet {
-            point,
+            point: edge.place(v),
             first: n * (a + v * (2.0 * c + 3.0 * v * d)),
             second: n * n * (bend + v * bend_change),
             third: n * n * n * bend_change,
@@ -276,7 +298,7 @@ impl FairCurves {
         let mut coords = Vec::with_capacity(sites.len() * self.dimension);
         let mut t = Vec::with_capacity(sites.len());
         for (span, u) in sites {
-            coords.extend(&curve.jet(span, u).point.to_array()[..self.dimension]);
+            coords.extend(&curve.place(span, u).to_array()[..self.dimension]);
             let (from, to) = (curve.knots[span], curve.knots[span + 1]);
             t.push((from + u * (to - from)).min(to));
         }

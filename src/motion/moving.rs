@@ -90,7 +90,23 @@ impl<V: Vector> Moving<V> {
         if !MODERATE.contains(&size) {
             return self.length_of_size(size);
         }
+        if self.is_steady() {
+            return arclength::steady_length(|v| self.speed(v));
+        }
         arclength::span_length(|v| self.speed(v))
+    }
+
+    /// Whether six speeds give the length to 2e-11 of it.
+    ///
+    /// With |V₁| r + |V₂| r² ≤ (√2 − 1) |V₀| the speed has no branch point within r of the piece's start.
+    /// Gauss' rule of n points then errs by some 64/15 ρ⁻²ⁿ, with ρ = x + √(x² − 1) and x = 2r − 1.
+    /// r = 2.88 is asked for here, where that is 1e-11. Edges of fair curves are such pieces if they
+    /// turn by 0.1 at most.
+    #[inline(always)]
+    fn is_steady(&self) -> bool {
+        let [a, b, c] = self.velocity;
+        // (|V₁| + 3 |V₂|)² ≤ 2 (|V₁|² + 9 |V₂|²) ≤ |V₀|²/49
+        98.0 * (b.dot(b) + 9.0 * c.dot(c)) <= a.dot(a)
     }
 
     #[cold]
