@@ -11,7 +11,6 @@ use super::plan::{Direction, Step};
 use super::setup::set_up_pieces;
 use super::starts::{self, Descended};
 use super::tally::Tally;
-use super::untangle;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::{Sampling, check_spacing, spans};
@@ -76,8 +75,8 @@ words!(Pins, "choice of points": [
 /// data points equal, and does not change the shape.
 ///
 /// Planar curves with tautness in their energy that cross themselves where the polygon of their points does not are
-/// drawn tauter there, by rounds, until they do not, and their message says so. Where they do not converge then they
-/// stay as they were: some 3 of 1,000 borders of countries.
+/// drawn tauter there, by rounds, until they do not, and their message says so. What crosses yet has twice the edges, if
+/// that helps: within an edge no curve can turn. The others stay as they were: some 3 of 1,000 borders of countries.
 ///
 /// Gentle curves of least bending take about 3 iterations, and rough ones 10, however many vertices
 /// they have. Exponents of bending beyond 5 and below 1.5 are approached in stages.
@@ -369,20 +368,19 @@ impl Fair {
         let (able, unable): (Vec<usize>, Vec<usize>) = (0..ready.len()).partition(|&i| ready[i].is_ok());
         unable.into_iter().for_each(|i| tally.finished(i));
         let found = Descended::best(self, batch, kept, ready, device, &|k| tally.finished(able[k]))?;
-        let Descended { ready, outcomes, tauter, gains, device: did } = found;
         let reported = parallel::map(able.len(), 64, |k| {
-            let (i, tauter) = (able[k], &tauter[k]);
-            let ready = ready[i].as_ref().expect("what is ready is descended");
-            let (mut report, vertices) = self.report(batch, i, ready, &outcomes[k]);
-            report.gain = gains.get(k).copied();
-            if let Some(&first) = tauter.first() {
-                report.message = Some(batch.sentence(i, first, &untangle::message(tauter)));
+            let i = able[k];
+            let ready = found.ready[i].as_ref().expect("what is ready is descended");
+            let (mut report, vertices) = self.report(batch, i, ready, &found.outcomes[k]);
+            report.gain = found.gains.get(k).copied();
+            if let Some((span, message)) = found.message(k) {
+                report.message = Some(batch.sentence(i, span, &message));
             }
             (report, vertices)
         });
         let mut reported = reported.into_iter();
         let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
-        for (i, ready) in ready.iter().enumerate() {
+        for (i, ready) in found.ready.iter().enumerate() {
             let (report, vertices) = match ready {
                 Ok(_) => reported.next().expect("what is ready is reported"),
                 Err(problem) => (CurveReport::unfitted(problem.status, problem.message.clone()), None),
@@ -390,6 +388,6 @@ impl Fair {
             curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
             reports.push(report);
         }
-        Ok(Fitted { curves, reports, device: did })
+        Ok(Fitted { curves, reports, device: found.device })
     }
 }

@@ -7,11 +7,11 @@ use glam::DVec3;
 use rand::rngs::ChaCha12Rng;
 use rand::{RngExt, SeedableRng};
 
-use super::fair::Fair;
+use super::fair::{Fair, Segments};
 use super::lane::Standing;
 use super::problem::Outcome;
-use super::setup::{Ready, set_up_at};
-use super::untangle::untangle;
+use super::setup::{Ready, set_up_at, set_up_pieces};
+use super::untangle::{Untangled, message, untangle};
 use crate::Unfitted;
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, vector};
@@ -44,8 +44,10 @@ pub(super) struct Descended<const D: usize> {
     pub ready: Vec<Result<Ready<D>, Unfitted>>,
     /// Where the curves ended that are ready, in their order.
     pub outcomes: Vec<Outcome<D>>,
-    /// The spans of each that were drawn tauter.
-    pub tauter: Vec<Vec<usize>>,
+    /// The spans of each that were drawn tauter, and what crosses yet.
+    pub untangled: Untangled,
+    /// Whether each has twice the edges, because it crossed itself with those asked for.
+    pub finer: Vec<bool>,
     /// The part of the energy that further starts have saved, for each; empty without further starts.
     pub gains: Vec<f64>,
     pub device: DeviceReport,
@@ -53,10 +55,70 @@ pub(super) struct Descended<const D: usize> {
 
 impl<const D: usize> Descended<D> {
     /// Descends curves, and [untangles](untangle) them.
-    fn new(fair: &Fair, mut ready: Vec<Result<Ready<D>, Unfitted>>, device: &Device) -> Result<Self> {
-        let (mut outcomes, did) = fair.descend(&mut ready, device, &|_, _| {})?;
-        let tauter = untangle(fair, &mut ready, &mut outcomes, device)?;
-        Ok(Descended { ready, outcomes, tauter, gains: Vec::new(), device: did })
+    fn new(
+        fair: &Fair,
+        mut ready: Vec<Result<Ready<D>, Unfitted>>,
+        device: &Device,
+        ended: &(dyn Fn(usize) + Sync),
+    ) -> Result<Self> {
+        let (mut outcomes, did) = fair.descend(&mut ready, device, &|k, _| ended(k))?;
+        let untangled = untangle(fair, &mut ready, &mut outcomes, device)?;
+        let finer = vec![false; outcomes.len()];
+        Ok(Descended { ready, outcomes, untangled, finer, gains: Vec::new(), device: did })
+    }
+
+    /// Gives curves twice the edges that cross where their points do not, and do not then.
+    ///
+    /// Within an edge a curve cannot turn, however taut it is. `curves` are the numbers of those that are ready.
+    fn refine(
+        &mut self,
+        fair: &Fair,
+        batch: &CurveBatch,
+        kept: &[[bool; 2]],
+        curves: &[usize],
+        device: &Device,
+    ) -> Result<()> {
+        let own = |k: usize| self.ready[curves[k]].as_ref().expect("what crosses was ready");
+        let left: Vec<usize> =
+            self.untangled.left.iter().copied().filter(|&k| !own(k).tangled(&self.outcomes[k]).is_empty()).collect();
+        if left.is_empty() {
+            return Ok(());
+        }
+        let segments = match fair.segments {
+            Segments::PerSpan(n) => Segments::PerSpan(2 * n),
+            Segments::Spacing(spacing) => Segments::Spacing(0.5 * spacing),
+        };
+        let fair = Fair { segments, ..fair.clone() };
+        let numbers: Vec<usize> = left.iter().map(|&k| curves[k]).collect();
+        let kept: Vec<[bool; 2]> = numbers.iter().filter_map(|&i| kept.get(i)).copied().collect();
+        let ready = set_up_pieces::<D>(&fair, &batch.select(&numbers), &kept)?;
+        let able: Vec<usize> =
+            left.into_iter().zip(&ready).filter(|(_, ready)| ready.is_ok()).map(|(k, _)| k).collect();
+        let finer = Self::new(&fair, ready, device, &|_| {})?;
+        let found = finer.ready.into_iter().flatten().zip(finer.outcomes).zip(finer.untangled.tauter);
+        for (k, ((ready, mut outcome), tauter)) in able.into_iter().zip(found) {
+            outcome.iterations += self.outcomes[k].iterations;
+            if outcome.standing == Standing::Converged && ready.tangled(&outcome).is_empty() {
+                self.ready[curves[k]] = Ok(ready);
+                (self.outcomes[k], self.untangled.tauter[k], self.finer[k]) = (outcome, tauter, true);
+            } else {
+                self.outcomes[k].iterations = outcome.iterations;
+            }
+        }
+        Ok(())
+    }
+
+    /// What is worth a sentence about curve k of those that are ready, with the span that it is about.
+    pub fn message(&self, k: usize) -> Option<(usize, String)> {
+        let tauter = &self.untangled.tauter[k];
+        match (tauter.first(), self.finer[k]) {
+            (None, false) => None,
+            (None, true) => Some((0, "it crossed itself where its points do not: it has twice the edges".into())),
+            (Some(&first), finer) => {
+                let edges = if finer { ", and has twice the edges" } else { "" };
+                Some((first, message(tauter) + edges))
+            }
+        }
     }
 
     /// Descends curves from the spline and from `fair.starts` − 1 other starts.
@@ -71,7 +133,13 @@ impl<const D: usize> Descended<D> {
         ended: &(dyn Fn(usize) + Sync),
     ) -> Result<Self> {
         let curves: Vec<usize> = (0..ready.len()).filter(|&i| ready[i].is_ok()).collect();
-        let mut best = Self::new(fair, ready, device)?;
+        let at_last = |start: u32, k: usize| {
+            if start + 1 == fair.starts {
+                ended(k);
+            }
+        };
+        let mut best = Self::new(fair, ready, device, &|k| at_last(0, k))?;
+        best.refine(fair, batch, kept, &curves, device)?;
         if fair.starts > 1 {
             best.gains = vec![0.0; curves.len()];
         }
@@ -81,9 +149,10 @@ impl<const D: usize> Descended<D> {
                 set_up_at::<D>(fair, batch, i, kept, &Hermite::start::<D>(batch, i, start, fair.seed))
             });
             let able: Vec<usize> = (0..curves.len()).filter(|&k| ready[k].is_ok()).collect();
-            best.take_cheaper(&curves, &able, Self::new(fair, ready, device)?);
+            let unable = (0..curves.len()).filter(|k| able.binary_search(k).is_err());
+            unable.for_each(|k| at_last(start, k));
+            best.take_cheaper(&curves, &able, Self::new(fair, ready, device, &|k| at_last(start, able[k]))?);
         }
-        (0..curves.len()).for_each(ended);
         Ok(best)
     }
 
@@ -91,7 +160,7 @@ impl<const D: usize> Descended<D> {
     ///
     /// Its curves are these of the numbers `curves`, of which it was able to descend `able`.
     fn take_cheaper(&mut self, curves: &[usize], able: &[usize], other: Self) {
-        let others = other.outcomes.into_iter().zip(other.tauter);
+        let others = other.outcomes.into_iter().zip(other.untangled.tauter);
         for ((&k, ready), (outcome, tauter)) in able.iter().zip(other.ready.into_iter().flatten()).zip(others) {
             let own = self.ready[curves[k]].as_mut().expect("only what was ready has other starts");
             let iterations = self.outcomes[k].iterations + outcome.iterations;
@@ -106,7 +175,8 @@ impl<const D: usize> Descended<D> {
             };
             if is_cheaper {
                 self.gains[k] = if converged[0] { 1.0 - after / before * (1.0 - self.gains[k]) } else { 0.0 };
-                (*own, self.outcomes[k], self.tauter[k]) = (ready, outcome, tauter);
+                *own = ready;
+                (self.outcomes[k], self.untangled.tauter[k], self.finer[k]) = (outcome, tauter, false);
             }
             self.outcomes[k].iterations = iterations;
         }

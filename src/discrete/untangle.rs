@@ -30,6 +30,9 @@ const TAUTER: f64 = 2.0;
 /// more crossings stay.
 const LEAST_WIDTH: f64 = 2.0 / 3.0;
 
+/// The most iterations of a round. What has not converged then has no room to turn in its edges.
+const MOST_ITERATIONS: u32 = 100;
+
 /// The message of a curve that was drawn tauter in these spans.
 pub(super) fn message(spans: &[usize]) -> String {
     format!(
@@ -38,53 +41,65 @@ pub(super) fn message(spans: &[usize]) -> String {
     )
 }
 
+/// What became of curves that crossed.
+pub(super) struct Untangled {
+    /// The spans that were drawn tauter, for every curve that is ready.
+    pub tauter: Vec<Vec<usize>>,
+    /// The curves that may cross yet, by their numbers among those that are ready.
+    pub left: Vec<usize>,
+}
+
 /// Draws spans tauter that cross where their points do not.
 ///
 /// `outcomes` are those of the curves that are ready, in their order. A curve that does not converge
-/// when it is drawn tauter stays as it was. Returns the spans that were drawn tauter, for every curve
-/// that is ready.
+/// when it is drawn tauter stays as it was.
 pub(super) fn untangle<const D: usize>(
     fair: &Fair,
     ready: &mut [Result<Ready<D>, Unfitted>],
     outcomes: &mut [Outcome<D>],
     device: &Device,
-) -> Result<Vec<Vec<usize>>> {
-    let mut tauter = vec![vec![]; outcomes.len()];
+) -> Result<Untangled> {
+    let mut found = Untangled { tauter: vec![vec![]; outcomes.len()], left: vec![] };
     if D != 2 || !fair.energy.is_taut() {
-        return Ok(tauter);
+        return Ok(found);
     }
+    let fair = Fair { max_iterations: fair.max_iterations.min(MOST_ITERATIONS), ..fair.clone() };
     let mut curves: Vec<&mut Ready<D>> = ready.iter_mut().flatten().collect();
     let mut suspects: Vec<usize> = (0..curves.len()).collect();
     for _ in 0..ROUNDS {
         let spans = parallel::map(suspects.len(), 64, |s| curves[suspects[s]].tangled(&outcomes[suspects[s]]));
         let (mut tangled, mut trials) = (Vec::new(), Vec::new());
-        for (k, spans) in suspects.iter().copied().zip(spans) {
-            if let Some(trial) = curves[k].tauter(&spans, &outcomes[k]) {
-                tangled.push((k, spans));
-                trials.push(Ok(trial));
+        for (k, spans) in suspects.drain(..).zip(spans).filter(|(_, spans)| !spans.is_empty()) {
+            match curves[k].tauter(&spans, &outcomes[k]) {
+                Some(trial) => {
+                    tangled.push((k, spans));
+                    trials.push(Ok(trial));
+                }
+                None => found.left.push(k),
             }
         }
         if tangled.is_empty() {
             break;
         }
         let (after, _) = fair.descend(&mut trials, device, &|_, _| {})?;
-        suspects.clear();
         for (((k, spans), trial), after) in tangled.into_iter().zip(trials.into_iter().flatten()).zip(after) {
             if after.standing == Standing::Converged {
                 curves[k].problem.taut = trial.problem.taut;
                 outcomes[k].go_on(after);
-                tauter[k].extend(spans);
+                found.tauter[k].extend(spans);
                 suspects.push(k);
             } else {
                 outcomes[k].iterations += after.iterations;
+                found.left.push(k);
             }
         }
     }
-    tauter.iter_mut().for_each(|spans| {
+    found.left.extend(suspects);
+    found.tauter.iter_mut().for_each(|spans| {
         spans.sort_unstable();
         spans.dedup();
     });
-    Ok(tauter)
+    Ok(found)
 }
 
 impl<const D: usize> Ready<D> {

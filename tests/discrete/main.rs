@@ -12,6 +12,7 @@ mod energies;
 mod fair;
 mod fair_constraints;
 mod fair_corners;
+mod fair_crossings;
 mod fair_deviation;
 mod fair_scf;
 mod fair_starts;
