@@ -1,9 +1,9 @@
 """Curves of least Σ∫(|κ|^ν + λ) ds through points, to 40 digits: the stationarity conditions of a whole curve as one system
-of equations, solved by mpmath's secant method from rough starts.
+of equations, solved by Newton's method from rough starts.
 
-    python scf_tension.py scf_tension_starts.json > all.json        needs mpmath, and a minute or two a row
+    python scf_tension.py scf_tension_starts.json > all.json        needs mpmath; a second or three a row with gmpy2
 
-scf_tension.json holds the costs of the first rows that it found, rounded to f64.
+scf_tension.json holds the costs of the rows that it found, rounded to f64. Rows whose rough start leads nowhere are left out.
 
 A row of STARTS has the points, ν, τ and for every span a rough first and last direction, pull (two numbers), length of the
 straight piece, whether it has an inflection, and the signs of the curvature at its ends. They decide which of the stationary
@@ -15,9 +15,10 @@ power of the distance from an inflection in which the integrand is smooth.
 import json
 import sys
 
-from mpmath import mp, mpf, acos, atan2, cos, findroot, hypot, pi, quad, sin, sqrt
+from mpmath import mp, mpf, acos, atan2, cos, hypot, pi, quad, sin, sqrt
 
 mp.dps = 50
+
 
 def expj(angle):
     return mp.mpc(cos(angle), sin(angle))
@@ -25,6 +26,24 @@ def expj(angle):
 
 # Whether arcs are measured by their lengths in place of their displacements.
 LENGTH = False
+
+
+def integral(f, ends):
+    """∫f by tanh-sinh quadrature, halved where that does not reach the working precision."""
+    total = mpf(0)
+    pieces = [(a, b, 12) for a, b in zip(ends, ends[1:])]
+    while pieces:
+        a, b, halvings = pieces.pop()
+        if a == b:
+            continue
+        value, error = quad(f, [a, b], error=True)
+        if error <= mpf(10) ** (3 - mp.dps) * max(abs(value), mpf(10) ** -6):
+            total += value
+        elif halvings == 0:
+            raise ValueError(f"an integral is good to {mp.nstr(error, 2)} only")
+        else:
+            pieces += [(a, (a + b) / 2, halvings - 1), ((a + b) / 2, b, halvings - 1)]
+    return total
 
 
 def widths(points, closed):
@@ -65,7 +84,7 @@ def arc(nu, tension, t, start, stop, axis, side):
         radius = ((nu - 1) / f) ** (1 / nu) * power * x ** (power - 1)
         return radius * (1 if LENGTH else expj(axis + side * u))
 
-    return quad(integrand, [mpf(start) ** (1 / power), mpf(stop) ** (1 / power)])
+    return integral(integrand, [mpf(start) ** (1 / power), mpf(stop) ** (1 / power)])
 
 
 def plain(nu, tension, pull, a, b):
@@ -74,7 +93,7 @@ def plain(nu, tension, pull, a, b):
     # Straightest along the pull.
     middle = turned(atan2(pull[1], pull[0]), (a + b) / 2)
     ends = sorted([a, b] + ([middle] if min(a, b) < middle < max(a, b) else []))
-    return quad(lambda angle: radius(angle) * (1 if LENGTH else expj(angle)), ends)
+    return integral(lambda angle: radius(angle) * (1 if LENGTH else expj(angle)), ends)
 
 
 class Span:
@@ -122,8 +141,12 @@ class Span:
                     for omega in moved:
                         reach = [side * (angle - omega) for angle in given]
                         if min(reach) > -mpf(10) ** -9 and max(reach) < 2 * (pi - opening):
-                            if best is None or max(reach) < best[0]:
-                                best = (max(reach), omega, side)
+                            # A free end is itself at the inflection: that of the rough start.
+                            far = max(reach) if self.free is None else abs(omega - self.angles[self.free])
+                            if best is None or far < best[0]:
+                                best = (far, omega, side)
+                if best is None:
+                    raise ValueError("the pull of a span bends its ends the other way")
                 _, omega, side = best
                 angles = [omega if end == self.free else angle for end, angle in enumerate(angles)]
                 reach = [abs(angle - omega) for angle in angles]
@@ -156,36 +179,94 @@ def solve(row):
     base = {dot: spans[dot].angles[0] for dot in dots}
     shift = [[2 * pi * mp.nint((spans[k].angles[e] - base.get((k + e) % n, spans[k].angles[e])) / (2 * pi)) for e in (0, 1)] for k in range(count)]
 
-    def evaluate(x):
-        out = []
-        for k, span in enumerate(spans):
-            angles = [
-                x[place[(k + e) % n]] + shift[k][e] if (k + e) % n in place else span.angles[e] for e in (0, 1)
-            ]
-            own = [x[len(place) + 2 * k], x[len(place) + 2 * k + 1]]
-            out.append(span.solve(own, angles))
+    unknowns = len(place) + 2 * count
+
+    def places(k):
+        """Where a span's four arguments stand among the unknowns; None where an end is free."""
+        own = len(place) + 2 * k
+        return [place.get((k + e) % n) for e in (0, 1)] + [own, own + 1]
+
+    def arguments(x, k):
+        first, last, *own = places(k)
+        angles = [x[at] + shift[k][e] if at is not None else spans[k].angles[e] for e, at in enumerate((first, last))]
+        return angles + [x[at] for at in own]
+
+    def span_equations(k, given):
+        """What is missing of the chord, and the moments at both ends."""
+        total, moments, pull = spans[k].solve(given[2:], given[:2])
+        return [total.real - edges[k][0], total.imag - edges[k][1], *moments], total, pull
+
+    def rows(k):
+        """The equations in which those values of a span stand, and their signs."""
+        out = [(2 * k, 1), (2 * k + 1, 1)]
+        for e, sign in ((0, -1), (1, 1)):
+            at = place.get((k + e) % n)
+            out.append((2 * count + at, sign) if at is not None else (None, 0))
         return out
 
-    def equations(*x):
-        found = evaluate(x)
-        rows = []
-        for k, (total, _, _) in enumerate(found):
-            rows += [total.real - edges[k][0], total.imag - edges[k][1]]
-        for dot in dots:
-            before, after = found[(dot - 1) % count][1][1], found[dot % count][1][0]
-            rows.append(before - after)
-        return rows
+    def residual(x):
+        out = mp.matrix(unknowns, 1)
+        for k in range(count):
+            values, _, _ = span_equations(k, arguments(x, k))
+            for (at, sign), value in zip(rows(k), values):
+                if at is not None:
+                    out[at] += sign * value
+        return out
 
-    starts = [base[dot] for dot in dots] + [x for span in spans for x in span.starts]
-    # First roughly.
-    mp.dps = 16
-    x = findroot(equations, starts, tol=mpf(10) ** -20, maxsteps=15)
-    mp.dps = 30
-    x = findroot(equations, list(x), tol=mpf(10) ** -46, maxsteps=8)
-    mp.dps = 50
-    x = findroot(equations, list(x), tol=mpf(10) ** -84, maxsteps=8)
+    def jacobian(x):
+        """By differences, a span at a time: it depends on its own four unknowns alone."""
+        step = mpf(10) ** -(mp.dps // 2)
+        out = mp.matrix(unknowns, unknowns)
+        for k in range(count):
+            given = arguments(x, k)
+            here, _, _ = span_equations(k, given)
+            for number, column in enumerate(places(k)):
+                if column is None:
+                    continue
+                moved = list(given)
+                moved[number] += step * size[column]
+                there, _, _ = span_equations(k, moved)
+                for (at, sign), value, before in zip(rows(k), there, here):
+                    if at is not None:
+                        out[at, column] += sign * (value - before) / step
+        return out
+
+    def step(matrix, right):
+        scale = [max(abs(matrix[i, j]) for j in range(unknowns)) for i in range(unknowns)]
+        scaled = mp.matrix(unknowns, unknowns)
+        for i in range(unknowns):
+            for j in range(unknowns):
+                scaled[i, j] = matrix[i, j] / scale[i]
+        return mp.lu_solve(scaled, mp.matrix([-right[i] / scale[i] for i in range(unknowns)]))
+
+    x = [base[dot] for dot in dots] + [start for span in spans for start in span.starts]
+    # Sizes of the unknowns: of angles and lengths 1, of pulls the tension.
+    size = [mpf(1)] * len(place)
+    for span in spans:
+        size += [mpf(1)] * 2 if span.flat else [max(span.tension, *map(abs, span.starts))] * 2
+    # Newton's method in few digits; then in all of them with the last matrix, which gains 10 digits a step.
+    mp.dps = 25
+    for _ in range(25):
+        matrix = jacobian(x)
+        move = step(matrix, residual(x))
+        most = max(abs(own) for own in move)
+        part = min(mpf(1), mpf(2) / 10 / most)
+        x = [was + part * of * own for was, of, own in zip(x, size, move)]
+        if most < mpf(10) ** -11:
+            break
+    else:
+        raise ValueError(f"steps are still {mp.nstr(most, 2)} long")
+    mp.dps = 55
+    for _ in range(12):
+        move = step(matrix, residual(x))
+        most = max(abs(own) for own in move)
+        x = [was + of * own for was, of, own in zip(x, size, move)]
+        if most < mpf(10) ** -43:
+            break
+    else:
+        raise ValueError(f"the last steps are still {mp.nstr(most, 2)} long")
     LENGTH = True
-    found = evaluate(list(x))
+    found = [span.solve(*((given := arguments(x, k))[2:], given[:2])) for k, span in enumerate(spans)]
     LENGTH = False
     # By the first integral: ∫(|κ|^ν + λ) ds = (νλ·length − P·chord)/(ν − 1).
     total = sum(
@@ -200,7 +281,7 @@ def main():
     rows = json.load(open(sys.argv[1]))
     out = []
     for row in rows:
-        mp.dps = 50
+        mp.dps = 60
         try:
             cost, directions = solve(row)
         except (ValueError, ZeroDivisionError, TypeError) as problem:

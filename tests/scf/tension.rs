@@ -52,13 +52,16 @@ fn converged(fit: &Fit) {
 #[test]
 fn curves_cost_as_in_fifty_digit_arithmetic() {
     let rows: Vec<Exact> = serde_json::from_str(include_str!("../data/scf_tension.json")).unwrap();
-    assert_eq!(rows.len(), 7);
+    assert_eq!(rows.len(), 97);
+    let mut largest: f64 = 0.0;
     for row in rows {
         let found = fit(&taut(row.nu, row.tension), &one(&row.points, row.closed));
         converged(&found);
         let off = (found.reports()[0].energy / row.cost - 1.0).abs();
-        assert!(off < 1e-12, "ν = {}, {:?}: the cost is off by {off:e}", row.nu, row.points);
+        assert!(off < 1e-13, "ν = {}, {:?}: the cost is off by {off:e}", row.nu, row.points);
+        largest = largest.max(off);
     }
+    println!("costs are off by {largest:.1e} at most");
 }
 
 #[test]
