@@ -8,6 +8,7 @@ use super::dots::{Dots, Exponents};
 use super::slopes::{Ends, SlopesStanding, Until};
 use super::stages::{Found, Starts, search, search_on_cpu, search_on_device};
 use super::start::{Start, wrap};
+use super::tension::Near;
 use super::workspace::Workspace;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
@@ -219,7 +220,7 @@ impl Smooth {
     fn search(&self, dots: &[&Dots], exponents: &Exponents, device: &Device) -> Result<Vec<(Found, Option<Chain>)>> {
         let until = Until { tolerance: self.tolerance, iterations: self.max_iterations };
         let lay = |(found, dots): (Found, &&Dots)| {
-            let chain = found.directions.as_ref().and_then(|directions| dots.lay(directions, exponents));
+            let chain = found.directions.as_ref().and_then(|directions| dots.lay(directions, exponents, &found.known));
             (found, chain)
         };
         if self.tension > 0.0 {
@@ -344,9 +345,9 @@ impl Chain {
 }
 
 impl Dots {
-    /// The segments between dots of the given directions (NaN where free); `None` where one has no
+    /// The segments between dots of the given directions (NaN where free), near those known; `None` where one has no
     /// minimiser.
-    fn lay(&self, directions: &[f64], exponents: &Exponents) -> Option<Chain> {
+    fn lay(&self, directions: &[f64], exponents: &Exponents, known: &[Near]) -> Option<Chain> {
         let n = directions.len();
         let taut = if exponents.tension > 0.0 { self.tension_spans(directions, exponents) } else { Vec::new() };
         let mut segments = Vec::with_capacity(self.spans.len());
@@ -370,7 +371,8 @@ impl Dots {
             let (a, b) = (angle(dot, directions[dot]), angle(dot, directions[next]));
             let arc = if let Some(span) = taut.get(dot) {
                 let [a, b] = [a, b].map(|angle| if angle.is_nan() { 0.0 } else { angle });
-                Piece::Taut(Box::new(span.segment(&exponents.laws[number as usize], [a, b])?.tabulated()))
+                let near = known.get(dot).copied().unwrap_or_default();
+                Piece::Taut(Box::new(span.segment_near(&exponents.laws[number as usize], [a, b], &near)?.tabulated()))
             } else {
                 Piece::Arc(match Ends::between(directions[dot], directions[next]) {
                     Ends::Directed => Arc::cheapest(curve, chord, [a, b])?,

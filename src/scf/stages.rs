@@ -7,6 +7,7 @@ use super::dots::{Dots, Exponents};
 use super::gpu::search_on_gpu;
 use super::slopes::{Outcome, Search, SlopesProblem, SlopesStanding, Until};
 use super::start::Start;
+use super::tension::Near;
 use super::workspace::Workspace;
 use crate::error::Result;
 use crate::gpu::Gpu;
@@ -42,6 +43,8 @@ pub(crate) struct Found {
     pub evaluations: u32,
     /// The first dot whose segment had no minimiser in the last trial that failed.
     pub culprit: Option<usize>,
+    /// Where the spans under tension are; empty without.
+    pub known: Vec<Near>,
 }
 
 impl Found {
@@ -192,6 +195,7 @@ impl Found {
             iterations: outcome.iterations,
             evaluations: outcome.evaluations,
             culprit: outcome.culprit,
+            known: Vec::new(),
         }
     }
 }

@@ -6,6 +6,7 @@ use super::evaluation::Evaluation;
 use super::slopes::{Outcome, Search, SlopesStanding, Until};
 use super::smooth::Smooth;
 use super::stages::{Found, problems, search};
+use super::tension::Near;
 use crate::device::Device;
 use crate::parallel;
 
@@ -22,7 +23,7 @@ impl Smooth {
         let of_one = |dots: &&'a Dots| {
             let found = search(&self.where_to_start(), &[*dots], exponents, &mut |dots, exponents, directions| {
                 let all = dots.iter().zip(directions);
-                Ok(all.map(|(dots, directions)| search_taut(dots, exponents, directions, until)).collect())
+                Ok(all.map(|(dots, directions)| search_taut(dots, exponents, directions, until, true)).collect())
             });
             let found = found.map(|mut found| found.remove(0)).expect("searches on the CPU do not fail");
             let found = if found.standing == SlopesStanding::Converged {
@@ -41,7 +42,7 @@ impl Smooth {
         let mut directions = dots.directions(self.start);
         let mut best = found;
         for times in LOOSENING {
-            let again = search_taut(dots, &exponents.tightened(times), directions.clone(), until);
+            let again = search_taut(dots, &exponents.tightened(times), directions.clone(), until, true);
             if let Some(reached) = &again.directions {
                 directions.clone_from(reached);
             }
@@ -69,23 +70,33 @@ const LEVELS: usize = 20;
 /// The decrement at which a level gives way to the next.
 const ROUGHLY: f64 = 1e-3;
 
+/// Costs of a span that differ by more than this part are those of two curves.
+const AGREEMENT: f64 = 1e-10;
+
 /// One search of a curve, from given directions.
 ///
 /// With ν = 20 a short span costs 10¹⁹ times as much as one ten times as long: the dots are let
 /// loose from the dearest spans down.
-fn search_taut(dots: &Dots, exponents: &Exponents, directions: Vec<f64>, until: &Until) -> Found {
+///
+/// Spans are followed from trial to trial (`follow`), which is ten times as quick as to look for each anew.
+fn search_taut(dots: &Dots, exponents: &Exponents, directions: Vec<f64>, until: &Until, follow: bool) -> Found {
     let spans = dots.tension_spans(&directions, exponents);
     let (mut problems, scales) = problems(&[dots], exponents, std::slice::from_ref(&directions));
     let (problem, mut turns) = problems.remove(0);
-    let evaluate = |(k, [a, b]): (usize, [f64; 2])| {
-        let law = &exponents.laws[problem.spans[k].curve as usize];
-        spans[k].evaluate(law, [problem.spans[k].angles[0] + a, problem.spans[k].angles[1] + b])
+    let at = |turns: &[f64], known: &mut [Near]| -> Vec<Evaluation<f64>> {
+        let evaluate = |(k, known): (usize, &mut Near)| {
+            let law = &exponents.laws[problem.spans[k].curve as usize];
+            let [a, b] = problem.spans[k].angles;
+            if !follow {
+                *known = Near::default();
+            }
+            spans[k].evaluate(law, [a + turns[k], b + turns[problem.after(k)]], known)
+        };
+        known.iter_mut().enumerate().map(evaluate).collect()
     };
-    let at = |turns: &[f64]| -> Vec<Evaluation<f64>> {
-        (0..spans.len()).map(|k| evaluate((k, [turns[k], turns[problem.after(k)]]))).collect()
-    };
+    let mut known = vec![Near::default(); spans.len()];
     // How dear a span is at its start; one that does not exist there is let loose at once.
-    let costs: Vec<f64> = at(&turns)
+    let costs: Vec<f64> = at(&turns, &mut known)
         .iter()
         .zip(&problem.spans)
         .map(|(found, span)| if found.exists > 0.0 { span.weight * found.cost } else { f64::INFINITY })
@@ -109,22 +120,32 @@ fn search_taut(dots: &Dots, exponents: &Exponents, directions: Vec<f64>, until: 
         for (movable, &level) in problem.movable.iter_mut().zip(&levels) {
             *movable = if level <= stage { *movable } else { 0.0 };
         }
-        let until = Until {
+        let own = Until {
             tolerance: if last { until.tolerance } else { until.tolerance.max(ROUGHLY) },
             iterations: until.iterations.saturating_sub(iterations),
         };
-        let mut search = Search::new(problem, turns).by_span();
+        let mut search = Search::new(problem, turns.clone()).by_span();
         while search.standing == SlopesStanding::Running {
-            let found = at(&search.trial);
-            search.receive(&found, &until);
+            let found = at(&search.trial, &mut known);
+            search.receive(&found, &own);
         }
         iterations += search.iterations;
         evaluations += search.evaluations;
+        turns.clone_from(&search.turns);
         if last {
+            // What was followed from trial to trial must be what these directions have by themselves.
+            let (followed, alone) = (at(&turns, &mut known), at(&turns, &mut vec![Near::default(); spans.len()]));
+            let differ = |(one, other): (&Evaluation<f64>, &Evaluation<f64>)| {
+                other.exists > 0.0 && (one.cost - other.cost).abs() > AGREEMENT * other.cost
+            };
+            if follow && followed.iter().zip(&alone).any(differ) {
+                let again = search_taut(dots, exponents, directions, until, false);
+                let (iterations, evaluations) = (again.iterations + iterations, again.evaluations + evaluations);
+                return Found { iterations, evaluations, ..again };
+            }
             let outcome = Outcome { iterations, evaluations, ..Outcome::from(search) };
-            return Found::of(outcome, scales[0], directions);
+            return Found { known, ..Found::of(outcome, scales[0], directions) };
         }
-        turns = search.turns;
     }
     unreachable!("a curve has a dot, and so a last stage")
 }

@@ -55,7 +55,7 @@ mod solve;
 mod tests;
 
 use super::arc::Site;
-pub(super) use evaluate::{TensionLaw, TensionSpan};
+pub(super) use evaluate::{Near, TensionLaw, TensionSpan};
 use quadrature::{Law, Pull};
 use sites::Tables;
 use solve::{Course, Shape, Solver};
@@ -145,6 +145,14 @@ impl Frame {
         Solver { law: &self.law, low: first.min(last), high: first.max(last) }
     }
 
+    /// The segment.
+    fn solved(&self) -> Option<TensionSegment> {
+        let solver = self.solver();
+        let found = solver.solve().and_then(|shape| self.segment(shape));
+        // Angles that have no digits beside each other leave the roots no brackets.
+        found.or_else(|| self.segment(solver.nearly_straight()?))
+    }
+
     /// The segment of a shape, if its arcs close the chord.
     fn segment(&self, shape: Shape) -> Option<TensionSegment> {
         let Self { chord, mirror, angles: [first, last], ref law } = *self;
@@ -178,8 +186,7 @@ impl TensionSegment {
     /// a) of large angles have none either, for ν ≤ 1.5 and λ·chord^ν ≤ 1e−3, such as 150° for ν =
     /// 1.2.
     pub fn between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Option<Self> {
-        let frame = Frame::new(chord_length, angles, exponent, tension)?;
-        frame.segment(frame.solver().solve()?)
+        Frame::new(chord_length, angles, exponent, tension)?.solved()
     }
 
     /// The stationary segments that are known, the cheapest first: that of

@@ -3,6 +3,7 @@
 
 use super::hessian::STRAIGHT;
 use super::quadrature::Law;
+use super::solve::Shape;
 use super::{Frame, PI, TensionSegment};
 use crate::scf::evaluation::Evaluation;
 use crate::scf::slopes::Ends;
@@ -19,6 +20,14 @@ impl TensionLaw {
     pub fn exponent(&self) -> f64 {
         self.0.nu
     }
+}
+
+/// What was found of a span before; nothing at first.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Near {
+    shape: Option<Shape>,
+    /// At these angles.
+    found: Option<([f64; 2], Evaluation<f64>)>,
 }
 
 /// A span whose end tangents a search turns.
@@ -39,34 +48,55 @@ impl TensionSpan {
     }
 
     /// The segment with these end angles, of which that of a free end is not looked at.
-    pub fn segment(&self, law: &TensionLaw, [a, b]: [f64; 2]) -> Option<TensionSegment> {
+    pub fn segment(&self, law: &TensionLaw, angles: [f64; 2]) -> Option<TensionSegment> {
+        self.segment_by(law, angles, None)
+    }
+
+    /// The segment of the kind of one known and near it, if there is one; else that of
+    /// [`segment`](Self::segment).
+    pub fn segment_near(&self, law: &TensionLaw, angles: [f64; 2], known: &Near) -> Option<TensionSegment> {
+        let near = known.shape.and_then(|shape| self.segment_by(law, angles, Some(&shape)));
+        near.or_else(|| self.segment(law, angles))
+    }
+
+    pub(super) fn segment_by(
+        &self,
+        law: &TensionLaw,
+        [a, b]: [f64; 2],
+        known: Option<&Shape>,
+    ) -> Option<TensionSegment> {
         match self.ends {
             Ends::Directed => {
                 let frame = self.frame(law, [a, b])?;
-                frame.segment(frame.solver().solve()?)
+                known.map_or_else(|| frame.solved(), |shape| frame.segment(frame.solver().near(shape)?))
             }
             Ends::FreeStart | Ends::FreeEnd => {
-                let (given, free) = if self.ends == Ends::FreeStart { (b, 0) } else { (a, 1) };
+                let (given, end) = if self.ends == Ends::FreeStart { (b, 0) } else { (a, 1) };
                 // Mirrored so that the free end's angle is the greater.
                 let mut frame = self.frame(law, [given; 2])?;
                 let mut solver = frame.solver();
                 solver.low = -given.abs();
-                let shape = solver.free()?;
+                let shape = known.map_or_else(|| solver.free(), |shape| solver.near_free(shape))?;
                 frame.mirror = if given > 0.0 { -1.0 } else { 1.0 };
                 frame.angles = [-given.abs(); 2];
-                frame.angles[free] = shape.axis;
+                frame.angles[end] = shape.axis;
                 frame.segment(shape)
             }
-            Ends::Straight => {
-                let frame = self.frame(law, [0.0; 2])?;
-                frame.segment(frame.solver().solve()?)
-            }
+            Ends::Straight => self.frame(law, [0.0; 2])?.solved(),
         }
     }
 
-    /// Cost and derivatives on a chord of 1, under the tension λ·chord^ν.
-    pub fn evaluate(&self, law: &TensionLaw, angles: [f64; 2]) -> Evaluation<f64> {
-        let found = self.segment(law, angles).map(|segment| {
+    /// Cost and derivatives on a chord of 1, under the tension λ·chord^ν, looked for near what was
+    /// found before.
+    pub fn evaluate(&self, law: &TensionLaw, angles: [f64; 2], known: &mut Near) -> Evaluation<f64> {
+        if let Some((_, found)) = known.found.filter(|(before, _)| *before == angles) {
+            return found;
+        }
+        let segment = self.segment_near(law, angles, known);
+        if let Some(segment) = &segment {
+            known.shape = Some(segment.shape);
+        }
+        let found = segment.map(|segment| {
             let mut hessian = segment.hessian(self.ends);
             if self.ends != Ends::Straight && angles.iter().all(|angle| angle.abs() < STRAIGHT) {
                 let bent = self.segment(law, [STRAIGHT, -STRAIGHT]);
@@ -87,7 +117,9 @@ impl TensionSpan {
             [found.cost].iter().chain(&found.gradient).chain(&found.hessian).all(|x| x.is_finite())
         };
         let none = Evaluation { cost: 0.0, gradient: [0.0; 2], hessian: [0.0; 3], exists: 0.0 };
-        found.filter(sound).unwrap_or(none)
+        let found = found.filter(sound).unwrap_or(none);
+        known.found = Some((angles, found));
+        found
     }
 }
 

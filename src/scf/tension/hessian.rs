@@ -12,7 +12,7 @@
 //! For ν > 2 second derivatives fall to 0 where an end's curvature does beside a straight piece, for
 //! ν < 2 they grow without bound where the whole segment is straight.
 
-use super::quadrature::{Law, Pull};
+use super::quadrature::{Growth, Law, Pull};
 use super::solve::{Course, Shape};
 
 /// Angles of a straight segment are taken to be this for its second derivatives: at 0 itself those
@@ -21,7 +21,7 @@ pub(super) const STRAIGHT: f64 = 1e-7;
 
 /// The solutions of two linear equations `rows`·x = `right` for two right hand sides, scaled by
 /// columns.
-fn solve([[a, b], [c, d]]: [[f64; 2]; 2], right: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+pub(super) fn solve([[a, b], [c, d]]: [[f64; 2]; 2], right: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     let scale = [a.abs().max(c.abs()), b.abs().max(d.abs())];
     let ([a, c], [b, d]) = ([a, c].map(|x| x / scale[0]), [b, d].map(|x| x / scale[1]));
     let determinant = a * d - b * c;
@@ -50,7 +50,7 @@ impl Shape {
             return law.tension * turned * (1.0 - turned / stiffness);
         };
         debug_assert!(low <= self.axis);
-        let [along, across] = law.growth(t, long);
+        let [along, across] = law.growth(t, long).changes;
         let (right, up) = (radius * cosine, radius * sine);
         let rows = [[along, right + self.axis.sin()], [across, up - self.axis.cos()]];
         let [[grown, turned], _] = solve(rows, [[right, up], [0.0; 2]]);
@@ -60,7 +60,7 @@ impl Shape {
     /// Between two angles, on a pull below the tension: no inflection.
     fn below(&self, law: &Law) -> [f64; 3] {
         let [low, high] = self.ends;
-        let [aa, ab, bb] = law.compliance(self.pull, low, high);
+        let [aa, ab, bb] = law.compliance(self.pull, low, high).changes;
         let strength = law.strength(self.pull);
         // ρT at both ends, in the frame of the pull.
         let [first, last] = self.ends.map(|x| {
@@ -106,7 +106,8 @@ impl Shape {
         let slope = if short > 0.0 { law.excess(self.pull, short) / short } else { t };
         let scaled_radius = ((law.nu - 1.0) / slope).powf(1.0 / law.nu);
         let radius_sine = if short > 0.0 { scaled_radius / scale * sine_short } else { 0.0 };
-        let ([along, across], [along_short, across_short]) = (law.growth(t, long), law.growth(t, short));
+        let ([along, across], [along_short, across_short]) =
+            (law.growth(t, long).changes, law.growth(t, short).changes);
         let overshoot = side * scale;
         let rows = [
             [along + side * along_short, (right + sine) * overshoot + scaled_radius * cosine_short],
@@ -135,8 +136,7 @@ impl Shape {
         let radius = |x: f64| 1.0 / law.curvature(self.pull, x);
         let [lower, upper] = ends.map(radius);
         let along = |x: f64| {
-            let [a, b] = law.growth(t, x);
-            let [_, c, d] = law.arc(self.pull, 0.0, x);
+            let Growth { sums: [_, c, d], changes: [a, b] } = law.growth(t, x);
             let (sine, cosine) = opening.sin_cos();
             a * cosine - b * sine - (c * sine + d * cosine) * opened
         };

@@ -23,6 +23,28 @@ pub(super) struct Rule([(f64, f64); POINTS]);
 /// Length of an arc, and its displacement along and across its axis.
 pub(super) type Sums = [f64; 3];
 
+/// What a rule's node is to an integrand: of its angle x, ρ dx, and f.
+struct Node {
+    sine: f64,
+    cosine: f64,
+    radius: f64,
+    excess: f64,
+}
+
+/// Length and displacement of an arc from an inflection, and the displacement's change with the logarithm of t.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Growth {
+    pub sums: Sums,
+    pub changes: [f64; 2],
+}
+
+/// Length and displacement of an arc, and the displacement's change with the pull.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Compliance {
+    pub sums: Sums,
+    pub changes: [f64; 3],
+}
+
 static LEGENDRE: LazyLock<Rule> = LazyLock::new(|| Rule::for_weight(0.0));
 
 /// The Jacobi polynomial P_n^{(0, β)} at z, the one of degree n − 1, and the derivative.
@@ -140,7 +162,11 @@ impl Law {
     /// f = λ − P·T, without cancellation: at the angle `x` from the pull, or, above the tension,
     /// from the inflection.
     pub(super) fn excess(&self, pull: Pull, x: f64) -> f64 {
-        let (sine, cosine) = (0.5 * x).sin_cos();
+        self.excess_at_half(pull, (0.5 * x).sin_cos())
+    }
+
+    /// The same of the sine and the cosine of x/2.
+    fn excess_at_half(&self, pull: Pull, (sine, cosine): (f64, f64)) -> f64 {
         match pull {
             Pull::Below(gap) => self.tension * (gap + 2.0 * (1.0 - gap) * sine * sine),
             Pull::Critical => 2.0 * self.tension * sine * sine,
@@ -150,7 +176,12 @@ impl Law {
 
     /// |κ| at the same angle.
     pub(super) fn curvature(&self, pull: Pull, x: f64) -> f64 {
-        (self.excess(pull, x) / (self.nu - 1.0)).powf(1.0 / self.nu)
+        self.bent(self.excess(pull, x))
+    }
+
+    /// |κ| where f is this.
+    fn bent(&self, excess: f64) -> f64 {
+        (excess / (self.nu - 1.0)).powf(1.0 / self.nu)
     }
 
     /// ∫ρ, ∫ρ cos x, ∫ρ sin x over `from … to` (from ≤ to), x as in [`excess`](Self::excess).
@@ -168,8 +199,7 @@ impl Law {
 
     fn graded(&self, pull: Pull, from: f64, to: f64) -> Sums {
         let mut sums = [0.0; 3];
-        self.panels(pull, from, to, |x, radius| {
-            let (sine, cosine) = x.sin_cos();
+        self.panels(pull, from, to, |Node { sine, cosine, radius, .. }| {
             sums[0] += radius;
             sums[1] += radius * cosine;
             sums[2] += radius * sine;
@@ -177,8 +207,8 @@ impl Law {
         sums
     }
 
-    /// Visits the nodes of the rules over `from … to`, 0 ≤ from, with ρ dx at each.
-    fn panels(&self, pull: Pull, from: f64, to: f64, mut visit: impl FnMut(f64, f64)) {
+    /// Visits the nodes of the rules over `from … to`, 0 ≤ from.
+    fn panels(&self, pull: Pull, from: f64, to: f64, mut visit: impl FnMut(Node)) {
         let turn = std::f64::consts::TAU;
         // Real and imaginary parts of the zeros of f.
         let singular = match pull {
@@ -214,49 +244,65 @@ impl Law {
             }
             length = end - start;
             for (node, weight) in rule.0 {
-                let x = start + length * node;
-                visit(x, length * weight / self.curvature(pull, x));
+                let (sine, cosine) = (0.5 * (start + length * node)).sin_cos();
+                let excess = self.excess_at_half(pull, (sine, cosine));
+                visit(Node {
+                    sine: 2.0 * sine * cosine,
+                    cosine: (cosine - sine) * (cosine + sine),
+                    radius: length * weight / self.bent(excess),
+                    excess,
+                });
             }
             start = end;
         }
     }
 
-    /// Above the tension: t ∂/∂t of ∫ρ cos x and of ∫ρ sin x over 0 … to, where |P|² = λ² + t².
+    /// Above the tension: ∫ρ, ∫ρ cos x and ∫ρ sin x over 0 … to, and t ∂/∂t of the last two, where |P|² = λ² + t².
     ///
     /// t ∂ρ/∂t = −ρ t sin x/(νf) has no stronger singularity at the inflection than ρ.
-    pub(super) fn growth(&self, t: f64, to: f64) -> [f64; 2] {
-        let mut sums = [0.0; 2];
-        self.panels(Pull::Above(t), 0.0, to, |x, radius| {
-            let (sine, cosine) = x.sin_cos();
-            let change = radius * t * sine / (self.nu * self.excess(Pull::Above(t), x));
-            sums[0] -= change * cosine;
-            sums[1] -= change * sine;
+    pub(super) fn growth(&self, t: f64, to: f64) -> Growth {
+        let (mut sums, mut changes) = ([0.0; 3], [0.0; 2]);
+        self.panels(Pull::Above(t), 0.0, to, |Node { sine, cosine, radius, excess }| {
+            let change = radius * t * sine / (self.nu * excess);
+            sums[0] += radius;
+            sums[1] += radius * cosine;
+            sums[2] += radius * sine;
+            changes[0] -= change * cosine;
+            changes[1] -= change * sine;
         });
-        sums
+        Growth { sums, changes }
     }
 
-    /// Below the tension: the derivatives of ∫ρ cos x and ∫ρ sin x over `from … to` in the pull, ∫ρ
+    /// Below the tension: ∫ρ, ∫ρ cos x and ∫ρ sin x over `from … to`, and the derivatives of the last two in the pull, ∫ρ
     /// T Tᵀ/(νf): along and along, along and across, across and across.
-    pub(super) fn compliance(&self, pull: Pull, from: f64, to: f64) -> [f64; 3] {
+    pub(super) fn compliance(&self, pull: Pull, from: f64, to: f64) -> Compliance {
         let over = |from: f64, to: f64| {
-            let mut sums = [0.0; 3];
-            self.panels(pull, from, to, |x, radius| {
-                let (sine, cosine) = x.sin_cos();
-                let change = radius / (self.nu * self.excess(pull, x));
-                sums[0] += change * cosine * cosine;
-                sums[1] += change * cosine * sine;
-                sums[2] += change * sine * sine;
+            let (mut sums, mut changes) = ([0.0; 3], [0.0; 3]);
+            self.panels(pull, from, to, |Node { sine, cosine, radius, excess }| {
+                let change = radius / (self.nu * excess);
+                sums[0] += radius;
+                sums[1] += radius * cosine;
+                sums[2] += radius * sine;
+                changes[0] += change * cosine * cosine;
+                changes[1] += change * cosine * sine;
+                changes[2] += change * sine * sine;
             });
-            sums
+            Compliance { sums, changes }
         };
-        let mirrored = |[aa, ab, bb]: [f64; 3]| [aa, -ab, bb];
+        let mirrored = |Compliance { sums: [length, along, across], changes: [aa, ab, bb] }| Compliance {
+            sums: [length, along, -across],
+            changes: [aa, -ab, bb],
+        };
         if from >= 0.0 {
             over(from, to)
         } else if to <= 0.0 {
             mirrored(over(-to, -from))
         } else {
             let (left, right) = (mirrored(over(0.0, -from)), over(0.0, to));
-            std::array::from_fn(|k| left[k] + right[k])
+            Compliance {
+                sums: std::array::from_fn(|k| left.sums[k] + right.sums[k]),
+                changes: std::array::from_fn(|k| left.changes[k] + right.changes[k]),
+            }
         }
     }
 }

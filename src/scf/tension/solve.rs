@@ -8,10 +8,14 @@
 //! falls with ω while that piece is longer than 0 and rises where it would be negative, so the
 //! curve wanted is the first ω, counted from the ends, at which the piece's length passes from
 //! above to below 0.
+//!
+//! Once a root is bracketed, Newton's method on both unknowns ([`near`]) takes over where it stays within
+//! the bracket.
 
 mod convex;
 mod free;
 mod loops;
+mod near;
 
 use super::quadrature::{Law, Pull};
 use std::f64::consts::PI;
@@ -78,6 +82,13 @@ pub(super) fn root(mut f: impl FnMut(f64) -> f64, (a, fa): (f64, f64), (b, fb): 
     a
 }
 
+/// Tolerance of a logarithm whose needs are wanted roughly.
+const ROUGHLY: f64 = 1e-3;
+
+/// A straight piece of this length, in chords, is not one of 0 that is known roughly: a pull's
+/// logarithm that is off by [`ROUGHLY`] moves it by 1e-3 of the arcs' length.
+const CLEARLY: f64 = 0.1;
+
 /// Widest and tightest logarithm of a gap or of a pull over the tension that is searched.
 const DEEPEST: f64 = 690.0;
 
@@ -121,7 +132,12 @@ impl Solver<'_> {
         if self.turns_back() { self.inflected().or_else(|| self.around()) } else { self.convex() }
     }
 
-    /// The same, and the loop between two inflections where it is another one.
+    /// A straight piece about along the chord.
+    pub(super) fn nearly_straight(&self) -> Option<Shape> {
+        if self.law.nu > 2.0 { self.near_flat(0.0) } else { None }
+    }
+
+    /// The same as [`solve`](Self::solve), and the loop between two inflections where it is another one.
     pub(super) fn all(&self) -> Vec<Shape> {
         let nearest = self.solve();
         let around =
@@ -162,6 +178,11 @@ impl Solver<'_> {
         }
         if long <= PI && wanted <= 0.0 {
             return if omega <= 0.0 { Balance::Beyond(f64::INFINITY) } else { Balance::Slack };
+        }
+        if long <= PI
+            && let Some(found) = self.balance_near(overshoot, guess, tolerance)
+        {
+            return found;
         }
         let sums = |log: f64| self.inflected_sums(Pull::Above(log.exp()), overshoot);
         let across = |log: f64| sums(log)[1] - wanted;
@@ -206,6 +227,27 @@ impl Solver<'_> {
         Balance::At(log, omega.cos() - sums(log)[0])
     }
 
+    /// The same by Newton's method on the logarithm, with which the displacement across falls, if that
+    /// gets there in some steps.
+    fn balance_near(&self, overshoot: f64, guess: f64, tolerance: f64) -> Option<Balance> {
+        const STEPS: usize = 6;
+        // The next step would be of the order of its square.
+        let last = tolerance.max(1e-8);
+        let (sine, cosine) = (self.high + overshoot).sin_cos();
+        let mut log = guess;
+        for _ in 0..STEPS {
+            let [near, far] = [overshoot, self.long(overshoot)].map(|x| self.law.growth(log.exp(), x));
+            let [along, across] = [1, 2].map(|k| near.sums[k] + far.sums[k]);
+            let [stretched, lifted] = [0, 1].map(|k| near.changes[k] + far.changes[k]);
+            let step = (sine - across) / lifted;
+            log += step.clamp(-2.0, 2.0);
+            if step.abs() <= last {
+                return Some(Balance::At(log, cosine - along - stretched * step));
+            }
+        }
+        None
+    }
+
     /// The needs to rounding.
     fn exact(&self, (overshoot, near): (f64, Balance)) -> Balance {
         self.balance(overshoot, near.logarithm().unwrap_or(self.usual()), 1e-15)
@@ -218,7 +260,13 @@ impl Solver<'_> {
     /// Whether the best curve that turns by no more than b − a wants a straight piece at its upper
     /// end.
     fn turns_back(&self) -> bool {
-        self.high <= 0.0 || self.high == self.low || self.balance(0.0, self.usual(), 1e-15).sign() > 0.0
+        if self.high <= 0.0 || self.high == self.low {
+            return true;
+        }
+        let rough = self.balance(0.0, self.usual(), ROUGHLY).sign();
+        // A piece longer than this is longer than 0.
+        let sign = if rough.abs() > CLEARLY { rough } else { self.exact((0.0, Balance::Slack)).sign() };
+        sign > 0.0
     }
 
     fn inflected(&self) -> Option<Shape> {
@@ -227,12 +275,12 @@ impl Solver<'_> {
         let start = (-self.high).max(0.0);
         let mut near = (
             start,
-            if self.high > 0.0 { self.balance(start, self.usual(), 1e-15) } else { Balance::Beyond(f64::INFINITY) },
+            if self.high > 0.0 { self.balance(start, self.usual(), ROUGHLY) } else { Balance::Beyond(f64::INFINITY) },
         );
         let last = 2.0 * PI - (self.high - self.low);
         while near.0 + STEP < last {
             let overshoot = near.0 + STEP;
-            let rough = self.balance(overshoot, near.1.logarithm().unwrap_or(self.usual()), 1e-3);
+            let rough = self.balance(overshoot, near.1.logarithm().unwrap_or(self.usual()), ROUGHLY);
             let mut next = (overshoot, rough);
             if rough.sign() <= 0.0 {
                 next.1 = self.exact(next);
@@ -247,6 +295,13 @@ impl Solver<'_> {
 
     /// The root between two overshoots, of which the first is too small and the second too large.
     fn refine(&self, near: (f64, Balance), far: (f64, Balance)) -> Option<Shape> {
+        if let (Balance::At(_, missing), Balance::At(log, too_much)) = (near.1, far.1) {
+            let guess = near.0 + (far.0 - near.0) * missing / (missing - too_much);
+            let within = |shape: &Shape| (near.0..=far.0).contains(&shape.ends[1]);
+            if let Some(shape) = self.near_inflected(log.exp(), guess).filter(within) {
+                return Some(shape);
+            }
+        }
         let (mut near, mut far) = (near, far);
         if near.1.logarithm().is_some() {
             near.1 = self.exact(near);

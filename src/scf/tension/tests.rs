@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng, rngs::StdRng};
 mod arcs;
 mod derivatives;
 mod minimum;
+mod near;
 
 /// ν log-uniform over 1.2 … 20, λ·chord^ν over 1e-3 … 1e3, angles up to ±170°, chord 1.
 fn random_input(rng: &mut StdRng) -> ([f64; 2], f64, f64) {

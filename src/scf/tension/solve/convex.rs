@@ -84,10 +84,25 @@ impl Solver<'_> {
             }
             at_far = f(far);
         }
+        if let Some(shape) = self.convex_near(pull(far)) {
+            return Some(shape);
+        }
         let pull = pull(root(f, (near, at_near), (far, at_far), 1e-15));
         let (ends, _) = self.along_circle(pull);
         let axis = if below { self.low - ends[0] } else { self.high + ends[1] };
         Some(Shape { pull, axis, ends, course: Course::Direct, flat: 0.0 })
+    }
+
+    /// The curve from a pull that closes the chord across it alone. It is the only one, and found is
+    /// found.
+    fn convex_near(&self, pull: Pull) -> Option<Shape> {
+        let (ends, _) = self.along_circle(pull);
+        let shape = match pull {
+            Pull::Below(gap) => self.near_convex(gap, self.low - ends[0]),
+            Pull::Critical => None,
+            Pull::Above(t) => self.near_inflected(t, -ends[1]),
+        };
+        shape.filter(|shape| shape.course == Course::Direct)
     }
 
     /// What a circular arc, which takes no pull, leaves of the chord: 0 or more.

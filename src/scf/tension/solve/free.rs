@@ -45,12 +45,18 @@ impl Solver<'_> {
             }
             at_high = over(high);
         }
+        if let Some((long, _)) = self.turning_from_free(Pull::Above(low.exp())) {
+            let between = |shape: &Shape| matches!(shape.pull, Pull::Above(t) if (low..=high).contains(&t.ln()));
+            if let Some(shape) = self.near_inflected_free(low.exp(), long).filter(between) {
+                return Some(shape);
+            }
+        }
         let pull = Pull::Above(root(over, (low, at_low), (high, at_high), 1e-15).exp());
         let (long, _) = self.turning_from_free(pull)?;
         Some(self.after_free(pull, long, 0.0))
     }
 
-    fn after_free(&self, pull: Pull, long: f64, flat: f64) -> Shape {
+    pub(super) fn after_free(&self, pull: Pull, long: f64, flat: f64) -> Shape {
         let axis = self.low + long;
         match pull {
             Pull::Above(_) => Shape { pull, axis, ends: [long, 0.0], course: Course::Direct, flat },

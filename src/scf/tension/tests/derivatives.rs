@@ -23,7 +23,7 @@ fn second_derivatives_are_those_of_the_moments() {
             (Course::Through(_), _) => 4,
             (Course::Around(_), _) => 5,
         };
-        let found = span.evaluate(&law, angles);
+        let found = span.evaluate(&law, angles, &mut Near::default());
         assert_eq!(found.exists, 1.0);
         let step = 1e-4;
         let difference = |axis: usize| -> Option<[f64; 2]> {
@@ -79,7 +79,7 @@ fn a_free_end_has_no_moment_and_the_derivatives_are_those_of_the_cost() {
             continue;
         };
         flats += usize::from(segment.flat_length() > 0.0);
-        let found = span.evaluate(&law, [0.0, b]);
+        let found = span.evaluate(&law, [0.0, b], &mut Near::default());
         let at = |h: f64| span.segment(&law, [0.0, b + h]).map(|s| [s.cost(), nu * s.moments()[1]]);
         let slope = |step: f64| {
             let (after, before) = (at(step)?, at(-step)?);
@@ -91,7 +91,7 @@ fn a_free_end_has_no_moment_and_the_derivatives_are_those_of_the_cost() {
         assert_near((cost - found.gradient[1]) / (nu * segment.cost()), 0.0, 1e-8, &what);
         assert_near(moment / found.hessian[2], 1.0, 1e-5, &what);
         // The other end free is the same from the other side.
-        let other = TensionSpan { ends: Ends::FreeEnd, ..span }.evaluate(&law, [b, 0.0]);
+        let other = TensionSpan { ends: Ends::FreeEnd, ..span }.evaluate(&law, [b, 0.0], &mut Near::default());
         assert_near(other.cost / found.cost, 1.0, 1e-12, &what);
         assert_near(other.gradient[0] / found.gradient[1], 1.0, 1e-9, &what);
         assert_near(other.hessian[0] / found.hessian[2], 1.0, 1e-6, &what);
