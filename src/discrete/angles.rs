@@ -37,7 +37,7 @@ use super::problem::Problem;
 use crate::linalg::scalar::Vector;
 
 /// The tolerance of bending with length.
-const NEAR: f64 = 1e-4;
+const NEAR: f64 = 1e-2;
 
 /// The most iterations of bending with length.
 const NEAR_ITERATIONS: u32 = 25;

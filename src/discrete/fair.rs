@@ -87,11 +87,14 @@ words!(Pins, "choice of points": [
 ///
 /// Curves of least variation through rough points are searched for in a second way, if they are planar, go through
 /// all their points without given tangents, and the energy holds no more than variation, bending of exponent 2,
-/// length, tautness and tension. Where Newton's method has not converged after 16 iterations, or the curve is 1.5
-/// times as long as its points' polygon, the unknowns become the angles of the edges, and their length in every
-/// span. The curve found is finished by Newton's method, so that it is a minimum of the same energy. The host does
-/// that search in f64, on every device. Of rough open curves with 0.1 of length 99 % converge within 60 iterations.
-/// Rough rings need more segments a span than 16: of some the polygon folds at a vertex, where it does not converge.
+/// length, tautness and tension. Where Newton's method is not near a minimum after 6 iterations, or has not converged
+/// after 16, or the curve is 1.5 times as long as its points' polygon, the unknowns become the angles of the edges, and their
+/// length in every span. The curve found is finished by Newton's method, so that it is a minimum of the same energy. The host
+/// does that search in f64, on every device. Of rough open curves with 0.1 of length 99 % converge within 60 iterations.
+///
+/// The curvature of variation is the sine of a turn over a length. A polygon that turns by more than 90° at a vertex
+/// hides the curvature there: it is `not_converged`, unless spans of one segment leave no choice. Rough rings grow loops in
+/// which 16 segments a span turn so far.
 ///
 /// Tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) are met. A
 /// tangent τ is met by f_{i+1} − f_{i−1} ∥ τ. A curvature vector k ⊥ τ is met exactly, by

@@ -20,6 +20,10 @@ pub(crate) enum Standing {
     Unbounded,
     /// The energy or the inner product is not a number.
     Broken,
+    /// The descent has ended at a polygon that turns by more than 90° at a vertex: it is no minimum among curves.
+    ///
+    /// No lane says so of itself.
+    Folded,
 }
 
 /// The most steps without progress, by default, before rounding is assumed to dominate.

@@ -10,7 +10,7 @@ use super::lane::Standing;
 use super::metric::{Pins, Weights};
 use super::newton::Newton;
 use super::plan::{Direction, Plan};
-use crate::linalg::scalar::{Vector, add, subtract};
+use crate::linalg::scalar::{Vector, add, dot, subtract};
 use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
 use crate::parallel;
 
@@ -107,6 +107,17 @@ impl<const D: usize> Problem<D> {
         for attached in &mut self.attached {
             attached.target = subtract(attached.target, u[attached.row as usize]);
         }
+    }
+
+    /// Whether the polygon with these displacements turns by more than 90° at a vertex.
+    ///
+    /// Turns between spans of one edge are the data's, and do not count.
+    pub fn folds(&self, u: &[Vector<f64, D>]) -> bool {
+        let (count, vertices) = (self.base.len(), self.vertices());
+        let edge = |j: usize| add(self.base[j], subtract(u[(j + 1) % vertices], u[j]));
+        let is_data = |row: usize| self.data.binary_search(&((row % vertices) as u32)).is_ok();
+        (0..if self.closed { count } else { count.saturating_sub(1) })
+            .any(|j| dot(edge(j), edge((j + 1) % count)) < 0.0 && !(j..j + 3).all(is_data))
     }
 
     /// The √⟨g, L⁻¹g⟩ that rounding in f32 may leave.

@@ -39,6 +39,12 @@ impl Fair {
     ) -> (CurveReport, Option<Vertices>) {
         let say = |what: String| Some(batch.sentence(i, 0, &what));
         let (norm, iterations) = (outcome.norm, outcome.iterations);
+        let folded = || {
+            format!(
+                "after {iterations} iterations its polygon folds: it turns by more than 90° at a vertex, where variation measures no \
+                 curvature any more; ask for more segments a span"
+            )
+        };
         let (status, message) = match outcome.standing {
             Standing::Converged => (CurveStatus::Converged, None),
             Standing::Unbounded => {
@@ -68,6 +74,7 @@ impl Fair {
                     }
                 )),
             ),
+            Standing::Folded => (CurveStatus::NotConverged, say(folded())),
             Standing::Running => (
                 CurveStatus::NotConverged,
                 say("the device was lost before the curve was fitted: it is the spline it would have started from"
@@ -93,6 +100,7 @@ impl Fair {
                  loops, and stays as it is; {}",
                 self.remedy()
             );
+            let what = if outcome.standing == Standing::Folded { folded() } else { what };
             let report = CurveReport::unfitted(status, batch.sentence(i, 0, &what));
             return (CurveReport { iterations, ..report }, None);
         }

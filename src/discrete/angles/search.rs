@@ -16,13 +16,15 @@ const MOST_ANGLE: f64 = 1.0;
 const FIRST: f64 = 1.0;
 
 /// The factor of λ after a step that failed.
-const GROWTH: f64 = 4.0;
+///
+/// Trials are no iterations: a λ that is hardly too large costs more than two that were too small.
+const GROWTH: f64 = 2.0;
 
 /// The factor of λ where H + λM has a direction downwards of its own.
-const STIFFENING: f64 = 10.0;
+const STIFFENING: f64 = 3.0;
 
 /// The factor of λ after a step that succeeded.
-const DECAY: f64 = 0.2;
+const DECAY: f64 = 0.05;
 
 /// The least λ above 0 after a failure.
 const LEAST: f64 = 1e-3;
@@ -42,7 +44,7 @@ const ACCEPTED: f64 = 1e-3;
 const GOOD: f64 = 0.25;
 
 /// A step that promises more than this part of the energy is tried twice as long.
-const FAR: f64 = 1e-2;
+const FAR: f64 = 1e-3;
 
 /// The most doublings of a step.
 const MOST_DOUBLINGS: u32 = 3;

@@ -3,9 +3,9 @@ use std::f64::consts::TAU;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use crate::discrete::{Fair, length, variation};
+use crate::discrete::{Fair, bending, length, variation};
 use crate::report::CurveReport;
-use crate::{CurveBatch, CurveStatus, Device};
+use crate::{CurveBatch, CurveStatus, Device, Sampling};
 
 /// Points of open curves at unit steps, five a curve, or of rings about the unit circle, eight a curve.
 fn batch(curves: usize, closed: bool, sigma: f64, seed: u64) -> CurveBatch {
@@ -35,17 +35,48 @@ fn reports(fair: &Fair, batch: &CurveBatch) -> Vec<CurveReport> {
 #[test]
 fn rough_curves_of_variation_and_a_little_length_converge_within_sixty_iterations_but_for_folding_rings() {
     let fair = Fair { energy: variation() + 0.1 * length(), ..Fair::default() };
-    // The roughest rings need more edges than 16 a span: their polygons fold. Newton's method at the vertices alone
-    // brings 66 % of them to an end.
+    // Of the roughest rings a fifth has loops that 16 edges a span cannot follow: their polygons fold.
     for (closed, sigma, least) in
-        [(false, 0.2, 196), (false, 0.6, 196), (false, 1.2, 196), (true, 0.1, 196), (true, 0.3, 150)]
+        [(false, 0.2, 196), (false, 0.6, 196), (false, 1.2, 196), (true, 0.1, 196), (true, 0.3, 158)]
     {
         let own = reports(&fair, &batch(200, closed, sigma, 4));
         let soon =
             own.iter().filter(|report| report.status == CurveStatus::Converged && report.iterations <= 60).count();
+        println!("closed {closed}, σ {sigma}, seed 4: {soon} of 200");
         assert!(soon >= least, "closed {closed}, σ {sigma}, seed 4: {soon} of 200");
         assert!(own.iter().all(|report| report.status != CurveStatus::Unbounded));
     }
+}
+
+#[test]
+fn what_converges_folds_nowhere() {
+    // Newton's method at the vertices alone ends in folds of some of both kinds.
+    let mut refused = 0;
+    for (closed, sigma) in [(false, 1.2), (true, 0.3)] {
+        let batch = batch(200, closed, sigma, 4);
+        for fair in [
+            Fair { energy: variation() + 0.1 * length(), ..Fair::default() },
+            // An exponent other than 2 has no form in angles: Newton's method at the vertices alone.
+            Fair { energy: variation() + 0.1 * length() + 1e-9 * bending(3.0), max_iterations: 20, ..Fair::default() },
+        ] {
+            let (fit, vertices) = fair.fit_sampled(&batch, Sampling::PerSpan(16), &Device::cpu()).unwrap();
+            for (i, report) in fit.reports().iter().enumerate() {
+                let points = vertices.points(i).as_chunks::<2>().0;
+                let count = points.len();
+                let edge = |j: usize| [0, 1].map(|c| points[(j + 1) % count][c] - points[j % count][c]);
+                let turns = if closed { count } else { count - 2 };
+                let folds = |j: usize| {
+                    let (e, f) = (edge(j), edge(j + 1));
+                    e[0] * f[0] + e[1] * f[1] < 0.0
+                };
+                if report.status == CurveStatus::Converged {
+                    assert!(!(0..turns).any(folds), "closed {closed}, σ {sigma}, seed 4, curve {i}: {}", fair.energy);
+                }
+                refused += usize::from(report.message.as_ref().is_some_and(|text| text.contains("its polygon folds")));
+            }
+        }
+    }
+    assert!(refused > 0, "no curve was refused for its fold");
 }
 
 #[test]
@@ -61,8 +92,16 @@ fn without_length_what_runs_away_is_unbounded_within_sixty_iterations() {
             of(CurveStatus::Unbounded)
                 .all(|report| report.message.as_ref().is_some_and(|text| text.contains("tautness=1")))
         );
-        let left = of(CurveStatus::NotConverged).count();
-        assert!(left <= 4, "closed {closed}, σ {sigma}: {left} of 200 are neither converged nor unbounded");
+        // Polygons that fold have no minimum among curves to go to.
+        let folds =
+            |report: &&CurveReport| report.message.as_ref().is_some_and(|text| text.contains("its polygon folds"));
+        let (folded, left): (Vec<_>, Vec<_>) = of(CurveStatus::NotConverged).partition(folds);
+        assert!(folded.len() <= 14, "closed {closed}, σ {sigma}: {} of 200 fold", folded.len());
+        assert!(
+            left.len() <= 4,
+            "closed {closed}, σ {sigma}: {} of 200 are neither converged nor unbounded",
+            left.len()
+        );
     }
 }
 
