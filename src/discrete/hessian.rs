@@ -207,9 +207,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         let window = edges.window::<W>(start);
         let (first, second) = (term.gradient(&window), term.hessian(&window));
         let mut inverse = [S::ZERO; W];
-        for j in 0..W {
-            inverse[j] = edges.inverse[start + j];
-        }
+        inverse.copy_from_slice(&edges.inverse[start..start + W]);
         for j in 0..W {
             for k in j..W {
                 let mut block = if T::BY_TANGENT {

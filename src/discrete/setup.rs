@@ -105,14 +105,14 @@ pub(super) fn set_up_from<const D: usize>(
 }
 
 /// Brings a curve of a batch to vertices on another curve through its points.
-pub(super) fn set_up_at<const D: usize>(
+pub(super) fn set_up_on<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
     i: usize,
-    kept: &[[bool; 2]],
+    kept: [bool; 2],
     start: &dyn Curve,
 ) -> Result<Ready<D>, Unfitted> {
-    ready(fair, batch, i, kept.get(i).copied().unwrap_or_default(), start, true)
+    ready(fair, batch, i, kept, start, true)
 }
 
 impl<const D: usize> Ready<D> {
@@ -334,13 +334,12 @@ fn fold<const D: usize>(base: &[Vector<f64, D>], lengths: &[f64], closed: bool) 
 
 /// The root mean square of |K| over the arc length.
 fn mean_curvature<const D: usize>(base: &[Vector<f64, D>], lengths: &[f64], closed: bool) -> f64 {
-    let tangent = |j: usize| scale(1.0 / lengths[j], base[j]);
-    let first = if closed { 0 } else { 1 };
-    let last = base.len() - 1;
+    let mut edges = base.iter().zip(lengths).map(|(edge, &length)| (scale(1.0 / length, *edge), length));
     let (mut sum, mut length) = (0.0, 0.0);
-    let mut before = (tangent(if closed { last } else { 0 }), lengths[if closed { last } else { 0 }]);
-    for j in first..base.len() {
-        let here = (tangent(j), lengths[j]);
+    let last = base.len() - 1;
+    let closing = closed.then(|| (scale(1.0 / lengths[last], base[last]), lengths[last]));
+    let mut before = closing.or_else(|| edges.next()).expect("a curve has an edge");
+    for here in edges {
         let (turn, shared) = (subtract(here.0, before.0), before.1 + here.1);
         sum += dot(turn, turn) * 2.0 / shared;
         length += 0.5 * shared;

@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use super::fair::{Fair, Segments};
 use super::lane::Standing;
 use super::problem::Outcome;
-use super::setup::{Ready, set_up_at, set_up_pieces};
+use super::setup::{Ready, set_up_on, set_up_pieces};
 use super::untangle::{Untangled, message, untangle};
 use crate::Unfitted;
 use crate::batch::CurveBatch;
@@ -36,6 +36,18 @@ const SPREAD: f64 = 3.0;
 /// Tangents at random, in chords.
 const LONG: f64 = 2.0;
 
+/// How a curve is drawn anew that crosses itself where its points do not: whether with twice the edges, from which
+/// start, and what is said of it.
+///
+/// Within an edge no curve can turn, however taut it is. From circles or from the polygon a curve may turn to the other
+/// side at a sharp point.
+const REMEDIES: [(bool, u32, &str); 4] = [
+    (true, 0, "has twice the edges"),
+    (false, 1, "turns another way"),
+    (false, 2, "turns another way"),
+    (true, 2, "turns another way, with twice the edges"),
+];
+
 /// A minimum is lower than another if it is so by this part. The tolerance of descents leaves less.
 const LOWER: f64 = 1e-6;
 
@@ -46,8 +58,8 @@ pub(super) struct Descended<const D: usize> {
     pub outcomes: Vec<Outcome<D>>,
     /// The spans of each that were drawn tauter, and what crosses yet.
     pub untangled: Untangled,
-    /// Whether each has twice the edges, because it crossed itself with those asked for.
-    pub finer: Vec<bool>,
+    /// What each does otherwise because it crossed itself, in words; mostly none.
+    pub remedies: Vec<&'static str>,
     /// The part of the energy that further starts have saved, for each; empty without further starts.
     pub gains: Vec<f64>,
     pub device: DeviceReport,
@@ -63,14 +75,14 @@ impl<const D: usize> Descended<D> {
     ) -> Result<Self> {
         let (mut outcomes, did) = fair.descend(&mut ready, device, &|k, _| ended(k))?;
         let untangled = untangle(fair, &mut ready, &mut outcomes, device)?;
-        let finer = vec![false; outcomes.len()];
-        Ok(Descended { ready, outcomes, untangled, finer, gains: Vec::new(), device: did })
+        let remedies = vec![""; outcomes.len()];
+        Ok(Descended { ready, outcomes, untangled, remedies, gains: Vec::new(), device: did })
     }
 
-    /// Gives curves twice the edges that cross where their points do not, and do not then.
+    /// Draws curves anew that cross where their points do not, in the ways of [`REMEDIES`], until they do not.
     ///
-    /// Within an edge a curve cannot turn, however taut it is. `curves` are the numbers of those that are ready.
-    fn refine(
+    /// `curves` are the numbers of those that are ready.
+    fn redraw(
         &mut self,
         fair: &Fair,
         batch: &CurveBatch,
@@ -79,30 +91,33 @@ impl<const D: usize> Descended<D> {
         device: &Device,
     ) -> Result<()> {
         let own = |k: usize| self.ready[curves[k]].as_ref().expect("what crosses was ready");
-        let left: Vec<usize> =
+        let mut left: Vec<usize> =
             self.untangled.left.iter().copied().filter(|&k| !own(k).tangled(&self.outcomes[k]).is_empty()).collect();
-        if left.is_empty() {
-            return Ok(());
-        }
-        let segments = match fair.segments {
-            Segments::PerSpan(n) => Segments::PerSpan(2 * n),
-            Segments::Spacing(spacing) => Segments::Spacing(0.5 * spacing),
-        };
-        let fair = Fair { segments, ..fair.clone() };
-        let numbers: Vec<usize> = left.iter().map(|&k| curves[k]).collect();
-        let kept: Vec<[bool; 2]> = numbers.iter().filter_map(|&i| kept.get(i)).copied().collect();
-        let ready = set_up_pieces::<D>(&fair, &batch.select(&numbers), &kept)?;
-        let able: Vec<usize> =
-            left.into_iter().zip(&ready).filter(|(_, ready)| ready.is_ok()).map(|(k, _)| k).collect();
-        let finer = Self::new(&fair, ready, device, &|_| {})?;
-        let found = finer.ready.into_iter().flatten().zip(finer.outcomes).zip(finer.untangled.tauter);
-        for (k, ((ready, mut outcome), tauter)) in able.into_iter().zip(found) {
-            outcome.iterations += self.outcomes[k].iterations;
-            if outcome.standing == Standing::Converged && ready.tangled(&outcome).is_empty() {
-                self.ready[curves[k]] = Ok(ready);
-                (self.outcomes[k], self.untangled.tauter[k], self.finer[k]) = (outcome, tauter, true);
-            } else {
-                self.outcomes[k].iterations = outcome.iterations;
+        for (finer, start, remedy) in REMEDIES {
+            let segments = match fair.segments {
+                Segments::PerSpan(n) if finer => Segments::PerSpan(2 * n),
+                Segments::Spacing(spacing) if finer => Segments::Spacing(0.5 * spacing),
+                asked => asked,
+            };
+            let fair = Fair { segments, ..fair.clone() };
+            let ready: Vec<_> = left.iter().map(|&k| set_up_at(&fair, batch, curves[k], kept, start)).collect();
+            let (able, unable): (Vec<_>, Vec<_>) = left.into_iter().zip(ready).partition(|(_, ready)| ready.is_ok());
+            left = unable.into_iter().map(|(k, _)| k).collect();
+            let (able, ready): (Vec<usize>, Vec<_>) = able.into_iter().unzip();
+            if able.is_empty() {
+                continue;
+            }
+            let found = Self::new(&fair, ready, device, &|_| {})?;
+            let found = found.ready.into_iter().flatten().zip(found.outcomes).zip(found.untangled.tauter);
+            for (k, ((ready, mut outcome), tauter)) in able.into_iter().zip(found) {
+                outcome.iterations += self.outcomes[k].iterations;
+                if outcome.standing == Standing::Converged && ready.tangled(&outcome).is_empty() {
+                    self.ready[curves[k]] = Ok(ready);
+                    (self.outcomes[k], self.untangled.tauter[k], self.remedies[k]) = (outcome, tauter, remedy);
+                } else {
+                    self.outcomes[k].iterations = outcome.iterations;
+                    left.push(k);
+                }
             }
         }
         Ok(())
@@ -110,14 +125,12 @@ impl<const D: usize> Descended<D> {
 
     /// What is worth a sentence about curve k of those that are ready, with the span that it is about.
     pub fn message(&self, k: usize) -> Option<(usize, String)> {
-        let tauter = &self.untangled.tauter[k];
-        match (tauter.first(), self.finer[k]) {
-            (None, false) => None,
-            (None, true) => Some((0, "it crossed itself where its points do not: it has twice the edges".into())),
-            (Some(&first), finer) => {
-                let edges = if finer { ", and has twice the edges" } else { "" };
-                Some((first, message(tauter) + edges))
-            }
+        let (tauter, remedy) = (&self.untangled.tauter[k], self.remedies[k]);
+        match (tauter.first(), remedy) {
+            (None, "") => None,
+            (None, remedy) => Some((0, format!("it crossed itself where its points do not: now it {remedy}"))),
+            (Some(&first), "") => Some((first, message(tauter))),
+            (Some(&first), remedy) => Some((first, format!("{}, and {remedy}", message(tauter)))),
         }
     }
 
@@ -139,15 +152,12 @@ impl<const D: usize> Descended<D> {
             }
         };
         let mut best = Self::new(fair, ready, device, &|k| at_last(0, k))?;
-        best.refine(fair, batch, kept, &curves, device)?;
+        best.redraw(fair, batch, kept, &curves, device)?;
         if fair.starts > 1 {
             best.gains = vec![0.0; curves.len()];
         }
         for start in 1..fair.starts {
-            let ready = parallel::map(curves.len(), 16, |k| {
-                let i = curves[k];
-                set_up_at::<D>(fair, batch, i, kept, &Hermite::start::<D>(batch, i, start, fair.seed))
-            });
+            let ready = parallel::map(curves.len(), 16, |k| set_up_at::<D>(fair, batch, curves[k], kept, start));
             let able: Vec<usize> = (0..curves.len()).filter(|&k| ready[k].is_ok()).collect();
             let unable = (0..curves.len()).filter(|k| able.binary_search(k).is_err());
             unable.for_each(|k| at_last(start, k));
@@ -176,7 +186,7 @@ impl<const D: usize> Descended<D> {
             if is_cheaper {
                 self.gains[k] = if converged[0] { 1.0 - after / before * (1.0 - self.gains[k]) } else { 0.0 };
                 *own = ready;
-                (self.outcomes[k], self.untangled.tauter[k], self.finer[k]) = (outcome, tauter, false);
+                (self.outcomes[k], self.untangled.tauter[k], self.remedies[k]) = (outcome, tauter, "");
             }
             self.outcomes[k].iterations = iterations;
         }
@@ -206,6 +216,22 @@ impl Fair {
         };
         vec![format!("{} starts: {found}", self.starts)]
     }
+}
+
+/// Brings a curve of a batch to vertices on one of its starts: 0 is the spline.
+fn set_up_at<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    i: usize,
+    kept: &[[bool; 2]],
+    start: u32,
+) -> Result<Ready<D>, Unfitted> {
+    let kept = kept.get(i).copied().unwrap_or_default();
+    if start > 0 {
+        return set_up_on(fair, batch, i, kept, &Hermite::start::<D>(batch, i, start, fair.seed));
+    }
+    let spline = set_up_pieces(fair, &batch.select(&[i]), &[kept]).map(|mut ready| ready.remove(0));
+    spline.expect("the batch had splines before")
 }
 
 /// Cubics through points with given tangents.
