@@ -94,7 +94,7 @@ words!(Pins, "choice of points": [
 /// does that search in f64, on every device. Of rough open curves with 0.1 of length 99 % converge within 60 iterations.
 ///
 /// The curvature of variation is the sine of a turn over a length. A polygon that turns by more than 90° at a vertex
-/// hides the curvature there: it is `not_converged`, unless spans of one segment leave no choice. Rough rings grow loops in
+/// hides the curvature there: it is `not_converged`, unless it is beside a span of fewer than 8 segments. Rough rings grow loops in
 /// which 16 segments a span turn so far.
 ///
 /// Tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) are met. A

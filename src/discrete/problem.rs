@@ -22,6 +22,11 @@ const LANES: usize = 4;
 /// Side by side their arrays leave the caches, which costs more than lanes save.
 const LONG: usize = 16_384;
 
+/// A span of fewer edges may have to turn by more than 90° at a vertex.
+///
+/// A loop in it turns by more than 45° at every one, if all are alike.
+const FEW: usize = 8;
+
 /// One curve with everything that its descent needs, translated and scaled to size 1.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Problem<const D: usize> {
@@ -111,13 +116,21 @@ impl<const D: usize> Problem<D> {
 
     /// Whether the polygon with these displacements turns by more than 90° at a vertex.
     ///
-    /// Turns between spans of one edge are the data's, and do not count.
+    /// Turns beside spans of fewer than [`FEW`] edges are the data's, and do not count.
     pub fn folds(&self, u: &[Vector<f64, D>]) -> bool {
         let (count, vertices) = (self.base.len(), self.vertices());
         let edge = |j: usize| add(self.base[j], subtract(u[(j + 1) % vertices], u[j]));
-        let is_data = |row: usize| self.data.binary_search(&((row % vertices) as u32)).is_ok();
-        (0..if self.closed { count } else { count.saturating_sub(1) })
-            .any(|j| dot(edge(j), edge((j + 1) % count)) < 0.0 && !(j..j + 3).all(is_data))
+        let rows = |k: usize| self.data[k] as usize;
+        let edges_beside = |j: usize| match self.data.partition_point(|&row| row as usize <= j) {
+            0 => count,
+            k if k < self.data.len() => rows(k) - rows(k - 1),
+            k if self.closed => count - rows(k - 1) + rows(0),
+            k => count - rows(k - 1),
+        };
+        (0..if self.closed { count } else { count.saturating_sub(1) }).any(|j| {
+            let next = (j + 1) % count;
+            dot(edge(j), edge(next)) < 0.0 && edges_beside(j).min(edges_beside(next)) >= FEW
+        })
     }
 
     /// The √⟨g, L⁻¹g⟩ that rounding in f32 may leave.
