@@ -48,8 +48,10 @@ const REMEDIES: [(bool, u32, &str); 4] = [
     (true, 2, "turns another way, with twice the edges"),
 ];
 
-/// A minimum is lower than another if it is so by this part. The tolerance of descents leaves less.
-const LOWER: f64 = 1e-6;
+/// A minimum is lower than another if it is so by this part.
+///
+/// The same one has an energy that differs by some 1e-6, since the gauge is that of the start.
+const LOWER: f64 = 1e-4;
 
 /// Curves that have been descended, with their problems.
 pub(super) struct Descended<const D: usize> {

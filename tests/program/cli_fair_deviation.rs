@@ -107,7 +107,7 @@ fn a_deviation_may_be_a_part_of_each_curve_s_size() {
     assert_eq!(part[0]["status"], "converged");
     run(&folder, "fit in.csv -o out.csv --method fair --deviation 2m")
         .code(2)
-        .stderr(contains("'2m' is no deviation: give a distance in units of the input, such as 0.01, or a part of each curve's size, such as 2%"));
+        .stderr(contains("\"2m\" is no deviation: give a distance in units of the input, such as 0.01, or a part of each curve's size, such as 2%"));
 }
 
 #[test]
