@@ -54,10 +54,12 @@ impl Near {
         let free = batch.clone().with_constraints(Constraints { pinned, ..Constraints::default() })?;
         let halvings = |i: usize| (allowed[i] / reach::<D>(batch, i)).log2().ceil().max(0.0);
         let halvings: Vec<f64> = (0..batch.len()).map(halvings).collect();
-        // Where this is no number, the curve cannot be fitted, or is too extreme for a spline.
-        let places: Vec<usize> = (0..batch.len()).filter(|&i| halvings[i] < MOST_HALVINGS).collect();
+        let distance = |i: usize| allowed[i] * (-halvings[i]).exp2();
+        // Where these are no numbers, or 0, the curve cannot be fitted, or is too extreme for a spline.
+        let has_spline = |&i: &usize| halvings[i] < MOST_HALVINGS && distance(i) > 0.0 && distance(i).is_finite();
+        let places: Vec<usize> = (0..batch.len()).filter(has_spline).collect();
         let within = |k: usize| Smoothing {
-            amount: Amount::Deviation((allowed[places[k]] * (-halvings[places[k]]).exp2()).into()),
+            amount: Amount::Deviation(distance(places[k]).into()),
             pin_ends: pins != Pins::None,
             parametrisation: Parametrisation::ChordLength,
         };

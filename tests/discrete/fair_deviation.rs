@@ -351,3 +351,14 @@ fn a_part_of_the_size_is_of_the_whole_curve_where_corners_cut_it() {
     assert!((relative.energy - absolute.energy).abs() <= 1e-12 * absolute.energy, "{relative:?} {absolute:?}");
     assert!((relative.max_deviation - 0.01 * size).abs() <= 3e-4 * 0.01 * size, "{relative:?}");
 }
+
+#[test]
+fn a_curve_without_a_size_has_no_part_in_what_others_are_allowed() {
+    let wave = [[0.0, 0.0], [1.0, 0.4], [2.0, -0.3], [3.0, 0.5], [4.0, 0.0]];
+    let batch = CurveBatch::from_slices(&[&[[1.0, 1.0]; 1][..], &wave, &[[2.0, 2.0]; 3]]).unwrap();
+    let fair = Fair { deviation: Some(Deviation::OfSize(0.02)), ..near(bending(2.0) + tautness(), 1.0) };
+    let fit = fair.fit(&batch, &Device::cpu()).unwrap();
+    let statuses: Vec<CurveStatus> = fit.reports().iter().map(|report| report.status).collect();
+    assert_eq!(statuses, [CurveStatus::Degenerate, CurveStatus::Converged, CurveStatus::Degenerate]);
+    comes_close(&fit.reports()[1], 0.02 * 4f64.hypot(0.8), "the wave");
+}

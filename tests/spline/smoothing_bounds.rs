@@ -2,7 +2,7 @@
 //! do.
 
 use faircurve::spline::{Amount, LAMBDA_CAP, Parametrisation, Smoothing};
-use faircurve::{Constraints, CurveBatch, CurveReport, CurveStatus, Device, Fit};
+use faircurve::{Constraints, CurveBatch, CurveReport, CurveStatus, Deviation, Device, Fit};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
@@ -338,4 +338,22 @@ fn impossible_options_are_sentences() {
     assert!(
         says(Smoothing::default(), &bound).starts_with("smoothing splines know no known control points (column known)")
     );
+}
+
+#[test]
+fn a_part_of_the_size_is_that_of_each_curve_and_points_have_none() {
+    let batch = CurveBatch::from_slices(&[
+        &[[1.0, 1.0]][..],
+        &[[0.0, 0.0], [1.0, 0.4], [2.0, -0.3], [3.0, 0.5], [4.0, 0.0]],
+        &[[0.0, 0.0], [10.0, 4.0], [20.0, -3.0], [30.0, 5.0], [40.0, 0.0]],
+    ])
+    .unwrap();
+    for amount in [Amount::Deviation(Deviation::OfSize(0.02)), Amount::Tube(Deviation::OfSize(0.02))] {
+        let fitted = fit(&batch, options(amount));
+        assert_eq!(fitted.reports()[0].status, CurveStatus::Degenerate);
+        let [small, large] = [1, 2].map(|i| fitted.reports()[i].max_deviation);
+        let allowed = 0.02 * 4f64.hypot(0.8);
+        assert!(small <= allowed && small > 0.98 * allowed, "{amount:?}: {small}");
+        assert!((large - 10.0 * small).abs() <= 1e-6 * large, "{amount:?}: {large} {small}");
+    }
 }
