@@ -77,7 +77,7 @@ words!(Pins, "choice of points": [
 /// Planar curves with tautness in their energy that cross themselves where the polygon of their points does not are
 /// drawn tauter there, by rounds, until they do not, and their message says so. What crosses yet is drawn with
 /// twice the edges, since within an edge no curve can turn, or from another start, and stays as it was where that does not
-/// help either: some 2 of 1,000 borders of countries.
+/// help either: 1 of 2,500 borders of countries.
 ///
 /// Gentle curves of least bending take about 3 iterations, and rough ones 10, however many vertices
 /// they have. Exponents of bending beyond 5 and below 1.5 are approached in stages.
