@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 
 use super::corners::Corners;
 use super::curves::{FairCurves, Fitted};
+use super::descended::{self, Descended};
 use super::deviation;
 use super::energy::{Energy, bending, tautness};
 use super::plan::{Direction, Step};
 use super::setup::set_up_pieces;
-use super::starts::{self, Descended};
 use super::tally::Tally;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
@@ -296,11 +296,11 @@ impl Fair {
         if let Some(allowed) = self.deviation {
             deviation::check(self, allowed)?;
         }
-        if !(1..=starts::MOST).contains(&self.starts) {
+        if !(1..=descended::MOST).contains(&self.starts) {
             return refuse(format!(
                 "{} starts: each is a descent of its own, and from 1 to {} are possible, such as 20",
                 self.starts,
-                starts::MOST
+                descended::MOST
             ));
         }
         if let (2.., Some(allowed)) = (self.starts, self.deviation) {

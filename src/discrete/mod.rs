@@ -44,6 +44,7 @@ mod constrain;
 mod corners;
 mod curves;
 mod damped;
+mod descended;
 pub(crate) mod descent;
 mod descent_gpu;
 mod deviation;

@@ -1,0 +1,204 @@
+//! [`Descended`]: curves that have been descended from the best of their starts.
+//!
+//! A descent ends at the minimum below its start. From other [`starts`](super::starts) it may find other minima, of
+//! which the cheapest is kept. Curves that cross themselves where their points do not are drawn anew.
+
+use super::fair::{Fair, Segments};
+use super::lane::Standing;
+use super::problem::Outcome;
+use super::setup::Ready;
+use super::starts::set_up_at;
+use super::untangle::{Untangled, message, untangle};
+use crate::Unfitted;
+use crate::batch::CurveBatch;
+use crate::device::{Device, DeviceReport};
+use crate::error::{Result, thousands};
+use crate::parallel;
+use crate::report::CurveReport;
+
+/// Starts at most. What a thousand do not find, more will not.
+pub(super) const MOST: u32 = 1_000;
+
+/// How a curve is drawn anew that crosses itself where its points do not: whether with twice the edges, from which
+/// start, and what is said of it.
+///
+/// Within an edge no curve can turn, however taut it is. From circles or from the polygon a curve may turn to the other
+/// side at a sharp point.
+const REMEDIES: [(bool, u32, &str); 4] = [
+    (true, 0, "has twice the edges"),
+    (false, 1, "turns another way"),
+    (false, 2, "turns another way"),
+    (true, 2, "turns another way, with twice the edges"),
+];
+
+/// A minimum is lower than another if it is so by this part.
+///
+/// The same one has an energy that differs by some 1e-6, since the gauge is that of the start.
+const LOWER: f64 = 1e-4;
+
+/// Curves that have been descended, with their problems.
+pub(super) struct Descended<const D: usize> {
+    pub ready: Vec<Result<Ready<D>, Unfitted>>,
+    /// Where the curves ended that are ready, in their order.
+    pub outcomes: Vec<Outcome<D>>,
+    /// The spans of each that were drawn tauter, and what crosses yet.
+    pub untangled: Untangled,
+    /// What each does otherwise because it crossed itself, in words; mostly none.
+    pub remedies: Vec<&'static str>,
+    /// The part of the energy that further starts have saved, for each; empty without further starts.
+    pub gains: Vec<f64>,
+    pub device: DeviceReport,
+}
+
+impl<const D: usize> Descended<D> {
+    /// Descends curves, and [untangles](untangle) them.
+    fn new(
+        fair: &Fair,
+        mut ready: Vec<Result<Ready<D>, Unfitted>>,
+        device: &Device,
+        ended: &(dyn Fn(usize) + Sync),
+    ) -> Result<Self> {
+        let (mut outcomes, did) = fair.descend(&mut ready, device, &|k, _| ended(k))?;
+        let untangled = untangle(fair, &mut ready, &mut outcomes, device)?;
+        let remedies = vec![""; outcomes.len()];
+        Ok(Descended { ready, outcomes, untangled, remedies, gains: Vec::new(), device: did })
+    }
+
+    /// Draws curves anew that cross where their points do not, in the ways of [`REMEDIES`], until they do not.
+    ///
+    /// `curves` are the numbers of those that are ready.
+    fn redraw(
+        &mut self,
+        fair: &Fair,
+        batch: &CurveBatch,
+        kept: &[[bool; 2]],
+        curves: &[usize],
+        device: &Device,
+    ) -> Result<()> {
+        let own = |k: usize| self.ready[curves[k]].as_ref().expect("what crosses was ready");
+        let mut left: Vec<usize> =
+            self.untangled.left.iter().copied().filter(|&k| !own(k).tangled(&self.outcomes[k]).is_empty()).collect();
+        for (finer, start, remedy) in REMEDIES {
+            let segments = match fair.segments {
+                Segments::PerSpan(n) if finer => Segments::PerSpan(2 * n),
+                Segments::Spacing(spacing) if finer => Segments::Spacing(0.5 * spacing),
+                asked => asked,
+            };
+            let fair = Fair { segments, ..fair.clone() };
+            let ready: Vec<_> = left.iter().map(|&k| set_up_at(&fair, batch, curves[k], kept, start)).collect();
+            let (able, unable): (Vec<_>, Vec<_>) = left.into_iter().zip(ready).partition(|(_, ready)| ready.is_ok());
+            left = unable.into_iter().map(|(k, _)| k).collect();
+            let (able, ready): (Vec<usize>, Vec<_>) = able.into_iter().unzip();
+            if able.is_empty() {
+                continue;
+            }
+            let found = Self::new(&fair, ready, device, &|_| {})?;
+            let found = found.ready.into_iter().flatten().zip(found.outcomes).zip(found.untangled.tauter);
+            for (k, ((ready, mut outcome), tauter)) in able.into_iter().zip(found) {
+                outcome.iterations += self.outcomes[k].iterations;
+                if outcome.standing == Standing::Converged && ready.tangled(&outcome).is_empty() {
+                    self.ready[curves[k]] = Ok(ready);
+                    (self.outcomes[k], self.untangled.tauter[k], self.remedies[k]) = (outcome, tauter, remedy);
+                } else {
+                    self.outcomes[k].iterations = outcome.iterations;
+                    left.push(k);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What is worth a sentence about curve k of those that are ready, with the span that it is about.
+    pub fn message(&self, k: usize) -> Option<(usize, String)> {
+        let (tauter, remedy) = (&self.untangled.tauter[k], self.remedies[k]);
+        match (tauter.first(), remedy) {
+            (None, "") => None,
+            (None, remedy) => Some((0, format!("it crossed itself where its points do not: now it {remedy}"))),
+            (Some(&first), "") => Some((first, message(tauter))),
+            (Some(&first), remedy) => Some((first, format!("{}, and {remedy}", message(tauter)))),
+        }
+    }
+
+    /// Descends curves from the spline and from `fair.starts` − 1 other starts.
+    ///
+    /// `ended` is called for every curve that is ready, by its number among those.
+    pub fn best(
+        fair: &Fair,
+        batch: &CurveBatch,
+        kept: &[[bool; 2]],
+        ready: Vec<Result<Ready<D>, Unfitted>>,
+        device: &Device,
+        ended: &(dyn Fn(usize) + Sync),
+    ) -> Result<Self> {
+        let curves: Vec<usize> = (0..ready.len()).filter(|&i| ready[i].is_ok()).collect();
+        let at_last = |start: u32, k: usize| {
+            if start + 1 == fair.starts {
+                ended(k);
+            }
+        };
+        let mut best = Self::new(fair, ready, device, &|k| at_last(0, k))?;
+        best.redraw(fair, batch, kept, &curves, device)?;
+        if fair.starts > 1 {
+            best.gains = vec![0.0; curves.len()];
+        }
+        for start in 1..fair.starts {
+            let ready = parallel::map(curves.len(), 16, |k| set_up_at::<D>(fair, batch, curves[k], kept, start));
+            let able: Vec<usize> = (0..curves.len()).filter(|&k| ready[k].is_ok()).collect();
+            let unable = (0..curves.len()).filter(|k| able.binary_search(k).is_err());
+            unable.for_each(|k| at_last(start, k));
+            best.take_cheaper(&curves, &able, Self::new(fair, ready, device, &|k| at_last(start, able[k]))?);
+        }
+        Ok(best)
+    }
+
+    /// Replaces what another descent has found cheaper.
+    ///
+    /// Its curves are these of the numbers `curves`, of which it was able to descend `able`.
+    fn take_cheaper(&mut self, curves: &[usize], able: &[usize], other: Self) {
+        let others = other.outcomes.into_iter().zip(other.untangled.tauter);
+        for ((&k, ready), (outcome, tauter)) in able.iter().zip(other.ready.into_iter().flatten()).zip(others) {
+            let own = self.ready[curves[k]].as_mut().expect("only what was ready has other starts");
+            let iterations = self.outcomes[k].iterations + outcome.iterations;
+            let [before, after] = [self.outcomes[k].energy * own.energy_unit, outcome.energy * ready.energy_unit];
+            let converged = [&self.outcomes[k], &outcome].map(|outcome| outcome.standing == Standing::Converged);
+            let is_cheaper = match converged {
+                [true, true] => {
+                    after < (1.0 - LOWER) * before
+                        && (D > 2 || ready.tangled(&outcome).len() <= own.tangled(&self.outcomes[k]).len())
+                }
+                [first, second] => second && !first,
+            };
+            if is_cheaper {
+                self.gains[k] = if converged[0] { 1.0 - after / before * (1.0 - self.gains[k]) } else { 0.0 };
+                *own = ready;
+                (self.outcomes[k], self.untangled.tauter[k], self.remedies[k]) = (outcome, tauter, "");
+            }
+            self.outcomes[k].iterations = iterations;
+        }
+    }
+}
+
+impl Fair {
+    /// Sentences about usable curves, for people who fit many: how many curves were found cheaper from further
+    /// starts, and by how much. The reports are those of a fit with these options.
+    pub fn notes(&self, reports: &[CurveReport]) -> Vec<String> {
+        let tried = reports.iter().filter(|report| report.gain.is_some()).count();
+        let gains = reports.iter().filter(|report| report.status.is_usable()).filter_map(|report| report.gain);
+        let mut gains: Vec<f64> = gains.filter(|gain| *gain > 0.0).collect();
+        gains.sort_by(f64::total_cmp);
+        if tried == 0 {
+            return Vec::new();
+        }
+        let found = match gains.last() {
+            None => format!("none of {} curves found a cheaper minimum", thousands(tried)),
+            Some(most) => format!(
+                "{} of {} curves found a cheaper minimum, by {:.2} % at the median and {:.2} % at most",
+                thousands(gains.len()),
+                thousands(tried),
+                100.0 * gains[gains.len() / 2],
+                100.0 * most
+            ),
+        };
+        vec![format!("{} starts: {found}", self.starts)]
+    }
+}
