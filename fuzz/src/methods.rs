@@ -5,7 +5,7 @@ use faircurve::bezier::{Chain, Complete};
 use faircurve::discrete::{Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
-use faircurve::{CurveBatch, CurveStatus, Device, Fit, Sampling};
+use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Fit, Sampling};
 
 use super::batches::batch;
 use super::numbers::option;
@@ -61,8 +61,8 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
         1 => {
             let amount = match bytes.int_in_range(0..=2)? {
                 0 => Amount::Lambda(option(bytes, &[0.0, 0.1, 1e3])?),
-                1 => Amount::Deviation(option(bytes, &[0.01, 0.5, 1e3])?.into()),
-                _ => Amount::Tube(option(bytes, &[0.01, 0.5, 1e3])?.into()),
+                1 => Amount::Deviation(distance(bytes)?),
+                _ => Amount::Tube(distance(bytes)?),
             };
             let smoothing = Smoothing { amount, pin_ends: bytes.arbitrary()?, ..Smoothing::default() };
             show(&smoothing);
@@ -103,6 +103,13 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
     })
 }
 
+fn distance(bytes: &mut Unstructured) -> Result<Deviation> {
+    Ok(match bytes.ratio(1, 2)? {
+        true => Deviation::OfSize(option(bytes, &[0.02, 1.0])?),
+        false => Deviation::Units(option(bytes, &[0.01, 0.5, 1e3])?),
+    })
+}
+
 fn fair(bytes: &mut Unstructured) -> Result<Fair> {
     let main = match bytes.int_in_range(0..=3)? {
         0 => bending(option(bytes, &[2.0, 1.5, 3.0])?),
@@ -110,7 +117,7 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
         2 => torsion() + bending(2.0),
         _ => tension(),
     };
-    let deviation = if bytes.ratio(1, 3)? { Some(option(bytes, &[0.1, 0.5])?) } else { None };
+    let deviation = if bytes.ratio(1, 3)? { Some(distance(bytes)?) } else { None };
     let attached = deviation.is_none() && bytes.ratio(1, 5)?;
     let mut energy = main + option(bytes, &[0.0, 0.1, 1.0])? * length();
     if attached {
@@ -118,7 +125,8 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
     }
     Ok(Fair {
         energy,
-        deviation: deviation.map(Into::into),
+        deviation,
+        starts: if deviation.is_none() && bytes.ratio(1, 4)? { 4 } else { 1 },
         pins: if attached || deviation.is_some() { Pins::Ends } else { Pins::All },
         segments: match bytes.ratio(3, 4)? {
             true => Segments::PerSpan(bytes.int_in_range(1..=6)?),
