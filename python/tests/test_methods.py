@@ -57,6 +57,24 @@ def test_deviations_are_kept_and_reported():
     assert (tube.energy <= fit.energy * (1 + 1e-9)).all()
 
 
+def test_deviations_may_be_parts_of_each_curves_size():
+    size = np.linalg.norm(np.ptp(CURVES, axis=1), axis=1)
+    for method in (fc.Smoothing(deviation="2%"), fc.Smoothing(tube="2%"), fc.Fair(deviation="2%")):
+        fit = method.fit(CURVES[:20])
+        assert (fit.report()["max_deviation"] <= 0.02 * size[:20]).all(), method
+        assert (fit.report()["max_deviation"] > 0.0199 * size[:20]).any(), method
+    with pytest.raises(ValueError, match='"2m" is no deviation'):
+        fc.Fair(deviation="2m").fit(CURVES[:1])
+
+
+def test_further_starts_never_cost_energy_and_say_what_they_saved():
+    once, often = (fc.Fair({"bending": 1, "length": 0.1}, starts=n).fit(CURVES[:20]) for n in (1, 6))
+    gain = often.report()["gain"]
+    both = (once.status == "converged") & (often.status == "converged")
+    assert np.isnan(once.report()["gain"]).all() and both.sum() > 10
+    assert np.allclose(1 - often.energy[both] / once.energy[both], gain[both], atol=1e-12) and (gain >= 0).all()
+
+
 def test_fair_curves_take_energies_as_sums_and_as_dicts():
     points = CURVES[:20]
     summed = fc.Fair(fc.bending(2) + 0.5 * fc.length()).fit(points)

@@ -266,3 +266,26 @@ fn the_cheapest_of_several_starts_is_that_of_the_cpu() {
     let other = other.count();
     assert!(other <= 2, "{other} of {} ended elsewhere", batch.len());
 }
+
+#[test]
+fn what_single_precision_leaves_after_stages_of_exponents_goes_on_from_where_it_was() {
+    let Some(device) = device() else { return };
+    let batch = Family { dimension: 2, closed: false, points: 5, sigma: 0.4 }.batch(40, 50);
+    let fair = fair(bending(20.0) + length());
+    let [(cpu, wanted), (gpu, found)] = [Device::cpu(), device.with_precision(Precision::Auto)]
+        .map(|device| fair.fit_sampled(&batch, Sampling::PerSpan(SEGMENTS), &device).unwrap());
+    println!("{}", gpu.device());
+    let mut finished = 0;
+    for i in 0..batch.len() {
+        let [a, b] = [&cpu, &gpu].map(|fit| &fit.reports()[i]);
+        // What f32 has finished has a larger gradient.
+        if [a, b].iter().all(|report| report.status == CurveStatus::Converged && report.gradient_norm <= fair.tolerance)
+        {
+            finished += 1;
+            let pairs = wanted.points(i).iter().zip(found.points(i));
+            let distance = pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / size(&batch, i);
+            assert!(distance <= 1e-6, "curve {i}: {distance:e} {a:?} {b:?}");
+        }
+    }
+    assert!(finished > 0 && finished <= gpu.device().finished_on_cpu, "{finished}, {}", gpu.device());
+}
