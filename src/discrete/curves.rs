@@ -75,10 +75,8 @@ struct FairCurve<'a> {
     dimension: usize,
     closed: bool,
     vertices: &'a Vertices,
-    /// Frames at both ends of every edge, computed once on demand.
-    ///
-    /// Arc lengths ask for them many times.
-    frames: OnceLock<Vec<[Frame; 2]>>,
+    /// The curve along every edge, computed once on demand: lengths and curvatures ask for it many times.
+    edges: OnceLock<Vec<Edge>>,
     /// The parameter of every data point.
     knots: &'a [f64],
 }
@@ -98,7 +96,23 @@ struct Edge {
 /// A tangent and a curvature vector.
 type Frame = (DVec3, DVec3);
 
+/// A straight edge from one vertex to the next, its length, and its direction.
+struct Chord {
+    vector: DVec3,
+    length: f64,
+    direction: DVec3,
+}
+
 impl Edge {
+    /// The curve from one vertex to another with the frames there.
+    #[inline(always)]
+    fn between([p, q]: [DVec3; 2], chord: &Chord, [(start, bend), (end, bend_after)]: [Frame; 2]) -> Self {
+        let Chord { vector, length, .. } = *chord;
+        let (a, b) = (length * start, length * end);
+        let (c, d) = (3.0 * vector - 2.0 * a - b, a + b - 2.0 * vector);
+        Edge { ends: [p, q], a, c, d, bend: length * length * bend, bend_change: length * length * (bend_after - bend) }
+    }
+
     /// The curve at a fraction of the edge.
     fn place(&self, v: f64) -> DVec3 {
         let Edge { ends: [p, q], a, c, d, .. } = *self;
@@ -137,23 +151,21 @@ impl FairCurve<'_> {
         self.vertices.coords.len() / self.dimension
     }
 
-    fn vertex(&self, row: usize) -> DVec3 {
-        vector(&self.vertices.coords[(row % self.count()) * self.dimension..][..self.dimension])
+    /// The row of a vertex, which goes on past the last of a closed curve.
+    #[inline(always)]
+    fn wrapped(&self, row: usize) -> usize {
+        let count = self.count();
+        if row < count { row } else { row - count }
     }
 
-    fn edge(&self, row: usize) -> DVec3 {
-        self.vertex(row + 1) - self.vertex(row)
+    #[inline(always)]
+    fn vertex(&self, row: usize) -> DVec3 {
+        vector(&self.vertices.coords[self.wrapped(row) * self.dimension..][..self.dimension])
     }
 
     /// The curve along the edge that begins at a row.
-    #[inline(always)]
-    fn cubic(&self, row: usize) -> Edge {
-        let (p, q) = (self.vertex(row), self.vertex(row + 1));
-        let [(start, bend), (end, bend_after)] = self.frames(row);
-        let length = (q - p).length();
-        let (a, b) = (length * start, length * end);
-        let (c, d) = (3.0 * (q - p) - 2.0 * a - b, a + b - 2.0 * (q - p));
-        Edge { ends: [p, q], a, c, d, bend: length * length * bend, bend_change: length * length * (bend_after - bend) }
+    fn cubic(&self, row: usize) -> &Edge {
+        &self.edges.get_or_init(|| self.laid())[row]
     }
 
     /// The first and last row of the smooth piece that holds the edge beginning at a row.
@@ -173,49 +185,67 @@ impl FairCurve<'_> {
         }
     }
 
-    /// The frames at both ends of the edge that begins at a row.
-    fn frames(&self, row: usize) -> [Frame; 2] {
-        let edges = if self.closed { self.count() } else { self.count() - 1 };
-        let of_all = || {
-            let mut frames: Vec<[Frame; 2]> = Vec::with_capacity(edges);
-            for row in 0..edges {
-                let piece = self.piece(row);
-                // The edges of a closed curve before its first corner belong to the piece that
-                // began at its last corner, one round earlier.
-                let at = if piece.is_some_and(|(first, _)| first > row) { row + self.count() } else { row };
-                // An edge begins with the frame in which the edge before it ended, except at
-                // corners.
-                let start = match frames.last() {
-                    Some([_, end]) if piece.is_none_or(|(first, _)| first != at) => *end,
-                    _ => self.frame(at, piece),
-                };
-                frames.push([start, self.frame(at + 1, piece)]);
-            }
-            frames
+    /// The curve along all edges.
+    fn laid(&self) -> Vec<Edge> {
+        let count = if self.closed { self.count() } else { self.count() - 1 };
+        let chord = |row: usize| {
+            let vector = self.vertex(row + 1) - self.vertex(row);
+            let length = vector.length();
+            Chord { vector, length, direction: vector / length }
         };
-        self.frames.get_or_init(of_all)[row]
+        let chords: Vec<Chord> = (0..count).map(chord).collect();
+        let mut edges = Vec::with_capacity(count);
+        let mut before = None;
+        for row in 0..count {
+            let piece = self.piece(row);
+            // The edges of a closed curve before its first corner belong to the piece that
+            // began at its last corner, one round earlier.
+            let at = if piece.is_some_and(|(first, _)| first > row) { row + self.count() } else { row };
+            // An edge begins with the frame in which the edge before it ended, except at
+            // corners.
+            let start = match before {
+                Some(end) if piece.is_none_or(|(first, _)| first != at) => end,
+                _ => self.frame(&chords, at, piece),
+            };
+            let end = self.frame(&chords, at + 1, piece);
+            edges.push(Edge::between([self.vertex(row), self.vertex(row + 1)], &chords[row], [start, end]));
+            before = Some(end);
+        }
+        edges
     }
 
     /// The frame at a vertex of a smooth piece.
     ///
     /// At the ends of the piece the curvature is extrapolated.
-    fn frame(&self, row: usize, piece: Option<(usize, usize)>) -> Frame {
-        let Some((first, last)) = piece.filter(|&(first, last)| row == first || row == last) else {
-            let before = self.edge(if row == 0 { self.count() - 1 } else { row - 1 });
-            let after = self.edge(row);
-            let (s, t) = (before.length(), after.length());
-            let (from, to) = (before / s, after / t);
-            return ((from + to).normalize_or(to), (to - from) / (0.5 * (s + t)));
-        };
-        let (edge, sign) = if row == first { (self.edge(first), -1.0) } else { (self.edge(last - 1), 1.0) };
-        let inner = |k: usize| self.frame(if row == first { first + k } else { last - k }, piece).1;
+    #[inline(always)]
+    fn frame(&self, chords: &[Chord], row: usize, piece: Option<(usize, usize)>) -> Frame {
+        match piece {
+            Some((first, last)) if row == first || row == last => {
+                self.frame_at_an_end(chords, row == first, first, last)
+            }
+            _ => self.frame_within(chords, row),
+        }
+    }
+
+    #[inline(always)]
+    fn frame_within(&self, chords: &[Chord], row: usize) -> Frame {
+        let before = &chords[if row == 0 { self.count() - 1 } else { self.wrapped(row - 1) }];
+        let after = &chords[self.wrapped(row)];
+        let (from, to) = (before.direction, after.direction);
+        ((from + to).normalize_or(to), (to - from) / (0.5 * (before.length + after.length)))
+    }
+
+    fn frame_at_an_end(&self, chords: &[Chord], at_first: bool, first: usize, last: usize) -> Frame {
+        let (row, sign) = if at_first { (first, -1.0) } else { (last - 1, 1.0) };
+        let inner = |k: usize| self.frame_within(chords, if at_first { first + k } else { last - k }).1;
         let curvature = match last - first {
             0 | 1 => DVec3::ZERO,
             2 => inner(1),
             _ => 2.0 * inner(1) - inner(2),
         };
-        let (length, tangent) = (edge.length(), edge.normalize_or_zero());
-        ((tangent + sign * 0.5 * length * curvature).normalize_or(tangent), curvature)
+        let chord = &chords[self.wrapped(row)];
+        let tangent = chord.vector.normalize_or_zero();
+        ((tangent + sign * 0.5 * chord.length * curvature).normalize_or(tangent), curvature)
     }
 }
 
@@ -252,7 +282,7 @@ impl Curve for FairCurve<'_> {
         };
         let n = self.pieces(span) as f64 / self.pace(span);
         let edge = self.cubic(row);
-        let Edge { a, c, d, bend, bend_change, .. } = edge;
+        let Edge { a, c, d, bend, bend_change, .. } = *edge;
         Jet {
             point: edge.place(v),
             first: n * (a + v * (2.0 * c + 3.0 * v * d)),
@@ -282,7 +312,7 @@ impl FairCurves {
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
         let vertices = self.curves[i].as_ref().ok()?;
         let (dimension, closed, knots) = (self.dimension, self.closed[i], &self.knots[i][..]);
-        Some(FairCurve { dimension, closed, vertices, frames: OnceLock::new(), knots })
+        Some(FairCurve { dimension, closed, vertices, edges: OnceLock::new(), knots })
     }
 
     /// The coordinates and parameters of the samples of curve `i`.
