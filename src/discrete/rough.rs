@@ -102,12 +102,16 @@ impl Descender<'_> {
             let found = angles[i].as_ref().filter(|_| own > 0).map(|angles| angles.descend(&problems[i], own));
             (i, tried.and_then(found))
         };
+        let mut found = Vec::new();
         // Where to go on, by the number of iterations that may be taken.
         let (mut further, mut unsure) = (BTreeMap::<u32, Vec<usize>>::new(), BTreeMap::<u32, Vec<usize>>::new());
         for (i, (outcome, ending)) in parallel::of(open, by_angles) {
             let left = most.saturating_sub(outcome.iterations);
             match ending {
-                Ending::Found => further.entry(LAST).or_default().push(i),
+                Ending::Found => {
+                    found.push(i);
+                    further.entry(LAST).or_default().push(i);
+                }
                 Ending::Failed => further.entry(left).or_default().push(i),
                 Ending::Unbounded => {
                     unsure.entry(left.min(VERDICT.saturating_sub(outcome.iterations))).or_default().push(i);
@@ -131,6 +135,7 @@ impl Descender<'_> {
                 which.iter().for_each(|i| ended(*i, &outcomes[i]));
             }
         }
+        self.go_on_regauged(&found, problems, &mut outcomes)?;
         // A minimum at the vertices, if there is one near, is worth more than a way down without end.
         for (own, which) in unsure {
             self.go_on(&which, own, problems, &mut outcomes)?;
@@ -144,6 +149,36 @@ impl Descender<'_> {
         Ok(outcomes.into_values().collect())
     }
 
+    /// Goes on with curves that stall where their angles led them, with a gauge for the spans that they have now.
+    ///
+    /// The gauge's weight falls with the fifth power of the edges' length: where a span has become ten times as long,
+    /// the one set for the start is 10⁵ times too stiff. It is tried first all the same, since with 16 edges a span a
+    /// softer one lets polygons fold. What folds already is left.
+    fn go_on_regauged<const D: usize>(
+        &self,
+        found: &[usize],
+        problems: &[Problem<D>],
+        outcomes: &mut BTreeMap<usize, Outcome<D>>,
+    ) -> Result<()> {
+        // What runs away shows it soon, or is left.
+        let most = |i: usize| if problems[i].longest.is_finite() { VERDICT } else { u32::MAX };
+        let mut stalled = BTreeMap::<u32, Vec<usize>>::new();
+        let stalls =
+            |i: &usize| outcomes[i].standing == Standing::Stalled && !self.is_folded(&problems[*i], &outcomes[i]);
+        for i in found.iter().filter(|i| stalls(i)) {
+            let left = self.plan.most_iterations.min(most(*i)).saturating_sub(outcomes[i].iterations);
+            if left > 0 {
+                stalled.entry(left).or_default().push(*i);
+            }
+        }
+        for (own, which) in stalled {
+            let mut problems = self.rebased(&which, problems, outcomes);
+            problems.iter_mut().for_each(|problem| problem.regauge(self.plan.order));
+            self.go_on_with(&which, problems, own, outcomes)?;
+        }
+        Ok(())
+    }
+
     /// Descends curves from where they are in so many iterations at most.
     fn go_on<const D: usize>(
         &self,
@@ -152,13 +187,32 @@ impl Descender<'_> {
         problems: &[Problem<D>],
         outcomes: &mut BTreeMap<usize, Outcome<D>>,
     ) -> Result<()> {
+        self.go_on_with(which, self.rebased(which, problems, outcomes), most_iterations, outcomes)
+    }
+
+    /// The problems of curves from where they are.
+    fn rebased<const D: usize>(
+        &self,
+        which: &[usize],
+        problems: &[Problem<D>],
+        outcomes: &BTreeMap<usize, Outcome<D>>,
+    ) -> Vec<Problem<D>> {
         let rebased = |i: &usize| {
             let mut problem = problems[*i].clone();
             problem.rebase(&outcomes[i].displacements);
             problem
         };
-        let own = which.iter().map(rebased).collect();
-        for (i, after) in self.descend_some(which, own, most_iterations, &|_, _| {})? {
+        which.iter().map(rebased).collect()
+    }
+
+    fn go_on_with<const D: usize>(
+        &self,
+        which: &[usize],
+        problems: Vec<Problem<D>>,
+        most_iterations: u32,
+        outcomes: &mut BTreeMap<usize, Outcome<D>>,
+    ) -> Result<()> {
+        for (i, after) in self.descend_some(which, problems, most_iterations, &|_, _| {})? {
             if let Some(outcome) = outcomes.get_mut(&i) {
                 outcome.go_on(after);
             }

@@ -222,11 +222,9 @@ fn ready<const D: usize>(
         + if closed { distance(points[points.len() - 1], points[0]) } else { 0.0 };
     let gauge = match order {
         // Length alone lets vertices of attached curves run together. Pinned curves take one step.
-        1 if attached > 0.0 => GAUGE * highest / h,
+        1 if attached > 0.0 => gauge_of(1, highest, h),
         0 | 1 => 0.0,
-        2 => GAUGE * highest * h.powi(-3),
-        3 => GAUGE * highest * h.powi(-5),
-        order => GAUGE * highest * h.powi(1 - 2 * order as i32),
+        order => gauge_of(order, highest, h),
     };
     let free = free(&lengths, &data, closed, order.max(2) as f64 - 0.5);
     let longest = if fair.energy.bounds_length() { f64::INFINITY } else { LONGEST * chords / size };
@@ -264,6 +262,21 @@ fn attach<const D: usize>(targets: &mut Vec<Attached<D>>, row: u32, weight: f64,
     match same.filter(|target| target.row == row) {
         Some(target) => *target = Attached::spring(row, target.stiffness + weight, at),
         None => targets.push(Attached::spring(row, weight, at)),
+    }
+}
+
+/// The weight of the gauge for edges of length h.
+fn gauge_of(order: usize, highest: f64, h: f64) -> f64 {
+    GAUGE * highest * h.powi(1 - 2 * order as i32)
+}
+
+impl<const D: usize> Problem<D> {
+    /// Sets the gauge for the edges of the base, whose spans may have grown since it was set.
+    pub(super) fn regauge(&mut self, order: usize) {
+        let lengths: Vec<f64> = self.base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
+        let h = lengths.iter().sum::<f64>() / lengths.len() as f64;
+        self.gauge = gauge_of(order, self.highest, h);
+        self.free = free(&lengths, &self.data, self.closed, order as f64 - 0.5);
     }
 }
 

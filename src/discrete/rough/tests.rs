@@ -3,7 +3,7 @@ use std::f64::consts::TAU;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use crate::discrete::{Fair, bending, length, variation};
+use crate::discrete::{Fair, Segments, bending, length, variation};
 use crate::report::CurveReport;
 use crate::{CurveBatch, CurveStatus, Device, Sampling};
 
@@ -45,6 +45,23 @@ fn rough_curves_of_variation_and_a_little_length_converge_within_sixty_iteration
         println!("closed {closed}, σ {sigma}, seed 4: {soon} of 200");
         assert!(soon >= least, "closed {closed}, σ {sigma}, seed 4: {soon} of 200");
         assert!(own.iter().all(|report| report.status != CurveStatus::Unbounded));
+    }
+}
+
+#[test]
+fn rough_curves_of_many_edges_converge_where_the_gauge_of_their_start_stalls() {
+    let fair = Fair {
+        energy: variation() + 0.1 * length(),
+        segments: Segments::PerSpan(64),
+        max_iterations: 150,
+        ..Fair::default()
+    };
+    // 169 and 193 with the gauge of the start alone.
+    for (sigma, least) in [(0.6, 192), (1.2, 197)] {
+        let own = reports(&fair, &batch(200, false, sigma, 4));
+        let converged = own.iter().filter(|report| report.status == CurveStatus::Converged).count();
+        println!("σ {sigma}, 64 edges a span, seed 4: {converged} of 200");
+        assert!(converged >= least, "σ {sigma}, 64 edges a span, seed 4: {converged} of 200");
     }
 }
 
