@@ -26,6 +26,8 @@ pub(crate) struct Rounds<'g, Layout> {
     state_words: usize,
     layout: Layout,
     arrays: Arrays,
+    /// Arrays that come back after every round, beside the states.
+    looked_at: &'static [&'static str],
     pending: Pending<'g>,
 }
 
@@ -39,9 +41,21 @@ impl<'g, Layout> Rounds<'g, Layout> {
         (layout, arrays): (Layout, Arrays),
         round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,
     ) -> Result<Self> {
+        Self::looking::<State>((kernel, curves), recording, (layout, arrays), &[], round)
+    }
+
+    /// The same, of which the host sees the arrays named after every round.
+    pub fn looking<State: Pod>(
+        (kernel, curves): (&'static str, usize),
+        recording: Recording<'g>,
+        (layout, arrays): (Layout, Arrays),
+        looked_at: &'static [&'static str],
+        round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,
+    ) -> Result<Self> {
         let all: Vec<u32> = (0..curves as u32).collect();
-        let pending = submit(recording, &layout, &arrays, &all, round)?;
-        Ok(Rounds { kernel, curves, running: curves, state_words: size_of::<State>() / 4, layout, arrays, pending })
+        let pending = submit(recording, &layout, &arrays, (&all, looked_at), round)?;
+        let state_words = size_of::<State>() / 4;
+        Ok(Rounds { kernel, curves, running: curves, state_words, layout, arrays, looked_at, pending })
     }
 
     /// Waits for a round, and submits the next, of the curves that run.
@@ -51,6 +65,16 @@ impl<'g, Layout> Rounds<'g, Layout> {
     pub fn advance(
         self,
         round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,
+        wanted: &[&str],
+        ended: impl FnMut(usize),
+    ) -> Result<Step<Self, (Layout, Vec<Downloaded>)>> {
+        self.answer(|recording, layout, arrays, slots, _| round(recording, layout, arrays, slots), wanted, ended)
+    }
+
+    /// The same, where `round` is given the states, and the arrays that the host looks at.
+    pub fn answer(
+        self,
+        round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32], &[Downloaded]) -> Result<()>,
         wanted: &[&str],
         mut ended: impl FnMut(usize),
     ) -> Result<Step<Self, (Layout, Vec<Downloaded>)>> {
@@ -77,7 +101,10 @@ impl<'g, Layout> Rounds<'g, Layout> {
             wanted.iter().for_each(|name| recording.download(named(&self.arrays, name)));
             recording.submit()?
         } else {
-            submit(recording, &self.layout, &self.arrays, &slots, &round)?
+            let round = |recording: &mut Recording<'g>, layout: &Layout, arrays: &[(&str, &Buffer)], slots: &[u32]| {
+                round(recording, layout, arrays, slots, &found)
+            };
+            submit(recording, &self.layout, &self.arrays, (&slots, self.looked_at), round)?
         };
         Ok(Step::Again(Rounds { running: slots.len(), pending, ..self }))
     }
@@ -87,12 +114,13 @@ fn submit<'g, Layout>(
     mut recording: Recording<'g>,
     layout: &Layout,
     arrays: &Arrays,
-    slots: &[u32],
+    (slots, looked_at): (&[u32], &[&str]),
     round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,
 ) -> Result<Pending<'g>> {
     let bound: Vec<(&str, &Buffer)> = arrays.iter().map(|(name, array)| (*name, array)).collect();
     round(&mut recording, layout, &bound, slots)?;
     recording.download(named(arrays, "states"));
+    looked_at.iter().for_each(|name| recording.download(named(arrays, name)));
     recording.submit()
 }
 
