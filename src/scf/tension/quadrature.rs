@@ -213,7 +213,8 @@ impl Law {
         // Real and imaginary parts of the zeros of f.
         let singular = match pull {
             Pull::Below(gap) => {
-                let height = 2.0 * (0.5 * gap / (1.0 - gap)).sqrt().asinh();
+                // tanh ≤ 1: never above the distance itself, 2 artanh √(ε/(2 − ε)).
+                let height = 2.0 * (gap / (2.0 - gap)).sqrt();
                 [(0.0, height), (turn, height), (turn, height)]
             }
             Pull::Critical => [(0.0, 0.0), (turn, 0.0), (turn, 0.0)],

@@ -7,7 +7,7 @@
 
 use super::{Course, Pull, Shape, Solver};
 use crate::scf::tension::hessian;
-use crate::scf::tension::quadrature::{Compliance, Growth};
+use crate::scf::tension::quadrature::{Compliance, Growth, Law};
 
 /// Steps of Newton's method at most.
 const STEPS: usize = 12;
@@ -22,7 +22,8 @@ const STUCK: f64 = 0.1;
 const SMALL: f64 = 256.0;
 
 /// The farthest a step changes logarithms, and angles.
-const FARTHEST: [f64; 2] = [2.0, 0.5];
+const FARTHEST_LOGARITHM: f64 = 2.0;
+const FARTHEST_ANGLE: f64 = 0.5;
 
 /// Whether remainders of Newton's steps have come down to rounding.
 struct Closing {
@@ -45,8 +46,13 @@ impl Closing {
 
 /// A step of two unknowns, shortened to what is believed.
 fn shortened([logarithm, angle]: [f64; 2]) -> [f64; 2] {
-    let most = (logarithm.abs() / FARTHEST[0]).max(angle.abs() / FARTHEST[1]).max(1.0);
+    let most = (logarithm.abs() / FARTHEST_LOGARITHM).max(angle.abs() / FARTHEST_ANGLE).max(1.0);
     [logarithm / most, angle / most]
+}
+
+/// The power of an overshoot in which arcs move smoothly through the end.
+pub(in crate::scf::tension) fn smoothed(law: &Law, overshoot: f64) -> f64 {
+    overshoot.abs().powf(law.q).copysign(overshoot) / law.q
 }
 
 impl Solver<'_> {
@@ -140,11 +146,9 @@ impl Solver<'_> {
     /// One inflection, within (`overshoot` above 0) or beyond the upper end.
     pub(super) fn near_inflected(&self, t: f64, overshoot: f64) -> Option<Shape> {
         let (law, turning) = (self.law, self.high - self.low);
-        // The power of the overshoot in which the arcs move smoothly through the end.
-        let (mut log, mut smooth) = (t.ln(), overshoot.abs().powf(law.q).copysign(overshoot) / law.q);
+        let (mut t, mut smooth) = (t, smoothed(law, overshoot));
         let mut closing = Closing::new();
         for _ in 0..STEPS {
-            let t = log.exp();
             let (side, short) = (1f64.copysign(smooth), (law.q * smooth.abs()).powf(1.0 / law.q));
             let (pull, axis, long) = (Pull::Above(t), self.high + short, turning + short);
             let (sine, cosine) = axis.sin_cos();
@@ -177,7 +181,7 @@ impl Solver<'_> {
             }
             let [step, _] = hessian::solve(rows, [[right, up], [0.0; 2]]);
             let [grown, turned] = shortened(step);
-            (log, smooth) = (log + grown, smooth + turned);
+            (t, smooth) = (t * grown.exp(), smooth + turned);
             if !(grown.is_finite() && turned.is_finite()) {
                 return None;
             }
@@ -187,10 +191,9 @@ impl Solver<'_> {
 
     /// An arc from the free end's inflection.
     pub(super) fn near_inflected_free(&self, t: f64, long: f64) -> Option<Shape> {
-        let (law, mut log, mut long) = (self.law, t.ln(), long);
+        let (law, mut t, mut long) = (self.law, t, long);
         let mut closing = Closing::new();
         for _ in 0..STEPS {
-            let t = log.exp();
             let pull = Pull::Above(t);
             let (sine, cosine) = (self.low + long).sin_cos();
             let Growth { sums: [length, along, across], changes } = law.growth(t, long);
@@ -202,7 +205,7 @@ impl Solver<'_> {
             let rows = [[changes[0], radius * long.cos() + sine], [changes[1], radius * long.sin() - cosine]];
             let [step, _] = hessian::solve(rows, [missing, [0.0; 2]]);
             let [grown, turned] = shortened(step);
-            (log, long) = (log + grown, long + turned);
+            (t, long) = (t * grown.exp(), long + turned);
             if !grown.is_finite() || long.is_nan() || long <= -self.low {
                 return None;
             }
