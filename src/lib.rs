@@ -130,6 +130,8 @@
 //!   of some thousand vertices.
 //! - The host evaluates a segment of a smooth connection function again in f64, if f32 finds no
 //!   minimiser of it or no cost of full precision.
+//! - The host finds the spans of curves under tension in f64 at the start and at the end of a
+//!   search, and where they become spans of another kind.
 #![warn(missing_docs)]
 
 // The program is written as its users write theirs.

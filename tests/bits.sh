@@ -65,6 +65,7 @@ for which in ${devices[@]}; do
   run 'scf' o.csv fit "$octopus" --method scf
   run 'scf, exponent 3' o.csv fit "$dots" --method scf --exponent 3
   run 'scf, starts' o.csv fit "$dots" --method scf --starts 8
+  run 'scf, tension' o.csv fit "$dots" --method scf --exponent 3 --tension 1
   run 'scf 110m' o.csv fit "$borders" --method scf --samples 4
   run 'Bézier' o.csv bezier "$data/control_points.csv"
   run 'Bézier, variation' o.csv bezier "$data/control_points.csv" --energy variation=1,tension=0.1

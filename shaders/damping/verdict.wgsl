@@ -9,3 +9,12 @@ const VERDICT_FAIL: u32 = 2u;
 fn is_out_of_range(x: real) -> bool {
     return (bitcast<u32>(f32(x)) & 0x7f800000u) == 0x7f800000u;
 }
+
+// NaN or infinite: also of numbers beyond the range of f32.
+fn is_no_number(x: real) -> bool {
+//:if F64
+    return is_out_of_range(x * real(1.1830521861667747e-271));
+//:else
+    return is_out_of_range(x);
+//:end
+}

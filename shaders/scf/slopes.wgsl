@@ -14,7 +14,8 @@ struct SlopesCurve {
     start: u32,
     dots: u32,
     closed: u32,
-    padding: u32,
+    // Under tension its dots are let loose in so many stages.
+    stages: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: SlopesParams;
@@ -24,7 +25,8 @@ struct SlopesCurve {
 @group(0) @binding(3) var<storage, read_write> states: array<SlopesState>;
 // SLOPES_NUMBERS a curve, named below.
 @group(0) @binding(4) var<storage, read_write> numbers: array<real>;
-// Of every dot, 1 where its direction is an unknown, else 0; then the weights of all segments.
+// Of every dot, 1 where its direction is an unknown, else 0; then the weights of all segments; under tension
+// the stages in which the dots are let loose.
 @group(0) @binding(5) var<storage, read> fixed: array<real>;
 // What the segments cost at the trial: see evaluation.wgsl.
 @group(0) @binding(6) var<storage, read> found: array<real>;
@@ -51,13 +53,16 @@ const SLOPES_TOLERANCE: u32 = 3u;
 // Kept, as in the twin. Twin: gpu/search.rs
 const SLOPES_COST: u32 = 4u;
 const SLOPES_DECREMENT: u32 = 5u;
-const SLOPES_NUMBERS: u32 = 11u;
+const SLOPES_NUMBERS: u32 = 13u;
 // No twin: these do not come back.
 const SLOPES_ALPHA: u32 = 6u;
 const SLOPES_SLOPE: u32 = 7u;
 const SLOPES_STRETCH: u32 = 8u;
 const SLOPES_SMALLEST: u32 = 9u;
 const SLOPES_LAMBDA: u32 = 10u;
+// No twin: under tension, the tolerance of all stages but the last, and the stage.
+const SLOPES_ROUGHLY: u32 = 11u;
+const SLOPES_STAGE: u32 = 12u;
 
 // No twin: what the CPU has in arrays of their own.
 const WORK_GRADIENT: u32 = 0u;
@@ -71,14 +76,14 @@ const WORK_BORDER: u32 = 7u;
 // Twin: gpu/search.rs
 const WORK_NUMBERS: u32 = 8u;
 
-// NaN or infinite: also of numbers beyond the range of f32.
-fn is_no_number(x: real) -> bool {
-//:if F64
-    return is_out_of_range(x * real(1.1830521861667747e-271));
+//:if TENSION
+//:include scf/slopes/by_span.wgsl
 //:else
-    return is_out_of_range(x);
-//:end
+// 1 where a direction is an unknown, else 0.
+fn movable(dot: u32) -> real {
+    return fixed[dot];
 }
+//:end
 
 struct Received {
     cost: real,
@@ -112,15 +117,15 @@ fn receive(curve: SlopesCurve) -> Received {
         if (k == 0u) {
             opening = own;
         } else {
-            work[there + k] = own * fixed[curve.start + k];
+            work[there + k] = own * movable(curve.start + k);
         }
     }
     if (curve.closed != 0u) {
         opening += before;
     } else {
-        work[there + spans] = before * fixed[curve.start + spans];
+        work[there + spans] = before * movable(curve.start + spans);
     }
-    work[there] = opening * fixed[curve.start];
+    work[there] = opening * movable(curve.start);
     for (var k = 0u; k < curve.dots; k++) {
         slope += work[there + k] * work[step + k];
     }
@@ -159,125 +164,7 @@ fn accept(curve: SlopesCurve) -> bool {
     return is_flat;
 }
 
-fn damped_diagonal(curve: SlopesCurve, k: u32, lambda: real) -> real {
-    let d = work[WORK_DIAGONAL * params.dots + curve.start + k];
-    // A dot between straight segments has no stiffness at all, and no moment.
-    return select(d + lambda * abs(d), real(1), d == real(0));
-}
-
-// Factors H + λ diag|H|, and takes −g through the first half of the solution; the smallest pivot.
-// See src/linalg/banded.rs.
-fn factor(curve: SlopesCurve, lambda: real) -> real {
-    let dots = params.dots;
-    let coupling = WORK_COUPLING * dots + curve.start;
-    let pivots = WORK_PIVOT * dots + curve.start;
-    let bands = WORK_BAND * dots + curve.start;
-    let borders = WORK_BORDER * dots + curve.start;
-    let steps = WORK_STEP * dots + curve.start;
-    let gradients = WORK_GRADIENT * dots + curve.start;
-    let closed = curve.closed != 0u;
-    let n = curve.dots;
-    var smallest = real(1) / real(1e-30);
-    var movable_before = fixed[curve.start];
-    let movable_first = movable_before;
-    var corner = damped_diagonal(curve, 0u, lambda) * movable_first + (real(1) - movable_first);
-    var kept = -work[gradients];
-    var inverse = real(0);
-    var border_before = real(0);
-    var x_before = real(0);
-    var first = 1u;
-    if (!closed) {
-        smallest = -larger_of(-smallest, -corner);
-        inverse = real(1) / corner;
-        work[pivots] = inverse;
-        work[steps] = kept;
-        x_before = kept;
-        first = 0u;
-    }
-    for (var i = 1u; i < n; i++) {
-        let movable = fixed[curve.start + i];
-        var pivot = damped_diagonal(curve, i, lambda) * movable + (real(1) - movable);
-        let entry = work[coupling + i - 1u] * (movable * movable_before);
-        var x = -work[gradients + i];
-        var border = real(0);
-        if (i > first) {
-            let l = entry * inverse;
-            pivot -= l * entry;
-            work[bands + i] = l;
-            x -= l * x_before;
-            border -= l * border_before;
-        } else {
-            // Row 0 of a closed curve is kept for the end.
-            border = entry;
-        }
-        inverse = real(1) / pivot;
-        smallest = -larger_of(-smallest, -pivot);
-        work[pivots + i] = inverse;
-        work[steps + i] = x;
-        if (closed) {
-            if (i + 1u == n) {
-                border += work[coupling + i] * (movable_first * movable);
-            }
-            let scaled = border * inverse;
-            corner -= scaled * border;
-            kept -= scaled * x;
-            work[borders + i] = scaled;
-            border_before = border;
-        }
-        movable_before = movable;
-        x_before = x;
-    }
-    if (closed) {
-        smallest = -larger_of(-smallest, -corner);
-        work[steps] = kept * (real(1) / corner);
-    }
-    return smallest;
-}
-
-fn larger_of(x: real, y: real) -> real {
-    return select(y, x, x > y);
-}
-
-struct Solved {
-    // g·p
-    slope: real,
-    // The largest |p|.
-    most: real,
-}
-
-// The second half of the solution p of (H + λ diag|H|) p = −g.
-fn solve(curve: SlopesCurve) -> Solved {
-    let dots = params.dots;
-    let pivots = WORK_PIVOT * dots + curve.start;
-    let bands = WORK_BAND * dots + curve.start;
-    let borders = WORK_BORDER * dots + curve.start;
-    let steps = WORK_STEP * dots + curve.start;
-    let gradients = WORK_GRADIENT * dots + curve.start;
-    let closed = curve.closed != 0u;
-    let n = curve.dots;
-    let kept = work[steps];
-    var after = real(0);
-    var most = select(real(0), abs(kept), closed);
-    // From the last row to the first that is not kept.
-    for (var k = curve.closed; k < n; k++) {
-        let i = n - 1u - k + curve.closed;
-        var here = work[pivots + i] * work[steps + i];
-        if (i + 1u < n) {
-            here -= work[bands + i + 1u] * after;
-        }
-        if (closed) {
-            here -= work[borders + i] * kept;
-        }
-        work[steps + i] = here;
-        after = here;
-        most = larger_of(most, abs(here));
-    }
-    var slope = real(0);
-    for (var k = 0u; k < n; k++) {
-        slope += work[gradients + k] * work[steps + k];
-    }
-    return Solved(slope, most);
-}
+//:include scf/slopes/factor.wgsl
 
 fn tick(index: u32) {
     let curve = curves[index];
@@ -286,6 +173,17 @@ fn tick(index: u32) {
         return;
     }
     let at = index * SLOPES_NUMBERS;
+//:if TENSION
+    stage = numbers[at + SLOPES_STAGE];
+    if (is_waiting(state) && is_to_be_asked(curve)) {
+        state.flags |= FLAG_ASKED;
+        state.standing = SLOPES_STANDING_RUNNING;
+        states[index] = state;
+    }
+    if ((state.flags & FLAG_ASKED) != 0u) {
+        return;
+    }
+//:end
     let share = numbers[at + SLOPES_SHARE];
     var cost = numbers[at + SLOPES_COST];
     var lambda = numbers[at + SLOPES_LAMBDA];
@@ -297,7 +195,7 @@ fn tick(index: u32) {
             state.culprit = received.missing;
         }
         var taken = true;
-        if (state.evaluations == 1u) {
+        if (state.evaluations == 1u || (state.flags & FLAG_LOOSENED) != 0u) {
             if (!exists || is_no_number(received.cost)) {
                 state.standing = SLOPES_STANDING_NOWHERE;
                 states[index] = state;
@@ -308,12 +206,21 @@ fn tick(index: u32) {
             let stretch = numbers[at + SLOPES_STRETCH];
             let root = power(received.cost / cost, share);
             let there = received.slope * root / received.cost;
+//:if TENSION
+            let part = change(curve) / cost;
+            // The root to first order, where it is too near to 1 for its digits.
+            let energy = real(0);
+            let energy_there = select(root - real(1), share * part, abs(part) < NEARLY);
+//:else
+            let energy = real(1);
+            let energy_there = root;
+//:end
             let trial = Trial(
                 exists && numbers[at + SLOPES_SMALLEST] > real(0),
                 share * stretch * numbers[at + SLOPES_SLOPE] / cost,
                 share * stretch * there,
-                real(1),
-                root,
+                energy,
+                energy_there,
                 numbers[at + SLOPES_ALPHA],
             );
             let damping = damped(lambda, trial);
@@ -329,6 +236,9 @@ fn tick(index: u32) {
                 if (damping.verdict == VERDICT_FAIL || at_the_edge) {
                     let unattained = (state.flags & FLAG_UNATTAINED) != 0u;
                     state.standing = select(SLOPES_STANDING_STALLED, SLOPES_STANDING_UNATTAINED, unattained);
+//:if TENSION
+                    state = loosened(curve, index, state);
+//:end
                     states[index] = state;
                     return;
                 }
@@ -338,6 +248,9 @@ fn tick(index: u32) {
             cost = received.cost;
             numbers[at + SLOPES_COST] = cost;
             let is_flat = accept(curve);
+//:if TENSION
+            keep_spans(curve);
+//:end
             state.flags = FLAG_ACCEPTED | select(0u, FLAG_FLAT, is_flat);
         }
     }
@@ -378,9 +291,15 @@ fn tick(index: u32) {
             numbers[at + SLOPES_DECREMENT] = real(0);
             state.standing = SLOPES_STANDING_CONVERGED;
         } else if (undamped) {
+//:if TENSION
+            let decrement = decrement_by_dot(curve);
+            let tolerance = numbers[at + select(SLOPES_ROUGHLY, SLOPES_TOLERANCE, is_last_stage(curve))];
+//:else
             let decrement = sqrt(larger_of(square, real(0)) / cost);
+            let tolerance = numbers[at + SLOPES_TOLERANCE];
+//:end
             numbers[at + SLOPES_DECREMENT] = decrement;
-            if (decrement <= numbers[at + SLOPES_TOLERANCE]) {
+            if (decrement <= tolerance) {
                 state.standing = SLOPES_STANDING_CONVERGED;
             }
         }
@@ -389,6 +308,9 @@ fn tick(index: u32) {
         }
     }
     state.flags &= FLAG_UNATTAINED;
+//:if TENSION
+    state = loosened(curve, index, state);
+//:end
     states[index] = state;
 }
 

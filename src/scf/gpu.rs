@@ -1,7 +1,8 @@
 //! Smooth connection functions on a GPU: kernels, and segments by themselves; [`search`] has those
-//! of curves.
+//! of curves, [`taut`] those of curves under tension.
 
 mod search;
+pub(super) mod taut;
 #[cfg(all(test, feature = "gpu"))]
 mod tests;
 
@@ -74,7 +75,8 @@ fn kernel_key(path: &'static str, entry: &'static str, precision: Precision) -> 
 
 /// The kernels in every form.
 pub(crate) fn scf_kernels(precision: Precision) -> Vec<KernelKey> {
-    vec![evaluation_kernel(precision), slopes_kernel(precision)]
+    let of_tension = [taut::tension_kernel(precision), taut::taut_kernel(precision), taut::answer_kernel(precision)];
+    [evaluation_kernel(precision), slopes_kernel(precision)].into_iter().chain(of_tension).collect()
 }
 
 /// `Segment::kind`

@@ -122,9 +122,11 @@ pub(crate) struct Search<T: Real + Scalar> {
 }
 
 /// A span's cost that changes by less than this part of itself changes by the mean of its slopes
-/// times the turn: the difference of two costs has no digits there. Not in the kernel: it knows no
-/// tension.
+/// times the turn: the difference of two costs has no digits there.
 const CLOSE: f64 = 1e-9;
+
+/// A cost's root that changes by less than this part of itself changes by ν⁻¹ of the cost's change.
+const NEARLY: f64 = 1e-4;
 
 /// What became of a search.
 #[derive(Clone, Debug, PartialEq)]
@@ -272,7 +274,7 @@ impl<T: Real + Scalar<Number = T>> Search<T> {
                 Some(before) => {
                     let part = self.change(before, evaluations) / self.cost;
                     // The root to first order, where it is too near to 1 for its digits.
-                    [zero, if Scalar::abs(part) < T::of(1e-4) { share * part } else { root - one }]
+                    [zero, if Scalar::abs(part) < T::of(NEARLY) { share * part } else { root - one }]
                 }
             };
             let trial = Trial {

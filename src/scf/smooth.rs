@@ -39,8 +39,10 @@ const TASK_SEGMENTS: usize = 1024;
 /// curve has one: a closed triangle with ν ≤ 2, for example, grows without end unless it is near
 /// equilateral. With a [`tension`](Self::tension) every curve has. Its segments are those of
 /// [`TensionSegment::between`](super::TensionSegment::between), straight in the middle where ν > 2
-/// and the span is long; the search runs on the CPU whatever the device, and the fit's report says
-/// so.
+/// and the span is long. On a GPU the kernel follows every span from trial to trial, and the host, in f64,
+/// finds each at the start and at the end, and in between where it turns into one of another kind. The fit's report
+/// counts the curves that the kernel did not bring to an end: the CPU has searched those from the start, as in f32
+/// those of spans so unlike that their costs are beyond its range.
 ///
 /// Accuracy: costs to about 1e-12, points to 1e-13 of the chord, directions at the tolerance asked
 /// for.
@@ -138,6 +140,10 @@ impl Smooth {
         let ready: Vec<&Dots> = dots.iter().flatten().collect();
         device.finished(batch.len() - ready.len());
         let found = self.search(&ready, &exponents, device)?;
+        let mut report = device.report(true)?;
+        if report.is_gpu {
+            report.finished_on_cpu = found.iter().filter(|(found, _)| found.on_cpu).count();
+        }
         let mut found = found.into_iter();
         let (mut curves, mut reports, mut problems) = (Vec::new(), Vec::new(), BTreeMap::new());
         for (i, dots) in dots.iter().enumerate() {
@@ -164,9 +170,7 @@ impl Smooth {
         let times = (0..batch.len()).map(|i| batch.given_knots(i)).collect();
         let chains =
             Chains { curves, universal: exponents.universal, closed, times, problems, origin: batch.origin().clone() };
-        // Under tension the search has no kernel.
-        let worker = if self.tension > 0.0 { device.on_cpu() } else { device.clone() };
-        Ok(Fit::new(chains, reports, worker.report(true)?))
+        Ok(Fit::new(chains, reports, report))
     }
 
     /// Fits every curve and samples it.
@@ -224,7 +228,7 @@ impl Smooth {
             (found, chain)
         };
         if self.tension > 0.0 {
-            return Ok(self.search_under_tension(dots, exponents, device, &until, lay));
+            return self.search_under_tension(dots, exponents, device, &until, lay);
         }
         if let Some(gpu) = device.as_gpu() {
             let precision = device.kernel_precision(gpu, true)?;

@@ -45,6 +45,8 @@ pub(crate) struct Found {
     pub culprit: Option<usize>,
     /// Where the spans under tension are; empty without.
     pub known: Vec<Near>,
+    /// Whether the CPU found it in place of a kernel.
+    pub on_cpu: bool,
 }
 
 impl Found {
@@ -196,6 +198,7 @@ impl Found {
             evaluations: outcome.evaluations,
             culprit: outcome.culprit,
             known: Vec::new(),
+            on_cpu: false,
         }
     }
 }

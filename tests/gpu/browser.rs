@@ -14,7 +14,7 @@ use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
 use faircurve::linalg::block_ring::{BlockBatch, solve_blocks_on_gpu};
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
-use faircurve::scf::{Query, evaluate_segments};
+use faircurve::scf::{Query, Smooth, evaluate_segments};
 use faircurve::spline::{Amount, Natural, Smoothing, uniform};
 use faircurve::{CurveBatch, Device, Precision, Sampling};
 use rand::RngExt;
@@ -73,6 +73,7 @@ fn capture_everything(gpu: Gpu) -> Vec<CapturedDispatch> {
     captured.extend(gpu.capture(|| discrete_energies(&device)).unwrap().1);
     captured.extend(gpu.capture(|| descents(&device)).unwrap().1);
     captured.extend(gpu.capture(|| segments(&device)).unwrap().1);
+    captured.extend(gpu.capture(|| taut(&device)).unwrap().1);
     captured.extend(gpu.capture(|| beziers(&device)).unwrap().1);
     captured.extend(gpu.capture(|| grids(&device)).unwrap().1);
     captured
@@ -179,6 +180,15 @@ fn segments(device: &Device) -> faircurve::Result<()> {
         exponents.into_iter().flat_map(|exponent| angles.map(|angles| query((exponent, angles)))).collect();
     let costs = evaluate_segments(&queries, device)?;
     assert!(costs.iter().all(Option::is_some), "{costs:?}");
+    Ok(())
+}
+
+/// A curve under tension whose spans become others on the way, so that the host is asked.
+fn taut(device: &Device) -> faircurve::Result<()> {
+    let points = [[0.0, 0.0], [1.0, 0.0], [0.0, 0.3], [0.4, 1.0], [1.5, 0.9]];
+    let smooth = Smooth { exponent: 3.0, tension: 1.0, ..Smooth::default() };
+    let fit = smooth.fit(&CurveBatch::from_slices(&[&points[..]])?, device)?;
+    assert_eq!(fit.usable(), 1, "{:?}", fit.reports());
     Ok(())
 }
 

@@ -21,6 +21,7 @@ mod conformance_fair;
 mod conformance_laplacian;
 mod conformance_linalg;
 mod conformance_scf;
+mod conformance_scf_tension;
 mod conformance_smoothing;
 mod robustness;
 mod shader_lint;

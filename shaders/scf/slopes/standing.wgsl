@@ -20,6 +20,10 @@ const FLAG_ACCEPTED: u32 = 2u;
 const FLAG_STIFFENED: u32 = 4u;
 // The gradient is 0 where it stands.
 const FLAG_FLAT: u32 = 8u;
+// The host has been asked for segments under tension.
+const FLAG_ASKED: u32 = 16u;
+// More dots were let loose where it stands.
+const FLAG_LOOSENED: u32 = 32u;
 
 struct SlopesState {
     standing: u32,
@@ -32,5 +36,5 @@ struct SlopesState {
 
 // Whether there is a trial to be evaluated.
 fn is_waiting(state: SlopesState) -> bool {
-    return state.standing <= SLOPES_STANDING_RUNNING && (state.flags & FLAG_STIFFENED) == 0u;
+    return state.standing <= SLOPES_STANDING_RUNNING && (state.flags & (FLAG_STIFFENED | FLAG_ASKED)) == 0u;
 }

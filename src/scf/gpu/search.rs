@@ -1,6 +1,8 @@
 //! Newton's method on the slopes of many curves, on a GPU: their state stays there, and only
 //! standings come back until none runs.
 
+use std::borrow::Cow;
+
 use bytemuck::{Pod, Zeroable};
 
 use super::{
@@ -10,6 +12,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Recording, Rounds, kept, pipeline, plan};
 use crate::precision::Precision;
 use crate::scf::slopes::{Ends, LONGEST, Outcome, Search, SlopesProblem, SlopesStanding, Until};
+use crate::scf::taut::ROUGHLY;
 use crate::scf::universal::Universal;
 use crate::scf::workspace::Workspace;
 
@@ -31,10 +34,10 @@ pub(super) const ROUNDINGS: f64 = 32.0;
 
 /// The smallest weight, and the smallest cost of the most expensive segment, that f32 is trusted
 /// with: their parts that matter are normal numbers still.
-const LEAST_NARROW: f64 = 1e-18;
+pub(super) const LEAST_NARROW: f64 = 1e-18;
 
 /// The largest ν in f32: costs are below (2π)^ν.
-const MOST_NARROW: f64 = 32.0;
+pub(super) const MOST_NARROW: f64 = 32.0;
 
 /// `SlopesParams` of `slopes.wgsl`.
 #[repr(C)]
@@ -52,11 +55,12 @@ pub(super) struct SlopesCurve {
     pub start: u32,
     pub dots: u32,
     pub closed: u32,
-    pub padding: u32,
+    /// Under tension its dots are let loose in so many stages.
+    pub stages: u32,
 }
 
 /// Numbers of a curve, and those of them that come back.
-const SLOPES_NUMBERS: usize = 11;
+const SLOPES_NUMBERS: usize = 13;
 const SLOPES_COST: usize = 4;
 const SLOPES_DECREMENT: usize = 5;
 
@@ -193,7 +197,7 @@ impl<'a> Job<'a> {
             .map(|problem| {
                 let (start, own) = (dots, problem.movable.len() as u32);
                 dots += own;
-                SlopesCurve { start, dots: own, closed: problem.closed.into(), padding: 0 }
+                SlopesCurve { start, dots: own, closed: problem.closed.into(), stages: 1 }
             })
             .collect();
         let count = dots as usize;
@@ -219,7 +223,7 @@ impl<'a> Job<'a> {
                 fixed[count + start + k] = span.weight;
             }
             let own = &mut numbers[slot * SLOPES_NUMBERS..];
-            own[..SLOPES_NUMBERS].copy_from_slice(&self.given(problem.exponent));
+            own[..SLOPES_NUMBERS].copy_from_slice(&given(self.precision, self.until, problem.exponent, ROUNDINGS));
         }
         let arrays = vec![
             ("universals", recording.upload_reals(&universals(self.curves))),
@@ -235,17 +239,6 @@ impl<'a> Job<'a> {
         ];
         let of_curves = ("scf/slopes", members.len());
         Rounds::start::<SlopesState>(of_curves, recording, (table, arrays), |r, t, a, s| self.round(r, t, a, s))
-    }
-
-    /// The numbers of a curve at first: see `slopes.wgsl`. What the kernel must write before it
-    /// reads it is NaN.
-    fn given(&self, exponent: f64) -> [f64; SLOPES_NUMBERS] {
-        let epsilon = if self.precision == Precision::F64 { 0.0 } else { f64::from(f32::EPSILON) };
-        let (share, part) = (1.0 / exponent, 1.0 - 1.0 / exponent);
-        let least = (exponent - 1.0).max(1.0).powf(-LONGEST);
-        let tolerance = self.until.tolerance.max(ROUNDINGS * epsilon);
-        let (infinity, unknown) = (f64::INFINITY, f64::NAN);
-        [share, part, least, tolerance, infinity, infinity, unknown, unknown, unknown, unknown, 0.0]
     }
 
     /// Some trials of the curves listed, each an evaluation of their segments and a step.
@@ -279,24 +272,55 @@ impl<'a> Job<'a> {
     }
 }
 
+/// The numbers of a curve at first: see `slopes.wgsl`. What the kernel must write before it reads it is NaN. In f32
+/// the tolerance is so many ε at least.
+pub(super) fn given(precision: Precision, until: &Until, exponent: f64, roundings: f64) -> [f64; SLOPES_NUMBERS] {
+    let epsilon = if precision == Precision::F64 { 0.0 } else { f64::from(f32::EPSILON) };
+    let (share, part) = (1.0 / exponent, 1.0 - 1.0 / exponent);
+    let least = (exponent - 1.0).max(1.0).powf(-LONGEST);
+    let tolerance = until.tolerance.max(roundings * epsilon);
+    let (infinity, unknown) = (f64::INFINITY, f64::NAN);
+    let roughly = tolerance.max(ROUGHLY);
+    [share, part, least, tolerance, infinity, infinity, unknown, unknown, unknown, unknown, 0.0, roughly, 0.0]
+}
+
 fn unpack(members: &[usize], (table, results): &(Table, Vec<Downloaded>), outcomes: &mut [Outcome]) {
-    let states = results[0].as_slice::<SlopesState>();
-    let (numbers, turns) = (results[1].reals(), results[2].reals());
     let count: usize = table.iter().map(|curve| curve.dots as usize).sum();
+    let results = Results::of(results);
     for (slot, (&i, curve)) in members.iter().zip(table).enumerate() {
+        outcomes[i] = results.outcome(slot, curve, count);
+    }
+}
+
+/// What came back of a chunk.
+pub(super) struct Results<'a> {
+    states: &'a [SlopesState],
+    numbers: Cow<'a, [f64]>,
+    turns: Cow<'a, [f64]>,
+}
+
+impl<'a> Results<'a> {
+    /// Of the arrays that are wanted.
+    pub fn of(arrays: &'a [Downloaded]) -> Self {
+        Results { states: arrays[0].as_slice(), numbers: arrays[1].reals(), turns: arrays[2].reals() }
+    }
+
+    /// What became of the curve in a slot, of a chunk of so many dots.
+    pub fn outcome(&self, slot: usize, curve: &SlopesCurve, count: usize) -> Outcome {
+        let state = self.states[slot];
         let start = count + curve.start as usize;
-        let own = &numbers[slot * SLOPES_NUMBERS..];
-        outcomes[i] = Outcome {
-            turns: turns[start..start + curve.dots as usize].to_vec(),
+        let own = &self.numbers[slot * SLOPES_NUMBERS..];
+        Outcome {
+            turns: self.turns[start..start + curve.dots as usize].to_vec(),
             cost: own[SLOPES_COST],
             decrement: own[SLOPES_DECREMENT],
             standing: STANDINGS
                 .into_iter()
-                .find(|own| *own as u32 == states[slot].standing)
+                .find(|own| *own as u32 == state.standing)
                 .unwrap_or(SlopesStanding::Running),
-            iterations: states[slot].iterations,
-            evaluations: states[slot].evaluations,
-            culprit: (states[slot].culprit as usize).checked_sub(1),
-        };
+            iterations: state.iterations,
+            evaluations: state.evaluations,
+            culprit: (state.culprit as usize).checked_sub(1),
+        }
     }
 }

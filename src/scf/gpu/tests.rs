@@ -1,5 +1,7 @@
 //! Searches on the GPU against those of the CPU in f64, and the kernels' constants against its own.
 
+mod taut;
+
 use std::f64::consts::TAU;
 
 use rand::rngs::StdRng;
@@ -221,7 +223,7 @@ fn host_structs_are_laid_out_as_the_kernels() {
         assert_layout!(evaluation_kernel(precision), EvaluationParams { tasks });
         assert_layout!(evaluation_kernel(precision), Segment { owner, first, last, kind });
         assert_layout!(slopes_kernel(precision), SlopesParams { tasks, dots, most_iterations });
-        assert_layout!(slopes_kernel(precision), SlopesCurve { start, dots, closed, padding });
+        assert_layout!(slopes_kernel(precision), SlopesCurve { start, dots, closed, stages });
         let state = slopes_kernel(precision);
         assert_layout!(state, SlopesState { standing, iterations, evaluations, flags, culprit });
     }

@@ -2,8 +2,9 @@
 //! exponent.
 
 use super::hessian::STRAIGHT;
-use super::quadrature::Law;
-use super::solve::Shape;
+use super::quadrature::{Law, Pull};
+use super::solve::near::smoothed;
+use super::solve::{Course, Shape};
 use super::{Frame, PI, TensionSegment};
 use crate::scf::evaluation::Evaluation;
 use crate::scf::slopes::Ends;
@@ -20,6 +21,22 @@ impl TensionLaw {
     pub fn exponent(&self) -> f64 {
         self.0.nu
     }
+
+    /// As kernels read it.
+    pub fn packed(&self) -> Vec<f64> {
+        self.0.packed()
+    }
+}
+
+/// The kinds of shapes that the kernel follows, by its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Followed {
+    Nothing,
+    Below,
+    Flat,
+    Above,
+    FreeFlat,
+    FreeAbove,
 }
 
 /// What was found of a span before; nothing at first.
@@ -28,6 +45,29 @@ pub(crate) struct Near {
     shape: Option<Shape>,
     /// At these angles.
     found: Option<([f64; 2], Evaluation<f64>)>,
+}
+
+impl Near {
+    /// The kind of what is known, and its two unknowns, as the kernel follows them.
+    pub fn packed(&self, law: &TensionLaw, ends: Ends) -> [f64; 3] {
+        let nothing = (Followed::Nothing, 0.0, 0.0);
+        let (kind, first, second) = self.shape.map_or(nothing, |shape| {
+            let Shape { pull, axis, course, ends: [low, high], .. } = shape;
+            match (pull, course, ends) {
+                (_, _, Ends::Straight) | (_, Course::Around(_), _) => nothing,
+                // For ν ≤ 2 only what is straight from end to end has a straight piece.
+                (Pull::Critical, ..) if law.0.nu <= 2.0 => nothing,
+                (Pull::Below(gap), _, Ends::Directed) => (Followed::Below, gap, axis),
+                (Pull::Critical, _, Ends::Directed) => (Followed::Flat, 0.0, axis),
+                (Pull::Above(t), Course::Direct, Ends::Directed) => (Followed::Above, t, smoothed(&law.0, -high)),
+                (Pull::Above(t), Course::Through(_), Ends::Directed) => (Followed::Above, t, smoothed(&law.0, high)),
+                (Pull::Below(_), ..) => nothing,
+                (Pull::Critical, ..) => (Followed::FreeFlat, 0.0, low.abs()),
+                (Pull::Above(t), ..) => (Followed::FreeAbove, t, low),
+            }
+        });
+        [f64::from(kind as u8), first, second]
+    }
 }
 
 /// A span whose end tangents a search turns.
@@ -57,6 +97,12 @@ impl TensionSpan {
     pub fn segment_near(&self, law: &TensionLaw, angles: [f64; 2], known: &Near) -> Option<TensionSegment> {
         let near = known.shape.and_then(|shape| self.segment_by(law, angles, Some(&shape)));
         near.or_else(|| self.segment(law, angles))
+    }
+
+    /// Whether the segment of the kind of one known is found near it.
+    #[cfg(test)]
+    pub fn is_followed(&self, law: &TensionLaw, angles: [f64; 2], known: &Near) -> bool {
+        known.shape.is_some_and(|shape| self.segment_by(law, angles, Some(&shape)).is_some())
     }
 
     pub(super) fn segment_by(

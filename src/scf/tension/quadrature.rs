@@ -65,7 +65,6 @@ fn jacobi(beta: f64, z: f64) -> [f64; 3] {
 }
 
 impl Rule {
-    #[cfg(test)]
     pub(super) fn nodes(&self) -> impl Iterator<Item = (f64, f64)> {
         self.0.into_iter()
     }
@@ -138,6 +137,13 @@ impl Law {
             tension,
             rules: Arc::new(Rules { inflection: Rule::for_weight(-1.0 / nu), flat: Rule::for_weight(flat) }),
         }
+    }
+
+    /// The exponent and the rules as kernels read them: see `quadrature.wgsl`.
+    pub(super) fn packed(&self) -> Vec<f64> {
+        let rules = [&*LEGENDRE, &self.rules.inflection, &self.rules.flat];
+        let nodes = rules.into_iter().flat_map(Rule::nodes).flat_map(|(node, weight)| [node, weight]);
+        [self.nu, self.q, 1.0 / self.q, 1.0 / self.nu].into_iter().chain(nodes).collect()
     }
 
     /// The same exponent under another tension.

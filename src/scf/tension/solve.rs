@@ -15,7 +15,7 @@
 mod convex;
 mod free;
 mod loops;
-mod near;
+pub(super) mod near;
 
 use super::quadrature::{Law, Pull};
 use std::f64::consts::PI;

@@ -1,0 +1,236 @@
+//! Segments and curves under tension on the GPU against those of the CPU in f64.
+
+use super::*;
+use crate::scf::evaluation::Evaluation;
+use crate::scf::gpu::taut::{
+    Answer, AnswerParams, FLAG_ASKED, MOST_DOTS, TautSearch, answer_kernel, followed_on_gpu, search_taut_on_gpu,
+    taut_kernel, tension_kernel,
+};
+use crate::scf::tension::{Near, TensionLaw, TensionSpan};
+
+const ENDS: [Ends; 3] = [Ends::Directed, Ends::FreeStart, Ends::FreeEnd];
+
+/// ν of every law.
+const LAWS: [f64; 6] = [1.3, 1.5, 2.0, 3.0, 8.0, 20.0];
+
+type Followed = (u16, TensionSpan, [f64; 2], Near);
+
+/// Random spans, known at some angles, to be followed to others up to `far` away.
+fn spans(laws: &[TensionLaw], count: usize, far: f64, seed: u64) -> Vec<Followed> {
+    println!("seed {seed}");
+    let mut random = StdRng::seed_from_u64(seed);
+    let mut all = Vec::new();
+    while all.len() < count {
+        let law = random.random_range(0..laws.len());
+        let ends = ENDS[random.random_range(0..4usize).saturating_sub(1)];
+        let tension = 10f64.powf(random.random_range(-2.0..3.0));
+        let span = TensionSpan { chord: 1.0, tension, ends };
+        let angles = [0; 2].map(|_| random.random_range(-2.5..2.5));
+        let mut near = Near::default();
+        if span.evaluate(&laws[law], angles, &mut near).exists > 0.0 {
+            all.push((law as u16, span, angles.map(|angle| angle + random.random_range(-far..=far)), near));
+        }
+    }
+    all
+}
+
+/// The largest difference, of the largest of all.
+fn relative(found: &[f64], wanted: &[f64]) -> f64 {
+    let largest = wanted.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let apart = largest_difference(found, wanted);
+    if apart == 0.0 { 0.0 } else { apart / largest }
+}
+
+/// Roundings of costs, of first and of second derivatives. Newton's steps end where a chord is closed to 256 ε of its
+/// arcs' lengths; second derivatives are quotients of differences.
+const ROUNDINGS_FOLLOWED: [f64; 3] = [1024.0, 1024.0, 4096.0];
+
+#[test]
+fn segments_are_followed_to_the_costs_and_derivatives_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let laws = LAWS.map(TensionLaw::new);
+    for (far, seed) in [(0.0, 710), (1e-3, 711), (0.1, 712)] {
+        let spans = spans(&laws, 1000, far, seed);
+        for precision in precisions(&gpu) {
+            let all = followed_on_gpu(&gpu, precision, &laws, &spans).unwrap();
+            let epsilon = if precision == Precision::F64 { f64::EPSILON } else { f64::from(f32::EPSILON) };
+            let (mut followed, mut on_cpu, mut worst) = (0, 0, [0.0f64; 3]);
+            for ((law, span, angles, known), found) in spans.iter().zip(&all) {
+                let law = &laws[usize::from(*law)];
+                on_cpu += usize::from(span.is_followed(law, *angles, known));
+                let Some(found) = found else { continue };
+                followed += 1;
+                let wanted = span.evaluate(law, *angles, &mut known.clone());
+                let used = [
+                    relative(&[found.cost], &[wanted.cost]),
+                    relative(&found.gradient, &wanted.gradient),
+                    relative(&found.hessian, &wanted.hessian),
+                ];
+                for k in 0..3 {
+                    worst[k] = worst[k].max(used[k]);
+                    let bound = ROUNDINGS_FOLLOWED[k] * epsilon;
+                    assert!(
+                        used[k] <= bound,
+                        "ν = {}, {span:?} to {angles:?} in {precision:?}: {used:?}, {found:?} for {wanted:?}",
+                        law.exponent()
+                    );
+                }
+            }
+            println!("by {far}, {precision:?}: {followed} followed, {on_cpu} by the CPU; {worst:?} apart");
+            // The others are loops between two inflections.
+            assert!(followed > 800 && followed + 10 > on_cpu, "by {far}, {precision:?}: {followed} for {on_cpu}");
+        }
+    }
+}
+
+/// Curves of dots of one kind, λ = (2qτ)^ν on a chord of 1, of which every second dot is let loose later.
+fn taut(searches: Vec<Given>, laws: &[TensionLaw]) -> Vec<TautSearch> {
+    let one = |(problem, _): Given| {
+        let tension = |nu: f64| (2.0 * (1.0 - 1.0 / nu)).powf(nu);
+        let law = |own: &Span<f64>| &laws[usize::from(own.curve)];
+        let span = |own: &Span<f64>| TensionSpan { chord: 1.0, tension: tension(law(own).exponent()), ends: own.ends };
+        let spans: Vec<TensionSpan> = problem.spans.iter().map(span).collect();
+        let mut known = vec![Near::default(); spans.len()];
+        let all = known.iter_mut().zip(&spans).zip(&problem.spans);
+        let found = all.map(|((known, span), own)| span.evaluate(law(own), own.angles, known)).collect();
+        let stages = (0..problem.movable.len()).map(|dot| dot % 2).collect();
+        TautSearch { problem, spans, known, found, stages, count: 2 }
+    };
+    searches.into_iter().map(one).collect()
+}
+
+/// The same search on the CPU.
+fn taut_on_cpu(search: &TautSearch, laws: &[TensionLaw]) -> Outcome {
+    let mut known = search.known.clone();
+    let mut evaluate = |turns: &[f64]| -> Vec<Evaluation<f64>> {
+        let own = |(k, known): (usize, &mut Near)| {
+            let span = &search.problem.spans[k];
+            let [a, b] = span.angles;
+            let angles = [a + turns[k], b + turns[search.problem.after(k)]];
+            search.spans[k].evaluate(&laws[usize::from(span.curve)], angles, known)
+        };
+        known.iter_mut().enumerate().map(own).collect()
+    };
+    let (mut turns, mut iterations, mut outcome) = (vec![0.0; search.stages.len()], 0, None);
+    for stage in 0..search.count {
+        let mut problem = search.problem.clone();
+        let later = problem.movable.iter_mut().zip(&search.stages).filter(|(_, own)| **own > stage);
+        later.for_each(|(movable, _)| *movable = 0.0);
+        let tolerance = if stage + 1 == search.count { UNTIL.tolerance } else { 1e-3 };
+        let mut own = Search::new(problem, turns.clone()).by_span();
+        while own.standing == SlopesStanding::Running {
+            let found = evaluate(&own.trial);
+            own.receive(&found, &Until { tolerance, iterations: UNTIL.iterations - iterations });
+        }
+        iterations += own.iterations;
+        turns.clone_from(&own.turns);
+        outcome = Some(Outcome { iterations, ..Outcome::from(own) });
+    }
+    outcome.expect("there is a stage")
+}
+
+#[test]
+fn curves_under_tension_are_let_loose_in_stages_and_end_as_on_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let laws = EXPONENTS.map(TensionLaw::new);
+    let searches = taut(ragged(713), &laws);
+    let wanted: Vec<Outcome> = searches.iter().map(|search| taut_on_cpu(search, &laws)).collect();
+    assert!(wanted.iter().filter(|own| own.standing == SlopesStanding::Converged && own.iterations > 2).count() > 15);
+    for precision in precisions(&gpu) {
+        let (found, asked) = search_taut_on_gpu(&gpu, precision, &laws, &searches, &UNTIL).unwrap();
+        println!("{precision:?}: {asked:?}");
+        assert!(20 * asked.answers < asked.evaluations, "{asked:?}");
+        let mut left = 0;
+        for (i, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
+            if precision == Precision::F64 {
+                assert_eq!(found.standing, wanted.standing, "curve {i}");
+                assert!(found.iterations.abs_diff(wanted.iterations) <= 1, "curve {i}: {found:?} for {wanted:?}");
+            }
+            if found.standing != SlopesStanding::Converged {
+                left += 1;
+                continue;
+            }
+            // In f32 decrements end at 1e-4, whose square the cost is good to, but for its own 1024 ε.
+            let (turns, cost) = if precision == Precision::F64 { (1e-7, 1e-12) } else { (1e-2, 1.2e-4) };
+            let apart = largest_difference(&found.turns, &wanted.turns);
+            assert!(apart <= turns, "curve {i} in {precision:?}: turns {apart:e} apart");
+            let apart = (found.cost / wanted.cost - 1.0).abs();
+            assert!(apart <= cost, "curve {i} in {precision:?}: costs {apart:e} apart");
+        }
+        assert!(left <= 1, "{left} curves are left in {precision:?}");
+    }
+}
+
+#[test]
+fn a_curve_under_tension_has_the_same_bits_whatever_its_neighbours_order_and_chunk() {
+    let Some(gpu) = gpu() else { return };
+    let laws = EXPONENTS.map(TensionLaw::new);
+    let all = |searches: Vec<Given>, gpu: &Gpu, precision: Precision| {
+        search_taut_on_gpu(gpu, precision, &laws, &taut(searches, &laws), &UNTIL).unwrap().0
+    };
+    let searches = ragged(714);
+    let limits = Limits { chunk_bytes: 30_000, ..*gpu.limits() };
+    let divided = gpu.with_limits(limits);
+    let Some(gpu) = crate::gpu::testing::gpu() else { return };
+    for precision in precisions(&gpu) {
+        let together = all(searches.clone(), &gpu, precision);
+        let mut other = all(searches.iter().rev().cloned().collect(), &divided, precision);
+        other.reverse();
+        assert_eq!(together, other, "{precision:?}");
+        assert_eq!(together[5], all(searches[5..6].to_vec(), &gpu, precision)[0], "{precision:?}");
+    }
+}
+
+#[test]
+fn what_a_thread_or_f32_cannot_hold_under_tension_is_searched_by_the_cpu() {
+    let mut random = StdRng::seed_from_u64(715);
+    let laws = EXPONENTS.map(TensionLaw::new);
+    let short = given(&points(20, false, 0.2, &mut random), false, 1, &[]);
+    let long = given(&points(MOST_DOTS + 1, false, 0.05, &mut random), false, 1, &[]);
+    let uneven = given(&[[0.0, 0.0], [1.0, 0.1], [1000.0, 300.0], [1001.0, 299.0]], false, 3, &[]);
+    for (given, narrow, wide) in [(short, true, true), (long, false, false), (uneven, false, true)] {
+        let dots = given.1.len();
+        let search = taut(vec![given], &laws).remove(0);
+        let own = [Precision::F32, Precision::F64].map(|precision| search.is_for_kernel(&laws, precision));
+        assert_eq!(own, [narrow, wide], "{dots} dots");
+    }
+}
+
+#[test]
+fn iterations_under_tension_run_out_where_they_are_told_to() {
+    let Some(gpu) = gpu() else { return };
+    let mut random = StdRng::seed_from_u64(716);
+    let laws = EXPONENTS.map(TensionLaw::new);
+    let searches = taut(vec![given(&points(12, false, 0.3, &mut random), false, 3, &[])], &laws);
+    let until = Until { tolerance: 1e-10, iterations: 2 };
+    for precision in precisions(&gpu) {
+        let (found, _) = search_taut_on_gpu(&gpu, precision, &laws, &searches, &until).unwrap();
+        assert_eq!((found[0].standing, found[0].iterations), (SlopesStanding::Exhausted, 2), "{precision:?}");
+    }
+}
+
+#[test]
+fn host_structs_and_flags_of_tension_are_the_kernels() {
+    for precision in [Precision::F32, Precision::F64] {
+        assert_layout!(tension_kernel(precision), EvaluationParams { tasks });
+        assert_layout!(tension_kernel(precision), Segment { owner, first, last, kind });
+        assert_layout!(taut_kernel(precision), SlopesParams { tasks, dots, most_iterations });
+        assert_layout!(taut_kernel(precision), SlopesCurve { start, dots, closed, stages });
+        assert_layout!(answer_kernel(precision), AnswerParams { tasks });
+        assert_layout!(answer_kernel(precision), Answer { segment, owner, is_first });
+    }
+    let number = |path: &str, name: &str| -> u32 {
+        let (_, after) = kernel(path).split_once(&format!("const {name}: u32 = ")).expect("it is there");
+        after.split_once("u;").expect("a number").0.parse().expect("a number")
+    };
+    assert_eq!(number("scf/slopes/standing.wgsl", "FLAG_ASKED"), FLAG_ASKED);
+    let law = TensionLaw::new(3.0).packed();
+    assert_eq!(number("scf/tension/quadrature.wgsl", "LAW_NUMBERS") as usize, law.len());
+    let rules = ["LAW_LEGENDRE", "LAW_INFLECTION", "LAW_FLAT"].map(|name| number("scf/tension/quadrature.wgsl", name));
+    // ∫ x dx, ∫ x^{2/3} dx and ∫ x^{1/3} dx over (0, 1): x times what each rule is for.
+    for (at, weight) in rules.into_iter().zip([0.0, -1.0 / 3.0, -2.0 / 3.0f64]) {
+        let nodes = law[at as usize..][..32].as_chunks::<2>().0;
+        let sum: f64 = nodes.iter().map(|[x, w]| w * x.powf(weight + 1.0)).sum();
+        assert!((sum - 1.0 / (weight + 2.0)).abs() < 1e-13, "{weight}: {sum}");
+    }
+}
