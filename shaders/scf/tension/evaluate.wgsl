@@ -1,5 +1,5 @@
-// Costs and derivatives of segments under tension, on chords of 1, one thread a segment: each is followed from
-// the shape that it had before. What cannot be followed is asked of the host.
+// Costs and derivatives of segments under tension, one thread a segment: each is followed from the shape that it
+// had before. What cannot be followed is asked of the host.
 // Twin: src/scf/tension/evaluate.rs. The CPU's code has no f32: nested roots, which alone tell kinds of shapes
 // apart, need f64, and tests hold this kernel in both precisions to the CPU in f64.
 
@@ -22,7 +22,7 @@ struct Segment {
 @group(0) @binding(1) var<storage, read> tasks: array<u32>;
 @group(0) @binding(2) var<storage, read> laws: array<real>;
 @group(0) @binding(3) var<storage, read> segments: array<Segment>;
-// Three a segment: from its chord to the reference directions, and λ on a chord of 1.
+// Three a segment: from its chord to the reference directions, and the chord in the unit in which λ is 1.
 @group(0) @binding(4) var<storage, read> angles: array<real>;
 // From the reference directions.
 @group(0) @binding(5) var<storage, read> turns: array<real>;
@@ -87,9 +87,9 @@ fn bending(law: Law, end: End, radius: real) -> real {
 fn evaluation_of(index: u32, segment: Segment, a: real, b: real) -> Evaluation {
     let ends = segment.kind & 3u;
     let law = law_of(segment.kind / 4u);
-    let tension = angles[3u * index + 2u];
+    let chord = angles[3u * index + 2u];
     if (ends == ENDS_STRAIGHT) {
-        return Evaluation(tension, real(0), real(0), real(0), real(0), real(0), real(1));
+        return Evaluation(chord, real(0), real(0), real(0), real(0), real(0), real(1));
     }
     let at = SHAPE_NUMBERS * index;
     let kind = u32(shapes[at + SHAPE_KIND]);
@@ -104,15 +104,15 @@ fn evaluation_of(index: u32, segment: Segment, a: real, b: real) -> Evaluation {
     let forwards = select(mirror * a <= mirror * b, ends == ENDS_FREE_END, is_free);
     let low = select(smaller(mirror * a, mirror * b), -abs(given), is_free);
     let high = larger(mirror * a, mirror * b);
-    let here = near(law, tension, kind, low, high, shapes[at + SHAPE_FIRST], shapes[at + SHAPE_SECOND]);
+    let here = near(law, chord, kind, low, high, shapes[at + SHAPE_FIRST], shapes[at + SHAPE_SECOND]);
     if (!here.found) {
         return asked();
     }
-    let hessian = hessian_of(law, tension, kind, here);
-    // P along the chord.
+    let hessian = hessian_of(kind, here);
+    // P·chord
     let gap = select(real(0), here.u, kind == FOLLOWED_BELOW);
-    let pull = tension * (real(1) - gap) * here.cosine - here.lift * here.sine;
-    let cost = (law.nu * tension * here.length - pull) / (law.nu - real(1));
+    let pull = (real(1) - gap) * here.cosine - here.lift * here.sine;
+    let cost = (law.nu * here.length - pull) / (law.nu - real(1));
     let low_by = -law.nu * mirror * bending(law, here.low, here.low.radius);
     // Where the turn comes back to the upper end the curvature there is of the other sign.
     let back = select(-here.side, real(1), kind == FOLLOWED_BELOW);

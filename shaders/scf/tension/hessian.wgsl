@@ -9,14 +9,14 @@ struct Hessian {
     high: real,
 }
 
-fn hessian_of(law: Law, tension: real, kind: u32, here: Near) -> Hessian {
+fn hessian_of(kind: u32, here: Near) -> Hessian {
     if (kind == FOLLOWED_BELOW) {
-        return hessian_below(tension, here);
+        return hessian_below(here);
     }
     if (kind == FOLLOWED_FLAT || kind == FOLLOWED_FREE_FLAT) {
-        return hessian_flat(tension, here);
+        return hessian_flat(here);
     }
-    return hessian_above(tension, here);
+    return hessian_above(here);
 }
 
 // (u − share v) of two vectors on the compliance whose diagonal they were divided by.
@@ -25,8 +25,8 @@ fn product(share: real, u: Pair, v: Pair) -> real {
 }
 
 // Between two angles, on a pull below the tension: no inflection.
-fn hessian_below(tension: real, here: Near) -> Hessian {
-    let strength = tension * (real(1) - here.u);
+fn hessian_below(here: Near) -> Hessian {
+    let strength = real(1) - here.u;
     let scale = Pair(sqrt(here.right_u), sqrt(here.up_v));
     let share = here.right_v / scale.u / scale.v;
     // ρT at both ends, in the frame of the pull.
@@ -42,19 +42,19 @@ fn hessian_below(tension: real, here: Near) -> Hessian {
 }
 
 // With a straight piece.
-fn hessian_flat(tension: real, here: Near) -> Hessian {
+fn hessian_flat(here: Near) -> Hessian {
     let first = moment(here.low);
     let last = moment(here.high);
     let stiffness = first + last - here.cosine;
     return Hessian(
-        tension * first * (real(1) - first / stiffness),
-        -tension * first * last / stiffness,
-        tension * last * (real(1) - last / stiffness),
+        first * (real(1) - first / stiffness),
+        -first * last / stiffness,
+        last * (real(1) - last / stiffness),
     );
 }
 
 // One inflection, within, beyond the upper end or, where that is free, at it.
-fn hessian_above(tension: real, here: Near) -> Hessian {
+fn hessian_above(here: Near) -> Hessian {
     let t = here.lift;
     let low = here.low;
     let high = here.high;
@@ -62,9 +62,9 @@ fn hessian_above(tension: real, here: Near) -> Hessian {
     let up = low.radius * low.sine;
     let by_low = solved(here, right, up);
     let by_high = solved(here, -right - here.sine, here.cosine - up);
-    let slope = tension * low.sine + t * low.cosine;
+    let slope = low.sine + t * low.cosine;
     let grown = t * low.sine;
-    let slope_high = (tension * high.sine + t * high.cosine) * here.side * high.radius;
+    let slope_high = (high.sine + t * high.cosine) * here.side * high.radius;
     let radius_sine = select(real(0), high.radius / here.scale * high.sine, here.scale > real(0));
     return Hessian(
         -low.radius * (grown * by_low.u + slope * (here.moved * by_low.v - real(1))),

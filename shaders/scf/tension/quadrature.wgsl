@@ -1,6 +1,7 @@
 // Lengths and displacements of arcs under a pull, by Gauss rules on panels graded towards the
 // integrand's singularities. Needs trig.wgsl, linalg/power.wgsl and an array `laws` of a block an exponent.
-// Twin: src/scf/tension/quadrature.rs, which gives the formulas.
+// Twin: src/scf/tension/quadrature.rs, which gives the formulas. Lengths are in the unit in which λ is 1, so that f32
+// has the range for it: for ν = 20 it is up to 1e45 on a chord of 1.
 
 // No twin: the host writes a block in this order: ν, q, 1/q, 1/ν, and of each rule 16 pairs of a node and
 // a weight.
@@ -36,9 +37,9 @@ fn law_of(number: u32) -> Law {
 
 // The pull of all three kinds: f = level + 2 sin(x/2) (hold sin(x/2) + lift cos(x/2)).
 struct Pull {
-    // λε below the tension, else 0.
+    // ε below the tension, else 0.
     level: real,
-    // λ(1 − ε) below the tension, else λ.
+    // 1 − ε below the tension, else 1.
     hold: real,
     // t above the tension, else 0.
     lift: real,
@@ -51,19 +52,19 @@ struct Pull {
 }
 
 // |P| = λ(1 − gap)
-fn pull_below(tension: real, gap: real) -> Pull {
+fn pull_below(gap: real) -> Pull {
     // tanh ≤ 1: never above the distance itself, 2 artanh √(ε/(2 − ε)).
     let height = real(2) * sqrt(gap / (real(2) - gap));
-    return Pull(tension * gap, tension * (real(1) - gap), real(0), real(0), height, LAW_LEGENDRE);
+    return Pull(gap, real(1) - gap, real(0), real(0), height, LAW_LEGENDRE);
 }
 
-fn pull_critical(tension: real) -> Pull {
-    return Pull(real(0), tension, real(0), real(0), real(0), LAW_FLAT);
+fn pull_critical() -> Pull {
+    return Pull(real(0), real(1), real(0), real(0), real(0), LAW_FLAT);
 }
 
 // |P|² = λ² + t²
-fn pull_above(tension: real, t: real) -> Pull {
-    return Pull(real(0), tension, t, first_quadrant_angle(t, tension), real(0), LAW_INFLECTION);
+fn pull_above(t: real) -> Pull {
+    return Pull(real(0), real(1), t, first_quadrant_angle(t, real(1)), real(0), LAW_INFLECTION);
 }
 
 // f of the sine and the cosine of x/2, 0 ≤ x above the tension.

@@ -34,7 +34,7 @@ pub(super) const ROUNDINGS: f64 = 32.0;
 
 /// The smallest weight, and the smallest cost of the most expensive segment, that f32 is trusted
 /// with: their parts that matter are normal numbers still.
-pub(super) const LEAST_NARROW: f64 = 1e-18;
+const LEAST_NARROW: f64 = 1e-18;
 
 /// The largest ν in f32: costs are below (2π)^ν.
 pub(super) const MOST_NARROW: f64 = 32.0;

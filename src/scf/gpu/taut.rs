@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bytemuck::{Pod, Zeroable};
 
-use super::search::{LEAST_NARROW, MOST_NARROW, Results, SlopesCurve, SlopesParams, given};
+use super::search::{MOST_NARROW, Results, SlopesCurve, SlopesParams, given};
 use super::{EvaluationParams, FOUND, GROUP, Segment, SlopesState, kernel_key, kind, limits};
 use crate::error::Result;
 use crate::gpu::source::definitions;
@@ -33,8 +33,12 @@ const MOST_EVALUATIONS: usize = 1 << 18;
 /// in f64.
 const ROUNDINGS: f64 = 1024.0;
 
-/// The least and the largest λ of a chord of 1 that f32 is trusted with: sums with it are normal numbers still.
-const NARROW_TENSIONS: [f64; 2] = [1e-12, 1e30];
+/// The shortest and the longest chord, in the unit in which λ is 1, that f32 is trusted with.
+const NARROW_CHORDS: [f64; 2] = [1e-2, 1e4];
+
+/// The smallest weight that f32 is trusted with. Spans are judged one by one, and dots let loose from the dearest
+/// spans on: what is cheap beside them needs a normal number, no digits.
+const LEAST_WEIGHT: f64 = 1e-30;
 
 /// Numbers of a dot in `work`.
 const WORK_TAUT_NUMBERS: usize = 11;
@@ -88,27 +92,43 @@ pub(in crate::scf) struct TautSearch {
 }
 
 impl TautSearch {
+    /// The unit of costs in the kernel.
+    fn unit(&self, laws: &[TensionLaw]) -> f64 {
+        self.weights(laws).fold(0.0, f64::max)
+    }
+
+    /// The weights of costs in the unit in which λ is 1.
+    fn weights(&self, laws: &[TensionLaw]) -> impl Iterator<Item = f64> {
+        let spans = self.problem.spans.iter().zip(&self.spans);
+        spans.map(|(span, taut)| span.weight * taut.units(&laws[usize::from(span.curve)])[1])
+    }
+
     /// Whether a thread has the patience, and the precision the range, for it.
     pub fn is_for_kernel(&self, laws: &[TensionLaw], precision: Precision) -> bool {
         let fits = (2..=MOST_DOTS).contains(&self.problem.movable.len());
         let exists = self.found.iter().all(|found| found.exists > 0.0);
-        let [least, most] = NARROW_TENSIONS;
-        let is_narrow = self.problem.spans.iter().zip(&self.spans).all(|(span, taut)| {
-            span.weight >= LEAST_NARROW
-                && (least..=most).contains(&taut.tension)
-                && laws[usize::from(span.curve)].exponent() <= MOST_NARROW
-        });
-        fits && exists && (precision == Precision::F64 || is_narrow)
+        let (unit, [least, most]) = (self.unit(laws), NARROW_CHORDS);
+        let is_narrow = || {
+            let mut spans = self.problem.spans.iter().zip(&self.spans);
+            let is_of = |law: &TensionLaw, taut: &TensionSpan| {
+                law.exponent() <= MOST_NARROW && (least..=most).contains(&taut.units(law)[0])
+            };
+            spans.all(|(span, taut)| is_of(&laws[usize::from(span.curve)], taut))
+                && self.weights(laws).all(|weight| weight >= LEAST_WEIGHT * unit)
+        };
+        fits && exists && unit.is_normal() && (precision == Precision::F64 || is_narrow())
     }
 
-    /// A span at its angles, turned.
-    fn at(&self, laws: &[TensionLaw], k: usize, turns: &[f64]) -> ([f64; 3], Evaluation<f64>) {
+    /// A span at its angles, turned: its shape, and what is found, as an answer.
+    fn at(&self, laws: &[TensionLaw], k: usize, turns: &[f64]) -> [f64; ANSWER_NUMBERS] {
         let (span, taut) = (&self.problem.spans[k], &self.spans[k]);
         let law = &laws[usize::from(span.curve)];
         let [a, b] = span.angles;
         let mut known = Near::default();
         let found = taut.evaluate(law, [a + turns[k], b + turns[self.problem.after(k)]], &mut known);
-        (known.packed(law, taut.ends), found)
+        let [kind, u, v] = known.packed(law, taut);
+        let [cost, by_a, by_b, aa, ab, bb, exists] = packed(&found, taut.units(law)[1]);
+        [kind, u, v, cost, by_a, by_b, aa, ab, bb, exists]
     }
 }
 
@@ -193,7 +213,8 @@ impl<'a> Job<'a> {
                 let count: usize = table.iter().map(|curve| curve.dots as usize).sum();
                 let results = Results::of(&results);
                 for (slot, (&i, curve)) in members.iter().zip(&table).enumerate() {
-                    outcomes[i] = results.outcome(slot, curve, count);
+                    let own = results.outcome(slot, curve, count);
+                    outcomes[i] = Outcome { cost: own.cost * self.searches[i].unit(self.laws), ..own };
                 }
                 Ok(())
             },
@@ -219,7 +240,7 @@ impl<'a> Job<'a> {
         let mut found = vec![0.0; FOUND * count];
         let mut numbers = Vec::new();
         for (slot, (search, curve)) in searches().zip(&table).enumerate() {
-            let (problem, start) = (&search.problem, curve.start as usize);
+            let (problem, start, unit) = (&search.problem, curve.start as usize, search.unit(self.laws));
             for (k, (&movable, &stage)) in problem.movable.iter().zip(&search.stages).enumerate() {
                 fixed[start + k] = movable;
                 fixed[2 * count + start + k] = stage as f64;
@@ -228,11 +249,13 @@ impl<'a> Job<'a> {
                 let at = start + k;
                 let [first, last] = [at, start + problem.after(k)].map(|at| at as u32);
                 segments[at] = Segment { owner: slot as u32, first, last, kind: kind(span.curve.into(), taut.ends) };
-                angles[3 * at..][..3].copy_from_slice(&[span.angles[0], span.angles[1], taut.tension]);
-                fixed[count + at] = span.weight;
-                let [kind, u, v] = search.known[k].packed(&self.laws[usize::from(span.curve)], taut.ends);
+                let law = &self.laws[usize::from(span.curve)];
+                let [chord, cost] = taut.units(law);
+                angles[3 * at..][..3].copy_from_slice(&[span.angles[0], span.angles[1], chord]);
+                fixed[count + at] = span.weight * cost / unit;
+                let [kind, u, v] = search.known[k].packed(law, taut);
                 shapes[SHAPE_NUMBERS * at..][..SHAPE_NUMBERS].copy_from_slice(&[kind, u, v, 1.0]);
-                found[FOUND * at..][..FOUND].copy_from_slice(&packed(&search.found[k]));
+                found[FOUND * at..][..FOUND].copy_from_slice(&packed(&search.found[k], cost));
             }
             numbers.extend(given(self.precision, self.until, problem.exponent, ROUNDINGS));
         }
@@ -277,10 +300,7 @@ impl<'a> Job<'a> {
             }));
         }
         if !asked.is_empty() {
-            let found = parallel::of(&asked, |&(_, search, k, turns)| search.at(self.laws, k, turns));
-            let given: Vec<f64> =
-                found.iter().flat_map(|(shape, found)| shape.iter().copied().chain(packed(found))).collect();
-            debug_assert_eq!(given.len(), ANSWER_NUMBERS * asked.len());
+            let given = parallel::of(&asked, |&(_, search, k, turns)| search.at(self.laws, k, turns)).concat();
             let answers: Vec<Answer> = asked.iter().map(|(answer, ..)| *answer).collect();
             let params = recording.uniform(&AnswerParams { tasks: answers.len() as u32 });
             let own = [("answers", recording.upload(&answers)), ("given", recording.upload_reals(&given))];
@@ -321,52 +341,9 @@ impl<'a> Job<'a> {
     }
 }
 
-/// What is found of a segment, as the kernels have it: see [`evaluation`](super::evaluation).
-fn packed(found: &Evaluation<f64>) -> [f64; FOUND] {
+/// What is found of a segment, in a unit of costs, as the kernels have it: see [`evaluation`](super::evaluation).
+fn packed(found: &Evaluation<f64>, unit: f64) -> [f64; FOUND] {
     let Evaluation { cost, gradient: [a, b], hessian: [aa, ab, bb], exists } = *found;
+    let [cost, a, b, aa, ab, bb] = [cost, a, b, aa, ab, bb].map(|x| x / unit);
     [cost, a, b, aa, ab, bb, exists]
-}
-
-/// Segments under tension, all directed and of chords of 1, with the number of their law, λ and angles at which
-/// they are known, each followed to other angles: what the kernel finds, `None` where it asks.
-///
-/// # Errors
-/// Those of compiling the kernel and of submissions.
-#[cfg(test)]
-#[allow(clippy::type_complexity)]
-pub(super) fn followed_on_gpu(
-    gpu: &Gpu,
-    precision: Precision,
-    laws: &[TensionLaw],
-    spans: &[(u16, TensionSpan, [f64; 2], Near)],
-) -> Result<Vec<Option<Evaluation<f64>>>> {
-    let mut recording = gpu.record(precision);
-    let table: Vec<Segment> = spans
-        .iter()
-        .map(|(law, span, ..)| Segment { owner: 0, first: 0, last: 0, kind: kind(u32::from(*law), span.ends) })
-        .collect();
-    let angles: Vec<f64> = spans.iter().flat_map(|(_, span, [a, b], _)| [*a, *b, span.tension]).collect();
-    let shape = |(law, span, _, known): &(u16, TensionSpan, [f64; 2], Near)| {
-        let [kind, u, v] = known.packed(&laws[usize::from(*law)], span.ends);
-        [kind, u, v, 0.0]
-    };
-    let shapes: Vec<f64> = spans.iter().flat_map(shape).collect();
-    let found = recording.storage_reals(FOUND * spans.len());
-    let buffers = [
-        ("params", &recording.uniform(&EvaluationParams { tasks: spans.len() as u32 })),
-        ("tasks", &recording.upload(&(0..spans.len() as u32).collect::<Vec<u32>>())),
-        ("laws", &recording.upload_reals(&laws.iter().flat_map(TensionLaw::packed).collect::<Vec<f64>>())),
-        ("segments", &recording.upload(&table)),
-        ("angles", &recording.upload_reals(&angles)),
-        ("turns", &recording.upload_reals(&[0.0])),
-        ("states", &recording.upload(&[SlopesState::zeroed()])),
-        ("shapes", &recording.upload_reals(&shapes)),
-        ("found", &found),
-    ];
-    recording.dispatch(&tension_kernel(precision), spans.len(), GROUP, &buffers)?;
-    recording.download(&found);
-    let results = recording.submit()?.wait()?;
-    let all = results[0].reals();
-    let known = all.as_chunks::<FOUND>().0.iter().take(spans.len()).map(super::evaluation);
-    Ok(known.map(|found| (found.exists > 0.0).then_some(found)).collect())
 }

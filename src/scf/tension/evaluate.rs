@@ -48,8 +48,8 @@ pub(crate) struct Near {
 }
 
 impl Near {
-    /// The kind of what is known, and its two unknowns, as the kernel follows them.
-    pub fn packed(&self, law: &TensionLaw, ends: Ends) -> [f64; 3] {
+    /// The kind of what is known of a span, and its two unknowns, as the kernel follows them.
+    pub fn packed(&self, law: &TensionLaw, &TensionSpan { tension, ends, .. }: &TensionSpan) -> [f64; 3] {
         let nothing = (Followed::Nothing, 0.0, 0.0);
         let (kind, first, second) = self.shape.map_or(nothing, |shape| {
             let Shape { pull, axis, course, ends: [low, high], .. } = shape;
@@ -59,11 +59,15 @@ impl Near {
                 (Pull::Critical, ..) if law.0.nu <= 2.0 => nothing,
                 (Pull::Below(gap), _, Ends::Directed) => (Followed::Below, gap, axis),
                 (Pull::Critical, _, Ends::Directed) => (Followed::Flat, 0.0, axis),
-                (Pull::Above(t), Course::Direct, Ends::Directed) => (Followed::Above, t, smoothed(&law.0, -high)),
-                (Pull::Above(t), Course::Through(_), Ends::Directed) => (Followed::Above, t, smoothed(&law.0, high)),
+                (Pull::Above(t), Course::Direct, Ends::Directed) => {
+                    (Followed::Above, t / tension, smoothed(&law.0, -high))
+                }
+                (Pull::Above(t), Course::Through(_), Ends::Directed) => {
+                    (Followed::Above, t / tension, smoothed(&law.0, high))
+                }
                 (Pull::Below(_), ..) => nothing,
                 (Pull::Critical, ..) => (Followed::FreeFlat, 0.0, low.abs()),
-                (Pull::Above(t), ..) => (Followed::FreeAbove, t, low),
+                (Pull::Above(t), ..) => (Followed::FreeAbove, t / tension, low),
             }
         });
         [f64::from(kind as u8), first, second]
@@ -80,6 +84,11 @@ pub(crate) struct TensionSpan {
 }
 
 impl TensionSpan {
+    /// Its chord in the unit in which λ is 1, and what a cost on a chord of 1 is divided by there.
+    pub fn units(&self, law: &TensionLaw) -> [f64; 2] {
+        [self.tension.powf(1.0 / law.0.nu), self.tension.powf(law.0.q)]
+    }
+
     fn frame(&self, law: &TensionLaw, angles: [f64; 2]) -> Option<Frame> {
         if !angles.iter().all(|angle| angle.abs() <= PI) || !self.tension.is_normal() {
             return None;

@@ -35,6 +35,7 @@ struct Near {
     u: real,
     v: real,
     lift: real,
+    // The chord, across and along the axis.
     sine: real,
     cosine: real,
     // Of the upper end: 1 where the turn comes back to it, −1 where it does not reach the axis, 0 where it is free.
@@ -76,8 +77,8 @@ fn shortened(step: Pair) -> Pair {
     return Pair(step.u / most, step.v / most);
 }
 
-// The shape of a kind between ends at `low` and `high`, from unknowns that are near its.
-fn near(law: Law, tension: real, kind: u32, low: real, high: real, u: real, v: real) -> Near {
+// The shape of a kind on a chord between ends at `low` and `high`, from unknowns that are near its.
+fn near(law: Law, chord: real, kind: u32, low: real, high: real, u: real, v: real) -> Near {
     let is_below = kind == FOLLOWED_BELOW;
     let is_flat = kind == FOLLOWED_FLAT || kind == FOLLOWED_FREE_FLAT;
     let is_free = kind == FOLLOWED_FREE_FLAT || kind == FOLLOWED_FREE_ABOVE;
@@ -110,17 +111,17 @@ fn near(law: Law, tension: real, kind: u32, low: real, high: real, u: real, v: r
             first = high - low + short;
             last = short;
         }
-        var pull = pull_critical(tension);
+        var pull = pull_critical();
         here.lift = real(0);
         if (is_below) {
-            pull = pull_below(tension, here.u);
+            pull = pull_below(here.u);
         } else if (!is_flat) {
-            pull = pull_above(tension, here.u);
+            pull = pull_above(here.u);
             here.lift = here.u;
         }
         let half_axis = sine_cosine(real(0.5) * axis);
-        here.sine = real(2) * half_axis.sine * half_axis.cosine;
-        here.cosine = (half_axis.cosine - half_axis.sine) * (half_axis.cosine + half_axis.sine);
+        here.sine = chord * real(2) * half_axis.sine * half_axis.cosine;
+        here.cosine = chord * (half_axis.cosine - half_axis.sine) * (half_axis.cosine + half_axis.sine);
         var arcs: array<Integrals, 2>;
         var ends: array<End, 2>;
         // Arcs begin at the axis where it lies between the ends or beyond, and are mirrored before it.
@@ -155,7 +156,7 @@ fn near(law: Law, tension: real, kind: u32, low: real, high: real, u: real, v: r
         let sine_sine = arcs[0].sine_sine + part * arcs[1].sine_sine;
         let right = here.cosine - along;
         let up = select(here.sine, -here.sine, is_below) - across;
-        let size = larger(arcs[0].length + arcs[1].length, real(1));
+        let size = larger(arcs[0].length + arcs[1].length, chord);
         here.length = arcs[0].length + select(part, abs(part), is_flat) * arcs[1].length;
         if (is_below) {
             here.right_u = arcs[0].cosine_cosine + arcs[1].cosine_cosine;
@@ -192,12 +193,11 @@ fn near(law: Law, tension: real, kind: u32, low: real, high: real, u: real, v: r
             move_by = solved(here, right, up);
         }
         if (is_below) {
-            // In units of the tension.
-            let ahead = real(1) - here.u + move_by.u / tension;
-            let aside = move_by.v / tension;
+            let ahead = real(1) - here.u + move_by.u;
+            let aside = move_by.v;
             if (here.u < real(0.1)) {
                 // Near the critical pull the gap's logarithm is what the length goes by.
-                let logarithm = shortened(Pair(-move_by.u / tension / here.u, real(0))).u;
+                let logarithm = shortened(Pair(-move_by.u / here.u, real(0))).u;
                 move_by = Pair(logarithm, shortened(Pair(real(0), aside / (real(1) - here.u))).v);
             } else {
                 if (!(ahead > real(0))) {
