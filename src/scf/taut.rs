@@ -87,8 +87,9 @@ const LEVELS: usize = 20;
 /// The decrement at which a level gives way to the next.
 pub(super) const ROUGHLY: f64 = 1e-3;
 
-/// The largest decrement that a curve may have in f64 where a kernel in f64, or in f32, has left it: where it is larger,
-/// what the kernel followed are other spans than these directions have by themselves.
+/// The largest decrement that a curve may have in f64 where a kernel in f64, or in f32, has left it, be it that no step led
+/// further down: where it is larger, the kernel is lost, or what it followed are other spans than these directions
+/// have by themselves.
 const NEAR: f64 = 1e-6;
 const NEAR_NARROW: f64 = 1e-2;
 
@@ -247,7 +248,7 @@ impl<'a> Taut<'a> {
             // The device was lost.
             return Some(Found::of(left, self.scale, self.directions.clone()));
         }
-        if left.standing != SlopesStanding::Converged {
+        if [SlopesStanding::Nowhere, SlopesStanding::Exhausted].contains(&left.standing) {
             return None;
         }
         let own = Until { iterations: until.iterations.saturating_sub(left.iterations), ..*until };

@@ -54,6 +54,7 @@ fn compare(what: &str, batch: &CurveBatch, smooth: &Smooth, device: &Device, wan
         "{what}, {}: costs {worst:.1e} apart, {share:.4} of the curves searched by the CPU",
         device.precision().word()
     );
+    device.as_gpu().expect("a GPU").take_notes().iter().for_each(|note| println!("  {note}"));
     share
 }
 
@@ -96,18 +97,8 @@ fn borders_under_tension_are_those_of_the_cpu_and_few_are_left_to_it() {
         let wanted = taut(nu).fit(&borders, &Device::cpu()).unwrap();
         for device in &devices {
             let share = compare(&format!("borders, ν = {nu}"), &borders, &taut(nu), device, &wanted);
-            let f32 = device.precision() == Precision::F32;
-            assert!(
-                share
-                    <= if nu == 2.0 {
-                        0.02
-                    } else if f32 {
-                        1.0
-                    } else {
-                        0.05
-                    },
-                "{share}"
-            );
+            let is_narrow = device.precision() == Precision::F32 && nu == 20.0;
+            assert!(share <= if is_narrow { 0.08 } else { 0.005 }, "ν = {nu}, {}: {share}", device.precision().word());
         }
     }
 }
