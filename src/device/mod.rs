@@ -54,8 +54,8 @@ pub struct DeviceReport {
     pub driver: String,
     /// The precision of the arithmetic: f32 or f64.
     pub precision: Precision,
-    /// Number of a GPU's curves that the CPU finished in f64, because f32 lacked the digits for
-    /// them.
+    /// Number of a GPU's curves that the CPU finished in f64, because the kernel did not: mostly since f32
+    /// lacked the digits for them.
     pub finished_on_cpu: usize,
 }
 
