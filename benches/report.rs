@@ -1,7 +1,7 @@
 //! What does a report cost beside the fit it is of? Lengths and largest curvatures of all curves,
 //! against fitting and sampling them at 16 a span.
 //!
-//! The target is half of a fit, whatever the method and the number of points a curve.
+//! The target is a fifth of a fit, whatever the method and the number of points a curve.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
