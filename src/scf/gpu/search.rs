@@ -9,7 +9,7 @@ use super::{
     EvaluationParams, FOUND, GROUP, Segment, SlopesState, evaluation_kernel, kind, limits, slopes_kernel, universals,
 };
 use crate::error::Result;
-use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Recording, Rounds, kept, pipeline, plan};
+use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline, plan};
 use crate::precision::Precision;
 use crate::scf::slopes::{Ends, LONGEST, Outcome, Search, SlopesProblem, SlopesStanding, Until};
 use crate::scf::taut::ROUGHLY;
@@ -249,27 +249,37 @@ impl<'a> Job<'a> {
         arrays: &[(&str, &Buffer)],
         slots: &[u32],
     ) -> Result<()> {
-        let dots: u32 = table.iter().map(|curve| curve.dots).sum();
-        let running = || slots.iter().map(|&slot| table[slot as usize]);
-        let segments: Vec<u32> =
-            running().flat_map(|curve| curve.start..curve.start + curve.dots - 1 + curve.closed).collect();
-        let tasks = segments.len() as u32;
-        let evaluation = recording.uniform(&EvaluationParams { tasks });
-        let (tasks, most_iterations) = (slots.len() as u32, self.until.iterations);
-        let slopes = recording.uniform(&SlopesParams { tasks, dots, most_iterations });
-        let trials = (MOST_EVALUATIONS / segments.len().max(1)).clamp(1, MOST_TRIALS);
-        let steps = [
-            (evaluation_kernel(self.precision), evaluation, &segments[..]),
-            (slopes_kernel(self.precision), slopes, slots),
-        ]
-        .map(|(key, params, tasks)| (key, params, recording.upload(tasks), tasks.len()));
-        for (key, params, tasks, count) in steps.iter().cycle().take(2 * trials) {
-            let mut bound = vec![("params", params), ("tasks", tasks)];
-            bound.extend(arrays);
-            recording.dispatch(key, *count, GROUP, &bound)?;
-        }
-        Ok(())
+        let kernels = [evaluation_kernel(self.precision), slopes_kernel(self.precision)];
+        let most_iterations = self.until.iterations;
+        record_trials(recording, kernels, (table, slots), arrays, most_iterations, [MOST_EVALUATIONS, MOST_TRIALS])
     }
+}
+
+/// Records some trials of the curves listed: each is an evaluation of their segments and a step. Segments in all, and
+/// trials of a curve, are so many at most.
+pub(super) fn record_trials(
+    recording: &mut Recording<'_>,
+    [evaluation, advance]: [KernelKey; 2],
+    (table, slots): (&[SlopesCurve], &[u32]),
+    arrays: &[(&str, &Buffer)],
+    most_iterations: u32,
+    [most_evaluations, most_trials]: [usize; 2],
+) -> Result<()> {
+    let dots: u32 = table.iter().map(|curve| curve.dots).sum();
+    let running = || slots.iter().map(|&slot| table[slot as usize]);
+    let segments: Vec<u32> =
+        running().flat_map(|curve| curve.start..curve.start + curve.dots - 1 + curve.closed).collect();
+    let of_segments = recording.uniform(&EvaluationParams { tasks: segments.len() as u32 });
+    let of_curves = recording.uniform(&SlopesParams { tasks: slots.len() as u32, dots, most_iterations });
+    let trials = (most_evaluations / segments.len().max(1)).clamp(1, most_trials);
+    let steps = [(evaluation, of_segments, &segments[..]), (advance, of_curves, slots)]
+        .map(|(key, params, tasks)| (key, params, recording.upload(tasks), tasks.len()));
+    for (key, params, tasks, count) in steps.iter().cycle().take(2 * trials) {
+        let mut bound = vec![("params", params), ("tasks", tasks)];
+        bound.extend(arrays);
+        recording.dispatch(key, *count, GROUP, &bound)?;
+    }
+    Ok(())
 }
 
 /// The numbers of a curve at first: see `slopes.wgsl`. What the kernel must write before it reads it is NaN. In f32

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bytemuck::{Pod, Zeroable};
 
-use super::search::{MOST_NARROW, Results, SlopesCurve, SlopesParams, given};
-use super::{EvaluationParams, FOUND, GROUP, Segment, SlopesState, kernel_key, kind, limits};
+use super::search::{MOST_NARROW, Results, SlopesCurve, given, record_trials};
+use super::{FOUND, GROUP, Segment, SlopesState, kernel_key, kind, limits};
 use crate::error::Result;
 use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline, plan};
@@ -321,23 +321,9 @@ impl<'a> Job<'a> {
         arrays: &[(&str, &Buffer)],
         slots: &[u32],
     ) -> Result<()> {
-        let dots: u32 = table.iter().map(|curve| curve.dots).sum();
-        let running = || slots.iter().map(|&slot| table[slot as usize]);
-        let segments: Vec<u32> =
-            running().flat_map(|curve| curve.start..curve.start + curve.dots - 1 + curve.closed).collect();
-        let evaluation = recording.uniform(&EvaluationParams { tasks: segments.len() as u32 });
-        let (tasks, most_iterations) = (slots.len() as u32, self.until.iterations);
-        let slopes = recording.uniform(&SlopesParams { tasks, dots, most_iterations });
-        let trials = (MOST_EVALUATIONS / segments.len().max(1)).clamp(1, MOST_TRIALS);
-        let steps =
-            [(tension_kernel(self.precision), evaluation, &segments[..]), (taut_kernel(self.precision), slopes, slots)]
-                .map(|(key, params, tasks)| (key, params, recording.upload(tasks), tasks.len()));
-        for (key, params, tasks, count) in steps.iter().cycle().take(2 * trials) {
-            let mut bound = vec![("params", params), ("tasks", tasks)];
-            bound.extend(arrays);
-            recording.dispatch(key, *count, GROUP, &bound)?;
-        }
-        Ok(())
+        let kernels = [tension_kernel(self.precision), taut_kernel(self.precision)];
+        let most_iterations = self.until.iterations;
+        record_trials(recording, kernels, (table, slots), arrays, most_iterations, [MOST_EVALUATIONS, MOST_TRIALS])
     }
 }
 
