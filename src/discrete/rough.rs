@@ -172,7 +172,7 @@ impl Descender<'_> {
             }
         }
         for (own, which) in stalled {
-            let mut problems = self.rebased(&which, problems, outcomes);
+            let mut problems = rebased(&which, problems, outcomes);
             problems.iter_mut().for_each(|problem| problem.regauge(self.plan.order));
             self.go_on_with(&which, problems, own, outcomes)?;
         }
@@ -187,22 +187,7 @@ impl Descender<'_> {
         problems: &[Problem<D>],
         outcomes: &mut BTreeMap<usize, Outcome<D>>,
     ) -> Result<()> {
-        self.go_on_with(which, self.rebased(which, problems, outcomes), most_iterations, outcomes)
-    }
-
-    /// The problems of curves from where they are.
-    fn rebased<const D: usize>(
-        &self,
-        which: &[usize],
-        problems: &[Problem<D>],
-        outcomes: &BTreeMap<usize, Outcome<D>>,
-    ) -> Vec<Problem<D>> {
-        let rebased = |i: &usize| {
-            let mut problem = problems[*i].clone();
-            problem.rebase(&outcomes[i].displacements);
-            problem
-        };
-        which.iter().map(rebased).collect()
+        self.go_on_with(which, rebased(which, problems, outcomes), most_iterations, outcomes)
     }
 
     fn go_on_with<const D: usize>(
@@ -235,6 +220,20 @@ impl Descender<'_> {
         let outcomes = own.descend(&problems, &|k, outcome| ended(which[k], outcome))?;
         Ok(which.iter().copied().zip(outcomes).collect())
     }
+}
+
+/// The problems of curves from where they are.
+fn rebased<const D: usize>(
+    which: &[usize],
+    problems: &[Problem<D>],
+    outcomes: &BTreeMap<usize, Outcome<D>>,
+) -> Vec<Problem<D>> {
+    let rebased = |i: &usize| {
+        let mut problem = problems[*i].clone();
+        problem.rebase(&outcomes[i].displacements);
+        problem
+    };
+    which.iter().map(rebased).collect()
 }
 
 impl<const D: usize> Outcome<D> {

@@ -53,7 +53,7 @@ fn rough_curves_of_many_edges_converge_where_the_gauge_of_their_start_stalls() {
     let fair = Fair {
         energy: variation() + 0.1 * length(),
         segments: Segments::PerSpan(64),
-        max_iterations: 150,
+        max_iterations: 100,
         ..Fair::default()
     };
     // 169 and 193 with the gauge of the start alone.
