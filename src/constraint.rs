@@ -27,6 +27,10 @@ pub struct Constraints {
     /// Whether the curve goes exactly through the point, also where it only comes near the others
     /// (column `pinned`).
     pub pinned: Option<Vec<bool>>,
+    /// The largest curvature of the span that starts at the point, in 1/length (column `kmax`).
+    ///
+    /// NaN bounds nothing. At a data point the smaller bound of the spans beside it holds.
+    pub largest_curvatures: Option<Vec<f64>>,
 }
 
 /// A kind of [`Constraints`], for [`CurveBatch::allows`](crate::CurveBatch::allows).
@@ -43,6 +47,8 @@ pub enum Constraint {
     Known,
     /// [`Constraints::pinned`]
     Pinned,
+    /// [`Constraints::largest_curvatures`]
+    LargestCurvatures,
 }
 
 impl Constraint {
@@ -54,6 +60,7 @@ impl Constraint {
             Constraint::Exponents => "exponents of spans (column nu)",
             Constraint::Known => "known control points (column known)",
             Constraint::Pinned => "pinned points (column pinned)",
+            Constraint::LargestCurvatures => "largest curvatures (column kmax)",
         }
     }
 }
@@ -66,13 +73,14 @@ impl Constraints {
 
     /// The constraints that are given.
     fn given(&self) -> impl Iterator<Item = Constraint> + use<> {
-        let Constraints { tangents, curvatures, exponents, known, pinned } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures } = self;
         let all = [
             (Constraint::Tangents, tangents.is_some()),
             (Constraint::Curvatures, curvatures.is_some()),
             (Constraint::Exponents, exponents.is_some()),
             (Constraint::Known, known.is_some()),
             (Constraint::Pinned, pinned.is_some()),
+            (Constraint::LargestCurvatures, largest_curvatures.is_some()),
         ];
         all.into_iter().filter(|(_, given)| *given).map(|(constraint, _)| constraint)
     }
@@ -93,23 +101,25 @@ impl Constraints {
 
     /// Keeps only the points for which `keep` is true.
     pub(crate) fn retain(&mut self, dimension: usize, keep: &[bool]) {
-        let Constraints { tangents, curvatures, exponents, known, pinned } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures } = self;
         retain_rows(tangents.as_mut(), dimension, keep);
         retain_rows(curvatures.as_mut(), dimension, keep);
         retain_rows(exponents.as_mut(), 1, keep);
         retain_rows(known.as_mut(), 1, keep);
         retain_rows(pinned.as_mut(), 1, keep);
+        retain_rows(largest_curvatures.as_mut(), 1, keep);
     }
 
     /// The constraints of the points listed, in that order.
     pub(crate) fn gather(&self, dimension: usize, points: &[usize]) -> Self {
-        let Constraints { tangents, curvatures, exponents, known, pinned } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures } = self;
         Constraints {
             tangents: gather_rows(tangents, dimension, points),
             curvatures: gather_rows(curvatures, dimension, points),
             exponents: gather_rows(exponents, 1, points),
             known: gather_rows(known, 1, points),
             pinned: gather_rows(pinned, 1, points),
+            largest_curvatures: gather_rows(largest_curvatures, 1, points),
         }
     }
 }
@@ -146,6 +156,7 @@ mod tests {
             exponents: Some(vec![1.0, 2.0, 3.0]),
             known: Some(vec![true, false, true]),
             pinned: Some(vec![false, false, true]),
+            largest_curvatures: Some(vec![4.0, 5.0, 6.0]),
         }
     }
 
@@ -155,23 +166,25 @@ mod tests {
         assert_eq!(gathered.tangents, Some(vec![4.0, 5.0, 0.0, 1.0]));
         assert_eq!(gathered.curvatures, Some(vec![14.0, 15.0, 10.0, 11.0]));
         assert_eq!((gathered.exponents, gathered.known), (Some(vec![3.0, 1.0]), Some(vec![true, true])));
-        assert_eq!(gathered.pinned, Some(vec![true, false]));
+        assert_eq!((gathered.pinned, gathered.largest_curvatures), (Some(vec![true, false]), Some(vec![6.0, 4.0])));
     }
 
     #[test]
     fn what_a_method_does_not_know_is_refused_in_one_sentence() {
-        use Constraint::{Curvatures, Exponents, Known, Pinned, Tangents};
+        use Constraint::{Curvatures, Exponents, Known, LargestCurvatures, Pinned, Tangents};
         let refused = |known: &[Constraint]| all().expect_only(known, "curves of a kind").unwrap_err().to_string();
         assert_eq!(
-            refused(&[Tangents, Curvatures, Exponents, Pinned]),
+            refused(&[Tangents, Curvatures, Exponents, Pinned, LargestCurvatures]),
             "curves of a kind know no known control points (column known): leave these columns out, or choose a method that knows them"
         );
         assert_eq!(
-            refused(&[Curvatures, Known, Pinned]),
+            refused(&[Curvatures, Known, Pinned, LargestCurvatures]),
             "curves of a kind know no tangents (columns tx ty tz), and no exponents of spans (column nu): leave these columns out, \
              or choose a method that knows them"
         );
-        all().expect_only(&[Tangents, Curvatures, Exponents, Known, Pinned], "curves of a kind").unwrap();
+        all()
+            .expect_only(&[Tangents, Curvatures, Exponents, Known, Pinned, LargestCurvatures], "curves of a kind")
+            .unwrap();
         Constraints::default().expect_only(&[], "curves of a kind").unwrap();
     }
 }

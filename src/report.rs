@@ -34,6 +34,8 @@ pub struct CurveReport {
     ///
     /// `None` where there was one start.
     pub gain: Option<f64>,
+    /// How the curve keeps its limits. `None` without limits.
+    pub limits: Option<LimitReport>,
     /// Largest distance from a data point to the curve's point of the same parameter.
     ///
     /// It is in the units of the input.
@@ -51,6 +53,7 @@ impl CurveReport {
             gradient_norm: 0.0,
             smoothing: None,
             gain: None,
+            limits: None,
             max_deviation: 0.0,
         }
     }
@@ -67,6 +70,7 @@ impl CurveReport {
     pub(crate) fn joined(pieces: Vec<CurveReport>) -> Self {
         let join = |mut joined: CurveReport, next: CurveReport| {
             joined.gain = gain([&joined, &next]);
+            joined.limits = LimitReport::joined([&joined, &next]);
             let [so_far, severity] = [&joined, &next].map(|report| report.status.severity());
             if severity > so_far || (severity == so_far && joined.message.is_none()) {
                 (joined.status, joined.message) = (next.status, next.message);
@@ -79,6 +83,50 @@ impl CurveReport {
             joined
         };
         pieces.into_iter().reduce(join).unwrap_or_else(|| CurveReport::solved(0.0))
+    }
+}
+
+/// How a curve keeps its limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LimitReport {
+    /// The largest violation of a limit, 0 where all are kept.
+    ///
+    /// Of a largest curvature κ it is |K|/κ − 1. Of a side it is the curvature to the other, in units of 1 over the mean
+    /// chord.
+    pub violation: f64,
+    /// Vertices at which a limit holds the curve.
+    pub active: usize,
+    /// What the limits cost: 0.1 for a curve of 1.1 times the energy of the one without limits.
+    ///
+    /// NaN where the energy has no minimum without limits.
+    pub cost: f64,
+    /// The length of the curve over that of the polygon of its points.
+    ///
+    /// Where a limit can only be kept by loops, it is large.
+    pub stretch: f64,
+}
+
+impl LimitReport {
+    /// That of a curve, from the reports of its pieces.
+    pub(crate) fn joined<'a>(pieces: impl IntoIterator<Item = &'a CurveReport>) -> Option<Self> {
+        // The energies with limits and without.
+        let (mut energy, mut free) = (0.0, 0.0);
+        let mut joined: Option<Self> = None;
+        for piece in pieces {
+            let own = piece.limits;
+            energy += piece.energy;
+            free += piece.energy / (1.0 + own.map_or(0.0, |own| own.cost));
+            let Some(own) = own else { continue };
+            joined = Some(joined.map_or(own, |so_far| LimitReport {
+                violation: so_far.violation.max(own.violation),
+                active: so_far.active + own.active,
+                stretch: so_far.stretch.max(own.stretch),
+                cost: 0.0,
+            }));
+        }
+        let cost = if free == 0.0 { 0.0 } else { energy / free - 1.0 };
+        joined.map(|joined| LimitReport { cost, ..joined })
     }
 }
 

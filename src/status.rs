@@ -24,6 +24,10 @@ pub enum CurveStatus {
     NoMinimiser,
     /// Infinitely many curves attain the least energy. The smallest is returned.
     NotUnique,
+    /// No curve was found that keeps its limits.
+    ///
+    /// The curve is the one that breaks them least. The sentence says which, where and by how much.
+    Infeasible,
     /// Too little to fit: fewer than two distinct points, or two different points at one parameter.
     ///
     /// The curve comes out as its input polyline.
@@ -47,9 +51,10 @@ impl CurveStatus {
             CurveStatus::NotUnique => 1,
             CurveStatus::NotConverged => 2,
             CurveStatus::NoMinimiser => 3,
-            CurveStatus::Unbounded => 4,
-            CurveStatus::Degenerate => 5,
-            CurveStatus::Invalid => 6,
+            CurveStatus::Infeasible => 4,
+            CurveStatus::Unbounded => 5,
+            CurveStatus::Degenerate => 6,
+            CurveStatus::Invalid => 7,
         }
     }
 
@@ -61,6 +66,7 @@ impl CurveStatus {
             CurveStatus::Unbounded => "unbounded",
             CurveStatus::NoMinimiser => "no_minimiser",
             CurveStatus::NotUnique => "not_unique",
+            CurveStatus::Infeasible => "infeasible",
             CurveStatus::Degenerate => "degenerate",
             CurveStatus::Invalid => "invalid",
         }

@@ -209,6 +209,9 @@ impl CurveBatch {
         if let Some(column) = &constraints.pinned {
             expect_length("pinned flags", column.len(), points, "point")?;
         }
+        if let Some(column) = &constraints.largest_curvatures {
+            expect_length("largest curvatures", column.len(), points, "point")?;
+        }
         let other_points = self.constraints.known != constraints.known;
         self.constraints = constraints;
         if other_points {

@@ -13,7 +13,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::energy::gauge::{Gauge, SmoothGauge};
-use super::energy::{Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
+use super::energy::{Fence, Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
 use super::line_search::MOST_OF_AN_EDGE;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
@@ -42,6 +42,10 @@ pub(crate) struct Edges<S, const D: usize> {
     /// 1/w² for the width w of the span that the edge lies in: 1, or the value from
     /// [`Self::set_taut`].
     taut: Vec<S>,
+    /// The fences of |K| and of the signed curvature at the vertex between this edge and the next.
+    ///
+    /// Empty without limits.
+    fences: [Vec<Fence<S>>; 2],
     pub tangent: Vec<Vector<S, D>>,
     pub length: Vec<S>,
     pub inverse: Vec<S>,
@@ -71,6 +75,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             exists: vec![S::ZERO; rows],
             free: vec![S::ZERO; rows],
             taut: vec![S::ONE; rows],
+            fences: [Vec::new(), Vec::new()],
             tangent: vec![unit; rows],
             length: vec![S::ONE; rows],
             inverse: vec![S::ONE; rows],
@@ -112,6 +117,26 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     /// Sets 1/w² of a lane's edges, with w the width of the span that the edge lies in.
     pub fn set_taut(&mut self, lane: usize, taut: &[f64]) {
         taut.iter().enumerate().for_each(|(j, x)| self.taut[j].set_lane(lane, number::<S>(*x)));
+    }
+
+    /// Sets the fences of |K| and of the signed curvature, for each vertex of a lane, where there are any.
+    pub fn set_fences(&mut self, lane: usize, fences: &[Vec<Fence<f64>>; 2]) {
+        let rows = self.free.len();
+        for (own, fences) in self.fences.iter_mut().zip(fences).filter(|(_, fences)| !fences.is_empty()) {
+            own.resize(rows, Fence::NONE);
+            for j in 0..self.counts[lane] {
+                let fence = fences[(j + 1) % fences.len()];
+                own[j].slope.set_lane(lane, number::<S>(fence.slope));
+                own[j].reach.set_lane(lane, number::<S>(fence.reach));
+                own[j].stiffness.set_lane(lane, number::<S>(fence.stiffness));
+            }
+        }
+    }
+
+    /// A fence of a vertex, if there are any.
+    #[inline(always)]
+    fn fence(&self, kind: usize, j: usize) -> Fence<S> {
+        if self.fences[kind].is_empty() { Fence::NONE } else { self.fences[kind][j] }
     }
 
     /// Copies the factors of a closed lane's first edges to the edges that repeat them.
@@ -270,6 +295,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             taut: self.taut[j],
             free: self.free[j],
             free_after: if W > 2 { self.free[j + 1] } else { S::ZERO },
+            curb: self.fence(0, j),
+            side: self.fence(1, j),
         }
     }
 

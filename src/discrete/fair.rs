@@ -8,6 +8,8 @@ use super::curves::{FairCurves, Fitted};
 use super::descended::{self, Descended};
 use super::deviation;
 use super::energy::{Energy, bending, tautness};
+use super::fenced;
+use super::limits::Limits;
 use super::plan::{Direction, Step};
 use super::setup::set_up_pieces;
 use super::tally::Tally;
@@ -165,6 +167,10 @@ pub struct Fair {
     ///
     /// Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
     pub deviation: Option<Deviation>,
+    /// Inequalities that every curve keeps: a largest curvature, a side to turn to.
+    ///
+    /// None by default.
+    pub limits: Limits,
     /// The angle above which corners are kept, in radians from 0 to π.
     ///
     /// `None`, the default, cuts nothing. With an angle, curves are cut at data points where the
@@ -217,6 +223,7 @@ impl Default for Fair {
             segments: Segments::PerSpan(16),
             pins: Pins::default(),
             deviation: None,
+            limits: Limits::default(),
             corners: None,
             direction: Direction::default(),
             step: Step::default(),
@@ -296,6 +303,7 @@ impl Fair {
         if let Some(allowed) = self.deviation {
             deviation::check(self, allowed)?;
         }
+        self.limits.check(batch.dimension())?;
         if !(1..=descended::MOST).contains(&self.starts) {
             return refuse(format!(
                 "{} starts: each is a descent of its own, and from 1 to {} are possible, such as 20",
@@ -329,7 +337,8 @@ impl Fair {
                     .into(),
             );
         }
-        batch.allows(&[Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned], "fair curves")
+        let known = [Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned, Constraint::LargestCurvatures];
+        batch.allows(&known, "fair curves")
     }
 
     fn fit_in<const D: usize>(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
@@ -371,7 +380,12 @@ impl Fair {
         let ready = set_up_pieces::<D>(self, batch, kept)?;
         let (able, unable): (Vec<usize>, Vec<usize>) = (0..ready.len()).partition(|&i| ready[i].is_ok());
         unable.into_iter().for_each(|i| tally.finished(i));
-        let found = Descended::best(self, batch, kept, ready, device, &|k| tally.finished(able[k]))?;
+        // With limits a curve is finished later.
+        let is_limited = !self.limits.is_empty(batch);
+        let finished = |k: usize| tally.finished(able[k]);
+        let mut found =
+            Descended::best(self, batch, kept, ready, device, if is_limited { &|_| {} } else { &finished })?;
+        let limited = if is_limited { fenced::keep(self, batch, &mut found, device)? } else { vec![] };
         let reported = parallel::map(able.len(), 64, |k| {
             let i = able[k];
             let ready = found.ready[i].as_ref().expect("what is ready is descended");
@@ -379,6 +393,10 @@ impl Fair {
             report.gain = found.gains.get(k).copied();
             if let Some((span, message)) = found.message(k) {
                 report.message = Some(batch.sentence(i, span, &message));
+            }
+            if let Some(Some(kept)) = limited.get(k) {
+                kept.judge(&mut report, batch, i);
+                finished(k);
             }
             (report, vertices)
         });

@@ -5,7 +5,7 @@
 use super::constrain::Constraints;
 use super::descent::Descent;
 use super::edges::Edges;
-use super::energy::{Energy, Functional, Hold, MOST_EDGES};
+use super::energy::{Energy, Fence, Functional, Hold, MOST_EDGES};
 use super::lane::Standing;
 use super::metric::{Pins, Weights};
 use super::newton::Newton;
@@ -48,6 +48,8 @@ pub(crate) struct Problem<const D: usize> {
     pub free: Vec<f64>,
     /// 1/w² of every edge, with w the width of its span at size 1; empty where the energy does not ask for it.
     pub taut: Vec<f64>,
+    /// The fences of |K| and of the signed curvature at each vertex; empty without limits.
+    pub fences: [Vec<Fence<f64>>; 2],
     /// The weight of the highest derivative in the inner product.
     pub highest: f64,
     /// The root mean square of |K| at the start, where |κ|^ν and κ² weigh the same.
@@ -322,6 +324,7 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     for l in 0..S::LANES {
         edges.set_free(l, &lane(l).free);
         edges.set_taut(l, &lane(l).taut);
+        edges.set_fences(l, &lane(l).fences);
     }
     let number = <S::Number as Scalar>::of;
     let each = |value: &dyn Fn(&Problem<D>) -> f64| {

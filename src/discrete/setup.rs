@@ -239,6 +239,7 @@ fn ready<const D: usize>(
         gauge,
         free,
         taut: if fair.energy.is_taut() { of_spans(points, &rows, closed, size) } else { Vec::new() },
+        fences: Default::default(),
         highest,
         curvature,
         tolerance: fair.tolerance,

@@ -148,7 +148,8 @@ impl Fair {
         problems: &[Problem<D>],
         ended: Ended<'_, D>,
     ) -> Result<Vec<Outcome<D>>> {
-        let stages = stages(&self.energy);
+        // Curves with limits start from one that has gone through the stages.
+        let stages = if self.energy.is_fenced() { vec![] } else { stages(&self.energy) };
         if stages.is_empty() {
             return Descender { plan: *plan, energy: &self.energy, gpu }.descend_rough(problems, ended);
         }

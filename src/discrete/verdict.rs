@@ -112,6 +112,7 @@ impl Fair {
             gradient_norm: norm,
             smoothing: None,
             gain: None,
+            limits: None,
             max_deviation: deviation(&vertices, &ready.rows, points),
         };
         let coords = vertices.into_iter().flatten().collect();

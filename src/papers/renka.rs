@@ -225,6 +225,7 @@ impl Minimisation {
             gauge: 0.0,
             free: vec![1.0; vertices.len()],
             taut: of_spans(&[vertices[0], vertices[last]], &[0, last as u32], false, 1.0),
+            fences: Default::default(),
             highest: 1.0,
             curvature: 1.0,
             tolerance: self.tolerance,

@@ -232,6 +232,7 @@ impl Graph {
             gradient_norm: trace.gradient_norm,
             smoothing: None,
             gain: None,
+            limits: None,
             max_deviation: moved.fold(0.0, f64::max),
         };
         Ok((GraphCurve::new(&trace), report))

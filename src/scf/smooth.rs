@@ -335,6 +335,7 @@ impl Smooth {
             gradient_norm: found.decrement,
             smoothing: None,
             gain: None,
+            limits: None,
             max_deviation: 0.0,
         };
         Ok((report, chain))

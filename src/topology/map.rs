@@ -13,7 +13,7 @@ use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Jet, Sampling};
 use crate::motion::Motion;
 use crate::parallel;
-use crate::report::{CurveReport, CurveSet, Fit, gain};
+use crate::report::{CurveReport, CurveSet, Fit, LimitReport, gain};
 
 /// Curves from fitted strokes.
 pub(super) struct Map {
@@ -257,6 +257,7 @@ pub(super) fn report(topology: &Topology, fit: &Fit, i: usize) -> CurveReport {
         gradient_norm: reports().map(|report| report.gradient_norm).fold(0.0, f64::max),
         smoothing: first.filter(|_| smoothing.all(|other| other == first)),
         gain: gain(reports()),
+        limits: LimitReport::joined(reports()),
         max_deviation: deviation(topology, fit, i),
     }
 }

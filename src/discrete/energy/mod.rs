@@ -22,9 +22,9 @@
 /// Declares the energies of edges, each by its file and its type.
 ///
 /// The list yields [`Functional`], which is any of them, the names of the energies, and the one
-/// place where their terms are told apart.
+/// place where their terms are told apart. Those after `hidden` have no name for users.
 macro_rules! energies {
-    ($($(#[$when:meta])? $word:ident::$Name:ident),+ $(,)?) => {
+    ($($(#[$when:meta])? $word:ident::$Name:ident),+ $(,)?; hidden: $($own:ident::$Own:ident),+ $(,)?) => {
         $(
             $(#[$when])?
             mod $word;
@@ -39,6 +39,8 @@ macro_rules! energies {
                 }
             }
         )+
+
+        $(mod $own;)+
 
         impl Energy {
             /// The names of the energies, as [`named`](Self::named) takes them.
@@ -60,6 +62,7 @@ macro_rules! energies {
         #[derive(Clone, Debug)]
         pub(crate) enum Functional {
             $($(#[$when])? $Name($word::$Name),)+
+            $($Own($own::$Own),)+
             Attachment,
             Custom(Arc<dyn Custom>),
         }
@@ -69,6 +72,7 @@ macro_rules! energies {
             pub fn word(&self) -> &str {
                 match self {
                     $($(#[$when])? Functional::$Name(_) => stringify!($word),)+
+                    $(Functional::$Own(_) => stringify!($own),)+
                     Functional::Attachment => "attachment",
                     Functional::Custom(custom) => custom.name(),
                 }
@@ -78,6 +82,7 @@ macro_rules! energies {
             pub fn facts(&self) -> &dyn Facts {
                 match self {
                     $($(#[$when])? Functional::$Name(functional) => functional,)+
+                    $(Functional::$Own(functional) => functional,)+
                     Functional::Attachment => &attachment::Attachment,
                     Functional::Custom(custom) => custom,
                 }
@@ -90,6 +95,7 @@ macro_rules! energies {
             pub fn visit<V: Visitor>(&self, visitor: V) -> Option<V::Output> {
                 match self {
                     $($(#[$when])? Functional::$Name(functional) => Some(visitor.visit(functional)),)+
+                    $(Functional::$Own(functional) => Some(visitor.visit(functional)),)+
                     Functional::Attachment => None,
                     Functional::Custom(custom) => Some(custom::visit(custom.as_ref(), visitor)),
                 }
@@ -106,12 +112,14 @@ energies! {
     variation::Variation,
     torsion::Torsion,
     #[cfg(test)]
-    toy::Toy,
+    toy::Toy;
+    hidden: curb::Curb, side::Side,
 }
 
 mod attachment;
 mod curvatures;
 mod custom;
+mod fence;
 pub(super) mod gauge;
 mod sum;
 mod wgsl;
@@ -122,6 +130,7 @@ use std::sync::Arc;
 pub(crate) use attachment::Hold;
 pub use attachment::attachment;
 pub use custom::Custom;
+pub(crate) use fence::Fence;
 pub use sum::Energy;
 pub(crate) use tautness::of_spans;
 pub use torsion::TORSION_CURVATURE;
@@ -154,6 +163,10 @@ pub(crate) struct Window<S, const D: usize, const W: usize> {
     pub free: S,
     /// The gauge's factor at the vertex between the second and the third edge.
     pub free_after: S,
+    /// The fence of |K| at the vertex between the first two edges.
+    pub curb: Fence<S>,
+    /// The fence of the signed curvature there.
+    pub side: Fence<S>,
 }
 
 /// A term and its partial derivatives with respect to tangents and lengths.

@@ -76,6 +76,18 @@ impl Energy {
         self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Tautness(_)))
     }
 
+    /// The same energy with fences of these kinds: of |K|, and of the signed curvature.
+    pub(crate) fn fenced(&self, kinds: [bool; 2]) -> Energy {
+        let fences = [Functional::Curb(Default::default()), Functional::Side(Default::default())];
+        let wanted = fences.into_iter().zip(kinds).filter(|(_, wanted)| *wanted);
+        wanted.fold(self.clone(), |energy, (fence, _)| energy + Energy::of(fence))
+    }
+
+    /// Whether it holds fences.
+    pub(crate) fn is_fenced(&self) -> bool {
+        self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Curb(_) | Functional::Side(_)))
+    }
+
     /// The weight of the attachment to data.
     ///
     /// 0 without one.

@@ -57,6 +57,7 @@ pub(super) struct Rows<'a> {
     clock: Option<Clock>,
     weight: Option<Numbers>,
     nu: Option<Numbers>,
+    kmax: Option<Numbers>,
     known: Option<(usize, Vec<bool>)>,
     pinned: Option<(usize, Vec<bool>)>,
     /// One flag a curve.
@@ -100,6 +101,7 @@ impl<'a> Rows<'a> {
             carried: carried.into_iter().map(|(cell, name, nearest)| CarriedCells::new(name, cell, nearest)).collect(),
             weight: Numbers::new(table.cell("weight"), false),
             nu: Numbers::new(table.cell("nu"), true),
+            kmax: Numbers::new(table.cell("kmax"), true),
             known: table.cell("known").map(|cell| (cell, Vec::new())),
             pinned: table.cell("pinned").map(|cell| (cell, Vec::new())),
             closed: table.cell("closed").map(|cell| (cell, Vec::new())),
@@ -140,7 +142,7 @@ impl<'a> Rows<'a> {
             }
             self.source.push(&mut t.values, x.unwrap_or(f64::NAN))?;
         }
-        for column in [&mut self.weight, &mut self.nu].into_iter().flatten() {
+        for column in [&mut self.weight, &mut self.nu, &mut self.kmax].into_iter().flatten() {
             let x = cells.number(column.cell)?;
             if x.is_none() && !column.optional {
                 blank.get_or_insert((column.cell, None));
@@ -213,7 +215,7 @@ impl<'a> Rows<'a> {
         for vectors in [&mut self.tangents, &mut self.curvatures].into_iter().filter(|vectors| !vectors.is_empty()) {
             arranged(vectors, d, order);
         }
-        for column in [&mut self.t, &mut self.weight, &mut self.nu].into_iter().flatten() {
+        for column in [&mut self.t, &mut self.weight, &mut self.nu, &mut self.kmax].into_iter().flatten() {
             arranged(&mut column.values, 1, order);
         }
         for (_, flags) in [&mut self.known, &mut self.pinned].into_iter().flatten() {
@@ -272,8 +274,9 @@ impl<'a> Rows<'a> {
         let [tangents, curvatures] =
             [self.tangents, self.curvatures].map(|vectors| Some(vectors).filter(|v| !v.is_empty()));
         let [known, pinned] = [self.known, self.pinned].map(|column| column.map(|(_, flags)| flags));
-        let exponents = self.nu.map(|column| column.values);
-        batch = batch.with_constraints(Constraints { tangents, curvatures, exponents, known, pinned })?;
+        let [exponents, largest_curvatures] = [self.nu, self.kmax].map(|column| column.map(|column| column.values));
+        let constraints = Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures };
+        batch = batch.with_constraints(constraints)?;
         batch = batch.with_columns(columns)?;
         for (i, (point, what)) in self.blanks {
             batch.refuse(i, point, &what);

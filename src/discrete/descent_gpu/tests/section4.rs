@@ -25,6 +25,7 @@ fn one_sobolev_step_of_length_1_gives_the_segment_of_theorem_2_2() {
         gauge: 0.0,
         free: vec![1.0; 201],
         taut: vec![1.0; 200],
+        fences: Default::default(),
         highest: 1.0,
         curvature: 1.0,
         tolerance: 1e-8,

@@ -1,0 +1,62 @@
+//! The side: a [fence](super::fence) of the signed curvature, which keeps a planar curve turning to one side.
+
+use super::{Facts, Partials, SecondPartials, Term, Window};
+use crate::linalg::Scalar;
+use crate::linalg::scalar::scale;
+
+/// The fence of κ = (T × T′)/Δa, with Δa = (Δs + Δs′)/2. To the left it is positive.
+///
+/// For a curve that turns left it has β < 0, and β > 0 for one that turns right. Spatial curves have no side.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Side;
+
+impl Facts for Side {
+    fn degree(&self) -> f64 {
+        0.0
+    }
+}
+
+/// κ and its partial derivatives.
+#[inline(always)]
+fn curvature<S: Scalar, const D: usize>(window: &Window<S, D, 2>) -> Partials<S, D, 2> {
+    let (mut value, mut tangent) = (S::ZERO, [[S::ZERO; D]; 2]);
+    let r = S::of(2.0) / (window.length[0] + window.length[1]);
+    if D == 2 {
+        let [t, u] = window.tangent;
+        value = r * (t[0] * u[1] - t[1] * u[0]);
+        (tangent[0][0], tangent[0][1]) = (r * u[1], -(r * u[0]));
+        (tangent[1][0], tangent[1][1]) = (-(r * t[1]), r * t[0]);
+    }
+    let by_length = S::of(-0.5) * r * value;
+    Partials { value, tangent, length: [by_length, by_length] }
+}
+
+impl Term<2> for Side {
+    #[inline(always)]
+    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> S {
+        window.side.value(curvature(window).value)
+    }
+
+    #[inline(always)]
+    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> Partials<S, D, 2> {
+        window.side.gradient(&curvature(window))
+    }
+
+    #[inline(always)]
+    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> SecondPartials<S, D, 2> {
+        let r = S::of(2.0) / (window.length[0] + window.length[1]);
+        let first = curvature(window);
+        let mut second = SecondPartials::ZERO;
+        if D == 2 {
+            (second.tangents[0][1][0][1], second.tangents[0][1][1][0]) = (r, -r);
+            (second.tangents[1][0][1][0], second.tangents[1][0][0][1]) = (r, -r);
+        }
+        for j in 0..2 {
+            for k in 0..2 {
+                second.mixed[j][k] = scale(S::of(-0.5) * r, first.tangent[j]);
+                second.lengths[j][k] = S::of(0.5) * r * r * first.value;
+            }
+        }
+        window.side.hessian(&first, &second)
+    }
+}

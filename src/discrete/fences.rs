@@ -1,0 +1,175 @@
+//! [`Fences`]: the multipliers of the limits of one curve.
+//!
+//! A limit is c ≥ 0 at a vertex. For multipliers y the curve descends the energy and the [`Fence`]s. The next
+//! multipliers are ρs of every fence. Where the curve goes along a limit, y is the force that keeps it there. Everywhere
+//! else y is 0.
+
+use super::energy::Fence;
+use super::problem::Problem;
+use crate::linalg::scalar::{Vector, dot, scale, subtract};
+
+/// Limits are kept tighter by this, in units of c.
+///
+/// Curves come to their limits from outside. For a largest curvature c = 1 − |K|/κ: it is a fraction of κ.
+const MARGIN: f64 = 2e-7;
+
+/// The violation of a curve that is done, in units of its margin.
+const ENOUGH: f64 = 0.5;
+
+/// ρ of the first round, the smallest ρ from which on a curve may be given up, and the largest, in units of E/m.
+const FIRST: f64 = 10.0;
+const FIRM: f64 = 1e3;
+const MOST: f64 = 1e7;
+
+/// The factor of ρ after a round that left more than this part of the violation.
+const FIRMER: f64 = 10.0;
+const LEFT: f64 = 0.1;
+
+/// A curve that violates its limits by less than this may yet keep them.
+const CLOSE: f64 = 1e-4;
+
+/// A curve is given up when so many rounds one after the other leave more than half of its violation.
+const PATIENCE: u32 = 2;
+
+/// Violations up to this are met with a larger margin where ρ cannot grow.
+const ROUNDING: f64 = 1e-5;
+
+/// The violation and the multipliers of a curve's limits.
+#[derive(Clone, Debug)]
+pub(super) struct Fences {
+    /// ρ
+    stiffness: f64,
+    /// E/m, for the energy E at the start and m edges.
+    unit: f64,
+    margin: f64,
+    violation: f64,
+    /// Rounds one after the other that left more than half of the violation.
+    slow: u32,
+}
+
+impl Fences {
+    /// Fences of these slopes β, at a curve of this energy.
+    pub fn around<const D: usize>(problem: &mut Problem<D>, slopes: [Vec<f64>; 2], energy: f64) -> Self {
+        let unit = energy / problem.base.len() as f64;
+        let own = Fences { stiffness: FIRST * unit, unit, margin: MARGIN, violation: f64::INFINITY, slow: 0 };
+        for (kind, slopes) in slopes.into_iter().enumerate() {
+            let fence = |slope: f64| match slope {
+                0.0 => Fence::NONE,
+                slope => Fence { slope, reach: -own.offset(kind), stiffness: own.stiffness },
+            };
+            problem.fences[kind] = slopes.into_iter().map(fence).collect();
+        }
+        own
+    }
+
+    /// o of c = o − βq: 1 for |K| and 0 for the signed curvature, but for the margin.
+    fn offset(&self, kind: usize) -> f64 {
+        [1.0, 0.0][kind] - self.margin
+    }
+
+    /// The largest violation of a limit, or of its multiplier, in units of c.
+    ///
+    /// A multiplier violates too where the curve keeps the limit with room: it must be 0.
+    pub fn violation(&self) -> f64 {
+        self.violation
+    }
+
+    /// Whether the multipliers are known well enough for a descent to the method's tolerance.
+    pub fn is_settled(&self) -> bool {
+        self.violation <= ENOUGH * self.margin
+    }
+
+    /// Whether rounds do not lead nearer to the limits any more.
+    pub fn is_given_up(&self) -> bool {
+        self.slow >= PATIENCE
+    }
+
+    /// Takes the next multipliers, where the curve stands at its base.
+    pub fn press<const D: usize>(&mut self, problem: &mut Problem<D>) {
+        let before = self.violation;
+        self.violation = 0.0;
+        for kind in 0..2 {
+            let offset = self.offset(kind);
+            for row in 0..problem.fences[kind].len() {
+                let fence = problem.fences[kind][row];
+                if fence.stiffness > 0.0 {
+                    // Both in units of y/ρ.
+                    let (now, next) = (fence.reach + offset, fence.beyond(problem.curvatures_at(row)[kind]));
+                    self.violation = self.violation.max((now - next).abs());
+                    problem.fences[kind][row].reach = next;
+                }
+            }
+        }
+        let is_slow = self.violation > 0.5 * before && self.stiffness >= FIRM * self.unit && self.violation > CLOSE;
+        self.slow = if is_slow { self.slow + 1 } else { 0 };
+        let grows = self.violation > LEFT * before && !self.is_settled();
+        let stiffness = if grows { (FIRMER * self.stiffness).min(MOST * self.unit) } else { self.stiffness };
+        if grows && stiffness == self.stiffness && self.violation <= ROUNDING {
+            self.margin = self.margin.max(2.0 * self.violation / ENOUGH);
+        }
+        for kind in 0..2 {
+            let offset = self.offset(kind);
+            for fence in problem.fences[kind].iter_mut().filter(|fence| fence.stiffness > 0.0) {
+                fence.reach = fence.reach * self.stiffness / stiffness - offset;
+                fence.stiffness = stiffness;
+            }
+        }
+        self.stiffness = stiffness;
+    }
+}
+
+/// The worst of a curve's limits.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Worst {
+    /// −c, at most 0 where every limit is kept.
+    pub excess: f64,
+    /// 0 for |K| and 1 for the signed curvature.
+    pub kind: usize,
+    pub row: usize,
+    /// The curvature there, at size 1.
+    pub curvature: f64,
+}
+
+impl<const D: usize> Problem<D> {
+    /// |K| and the signed curvature at a vertex of the base.
+    pub(super) fn curvatures_at(&self, row: usize) -> [f64; 2] {
+        let before = self.base[if row > 0 { row - 1 } else { self.base.len() - 1 }];
+        let [s, t] = [before, self.base[row]].map(|edge| dot(edge, edge).sqrt());
+        let [before, after]: [Vector<f64, D>; 2] = [scale(1.0 / s, before), scale(1.0 / t, self.base[row])];
+        let turn = subtract(after, before);
+        let side = if D == 2 { before[0] * after[1] - before[1] * after[0] } else { 0.0 };
+        [dot(turn, turn).sqrt(), side].map(|turn| 2.0 * turn / (s + t))
+    }
+
+    /// The limit of these slopes that the base keeps the least; none without limits.
+    pub(super) fn worst(&self, slopes: &[Vec<f64>; 2]) -> Option<Worst> {
+        let limits = slopes.iter().enumerate().flat_map(|(kind, slopes)| {
+            slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0).map(move |(row, slope)| (kind, row, *slope))
+        });
+        let worst = limits.map(|(kind, row, slope)| {
+            let curvature = self.curvatures_at(row)[kind];
+            Worst { excess: slope * curvature - [1.0, 0.0][kind], kind, row, curvature }
+        });
+        worst.reduce(|a, b| if b.excess > a.excess { b } else { a })
+    }
+
+    /// The number of vertices that a limit holds.
+    pub(super) fn held(&self) -> usize {
+        let holds = |row: &usize| {
+            (0..2).any(|kind| {
+                let fence = self.fences[kind].get(*row).filter(|fence| fence.stiffness > 0.0);
+                fence.is_some_and(|fence| fence.beyond(self.curvatures_at(*row)[kind]) > 0.0)
+            })
+        };
+        (0..self.vertices()).filter(holds).count()
+    }
+
+    /// The energy of the fences at the base.
+    pub(super) fn energy_of_fences(&self) -> f64 {
+        let of_kind = |kind: usize| {
+            let fences = self.fences[kind].iter().enumerate().filter(|(_, fence)| fence.stiffness > 0.0);
+            fences.map(move |(row, fence)| fence.value(self.curvatures_at(row)[kind])).sum::<f64>()
+        };
+        of_kind(0) + of_kind(1)
+    }
+}
