@@ -187,7 +187,7 @@ pub use error::{Error, Result};
 pub use grids::Grids;
 pub use motion::Motion;
 pub use precision::Precision;
-pub use report::{CurveReport, CurveSet, Fit};
+pub use report::{CurveReport, CurveSet, Fit, LimitReport};
 pub use status::CurveStatus;
 
 /// The example of the README compiles.

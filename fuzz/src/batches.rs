@@ -78,5 +78,6 @@ fn constraints(bytes: &mut Unstructured, points: usize, dimension: usize) -> Res
         if bytes.ratio(1, 4)? { Some((0..points).map(|_| bytes.arbitrary()).collect::<Result<_>>()?) } else { None };
     let pinned =
         if bytes.ratio(1, 4)? { Some((0..points).map(|_| bytes.arbitrary()).collect::<Result<_>>()?) } else { None };
-    Ok(Constraints { tangents, curvatures, exponents, known, pinned })
+    let largest_curvatures = if bytes.ratio(1, 4)? { Some(column(bytes, points)?) } else { None };
+    Ok(Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures })
 }

@@ -48,6 +48,7 @@ class Batch:
         exponents: _Floats | None = None,
         known: Sequence[bool] | None = None,
         pinned: Sequence[bool] | None = None,
+        largest_curvatures: NDArray[np.float64] | None = None,
         auto_closed: bool = False,
     ) -> Batch: ...
     def __len__(self) -> int: ...
@@ -114,6 +115,8 @@ def fair(
     spacing: float | None,
     pins: str,
     deviation: str | None,
+    max_curvature: float | None,
+    preserve_shape: bool,
     corners: float | None,
     solver: str,
     tolerance: float,

@@ -163,6 +163,11 @@ class Fair:
     deviation : float or str, optional
         The fairest of all curves that pass within this distance of every point: in units of the input, or a part of each
         curve's size (the diagonal of the box around its points), such as ``"2%"``.
+    max_curvature : float, optional
+        The largest curvature, in 1/length: 1 over the smallest turning radius. A curve for which none is found that keeps its
+        limits is ``infeasible``. ``report()`` has the violation, the vertices held, the cost in energy and the stretch.
+    preserve_shape : bool
+        Whether planar curves turn only to the side to which their points turn.
     corners : float, optional
         Points where the input turns by more than this angle (degrees) stay corners.
     solver : {"newton", "cg", "descent"}
@@ -189,6 +194,8 @@ class Fair:
     spacing: float | None = None
     pins: Literal["all", "ends", "none"] | None = None
     deviation: float | str | None = None
+    max_curvature: float | None = None
+    preserve_shape: bool = False
     corners: float | None = None
     solver: Literal["newton", "cg", "descent"] = "newton"
     tolerance: float = 1e-8
@@ -196,8 +203,10 @@ class Fair:
     starts: int = 1
     seed: int = 0
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
         """Fits every curve. ``tangents`` and ``curvatures`` (vectors, NaN where there are none) are met at their points.
+
+        ``largest_curvatures`` bound the span that begins at each point (1/length, NaN: not at all).
 
         The other arguments are those of :meth:`Natural.fit`.
         """
@@ -206,10 +215,10 @@ class Fair:
         pins = self.pins or ("ends" if near else "all")
         deviation = None if self.deviation is None else str(self.deviation)
         given = ragged(curves)
-        batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned)
+        batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned, largest_curvatures=largest_curvatures)
         fit = _core.fair(
-            batch, list(energy.terms), self.per_span, self.spacing, pins, deviation, self.corners, self.solver,
-            self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
+            batch, list(energy.terms), self.per_span, self.spacing, pins, deviation,
+            self.max_curvature, self.preserve_shape, self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
         )  # fmt: skip
         return Fit(fit, given, given.coords.shape[1])
 

@@ -33,7 +33,7 @@ pub fn offsets(array: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<usize>> {
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (coords, offsets, *, closed=None, t=None, weights=None, tangents=None, curvatures=None, exponents=None, known=None, pinned=None, auto_closed=false))]
+    #[pyo3(signature = (coords, offsets, *, closed=None, t=None, weights=None, tangents=None, curvatures=None, exponents=None, known=None, pinned=None, largest_curvatures=None, auto_closed=false))]
     fn new(
         coords: PyReadonlyArray2<'_, f64>,
         offsets: PyReadonlyArray1<'_, i64>,
@@ -45,6 +45,7 @@ impl Batch {
         exponents: Option<PyReadonlyArray1<'_, f64>>,
         known: Option<Vec<bool>>,
         pinned: Option<Vec<bool>>,
+        largest_curvatures: Option<PyReadonlyArray1<'_, f64>>,
         auto_closed: bool,
     ) -> PyResult<Self> {
         let dimension = coords.shape()[1];
@@ -62,6 +63,7 @@ impl Batch {
             exponents: exponents.as_ref().map(flat).transpose()?,
             known,
             pinned,
+            largest_curvatures: largest_curvatures.as_ref().map(flat).transpose()?,
         };
         if !constraints.is_empty() {
             batch = batch.with_constraints(constraints).map_err(crate::error)?;

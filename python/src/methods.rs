@@ -1,6 +1,6 @@
 //! The methods: each a function of a batch and of options that Python's classes hold.
 
-use faircurve::discrete::{Energy, Fair, Segments};
+use faircurve::discrete::{Energy, Fair, Limits, Segments};
 use faircurve::scf::{Smooth, Start};
 use faircurve::spline::{Amount, Ends, Natural, Parametrisation, Smoothing};
 use faircurve::{CurveBatch, Deviation, Device, Work};
@@ -98,7 +98,7 @@ fn energy(terms: Vec<(String, f64, f64)>) -> PyResult<Energy> {
 }
 
 #[pyfunction]
-#[pyo3(signature = (batch, terms, per_span, spacing, pins, deviation, corners, solver, tolerance, max_iterations, starts, seed, device, precision))]
+#[pyo3(signature = (batch, terms, per_span, spacing, pins, deviation, max_curvature, preserve_shape, corners, solver, tolerance, max_iterations, starts, seed, device, precision))]
 pub fn fair(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
@@ -107,6 +107,8 @@ pub fn fair(
     spacing: Option<f64>,
     pins: &str,
     deviation: Option<&str>,
+    max_curvature: Option<f64>,
+    preserve_shape: bool,
     corners: Option<f64>,
     solver: &str,
     tolerance: f64,
@@ -121,6 +123,7 @@ pub fn fair(
         segments: spacing.map_or(Segments::PerSpan(per_span), Segments::Spacing),
         pins: pins.parse().map_err(crate::error)?,
         deviation: deviation.map(str::parse).transpose().map_err(crate::error)?,
+        limits: Limits { curvature: max_curvature, shape: preserve_shape },
         corners: corners.map(f64::to_radians),
         direction: solver.parse().map_err(crate::error)?,
         tolerance,

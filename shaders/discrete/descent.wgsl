@@ -73,7 +73,8 @@ const GIVEN_STEP: u32 = 3u;
 @group(0) @binding(1) var<storage, read> tasks: array<DescentTask>;
 @group(0) @binding(2) var<storage, read> curves: array<DescentCurve>;
 // A row: the edge of the base from the vertex on, 1 where the vertex at its end is no data point, 1
-// where the vertex may move; with ATTACHMENT its data point's displacement and weight.
+// where the vertex may move; with ATTACHMENT its data point's displacement and what holds it; with TAUT 1/w² of
+// the edge; with FENCED both fences of the vertex at its end.
 @group(0) @binding(3) var<storage, read> fixed: array<real>;
 @group(0) @binding(4) var<storage, read> pins: array<u32>;
 @group(0) @binding(5) var<storage, read_write> states: array<DescentState>;

@@ -5,7 +5,7 @@ mod chosen;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use faircurve::discrete::{Direction, Energy, Fair, Pins, Segments, bending};
+use faircurve::discrete::{Direction, Energy, Fair, Limits, Pins, Segments, bending};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
 use faircurve::{Deviation, Error, Result};
@@ -108,7 +108,8 @@ impl FromStr for Degrees {
 pub struct MethodArgs {
     /// How curves are fitted [default: natural]
     ///
-    /// With --smoothing, --deviation or --tube the default is smoothing.
+    /// With --smoothing, --deviation or --tube the default is smoothing, and with --max-curvature, --min-radius or
+    /// --preserve-shape it is fair.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
     /// Segments a span between data points [default: 16]
@@ -149,6 +150,23 @@ pub struct MethodArgs {
     /// In degrees, such as 60deg, or 60.
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, help_heading = "Fair curves")]
     corners: Option<Degrees>,
+    /// Keeps the curvature of fair curves at K or less, in 1/length
+    ///
+    /// A column kmax bounds single spans. A curve for which none is found that keeps its limits is infeasible.
+    #[arg(long, value_name = "K", allow_negative_numbers = true, help_heading = "Fair curves")]
+    max_curvature: Option<f64>,
+    /// Keeps the turning radius of fair curves at R or more
+    #[arg(
+        long,
+        value_name = "R",
+        conflicts_with = "max_curvature",
+        allow_negative_numbers = true,
+        help_heading = "Fair curves"
+    )]
+    min_radius: Option<f64>,
+    /// Lets planar fair curves turn only to the side to which their points turn
+    #[arg(long, help_heading = "Fair curves")]
+    preserve_shape: bool,
     #[arg(long, value_name = "NAME=WEIGHT,...", help = energy_help(), help_heading = "Fair curves")]
     energy: Option<EnergyWeights>,
     /// Exponent ν of ∫|κ|^ν ds [default: 2]
@@ -202,7 +220,12 @@ impl MethodArgs {
     /// The method asked for by its name, or by an option that only makes sense with it.
     pub fn name(&self) -> MethodName {
         let near = self.deviation.is_some() || self.smoothing.is_some() || self.tube.is_some();
-        self.method.unwrap_or(if near { MethodName::Smoothing } else { MethodName::Natural })
+        let has_limits = self.max_curvature.is_some() || self.min_radius.is_some() || self.preserve_shape;
+        self.method.unwrap_or(match (has_limits, near) {
+            (true, _) => MethodName::Fair,
+            (_, true) => MethodName::Smoothing,
+            _ => MethodName::Natural,
+        })
     }
 
     /// How many times as long as a natural spline each point takes on the CPU, roughly, by the
@@ -237,6 +260,9 @@ impl MethodArgs {
             (MethodName::Fair, ..) => {
                 let mut title = format!("fair curves, {}", self.energy());
                 self.deviation.iter().for_each(|deviation| title += &format!(", deviation ≤ {deviation}"));
+                self.max_curvature.iter().for_each(|curvature| title += &format!(", curvature ≤ {curvature}"));
+                self.min_radius.iter().for_each(|radius| title += &format!(", radius ≥ {radius}"));
+                title += if self.preserve_shape { ", shape kept" } else { "" };
                 self.corners.iter().for_each(|Degrees(angle)| title += &format!(", corners over {angle}°"));
                 title
             }
@@ -336,6 +362,7 @@ impl MethodArgs {
             },
             pins,
             deviation,
+            limits: self.limits()?,
             corners: self.corners.map(|Degrees(angle)| angle.to_radians()),
             direction: self.solver.unwrap_or(defaults.direction),
             tolerance: self.tolerance.unwrap_or(defaults.tolerance),
@@ -343,6 +370,20 @@ impl MethodArgs {
             starts: self.starts.unwrap_or(defaults.starts),
             ..defaults
         })
+    }
+
+    /// The limits that fair curves keep.
+    fn limits(&self) -> Result<Limits> {
+        let given = [("--max-curvature", self.max_curvature, "1/length"), ("--min-radius", self.min_radius, "length")];
+        for (option, value, unit) in given {
+            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+                return Err(Error::argument(format!(
+                    "{option} is {value}; it must be a positive number, in units of {unit}, such as {option} 0.5"
+                )));
+            }
+        }
+        let curvature = self.max_curvature.or(self.min_radius.map(|radius| 1.0 / radius));
+        Ok(Limits { curvature, shape: self.preserve_shape })
     }
 
     fn scf(&self) -> Result<Smooth> {
@@ -389,8 +430,11 @@ impl MethodArgs {
                 "--parametrisation {parametrisation} belongs to --method natural and --method smoothing"
             )));
         }
-        let given: [(_, _, &[MethodName]); 8] = [
+        let given: [(_, _, &[MethodName]); 11] = [
             ("--energy", self.energy.is_some(), &[Fair]),
+            ("--max-curvature", self.max_curvature.is_some(), &[Fair]),
+            ("--min-radius", self.min_radius.is_some(), &[Fair]),
+            ("--preserve-shape", self.preserve_shape, &[Fair]),
             ("--corners", self.corners.is_some(), &[Fair]),
             ("--exponent", self.exponent.is_some(), &[Fair, Scf]),
             ("--solver", self.solver.is_some(), &[Fair, Scf]),

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::io::{self, Write};
 
-use faircurve::{CurveBatch, CurveReport, DeviceReport, Fit};
+use faircurve::{CurveBatch, CurveReport, DeviceReport, Fit, LimitReport};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -107,15 +107,42 @@ pub struct Line<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     gain: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    limits: Option<KeptLimits>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     message: Option<String>,
+}
+
+/// How a curve keeps its limits.
+#[derive(Debug, Serialize)]
+struct KeptLimits {
+    violation: f64,
+    active: usize,
+    cost: f64,
+    stretch: f64,
+}
+
+impl KeptLimits {
+    fn of(limits: LimitReport) -> Self {
+        KeptLimits { violation: limits.violation, active: limits.active, cost: limits.cost, stretch: limits.stretch }
+    }
 }
 
 impl<'a> Line<'a> {
     /// Of curve `i`, of which so many points were written.
     pub fn of(batch: &'a CurveBatch, fit: &Fit, i: usize, points_out: usize) -> Self {
         let curve = fit.curve(i);
-        let CurveReport { status, message, energy, iterations, gradient_norm, smoothing, gain, max_deviation, .. } =
-            &fit.reports()[i];
+        let CurveReport {
+            status,
+            message,
+            energy,
+            iterations,
+            gradient_norm,
+            smoothing,
+            gain,
+            limits,
+            max_deviation,
+            ..
+        } = &fit.reports()[i];
         Line {
             curve: batch.name(i),
             status: status.word(),
@@ -129,6 +156,7 @@ impl<'a> Line<'a> {
             max_deviation: *max_deviation,
             smoothing: *smoothing,
             gain: *gain,
+            limits: limits.map(KeptLimits::of),
             message: message.as_ref().map(with_options),
         }
     }

@@ -105,7 +105,12 @@ impl Composition {
             places,
             edges,
         };
-        let flags = [("SPATIAL", dimension == 3), ("WIDE", edges > 3), ("TAUT", energy.is_taut())];
+        let flags = [
+            ("SPATIAL", dimension == 3),
+            ("WIDE", edges > 3),
+            ("TAUT", energy.is_taut()),
+            ("FENCED", energy.is_fenced()),
+        ];
         flags.into_iter().filter(|(_, is_so)| *is_so).for_each(|(name, _)| composing.define(name, 1));
         let mut names = RESERVED.map(String::from).to_vec();
         for (entry, kind) in kinds.into_iter().enumerate() {

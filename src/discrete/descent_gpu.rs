@@ -131,6 +131,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (bending(2.7) + tension() + attachment(), 2),
         (bending(2.0) + tautness(), 2),
         (bending(2.0) + tautness() + attachment(), 2),
+        ((bending(2.0) + tautness()).fenced([true, true]), 2),
         (variation() + length(), 3),
         (torsion() + bending(2.0) + attachment(), 3),
     ];

@@ -10,6 +10,7 @@ use super::curves::{Fitted, Vertices};
 use super::disc::Discs;
 use super::energy::attachment;
 use super::fair::{Fair, Pins};
+use super::fenced;
 use super::near::Near;
 use super::setup::{Ready, set_up_from};
 use super::tally::Tally;
@@ -55,6 +56,8 @@ pub(super) fn fit<const D: usize>(
         }
     }
     let mut first = None;
+    let is_limited = !fair.limits.is_empty(batch);
+    let mut ended = Vec::new();
     while first.is_none() || !running.is_empty() {
         // All curves of a descent have the same cap of iterations. Those whose discs are not settled go first.
         let is_settling = running.iter().any(|(discs, _)| !discs.is_settled());
@@ -64,20 +67,29 @@ pub(super) fn fit<const D: usize>(
         let most = discs.first().map_or(held.max_iterations, |discs| discs.most_iterations(&held));
         let (outcomes, did) = Fair { max_iterations: most, ..held.clone() }.descend(&mut trials, device, &|_, _| {})?;
         first.get_or_insert(did);
-        let ended: Vec<_> = discs.into_iter().zip(trials.into_iter().flatten()).zip(outcomes).collect();
-        let taken = parallel::of(ended, |((mut discs, mut ready), outcome)| {
+        let done: Vec<_> = discs.into_iter().zip(trials.into_iter().flatten()).zip(outcomes).collect();
+        let taken = parallel::of(done, |((mut discs, mut ready), outcome)| {
             discs.take(&mut ready, outcome);
             (discs, ready)
         });
         for (discs, ready) in taken {
             let i = discs.curve();
-            if discs.has_ended() {
+            if discs.has_ended() && is_limited {
+                ended.push((discs, ready));
+            } else if discs.has_ended() {
                 tally.finished(i);
                 found[i] = Some(discs.report(ready, &held, batch));
             } else {
                 running.push((discs, Ok(ready)));
             }
         }
+    }
+    for (discs, ready, kept) in fenced::keep_within(fair, &held, batch, ended, device)? {
+        let i = discs.curve();
+        let (mut report, vertices) = discs.report(ready, &held, batch);
+        kept.iter().for_each(|kept| kept.judge(&mut report, batch, i));
+        tally.finished(i);
+        found[i] = Some((report, vertices));
     }
     let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
     for (i, found) in found.into_iter().enumerate() {

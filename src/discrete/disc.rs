@@ -182,8 +182,7 @@ impl<const D: usize> Discs<D> {
         let problem = &mut ready.problem;
         let (standing, was_exact) = (outcome.standing, problem.tolerance <= self.tolerance);
         problem.rebase(&outcome.displacements);
-        let of_holds = problem.attached.iter().map(|attached| attached.hold.value(attached.target.map(|x| -x)));
-        let energy = outcome.energy - of_holds.sum::<f64>();
+        let energy = outcome.energy - problem.energy_of_holds();
         let outcome = Outcome { energy, ..outcome };
         match &mut self.outcome {
             Some(own) => own.go_on(outcome),
@@ -193,6 +192,22 @@ impl<const D: usize> Discs<D> {
             self.has_ended = true;
             return;
         }
+        self.press(problem);
+        if self.rounds <= LAYING {
+            lay_rails(problem);
+        }
+        let is_done = self.is_settled() && was_exact;
+        self.has_ended = is_done || self.rounds == MOST_ROUNDS;
+        if self.has_ended {
+            self.untangle(ready, is_done && standing == Standing::Converged);
+            return;
+        }
+        let by_violation = OF_VIOLATION * (energy / ready.vertices.len() as f64).sqrt() * self.violation.min(1.0);
+        problem.tolerance = if self.is_settled() { 0.0 } else { by_violation.min(ROUGHLY) }.max(self.tolerance);
+    }
+
+    /// Takes the next multipliers, where the curve stands at its base.
+    pub fn press(&mut self, problem: &mut Problem<D>) {
         let before = self.violation;
         self.violation = self.multiply(problem);
         if !self.is_settled() && self.violation * SLOW > before {
@@ -205,17 +220,21 @@ impl<const D: usize> Discs<D> {
         for (attached, multiplier) in problem.attached.iter_mut().zip(&self.multipliers) {
             attached.hold.reach = square - 2.0 * multiplier / attached.hold.wall;
         }
-        if self.rounds <= LAYING {
-            lay_rails(problem);
-        }
-        let is_done = self.is_settled() && was_exact;
-        self.has_ended = is_done || self.rounds == MOST_ROUNDS;
-        if self.has_ended {
-            self.untangle(ready, is_done && standing == Standing::Converged);
-            return;
-        }
-        let by_violation = OF_VIOLATION * (energy / ready.vertices.len() as f64).sqrt() * self.violation.min(1.0);
-        problem.tolerance = if self.is_settled() { 0.0 } else { by_violation.min(ROUGHLY) }.max(self.tolerance);
+    }
+
+    /// The largest violation of a disc, or of its multiplier, in units of D².
+    pub fn violation(&self) -> f64 {
+        self.violation
+    }
+
+    /// All descents so far.
+    pub fn outcome(&self) -> &Outcome<D> {
+        self.outcome.as_ref().expect("a curve that has ended has descended")
+    }
+
+    /// Appends descents that went on from where the curve stood.
+    pub fn go_on(&mut self, outcome: Outcome<D>) {
+        self.outcome.as_mut().expect("a curve that has ended has descended").go_on(outcome);
     }
 
     /// Goes on with narrower spans where the curve found crosses itself and its points do not, as

@@ -11,12 +11,14 @@
 //! does not let them.
 
 use super::descended::Descended;
+use super::disc::Discs;
+use super::energy::Energy;
 use super::fair::Fair;
 use super::fences::{Fences, Worst};
 use super::lane::Standing;
-use super::problem::{Outcome, Problem};
+use super::problem::Outcome;
 use super::setup::{Ready, distance};
-use crate::batch::CurveBatch;
+use crate::batch::{CurveBatch, Unfitted};
 use crate::device::Device;
 use crate::error::Result;
 use crate::linalg::scalar::dot;
@@ -39,12 +41,16 @@ const ROUGHLY: f64 = 1e-2;
 const OF_VIOLATION: f64 = 0.05;
 
 /// A curve with limits, between rounds.
-pub(super) struct Fenced<const D: usize> {
-    /// Its number among those that are ready.
+struct Fenced<const D: usize> {
+    /// Its number among those of [`keep`] or [`keep_within`].
     k: usize,
     slopes: [Vec<f64>; 2],
     fences: Fences,
-    problem: Problem<D>,
+    /// The discs that it stays in too, with a deviation.
+    discs: Option<Discs<D>>,
+    ready: Ready<D>,
+    /// The energy without limits, NaN where there was no minimum.
+    free: f64,
     /// All descents since the curve without limits.
     outcome: Option<Outcome<D>>,
     rounds: u32,
@@ -53,21 +59,29 @@ pub(super) struct Fenced<const D: usize> {
 }
 
 impl<const D: usize> Fenced<D> {
-    fn new(k: usize, slopes: [Vec<f64>; 2], mut problem: Problem<D>, energy: f64, fair: &Fair) -> Self {
-        let fences = Fences::around(&mut problem, slopes.clone(), energy);
+    /// A curve at its base, which has this energy.
+    fn new(k: usize, slopes: [Vec<f64>; 2], mut ready: Ready<D>, [energy, free]: [f64; 2], fair: &Fair) -> Self {
+        let problem = &mut ready.problem;
+        let fences = Fences::around(problem, slopes.clone(), energy);
         problem.gauge *= GAUGE;
         problem.tolerance = ROUGHLY.max(fair.tolerance);
-        let (outcome, tolerance) = (None, fair.tolerance);
-        Fenced { k, slopes, fences, problem, outcome, rounds: 0, has_ended: false, tolerance }
+        let tolerance = fair.tolerance;
+        Fenced { k, slopes, fences, discs: None, ready, free, outcome: None, rounds: 0, has_ended: false, tolerance }
+    }
+
+    /// Whether all multipliers are known well enough for a descent to the method's tolerance.
+    fn is_settled(&self) -> bool {
+        self.fences.is_settled() && self.discs.as_ref().is_none_or(Discs::is_settled)
     }
 
     /// Records a round, and makes the curve ready for the next one.
     fn take(&mut self, outcome: Outcome<D>) {
         self.rounds += 1;
-        let problem = &mut self.problem;
+        let problem = &mut self.ready.problem;
         let (standing, was_exact) = (outcome.standing, problem.tolerance <= self.tolerance);
         problem.rebase(&outcome.displacements);
-        let energy = outcome.energy - problem.energy_of_fences();
+        let of_discs = if self.discs.is_some() { problem.energy_of_holds() } else { 0.0 };
+        let energy = outcome.energy - problem.energy_of_fences() - of_discs;
         let outcome = Outcome { energy, ..outcome };
         match &mut self.outcome {
             Some(own) => own.go_on(outcome),
@@ -78,12 +92,84 @@ impl<const D: usize> Fenced<D> {
             return;
         }
         self.fences.press(problem);
-        let is_done = self.fences.is_settled() && was_exact;
-        self.has_ended = is_done || self.fences.is_given_up() || self.rounds == MOST_ROUNDS;
-        let of_violation =
-            OF_VIOLATION * (energy / problem.base.len() as f64).sqrt() * self.fences.violation().min(1.0);
-        let tolerance = if self.fences.is_settled() { 0.0 } else { of_violation.min(ROUGHLY) };
-        problem.tolerance = tolerance.max(self.tolerance);
+        let mut violation = self.fences.violation();
+        if let Some(discs) = &mut self.discs {
+            discs.press(problem);
+            violation = violation.max(discs.violation());
+        }
+        let is_settled = self.is_settled();
+        self.has_ended = is_settled && was_exact || self.fences.is_given_up() || self.rounds == MOST_ROUNDS;
+        let problem = &mut self.ready.problem;
+        let of_violation = OF_VIOLATION * (energy / problem.base.len() as f64).sqrt() * violation.min(1.0);
+        problem.tolerance = if is_settled { 0.0 } else { of_violation.min(ROUGHLY) }.max(self.tolerance);
+    }
+
+    /// How the rounds ended, with all their descents.
+    fn ended(&mut self) -> (Outcome<D>, Ending) {
+        let mut outcome = self.outcome.take().expect("it has ended");
+        let ending = match (self.fences.is_given_up(), self.is_settled()) {
+            (true, _) => Ending::GivenUp,
+            (_, true) => Ending::Kept,
+            _ => Ending::Unsettled,
+        };
+        if ending == Ending::GivenUp {
+            outcome.standing = Standing::Converged;
+        }
+        (outcome, ending)
+    }
+}
+
+/// The rounds of all curves of a batch.
+struct Running<'a> {
+    fair: &'a Fair,
+    batch: &'a CurveBatch,
+    device: &'a Device,
+}
+
+impl Running<'_> {
+    fn slopes<const D: usize>(&self, i: usize, ready: &Ready<D>) -> [Vec<f64>; 2] {
+        self.fair.limits.slopes::<D>(self.batch, i, &ready.rows, ready.vertices.len(), ready.size)
+    }
+
+    /// Runs rounds until every curve has ended. `energy` is that without fences.
+    ///
+    /// Returns whether the CPU did any.
+    fn run<const D: usize>(
+        &self,
+        energy: &Energy,
+        mut running: Vec<Fenced<D>>,
+        mut ended: impl FnMut(Fenced<D>),
+    ) -> Result<bool> {
+        let mut on_cpu = false;
+        let kinds = [0, 1].map(|kind| running.iter().any(|fenced| !fenced.slopes[kind].is_empty()));
+        let energy = energy.fenced(kinds);
+        for fenced in &mut running {
+            fenced.ready.problem.weights.resize(energy.terms().len(), 1.0);
+        }
+        while !running.is_empty() {
+            // All curves of a descent have the same cap of iterations. Those whose limits are not settled go first.
+            let is_settling = running.iter().any(|fenced| !fenced.is_settled());
+            let (mut now, later): (Vec<_>, Vec<_>) =
+                running.into_iter().partition(|fenced| !is_settling || !fenced.is_settled());
+            running = later;
+            let most =
+                if is_settling { self.fair.max_iterations.min(ROUND_ITERATIONS) } else { self.fair.max_iterations };
+            let fair = Fair { max_iterations: most, energy: energy.clone(), ..self.fair.clone() };
+            // They are lent, and not copied.
+            let lent = |fenced: &mut Fenced<D>| {
+                let problem = std::mem::take(&mut fenced.ready.problem);
+                Ok(Ready { problem, vertices: vec![], rows: fenced.ready.rows.clone(), ..fenced.ready })
+            };
+            let mut trials: Vec<Result<Ready<D>, Unfitted>> = now.iter_mut().map(lent).collect();
+            let (outcomes, did) = fair.descend(&mut trials, self.device, &|_, _| {})?;
+            on_cpu |= !did.is_gpu;
+            for ((mut fenced, trial), outcome) in now.into_iter().zip(trials.into_iter().flatten()).zip(outcomes) {
+                fenced.ready.problem = trial.problem;
+                fenced.take(outcome);
+                if fenced.has_ended { ended(fenced) } else { running.push(fenced) }
+            }
+        }
+        Ok(on_cpu)
     }
 }
 
@@ -117,86 +203,85 @@ pub(super) fn keep<const D: usize>(
     found: &mut Descended<D>,
     device: &Device,
 ) -> Result<Vec<Option<Kept>>> {
+    let all = Running { fair, batch, device };
     let numbers: Vec<usize> = (0..found.ready.len()).filter(|&i| found.ready[i].is_ok()).collect();
-    let ready = |i: usize| found.ready[i].as_ref().expect("these are ready");
-    let mut kept: Vec<Option<Kept>> = Vec::with_capacity(numbers.len());
+    let mut kept: Vec<Option<Kept>> = (0..numbers.len()).map(|_| None).collect();
     let mut running: Vec<Fenced<D>> = Vec::new();
-    let mut free: Vec<f64> = Vec::new();
-    for (k, &i) in numbers.iter().enumerate() {
-        let (ready, outcome) = (ready(i), &mut found.outcomes[k]);
-        let slopes = fair.limits.slopes::<D>(batch, i, &ready.rows, ready.vertices.len(), ready.size);
+    for (k, (&i, ready)) in numbers.iter().zip(found.ready.iter().flatten()).enumerate() {
+        let outcome = &mut found.outcomes[k];
+        let slopes = all.slopes(i, ready);
         let has_converged = outcome.standing == Standing::Converged;
-        free.push(if has_converged { outcome.energy } else { f64::NAN });
-        let mut problem = ready.problem.clone();
+        let mut own = ready.clone();
         if has_converged {
-            problem.rebase(&outcome.displacements);
+            own.problem.rebase(&outcome.displacements);
         }
-        let Some(worst) = problem.worst(&slopes) else {
-            kept.push(None);
-            continue;
-        };
+        let Some(worst) = own.problem.worst(&slopes) else { continue };
         if has_converged && worst.excess <= 0.0 {
-            kept.push(Some(Kept::of(&problem, ready, &slopes, batch, i, [outcome.energy; 2], Ending::Kept)));
-            continue;
-        }
-        let energy = if has_converged { outcome.energy } else { problem.energy_of_base(&fair.energy) };
-        if !has_converged {
+            kept[k] = Some(Kept::of(&own, &slopes, batch, i, [outcome.energy; 2], Ending::Kept));
+        } else if has_converged {
+            running.push(Fenced::new(k, slopes, own, [outcome.energy; 2], fair));
+        } else {
             // It starts from where the curve without limits did.
             outcome.displacements.fill([0.0; D]);
+            let energy = own.problem.energy_of_base(&fair.energy);
+            running.push(Fenced::new(k, slopes, own, [energy, f64::NAN], fair));
         }
-        kept.push(None);
-        running.push(Fenced::new(k, slopes, problem, energy, fair));
     }
-    let kinds = [0, 1].map(|kind| running.iter().any(|fenced| !fenced.slopes[kind].is_empty()));
-    let energy = fair.energy.fenced(kinds);
-    for fenced in &mut running {
-        fenced.problem.weights.resize(energy.terms().len(), 1.0);
-    }
-    while !running.is_empty() {
-        // All curves of a descent have the same cap of iterations. Those whose limits are not settled go first.
-        let is_settling = running.iter().any(|fenced| !fenced.fences.is_settled());
-        let (now, later): (Vec<_>, Vec<_>) =
-            running.into_iter().partition(|fenced| !is_settling || !fenced.fences.is_settled());
-        running = later;
-        let most = if is_settling { fair.max_iterations.min(ROUND_ITERATIONS) } else { fair.max_iterations };
-        let of = Fair { max_iterations: most, energy: energy.clone(), ..fair.clone() };
-        let mut trials: Vec<_> = now
-            .iter()
-            .map(|fenced| {
-                let ready = found.ready[numbers[fenced.k]].as_ref().expect("these are ready");
-                Ok(Ready { problem: fenced.problem.clone(), vertices: vec![], rows: ready.rows.clone(), ..*ready })
-            })
-            .collect();
-        let (outcomes, _) = of.descend(&mut trials, device, &|_, _| {})?;
-        for (mut fenced, outcome) in now.into_iter().zip(outcomes) {
-            fenced.take(outcome);
-            if !fenced.has_ended {
-                running.push(fenced);
-                continue;
-            }
-            let (k, i) = (fenced.k, numbers[fenced.k]);
-            let ready = found.ready[i].as_ref().expect("these are ready");
-            let mut outcome = fenced.outcome.take().expect("it has ended");
-            let ending = match (fenced.fences.is_given_up(), fenced.fences.is_settled()) {
-                (true, _) => Ending::GivenUp,
-                (_, true) => Ending::Kept,
-                _ => Ending::Unsettled,
-            };
-            if ending == Ending::GivenUp {
-                outcome.standing = Standing::Converged;
-            }
-            let energies = [outcome.energy, free[k]];
-            kept[k] = Some(Kept::of(&fenced.problem, ready, &fenced.slopes, batch, i, energies, ending));
-            found.outcomes[k].go_on(outcome);
-        }
+    let outcomes = &mut found.outcomes;
+    let on_cpu = all.run(&fair.energy, running, |mut fenced| {
+        let (outcome, ending) = fenced.ended();
+        let (k, energies) = (fenced.k, [outcome.energy, fenced.free]);
+        kept[k] = Some(Kept::of(&fenced.ready, &fenced.slopes, batch, numbers[k], energies, ending));
+        outcomes[k].go_on(outcome);
+    })?;
+    if found.device.is_gpu && on_cpu {
+        found.device.finished_on_cpu = found.outcomes.iter().filter(|outcome| outcome.on_cpu).count();
     }
     Ok(kept)
+}
+
+/// [`keep`] for curves within a deviation, which stay in their discs as they come to keep their limits.
+///
+/// `held` has the energy with which they descend.
+pub(super) fn keep_within<const D: usize>(
+    fair: &Fair,
+    held: &Fair,
+    batch: &CurveBatch,
+    found: Vec<(Discs<D>, Ready<D>)>,
+    device: &Device,
+) -> Result<Vec<(Discs<D>, Ready<D>, Option<Kept>)>> {
+    let all = Running { fair, batch, device };
+    let (mut done, mut running) = (Vec::with_capacity(found.len()), Vec::new());
+    for (k, (discs, ready)) in found.into_iter().enumerate() {
+        let (i, outcome) = (discs.curve(), discs.outcome());
+        let slopes = all.slopes(i, &ready);
+        let has_converged = outcome.standing == Standing::Converged && discs.is_settled();
+        let free = if has_converged { outcome.energy } else { f64::NAN };
+        match ready.problem.worst(&slopes) {
+            Some(worst) if !has_converged || worst.excess > 0.0 => {
+                let energy = outcome.energy;
+                running.push(Fenced { discs: Some(discs), ..Fenced::new(k, slopes, ready, [energy, free], fair) });
+            }
+            worst => {
+                let kept = worst.map(|_| Kept::of(&ready, &slopes, batch, i, [outcome.energy; 2], Ending::Kept));
+                done.push((discs, ready, kept));
+            }
+        }
+    }
+    all.run(&held.energy, running, |mut fenced| {
+        let (outcome, ending) = fenced.ended();
+        let mut discs = fenced.discs.take().expect("these stay in discs");
+        let energies = [outcome.energy, fenced.free];
+        let kept = Kept::of(&fenced.ready, &fenced.slopes, batch, discs.curve(), energies, ending);
+        discs.go_on(outcome);
+        done.push((discs, fenced.ready, Some(kept)));
+    })?;
+    Ok(done)
 }
 
 impl Kept {
     /// How a curve at its base keeps its limits. `energies` are its own and that without limits.
     fn of<const D: usize>(
-        problem: &Problem<D>,
         ready: &Ready<D>,
         slopes: &[Vec<f64>; 2],
         batch: &CurveBatch,
@@ -204,6 +289,7 @@ impl Kept {
         [energy, free]: [f64; 2],
         ending: Ending,
     ) -> Self {
+        let problem = &ready.problem;
         let worst = problem.worst(slopes).expect("it has limits");
         let points = batch.points(i).as_chunks::<D>().0;
         let spans = if problem.closed { points.len() } else { points.len() - 1 };
@@ -223,7 +309,12 @@ impl Kept {
     /// Writes into the report of the curve how it keeps its limits.
     pub fn judge(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize) {
         report.limits = Some(self.report);
-        if report.status != CurveStatus::Converged || self.ending == Ending::Kept {
+        let is_open = match self.ending {
+            Ending::Kept => false,
+            Ending::GivenUp => matches!(report.status, CurveStatus::Converged | CurveStatus::NotConverged),
+            Ending::Unsettled => report.status == CurveStatus::Converged,
+        };
+        if !is_open {
             return;
         }
         let Kept { bound, curvature, .. } = *self;

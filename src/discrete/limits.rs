@@ -51,6 +51,17 @@ impl Limits {
         Ok(())
     }
 
+    /// The first point of curve `i` whose largest curvature is none, with what is wrong with it.
+    pub(super) fn problem(&self, batch: &CurveBatch, i: usize) -> Option<(usize, String)> {
+        let column = &batch.constraints().largest_curvatures.as_ref()?[batch.offsets()[i]..batch.offsets()[i + 1]];
+        let point = column.iter().position(|bound| *bound <= 0.0)?;
+        let bound = column[point];
+        Some((
+            point,
+            format!("its largest curvature is {bound}; give a positive number in 1/length, or leave it empty"),
+        ))
+    }
+
     /// The slopes β of the fences of |K| and of the signed curvature at every vertex of a curve at size 1.
     ///
     /// They are 0 where there is no limit. `rows` are the vertices of the data points, at the end of a closed curve the

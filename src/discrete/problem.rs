@@ -153,6 +153,11 @@ impl<const D: usize> Problem<D> {
         Problem { attached: vec![], ..self.clone() }.at_base(energy).0
     }
 
+    /// The energy of what holds the vertices of the base.
+    pub fn energy_of_holds(&self) -> f64 {
+        self.attached.iter().map(|attached| attached.hold.value(attached.target.map(|x| -x))).sum()
+    }
+
     /// The energy, without the gauge, and the length of the base.
     fn at_base(&self, energy: &Energy) -> (f64, f64) {
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();

@@ -160,6 +160,9 @@ fn ready<const D: usize>(
     curve: &dyn Curve,
     interpolates: bool,
 ) -> Result<Ready<D>, Unfitted> {
+    if let Some((point, what)) = fair.limits.problem(batch, i) {
+        return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, point, &what) });
+    }
     let closed = batch.is_closed(i);
     let points = batch.points(i).as_chunks::<D>().0;
     let (mut vertices, rows) = divide(curve, points, fair.segments, interpolates);

@@ -95,13 +95,16 @@ impl Fair {
         let well_conditioned = coarse.iter().all(|coarse| *coarse);
         // f32 cannot hold the inner product of order 3, and kernels of that order know Newton's method
         // alone. Other such curves go to the CPU.
-        let well_conditioned = well_conditioned && order < 3;
+        // Nor has it the digits for fences: such descents go to the CPU where kernels have no f64.
+        let is_fenced = self.energy.is_fenced();
+        let well_conditioned = well_conditioned && order < 3 && !is_fenced;
         let gpu = match device.as_gpu() {
             Some(gpu) => Some((gpu, device.kernel_precision(gpu, well_conditioned)?)),
             None => None,
         };
         let is_newton = self.direction == Direction::Newton;
         let gpu = gpu.filter(|(_, precision)| order < 3 || is_newton && *precision == Precision::F64);
+        let gpu = gpu.filter(|(_, precision)| !is_fenced || *precision == Precision::F64);
         let in_f32 = gpu.is_some_and(|(_, precision)| precision == Precision::F32);
         let tolerances: Vec<f64> = problems.iter().map(|problem| problem.tolerance).collect();
         if in_f32 {

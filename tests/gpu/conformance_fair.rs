@@ -3,8 +3,10 @@
 //! iterations that stop at a gradient, not of roundings: a curve's distance from the minimum is of
 //! the order of that gradient.
 
+use glam::DVec3;
+
 use faircurve::discrete::{
-    Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tautness, tension, torsion, variation,
+    Direction, Energy, Fair, Limits, Pins, Segments, attachment, bending, length, tautness, tension, torsion, variation,
 };
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Precision, Sampling};
 use rand::RngExt;
@@ -288,4 +290,65 @@ fn what_single_precision_leaves_after_stages_of_exponents_goes_on_from_where_it_
         }
     }
     assert!(finished > 0 && finished <= gpu.device().finished_on_cpu, "{finished}, {}", gpu.device());
+}
+
+/// Largest curvatures of 0.8 of the largest turn over a chord of each curve's polygon, and blanks at every third point.
+fn bounded(batch: CurveBatch) -> CurveBatch {
+    let d = batch.dimension();
+    let bound = |i: usize, k: usize| {
+        let points: Vec<DVec3> =
+            batch.points(i).chunks_exact(d).map(|p| DVec3::new(p[0], p[1], p.get(2).copied().unwrap_or(0.0))).collect();
+        let turn = |w: &[DVec3]| {
+            2.0 * ((w[2] - w[1]).normalize() - (w[1] - w[0]).normalize()).length()
+                / ((w[2] - w[1]).length() + (w[1] - w[0]).length())
+        };
+        if k % 3 == 2 { f64::NAN } else { 0.8 * points.windows(3).map(turn).fold(0.0, f64::max) }
+    };
+    let column = (0..batch.len())
+        .flat_map(|i| (0..batch.count(i)).map(move |k| (i, k)).collect::<Vec<_>>())
+        .map(|(i, k)| bound(i, k));
+    let largest_curvatures = Some(column.collect());
+    batch.with_constraints(Constraints { largest_curvatures, ..Constraints::default() }).unwrap()
+}
+
+#[test]
+fn curves_with_limits_are_those_of_the_cpu() {
+    let Some(device) = device() else { return };
+    for precision in precisions(device.as_gpu().expect("a GPU")) {
+        for (dimension, closed, sigma, shape, energy) in [
+            (2, false, 0.2, true, bending(2.0) + length()),
+            (2, false, 0.6, false, bending(2.0) + tautness()),
+            (2, true, 0.2, true, bending(2.0) + tautness()),
+            (3, false, 0.6, false, bending(2.0) + tautness()),
+            (2, false, 0.2, false, variation() + length()),
+        ] {
+            let batch = bounded(Family { dimension, closed, points: 7, sigma }.batch(40, 21));
+            let fair = Fair { limits: Limits { curvature: None, shape }, ..fair(energy) };
+            let on_gpu = device.clone().with_precision(precision);
+            let [cpu, gpu] =
+                [Device::cpu(), on_gpu].map(|on| fair.fit_sampled(&batch, Sampling::PerSpan(16), &on).unwrap());
+            // The descents between fences are in f64, from where those of f32 ended.
+            let near = if precision == Precision::F64 { 1e-9 } else { 1e-6 };
+            let (mut alike, mut farthest) = (0, 0.0f64);
+            for (i, (a, b)) in cpu.0.reports().iter().zip(gpu.0.reports()).enumerate() {
+                let what = format!(
+                    "{precision:?}, dimension {dimension}, closed {closed}, sigma {sigma}, curve {i}: {a:?} {b:?}"
+                );
+                assert_eq!(a.status, b.status, "{what}");
+                if [a, b].iter().all(|report| report.status == CurveStatus::Converged) {
+                    alike += 1;
+                    assert_eq!(b.limits.unwrap().violation, 0.0, "{what}");
+                    let away =
+                        cpu.1.points(i).iter().zip(gpu.1.points(i)).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+                    farthest = farthest.max(away / size(&batch, i));
+                }
+            }
+            let usable = [&cpu, &gpu].map(|fit| fit.0.usable());
+            println!(
+                "{precision:?} dimension {dimension}, closed {closed}, sigma {sigma}: {usable:?} of {}, both {alike}, apart {farthest:.1e}",
+                batch.len()
+            );
+            assert!(farthest <= near, "{farthest:e}");
+        }
+    }
 }

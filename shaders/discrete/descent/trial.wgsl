@@ -6,11 +6,16 @@ const TAUT_AT: u32 = 3u * $DIMu + 7u;
 //:else
 const TAUT_AT: u32 = $DIMu + 2u;
 //:end
-// Numbers of a row of `fixed`.
 //:if TAUT
-const FIXED: u32 = TAUT_AT + 1u;
+const FENCES_AT: u32 = TAUT_AT + 1u;
 //:else
-const FIXED: u32 = TAUT_AT;
+const FENCES_AT: u32 = TAUT_AT;
+//:end
+// Numbers of a row of `fixed`.
+//:if FENCED
+const FIXED: u32 = FENCES_AT + 6u;
+//:else
+const FIXED: u32 = FENCES_AT;
 //:end
 
 fn load_curve(slot: u32) -> Curve {
@@ -155,6 +160,24 @@ fn load_free(curve: Curve, j: u32) -> real {
 //:if TAUT
 fn load_taut(curve: Curve, j: u32) -> real {
     return fixed[fixed_at(curve, j, TAUT_AT)];
+}
+//:end
+
+//:if FENCED
+fn load_fence(curve: Curve, j: u32, first: u32) -> Fence {
+    var fence = Fence();
+    fence.slope = fixed[fixed_at(curve, j, first)];
+    fence.reach = fixed[fixed_at(curve, j, first + 1u)];
+    fence.stiffness = fixed[fixed_at(curve, j, first + 2u)];
+    return fence;
+}
+
+fn load_curb(curve: Curve, j: u32) -> Fence {
+    return load_fence(curve, j, FENCES_AT);
+}
+
+fn load_side(curve: Curve, j: u32) -> Fence {
+    return load_fence(curve, j, FENCES_AT + 3u);
 }
 //:end
 

@@ -9,6 +9,8 @@
 //     fn load_weight(curve: Curve, index: u32) -> real
 //     fn load_free(curve: Curve, j: u32) -> real           with GAUGE: the factor of the vertex at the end of edge j
 //     fn load_taut(curve: Curve, j: u32) -> real           with TAUT: 1/w² for the width w of the span of edge j
+//     fn load_curb(curve: Curve, j: u32) -> Fence          with FENCED: the fence of |K| at the end of edge j
+//     fn load_side(curve: Curve, j: u32) -> Fence          with FENCED: that of the signed curvature
 //:include discrete/energy/window.wgsl
 //:each TERM
 //:if WGSL
@@ -150,12 +152,18 @@ fn edges_from(curve: Curve, j: i32) -> u32 {
     return select(u32(clamp(i32(curve.segments) - j, 0, $WIDTH)), $WIDTHu, curve.closed != 0u);
 }
 
-// The window from edge j on with what depends on where it stands: for the gauge, and for tautness.
+// The window from edge j on with what depends on where it stands: for the gauge, tautness and fences.
 fn placed(window: Window, curve: Curve, j: i32) -> Window {
     var w = window;
 //:if TAUT
     if (has_edge(curve, j)) {
         w.taut = load_taut(curve, wrapped(curve, j));
+    }
+//:end
+//:if FENCED
+    if (has_edge(curve, j)) {
+        w.curb = load_curb(curve, wrapped(curve, j));
+        w.side = load_side(curve, wrapped(curve, j));
     }
 //:end
 //:if GAUGE

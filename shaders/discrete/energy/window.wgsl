@@ -5,6 +5,13 @@
 alias vector = vec$DIM<real>;
 alias matrix = mat$DIMx$DIM<real>;
 
+// The fence at a vertex, for fence.wgsl: β, r and ρ.
+struct Fence {
+    slope: real,
+    reach: real,
+    stiffness: real,
+}
+
 // Consecutive edges, $MOST_EDGES of them: unit tangents, lengths, their inverses. Terms over fewer
 // edges see the first ones.
 struct Window {
@@ -22,6 +29,9 @@ struct Window {
     // What the gauge needs. The factor of the vertex between the first two edges, 0 at a data point; that of the next.
     free: real,
     free_after: real,
+    // The fences of |K| and of the signed curvature at the vertex between the first two edges.
+    curb: Fence,
+    side: Fence,
     // Ends of an open curve that the first two edges touch.
     ends: real,
 }

@@ -19,6 +19,9 @@ const GIVEN: usize = 4;
 /// [`Hold`](crate::discrete::energy::Hold).
 const HELD: usize = 5;
 
+/// The numbers of both fences of a vertex.
+const FENCES: usize = 6;
+
 /// The positions of the numbers that are read back: the energy without the gauge, and ⟨g, z⟩.
 const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
@@ -58,7 +61,16 @@ impl<const D: usize> Job<'_, D> {
 
     /// The numbers of a row in `fixed`.
     fn fixed_numbers(&self) -> usize {
+        self.fence_number() + if self.is_fenced() { FENCES } else { 0 }
+    }
+
+    /// Where the fences stand in a row, if the energy asks for them.
+    fn fence_number(&self) -> usize {
         self.taut_number() + usize::from(self.is_taut())
+    }
+
+    fn is_fenced(&self) -> bool {
+        self.composition.definitions.contains_key("FENCED")
     }
 
     /// Where 1/w² stands in a row, if the energy asks for it.
@@ -168,6 +180,16 @@ impl<const D: usize> Job<'_, D> {
         if self.is_taut() {
             let number = self.taut_number();
             problem.taut.iter().enumerate().for_each(|(j, &taut)| fixed[at(j, number)] = taut);
+        }
+        if self.is_fenced() {
+            for (kind, fences) in problem.fences.iter().enumerate().filter(|(_, fences)| !fences.is_empty()) {
+                let number = self.fence_number() + kind * FENCES / 2;
+                for j in 0..problem.base.len() {
+                    let fence = fences[(j + 1) % rows];
+                    let numbers = [fence.slope, fence.reach, fence.stiffness];
+                    numbers.iter().enumerate().for_each(|(k, x)| fixed[at(j, number + k)] = *x);
+                }
+            }
         }
         (0..rows).for_each(|row| fixed[at(row, D + 1)] = 1.0);
         problem.pinned.iter().for_each(|&row| fixed[at(row as usize, D + 1)] = 0.0);

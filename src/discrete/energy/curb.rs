@@ -1,5 +1,8 @@
 //! The curb: a [fence](super::fence) of the curvature |K|.
 
+use std::collections::BTreeMap;
+
+use super::wgsl::literal;
 use super::{Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::scalar::{dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
@@ -13,6 +16,10 @@ pub(crate) struct Curb;
 impl Facts for Curb {
     fn degree(&self) -> f64 {
         0.0
+    }
+
+    fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
+        Ok(BTreeMap::from([("ROUNDING", literal(epsilon))]))
     }
 }
 

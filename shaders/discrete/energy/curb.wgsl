@@ -1,0 +1,51 @@
+// The curb: a fence of |K| = |T′ − T|/Δa. Twin: src/discrete/energy/curb.rs.
+//:once include discrete/energy/fence.wgsl
+
+// |T′ − T|, at least the rounding of tangents, so that it can divide.
+fn curb_turn(w: Window) -> real {
+    let d = w.t1 - w.t0;
+    return max(real($ROUNDING), sqrt(dot(d, d)));
+}
+
+// |K| and its partial derivatives.
+fn curb_curvature(w: Window) -> Partials {
+    let a = real(0.5) * (w.s0 + w.s1);
+    let turn = curb_turn(w);
+    var q = Partials();
+    q.value = turn / a;
+    q.t1 = (real(1) / (turn * a)) * (w.t1 - w.t0);
+    q.t0 = -q.t1;
+    q.s0 = real(-0.5) * q.value / a;
+    q.s1 = q.s0;
+    return q;
+}
+
+fn curb_value(w: Window) -> real {
+    return fence_value(w.curb, curb_curvature(w).value);
+}
+
+fn curb_gradient(w: Window) -> Partials {
+    return fence_gradient(w.curb, curb_curvature(w));
+}
+
+fn curb_hessian(w: Window) -> SecondPartials {
+    let a = real(0.5) * (w.s0 + w.s1);
+    let first = curb_curvature(w);
+    let across = real(1) / (curb_turn(w) * a);
+    let by_lengths = real(0.5) * first.value / (a * a);
+    // (I − e eᵀ)/(|d| a) with e = d/|d|, where ∂q/∂T′ = e/a.
+    let by_tangents = diagonal(across) - outer((across * a * a) * first.t1, first.t1);
+    let by_tangent_and_length = (real(-0.5) / a) * first.t1;
+    var second = SecondPartials();
+    second.t00 = by_tangents;
+    second.t01 = real(-1) * by_tangents;
+    second.t11 = by_tangents;
+    second.m00 = -by_tangent_and_length;
+    second.m01 = -by_tangent_and_length;
+    second.m10 = by_tangent_and_length;
+    second.m11 = by_tangent_and_length;
+    second.s00 = by_lengths;
+    second.s01 = by_lengths;
+    second.s11 = by_lengths;
+    return fence_hessian(w.curb, first, second);
+}
