@@ -99,7 +99,7 @@ pub struct LimitReport {
     pub active: usize,
     /// What the limits cost: 0.1 for a curve of 1.1 times the energy of the one without limits.
     ///
-    /// NaN where the energy has no minimum without limits.
+    /// NaN where no minimum was found without limits. Negative where the curve came to another, lower minimum.
     pub cost: f64,
     /// The length of the curve over that of the polygon of its points.
     ///

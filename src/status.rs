@@ -26,7 +26,8 @@ pub enum CurveStatus {
     NotUnique,
     /// No curve was found that keeps its limits.
     ///
-    /// The curve is the one that breaks them least. The sentence says which, where and by how much.
+    /// The curve is the one that breaks them least, or, where loops alone keep them, the one without limits. The sentence
+    /// says which limit, where and by how much.
     Infeasible,
     /// Too little to fit: fewer than two distinct points, or two different points at one parameter.
     ///

@@ -26,7 +26,7 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 /// Options that take a value, with values that may make sense.
-const OPTIONS: [(&str, &[&str]); 32] = [
+const OPTIONS: [(&str, &[&str]); 34] = [
     ("--method", &["natural", "smoothing", "fair", "scf"]),
     ("--parametrisation", &["auto", "chord", "centripetal", "uniform", "given"]),
     ("--samples", &["1", "2", "16", "100000000000"]),
@@ -35,6 +35,8 @@ const OPTIONS: [(&str, &[&str]); 32] = [
     ("--deviation", &["0.01", "0.5", "100", "1e-300"]),
     ("--tube", &["0.01", "0.5", "100", "1e-300"]),
     ("--pin", &["ends", "none"]),
+    ("--max-curvature", &["0.5", "1e-3", "1e300", "-1"]),
+    ("--min-radius", &["0.5", "1e3", "0"]),
     ("--corners", &["60deg", "0", "180"]),
     ("--energy", &["bending=1", "bending=1,length=0.1", "variation=1,length=1", "torsion=1", "bending=1,attachment=2"]),
     ("--exponent", &["2", "1", "1.5", "40", "1e300"]),

@@ -2,7 +2,7 @@
 
 use arbitrary::{Result, Unstructured};
 use faircurve::bezier::{Chain, Complete};
-use faircurve::discrete::{Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation};
+use faircurve::discrete::{Fair, Limits, Pins, Segments, attachment, bending, length, tension, torsion, variation};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
 use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Fit, Sampling};
@@ -123,9 +123,13 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
     if attached {
         energy = energy + option(bytes, &[0.1, 10.0])? * attachment();
     }
+    let is_limited = energy.order() > 1 && bytes.ratio(1, 4)?;
+    let curvature = if is_limited { Some(option(bytes, &[0.5, 1e-3, 1e3])?) } else { None };
+    let limits = Limits { curvature, ..Limits::default() };
     Ok(Fair {
         energy,
         deviation,
+        limits,
         starts: if deviation.is_none() && bytes.ratio(1, 4)? { 4 } else { 1 },
         pins: if attached || deviation.is_some() { Pins::Ends } else { Pins::All },
         segments: match bytes.ratio(3, 4)? {

@@ -10,7 +10,7 @@ from hypothesis import given, settings  # noqa: E402
 from hypothesis import strategies as st  # noqa: E402
 from hypothesis.extra import numpy as hnp  # noqa: E402
 
-WORDS = {"converged", "degenerate", "invalid", "no_minimiser", "not_converged", "not_unique", "unbounded"}
+WORDS = {"converged", "degenerate", "infeasible", "invalid", "no_minimiser", "not_converged", "not_unique", "unbounded"}
 # Numbers of all sizes, equal ones often, and what is none.
 NUMBERS = st.one_of(st.integers(-3, 3).map(float), st.floats(width=64), st.floats(-10, 10))
 METHODS = st.sampled_from(

@@ -169,7 +169,25 @@ pub struct Fair {
     pub deviation: Option<Deviation>,
     /// Inequalities that every curve keeps: a largest curvature, a side to turn to.
     ///
-    /// None by default.
+    /// None by default. A curve that keeps them without being asked stays as it is. Every other one goes on from the curve
+    /// without limits: min E(f) with c ≥ 0 at every vertex, by the method of multipliers. With a deviation both are kept.
+    ///
+    /// A curve for which none is found near that keeps its limits is
+    /// [`Infeasible`](crate::CurveStatus::Infeasible). That is a verdict of the search, and no proof. It comes out as the
+    /// curve that breaks them least, and its message says where and by how much.
+    /// [`CurveReport::limits`] has the violation, the vertices that a limit holds, what the limits cost, and the length
+    /// over that of the points' polygon: a bound far below the natural curvature may be kept by loops.
+    ///
+    /// Limits are kept tighter by 2e-7 of them, so that rounding does not break them. Where ρ is at its largest the margin
+    /// grows to 4e-5 at most. They hold at vertices. The curvature of the smooth curve between two vertices may exceed
+    /// its bound by O(h²) of it, with h the edge over the radius: bound it by 1 − h² of what may not be exceeded. Ends have
+    /// no curvature.
+    ///
+    /// The descents are in f64. Kernels without f64 leave them to the CPU.
+    ///
+    /// Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
+    /// Shapes of discrete fair curves were first kept by R. J. Renka, *Shape-preserving interpolation by fair discrete G³
+    /// space curves*, CAGD 22 (2005); which spans turn to which side is faircurve's rule.
     pub limits: Limits,
     /// The angle above which corners are kept, in radians from 0 to π.
     ///
@@ -304,6 +322,12 @@ impl Fair {
             deviation::check(self, allowed)?;
         }
         self.limits.check(batch.dimension())?;
+        if self.energy.order() < 2 && !self.limits.is_empty(batch) {
+            return refuse(format!(
+                "curves of least {} are polygons, which have corners: limits of curvature ask for an energy that holds bending or variation",
+                self.energy
+            ));
+        }
         if !(1..=descended::MOST).contains(&self.starts) {
             return refuse(format!(
                 "{} starts: each is a descent of its own, and from 1 to {} are possible, such as 20",

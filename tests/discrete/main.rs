@@ -14,6 +14,7 @@ mod fair_constraints;
 mod fair_corners;
 mod fair_crossings;
 mod fair_deviation;
+mod fair_limits;
 mod fair_scf;
 mod fair_starts;
 mod fair_status;

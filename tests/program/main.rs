@@ -7,6 +7,7 @@ mod cli_drawings;
 mod cli_exponent;
 mod cli_fair;
 mod cli_fair_deviation;
+mod cli_fair_limits;
 mod cli_grid;
 mod cli_map;
 mod cli_scf;

@@ -1,0 +1,81 @@
+//! `faircurve fit --max-curvature K`, `--min-radius R`, `--preserve-shape` and a column `kmax` as their users meet them.
+
+use std::fs;
+
+use super::ran::run;
+use predicates::str::{contains, is_empty};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A wave, and a hairpin that no wide turn goes through.
+const CURVES: &str = "curve,x,y\na,0,0\na,1,0.8\na,2,0\na,3,0.6\nb,0,5\nb,1,5\nb,1,5.2\nb,0,5.2\n";
+
+fn folder(text: &str) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("in.csv"), text).unwrap();
+    folder
+}
+
+/// The lines of the report of a run that ends with this code.
+fn reports(folder: &TempDir, arguments: &str, code: i32) -> Vec<Value> {
+    run(folder, &format!("fit in.csv -o out.csv --device cpu --report report.json --force {arguments}")).code(code);
+    let text = fs::read_to_string(folder.path().join("report.json")).unwrap();
+    serde_json::from_str::<Value>(&text).unwrap()["curves"].as_array().unwrap().clone()
+}
+
+#[test]
+fn curves_keep_a_radius_or_say_why_not() {
+    let folder = folder(CURVES);
+    let free = reports(&folder, "--method fair", 0);
+    assert_eq!(free[0].get("limits"), None);
+    let largest = free[0]["max_curvature"].as_f64().unwrap();
+    let bound = 0.9 * largest;
+    let by_curvature = reports(&folder, &format!("--max-curvature {bound}"), 1);
+    assert_eq!((&by_curvature[0]["status"], &by_curvature[1]["status"]), (&"converged".into(), &"infeasible".into()));
+    assert_eq!(by_curvature[0]["limits"]["violation"].as_f64(), Some(0.0));
+    assert!(
+        by_curvature[0]["limits"]["cost"].as_f64().unwrap() > 0.0
+            && by_curvature[1]["limits"]["violation"].as_f64().unwrap() > 0.0
+    );
+    let by_radius = reports(&folder, &format!("--min-radius {}", 1.0 / bound), 1);
+    let energies = [&by_curvature, &by_radius].map(|lines| lines[0]["energy"].as_f64().unwrap());
+    assert!((energies[0] / energies[1] - 1.0).abs() < 1e-9, "{energies:?}");
+    let message = by_curvature[1]["message"].as_str().unwrap();
+    assert!(
+        message.contains("in.csv") && message.contains("curve b") && message.contains("no curve near keeps its limits"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_column_bounds_single_spans() {
+    let folder = folder("x,y,kmax\n0,0,\n1,0.8,1.2\n2,0,\n3,0.6,\n");
+    let lines = reports(&folder, "--method fair --energy bending=1,length=0.5", 0);
+    assert!(lines[0]["limits"]["active"].as_u64().unwrap() > 0, "{}", lines[0]);
+    let run = run(&folder, "fit in.csv -o natural.csv --device cpu");
+    run.code(2).stderr(contains("know no largest curvatures (column kmax)"));
+}
+
+#[test]
+fn the_shape_of_points_is_kept() {
+    let folder = folder("x,y\n-0.3,1.2\n0,0\n1.5,0\n3,0.15\n3.2,1.4\n");
+    let lines = reports(&folder, "--energy bending=1,length=0.01 --preserve-shape", 0);
+    assert_eq!((&lines[0]["status"], lines[0]["limits"]["violation"].as_f64()), (&"converged".into(), Some(0.0)));
+    assert!(lines[0]["limits"]["active"].as_u64().unwrap() > 0, "{}", lines[0]);
+}
+
+#[test]
+fn limits_that_make_no_sense_are_refused() {
+    let refused = |arguments: &str, sentence: &str| {
+        run(&folder(CURVES), &format!("fit in.csv -o out.csv {arguments}"))
+            .code(2)
+            .stdout(is_empty())
+            .stderr(contains(sentence));
+    };
+    refused("--max-curvature 0", "--max-curvature is 0; it must be a positive number, in units of 1/length");
+    refused("--min-radius=-2", "--min-radius is -2; it must be a positive number, in units of length");
+    refused("--min-radius inf", "--min-radius is inf");
+    refused("--max-curvature 1 --min-radius 1", "cannot be used with");
+    refused("--method natural --preserve-shape", "--preserve-shape belongs to --method fair");
+    refused("--method fair --energy length=1 --max-curvature 1", "ask for an energy that holds bending");
+}
