@@ -87,7 +87,7 @@ pub(super) fn fit<const D: usize>(
     for (discs, ready, kept) in fenced::keep_within(fair, &held, batch, ended, device)? {
         let i = discs.curve();
         let (mut report, vertices) = discs.report(ready, &held, batch);
-        kept.iter().for_each(|kept| kept.judge(&mut report, batch, i));
+        kept.iter().for_each(|kept| kept.judge_within(&mut report, batch, i, allowed[i]));
         tally.finished(i);
         found[i] = Some((report, vertices));
     }

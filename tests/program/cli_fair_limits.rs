@@ -48,6 +48,31 @@ fn curves_keep_a_radius_or_say_why_not() {
 }
 
 #[test]
+fn a_curve_that_loops_to_keep_its_limits_is_infeasible_and_stays_as_it_is() {
+    let heights = [-0.7073, -0.6889, 0.4017, -1.3763, -0.086, -1.3536, 0.6606, 0.1217];
+    let rows = heights.iter().enumerate().map(|(x, y)| format!("{x},{y}\n"));
+    let folder = folder(&format!("x,y\n{}", rows.collect::<String>()));
+    let points = || fs::read_to_string(folder.path().join("out.csv")).unwrap();
+    reports(&folder, "--method fair", 0);
+    let free = points();
+    let lines = reports(&folder, "--min-radius 0.8", 1);
+    assert_eq!(lines[0]["status"], "infeasible");
+    assert!(
+        lines[0]["message"].as_str().unwrap().contains("loops alone were found to keep its limits"),
+        "{}",
+        lines[0]
+    );
+    assert_eq!(points(), free);
+    let within = reports(&folder, "--min-radius 0.9 --deviation 0.2", 1);
+    assert_eq!(within[0]["status"], "infeasible");
+    assert!(
+        within[0]["message"].as_str().unwrap().contains("no curve near keeps its limits and the deviation of 0.2"),
+        "{}",
+        within[0]
+    );
+}
+
+#[test]
 fn a_column_bounds_single_spans() {
     let folder = folder("x,y,kmax\n0,0,\n1,0.8,1.2\n2,0,\n3,0.6,\n");
     let lines = reports(&folder, "--method fair --energy bending=1,length=0.5", 0);
