@@ -140,8 +140,10 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         for dimension in [2, 3] {
             let gauge = if order > 1 { order } else { 0 };
             let composition = Composition::of(&energy, gauge, dimension, precision).expect("built in");
-            let gradients = (order < 3).then_some(Way::Gradients);
+            let gradients = (order < 3 && !energy.is_fenced()).then_some(Way::Gradients);
             let lanes: &[usize] = match order {
+                // In f32 it has too few digits for fences.
+                2 if energy.is_fenced() && precision != Precision::F64 => &[],
                 2 => &LANES,
                 // In f32 it has too few digits.
                 3 if precision == Precision::F64 => &LANES[1..],
@@ -231,6 +233,10 @@ impl<const D: usize> Run<'_, D> {
         match self.lanes.or(self.gpu.lanes()) {
             _ if !is_newton => vec![Way::Gradients],
             Some(lanes) => vec![Way::Newton(lanes)],
+            // Hardware has the registers for fences in lanes alone, as for spatial curves.
+            None if self.energy.is_fenced() => {
+                open_lanes(adapter, self.plan.order, 3).iter().map(|&lanes| Way::Newton(lanes)).collect()
+            }
             None => open_lanes(adapter, self.plan.order, D).iter().map(|&lanes| Way::Newton(lanes)).collect(),
         }
     }

@@ -84,12 +84,17 @@ pub(super) fn fit<const D: usize>(
             }
         }
     }
+    let mut on_cpu = 0;
     for (discs, ready, kept) in fenced::keep_within(fair, &held, batch, ended, device)? {
         let i = discs.curve();
+        on_cpu += usize::from(discs.outcome().on_cpu);
         let (mut report, vertices) = discs.report(ready, &held, batch);
         kept.iter().for_each(|kept| kept.judge_within(&mut report, batch, i, allowed[i]));
         tally.finished(i);
         found[i] = Some((report, vertices));
+    }
+    if let Some(first) = first.as_mut().filter(|first| first.is_gpu && is_limited) {
+        first.finished_on_cpu = on_cpu;
     }
     let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
     for (i, found) in found.into_iter().enumerate() {

@@ -174,7 +174,9 @@ pub struct Fair {
     ///
     /// A curve for which none is found near that keeps its limits is
     /// [`Infeasible`](crate::CurveStatus::Infeasible). That is a verdict of the search, and no proof. It comes out as the
-    /// curve that breaks them least, and its message says where and by how much.
+    /// curve that breaks them least, and its message says where and by how much. So is a curve that only keeps them by
+    /// loops: one of 1.5 times the length that it has without limits, or one that crosses itself as it did not. It stays
+    /// as it is without limits, or, within a deviation, the spline near its points.
     /// [`CurveReport::limits`] has the violation, the vertices that a limit holds, what the limits cost, and the length
     /// over that of the points' polygon: a bound far below the natural curvature may be kept by loops.
     ///
@@ -183,7 +185,7 @@ pub struct Fair {
     /// its bound by O(h²) of it, with h the edge over the radius: bound it by 1 − h² of what may not be exceeded. Ends have
     /// no curvature.
     ///
-    /// The descents are in f64. Kernels without f64 leave them to the CPU.
+    /// Iterations are those of all rounds. The descents are in f64. Kernels without f64 leave them to the CPU.
     ///
     /// Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
     /// Shapes of discrete fair curves were first kept by R. J. Renka, *Shape-preserving interpolation by fair discrete G³
@@ -261,6 +263,7 @@ impl Fair {
     /// - `converged`: the tolerance was reached.
     /// - `not_converged`: the curve is the best one reached. It is its input where the best one is
     ///   more than twice as long as the points' polygon.
+    /// - `infeasible`: no curve was found near that keeps the [`limits`](Self::limits).
     /// - `unbounded`: the energy has neither length nor tension, and the curve grew past five times
     ///   its chord polygon while its energy fell. Bending alone often has no minimum.
     /// - `degenerate` and `invalid`: the curve cannot be fitted.

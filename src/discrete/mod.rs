@@ -25,6 +25,7 @@
 //!   y(t).
 //! - With [`Fair::deviation`] curves pass near their points. They are as fair as the largest
 //!   deviation allows.
+//! - With [`Fair::limits`] curves keep a largest curvature, or turn only to the side to which their points turn.
 //! - With [`Fair::corners`] curves are cut where their points turn sharply.
 //!
 //! The start comes from the spline module. It is the natural spline through the points. For a

@@ -118,6 +118,7 @@ fn kernel(key: &KernelKey) -> String {
         (true, true) if has("THIRD") && has("SPATIAL") => " Newton, lanes, order 3, spatial",
         (true, true) if has("THIRD") => " Newton, lanes, order 3, planar",
         (true, true) => " Newton, lanes",
+        (true, false) if has("FENCED") => " Newton, thread, fenced",
         (true, false) if has("SPATIAL") => " Newton, thread, spatial",
         (true, false) => " Newton, thread, planar",
         _ => "",
@@ -129,7 +130,7 @@ fn kernel(key: &KernelKey) -> String {
 const REGISTERS_F32: u64 = 128;
 
 /// Kernels that spill, need scratch memory or too many registers in some form, and why. All others must not.
-const BEYOND: [(&str, &str); 3] = [
+const BEYOND: [(&str, &str); 4] = [
     ("discrete/evaluate.wgsl:hessian", "second derivatives of variation and torsion are 87 numbers a window in space"),
     (
         "discrete/descent.wgsl:descend Newton, lanes, order 3, spatial",
@@ -139,6 +140,7 @@ const BEYOND: [(&str, &str); 3] = [
         "discrete/descent.wgsl:descend Newton, thread, spatial",
         "for software alone: hardware takes lanes (src/discrete/descent_gpu/lanes.rs)",
     ),
+    ("discrete/descent.wgsl:descend Newton, thread, fenced", "for software alone too"),
 ];
 
 #[test]
