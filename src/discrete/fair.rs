@@ -423,6 +423,8 @@ impl Fair {
             }
             if let Some(Some(kept)) = limited.get(k) {
                 kept.judge(&mut report, batch, i);
+            }
+            if is_limited {
                 finished(k);
             }
             (report, vertices)

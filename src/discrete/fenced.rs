@@ -11,7 +11,7 @@
 //! does not let them.
 
 use super::descended::Descended;
-use super::disc::Discs;
+use super::disc::{Discs, OF_VIOLATION, ROUGHLY};
 use super::energy::Energy;
 use super::fair::Fair;
 use super::fences::{Fences, Worst};
@@ -28,17 +28,11 @@ use crate::status::CurveStatus;
 /// The weight of the gauge, in that of curves without limits.
 const GAUGE: f64 = 30.0;
 
-/// The most rounds. Ten are common.
+/// The most rounds.
 const MOST_ROUNDS: u32 = 40;
 
 /// The most iterations of a round but for the last.
 const ROUND_ITERATIONS: u32 = 25;
-
-/// The largest tolerance of a round.
-const ROUGHLY: f64 = 1e-2;
-
-/// The tolerance of the next round in units of √(E/m) v, for m edges and the violation v.
-const OF_VIOLATION: f64 = 0.05;
 
 /// A curve without given tangents that is this many times as long as without limits keeps them by loops. So does a planar
 /// one that crosses itself as it did not without.
