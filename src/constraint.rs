@@ -31,6 +31,10 @@ pub struct Constraints {
     ///
     /// NaN bounds nothing. At a data point the smaller bound of the spans beside it holds.
     pub largest_curvatures: Option<Vec<f64>>,
+    /// The half-width of the corridor about the chord that starts at the point, in units of the input (column `corridor`).
+    ///
+    /// NaN leaves the span free.
+    pub corridors: Option<Vec<f64>>,
 }
 
 /// A kind of [`Constraints`], for [`CurveBatch::allows`](crate::CurveBatch::allows).
@@ -49,6 +53,8 @@ pub enum Constraint {
     Pinned,
     /// [`Constraints::largest_curvatures`]
     LargestCurvatures,
+    /// [`Constraints::corridors`]
+    Corridors,
 }
 
 impl Constraint {
@@ -61,6 +67,7 @@ impl Constraint {
             Constraint::Known => "known control points (column known)",
             Constraint::Pinned => "pinned points (column pinned)",
             Constraint::LargestCurvatures => "largest curvatures (column kmax)",
+            Constraint::Corridors => "corridors (column corridor)",
         }
     }
 }
@@ -73,7 +80,7 @@ impl Constraints {
 
     /// The constraints that are given.
     fn given(&self) -> impl Iterator<Item = Constraint> + use<> {
-        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors } = self;
         let all = [
             (Constraint::Tangents, tangents.is_some()),
             (Constraint::Curvatures, curvatures.is_some()),
@@ -81,6 +88,7 @@ impl Constraints {
             (Constraint::Known, known.is_some()),
             (Constraint::Pinned, pinned.is_some()),
             (Constraint::LargestCurvatures, largest_curvatures.is_some()),
+            (Constraint::Corridors, corridors.is_some()),
         ];
         all.into_iter().filter(|(_, given)| *given).map(|(constraint, _)| constraint)
     }
@@ -101,18 +109,19 @@ impl Constraints {
 
     /// Keeps only the points for which `keep` is true.
     pub(crate) fn retain(&mut self, dimension: usize, keep: &[bool]) {
-        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors } = self;
         retain_rows(tangents.as_mut(), dimension, keep);
         retain_rows(curvatures.as_mut(), dimension, keep);
         retain_rows(exponents.as_mut(), 1, keep);
         retain_rows(known.as_mut(), 1, keep);
         retain_rows(pinned.as_mut(), 1, keep);
         retain_rows(largest_curvatures.as_mut(), 1, keep);
+        retain_rows(corridors.as_mut(), 1, keep);
     }
 
     /// The constraints of the points listed, in that order.
     pub(crate) fn gather(&self, dimension: usize, points: &[usize]) -> Self {
-        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors } = self;
         Constraints {
             tangents: gather_rows(tangents, dimension, points),
             curvatures: gather_rows(curvatures, dimension, points),
@@ -120,6 +129,7 @@ impl Constraints {
             known: gather_rows(known, 1, points),
             pinned: gather_rows(pinned, 1, points),
             largest_curvatures: gather_rows(largest_curvatures, 1, points),
+            corridors: gather_rows(corridors, 1, points),
         }
     }
 }
@@ -157,6 +167,7 @@ mod tests {
             known: Some(vec![true, false, true]),
             pinned: Some(vec![false, false, true]),
             largest_curvatures: Some(vec![4.0, 5.0, 6.0]),
+            corridors: Some(vec![7.0, 8.0, 9.0]),
         }
     }
 
@@ -167,18 +178,19 @@ mod tests {
         assert_eq!(gathered.curvatures, Some(vec![14.0, 15.0, 10.0, 11.0]));
         assert_eq!((gathered.exponents, gathered.known), (Some(vec![3.0, 1.0]), Some(vec![true, true])));
         assert_eq!((gathered.pinned, gathered.largest_curvatures), (Some(vec![true, false]), Some(vec![6.0, 4.0])));
+        assert_eq!(gathered.corridors, Some(vec![9.0, 7.0]));
     }
 
     #[test]
     fn what_a_method_does_not_know_is_refused_in_one_sentence() {
-        use Constraint::{Curvatures, Exponents, Known, LargestCurvatures, Pinned, Tangents};
+        use Constraint::{Corridors, Curvatures, Exponents, Known, LargestCurvatures, Pinned, Tangents};
         let refused = |known: &[Constraint]| all().expect_only(known, "curves of a kind").unwrap_err().to_string();
         assert_eq!(
-            refused(&[Tangents, Curvatures, Exponents, Pinned, LargestCurvatures]),
+            refused(&[Tangents, Curvatures, Exponents, Pinned, LargestCurvatures, Corridors]),
             "curves of a kind know no known control points (column known): leave these columns out, or choose a method that knows them"
         );
         assert_eq!(
-            refused(&[Curvatures, Known, Pinned, LargestCurvatures]),
+            refused(&[Curvatures, Known, Pinned, LargestCurvatures, Corridors]),
             "curves of a kind know no tangents (columns tx ty tz), and no exponents of spans (column nu): leave these columns out, \
              or choose a method that knows them"
         );

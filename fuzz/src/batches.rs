@@ -79,5 +79,6 @@ fn constraints(bytes: &mut Unstructured, points: usize, dimension: usize) -> Res
     let pinned =
         if bytes.ratio(1, 4)? { Some((0..points).map(|_| bytes.arbitrary()).collect::<Result<_>>()?) } else { None };
     let largest_curvatures = if bytes.ratio(1, 4)? { Some(column(bytes, points)?) } else { None };
-    Ok(Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures })
+    let corridors = if bytes.ratio(1, 8)? { Some(column(bytes, points)?) } else { None };
+    Ok(Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors })
 }

@@ -74,7 +74,7 @@ const GIVEN_STEP: u32 = 3u;
 @group(0) @binding(2) var<storage, read> curves: array<DescentCurve>;
 // A row: the edge of the base from the vertex on, 1 where the vertex at its end is no data point, 1
 // where the vertex may move; with ATTACHMENT its data point's displacement and what holds it; with TAUT 1/w² of
-// the edge; with FENCED both fences of the vertex at its end.
+// the edge; the fences of the vertex at its end, and the walls of the vertex.
 @group(0) @binding(3) var<storage, read> fixed: array<real>;
 @group(0) @binding(4) var<storage, read> pins: array<u32>;
 @group(0) @binding(5) var<storage, read_write> states: array<DescentState>;
@@ -133,7 +133,7 @@ fn load_weight(curve: Curve, index: u32) -> real {
 //:end
 
 //:include discrete/descent/trial.wgsl
-//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset HOLD=load_hold DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset HOLD=load_hold PLACE=trial DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
 //:include discrete/lane.wgsl
 
 // Largest step that changes no edge by more than its allowed part.

@@ -12,7 +12,8 @@
 //     DERIVATIVES with STORE or DIRECTION
 //     STORE       if gradients are wanted: fn(curve: Curve, v: u32, gradient: vector), called for every vertex once, in order
 //     DIRECTION   if the slope Σ g·p is wanted: fn(curve: Curve, j: u32) -> vector: p at the end of edge j less p at its start
-//     DIRECTION_AT with DIRECTION and ATTACHMENT: fn(curve: Curve, v: u32) -> vector: p at vertex v
+//     PLACE       with WALLS: fn(curve: Curve, v: u32) -> vector: the displacement of vertex v
+//     DIRECTION_AT with DIRECTION, and ATTACHMENT or WALLS: fn(curve: Curve, v: u32) -> vector: p at vertex v
 
 fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
     var swept = Swept();
@@ -70,13 +71,19 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
             let hold = $HOLD(curve, u32(j));
             swept.energy += weights.attachment * hold_value(hold, offset);
 //:end
-//:if STORE
-//:if ATTACHMENT
-            let attached = weights.attachment * hold_gradient(hold, offset);
-            $STORE(curve, u32(j), (previous - by_edge) + attached);
-//:else
-            $STORE(curve, u32(j), previous - by_edge);
+//:if WALLS
+            let place = $PLACE(curve, u32(j));
+            swept.energy += walls_value(curve, u32(j), place);
 //:end
+//:if STORE
+            var gradient = previous - by_edge;
+//:if ATTACHMENT
+            gradient += weights.attachment * hold_gradient(hold, offset);
+//:end
+//:if WALLS
+            gradient += walls_gradient(curve, u32(j), place);
+//:end
+            $STORE(curve, u32(j), gradient);
 //:end
 //:if DIRECTION
             if (has_edge(curve, j)) {
@@ -85,6 +92,9 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
 //:if ATTACHMENT
             let pull = weights.attachment * hold_gradient(hold, offset);
             swept.slope += dot(pull, $DIRECTION_AT(curve, u32(j)));
+//:end
+//:if WALLS
+            swept.slope += dot(walls_gradient(curve, u32(j), place), $DIRECTION_AT(curve, u32(j)));
 //:end
 //:end
         }

@@ -184,6 +184,9 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
         let held = hold_hessian(load_hold(curve, v), current_offset(curve, v));
         front.a00 += part.x * held;
 //:end
+//:if WALLS
+        front.a00 += part.x * walls_hessian(curve, v, displacement(curve, v));
+//:end
         front.a00 += diagonal(own);
         front.r0 -= work_vector(curve.g, v);
         if (v < 2u && curve.closed != 0u) {

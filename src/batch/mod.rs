@@ -212,6 +212,9 @@ impl CurveBatch {
         if let Some(column) = &constraints.largest_curvatures {
             expect_length("largest curvatures", column.len(), points, "point")?;
         }
+        if let Some(column) = &constraints.corridors {
+            expect_length("corridors", column.len(), points, "point")?;
+        }
         let other_points = self.constraints.known != constraints.known;
         self.constraints = constraints;
         if other_points {

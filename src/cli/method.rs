@@ -1,16 +1,18 @@
 //! The methods and their options, checked before any work is done.
 
 mod chosen;
+mod limits;
 
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use faircurve::discrete::{Direction, Energy, Fair, Limits, Pins, Segments, bending};
+use faircurve::discrete::{Direction, Energy, Fair, Pins, Segments, bending};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
 use faircurve::{Deviation, Error, Result};
 
 pub use self::chosen::Method;
+use self::limits::LimitArgs;
 use super::sampling::per_span;
 use super::words::one_of;
 
@@ -150,23 +152,6 @@ pub struct MethodArgs {
     /// In degrees, such as 60deg, or 60.
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, help_heading = "Fair curves")]
     corners: Option<Degrees>,
-    /// Keeps the curvature of fair curves at K or less, in 1/length
-    ///
-    /// A column kmax bounds single spans. A curve for which none is found that keeps its limits is infeasible.
-    #[arg(long, value_name = "K", allow_negative_numbers = true, help_heading = "Fair curves")]
-    max_curvature: Option<f64>,
-    /// Keeps the turning radius of fair curves at R or more
-    #[arg(
-        long,
-        value_name = "R",
-        conflicts_with = "max_curvature",
-        allow_negative_numbers = true,
-        help_heading = "Fair curves"
-    )]
-    min_radius: Option<f64>,
-    /// Lets planar fair curves turn only to the side to which their points turn
-    #[arg(long, help_heading = "Fair curves")]
-    preserve_shape: bool,
     #[arg(long, value_name = "NAME=WEIGHT,...", help = energy_help(), help_heading = "Fair curves")]
     energy: Option<EnergyWeights>,
     /// Exponent ν of ∫|κ|^ν ds [default: 2]
@@ -214,13 +199,15 @@ pub struct MethodArgs {
         help_heading = "Fair curves and smooth connection functions"
     )]
     pub tolerance: Option<f64>,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 impl MethodArgs {
     /// The method asked for by its name, or by an option that only makes sense with it.
     pub fn name(&self) -> MethodName {
         let near = self.deviation.is_some() || self.smoothing.is_some() || self.tube.is_some();
-        let has_limits = self.max_curvature.is_some() || self.min_radius.is_some() || self.preserve_shape;
+        let has_limits = self.limits.given().next().is_some();
         self.method.unwrap_or(match (has_limits, near) {
             (true, _) => MethodName::Fair,
             (_, true) => MethodName::Smoothing,
@@ -260,9 +247,7 @@ impl MethodArgs {
             (MethodName::Fair, ..) => {
                 let mut title = format!("fair curves, {}", self.energy());
                 self.deviation.iter().for_each(|deviation| title += &format!(", deviation ≤ {deviation}"));
-                self.max_curvature.iter().for_each(|curvature| title += &format!(", curvature ≤ {curvature}"));
-                self.min_radius.iter().for_each(|radius| title += &format!(", radius ≥ {radius}"));
-                title += if self.preserve_shape { ", shape kept" } else { "" };
+                title += &self.limits.title();
                 self.corners.iter().for_each(|Degrees(angle)| title += &format!(", corners over {angle}°"));
                 title
             }
@@ -362,7 +347,7 @@ impl MethodArgs {
             },
             pins,
             deviation,
-            limits: self.limits()?,
+            limits: self.limits.limits()?,
             corners: self.corners.map(|Degrees(angle)| angle.to_radians()),
             direction: self.solver.unwrap_or(defaults.direction),
             tolerance: self.tolerance.unwrap_or(defaults.tolerance),
@@ -370,20 +355,6 @@ impl MethodArgs {
             starts: self.starts.unwrap_or(defaults.starts),
             ..defaults
         })
-    }
-
-    /// The limits that fair curves keep.
-    fn limits(&self) -> Result<Limits> {
-        let given = [("--max-curvature", self.max_curvature, "1/length"), ("--min-radius", self.min_radius, "length")];
-        for (option, value, unit) in given {
-            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
-                return Err(Error::argument(format!(
-                    "{option} is {value}; it must be a positive number, in units of {unit}, such as {option} 0.5"
-                )));
-            }
-        }
-        let curvature = self.max_curvature.or(self.min_radius.map(|radius| 1.0 / radius));
-        Ok(Limits { curvature, shape: self.preserve_shape })
     }
 
     fn scf(&self) -> Result<Smooth> {
@@ -430,11 +401,8 @@ impl MethodArgs {
                 "--parametrisation {parametrisation} belongs to --method natural and --method smoothing"
             )));
         }
-        let given: [(_, _, &[MethodName]); 11] = [
+        let given: [(_, _, &[MethodName]); 8] = [
             ("--energy", self.energy.is_some(), &[Fair]),
-            ("--max-curvature", self.max_curvature.is_some(), &[Fair]),
-            ("--min-radius", self.min_radius.is_some(), &[Fair]),
-            ("--preserve-shape", self.preserve_shape, &[Fair]),
             ("--corners", self.corners.is_some(), &[Fair]),
             ("--exponent", self.exponent.is_some(), &[Fair, Scf]),
             ("--solver", self.solver.is_some(), &[Fair, Scf]),
@@ -443,6 +411,9 @@ impl MethodArgs {
             ("--max-iterations", self.max_iterations.is_some(), &[Fair, Scf]),
             ("--tolerance", self.tolerance.is_some(), &[Fair, Scf]),
         ];
+        if let Some(option) = self.limits.given().next().filter(|_| self.name() != Fair) {
+            return Err(Error::argument(format!("{option} belongs to --method fair")));
+        }
         match given.into_iter().find(|(_, given, methods)| *given && !methods.contains(&self.name())) {
             Some((option, _, methods)) => {
                 let owners = if methods == [Scf] { "--method scf" } else { "--method fair" };

@@ -12,8 +12,8 @@ use crate::precision::Precision;
 /// Names that kernels use themselves.
 ///
 /// No energy may have one of them.
-const RESERVED: [&str; 8] =
-    ["gauge", "smooth_gauge", "end_gauge", "hold", "window", "edge", "across", "torsion_curvature"];
+const RESERVED: [&str; 11] =
+    ["gauge", "smooth_gauge", "end_gauge", "hold", "fence", "wall", "walls", "window", "edge", "across", "torsion_curvature"];
 
 /// An energy in the form a kernel needs.
 #[derive(Clone, Debug)]
@@ -109,9 +109,15 @@ impl Composition {
             ("SPATIAL", dimension == 3),
             ("WIDE", edges > 3),
             ("TAUT", energy.is_taut()),
-            ("FENCED", energy.is_fenced()),
+            ("CURB", energy.fences()[0]),
+            ("SIDE", energy.fences()[1]),
+            ("AHEAD", energy.fences()[2]),
+            ("TWIST", energy.fences()[3]),
         ];
         flags.into_iter().filter(|(_, is_so)| *is_so).for_each(|(name, _)| composing.define(name, 1));
+        if energy.walls() > 0 {
+            composing.define("WALLS", energy.walls());
+        }
         let mut names = RESERVED.map(String::from).to_vec();
         for (entry, kind) in kinds.into_iter().enumerate() {
             let own = || energy.terms().iter().zip(&composing.places).filter(|(_, place)| **place == entry);

@@ -88,6 +88,11 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         for (row, (target, hold)) in self.holds.iter().enumerate() {
             newton.hold(row, hold.hessian(subtract(self.u[row], *target)), self.weights.vertices[row]);
         }
+        for walls in &self.walls {
+            for (row, wall) in walls.iter().enumerate() {
+                newton.hold(row, wall.hessian(self.u[row]), S::ZERO);
+            }
+        }
         let mut lambda = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {
             lambda.set_lane(l, lane.damping.lambda);

@@ -11,7 +11,7 @@
 
 use super::constrain::Constraints;
 use super::edges::Edges;
-use super::energy::{Functional, Hold};
+use super::energy::{Functional, Hold, Wall};
 use super::lane::{Lane, Standing};
 use super::line_search::LineSearch;
 use super::metric::{Metric, Pins, Weights};
@@ -34,6 +34,8 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     pub gauge: S,
     /// The displacement of the data point of each attached vertex, and what holds it there.
     pub holds: Vec<(Vector<S, D>, Hold<S, D>)>,
+    /// The walls that the vertices keep from, one a layer.
+    pub walls: Vec<Vec<Wall<S, D>>>,
     /// Tangents to keep.
     ///
     /// A descent that has any has one lane.
@@ -80,6 +82,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             terms,
             gauge,
             holds,
+            walls: Vec::new(),
             constraints: None,
         }
     }
@@ -94,6 +97,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         self.x.copy_from_slice(&self.u);
         self.edges.place(&self.u);
         let mut energy = if self.weights.attached { self.attach() } else { S::ZERO };
+        energy += self.wall_in();
         for (weight, functional) in &self.terms {
             energy += *weight * self.edges.value(functional);
         }
@@ -145,6 +149,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         if self.weights.attached {
             energy += self.attach();
         }
+        energy += self.wall_in();
         let mut slope = S::ZERO;
         for (g, p) in self.trial.iter().zip(&self.p) {
             slope += dot(*g, *p);
@@ -174,6 +179,21 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             let offset = subtract(self.x[row], *target);
             energy += hold.value(offset);
             self.trial[row] = add(self.trial[row], scale(self.pins.movable[row], hold.gradient(offset)));
+        }
+        energy
+    }
+
+    /// The energy of the walls.
+    ///
+    /// Its gradient is added to `trial`.
+    #[inline(always)]
+    fn wall_in(&mut self) -> S {
+        let mut energy = S::ZERO;
+        for walls in &self.walls {
+            for (row, wall) in walls.iter().enumerate() {
+                energy += wall.value(self.x[row]);
+                self.trial[row] = add(self.trial[row], scale(self.pins.movable[row], wall.gradient(self.x[row])));
+            }
         }
         energy
     }

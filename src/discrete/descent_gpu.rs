@@ -12,7 +12,7 @@ use lanes::{LANES, fastest, open_lanes};
 use packing::Layout;
 
 use super::compose::Composition;
-use super::energy::{Energy, attachment, bending, length, tautness, tension, torsion, variation};
+use super::energy::{Energy, Fencing, attachment, bending, length, tautness, tension, torsion, variation};
 use super::lane::Standing;
 use super::plan::{Direction, Plan, Step};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu, order_of};
@@ -131,7 +131,9 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (bending(2.7) + tension() + attachment(), 2),
         (bending(2.0) + tautness(), 2),
         (bending(2.0) + tautness() + attachment(), 2),
-        ((bending(2.0) + tautness()).fenced([true, true]), 2),
+        ((bending(2.0) + tautness()).fenced(Fencing { kinds: [true, true, false, false], ..Fencing::default() }), 2),
+        (bending(2.0).fenced(Fencing { kinds: [true, false, true, false], direction: [0.6, 0.8, 0.0], walls: 2 }), 2),
+        (variation().fenced(Fencing { kinds: [false, false, false, true], walls: 1, ..Fencing::default() }), 3),
         (variation() + length(), 3),
         (torsion() + bending(2.0) + attachment(), 3),
     ];

@@ -13,7 +13,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::energy::gauge::{Gauge, SmoothGauge};
-use super::energy::{Fence, Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
+use super::energy::{FENCE_KINDS, Fence, Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
 use super::line_search::MOST_OF_AN_EDGE;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
@@ -42,10 +42,10 @@ pub(crate) struct Edges<S, const D: usize> {
     /// 1/w² for the width w of the span that the edge lies in: 1, or the value from
     /// [`Self::set_taut`].
     taut: Vec<S>,
-    /// The fences of |K| and of the signed curvature at the vertex between this edge and the next.
+    /// The fences of every kind at the vertex between this edge and the next.
     ///
     /// Empty without limits.
-    fences: [Vec<Fence<S>>; 2],
+    fences: [Vec<Fence<S>>; FENCE_KINDS],
     pub tangent: Vec<Vector<S, D>>,
     pub length: Vec<S>,
     pub inverse: Vec<S>,
@@ -75,7 +75,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             exists: vec![S::ZERO; rows],
             free: vec![S::ZERO; rows],
             taut: vec![S::ONE; rows],
-            fences: [Vec::new(), Vec::new()],
+            fences: Default::default(),
             tangent: vec![unit; rows],
             length: vec![S::ONE; rows],
             inverse: vec![S::ONE; rows],
@@ -119,8 +119,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         taut.iter().enumerate().for_each(|(j, x)| self.taut[j].set_lane(lane, number::<S>(*x)));
     }
 
-    /// Sets the fences of |K| and of the signed curvature, for each vertex of a lane, where there are any.
-    pub fn set_fences(&mut self, lane: usize, fences: &[Vec<Fence<f64>>; 2]) {
+    /// Sets the fences of every kind, for each vertex of a lane, where there are any.
+    pub fn set_fences(&mut self, lane: usize, fences: &[Vec<Fence<f64>>; FENCE_KINDS]) {
         let rows = self.free.len();
         for (own, fences) in self.fences.iter_mut().zip(fences).filter(|(_, fences)| !fences.is_empty()) {
             own.resize(rows, Fence::NONE);
@@ -131,12 +131,6 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
                 own[j].stiffness.set_lane(lane, number::<S>(fence.stiffness));
             }
         }
-    }
-
-    /// A fence of a vertex, if there are any.
-    #[inline(always)]
-    fn fence(&self, kind: usize, j: usize) -> Fence<S> {
-        if self.fences[kind].is_empty() { Fence::NONE } else { self.fences[kind][j] }
     }
 
     /// Copies the factors of a closed lane's first edges to the edges that repeat them.
@@ -274,15 +268,15 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         if !self.closed {
             for j in 0..self.windows::<2>() {
                 let at_ends = weight * self.ends(j);
-                value += self.scatter::<Gauge, 2>(j, at_ends, &Gauge.gradient(&self.window::<2>(j)));
+                value += self.scatter::<Gauge, 2>(j, at_ends, &Gauge.gradient(&self.window::<Gauge, 2>(j)));
             }
         }
         value
     }
 
-    /// The window of W edges that starts at edge j.
+    /// The window of W edges that starts at edge j, as a term sees it.
     #[inline(always)]
-    pub fn window<const W: usize>(&self, j: usize) -> Window<S, D, W> {
+    pub fn window<T: Term<W>, const W: usize>(&self, j: usize) -> Window<S, D, W> {
         let (mut tangent, mut length) = ([[S::ZERO; D]; W], [S::ZERO; W]);
         for k in 0..W {
             (tangent[k], length[k]) = (self.tangent[j + k], self.length[j + k]);
@@ -295,8 +289,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             taut: self.taut[j],
             free: self.free[j],
             free_after: if W > 2 { self.free[j + 1] } else { S::ZERO },
-            curb: self.fence(0, j),
-            side: self.fence(1, j),
+            fence: T::FENCE.map_or(Fence::NONE, |kind| self.fences[kind].get(j).copied().unwrap_or(Fence::NONE)),
         }
     }
 
@@ -328,7 +321,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     fn sweep<T: Term<W>, const W: usize>(&mut self, weight: S, term: &T) -> S {
         let mut value = S::ZERO;
         for j in 0..self.windows::<W>() {
-            let partials = term.gradient(&self.window::<W>(j));
+            let partials = term.gradient(&self.window::<T, W>(j));
             value += self.scatter::<T, W>(j, weight * self.starts::<W>(j), &partials);
         }
         value
@@ -418,7 +411,7 @@ impl<S: Scalar, const D: usize> Visitor for Summing<'_, S, D> {
     fn visit<T: Term<W>, const W: usize>(self, term: &T) -> S {
         let mut value = S::ZERO;
         for j in 0..self.edges.windows::<W>() {
-            value += self.edges.starts::<W>(j) * term.value(&self.edges.window::<W>(j));
+            value += self.edges.starts::<W>(j) * term.value(&self.edges.window::<T, W>(j));
         }
         value
     }

@@ -327,7 +327,13 @@ impl Fair {
         self.limits.check(batch.dimension())?;
         if self.energy.order() < 2 && !self.limits.is_empty(batch) {
             return refuse(format!(
-                "curves of least {} are polygons, which have corners: limits of curvature ask for an energy that holds bending or variation",
+                "curves of least {} are polygons, which have corners: limits ask for an energy that holds bending or variation",
+                self.energy
+            ));
+        }
+        if self.limits.shape && batch.dimension() == 3 && self.energy.order() < 3 {
+            return refuse(format!(
+                "the shape of curves in space is the sign of their torsion, which {} does not hold: give an energy with variation or torsion",
                 self.energy
             ));
         }
@@ -364,7 +370,7 @@ impl Fair {
                     .into(),
             );
         }
-        let known = [Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned, Constraint::LargestCurvatures];
+        let known = [Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned, Constraint::LargestCurvatures, Constraint::Corridors];
         batch.allows(&known, "fair curves")
     }
 

@@ -14,14 +14,15 @@ use super::descended::Descended;
 use super::disc::{Discs, OF_VIOLATION, ROUGHLY};
 use super::energy::Energy;
 use super::fair::Fair;
-use super::fences::{Fences, Worst};
+use super::fences::{Fences, Limit, Worst};
 use super::lane::Standing;
+use super::limits::CurveLimits;
 use super::problem::Outcome;
 use super::setup::{Ready, distance};
 use crate::batch::{CurveBatch, Unfitted};
 use crate::device::Device;
 use crate::error::Result;
-use crate::linalg::scalar::dot;
+use crate::linalg::scalar::{add, dot, scale};
 use crate::report::{CurveReport, LimitReport};
 use crate::status::CurveStatus;
 
@@ -34,8 +35,8 @@ const MOST_ROUNDS: u32 = 40;
 /// The most iterations of a round but for the last.
 const ROUND_ITERATIONS: u32 = 25;
 
-/// A curve without given tangents that is this many times as long as without limits keeps them by loops. So does a planar
-/// one that crosses itself as it did not without.
+/// A curve without given tangents and regions that is this many times as long as without limits keeps them by loops. So
+/// does a planar one that crosses itself as it did not without.
 ///
 /// At 0.9 of their largest curvature 99 of 100 rough planar curves are 1.05 times as long at most. Longer ones bulge, the
 /// longer the rounder, without a gap between bulges and loops: the number is a choice.
@@ -45,7 +46,7 @@ const LOOPS: f64 = 1.5;
 struct Fenced<const D: usize> {
     /// Its number among those of [`keep`] or [`keep_within`].
     k: usize,
-    slopes: [Vec<f64>; 2],
+    limits: CurveLimits<D>,
     fences: Fences,
     /// The discs that it stays in too, with a deviation.
     discs: Option<Discs<D>>,
@@ -61,13 +62,24 @@ struct Fenced<const D: usize> {
 
 impl<const D: usize> Fenced<D> {
     /// A curve at its base, which has this energy.
-    fn new(k: usize, slopes: [Vec<f64>; 2], mut ready: Ready<D>, [energy, free]: [f64; 2], fair: &Fair) -> Self {
+    fn new(
+        k: usize,
+        mut limits: CurveLimits<D>,
+        mut ready: Ready<D>,
+        [energy, free]: [f64; 2],
+        fair: &Fair,
+    ) -> Self {
         let problem = &mut ready.problem;
-        let fences = Fences::around(problem, slopes.clone(), energy);
+        let lifted = limits.walls.as_ref().and_then(|walls| walls.lift(&problem.places, problem.closed));
+        let outcome = lifted.map(Outcome::moved);
+        if let Some(outcome) = &outcome {
+            problem.rebase(&outcome.displacements);
+        }
+        let fences = Fences::around(problem, &mut limits, energy);
         problem.gauge *= GAUGE;
         problem.tolerance = ROUGHLY.max(fair.tolerance);
         let tolerance = fair.tolerance;
-        Fenced { k, slopes, fences, discs: None, ready, free, outcome: None, rounds: 0, has_ended: false, tolerance }
+        Fenced { k, limits, fences, discs: None, ready, free, outcome, rounds: 0, has_ended: false, tolerance }
     }
 
     /// Whether all multipliers are known well enough for a descent to the method's tolerance.
@@ -93,7 +105,7 @@ impl<const D: usize> Fenced<D> {
             self.has_ended = true;
             return;
         }
-        self.fences.press(problem);
+        self.fences.press(problem, &mut self.limits);
         let mut violation = self.fences.violation();
         if let Some(discs) = &mut self.discs {
             discs.press(problem);
@@ -130,10 +142,6 @@ struct Running<'a> {
 }
 
 impl Running<'_> {
-    fn slopes<const D: usize>(&self, i: usize, ready: &Ready<D>) -> [Vec<f64>; 2] {
-        self.fair.limits.slopes::<D>(self.batch, i, &ready.rows, ready.vertices.len(), ready.size)
-    }
-
     /// Runs rounds until every curve has ended. `energy` is that without fences.
     ///
     /// Returns whether the CPU did any.
@@ -144,8 +152,7 @@ impl Running<'_> {
         mut ended: impl FnMut(Fenced<D>),
     ) -> Result<bool> {
         let mut on_cpu = false;
-        let kinds = [0, 1].map(|kind| running.iter().any(|fenced| !fenced.slopes[kind].is_empty()));
-        let energy = energy.fenced(kinds);
+        let energy = energy.fenced(self.fair.limits.fencing(running.iter().map(|fenced| &fenced.limits)));
         for fenced in &mut running {
             fenced.ready.problem.weights.resize(energy.terms().len(), 1.0);
         }
@@ -179,12 +186,11 @@ impl Running<'_> {
 /// How a curve keeps its limits.
 pub(super) struct Kept {
     report: LimitReport,
-    /// The limit that it keeps the least, and its point.
-    worst: Worst,
+    /// The data point at or before the limit that it keeps the least.
     point: usize,
-    /// The largest curvature at the vertex of the worst limit, and the curvature there, in units of the input.
-    bound: f64,
-    curvature: f64,
+    /// How it breaks that limit, and what would be feasible.
+    broken: String,
+    remedy: String,
     ending: Ending,
 }
 
@@ -214,22 +220,22 @@ pub(super) fn keep<const D: usize>(
     let mut running: Vec<Fenced<D>> = Vec::new();
     for (k, (&i, ready)) in numbers.iter().zip(found.ready.iter().flatten()).enumerate() {
         let outcome = &mut found.outcomes[k];
-        let slopes = all.slopes(i, ready);
         let has_converged = outcome.standing == Standing::Converged;
         let mut own = ready.clone();
+        let limits = fair.limits.of(batch, i, &mut own);
         if has_converged {
             own.problem.rebase(&outcome.displacements);
         }
-        let Some(worst) = own.problem.worst(&slopes) else { continue };
+        let Some(worst) = own.problem.worst(&limits) else { continue };
         if has_converged && worst.excess <= 0.0 {
-            kept[k] = Some(Kept::of(&own, &slopes, batch, i, [outcome.energy; 2], Ending::Kept));
+            kept[k] = Some(all.kept(&own, &limits, i, [outcome.energy; 2], Ending::Kept));
         } else if has_converged {
-            running.push(Fenced::new(k, slopes, own, [outcome.energy; 2], fair));
+            running.push(Fenced::new(k, limits, own, [outcome.energy; 2], fair));
         } else {
             // It starts from where the curve without limits did.
             outcome.displacements.fill([0.0; D]);
             let energy = own.problem.energy_of_base(&fair.energy);
-            running.push(Fenced::new(k, slopes, own, [energy, f64::NAN], fair));
+            running.push(Fenced::new(k, limits, own, [energy, f64::NAN], fair));
         }
     }
     let outcomes = &mut found.outcomes;
@@ -237,12 +243,14 @@ pub(super) fn keep<const D: usize>(
         let (outcome, ending) = fenced.ended();
         let (k, i) = (fenced.k, numbers[fenced.k]);
         let energies = [outcome.energy, fenced.free];
-        let own = Kept::of(&fenced.ready, &fenced.slopes, batch, i, energies, ending);
+        let own = all.kept(&fenced.ready, &fenced.limits, i, energies, ending);
         let start = found.ready[i].as_ref().expect("it was ready");
         let mut without = start.clone();
+        fair.limits.of(batch, i, &mut without);
         without.problem.rebase(&outcomes[k].displacements);
-        let without = Kept::of(&without, &fenced.slopes, batch, i, [fenced.free; 2], Ending::Loops);
-        let is_longer = own.report.stretch > LOOPS * without.report.stretch;
+        let without = all.kept(&without, &fenced.limits, i, [fenced.free; 2], Ending::Loops);
+        // A way around a region may be as long as it likes.
+        let is_longer = fenced.limits.walls.is_none() && own.report.stretch > LOOPS * without.report.stretch;
         let mut within = outcomes[k].clone();
         within.go_on(outcome.clone());
         let crosses = D == 2 && !start.tangled(&within).is_empty() && start.tangled(&outcomes[k]).is_empty();
@@ -272,18 +280,21 @@ pub(super) fn keep_within<const D: usize>(
 ) -> Result<Vec<(Discs<D>, Ready<D>, Option<Kept>)>> {
     let all = Running { fair, batch, device };
     let (mut done, mut running) = (Vec::with_capacity(found.len()), Vec::new());
-    for (k, (discs, ready)) in found.into_iter().enumerate() {
+    for (k, (discs, mut ready)) in found.into_iter().enumerate() {
         let (i, outcome) = (discs.curve(), discs.outcome());
-        let slopes = all.slopes(i, &ready);
+        let limits = fair.limits.of(batch, i, &mut ready);
+        for (place, u) in ready.problem.places.iter_mut().zip(&outcome.displacements) {
+            *place = add(*place, *u);
+        }
         let has_converged = outcome.standing == Standing::Converged && discs.is_settled();
         let free = if has_converged { outcome.energy } else { f64::NAN };
-        match ready.problem.worst(&slopes) {
+        match ready.problem.worst(&limits) {
             Some(worst) if !has_converged || worst.excess > 0.0 => {
                 let energy = outcome.energy;
-                running.push(Fenced { discs: Some(discs), ..Fenced::new(k, slopes, ready, [energy, free], fair) });
+                running.push(Fenced { discs: Some(discs), ..Fenced::new(k, limits, ready, [energy, free], fair) });
             }
             worst => {
-                let kept = worst.map(|_| Kept::of(&ready, &slopes, batch, i, [outcome.energy; 2], Ending::Kept));
+                let kept = worst.map(|_| all.kept(&ready, &limits, i, [outcome.energy; 2], Ending::Kept));
                 done.push((discs, ready, kept));
             }
         }
@@ -292,26 +303,26 @@ pub(super) fn keep_within<const D: usize>(
         let (outcome, ending) = fenced.ended();
         let mut discs = fenced.discs.take().expect("these stay in discs");
         let energies = [outcome.energy, fenced.free];
-        let kept = Kept::of(&fenced.ready, &fenced.slopes, batch, discs.curve(), energies, ending);
+        let kept = all.kept(&fenced.ready, &fenced.limits, discs.curve(), energies, ending);
         discs.go_on(outcome);
         done.push((discs, fenced.ready, Some(kept)));
     })?;
     Ok(done)
 }
 
-impl Kept {
+impl Running<'_> {
     /// How a curve at its base keeps its limits. `energies` are its own and that without limits.
-    fn of<const D: usize>(
+    fn kept<const D: usize>(
+        &self,
         ready: &Ready<D>,
-        slopes: &[Vec<f64>; 2],
-        batch: &CurveBatch,
+        limits: &CurveLimits<D>,
         i: usize,
         [energy, free]: [f64; 2],
         ending: Ending,
-    ) -> Self {
+    ) -> Kept {
         let problem = &ready.problem;
-        let worst = problem.worst(slopes).expect("it has limits");
-        let points = batch.points(i).as_chunks::<D>().0;
+        let worst = problem.worst(limits).expect("it has limits");
+        let points = self.batch.points(i).as_chunks::<D>().0;
         let spans = if problem.closed { points.len() } else { points.len() - 1 };
         let chords: f64 = (0..spans).map(|k| distance(points[k], points[(k + 1) % points.len()])).sum();
         let length: f64 = problem.base.iter().map(|edge| dot(*edge, *edge).sqrt()).sum::<f64>() * ready.size;
@@ -321,11 +332,69 @@ impl Kept {
             cost: energy / free - 1.0,
             stretch: length / chords,
         };
-        let point = ready.rows[..points.len()].partition_point(|&row| row as usize <= worst.row).saturating_sub(1);
-        let bound = 1.0 / (slopes[worst.kind][worst.row] * ready.size);
-        Kept { report, worst, point, bound, curvature: worst.curvature / ready.size, ending }
+        // A way is that of the edge before the vertex.
+        let row = if worst.limit == Limit::Way && worst.row > 0 { worst.row - 1 } else { worst.row };
+        let point = ready.rows[..points.len()].partition_point(|&own| own as usize <= row).saturating_sub(1);
+        let (broken, remedy) = match ending {
+            Ending::Kept => Default::default(),
+            _ => self.words(ready, limits, &worst, ending),
+        };
+        Kept { report, point, broken, remedy, ending }
     }
 
+    /// How a curve breaks its worst limit, and what would be feasible.
+    fn words<const D: usize>(
+        &self,
+        ready: &Ready<D>,
+        limits: &CurveLimits<D>,
+        worst: &Worst,
+        ending: Ending,
+    ) -> (String, String) {
+        let curvature = worst.quantity / ready.size;
+        let it_to = "it to".to_string();
+        match worst.limit {
+            Limit::Curvature => {
+                let bound = 1.0 / (limits.slopes[0][worst.row] * ready.size);
+                let larger = match ending {
+                    Ending::GivenUp => format!("a curvature of {:.6}", curvature * (1.0 + 1e-6)),
+                    _ => "a larger curvature".into(),
+                };
+                let broken =
+                    format!("its curvature is {curvature:.6} from here to the next point, where {bound} is the largest");
+                (broken, larger)
+            }
+            Limit::Side => (
+                format!(
+                    "it turns to the other side than its points from here to the next point, with a curvature of {:.3e}",
+                    curvature.abs()
+                ),
+                it_to,
+            ),
+            Limit::Twist => ("it twists to the other side than its points from here to the next point".into(), it_to),
+            Limit::Way => {
+                let [x, y, z] = self.fair.limits.monotone.unwrap_or_default();
+                let angle = worst.quantity.abs().asin().to_degrees();
+                let direction = if D == 2 { format!("({x}, {y})") } else { format!("({x}, {y}, {z})") };
+                (format!("it goes back along {direction} before the next point, at {angle:.3}°"), it_to)
+            }
+            Limit::Region(k) => {
+                let place = ready.problem.places[worst.row];
+                let at = add(scale(ready.size, place), ready.vertices[0]);
+                let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
+                let at = at.join(", ");
+                match self.fair.limits.regions.get(k) {
+                    Some(region) => {
+                        let excess = region.excess(add(scale(ready.size, place), ready.vertices[0]));
+                        (format!("it breaks {region} at ({at}), by {:.3e}", excess.max(0.0)), "it a larger region".into())
+                    }
+                    None => (format!("it leaves its corridor at ({at})"), "a wider corridor".into()),
+                }
+            }
+        }
+    }
+}
+
+impl Kept {
     /// Writes into the report of a curve within a deviation how it keeps its limits.
     pub fn judge_within(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize, allowed: f64) {
         let had_minimum = !self.report.cost.is_nan();
@@ -342,43 +411,26 @@ impl Kept {
     /// Writes into the report of the curve how it keeps its limits.
     pub fn judge(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize) {
         report.limits = Some(self.report);
-        let is_open = match self.ending {
-            Ending::Kept => false,
-            Ending::GivenUp | Ending::Loops => {
-                matches!(report.status, CurveStatus::Converged | CurveStatus::NotConverged)
-            }
-            Ending::Unsettled => report.status == CurveStatus::Converged,
-        };
-        if !is_open {
-            return;
-        }
-        let Kept { bound, curvature, .. } = *self;
-        let broken = match self.worst.kind {
-            0 => format!("its curvature is {curvature:.6} from here to the next point, where {bound} is the largest"),
-            _ => format!(
-                "it turns to the other side than its points from here to the next point, with a curvature of {:.3e}",
-                curvature.abs()
+        let Kept { broken, remedy, .. } = self;
+        let is_open = matches!(report.status, CurveStatus::Converged | CurveStatus::NotConverged);
+        let (status, what) = match self.ending {
+            Ending::GivenUp if is_open => (
+                CurveStatus::Infeasible,
+                format!("no curve near keeps its limits: {broken}; allow {remedy}, or a deviation from the points"),
             ),
-        };
-        let what = match (self.ending, self.worst.kind) {
-            (Ending::GivenUp, 0) => format!(
-                "no curve near keeps its limits: {broken}; allow a curvature of {:.6}, or a deviation from the points",
-                curvature * (1.0 + 1e-6)
+            Ending::Loops if is_open => (
+                CurveStatus::Infeasible,
+                format!(
+                    "loops alone were found to keep its limits, and it stays as it is without them: {broken}; allow {remedy}, or a \
+                     deviation from the points"
+                ),
             ),
-            (Ending::GivenUp, _) => {
-                format!("no curve near keeps its limits: {broken}; allow it to, or a deviation from the points")
-            }
-            (Ending::Loops, kind) => format!(
-                "loops alone were found to keep its limits, and it stays as it is without them: {broken}; allow {}, or a deviation \
-                 from the points",
-                ["a larger curvature", "it to"][kind]
+            Ending::Unsettled if report.status == CurveStatus::Converged => (
+                CurveStatus::NotConverged,
+                format!("the rounds did not end at a curve that keeps its limits: {broken}"),
             ),
-            _ => format!("the rounds did not end at a curve that keeps its limits: {broken}"),
+            _ => return,
         };
-        report.status = match self.ending {
-            Ending::GivenUp | Ending::Loops => CurveStatus::Infeasible,
-            _ => CurveStatus::NotConverged,
-        };
-        report.message = Some(batch.sentence(i, self.point, &what));
+        (report.status, report.message) = (status, Some(batch.sentence(i, self.point, &what)));
     }
 }

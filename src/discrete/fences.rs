@@ -1,12 +1,13 @@
 //! [`Fences`]: the multipliers of the limits of one curve.
 //!
-//! A limit is c ≥ 0 at a vertex. For multipliers y the curve descends the energy and the [`Fence`]s. The next
-//! multipliers are ρs of every fence. Where the curve goes along a limit, y is the force that keeps it there. Everywhere
+//! A limit is c ≥ 0 at a vertex. For multipliers y the curve descends the energy with the [`Fence`]s and the
+//! [`Wall`](super::energy::Wall)s. The next multipliers are ρs of each. Where the curve goes along a limit, y is the force that keeps it there. Everywhere
 //! else y is 0.
 
-use super::energy::Fence;
+use super::energy::{FENCE_KINDS, Fence, Wall, volume};
+use super::limits::CurveLimits;
 use super::problem::Problem;
-use crate::linalg::scalar::{Vector, dot, scale, subtract};
+use crate::linalg::scalar::{dot, scale, subtract};
 
 /// Limits are kept tighter by this, in units of c.
 ///
@@ -34,6 +35,12 @@ const PATIENCE: u32 = 2;
 /// Violations up to this are met with a larger margin where ρ cannot grow.
 const ROUNDING: f64 = 1e-5;
 
+/// o of c = o − βq for every kind of fences: for |K|, the signed curvature, the way ahead, the twist.
+const OFFSETS: [f64; FENCE_KINDS] = [1.0, 0.0, 0.0, 0.0];
+
+/// The power of 1/h in βq·β∇q for every kind of fences, for edges of length h.
+const STEEPNESS: [i32; FENCE_KINDS] = [3, 3, 1, 1];
+
 /// The violation and the multipliers of a curve's limits.
 #[derive(Clone, Debug)]
 pub(super) struct Fences {
@@ -48,23 +55,26 @@ pub(super) struct Fences {
 }
 
 impl Fences {
-    /// Fences of these slopes β, at a curve of this energy.
-    pub fn around<const D: usize>(problem: &mut Problem<D>, slopes: [Vec<f64>; 2], energy: f64) -> Self {
+    /// Fences of these limits, at a curve of this energy.
+    pub fn around<const D: usize>(problem: &mut Problem<D>, limits: &mut CurveLimits<D>, energy: f64) -> Self {
         let unit = energy / problem.base.len() as f64;
         let own = Fences { stiffness: FIRST * unit, unit, margin: MARGIN, violation: f64::INFINITY, slow: 0 };
-        for (kind, slopes) in slopes.into_iter().enumerate() {
-            let fence = |slope: f64| match slope {
+        for (kind, slopes) in limits.slopes.iter().enumerate() {
+            let fence = |slope: &f64| match *slope {
                 0.0 => Fence::NONE,
                 slope => Fence { slope, reach: -own.offset(kind), stiffness: own.stiffness },
             };
-            problem.fences[kind] = slopes.into_iter().map(fence).collect();
+            problem.fences[kind] = slopes.iter().map(fence).collect();
+        }
+        if let Some(walls) = &mut limits.walls {
+            walls.choose(problem, own.margin, own.stiffness, 1.0);
         }
         own
     }
 
-    /// o of c = o − βq: 1 for |K| and 0 for the signed curvature, but for the margin.
+    /// o of c = o − βq, but for the margin.
     fn offset(&self, kind: usize) -> f64 {
-        [1.0, 0.0][kind] - self.margin
+        OFFSETS[kind] - self.margin
     }
 
     /// The largest violation of a limit, or of its multiplier, in units of c.
@@ -86,30 +96,40 @@ impl Fences {
 
     /// The √⟨g, L⁻¹g⟩ that rounding may leave.
     ///
-    /// βq has an error of βε/h, with h the mean edge. That of a force ρsβ∇q is then ρβ²ε/h³, which √(w/h³) of the inner
-    /// product divides. It is below 1e-8 but for the largest ρ: there 9 of 6,000 rough curves stop at 1.4e-8 to 3.3e-8,
-    /// for a bound of some 5e-8.
+    /// For curvatures βq has an error of βε/h, with h the mean edge. That of a force ρsβ∇q is then ρβ²ε/h³, which √(w/h³)
+    /// of the inner product divides. It is below 1e-8 but for the largest ρ: there 9 of 6,000 rough curves stop at 1.4e-8
+    /// to 3.3e-8, for a bound of some 5e-8. The way ahead and the twist have ρβ²ε/h.
     pub fn rounding<const D: usize>(&self, problem: &Problem<D>) -> f64 {
         let lengths = problem.base.iter().map(|edge| dot(*edge, *edge).sqrt());
         let h = lengths.sum::<f64>() / problem.base.len() as f64;
-        let slopes = problem.fences.iter().flatten().map(|fence| fence.slope.powi(4)).sum::<f64>();
-        f64::EPSILON * self.stiffness * slopes.sqrt() / (h.powf(1.5) * problem.highest.sqrt())
+        let of_kind = |(fences, power): (&Vec<Fence<f64>>, i32)| {
+            fences.iter().map(|fence| fence.slope.powi(4)).sum::<f64>() * h.powi(-2 * power)
+        };
+        let squares: f64 = problem.fences.iter().zip(STEEPNESS).map(of_kind).sum();
+        f64::EPSILON * self.stiffness * squares.sqrt() * h.powf(1.5) / problem.highest.sqrt()
     }
 
     /// Takes the next multipliers, where the curve stands at its base.
-    pub fn press<const D: usize>(&mut self, problem: &mut Problem<D>) {
+    pub fn press<const D: usize>(&mut self, problem: &mut Problem<D>, limits: &mut CurveLimits<D>) {
         let before = self.violation;
         self.violation = 0.0;
-        for kind in 0..2 {
+        for kind in 0..FENCE_KINDS {
             let offset = self.offset(kind);
             for row in 0..problem.fences[kind].len() {
                 let fence = problem.fences[kind][row];
                 if fence.stiffness > 0.0 {
                     // Both in units of y/ρ.
-                    let (now, next) = (fence.reach + offset, fence.beyond(problem.curvatures_at(row)[kind]));
+                    let (now, next) = (fence.reach + offset, fence.beyond(problem.quantities_at(row)[kind]));
                     self.violation = self.violation.max((now - next).abs());
                     problem.fences[kind][row].reach = next;
                 }
+            }
+        }
+        if let Some(walls) = &limits.walls {
+            for (wall, offset) in walls.standing(&mut problem.walls) {
+                let (now, next) = (wall.reach + offset - self.margin, wall.beyond(wall.quantity([0.0; D]).0));
+                self.violation = self.violation.max((now - next).abs());
+                wall.reach = next;
             }
         }
         let is_at_most = self.stiffness >= MOST * self.unit;
@@ -121,69 +141,102 @@ impl Fences {
         if grows && is_at_most && self.violation <= ROUNDING {
             self.margin = self.margin.max(2.0 * self.violation / ENOUGH);
         }
-        for kind in 0..2 {
+        for kind in 0..FENCE_KINDS {
             let offset = self.offset(kind);
             for fence in problem.fences[kind].iter_mut().filter(|fence| fence.stiffness > 0.0) {
                 fence.reach = fence.reach * self.stiffness / stiffness - offset;
                 fence.stiffness = stiffness;
             }
         }
+        if let Some(walls) = &mut limits.walls {
+            walls.choose(problem, self.margin, stiffness, self.stiffness / stiffness);
+        }
         self.stiffness = stiffness;
     }
 }
+
+/// What a limit is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Limit {
+    /// |K|
+    Curvature,
+    /// The signed curvature.
+    Side,
+    /// The way along a direction.
+    Way,
+    /// The sign of torsion.
+    Twist,
+    /// The region of this number.
+    Region(usize),
+}
+
+const LIMITS: [Limit; FENCE_KINDS] = [Limit::Curvature, Limit::Side, Limit::Way, Limit::Twist];
 
 /// The worst of a curve's limits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Worst {
     /// −c, at most 0 where every limit is kept.
     pub excess: f64,
-    /// 0 for |K| and 1 for the signed curvature.
-    pub kind: usize,
+    pub limit: Limit,
     pub row: usize,
-    /// The curvature there, at size 1.
-    pub curvature: f64,
+    /// q there, at size 1.
+    pub quantity: f64,
 }
 
 impl<const D: usize> Problem<D> {
-    /// |K| and the signed curvature at a vertex of the base.
-    pub(super) fn curvatures_at(&self, row: usize) -> [f64; 2] {
-        let before = self.base[if row > 0 { row - 1 } else { self.base.len() - 1 }];
-        let [s, t] = [before, self.base[row]].map(|edge| dot(edge, edge).sqrt());
-        let [before, after]: [Vector<f64, D>; 2] = [scale(1.0 / s, before), scale(1.0 / t, self.base[row])];
+    /// q of every kind of fences at a vertex of the base.
+    pub(super) fn quantities_at(&self, row: usize) -> [f64; FENCE_KINDS] {
+        let count = self.base.len();
+        let edge = |j: usize| {
+            let edge = self.base[j % count];
+            let length = dot(edge, edge).sqrt();
+            (scale(1.0 / length, edge), length)
+        };
+        let ((before, s), (after, t)) = (edge(row + count - 1), edge(row));
         let turn = subtract(after, before);
         let side = if D == 2 { before[0] * after[1] - before[1] * after[0] } else { 0.0 };
-        [dot(turn, turn).sqrt(), side].map(|turn| 2.0 * turn / (s + t))
+        let way = before.iter().zip(self.direction).map(|(x, n)| x * n).sum();
+        let twist = if D == 3 { volume([before, after, edge(row + 1).0]) } else { 0.0 };
+        [2.0 * dot(turn, turn).sqrt() / (s + t), 2.0 * side / (s + t), way, twist]
     }
 
-    /// The limit of these slopes that the base keeps the least; none without limits.
-    pub(super) fn worst(&self, slopes: &[Vec<f64>; 2]) -> Option<Worst> {
-        let limits = slopes.iter().enumerate().flat_map(|(kind, slopes)| {
-            slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0).map(move |(row, slope)| (kind, row, *slope))
+    /// The limit that the base keeps the least; none without limits.
+    pub(super) fn worst(&self, limits: &CurveLimits<D>) -> Option<Worst> {
+        let of_kind = |(kind, slopes): (usize, &'_ Vec<f64>)| {
+            let limited = slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0);
+            let worst = limited.map(|(row, slope)| {
+                let quantity = self.quantities_at(row)[kind];
+                Worst { excess: slope * quantity - OFFSETS[kind], limit: LIMITS[kind], row, quantity }
+            });
+            worst.max_by(|a, b| a.excess.total_cmp(&b.excess))
+        };
+        let of_kinds = limits.slopes.iter().enumerate().filter_map(of_kind);
+        let of_walls = limits.walls.iter().flat_map(|walls| walls.all(&self.places)).map(|(row, region, room)| {
+            Worst { excess: -room, limit: Limit::Region(region), row, quantity: 0.0 }
         });
-        let worst = limits.map(|(kind, row, slope)| {
-            let curvature = self.curvatures_at(row)[kind];
-            Worst { excess: slope * curvature - [1.0, 0.0][kind], kind, row, curvature }
-        });
-        worst.reduce(|a, b| if b.excess > a.excess { b } else { a })
+        of_kinds.chain(of_walls).max_by(|a, b| a.excess.total_cmp(&b.excess))
     }
 
     /// The number of vertices that a limit holds.
     pub(super) fn held(&self) -> usize {
         let holds = |row: &usize| {
-            (0..2).any(|kind| {
+            let of_fences = (0..FENCE_KINDS).any(|kind| {
                 let fence = self.fences[kind].get(*row).filter(|fence| fence.stiffness > 0.0);
-                fence.is_some_and(|fence| fence.beyond(self.curvatures_at(*row)[kind]) > 0.0)
-            })
+                fence.is_some_and(|fence| fence.beyond(self.quantities_at(*row)[kind]) > 0.0)
+            });
+            let of_wall = |walls: &Vec<Wall<f64, D>>| walls[*row].beyond(walls[*row].quantity([0.0; D]).0) > 0.0;
+            of_fences || self.walls.iter().any(of_wall)
         };
         (0..self.vertices()).filter(holds).count()
     }
 
-    /// The energy of the fences at the base.
+    /// The energy of the fences and walls at the base.
     pub(super) fn energy_of_fences(&self) -> f64 {
         let of_kind = |kind: usize| {
             let fences = self.fences[kind].iter().enumerate().filter(|(_, fence)| fence.stiffness > 0.0);
-            fences.map(move |(row, fence)| fence.value(self.curvatures_at(row)[kind])).sum::<f64>()
+            fences.map(move |(row, fence)| fence.value(self.quantities_at(row)[kind])).sum::<f64>()
         };
-        of_kind(0) + of_kind(1)
+        let of_walls = self.walls.iter().flatten().map(|wall| wall.value([0.0; D])).sum::<f64>();
+        (0..FENCE_KINDS).map(of_kind).sum::<f64>() + of_walls
     }
 }

@@ -204,7 +204,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         weight: S,
         term: &T,
     ) {
-        let window = edges.window::<W>(start);
+        let window = edges.window::<T, W>(start);
         let (first, second) = (term.gradient(&window), term.hessian(&window));
         let mut inverse = [S::ZERO; W];
         inverse.copy_from_slice(&edges.inverse[start..start + W]);

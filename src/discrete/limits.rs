@@ -1,15 +1,25 @@
 //! [`Limits`]: inequalities that fair curves keep.
 
+mod along;
+mod region;
+
+use along::{Polygon, Span, spans};
+pub(super) use region::Form;
+pub use region::Region;
+
+use super::energy::{FENCE_KINDS, Fencing};
+use super::setup::Ready;
+use super::walls::Walls;
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
-use crate::linalg::scalar::{Vector, dot, subtract};
+use crate::linalg::scalar::{Vector, dot, scale, subtract};
 
-/// A turn of the data's polygon of less than this sine is none.
-const STRAIGHT: f64 = 1e-9;
+/// A point may lie outside of its region by this part of the curve's size: it is rounding.
+const TOUCHING: f64 = 1e-12;
 
 /// Limits that a fair curve keeps at every vertex, besides passing through its points.
 ///
-/// [`Fair::limits`](super::Fair::limits) says how they are kept.
+/// [`Fair::limits`](super::Fair::limits) says how they are kept. Any of them may be asked for together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits {
     /// The largest curvature κ > 0, in 1/length. `None`, the default, bounds none.
@@ -19,157 +29,211 @@ pub struct Limits {
     /// [`Constraints::largest_curvatures`](crate::Constraints::largest_curvatures) bounds single spans; the smaller
     /// bound holds.
     pub curvature: Option<f64>,
-    /// Whether planar curves turn only to the side to which the polygon of their points turns.
+    /// Whether curves turn and twist only to the sides to which the polygon of their points does.
     ///
-    /// At a data point that is the side of the turn there. Between two points that turn to one side it is that side,
-    /// and between an end and its neighbour that of the neighbour. A span between turns to different sides may turn to
-    /// both. Points in a line, of a turn below 1e-9, ask for nothing.
+    /// Planar curves keep the sign of their curvature. At a data point that is the side of the turn there. Between two
+    /// points that turn to one side it is that side, and between an end and its neighbour that of the neighbour. A span
+    /// between turns to different sides may turn to both. Points in a line, of a turn below 1e-9, ask for nothing.
+    ///
+    /// Spatial curves keep the sign of their torsion, that of det(T, T′, T″) for three edges that follow each other. In a
+    /// span it is that of its chord with the chords beside it, and in a span at an end that of its neighbour. At a data
+    /// point between spans of different sides it is free. The energy must hold variation or torsion.
     pub shape: bool,
+    /// A direction n in which no curve goes back between two points. `None`, the default, asks for none.
+    ///
+    /// Every edge of a span goes along n if its chord does, and against n if its chord does: n·T keeps its sign. Along
+    /// (1, 0, 0) x grows or falls from point to point, and has no bump between them. A chord across n asks for nothing.
+    /// The length of n does not count. In the plane its third coordinate is 0.
+    pub monotone: Option<[f64; 3]>,
+    /// The half-width d > 0 of a corridor about the polygon of the points, in units of the input.
+    ///
+    /// `None`, the default, asks for none. The part of a curve between two points stays within d of the chord between
+    /// them. The column `corridor` of [`Constraints::corridors`](crate::Constraints::corridors) has widths of single
+    /// spans; the smaller one holds. Points that are not pinned stay within the smaller of both sides.
+    pub corridor: Option<f64>,
+    /// Half-planes, discs and balls that all curves keep within or stay out of. None by default.
+    ///
+    /// A curve that passes through a disc to stay out of goes around it on the side where it is nearer to the edge. That
+    /// an edge between two vertices does not cut the disc, these stay out of one of radius √(r² + h²/4), for edges of
+    /// length h.
+    pub regions: Vec<Region>,
 }
 
 impl Limits {
     /// Whether there is nothing to keep in a batch.
     pub(super) fn is_empty(&self, batch: &CurveBatch) -> bool {
-        self.curvature.is_none() && !self.shape && batch.constraints().largest_curvatures.is_none()
+        let constraints = batch.constraints();
+        let has_none = self.curvature.is_none() && !self.shape && self.monotone.is_none();
+        has_none
+            && constraints.largest_curvatures.is_none()
+            && !self.has_places(batch)
+    }
+
+    /// Whether there are limits of places.
+    fn has_places(&self, batch: &CurveBatch) -> bool {
+        self.corridor.is_some() || !self.regions.is_empty() || batch.constraints().corridors.is_some()
     }
 
     /// Checks that the limits make sense.
     ///
     /// # Errors
-    /// A curvature that is not positive and finite. Sides of spatial curves.
+    /// A curvature or a corridor that is not positive and finite. A direction of length 0. A region that is none.
     pub(super) fn check(&self, dimension: usize) -> Result<()> {
-        if let Some(curvature) = self.curvature.filter(|curvature| !(*curvature > 0.0 && curvature.is_finite())) {
-            return Err(Error::argument(format!(
+        let refuse = |why: String| Err(Error::argument(why));
+        let is_length = |x: &f64| *x > 0.0 && x.is_finite();
+        if let Some(curvature) = self.curvature.filter(|curvature| !is_length(curvature)) {
+            return refuse(format!(
                 "the largest curvature is {curvature}; it must be positive and finite, in 1/length: a radius R has 1/R"
-            )));
-        }
-        if self.shape && dimension > 2 {
-            return Err(Error::argument(
-                "curves in space turn to no side: the shape of planar points alone can be kept",
             ));
         }
-        Ok(())
+        if let Some(width) = self.corridor.filter(|width| !is_length(width)) {
+            return refuse(format!(
+                "the half-width of the corridor is {width}; it must be positive and finite, in units of the input"
+            ));
+        }
+        if let Some(direction) = self.monotone {
+            let square: f64 = direction[..dimension].iter().map(|x| x * x).sum();
+            if !is_length(&square) || dimension == 2 && direction[2] != 0.0 {
+                let [x, y, z] = direction;
+                return refuse(format!("({x}, {y}, {z}) is no direction in {dimension} dimensions"));
+            }
+        }
+        self.regions.iter().try_for_each(|region| region.check(dimension))
     }
 
-    /// The first point of curve `i` whose largest curvature is none, with what is wrong with it.
-    pub(super) fn problem(&self, batch: &CurveBatch, i: usize) -> Option<(usize, String)> {
-        let column = &batch.constraints().largest_curvatures.as_ref()?[batch.offsets()[i]..batch.offsets()[i + 1]];
-        let point = column.iter().position(|bound| *bound <= 0.0)?;
-        let bound = column[point];
-        Some((
-            point,
-            format!("its largest curvature is {bound}; give a positive number in 1/length, or leave it empty"),
-        ))
-    }
-
-    /// The slopes β of the fences of |K| and of the signed curvature at every vertex of a curve at size 1.
+    /// The first point of curve `i` at which its limits are none or cannot be kept, with what is wrong.
     ///
-    /// They are 0 where there is no limit. `rows` are the vertices of the data points, at the end of a closed curve the
-    /// first once more. A kind that limits nothing is empty.
-    pub(super) fn slopes<const D: usize>(
+    /// `is_pinned` says which points the curve goes through.
+    pub(super) fn problem<const D: usize>(
         &self,
         batch: &CurveBatch,
         i: usize,
-        rows: &[u32],
-        vertices: usize,
-        size: f64,
-    ) -> [Vec<f64>; 2] {
-        let closed = batch.is_closed(i);
-        let spans: Vec<Span> = spans(rows, vertices, batch.count(i), closed);
-        let curb = match self.bounds(batch, i, &spans) {
-            Some(bounds) => over_vertices(&spans, vertices, closed, &bounds, |a, b| a.max(b), |k| 1.0 / (k * size)),
-            None => vec![],
-        };
-        let side = if self.shape && D == 2 { sides(batch, i, &spans, vertices, size) } else { vec![] };
-        [curb, side].map(|slopes| if slopes.iter().any(|slope| *slope != 0.0) { slopes } else { vec![] })
+        is_pinned: impl Fn(usize) -> bool,
+    ) -> Option<(usize, String)> {
+        let constraints = batch.constraints();
+        let own = batch.offsets()[i]..batch.offsets()[i + 1];
+        let columns = [
+            (&constraints.largest_curvatures, "largest curvature", "in 1/length"),
+            (&constraints.corridors, "corridor", "in units of the input"),
+        ];
+        for (column, name, unit) in columns {
+            let Some(column) = column.as_ref().map(|column| &column[own.clone()]) else { continue };
+            if let Some(point) = column.iter().position(|bound| *bound <= 0.0) {
+                let bound = column[point];
+                return Some((point, format!("its {name} is {bound}; give a positive number {unit}, or leave it empty")));
+            }
+        }
+        let points = batch.points(i).as_chunks::<D>().0;
+        let scale = points.iter().flatten().fold(0.0f64, |most, x| most.max(x.abs()));
+        let pinned = || (0..points.len()).filter(|&k| is_pinned(k));
+        let outside = self.regions.iter().flat_map(|region| pinned().map(move |k| (region, k)));
+        let mut outside = outside.map(|(region, k)| (region, k, region.excess(points[k])));
+        let (region, point, excess) = outside.find(|(.., excess)| *excess > TOUCHING * scale)?;
+        Some((
+            point,
+            format!("it breaks {region}, by {excess:.3e}, and the curve must go through it: move it, or the region"),
+        ))
     }
 
     /// The largest curvature in every span, infinite where it is not bounded; none if no span's is.
     fn bounds(&self, batch: &CurveBatch, i: usize, spans: &[Span]) -> Option<Vec<f64>> {
-        let column = batch.constraints().largest_curvatures.as_ref();
-        if self.curvature.is_none() && column.is_none() {
-            return None;
+        of_spans(self.curvature, batch.constraints().largest_curvatures.as_deref(), batch, i, spans)
+    }
+
+    /// The limits of a curve at size 1, whose problem learns where it lies.
+    pub(super) fn of<const D: usize>(&self, batch: &CurveBatch, i: usize, ready: &mut Ready<D>) -> CurveLimits<D> {
+        let points = batch.points(i).as_chunks::<D>().0;
+        let spans = spans(&ready.rows, points.len());
+        let (closed, vertices, size) = (batch.is_closed(i), ready.problem.vertices(), ready.size);
+        let polygon = Polygon { spans: &spans, points, closed, vertices, size };
+        let slopes = polygon.slopes(self, batch, i);
+        let walls = self.has_places(batch).then(|| self.walls(batch, i, ready, &polygon));
+        if walls.is_some() {
+            let from = ready.vertices[0];
+            let place = |vertex: &Vector<f64, D>| scale(1.0 / size, subtract(*vertex, from));
+            ready.problem.places = ready.vertices.iter().map(place).collect();
         }
-        let of_column = |point: usize| column.map_or(f64::NAN, |column| column[batch.offsets()[i] + point]);
-        // `min` passes over NaN, which stands for a blank.
-        let bound = |span: &Span| f64::INFINITY.min(of_column(span.point)).min(self.curvature.unwrap_or(f64::INFINITY));
-        Some(spans.iter().map(bound).collect())
+        ready.problem.direction = self.direction();
+        CurveLimits { slopes, walls }
+    }
+
+    fn walls<const D: usize>(
+        &self,
+        batch: &CurveBatch,
+        i: usize,
+        ready: &Ready<D>,
+        polygon: &Polygon<'_, D>,
+    ) -> Walls<D> {
+        let Polygon { spans, points, vertices, size, .. } = *polygon;
+        let column = batch.constraints().corridors.as_deref();
+        let widths = of_spans(self.corridor, column, batch, i, spans);
+        // At size 1 from here on.
+        let from = ready.vertices[0];
+        let mut corridors = vec![None; if widths.is_some() { vertices } else { 0 }];
+        let mut edges = vec![0.0; vertices];
+        for (k, span) in spans.iter().enumerate() {
+            let chord = polygon.chord(span);
+            let [at, chord] = [subtract(points[span.point], from), chord].map(|x| scale(1.0 / size, x));
+            let edge = dot(chord, chord).sqrt() / (span.rows[1] - span.rows[0]) as f64;
+            (span.rows[0]..span.rows[1]).for_each(|row| edges[row % vertices] = edge);
+            let Some(width) = widths.as_ref().map(|widths| widths[k] / size) else { continue };
+            let within = |width: f64, chord| width.is_finite().then(|| Form::corridor(at, chord, width));
+            let before = if k > 0 || polygon.closed { (k + spans.len() - 1) % spans.len() } else { k };
+            let least = widths.as_ref().map_or(width, |widths| width.min(widths[before] / size));
+            corridors[span.rows[0]] = within(least, [0.0; D]);
+            corridors[span.rows[0] + 1..span.rows[1]].fill(within(width, chord));
+        }
+        let unit = polygon.mean_chord();
+        let regions: Vec<_> = self
+            .regions
+            .iter()
+            .map(|region| edges.iter().map(|&edge| region.form(from, size, unit, edge)).collect())
+            .collect();
+        Walls::new(regions, corridors, &ready.problem.pinned, vertices)
+    }
+
+    /// The unit vector along the direction of [`monotone`](Self::monotone) curves.
+    pub(super) fn direction(&self) -> [f64; 3] {
+        let Some(direction) = self.monotone else { return [0.0; 3] };
+        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+        direction.map(|x| x / length)
+    }
+
+    /// What curves are kept with that all have these limits.
+    pub(super) fn fencing<'a, const D: usize>(&self, all: impl Iterator<Item = &'a CurveLimits<D>> + Clone) -> Fencing {
+        let mut fencing = Fencing { direction: self.direction(), ..Fencing::default() };
+        for limits in all {
+            for (kind, slopes) in fencing.kinds.iter_mut().zip(&limits.slopes) {
+                *kind |= !slopes.is_empty();
+            }
+            fencing.walls = fencing.walls.max(limits.walls.as_ref().map_or(0, Walls::layers));
+        }
+        fencing
     }
 }
 
-/// A span that has edges: those from a row to another, the second not below the first.
-struct Span {
-    /// The number of the data point that it begins at, and of the one that it ends at.
-    point: usize,
-    next: usize,
-    rows: [usize; 2],
-}
-
-fn spans(rows: &[u32], vertices: usize, points: usize, closed: bool) -> Vec<Span> {
-    let span = |k: usize| Span { point: k, next: (k + 1) % points, rows: [rows[k] as usize, rows[k + 1] as usize] };
-    let mut spans: Vec<Span> = (0..rows.len() - 1).map(span).filter(|span| span.rows[0] < span.rows[1]).collect();
-    debug_assert!(!closed || spans.last().is_none_or(|span| span.rows[1] == vertices));
-    // Points that coincide share a vertex: the first of them stands for all.
-    for k in 1..spans.len() {
-        spans[k - 1].next = spans[k].point;
-    }
-    if let (true, Some(first)) = (closed, spans.first().map(|span| span.point))
-        && let Some(last) = spans.last_mut()
-    {
-        last.next = first;
-    }
-    spans
-}
-
-/// A slope for every vertex between two edges, from the values of the spans. At a data point it is that of both values.
-fn over_vertices(
+/// A bound for every span, infinite where there is none: the smaller one of all and of a column.
+fn of_spans(
+    all: Option<f64>,
+    column: Option<&[f64]>,
+    batch: &CurveBatch,
+    i: usize,
     spans: &[Span],
-    vertices: usize,
-    closed: bool,
-    of_span: &[f64],
-    both: impl Fn(f64, f64) -> f64,
-    slope: impl Fn(f64) -> f64,
-) -> Vec<f64> {
-    let of_span: Vec<f64> = of_span.iter().map(|value| slope(*value)).collect();
-    let mut slopes = vec![0.0; vertices];
-    for (k, span) in spans.iter().enumerate() {
-        slopes[span.rows[0] + 1..span.rows[1]].fill(of_span[k]);
-        if k > 0 || closed {
-            slopes[span.rows[0]] = both(of_span[if k > 0 { k - 1 } else { spans.len() - 1 }], of_span[k]);
-        }
+) -> Option<Vec<f64>> {
+    if all.is_none() && column.is_none() {
+        return None;
     }
-    slopes
+    let of_column = |point: usize| column.map_or(f64::NAN, |column| column[batch.offsets()[i] + point]);
+    // `min` passes over NaN, which stands for a blank.
+    let bound = |span: &Span| f64::INFINITY.min(of_column(span.point)).min(all.unwrap_or(f64::INFINITY));
+    Some(spans.iter().map(bound).collect())
 }
 
-/// −σℓ at every vertex, with σ the side to turn to, 1 to the left and −1 to the right, and ℓ the mean chord at size 1.
-fn sides(batch: &CurveBatch, i: usize, spans: &[Span], vertices: usize, size: f64) -> Vec<f64> {
-    let (points, closed) = (batch.points(i).as_chunks::<2>().0, batch.is_closed(i));
-    let chords: Vec<Vector<f64, 2>> =
-        spans.iter().map(|span| subtract(points[span.next], points[span.point])).collect();
-    let lengths: Vec<f64> = chords.iter().map(|chord| dot(*chord, *chord).sqrt()).collect();
-    let side = |before: usize, after: usize| {
-        let ([a, b], [c, d]) = (chords[before], chords[after]);
-        let sine = (a * d - b * c) / (lengths[before] * lengths[after]);
-        if sine.abs() < STRAIGHT { 0.0 } else { sine.signum() }
-    };
-    // Of the start of every span; an end of an open curve has none.
-    let start = |k: usize| match k {
-        0 if closed => Some(side(spans.len() - 1, 0)),
-        0 => None,
-        k if k < spans.len() => Some(side(k - 1, k)),
-        _ if closed => Some(side(spans.len() - 1, 0)),
-        _ => None,
-    };
-    let scale = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64 / size;
-    let mut slopes = vec![0.0; vertices];
-    for (k, span) in spans.iter().enumerate() {
-        let within = match [start(k), start(k + 1)] {
-            [Some(a), Some(b)] if a == b => a,
-            [Some(_), Some(_)] => 0.0,
-            [a, b] => a.or(b).unwrap_or(0.0),
-        };
-        slopes[span.rows[0] + 1..span.rows[1]].fill(-scale * within);
-        slopes[span.rows[0]] = -scale * start(k).unwrap_or(0.0);
-    }
-    slopes
+/// The limits of one curve, at size 1.
+#[derive(Clone, Debug)]
+pub(super) struct CurveLimits<const D: usize> {
+    /// The slopes β of the fences of every kind at each vertex, 0 where there is none. A kind without any is empty.
+    pub slopes: [Vec<f64>; FENCE_KINDS],
+    /// Those of places.
+    pub walls: Option<Walls<D>>,
 }

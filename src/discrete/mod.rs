@@ -25,7 +25,8 @@
 //!   y(t).
 //! - With [`Fair::deviation`] curves pass near their points. They are as fair as the largest
 //!   deviation allows.
-//! - With [`Fair::limits`] curves keep a largest curvature, or turn only to the side to which their points turn.
+//! - With [`Fair::limits`] curves keep a largest curvature, turn only to the side to which their points turn, go on in a
+//!   direction, or stay within a corridor and other regions.
 //! - With [`Fair::corners`] curves are cut where their points turn sharply.
 //!
 //! The start comes from the spline module. It is the natural spline through the points. For a
@@ -76,6 +77,7 @@ mod tally;
 mod tests;
 mod untangle;
 mod verdict;
+mod walls;
 
 pub(crate) use descent_gpu::descent_kernels;
 pub use energy::*;
@@ -84,5 +86,5 @@ pub use evaluate::Gauging;
 pub use evaluate::{Evaluate, Evaluation, Want};
 pub(crate) use evaluate_gpu::evaluate_kernels;
 pub use fair::{Fair, Pins, Segments};
-pub use limits::Limits;
+pub use limits::{Limits, Region};
 pub use plan::{Direction, Step};

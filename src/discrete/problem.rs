@@ -5,7 +5,7 @@
 use super::constrain::Constraints;
 use super::descent::Descent;
 use super::edges::Edges;
-use super::energy::{Energy, Fence, Functional, Hold, MOST_EDGES};
+use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, Wall};
 use super::lane::Standing;
 use super::metric::{Pins, Weights};
 use super::newton::Newton;
@@ -48,8 +48,14 @@ pub(crate) struct Problem<const D: usize> {
     pub free: Vec<f64>,
     /// 1/w² of every edge, with w the width of its span at size 1; empty where the energy does not ask for it.
     pub taut: Vec<f64>,
-    /// The fences of |K| and of the signed curvature at each vertex; empty without limits.
-    pub fences: [Vec<Fence<f64>>; 2],
+    /// The fences of each kind at each vertex; empty without limits.
+    pub fences: [Vec<Fence<f64>>; FENCE_KINDS],
+    /// The walls that each vertex keeps from, one a layer; empty without limits of places.
+    pub walls: Vec<Vec<Wall<f64, D>>>,
+    /// Where each vertex of the base lies, from the first vertex of the start on; empty without limits of places.
+    pub places: Vec<Vector<f64, D>>,
+    /// The direction of the fences of the way ahead, a unit vector.
+    pub direction: [f64; 3],
     /// The weight of the highest derivative in the inner product.
     pub highest: f64,
     /// The root mean square of |K| at the start, where |κ|^ν and κ² weigh the same.
@@ -114,6 +120,10 @@ impl<const D: usize> Problem<D> {
         for attached in &mut self.attached {
             attached.target = subtract(attached.target, u[attached.row as usize]);
         }
+        for (row, u) in u.iter().enumerate() {
+            self.places.get_mut(row).into_iter().for_each(|place| *place = add(*place, *u));
+            self.walls.iter_mut().for_each(|walls| walls[row].foot = subtract(walls[row].foot, *u));
+        }
     }
 
     /// Whether the polygon with these displacements turns by more than 90° at a vertex.
@@ -150,7 +160,7 @@ impl<const D: usize> Problem<D> {
 
     /// The energy of the base at size 1, without gauge and attachments.
     pub fn energy_of_base(&self, energy: &Energy) -> f64 {
-        Problem { attached: vec![], ..self.clone() }.at_base(energy).0
+        Problem { attached: vec![], walls: vec![], ..self.clone() }.at_base(energy).0
     }
 
     /// The energy of what holds the vertices of the base.
@@ -359,6 +369,13 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
             hold.place.set_lane(l, number(attached.hold.place));
         }
     }
+    let layers = members.iter().map(|problem| problem.walls.len()).max().unwrap_or(0);
+    let mut walls = vec![vec![Wall::<S, D>::NONE; if layers > 0 { edges.rows() } else { 0 }]; layers];
+    for (l, layer) in (0..S::LANES).flat_map(|l| (0..lane(l).walls.len()).map(move |layer| (l, layer))) {
+        for (to, wall) in walls[layer].iter_mut().zip(&lane(l).walls[layer]) {
+            to.set_lane(l, wall);
+        }
+    }
     let weights = Weights { highest: each(&|problem| problem.highest), vertices, attached };
     let terms = functionals.iter().enumerate().map(|(k, f)| (each(&|problem| problem.weights[k]), *f)).collect();
     let gauge = each(&|problem| problem.gauge);
@@ -371,6 +388,7 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let plan = Plan { direction, order: limited(plan.order), gauge: limited(plan.gauge), ..*plan };
     let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, holds, &bounds);
     descent.constraints = lane(0).constraints.clone();
+    descent.walls = walls;
     descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);
     descent
 }

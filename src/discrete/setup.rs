@@ -160,9 +160,6 @@ fn ready<const D: usize>(
     curve: &dyn Curve,
     interpolates: bool,
 ) -> Result<Ready<D>, Unfitted> {
-    if let Some((point, what)) = fair.limits.problem(batch, i) {
-        return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, point, &what) });
-    }
     let closed = batch.is_closed(i);
     let points = batch.points(i).as_chunks::<D>().0;
     let (mut vertices, rows) = divide(curve, points, fair.segments, interpolates);
@@ -196,6 +193,9 @@ fn ready<const D: usize>(
         Pins::None => (kept[0] && k == 0) || (kept[1] && k + 1 == points.len()),
     };
     let is_pinned = |&k: &usize| pinned_at(k) || batch.is_pinned(i, k);
+    if let Some((point, what)) = fair.limits.problem::<D>(batch, i, |k| is_pinned(&k)) {
+        return refuse(point, CurveStatus::Invalid, &what);
+    }
     let fixed = || constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32);
     // A constraint at a point pins the point.
     let pinned = increasing((0..points.len()).filter(is_pinned).map(|k| data[k]).chain(fixed()).collect());
@@ -243,6 +243,9 @@ fn ready<const D: usize>(
         free,
         taut: if fair.energy.is_taut() { of_spans(points, &rows, closed, size) } else { Vec::new() },
         fences: Default::default(),
+        walls: Vec::new(),
+        places: Vec::new(),
+        direction: [0.0; 3],
         highest,
         curvature,
         tolerance: fair.tolerance,

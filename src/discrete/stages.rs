@@ -19,7 +19,7 @@ use crate::batch::Unfitted;
 use crate::device::{Device, DeviceReport};
 use crate::error::Result;
 use crate::gpu::Gpu;
-use crate::linalg::scalar::add;
+use crate::linalg::scalar::{Vector, add};
 use crate::precision::Precision;
 
 /// The most edges a span for which f32 has enough digits for bending.
@@ -261,6 +261,19 @@ impl<const D: usize> Outcome<D> {
     /// Whether the descent ended by rounding or by the number of iterations.
     fn is_short(&self) -> bool {
         matches!(self.standing, Standing::Exhausted | Standing::Stalled)
+    }
+
+    /// A move without a descent.
+    pub(super) fn moved(displacements: Vec<Vector<f64, D>>) -> Self {
+        Outcome {
+            displacements,
+            standing: Standing::Running,
+            energy: f64::NAN,
+            norm: f64::NAN,
+            iterations: 0,
+            evaluations: 0,
+            on_cpu: false,
+        }
     }
 
     /// Appends a descent that started where this one ended.

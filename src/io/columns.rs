@@ -7,8 +7,8 @@ use crate::error::{Error, Result, listed, quoted};
 
 /// The roles of columns: the name of the curve, the point, its parameter and weight, its
 /// constraints, whether the curve is closed.
-pub(super) const ROLES: [&str; 17] = [
-    "curve", "x", "y", "z", "t", "weight", "tx", "ty", "tz", "kx", "ky", "kz", "nu", "known", "pinned", "kmax",
+pub(super) const ROLES: [&str; 18] = [
+    "curve", "x", "y", "z", "t", "weight", "tx", "ty", "tz", "kx", "ky", "kz", "nu", "known", "pinned", "kmax", "corridor",
     "closed",
 ];
 
@@ -22,7 +22,7 @@ fn is_one_of(heading: &str, words: &[&str]) -> bool {
 
 /// Which column of a CSV file means what: `x=lon,y=lat,curve=id,t=hours`.
 ///
-/// - A column named by its meaning (`curve x y z t weight tx ty tz kx ky kz nu known pinned kmax closed`) needs
+/// - A column named by its meaning (`curve x y z t weight tx ty tz kx ky kz nu known pinned kmax corridor closed`) needs
 ///   no entry. `X` means `x` if no column is called `x`, and so on.
 /// - A column `lon`, `long`, `lng` or `longitude` is x, and one called `lat` or `latitude` is y, if
 ///   the file has both and neither `x` nor `y`.

@@ -323,7 +323,7 @@ fn curves_with_limits_are_those_of_the_cpu() {
             (2, false, 0.2, false, variation() + length()),
         ] {
             let batch = bounded(Family { dimension, closed, points: 7, sigma }.batch(40, 21));
-            let fair = Fair { limits: Limits { curvature: None, shape }, ..fair(energy) };
+            let fair = Fair { limits: Limits { shape, ..Limits::default() }, ..fair(energy) };
             let on_gpu = device.clone().with_precision(precision);
             let [cpu, gpu] =
                 [Device::cpu(), on_gpu].map(|on| fair.fit_sampled(&batch, Sampling::PerSpan(16), &on).unwrap());

@@ -11,11 +11,33 @@ const FENCES_AT: u32 = TAUT_AT + 1u;
 //:else
 const FENCES_AT: u32 = TAUT_AT;
 //:end
-// Numbers of a row of `fixed`.
-//:if FENCED
-const FIXED: u32 = FENCES_AT + 6u;
+// The fences of a vertex follow each other, as many as the energy holds, and then its walls.
+//:if CURB
+const SIDE_AT: u32 = FENCES_AT + 3u;
 //:else
-const FIXED: u32 = FENCES_AT;
+const SIDE_AT: u32 = FENCES_AT;
+//:end
+//:if SIDE
+const AHEAD_AT: u32 = SIDE_AT + 3u;
+//:else
+const AHEAD_AT: u32 = SIDE_AT;
+//:end
+//:if AHEAD
+const TWIST_AT: u32 = AHEAD_AT + 3u;
+//:else
+const TWIST_AT: u32 = AHEAD_AT;
+//:end
+//:if TWIST
+const WALLS_AT: u32 = TWIST_AT + 3u;
+//:else
+const WALLS_AT: u32 = TWIST_AT;
+//:end
+// Numbers of a row of `fixed`.
+//:if WALLS
+const WALL_NUMBERS: u32 = 2u * $DIMu + 5u;
+const FIXED: u32 = WALLS_AT + $WALLSu * WALL_NUMBERS;
+//:else
+const FIXED: u32 = WALLS_AT;
 //:end
 
 fn load_curve(slot: u32) -> Curve {
@@ -163,7 +185,6 @@ fn load_taut(curve: Curve, j: u32) -> real {
 }
 //:end
 
-//:if FENCED
 fn load_fence(curve: Curve, j: u32, first: u32) -> Fence {
     var fence = Fence();
     fence.slope = fixed[fixed_at(curve, j, first)];
@@ -177,7 +198,30 @@ fn load_curb(curve: Curve, j: u32) -> Fence {
 }
 
 fn load_side(curve: Curve, j: u32) -> Fence {
-    return load_fence(curve, j, FENCES_AT + 3u);
+    return load_fence(curve, j, SIDE_AT);
+}
+
+fn load_ahead(curve: Curve, j: u32) -> Fence {
+    return load_fence(curve, j, AHEAD_AT);
+}
+
+fn load_twist(curve: Curve, j: u32) -> Fence {
+    return load_fence(curve, j, TWIST_AT);
+}
+
+//:if WALLS
+fn load_wall(curve: Curve, v: u32, layer: u32) -> Wall {
+    let first = WALLS_AT + layer * WALL_NUMBERS;
+    let numbers = first + 2u * $DIMu;
+    var wall = Wall();
+    wall.foot = fixed_vector(curve, v, first);
+    wall.axis = fixed_vector(curve, v, first + $DIMu);
+    wall.span = fixed[fixed_at(curve, v, numbers)];
+    wall.plane = fixed[fixed_at(curve, v, numbers + 1u)];
+    wall.bend = fixed[fixed_at(curve, v, numbers + 2u)];
+    wall.reach = fixed[fixed_at(curve, v, numbers + 3u)];
+    wall.stiffness = fixed[fixed_at(curve, v, numbers + 4u)];
+    return wall;
 }
 //:end
 

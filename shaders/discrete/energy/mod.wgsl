@@ -9,8 +9,11 @@
 //     fn load_weight(curve: Curve, index: u32) -> real
 //     fn load_free(curve: Curve, j: u32) -> real           with GAUGE: the factor of the vertex at the end of edge j
 //     fn load_taut(curve: Curve, j: u32) -> real           with TAUT: 1/w² for the width w of the span of edge j
-//     fn load_curb(curve: Curve, j: u32) -> Fence          with FENCED: the fence of |K| at the end of edge j
-//     fn load_side(curve: Curve, j: u32) -> Fence          with FENCED: that of the signed curvature
+//     fn load_curb(curve: Curve, j: u32) -> Fence          with CURB: the fence of |K| at the end of edge j
+//     fn load_side(curve: Curve, j: u32) -> Fence          with SIDE: that of the signed curvature
+//     fn load_ahead(curve: Curve, j: u32) -> Fence         with AHEAD: that of the way of edge j along a direction
+//     fn load_twist(curve: Curve, j: u32) -> Fence         with TWIST: that of the volume of three tangents from edge j on
+//     fn load_wall(curve: Curve, v: u32, layer: u32) -> Wall    with WALLS: the wall of a layer that vertex v keeps from
 //:include discrete/energy/window.wgsl
 //:each TERM
 //:if WGSL
@@ -27,6 +30,34 @@ $WGSL
 //:end
 //:if ATTACHMENT
 //:include discrete/energy/attachment.wgsl
+//:end
+//:if WALLS
+//:include discrete/energy/wall.wgsl
+
+// The energy of a vertex's walls at the displacement u.
+fn walls_value(curve: Curve, v: u32, u: vector) -> real {
+    var value = real(0);
+//:unroll k 0..$WALLS
+    value += wall_value(load_wall(curve, v, $ku), u);
+//:end
+    return value;
+}
+
+fn walls_gradient(curve: Curve, v: u32, u: vector) -> vector {
+    var gradient = vector();
+//:unroll k 0..$WALLS
+    gradient += wall_gradient(load_wall(curve, v, $ku), u);
+//:end
+    return gradient;
+}
+
+fn walls_hessian(curve: Curve, v: u32, u: vector) -> matrix {
+    var hessian = matrix();
+//:unroll k 0..$WALLS
+    hessian += wall_hessian(load_wall(curve, v, $ku), u);
+//:end
+    return hessian;
+}
 //:end
 
 struct Weights {
@@ -160,10 +191,24 @@ fn placed(window: Window, curve: Curve, j: i32) -> Window {
         w.taut = load_taut(curve, wrapped(curve, j));
     }
 //:end
-//:if FENCED
+//:if CURB
     if (has_edge(curve, j)) {
         w.curb = load_curb(curve, wrapped(curve, j));
+    }
+//:end
+//:if SIDE
+    if (has_edge(curve, j)) {
         w.side = load_side(curve, wrapped(curve, j));
+    }
+//:end
+//:if AHEAD
+    if (has_edge(curve, j)) {
+        w.ahead = load_ahead(curve, wrapped(curve, j));
+    }
+//:end
+//:if TWIST
+    if (has_edge(curve, j)) {
+        w.twist = load_twist(curve, wrapped(curve, j));
     }
 //:end
 //:if GAUGE

@@ -32,6 +32,9 @@ struct Window {
     // The fences of |K| and of the signed curvature at the vertex between the first two edges.
     curb: Fence,
     side: Fence,
+    // That of the way of the first edge along a direction, and that of the volume of three tangents.
+    ahead: Fence,
+    twist: Fence,
     // Ends of an open curve that the first two edges touch.
     ends: real,
 }

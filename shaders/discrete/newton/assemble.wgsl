@@ -27,6 +27,9 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
 //:if ATTACHMENT
         own = diagonal(lambda * load_stiffness(curve, v)) + hold_hessian(load_hold(curve, v), current_offset(curve, v));
 //:end
+//:if WALLS
+        own += walls_hessian(curve, v, displacement(curve, v));
+//:end
         store_matrix(block_at(curve, v, 0u), 0u, own);
 //:unroll k 1..$VERTICES
         store_matrix(block_at(curve, v, $ku), 0u, matrix());

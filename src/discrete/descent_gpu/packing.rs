@@ -19,8 +19,11 @@ const GIVEN: usize = 4;
 /// [`Hold`](crate::discrete::energy::Hold).
 const HELD: usize = 5;
 
-/// The numbers of both fences of a vertex.
-const FENCES: usize = 6;
+/// The numbers of a [`Fence`](crate::discrete::energy::Fence).
+const FENCE: usize = 3;
+
+/// The numbers of a [`Wall`](crate::discrete::energy::Wall), but for its vectors.
+const WALL: usize = 5;
 
 /// The positions of the numbers that are read back: the energy without the gauge, and ⟨g, z⟩.
 const REPORTED: usize = GIVEN + 1;
@@ -61,7 +64,7 @@ impl<const D: usize> Job<'_, D> {
 
     /// The numbers of a row in `fixed`.
     fn fixed_numbers(&self) -> usize {
-        self.fence_number() + if self.is_fenced() { FENCES } else { 0 }
+        self.wall_number() + self.run.energy.walls() * (2 * D + WALL)
     }
 
     /// Where the fences stand in a row, if the energy asks for them.
@@ -69,8 +72,9 @@ impl<const D: usize> Job<'_, D> {
         self.taut_number() + usize::from(self.is_taut())
     }
 
-    fn is_fenced(&self) -> bool {
-        self.composition.definitions.contains_key("FENCED")
+    /// Where the walls stand in a row, if the energy asks for them.
+    fn wall_number(&self) -> usize {
+        self.fence_number() + FENCE * self.run.energy.fences().into_iter().filter(|has| *has).count()
     }
 
     /// Where 1/w² stands in a row, if the energy asks for it.
@@ -181,14 +185,21 @@ impl<const D: usize> Job<'_, D> {
             let number = self.taut_number();
             problem.taut.iter().enumerate().for_each(|(j, &taut)| fixed[at(j, number)] = taut);
         }
-        if self.is_fenced() {
-            for (kind, fences) in problem.fences.iter().enumerate().filter(|(_, fences)| !fences.is_empty()) {
-                let number = self.fence_number() + kind * FENCES / 2;
-                for j in 0..problem.base.len() {
-                    let fence = fences[(j + 1) % rows];
-                    let numbers = [fence.slope, fence.reach, fence.stiffness];
-                    numbers.iter().enumerate().for_each(|(k, x)| fixed[at(j, number + k)] = *x);
-                }
+        let kinds = (0..problem.fences.len()).filter(|&kind| self.run.energy.fences()[kind]);
+        for (place, fences) in kinds.map(|kind| &problem.fences[kind]).enumerate().filter(|(_, all)| !all.is_empty()) {
+            let number = self.fence_number() + FENCE * place;
+            for j in 0..problem.base.len() {
+                let fence = fences[(j + 1) % rows];
+                let numbers = [fence.slope, fence.reach, fence.stiffness];
+                numbers.iter().enumerate().for_each(|(k, x)| fixed[at(j, number + k)] = *x);
+            }
+        }
+        for (layer, walls) in problem.walls.iter().enumerate() {
+            let number = self.wall_number() + layer * (2 * D + WALL);
+            for (row, wall) in walls.iter().enumerate() {
+                let scalars = [wall.span, wall.plane, wall.bend, wall.reach, wall.stiffness];
+                let numbers = wall.foot.iter().chain(&wall.axis).chain(&scalars);
+                numbers.enumerate().for_each(|(k, x)| fixed[at(row, number + k)] = *x);
             }
         }
         (0..rows).for_each(|row| fixed[at(row, D + 1)] = 1.0);

@@ -44,14 +44,16 @@ fn curvature<S: Scalar, const D: usize>(window: &Window<S, D, 2>) -> Partials<S,
 }
 
 impl Term<2> for Curb {
+    const FENCE: Option<usize> = Some(0);
+
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> S {
-        window.curb.value(curvature(window).value)
+        window.fence.value(curvature(window).value)
     }
 
     #[inline(always)]
     fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> Partials<S, D, 2> {
-        window.curb.gradient(&curvature(window))
+        window.fence.gradient(&curvature(window))
     }
 
     #[inline(always)]
@@ -73,6 +75,6 @@ impl Term<2> for Curb {
                 second.lengths[j][k] = by_lengths;
             }
         }
-        window.curb.hessian(&first, &second)
+        window.fence.hessian(&first, &second)
     }
 }

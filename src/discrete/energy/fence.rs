@@ -1,4 +1,4 @@
-//! Fences: the local energies that keep a curvature within a limit.
+//! Fences: the local energies that keep a quantity of a few edges within a limit.
 //!
 //! A limit on a quantity q of a curve is c ≥ 0 with c = o − βq. The method of multipliers adds the energy
 //!
@@ -29,6 +29,19 @@ pub(crate) struct Fence<S> {
     pub stiffness: S,
 }
 
+/// The kinds of fences, in the order of their arrays: of |K|, of the signed curvature, of the way ahead, of the twist.
+pub(crate) const FENCE_KINDS: usize = 4;
+
+/// What a batch of curves is kept with.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Fencing {
+    pub kinds: [bool; FENCE_KINDS],
+    /// The direction of those of the way ahead.
+    pub direction: [f64; 3],
+    /// How many walls a vertex has at most.
+    pub walls: usize,
+}
+
 impl<S: Scalar> Fence<S> {
     /// No fence.
     pub const NONE: Self = Fence { slope: S::ZERO, reach: S::ZERO, stiffness: S::ZERO };
@@ -48,28 +61,29 @@ impl<S: Scalar> Fence<S> {
 
     /// ψ and its derivatives, from q and its own.
     #[inline(always)]
-    pub fn gradient<const D: usize>(&self, q: &Partials<S, D, 2>) -> Partials<S, D, 2> {
+    pub fn gradient<const D: usize, const W: usize>(&self, q: &Partials<S, D, W>) -> Partials<S, D, W> {
         let by_q = self.stiffness * self.beyond(q.value) * self.slope;
-        Partials {
-            value: self.value(q.value),
-            tangent: [scale(by_q, q.tangent[0]), scale(by_q, q.tangent[1])],
-            length: [by_q * q.length[0], by_q * q.length[1]],
+        let mut gradient = Partials { value: self.value(q.value), tangent: [[S::ZERO; D]; W], length: [S::ZERO; W] };
+        for j in 0..W {
+            gradient.tangent[j] = scale(by_q, q.tangent[j]);
+            gradient.length[j] = by_q * q.length[j];
         }
+        gradient
     }
 
     /// Second derivatives of ψ: [s > 0] ρβ² ∇q∇qᵀ + ρsβ ∇²q.
     #[inline(always)]
-    pub fn hessian<const D: usize>(
+    pub fn hessian<const D: usize, const W: usize>(
         &self,
-        q: &Partials<S, D, 2>,
-        second: &SecondPartials<S, D, 2>,
-    ) -> SecondPartials<S, D, 2> {
+        q: &Partials<S, D, W>,
+        second: &SecondPartials<S, D, W>,
+    ) -> SecondPartials<S, D, W> {
         let beyond = self.beyond(q.value);
         let by_q = self.stiffness * beyond * self.slope;
         let by_qq = beyond.if_positive(self.stiffness * self.slope * self.slope, S::ZERO);
         let mut hessian = SecondPartials::ZERO;
-        for j in 0..2 {
-            for k in 0..2 {
+        for j in 0..W {
+            for k in 0..W {
                 for a in 0..D {
                     for b in 0..D {
                         hessian.tangents[j][k][a][b] =

@@ -113,7 +113,7 @@ energies! {
     torsion::Torsion,
     #[cfg(test)]
     toy::Toy;
-    hidden: curb::Curb, side::Side,
+    hidden: curb::Curb, side::Side, ahead::Ahead, twist::Twist,
 }
 
 mod attachment;
@@ -122,6 +122,7 @@ mod custom;
 mod fence;
 pub(super) mod gauge;
 mod sum;
+mod wall;
 mod wgsl;
 
 use std::collections::BTreeMap;
@@ -130,10 +131,12 @@ use std::sync::Arc;
 pub(crate) use attachment::Hold;
 pub use attachment::attachment;
 pub use custom::Custom;
-pub(crate) use fence::Fence;
+pub(crate) use fence::{FENCE_KINDS, Fence, Fencing};
 pub use sum::Energy;
 pub(crate) use tautness::of_spans;
 pub use torsion::TORSION_CURVATURE;
+pub(crate) use twist::volume;
+pub(crate) use wall::Wall;
 
 use crate::linalg::Scalar;
 use crate::linalg::scalar::Vector;
@@ -163,10 +166,8 @@ pub(crate) struct Window<S, const D: usize, const W: usize> {
     pub free: S,
     /// The gauge's factor at the vertex between the second and the third edge.
     pub free_after: S,
-    /// The fence of |K| at the vertex between the first two edges.
-    pub curb: Fence<S>,
-    /// The fence of the signed curvature there.
-    pub side: Fence<S>,
+    /// The term's own [`FENCE`](Term::FENCE) at the vertex that the first edge leads to.
+    pub fence: Fence<S>,
 }
 
 /// A term and its partial derivatives with respect to tangents and lengths.
@@ -207,6 +208,9 @@ pub(crate) trait Term<const W: usize> {
 
     /// Whether the term depends on tangents, and not on lengths alone.
     const BY_TANGENT: bool = true;
+
+    /// The kind of fences that the term is of.
+    const FENCE: Option<usize> = None;
 
     /// The term.
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S;

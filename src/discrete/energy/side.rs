@@ -32,14 +32,16 @@ fn curvature<S: Scalar, const D: usize>(window: &Window<S, D, 2>) -> Partials<S,
 }
 
 impl Term<2> for Side {
+    const FENCE: Option<usize> = Some(1);
+
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> S {
-        window.side.value(curvature(window).value)
+        window.fence.value(curvature(window).value)
     }
 
     #[inline(always)]
     fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> Partials<S, D, 2> {
-        window.side.gradient(&curvature(window))
+        window.fence.gradient(&curvature(window))
     }
 
     #[inline(always)]
@@ -57,6 +59,6 @@ impl Term<2> for Side {
                 second.lengths[j][k] = S::of(0.5) * r * r * first.value;
             }
         }
-        window.side.hessian(&first, &second)
+        window.fence.hessian(&first, &second)
     }
 }

@@ -3,7 +3,8 @@
 use std::ops::{Add, Mul};
 use std::sync::Arc;
 
-use super::{Custom, Functional};
+use super::ahead::Ahead;
+use super::{Custom, FENCE_KINDS, Fencing, Functional};
 use crate::error::{Error, Result};
 
 /// A weighted sum of energies.
@@ -16,12 +17,14 @@ use crate::error::{Error, Result};
 #[derive(Clone, Debug, Default)]
 pub struct Energy {
     terms: Vec<(f64, Functional)>,
+    /// How many walls a vertex has at most.
+    walls: usize,
 }
 
 impl Energy {
     /// One functional with weight 1.
     pub(crate) fn of(functional: Functional) -> Self {
-        Energy { terms: vec![(1.0, functional)] }
+        Energy { terms: vec![(1.0, functional)], walls: 0 }
     }
 
     /// A custom energy.
@@ -76,16 +79,38 @@ impl Energy {
         self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Tautness(_)))
     }
 
-    /// The same energy with fences of these kinds: of |K|, and of the signed curvature.
-    pub(crate) fn fenced(&self, kinds: [bool; 2]) -> Energy {
-        let fences = [Functional::Curb(Default::default()), Functional::Side(Default::default())];
-        let wanted = fences.into_iter().zip(kinds).filter(|(_, wanted)| *wanted);
-        wanted.fold(self.clone(), |energy, (fence, _)| energy + Energy::of(fence))
+    /// The same energy with fences and walls.
+    pub(crate) fn fenced(&self, fencing: Fencing) -> Energy {
+        let fences = [
+            Functional::Curb(Default::default()),
+            Functional::Side(Default::default()),
+            Functional::Ahead(Ahead { direction: fencing.direction }),
+            Functional::Twist(Default::default()),
+        ];
+        let wanted = fences.into_iter().zip(fencing.kinds).filter(|(_, wanted)| *wanted);
+        let fenced = wanted.fold(self.clone(), |energy, (fence, _)| energy + Energy::of(fence));
+        Energy { walls: fencing.walls, ..fenced }
     }
 
-    /// Whether it holds fences.
+    /// Which kinds of fences it holds.
+    pub(crate) fn fences(&self) -> [bool; FENCE_KINDS] {
+        let has = |is_one: fn(&Functional) -> bool| self.terms.iter().any(|(_, functional)| is_one(functional));
+        [
+            has(|functional| matches!(functional, Functional::Curb(_))),
+            has(|functional| matches!(functional, Functional::Side(_))),
+            has(|functional| matches!(functional, Functional::Ahead(_))),
+            has(|functional| matches!(functional, Functional::Twist(_))),
+        ]
+    }
+
+    /// How many walls a vertex has at most.
+    pub(crate) fn walls(&self) -> usize {
+        self.walls
+    }
+
+    /// Whether it holds fences or walls.
     pub(crate) fn is_fenced(&self) -> bool {
-        self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Curb(_) | Functional::Side(_)))
+        self.walls > 0 || self.fences().contains(&true)
     }
 
     /// The weight of the attachment to data.
@@ -117,6 +142,7 @@ impl Add for Energy {
 
     fn add(mut self, other: Energy) -> Energy {
         self.terms.extend(other.terms);
+        self.walls = self.walls.max(other.walls);
         self
     }
 }

@@ -58,6 +58,7 @@ pub(super) struct Rows<'a> {
     weight: Option<Numbers>,
     nu: Option<Numbers>,
     kmax: Option<Numbers>,
+    corridor: Option<Numbers>,
     known: Option<(usize, Vec<bool>)>,
     pinned: Option<(usize, Vec<bool>)>,
     /// One flag a curve.
@@ -102,6 +103,7 @@ impl<'a> Rows<'a> {
             weight: Numbers::new(table.cell("weight"), false),
             nu: Numbers::new(table.cell("nu"), true),
             kmax: Numbers::new(table.cell("kmax"), true),
+            corridor: Numbers::new(table.cell("corridor"), true),
             known: table.cell("known").map(|cell| (cell, Vec::new())),
             pinned: table.cell("pinned").map(|cell| (cell, Vec::new())),
             closed: table.cell("closed").map(|cell| (cell, Vec::new())),
@@ -142,7 +144,7 @@ impl<'a> Rows<'a> {
             }
             self.source.push(&mut t.values, x.unwrap_or(f64::NAN))?;
         }
-        for column in [&mut self.weight, &mut self.nu, &mut self.kmax].into_iter().flatten() {
+        for column in [&mut self.weight, &mut self.nu, &mut self.kmax, &mut self.corridor].into_iter().flatten() {
             let x = cells.number(column.cell)?;
             if x.is_none() && !column.optional {
                 blank.get_or_insert((column.cell, None));
@@ -215,7 +217,7 @@ impl<'a> Rows<'a> {
         for vectors in [&mut self.tangents, &mut self.curvatures].into_iter().filter(|vectors| !vectors.is_empty()) {
             arranged(vectors, d, order);
         }
-        for column in [&mut self.t, &mut self.weight, &mut self.nu, &mut self.kmax].into_iter().flatten() {
+        for column in [&mut self.t, &mut self.weight, &mut self.nu, &mut self.kmax, &mut self.corridor].into_iter().flatten() {
             arranged(&mut column.values, 1, order);
         }
         for (_, flags) in [&mut self.known, &mut self.pinned].into_iter().flatten() {
@@ -274,8 +276,9 @@ impl<'a> Rows<'a> {
         let [tangents, curvatures] =
             [self.tangents, self.curvatures].map(|vectors| Some(vectors).filter(|v| !v.is_empty()));
         let [known, pinned] = [self.known, self.pinned].map(|column| column.map(|(_, flags)| flags));
-        let [exponents, largest_curvatures] = [self.nu, self.kmax].map(|column| column.map(|column| column.values));
-        let constraints = Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures };
+        let [exponents, largest_curvatures, corridors] =
+            [self.nu, self.kmax, self.corridor].map(|column| column.map(|column| column.values));
+        let constraints = Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors };
         batch = batch.with_constraints(constraints)?;
         batch = batch.with_columns(columns)?;
         for (i, (point, what)) in self.blanks {

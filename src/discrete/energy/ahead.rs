@@ -1,0 +1,59 @@
+//! Ahead: a [fence](super::fence) of the way that an edge goes along a direction, which keeps a curve from going back.
+
+use std::collections::BTreeMap;
+
+use super::wgsl::literal;
+use super::{Facts, Partials, SecondPartials, Term, Window};
+use crate::linalg::Scalar;
+
+/// The fence of a = n·T, for a direction n.
+///
+/// For a curve that goes on along n it has β < 0, and β > 0 for one that goes against it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Ahead {
+    /// n, whose last coordinate does not count in the plane.
+    pub direction: [f64; 3],
+}
+
+impl Facts for Ahead {
+    fn degree(&self) -> f64 {
+        0.0
+    }
+
+    fn definitions(&self, _epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
+        let [x, y, z] = self.direction.map(literal);
+        Ok(BTreeMap::from([("X", x), ("Y", y), ("Z", z)]))
+    }
+}
+
+impl Ahead {
+    /// a and its partial derivatives.
+    #[inline(always)]
+    fn way<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {
+        let (mut value, mut direction) = (S::ZERO, [S::ZERO; D]);
+        for c in 0..D {
+            direction[c] = S::of(self.direction[c]);
+            value += direction[c] * window.tangent[0][c];
+        }
+        Partials { value, tangent: [direction], length: [S::ZERO] }
+    }
+}
+
+impl Term<1> for Ahead {
+    const FENCE: Option<usize> = Some(2);
+
+    #[inline(always)]
+    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> S {
+        window.fence.value(self.way(window).value)
+    }
+
+    #[inline(always)]
+    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {
+        window.fence.gradient(&self.way(window))
+    }
+
+    #[inline(always)]
+    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> SecondPartials<S, D, 1> {
+        window.fence.hessian(&self.way(window), &SecondPartials::ZERO)
+    }
+}

@@ -1,0 +1,77 @@
+//! The twist: a [fence](super::fence) of the sign of torsion, which keeps a spatial curve twisting to one side.
+
+use super::{Facts, Partials, SecondPartials, Term, Window};
+use crate::linalg::Scalar;
+use crate::linalg::scalar::dot;
+
+/// The fence of t = det(T, T′, T″), the volume of three tangents that follow each other.
+///
+/// It has the sign of the torsion: κ²τh³ for edges of length h. For a curve that twists as a right-handed screw it has
+/// β < 0, and β > 0 for one that twists as a left-handed screw. Planar curves have none.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Twist;
+
+impl Facts for Twist {
+    fn degree(&self) -> f64 {
+        0.0
+    }
+}
+
+/// a × b
+#[inline(always)]
+fn across<S: Scalar, const D: usize>(a: [S; D], b: [S; D]) -> [S; D] {
+    let mut out = [S::ZERO; D];
+    if D == 3 {
+        for c in 0..D {
+            let (d, e) = ((c + 1) % D, (c + 2) % D);
+            out[c] = a[d] * b[e] - a[e] * b[d];
+        }
+    }
+    out
+}
+
+/// det(t, u, v)
+pub(crate) fn volume<const D: usize>([t, u, v]: [[f64; D]; 3]) -> f64 {
+    dot(t, across(u, v))
+}
+
+/// t and its partial derivatives.
+#[inline(always)]
+fn partials<S: Scalar, const D: usize>(window: &Window<S, D, 3>) -> Partials<S, D, 3> {
+    let [t, u, v] = window.tangent;
+    let by_first = across(u, v);
+    Partials { value: dot(t, by_first), tangent: [by_first, across(v, t), across(t, u)], length: [S::ZERO; 3] }
+}
+
+impl Term<3> for Twist {
+    const FENCE: Option<usize> = Some(3);
+
+    #[inline(always)]
+    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> S {
+        window.fence.value(partials(window).value)
+    }
+
+    #[inline(always)]
+    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> Partials<S, D, 3> {
+        window.fence.gradient(&partials(window))
+    }
+
+    #[inline(always)]
+    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> SecondPartials<S, D, 3> {
+        let mut second = SecondPartials::ZERO;
+        if D == 3 {
+            for j in 0..3 {
+                // ∂²t/∂T_j∂T_{j+1} x = T_{j+2} × x, seen from the other side −T_{j+2} × x.
+                let (k, third) = ((j + 1) % 3, window.tangent[(j + 2) % 3]);
+                for a in 0..D {
+                    let (b, c) = ((a + 1) % D, (a + 2) % D);
+                    second.tangents[j][k][a][b] = third[c];
+                    second.tangents[j][k][b][a] = -third[c];
+                    second.tangents[k][j][b][a] = third[c];
+                    second.tangents[k][j][a][b] = -third[c];
+                }
+            }
+        }
+        window.fence.hessian(&partials(window), &second)
+    }
+}

@@ -1,0 +1,182 @@
+//! Limits of quantities along a curve: which vertex has which, by the spans between data points.
+
+use super::Limits;
+use crate::batch::CurveBatch;
+use crate::discrete::energy::FENCE_KINDS;
+use crate::linalg::scalar::{Vector, dot, subtract};
+
+/// A turn of the data's polygon of less than this sine is none, and so is a way along a direction of less than this part
+/// of the chord.
+const STRAIGHT: f64 = 1e-9;
+
+/// A span that has edges: those from a row to another, the second not below the first.
+pub(super) struct Span {
+    /// The number of the data point that it begins at, and of the one that it ends at.
+    pub point: usize,
+    pub next: usize,
+    pub rows: [usize; 2],
+}
+
+/// The spans of a curve that have edges.
+///
+/// `rows` are the vertices of the data points, at the end of a closed curve the first once more.
+pub(super) fn spans(rows: &[u32], points: usize) -> Vec<Span> {
+    let closed = rows.len() > points;
+    let span = |k: usize| Span { point: k, next: (k + 1) % points, rows: [rows[k] as usize, rows[k + 1] as usize] };
+    let mut spans: Vec<Span> = (0..rows.len() - 1).map(span).filter(|span| span.rows[0] < span.rows[1]).collect();
+    // Points that coincide share a vertex: the first of them stands for all.
+    for k in 1..spans.len() {
+        spans[k - 1].next = spans[k].point;
+    }
+    if let (true, Some(first)) = (closed, spans.first().map(|span| span.point))
+        && let Some(last) = spans.last_mut()
+    {
+        last.next = first;
+    }
+    spans
+}
+
+/// The polygon of a curve's data points, span by span, and where its vertices are.
+pub(super) struct Polygon<'a, const D: usize> {
+    pub spans: &'a [Span],
+    pub points: &'a [Vector<f64, D>],
+    pub closed: bool,
+    /// The number of vertices.
+    pub vertices: usize,
+    /// That of a curve of size 1, in units of the input.
+    pub size: f64,
+}
+
+impl<const D: usize> Polygon<'_, D> {
+    pub fn chord(&self, span: &Span) -> Vector<f64, D> {
+        subtract(self.points[span.next], self.points[span.point])
+    }
+
+    /// The mean chord, at size 1.
+    pub fn mean_chord(&self) -> f64 {
+        let lengths = self.spans.iter().map(|span| length(self.chord(span)));
+        lengths.sum::<f64>() / self.spans.len().max(1) as f64 / self.size
+    }
+
+    /// The span before span k, if there is one.
+    fn before(&self, k: usize) -> Option<usize> {
+        match k {
+            0 if self.closed => Some(self.spans.len() - 1),
+            k => k.checked_sub(1),
+        }
+    }
+
+    /// The span after span k, if there is one.
+    fn after(&self, k: usize) -> Option<usize> {
+        match k + 1 {
+            k if k < self.spans.len() => Some(k),
+            _ => self.closed.then_some(0),
+        }
+    }
+
+    /// The slopes β of the fences of every kind at each vertex. They are 0 where there is no limit.
+    ///
+    /// A kind that limits nothing is empty.
+    pub fn slopes(&self, limits: &Limits, batch: &CurveBatch, i: usize) -> [Vec<f64>; FENCE_KINDS] {
+        let curb = limits.bounds(batch, i, self.spans).map(|bounds| self.curbs(&bounds));
+        let side = (limits.shape && D == 2).then(|| self.sides());
+        let ahead = limits.monotone.map(|direction| self.ways(direction));
+        let twist = (limits.shape && D == 3).then(|| self.twists());
+        let none = |slopes: Vec<f64>| if slopes.iter().any(|slope| *slope != 0.0) { slopes } else { vec![] };
+        [curb, side, ahead, twist].map(|slopes| none(slopes.unwrap_or_default()))
+    }
+
+    /// 1/κ at every vertex between two edges, from the largest curvatures of the spans. At a data point both count.
+    fn curbs(&self, bounds: &[f64]) -> Vec<f64> {
+        let slope = |k: usize| 1.0 / (bounds[k] * self.size);
+        let mut slopes = vec![0.0; self.vertices];
+        for (k, span) in self.spans.iter().enumerate() {
+            slopes[span.rows[0] + 1..span.rows[1]].fill(slope(k));
+            if let Some(before) = self.before(k) {
+                slopes[span.rows[0]] = slope(before).max(slope(k));
+            }
+        }
+        slopes
+    }
+
+    /// −σℓ at every vertex, with σ the side to turn to, 1 to the left and −1 to the right, and ℓ the mean chord.
+    fn sides(&self) -> Vec<f64> {
+        let turn = |before: usize, after: usize| {
+            let [a, b] = [before, after].map(|k| self.chord(&self.spans[k]));
+            let sine = (a[0] * b[1] - a[1] * b[0]) / (length(a) * length(b));
+            if sine.abs() < STRAIGHT { 0.0 } else { sine.signum() }
+        };
+        let start = |k: usize| self.before(k).map(|before| turn(before, k));
+        let end = |k: usize| self.after(k).map(|after| turn(k, after));
+        let scale = self.mean_chord();
+        let mut slopes = vec![0.0; self.vertices];
+        for (k, span) in self.spans.iter().enumerate() {
+            let within = agreed([start(k), end(k)]);
+            slopes[span.rows[0] + 1..span.rows[1]].fill(-scale * within);
+            slopes[span.rows[0]] = -scale * start(k).unwrap_or(0.0);
+        }
+        slopes
+    }
+
+    /// −σ at the vertex that every edge leads to, with σ = 1 where the chord goes along the direction, and −1 where it
+    /// goes against it.
+    fn ways(&self, direction: [f64; 3]) -> Vec<f64> {
+        let mut slopes = vec![0.0; self.vertices];
+        for span in self.spans {
+            let chord = self.chord(span);
+            let along: f64 = chord.iter().zip(direction).map(|(x, n)| x * n).sum();
+            let way = if along.abs() < STRAIGHT * length(chord) { 0.0 } else { along.signum() };
+            for row in span.rows[0] + 1..=span.rows[1] {
+                slopes[row % self.vertices] = -way;
+            }
+        }
+        slopes
+    }
+
+    /// −σ(ℓ/h)³ at the vertex at which the middle one of three edges begins, with σ the side of the torsion, 1 for that of
+    /// a right-handed screw, ℓ the mean chord and h the edge at the chord of the span.
+    fn twists(&self) -> Vec<f64> {
+        // Of the chord of every span with both beside it; a span at an end has none.
+        let own = |k: usize| {
+            let [before, after] = [self.before(k)?, self.after(k)?];
+            let [a, b, c] = [before, k, after].map(|k| self.chord(&self.spans[k]));
+            let volume = a[0] * (b[1] * c[2] - b[2] * c[1])
+                + a[1] * (b[2] * c[0] - b[0] * c[2])
+                + a[2] * (b[0] * c[1] - b[1] * c[0]);
+            let sine = volume / (length(a) * length(b) * length(c));
+            Some(if sine.abs() < STRAIGHT { 0.0 } else { sine.signum() })
+        };
+        let sides: Vec<f64> = (0..self.spans.len())
+            .map(|k| own(k).or_else(|| own(k + 1)).or_else(|| own(k.checked_sub(1)?)).unwrap_or(0.0))
+            .collect();
+        let scale = self.mean_chord();
+        let mut slopes = vec![0.0; self.vertices];
+        for (k, span) in self.spans.iter().enumerate() {
+            let edge = length(self.chord(span)) / self.size / (span.rows[1] - span.rows[0]) as f64;
+            let side = sides[k];
+            for row in span.rows[0]..span.rows[1] {
+                let beside = [
+                    (row == span.rows[0]).then(|| self.before(k)),
+                    (row + 1 == span.rows[1]).then(|| self.after(k)),
+                ];
+                // Three edges about a data point lie in both spans.
+                let agree = beside.into_iter().flatten().all(|other| other.is_some_and(|k| sides[k] == side));
+                slopes[row] = if agree { -side * (scale / edge).powi(3) } else { 0.0 };
+            }
+        }
+        slopes
+    }
+}
+
+/// The side of two that agree, of which one may be free.
+fn agreed(sides: [Option<f64>; 2]) -> f64 {
+    match sides {
+        [Some(a), Some(b)] if a == b => a,
+        [Some(_), Some(_)] => 0.0,
+        [a, b] => a.or(b).unwrap_or(0.0),
+    }
+}
+
+fn length<const D: usize>(v: Vector<f64, D>) -> f64 {
+    dot(v, v).sqrt()
+}

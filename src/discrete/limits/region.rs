@@ -1,0 +1,152 @@
+//! [`Region`]: where curves may be.
+
+use crate::error::{Error, Result};
+use crate::linalg::scalar::{Vector, dot, scale, subtract};
+
+/// A region of the plane or of space that curves keep within.
+///
+/// In the plane the third coordinate is 0. Lengths are in units of the input.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Region {
+    /// n·f ≤ b
+    HalfSpace {
+        /// n, of any length but 0.
+        normal: [f64; 3],
+        /// b, in units of n·f.
+        offset: f64,
+    },
+    /// |f − o| ≤ r
+    Inside {
+        /// o
+        center: [f64; 3],
+        /// r > 0
+        radius: f64,
+    },
+    /// |f − o| ≥ r
+    Outside {
+        /// o
+        center: [f64; 3],
+        /// r > 0
+        radius: f64,
+    },
+}
+
+impl Region {
+    /// Checks that the region makes sense.
+    ///
+    /// # Errors
+    /// A normal of length 0. A radius that is not positive. A number that is not finite. In the plane a third coordinate.
+    pub(super) fn check(&self, dimension: usize) -> Result<()> {
+        let (Region::HalfSpace { normal: vector, offset: number }
+        | Region::Inside { center: vector, radius: number }
+        | Region::Outside { center: vector, radius: number }) = *self;
+        let refuse = |why: String| Err(Error::argument(why));
+        if !(vector.iter().all(|x| x.is_finite()) && number.is_finite()) {
+            return refuse(format!("{self}: its numbers must be finite"));
+        }
+        if dimension == 2 && vector[2] != 0.0 {
+            return refuse(format!("{self}: planar curves have no third coordinate"));
+        }
+        match self {
+            Region::HalfSpace { normal, .. } if *normal == [0.0; 3] => {
+                refuse(format!("{self}: a normal of length 0 has no direction"))
+            }
+            Region::Inside { radius, .. } | Region::Outside { radius, .. } if *radius <= 0.0 => {
+                refuse(format!("{self}: the radius must be positive"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// By how much a point is outside of the region, in units of the input; negative within.
+    pub(in crate::discrete) fn excess<const D: usize>(&self, point: Vector<f64, D>) -> f64 {
+        match *self {
+            Region::HalfSpace { normal, offset } => {
+                let normal = first::<D>(normal);
+                (dot(normal, point) - offset) / dot(normal, normal).sqrt()
+            }
+            Region::Inside { center, radius } => distance(point, first(center)) - radius,
+            Region::Outside { center, radius } => radius - distance(point, first(center)),
+        }
+    }
+
+    /// The region's form at size 1 from a point on, for vertices with edges of length `edge` at size 1.
+    ///
+    /// `unit` is the length in which a half space counts.
+    pub(super) fn form<const D: usize>(&self, from: Vector<f64, D>, size: f64, unit: f64, edge: f64) -> Form<D> {
+        let at = |center: [f64; 3]| scale(1.0 / size, subtract(first::<D>(center), from));
+        let disc = |foot: Vector<f64, D>, bend: f64| Form {
+            foot,
+            axis: [0.0; D],
+            span: 0.0,
+            plane: 0.0,
+            bend,
+            offset: 0.5 * bend.signum(),
+        };
+        match *self {
+            Region::HalfSpace { normal, offset } => {
+                let normal = first::<D>(normal);
+                let length = dot(normal, normal).sqrt();
+                let axis = scale(1.0 / length, normal);
+                let foot = scale((offset / length - dot(axis, from)) / size, axis);
+                Form { axis, plane: 1.0 / unit, ..disc(foot, 0.0) }.with_offset(0.0)
+            }
+            Region::Inside { center, radius } => disc(at(center), (radius / size).powi(-2)),
+            Region::Outside { center, radius } => {
+                // An edge between two vertices at this distance touches the disc with its middle.
+                let square = (radius / size).powi(2) + 0.25 * edge * edge;
+                disc(at(center), -1.0 / square)
+            }
+        }
+    }
+}
+
+impl std::fmt::Display for Region {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [x, y, z] = match *self {
+            Region::HalfSpace { normal, .. } => normal,
+            Region::Inside { center, .. } | Region::Outside { center, .. } => center,
+        };
+        let vector = if z == 0.0 { format!("({x}, {y})") } else { format!("({x}, {y}, {z})") };
+        match *self {
+            Region::HalfSpace { offset, .. } => write!(f, "the half-plane {vector}·f ≤ {offset}"),
+            Region::Inside { radius, .. } => write!(f, "the disc of radius {radius} around {vector} to stay within"),
+            Region::Outside { radius, .. } => write!(f, "the disc of radius {radius} around {vector} to stay out of"),
+        }
+    }
+}
+
+/// A [`Wall`](crate::discrete::energy::Wall) without its multiplier: c = o − q ≥ 0 for the q of a wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::discrete) struct Form<const D: usize> {
+    /// p, from the first vertex of the start on.
+    pub foot: Vector<f64, D>,
+    pub axis: Vector<f64, D>,
+    pub span: f64,
+    pub plane: f64,
+    pub bend: f64,
+    /// o
+    pub offset: f64,
+}
+
+impl<const D: usize> Form<D> {
+    fn with_offset(self, offset: f64) -> Self {
+        Form { offset, ..self }
+    }
+
+    /// Within a distance of a chord.
+    pub fn corridor(from: Vector<f64, D>, chord: Vector<f64, D>, width: f64) -> Self {
+        let span = dot(chord, chord).sqrt();
+        let axis = if span > 0.0 { scale(1.0 / span, chord) } else { [0.0; D] };
+        Form { foot: from, axis, span, plane: 0.0, bend: width.powi(-2), offset: 0.5 }
+    }
+}
+
+pub(super) fn first<const D: usize>(x: [f64; 3]) -> Vector<f64, D> {
+    std::array::from_fn(|c| x[c])
+}
+
+fn distance<const D: usize>(a: Vector<f64, D>, b: Vector<f64, D>) -> f64 {
+    let away = subtract(a, b);
+    dot(away, away).sqrt()
+}

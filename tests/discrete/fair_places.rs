@@ -1,0 +1,252 @@
+//! Curves keep their corridors and regions, go on in a direction, and twist to one side.
+
+use faircurve::discrete::{Energy, Fair, Limits, Region, bending, length, tautness, variation};
+use faircurve::{Constraints, CurveBatch, CurveReport, CurveStatus, Device};
+
+use crate::common::*;
+use crate::rough::Family;
+
+const SEGMENTS: usize = 16;
+
+/// A zigzag, points about two discs, and points that climb by steps.
+const ZIGZAG: [Planar; 5] = [[0.0, 0.0], [1.0, 0.8], [2.0, -0.6], [3.0, 0.9], [4.0, 0.0]];
+const AROUND: [Planar; 3] = [[0.0, 0.0], [1.5, 0.4], [4.0, 0.0]];
+const STEPS: [Planar; 6] = [[0.0, 0.0], [1.0, 1.2], [1.3, 1.3], [3.0, 1.35], [3.2, 2.5], [4.0, 2.6]];
+
+fn limited(limits: Limits) -> Fair {
+    Fair { energy: bending(2.0) + 0.1 * length(), limits, ..Fair::default() }
+}
+
+fn disc(x: f64, y: f64, radius: f64) -> Region {
+    Region::Outside { center: [x, y, 0.0], radius }
+}
+
+/// The distance from a point to a segment.
+fn distance_to<const D: usize>(point: [f64; D], from: [f64; D], to: [f64; D]) -> f64 {
+    let (chord, away) = (minus(to, from), minus(point, from));
+    let dot = |a: [f64; D], b: [f64; D]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+    let t = (dot(away, chord) / dot(chord, chord)).clamp(0.0, 1.0);
+    norm(minus(away, chord.map(|x| t * x)))
+}
+
+/// The largest distance of the vertices of each span from its chord.
+fn widths<const D: usize>(vertices: &[[f64; D]], points: &[[f64; D]]) -> Vec<f64> {
+    let span = |k: usize| {
+        let own = &vertices[SEGMENTS * k..=SEGMENTS * (k + 1)];
+        own.iter().map(|vertex| distance_to(*vertex, points[k], points[k + 1])).fold(0.0, f64::max)
+    };
+    (0..points.len() - 1).map(span).collect()
+}
+
+#[test]
+fn energies_within_regions_are_those_of_an_interior_point_method() {
+    // Of the same sums by IPOPT 3.14, which starts from the chords. Its edges are equal in every span, where the gauge
+    // lets a wall push them apart by a few thousandths.
+    let along = |direction| Limits { monotone: Some(direction), ..Limits::default() };
+    let regions = |regions: &[Region]| Limits { regions: regions.to_vec(), ..Limits::default() };
+    let corridor = Limits { corridor: Some(0.1), ..Limits::default() };
+    let below = Region::HalfSpace { normal: [0.0, 2.0, 0.0], offset: 1.9 };
+    let cases: [(&str, &[Planar], Limits, f64, f64); 4] = [
+        ("corridor", &ZIGZAG, corridor, 17.8799963795, 3e-4),
+        ("discs", &AROUND, regions(&[disc(0.7, 0.1, 0.3), disc(2.8, 0.3, 0.4)]), 1.4431688241, 2e-5),
+        ("direction", &STEPS, along([0.0, 1.0, 0.0]), 10.0014285373, 2e-5),
+        ("half-plane", &ZIGZAG, regions(&[below]), 12.8505938744, 1e-6),
+    ];
+    for (name, points, limits, exact, near) in cases {
+        let (_, report) = fitted::<2>(&limited(limits), &one(points, false), SEGMENTS);
+        println!("{name}: {:e}", report.energy / exact - 1.0);
+        assert_eq!(report.status, CurveStatus::Converged, "{name}: {report:?}");
+        let kept = report.limits.unwrap();
+        assert!(kept.violation == 0.0 && kept.active > 0 && kept.cost > 0.0, "{name}: {report:?}");
+        assert!((report.energy / exact - 1.0).abs() < near, "{name}: {}", report.energy);
+    }
+}
+
+#[test]
+fn rough_curves_stay_in_their_corridors() {
+    for (dimension, closed, sigma, width) in
+        [(2, false, 0.6, 0.05), (2, true, 0.3, 0.1), (3, false, 0.6, 0.1), (2, false, 1.2, 0.3)]
+    {
+        let batch = Family { dimension, closed, points: 6, sigma }.batch(60, 5);
+        let fair = limited(Limits { corridor: Some(width), ..Limits::default() });
+        let found = fit(&fair, &batch);
+        let mut held = 0;
+        for (i, report) in found.reports().iter().enumerate() {
+            assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+            held += usize::from(report.limits.unwrap().active > 0);
+            let widest = match dimension {
+                2 => widest::<2>(&batch, &found, i),
+                _ => widest::<3>(&batch, &found, i),
+            };
+            assert!(widest <= width, "{i}: {widest}");
+        }
+        println!("{dimension}-D, closed {closed}, σ {sigma}, {width}: {held} of {} held", batch.len());
+        assert!(held > 20);
+    }
+}
+
+fn widest<const D: usize>(batch: &CurveBatch, found: &faircurve::Fit, i: usize) -> f64 {
+    let mut points = batch.points(i).as_chunks::<D>().0.to_vec();
+    let mut vertices = vertices::<D>(found, i, SEGMENTS);
+    if batch.is_closed(i) {
+        points.push(points[0]);
+        vertices.push(vertices[0]);
+    }
+    widths(&vertices, &points).into_iter().fold(0.0, f64::max)
+}
+
+#[test]
+fn a_corridor_of_one_span_leaves_the_others_free() {
+    let column = vec![f64::NAN, 0.05, f64::NAN, f64::NAN, f64::NAN];
+    let corridors = Constraints { corridors: Some(column), ..Constraints::default() };
+    let batch = one(&ZIGZAG, false).with_constraints(corridors).unwrap();
+    let (vertices, report) = fitted::<2>(&limited(Limits::default()), &batch, SEGMENTS);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    let widths = widths(&vertices, &ZIGZAG);
+    assert!(widths[1] <= 0.05 && widths[0] > 0.1 && widths[3] > 0.1, "{widths:?}");
+}
+
+#[test]
+fn no_edge_cuts_a_disc_to_stay_out_of() {
+    // One is met in the middle, where no side is nearer; one is smaller than an edge.
+    let discs = [disc(2.0, 0.0, 0.5), disc(3.1, 0.3, 0.05)];
+    let points = [[0.0, 0.0], [4.0, 0.0]];
+    let fair = limited(Limits { regions: discs.to_vec(), ..Limits::default() });
+    let (vertices, report) = fitted::<2>(&fair, &one(&points, false), SEGMENTS);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    for (center, radius) in [([2.0, 0.0], 0.5), ([3.1, 0.3], 0.05)] {
+        let nearest =
+            vertices.windows(2).map(|edge| distance_to(center, edge[0], edge[1])).fold(f64::INFINITY, f64::min);
+        // Edges are longer than those of the chord by a few hundredths.
+        assert!(nearest > 0.999 * radius, "{center:?}: {nearest}");
+    }
+}
+
+#[test]
+fn coordinates_grow_and_fall_as_those_of_the_points_do() {
+    let batch = Family { dimension: 2, closed: false, points: 7, sigma: 0.8 }.batch(60, 9);
+    let fair = limited(Limits { monotone: Some([0.0, 3.0, 0.0]), ..Limits::default() });
+    let found = fit(&fair, &batch);
+    let mut held = 0;
+    for (i, report) in found.reports().iter().enumerate() {
+        assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+        held += usize::from(report.limits.unwrap().active > 0);
+        let (vertices, points) = (vertices::<2>(&found, i, SEGMENTS), batch.points(i).as_chunks::<2>().0);
+        for (k, ends) in points.windows(2).enumerate() {
+            let way = (ends[1][1] - ends[0][1]).signum();
+            let own = &vertices[SEGMENTS * k..=SEGMENTS * (k + 1)];
+            assert!(own.windows(2).all(|edge| way * (edge[1][1] - edge[0][1]) >= 0.0), "curve {i}, span {k}");
+        }
+    }
+    println!("{held} of {} held", batch.len());
+    assert!(held > 10);
+}
+
+#[test]
+fn spatial_curves_twist_to_the_side_of_their_points() {
+    // Points of a right-handed screw, shaken: the polygon twists to the right everywhere.
+    let energy = variation() + 0.1 * length();
+    let points: Vec<[f64; 3]> = (0..7)
+        .map(|k| {
+            let (t, shake) = (f64::from(k), [0.25, -0.2, 0.1, -0.25, 0.2, -0.1, 0.2][k as usize]);
+            [t.cos() * (1.0 + shake), t.sin() * (1.0 + shake), 0.5 * t + 0.6 * shake]
+        })
+        .collect();
+    let volumes = |vertices: &[[f64; 3]]| -> Vec<f64> {
+        let volume = |w: &[[f64; 3]]| {
+            let [a, b, c] = [0, 1, 2].map(|k| unit(minus(w[k + 1], w[k])));
+            (0..3).map(|k| a[k] * (b[(k + 1) % 3] * c[(k + 2) % 3] - b[(k + 2) % 3] * c[(k + 1) % 3])).sum()
+        };
+        vertices.windows(4).map(volume).collect()
+    };
+    assert!(volumes(&points).iter().all(|volume| *volume > 0.0), "{:?}", volumes(&points));
+    let least = [false, true].map(|shape| {
+        let fair = Fair { energy: energy.clone(), limits: Limits { shape, ..Limits::default() }, ..Fair::default() };
+        let (vertices, report) = fitted::<3>(&fair, &one(&points, false), SEGMENTS);
+        assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+        if shape {
+            assert!(report.limits.unwrap().active > 0, "{report:?}");
+        }
+        volumes(&vertices).into_iter().fold(f64::INFINITY, f64::min)
+    });
+    println!("least volume {least:?}");
+    assert!(least[0] < -1e-6 && least[1] >= 0.0, "{least:?}");
+}
+
+#[test]
+fn limits_of_places_and_of_curvature_and_a_deviation_are_all_kept() {
+    let batch = Family { dimension: 2, closed: false, points: 8, sigma: 0.5 }.batch(40, 31);
+    let limits = Limits { corridor: Some(0.25), curvature: Some(4.0), ..Limits::default() };
+    let near = Fair { deviation: Some(0.1.into()), energy: bending(2.0) + tautness(), ..limited(limits) };
+    let found = fit(&near, &batch);
+    let kept: Vec<&CurveReport> =
+        found.reports().iter().filter(|report| report.status == CurveStatus::Converged).collect();
+    println!("{} of {}", kept.len(), batch.len());
+    assert!(found.reports().iter().all(|r| matches!(r.status, CurveStatus::Converged | CurveStatus::Infeasible)));
+    assert!(kept.len() >= 36 && kept.iter().all(|report| report.max_deviation <= 0.1));
+    assert!(kept.iter().all(|report| report.limits.unwrap().violation == 0.0));
+}
+
+#[test]
+fn limits_of_places_that_make_no_sense_have_sentences() {
+    let refused = |limits: Limits, batch: &CurveBatch| {
+        limited(limits).fit(batch, &Device::cpu()).unwrap_err().to_string()
+    };
+    let planar = one(&ZIGZAG, false);
+    let region = |region: Region| Limits { regions: vec![region], ..Limits::default() };
+    for (limits, sentence) in [
+        (Limits { corridor: Some(0.0), ..Limits::default() }, "the half-width of the corridor is 0"),
+        (Limits { monotone: Some([0.0; 3]), ..Limits::default() }, "(0, 0, 0) is no direction in 2 dimensions"),
+        (Limits { monotone: Some([0.0, 1.0, 1.0]), ..Limits::default() }, "(0, 1, 1) is no direction"),
+        (region(disc(0.0, 0.0, -1.0)), "the radius must be positive"),
+        (region(disc(f64::NAN, 0.0, 1.0)), "its numbers must be finite"),
+        (region(Region::HalfSpace { normal: [0.0; 3], offset: 1.0 }), "a normal of length 0 has no direction"),
+        (region(Region::Inside { center: [0.0, 0.0, 1.0], radius: 1.0 }), "planar curves have no third coordinate"),
+    ] {
+        let message = refused(limits, &planar);
+        assert!(message.contains(sentence), "{message}");
+    }
+    let energy: Energy = bending(2.0);
+    let spatial = one(&[[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [2.0, 0.0, 1.0]], false);
+    let fair = Fair { energy, ..limited(Limits { shape: true, ..Limits::default() }) };
+    let message = fair.fit(&spatial, &Device::cpu()).unwrap_err().to_string();
+    assert!(message.contains("give an energy with variation or torsion"), "{message}");
+}
+
+#[test]
+fn a_region_that_excludes_a_point_is_the_curves_problem_and_its_neighbours_keep_their_bits() {
+    let far = ZIGZAG.map(|[x, y]| [x, y + 10.0]);
+    let batch = CurveBatch::from_slices(&[&far[..], &ZIGZAG[..], &far[..]]).unwrap();
+    // The other curves are kept by no region.
+    let fair = limited(Limits { regions: vec![disc(3.0, 1.0, 0.25), disc(8.0, 10.0, 0.1)], ..Limits::default() });
+    let found = fit(&fair, &batch);
+    let report = &found.reports()[1];
+    assert_eq!(report.status, CurveStatus::Invalid);
+    assert_eq!(
+        report.message.as_deref(),
+        Some(
+            "curve 1, point 3: it breaks the disc of radius 0.25 around (3, 1) to stay out of, by 1.500e-1, and the curve must go \
+             through it: move it, or the region"
+        )
+    );
+    let alone = fit(&limited(Limits::default()), &one(&far, false));
+    for i in [0, 2] {
+        assert_eq!(vertices::<2>(&found, i, SEGMENTS), vertices::<2>(&alone, 0, SEGMENTS));
+    }
+}
+
+#[test]
+fn a_region_that_a_curve_cannot_keep_is_named() {
+    // Both half-planes exclude what lies between the ends, near which the middle may move.
+    let regions = [1.0, -1.0].map(|x| Region::HalfSpace { normal: [0.0, x, 0.0], offset: -0.05 });
+    let points = [[0.0, 0.0], [1.0, 0.05], [2.0, 0.0]];
+    let fair = Fair {
+        deviation: Some(0.2.into()),
+        pins: faircurve::discrete::Pins::None,
+        ..limited(Limits { regions: regions.to_vec(), ..Limits::default() })
+    };
+    let (_, report) = fitted::<2>(&fair, &one(&points, false), SEGMENTS);
+    assert_eq!(report.status, CurveStatus::Infeasible, "{report:?}");
+    let message = report.message.unwrap();
+    assert!(message.contains("it breaks the half-plane"), "{message}");
+}
