@@ -2,7 +2,9 @@
 
 use arbitrary::{Result, Unstructured};
 use faircurve::bezier::{Chain, Complete};
-use faircurve::discrete::{Fair, Limits, Pins, Segments, attachment, bending, length, tension, torsion, variation};
+use faircurve::discrete::{
+    Fair, Limits, Pins, Region, Segments, attachment, bending, length, tension, torsion, variation,
+};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
 use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Fit, Sampling};
@@ -125,7 +127,20 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
     }
     let is_limited = energy.order() > 1 && bytes.ratio(1, 4)?;
     let curvature = if is_limited { Some(option(bytes, &[0.5, 1e-3, 1e3])?) } else { None };
-    let limits = Limits { curvature, ..Limits::default() };
+    let mut limits = Limits { curvature, ..Limits::default() };
+    if is_limited && bytes.ratio(1, 2)? {
+        limits.monotone = if bytes.ratio(1, 3)? { Some([1.0, 0.5, 0.0]) } else { None };
+        limits.corridor = if bytes.ratio(1, 3)? { Some(option(bytes, &[0.1, 1e-3, 1e3])?) } else { None };
+        limits.stretch = if bytes.ratio(1, 3)? { Some(option(bytes, &[1.2, 1.0 + 1e-9])?) } else { None };
+        let [x, y, radius] = [(); 3].map(|()| option(bytes, &[0.0, 1.0, 5.0]));
+        let (center, radius) = ([x?, y?, 0.0], radius?);
+        match bytes.int_in_range(0..=3)? {
+            0 => limits.regions.push(Region::Outside { center, radius }),
+            1 => limits.regions.push(Region::Inside { center, radius }),
+            2 => limits.regions.push(Region::HalfSpace { normal: center, offset: radius }),
+            _ => {}
+        }
+    }
     Ok(Fair {
         energy,
         deviation,

@@ -1,6 +1,6 @@
 """The compiled half: flat arrays and offsets in, flat arrays and offsets out. What people use stands in the package."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -49,6 +49,7 @@ class Batch:
         known: Sequence[bool] | None = None,
         pinned: Sequence[bool] | None = None,
         largest_curvatures: NDArray[np.float64] | None = None,
+        corridors: NDArray[np.float64] | None = None,
         auto_closed: bool = False,
     ) -> Batch: ...
     def __len__(self) -> int: ...
@@ -115,8 +116,7 @@ def fair(
     spacing: float | None,
     pins: str,
     deviation: str | None,
-    max_curvature: float | None,
-    preserve_shape: bool,
+    limits: Mapping[str, object],
     corners: float | None,
     solver: str,
     tolerance: float,

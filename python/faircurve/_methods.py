@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
+import numpy as np
+
 from . import _core
 from ._arrays import Ragged, per_curve, per_point, ragged, vectors_per_point
 from ._energy import Energy, bending, energy_of, tautness
@@ -167,7 +169,18 @@ class Fair:
         The largest curvature, in 1/length: 1 over the smallest turning radius. A curve for which none is found that keeps its
         limits is ``infeasible``. ``report()`` has the violation, the vertices held, the cost in energy and the stretch.
     preserve_shape : bool
-        Whether planar curves turn only to the side to which their points turn.
+        Whether planar curves turn only to the side to which their points turn. Spatial curves twist only to that side; the
+        energy must hold variation or torsion.
+    monotone : str or array_like, optional
+        A direction in which no curve goes back between two points: ``"x"``, ``"y"``, ``"z"`` or a vector.
+    corridor : float, optional
+        Curves stay within this distance of the chords between their points (units of the input).
+    keep_in, keep_out : array_like, optional
+        Discs, or balls, that all curves stay within, or out of: a row each, the centre and the radius.
+    half_planes : array_like, optional
+        Half-planes, or half-spaces, that all curves stay in: a row each, the vector n and the number b of n·f <= b.
+    max_stretch : float, optional
+        The longest curve, as a multiple of the length of its points' polygon, more than 1.
     corners : float, optional
         Points where the input turns by more than this angle (degrees) stay corners.
     solver : {"newton", "cg", "descent"}
@@ -196,6 +209,12 @@ class Fair:
     deviation: float | str | None = None
     max_curvature: float | None = None
     preserve_shape: bool = False
+    monotone: Any = None
+    corridor: float | None = None
+    keep_in: Any = None
+    keep_out: Any = None
+    half_planes: Any = None
+    max_stretch: float | None = None
     corners: float | None = None
     solver: Literal["newton", "cg", "descent"] = "newton"
     tolerance: float = 1e-8
@@ -203,10 +222,11 @@ class Fair:
     starts: int = 1
     seed: int = 0
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, corridors: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
         """Fits every curve. ``tangents`` and ``curvatures`` (vectors, NaN where there are none) are met at their points.
 
-        ``largest_curvatures`` bound the span that begins at each point (1/length, NaN: not at all).
+        ``largest_curvatures`` bound the span that begins at each point (1/length, NaN: not at all). ``corridors`` are
+        half-widths about the chord that begins there (units of the input, NaN: none).
 
         The other arguments are those of :meth:`Natural.fit`.
         """
@@ -215,12 +235,44 @@ class Fair:
         pins = self.pins or ("ends" if near else "all")
         deviation = None if self.deviation is None else str(self.deviation)
         given = ragged(curves)
-        batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned, largest_curvatures=largest_curvatures)
+        batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned, largest_curvatures=largest_curvatures, corridors=corridors)
         fit = _core.fair(
             batch, list(energy.terms), self.per_span, self.spacing, pins, deviation,
-            self.max_curvature, self.preserve_shape, self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
+            self._limits(given.coords.shape[1]), self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
         )  # fmt: skip
         return Fit(fit, given, given.coords.shape[1])
+
+    def _limits(self, dimension: int) -> dict[str, object]:
+        """The limits, with vectors of three coordinates."""
+        if isinstance(self.monotone, str):
+            monotone = [float(axis == self.monotone) for axis in "xyz"]
+        else:
+            monotone = None if self.monotone is None else _vector(self.monotone, dimension, "monotone")
+        regions = {
+            "half_spaces": _regions(self.half_planes, dimension, "half_planes"),
+            "keep_in": _regions(self.keep_in, dimension, "keep_in"),
+            "keep_out": _regions(self.keep_out, dimension, "keep_out"),
+        }
+        bounds = {"max_curvature": self.max_curvature, "corridor": self.corridor, "max_stretch": self.max_stretch}
+        return {**bounds, **regions, "preserve_shape": self.preserve_shape, "monotone": monotone}
+
+
+def _vector(vector: Any, dimension: int, name: str) -> list[float]:
+    """A vector of two or three coordinates as one of three."""
+    found = np.asarray(vector, dtype=float)
+    if found.shape != (dimension,):
+        raise ValueError(f"{name} has the shape {found.shape}; a vector of {dimension} coordinates is needed")
+    return [*found.tolist(), *[0.0] * (3 - dimension)]
+
+
+def _regions(rows: Any, dimension: int, name: str) -> list[tuple[list[float], float]]:
+    """Rows of a vector and a number."""
+    if rows is None:
+        return []
+    found = np.atleast_2d(np.asarray(rows, dtype=float))
+    if found.ndim != 2 or found.shape[1] != dimension + 1:
+        raise ValueError(f"{name} has the shape {found.shape}; rows of {dimension + 1} numbers are needed")
+    return [(_vector(row[:-1], dimension, name), float(row[-1])) for row in found]
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 //! The methods: each a function of a batch and of options that Python's classes hold.
 
-use faircurve::discrete::{Energy, Fair, Limits, Segments};
+use faircurve::discrete::{Energy, Fair, Limits, Region, Segments};
 use faircurve::scf::{Smooth, Start};
 use faircurve::spline::{Amount, Ends, Natural, Parametrisation, Smoothing};
 use faircurve::{CurveBatch, Deviation, Device, Work};
@@ -97,8 +97,38 @@ fn energy(terms: Vec<(String, f64, f64)>) -> PyResult<Energy> {
     Ok(sum)
 }
 
+/// The limits of fair curves, by the names of `Fair`'s fields. Regions are a vector and a number each.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Limited {
+    max_curvature: Option<f64>,
+    preserve_shape: bool,
+    monotone: Option<[f64; 3]>,
+    corridor: Option<f64>,
+    half_spaces: Vec<([f64; 3], f64)>,
+    keep_in: Vec<([f64; 3], f64)>,
+    keep_out: Vec<([f64; 3], f64)>,
+    max_stretch: Option<f64>,
+}
+
+impl Limited {
+    fn limits(self) -> Limits {
+        let half_spaces = self.half_spaces.into_iter().map(|(normal, offset)| Region::HalfSpace { normal, offset });
+        let inside = self.keep_in.into_iter().map(|(center, radius)| Region::Inside { center, radius });
+        let outside = self.keep_out.into_iter().map(|(center, radius)| Region::Outside { center, radius });
+        Limits {
+            curvature: self.max_curvature,
+            shape: self.preserve_shape,
+            monotone: self.monotone,
+            corridor: self.corridor,
+            regions: half_spaces.chain(inside).chain(outside).collect(),
+            stretch: self.max_stretch,
+        }
+    }
+}
+
 #[pyfunction]
-#[pyo3(signature = (batch, terms, per_span, spacing, pins, deviation, max_curvature, preserve_shape, corners, solver, tolerance, max_iterations, starts, seed, device, precision))]
+#[pyo3(signature = (batch, terms, per_span, spacing, pins, deviation, limits, corners, solver, tolerance, max_iterations, starts, seed, device, precision))]
 pub fn fair(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
@@ -107,8 +137,7 @@ pub fn fair(
     spacing: Option<f64>,
     pins: &str,
     deviation: Option<&str>,
-    max_curvature: Option<f64>,
-    preserve_shape: bool,
+    limits: Limited,
     corners: Option<f64>,
     solver: &str,
     tolerance: f64,
@@ -123,7 +152,7 @@ pub fn fair(
         segments: spacing.map_or(Segments::PerSpan(per_span), Segments::Spacing),
         pins: pins.parse().map_err(crate::error)?,
         deviation: deviation.map(str::parse).transpose().map_err(crate::error)?,
-        limits: Limits { curvature: max_curvature, shape: preserve_shape },
+        limits: limits.limits(),
         corners: corners.map(f64::to_radians),
         direction: solver.parse().map_err(crate::error)?,
         tolerance,

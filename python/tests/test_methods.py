@@ -171,3 +171,32 @@ def test_fair_curves_keep_a_largest_curvature_and_the_shape_of_their_points():
     assert tight.status.tolist() == ["infeasible"]
     with pytest.raises(ValueError, match="the largest curvature is -1"):
         fc.Fair(max_curvature=-1.0).fit([points])
+
+
+def test_fair_curves_keep_corridors_regions_directions_and_lengths():
+    points = np.array([(0, 0), (1, 0.8), (2, -0.6), (3, 0.9), (4, 0)])
+    energy = {"bending": 1, "length": 0.1}
+
+    def kept(**limits):
+        fit = fc.Fair(energy, **limits).fit([points])
+        assert fit.status.tolist() == ["converged"] and fit.report()["violation"][0] == 0 and fit.report()["active"][0] > 0
+        return fit
+
+    # The energies of an interior-point method, which keeps edges equal: see tests/discrete/fair_places.rs.
+    assert abs(kept(corridor=0.1).report()["energy"][0] / 17.87999638 - 1) < 3e-4
+    assert abs(kept(half_planes=(0, 1, 0.95)).report()["energy"][0] / 12.85059387 - 1) < 1e-6
+    around = kept(keep_out=[(1.5, 0.2, 0.3), (9, 9, 1)], keep_in=[(2, 0, 3)])
+    assert np.linalg.norm(around.vertices(0)[:, :2] - (1.5, 0.2), axis=1).min() >= 0.3
+    assert kept(max_stretch=1.1).report()["stretch"][0] <= 1.1
+    single = fc.Fair(energy).fit([points], corridors=np.array([np.nan, 0.05, np.nan, np.nan, np.nan]))
+    assert 0 < single.report()["cost"][0] < kept(corridor=0.05).report()["cost"][0]
+    bumpy = [(0, 0), (1, 1.2), (1.3, 1.3), (3, 1.35), (3.2, 2.5), (4, 2.6)]
+    for direction in ("y", (0, 2)):
+        grown = fc.Fair(energy, monotone=direction).fit([bumpy])
+        assert abs(grown.report()["energy"][0] / 10.00142854 - 1) < 2e-5
+    with pytest.raises(ValueError, match="keep_out has the shape"):
+        fc.Fair(keep_out=[(1, 2)]).fit([points])
+    with pytest.raises(ValueError, match="the largest stretch is 1; it must be more than 1"):
+        fc.Fair(max_stretch=1.0).fit([points])
+    with pytest.raises(ValueError, match="no direction"):
+        fc.Fair(monotone=(0, 0)).fit([points])

@@ -12,8 +12,19 @@ use crate::precision::Precision;
 /// Names that kernels use themselves.
 ///
 /// No energy may have one of them.
-const RESERVED: [&str; 11] =
-    ["gauge", "smooth_gauge", "end_gauge", "hold", "fence", "wall", "walls", "window", "edge", "across", "torsion_curvature"];
+const RESERVED: [&str; 11] = [
+    "gauge",
+    "smooth_gauge",
+    "end_gauge",
+    "hold",
+    "fence",
+    "wall",
+    "walls",
+    "window",
+    "edge",
+    "across",
+    "torsion_curvature",
+];
 
 /// An energy in the form a kernel needs.
 #[derive(Clone, Debug)]
@@ -109,10 +120,10 @@ impl Composition {
             ("SPATIAL", dimension == 3),
             ("WIDE", edges > 3),
             ("TAUT", energy.is_taut()),
-            ("CURB", energy.fences()[0]),
-            ("SIDE", energy.fences()[1]),
-            ("AHEAD", energy.fences()[2]),
-            ("TWIST", energy.fences()[3]),
+            ("FENCE_CURB", energy.fences()[0]),
+            ("FENCE_SIDE", energy.fences()[1]),
+            ("FENCE_AHEAD", energy.fences()[2]),
+            ("FENCE_TWIST", energy.fences()[3]),
         ];
         flags.into_iter().filter(|(_, is_so)| *is_so).for_each(|(name, _)| composing.define(name, 1));
         if energy.walls() > 0 {

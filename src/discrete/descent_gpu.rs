@@ -132,7 +132,15 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (bending(2.0) + tautness(), 2),
         (bending(2.0) + tautness() + attachment(), 2),
         ((bending(2.0) + tautness()).fenced(Fencing { kinds: [true, true, false, false], ..Fencing::default() }), 2),
-        (bending(2.0).fenced(Fencing { kinds: [true, false, true, false], direction: [0.6, 0.8, 0.0], walls: 2 }), 2),
+        (
+            bending(2.0).fenced(Fencing {
+                kinds: [true, false, true, false],
+                direction: [0.6, 0.8, 0.0],
+                walls: 2,
+                stretch: true,
+            }),
+            2,
+        ),
         (variation().fenced(Fencing { kinds: [false, false, false, true], walls: 1, ..Fencing::default() }), 3),
         (variation() + length(), 3),
         (torsion() + bending(2.0) + attachment(), 3),

@@ -167,7 +167,8 @@ pub struct Fair {
     ///
     /// Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
     pub deviation: Option<Deviation>,
-    /// Inequalities that every curve keeps: a largest curvature, a side to turn to.
+    /// Inequalities that every curve keeps: a largest curvature, a side to turn to, a corridor and other regions, a longest
+    /// length.
     ///
     /// None by default. A curve that keeps them without being asked stays as it is. Every other one goes on from the curve
     /// without limits: min E(f) with c ≥ 0 at every vertex, by the method of multipliers. With a deviation both are kept.
@@ -183,9 +184,12 @@ pub struct Fair {
     /// Limits are kept tighter by 2e-7 of them, so that rounding does not break them. Where ρ is at its largest the margin
     /// grows to 4e-5 at most. They hold at vertices. The curvature of the smooth curve between two vertices may exceed
     /// its bound by O(h²) of it, with h the edge over the radius: bound it by 1 − h² of what may not be exceeded. Ends have
-    /// no curvature.
+    /// no curvature. What lies between vertices of a region leaves it by κh²/8 at most, and no edge cuts a disc to stay out
+    /// of. Vertices of pinned points have no wall.
     ///
     /// Iterations are those of all rounds. The descents are in f64. Kernels without f64 leave them to the CPU.
+    ///
+    /// The longest length is kept by a weight of the length, which is sought by secants.
     ///
     /// Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
     /// Shapes of discrete fair curves were first kept by R. J. Renka, *Shape-preserving interpolation by fair discrete G³
@@ -370,7 +374,13 @@ impl Fair {
                     .into(),
             );
         }
-        let known = [Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned, Constraint::LargestCurvatures, Constraint::Corridors];
+        let known = [
+            Constraint::Tangents,
+            Constraint::Curvatures,
+            Constraint::Pinned,
+            Constraint::LargestCurvatures,
+            Constraint::Corridors,
+        ];
         batch.allows(&known, "fair curves")
     }
 

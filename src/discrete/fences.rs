@@ -12,13 +12,13 @@ use crate::linalg::scalar::{dot, scale, subtract};
 /// Limits are kept tighter by this, in units of c.
 ///
 /// Curves come to their limits from outside. For a largest curvature c = 1 − |K|/κ: it is a fraction of κ.
-const MARGIN: f64 = 2e-7;
+pub(super) const MARGIN: f64 = 2e-7;
 
 /// The violation of a curve that is done, in units of its margin.
-const ENOUGH: f64 = 0.5;
+pub(super) const ENOUGH: f64 = 0.5;
 
 /// ρ of the first round, the smallest ρ from which on a curve may be given up, and the largest, in units of E/m.
-const FIRST: f64 = 10.0;
+pub(super) const FIRST: f64 = 10.0;
 const FIRM: f64 = 1e3;
 const MOST: f64 = 1e7;
 
@@ -55,10 +55,15 @@ pub(super) struct Fences {
 }
 
 impl Fences {
-    /// Fences of these limits, at a curve of this energy.
-    pub fn around<const D: usize>(problem: &mut Problem<D>, limits: &mut CurveLimits<D>, energy: f64) -> Self {
+    /// Fences of these limits, at a curve of this energy. `first` is the first ρ in units of E/m.
+    pub fn around<const D: usize>(
+        problem: &mut Problem<D>,
+        limits: &mut CurveLimits<D>,
+        energy: f64,
+        first: f64,
+    ) -> Self {
         let unit = energy / problem.base.len() as f64;
-        let own = Fences { stiffness: FIRST * unit, unit, margin: MARGIN, violation: f64::INFINITY, slow: 0 };
+        let own = Fences { stiffness: first * unit, unit, margin: MARGIN, violation: f64::INFINITY, slow: 0 };
         for (kind, slopes) in limits.slopes.iter().enumerate() {
             let fence = |slope: &f64| match *slope {
                 0.0 => Fence::NONE,
@@ -100,8 +105,7 @@ impl Fences {
     /// of the inner product divides. It is below 1e-8 but for the largest ρ: there 9 of 6,000 rough curves stop at 1.4e-8
     /// to 3.3e-8, for a bound of some 5e-8. The way ahead and the twist have ρβ²ε/h.
     pub fn rounding<const D: usize>(&self, problem: &Problem<D>) -> f64 {
-        let lengths = problem.base.iter().map(|edge| dot(*edge, *edge).sqrt());
-        let h = lengths.sum::<f64>() / problem.base.len() as f64;
+        let h = problem.length() / problem.base.len() as f64;
         let of_kind = |(fences, power): (&Vec<Fence<f64>>, i32)| {
             fences.iter().map(|fence| fence.slope.powi(4)).sum::<f64>() * h.powi(-2 * power)
         };
@@ -168,6 +172,8 @@ pub(super) enum Limit {
     Twist,
     /// The region of this number.
     Region(usize),
+    /// The length of the whole curve.
+    Length,
 }
 
 const LIMITS: [Limit; FENCE_KINDS] = [Limit::Curvature, Limit::Side, Limit::Way, Limit::Twist];
@@ -211,10 +217,19 @@ impl<const D: usize> Problem<D> {
             worst.max_by(|a, b| a.excess.total_cmp(&b.excess))
         };
         let of_kinds = limits.slopes.iter().enumerate().filter_map(of_kind);
-        let of_walls = limits.walls.iter().flat_map(|walls| walls.all(&self.places)).map(|(row, region, room)| {
-            Worst { excess: -room, limit: Limit::Region(region), row, quantity: 0.0 }
+        let of_walls = limits.walls.iter().flat_map(|walls| walls.all(&self.places)).map(|(row, region, room)| Worst {
+            excess: -room,
+            limit: Limit::Region(region),
+            row,
+            quantity: 0.0,
         });
-        of_kinds.chain(of_walls).max_by(|a, b| a.excess.total_cmp(&b.excess))
+        let of_length = limits.longest.map(|longest| Worst {
+            excess: self.length() / longest - 1.0,
+            limit: Limit::Length,
+            row: 0,
+            quantity: self.length(),
+        });
+        of_kinds.chain(of_walls).chain(of_length).max_by(|a, b| a.excess.total_cmp(&b.excess))
     }
 
     /// The number of vertices that a limit holds.

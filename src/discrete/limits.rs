@@ -57,16 +57,18 @@ pub struct Limits {
     /// an edge between two vertices does not cut the disc, these stay out of one of radius √(r² + h²/4), for edges of
     /// length h.
     pub regions: Vec<Region>,
+    /// The longest curve, as a multiple of the length of its points' polygon, more than 1. `None` bounds none.
+    ///
+    /// With it bending alone has a least curve.
+    pub stretch: Option<f64>,
 }
 
 impl Limits {
     /// Whether there is nothing to keep in a batch.
     pub(super) fn is_empty(&self, batch: &CurveBatch) -> bool {
         let constraints = batch.constraints();
-        let has_none = self.curvature.is_none() && !self.shape && self.monotone.is_none();
-        has_none
-            && constraints.largest_curvatures.is_none()
-            && !self.has_places(batch)
+        let has_none = self.curvature.is_none() && !self.shape && self.monotone.is_none() && self.stretch.is_none();
+        has_none && constraints.largest_curvatures.is_none() && !self.has_places(batch)
     }
 
     /// Whether there are limits of places.
@@ -77,7 +79,7 @@ impl Limits {
     /// Checks that the limits make sense.
     ///
     /// # Errors
-    /// A curvature or a corridor that is not positive and finite. A direction of length 0. A region that is none.
+    /// A curvature or a corridor that is not positive and finite. A stretch of 1 or less. A direction of length 0. A region that is none.
     pub(super) fn check(&self, dimension: usize) -> Result<()> {
         let refuse = |why: String| Err(Error::argument(why));
         let is_length = |x: &f64| *x > 0.0 && x.is_finite();
@@ -89,6 +91,11 @@ impl Limits {
         if let Some(width) = self.corridor.filter(|width| !is_length(width)) {
             return refuse(format!(
                 "the half-width of the corridor is {width}; it must be positive and finite, in units of the input"
+            ));
+        }
+        if let Some(stretch) = self.stretch.filter(|stretch| !(*stretch > 1.0 && stretch.is_finite())) {
+            return refuse(format!(
+                "the largest stretch is {stretch}; it must be more than 1, that of the points' polygon, such as 1.2"
             ));
         }
         if let Some(direction) = self.monotone {
@@ -120,7 +127,10 @@ impl Limits {
             let Some(column) = column.as_ref().map(|column| &column[own.clone()]) else { continue };
             if let Some(point) = column.iter().position(|bound| *bound <= 0.0) {
                 let bound = column[point];
-                return Some((point, format!("its {name} is {bound}; give a positive number {unit}, or leave it empty")));
+                return Some((
+                    point,
+                    format!("its {name} is {bound}; give a positive number {unit}, or leave it empty"),
+                ));
             }
         }
         let points = batch.points(i).as_chunks::<D>().0;
@@ -154,7 +164,9 @@ impl Limits {
             ready.problem.places = ready.vertices.iter().map(place).collect();
         }
         ready.problem.direction = self.direction();
-        CurveLimits { slopes, walls }
+        let chords: f64 = batch.chords(i).sum();
+        let longest = self.stretch.map(|stretch| stretch * chords / size);
+        CurveLimits { slopes, walls, longest }
     }
 
     fn walls<const D: usize>(
@@ -206,6 +218,7 @@ impl Limits {
             for (kind, slopes) in fencing.kinds.iter_mut().zip(&limits.slopes) {
                 *kind |= !slopes.is_empty();
             }
+            fencing.stretch |= limits.longest.is_some();
             fencing.walls = fencing.walls.max(limits.walls.as_ref().map_or(0, Walls::layers));
         }
         fencing
@@ -236,4 +249,6 @@ pub(super) struct CurveLimits<const D: usize> {
     pub slopes: [Vec<f64>; FENCE_KINDS],
     /// Those of places.
     pub walls: Option<Walls<D>>,
+    /// The longest length.
+    pub longest: Option<f64>,
 }

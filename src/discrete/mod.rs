@@ -26,7 +26,7 @@
 //! - With [`Fair::deviation`] curves pass near their points. They are as fair as the largest
 //!   deviation allows.
 //! - With [`Fair::limits`] curves keep a largest curvature, turn only to the side to which their points turn, go on in a
-//!   direction, or stay within a corridor and other regions.
+//!   direction, stay within a corridor and other regions, or are no longer than a bound.
 //! - With [`Fair::corners`] curves are cut where their points turn sharply.
 //!
 //! The start comes from the spline module. It is the natural spline through the points. For a
@@ -72,6 +72,7 @@ mod rough;
 mod setup;
 mod stages;
 mod starts;
+mod stretch;
 mod tally;
 #[cfg(test)]
 mod tests;

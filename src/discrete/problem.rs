@@ -111,6 +111,11 @@ impl<const D: usize> Problem<D> {
         self.base.len() + usize::from(!self.closed)
     }
 
+    /// The length of the base.
+    pub fn length(&self) -> f64 {
+        self.base.iter().map(|edge| dot(*edge, *edge).sqrt()).sum()
+    }
+
     /// Makes the curve with these displacements the base.
     pub fn rebase(&mut self, u: &[Vector<f64, D>]) {
         let count = u.len();

@@ -5,7 +5,9 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use super::edges::Edges;
-use super::energy::{Custom, Energy, FENCE_KINDS, Fence, Fencing, Functional, MOST_EDGES, bending, length, variation};
+use super::energy::{
+    Custom, Energy, FENCE_KINDS, Fence, Fencing, Functional, MOST_EDGES, Wall, bending, length, variation,
+};
 use super::hessian::{BlockHessian, dense};
 use crate::linalg::scalar::{Vector, subtract};
 use crate::linalg::{Lanes, Real, Scalar};
@@ -82,7 +84,7 @@ fn functionals() -> Vec<Option<Functional>> {
     let custom = (1..=MOST_EDGES).map(|edges| Energy::custom(Mixed(edges)));
     let fences = (0..FENCE_KINDS).map(|kind| {
         let kinds = std::array::from_fn(|own| own == kind);
-        Energy::default().fenced(Fencing { kinds, direction: [0.48, 0.6, -0.64], walls: 0 })
+        Energy::default().fenced(Fencing { kinds, direction: [0.48, 0.6, -0.64], ..Fencing::default() })
     });
     let all = named.chain([1.0, 1.5, 3.0, 4.0].map(bending)).chain(custom).chain(fences);
     all.map(|energy| Some(energy.terms()[0].1.clone())).chain([None]).collect()
@@ -286,5 +288,39 @@ fn products_are_those_of_the_full_matrix() {
         // Rows of tens of entries, added up in another order.
         let difference = largest(&y[..count].concat().iter().zip(&wanted).map(|(a, b)| a - b).collect::<Vec<_>>());
         assert!(difference <= 1e-14 * largest(&dense), "closed {closed}, {count}: {difference}");
+    }
+}
+
+#[test]
+fn derivatives_of_walls_are_differences() {
+    let wall = Wall { stiffness: 3.0, ..Wall::NONE };
+    let walls = [
+        // A half-space, a disc to stay within, one to stay out of, and a corridor at its side and at its end.
+        Wall { axis: [0.6, 0.8], plane: 2.0, ..wall },
+        Wall { foot: [1.0, 1.0], bend: 2.0, reach: -0.3, ..wall },
+        Wall { foot: [0.5, 0.1], bend: -2.0, reach: 0.9, ..wall },
+        Wall { foot: [0.0, 1.0], axis: [0.8, -0.6], span: 2.0, bend: 5.0, reach: -0.01, ..wall },
+        Wall { foot: [0.0, 1.0], axis: [0.8, -0.6], span: 0.1, bend: 5.0, reach: -0.05, ..wall },
+    ];
+    for wall in walls {
+        let u: Vector<f64, 2> = [0.7, 0.3];
+        assert!(wall.value(u) > 0.0, "{wall:?}");
+        let step = 1e-6;
+        for c in 0..2 {
+            let moved = |by: f64| {
+                let mut u = u;
+                u[c] += by;
+                u
+            };
+            let slope = (wall.value(moved(step)) - wall.value(moved(-step))) / (2.0 * step);
+            assert!((slope - wall.gradient(u)[c]).abs() < 1e-8, "{wall:?}");
+            for d in 0..2 {
+                let bend = (wall.gradient(moved(step))[d] - wall.gradient(moved(-step))[d]) / (2.0 * step);
+                let (bends, largest) = (wall.hessian(u), wall.stiffness * (1.0 + wall.bend * wall.bend));
+                assert!((bend - bends[c][d]).abs() < 1e-7 * largest, "{wall:?}: {bend} {bends:?}");
+            }
+        }
+        let away = Wall { reach: wall.reach - 10.0, ..wall };
+        assert_eq!((away.value(u), away.gradient(u), away.hessian(u)), (0.0, [0.0; 2], [[0.0; 2]; 2]));
     }
 }

@@ -29,12 +29,7 @@ pub(super) struct Walls<const D: usize> {
 }
 
 impl<const D: usize> Walls<D> {
-    pub fn new(
-        regions: Vec<Vec<Form<D>>>,
-        corridors: Vec<Option<Form<D>>>,
-        pinned: &[u32],
-        vertices: usize,
-    ) -> Self {
+    pub fn new(regions: Vec<Vec<Form<D>>>, corridors: Vec<Option<Form<D>>>, pinned: &[u32], vertices: usize) -> Self {
         let mut movable = vec![true; vertices];
         pinned.iter().for_each(|&row| movable[row as usize] = false);
         let layers = MOST.min(regions.len() + usize::from(!corridors.is_empty()));
@@ -59,14 +54,19 @@ impl<const D: usize> Walls<D> {
 
     /// All limits of places: the vertex, the number of the region, and c there.
     pub fn all<'a>(&'a self, places: &'a [Vector<f64, D>]) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
-        places.iter().enumerate().flat_map(move |(row, place)| {
-            self.of(row).map(move |(region, form)| (row, region, form.room(*place)))
-        })
+        places
+            .iter()
+            .enumerate()
+            .flat_map(move |(row, place)| self.of(row).map(move |(region, form)| (row, region, form.room(*place))))
     }
 
     /// Every wall that stands, with o of its limit.
-    pub fn standing<'a>(&'a self, walls: &'a mut [Vec<Wall<f64, D>>]) -> impl Iterator<Item = (&'a mut Wall<f64, D>, f64)> {
-        let all = walls.iter_mut().zip(&self.chosen).flat_map(|(walls, chosen)| walls.iter_mut().zip(chosen).enumerate());
+    pub fn standing<'a>(
+        &'a self,
+        walls: &'a mut [Vec<Wall<f64, D>>],
+    ) -> impl Iterator<Item = (&'a mut Wall<f64, D>, f64)> {
+        let all =
+            walls.iter_mut().zip(&self.chosen).flat_map(|(walls, chosen)| walls.iter_mut().zip(chosen).enumerate());
         all.filter_map(|(row, (wall, region))| Some((wall, self.form(row, (*region)?)?.offset)))
     }
 
@@ -105,7 +105,8 @@ impl<const D: usize> Walls<D> {
     pub fn lift(&self, places: &[Vector<f64, D>], closed: bool) -> Option<Vec<Vector<f64, D>>> {
         let mut lifted = places.to_vec();
         for forms in self.regions.iter().filter(|forms| forms[0].bend < 0.0) {
-            let is_within = |row: usize, lifted: &[Vector<f64, D>]| self.movable[row] && forms[row].room(lifted[row]) < 0.0;
+            let is_within =
+                |row: usize, lifted: &[Vector<f64, D>]| self.movable[row] && forms[row].room(lifted[row]) < 0.0;
             let count = lifted.len();
             // From a vertex outside on, so that no part of a closed curve is cut in two.
             let begin = (0..count).find(|&row| !closed || !is_within(row, &lifted)).unwrap_or(0);

@@ -8,8 +8,8 @@ use crate::error::{Error, Result, listed, quoted};
 /// The roles of columns: the name of the curve, the point, its parameter and weight, its
 /// constraints, whether the curve is closed.
 pub(super) const ROLES: [&str; 18] = [
-    "curve", "x", "y", "z", "t", "weight", "tx", "ty", "tz", "kx", "ky", "kz", "nu", "known", "pinned", "kmax", "corridor",
-    "closed",
+    "curve", "x", "y", "z", "t", "weight", "tx", "ty", "tz", "kx", "ky", "kz", "nu", "known", "pinned", "kmax",
+    "corridor", "closed",
 ];
 
 /// Columns that can only be x, in a file with a latitude and without a column `x` or `y`.

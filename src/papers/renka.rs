@@ -228,7 +228,7 @@ impl Minimisation {
             fences: Default::default(),
             walls: Vec::new(),
             places: Vec::new(),
-        direction: [0.0; 3],
+            direction: [0.0; 3],
             highest: 1.0,
             curvature: 1.0,
             tolerance: self.tolerance,

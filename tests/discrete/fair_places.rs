@@ -124,8 +124,9 @@ fn no_edge_cuts_a_disc_to_stay_out_of() {
 
 #[test]
 fn coordinates_grow_and_fall_as_those_of_the_points_do() {
-    let batch = Family { dimension: 2, closed: false, points: 7, sigma: 0.8 }.batch(60, 9);
-    let fair = limited(Limits { monotone: Some([0.0, 3.0, 0.0]), ..Limits::default() });
+    let batch = Family { dimension: 2, closed: false, points: 7, sigma: 0.5 }.batch(60, 9);
+    let limits = Limits { monotone: Some([0.0, 3.0, 0.0]), ..Limits::default() };
+    let fair = Fair { energy: bending(2.0) + tautness(), ..limited(limits) };
     let found = fit(&fair, &batch);
     let mut held = 0;
     for (i, report) in found.reports().iter().enumerate() {
@@ -148,7 +149,7 @@ fn spatial_curves_twist_to_the_side_of_their_points() {
     let energy = variation() + 0.1 * length();
     let points: Vec<[f64; 3]> = (0..7)
         .map(|k| {
-            let (t, shake) = (f64::from(k), [0.25, -0.2, 0.1, -0.25, 0.2, -0.1, 0.2][k as usize]);
+            let (t, shake) = (f64::from(k), [0.06, -0.06, 0.05, -0.06, 0.06, -0.05, 0.06][k as usize]);
             [t.cos() * (1.0 + shake), t.sin() * (1.0 + shake), 0.5 * t + 0.6 * shake]
         })
         .collect();
@@ -188,16 +189,43 @@ fn limits_of_places_and_of_curvature_and_a_deviation_are_all_kept() {
 }
 
 #[test]
+fn a_longest_length_gives_bending_alone_a_least_curve() {
+    // With the weight of the length at which the least curve is so long, that is the least curve of both.
+    let batch = Family { dimension: 2, closed: false, points: 5, sigma: 0.5 }.batch(30, 12);
+    let limits = Limits { stretch: Some(1.1), ..Limits::default() };
+    let found = fit(&Fair { energy: bending(2.0), ..limited(limits) }, &batch);
+    let mut held = 0;
+    for (i, report) in found.reports().iter().enumerate() {
+        assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+        let kept = report.limits.unwrap();
+        let chords = length_of(batch.points(i).as_chunks::<2>().0, false);
+        let own = length_of(&vertices::<2>(&found, i, SEGMENTS), false);
+        assert!(own <= 1.1 * chords && (kept.stretch - own / chords).abs() < 1e-12, "{report:?}");
+        held += usize::from(own > 1.0999 * chords);
+    }
+    println!("{held} of {} held", batch.len());
+    assert!(held > 15);
+    let free = limited(Limits::default());
+    let (vertices, report) = fitted::<2>(&free, &one(&ZIGZAG, false), SEGMENTS);
+    let chords = length_of(&ZIGZAG, false);
+    let own = length_of(&vertices, false);
+    let limits = Limits { stretch: Some(own / chords), ..Limits::default() };
+    let (_, bounded) = fitted::<2>(&Fair { energy: bending(2.0), ..limited(limits) }, &one(&ZIGZAG, false), SEGMENTS);
+    let bends = report.energy - 0.1 * own;
+    assert!((bounded.energy / bends - 1.0).abs() < 1e-5, "{bounded:?} {bends}");
+}
+
+#[test]
 fn limits_of_places_that_make_no_sense_have_sentences() {
-    let refused = |limits: Limits, batch: &CurveBatch| {
-        limited(limits).fit(batch, &Device::cpu()).unwrap_err().to_string()
-    };
+    let refused =
+        |limits: Limits, batch: &CurveBatch| limited(limits).fit(batch, &Device::cpu()).unwrap_err().to_string();
     let planar = one(&ZIGZAG, false);
     let region = |region: Region| Limits { regions: vec![region], ..Limits::default() };
     for (limits, sentence) in [
         (Limits { corridor: Some(0.0), ..Limits::default() }, "the half-width of the corridor is 0"),
         (Limits { monotone: Some([0.0; 3]), ..Limits::default() }, "(0, 0, 0) is no direction in 2 dimensions"),
         (Limits { monotone: Some([0.0, 1.0, 1.0]), ..Limits::default() }, "(0, 1, 1) is no direction"),
+        (Limits { stretch: Some(1.0), ..Limits::default() }, "the largest stretch is 1; it must be more than 1"),
         (region(disc(0.0, 0.0, -1.0)), "the radius must be positive"),
         (region(disc(f64::NAN, 0.0, 1.0)), "its numbers must be finite"),
         (region(Region::HalfSpace { normal: [0.0; 3], offset: 1.0 }), "a normal of length 0 has no direction"),

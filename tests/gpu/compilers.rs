@@ -118,7 +118,7 @@ fn kernel(key: &KernelKey) -> String {
         (true, true) if has("THIRD") && has("SPATIAL") => " Newton, lanes, order 3, spatial",
         (true, true) if has("THIRD") => " Newton, lanes, order 3, planar",
         (true, true) => " Newton, lanes",
-        (true, false) if has("FENCED") => " Newton, thread, fenced",
+        (true, false) if FENCED.iter().any(|name| has(name)) => " Newton, thread, fenced",
         (true, false) if has("SPATIAL") => " Newton, thread, spatial",
         (true, false) => " Newton, thread, planar",
         _ => "",
@@ -130,6 +130,9 @@ fn kernel(key: &KernelKey) -> String {
 const REGISTERS_F32: u64 = 128;
 
 /// Kernels that spill, need scratch memory or too many registers in some form, and why. All others must not.
+/// What kernels of curves with limits are defined with.
+const FENCED: [&str; 5] = ["FENCE_CURB", "FENCE_SIDE", "FENCE_AHEAD", "FENCE_TWIST", "WALLS"];
+
 const BEYOND: [(&str, &str); 4] = [
     ("discrete/evaluate.wgsl:hessian", "second derivatives of variation and torsion are 87 numbers a window in space"),
     (

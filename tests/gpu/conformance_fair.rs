@@ -6,7 +6,8 @@
 use glam::DVec3;
 
 use faircurve::discrete::{
-    Direction, Energy, Fair, Limits, Pins, Segments, attachment, bending, length, tautness, tension, torsion, variation,
+    Direction, Energy, Fair, Limits, Pins, Region, Segments, attachment, bending, length, tautness, tension, torsion,
+    variation,
 };
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Precision, Sampling};
 use rand::RngExt;
@@ -309,6 +310,54 @@ fn bounded(batch: CurveBatch) -> CurveBatch {
         .map(|(i, k)| bound(i, k));
     let largest_curvatures = Some(column.collect());
     batch.with_constraints(Constraints { largest_curvatures, ..Constraints::default() }).unwrap()
+}
+
+#[test]
+fn curves_with_limits_of_places_are_those_of_the_cpu() {
+    let Some(device) = device() else { return };
+    let of_all = [
+        (2, bending(2.0) + length(), Limits { corridor: Some(0.1), curvature: Some(20.0), ..Limits::default() }),
+        (3, bending(2.0) + tautness(), Limits { corridor: Some(0.05), ..Limits::default() }),
+        (2, bending(2.0) + tautness(), Limits { monotone: Some([0.0, 1.0, 0.0]), ..Limits::default() }),
+        (3, bending(2.0) + tautness(), Limits { monotone: Some([0.0, 0.6, 0.8]), ..Limits::default() }),
+        (3, variation() + length(), Limits { shape: true, ..Limits::default() }),
+        (2, bending(2.0), Limits { stretch: Some(1.08), ..Limits::default() }),
+    ];
+    for precision in precisions(device.as_gpu().expect("a GPU")) {
+        for (dimension, energy, limits) in &of_all {
+            let batch = Family { dimension: *dimension, closed: false, points: 6, sigma: 0.4 }.batch(40, 33);
+            let mut limits = limits.clone();
+            if limits.corridor.is_some() {
+                // Of every curve one stretch is in the way; none is in that of a point.
+                let center = |i: usize| {
+                    let points = batch.points(i).as_chunks::<2>().0;
+                    [0.5 * (points[0][0] + points[1][0]), 0.5 * (points[0][1] + points[1][1]) + 0.05, 0.0]
+                };
+                if *dimension == 2 {
+                    limits.regions.push(Region::Outside { center: center(0), radius: 0.04 });
+                    limits.regions.push(Region::HalfSpace { normal: [0.0, 1.0, 0.0], offset: 3.0 });
+                }
+            }
+            let fair = Fair { limits: limits.clone(), ..fair(energy.clone()) };
+            let on_gpu = device.clone().with_precision(precision);
+            let [cpu, gpu] =
+                [Device::cpu(), on_gpu].map(|on| fair.fit_sampled(&batch, Sampling::PerSpan(16), &on).unwrap());
+            let near = if precision == Precision::F64 { 1e-9 } else { 1e-6 };
+            let (mut held, mut farthest) = (0, 0.0f64);
+            for (i, (a, b)) in cpu.0.reports().iter().zip(gpu.0.reports()).enumerate() {
+                assert_eq!(a.status, b.status, "{precision:?}, {limits:?}, curve {i}: {a:?} {b:?}");
+                if a.status == CurveStatus::Converged {
+                    held += usize::from(b.limits.unwrap().active > 0);
+                    let both = cpu.1.points(i).iter().zip(gpu.1.points(i));
+                    let away = both.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+                    farthest = farthest.max(away / size(&batch, i));
+                }
+            }
+            println!("{precision:?} dimension {dimension}, {limits:?}: {held} held, apart {farthest:.1e}");
+            // A length holds a curve as a whole.
+            assert!(farthest <= near && (held >= 4 || limits.stretch.is_some()), "{held} held, {farthest:e}");
+        }
+    }
 }
 
 #[test]

@@ -90,6 +90,26 @@ fn the_shape_of_points_is_kept() {
 }
 
 #[test]
+fn corridors_regions_directions_and_lengths_are_kept() {
+    let folder = folder("x,y,corridor\n0,0,\n1,0.8,0.05\n2,-0.6,\n3,0.9,\n4,0,\n");
+    let energy = "--method fair --energy bending=1,length=0.1";
+    let kept = |options: &str| {
+        let lines = reports(&folder, &format!("{energy} {options}"), 0);
+        assert_eq!((&lines[0]["status"], lines[0]["limits"]["violation"].as_f64()), (&"converged".into(), Some(0.0)));
+        lines[0]["limits"]["cost"].as_f64().unwrap()
+    };
+    // The column bounds the second span in every one of them.
+    let cost = kept("");
+    assert!(cost > 0.0 && kept("--corridor 0.1") > cost, "{cost}");
+    assert!(kept("--keep-out 3.4,0.6,0.1 --keep-in 2,0,3 --half-plane 0,1,0.95") > cost);
+    assert!(kept("--max-stretch 1.08") > cost && kept("--monotone x") >= cost);
+    let lines = reports(&folder, "--keep-out 1,0.8,0.2", 1);
+    let message = lines[0]["message"].as_str().unwrap();
+    assert_eq!(lines[0]["status"], "invalid");
+    assert!(message.contains("in.csv, line 3") && message.contains("to stay out of, by 2.000e-1"), "{message}");
+}
+
+#[test]
 fn limits_that_make_no_sense_are_refused() {
     let refused = |arguments: &str, sentence: &str| {
         run(&folder(CURVES), &format!("fit in.csv -o out.csv {arguments}"))
@@ -102,5 +122,12 @@ fn limits_that_make_no_sense_are_refused() {
     refused("--min-radius inf", "--min-radius is inf");
     refused("--max-curvature 1 --min-radius 1", "cannot be used with");
     refused("--method natural --preserve-shape", "--preserve-shape belongs to --method fair");
+    refused("--method scf --keep-out 0,0,1", "--keep-out belongs to --method fair");
+    refused("--corridor=-1", "--corridor is -1; it must be a positive number, in units of length");
+    refused("--keep-in 0,0", "2 numbers; give 3 in the plane, or 4 in space, with commas between them");
+    refused("--half-plane 0,0,1", "a normal of length 0 has no direction");
+    refused("--keep-out 0,0,0,1,2", "5 numbers; give 3 in the plane");
+    refused("--max-stretch 0.9", "the largest stretch is 0.9; it must be more than 1");
+    refused("--monotone w", "invalid value 'w'");
     refused("--method fair --energy length=1 --max-curvature 1", "ask for an energy that holds bending");
 }

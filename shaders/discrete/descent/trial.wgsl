@@ -12,22 +12,22 @@ const FENCES_AT: u32 = TAUT_AT + 1u;
 const FENCES_AT: u32 = TAUT_AT;
 //:end
 // The fences of a vertex follow each other, as many as the energy holds, and then its walls.
-//:if CURB
+//:if FENCE_CURB
 const SIDE_AT: u32 = FENCES_AT + 3u;
 //:else
 const SIDE_AT: u32 = FENCES_AT;
 //:end
-//:if SIDE
+//:if FENCE_SIDE
 const AHEAD_AT: u32 = SIDE_AT + 3u;
 //:else
 const AHEAD_AT: u32 = SIDE_AT;
 //:end
-//:if AHEAD
+//:if FENCE_AHEAD
 const TWIST_AT: u32 = AHEAD_AT + 3u;
 //:else
 const TWIST_AT: u32 = AHEAD_AT;
 //:end
-//:if TWIST
+//:if FENCE_TWIST
 const WALLS_AT: u32 = TWIST_AT + 3u;
 //:else
 const WALLS_AT: u32 = TWIST_AT;

@@ -75,6 +75,9 @@ pub struct LimitArgs {
     /// Keeps fair curves in the half-plane A x + B y ≤ C; in space A,B,C,D. Give it once for every half-plane
     #[arg(long, value_name = "A,B,C", allow_hyphen_values = true)]
     half_plane: Vec<Numbers>,
+    /// Keeps fair curves from being longer than so many times the polygon of their points
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    max_stretch: Option<f64>,
 }
 
 impl LimitArgs {
@@ -89,6 +92,7 @@ impl LimitArgs {
             ("--keep-out", !self.keep_out.is_empty()),
             ("--keep-in", !self.keep_in.is_empty()),
             ("--half-plane", !self.half_plane.is_empty()),
+            ("--max-stretch", self.max_stretch.is_some()),
         ];
         all.into_iter().filter(|(_, given)| *given).map(|(option, _)| option)
     }
@@ -104,6 +108,7 @@ impl LimitArgs {
         }
         self.monotone.iter().for_each(|axis| add(format!("monotone in {}", format!("{axis:?}").to_lowercase())));
         self.corridor.iter().for_each(|width| add(format!("corridor {width}")));
+        self.max_stretch.iter().for_each(|stretch| add(format!("length ≤ {stretch} polygons")));
         match self.regions().count() {
             0 => {}
             1 => add("1 region".into()),
@@ -114,7 +119,8 @@ impl LimitArgs {
 
     fn regions(&self) -> impl Iterator<Item = Region> {
         let split = Numbers::split;
-        let half_planes = self.half_plane.iter().map(split).map(|(normal, offset)| Region::HalfSpace { normal, offset });
+        let half_planes =
+            self.half_plane.iter().map(split).map(|(normal, offset)| Region::HalfSpace { normal, offset });
         let inside = self.keep_in.iter().map(split).map(|(center, radius)| Region::Inside { center, radius });
         let outside = self.keep_out.iter().map(split).map(|(center, radius)| Region::Outside { center, radius });
         half_planes.chain(inside).chain(outside)
@@ -142,6 +148,7 @@ impl LimitArgs {
             monotone: self.monotone.map(along),
             corridor: self.corridor,
             regions: self.regions().collect(),
+            stretch: self.max_stretch,
         })
     }
 }

@@ -40,6 +40,8 @@ pub(crate) struct Fencing {
     pub direction: [f64; 3],
     /// How many walls a vertex has at most.
     pub walls: usize,
+    /// Whether the length has a weight of its own, the last.
+    pub stretch: bool,
 }
 
 impl<S: Scalar> Fence<S> {

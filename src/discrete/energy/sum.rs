@@ -88,7 +88,10 @@ impl Energy {
             Functional::Twist(Default::default()),
         ];
         let wanted = fences.into_iter().zip(fencing.kinds).filter(|(_, wanted)| *wanted);
-        let fenced = wanted.fold(self.clone(), |energy, (fence, _)| energy + Energy::of(fence));
+        let mut fenced = wanted.fold(self.clone(), |energy, (fence, _)| energy + Energy::of(fence));
+        if fencing.stretch {
+            fenced = fenced + super::length();
+        }
         Energy { walls: fencing.walls, ..fenced }
     }
 

@@ -155,10 +155,8 @@ impl<const D: usize> Polygon<'_, D> {
             let edge = length(self.chord(span)) / self.size / (span.rows[1] - span.rows[0]) as f64;
             let side = sides[k];
             for row in span.rows[0]..span.rows[1] {
-                let beside = [
-                    (row == span.rows[0]).then(|| self.before(k)),
-                    (row + 1 == span.rows[1]).then(|| self.after(k)),
-                ];
+                let beside =
+                    [(row == span.rows[0]).then(|| self.before(k)), (row + 1 == span.rows[1]).then(|| self.after(k))];
                 // Three edges about a data point lie in both spans.
                 let agree = beside.into_iter().flatten().all(|other| other.is_some_and(|k| sides[k] == side));
                 slopes[row] = if agree { -side * (scale / edge).powi(3) } else { 0.0 };

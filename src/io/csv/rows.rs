@@ -217,7 +217,9 @@ impl<'a> Rows<'a> {
         for vectors in [&mut self.tangents, &mut self.curvatures].into_iter().filter(|vectors| !vectors.is_empty()) {
             arranged(vectors, d, order);
         }
-        for column in [&mut self.t, &mut self.weight, &mut self.nu, &mut self.kmax, &mut self.corridor].into_iter().flatten() {
+        for column in
+            [&mut self.t, &mut self.weight, &mut self.nu, &mut self.kmax, &mut self.corridor].into_iter().flatten()
+        {
             arranged(&mut column.values, 1, order);
         }
         for (_, flags) in [&mut self.known, &mut self.pinned].into_iter().flatten() {
