@@ -37,7 +37,8 @@ pub struct Limits {
     ///
     /// Spatial curves keep the sign of their torsion, that of det(T, T′, T″) for three edges that follow each other. In a
     /// span it is that of its chord with the chords beside it, and in a span at an end that of its neighbour. At a data
-    /// point between spans of different sides it is free. The energy must hold variation or torsion.
+    /// point between spans of different sides it is free. The energy must hold variation or torsion. Where curvature
+    /// vanishes this volume has no gradient: of 200 rough curves of 5 points 14 to 18 are `not_converged`.
     pub shape: bool,
     /// A direction n in which no curve goes back between two points. `None`, the default, asks for none.
     ///

@@ -92,7 +92,7 @@ fn the_shape_of_points_is_kept() {
 #[test]
 fn corridors_regions_directions_and_lengths_are_kept() {
     let folder = folder("x,y,corridor\n0,0,\n1,0.8,0.05\n2,-0.6,\n3,0.9,\n4,0,\n");
-    let energy = "--method fair --energy bending=1,length=0.1";
+    let energy = "--method fair --energy bending=1,length=1";
     let kept = |options: &str| {
         let lines = reports(&folder, &format!("{energy} {options}"), 0);
         assert_eq!((&lines[0]["status"], lines[0]["limits"]["violation"].as_f64()), (&"converged".into(), Some(0.0)));

@@ -6,6 +6,7 @@ mod bezier;
 mod laplacian;
 mod renka;
 mod scf;
+mod shape;
 mod toms828;
 
 use std::fmt::{Display, Write as _};
@@ -69,8 +70,14 @@ impl Record {
     }
 }
 
-const EXPERIMENTS: &[Experiment] =
-    &[bezier::EXPERIMENT, laplacian::EXPERIMENT, renka::EXPERIMENT, scf::EXPERIMENT, toms828::EXPERIMENT];
+const EXPERIMENTS: &[Experiment] = &[
+    bezier::EXPERIMENT,
+    laplacian::EXPERIMENT,
+    renka::EXPERIMENT,
+    scf::EXPERIMENT,
+    shape::EXPERIMENT,
+    toms828::EXPERIMENT,
+];
 
 fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(EXPERIMENTS.iter().map(|experiment| experiment.name))
@@ -110,7 +117,7 @@ pub fn run(args: &ExperimentsArgs) -> Result<bool> {
         }
         show(outcome.files[0].trim_end())?;
         if !outcome.agrees {
-            args.talk.say(format_args!("{} does not agree with the paper: see its table", experiment.name));
+            args.talk.say(format_args!("{} is not as it should be: see its table", experiment.name));
         }
         args.talk.detail(format_args!("{}: {} files in {}", experiment.name, outcome.files.len(), folder.display()));
         agrees &= outcome.agrees;

@@ -7,6 +7,7 @@ use crate::linalg::scalar::{Vector, dot, scale, subtract};
 ///
 /// In the plane the third coordinate is 0. Lengths are in units of the input.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Region {
     /// n·f ≤ b
     HalfSpace {
