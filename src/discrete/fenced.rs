@@ -10,6 +10,8 @@
 //! Vertices could change their spacing to keep a limit, since |K| depends on it. A gauge of [`GAUGE`] times the weight
 //! does not let them.
 
+use std::collections::BTreeMap;
+
 use super::descended::Descended;
 use super::disc::{Discs, OF_VIOLATION, ROUGHLY};
 use super::energy::Energy;
@@ -43,7 +45,8 @@ const ROUND_ITERATIONS: u32 = 25;
 /// longer the rounder, without a gap between bulges and loops: the number is a choice.
 const LOOPS: f64 = 1.5;
 
-/// The first ρ of fences in units of E/m. With the second go curves once more that only loops would keep.
+/// The first ρ of fences in units of E/m. With the second go curves once more that only loops would keep, or that did not
+/// converge.
 ///
 /// Between soft fences a curve passes over the low barrier that is between its own turn and a loop. Of 30 curves that did
 /// so, where an interior-point method finds one near, 28 keep their limits with the second.
@@ -164,6 +167,33 @@ struct Running<'a> {
 }
 
 impl Running<'_> {
+    /// What came of a curve whose rounds ended, after it descended without limits, and whether that is the last word.
+    fn ended<const D: usize>(
+        &self,
+        fenced: &mut Fenced<D>,
+        free: &Outcome<D>,
+        start: std::result::Result<&Ready<D>, &Unfitted>,
+        i: usize,
+    ) -> ((Outcome<D>, Kept), bool) {
+        let start = start.expect("it was ready");
+        let (outcome, ending) = fenced.ended();
+        let own = self.kept(&fenced.ready, &fenced.limits, i, [outcome.energy, fenced.free], ending);
+        let mut without = start.clone();
+        self.fair.limits.of(self.batch, i, &mut without);
+        without.problem.rebase(&free.displacements);
+        let without = self.kept(&without, &fenced.limits, i, [fenced.free; 2], Ending::Loops);
+        // A way around a region may be as long as it likes.
+        let is_longer = fenced.limits.walls.is_none() && own.report.stretch > LOOPS * without.report.stretch;
+        let is_good = ending != Ending::Unsettled && outcome.standing == Standing::Converged;
+        let mut within = free.clone();
+        within.go_on(outcome);
+        let crosses = D == 2 && !start.tangled(&within).is_empty() && start.tangled(free).is_empty();
+        if (is_longer || crosses) && fenced.ready.problem.constraints.is_none() {
+            return ((Outcome { iterations: within.iterations, ..free.clone() }, without), false);
+        }
+        ((within, own), is_good)
+    }
+
     /// Runs rounds until every curve has ended. `energy` is that without fences.
     ///
     /// Returns whether the CPU did any.
@@ -246,6 +276,8 @@ pub(super) fn keep<const D: usize>(
     let numbers: Vec<usize> = (0..found.ready.len()).filter(|&i| found.ready[i].is_ok()).collect();
     let mut kept: Vec<Option<Kept>> = (0..numbers.len()).map(|_| None).collect();
     let mut left: Vec<usize> = (0..numbers.len()).collect();
+    // What came of the first go of curves that go once more.
+    let mut before: BTreeMap<usize, (Outcome<D>, Kept)> = BTreeMap::new();
     let mut on_cpu = false;
     for first in FIRSTS {
         let mut running: Vec<Fenced<D>> = Vec::new();
@@ -270,31 +302,25 @@ pub(super) fn keep<const D: usize>(
             }
             running.push(Fenced::new(k, limits, own, energies, first, fair));
         }
-        let outcomes = &mut found.outcomes;
         on_cpu |= all.run(&fair.energy, running, |mut fenced| {
-            let (outcome, ending) = fenced.ended();
             let (k, i) = (fenced.k, numbers[fenced.k]);
-            let energies = [outcome.energy, fenced.free];
-            let own = all.kept(&fenced.ready, &fenced.limits, i, energies, ending);
-            let start = found.ready[i].as_ref().expect("it was ready");
-            let mut without = start.clone();
-            fair.limits.of(batch, i, &mut without);
-            without.problem.rebase(&outcomes[k].displacements);
-            let without = all.kept(&without, &fenced.limits, i, [fenced.free; 2], Ending::Loops);
-            // A way around a region may be as long as it likes.
-            let is_longer = fenced.limits.walls.is_none() && own.report.stretch > LOOPS * without.report.stretch;
-            let mut within = outcomes[k].clone();
-            within.go_on(outcome.clone());
-            let crosses = D == 2 && !start.tangled(&within).is_empty() && start.tangled(&outcomes[k]).is_empty();
-            let loops = (is_longer || crosses) && fenced.ready.problem.constraints.is_none();
-            if loops || kept[k].is_some() && ending != Ending::Kept {
-                outcomes[k].iterations = within.iterations;
-                kept[k] = Some(without);
-                left.push(k);
-            } else {
-                outcomes[k] = within;
-                kept[k] = Some(own);
+            let (mut now, is_good) = all.ended(&mut fenced, &found.outcomes[k], found.ready[i].as_ref(), i);
+            match before.remove(&k) {
+                None if !is_good => {
+                    before.insert(k, now);
+                    left.push(k);
+                    return;
+                }
+                None => {}
+                Some(mut first) => {
+                    let iterations = first.0.iterations + now.0.iterations - found.outcomes[k].iterations;
+                    first.0.iterations = iterations;
+                    now.0.iterations = iterations;
+                    now = if is_good { now } else { first };
+                }
             }
+            let (outcome, own) = now;
+            (found.outcomes[k], kept[k]) = (outcome, Some(own));
         })?;
     }
     if found.device.is_gpu && on_cpu {
