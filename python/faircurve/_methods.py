@@ -267,9 +267,9 @@ def _vector(vector: Any, dimension: int, name: str) -> list[float]:
 
 def _regions(rows: Any, dimension: int, name: str) -> list[tuple[list[float], float]]:
     """Rows of a vector and a number."""
-    if rows is None:
+    found = np.atleast_2d(np.asarray([] if rows is None else rows, dtype=float))
+    if found.size == 0:
         return []
-    found = np.atleast_2d(np.asarray(rows, dtype=float))
     if found.ndim != 2 or found.shape[1] != dimension + 1:
         raise ValueError(f"{name} has the shape {found.shape}; rows of {dimension + 1} numbers are needed")
     return [(_vector(row[:-1], dimension, name), float(row[-1])) for row in found]

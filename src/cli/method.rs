@@ -110,8 +110,8 @@ impl FromStr for Degrees {
 pub struct MethodArgs {
     /// How curves are fitted [default: natural]
     ///
-    /// With --smoothing, --deviation or --tube the default is smoothing, and with --max-curvature, --min-radius or
-    /// --preserve-shape it is fair.
+    /// With --smoothing, --deviation or --tube the default is smoothing, and with a limit, such as --max-curvature, it is
+    /// fair.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
     /// Segments a span between data points [default: 16]

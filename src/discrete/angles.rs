@@ -65,7 +65,7 @@ impl Angles {
     /// A problem in angles.
     ///
     /// `None` unless the curve is planar and goes through all its data points, without given tangents, and the
-    /// energy is a sum of variation, bending of exponent 2, length, tautness and tension.
+    /// energy is a sum of variation, bending of exponent 2, length, tautness and tension, without limits.
     pub fn of<const D: usize>(energy: &Energy, problem: &Problem<D>) -> Option<Angles> {
         // Variation is of order 3.
         if energy.order() < 3 {

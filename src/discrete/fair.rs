@@ -185,7 +185,7 @@ pub struct Fair {
     /// grows to 4e-5 at most. They hold at vertices. The curvature of the smooth curve between two vertices may exceed
     /// its bound by O(h²) of it, with h the edge over the radius: bound it by 1 − h² of what may not be exceeded. Ends have
     /// no curvature. What lies between vertices of a region leaves it by κh²/8 at most, and no edge cuts a disc to stay out
-    /// of. Vertices of pinned points have no wall.
+    /// of, but for those at pinned points, which have no wall.
     ///
     /// Iterations are those of all rounds. The descents are in f64. Kernels without f64 leave them to the CPU.
     ///

@@ -18,14 +18,14 @@ use super::energy::Energy;
 use super::fair::Fair;
 use super::fences::{ENOUGH, FIRST, Fences, Limit, MARGIN, Worst};
 use super::lane::Standing;
-use super::limits::CurveLimits;
+use super::limits::{CurveLimits, Region};
 use super::problem::Outcome;
-use super::setup::{Ready, distance};
+use super::setup::Ready;
 use super::stretch::Stretch;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::device::Device;
 use crate::error::Result;
-use crate::linalg::scalar::{add, dot, scale};
+use crate::linalg::scalar::{add, scale};
 use crate::report::{CurveReport, LimitReport};
 use crate::status::CurveStatus;
 
@@ -51,6 +51,10 @@ const LOOPS: f64 = 1.5;
 /// Between soft fences a curve passes over the low barrier that is between its own turn and a loop. Of 30 curves that did
 /// so, where an interior-point method finds one near, 28 keep their limits with the second.
 const FIRSTS: [f64; 2] = [FIRST, 1e3];
+
+/// The part of a lifted curve's energy that counts at least. With all of it walls are so stiff at first that curves stay
+/// where they were lifted to.
+const LIFTED: f64 = 0.01;
 
 /// A curve with limits, between rounds.
 struct Fenced<const D: usize> {
@@ -84,8 +88,11 @@ impl<const D: usize> Fenced<D> {
         let problem = &mut ready.problem;
         let lifted = limits.walls.as_ref().and_then(|walls| walls.lift(&problem.places, problem.closed));
         let outcome = lifted.map(Outcome::moved);
+        let mut energy = energy;
         if let Some(outcome) = &outcome {
             problem.rebase(&outcome.displacements);
+            // The energy of a straight curve vanishes.
+            energy = energy.max(LIFTED * problem.energy_of_base(&fair.energy));
         }
         let fences = Fences::around(problem, &mut limits, energy, first);
         let stretch = limits.longest.map(|longest| Stretch::new(longest, energy, !free.is_nan()));
@@ -147,7 +154,8 @@ impl<const D: usize> Fenced<D> {
     /// How the rounds ended, with all their descents.
     fn ended(&mut self) -> (Outcome<D>, Ending) {
         let mut outcome = self.outcome.take().expect("it has ended");
-        let ending = match (self.is_given_up(), self.is_settled()) {
+        let keeps = self.ready.problem.worst(&self.limits).is_none_or(|worst| worst.excess <= 0.0);
+        let ending = match (self.is_given_up(), self.is_settled() && keeps) {
             (true, _) => Ending::GivenUp,
             (_, true) => Ending::Kept,
             _ => Ending::Unsettled,
@@ -179,7 +187,10 @@ impl Running<'_> {
         let (outcome, ending) = fenced.ended();
         let own = self.kept(&fenced.ready, &fenced.limits, i, [outcome.energy, fenced.free], ending);
         let mut without = start.clone();
-        self.fair.limits.of(self.batch, i, &mut without);
+        if fenced.limits.walls.is_some() {
+            without.place();
+        }
+        without.problem.direction = fenced.ready.problem.direction;
         without.problem.rebase(&free.displacements);
         let without = self.kept(&without, &fenced.limits, i, [fenced.free; 2], Ending::Loops);
         // A way around a region may be as long as it likes.
@@ -284,11 +295,12 @@ pub(super) fn keep<const D: usize>(
         for k in std::mem::take(&mut left) {
             let (i, outcome) = (numbers[k], &mut found.outcomes[k]);
             let mut own = found.ready[i].clone().expect("these are ready");
-            let limits = fair.limits.of(batch, i, &mut own);
+            let mut limits = fair.limits.of(batch, i, &mut own);
             let has_converged = outcome.standing == Standing::Converged;
             if has_converged {
                 own.problem.rebase(&outcome.displacements);
             }
+            limits.measure(&own.problem);
             let Some(worst) = own.problem.worst(&limits) else { continue };
             let mut energies = [outcome.energy; 2];
             if has_converged && worst.excess <= 0.0 {
@@ -343,15 +355,16 @@ pub(super) fn keep_within<const D: usize>(
     let (mut done, mut running) = (Vec::with_capacity(found.len()), Vec::new());
     for (k, (discs, mut ready)) in found.into_iter().enumerate() {
         let (i, outcome) = (discs.curve(), discs.outcome());
-        let limits = fair.limits.of(batch, i, &mut ready);
+        let mut limits = fair.limits.of(batch, i, &mut ready);
         for (place, u) in ready.problem.places.iter_mut().zip(&outcome.displacements) {
             *place = add(*place, *u);
         }
+        limits.measure(&ready.problem);
         let has_converged = outcome.standing == Standing::Converged && discs.is_settled();
         let free = if has_converged { outcome.energy } else { f64::NAN };
         match ready.problem.worst(&limits) {
             Some(worst) if !has_converged || worst.excess > 0.0 => {
-                let energy = outcome.energy;
+                let energy = if has_converged { free } else { ready.problem.energy_of_base(&held.energy) };
                 running
                     .push(Fenced { discs: Some(discs), ..Fenced::new(k, limits, ready, [energy, free], FIRST, fair) });
             }
@@ -385,9 +398,8 @@ impl Running<'_> {
         let problem = &ready.problem;
         let worst = problem.worst(limits).expect("it has limits");
         let points = self.batch.points(i).as_chunks::<D>().0;
-        let spans = if problem.closed { points.len() } else { points.len() - 1 };
-        let chords: f64 = (0..spans).map(|k| distance(points[k], points[(k + 1) % points.len()])).sum();
-        let length: f64 = problem.base.iter().map(|edge| dot(*edge, *edge).sqrt()).sum::<f64>() * ready.size;
+        let chords: f64 = self.batch.chords(i).sum();
+        let length = problem.length() * ready.size;
         let report = LimitReport {
             violation: worst.excess.max(0.0),
             active: problem.held(),
@@ -395,7 +407,8 @@ impl Running<'_> {
             stretch: length / chords,
         };
         // A way is that of the edge before the vertex.
-        let row = if worst.limit == Limit::Way && worst.row > 0 { worst.row - 1 } else { worst.row };
+        let count = problem.base.len();
+        let row = if worst.limit == Limit::Way { (worst.row + count - 1) % count } else { worst.row };
         let point = ready.rows[..points.len()].partition_point(|&own| own as usize <= row).saturating_sub(1);
         let (broken, remedy) = match ending {
             Ending::Kept => Default::default(),
@@ -453,12 +466,12 @@ impl Running<'_> {
                 let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
                 let at = at.join(", ");
                 match self.fair.limits.regions.get(k) {
+                    Some(region @ Region::Outside { .. }) => {
+                        (format!("it cuts {region}, near ({at})"), "a smaller one".into())
+                    }
                     Some(region) => {
                         let excess = region.excess(add(scale(ready.size, place), ready.vertices[0]));
-                        (
-                            format!("it breaks {region} at ({at}), by {:.3e}", excess.max(0.0)),
-                            "it a larger region".into(),
-                        )
+                        (format!("it breaks {region} at ({at}), by {excess:.3e}"), "a larger one".into())
                     }
                     None => (format!("it leaves its corridor at ({at})"), "a wider corridor".into()),
                 }
@@ -470,10 +483,12 @@ impl Running<'_> {
 impl Kept {
     /// Writes into the report of a curve within a deviation how it keeps its limits.
     pub fn judge_within(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize, allowed: f64) {
-        let had_minimum = !self.report.cost.is_nan();
-        if self.ending != Ending::Kept || report.status != CurveStatus::NotConverged || !had_minimum {
+        // Curves left as their spline have no gradient.
+        let is_spline = report.status == CurveStatus::NotConverged && report.gradient_norm.is_nan();
+        if self.ending != Ending::Kept || !is_spline || self.report.cost.is_nan() {
             return self.judge(report, batch, i);
         }
+        report.limits = Some(self.report);
         let what = format!(
             "no curve near keeps its limits and the deviation of {allowed} without loops: it is the spline that keeps the deviation; \
              allow a larger one, or wider limits"

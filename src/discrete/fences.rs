@@ -26,11 +26,17 @@ const MOST: f64 = 1e7;
 const FIRMER: f64 = 10.0;
 const LEFT: f64 = 0.1;
 
+/// The energy that counts at least is that of bending with this turn in all.
+const LEAST_CURVATURE: f64 = 0.1;
+
 /// A curve that violates its limits by less than this may yet keep them.
 const CLOSE: f64 = 1e-4;
 
 /// A curve is given up when so many rounds one after the other leave more than half of its violation.
 const PATIENCE: u32 = 2;
+
+/// The largest √⟨g, L⁻¹g⟩ that counts as rounding.
+const MOST_ROUNDING: f64 = 1e-6;
 
 /// Violations up to this are met with a larger margin where ρ cannot grow.
 const ROUNDING: f64 = 1e-5;
@@ -62,7 +68,9 @@ impl Fences {
         energy: f64,
         first: f64,
     ) -> Self {
-        let unit = energy / problem.base.len() as f64;
+        let length = problem.length();
+        let least = 0.5 * problem.highest * length * (LEAST_CURVATURE / length).powi(2);
+        let unit = energy.max(least) / problem.base.len() as f64;
         let own = Fences { stiffness: first * unit, unit, margin: MARGIN, violation: f64::INFINITY, slow: 0 };
         for (kind, slopes) in limits.slopes.iter().enumerate() {
             let fence = |slope: &f64| match *slope {
@@ -103,14 +111,15 @@ impl Fences {
     ///
     /// For curvatures βq has an error of βε/h, with h the mean edge. That of a force ρsβ∇q is then ρβ²ε/h³, which √(w/h³)
     /// of the inner product divides. It is below 1e-8 but for the largest ρ: there 9 of 6,000 rough curves stop at 1.4e-8
-    /// to 3.3e-8, for a bound of some 5e-8. The way ahead and the twist have ρβ²ε/h.
+    /// to 3.3e-8, for a bound of some 5e-8. The way ahead and the twist have ρβ²ε/h, which for the twist may be any
+    /// number: more than 1e-6 is not allowed.
     pub fn rounding<const D: usize>(&self, problem: &Problem<D>) -> f64 {
         let h = problem.length() / problem.base.len() as f64;
         let of_kind = |(fences, power): (&Vec<Fence<f64>>, i32)| {
             fences.iter().map(|fence| fence.slope.powi(4)).sum::<f64>() * h.powi(-2 * power)
         };
         let squares: f64 = problem.fences.iter().zip(STEEPNESS).map(of_kind).sum();
-        f64::EPSILON * self.stiffness * squares.sqrt() * h.powf(1.5) / problem.highest.sqrt()
+        (f64::EPSILON * self.stiffness * squares.sqrt() * h.powf(1.5) / problem.highest.sqrt()).min(MOST_ROUNDING)
     }
 
     /// Takes the next multipliers, where the curve stands at its base.
@@ -144,6 +153,8 @@ impl Fences {
         let stiffness = if grows { (FIRMER * self.stiffness).min(MOST * self.unit) } else { self.stiffness };
         if grows && is_at_most && self.violation <= ROUNDING {
             self.margin = self.margin.max(2.0 * self.violation / ENOUGH);
+            // The curve was found with the old one.
+            self.violation = f64::INFINITY;
         }
         for kind in 0..FENCE_KINDS {
             let offset = self.offset(kind);

@@ -8,13 +8,14 @@ pub(super) use region::Form;
 pub use region::Region;
 
 use super::energy::{FENCE_KINDS, Fencing};
+use super::problem::Problem;
 use super::setup::Ready;
 use super::walls::Walls;
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
-use crate::linalg::scalar::{Vector, dot, scale, subtract};
+use crate::linalg::scalar::{Vector, add, scale, subtract};
 
-/// A point may lie outside of its region by this part of the curve's size: it is rounding.
+/// A point may lie outside of its region by this part of its largest coordinate: it is rounding.
 const TOUCHING: f64 = 1e-12;
 
 /// Limits that a fair curve keeps at every vertex, besides passing through its points.
@@ -111,12 +112,12 @@ impl Limits {
 
     /// The first point of curve `i` at which its limits are none or cannot be kept, with what is wrong.
     ///
-    /// `is_pinned` says which points the curve goes through.
+    /// `pinned` are the vertices that the curve goes through, each with the number of the point at or before it.
     pub(super) fn problem<const D: usize>(
         &self,
         batch: &CurveBatch,
         i: usize,
-        is_pinned: impl Fn(usize) -> bool,
+        pinned: &[(usize, Vector<f64, D>)],
     ) -> Option<(usize, String)> {
         let constraints = batch.constraints();
         let own = batch.offsets()[i]..batch.offsets()[i + 1];
@@ -134,21 +135,14 @@ impl Limits {
                 ));
             }
         }
-        let points = batch.points(i).as_chunks::<D>().0;
-        let scale = points.iter().flatten().fold(0.0f64, |most, x| most.max(x.abs()));
-        let pinned = || (0..points.len()).filter(|&k| is_pinned(k));
-        let outside = self.regions.iter().flat_map(|region| pinned().map(move |k| (region, k)));
-        let mut outside = outside.map(|(region, k)| (region, k, region.excess(points[k])));
+        let scale = batch.points(i).iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        let outside = self.regions.iter().flat_map(|region| pinned.iter().map(move |(k, place)| (region, *k, place)));
+        let mut outside = outside.map(|(region, k, place)| (region, k, region.excess(*place)));
         let (region, point, excess) = outside.find(|(.., excess)| *excess > TOUCHING * scale)?;
         Some((
             point,
             format!("it breaks {region}, by {excess:.3e}, and the curve must go through it: move it, or the region"),
         ))
-    }
-
-    /// The largest curvature in every span, infinite where it is not bounded; none if no span's is.
-    fn bounds(&self, batch: &CurveBatch, i: usize, spans: &[Span]) -> Option<Vec<f64>> {
-        of_spans(self.curvature, batch.constraints().largest_curvatures.as_deref(), batch, i, spans)
     }
 
     /// The limits of a curve at size 1, whose problem learns where it lies.
@@ -160,9 +154,7 @@ impl Limits {
         let slopes = polygon.slopes(self, batch, i);
         let walls = self.has_places(batch).then(|| self.walls(batch, i, ready, &polygon));
         if walls.is_some() {
-            let from = ready.vertices[0];
-            let place = |vertex: &Vector<f64, D>| scale(1.0 / size, subtract(*vertex, from));
-            ready.problem.places = ready.vertices.iter().map(place).collect();
+            ready.place();
         }
         ready.problem.direction = self.direction();
         let chords: f64 = batch.chords(i).sum();
@@ -183,26 +175,24 @@ impl Limits {
         // At size 1 from here on.
         let from = ready.vertices[0];
         let mut corridors = vec![None; if widths.is_some() { vertices } else { 0 }];
-        let mut edges = vec![0.0; vertices];
         for (k, span) in spans.iter().enumerate() {
             let chord = polygon.chord(span);
             let [at, chord] = [subtract(points[span.point], from), chord].map(|x| scale(1.0 / size, x));
-            let edge = dot(chord, chord).sqrt() / (span.rows[1] - span.rows[0]) as f64;
-            (span.rows[0]..span.rows[1]).for_each(|row| edges[row % vertices] = edge);
             let Some(width) = widths.as_ref().map(|widths| widths[k] / size) else { continue };
             let within = |width: f64, chord| width.is_finite().then(|| Form::corridor(at, chord, width));
             let before = if k > 0 || polygon.closed { (k + spans.len() - 1) % spans.len() } else { k };
             let least = widths.as_ref().map_or(width, |widths| width.min(widths[before] / size));
             corridors[span.rows[0]] = within(least, [0.0; D]);
             corridors[span.rows[0] + 1..span.rows[1]].fill(within(width, chord));
+            if span.rows[1] < vertices {
+                let end = Form::corridor(add(at, chord), [0.0; D], width);
+                corridors[span.rows[1]] = width.is_finite().then_some(end);
+            }
         }
         let unit = polygon.mean_chord();
-        let regions: Vec<_> = self
-            .regions
-            .iter()
-            .map(|region| edges.iter().map(|&edge| region.form(from, size, unit, edge)).collect())
-            .collect();
-        Walls::new(regions, corridors, &ready.problem.pinned, vertices)
+        let regions = self.regions.iter().map(|region| region.form(from, size, unit)).collect();
+        let rows = spans.iter().map(|span| span.rows).collect();
+        Walls::new(regions, corridors, rows, &ready.problem.pinned, vertices)
     }
 
     /// The unit vector along the direction of [`monotone`](Self::monotone) curves.
@@ -252,4 +242,11 @@ pub(super) struct CurveLimits<const D: usize> {
     pub walls: Option<Walls<D>>,
     /// The longest length.
     pub longest: Option<f64>,
+}
+
+impl<const D: usize> CurveLimits<D> {
+    /// Measures what depends on where the problem's base stands.
+    pub fn measure(&mut self, problem: &Problem<D>) {
+        self.walls.iter_mut().for_each(|walls| walls.measure(problem));
+    }
 }

@@ -122,6 +122,13 @@ impl<const D: usize> Ready<D> {
         self.vertices.iter().zip(&outcome.displacements).map(place).collect()
     }
 
+    /// Tells the problem where its vertices lie at the start.
+    pub(super) fn place(&mut self) {
+        let from = self.vertices[0];
+        let place = |vertex: &Vector<f64, D>| scale(1.0 / self.size, subtract(*vertex, from));
+        self.problem.places = self.vertices.iter().map(place).collect();
+    }
+
     /// Whether every pinned vertex stands at its data point, and only data points are pinned.
     fn goes_through_its_pins(&self, points: &[Vector<f64, D>]) -> bool {
         let count = self.vertices.len() as u32;
@@ -193,12 +200,14 @@ fn ready<const D: usize>(
         Pins::None => (kept[0] && k == 0) || (kept[1] && k + 1 == points.len()),
     };
     let is_pinned = |&k: &usize| pinned_at(k) || batch.is_pinned(i, k);
-    if let Some((point, what)) = fair.limits.problem::<D>(batch, i, |k| is_pinned(&k)) {
-        return refuse(point, CurveStatus::Invalid, &what);
-    }
     let fixed = || constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32);
     // A constraint at a point pins the point.
     let pinned = increasing((0..points.len()).filter(is_pinned).map(|k| data[k]).chain(fixed()).collect());
+    let point_of = |row: u32| rows[..points.len()].partition_point(|&own| own <= row).saturating_sub(1);
+    let through: Vec<_> = pinned.iter().map(|&row| (point_of(row), vertices[row as usize])).collect();
+    if let Some((point, what)) = fair.limits.problem::<D>(batch, i, &through) {
+        return refuse(point, CurveStatus::Invalid, &what);
+    }
     let mut targets: Vec<Attached<D>> = Vec::new();
     if attached > 0.0 {
         let weight = |k: usize| batch.weights(i).map_or(1.0, |weights| weights[k]);

@@ -16,11 +16,16 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 /// A vertex in the corner between two regions has two, and a corridor as a third.
 const MOST: usize = 3;
 
+/// An edge may be longer than the mean of its span by this factor, where walls push vertices apart.
+const UNEVEN: f64 = 1.01;
+
 /// The regions of a curve at size 1.
 #[derive(Clone, Debug)]
 pub(super) struct Walls<const D: usize> {
-    /// Of every region its form at each vertex.
-    regions: Vec<Vec<Form<D>>>,
+    regions: Vec<Form<D>>,
+    /// The rows of the data points that spans lie between, and the longest edge beside each vertex.
+    spans: Vec<[usize; 2]>,
+    edges: Vec<f64>,
     /// The corridor of each vertex; empty without one.
     corridors: Vec<Option<Form<D>>>,
     movable: Vec<bool>,
@@ -29,11 +34,24 @@ pub(super) struct Walls<const D: usize> {
 }
 
 impl<const D: usize> Walls<D> {
-    pub fn new(regions: Vec<Vec<Form<D>>>, corridors: Vec<Option<Form<D>>>, pinned: &[u32], vertices: usize) -> Self {
+    pub fn new(
+        regions: Vec<Form<D>>,
+        corridors: Vec<Option<Form<D>>>,
+        spans: Vec<[usize; 2]>,
+        pinned: &[u32],
+        vertices: usize,
+    ) -> Self {
         let mut movable = vec![true; vertices];
         pinned.iter().for_each(|&row| movable[row as usize] = false);
         let layers = MOST.min(regions.len() + usize::from(!corridors.is_empty()));
-        Walls { regions, corridors, movable, chosen: vec![vec![None; vertices]; layers] }
+        Walls {
+            regions,
+            spans,
+            edges: vec![0.0; vertices],
+            corridors,
+            movable,
+            chosen: vec![vec![None; vertices]; layers],
+        }
     }
 
     /// How many walls a vertex has at most.
@@ -42,13 +60,13 @@ impl<const D: usize> Walls<D> {
     }
 
     /// The numbers of the regions of a vertex with their forms; none where it is pinned.
-    fn of(&self, row: usize) -> impl Iterator<Item = (usize, &Form<D>)> {
-        let regions = self.regions.iter().map(move |forms| &forms[row]).enumerate();
-        let corridor = self.corridors.get(row).and_then(Option::as_ref).map(|form| (self.regions.len(), form));
+    fn of(&self, row: usize) -> impl Iterator<Item = (usize, Form<D>)> {
+        let regions = self.regions.iter().map(move |form| form.beside(self.edges[row])).enumerate();
+        let corridor = self.corridors.get(row).copied().flatten().map(|form| (self.regions.len(), form));
         regions.chain(corridor).filter(move |_| self.movable[row])
     }
 
-    fn form(&self, row: usize, region: usize) -> Option<&Form<D>> {
+    fn form(&self, row: usize, region: usize) -> Option<Form<D>> {
         self.of(row).find(|(number, _)| *number == region).map(|(_, form)| form)
     }
 
@@ -76,6 +94,7 @@ impl<const D: usize> Walls<D> {
     /// and margin.
     pub fn choose(&mut self, problem: &mut Problem<D>, margin: f64, stiffness: f64, ratio: f64) {
         let layers = self.layers();
+        self.measure(problem);
         problem.walls.resize(layers, Vec::new());
         problem.walls.iter_mut().for_each(|walls| walls.resize(self.movable.len(), Wall::NONE));
         for row in 0..self.movable.len() {
@@ -101,63 +120,118 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// The displacements that lift the curve at these places out of discs that it passes through; none if there are none.
-    pub fn lift(&self, places: &[Vector<f64, D>], closed: bool) -> Option<Vec<Vector<f64, D>>> {
-        let mut lifted = places.to_vec();
-        for forms in self.regions.iter().filter(|forms| forms[0].bend < 0.0) {
-            let is_within =
-                |row: usize, lifted: &[Vector<f64, D>]| self.movable[row] && forms[row].room(lifted[row]) < 0.0;
-            let count = lifted.len();
-            // From a vertex outside on, so that no part of a closed curve is cut in two.
-            let begin = (0..count).find(|&row| !closed || !is_within(row, &lifted)).unwrap_or(0);
-            let mut at = 0;
-            while at < count {
-                let row = |at: usize| (begin + at) % count;
-                let length = (at..count).take_while(|&at| is_within(row(at), &lifted)).count();
-                if length > 0 {
-                    let part: Vec<usize> = (at..at + length).map(row).collect();
-                    let before = if at > 0 || closed { (row(at) + count - 1) % count } else { row(at) };
-                    let after = if at + length < count || closed { row(at + length) } else { row(at + length - 1) };
-                    lift_part(&mut lifted, forms, &part, [before, after]);
-                }
-                at += length + 1;
+    /// Measures the edges of the base: the mean of each span, which the gauge keeps nearly equal.
+    pub fn measure(&mut self, problem: &Problem<D>) {
+        self.edges.fill(0.0);
+        for &[from, to] in &self.spans {
+            let length: f64 = problem.base[from..to].iter().map(|edge| dot(*edge, *edge).sqrt()).sum();
+            let edge = UNEVEN * length / (to - from) as f64;
+            for row in from..=to {
+                let own = &mut self.edges[row % self.movable.len()];
+                *own = own.max(edge);
             }
         }
-        let moves: Vec<Vector<f64, D>> = lifted.iter().zip(places).map(|(to, from)| subtract(*to, *from)).collect();
+    }
+
+    /// The discs to stay out of that a vertex is in.
+    fn around(&self, row: usize, place: Vector<f64, D>) -> impl Iterator<Item = Form<D>> {
+        self.of(row).map(|(_, form)| form).filter(move |form| form.bend < 0.0 && form.room(place) < 0.0)
+    }
+
+    /// The displacements that lift the curve at these places out of discs that it passes through; none if there are none.
+    pub fn lift(&self, places: &[Vector<f64, D>], closed: bool) -> Option<Vec<Vector<f64, D>>> {
+        let count = places.len();
+        let is_within = |row: usize| self.around(row, places[row]).next().is_some();
+        // From a vertex outside on, so that no part of a closed curve is cut in two.
+        let begin = if closed { (0..count).find(|&row| !is_within(row))? } else { 0 };
+        let row = |at: usize| (begin + at) % count;
+        let mut moves = vec![[0.0; D]; count];
+        let mut at = 0;
+        while at < count {
+            let length = (at..count).take_while(|&at| is_within(row(at))).count();
+            if length > 0 {
+                let part: Vec<usize> = (at..at + length).map(row).collect();
+                let before = if at > 0 || closed { (row(at) + count - 1) % count } else { row(at) };
+                let after = if at + length < count || closed { row(at + length) } else { row(at + length - 1) };
+                self.lift_part(places, &part, subtract(places[after], places[before]), &mut moves);
+            }
+            at += length + 1;
+        }
         moves.iter().any(|u| *u != [0.0; D]).then_some(moves)
     }
-}
 
-/// Lifts vertices that follow each other out of a disc, across the way from the vertex before them to that after them.
-fn lift_part<const D: usize>(
-    places: &mut [Vector<f64, D>],
-    forms: &[Form<D>],
-    part: &[usize],
-    [before, after]: [usize; 2],
-) {
-    let way = subtract(places[after], places[before]);
-    let way = scale(1.0 / dot(way, way).sqrt().max(f64::MIN_POSITIVE), way);
-    let across = |v: Vector<f64, D>| subtract(v, scale(dot(v, way), way));
-    let sum = part.iter().fold([0.0; D], |sum, &row| add(sum, subtract(places[row], forms[row].foot)));
-    let mut up = across(sum);
-    let radius = (-1.0 / forms[part[0]].bend).sqrt();
-    if dot(up, up).sqrt() < 1e-6 * radius * part.len() as f64 {
-        // Through the middle: to the left, or in space across the coordinate that the way has the least of.
-        up = match D {
-            2 => std::array::from_fn(|c| [-way[1], way[0]][c]),
-            _ => {
-                let least = (0..D).min_by(|&a, &b| way[a].abs().total_cmp(&way[b].abs())).unwrap_or(0);
-                across(std::array::from_fn(|c| f64::from(u8::from(c == least))))
-            }
-        };
+    /// Lifts vertices that follow each other out of all discs, across the way to the side of the lower lift.
+    fn lift_part(&self, places: &[Vector<f64, D>], part: &[usize], way: Vector<f64, D>, moves: &mut [Vector<f64, D>]) {
+        let way = scale(1.0 / dot(way, way).sqrt().max(f64::MIN_POSITIVE), way);
+        let across = |v: Vector<f64, D>| subtract(v, scale(dot(v, way), way));
+        let offsets = part.iter().flat_map(|&row| {
+            self.around(row, places[row]).map(move |form| (subtract(places[row], form.foot), (-1.0 / form.bend).sqrt()))
+        });
+        let (sum, radius) = offsets.fold(([0.0; D], 0.0), |(sum, radius), (o, r)| (add(sum, o), radius + r));
+        let mut up = across(sum);
+        if dot(up, up).sqrt() < 1e-6 * radius {
+            // Through the middle: to the left, or in space across the coordinate that the way has the least of.
+            up = match D {
+                2 => std::array::from_fn(|c| [-way[1], way[0]][c]),
+                _ => {
+                    let least = (0..D).min_by(|&a, &b| way[a].abs().total_cmp(&way[b].abs())).unwrap_or(0);
+                    across(std::array::from_fn(|c| f64::from(u8::from(c == least))))
+                }
+            };
+        }
+        let up = scale(1.0 / dot(up, up).sqrt().max(f64::MIN_POSITIVE), up);
+        let [first, second] = [up, scale(-1.0, up)].map(|up| {
+            let lifts: Vec<f64> = part.iter().map(|&row| self.height(row, places[row], up)).collect();
+            (lifts.iter().copied().fold(0.0, f64::max), lifts, up)
+        });
+        let (most, lifts, up) = if second.0 < first.0 { second } else { first };
+        let peak = lifts.iter().position(|lift| *lift == most).unwrap_or(0);
+        // An arch from the pinned vertex before to that after, without a kink at the edge of a disc.
+        let arch = self.arch(part[peak]);
+        let height = |row: usize| arch.iter().find(|(own, _)| *own == row).map_or(1.0, |(_, height)| *height);
+        let steep = part.iter().zip(&lifts).map(|(&row, lift)| lift / height(row)).fold(most, f64::max);
+        for (row, height) in arch {
+            moves[row] = add(moves[row], scale(steep * height, up));
+        }
     }
-    let up = scale(1.0 / dot(up, up).sqrt().max(f64::MIN_POSITIVE), up);
-    for &row in part {
-        let o = subtract(places[row], forms[row].foot);
-        let height = dot(o, up);
-        let rest = dot(o, o) - height * height;
-        let wanted = (-1.0 / forms[row].bend - rest).max(0.0).sqrt();
-        places[row] = add(places[row], scale((wanted - height).max(0.0), up));
+
+    /// The rows between the pinned ones about a row, with heights from 0 at those to 1 at the row.
+    fn arch(&self, peak: usize) -> Vec<(usize, f64)> {
+        let count = self.movable.len();
+        let side = |step: usize| -> Vec<usize> {
+            let rows = (1..count).map(|k| (peak + k * step) % count);
+            // An open curve whose end may move ends there.
+            let is_in = |row: &usize| self.movable[*row] && (self.is_closed() || (*row > peak) == (step == 1));
+            rows.take_while(is_in).collect()
+        };
+        let rise = |rows: Vec<usize>| {
+            let steps = rows.len() as f64 + 1.0;
+            rows.into_iter().enumerate().map(move |(k, row)| {
+                let part = std::f64::consts::FRAC_PI_2 * (k as f64 + 1.0) / steps;
+                (row, part.cos())
+            })
+        };
+        [(peak, 1.0)].into_iter().chain(rise(side(1))).chain(rise(side(count - 1))).collect()
+    }
+
+    /// Whether the last span ends at the first vertex.
+    fn is_closed(&self) -> bool {
+        self.spans.last().is_some_and(|span| span[1] == self.movable.len())
+    }
+
+    /// How far up a vertex is outside of every disc.
+    fn height(&self, row: usize, place: Vector<f64, D>, up: Vector<f64, D>) -> f64 {
+        let mut lift = 0.0;
+        // Out of one disc it may come into the next.
+        for _ in 0..self.regions.len() {
+            let at = add(place, scale(lift, up));
+            let Some(form) = self.around(row, at).next() else { break };
+            let o = subtract(at, form.foot);
+            let height = dot(o, up);
+            let half = (-1.0 / form.bend - (dot(o, o) - height * height)).max(0.0).sqrt();
+            lift += (half - height).max(0.0) * (1.0 + 1e-9) + 1e-12;
+        }
+        lift
     }
 }
 

@@ -1,6 +1,6 @@
 //! Curves keep their corridors and regions, go on in a direction, and twist to one side.
 
-use faircurve::discrete::{Energy, Fair, Limits, Region, bending, length, tautness, variation};
+use faircurve::discrete::{Energy, Fair, Limits, Pins, Region, bending, length, tautness, variation};
 use faircurve::{Constraints, CurveBatch, CurveReport, CurveStatus, Device};
 
 use crate::common::*;
@@ -41,14 +41,14 @@ fn widths<const D: usize>(vertices: &[[f64; D]], points: &[[f64; D]]) -> Vec<f64
 #[test]
 fn energies_within_regions_are_those_of_an_interior_point_method() {
     // Of the same sums by IPOPT 3.14, which starts from the chords. Its edges are equal in every span, where the gauge
-    // lets a wall push them apart by a few thousandths.
+    // lets a wall push them apart by a few thousandths. Vertices stay out of discs of √(r² + (1.01 h)²/4).
     let along = |direction| Limits { monotone: Some(direction), ..Limits::default() };
     let regions = |regions: &[Region]| Limits { regions: regions.to_vec(), ..Limits::default() };
     let corridor = Limits { corridor: Some(0.1), ..Limits::default() };
     let below = Region::HalfSpace { normal: [0.0, 2.0, 0.0], offset: 1.9 };
     let cases: [(&str, &[Planar], Limits, f64, f64); 4] = [
         ("corridor", &ZIGZAG, corridor, 17.8799963795, 3e-4),
-        ("discs", &AROUND, regions(&[disc(0.7, 0.1, 0.3), disc(2.8, 0.3, 0.4)]), 1.4431688241, 2e-5),
+        ("discs", &AROUND, regions(&[disc(0.7, 0.1, 0.3), disc(2.8, 0.3, 0.4)]), 1.4464699124, 2e-5),
         ("direction", &STEPS, along([0.0, 1.0, 0.0]), 10.0014285373, 2e-5),
         ("half-plane", &ZIGZAG, regions(&[below]), 12.8505938744, 1e-6),
     ];
@@ -115,11 +115,63 @@ fn no_edge_cuts_a_disc_to_stay_out_of() {
     let (vertices, report) = fitted::<2>(&fair, &one(&points, false), SEGMENTS);
     assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
     for (center, radius) in [([2.0, 0.0], 0.5), ([3.1, 0.3], 0.05)] {
-        let nearest =
-            vertices.windows(2).map(|edge| distance_to(center, edge[0], edge[1])).fold(f64::INFINITY, f64::min);
-        // Edges are longer than those of the chord by a few hundredths.
-        assert!(nearest > 0.999 * radius, "{center:?}: {nearest}");
+        let nearest = nearest(&vertices, center);
+        assert!(nearest >= radius, "{center:?}: {nearest}");
     }
+    // Around this one edges are much longer than those of the chord.
+    let fair = limited(Limits { regions: vec![disc(5.0, 0.1, 4.7)], ..Limits::default() });
+    let (vertices, report) = fitted::<2>(&fair, &one(&[[0.0, 0.0], [10.0, 0.0]], false), SEGMENTS);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    assert!(nearest(&vertices[1..SEGMENTS], [5.0, 0.1]) >= 4.7);
+}
+
+/// The distance of a polygon from a point.
+fn nearest(vertices: &[Planar], center: Planar) -> f64 {
+    vertices.windows(2).map(|edge| distance_to(center, edge[0], edge[1])).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn curves_go_around_discs_that_overlap() {
+    let regions = vec![disc(5.0, 1.0, 1.5), disc(5.0, -1.0, 1.5)];
+    let fair = limited(Limits { regions, ..Limits::default() });
+    let (vertices, report) = fitted::<2>(&fair, &one(&[[0.0, 0.0], [10.0, 0.3]], false), SEGMENTS);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    assert!(nearest(&vertices, [5.0, 1.0]) >= 1.5 && nearest(&vertices, [5.0, -1.0]) >= 1.5);
+}
+
+#[test]
+fn a_straight_curve_whose_energy_vanishes_keeps_its_limits_too() {
+    for energy in [bending(2.0), variation()] {
+        let fair = Fair { energy, ..limited(Limits { regions: vec![disc(5.0, 0.1, 2.0)], ..Limits::default() }) };
+        let (vertices, report) = fitted::<2>(&fair, &one(&[[0.0, 0.0], [10.0, 0.0]], false), SEGMENTS);
+        assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+        assert!(nearest(&vertices, [5.0, 0.1]) >= 2.0, "{report:?}");
+    }
+}
+
+#[test]
+fn both_ends_that_are_not_pinned_stay_in_their_corridors() {
+    let points = [[0.0, 0.0], [1.0, 1.0], [2.0, -1.0], [3.0, 1.0], [4.0, 0.0], [5.0, 1.0]];
+    let limits = Limits { corridor: Some(0.05), ..Limits::default() };
+    let fair = Fair { deviation: Some(0.5.into()), pins: Pins::None, ..limited(limits) };
+    let (vertices, report) = fitted::<2>(&fair, &one(&points, false), SEGMENTS);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    let ends = [(0, points[0]), (vertices.len() - 1, points[5])].map(|(row, point)| norm(minus(vertices[row], point)));
+    assert!(ends.iter().all(|away| *away <= 0.05), "{ends:?}");
+}
+
+#[test]
+fn a_point_with_a_tangent_is_pinned_and_must_be_in_every_region() {
+    let points = [[0.0, 0.0], [2.0, 1.0], [4.0, 0.0]];
+    let tangents = vec![f64::NAN, f64::NAN, 1.0, 0.0, f64::NAN, f64::NAN];
+    let batch = one(&points, false)
+        .with_constraints(Constraints { tangents: Some(tangents), ..Constraints::default() })
+        .unwrap();
+    let limits = Limits { regions: vec![disc(2.0, 1.02, 0.05)], ..Limits::default() };
+    let found = fit(&Fair { deviation: Some(0.3.into()), ..limited(limits) }, &batch);
+    let report = &found.reports()[0];
+    assert_eq!(report.status, CurveStatus::Invalid, "{report:?}");
+    assert!(report.message.as_ref().unwrap().contains("point 1: it breaks the disc"), "{report:?}");
 }
 
 #[test]
@@ -229,6 +281,10 @@ fn limits_of_places_that_make_no_sense_have_sentences() {
         (region(disc(0.0, 0.0, -1.0)), "the radius must be positive"),
         (region(disc(f64::NAN, 0.0, 1.0)), "its numbers must be finite"),
         (region(Region::HalfSpace { normal: [0.0; 3], offset: 1.0 }), "a normal of length 0 has no direction"),
+        (
+            region(Region::HalfSpace { normal: [1e-200, 0.0, 0.0], offset: 1.0 }),
+            "a normal of length 0 has no direction",
+        ),
         (region(Region::Inside { center: [0.0, 0.0, 1.0], radius: 1.0 }), "planar curves have no third coordinate"),
     ] {
         let message = refused(limits, &planar);
@@ -236,6 +292,10 @@ fn limits_of_places_that_make_no_sense_have_sentences() {
     }
     let energy: Energy = bending(2.0);
     let spatial = one(&[[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [2.0, 0.0, 1.0]], false);
+    let flat = limited(region(Region::Inside { center: [0.0, 0.0, f64::NAN], radius: 1.0 }));
+    assert!(flat.fit(&planar, &Device::cpu()).is_ok());
+    let message = flat.fit(&spatial, &Device::cpu()).unwrap_err().to_string();
+    assert!(message.contains("curves in space need a third coordinate"), "{message}");
     let fair = Fair { energy, ..limited(Limits { shape: true, ..Limits::default() }) };
     let message = fair.fit(&spatial, &Device::cpu()).unwrap_err().to_string();
     assert!(message.contains("give an energy with variation or torsion"), "{message}");
@@ -270,7 +330,7 @@ fn a_region_that_a_curve_cannot_keep_is_named() {
     let points = [[0.0, 0.0], [1.0, 0.05], [2.0, 0.0]];
     let fair = Fair {
         deviation: Some(0.2.into()),
-        pins: faircurve::discrete::Pins::None,
+        pins: Pins::None,
         ..limited(Limits { regions: regions.to_vec(), ..Limits::default() })
     };
     let (_, report) = fitted::<2>(&fair, &one(&points, false), SEGMENTS);

@@ -177,7 +177,38 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         assert_eq!([count("panel"), count("plot")], [panels, plots], "{name}");
         assert!(count("s") >= curves && !svg.contains("NaN"), "{name}: {} curves", count("s"));
     }
-    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 3 + 5 + 5 + 5 + 7);
+    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 3 + 3 + 5 + 5 + 5 + 7);
+}
+
+#[test]
+fn shape_keeps_the_limits_of_rough_curves_and_draws_them() {
+    let folder = TempDir::new().unwrap();
+    run(&folder, "experiments shape -o made")
+        .code(0)
+        .stderr(is_empty())
+        .stdout(contains("every curve that converged keeps its limits: yes").and(contains("NO").not()));
+    let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
+    let csv = read("shape.csv");
+    let mut rows = csv::Reader::from_reader(csv.as_bytes());
+    assert_eq!(rows.headers().unwrap().iter().take(6).collect::<Vec<_>>(), [
+        "limit",
+        "sigma",
+        "curves",
+        "met",
+        "infeasible",
+        "neither"
+    ]);
+    let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 33);
+    for row in &rows {
+        let count = |k: usize| row[k].parse::<usize>().unwrap();
+        assert_eq!(count(3) + count(4) + count(5), count(2), "{row:?}");
+    }
+    let svg = read("shape.svg");
+    let picture = roxmltree::Document::parse(&svg).unwrap();
+    let count = |class: &str| picture.descendants().filter(|node| node.attribute("class") == Some(class)).count();
+    assert_eq!(count("panel"), 7);
+    assert!(count("s") >= 14 + 8 + 3 && !svg.contains("NaN"), "{} curves", count("s"));
 }
 
 #[test]

@@ -33,10 +33,10 @@ impl FromStr for Numbers {
 }
 
 impl Numbers {
-    /// The vector, with 0 for a third coordinate that is not given, and the last number.
+    /// The vector, with NaN for a third coordinate that is not given, and the last number.
     fn split(&self) -> ([f64; 3], f64) {
         let (last, vector) = self.0.split_last().expect("three or four numbers");
-        (std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0)), *last)
+        (std::array::from_fn(|c| vector.get(c).copied().unwrap_or(f64::NAN)), *last)
     }
 }
 

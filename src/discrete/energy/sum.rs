@@ -19,12 +19,14 @@ pub struct Energy {
     terms: Vec<(f64, Functional)>,
     /// How many walls a vertex has at most.
     walls: usize,
+    /// Whether the length has a weight of its own, curve by curve.
+    has_tether: bool,
 }
 
 impl Energy {
     /// One functional with weight 1.
     pub(crate) fn of(functional: Functional) -> Self {
-        Energy { terms: vec![(1.0, functional)], walls: 0 }
+        Energy { terms: vec![(1.0, functional)], walls: 0, has_tether: false }
     }
 
     /// A custom energy.
@@ -92,7 +94,7 @@ impl Energy {
         if fencing.stretch {
             fenced = fenced + super::length();
         }
-        Energy { walls: fencing.walls, ..fenced }
+        Energy { walls: fencing.walls, has_tether: fencing.stretch, ..fenced }
     }
 
     /// Which kinds of fences it holds.
@@ -111,9 +113,9 @@ impl Energy {
         self.walls
     }
 
-    /// Whether it holds fences or walls.
+    /// Whether it is one with limits.
     pub(crate) fn is_fenced(&self) -> bool {
-        self.walls > 0 || self.fences().contains(&true)
+        self.walls > 0 || self.has_tether || self.fences().contains(&true)
     }
 
     /// The weight of the attachment to data.
@@ -146,6 +148,7 @@ impl Add for Energy {
     fn add(mut self, other: Energy) -> Energy {
         self.terms.extend(other.terms);
         self.walls = self.walls.max(other.walls);
+        self.has_tether |= other.has_tether;
         self
     }
 }

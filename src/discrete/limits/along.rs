@@ -1,6 +1,6 @@
 //! Limits of quantities along a curve: which vertex has which, by the spans between data points.
 
-use super::Limits;
+use super::{Limits, of_spans};
 use crate::batch::CurveBatch;
 use crate::discrete::energy::FENCE_KINDS;
 use crate::linalg::scalar::{Vector, dot, subtract};
@@ -78,7 +78,8 @@ impl<const D: usize> Polygon<'_, D> {
     ///
     /// A kind that limits nothing is empty.
     pub fn slopes(&self, limits: &Limits, batch: &CurveBatch, i: usize) -> [Vec<f64>; FENCE_KINDS] {
-        let curb = limits.bounds(batch, i, self.spans).map(|bounds| self.curbs(&bounds));
+        let column = batch.constraints().largest_curvatures.as_deref();
+        let curb = of_spans(limits.curvature, column, batch, i, self.spans).map(|bounds| self.curbs(&bounds));
         let side = (limits.shape && D == 2).then(|| self.sides());
         let ahead = limits.monotone.map(|direction| self.ways(direction));
         let twist = (limits.shape && D == 3).then(|| self.twists());

@@ -5,7 +5,7 @@ use crate::linalg::scalar::{Vector, dot, scale, subtract};
 
 /// A region of the plane or of space that curves keep within.
 ///
-/// In the plane the third coordinate is 0. Lengths are in units of the input.
+/// In the plane the third coordinate is 0, or NaN for none. Lengths are in units of the input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Region {
@@ -42,15 +42,19 @@ impl Region {
         | Region::Inside { center: vector, radius: number }
         | Region::Outside { center: vector, radius: number }) = *self;
         let refuse = |why: String| Err(Error::argument(why));
-        if !(vector.iter().all(|x| x.is_finite()) && number.is_finite()) {
+        if dimension == 3 && vector[2].is_nan() {
+            return refuse(format!("{self}: curves in space need a third coordinate"));
+        }
+        if !(vector[..dimension].iter().all(|x| x.is_finite()) && number.is_finite()) {
             return refuse(format!("{self}: its numbers must be finite"));
         }
-        if dimension == 2 && vector[2] != 0.0 {
+        if dimension == 2 && vector[2] != 0.0 && !vector[2].is_nan() {
             return refuse(format!("{self}: planar curves have no third coordinate"));
         }
+        let square: f64 = vector[..dimension].iter().map(|x| x * x).sum();
         match self {
-            Region::HalfSpace { normal, .. } if *normal == [0.0; 3] => {
-                refuse(format!("{self}: a normal of length 0 has no direction"))
+            Region::HalfSpace { .. } if !(square > 0.0 && square.is_finite()) => {
+                refuse(format!("{self}: a normal of length {} has no direction", square.sqrt()))
             }
             Region::Inside { radius, .. } | Region::Outside { radius, .. } if *radius <= 0.0 => {
                 refuse(format!("{self}: the radius must be positive"))
@@ -71,18 +75,18 @@ impl Region {
         }
     }
 
-    /// The region's form at size 1 from a point on, for vertices with edges of length `edge` at size 1.
+    /// The region's form at size 1 from a point on.
     ///
     /// `unit` is the length in which a half space counts.
-    pub(super) fn form<const D: usize>(&self, from: Vector<f64, D>, size: f64, unit: f64, edge: f64) -> Form<D> {
+    pub(super) fn form<const D: usize>(&self, from: Vector<f64, D>, size: f64, unit: f64) -> Form<D> {
         let at = |center: [f64; 3]| scale(1.0 / size, subtract(first::<D>(center), from));
-        let disc = |foot: Vector<f64, D>, bend: f64| Form {
-            foot,
+        let disc = |center: [f64; 3], bend: f64, offset: f64| Form {
+            foot: at(center),
             axis: [0.0; D],
             span: 0.0,
             plane: 0.0,
             bend,
-            offset: 0.5 * bend.signum(),
+            offset,
         };
         match *self {
             Region::HalfSpace { normal, offset } => {
@@ -90,14 +94,10 @@ impl Region {
                 let length = dot(normal, normal).sqrt();
                 let axis = scale(1.0 / length, normal);
                 let foot = scale((offset / length - dot(axis, from)) / size, axis);
-                Form { axis, plane: 1.0 / unit, ..disc(foot, 0.0) }.with_offset(0.0)
+                Form { foot, axis, span: 0.0, plane: 1.0 / unit, bend: 0.0, offset: 0.0 }
             }
-            Region::Inside { center, radius } => disc(at(center), (radius / size).powi(-2)),
-            Region::Outside { center, radius } => {
-                // An edge between two vertices at this distance touches the disc with its middle.
-                let square = (radius / size).powi(2) + 0.25 * edge * edge;
-                disc(at(center), -1.0 / square)
-            }
+            Region::Inside { center, radius } => disc(center, (radius / size).powi(-2), 0.5),
+            Region::Outside { center, radius } => disc(center, -(radius / size).powi(-2), -0.5),
         }
     }
 }
@@ -108,7 +108,7 @@ impl std::fmt::Display for Region {
             Region::HalfSpace { normal, .. } => normal,
             Region::Inside { center, .. } | Region::Outside { center, .. } => center,
         };
-        let vector = if z == 0.0 { format!("({x}, {y})") } else { format!("({x}, {y}, {z})") };
+        let vector = if z == 0.0 || z.is_nan() { format!("({x}, {y})") } else { format!("({x}, {y}, {z})") };
         match *self {
             Region::HalfSpace { offset, .. } => write!(f, "the half-plane {vector}·f ≤ {offset}"),
             Region::Inside { radius, .. } => write!(f, "the disc of radius {radius} around {vector} to stay within"),
@@ -131,8 +131,14 @@ pub(in crate::discrete) struct Form<const D: usize> {
 }
 
 impl<const D: usize> Form<D> {
-    fn with_offset(self, offset: f64) -> Self {
-        Form { offset, ..self }
+    /// The form for a vertex beside an edge of length `edge`.
+    ///
+    /// An edge between two vertices at the distance √(r² + h²/4) touches a disc with its middle.
+    pub fn beside(self, edge: f64) -> Self {
+        match self.bend < 0.0 {
+            true => Form { bend: -1.0 / (0.25 * edge * edge - 1.0 / self.bend), ..self },
+            false => self,
+        }
     }
 
     /// Within a distance of a chord.
