@@ -190,14 +190,10 @@ fn shape_keeps_the_limits_of_rough_curves_and_draws_them() {
     let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
     let csv = read("shape.csv");
     let mut rows = csv::Reader::from_reader(csv.as_bytes());
-    assert_eq!(rows.headers().unwrap().iter().take(6).collect::<Vec<_>>(), [
-        "limit",
-        "sigma",
-        "curves",
-        "met",
-        "infeasible",
-        "neither"
-    ]);
+    assert_eq!(
+        rows.headers().unwrap().iter().take(6).collect::<Vec<_>>(),
+        ["limit", "sigma", "curves", "met", "infeasible", "neither"]
+    );
     let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 33);
     for row in &rows {

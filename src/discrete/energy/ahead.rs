@@ -1,5 +1,8 @@
 //! Ahead: a [fence](super::fence) of the way that an edge goes along a direction, which keeps a curve from going back.
 
+// Loops over coordinates by index match the formulas.
+#![allow(clippy::needless_range_loop)]
+
 use std::collections::BTreeMap;
 
 use super::wgsl::literal;

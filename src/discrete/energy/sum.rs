@@ -148,7 +148,7 @@ impl Add for Energy {
     fn add(mut self, other: Energy) -> Energy {
         self.terms.extend(other.terms);
         self.walls = self.walls.max(other.walls);
-        self.has_tether |= other.has_tether;
+        self.has_tether = self.has_tether || other.has_tether;
         self
     }
 }

@@ -1,5 +1,8 @@
 //! The twist: a [fence](super::fence) of the sign of torsion, which keeps a spatial curve twisting to one side.
 
+// Loops over coordinates by index match the formulas.
+#![allow(clippy::needless_range_loop)]
+
 use super::{Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::dot;

@@ -155,12 +155,12 @@ impl<const D: usize> Polygon<'_, D> {
         for (k, span) in self.spans.iter().enumerate() {
             let edge = length(self.chord(span)) / self.size / (span.rows[1] - span.rows[0]) as f64;
             let side = sides[k];
-            for row in span.rows[0]..span.rows[1] {
-                let beside =
-                    [(row == span.rows[0]).then(|| self.before(k)), (row + 1 == span.rows[1]).then(|| self.after(k))];
+            let [from, to] = span.rows;
+            for (row, slope) in (from..to).zip(&mut slopes[from..to]) {
+                let beside = [(row == from).then(|| self.before(k)), (row + 1 == to).then(|| self.after(k))];
                 // Three edges about a data point lie in both spans.
                 let agree = beside.into_iter().flatten().all(|other| other.is_some_and(|k| sides[k] == side));
-                slopes[row] = if agree { -side * (scale / edge).powi(3) } else { 0.0 };
+                *slope = if agree { -side * (scale / edge).powi(3) } else { 0.0 };
             }
         }
         slopes
