@@ -195,7 +195,10 @@ mod tests {
              or choose a method that knows them"
         );
         all()
-            .expect_only(&[Tangents, Curvatures, Exponents, Known, Pinned, LargestCurvatures], "curves of a kind")
+            .expect_only(
+                &[Tangents, Curvatures, Exponents, Known, Pinned, LargestCurvatures, Corridors],
+                "curves of a kind",
+            )
             .unwrap();
         Constraints::default().expect_only(&[], "curves of a kind").unwrap();
     }

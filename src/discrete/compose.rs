@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::energy::{Energy, Functional, MOST_EDGES, TORSION_CURVATURE};
+use super::energy::{Energy, FENCE_KINDS, Functional, MOST_EDGES, TORSION_CURVATURE};
 use crate::gpu::source::{Definitions, definitions};
 use crate::precision::Precision;
 
@@ -25,6 +25,9 @@ const RESERVED: [&str; 11] = [
     "across",
     "torsion_curvature",
 ];
+
+/// The flags of kernels with fences of each kind.
+const FENCES: [&str; FENCE_KINDS] = ["FENCE_CURB", "FENCE_SIDE", "FENCE_AHEAD", "FENCE_TWIST"];
 
 /// An energy in the form a kernel needs.
 #[derive(Clone, Debug)]
@@ -116,16 +119,9 @@ impl Composition {
             places,
             edges,
         };
-        let flags = [
-            ("SPATIAL", dimension == 3),
-            ("WIDE", edges > 3),
-            ("TAUT", energy.is_taut()),
-            ("FENCE_CURB", energy.fences()[0]),
-            ("FENCE_SIDE", energy.fences()[1]),
-            ("FENCE_AHEAD", energy.fences()[2]),
-            ("FENCE_TWIST", energy.fences()[3]),
-        ];
-        flags.into_iter().filter(|(_, is_so)| *is_so).for_each(|(name, _)| composing.define(name, 1));
+        let flags = [("SPATIAL", dimension == 3), ("WIDE", edges > 3), ("TAUT", energy.is_taut())];
+        let fences = FENCES.into_iter().zip(energy.fences());
+        flags.into_iter().chain(fences).filter(|(_, is_so)| *is_so).for_each(|(name, _)| composing.define(name, 1));
         if energy.walls() > 0 {
             composing.define("WALLS", energy.walls());
         }

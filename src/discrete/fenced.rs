@@ -16,18 +16,17 @@ use super::descended::Descended;
 use super::disc::{Discs, OF_VIOLATION, ROUGHLY};
 use super::energy::Energy;
 use super::fair::Fair;
-use super::fences::{ENOUGH, FIRST, Fences, Limit, MARGIN, Worst};
+use super::fences::{ENOUGH, FIRST, Fences, MARGIN};
+use super::kept::{Ending, Kept};
 use super::lane::Standing;
-use super::limits::{CurveLimits, Region};
+use super::limits::CurveLimits;
 use super::problem::Outcome;
 use super::setup::Ready;
 use super::stretch::Stretch;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::device::Device;
 use crate::error::Result;
-use crate::linalg::scalar::{add, scale};
-use crate::report::{CurveReport, LimitReport};
-use crate::status::CurveStatus;
+use crate::linalg::scalar::add;
 
 /// The weight of the gauge, in that of curves without limits.
 const GAUGE: f64 = 30.0;
@@ -185,14 +184,15 @@ impl Running<'_> {
     ) -> ((Outcome<D>, Kept), bool) {
         let start = start.expect("it was ready");
         let (outcome, ending) = fenced.ended();
-        let own = self.kept(&fenced.ready, &fenced.limits, i, [outcome.energy, fenced.free], ending);
+        let own =
+            Kept::of(self.fair, self.batch, &fenced.ready, &fenced.limits, i, [outcome.energy, fenced.free], ending);
         let mut without = start.clone();
         if fenced.limits.walls.is_some() {
             without.place();
         }
         without.problem.direction = fenced.ready.problem.direction;
         without.problem.rebase(&free.displacements);
-        let without = self.kept(&without, &fenced.limits, i, [fenced.free; 2], Ending::Loops);
+        let without = Kept::of(self.fair, self.batch, &without, &fenced.limits, i, [fenced.free; 2], Ending::Loops);
         // A way around a region may be as long as it likes.
         let is_longer = fenced.limits.walls.is_none() && own.report.stretch > LOOPS * without.report.stretch;
         let is_good = ending != Ending::Unsettled && outcome.standing == Standing::Converged;
@@ -252,28 +252,6 @@ impl Running<'_> {
     }
 }
 
-/// How a curve keeps its limits.
-pub(super) struct Kept {
-    report: LimitReport,
-    /// The data point at or before the limit that it keeps the least.
-    point: usize,
-    /// How it breaks that limit, and what would be feasible.
-    broken: String,
-    remedy: String,
-    ending: Ending,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Ending {
-    Kept,
-    /// Rounds lead no nearer to the limits.
-    GivenUp,
-    /// Loops alone keep the limits; the curve is the one without limits.
-    Loops,
-    /// The rounds were used up, or a round did not end.
-    Unsettled,
-}
-
 /// Fits curves again that break their limits, so that they keep them, and says how each does that is ready.
 ///
 /// `found` are the curves without limits. `None` stands for a curve that has none.
@@ -304,7 +282,7 @@ pub(super) fn keep<const D: usize>(
             let Some(worst) = own.problem.worst(&limits) else { continue };
             let mut energies = [outcome.energy; 2];
             if has_converged && worst.excess <= 0.0 {
-                kept[k] = Some(all.kept(&own, &limits, i, energies, Ending::Kept));
+                kept[k] = Some(Kept::of(fair, batch, &own, &limits, i, energies, Ending::Kept));
                 continue;
             }
             if !has_converged {
@@ -369,7 +347,7 @@ pub(super) fn keep_within<const D: usize>(
                     .push(Fenced { discs: Some(discs), ..Fenced::new(k, limits, ready, [energy, free], FIRST, fair) });
             }
             worst => {
-                let kept = worst.map(|_| all.kept(&ready, &limits, i, [outcome.energy; 2], Ending::Kept));
+                let kept = worst.map(|_| Kept::of(fair, batch, &ready, &limits, i, [outcome.energy; 2], Ending::Kept));
                 done.push((discs, ready, kept));
             }
         }
@@ -378,147 +356,9 @@ pub(super) fn keep_within<const D: usize>(
         let (outcome, ending) = fenced.ended();
         let mut discs = fenced.discs.take().expect("these stay in discs");
         let energies = [outcome.energy, fenced.free];
-        let kept = all.kept(&fenced.ready, &fenced.limits, discs.curve(), energies, ending);
+        let kept = Kept::of(fair, batch, &fenced.ready, &fenced.limits, discs.curve(), energies, ending);
         discs.go_on(outcome);
         done.push((discs, fenced.ready, Some(kept)));
     })?;
     Ok(done)
-}
-
-impl Running<'_> {
-    /// How a curve at its base keeps its limits. `energies` are its own and that without limits.
-    fn kept<const D: usize>(
-        &self,
-        ready: &Ready<D>,
-        limits: &CurveLimits<D>,
-        i: usize,
-        [energy, free]: [f64; 2],
-        ending: Ending,
-    ) -> Kept {
-        let problem = &ready.problem;
-        let worst = problem.worst(limits).expect("it has limits");
-        let points = self.batch.points(i).as_chunks::<D>().0;
-        let chords: f64 = self.batch.chords(i).sum();
-        let length = problem.length() * ready.size;
-        let report = LimitReport {
-            violation: worst.excess.max(0.0),
-            active: problem.held(),
-            cost: energy / free - 1.0,
-            stretch: length / chords,
-        };
-        // A way is that of the edge before the vertex.
-        let count = problem.base.len();
-        let row = if worst.limit == Limit::Way { (worst.row + count - 1) % count } else { worst.row };
-        let point = ready.rows[..points.len()].partition_point(|&own| own as usize <= row).saturating_sub(1);
-        let (broken, remedy) = match ending {
-            Ending::Kept => Default::default(),
-            _ => self.words(ready, limits, &worst, ending),
-        };
-        Kept { report, point, broken, remedy, ending }
-    }
-
-    /// How a curve breaks its worst limit, and what would be feasible.
-    fn words<const D: usize>(
-        &self,
-        ready: &Ready<D>,
-        limits: &CurveLimits<D>,
-        worst: &Worst,
-        ending: Ending,
-    ) -> (String, String) {
-        let curvature = worst.quantity / ready.size;
-        let it_to = "it to".to_string();
-        match worst.limit {
-            Limit::Curvature => {
-                let bound = 1.0 / (limits.slopes[0][worst.row] * ready.size);
-                let larger = match ending {
-                    Ending::GivenUp => format!("a curvature of {:.6}", curvature * (1.0 + 1e-6)),
-                    _ => "a larger curvature".into(),
-                };
-                let broken = format!(
-                    "its curvature is {curvature:.6} from here to the next point, where {bound} is the largest"
-                );
-                (broken, larger)
-            }
-            Limit::Side => (
-                format!(
-                    "it turns to the other side than its points from here to the next point, with a curvature of {:.3e}",
-                    curvature.abs()
-                ),
-                it_to,
-            ),
-            Limit::Twist => ("it twists to the other side than its points from here to the next point".into(), it_to),
-            Limit::Way => {
-                let [x, y, z] = self.fair.limits.monotone.unwrap_or_default();
-                let direction = if D == 2 { format!("({x}, {y})") } else { format!("({x}, {y}, {z})") };
-                (format!("it goes back along {direction} between this point and the next"), it_to)
-            }
-            Limit::Length => {
-                let most = self.fair.limits.stretch.unwrap_or_default();
-                let length = worst.quantity * ready.size;
-                (
-                    format!("its length is {length:.6}, where {most} times that of its polygon is the largest"),
-                    "a longer curve".into(),
-                )
-            }
-            Limit::Region(k) => {
-                let place = ready.problem.places[worst.row];
-                let at = add(scale(ready.size, place), ready.vertices[0]);
-                let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
-                let at = at.join(", ");
-                match self.fair.limits.regions.get(k) {
-                    Some(region @ Region::Outside { .. }) => {
-                        (format!("it cuts {region}, near ({at})"), "a smaller one".into())
-                    }
-                    Some(region) => {
-                        let excess = region.excess(add(scale(ready.size, place), ready.vertices[0]));
-                        (format!("it breaks {region} at ({at}), by {excess:.3e}"), "a larger one".into())
-                    }
-                    None => (format!("it leaves its corridor at ({at})"), "a wider corridor".into()),
-                }
-            }
-        }
-    }
-}
-
-impl Kept {
-    /// Writes into the report of a curve within a deviation how it keeps its limits.
-    pub fn judge_within(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize, allowed: f64) {
-        // Curves left as their spline have no gradient.
-        let is_spline = report.status == CurveStatus::NotConverged && report.gradient_norm.is_nan();
-        if self.ending != Ending::Kept || !is_spline || self.report.cost.is_nan() {
-            return self.judge(report, batch, i);
-        }
-        report.limits = Some(self.report);
-        let what = format!(
-            "no curve near keeps its limits and the deviation of {allowed} without loops: it is the spline that keeps the deviation; \
-             allow a larger one, or wider limits"
-        );
-        (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, self.point, &what)));
-    }
-
-    /// Writes into the report of the curve how it keeps its limits.
-    pub fn judge(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize) {
-        report.limits = Some(self.report);
-        let Kept { broken, remedy, .. } = self;
-        let is_open = matches!(report.status, CurveStatus::Converged | CurveStatus::NotConverged);
-        let (status, what) = match self.ending {
-            Ending::GivenUp if is_open => (
-                CurveStatus::Infeasible,
-                format!("no curve near keeps its limits: {broken}; allow {remedy}, or a deviation from the points"),
-            ),
-            Ending::Loops if is_open => (
-                CurveStatus::Infeasible,
-                format!(
-                    "loops alone were found to keep its limits, and it stays as it is without them: {broken}; allow {remedy}, or a \
-                     deviation from the points"
-                ),
-            ),
-            Ending::Unsettled if report.status == CurveStatus::Converged => (
-                CurveStatus::NotConverged,
-                format!("the rounds did not end at a curve that keeps its limits: {broken}"),
-            ),
-            _ => return,
-        };
-        (report.status, report.message) = (status, Some(batch.sentence(i, self.point, &what)));
-    }
 }

@@ -60,6 +60,7 @@ mod fair;
 mod fenced;
 mod fences;
 mod hessian;
+mod kept;
 pub(crate) mod lane;
 mod limits;
 mod line_search;

@@ -272,6 +272,19 @@ pub(crate) trait Facts {
 }
 
 impl Functional {
+    /// The kind of fences that it is of.
+    fn fence(&self) -> Option<usize> {
+        struct Kind;
+        impl Visitor for Kind {
+            type Output = Option<usize>;
+
+            fn visit<T: Term<W>, const W: usize>(self, _: &T) -> Option<usize> {
+                T::FENCE
+            }
+        }
+        self.visit(Kind).flatten()
+    }
+
     /// The order of the inner product that suits it.
     ///
     /// This is the number of edges that a term sees, and of derivatives that it holds.

@@ -99,13 +99,9 @@ impl Energy {
 
     /// Which kinds of fences it holds.
     pub(crate) fn fences(&self) -> [bool; FENCE_KINDS] {
-        let has = |is_one: fn(&Functional) -> bool| self.terms.iter().any(|(_, functional)| is_one(functional));
-        [
-            has(|functional| matches!(functional, Functional::Curb(_))),
-            has(|functional| matches!(functional, Functional::Side(_))),
-            has(|functional| matches!(functional, Functional::Ahead(_))),
-            has(|functional| matches!(functional, Functional::Twist(_))),
-        ]
+        let mut fences = [false; FENCE_KINDS];
+        self.terms.iter().filter_map(|(_, functional)| functional.fence()).for_each(|kind| fences[kind] = true);
+        fences
     }
 
     /// How many walls a vertex has at most.

@@ -1,0 +1,168 @@
+//! [`Kept`]: how a curve keeps its limits, in its report and in words.
+
+use super::fair::Fair;
+use super::fences::{Limit, Worst};
+use super::limits::{CurveLimits, Region};
+use super::setup::Ready;
+use crate::batch::CurveBatch;
+use crate::linalg::scalar::{add, scale};
+use crate::report::{CurveReport, LimitReport};
+use crate::status::CurveStatus;
+
+/// How a curve keeps its limits.
+pub(super) struct Kept {
+    pub report: LimitReport,
+    /// The data point at or before the limit that it keeps the least.
+    point: usize,
+    /// How it breaks that limit, and what would be feasible.
+    broken: String,
+    remedy: String,
+    ending: Ending,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Ending {
+    Kept,
+    /// Rounds lead no nearer to the limits.
+    GivenUp,
+    /// Loops alone keep the limits; the curve is the one without limits.
+    Loops,
+    /// The rounds were used up, or a round did not end.
+    Unsettled,
+}
+
+impl Kept {
+    /// How a curve at its base keeps its limits. `energies` are its own and that without limits.
+    pub fn of<const D: usize>(
+        fair: &Fair,
+        batch: &CurveBatch,
+        ready: &Ready<D>,
+        limits: &CurveLimits<D>,
+        i: usize,
+        [energy, free]: [f64; 2],
+        ending: Ending,
+    ) -> Kept {
+        let problem = &ready.problem;
+        let worst = problem.worst(limits).expect("it has limits");
+        let points = batch.points(i).as_chunks::<D>().0;
+        let chords: f64 = batch.chords(i).sum();
+        let length = problem.length() * ready.size;
+        let report = LimitReport {
+            violation: worst.excess.max(0.0),
+            active: problem.held(),
+            cost: energy / free - 1.0,
+            stretch: length / chords,
+        };
+        // A way is that of the edge before the vertex.
+        let count = problem.base.len();
+        let row = if worst.limit == Limit::Way { (worst.row + count - 1) % count } else { worst.row };
+        let point = ready.rows[..points.len()].partition_point(|&own| own as usize <= row).saturating_sub(1);
+        let (broken, remedy) = match ending {
+            Ending::Kept => Default::default(),
+            _ => words(fair, ready, limits, &worst, ending),
+        };
+        Kept { report, point, broken, remedy, ending }
+    }
+
+    /// Writes into the report of a curve within a deviation how it keeps its limits.
+    pub fn judge_within(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize, allowed: f64) {
+        // Curves left as their spline have no gradient.
+        let is_spline = report.status == CurveStatus::NotConverged && report.gradient_norm.is_nan();
+        if self.ending != Ending::Kept || !is_spline || self.report.cost.is_nan() {
+            return self.judge(report, batch, i);
+        }
+        report.limits = Some(self.report);
+        let what = format!(
+            "no curve near keeps its limits and the deviation of {allowed} without loops: it is the spline that keeps the deviation; \
+             allow a larger one, or wider limits"
+        );
+        (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, self.point, &what)));
+    }
+
+    /// Writes into the report of the curve how it keeps its limits.
+    pub fn judge(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize) {
+        report.limits = Some(self.report);
+        let Kept { broken, remedy, .. } = self;
+        let is_open = matches!(report.status, CurveStatus::Converged | CurveStatus::NotConverged);
+        let (status, what) = match self.ending {
+            Ending::GivenUp if is_open => (
+                CurveStatus::Infeasible,
+                format!("no curve near keeps its limits: {broken}; allow {remedy}, or a deviation from the points"),
+            ),
+            Ending::Loops if is_open => (
+                CurveStatus::Infeasible,
+                format!(
+                    "loops alone were found to keep its limits, and it stays as it is without them: {broken}; allow {remedy}, or a \
+                     deviation from the points"
+                ),
+            ),
+            Ending::Unsettled if report.status == CurveStatus::Converged => (
+                CurveStatus::NotConverged,
+                format!("the rounds did not end at a curve that keeps its limits: {broken}"),
+            ),
+            _ => return,
+        };
+        (report.status, report.message) = (status, Some(batch.sentence(i, self.point, &what)));
+    }
+}
+
+/// How a curve breaks its worst limit, and what would be feasible.
+fn words<const D: usize>(
+    fair: &Fair,
+    ready: &Ready<D>,
+    limits: &CurveLimits<D>,
+    worst: &Worst,
+    ending: Ending,
+) -> (String, String) {
+    let curvature = worst.quantity / ready.size;
+    let it_to = "it to".to_string();
+    match worst.limit {
+        Limit::Curvature => {
+            let bound = 1.0 / (limits.slopes[0][worst.row] * ready.size);
+            let larger = match ending {
+                Ending::GivenUp => format!("a curvature of {:.6}", curvature * (1.0 + 1e-6)),
+                _ => "a larger curvature".into(),
+            };
+            let broken =
+                format!("its curvature is {curvature:.6} from here to the next point, where {bound} is the largest");
+            (broken, larger)
+        }
+        Limit::Side => (
+            format!(
+                "it turns to the other side than its points from here to the next point, with a curvature of {:.3e}",
+                curvature.abs()
+            ),
+            it_to,
+        ),
+        Limit::Twist => ("it twists to the other side than its points from here to the next point".into(), it_to),
+        Limit::Way => {
+            let [x, y, z] = fair.limits.monotone.unwrap_or_default();
+            let direction = if D == 2 { format!("({x}, {y})") } else { format!("({x}, {y}, {z})") };
+            (format!("it goes back along {direction} between this point and the next"), it_to)
+        }
+        Limit::Length => {
+            let most = fair.limits.stretch.unwrap_or_default();
+            let length = worst.quantity * ready.size;
+            (
+                format!("its length is {length:.6}, where {most} times that of its polygon is the largest"),
+                "a longer curve".into(),
+            )
+        }
+        Limit::Region(k) => {
+            let place = ready.problem.places[worst.row];
+            let at = add(scale(ready.size, place), ready.vertices[0]);
+            let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
+            let at = at.join(", ");
+            match fair.limits.regions.get(k) {
+                Some(region @ Region::Outside { .. }) => {
+                    (format!("it cuts {region}, near ({at})"), "a smaller one".into())
+                }
+                Some(region) => {
+                    let excess = region.excess(add(scale(ready.size, place), ready.vertices[0]));
+                    (format!("it breaks {region} at ({at}), by {excess:.3e}"), "a larger one".into())
+                }
+                None => (format!("it leaves its corridor at ({at})"), "a wider corridor".into()),
+            }
+        }
+    }
+}
