@@ -240,7 +240,9 @@ fn outputs_that_exist_are_kept_unless_forced() {
 fn an_unknown_experiment_is_refused_with_the_names_there_are() {
     let folder = TempDir::new().unwrap();
     run(&folder, "experiments toms829 -o .").code(2).stderr(
-        contains("toms829").and(contains("possible values: ")).and(contains("bezier, laplacian, renka, scf, toms828")),
+        contains("toms829")
+            .and(contains("possible values: "))
+            .and(contains("bezier, laplacian, renka, scf, shape, toms828")),
     );
     run(&folder, "experiments").code(2).stderr(contains("--output"));
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
