@@ -93,9 +93,10 @@ pub struct LimitReport {
     /// The largest violation of a limit, 0 where all are kept.
     ///
     /// Of a largest curvature κ it is |K|/κ − 1. Of a side it is the curvature to the other, in units of 1 over the mean
-    /// chord.
+    /// chord; of a direction the sine by which an edge goes back. Of a corridor or a disc it is half of the relative excess
+    /// of the squared distance, of a half-plane the distance in mean chords, and of a longest length the relative excess.
     pub violation: f64,
-    /// Vertices at which a limit holds the curve.
+    /// Vertices at which a limit holds the curve. A longest length holds it as a whole, and counts none.
     pub active: usize,
     /// What the limits cost: 0.1 for a curve of 1.1 times the energy of the one without limits.
     ///
