@@ -244,6 +244,7 @@ class Fair:
 
     def _limits(self, dimension: int) -> dict[str, object]:
         """The limits, with vectors of three coordinates."""
+        monotone: list[float] | None
         if isinstance(self.monotone, str):
             monotone = [float(axis == self.monotone) for axis in "xyz"]
         else:
