@@ -290,15 +290,7 @@ impl<const D: usize> Run<'_, D> {
 
 /// The outcome of a curve before anything was found.
 fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
-    Outcome {
-        displacements: vec![[0.0; D]; problem.vertices()],
-        standing: Standing::Running,
-        energy: f64::NAN,
-        norm: f64::NAN,
-        iterations: 0,
-        evaluations: 0,
-        on_cpu: false,
-    }
+    Outcome::moved(vec![[0.0; D]; problem.vertices()])
 }
 
 /// The most loop turns of one tick.

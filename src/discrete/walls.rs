@@ -112,7 +112,7 @@ impl<const D: usize> Walls<D> {
                 problem.walls[layer][row] = match near.get(layer) {
                     Some((_, region, push)) => {
                         let form = self.form(row, *region).expect("it is one of the vertex");
-                        form.wall(place, push - form.offset + margin, stiffness)
+                        form.wall_at(place, push - form.offset + margin, stiffness)
                     }
                     None => Wall::NONE,
                 };
@@ -135,7 +135,7 @@ impl<const D: usize> Walls<D> {
 
     /// The discs to stay out of that a vertex is in.
     fn around(&self, row: usize, place: Vector<f64, D>) -> impl Iterator<Item = Form<D>> {
-        self.of(row).map(|(_, form)| form).filter(move |form| form.bend < 0.0 && form.room(place) < 0.0)
+        self.of(row).map(|(_, form)| form).filter(move |form| form.wall.bend < 0.0 && form.room(place) < 0.0)
     }
 
     /// The displacements that lift the curve at these places out of discs that it passes through; none if there are none.
@@ -165,7 +165,8 @@ impl<const D: usize> Walls<D> {
         let way = scale(1.0 / dot(way, way).sqrt().max(f64::MIN_POSITIVE), way);
         let across = |v: Vector<f64, D>| subtract(v, scale(dot(v, way), way));
         let offsets = part.iter().flat_map(|&row| {
-            self.around(row, places[row]).map(move |form| (subtract(places[row], form.foot), (-1.0 / form.bend).sqrt()))
+            self.around(row, places[row])
+                .map(move |form| (subtract(places[row], form.wall.foot), (-1.0 / form.wall.bend).sqrt()))
         });
         let (sum, radius) = offsets.fold(([0.0; D], 0.0), |(sum, radius), (o, r)| (add(sum, o), radius + r));
         let mut up = across(sum);
@@ -226,9 +227,9 @@ impl<const D: usize> Walls<D> {
         for _ in 0..self.regions.len() {
             let at = add(place, scale(lift, up));
             let Some(form) = self.around(row, at).next() else { break };
-            let o = subtract(at, form.foot);
+            let o = subtract(at, form.wall.foot);
             let height = dot(o, up);
-            let half = (-1.0 / form.bend - (dot(o, o) - height * height)).max(0.0).sqrt();
+            let half = (-1.0 / form.wall.bend - (dot(o, o) - height * height)).max(0.0).sqrt();
             lift += (half - height).max(0.0) * (1.0 + 1e-9) + 1e-12;
         }
         lift
@@ -237,18 +238,17 @@ impl<const D: usize> Walls<D> {
 
 impl<const D: usize> Form<D> {
     /// The wall of a vertex whose displacement is 0 at a place.
-    fn wall(&self, place: Vector<f64, D>, reach: f64, stiffness: f64) -> Wall<f64, D> {
-        let Form { foot, axis, span, plane, bend, .. } = *self;
-        Wall { foot: subtract(foot, place), axis, span, plane, bend, reach, stiffness }
+    fn wall_at(&self, place: Vector<f64, D>, reach: f64, stiffness: f64) -> Wall<f64, D> {
+        Wall { foot: subtract(self.wall.foot, place), reach, stiffness, ..self.wall }
     }
 
     /// c at a place.
     pub fn room(&self, place: Vector<f64, D>) -> f64 {
-        self.offset - self.wall(place, 0.0, 0.0).quantity([0.0; D]).0
+        self.offset - self.wall.quantity(place).0
     }
 
     /// About the distance from a place to the edge of the region, negative outside.
     fn gap(&self, place: Vector<f64, D>) -> f64 {
-        self.room(place) / self.plane.max(self.bend.abs().sqrt())
+        self.room(place) / self.wall.plane.max(self.wall.bend.abs().sqrt())
     }
 }

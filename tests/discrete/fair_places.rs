@@ -146,6 +146,8 @@ fn a_straight_curve_whose_energy_vanishes_keeps_its_limits_too() {
         let (vertices, report) = fitted::<2>(&fair, &one(&[[0.0, 0.0], [10.0, 0.0]], false), SEGMENTS);
         assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
         assert!(nearest(&vertices, [5.0, 0.1]) >= 2.0, "{report:?}");
+        // The lower edge of the disc is nearer.
+        assert!(vertices[SEGMENTS / 2][1] < -1.9, "{vertices:?}");
     }
 }
 

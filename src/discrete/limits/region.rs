@@ -1,5 +1,6 @@
 //! [`Region`]: where curves may be.
 
+use crate::discrete::energy::Wall;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, dot, scale, subtract};
 
@@ -81,11 +82,7 @@ impl Region {
     pub(super) fn form<const D: usize>(&self, from: Vector<f64, D>, size: f64, unit: f64) -> Form<D> {
         let at = |center: [f64; 3]| scale(1.0 / size, subtract(first::<D>(center), from));
         let disc = |center: [f64; 3], bend: f64, offset: f64| Form {
-            foot: at(center),
-            axis: [0.0; D],
-            span: 0.0,
-            plane: 0.0,
-            bend,
+            wall: Wall { foot: at(center), bend, ..Wall::NONE },
             offset,
         };
         match *self {
@@ -94,7 +91,7 @@ impl Region {
                 let length = dot(normal, normal).sqrt();
                 let axis = scale(1.0 / length, normal);
                 let foot = scale((offset / length - dot(axis, from)) / size, axis);
-                Form { foot, axis, span: 0.0, plane: 1.0 / unit, bend: 0.0, offset: 0.0 }
+                Form { wall: Wall { foot, axis, plane: 1.0 / unit, ..Wall::NONE }, offset: 0.0 }
             }
             Region::Inside { center, radius } => disc(center, (radius / size).powi(-2), 0.5),
             Region::Outside { center, radius } => disc(center, -(radius / size).powi(-2), -0.5),
@@ -117,15 +114,11 @@ impl std::fmt::Display for Region {
     }
 }
 
-/// A [`Wall`](crate::discrete::energy::Wall) without its multiplier: c = o − q ≥ 0 for the q of a wall.
+/// A limit c = o − q ≥ 0, for the q of a [`Wall`] without its multiplier.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::discrete) struct Form<const D: usize> {
-    /// p, from the first vertex of the start on.
-    pub foot: Vector<f64, D>,
-    pub axis: Vector<f64, D>,
-    pub span: f64,
-    pub plane: f64,
-    pub bend: f64,
+    /// Its foot is from the first vertex of the start on.
+    pub wall: Wall<f64, D>,
     /// o
     pub offset: f64,
 }
@@ -135,8 +128,9 @@ impl<const D: usize> Form<D> {
     ///
     /// An edge between two vertices at the distance √(r² + h²/4) touches a disc with its middle.
     pub fn beside(self, edge: f64) -> Self {
-        match self.bend < 0.0 {
-            true => Form { bend: -1.0 / (0.25 * edge * edge - 1.0 / self.bend), ..self },
+        let Wall { bend, .. } = self.wall;
+        match bend < 0.0 {
+            true => Form { wall: Wall { bend: -1.0 / (0.25 * edge * edge - 1.0 / bend), ..self.wall }, ..self },
             false => self,
         }
     }
@@ -145,7 +139,7 @@ impl<const D: usize> Form<D> {
     pub fn corridor(from: Vector<f64, D>, chord: Vector<f64, D>, width: f64) -> Self {
         let span = dot(chord, chord).sqrt();
         let axis = if span > 0.0 { scale(1.0 / span, chord) } else { [0.0; D] };
-        Form { foot: from, axis, span, plane: 0.0, bend: width.powi(-2), offset: 0.5 }
+        Form { wall: Wall { foot: from, axis, span, bend: width.powi(-2), ..Wall::NONE }, offset: 0.5 }
     }
 }
 
