@@ -3,7 +3,8 @@
 mod along;
 mod region;
 
-use along::{Polygon, Span, spans};
+pub(super) use along::Span;
+use along::{Polygon, spans};
 pub(super) use region::Form;
 pub use region::Region;
 
@@ -76,6 +77,21 @@ impl Limits {
     /// Whether there are limits of places.
     fn has_places(&self, batch: &CurveBatch) -> bool {
         self.corridor.is_some() || !self.regions.is_empty() || batch.constraints().corridors.is_some()
+    }
+
+    /// Whether there is no limit besides those of curvature and of the whole length.
+    pub(super) fn bounds_curvature_alone(&self, batch: &CurveBatch) -> bool {
+        !self.shape && self.monotone.is_none() && !self.has_places(batch)
+    }
+
+    /// The spans of curve `i` that have edges, each with its largest curvature, infinite where there is none.
+    ///
+    /// `rows` are the vertices of its data points.
+    pub(super) fn spans_of(&self, batch: &CurveBatch, i: usize, rows: &[u32]) -> Vec<(Span, f64)> {
+        let spans = spans(rows, batch.count(i));
+        let bounds = of_spans(self.curvature, batch.constraints().largest_curvatures.as_deref(), batch, i, &spans);
+        let bounds = bounds.unwrap_or_else(|| vec![f64::INFINITY; spans.len()]);
+        spans.into_iter().zip(bounds).collect()
     }
 
     /// Checks that the limits make sense.

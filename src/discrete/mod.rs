@@ -71,6 +71,7 @@ pub(crate) mod plan;
 pub(crate) mod problem;
 mod rough;
 mod setup;
+mod shortest;
 mod stages;
 mod starts;
 mod stretch;

@@ -17,6 +17,7 @@ mod fair_deviation;
 mod fair_limits;
 mod fair_places;
 mod fair_scf;
+mod fair_shortest;
 mod fair_starts;
 mod fair_status;
 mod newton;

@@ -10,7 +10,7 @@ use crate::linalg::scalar::{Vector, dot, subtract};
 const STRAIGHT: f64 = 1e-9;
 
 /// A span that has edges: those from a row to another, the second not below the first.
-pub(super) struct Span {
+pub(in crate::discrete) struct Span {
     /// The number of the data point that it begins at, and of the one that it ends at.
     pub point: usize,
     pub next: usize,

@@ -1,0 +1,168 @@
+//! The shortest curves of bounded curvature: fair curves of least length alone with a largest curvature.
+//!
+//! Such a curve has no second derivative to descend along: it is as straight or as tight as it may be, everywhere. It is a
+//! chain of [`Dubins`] paths, and only the directions at its points are unknown. The host finds them in f64, on every
+//! device.
+
+mod dubins;
+mod headings;
+
+use dubins::Dubins;
+use headings::{Leg, shortest};
+
+use super::curves::{Fitted, Vertices};
+use super::energy::Functional;
+use super::fair::{Fair, Segments};
+use super::limits::Span;
+use super::setup::{Ready, set_up_pieces};
+use super::tally::Tally;
+use crate::batch::CurveBatch;
+use crate::device::Device;
+use crate::error::{Error, Result};
+use crate::linalg::scalar::{Vector, add, scale};
+use crate::parallel;
+use crate::precision::Precision;
+use crate::report::{CurveReport, LimitReport};
+use crate::status::CurveStatus;
+
+impl Fair {
+    /// Whether the shortest curves of bounded curvature are asked for.
+    pub(super) fn asks_for_shortest(&self, batch: &CurveBatch) -> bool {
+        self.energy.order() == 1 && !self.limits.is_empty(batch)
+    }
+
+    /// Checks that the shortest curves can be found within what is asked for.
+    ///
+    /// # Errors
+    /// Another energy than length, limits of another kind, curves in space.
+    pub(super) fn check_shortest(&self, batch: &CurveBatch) -> Result<()> {
+        let mut terms = self.energy.terms().iter().filter(|(weight, _)| *weight > 0.0);
+        let is_length = terms.all(|(_, functional)| matches!(functional, Functional::Length(_)));
+        let what = if !is_length || self.deviation.is_some() {
+            "are polygons, which have corners"
+        } else if batch.dimension() == 3 {
+            "with a largest curvature are known in the plane alone"
+        } else if !self.limits.bounds_curvature_alone(batch) {
+            "keep a largest curvature and a largest stretch, and no other limit"
+        } else if batch.constraints().curvatures.is_some() {
+            "turn as tightly as they may or not at all, and keep no curvature vectors"
+        } else {
+            return Ok(());
+        };
+        let ask = "limits ask for an energy that holds bending or variation";
+        Err(Error::argument(format!("curves of least {} {what}: {ask}", self.energy)))
+    }
+
+    /// Finds the shortest curves of bounded curvature.
+    pub(super) fn fit_shortest<const D: usize>(
+        &self,
+        batch: &CurveBatch,
+        kept: &[[bool; 2]],
+        device: &Device,
+        tally: &Tally<'_>,
+    ) -> Result<Fitted> {
+        let ready = set_up_pieces::<D>(self, batch, kept)?;
+        let found = parallel::map(ready.len(), 1, |i| {
+            let found = match &ready[i] {
+                Ok(ready) => {
+                    let (report, vertices) = self.shortest(batch, i, ready);
+                    (report, Ok(vertices))
+                }
+                Err(problem) => {
+                    (CurveReport::unfitted(problem.status, problem.message.clone()), Err(batch.points(i).to_vec()))
+                }
+            };
+            tally.finished(i);
+            found
+        });
+        let mut device = device.report_of(Precision::F64);
+        if device.is_gpu {
+            device.finished_on_cpu = ready.iter().filter(|ready| ready.is_ok()).count();
+        }
+        let (reports, curves) = found.into_iter().unzip();
+        Ok(Fitted { curves, reports, device })
+    }
+
+    fn shortest<const D: usize>(&self, batch: &CurveBatch, i: usize, ready: &Ready<D>) -> (CurveReport, Vertices) {
+        let points = batch.points(i).as_chunks::<D>().0;
+        let spans = self.limits.spans_of(batch, i, &ready.rows);
+        let leg = |(span, bound): &(Span, f64)| {
+            let [from, to] = [span.point, span.next].map(|k| points[k]);
+            let chord = std::array::from_fn(|c| (to[c] - from[c]) / ready.size);
+            Leg { chord, radius: 1.0 / (bound * ready.size) }
+        };
+        let legs: Vec<Leg> = spans.iter().map(leg).collect();
+        let starts = spans.iter().map(|(span, _)| span.rows[0]);
+        let end = (!batch.is_closed(i)).then(|| ready.vertices.len() - 1);
+        let given: Vec<Option<f64>> = starts.chain(end).map(|row| direction(batch, i, ready, row)).collect();
+        let (paths, rounds) = shortest(&legs, &given);
+        let length = ready.size * paths.iter().map(Dubins::length).sum::<f64>();
+        let chords: f64 = batch.chords(i).sum();
+        let (vertices, active) = self.laid(batch, i, ready, &paths);
+        let energy = self.energy.terms().iter().map(|(weight, _)| weight * length).sum();
+        let stretch = length / chords;
+        let violation = self.limits.stretch.map_or(0.0, |most| (stretch / most - 1.0).max(0.0));
+        let mut report = CurveReport {
+            iterations: rounds,
+            limits: Some(LimitReport { violation, active, cost: stretch - 1.0, stretch }),
+            ..CurveReport::solved(energy)
+        };
+        if violation > 0.0 {
+            let what = format!(
+                "the shortest curve of bounded curvature through its points is {stretch:.6} times as long as their polygon: \
+                 allow a stretch of {:.6}, or a larger curvature",
+                stretch * (1.0 + 1e-6)
+            );
+            (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, 0, &what)));
+        }
+        (report, vertices)
+    }
+
+    /// The vertices along paths, at equal lengths in every span, and the number of those within turns.
+    fn laid<const D: usize>(
+        &self,
+        batch: &CurveBatch,
+        i: usize,
+        ready: &Ready<D>,
+        paths: &[Dubins],
+    ) -> (Vertices, usize) {
+        let points = batch.points(i).as_chunks::<D>().0;
+        let (mut coords, mut rows, mut active) = (Vec::new(), Vec::new(), 0);
+        let mut paths = paths.iter();
+        for (k, ends) in ready.rows.windows(2).enumerate() {
+            rows.push((coords.len() / D) as u32);
+            if ends[0] == ends[1] {
+                continue;
+            }
+            let path = paths.next().expect("a path for every span that has edges");
+            let length = path.length();
+            let edges = match self.segments {
+                Segments::PerSpan(n) => n,
+                Segments::Spacing(spacing) => {
+                    (length * ready.size / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
+                }
+            };
+            coords.extend(points[k]);
+            for n in 1..edges {
+                let (place, turns) = path.place(length * n as f64 / edges as f64);
+                let place: Vector<f64, D> = std::array::from_fn(|c| place[c]);
+                coords.extend(add(points[k], scale(ready.size, place)));
+                active += usize::from(turns);
+            }
+        }
+        rows.push((coords.len() / D) as u32);
+        if !batch.is_closed(i) {
+            coords.extend(points[points.len() - 1]);
+        }
+        (Vertices { coords, rows, corners: vec![] }, active)
+    }
+}
+
+/// The angle of the tangent given at a vertex.
+fn direction<const D: usize>(batch: &CurveBatch, i: usize, ready: &Ready<D>, row: usize) -> Option<f64> {
+    let tangents = batch.constraints().tangents.as_ref()?;
+    let tangent = |k: usize| &tangents[(batch.offsets()[i] + k) * D..][..D];
+    let is_here = |k: &usize| ready.rows[*k] as usize % ready.vertices.len() == row;
+    let given = (0..batch.count(i)).filter(is_here).map(tangent).find(|tangent| !tangent[0].is_nan());
+    given.map(|tangent| tangent[1].atan2(tangent[0]))
+}
