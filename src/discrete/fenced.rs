@@ -201,7 +201,9 @@ impl Running<'_> {
         let is_good = ending != Ending::Unsettled && outcome.standing == Standing::Converged;
         let mut within = free.clone();
         within.go_on(outcome);
-        let crosses = D == 2 && !start.tangled(&within).is_empty() && start.tangled(free).is_empty();
+        // One that keeps to its side of neighbours must not go back across them.
+        let has_sides = fenced.limits.walls.as_ref().is_some_and(Walls::has_sides);
+        let crosses = D == 2 && !has_sides && !start.tangled(&within).is_empty() && start.tangled(free).is_empty();
         if (is_longer || crosses) && fenced.ready.problem.constraints.is_none() {
             return ((Outcome { iterations: within.iterations, ..free.clone() }, without), false);
         }

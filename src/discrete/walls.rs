@@ -91,6 +91,11 @@ impl<const D: usize> Walls<D> {
         self.regions.is_empty() && self.corridors.is_empty()
     }
 
+    /// Whether any is between neighbours.
+    pub fn has_sides(&self) -> bool {
+        !self.sides.is_empty()
+    }
+
     /// The curve on the other side of a region.
     pub fn neighbour(&self, region: usize) -> Option<usize> {
         Some(self.sides.get(region.checked_sub(self.regions.len() + 1)?)?.neighbour)
