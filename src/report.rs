@@ -106,6 +106,12 @@ pub struct LimitReport {
     ///
     /// Where a limit can only be kept by loops, it is large.
     pub stretch: f64,
+    /// Curves of the batch that it would cross, and is kept from by half-planes of its own. 0 but for curves that may not
+    /// cross; with corners the sum of those of its pieces.
+    pub neighbours: usize,
+    /// Curves of the batch whose points' polygon crosses or touches its own, from which it is not kept. 0 but for curves that
+    /// may not cross.
+    pub touching: usize,
 }
 
 impl LimitReport {
@@ -123,6 +129,8 @@ impl LimitReport {
                 violation: so_far.violation.max(own.violation),
                 active: so_far.active + own.active,
                 stretch: so_far.stretch.max(own.stretch),
+                neighbours: so_far.neighbours + own.neighbours,
+                touching: so_far.touching + own.touching,
                 cost: 0.0,
             }));
         }

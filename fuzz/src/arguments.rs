@@ -63,7 +63,7 @@ const OPTIONS: [(&str, &[&str]); 34] = [
     ("--support", &["3", "5", "4"]),
 ];
 
-const FLAGS: [&str; 6] = ["--force", "-q", "-v", "--strict", "--linear", "--help"];
+const FLAGS: [&str; 7] = ["--force", "-q", "-v", "--strict", "--linear", "--help", "--no-crossing"];
 
 const OUTPUTS: [&str; 6] = ["out.csv", "out.geojson", "out.svg", "out.npz", "out.obj", "out.csv.gz"];
 

@@ -131,6 +131,7 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
     if is_limited && bytes.ratio(1, 2)? {
         limits.monotone = if bytes.ratio(1, 3)? { Some([1.0, 0.5, 0.0]) } else { None };
         limits.corridor = if bytes.ratio(1, 3)? { Some(option(bytes, &[0.1, 1e-3, 1e3])?) } else { None };
+        limits.no_crossing = bytes.ratio(1, 3)?;
         limits.stretch = if bytes.ratio(1, 3)? { Some(option(bytes, &[1.2, 1.0 + 1e-9])?) } else { None };
         let [x, y, radius] = [(); 3].map(|()| option(bytes, &[0.0, 1.0, 5.0]));
         let (center, radius) = ([x?, y?, 0.0], radius?);

@@ -28,7 +28,7 @@ class Fit:
 
     def report(self) -> dict[str, Any]:
         """One entry a curve in every column: status, message, energy, iterations, gradient_norm, max_deviation, smoothing, gain,
-        and, of fair curves with limits, violation, active, cost and stretch.
+        and, of fair curves with limits, violation, active, cost, stretch, neighbours and touching.
 
         ``pandas.DataFrame(fit.report())`` is a table. ``max_deviation`` is the largest distance of the curve from its
         points, ``smoothing`` the λ of smoothing splines (NaN for others), ``gain`` the part of the energy that further ``starts`` of

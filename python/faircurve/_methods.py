@@ -181,6 +181,9 @@ class Fair:
         Half-planes, or half-spaces, that all curves stay in: a row each, the vector n and the number b of n·f <= b.
     max_stretch : float, optional
         The longest curve, as a multiple of the length of its points' polygon, more than 1.
+    no_crossing : bool
+        Whether planar curves may not cross each other: contour lines, lanes of a road. Pairs whose points' polygons cross or touch
+        are left out. ``report()`` has the ``neighbours`` that each is kept from, and how many are ``touching``.
     corners : float, optional
         Points where the input turns by more than this angle (degrees) stay corners.
     solver : {"newton", "cg", "descent"}
@@ -215,6 +218,7 @@ class Fair:
     keep_out: Any = None
     half_planes: Any = None
     max_stretch: float | None = None
+    no_crossing: bool = False
     corners: float | None = None
     solver: Literal["newton", "cg", "descent"] = "newton"
     tolerance: float = 1e-8
@@ -255,7 +259,7 @@ class Fair:
             "keep_out": _regions(self.keep_out, dimension, "keep_out"),
         }
         bounds = {"max_curvature": self.max_curvature, "corridor": self.corridor, "max_stretch": self.max_stretch}
-        return {**bounds, **regions, "preserve_shape": self.preserve_shape, "monotone": monotone}
+        return {**bounds, **regions, "preserve_shape": self.preserve_shape, "monotone": monotone, "no_crossing": self.no_crossing}
 
 
 def _vector(vector: Any, dimension: int, name: str) -> list[float]:

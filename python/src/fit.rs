@@ -48,6 +48,8 @@ pub fn columns<'py>(py: Python<'py>, reports: &[faircurve::CurveReport]) -> PyRe
         report.set_item("active", of(|limits| limits.active as f64))?;
         report.set_item("cost", of(|limits| limits.cost))?;
         report.set_item("stretch", of(|limits| limits.stretch))?;
+        report.set_item("neighbours", of(|limits| limits.neighbours as f64))?;
+        report.set_item("touching", of(|limits| limits.touching as f64))?;
     }
     Ok(report)
 }

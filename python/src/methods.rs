@@ -109,6 +109,7 @@ pub struct Limited {
     keep_in: Vec<([f64; 3], f64)>,
     keep_out: Vec<([f64; 3], f64)>,
     max_stretch: Option<f64>,
+    no_crossing: bool,
 }
 
 impl Limited {
@@ -123,6 +124,7 @@ impl Limited {
             corridor: self.corridor,
             regions: half_spaces.chain(inside).chain(outside).collect(),
             stretch: self.max_stretch,
+            no_crossing: self.no_crossing,
         }
     }
 }

@@ -173,6 +173,26 @@ def test_fair_curves_keep_a_largest_curvature_and_the_shape_of_their_points():
         fc.Fair(max_curvature=-1.0).fit([points])
 
 
+def test_fair_curves_of_a_batch_do_not_cross_where_their_points_do_not():
+    few = np.array([(0, 0), (1, 0), (1.2, 1), (2.2, 1)])
+    many = np.array([(1, 0.2), (1.1, 1.05), (1.6, 1.05), (2.2, 1.05)])
+    free, apart = fc.Fair().fit([few, many]), fc.Fair(no_crossing=True).fit([few, many])
+    assert "neighbours" not in free.report()
+    report = apart.report()
+    assert apart.status.tolist() == ["converged"] * 2 and report["neighbours"].tolist() == [1, 1]
+    assert report["touching"].tolist() == [0, 0] and report["violation"].tolist() == [0, 0]
+
+    def above(fit):
+        """Whether the first curve stays below the line that the second comes from, between its last points."""
+        x, y = np.concatenate([fit.sample(per_span=16)[0][33:-1]]).T
+        own = np.array(fit.sample(per_span=16)[1])
+        return bool((y < np.interp(x, own[16:, 0], own[16:, 1])).all())
+
+    assert not above(free) and above(apart)
+    with pytest.raises(ValueError, match="curves in space pass by each other"):
+        fc.Fair(no_crossing=True).fit([np.array([(0, 0, 0), (1, 1, 1), (2, 0, 0)])])
+
+
 def test_fair_curves_keep_corridors_regions_directions_and_lengths():
     points = np.array([(0, 0), (1, 0.8), (2, -0.6), (3, 0.9), (4, 0)])
     energy = {"bending": 1, "length": 0.1}

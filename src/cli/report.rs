@@ -119,11 +119,14 @@ struct KeptLimits {
     active: usize,
     cost: f64,
     stretch: f64,
+    neighbours: usize,
+    touching: usize,
 }
 
 impl KeptLimits {
     fn of(limits: LimitReport) -> Self {
-        KeptLimits { violation: limits.violation, active: limits.active, cost: limits.cost, stretch: limits.stretch }
+        let LimitReport { violation, active, cost, stretch, neighbours, touching, .. } = limits;
+        KeptLimits { violation, active, cost, stretch, neighbours, touching }
     }
 }
 

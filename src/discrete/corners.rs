@@ -146,9 +146,9 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
         coords.rotate_left(first as usize * dimension);
         let mut corners: Vec<u32> = corners.into_iter().map(round).collect();
         corners.sort_unstable();
-        return Vertices { coords, rows: turned, corners };
+        return Vertices { coords, rows: turned, corners, frames: None };
     };
     coords.extend_from_slice(&last.coords[last.coords.len() - dimension..]);
     corners.remove(0);
-    Vertices { coords, rows, corners }
+    Vertices { coords, rows, corners, frames: None }
 }

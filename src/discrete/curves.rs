@@ -26,6 +26,8 @@ pub(crate) struct Vertices {
     ///
     /// Ends of open curves are not among them.
     pub corners: Vec<u32>,
+    /// The tangent and the curvature vector at every vertex, where they are known otherwise than from the vertices.
+    pub frames: Option<Vec<Frame>>,
 }
 
 /// The curves of a batch in its order, with their reports.
@@ -94,7 +96,7 @@ struct Edge {
 }
 
 /// A tangent and a curvature vector.
-type Frame = (DVec3, DVec3);
+pub(crate) type Frame = (DVec3, DVec3);
 
 /// A straight edge from one vertex to the next, its length, and its direction.
 struct Chord {
@@ -219,6 +221,9 @@ impl FairCurve<'_> {
     /// At the ends of the piece the curvature is extrapolated.
     #[inline(always)]
     fn frame(&self, chords: &[Chord], row: usize, piece: Option<(usize, usize)>) -> Frame {
+        if let Some(frames) = &self.vertices.frames {
+            return frames[self.wrapped(row)];
+        }
         match piece {
             Some((first, last)) if row == first || row == last => {
                 self.frame_at_an_end(chords, row == first, first, last)

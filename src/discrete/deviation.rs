@@ -6,10 +6,13 @@
 //!
 //! All curves of a batch descend side by side, a round at a time, on the CPU as on a GPU.
 
-use super::curves::{Fitted, Vertices};
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::apart::{self, Found, Partings};
+use super::curves::Fitted;
 use super::disc::Discs;
 use super::energy::attachment;
-use super::fair::{Fair, Pins};
+use super::fair::{Fair, Pieces, Pins};
 use super::fenced;
 use super::near::Near;
 use super::setup::{Ready, set_up_from};
@@ -30,7 +33,7 @@ pub(super) fn fit<const D: usize>(
     fair: &Fair,
     allowed: &[f64],
     batch: &CurveBatch,
-    kept: &[[bool; 2]],
+    pieces: &Pieces<'_>,
     device: &Device,
     tally: &Tally<'_>,
 ) -> Result<Fitted> {
@@ -39,9 +42,9 @@ pub(super) fn fit<const D: usize>(
     let held = Fair { energy, pins, deviation: None, corners: None, ..fair.clone() };
     let near = Near::new::<D>(pins, allowed, batch)?;
     let in_f32 = device.as_gpu().is_some() && device.precision() != Precision::F64;
-    let mut found: Vec<Option<(CurveReport, Option<Vertices>)>> = Vec::with_capacity(batch.len());
+    let mut found: Vec<Option<Found>> = Vec::with_capacity(batch.len());
     let mut running: Vec<(Discs<D>, Result<Ready<D>, Unfitted>)> = Vec::new();
-    for (i, ready) in set_up_from::<D>(&held, batch, kept, &|i| near.curve(i))?.into_iter().enumerate() {
+    for (i, ready) in set_up_from::<D>(&held, batch, pieces.kept, &|i| near.curve(i))?.into_iter().enumerate() {
         match ready {
             Ok(mut ready) => {
                 let asked = [allowed[i], near.halvings(i)];
@@ -84,21 +87,43 @@ pub(super) fn fit<const D: usize>(
             }
         }
     }
-    let mut on_cpu = 0;
-    for (discs, ready, kept) in fenced::keep_within(fair, &held, batch, ended, device)? {
-        let i = discs.curve();
-        on_cpu += usize::from(discs.outcome().on_cpu);
-        let (mut report, vertices) = discs.report(ready, &held, batch);
-        kept.iter().for_each(|kept| kept.judge_within(&mut report, batch, i, allowed[i]));
+    // Curves that cross start again from here.
+    let before: BTreeMap<usize, (Discs<D>, Ready<D>)> = match fair.limits.no_crossing {
+        true => ended.iter().map(|own| (own.0.curve(), own.clone())).collect(),
+        false => BTreeMap::new(),
+    };
+    let mut on_cpu = BTreeSet::new();
+    let mut within = |ended: Vec<(Discs<D>, Ready<D>)>, partings: &Partings| -> Result<Vec<(usize, Found)>> {
+        let kept = fenced::keep_within(fair, &held, batch, ended, partings, device)?;
+        let judged = kept.into_iter().map(|(discs, ready, kept)| {
+            let i = discs.curve();
+            if discs.outcome().on_cpu {
+                on_cpu.insert(i);
+            }
+            let (mut report, vertices) = discs.report(ready, &held, batch);
+            kept.iter().for_each(|kept| kept.judge_within(&mut report, batch, i, allowed[i]));
+            (i, (report, vertices))
+        });
+        Ok(judged.collect())
+    };
+    for (i, own) in within(ended, &Partings::default())? {
+        found[i] = Some(own);
         tally.finished(i);
-        found[i] = Some((report, vertices));
+    }
+    let mut found: Vec<Found> = found.into_iter().map(|found| found.expect("every curve ends")).collect();
+    if fair.limits.no_crossing {
+        apart::keep_apart(batch, &pieces.owners, &mut found, |curves, partings| {
+            let again = curves.iter().filter_map(|i| before.get(i).cloned()).collect();
+            let mut again = within(again, partings)?;
+            again.sort_by_key(|(i, _)| *i);
+            Ok(again.into_iter().map(|(_, found)| found).collect())
+        })?;
     }
     if let Some(first) = first.as_mut().filter(|first| first.is_gpu && is_limited) {
-        first.finished_on_cpu = on_cpu;
+        first.finished_on_cpu = on_cpu.len();
     }
     let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
-    for (i, found) in found.into_iter().enumerate() {
-        let (report, vertices) = found.expect("every curve ends");
+    for (i, (report, vertices)) in found.into_iter().enumerate() {
         curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
         reports.push(report);
     }

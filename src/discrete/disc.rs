@@ -78,6 +78,7 @@ pub(super) const OF_VIOLATION: f64 = 0.05;
 const SWUNG_OUT: f64 = 2.0;
 
 /// The discs of a curve.
+#[derive(Clone)]
 pub(super) struct Discs<const D: usize> {
     /// The number of the curve.
     curve: usize,

@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use super::apart::{self, Found, Partings};
 use super::corners::Corners;
 use super::curves::{FairCurves, Fitted};
 use super::descended::{self, Descended};
 use super::deviation;
 use super::energy::{Energy, bending, tautness};
 use super::fenced;
+use super::kept::Kept;
 use super::limits::Limits;
 use super::plan::{Direction, Step};
 use super::setup::set_up_pieces;
@@ -397,10 +399,14 @@ impl Fair {
                 let cut = Corners::cut::<D>(batch, angle);
                 let curves = cut.curves();
                 let allowed = allowed.map(|own: Vec<f64>| curves.iter().map(|&i| own[i]).collect());
-                let tally = Tally::of_pieces(device, curves);
-                cut.join(batch, self.fit_pieces::<D>(&cut.batch, &cut.kept, allowed, device, &tally)?)
+                let tally = Tally::of_pieces(device, curves.clone());
+                let pieces = Pieces { kept: &cut.kept, owners: curves };
+                cut.join(batch, self.fit_pieces::<D>(&cut.batch, &pieces, allowed, device, &tally)?)
             }
-            None => self.fit_pieces::<D>(batch, &[], allowed, device, &Tally::whole(device))?,
+            None => {
+                let whole = Pieces { kept: &[], owners: (0..batch.len()).collect() };
+                self.fit_pieces::<D>(batch, &whole, allowed, device, &Tally::whole(device))?
+            }
         };
         let Fitted { curves, reports, device } = fitted;
         let mut problems = BTreeMap::new();
@@ -414,31 +420,79 @@ impl Fair {
 
     /// Fits curves that have no corners.
     ///
-    /// `kept` says which keep their ends whatever the pins say, and `allowed` how far each may pass from its points.
+    /// `allowed` says how far each may pass from its points.
     fn fit_pieces<const D: usize>(
         &self,
         batch: &CurveBatch,
-        kept: &[[bool; 2]],
+        pieces: &Pieces<'_>,
         allowed: Option<Vec<f64>>,
         device: &Device,
         tally: &Tally<'_>,
     ) -> Result<Fitted> {
         if self.asks_for_shortest(batch) {
-            return self.fit_shortest::<D>(batch, kept, device, tally);
+            return self.fit_shortest::<D>(batch, pieces.kept, device, tally);
         }
         if let Some(allowed) = allowed {
-            return deviation::fit::<D>(self, &allowed, batch, kept, device, tally);
+            return deviation::fit::<D>(self, &allowed, batch, pieces, device, tally);
         }
-        let ready = set_up_pieces::<D>(self, batch, kept)?;
+        let ready = set_up_pieces::<D>(self, batch, pieces.kept)?;
         let (able, unable): (Vec<usize>, Vec<usize>) = (0..ready.len()).partition(|&i| ready[i].is_ok());
         unable.into_iter().for_each(|i| tally.finished(i));
         // With limits a curve is finished later.
         let is_limited = !self.limits.is_empty(batch);
         let finished = |k: usize| tally.finished(able[k]);
         let mut found =
-            Descended::best(self, batch, kept, ready, device, if is_limited { &|_| {} } else { &finished })?;
-        let limited = if is_limited { fenced::keep(self, batch, &mut found, device)? } else { vec![] };
-        let reported = parallel::map(able.len(), 64, |k| {
+            Descended::best(self, batch, pieces.kept, ready, device, if is_limited { &|_| {} } else { &finished })?;
+        let keeps_apart = self.limits.no_crossing;
+        let free = if keeps_apart { found.outcomes.clone() } else { vec![] };
+        let all: Vec<usize> = (0..able.len()).collect();
+        let limited = match self.limits.asks_nothing_alone(batch) {
+            true => vec![],
+            false => fenced::keep(self, batch, &mut found, all.clone(), &Partings::default(), device)?,
+        };
+        let mut reported = self.reported(batch, &found, &limited, &all, &|k| {
+            if is_limited && !keeps_apart {
+                finished(k);
+            }
+        });
+        let mut all_found: Vec<Found> = Vec::with_capacity(batch.len());
+        let mut fitted = reported.drain(..);
+        for ready in &found.ready {
+            all_found.push(match ready {
+                Ok(_) => fitted.next().expect("what is ready is reported"),
+                Err(problem) => (CurveReport::unfitted(problem.status, problem.message.clone()), None),
+            });
+        }
+        if keeps_apart {
+            apart::keep_apart(batch, &pieces.owners, &mut all_found, |curves, partings| {
+                let again: Vec<usize> = curves.iter().filter_map(|i| able.binary_search(i).ok()).collect();
+                again.iter().for_each(|&k| found.outcomes[k] = free[k].clone());
+                let limited = fenced::keep(self, batch, &mut found, again.clone(), partings, device)?;
+                Ok(self.reported(batch, &found, &limited, &again, &|_| {}))
+            })?;
+            all.into_iter().for_each(finished);
+        }
+        let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
+        for (i, (report, vertices)) in all_found.into_iter().enumerate() {
+            curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
+            reports.push(report);
+        }
+        Ok(Fitted { curves, reports, device: found.device })
+    }
+
+    /// The reports and vertices of these curves, by their numbers among those that are ready. `limited` says how they keep
+    /// their limits, of all that are ready.
+    fn reported<const D: usize>(
+        &self,
+        batch: &CurveBatch,
+        found: &Descended<D>,
+        limited: &[Option<Kept>],
+        curves: &[usize],
+        finished: &(dyn Fn(usize) + Sync),
+    ) -> Vec<Found> {
+        let able: Vec<usize> = (0..found.ready.len()).filter(|&i| found.ready[i].is_ok()).collect();
+        parallel::map(curves.len(), 64, |at| {
+            let k = curves[at];
             let i = able[k];
             let ready = found.ready[i].as_ref().expect("what is ready is descended");
             let (mut report, vertices) = self.report(batch, i, ready, &found.outcomes[k]);
@@ -449,21 +503,16 @@ impl Fair {
             if let Some(Some(kept)) = limited.get(k) {
                 kept.judge(&mut report, batch, i);
             }
-            if is_limited {
-                finished(k);
-            }
+            finished(k);
             (report, vertices)
-        });
-        let mut reported = reported.into_iter();
-        let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
-        for (i, ready) in found.ready.iter().enumerate() {
-            let (report, vertices) = match ready {
-                Ok(_) => reported.next().expect("what is ready is reported"),
-                Err(problem) => (CurveReport::unfitted(problem.status, problem.message.clone()), None),
-            };
-            curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
-            reports.push(report);
-        }
-        Ok(Fitted { curves, reports, device: found.device })
+        })
     }
+}
+
+/// Which curves are pieces of others.
+pub(super) struct Pieces<'a> {
+    /// Which keep their ends whatever the pins say; empty if none do.
+    pub kept: &'a [[bool; 2]],
+    /// The curve that each is a piece of.
+    pub owners: Vec<usize>,
 }

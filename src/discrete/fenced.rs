@@ -12,6 +12,7 @@
 
 use std::collections::BTreeMap;
 
+use super::apart::Partings;
 use super::descended::Descended;
 use super::disc::{Discs, OF_VIOLATION, ROUGHLY};
 use super::energy::Energy;
@@ -23,6 +24,7 @@ use super::limits::CurveLimits;
 use super::problem::Outcome;
 use super::setup::Ready;
 use super::stretch::Stretch;
+use super::walls::Walls;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::device::Device;
 use crate::error::Result;
@@ -194,11 +196,14 @@ impl Running<'_> {
         without.problem.rebase(&free.displacements);
         let without = Kept::of(self.fair, self.batch, &without, &fenced.limits, i, [fenced.free; 2], Ending::Loops);
         // A way around a region may be as long as it likes.
-        let is_longer = fenced.limits.walls.is_none() && own.report.stretch > LOOPS * without.report.stretch;
+        let has_no_regions = fenced.limits.walls.as_ref().is_none_or(Walls::has_sides_alone);
+        let is_longer = has_no_regions && own.report.stretch > LOOPS * without.report.stretch;
         let is_good = ending != Ending::Unsettled && outcome.standing == Standing::Converged;
         let mut within = free.clone();
         within.go_on(outcome);
-        let crosses = D == 2 && !start.tangled(&within).is_empty() && start.tangled(free).is_empty();
+        // One that keeps to its side of neighbours must not go back across them.
+        let has_sides = fenced.limits.walls.as_ref().is_some_and(Walls::has_sides);
+        let crosses = D == 2 && !has_sides && !start.tangled(&within).is_empty() && start.tangled(free).is_empty();
         if (is_longer || crosses) && fenced.ready.problem.constraints.is_none() {
             return ((Outcome { iterations: within.iterations, ..free.clone() }, without), false);
         }
@@ -254,17 +259,19 @@ impl Running<'_> {
 
 /// Fits curves again that break their limits, so that they keep them, and says how each does that is ready.
 ///
-/// `found` are the curves without limits. `None` stands for a curve that has none.
+/// `found` are the curves without limits, of which these are fitted, by their numbers among those that are ready; `partings`
+/// are between neighbours. `None` stands for a curve that has no limits, or is not fitted.
 pub(super) fn keep<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
     found: &mut Descended<D>,
+    mut left: Vec<usize>,
+    partings: &Partings,
     device: &Device,
 ) -> Result<Vec<Option<Kept>>> {
     let all = Running { fair, batch, device };
     let numbers: Vec<usize> = (0..found.ready.len()).filter(|&i| found.ready[i].is_ok()).collect();
     let mut kept: Vec<Option<Kept>> = (0..numbers.len()).map(|_| None).collect();
-    let mut left: Vec<usize> = (0..numbers.len()).collect();
     // What came of the first go of curves that go once more.
     let mut before: BTreeMap<usize, (Outcome<D>, Kept)> = BTreeMap::new();
     let mut on_cpu = false;
@@ -273,7 +280,7 @@ pub(super) fn keep<const D: usize>(
         for k in std::mem::take(&mut left) {
             let (i, outcome) = (numbers[k], &mut found.outcomes[k]);
             let mut own = found.ready[i].clone().expect("these are ready");
-            let mut limits = fair.limits.of(batch, i, &mut own);
+            let mut limits = fair.limits.of(batch, i, partings.of(i), &mut own);
             let has_converged = outcome.standing == Standing::Converged;
             if has_converged {
                 own.problem.rebase(&outcome.displacements);
@@ -327,13 +334,14 @@ pub(super) fn keep_within<const D: usize>(
     held: &Fair,
     batch: &CurveBatch,
     found: Vec<(Discs<D>, Ready<D>)>,
+    partings: &Partings,
     device: &Device,
 ) -> Result<Vec<(Discs<D>, Ready<D>, Option<Kept>)>> {
     let all = Running { fair, batch, device };
     let (mut done, mut running) = (Vec::with_capacity(found.len()), Vec::new());
     for (k, (discs, mut ready)) in found.into_iter().enumerate() {
         let (i, outcome) = (discs.curve(), discs.outcome());
-        let mut limits = fair.limits.of(batch, i, &mut ready);
+        let mut limits = fair.limits.of(batch, i, partings.of(i), &mut ready);
         for (place, u) in ready.problem.places.iter_mut().zip(&outcome.displacements) {
             *place = add(*place, *u);
         }

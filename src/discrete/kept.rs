@@ -52,6 +52,8 @@ impl Kept {
             active: problem.held(),
             cost: energy / free - 1.0,
             stretch: length / chords,
+            neighbours: 0,
+            touching: 0,
         };
         // A way is that of the edge before the vertex.
         let count = problem.base.len();
@@ -59,7 +61,7 @@ impl Kept {
         let point = ready.rows[..points.len()].partition_point(|&own| own as usize <= row).saturating_sub(1);
         let (broken, remedy) = match ending {
             Ending::Kept => Default::default(),
-            _ => words(fair, ready, limits, &worst, ending),
+            _ => words(fair, batch, ready, limits, &worst, ending),
         };
         Kept { report, point, broken, remedy, ending }
     }
@@ -109,6 +111,7 @@ impl Kept {
 /// How a curve breaks its worst limit, and what would be feasible.
 fn words<const D: usize>(
     fair: &Fair,
+    batch: &CurveBatch,
     ready: &Ready<D>,
     limits: &CurveLimits<D>,
     worst: &Worst,
@@ -153,6 +156,10 @@ fn words<const D: usize>(
             let at = add(scale(ready.size, place), ready.vertices[0]);
             let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
             let at = at.join(", ");
+            if let Some(neighbour) = limits.walls.as_ref().and_then(|walls| walls.neighbour(k)) {
+                let label = batch.label(neighbour);
+                return (format!("it leaves its side of curve {label} at ({at})"), "curves to cross".into());
+            }
             match fair.limits.regions.get(k) {
                 Some(region @ Region::Outside { .. }) => {
                     (format!("it cuts {region}, near ({at})"), "a smaller one".into())

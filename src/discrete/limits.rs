@@ -7,11 +7,13 @@ pub(super) use along::Span;
 use along::{Polygon, spans};
 pub(super) use region::Form;
 pub use region::Region;
+use region::first;
 
+use super::apart::Parting;
 use super::energy::{FENCE_KINDS, Fencing};
 use super::problem::Problem;
 use super::setup::Ready;
-use super::walls::Walls;
+use super::walls::{Side, Walls};
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, scale, subtract};
@@ -64,11 +66,33 @@ pub struct Limits {
     ///
     /// With it bending alone has a least curve.
     pub stretch: Option<f64>,
+    /// Whether planar curves of the batch may not cross each other: contour lines, lanes of a road.
+    ///
+    /// Curves whose points' polygons do not meet are kept from crossing and from touching, all pairs of the batch. Those that
+    /// would cross are fitted again, in rounds, within half-planes of their vertices that separate both, until none cross. All others
+    /// keep their bits. A curve that crosses a neighbour after 12 rounds is
+    /// [`Infeasible`](crate::CurveStatus::Infeasible), and its message names the neighbour and the place.
+    ///
+    /// Pairs whose polygons cross or touch, as borders do that meet at a point, are not asked to, at no place; the message of
+    /// both says so. Neither are pieces of a curve cut at corners, and a curve that crosses itself.
+    /// [`LimitReport::neighbours`](crate::LimitReport::neighbours) and
+    /// [`touching`](crate::LimitReport::touching) count both.
+    pub no_crossing: bool,
 }
+
+/// A half-plane between neighbours counts in units of the mean chord, or of so many times the room between them if that is less.
+///
+/// The margin of a limit is then a small part of that room.
+const OF_ROOM: f64 = 1e3;
 
 impl Limits {
     /// Whether there is nothing to keep in a batch.
     pub(super) fn is_empty(&self, batch: &CurveBatch) -> bool {
+        !self.no_crossing && self.asks_nothing_alone(batch)
+    }
+
+    /// Whether there is nothing that a curve keeps without regard to others.
+    pub(super) fn asks_nothing_alone(&self, batch: &CurveBatch) -> bool {
         let constraints = batch.constraints();
         let has_none = self.curvature.is_none() && !self.shape && self.monotone.is_none() && self.stretch.is_none();
         has_none && constraints.largest_curvatures.is_none() && !self.has_places(batch)
@@ -81,7 +105,7 @@ impl Limits {
 
     /// Whether there is no limit besides those of curvature and of the whole length.
     pub(super) fn bounds_curvature_alone(&self, batch: &CurveBatch) -> bool {
-        !self.shape && self.monotone.is_none() && !self.has_places(batch)
+        !self.shape && self.monotone.is_none() && !self.no_crossing && !self.has_places(batch)
     }
 
     /// The spans of curve `i` that have edges, each with its largest curvature, infinite where there is none.
@@ -123,6 +147,11 @@ impl Limits {
                 return refuse(format!("({x}, {y}, {z}) is no direction in {dimension} dimensions"));
             }
         }
+        if self.no_crossing && dimension == 3 {
+            return refuse(
+                "curves in space pass by each other without crossing: only planar curves can be kept from it; leave it out".into(),
+            );
+        }
         self.regions.iter().try_for_each(|region| region.check(dimension))
     }
 
@@ -162,13 +191,22 @@ impl Limits {
     }
 
     /// The limits of a curve at size 1, whose problem learns where it lies.
-    pub(super) fn of<const D: usize>(&self, batch: &CurveBatch, i: usize, ready: &mut Ready<D>) -> CurveLimits<D> {
+    ///
+    /// `partings` are the half-planes between it and its neighbours.
+    pub(super) fn of<const D: usize>(
+        &self,
+        batch: &CurveBatch,
+        i: usize,
+        partings: &[Parting],
+        ready: &mut Ready<D>,
+    ) -> CurveLimits<D> {
         let points = batch.points(i).as_chunks::<D>().0;
         let spans = spans(&ready.rows, points.len());
         let (closed, vertices, size) = (batch.is_closed(i), ready.problem.vertices(), ready.size);
         let polygon = Polygon { spans: &spans, points, closed, vertices, size };
         let slopes = polygon.slopes(self, batch, i);
-        let walls = self.has_places(batch).then(|| self.walls(batch, i, ready, &polygon));
+        let has_walls = self.has_places(batch) || !partings.is_empty();
+        let walls = has_walls.then(|| self.walls(batch, i, partings, ready, &polygon));
         if walls.is_some() {
             ready.place();
         }
@@ -182,6 +220,7 @@ impl Limits {
         &self,
         batch: &CurveBatch,
         i: usize,
+        partings: &[Parting],
         ready: &Ready<D>,
         polygon: &Polygon<'_, D>,
     ) -> Walls<D> {
@@ -207,8 +246,15 @@ impl Limits {
         }
         let unit = polygon.mean_chord();
         let regions = self.regions.iter().map(|region| region.form(from, size, unit)).collect();
+        let side = |parting: &Parting| {
+            let [foot, axis] = [parting.foot, parting.axis].map(|v| first([v[0], v[1], 0.0]));
+            let unit = unit.min(OF_ROOM * parting.gap / size);
+            let form = Form::half_plane(scale(1.0 / size, subtract(foot, from)), axis, unit);
+            Side { row: parting.row, form, neighbour: parting.neighbour }
+        };
+        let sides = partings.iter().map(side).collect();
         let rows = spans.iter().map(|span| span.rows).collect();
-        Walls::new(regions, corridors, rows, &ready.problem.pinned, vertices)
+        Walls::new(regions, corridors, sides, rows, &ready.problem.pinned, vertices)
     }
 
     /// The unit vector along the direction of [`monotone`](Self::monotone) curves.

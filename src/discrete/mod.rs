@@ -40,6 +40,7 @@
 //!   (2004)
 
 mod angles;
+mod apart;
 mod block;
 mod compose;
 mod constrain;

@@ -7,7 +7,8 @@
 mod dubins;
 mod headings;
 
-use dubins::Dubins;
+use dubins::{Dubins, Place};
+use glam::DVec3;
 use headings::{Leg, shortest};
 
 use super::curves::{Fitted, Vertices};
@@ -104,7 +105,7 @@ impl Fair {
         let violation = self.limits.stretch.map_or(0.0, |most| (stretch / most - 1.0).max(0.0));
         let mut report = CurveReport {
             iterations: rounds,
-            limits: Some(LimitReport { violation, active, cost: stretch - 1.0, stretch }),
+            limits: Some(LimitReport { violation, active, cost: stretch - 1.0, stretch, neighbours: 0, touching: 0 }),
             ..CurveReport::solved(energy)
         };
         if violation > 0.0 {
@@ -127,14 +128,16 @@ impl Fair {
         paths: &[Dubins],
     ) -> (Vertices, usize) {
         let points = batch.points(i).as_chunks::<D>().0;
-        let (mut coords, mut rows, mut active) = (Vec::new(), Vec::new(), 0);
-        let mut paths = paths.iter();
+        let (mut coords, mut rows, mut frames, mut active) = (Vec::new(), Vec::new(), Vec::new(), 0);
+        let spatial = |[x, y]: Vector<f64, 2>| DVec3::new(x, y, 0.0);
+        let frame = |place: &Place| (spatial(place.tangent), spatial(place.bend) / ready.size);
+        let mut own = paths.iter();
         for (k, ends) in ready.rows.windows(2).enumerate() {
-            rows.push((coords.len() / D) as u32);
+            rows.push(frames.len() as u32);
             if ends[0] == ends[1] {
                 continue;
             }
-            let path = paths.next().expect("a path for every span that has edges");
+            let path = own.next().expect("a path for every span that has edges");
             let length = path.length();
             let edges = match self.segments {
                 Segments::PerSpan(n) => n,
@@ -142,19 +145,20 @@ impl Fair {
                     (length * ready.size / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
                 }
             };
-            coords.extend(points[k]);
-            for n in 1..edges {
-                let (place, turns) = path.place(length * n as f64 / edges as f64);
-                let place: Vector<f64, D> = std::array::from_fn(|c| place[c]);
-                coords.extend(add(points[k], scale(ready.size, place)));
-                active += usize::from(turns);
+            for n in 0..edges {
+                let place = path.place(length * n as f64 / edges as f64);
+                let at: Vector<f64, D> = std::array::from_fn(|c| place.at[c]);
+                coords.extend(add(points[k], scale(ready.size, at)));
+                frames.push(frame(&place));
+                active += usize::from(n > 0 && place.turns);
             }
         }
-        rows.push((coords.len() / D) as u32);
-        if !batch.is_closed(i) {
+        rows.push(frames.len() as u32);
+        if let (false, Some(last)) = (batch.is_closed(i), paths.last()) {
             coords.extend(points[points.len() - 1]);
+            frames.push(frame(&last.place(last.length())));
         }
-        (Vertices { coords, rows, corners: vec![] }, active)
+        (Vertices { coords, rows, corners: vec![], frames: Some(frames) }, active)
     }
 }
 

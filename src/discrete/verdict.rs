@@ -116,7 +116,7 @@ impl Fair {
             max_deviation: deviation(&vertices, &ready.rows, points),
         };
         let coords = vertices.into_iter().flatten().collect();
-        (report, Some(Vertices { coords, rows: ready.rows.clone(), corners: vec![] }))
+        (report, Some(Vertices { coords, rows: ready.rows.clone(), corners: vec![], frames: None }))
     }
 
     /// The remedy for a curve that does not converge.

@@ -28,27 +28,45 @@ pub(super) struct Walls<const D: usize> {
     edges: Vec<f64>,
     /// The corridor of each vertex; empty without one.
     corridors: Vec<Option<Form<D>>>,
+    /// The half-planes on the own side of neighbours, and for each vertex the numbers of its own; empty without any.
+    sides: Vec<Side<D>>,
+    own: Vec<Vec<usize>>,
     movable: Vec<bool>,
-    /// The regions whose walls stand, one a layer, for each vertex. The corridor comes after all regions.
+    /// The regions whose walls stand, one a layer, for each vertex. The corridor comes after all regions, and then sides.
     chosen: Vec<Vec<Option<usize>>>,
+}
+
+/// A half-plane in which one vertex is on its own side of a neighbour.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side<const D: usize> {
+    pub row: usize,
+    pub form: Form<D>,
+    /// The number of the curve on the other side.
+    pub neighbour: usize,
 }
 
 impl<const D: usize> Walls<D> {
     pub fn new(
         regions: Vec<Form<D>>,
         corridors: Vec<Option<Form<D>>>,
+        sides: Vec<Side<D>>,
         spans: Vec<[usize; 2]>,
         pinned: &[u32],
         vertices: usize,
     ) -> Self {
         let mut movable = vec![true; vertices];
         pinned.iter().for_each(|&row| movable[row as usize] = false);
-        let layers = MOST.min(regions.len() + usize::from(!corridors.is_empty()));
+        let mut own = vec![vec![]; if sides.is_empty() { 0 } else { vertices }];
+        sides.iter().enumerate().for_each(|(k, side)| own[side.row].push(k));
+        let most = own.iter().map(Vec::len).max().unwrap_or(0);
+        let layers = MOST.min(regions.len() + usize::from(!corridors.is_empty()) + most);
         Walls {
             regions,
             spans,
             edges: vec![0.0; vertices],
             corridors,
+            sides,
+            own,
             movable,
             chosen: vec![vec![None; vertices]; layers],
         }
@@ -63,7 +81,24 @@ impl<const D: usize> Walls<D> {
     fn of(&self, row: usize) -> impl Iterator<Item = (usize, Form<D>)> {
         let regions = self.regions.iter().map(move |form| form.beside(self.edges[row])).enumerate();
         let corridor = self.corridors.get(row).copied().flatten().map(|form| (self.regions.len(), form));
-        regions.chain(corridor).filter(move |_| self.movable[row])
+        let sides = self.own.get(row).into_iter().flatten();
+        let sides = sides.map(|&k| (self.regions.len() + 1 + k, self.sides[k].form));
+        regions.chain(corridor).chain(sides).filter(move |_| self.movable[row])
+    }
+
+    /// Whether they are all between neighbours.
+    pub fn has_sides_alone(&self) -> bool {
+        self.regions.is_empty() && self.corridors.is_empty()
+    }
+
+    /// Whether any is between neighbours.
+    pub fn has_sides(&self) -> bool {
+        !self.sides.is_empty()
+    }
+
+    /// The curve on the other side of a region.
+    pub fn neighbour(&self, region: usize) -> Option<usize> {
+        Some(self.sides.get(region.checked_sub(self.regions.len() + 1)?)?.neighbour)
     }
 
     fn form(&self, row: usize, region: usize) -> Option<Form<D>> {

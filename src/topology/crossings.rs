@@ -56,8 +56,25 @@ pub(crate) fn crossings(lines: &[Line], new: impl Fn(u32) -> bool) -> Vec<[Place
     let is_new: Vec<bool> = runs.iter().map(|run| new(run.arc)).collect();
     let mut found = Vec::new();
     runs.iter().zip(&is_new).filter(|(_, new)| **new).for_each(|(run, _)| within(lines, run, &mut found));
-    for [a, b] in meeting(&runs, &is_new) {
-        between(lines, &runs[a as usize], &runs[b as usize], &mut found);
+    let is_one_new = |a: usize, b: usize| is_new[a] || is_new[b];
+    for [a, b] in meeting(&runs, is_one_new) {
+        between(lines, &runs[a as usize], &runs[b as usize], |a, b| may_meet(lines, a, b), &mut found);
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// All pairs of segments of arcs of different groups that have any point in common, be it a common end. Of the pairs,
+/// one at least is of an arc that is `new`. Each has the lower arc first.
+pub(crate) fn contacts(lines: &[Line], groups: &[usize], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
+    let runs = runs(lines);
+    let is_new: Vec<bool> = runs.iter().map(|run| new(run.arc)).collect();
+    let group = |run: usize| groups[runs[run].arc as usize];
+    let of_two = |a: usize, b: usize| (is_new[a] || is_new[b]) && group(a) != group(b);
+    let mut found = Vec::new();
+    for [a, b] in meeting(&runs, of_two) {
+        between(lines, &runs[a as usize], &runs[b as usize], |_, _| false, &mut found);
     }
     found.sort_unstable();
     found.dedup();
@@ -78,8 +95,8 @@ fn runs(lines: &[Line]) -> Vec<Run> {
     runs
 }
 
-/// Pairs of runs whose boxes meet, one of them new.
-fn meeting(runs: &[Run], is_new: &[bool]) -> Vec<[u32; 2]> {
+/// Pairs of runs whose boxes meet, of those that are asked for.
+fn meeting(runs: &[Run], is_asked: impl Fn(usize, usize) -> bool) -> Vec<[u32; 2]> {
     let boxed =
         runs.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), run| (l.min(run.low), h.max(run.high)));
     // By halves, whose differences do not overflow.
@@ -101,9 +118,9 @@ fn meeting(runs: &[Run], is_new: &[bool]) -> Vec<[u32; 2]> {
     }
     places.sort_unstable();
     let meet = |a: u32, b: u32| {
-        let new = is_new[a as usize] || is_new[b as usize];
+        let is_asked = is_asked(a as usize, b as usize);
         let (a, b) = (&runs[a as usize], &runs[b as usize]);
-        new && a.low.cmple(b.high).all() && b.low.cmple(a.high).all()
+        is_asked && a.low.cmple(b.high).all() && b.low.cmple(a.high).all()
     };
     let mut pairs = Vec::new();
     for in_cell in places.chunk_by(|a, b| a.0 == b.0) {
@@ -141,7 +158,7 @@ fn within(lines: &[Line], run: &Run, found: &mut Vec<[Place; 2]>) {
 }
 
 /// Crossings of two runs.
-fn between(lines: &[Line], a: &Run, b: &Run, found: &mut Vec<[Place; 2]>) {
+fn between(lines: &[Line], a: &Run, b: &Run, may_meet: impl Fn(Place, Place) -> bool, found: &mut Vec<[Place; 2]>) {
     // Only segments that reach into both boxes can meet.
     let (low, high) = (a.low.max(b.low), a.high.min(b.high));
     let reaching = |run: &Run| {
@@ -154,7 +171,7 @@ fn between(lines: &[Line], a: &Run, b: &Run, found: &mut Vec<[Place; 2]>) {
     let of_b = reaching(b);
     for (k, p) in reaching(a) {
         for &(j, q) in &of_b {
-            if cross(p, q, may_meet(lines, (a.arc, k), (b.arc, j))) {
+            if cross(p, q, may_meet((a.arc, k), (b.arc, j))) {
                 let places = [(a.arc, k), (b.arc, j)];
                 found.push(if places[0] <= places[1] { places } else { [places[1], places[0]] });
             }
@@ -223,6 +240,16 @@ mod tests {
         assert!(!crossed(base, [1.0, f64::EPSILON, 1.0, 1.0]), "next to it");
     }
 
+    #[test]
+    fn arcs_that_share_an_end_are_in_contact_and_do_not_cross() {
+        let [a, b] = [[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [2.0, 1.0]]]
+            .map(|ends| ends.map(|[x, y]: [f64; 2]| DVec3::new(x, y, 0.0)));
+        let lines = [&a, &b].map(|points| Line { points, closed: false });
+        assert!(crossings(&lines, |_| true).is_empty());
+        assert_eq!(contacts(&lines, &[0, 1], |_| true), [[(0, 0), (1, 0)]]);
+        assert!(contacts(&lines, &[0, 0], |_| true).is_empty(), "of one group");
+    }
+
     /// Random polylines: the grid finds what comparing every pair finds.
     #[test]
     fn no_crossing_is_missed_and_none_is_made_up() {
@@ -256,6 +283,9 @@ mod tests {
             assert!(all.len() > 10, "{} crossings", all.len());
             all.retain(|[a, b]| a.0 % 5 == 0 || b.0 % 5 == 0);
             assert_eq!(crossings(&lines, |arc| arc % 5 == 0), all, "those of some arcs");
+            let groups: Vec<usize> = (0..12).map(|arc| arc / 2).collect();
+            all.retain(|[a, b]| groups[a.0 as usize] != groups[b.0 as usize]);
+            assert_eq!(contacts(&lines, &groups, |arc| arc % 5 == 0), all, "those of different groups");
         }
     }
 }

@@ -15,6 +15,7 @@ mod fair_corners;
 mod fair_crossings;
 mod fair_deviation;
 mod fair_limits;
+mod fair_neighbours;
 mod fair_places;
 mod fair_scf;
 mod fair_shortest;

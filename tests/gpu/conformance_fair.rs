@@ -361,6 +361,48 @@ fn curves_with_limits_of_places_are_those_of_the_cpu() {
 }
 
 #[test]
+fn curves_that_may_not_cross_are_those_of_the_cpu() {
+    let Some(device) = device() else { return };
+    let few = Family { dimension: 2, closed: false, points: 6, sigma: 0.4 }.batch(16, 35);
+    let (mut coords, mut offsets) = (Vec::new(), vec![0]);
+    for i in 0..few.len() {
+        // Close above each one of the same polygon, with a point in the middle of every span: it swings out less.
+        let points: Vec<[f64; 2]> =
+            few.points(i).as_chunks::<2>().0.iter().map(|[x, y]| [*x, y + 9.0 * i as f64]).collect();
+        let middles = points.windows(2).flat_map(|ends| [ends[0], [0, 1].map(|c| 0.5 * (ends[0][c] + ends[1][c]))]);
+        let above: Vec<[f64; 2]> = middles.chain([points[5]]).map(|[x, y]| [x, y + 0.06]).collect();
+        for points in [points, above] {
+            coords.extend(points.as_flattened());
+            offsets.push(coords.len() / 2);
+        }
+    }
+    let batch = CurveBatch::from_ragged(2, coords, offsets).unwrap();
+    for precision in precisions(device.as_gpu().expect("a GPU")) {
+        for deviation in [None, Some(0.02.into())] {
+            let limits = Limits { no_crossing: true, ..Limits::default() };
+            let fair = Fair { limits, deviation, ..fair(bending(2.0) + tautness()) };
+            let on_gpu = device.clone().with_precision(precision);
+            let [cpu, gpu] =
+                [Device::cpu(), on_gpu].map(|on| fair.fit_sampled(&batch, Sampling::PerSpan(16), &on).unwrap());
+            // Half-planes stand where the curves without them lie.
+            let (near, _) = bounds(precision);
+            let near = near * if deviation.is_some() { 100.0 } else { 1.0 };
+            let (mut held, mut farthest) = (0, 0.0f64);
+            for (i, (a, b)) in cpu.0.reports().iter().zip(gpu.0.reports()).enumerate() {
+                assert_eq!(a.status, b.status, "{precision:?}, {deviation:?}, curve {i}: {a:?} {b:?}");
+                let [of_a, of_b] = [a, b].map(|report| report.limits.unwrap());
+                assert_eq!(of_a.neighbours, of_b.neighbours, "{precision:?}, {deviation:?}, curve {i}: {a:?} {b:?}");
+                held += usize::from(of_b.active > 0);
+                let both = cpu.1.points(i).iter().zip(gpu.1.points(i));
+                farthest = farthest.max(both.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / size(&batch, i));
+            }
+            println!("{precision:?}, {deviation:?}: {held} held, {} usable, apart {farthest:.1e}", gpu.0.usable());
+            assert!(farthest <= near && held >= 8, "{held} held, {farthest:e}");
+        }
+    }
+}
+
+#[test]
 fn curves_with_limits_are_those_of_the_cpu() {
     let Some(device) = device() else { return };
     for precision in precisions(device.as_gpu().expect("a GPU")) {

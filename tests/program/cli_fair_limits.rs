@@ -110,6 +110,27 @@ fn corridors_regions_directions_and_lengths_are_kept() {
 }
 
 #[test]
+fn curves_that_would_cross_are_kept_apart() {
+    // A bend of few points, a line close above it, and two that cross as their points do.
+    let folder = folder(
+        "curve,x,y\nbend,0,0\nbend,1,0\nbend,1.2,1\nbend,2.2,1\nline,1,0.2\nline,1.1,1.05\nline,1.6,1.05\nline,2.2,1.05\n\
+         a,5,0\na,6,0.2\na,7,0\nb,6,-1\nb,6.1,0\nb,6,1\n",
+    );
+    let free = reports(&folder, "--method fair", 0);
+    assert!(free.iter().all(|line| line.get("limits").is_none()), "{free:?}");
+    let lines = reports(&folder, "--method fair --no-crossing", 0);
+    let of = |k: usize, name: &str| lines[k]["limits"][name].as_f64().unwrap();
+    let counts: Vec<[f64; 2]> = (0..4).map(|k| [of(k, "neighbours"), of(k, "touching")]).collect();
+    assert_eq!(counts, [[1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]], "{lines:?}");
+    assert!(of(0, "active") > 0.0 && of(0, "cost") > 0.0 && of(0, "violation") == 0.0, "{}", lines[0]);
+    let message = lines[2]["message"].as_str().unwrap();
+    assert!(
+        message.contains("curve a, point 1: from here to the next point its polygon meets that of curve b"),
+        "{message}"
+    );
+}
+
+#[test]
 fn limits_that_make_no_sense_are_refused() {
     let refused = |arguments: &str, sentence: &str| {
         run(&folder(CURVES), &format!("fit in.csv -o out.csv {arguments}"))
@@ -127,6 +148,7 @@ fn limits_that_make_no_sense_are_refused() {
     refused("--keep-in 0,0", "2 numbers; give 3 in the plane, or 4 in space, with commas between them");
     refused("--half-plane 0,0,1", "a normal of length 0 has no direction");
     refused("--keep-out 0,0,0,1,2", "5 numbers; give 3 in the plane");
+    refused("--method smoothing --smoothing 1 --no-crossing", "--no-crossing belongs to --method fair");
     refused("--max-stretch 0.9", "the largest stretch is 0.9; it must be more than 1");
     refused("--monotone w", "invalid value 'w'");
     refused("--method fair --energy length=1 --max-curvature 1", "ask for an energy that holds bending");

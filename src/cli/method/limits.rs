@@ -78,6 +78,12 @@ pub struct LimitArgs {
     /// Keeps fair curves from being longer than so many times the polygon of their points
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     max_stretch: Option<f64>,
+    /// Keeps planar fair curves from crossing each other where their points do not: contour lines, lanes
+    ///
+    /// Every pair of curves whose polygons of points do not cross or touch is kept apart, at the cost of energy. Curves that do not cross
+    /// stay as they are. One that crosses a neighbour in the end is infeasible.
+    #[arg(long)]
+    no_crossing: bool,
 }
 
 impl LimitArgs {
@@ -93,6 +99,7 @@ impl LimitArgs {
             ("--keep-in", !self.keep_in.is_empty()),
             ("--half-plane", !self.half_plane.is_empty()),
             ("--max-stretch", self.max_stretch.is_some()),
+            ("--no-crossing", self.no_crossing),
         ];
         all.into_iter().filter(|(_, given)| *given).map(|(option, _)| option)
     }
@@ -109,6 +116,9 @@ impl LimitArgs {
         self.monotone.iter().for_each(|axis| add(format!("monotone in {}", format!("{axis:?}").to_lowercase())));
         self.corridor.iter().for_each(|width| add(format!("corridor {width}")));
         self.max_stretch.iter().for_each(|stretch| add(format!("length ≤ {stretch} polygons")));
+        if self.no_crossing {
+            add("no crossing".into());
+        }
         match self.regions().count() {
             0 => {}
             1 => add("1 region".into()),
@@ -149,6 +159,7 @@ impl LimitArgs {
             corridor: self.corridor,
             regions: self.regions().collect(),
             stretch: self.max_stretch,
+            no_crossing: self.no_crossing,
         })
     }
 }

@@ -90,8 +90,7 @@ impl Region {
                 let normal = first::<D>(normal);
                 let length = dot(normal, normal).sqrt();
                 let axis = scale(1.0 / length, normal);
-                let foot = scale((offset / length - dot(axis, from)) / size, axis);
-                Form { wall: Wall { foot, axis, plane: 1.0 / unit, ..Wall::NONE }, offset: 0.0 }
+                Form::half_plane(scale((offset / length - dot(axis, from)) / size, axis), axis, unit)
             }
             Region::Inside { center, radius } => disc(center, (radius / size).powi(-2), 0.5),
             Region::Outside { center, radius } => disc(center, -(radius / size).powi(-2), -0.5),
@@ -133,6 +132,11 @@ impl<const D: usize> Form<D> {
             true => Form { wall: Wall { bend: -1.0 / (0.25 * edge * edge - 1.0 / bend), ..self.wall }, ..self },
             false => self,
         }
+    }
+
+    /// n·(f − p) ≤ 0, for a unit vector n and a point p of the edge. `unit` is the length in which it counts.
+    pub fn half_plane(foot: Vector<f64, D>, axis: Vector<f64, D>, unit: f64) -> Self {
+        Form { wall: Wall { foot, axis, plane: 1.0 / unit, ..Wall::NONE }, offset: 0.0 }
     }
 
     /// Within a distance of a chord.

@@ -103,11 +103,12 @@ impl Dubins {
         self.lengths.iter().sum()
     }
 
-    /// The place at this length from the start, relative to it, and whether the path turns there.
-    pub fn place(&self, length: f64) -> (Vector<f64, 2>, bool) {
-        let (mut at, mut heading, mut left) = ([0.0; 2], self.start, length);
-        for (k, (&side, &own)) in self.sides.iter().zip(&self.lengths).enumerate() {
+    /// The place at this length from the start, relative to it, with the tangent there and the side to which the path turns.
+    pub fn place(&self, length: f64) -> Place {
+        let (mut at, mut heading, mut turns, mut left) = ([0.0; 2], self.start, 0.0, length);
+        for (k, (&side, &own)) in self.sides.iter().zip(&self.lengths).enumerate().filter(|(_, (_, own))| **own > 0.0) {
             let part = if k < 2 { left.min(own) } else { left };
+            turns = side;
             if side == 0.0 {
                 at = add(at, scale(part, heading.tangent));
             } else {
@@ -119,11 +120,22 @@ impl Dubins {
             }
             left -= part;
             if left <= 0.0 {
-                return (at, side != 0.0);
+                break;
             }
         }
-        (at, false)
+        let bend = if turns == 0.0 { [0.0; 2] } else { scale(turns / self.radius, heading.normal()) };
+        Place { at, tangent: heading.tangent, bend, turns: turns != 0.0 }
     }
+}
+
+/// A place on a path.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    pub at: Vector<f64, 2>,
+    pub tangent: Vector<f64, 2>,
+    /// The curvature vector.
+    pub bend: Vector<f64, 2>,
+    pub turns: bool,
 }
 
 /// The directions at the end of a chord in which a path comes that has two pieces alone, with this direction at its start:

@@ -1,0 +1,304 @@
+//! Curves of a batch that do not cross: each keeps to its side of its neighbours.
+//!
+//! ```text
+//! curves ─► where they cross ─► references that do not ─► half-planes between those ─► descents within them ─► curves …
+//! ```
+//!
+//! Where two curves cross whose points' polygons do not, both are drawn towards references that do not cross, span by span,
+//! only as far as it takes ([`course`](self::course)). There every edge of one gets a half-plane for both of its vertices: across the
+//! shortest way to the neighbour in the references, before its middle. An edge lies on its side of the nearest point of a convex set, so that the reference keeps them
+//! all, and they can be kept; two edges that are each other's nearest are separated for good. Half-planes stay for all later rounds. The next reference lies between the one before and the curves
+//! found, which both keep them.
+
+mod course;
+
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec3;
+
+use super::curves::Vertices;
+use crate::batch::CurveBatch;
+use crate::error::Result;
+use crate::report::{CurveReport, LimitReport};
+use crate::status::CurveStatus;
+use crate::topology::crossings::{Line, Place, contacts};
+use course::{Course, Levels};
+
+/// Rounds at most.
+const MOST_ROUNDS: usize = 12;
+
+/// The part of the way to the neighbour that a vertex may go. Between two neighbours a tenth of the way is left.
+const SHARE: f64 = 0.45;
+
+/// A half-plane that one vertex keeps within: axis·(f − foot) ≤ 0, in units of the input.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parting {
+    pub row: usize,
+    pub foot: [f64; 2],
+    /// Of length 1, towards the neighbour.
+    pub axis: [f64; 2],
+    /// How far the references are apart there.
+    pub gap: f64,
+    /// The number of the curve on the other side.
+    pub neighbour: usize,
+}
+
+impl Parting {
+    /// An order in which those of a curve are the same however the curves of the batch are numbered.
+    fn by_place(&self, other: &Self) -> Ordering {
+        let numbers = |parting: &Self| [parting.foot, parting.axis];
+        let (own, others) = (numbers(self), numbers(other));
+        let places = own.as_flattened().iter().zip(others.as_flattened());
+        places.fold(self.row.cmp(&other.row), |order, (a, b)| order.then(a.total_cmp(b)))
+    }
+}
+
+/// The half-planes of every curve that has any.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Partings(BTreeMap<usize, Vec<Parting>>);
+
+impl Partings {
+    /// Those of a curve.
+    pub fn of(&self, i: usize) -> &[Parting] {
+        self.0.get(&i).map_or(&[], Vec::as_slice)
+    }
+}
+
+/// A curve with its report; without vertices one that comes out as its input.
+pub(super) type Found = (CurveReport, Option<Vertices>);
+
+/// Fits curves again that cross others of other owners, until none cross whose points' polygons do not.
+///
+/// `again` fits the curves of these numbers within their half-planes. The reports say how it went.
+pub(super) fn keep_apart(
+    batch: &CurveBatch,
+    owners: &[usize],
+    found: &mut [Found],
+    mut again: impl FnMut(&[usize], &Partings) -> Result<Vec<Found>>,
+) -> Result<()> {
+    let mut courses: Vec<Course> = (0..found.len()).map(|i| Course::of(batch, i, found[i].1.as_ref())).collect();
+    let apart = Apart { owners, touching: touching(batch, owners) };
+    let mut partings = Partings::default();
+    let mut crossing = apart.crossings(&courses, |_| true);
+    for _ in 0..MOST_ROUNDS {
+        if crossing.is_empty() {
+            break;
+        }
+        let pairs = apart.references(&mut courses, &crossing);
+        let curves = apart.part(&courses, &pairs, &mut partings);
+        if curves.is_empty() {
+            break;
+        }
+        for (&i, fitted) in curves.iter().zip(again(&curves, &partings)?) {
+            found[i] = fitted;
+            let reference = std::mem::take(&mut courses[i].reference);
+            courses[i] = Course::of(batch, i, found[i].1.as_ref());
+            // One that has become its points lies in their polygon.
+            if reference.len() == courses[i].points.len() {
+                courses[i].reference = reference;
+            }
+        }
+        let is_new = |arc: u32| curves.binary_search(&(arc as usize)).is_ok();
+        crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
+        crossing.extend(apart.crossings(&courses, is_new));
+    }
+    apart.report(batch, &courses, &partings, &crossing, found);
+    Ok(())
+}
+
+/// The pairs of owners whose points' polygons cross or touch, the lower one first, with the curves and edges where.
+fn touching(batch: &CurveBatch, owners: &[usize]) -> BTreeMap<[usize; 2], [Place; 2]> {
+    let polygons: Vec<_> = (0..batch.len()).map(|i| course::polygon(batch, i)).collect();
+    let line = |i: usize| Line { points: &polygons[i], closed: batch.is_closed(i) };
+    let lines: Vec<Line> = (0..batch.len()).map(line).collect();
+    let mut touching = BTreeMap::new();
+    for [a, b] in contacts(&lines, owners, |_| true) {
+        touching.entry(ordered([owners[a.0 as usize], owners[b.0 as usize]])).or_insert([a, b]);
+    }
+    touching
+}
+
+fn ordered([a, b]: [usize; 2]) -> [usize; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// Which curves are asked to keep apart.
+struct Apart<'a> {
+    owners: &'a [usize],
+    touching: BTreeMap<[usize; 2], [Place; 2]>,
+}
+
+/// A span of a curve, and one of another.
+type Spans = [(usize, usize); 2];
+
+impl Apart<'_> {
+    fn owner(&self, curve: usize) -> usize {
+        self.owners[curve]
+    }
+
+    /// Where curves cross that are asked not to, one of each pair a `new` one.
+    fn crossings(&self, courses: &[Course], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
+        let lines: Vec<Line> = courses.iter().map(|course| course.line(&course.points)).collect();
+        let mut found = contacts(&lines, self.owners, new);
+        found.retain(|pair| self.is_asked(pair));
+        found
+    }
+
+    fn is_asked(&self, pair: &[Place; 2]) -> bool {
+        !self.touching.contains_key(&ordered(pair.map(|(arc, _)| self.owner(arc as usize))))
+    }
+
+    /// Draws spans that cross towards their references until none do, and one step more, for room. What comes of that
+    /// are the next references.
+    ///
+    /// Returns every pair of spans that crossed on the way.
+    fn references(&self, courses: &mut [Course], crossing: &[[Place; 2]]) -> BTreeSet<Spans> {
+        let mut levels = Levels::default();
+        let mut pairs = BTreeSet::new();
+        let mut drawn: Vec<Vec<DVec3>> = Vec::new();
+        let mut crossing = crossing.to_vec();
+        let mut has_room = false;
+        loop {
+            let spans = |pair: &[Place; 2]| pair.map(|(arc, edge)| (arc as usize, courses[arc as usize].span(edge)));
+            let crossed: BTreeSet<Spans> = crossing.iter().map(spans).collect();
+            let at: BTreeSet<(usize, usize)> = crossed.iter().flatten().copied().collect();
+            pairs.extend(crossed);
+            let raised = match (at.is_empty(), has_room) {
+                (true, true) => break,
+                (true, false) => {
+                    has_room = true;
+                    levels.all()
+                }
+                _ => at.into_iter().collect(),
+            };
+            let mut changed: Vec<usize> =
+                raised.into_iter().filter(|&(i, span)| levels.raise(&courses[i], i, span)).map(|(i, _)| i).collect();
+            changed.dedup();
+            if changed.is_empty() {
+                break;
+            }
+            if drawn.is_empty() {
+                drawn = courses.iter().map(|course| course.points.clone()).collect();
+            }
+            changed.iter().for_each(|&i| drawn[i] = courses[i].drawn(levels.of(i)));
+            let lines: Vec<Line> = courses.iter().zip(&drawn).map(|(course, points)| course.line(points)).collect();
+            let is_new = |arc: u32| changed.binary_search(&(arc as usize)).is_ok();
+            crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
+            crossing.extend(contacts(&lines, self.owners, is_new).into_iter().filter(|pair| self.is_asked(pair)));
+        }
+        for (course, drawn) in courses.iter_mut().zip(drawn) {
+            course.reference = drawn;
+        }
+        pairs
+    }
+
+    /// Adds half-planes between the references at these spans and those beside them. Returns the curves that have new ones.
+    fn part(&self, courses: &[Course], pairs: &BTreeSet<Spans>, partings: &mut Partings) -> Vec<usize> {
+        // The spans of the neighbours of every span.
+        let mut across: BTreeMap<(usize, usize), BTreeSet<(usize, usize)>> = BTreeMap::new();
+        for &[(a, s), (b, t)] in pairs {
+            let [of_a, of_b] = [courses[a].beside(s), courses[b].beside(t)];
+            for &s in &of_a {
+                across.entry((a, s)).or_default().extend(of_b.iter().map(|&t| (b, t)));
+            }
+            for &t in &of_b {
+                across.entry((b, t)).or_default().extend(of_a.iter().map(|&s| (a, s)));
+            }
+        }
+        let mut curves: Vec<usize> = Vec::new();
+        for ((i, span), neighbours) in across {
+            if !courses[i].is_fitted {
+                continue;
+            }
+            let neighbours: Vec<(usize, usize)> = neighbours.into_iter().collect();
+            let follow = |a: &(usize, usize), b: &(usize, usize)| a.0 == b.0 && a.1 + 1 == b.1;
+            for part in neighbours.chunk_by(follow) {
+                let (neighbour, spans) = (part[0].0, part[0].1..part[part.len() - 1].1 + 1);
+                for edge in courses[i].edges_of(span) {
+                    let ends = courses[i].edge(edge);
+                    let Some([own, other]) = courses[neighbour].nearest(ends, spans.clone()) else { continue };
+                    let (way, gap) = (other - own, other.distance(own));
+                    if !(gap > 0.0 && gap.is_finite()) {
+                        continue;
+                    }
+                    let [foot, axis] = [own + SHARE * way, way / gap].map(|v| [v.x, v.y]);
+                    let rows = [edge, (edge + 1) % courses[i].points.len()];
+                    let both = rows.map(|row| Parting { row, foot, axis, gap, neighbour });
+                    partings.0.entry(i).or_default().extend(both);
+                }
+            }
+            curves.push(i);
+        }
+        curves.dedup();
+        for i in &curves {
+            let own = partings.0.entry(*i).or_default();
+            own.sort_by(Parting::by_place);
+            // Two edges may have theirs from the vertex between them.
+            own.dedup_by(|a, b| a.by_place(b).is_eq());
+        }
+        curves
+    }
+
+    /// Writes into the reports which curves are kept apart, which are not asked to be, and which cross yet.
+    fn report(
+        &self,
+        batch: &CurveBatch,
+        courses: &[Course],
+        partings: &Partings,
+        crossing: &[[Place; 2]],
+        found: &mut [Found],
+    ) {
+        // The first of every curve.
+        let mut crossed: BTreeMap<usize, (Place, usize)> = BTreeMap::new();
+        for &[a, b] in crossing {
+            crossed.entry(a.0 as usize).or_insert((a, b.0 as usize));
+            crossed.entry(b.0 as usize).or_insert((b, a.0 as usize));
+        }
+        let mut touched: BTreeMap<usize, Vec<(Place, usize)>> = BTreeMap::new();
+        for &[a, b] in self.touching.values() {
+            touched.entry(a.0 as usize).or_default().push((a, b.0 as usize));
+            touched.entry(b.0 as usize).or_default().push((b, a.0 as usize));
+        }
+        let fitted = found.iter_mut().enumerate().filter(|(_, (_, vertices))| vertices.is_some());
+        for (i, (report, _)) in fitted {
+            let apart: BTreeSet<usize> = partings.of(i).iter().map(|parting| self.owner(parting.neighbour)).collect();
+            let (neighbours, touching) = (apart.len(), touched.get(&i).map_or(0, Vec::len));
+            report.limits = Some(match report.limits {
+                Some(limits) => LimitReport { neighbours, touching, ..limits },
+                None => {
+                    let stretch = courses[i].stretch(batch, i);
+                    LimitReport { violation: 0.0, active: 0, cost: 0.0, stretch, neighbours, touching }
+                }
+            });
+            let is_told = matches!(report.status, CurveStatus::Converged | CurveStatus::Infeasible);
+            if let (Some(&(place, neighbour)), true) = (crossed.get(&i), is_told) {
+                let at = courses[i].points[place.1 as usize];
+                let what = format!(
+                    "it crosses curve {} near ({:.6}, {:.6}), which their points do not: {MOST_ROUNDS} rounds did not part them; give \
+                     both more points there, or allow a deviation from them",
+                    batch.label(neighbour),
+                    at.x,
+                    at.y
+                );
+                let point = courses[i].span(place.1);
+                (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, point, &what)));
+            } else if let (Some(touched), None, CurveStatus::Converged) =
+                (touched.get(&i), &report.message, report.status)
+            {
+                let ((_, edge), neighbour) = touched[0];
+                let others = match touched.len() - 1 {
+                    0 => String::new(),
+                    1 => " and 1 other curve".into(),
+                    count => format!(" and {count} other curves"),
+                };
+                let what = format!(
+                    "from here to the next point its polygon meets that of curve {}{others}: curves whose points do are not kept from \
+                     crossing",
+                    batch.label(neighbour)
+                );
+                report.message = Some(batch.sentence(i, edge as usize, &what));
+            }
+        }
+    }
+}
