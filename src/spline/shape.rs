@@ -92,6 +92,7 @@ impl Natural {
     /// What becomes of curve `i`; `None` where its spline keeps its shape.
     fn shaped(&self, batch: &CurveBatch, splines: &CubicSplines, i: usize) -> Option<Shaped> {
         let spline = splines.spline(i);
+        let (entries, closed) = (spline.entries, spline.closed);
         let (points, _) = spline.values.as_chunks::<2>();
         let distinct = points.len() - usize::from(spline.closed);
         let asked = sides::of_spans(&points[..distinct], spline.closed);
@@ -115,9 +116,13 @@ impl Natural {
         let spans: Vec<Span> = (0..count)
             .map(|k| Span { h: step(k), chord: chords[k], asked: asked[k], knots: [knot(k), knot(k + 1)] })
             .collect();
-        let free: f64 = (0..count).map(|k| bending(step(k), moments(k))).sum();
-        let Some(found) = mend(&spans, start(&spans, spline.closed, given), free) else {
-            return Some(infeasible(spline.entries, &spans, &given));
+        // Found here again, so that the result is the same bits whatever device found the spline.
+        let asks_nothing = |span: &Span| Span { asked: Asked { ends: [0.0; 2], within: 0.0 }, ..*span };
+        let unasked: Vec<Span> = spans.iter().map(asks_nothing).collect();
+        let spline = mend(&unasked, start(&unasked, spline.closed, given), 1.0)?.derivatives;
+        let free: f64 = unasked.iter().map(|span| bending(span.h, span.moments(&spline))).sum();
+        let Some(found) = mend(&spans, start(&spans, closed, given), free) else {
+            return Some(infeasible(entries, &spans, &given));
         };
         let mut sided = Vec::with_capacity(4 * count);
         let mut energy = 0.0;
@@ -131,7 +136,7 @@ impl Natural {
             let (end, start) = (4 * ((k + count - 1) % count) + 2, 4 * (k % count));
             (0..2).any(|c| (sided[end + c] - sided[start + c]).abs() > HELD * largest)
         };
-        let held = (usize::from(!spline.closed)..count).filter(jumps).count();
+        let held = (usize::from(!closed)..count).filter(jumps).count();
         Some(Shaped::Mended {
             second: sided,
             energy: energy * (size / time) * (size / time) / time,
@@ -199,18 +204,18 @@ fn infeasible(entries: Option<&[u32]>, spans: &[Span], given: &[Option<Vector>; 
         let side = sign * spans[own].asked.within;
         let leg = times(spans[own].h / 3.0, *v);
         let (chord, beyond) = (spans[own].chord, spans[next].chord);
-        if side * cross(leg, chord) <= 0.0 {
-            let [to, from] = if side > 0.0 { ["right", "left"] } else { ["left", "right"] };
-            let [to, from] = if sign > 0.0 { [to, from] } else { [from, to] };
-            let what = if sign > 0.0 {
-                format!(
-                    "no spline with its tangent keeps its shape: the curve turns {from} from here, and must set out to the {to} of the next point; turn the tangent, or leave it out"
-                )
+        if side * cross(leg, chord) <= sides::STRAIGHT * length(leg) * length(chord) {
+            let [turn, other] = if spans[own].asked.within > 0.0 { ["left", "right"] } else { ["right", "left"] };
+            let bound = if sign > 0.0 {
+                format!("turns {turn} from here, and must set out to the {other} of the next point")
             } else {
                 format!(
-                    "no spline with its tangent keeps its shape: the curve turns {to} up to here, and must arrive on the {from} of the way from the point before; turn the tangent, or leave it out"
+                    "turns {turn} up to here, and must arrive heading to the {turn} of the way from the point before"
                 )
             };
+            let what = format!(
+                "no spline with its tangent keeps its shape: the curve {bound}; turn the tangent, or leave it out"
+            );
             return Shaped::Infeasible { point: point_of(knot), what };
         }
         let reach = side * cross(leg, beyond);

@@ -196,7 +196,7 @@ fn given_tangents_are_kept_and_those_that_leave_no_curve_are_infeasible() {
     );
     says(with([1.0, 1.0], [0.4, -0.5]), "must set out to the left of the next point");
     says(
-        with([0.2, 2.4], [0.4, 0.5]),
+        with([0.2, 1.7], [0.4, 0.5]),
         "curve 0, point 3: no spline with its tangent keeps its shape: the curve turns right up to here",
     );
     // A leg of a third of the tangent, times the length of the span, beyond the line through the next two points.
