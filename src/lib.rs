@@ -169,6 +169,7 @@ mod precision;
 mod ragged;
 mod report;
 pub mod scf;
+mod sides;
 pub mod spline;
 mod status;
 pub mod topology;

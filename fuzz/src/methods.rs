@@ -59,7 +59,12 @@ type Method = Box<dyn Fn(&CurveBatch, Sampling) -> Fitted>;
 fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
     let cpu = Device::cpu();
     Ok(match kind {
-        0 => Box::new(move |batch, sampling| Natural::default().fit_sampled(batch, sampling, &cpu)),
+        0 => {
+            let natural = Natural { shape: bytes.arbitrary()?, ..Natural::default() };
+            // Only planar curves keep their shape.
+            let of = move |batch: &CurveBatch| Natural { shape: natural.shape && batch.dimension() == 2, ..natural };
+            Box::new(move |batch, sampling| of(batch).fit_sampled(batch, sampling, &cpu))
+        }
         1 => {
             let amount = match bytes.int_in_range(0..=2)? {
                 0 => Amount::Lambda(option(bytes, &[0.0, 0.1, 1e3])?),

@@ -49,6 +49,9 @@ class Natural:
         Clamped where a tangent is given, else natural (p″ = 0). Closed curves are periodic.
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
         Where no ``t`` is given, "auto" is centripetal, and with tangents chord lengths.
+    preserve_shape : bool
+        Whether planar curves turn only to the side to which their points turn. Splines that do not are replaced by the C¹ cubic
+        splines of least ∫|p″|² dt that do; ``report()`` has the knots held, and the cost in energy.
 
     Examples
     --------
@@ -60,6 +63,7 @@ class Natural:
 
     ends: Literal["auto", "natural", "clamped"] = "auto"
     parametrisation: Parametrisation = "auto"
+    preserve_shape: bool = False
 
     def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
         """Fits every curve.
@@ -92,7 +96,7 @@ class Natural:
         """
         given = ragged(curves)
         batch = _batch(given, closed=closed, t=t, tangents=tangents)
-        return Fit(_core.natural(batch, self.ends, self.parametrisation, device, precision), given, given.coords.shape[1])
+        return Fit(_core.natural(batch, self.ends, self.parametrisation, self.preserve_shape, device, precision), given, given.coords.shape[1])
 
 
 @dataclass(frozen=True)

@@ -46,12 +46,16 @@ pub fn natural(
     batch: &Bound<'_, Batch>,
     ends: &str,
     parametrisation: &str,
+    preserve_shape: bool,
     device: &str,
     precision: &str,
 ) -> PyResult<Fit> {
     let words = [("auto", Ends::Auto), ("natural", Ends::Natural), ("clamped", Ends::Clamped)];
-    let method =
-        Natural { ends: word("ends", ends, &words)?, parametrisation: self::parametrisation(parametrisation)? };
+    let method = Natural {
+        ends: word("ends", ends, &words)?,
+        parametrisation: self::parametrisation(parametrisation)?,
+        shape: preserve_shape,
+    };
     fitted(py, batch, Place::new(device, precision)?, 1.0, |batch, device| method.fit(batch, device))
 }
 

@@ -238,7 +238,7 @@ impl MethodArgs {
     /// What a caption calls it.
     pub fn title(&self) -> String {
         match (self.name(), self.smoothing, self.deviation) {
-            (MethodName::Natural, ..) => "natural cubic splines".into(),
+            (MethodName::Natural, ..) => "natural cubic splines".to_string() + &self.limits.title(),
             (MethodName::Scf, ..) => {
                 let mut title = format!("smooth connection functions, ν = {}", self.exponent.unwrap_or(2.0));
                 self.tension.iter().for_each(|tension| title += &format!(", τ = {tension}"));
@@ -277,7 +277,7 @@ impl MethodArgs {
             MethodName::Scf => Ok(Method::Scf(self.scf()?)),
             MethodName::Natural => {
                 self.refuse_distance("natural splines")?;
-                Ok(Method::Natural(Natural { parametrisation, ..Natural::default() }))
+                Ok(Method::Natural(Natural { parametrisation, shape: self.limits.shape(), ..Natural::default() }))
             }
             MethodName::Smoothing => {
                 let amount = match (self.smoothing, self.deviation, self.tube) {
@@ -392,7 +392,7 @@ impl MethodArgs {
     }
 
     fn refuse_options_of_others(&self) -> Result<()> {
-        use MethodName::{Fair, Scf};
+        use MethodName::{Fair, Natural, Scf};
         if let Some(tube) = self.tube.filter(|_| self.name() != MethodName::Smoothing) {
             return Err(Error::argument(format!("--tube {tube} belongs to --method smoothing")));
         }
@@ -411,8 +411,10 @@ impl MethodArgs {
             ("--max-iterations", self.max_iterations.is_some(), &[Fair, Scf]),
             ("--tolerance", self.tolerance.is_some(), &[Fair, Scf]),
         ];
-        if let Some(option) = self.limits.given().next().filter(|_| self.name() != Fair) {
-            return Err(Error::argument(format!("{option} belongs to --method fair")));
+        let is_of_others = |option: &&str| *option != "--preserve-shape" || self.name() != Natural;
+        if let Some(option) = self.limits.given().find(is_of_others).filter(|_| self.name() != Fair) {
+            let others = if option == "--preserve-shape" { " and --method natural" } else { "" };
+            return Err(Error::argument(format!("{option} belongs to --method fair{others}")));
         }
         match given.into_iter().find(|(_, given, methods)| *given && !methods.contains(&self.name())) {
             Some((option, _, methods)) => {

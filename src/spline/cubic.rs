@@ -18,6 +18,8 @@ pub struct CubicSplines {
     pub(super) knots: Knots,
     /// p″ at the knots, flat as their points.
     pub(super) second: Vec<f64>,
+    /// p″ at both ends of every span of curves whose p″ may jump at a knot.
+    pub(super) sided: BTreeMap<usize, Vec<f64>>,
     /// The curves that were not fitted, as they came in.
     pub(super) unfitted: BTreeMap<usize, Input>,
     pub(super) origin: Arc<Origin>,
@@ -28,7 +30,7 @@ impl CubicSplines {
     /// data's) and second derivatives there.
     pub(crate) fn new(batch: &CurveBatch, knots: Knots, second: Vec<f64>) -> Self {
         let unfitted = knots.unfitted.keys().map(|&i| (i, Input::of(batch, i))).collect();
-        CubicSplines { knots, second, unfitted, origin: batch.origin().clone() }
+        CubicSplines { knots, second, sided: BTreeMap::new(), unfitted, origin: batch.origin().clone() }
     }
 
     /// Number of curves.
@@ -49,9 +51,15 @@ impl CubicSplines {
     /// The second derivatives with respect to the parameter at the distinct knots of curve `i`,
     /// `dimension` numbers a knot; those of a closed curve repeat the first at the end. Empty where
     /// the curve was not fitted.
+    ///
+    /// A curve that was mended to keep its shape has those at both ends of every span: the last of a span and the first of
+    /// the next differ where a side holds the knot between them.
     pub fn second_derivatives(&self, i: usize) -> &[f64] {
         if self.unfitted.contains_key(&i) {
             return &[];
+        }
+        if let Some(sided) = self.sided.get(&i) {
+            return sided;
         }
         &self.second[self.knots.offsets[i] * self.knots.dimension..self.knots.offsets[i + 1] * self.knots.dimension]
     }
@@ -89,6 +97,7 @@ impl CubicSplines {
             t: self.knots.t(i),
             values: self.knots.values(i),
             second: self.second_derivatives(i),
+            stride: 1 + usize::from(self.sided.contains_key(&i)),
             dimension: self.knots.dimension,
             closed: self.knots.closed[i],
             entries: self.knots.repeats.get(&i).map(Vec::as_slice),
@@ -153,7 +162,10 @@ impl CurveSet for CubicSplines {
 pub(super) struct Spline<'a> {
     pub t: &'a [f64],
     pub values: &'a [f64],
+    /// p″ at the start and the end of every span.
     pub second: &'a [f64],
+    /// From the start of a span to that of the next: 1 where p″ is continuous, else 2.
+    pub stride: usize,
     pub dimension: usize,
     pub closed: bool,
     /// The knot of every data point, where they are not one to one.
@@ -182,8 +194,9 @@ impl Spline<'_> {
     #[inline(always)]
     fn cubic_at(&self, k: usize) -> ([DVec3; 4], [DVec3; 3], f64) {
         let h = self.t[k + 1] - self.t[k];
-        let second = |k: usize| vector(&self.second[k * self.dimension..(k + 1) * self.dimension]);
-        let (p, q, m, n) = (self.value(k), self.value(k + 1), second(k), second(k + 1));
+        let second = |at: usize| vector(&self.second[at * self.dimension..(at + 1) * self.dimension]);
+        let start = self.stride * k;
+        let (p, q, m, n) = (self.value(k), self.value(k + 1), second(start), second(start + 1));
         let (start, end) = (h * (h * m), h * (h * n));
         let (a, b, c) = (q - p - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0);
         ([p, q, m, n], [a, b, c], h)

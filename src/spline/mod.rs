@@ -23,6 +23,7 @@ mod piecewise;
 mod polylines;
 mod reinsch;
 mod sample;
+mod shape;
 mod smoother;
 mod smoothing;
 mod smoothing_gpu;

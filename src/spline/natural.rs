@@ -60,10 +60,25 @@ pub struct Natural {
     /// Parameters of the points; by default those of the batch, else centripetal ones, and with tangents or
     /// curvatures given chord length.
     pub parametrisation: Parametrisation,
+    /// Whether planar curves turn only to the sides to which the polygon of their points does; no by default.
+    ///
+    /// At a point that is the side of the turn there. Between two points that turn to one side it is that side, and between
+    /// an end and its neighbour that of the neighbour. A span between turns to different sides has one inflection. Points
+    /// in a line, of a turn below 1e-9, ask for nothing.
+    ///
+    /// A spline that does so stays as it is. Of the others the result is the C¹ cubic spline on the same knots of least ∫|p″|²
+    /// dt that keeps the shape, a local minimum. p″ is continuous at every knot but those that a side holds, which
+    /// [`LimitReport::active`](crate::LimitReport::active) counts. The curvature jumps there.
+    /// The CPU finds these curves, on any device. Where given tangents leave no such curve, the spline comes out as it is,
+    /// [`Infeasible`](crate::CurveStatus::Infeasible).
+    ///
+    /// Source of the conditions: T. N. T. Goodman and K. Unsworth, *Shape preserving interpolation by curvature continuous
+    /// parametric curves*, Computer Aided Geometric Design 5 (1988), for sides; the sign of p′ × p″ of a cubic for spans.
+    pub shape: bool,
 }
 
 /// Tangents asked for at the first and the last knot.
-type Tangents<'a> = [Option<&'a [f64]>; 2];
+pub(super) type Tangents<'a> = [Option<&'a [f64]>; 2];
 
 /// What solving the systems of a batch yields.
 struct Solved {
@@ -137,6 +152,7 @@ impl Natural {
     ) -> Result<(CubicSplines, Vec<CurveReport>, Option<Vec<f64>>)> {
         let constraints = batch.constraints();
         batch.allows(&[Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned], "natural splines")?;
+        self.check_shape(batch)?;
         let mut knots = Knots::new(batch, self.rule(batch), Coincident::Refuse)?;
         if constraints.tangents.is_some() || constraints.curvatures.is_some() || self.ends == Ends::Clamped {
             for i in 0..batch.len() {
@@ -166,10 +182,13 @@ impl Natural {
             let message = batch.sentence(i, 0, what);
             knots.unfitted.entry(i).or_insert(Unfitted { status: CurveStatus::Invalid, message });
         }
-        let splines = CubicSplines::new(batch, knots, second);
+        let mut splines = CubicSplines::new(batch, knots, second);
         let unfitted = |i: usize| splines.knots().report_unfitted(i);
         let report = |(i, energy)| unfitted(i).unwrap_or_else(|| CurveReport::solved(energy));
-        let reports = energies.into_iter().map(Option::unwrap_or_default).enumerate().map(report).collect();
+        let mut reports: Vec<_> = energies.into_iter().map(Option::unwrap_or_default).enumerate().map(report).collect();
+        if self.shape {
+            self.keep_shapes(batch, &mut splines, &mut reports);
+        }
         device.finished(batch.len());
         Ok((splines, reports, samples))
     }
@@ -270,6 +289,14 @@ impl Natural {
         Ok(ends)
     }
 
+    /// The tangents at the ends of curve `i`, none where it is not fitted.
+    pub(super) fn tangents_of<'a>(&self, batch: &'a CurveBatch, knots: &Knots, i: usize) -> Tangents<'a> {
+        match batch.constraints().tangents.is_some() && !knots.unfitted.contains_key(&i) {
+            true => self.tangents(batch, knots, i).unwrap_or_default(),
+            false => [None, None],
+        }
+    }
+
     /// Second derivatives of all curves; returns those whose solution is not finite.
     fn solve(&self, batch: &CurveBatch, knots: &Knots, second: &mut [f64]) -> Vec<usize> {
         let mut rest = second;
@@ -280,11 +307,7 @@ impl Natural {
                 (curves, take(&mut rest, entries * knots.dimension))
             })
             .collect();
-        let clamped = batch.constraints().tangents.is_some();
-        let ends = |i: usize| match clamped && !knots.unfitted.contains_key(&i) {
-            true => self.tangents(batch, knots, i).unwrap_or_default(),
-            false => [None, None],
-        };
+        let ends = |i: usize| self.tangents_of(batch, knots, i);
         let failed = parallel::of(work, |(curves, second)| {
             let (mut assembly, mut failed) = (Assembly::default(), Vec::new());
             match knots.dimension {

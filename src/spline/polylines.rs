@@ -182,7 +182,7 @@ impl CubicSplines {
                 }
                 None => {
                     let taken = &samples[own.start * d..own.end * d];
-                    if are_finite(taken) {
+                    if are_finite(taken) && !self.sided.contains_key(&i) {
                         coords.extend_from_slice(taken);
                     } else {
                         let spline = self.spline(i);
@@ -283,9 +283,9 @@ impl pulp::WithSimd for SampledRun<'_> {
             let more = if steps > self.fractions.len() { fractions(steps, steps) } else { Vec::new() };
             let own = if more.is_empty() { self.fractions } else { &more };
             let even = if spline.closed { own } else { self.open };
-            // Samples beyond the range of the GPU's floats are taken by the CPU.
+            // Samples beyond the range of the GPU's floats, and of curves that the CPU has mended, are taken by the CPU.
             let taken = self.taken.map(|(samples, offsets)| &samples[offsets[i] * d..offsets[i + 1] * d]);
-            let taken = taken.filter(|samples| more.is_empty() && are_finite(samples));
+            let taken = taken.filter(|samples| more.is_empty() && are_finite(samples) && spline.stride == 1);
             if let Sampling::PerSpan(_) = self.sampling {
                 if let Some(t) = t {
                     spline.per_span_parameters(own, t);
@@ -315,7 +315,8 @@ impl Spline<'_> {
     #[inline(always)]
     fn cubic<const D: usize>(&self, k: usize) -> Cubic<D> {
         let h = self.t[k + 1] - self.t[k];
-        let (p, m) = (&self.values[k * D..(k + 2) * D], &self.second[k * D..(k + 2) * D]);
+        let start = self.stride * k;
+        let (p, m) = (&self.values[k * D..(k + 2) * D], &self.second[start * D..(start + 2) * D]);
         Cubic::new(h, p, m)
     }
 

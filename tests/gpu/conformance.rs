@@ -48,6 +48,25 @@ fn splines_of_every_size_open_and_closed() {
 }
 
 #[test]
+fn splines_that_keep_the_shape_of_their_points() {
+    let Some(device) = device() else { return };
+    let batch = walks(2, &sizes().into_iter().filter(|&n| n <= 257).collect::<Vec<_>>(), &mut seeded(105));
+    let natural = Natural { shape: true, ..Natural::default() };
+    let mended = |fit: &faircurve::Fit| {
+        let held = |report: &&faircurve::CurveReport| report.limits.is_some_and(|limits| limits.active > 0);
+        fit.reports().iter().filter(held).count()
+    };
+    for sampling in [Sampling::PerSpan(16), Sampling::Count(80), Sampling::Points(50)] {
+        let of = |device: &Device| {
+            let (fit, samples) = natural.fit_sampled(&batch, sampling, device).unwrap();
+            assert!(mended(&fit) > 50, "{} curves mended", mended(&fit));
+            Outcome::of_curves(&samples, fit.reports())
+        };
+        conform(&format!("{sampling:?}"), &device, tolerance::SPACING, Unit::Size(2), of);
+    }
+}
+
+#[test]
 fn splines_over_uneven_knots_of_their_own() {
     let Some(device) = device() else { return };
     let mut rng = seeded(110);

@@ -3,6 +3,7 @@
 use std::fs;
 
 use super::ran::run;
+use predicates::prelude::PredicateBooleanExt;
 use predicates::str::{contains, is_empty};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -90,6 +91,18 @@ fn the_shape_of_points_is_kept() {
 }
 
 #[test]
+fn natural_splines_keep_the_shape_of_points_too() {
+    let folder = folder("x,y\n-0.3,1.2\n0,0\n1.5,0\n3,0.15\n3.2,1.4\n");
+    let lines = reports(&folder, "--method natural --preserve-shape", 0);
+    assert_eq!((&lines[0]["status"], lines[0]["limits"]["violation"].as_f64()), (&"converged".into(), Some(0.0)));
+    assert!(lines[0]["limits"]["active"].as_u64().unwrap() > 0, "{}", lines[0]);
+    fs::write(folder.path().join("in.csv"), "x,y,z\n0,0,0\n1,0,1\n2,1,0\n").unwrap();
+    run(&folder, "fit in.csv -o space.csv --method natural --preserve-shape --device cpu")
+        .code(2)
+        .stderr(contains("natural splines keep the shape of planar curves").and(contains("choose --method fair")));
+}
+
+#[test]
 fn corridors_regions_directions_and_lengths_are_kept() {
     let folder = folder("x,y,corridor\n0,0,\n1,0.8,0.05\n2,-0.6,\n3,0.9,\n4,0,\n");
     let energy = "--method fair --energy bending=1,length=1";
@@ -142,7 +155,8 @@ fn limits_that_make_no_sense_are_refused() {
     refused("--min-radius=-2", "--min-radius is -2; it must be a positive number, in units of length");
     refused("--min-radius inf", "--min-radius is inf");
     refused("--max-curvature 1 --min-radius 1", "cannot be used with");
-    refused("--method natural --preserve-shape", "--preserve-shape belongs to --method fair");
+    refused("--method smoothing --preserve-shape", "--preserve-shape belongs to --method fair and --method natural");
+    refused("--method natural --preserve-shape --monotone x", "--monotone belongs to --method fair");
     refused("--method scf --keep-out 0,0,1", "--keep-out belongs to --method fair");
     refused("--corridor=-1", "--corridor is -1; it must be a positive number, in units of length");
     refused("--keep-in 0,0", "2 numbers; give 3 in the plane, or 4 in space, with commas between them");

@@ -5,6 +5,7 @@ mod oracle;
 mod piecewise;
 mod samples;
 mod scipy;
+mod shape;
 mod smoothing;
 mod smoothing_bounds;
 mod smoothing_closed;

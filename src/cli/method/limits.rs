@@ -1,4 +1,4 @@
-//! The limits that fair curves keep.
+//! The limits that curves keep.
 
 use std::fmt::Write;
 use std::str::FromStr;
@@ -51,9 +51,10 @@ pub struct LimitArgs {
     /// Keeps the turning radius of fair curves at R or more
     #[arg(long, value_name = "R", conflicts_with = "max_curvature", allow_negative_numbers = true)]
     min_radius: Option<f64>,
-    /// Lets fair curves turn only to the side to which their points turn, and in space twist
+    /// Lets curves turn only to the side to which their points turn, and fair ones in space twist
     ///
-    /// In space it is the sign of torsion that is kept, by an --energy with variation or torsion.
+    /// For --method fair and natural. In space it is the sign of torsion that is kept, by an --energy with variation or
+    /// torsion.
     #[arg(long)]
     preserve_shape: bool,
     /// Lets fair curves go along an axis from point to point, and not back
@@ -102,6 +103,11 @@ impl LimitArgs {
             ("--no-crossing", self.no_crossing),
         ];
         all.into_iter().filter(|(_, given)| *given).map(|(option, _)| option)
+    }
+
+    /// Whether curves keep the shape of their points.
+    pub fn shape(&self) -> bool {
+        self.preserve_shape
     }
 
     /// The words of a caption, each after a comma.

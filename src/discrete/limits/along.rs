@@ -4,10 +4,7 @@ use super::{Limits, of_spans};
 use crate::batch::CurveBatch;
 use crate::discrete::energy::FENCE_KINDS;
 use crate::linalg::scalar::{Vector, dot, subtract};
-
-/// A turn of the data's polygon of less than this sine is none, and so is a way along a direction of less than this part
-/// of the chord.
-const STRAIGHT: f64 = 1e-9;
+use crate::sides::{STRAIGHT, agreed};
 
 /// A span that has edges: those from a row to another, the second not below the first.
 pub(in crate::discrete) struct Span {
@@ -164,15 +161,6 @@ impl<const D: usize> Polygon<'_, D> {
             }
         }
         slopes
-    }
-}
-
-/// The side of two that agree, of which one may be free.
-fn agreed(sides: [Option<f64>; 2]) -> f64 {
-    match sides {
-        [Some(a), Some(b)] if a == b => a,
-        [Some(_), Some(_)] => 0.0,
-        [a, b] => a.or(b).unwrap_or(0.0),
     }
 }
 

@@ -1,0 +1,249 @@
+//! Splines that keep the shape of their points: which do, and what the others become.
+
+mod mend;
+mod start;
+
+use mend::{Span, Vector, cross, dot, length, mend, minus, times};
+use start::start;
+
+use super::cubic::CubicSplines;
+use super::natural::Natural;
+use crate::batch::CurveBatch;
+use crate::curve::Curve;
+use crate::error::{Error, Result};
+use crate::parallel;
+use crate::report::{CurveReport, LimitReport};
+use crate::sides::{self, Asked};
+use crate::status::CurveStatus;
+
+/// p″ that jumps at a knot by more than this part of the largest p″ is held by a side.
+///
+/// Where none holds it, it jumps by some 1e-9 of that at most.
+const HELD: f64 = 1e-6;
+
+/// Jets a span by which curvature to the other side is measured.
+const JETS: usize = 32;
+
+/// What became of a curve whose spline breaks its shape.
+enum Shaped {
+    Mended {
+        /// p″ at both ends of every span.
+        second: Vec<f64>,
+        energy: f64,
+        iterations: u32,
+        decrement: f64,
+        converged: bool,
+        held: usize,
+    },
+    /// None was found, for what is said of a point.
+    Infeasible { point: usize, what: String },
+}
+
+impl Natural {
+    /// Checks that curves of a batch can keep their shape, where that is asked for.
+    pub(super) fn check_shape(&self, batch: &CurveBatch) -> Result<()> {
+        if self.shape && batch.dimension() != 2 {
+            return Err(Error::argument(
+                "natural splines keep the shape of planar curves, and the points have three coordinates: leave z out, or choose \
+                 `discrete::Fair`, which keeps the sign of torsion",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Mends the splines that break their shape, and writes into all reports how it is kept.
+    pub(super) fn keep_shapes(&self, batch: &CurveBatch, splines: &mut CubicSplines, reports: &mut [CurveReport]) {
+        let shaped = parallel::map(batch.len(), 16, |i| {
+            let fitted = !splines.unfitted.contains_key(&i);
+            fitted.then(|| self.shaped(batch, splines, i)).flatten()
+        });
+        for (i, shaped) in shaped.into_iter().enumerate() {
+            if splines.unfitted.contains_key(&i) {
+                continue;
+            }
+            let report = &mut reports[i];
+            let free = report.energy;
+            let mut limits = LimitReport { violation: 0.0, active: 0, cost: 0.0, stretch: 1.0 };
+            match shaped {
+                None => {}
+                Some(Shaped::Mended { second, energy, iterations, decrement, converged, held }) => {
+                    splines.sided.insert(i, second);
+                    (report.energy, report.iterations, report.gradient_norm) = (energy, 1 + iterations, decrement);
+                    (limits.active, limits.cost) = (held, energy / free - 1.0);
+                    if !converged {
+                        let what = format!(
+                            "after {iterations} iterations no step leads further down: it keeps its shape, and may bend more than it needs to; \
+                             remove points that almost coincide"
+                        );
+                        (report.status, report.message) =
+                            (CurveStatus::NotConverged, Some(batch.sentence(i, 0, &what)));
+                    }
+                }
+                Some(Shaped::Infeasible { point, what }) => {
+                    limits.violation = violation(splines, i);
+                    (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, point, &what)));
+                }
+            }
+            limits.stretch = splines.spline(i).length() / batch.chords(i).sum::<f64>();
+            report.limits = Some(limits);
+        }
+    }
+
+    /// What becomes of curve `i`; `None` where its spline keeps its shape.
+    fn shaped(&self, batch: &CurveBatch, splines: &CubicSplines, i: usize) -> Option<Shaped> {
+        let spline = splines.spline(i);
+        let (entries, closed) = (spline.entries, spline.closed);
+        let (points, _) = spline.values.as_chunks::<2>();
+        let distinct = points.len() - usize::from(spline.closed);
+        let asked = sides::of_spans(&points[..distinct], spline.closed);
+        let count = asked.len();
+        let chord = |k: usize| minus(points[k + 1], points[k]);
+        // At size 1.
+        let size = (0..count).map(|k| length(chord(k))).sum::<f64>() / count as f64;
+        let time = (spline.t[count] - spline.t[0]) / count as f64;
+        let step = |k: usize| (spline.t[k + 1] - spline.t[k]) / time;
+        let chords: Vec<Vector> = (0..count).map(|k| times(1.0 / size, chord(k))).collect();
+        let (second, _) = spline.second.as_chunks::<2>();
+        let moments = |k: usize| [second[k], second[k + 1]].map(|m| m.map(|m| time * (time * m / size)));
+        if (0..count).all(|k| keeps(&asked[k], step(k), chords[k], moments(k))) {
+            return None;
+        }
+        let tangents = self.tangents_of(batch, splines.knots(), i);
+        let given = tangents.map(|v| v.map(|v| times(time / size, [v[0], v[1]])));
+        let natural =
+            |knot: usize| !spline.closed && (knot == 0 && given[0].is_none() || knot == count && given[1].is_none());
+        let knot = |knot: usize| (!natural(knot)).then_some(knot % distinct);
+        let spans: Vec<Span> = (0..count)
+            .map(|k| Span { h: step(k), chord: chords[k], asked: asked[k], knots: [knot(k), knot(k + 1)] })
+            .collect();
+        // Found here again, so that the result is the same bits whatever device found the spline.
+        let asks_nothing = |span: &Span| Span { asked: Asked { ends: [0.0; 2], within: 0.0 }, ..*span };
+        let unasked: Vec<Span> = spans.iter().map(asks_nothing).collect();
+        let spline = mend(&unasked, start(&unasked, spline.closed, given), 1.0)?.derivatives;
+        let free: f64 = unasked.iter().map(|span| bending(span.h, span.moments(&spline))).sum();
+        let Some(found) = mend(&spans, start(&spans, closed, given), free) else {
+            return Some(infeasible(entries, &spans, &given));
+        };
+        let mut sided = Vec::with_capacity(4 * count);
+        let mut energy = 0.0;
+        for (k, span) in spans.iter().enumerate() {
+            let moments = span.moments(&found.derivatives);
+            energy += bending(step(k), moments);
+            sided.extend(moments.iter().flatten().map(|m| m * size / time / time));
+        }
+        let largest = sided.iter().fold(0.0f64, |most, m| most.max(m.abs()));
+        let jumps = |k: &usize| {
+            let (end, start) = (4 * ((k + count - 1) % count) + 2, 4 * (k % count));
+            (0..2).any(|c| (sided[end + c] - sided[start + c]).abs() > HELD * largest)
+        };
+        let held = (usize::from(!closed)..count).filter(jumps).count();
+        Some(Shaped::Mended {
+            second: sided,
+            energy: energy * (size / time) * (size / time) / time,
+            iterations: found.iterations,
+            decrement: found.decrement,
+            converged: found.converged,
+            held,
+        })
+    }
+}
+
+/// Whether a span of p″ = `moments` at its ends has the sides asked for, all at size 1.
+fn keeps(asked: &Asked, h: f64, chord: Vector, [m, n]: [Vector; 2]) -> bool {
+    let Asked { ends: [start, end], within } = *asked;
+    // The outer legs of the Bézier polygon.
+    let bent = |m: Vector, n: Vector, share: f64| times(share * h * h / 18.0, plus(times(2.0, m), n));
+    let third = times(1.0 / 3.0, chord);
+    let [a, b] = [plus(third, bent(m, n, -1.0)), plus(third, bent(n, m, 1.0))];
+    let (first, last) = (start * cross(a, m), end * cross(b, n));
+    // f and l of `mend` are these times h²/6.
+    let root = h * h / 3.0 * (first * last).max(0.0).sqrt();
+    first >= 0.0 && last >= 0.0 && (within == 0.0 || within * cross(a, b) >= -root)
+}
+
+/// h/3 (m·m + m·n + n·n)
+fn bending(h: f64, [m, n]: [Vector; 2]) -> f64 {
+    h / 3.0 * (dot(m, m) + dot(m, n) + dot(n, n))
+}
+
+/// The largest curvature to another side than asked for, in units of 1 over the mean chord.
+fn violation(splines: &CubicSplines, i: usize) -> f64 {
+    let spline = splines.spline(i);
+    let (points, _) = spline.values.as_chunks::<2>();
+    let asked = sides::of_spans(&points[..points.len() - usize::from(spline.closed)], spline.closed);
+    let chords: f64 = points.windows(2).map(|pair| length(minus(pair[1], pair[0]))).sum();
+    let mean = chords / asked.len() as f64;
+    let mut worst = 0.0f64;
+    for (k, asked) in asked.iter().enumerate() {
+        for jet in 0..=JETS {
+            let side = match jet {
+                0 => asked.ends[0],
+                JETS => asked.ends[1],
+                _ => asked.within,
+            };
+            let jet = spline.jet_at(k, jet as f64 / JETS as f64);
+            let speed = jet.first.length();
+            let curvature = jet.first.cross(jet.second).z / (speed * speed * speed);
+            worst = worst.max(-side * curvature * mean);
+        }
+    }
+    worst
+}
+
+/// Which given tangent leaves no curve, and which would.
+fn infeasible(entries: Option<&[u32]>, spans: &[Span], given: &[Option<Vector>; 2]) -> Shaped {
+    let last = spans.len() - 1;
+    let point_of = |knot: usize| match entries {
+        Some(entries) => entries.iter().position(|&entry| entry as usize == knot).unwrap_or(0),
+        None => knot,
+    };
+    // Seen from each end, so that the tangent begins the curve.
+    let views = [(0, 0, 1.min(last), 1.0), (last + 1, last, last.saturating_sub(1), -1.0)];
+    for ((knot, own, next, sign), v) in views.into_iter().zip(given) {
+        let Some(v) = v else { continue };
+        let side = sign * spans[own].asked.within;
+        let leg = times(spans[own].h / 3.0, *v);
+        let (chord, beyond) = (spans[own].chord, spans[next].chord);
+        if side * cross(leg, chord) <= sides::STRAIGHT * length(leg) * length(chord) {
+            let [turn, other] = if spans[own].asked.within > 0.0 { ["left", "right"] } else { ["right", "left"] };
+            let bound = if sign > 0.0 {
+                format!("turns {turn} from here, and must set out to the {other} of the next point")
+            } else {
+                format!(
+                    "turns {turn} up to here, and must arrive heading to the {turn} of the way from the point before"
+                )
+            };
+            let what = format!(
+                "no spline with its tangent keeps its shape: the curve {bound}; turn the tangent, or leave it out"
+            );
+            return Shaped::Infeasible { point: point_of(knot), what };
+        }
+        let reach = side * cross(leg, beyond);
+        let most = side * cross(chord, beyond) / reach;
+        if reach > 0.0 && most <= 1.0 {
+            let what = format!(
+                "no spline with its tangent keeps its shape: the tangent leads too far; divide it by more than {:.3}, or leave it out",
+                1.0 / most
+            );
+            return Shaped::Infeasible { point: point_of(knot), what };
+        }
+    }
+    let what = "no spline with its tangents keeps its shape: shorten them, or leave one out";
+    Shaped::Infeasible { point: 0, what: what.into() }
+}
+
+fn plus([a, b]: Vector, [c, d]: Vector) -> Vector {
+    [a + c, b + d]
+}
+
+impl Span {
+    /// p″ at both ends; 0 at a natural one.
+    fn moments(&self, v: &[Vector]) -> [Vector; 2] {
+        let [a, b] = self.ends(v);
+        let slope = times(6.0 / self.h, self.chord);
+        let moment =
+            |near: Vector, far: Vector| times(1.0 / self.h, minus(slope, plus(times(4.0, near), times(2.0, far))));
+        let own = [moment(a, b), times(-1.0, moment(b, a))];
+        std::array::from_fn(|end| if self.knots[end].is_some() { own[end] } else { [0.0; 2] })
+    }
+}
