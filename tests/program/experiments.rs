@@ -177,7 +177,7 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         assert_eq!([count("panel"), count("plot")], [panels, plots], "{name}");
         assert!(count("s") >= curves && !svg.contains("NaN"), "{name}: {} curves", count("s"));
     }
-    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 3 + 3 + 5 + 5 + 5 + 7);
+    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 5 + 3 + 5 + 5 + 5 + 7);
 }
 
 #[test]
@@ -205,6 +205,17 @@ fn shape_keeps_the_limits_of_rough_curves_and_draws_them() {
     let count = |class: &str| picture.descendants().filter(|node| node.attribute("class") == Some(class)).count();
     assert_eq!(count("panel"), 7);
     assert!(count("s") >= 14 + 8 + 3 && !svg.contains("NaN"), "{} curves", count("s"));
+    let csv = read("shape-contours.csv");
+    let mut rows = csv::Reader::from_reader(csv.as_bytes());
+    let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 6);
+    let sum = |k: usize| rows.iter().map(|row| row[k].parse::<usize>().unwrap()).sum::<usize>();
+    // Crossings without the limit, with it, and lines fitted again.
+    assert!(sum(3) > 50 && sum(4) == 0 && sum(5) > 20, "{rows:?}");
+    let svg = read("shape-contours.svg");
+    let picture = roxmltree::Document::parse(&svg).unwrap();
+    assert_eq!(picture.descendants().filter(|node| node.attribute("class") == Some("panel")).count(), 4);
+    assert!(!svg.contains("NaN"));
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Fair curves that keep inequalities, after R. J. Renka, *Shape-preserving interpolation by fair discrete G³ space
 //! curves*, CAGD 22, 2005: how many rough curves keep their limits, at what cost, and pictures.
 
+mod contours;
+mod field;
 mod pictures;
 
 use std::fmt::Write;
@@ -14,7 +16,7 @@ use rand_distr::{Distribution, Normal};
 
 use super::{Experiment, Outcome, Record};
 
-const FILES: [&str; 3] = ["shape.txt", "shape.csv", "shape.svg"];
+const FILES: [&str; 5] = ["shape.txt", "shape.csv", "shape.svg", "shape-contours.csv", "shape-contours.svg"];
 
 pub const EXPERIMENT: Experiment = Experiment { name: "shape", files: &FILES, run };
 
@@ -95,8 +97,10 @@ fn run() -> Result<Outcome> {
         &format!("{twisted} of {of_twists} with sides of the twist, which no gradient keeps where curvature vanishes, at most 1 of 10"),
         10 * twisted <= of_twists,
     );
+    let of_contours = contours::rows(&mut record)?;
     record.end("it should be");
-    Ok(Outcome { agrees: record.agrees, files: vec![record.table, csv, pictures::sheet()?] })
+    let files = vec![record.table, csv, pictures::sheet()?, of_contours, contours::sheet()?];
+    Ok(Outcome { agrees: record.agrees, files })
 }
 
 const HEAD: &str = "Fair curves that keep limits: bending and 0.1 of the length, and variation,\nbending and length where they twist\n\n\
