@@ -63,7 +63,8 @@ impl Natural {
             }
             let report = &mut reports[i];
             let free = report.energy;
-            let mut limits = LimitReport { violation: 0.0, active: 0, cost: 0.0, stretch: 1.0 };
+            let mut limits =
+                LimitReport { violation: 0.0, active: 0, cost: 0.0, stretch: 1.0, neighbours: 0, touching: 0 };
             match shaped {
                 None => {}
                 Some(Shaped::Mended { second, energy, iterations, decrement, converged, held }) => {
