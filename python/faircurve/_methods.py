@@ -171,7 +171,8 @@ class Fair:
         curve's size (the diagonal of the box around its points), such as ``"2%"``.
     max_curvature : float, optional
         The largest curvature, in 1/length: 1 over the smallest turning radius. A curve for which none is found that keeps its
-        limits is ``infeasible``. ``report()`` has the violation, the vertices held, the cost in energy and the stretch.
+        limits is ``infeasible``. ``report()`` has the violation, the vertices held, the cost in energy and the stretch. With
+        ``energy={"length": 1}`` alone planar curves are the shortest ones of that curvature: Dubins' paths.
     preserve_shape : bool
         Whether planar curves turn only to the side to which their points turn. Spatial curves twist only to that side; the
         energy must hold variation or torsion.

@@ -322,6 +322,8 @@ fn curves_with_limits_of_places_are_those_of_the_cpu() {
         (3, bending(2.0) + tautness(), Limits { monotone: Some([0.0, 0.6, 0.8]), ..Limits::default() }),
         (3, variation() + length(), Limits { shape: true, ..Limits::default() }),
         (2, bending(2.0), Limits { stretch: Some(1.02), ..Limits::default() }),
+        // The host finds these.
+        (2, length(), Limits { curvature: Some(3.0), ..Limits::default() }),
     ];
     for precision in precisions(device.as_gpu().expect("a GPU")) {
         for (dimension, energy, limits) in &of_all {

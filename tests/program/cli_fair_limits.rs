@@ -167,3 +167,15 @@ fn limits_that_make_no_sense_are_refused() {
     refused("--monotone w", "invalid value 'w'");
     refused("--method fair --energy length=1 --max-curvature 1", "ask for an energy that holds bending");
 }
+
+#[test]
+fn the_shortest_curves_keep_a_turning_radius_exactly() {
+    let folder = folder("x,y,tx,ty\n0,0,0,1\n1,0,0,1\n");
+    let lines = reports(&folder, "--method fair --energy length=1 --min-radius 0.8", 0);
+    let number = |name: &str| lines[0][name].as_f64().unwrap();
+    // Two lanes of a road, one beside the other: a whole turn, and the way from lane to lane.
+    assert!((number("energy") - (1.0 + std::f64::consts::TAU * 0.8)).abs() < 1e-12, "{}", lines[0]);
+    assert!(number("max_curvature") < 1.25 + 1e-9, "{}", lines[0]);
+    let run = run(&folder, "fit in.csv -o out.csv --device cpu --method fair --energy tension=1 --min-radius 0.8");
+    run.code(2).stderr(contains("curves of least tension are polygons, which have corners"));
+}

@@ -45,7 +45,8 @@ impl Numbers {
 pub struct LimitArgs {
     /// Keeps the curvature of fair curves at K or less, in 1/length
     ///
-    /// A column kmax bounds single spans. A curve for which none is found that keeps its limits is infeasible.
+    /// A column kmax bounds single spans. A curve for which none is found that keeps its limits is infeasible. With
+    /// --energy length=1 alone planar curves are the shortest ones: Dubins' paths.
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     max_curvature: Option<f64>,
     /// Keeps the turning radius of fair curves at R or more
