@@ -178,8 +178,8 @@ impl Span {
         };
         for (i, row) in stiffness.iter().enumerate() {
             for (j, s) in row.iter().enumerate() {
-                for c in 0..2 {
-                    part.gradient[2 * i + c] += s / (self.h * unit) * w[j][c];
+                for (c, w) in w[j].iter().enumerate() {
+                    part.gradient[2 * i + c] += s / (self.h * unit) * w;
                     part.convex[2 * i + c][2 * j + c] += s / (self.h * unit);
                 }
             }
@@ -313,9 +313,7 @@ impl<'a> Newton<'a> {
         let mut first: Vec<usize> = (0..count).map(|row| row - row % 2).collect();
         for span in spans {
             let [Some(a), Some(b)] = span.knots.map(|knot| knot.and_then(|knot| unknowns[knot])) else { continue };
-            for row in a.max(b)..a.max(b) + 2 {
-                first[row] = first[row].min(a.min(b));
-            }
+            first[a.max(b)..][..2].iter_mut().for_each(|first| *first = a.min(b).min(*first));
         }
         let (gradient, step) = (vec![0.0; count], vec![0.0; count]);
         Newton { spans, ahead, unknowns, matrix: Skyline::new(first), gradient, step, value: 0.0 }
