@@ -47,8 +47,10 @@ fn curves_of_least_length_between_two_poses_are_dubins_paths() {
         assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
         // Their library's own rounding.
         assert!((report.energy - exact).abs() < 1e-8 * exact, "{i}: {} for {exact}", report.energy);
-        assert!(fit.curve(i).max_curvature() < 1.0 + 1e-12, "{i}: {}", fit.curve(i).max_curvature());
         let (vertices, h) = (vertices::<2>(&fit, i, SEGMENTS), exact / SEGMENTS as f64);
+        // Between vertices it is measured on the cubic through them.
+        let curvature = fit.curve(i).max_curvature();
+        assert!(curvature < 1.0 + 0.01 * h * h, "{i}: {curvature}, edges of {h}");
         assert!((length_of(&vertices, false) - exact).abs() < h * h * exact, "{i}");
         assert!(curvatures(&vertices).iter().all(|curvature| *curvature < 1.0 + 1e-6), "{i}");
         // The path reaches the last point in its direction: the last edge is as long as others, and turns by half an

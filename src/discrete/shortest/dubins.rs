@@ -142,7 +142,7 @@ pub struct Place {
 /// a turn and a line, or two turns.
 ///
 /// Between neighbouring directions there the length of the path jumps, by a circle.
-pub fn ends(chord: Vector<f64, 2>, from: Heading, radius: f64) -> impl Iterator<Item = f64> {
+pub fn jumps(chord: Vector<f64, 2>, from: Heading, radius: f64) -> impl Iterator<Item = f64> {
     [1.0, -1.0].into_iter().flat_map(move |side| {
         let v = subtract(chord, scale(side * radius, from.normal()));
         let (distance, angle) = (dot(v, v).sqrt(), v[1].atan2(v[0]));

@@ -14,7 +14,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::dubins::{Dubins, Heading, ends};
+use super::dubins::{Dubins, Heading, jumps};
 use crate::linalg::scalar::{Vector, dot};
 
 /// Directions all around.
@@ -28,6 +28,12 @@ const ONE: f64 = 1e-3;
 
 /// The most directions along jumps that follow from each other.
 const DEEP: usize = 3;
+
+/// Fewer directions than this at one end are tried without bounds.
+const FEW: usize = 12;
+
+/// Bounds of lengths are smaller by this part than computed.
+const ROUNDING: f64 = 1e-9;
 
 /// The most rounds with one step.
 const MOST: u32 = 8;
@@ -71,10 +77,11 @@ pub fn shortest(legs: &[Leg], given: &[Option<f64>]) -> (Vec<Dubins>, u32) {
     // Between points that are farther apart than a circle is wide the first directions lead to the best path.
     let is_close = legs.iter().any(|leg| dot(leg.chord, leg.chord) < (2.0 * leg.radius).powi(2));
     while is_close && search.rounds < MOST && search.take_best_of(&search.over_jumps(&around)) {}
+    let deep = if is_close { DEEP } else { 0 };
     let (mut step, mut since) = (0.5 * TAU / FIRST as f64, 0);
     while step > LAST {
         since += 1;
-        if !search.take_best_of(&search.nearby(step)) || since >= MOST {
+        if !search.take_best_of(&search.nearby(step, deep)) || since >= MOST {
             (step, since) = (0.5 * step, 0);
         }
     }
@@ -103,11 +110,11 @@ impl Search<'_> {
 
     /// The best directions turned by a step or not, and those at jumps that are no more than two steps from them.
     ///
-    /// Where a path lies along jumps, directions follow from each other: `DEEP` of them.
-    fn nearby(&self, step: f64) -> Vec<Vec<f64>> {
+    /// Where a path lies along jumps, directions follow from each other: `deep` of them.
+    fn nearby(&self, step: f64, deep: usize) -> Vec<Vec<f64>> {
         let turned = |heading: &Heading| vec![heading.angle, heading.angle - step, heading.angle + step];
         let mut all: Vec<Vec<f64>> = self.best.iter().map(turned).collect();
-        for _ in 0..DEEP {
+        for _ in 0..deep {
             let more = self.at_jumps(&self.choices(&all));
             for ((own, best), more) in all.iter_mut().zip(&self.best).zip(more) {
                 for angle in more {
@@ -128,12 +135,12 @@ impl Search<'_> {
         for (k, leg) in self.legs.iter().enumerate().filter(|(_, leg)| leg.radius > 0.0) {
             let next = (k + 1) % points;
             for &angle in &from[k] {
-                found[next].extend(ends(leg.chord, Heading::new(angle), leg.radius));
+                found[next].extend(jumps(leg.chord, Heading::new(angle), leg.radius));
             }
             for &angle in &from[next] {
                 // Back along the path.
                 let back = Heading::new(angle + PI);
-                found[k].extend(ends(leg.chord.map(|x| -x), back, leg.radius).map(|angle| angle + PI));
+                found[k].extend(jumps(leg.chord.map(|x| -x), back, leg.radius).map(|angle| angle + PI));
             }
         }
         found
@@ -164,14 +171,34 @@ fn around(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
 
+/// The least lengths of a leg with every direction at its start and any at its end, and with every direction at its end.
+///
+/// The shortest path to an end of any direction has two pieces.
+fn bounds(leg: &Leg, [starts, ends]: [&[Heading]; 2]) -> [Vec<f64>; 2] {
+    // Few lengths are computed as soon as bounds.
+    if leg.radius == 0.0 || starts.len().min(ends.len()) < FEW {
+        let chord = dot(leg.chord, leg.chord).sqrt();
+        return [vec![chord; starts.len()], vec![chord; ends.len()]];
+    }
+    let least = |chord: Vector<f64, 2>, from: Heading| {
+        let to = jumps(chord, from, leg.radius).map(Heading::new);
+        let length = to.map(|to| Dubins::between(chord, [from, to], leg.radius).length()).fold(f64::INFINITY, f64::min);
+        (1.0 - ROUNDING) * length
+    };
+    let back = |end: &Heading| least(leg.chord.map(|x| -x), Heading::new(end.angle + PI));
+    [starts.iter().map(|&start| least(leg.chord, start)).collect(), ends.iter().map(back).collect()]
+}
+
 /// The best combination of directions, one for every point, and its length, if it is shorter than `most`.
 fn best_of(legs: &[Leg], choices: &[Vec<Heading>], most: f64) -> Option<(Vec<Heading>, f64)> {
     let points = choices.len();
     let closed = legs.len() == points;
+    let ends = |k: usize| [&choices[k][..], &choices[(k + 1) % points][..]];
+    let bounds: Vec<[Vec<f64>; 2]> = legs.iter().enumerate().map(|(k, leg)| bounds(leg, ends(k))).collect();
     let chords: Vec<f64> = legs.iter().map(|leg| dot(leg.chord, leg.chord).sqrt()).collect();
     // Lengths that were computed, by the directions at both ends of a leg.
     let mut known: Vec<Vec<f64>> =
-        (0..legs.len()).map(|k| vec![f64::NAN; choices[k].len() * choices[(k + 1) % points].len()]).collect();
+        (0..legs.len()).map(|k| vec![f64::NAN; ends(k).map(<[_]>::len).iter().product()]).collect();
     let mut found: Option<(Vec<usize>, f64)> = None;
     let mut most = most;
     // A closed path comes back with the direction that it started with.
@@ -182,20 +209,25 @@ fn best_of(legs: &[Leg], choices: &[Vec<Heading>], most: f64) -> Option<(Vec<Hea
         let mut from: Vec<Vec<usize>> = Vec::with_capacity(legs.len());
         let mut rest: f64 = chords.iter().sum();
         for (k, leg) in legs.iter().enumerate() {
+            let [starts, ends] = ends(k);
+            let [by_start, by_end] = &bounds[k];
             rest -= chords[k];
-            let ends = &choices[(k + 1) % points];
+            // What is left behind an end of this direction is at least so long.
+            let behind = |n: usize| bounds.get(k + 1).map_or(0.0, |[by_start, _]| by_start[n] + rest - chords[k + 1]);
             let mut by = vec![usize::MAX; ends.len()];
             let mut next = Vec::with_capacity(ends.len());
             for (n, &to) in ends.iter().enumerate() {
-                let mut least = most - rest;
+                let mut least = most - behind(n);
                 for &(start, so_far) in &ways {
-                    // No path is shorter than its chord.
-                    if so_far + chords[k] >= least {
+                    if so_far + by_end[n] >= least {
                         break;
+                    }
+                    if so_far + by_start[start] >= least {
+                        continue;
                     }
                     let own = &mut known[k][start * ends.len() + n];
                     if own.is_nan() {
-                        *own = Dubins::between(leg.chord, [choices[k][start], to], leg.radius).length();
+                        *own = Dubins::between(leg.chord, [starts[start], to], leg.radius).length();
                     }
                     if so_far + *own < least {
                         (least, by[n]) = (so_far + *own, start);
