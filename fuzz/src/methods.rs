@@ -85,6 +85,7 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
                 exponent: option(bytes, &[2.0, 1.5, 4.0])?,
                 starts: bytes.int_in_range(1..=2)?,
                 max_iterations: 20,
+                shape: bytes.arbitrary()?,
                 ..Smooth::default()
             };
             show(&smooth);

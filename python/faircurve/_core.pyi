@@ -130,6 +130,7 @@ def smooth(
     batch: Batch,
     exponent: float,
     tension: float,
+    preserve_shape: bool,
     start: str,
     starts: int,
     seed: int,

@@ -296,6 +296,10 @@ class Smooth:
     tension : float
         τ ≥ 0, without unit; 0 is none. With one, such as 1, every list of points has a curve, of least
         ∫(|κ|^ν + λ) ds with λ = (2(1 − 1/ν)τ/w)^ν by the width w that the data leave the curve. Fitted on the CPU.
+    preserve_shape : bool
+        Whether curves turn only to the side to which their points turn, without a tension. Curves that do not are replaced by the
+        ones of least ∫|κ|^ν ds that do; ``report()`` has the points held, and the cost in energy. Where neighbouring turns are too
+        unlike for that, a curve is ``infeasible``.
     start : {"circle", "bisector", "neighbours"}
         Directions that the search starts from.
     starts, seed : int
@@ -315,6 +319,7 @@ class Smooth:
 
     exponent: float = 2.0
     tension: float = 0.0
+    preserve_shape: bool = False
     start: Literal["circle", "bisector", "neighbours"] = "circle"
     starts: int = 1
     seed: int = 0
@@ -332,6 +337,7 @@ class Smooth:
             batch,
             self.exponent,
             self.tension,
+            self.preserve_shape,
             self.start,
             self.starts,
             self.seed,

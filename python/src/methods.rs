@@ -171,12 +171,13 @@ pub fn fair(
 }
 
 #[pyfunction]
-#[pyo3(signature = (batch, exponent, tension, start, starts, seed, tolerance, max_iterations, device, precision))]
+#[pyo3(signature = (batch, exponent, tension, preserve_shape, start, starts, seed, tolerance, max_iterations, device, precision))]
 pub fn smooth(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
     exponent: f64,
     tension: f64,
+    preserve_shape: bool,
     start: &str,
     starts: u32,
     seed: u64,
@@ -187,6 +188,6 @@ pub fn smooth(
 ) -> PyResult<Fit> {
     let words = [("circle", Start::Circle), ("bisector", Start::Bisector), ("neighbours", Start::Neighbours)];
     let start = word("start", start, &words)?;
-    let method = Smooth { exponent, tension, start, starts, seed, tolerance, max_iterations };
+    let method = Smooth { exponent, tension, shape: preserve_shape, start, starts, seed, tolerance, max_iterations };
     fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
 }

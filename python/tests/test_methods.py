@@ -173,6 +173,17 @@ def test_fair_curves_keep_a_largest_curvature_and_the_shape_of_their_points():
         fc.Fair(max_curvature=-1.0).fit([points])
 
 
+def test_smooth_connection_functions_keep_the_shape_of_their_points():
+    points = np.array([(-0.3, 1.2), (0, 0), (1.5, 0), (3, 0.15), (3.2, 1.4)])
+    free, kept = fc.Smooth().fit([points]), fc.Smooth(preserve_shape=True).fit([points])
+    assert "violation" not in free.report() and kept.status.tolist() == ["converged"]
+    report = kept.report()
+    assert report["violation"][0] == 0 and report["active"][0] > 0
+    assert abs(kept.energy[0] / free.energy[0] - 1 - report["cost"][0]) < 1e-12
+    with pytest.raises(ValueError, match="keep the shape of their points without a tension"):
+        fc.Smooth(preserve_shape=True, tension=1.0).fit([points])
+
+
 def test_fair_curves_of_a_batch_do_not_cross_where_their_points_do_not():
     few = np.array([(0, 0), (1, 0), (1.2, 1), (2.2, 1)])
     many = np.array([(1, 0.2), (1.1, 1.05), (1.6, 1.05), (2.2, 1.05)])

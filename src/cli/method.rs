@@ -242,7 +242,7 @@ impl MethodArgs {
             (MethodName::Scf, ..) => {
                 let mut title = format!("smooth connection functions, ν = {}", self.exponent.unwrap_or(2.0));
                 self.tension.iter().for_each(|tension| title += &format!(", τ = {tension}"));
-                title
+                title + &self.limits.title()
             }
             (MethodName::Fair, ..) => {
                 let mut title = format!("fair curves, {}", self.energy());
@@ -368,6 +368,7 @@ impl MethodArgs {
         Ok(Smooth {
             exponent: self.exponent.unwrap_or(defaults.exponent),
             tension: self.tension.unwrap_or(defaults.tension),
+            shape: self.limits.shape(),
             starts: self.starts.unwrap_or(defaults.starts),
             tolerance: self.tolerance.unwrap_or(defaults.tolerance),
             max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
@@ -411,9 +412,9 @@ impl MethodArgs {
             ("--max-iterations", self.max_iterations.is_some(), &[Fair, Scf]),
             ("--tolerance", self.tolerance.is_some(), &[Fair, Scf]),
         ];
-        let is_of_others = |option: &&str| *option != "--preserve-shape" || self.name() != Natural;
+        let is_of_others = |option: &&str| *option != "--preserve-shape" || !matches!(self.name(), Natural | Scf);
         if let Some(option) = self.limits.given().find(is_of_others).filter(|_| self.name() != Fair) {
-            let others = if option == "--preserve-shape" { " and --method natural" } else { "" };
+            let others = if option == "--preserve-shape" { ", --method natural and --method scf" } else { "" };
             return Err(Error::argument(format!("{option} belongs to --method fair{others}")));
         }
         match given.into_iter().find(|(_, given, methods)| *given && !methods.contains(&self.name())) {

@@ -63,7 +63,7 @@ impl Laid {
     }
 
     /// The jet at the fraction u of its length, in its chord's frame, by arc length.
-    fn jet(&self, universal: &[Universal], u: f64) -> Jet {
+    pub(super) fn jet(&self, universal: &[Universal], u: f64) -> Jet {
         match &self.arc {
             Piece::Arc(arc) => jet(arc.at(&universal[self.curve as usize], u)),
             Piece::Taut(segment) => {

@@ -20,6 +20,7 @@
 //! | `arc`, `segment`, `curves` | where segments run |
 //! | `tension` | segments of least ∫(\|κ\|^ν + λ) ds |
 //! | `taut`, `width` | whole curves of them |
+//! | `shape` | curves that keep the shape of their points |
 //! | `dots`, `start`, `stages`, `smooth` | from points to problems and back |
 
 pub(crate) mod arc;
@@ -30,6 +31,7 @@ mod gpu;
 pub(crate) mod queries;
 mod root;
 mod segment;
+mod shape;
 pub(crate) mod slopes;
 pub(crate) mod smooth;
 pub(crate) mod stages;

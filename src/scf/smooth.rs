@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::arc::Arc;
 use super::curves::{Chain, Chains, Laid, Piece};
 use super::dots::{Dots, Exponents};
+use super::shape::Kept;
 use super::slopes::{Ends, SlopesStanding, Until};
 use super::stages::{Found, Starts, search, search_on_cpu, search_on_device};
 use super::start::{Start, wrap};
@@ -79,6 +80,18 @@ pub struct Smooth {
     /// large ν the curve is little bent or as bent as w allows: straight pieces, and arcs of radius
     /// some w/(2τ).
     pub tension: f64,
+    /// Whether curves turn only to the side to which their points turn; no by default.
+    ///
+    /// A span between two points that turn to one side has curvature of that sign or none, and so has that between an end and
+    /// such a neighbour. At a point between turns to different sides the curvature has the sign of the turn at the point.
+    /// Points in a line ask for nothing. A curve that keeps this by itself stays as it is, in every bit; the others
+    /// become, on every device by the CPU in f64, the curves of least Σ∫|κ|^ν ds that keep it, to about 1e-9 of the energy.
+    /// Where a side holds an end of a span, the curvature there is 0 up to rounding of angles, and curvature jumps at both
+    /// points of the span; `LimitReport::active` counts these ends.
+    /// Between two ends of one side neither angle to the chord exceeds the other by more than 1/q = ν/(ν − 1) times, if they
+    /// are small: neighbouring turns may be too unlike for that, and for ν → ∞ they always are.
+    /// Such curves are `infeasible`. Not under a tension.
+    pub shape: bool,
     /// Where the search starts: at circles through neighbouring points by default. Where a segment
     /// has no minimiser there, the other starts, and exponents nearer to 2, are tried by
     /// themselves.
@@ -112,6 +125,7 @@ impl Default for Smooth {
         Smooth {
             exponent: 2.0,
             tension: 0.0,
+            shape: false,
             start: Start::default(),
             starts: 1,
             seed: 0,
@@ -126,13 +140,14 @@ impl Smooth {
     ///
     /// Statuses: `converged`; `no_minimiser` where segments that lead to lower costs have none, or
     /// the start has none (the curve is the best one reached, or the input polyline);
-    /// `not_converged`; `degenerate` and `invalid`, whose curves come out as they came in. The
+    /// `not_converged`; `infeasible` where no curve is found that keeps its shape, which comes out as without
+    /// [`shape`](Self::shape); `degenerate` and `invalid`, whose curves come out as they came in. The
     /// energy is Σ∫|κ|^ν ds in units of the input, under tension Σ∫(|κ|^ν + λ) ds, the parameter the arc
     /// length.
     ///
     /// # Errors
     /// Points with three coordinates; an exponent, a tension, a tolerance or a number of starts that makes no
-    /// sense; columns `known` and `kx ky kz`; on a GPU what becomes of submissions.
+    /// sense; a tension for curves that keep their shape; columns `known` and `kx ky kz`; on a GPU what becomes of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
         let exponents = Exponents::of(self.exponent, batch)?.under(self.tension);
@@ -141,16 +156,22 @@ impl Smooth {
         device.finished(batch.len() - ready.len());
         let found = self.search(&ready, &exponents, device)?;
         let mut report = device.report(true)?;
+        let found: Vec<Kept> = if self.shape {
+            self.keep_shapes(&ready, &exponents, found, report.is_gpu)
+        } else {
+            found.into_iter().map(|(found, chain)| (found, chain, None)).collect()
+        };
         if report.is_gpu {
-            report.finished_on_cpu = found.iter().filter(|(found, _)| found.on_cpu).count();
+            report.finished_on_cpu = found.iter().filter(|(found, ..)| found.on_cpu).count();
         }
         let mut found = found.into_iter();
         let (mut curves, mut reports, mut problems) = (Vec::new(), Vec::new(), BTreeMap::new());
         for (i, dots) in dots.iter().enumerate() {
             let fitted = match dots {
                 Ok(dots) => {
-                    let (found, chain) = found.next().expect("what is ready is searched");
-                    self.report(batch, i, dots, &found, chain)
+                    let (found, chain, shaped) = found.next().expect("what is ready is searched");
+                    let fitted = self.report(batch, i, dots, &found, chain);
+                    fitted.map(|(report, chain)| (report.shaped(shaped, batch, i, dots), chain))
                 }
                 Err(problem) => Err(problem.clone()),
             };
@@ -197,6 +218,13 @@ impl Smooth {
         if !(0.0..=MOST_TENSION).contains(&self.tension) {
             return refuse(format!(
                 "the tension is {}; it must be from 0, which is none, to {MOST_TENSION}, such as 1",
+                self.tension
+            ));
+        }
+        if self.shape && self.tension > 0.0 {
+            return refuse(format!(
+                "smooth connection functions keep the shape of their points without a tension, which is {}: leave one of both out, or \
+                 choose `discrete::Fair`",
                 self.tension
             ));
         }
@@ -352,7 +380,7 @@ impl Chain {
 impl Dots {
     /// The segments between dots of the given directions (NaN where free), near those known; `None` where one has no
     /// minimiser.
-    fn lay(&self, directions: &[f64], exponents: &Exponents, known: &[Near]) -> Option<Chain> {
+    pub(super) fn lay(&self, directions: &[f64], exponents: &Exponents, known: &[Near]) -> Option<Chain> {
         let n = directions.len();
         let taut = if exponents.tension > 0.0 { self.tension_spans(directions, exponents) } else { Vec::new() };
         let mut segments = Vec::with_capacity(self.spans.len());

@@ -103,6 +103,22 @@ fn natural_splines_keep_the_shape_of_points_too() {
 }
 
 #[test]
+fn smooth_connection_functions_keep_the_shape_of_points_too() {
+    let folder = folder("x,y\n-0.3,1.2\n0,0\n1.5,0\n3,0.15\n3.2,1.4\n");
+    let lines = reports(&folder, "--method scf --preserve-shape", 0);
+    assert_eq!((&lines[0]["status"], lines[0]["limits"]["violation"].as_f64()), (&"converged".into(), Some(0.0)));
+    assert!(lines[0]["limits"]["active"].as_u64().unwrap() > 0, "{}", lines[0]);
+    fs::write(folder.path().join("in.csv"), "x,y\n0,0\n1,0\n2,0.1\n2.1,1.1\n2,2.1\n").unwrap();
+    let lines = reports(&folder, "--method scf --preserve-shape", 1);
+    let message = lines[0]["message"].as_str().unwrap();
+    assert_eq!(lines[0]["status"], "infeasible");
+    assert!(message.contains("has to turn left here") && message.contains("choose --method fair"), "{message}");
+    run(&folder, "fit in.csv -o taut.csv --method scf --preserve-shape --tension 1 --device cpu")
+        .code(2)
+        .stderr(contains("keep the shape of their points without a tension, which is 1"));
+}
+
+#[test]
 fn corridors_regions_directions_and_lengths_are_kept() {
     let folder = folder("x,y,corridor\n0,0,\n1,0.8,0.05\n2,-0.6,\n3,0.9,\n4,0,\n");
     let energy = "--method fair --energy bending=1,length=1";
@@ -155,7 +171,10 @@ fn limits_that_make_no_sense_are_refused() {
     refused("--min-radius=-2", "--min-radius is -2; it must be a positive number, in units of length");
     refused("--min-radius inf", "--min-radius is inf");
     refused("--max-curvature 1 --min-radius 1", "cannot be used with");
-    refused("--method smoothing --preserve-shape", "--preserve-shape belongs to --method fair and --method natural");
+    refused(
+        "--method smoothing --preserve-shape",
+        "--preserve-shape belongs to --method fair, --method natural and --method scf",
+    );
     refused("--method natural --preserve-shape --monotone x", "--monotone belongs to --method fair");
     refused("--method scf --keep-out 0,0,1", "--keep-out belongs to --method fair");
     refused("--corridor=-1", "--corridor is -1; it must be a positive number, in units of length");

@@ -10,6 +10,7 @@ mod curves;
 mod made;
 mod search;
 mod segments;
+mod shape;
 mod sites;
 mod status;
 mod tension;

@@ -54,8 +54,8 @@ pub struct LimitArgs {
     min_radius: Option<f64>,
     /// Lets curves turn only to the side to which their points turn, and fair ones in space twist
     ///
-    /// For --method fair and natural. In space it is the sign of torsion that is kept, by an --energy with variation or
-    /// torsion.
+    /// For --method fair, natural and scf. In space it is the sign of torsion that is kept, by an --energy with variation
+    /// or torsion.
     #[arg(long)]
     preserve_shape: bool,
     /// Lets fair curves go along an axis from point to point, and not back

@@ -37,7 +37,7 @@ impl Smooth {
     ///
     /// # Errors
     ///
-    /// Options that make no sense, a tension, dots that are not finite, and neighbours at one place.
+    /// Options that make no sense, a tension, the shape of points, dots that are not finite, and neighbours at one place.
     pub fn trace(&self, points: &[DVec2], closed: bool) -> Result<Outcome> {
         let coords: Vec<[f64; 2]> = points.iter().map(|p| p.to_array()).collect();
         let batch = CurveBatch::from_slices(&[&coords[..]])?.closed(closed);
@@ -47,6 +47,11 @@ impl Smooth {
             return Err(Error::argument(format!(
                 "the tension is {tension}; searches are traced without: leave it out, or use `Smooth::fit`"
             )));
+        }
+        if self.shape {
+            return Err(Error::argument(
+                "searches are traced without the shape of points: leave `Smooth::shape` out, or use `Smooth::fit`",
+            ));
         }
         let segments = Segments::new(points, closed, self.exponent, &Device::cpu())?.segments();
         let exponents = Exponents::of(self.exponent, &batch)?;

@@ -1,0 +1,396 @@
+//! The directions of least ∫|κ|^ν ds of which every span turns to the sides asked for, of one curve. No twin: few curves
+//! need it.
+//!
+//! From directions that keep all [`rooms`] an interior point method goes: Newton on
+//!
+//! ```text
+//! (E/E₀)^{1/ν} − μ Σ ln(room/(room + turn))
+//! ```
+//!
+//! for ever smaller μ, E₀ the energy where μ last fell, and the turns those of the polygon. So no room is sought beyond
+//! these, where segments may have no minimiser. The Hessian of the root is tridiagonal but for one product of
+//! gradients, which the formula of Sherman and Morrison brings back. Where there are no such directions yet, Gauss's and
+//! Newton's method makes the squares of what the rooms lack least.
+//!
+//! Source: S. Boyd and L. Vandenberghe, *Convex Optimization*, chapter 11; J. Nocedal and S. J. Wright, *Numerical
+//! Optimization*, chapters 10 and 19.
+
+use super::super::evaluation::{Evaluation, evaluate, evaluate_free};
+use super::super::slopes::{Ends, SlopesProblem, SlopesStanding};
+use super::super::universal::Universal;
+use super::room::{Room, rooms};
+use crate::linalg::banded::Banded;
+use crate::sides::Asked;
+
+/// μ at first, and at last.
+///
+/// The root is then least to so many times this part as there are rooms.
+const WEIGHTS: [f64; 2] = [0.1, 1e-10];
+
+/// μ falls by this factor.
+const FALL: f64 = 0.1;
+
+/// Newton's steps a weight. Three to six are needed, and some ten at first.
+const MOST_STEPS: u32 = 100;
+
+/// Newton's steps end when they save less than this part of the weight.
+const NEAR: f64 = 1e-3;
+
+/// Parts of the root that rounding may hide.
+const NOISE: f64 = 1e-14;
+
+/// What a step that leads no further down may have promised to save at the end.
+const HIDDEN: f64 = 1e-12;
+
+/// An end is held where the root rises by more than this for a bound that rises by the turn at its point. Elsewhere it rises
+/// by some of the last weight.
+const HELD: f64 = 1e-6;
+
+/// Armijo's part of the slope.
+const DESCENT: f64 = 1e-4;
+
+/// Where steps so much shorter lead to segments without minimiser still, the way down ends at an edge.
+const EDGE: f64 = 1e-4;
+
+/// Halvings of a step.
+const MOST_SHORTER: usize = 50;
+
+/// No direction turns by more than this in a step, in radians.
+const MOST_TURN: f64 = 0.5;
+
+/// Parts of the absolute diagonal that are added where the Hessian is not positive definite.
+const DAMPINGS: [f64; 12] = [0.0, 0.01, 0.04, 0.16, 0.64, 2.6, 10.0, 41.0, 164.0, 1e3, 1e4, 1e5];
+
+/// Rooms that are looked for, in parts of the turns at the points: the first that all have.
+const DEPTHS: [f64; 7] = [0.2, 0.1, 0.03, 1e-2, 1e-3, 1e-4, 1e-5];
+
+/// Steps towards each.
+const MOST_WAYS: usize = 100;
+
+/// A curve of which sides are asked.
+pub(super) struct Sided<'a> {
+    pub problem: &'a SlopesProblem<f64>,
+    pub curves: &'a [Universal],
+    pub asked: &'a [Asked],
+    /// The turns of the polygon by which the rooms of every span are measured.
+    pub sizes: &'a [f64],
+}
+
+/// The directions found, in turns from those of the problem.
+pub(super) struct Mended {
+    pub turns: Vec<f64>,
+    /// In the units of the problem.
+    pub cost: f64,
+    /// What a last step would save, relative to the ν-norm of the curvature: its root.
+    pub decrement: f64,
+    pub iterations: u32,
+    pub evaluations: u32,
+    pub standing: SlopesStanding,
+    /// The span that has no minimiser where cheaper curves lead.
+    pub culprit: Option<usize>,
+    /// Ends of spans that their side holds.
+    pub held: usize,
+}
+
+/// The end of a span whose side is not kept.
+pub(super) struct Short {
+    pub span: usize,
+    pub end: usize,
+}
+
+/// What is known of directions that keep all rooms.
+struct Place {
+    turns: Vec<f64>,
+    cost: f64,
+    gradient: Vec<f64>,
+    spans: Vec<Evaluation<f64>>,
+    rooms: Vec<[Option<Room>; 2]>,
+}
+
+/// A symmetric tridiagonal matrix, cyclic for closed curves, and a vector.
+struct Assembly {
+    gradient: Vec<f64>,
+    diagonal: Vec<f64>,
+    coupling: Vec<f64>,
+    /// What damping adds parts of.
+    scale: Vec<f64>,
+}
+
+impl Sided<'_> {
+    fn angles(&self, k: usize, turns: &[f64]) -> [f64; 2] {
+        let [a, b] = self.problem.spans[k].angles;
+        [a + turns[k], b + turns[self.problem.after(k)]]
+    }
+
+    /// The rooms of all spans; `None` where one turns by π or more.
+    fn rooms(&self, turns: &[f64]) -> Option<Vec<[Option<Room>; 2]>> {
+        let of_span = |k: usize| {
+            let span = &self.problem.spans[k];
+            rooms(&self.curves[span.curve as usize], span.ends, &self.asked[k], self.angles(k, turns))
+        };
+        (0..self.problem.spans.len()).map(of_span).collect()
+    }
+
+    fn evaluate(&self, k: usize, turns: &[f64]) -> Evaluation<f64> {
+        let span = &self.problem.spans[k];
+        let (curve, [a, b]) = (&self.curves[span.curve as usize], self.angles(k, turns));
+        match span.ends {
+            Ends::Directed => evaluate(curve, a, b),
+            Ends::FreeStart => evaluate_free(curve, b),
+            Ends::FreeEnd => {
+                let found = evaluate_free(curve, -a);
+                Evaluation { gradient: [-found.gradient[1], 0.0], hessian: [found.hessian[2], 0.0, 0.0], ..found }
+            }
+            Ends::Straight => Evaluation { cost: 0.0, gradient: [0.0; 2], hessian: [0.0; 3], exists: 1.0 },
+        }
+    }
+
+    /// What directions cost.
+    ///
+    /// # Errors
+    /// Where there is no room; the first span without minimiser.
+    fn place(&self, turns: Vec<f64>) -> Result<Place, Option<usize>> {
+        let rooms = self.rooms(&turns).ok_or(None)?;
+        if rooms.iter().flatten().flatten().any(|room| room.value.is_nan() || room.value <= 0.0) {
+            return Err(None);
+        }
+        let spans: Vec<_> = (0..rooms.len()).map(|k| self.evaluate(k, &turns)).collect();
+        let mut gradient = vec![0.0; turns.len()];
+        let mut cost = 0.0;
+        for (k, (span, found)) in self.problem.spans.iter().zip(&spans).enumerate() {
+            cost += span.weight * found.cost;
+            gradient[k] += span.weight * found.gradient[0];
+            gradient[self.problem.after(k)] += span.weight * found.gradient[1];
+        }
+        let missing = spans.iter().position(|found| found.exists <= 0.0 || !found.cost.is_finite());
+        match missing {
+            None if cost > 0.0 && cost.is_finite() => Ok(Place { turns, cost, gradient, spans, rooms }),
+            missing => Err(missing),
+        }
+    }
+
+    fn assembly(&self) -> Assembly {
+        let zero = vec![0.0; self.problem.movable.len()];
+        let coupling = vec![0.0; self.problem.spans.len()];
+        Assembly { gradient: zero.clone(), diagonal: zero.clone(), coupling, scale: zero }
+    }
+
+    /// Adds a span's derivatives, of which `size` are those of a sum of squares.
+    fn add(&self, to: &mut Assembly, k: usize, gradient: [f64; 2], hessian: [f64; 3], size: [f64; 2]) {
+        let after = self.problem.after(k);
+        to.gradient[k] += gradient[0];
+        to.gradient[after] += gradient[1];
+        to.diagonal[k] += hessian[0];
+        to.coupling[k] += hessian[1];
+        to.diagonal[after] += hessian[2];
+        to.scale[k] += size[0];
+        to.scale[after] += size[1];
+    }
+
+    /// Solves for the right-hand sides; `None` where the matrix is not positive definite.
+    fn solved<const D: usize>(
+        &self,
+        matrix: &Assembly,
+        damping: f64,
+        mut sides: Vec<[f64; D]>,
+    ) -> Option<Vec<[f64; D]>> {
+        let mut banded = Banded::<f64, 1>::new(self.problem.closed, &[sides.len()]);
+        for (k, (&d, &scale)) in matrix.diagonal.iter().zip(&matrix.scale).enumerate() {
+            banded.add_diagonal(k, if scale == 0.0 { 1.0 } else { d + damping * scale });
+        }
+        for (k, &c) in matrix.coupling.iter().enumerate() {
+            banded.add_entry(k + 1, k, c);
+        }
+        if banded.factor(&self.problem.movable) <= 0.0 {
+            return None;
+        }
+        banded.solve(&mut sides);
+        sides.iter().flatten().all(|x| x.is_finite()).then_some(sides)
+    }
+
+    /// (E/E₀)^{1/ν} − μ Σ ln(room/(room + turn))
+    fn merit(&self, place: &Place, free: f64, weight: f64) -> f64 {
+        let of_span = |(rooms, size): (&[Option<Room>; 2], &f64)| {
+            rooms.iter().flatten().map(|room| (room.value / (room.value + size)).ln()).sum::<f64>()
+        };
+        let logarithms: f64 = place.rooms.iter().zip(self.sizes).map(of_span).sum();
+        (place.cost / free).powf(1.0 / self.problem.exponent) - weight * logarithms
+    }
+
+    /// Newton's step, by how much it leads down to first order, and whether it is undamped.
+    fn step(&self, place: &Place, free: f64, weight: f64) -> Option<(Vec<f64>, f64, bool)> {
+        let share = 1.0 / self.problem.exponent;
+        let root = (place.cost / free).powf(share);
+        let part = share * root / place.cost;
+        let mut all = self.assembly();
+        for (k, (span, found)) in self.problem.spans.iter().zip(&place.spans).enumerate() {
+            let part = part * span.weight;
+            let hessian = found.hessian.map(|x| part * x);
+            self.add(&mut all, k, found.gradient.map(|x| part * x), hessian, [hessian[0].abs(), hessian[2].abs()]);
+            for room in place.rooms[k].iter().flatten() {
+                let [near, far] = [1.0 / room.value, 1.0 / (room.value + self.sizes[k])];
+                let (slope, square) = (weight * (far - near), weight * (near * near - far * far));
+                let ([a, b], bend) = (room.gradient, room.hessian.map(|x| slope * x));
+                let hessian = [square * a * a + bend[0], square * a * b + bend[1], square * b * b + bend[2]];
+                self.add(&mut all, k, [slope * a, slope * b], hessian, [square * a * a, square * b * b]);
+            }
+        }
+        let held = |k: usize, x: f64| self.problem.movable[k] * x;
+        let along = (root * share * (1.0 - share)).sqrt() / place.cost;
+        let sides: Vec<[f64; 2]> =
+            (0..all.gradient.len()).map(|k| [held(k, -all.gradient[k]), held(k, along * place.gradient[k])]).collect();
+        for damping in DAMPINGS {
+            let Some(solved) = self.solved(&all, damping, sides.clone()) else { continue };
+            let dot = |which: usize| sides.iter().zip(&solved).map(|(side, own)| side[1] * own[which]).sum::<f64>();
+            // Beyond it the root is no longer convex along the gradient of the energy.
+            let left = 1.0 - dot(1);
+            let more = if left > 0.1 { dot(0) / left } else { 0.0 };
+            let step: Vec<f64> = solved.iter().map(|[own, with]| own + more * with).collect();
+            let slope = -sides.iter().zip(&step).map(|(side, step)| side[0] * step).sum::<f64>();
+            if slope <= 0.0 {
+                return Some((step, slope, damping == 0.0));
+            }
+        }
+        None
+    }
+
+    /// Goes down from directions that keep all rooms.
+    pub fn least(&self, start: Vec<f64>, most_iterations: u32) -> Option<Mended> {
+        let mut place = self.place(start).ok()?;
+        let mut culprit = None;
+        let (mut iterations, mut evaluations) = (0, 1);
+        let mut decrement = f64::INFINITY;
+        let mut standing = SlopesStanding::Running;
+        let mut weight = WEIGHTS[0];
+        while standing == SlopesStanding::Running {
+            let free = place.cost;
+            // Whether steps led to where the last one saves nothing.
+            let mut is_reached = false;
+            for _ in 0..MOST_STEPS {
+                let Some((step, slope, undamped)) = self.step(&place, free, weight) else { break };
+                decrement = (-slope).sqrt();
+                is_reached = undamped && -slope <= NEAR * weight;
+                if is_reached {
+                    break;
+                }
+                if iterations >= most_iterations {
+                    standing = SlopesStanding::Exhausted;
+                    break;
+                }
+                let most = step.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+                let mut part = if most > MOST_TURN { MOST_TURN / most } else { 1.0 };
+                let before = self.merit(&place, free, weight);
+                let (mut further, mut missing) = (None, None);
+                for _ in 0..MOST_SHORTER {
+                    let trial = place.turns.iter().zip(&step).map(|(turn, step)| turn + part * step).collect();
+                    evaluations += 1;
+                    let leads_down =
+                        |place: &Place| self.merit(place, free, weight) <= before + DESCENT * part * slope + NOISE;
+                    match self.place(trial) {
+                        Ok(trial) if leads_down(&trial) => {
+                            further = Some(trial);
+                            break;
+                        }
+                        Ok(_) => missing = None,
+                        Err(span) => missing = span,
+                    }
+                    part *= 0.5;
+                }
+                if missing.is_some() && part < EDGE {
+                    (standing, culprit) = (SlopesStanding::Unattained, missing);
+                    break;
+                }
+                let Some(further) = further else {
+                    is_reached = undamped && -slope <= HIDDEN;
+                    break;
+                };
+                place = further;
+                iterations += 1;
+            }
+            if standing == SlopesStanding::Running && weight <= WEIGHTS[1] {
+                standing = if is_reached { SlopesStanding::Converged } else { SlopesStanding::Stalled };
+            }
+            weight = (FALL * weight).max(WEIGHTS[1]);
+        }
+        // μ/room is by how much the root rises with what is asked.
+        let is_held = |(rooms, size): (&[Option<Room>; 2], &f64)| {
+            rooms.iter().flatten().filter(|room| WEIGHTS[1] * size > HELD * room.value).count()
+        };
+        let held = place.rooms.iter().zip(self.sizes).map(is_held).sum();
+        let Place { turns, cost, .. } = place;
+        Some(Mended { turns, cost, decrement, iterations, evaluations, standing, culprit, held })
+    }
+
+    /// Directions that keep all rooms, near those of the problem.
+    ///
+    /// # Errors
+    /// The end of a span that lacks most.
+    pub fn inside(&self) -> Result<Vec<f64>, Short> {
+        let mut turns = vec![0.0; self.problem.movable.len()];
+        for depth in DEPTHS {
+            turns = self.deeper(turns, depth);
+            let inside = |rooms: &Vec<[Option<Room>; 2]>| {
+                let deep = |(rooms, size): (&[Option<Room>; 2], &f64)| {
+                    rooms.iter().flatten().all(|room| room.value > 0.5 * depth * size)
+                };
+                rooms.iter().zip(self.sizes).all(deep)
+            };
+            if self.rooms(&turns).is_some_and(|rooms| inside(&rooms)) && self.place(turns.clone()).is_ok() {
+                return Ok(turns);
+            }
+        }
+        let mut worst = (f64::INFINITY, Short { span: 0, end: 0 });
+        for (span, rooms) in self.rooms(&turns).into_iter().flatten().enumerate() {
+            for (end, room) in rooms.iter().enumerate() {
+                let part = room.map_or(f64::INFINITY, |room| room.value / self.sizes[span]);
+                if part < worst.0 {
+                    worst = (part, Short { span, end });
+                }
+            }
+        }
+        Err(worst.1)
+    }
+
+    /// Σ (depth − room/size)² over the rooms that are less deep, and its Gauss–Newton matrix.
+    fn lack(&self, turns: &[f64], depth: f64) -> Option<(f64, Assembly)> {
+        let mut all = self.assembly();
+        let mut sum = 0.0;
+        for (k, (rooms, size)) in self.rooms(turns)?.iter().zip(self.sizes).enumerate() {
+            for room in rooms.iter().flatten() {
+                let lack = depth - room.value / size;
+                if lack > 0.0 {
+                    sum += lack * lack;
+                    let [a, b] = room.gradient.map(|x| x / size);
+                    self.add(&mut all, k, [-lack * a, -lack * b], [a * a, a * b, b * b], [a * a, b * b]);
+                }
+            }
+        }
+        Some((sum, all))
+    }
+
+    /// Turns until all rooms are so deep, or no step leads on.
+    fn deeper(&self, mut turns: Vec<f64>, depth: f64) -> Vec<f64> {
+        let Some((mut sum, mut all)) = self.lack(&turns, depth) else { return turns };
+        let mut damping = 1e-3;
+        for _ in 0..MOST_WAYS {
+            if sum == 0.0 || damping > 1e6 {
+                break;
+            }
+            let sides = (0..turns.len()).map(|k| [-self.problem.movable[k] * all.gradient[k]]).collect();
+            let step = self.solved(&all, damping, sides);
+            let trial = step.map(|step| {
+                let most = step.iter().fold(0.0f64, |most, [x]| most.max(x.abs()));
+                let part = if most > MOST_TURN { MOST_TURN / most } else { 1.0 };
+                turns.iter().zip(&step).map(|(turn, [step])| turn + part * step).collect::<Vec<f64>>()
+            });
+            match trial.and_then(|trial| self.lack(&trial, depth).map(|lack| (trial, lack))) {
+                Some((trial, lack)) if lack.0 < sum => {
+                    (turns, (sum, all)) = (trial, lack);
+                    damping = (0.1 * damping).max(1e-9);
+                }
+                _ => damping *= 10.0,
+            }
+        }
+        turns
+    }
+}
