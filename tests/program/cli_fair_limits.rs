@@ -184,7 +184,7 @@ fn limits_that_make_no_sense_are_refused() {
     refused("--method smoothing --smoothing 1 --no-crossing", "--no-crossing belongs to --method fair");
     refused("--max-stretch 0.9", "the largest stretch is 0.9; it must be more than 1");
     refused("--monotone w", "invalid value 'w'");
-    refused("--method fair --energy length=1 --max-curvature 1", "ask for an energy that holds bending");
+    refused("--method fair --energy length=1 --corridor 1", "ask for an energy that holds bending");
 }
 
 #[test]
