@@ -3,13 +3,14 @@
 
 use std::f64::consts::PI;
 
-use faircurve::scf::{Cost, Query, evaluate_segments};
-use faircurve::{Device, Precision};
+use faircurve::scf::{Cost, Query, Smooth, evaluate_segments};
+use faircurve::{Device, Precision, Sampling};
 use rand::RngExt;
 use serde_json::Value;
 
 use crate::common;
 use crate::common::{device, epsilon, precisions, seeded};
+use crate::rough::Family;
 
 const EXPONENTS: [f64; 9] = [1.05, 1.3, 1.5, 2.0, 2.7, 3.0, 4.0, 8.0, 20.0];
 
@@ -210,5 +211,27 @@ fn a_segment_has_the_same_bits_whatever_its_neighbours_and_chunk() {
         let limits = faircurve::gpu::plan::Limits { chunk_bytes: 10_000, ..*gpu.limits() };
         let small = Device::from_gpu(gpu.with_limits(limits)).with_precision(*precision);
         assert_eq!(evaluate_segments(&queries, &small).unwrap(), together, "{precision:?}");
+    }
+}
+
+#[test]
+fn curves_that_a_side_holds_have_the_same_bits_on_every_device() {
+    let Some(devices) = devices() else { return };
+    let batch = Family { dimension: 2, closed: false, points: 5, sigma: 0.3 }.batch(60, 41);
+    let smooth = Smooth { shape: true, ..Smooth::default() };
+    let fitted = |device: &Device| smooth.fit_sampled(&batch, Sampling::PerSpan(8), device).unwrap();
+    let (cpu, points) = fitted(&Device::cpu());
+    for (device, precision) in devices {
+        let (gpu, found) = fitted(&device);
+        let mut held = 0;
+        for (i, (a, b)) in cpu.reports().iter().zip(gpu.reports()).enumerate() {
+            assert_eq!(a.status, b.status, "{precision:?}, curve {i}: {a:?} {b:?}");
+            if a.limits.is_some_and(|limits| limits.active > 0) {
+                assert_eq!(points.points(i), found.points(i), "{precision:?}, curve {i}");
+                held += 1;
+            }
+        }
+        println!("{precision:?}: {held} held, {} finished on the CPU", gpu.device().finished_on_cpu);
+        assert!(held >= 5 && gpu.device().finished_on_cpu >= held, "{held} held");
     }
 }
