@@ -195,6 +195,7 @@ fn the_shortest_curves_keep_a_turning_radius_exactly() {
     // Two lanes of a road, one beside the other: a whole turn, and the way from lane to lane.
     assert!((number("energy") - (1.0 + std::f64::consts::TAU * 0.8)).abs() < 1e-12, "{}", lines[0]);
     assert!(number("max_curvature") < 1.25 + 1e-9, "{}", lines[0]);
-    let run = run(&folder, "fit in.csv -o out.csv --device cpu --method fair --energy tension=1 --min-radius 0.8");
+    let run =
+        run(&folder, "fit in.csv -o out.csv --force --device cpu --method fair --energy tension=1 --min-radius 0.8");
     run.code(2).stderr(contains("curves of least tension are polygons, which have corners"));
 }
