@@ -17,7 +17,7 @@ use super::fair::{Fair, Segments};
 use super::limits::Span;
 use super::setup::{Ready, set_up_pieces};
 use super::tally::Tally;
-use crate::batch::CurveBatch;
+use crate::batch::{CurveBatch, Unfitted};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, scale};
@@ -65,16 +65,16 @@ impl Fair {
         let ready = set_up_pieces::<D>(self, batch, kept)?;
         let found = parallel::map(ready.len(), 1, |i| {
             let found = match &ready[i] {
-                Ok(ready) => {
-                    let (report, vertices) = self.shortest(batch, i, ready);
-                    (report, Ok(vertices))
-                }
-                Err(problem) => {
-                    (CurveReport::unfitted(problem.status, problem.message.clone()), Err(batch.points(i).to_vec()))
-                }
+                Ok(ready) => self.shortest(batch, i, ready),
+                Err(problem) => Err(problem.clone()),
             };
             tally.finished(i);
-            found
+            match found {
+                Ok((report, vertices)) => (report, Ok(vertices)),
+                Err(Unfitted { status, message }) => {
+                    (CurveReport::unfitted(status, message), Err(batch.points(i).to_vec()))
+                }
+            }
         });
         let mut device = device.report_of(Precision::F64);
         if device.is_gpu {
@@ -84,7 +84,12 @@ impl Fair {
         Ok(Fitted { curves, reports, device })
     }
 
-    fn shortest<const D: usize>(&self, batch: &CurveBatch, i: usize, ready: &Ready<D>) -> (CurveReport, Vertices) {
+    fn shortest<const D: usize>(
+        &self,
+        batch: &CurveBatch,
+        i: usize,
+        ready: &Ready<D>,
+    ) -> std::result::Result<(CurveReport, Vertices), Unfitted> {
         let points = batch.points(i).as_chunks::<D>().0;
         let spans = self.limits.spans_of(batch, i, &ready.rows);
         let leg = |(span, bound): &(Span, f64)| {
@@ -96,7 +101,11 @@ impl Fair {
         let starts = spans.iter().map(|(span, _)| span.rows[0]);
         let end = (!batch.is_closed(i)).then(|| ready.vertices.len() - 1);
         let given: Vec<Option<f64>> = starts.chain(end).map(|row| direction(batch, i, ready, row)).collect();
-        let (paths, rounds) = shortest(&legs, &given);
+        let Some((paths, rounds)) = shortest(&legs, &given) else {
+            let what = "the shortest curve of bounded curvature leaves the range of the numbers, since its circles are too large for \
+                        its points: allow a larger curvature";
+            return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, 0, what) });
+        };
         let length = ready.size * paths.iter().map(Dubins::length).sum::<f64>();
         let chords: f64 = batch.chords(i).sum();
         let (vertices, active) = self.laid(batch, i, ready, &paths);
@@ -116,7 +125,7 @@ impl Fair {
             );
             (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, 0, &what)));
         }
-        (report, vertices)
+        Ok((report, vertices))
     }
 
     /// The vertices along paths, at equal lengths in every span, and the number of those within turns.

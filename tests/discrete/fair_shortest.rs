@@ -174,3 +174,20 @@ fn what_shortest_curves_cannot_keep_is_said() {
     let fair = of(bending(2.0) + 10.0 * length(), shortest().limits);
     assert_eq!(fit(&fair, &plane).reports().len(), 1);
 }
+
+#[test]
+fn circles_too_large_for_the_numbers_are_a_sentence() {
+    let points: Vec<Planar> = vec![[0.0, 0.0], [1.0, 0.3], [0.2, 1.0]];
+    let of = |curvature: f64| {
+        let limits = Limits { curvature: Some(curvature), ..Limits::default() };
+        fitted::<2>(&Fair { limits, ..shortest() }, &one(&points, false), SEGMENTS).1
+    };
+    for curvature in [1e-300, 1e-12] {
+        let report = of(curvature);
+        assert_eq!(report.status, CurveStatus::Invalid, "{report:?}");
+        assert!(report.message.unwrap().contains("its circles are too large for its points"));
+    }
+    for curvature in [1e-4, 1.0, 1e300] {
+        assert_eq!(of(curvature).status, CurveStatus::Converged, "{curvature:e}");
+    }
+}

@@ -15,13 +15,16 @@
 use std::f64::consts::{PI, TAU};
 
 use super::dubins::{Dubins, Heading, jumps};
-use crate::linalg::scalar::{Vector, dot};
+use crate::linalg::scalar::{Vector, dot, subtract};
 
 /// Directions all around.
 const FIRST: usize = 24;
 
 /// The last step. Lengths are quadratic in what is left, and so known to rounding.
 const LAST: f64 = 1e-9;
+
+/// Paths end within this of their points, at size 1. Turns are known to 1e-12, so that they do for radii up to some 10⁵.
+const REACH: f64 = 1e-6;
 
 /// Directions within this part of a step are one.
 const ONE: f64 = 1e-3;
@@ -69,11 +72,13 @@ struct Search<'a> {
 /// The shortest path along legs, leg by leg, and how many times combinations of directions were compared.
 ///
 /// `given` has the direction at every point that has one of its own. There is a leg fewer than points, or as many for a
-/// closed path.
-pub fn shortest(legs: &[Leg], given: &[Option<f64>]) -> (Vec<Dubins>, u32) {
+/// closed path. `None` where rounding does not let paths end at their points: radii are too large for the numbers.
+pub fn shortest(legs: &[Leg], given: &[Option<f64>]) -> Option<(Vec<Dubins>, u32)> {
     let mut search = Search { legs, given, best: vec![], length: f64::INFINITY, rounds: 0 };
     let around: Vec<Vec<f64>> = (0..given.len()).map(|k| search.around(k)).collect();
-    search.take_best_of(&around);
+    if !search.take_best_of(&around) {
+        return None;
+    }
     // Between points that are farther apart than a circle is wide the first directions lead to the best path.
     let is_close = legs.iter().any(|leg| dot(leg.chord, leg.chord) < (2.0 * leg.radius).powi(2));
     while is_close && search.rounds < MOST && search.take_best_of(&search.over_jumps(&around)) {}
@@ -87,7 +92,12 @@ pub fn shortest(legs: &[Leg], given: &[Option<f64>]) -> (Vec<Dubins>, u32) {
     }
     let heading = |k: usize| search.best[k % given.len()];
     let path = |(k, leg): (usize, &Leg)| Dubins::between(leg.chord, [heading(k), heading(k + 1)], leg.radius);
-    (legs.iter().enumerate().map(path).collect(), search.rounds)
+    let paths: Vec<Dubins> = legs.iter().enumerate().map(path).collect();
+    let ends = |(path, leg): (&Dubins, &Leg)| {
+        let away = subtract(path.place(path.length()).at, leg.chord);
+        dot(away, away).sqrt() <= REACH
+    };
+    paths.iter().zip(legs).all(ends).then_some((paths, search.rounds))
 }
 
 impl Search<'_> {
@@ -118,8 +128,8 @@ impl Search<'_> {
             let more = self.at_jumps(&self.choices(&all));
             for ((own, best), more) in all.iter_mut().zip(&self.best).zip(more) {
                 for angle in more {
-                    let is_near = around(angle - best.angle).abs() <= 2.0 * step;
-                    if is_near && own.iter().all(|own| around(angle - own).abs() > ONE * step) {
+                    let is_near = wrapped(angle - best.angle).abs() <= 2.0 * step;
+                    if is_near && own.iter().all(|own| wrapped(angle - own).abs() > ONE * step) {
                         own.push(angle);
                     }
                 }
@@ -146,13 +156,13 @@ impl Search<'_> {
         found
     }
 
-    /// What may be chosen at every point: the direction given, or these, each once.
+    /// What may be chosen at every point: the direction given, or these.
     fn choices(&self, all: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let of = |(all, given): (&Vec<f64>, &Option<f64>)| given.map_or_else(|| all.clone(), |given| vec![given]);
         all.iter().zip(self.given).map(of).collect()
     }
 
-    /// Takes the best combination of these directions, the best so far among them, if it is shorter. Says whether it is.
+    /// Takes the best combination of these directions if it is shorter than the best so far. Says whether it is.
     fn take_best_of(&mut self, all: &[Vec<f64>]) -> bool {
         self.rounds += 1;
         let choices: Vec<Vec<Heading>> =
@@ -167,7 +177,7 @@ impl Search<'_> {
 }
 
 /// The angle from −π to π that is equal to this one.
-fn around(angle: f64) -> f64 {
+fn wrapped(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
 
