@@ -4,6 +4,8 @@
 mod points;
 #[path = "../common/rough.rs"]
 mod rough;
+#[path = "../common/sides.rs"]
+mod sides;
 
 mod common;
 mod curves;

@@ -1,5 +1,8 @@
 //! Splines, and the tridiagonal systems behind them.
 
+#[path = "../common/sides.rs"]
+mod sides;
+
 mod measures;
 mod oracle;
 mod piecewise;
