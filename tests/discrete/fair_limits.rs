@@ -252,7 +252,7 @@ fn limits_that_make_no_sense_are_refused_with_a_sentence() {
         let message = refused(&limited(Fair::default().energy, Some(bound), false), &one(&points, false));
         assert!(message.contains(&format!("the largest curvature is {bound}")), "{message}");
     }
-    let message = refused(&limited(length(), Some(1.0), false), &one(&points, false));
+    let message = refused(&limited(tension(), Some(1.0), false), &one(&points, false));
     assert!(message.contains("ask for an energy that holds bending"), "{message}");
     let column = |bounds: [f64; 3]| Constraints { largest_curvatures: Some(bounds.to_vec()), ..Constraints::default() };
     let batch = one(&points, false).with_constraints(column([f64::NAN, -2.0, 1.0])).unwrap();

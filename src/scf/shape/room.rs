@@ -20,8 +20,8 @@ use crate::sides::Asked;
 /// Directions and those of chords, up to π, are rounded; angles this far from a bound are on their side of it.
 const ROUNDING: f64 = 16.0 * PI * f64::EPSILON;
 
-/// Turns of less than this have no ratio J/S of full precision.
-const LEAST_TURN: f64 = 1e-100;
+/// C″ is a difference of numbers 1/t times as large. Below √ε of a turn its own value is less than their rounding.
+const STRAIGHT: f64 = 1e-8;
 
 /// What is left of an angle until the curvature at an end changes sign, with derivatives by a and b.
 #[derive(Clone, Copy, Debug)]
@@ -36,8 +36,12 @@ pub(super) struct Room {
 
 /// C, C′ and C″ for −π < t < π.
 fn bound(curve: &Universal, t: f64) -> [f64; 3] {
-    let (sign, t) = (t.signum(), t.abs().max(LEAST_TURN));
     let q = curve.q;
+    if t.abs() < STRAIGHT {
+        let slope = q / (1.0 + q);
+        return [slope * t, slope, 0.0];
+    }
+    let (sign, t) = (t.signum(), t.abs());
     let (moment, along) = curve.moment_along(t);
     // All divided by S².
     let (r, cotangent) = (along / moment, 1.0 / t.tan());
@@ -112,7 +116,7 @@ mod tests {
         let h = 1e-5;
         for exponent in [1.2, 2.0, 20.0] {
             let curve = Universal::new(exponent);
-            for angles in [[0.4, -0.3], [-0.4, 0.9], [1e-3, 2e-3], [0.5, 0.5], [1.5, -1.2]] {
+            for angles in [[0.4, -0.3], [-0.4, 0.9], [1e-3, 2e-3], [0.5, 0.5], [0.1, 0.1 + 1e-9], [1.5, -1.2]] {
                 for [start, end] in SIDES.map(|side| [side, -side]) {
                     let asked = Asked { ends: [start, end], within: 0.0 };
                     let at = |a: f64, b: f64| rooms(&curve, Ends::Directed, &asked, [a, b]).unwrap();
