@@ -1,6 +1,6 @@
 //! Curves keep their limits, at the least energy, or say where they cannot.
 
-use faircurve::discrete::{Energy, Fair, Limits, Segments, bending, length, tautness, variation};
+use faircurve::discrete::{Energy, Fair, Limits, Segments, bending, length, tautness, tension, variation};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device};
 use serde_json::Value;
 
