@@ -401,6 +401,9 @@ impl Spline<'_> {
     fn evenly<const D: usize>(&self, t: &[f64], coords: &mut [f64]) {
         let (points, _) = coords.as_chunks_mut::<D>();
         let (last, n) = (self.t.len() - 1, t.len());
+        if n == 0 {
+            return;
+        }
         // Samples a unit of the parameter.
         let pace = (n - usize::from(!self.closed && n > 1)) as f64 / (self.t[last] - self.t[0]);
         let mut start = 0;
