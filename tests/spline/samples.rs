@@ -15,7 +15,9 @@ fn samples_in_the_callers_memory_are_those_of_polylines() {
     let nasty = nasty.closed_each(vec![false, false, false, false, false, true]).unwrap();
     for batch in [many, random(3, 40, 29), nasty, CurveBatch::from_ragged(2, vec![], vec![0]).unwrap()] {
         let fit = fit(&batch);
-        for sampling in [Sampling::PerSpan(1), Sampling::PerSpan(7), Sampling::Count(0), Sampling::Count(1), Sampling::Count(81)] {
+        for sampling in
+            [Sampling::PerSpan(1), Sampling::PerSpan(7), Sampling::Count(0), Sampling::Count(1), Sampling::Count(81)]
+        {
             let wanted = fit.polylines(sampling);
             assert_eq!(fit.sample_offsets(sampling).unwrap(), wanted.offsets());
             let mut coords = vec![f64::INFINITY; wanted.coords().len()];
