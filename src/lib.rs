@@ -172,6 +172,7 @@ pub mod scf;
 mod sides;
 pub mod spline;
 mod status;
+pub mod surface;
 pub mod topology;
 pub mod tracks;
 mod width;

@@ -471,6 +471,14 @@ impl CurveBatch {
         Ok(self.with_points(Arc::unwrap_or_clone(other.coords), other.offsets))
     }
 
+    /// The same curves with as many other points, and with these problems besides their own.
+    pub(crate) fn moved(&self, coords: Vec<f64>, problems: Vec<(usize, Unfitted)>) -> Self {
+        debug_assert_eq!(coords.len(), self.coords.len());
+        let mut moved = CurveBatch { coords: Arc::new(coords), ..self.clone() };
+        moved.problems.extend(problems);
+        moved
+    }
+
     /// The same curves (names, closedness, problems) with other points.
     ///
     /// Parameters, weights, constraints and columns are dropped.

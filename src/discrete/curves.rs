@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
+use super::onto::jet_onto;
 use crate::batch::Origin;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Input, Jet, Sampling, vector};
@@ -11,6 +12,7 @@ use crate::device::DeviceReport;
 use crate::motion::Motion;
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
+use crate::surface::Surface;
 use glam::DVec3;
 
 /// One fitted curve: its vertices, and the rows that stand for data points.
@@ -51,6 +53,8 @@ pub(crate) struct FairCurves {
     pub closed: Vec<bool>,
     pub problems: BTreeMap<usize, Unfitted>,
     pub origin: Arc<Origin>,
+    /// The surface that the curves lie in.
+    surface: Option<Arc<dyn Surface>>,
 }
 
 /// The parameters of a curve's data points.
@@ -81,6 +85,7 @@ struct FairCurve<'a> {
     edges: OnceLock<Vec<Edge>>,
     /// The parameter of every data point.
     knots: &'a [f64],
+    surface: Option<&'a dyn Surface>,
 }
 
 /// The curve along an edge, as p + v (a + v (c + v d)) at the fraction v of the edge.
@@ -145,7 +150,10 @@ impl FairCurve<'_> {
             None => self.vertex(self.vertices.rows[span] as usize),
             Some((row, 0.0)) => self.vertex(row),
             Some((row, 1.0)) => self.vertex(row + 1),
-            Some((row, v)) => self.cubic(row).place(v),
+            Some((row, v)) => {
+                let place = self.cubic(row).place(v);
+                self.surface.and_then(|surface| surface.foot(place)).unwrap_or(place)
+            }
         }
     }
 
@@ -288,12 +296,13 @@ impl Curve for FairCurve<'_> {
         let n = self.pieces(span) as f64 / self.pace(span);
         let edge = self.cubic(row);
         let Edge { a, c, d, bend, bend_change, .. } = *edge;
-        Jet {
+        let jet = Jet {
             point: edge.place(v),
             first: n * (a + v * (2.0 * c + 3.0 * v * d)),
             second: n * n * (bend + v * bend_change),
             third: n * n * n * bend_change,
-        }
+        };
+        self.surface.map_or(jet, |surface| jet_onto(surface, jet))
     }
 }
 
@@ -311,13 +320,23 @@ impl FairCurves {
             closed: (0..batch.len()).map(|i| batch.is_closed(i)).collect(),
             problems,
             origin: batch.origin().clone(),
+            surface: None,
+        }
+    }
+
+    /// Keeps all places of the curves in a surface. What could not be fitted is its points as they were given.
+    pub fn lie_in(&mut self, given: &CurveBatch, surface: &Arc<dyn Surface>) {
+        self.surface = Some(surface.clone());
+        for (i, curve) in self.curves.iter_mut().enumerate().filter(|(_, curve)| curve.is_err()) {
+            *curve = Err(Input::of(given, i));
         }
     }
 
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
         let vertices = self.curves[i].as_ref().ok()?;
         let (dimension, closed, knots) = (self.dimension, self.closed[i], &self.knots[i][..]);
-        Some(FairCurve { dimension, closed, vertices, edges: OnceLock::new(), knots })
+        let surface = self.surface.as_deref();
+        Some(FairCurve { dimension, closed, vertices, edges: OnceLock::new(), knots, surface })
     }
 
     /// The coordinates and parameters of the samples of curve `i`.

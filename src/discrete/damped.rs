@@ -17,12 +17,13 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         if self.plan.direction != Direction::Newton {
             return None;
         }
-        match kept.take().filter(|kept| kept.order() == self.plan.order) {
+        let (order, in_surfaces) = (self.plan.order, self.within.is_some());
+        match kept.take().filter(|kept| kept.order() == order && kept.is_in_surfaces() == in_surfaces) {
             Some(mut newton) => {
                 newton.renew(&self.edges, &self.pins.movable);
                 Some(kept.insert(newton))
             }
-            None => Some(kept.insert(Newton::new(self.plan.order, &self.edges, &self.pins.movable))),
+            None => Some(kept.insert(Newton::new(order, in_surfaces, &self.edges, &self.pins.movable))),
         }
     }
 
@@ -54,6 +55,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
             slope += dot(self.g[row], self.p[row]);
             self.x[row] = add(self.u[row], scale(alpha, self.p[row]));
         }
+        self.retract();
         let (energy, slope_there, length) = self.evaluate();
         let mut accepted = S::ZERO;
         for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(_, lane)| lane.standing == Standing::Running) {
@@ -81,7 +83,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
 
     /// Computes p for the curves as they stand, and returns the smallest pivot of each lane.
     #[inline(always)]
-    fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> S {
+    pub(super) fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> S {
         self.edges.place(&self.u);
         let gauge = (self.plan.gauge > 0).then_some((self.plan.gauge, self.gauge));
         newton.assemble(&self.edges, self.terms.iter().copied(), gauge, &self.weights);
@@ -93,10 +95,16 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
                 newton.hold(row, wall.hessian(self.u[row]), S::ZERO);
             }
         }
+        if D == 3
+            && let Some(within) = &mut self.within
+        {
+            within.assemble(newton, &self.edges, &self.terms, &self.u);
+        }
         let mut lambda = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {
             lambda.set_lane(l, lane.damping.lambda);
         }
+        lambda = lambda.max(self.least_damping);
         let smallest = newton.factor(lambda);
         self.p.copy_from_slice(&self.g);
         newton.solve(&mut self.p);

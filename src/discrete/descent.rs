@@ -16,6 +16,7 @@ use super::lane::{Lane, Standing};
 use super::line_search::LineSearch;
 use super::metric::{Metric, Pins, Weights};
 use super::plan::{Plan, Step};
+use super::within::Within;
 use crate::damping::Verdict;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
@@ -36,6 +37,10 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     pub holds: Vec<(Vector<S, D>, Hold<S, D>)>,
     /// The walls that the vertices keep from, one a layer.
     pub walls: Vec<Vec<Wall<S, D>>>,
+    /// The surface that the curves lie in.
+    pub within: Option<Within<S, D>>,
+    /// λ is never less: 0, but where curves may slide along themselves.
+    pub least_damping: S,
     /// Tangents to keep.
     ///
     /// A descent that has any has one lane.
@@ -83,6 +88,8 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             gauge,
             holds,
             walls: Vec::new(),
+            within: None,
+            least_damping: S::ZERO,
             constraints: None,
         }
     }
@@ -100,6 +107,12 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy += self.wall_in();
         for (weight, functional) in &self.terms {
             energy += *weight * self.edges.value(functional);
+        }
+        if D == 3
+            && let Some(within) = &mut self.within
+        {
+            within.frame(&self.x);
+            energy += within.value(&self.edges, &self.terms);
         }
         energy
     }
@@ -122,6 +135,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         for row in 0..self.u.len() {
             self.x[row] = add(self.u[row], scale(alpha, self.p[row]));
         }
+        self.retract();
         let (energy, slope, length) = self.evaluate();
         let mut accepted = S::ZERO;
         for l in 0..self.lanes.len() {
@@ -136,6 +150,16 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
     }
 
+    /// Moves x back to the surface, if curves lie in one.
+    #[inline(always)]
+    pub(super) fn retract(&mut self) {
+        if D == 3
+            && let Some(within) = &self.within
+        {
+            within.retract(&self.pins.movable, &mut self.x);
+        }
+    }
+
     /// The energy, slope and length at x.
     ///
     /// The gradient goes to `trial`.
@@ -145,11 +169,22 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         self.edges.place(&self.x);
         self.edges.clear();
         let mut energy = self.evaluate_terms();
+        if D == 3
+            && let Some(within) = &mut self.within
+        {
+            within.frame(&self.x);
+            energy += within.add(&mut self.edges, &self.terms);
+        }
         self.edges.gradient(&self.pins.movable, &mut self.trial);
         if self.weights.attached {
             energy += self.attach();
         }
         energy += self.wall_in();
+        if D == 3
+            && let Some(within) = &mut self.within
+        {
+            within.settle(&self.pins.movable, &mut self.trial);
+        }
         let mut slope = S::ZERO;
         for (g, p) in self.trial.iter().zip(&self.p) {
             slope += dot(*g, *p);
@@ -281,12 +316,25 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
                 beta.set_lane(l, b);
             }
         }
+        if D == 3
+            && let Some(within) = &mut self.within
+        {
+            within.accept(accepted);
+            for row in 0..self.u.len() {
+                self.x[row] = within.tangential(row, self.x[row]);
+            }
+        }
         for row in 0..self.u.len() {
+            let mut direction = subtract(scale(beta, self.p[row]), self.x[row]);
+            if D == 3
+                && let Some(within) = &self.within
+            {
+                direction = within.tangential(row, direction);
+            }
             for c in 0..D {
-                let (z, p) = (self.x[row][c], self.p[row][c]);
                 self.g[row][c] = accepted.if_positive(self.trial[row][c], self.g[row][c]);
-                self.z[row][c] = accepted.if_positive(z, self.z[row][c]);
-                self.p[row][c] = accepted.if_positive(beta * p - z, p);
+                self.z[row][c] = accepted.if_positive(self.x[row][c], self.z[row][c]);
+                self.p[row][c] = accepted.if_positive(direction[c], self.p[row][c]);
             }
         }
         self.edges.close(&mut self.p);

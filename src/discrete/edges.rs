@@ -327,6 +327,16 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         value
     }
 
+    /// Adds what depends on the edges j and j + 1.
+    #[inline(always)]
+    pub fn scatter_both(&mut self, j: usize, weight: S, partials: &Partials<S, D, 2>) -> S {
+        for k in 0..2 {
+            self.by_tangent[j + k] = add(self.by_tangent[j + k], scale(weight, partials.tangent[k]));
+            self.by_length[j + k] += weight * partials.length[k];
+        }
+        weight * partials.value
+    }
+
     #[inline(always)]
     fn scatter<T: Term<W>, const W: usize>(&mut self, j: usize, weight: S, partials: &Partials<S, D, W>) -> S {
         for k in 0..W {

@@ -148,6 +148,11 @@ impl Energy {
     /// - On a GPU, an energy that cannot be compiled into a kernel, and errors of submissions.
     pub fn evaluate(&self, batch: &CurveBatch, options: Evaluate, device: &Device) -> Result<Vec<Evaluation>> {
         self.check()?;
+        if self.is_geodesic() {
+            return Err(Error::argument(
+                "geodesic bending is that of curves in a surface, which evaluations know nothing of",
+            ));
+        }
         options.validate(self, batch)?;
         let evaluating = Evaluating { energy: self, batch, options };
         match batch.dimension() {

@@ -3,6 +3,7 @@
 mod check;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::apart::{self, Found, Partings};
 use super::corners::Corners;
@@ -19,10 +20,11 @@ use super::tally::Tally;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::Sampling;
 use crate::deviation::Deviation;
-use crate::device::Device;
+use crate::device::{Device, DeviceReport};
 use crate::error::Result;
 use crate::parallel;
 use crate::report::{CurveReport, Fit};
+use crate::surface::Surface;
 use crate::words::words;
 
 /// Bytes a vertex takes for each dimension while all curves are descended.
@@ -205,6 +207,26 @@ pub struct Fair {
     /// with a constraint on average curvature, and with prescribed initial and terminal positions and tangents*, American
     /// Journal of Mathematics 79 (1957).
     pub limits: Limits,
+    /// The regular surface that curves lie in. `None`, the default, leaves them free.
+    ///
+    /// Every vertex lies in the surface, to rounding. Newton's method moves vertices in their tangent planes and then back
+    /// along ∇F, so that an iteration solves the system of a planar curve. The start is the natural spline through the
+    /// points, moved onto the surface. Curves are in space; [`Globe`](crate::surface::Globe) has longitudes and latitudes.
+    ///
+    /// [`geodesic_bending`](super::geodesic_bending) measures the bending within the surface, and
+    /// [`bending`](super::bending) the whole. With geodesic bending alone a curve is a geodesic from point to point if it can
+    /// be. Without pinned points and closed it descends to the closed geodesic near, also where that is not the shortest.
+    ///
+    /// Energies of order 3, limits, tangents and curvature vectors are refused. The host descends in f64, on every device.
+    ///
+    /// Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006) names the problem. The projection of
+    /// Hessians is that of P.-A. Absil, R. Mahony and R. Sepulchre, *Optimization Algorithms on Matrix Manifolds* (2008).
+    pub surface: Option<Arc<dyn Surface>>,
+    /// The largest distance of a data point from the surface, in units of the input.
+    ///
+    /// Nearer points are moved onto it, and the report's message says so. A curve with a point farther away is
+    /// `invalid`. `None`, the default, is a thousandth of the curve's size.
+    pub off_surface: Option<f64>,
     /// The angle above which corners are kept, in radians from 0 to π.
     ///
     /// `None`, the default, cuts nothing. With an angle, curves are cut at data points where the
@@ -258,6 +280,8 @@ impl Default for Fair {
             pins: Pins::default(),
             deviation: None,
             limits: Limits::default(),
+            surface: None,
+            off_surface: None,
             corners: None,
             direction: Direction::default(),
             step: Step::default(),
@@ -296,9 +320,16 @@ impl Fair {
     /// - On a GPU, errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
-        match batch.dimension() {
-            2 => self.fit_in::<2>(batch, device),
-            _ => self.fit_in::<3>(batch, device),
+        let moved = self.surface.as_ref().map(|surface| (self.onto(batch, &**surface), surface));
+        match (&moved, batch.dimension()) {
+            (Some((moved, surface)), _) => {
+                let (mut curves, mut reports, device) = self.fit_in::<3>(&moved.batch, device)?;
+                moved.say(&mut reports, &***surface);
+                curves.lie_in(batch, surface);
+                Ok(Fit::new(curves, reports, device))
+            }
+            (None, 2) => self.fit_in::<2>(batch, device).map(|(curves, reports, did)| Fit::new(curves, reports, did)),
+            (None, _) => self.fit_in::<3>(batch, device).map(|(curves, reports, did)| Fit::new(curves, reports, did)),
         }
     }
 
@@ -316,7 +347,11 @@ impl Fair {
         Ok((fit, polylines))
     }
 
-    fn fit_in<const D: usize>(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+    fn fit_in<const D: usize>(
+        &self,
+        batch: &CurveBatch,
+        device: &Device,
+    ) -> Result<(FairCurves, Vec<CurveReport>, DeviceReport)> {
         let allowed = self.deviation.map(|deviation| (0..batch.len()).map(|i| deviation.of(batch, i)).collect());
         let fitted = match self.corners {
             Some(angle) => {
@@ -338,8 +373,7 @@ impl Fair {
             let message = report.message.clone().unwrap_or_default();
             problems.insert(i, Unfitted { status: report.status, message });
         }
-        let curves = FairCurves::new(batch, curves, problems);
-        Ok(Fit::new(curves, reports, device))
+        Ok((FairCurves::new(batch, curves, problems), reports, device))
     }
 
     /// Fits curves that have no corners.

@@ -18,9 +18,8 @@ use super::block::{
 };
 use super::edges::Edges;
 use super::energy::gauge::{Gauge, SmoothGauge};
-use super::energy::{Functional, MOST_EDGES, Term, Visitor};
+use super::energy::{Functional, MOST_EDGES, Partials, SecondPartials, Term, Visitor};
 use crate::linalg::Scalar;
-#[cfg(test)]
 use crate::linalg::scalar::Vector;
 
 /// The number of successors that a vertex is coupled with.
@@ -167,6 +166,45 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
+    /// Adds the second derivatives by two edges that follow each other, from edge j on, to their vertices.
+    ///
+    /// [`close`](Self::close) completes closed curves.
+    #[inline(always)]
+    pub fn add_turn(
+        &mut self,
+        j: usize,
+        weight: S,
+        tangent: &[Vector<S, D>; 2],
+        inverse: &[S; 2],
+        first: &Partials<S, D, 2>,
+        second: &SecondPartials<S, D, 2>,
+    ) {
+        for (a, b) in [(0, 0), (0, 1), (1, 1)] {
+            let mut block = pair(tangent, inverse, second, a, b);
+            if a == b {
+                add_curvature_of_edge(&mut block, tangent[a], inverse[a], first, a);
+            }
+            // Edge a is vertex a + 1 less vertex a.
+            let (v, k) = (j + a, b - a);
+            add_scaled(&mut self.blocks[v][k], weight, &block);
+            add_scaled(&mut self.blocks[v][k + 1], -weight, &block);
+            add_scaled(&mut self.blocks[v + 1][k], weight, &block);
+            match k {
+                0 => {}
+                _ => {
+                    add_scaled(&mut self.blocks[v + 1][0], -weight, &block);
+                    add_scaled(&mut self.blocks[v + 1][0], -weight, &transpose(&block));
+                }
+            }
+        }
+    }
+
+    /// Adds to the block of the vertices v and v + k.
+    #[inline(always)]
+    pub fn add_scaled(&mut self, v: usize, k: usize, weight: S, block: &Block<S, D>) {
+        add_scaled(&mut self.blocks[v][k], weight, block);
+    }
+
     /// Adds a Hessian by one vertex alone, such as that of [`attachment`](super::attachment).
     #[inline(always)]
     pub fn add_block(&mut self, vertex: usize, x: Block<S, D>) {
@@ -260,7 +298,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
 
     /// Moves what closed curves have beyond their last vertex to their first.
     #[inline(always)]
-    fn close(&mut self) {
+    pub fn close(&mut self) {
         if self.closed {
             for (lane, &count) in self.vertices.iter().enumerate() {
                 // From the last on, because the vertices of a triangle may be repeated several

@@ -68,6 +68,7 @@ mod line_search;
 mod metric;
 mod near;
 pub(crate) mod newton;
+mod onto;
 pub(crate) mod plan;
 pub(crate) mod problem;
 mod rough;
@@ -82,6 +83,7 @@ mod tests;
 mod untangle;
 mod verdict;
 mod walls;
+mod within;
 
 pub(crate) use descent_gpu::descent_kernels;
 pub use energy::*;

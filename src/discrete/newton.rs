@@ -12,12 +12,14 @@
 
 use super::block::Block;
 use super::edges::Edges;
-use super::energy::{Functional, MOST_EDGES};
+use super::energy::geodesic::times;
+use super::energy::{Functional, MOST_EDGES, Partials, SecondPartials};
 use super::hessian::{BlockHessian, COUPLED};
 use super::metric::Weights;
+use super::within::Basis;
 use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
-use crate::linalg::scalar::Vector;
+use crate::linalg::scalar::{Vector, add, dot, scale};
 
 /// Newton's systems, one a lane, with interleaved coordinates.
 pub(crate) struct Newton<S, const D: usize> {
@@ -33,6 +35,10 @@ pub(crate) struct Newton<S, const D: usize> {
     matrix: Matrix<S>,
     movable: Vec<S>,
     unknowns: Vec<Vector<S, 1>>,
+    /// Two vectors across the normal at every vertex of curves in surfaces, which are their coordinates; else empty.
+    ///
+    /// Closed lanes repeat their first after their last.
+    bases: Vec<Basis<S, D>>,
 }
 
 /// The matrix by order and dimension.
@@ -43,6 +49,8 @@ enum Matrix<S> {
     SecondSpatial(Box<Banded<S, 8>>),
     WidestPlanar(Box<Banded<S, { widest(2) }>>),
     WidestSpatial(Box<Banded<S, { widest(3) }>>),
+    /// Of curves in surfaces, as wide as in the plane.
+    SecondTangent(Box<Banded<S, 5>>),
 }
 
 /// The half-bandwidth of the highest order in a dimension.
@@ -59,6 +67,7 @@ macro_rules! each {
         match $matrix {
             Matrix::SecondPlanar($banded) if D == 2 => $body,
             Matrix::SecondSpatial($banded) if D == 3 => $body,
+            Matrix::SecondTangent($banded) if D == 3 => $body,
             Matrix::WidestPlanar($banded) => $apart,
             Matrix::WidestSpatial($banded) => $apart,
             _ => unreachable!("a matrix of D coordinates a vertex"),
@@ -70,14 +79,15 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     /// Storage for the systems of energies of an order.
     ///
     /// `movable` is 1 where a vertex may move, else 0. Closed curves have more vertices than the
-    /// order.
-    pub fn new(order: usize, edges: &Edges<S, D>, movable: &[S]) -> Self {
+    /// order. Curves in surfaces have order 2 at most.
+    pub fn new(order: usize, in_surfaces: bool, edges: &Edges<S, D>, movable: &[S]) -> Self {
         let none = &[0; 0];
         let mut newton = Newton {
             order,
             hessian: BlockHessian::new(edges),
             damping: Vec::new(),
             matrix: match (order, D) {
+                (..3, 3) if in_surfaces => Matrix::SecondTangent(Box::new(Banded::new(false, none))),
                 (..3, 2) => Matrix::SecondPlanar(Box::new(Banded::new(false, none))),
                 (..3, _) => Matrix::SecondSpatial(Box::new(Banded::new(false, none))),
                 (_, 2) => Matrix::WidestPlanar(Box::new(Banded::new(false, none))),
@@ -85,9 +95,20 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
             },
             movable: Vec::new(),
             unknowns: Vec::new(),
+            bases: Vec::new(),
         };
         newton.renew(edges, movable);
         newton
+    }
+
+    /// Whether the curves lie in surfaces.
+    pub fn is_in_surfaces(&self) -> bool {
+        matches!(self.matrix, Matrix::SecondTangent(_))
+    }
+
+    /// The unknowns of a vertex.
+    fn unknowns_each(&self) -> usize {
+        if self.is_in_surfaces() { 2 } else { D }
     }
 
     /// The order of the energies.
@@ -97,14 +118,16 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
 
     /// Storage for the systems of other curves, for energies of the same order.
     pub fn renew(&mut self, edges: &Edges<S, D>, movable: &[S]) {
-        let counts: Vec<usize> = edges.vertices().iter().map(|count| count * D).collect();
+        let each = self.unknowns_each();
+        let counts: Vec<usize> = edges.vertices().iter().map(|count| count * each).collect();
         let rows = edges.vertices().into_iter().max().unwrap_or(0);
         self.hessian.renew(edges);
         self.damping.resize(rows + COUPLED, [S::ZERO; COUPLED + 1]);
         each!(&mut self.matrix, matrix => matrix.renew(edges.is_closed(), &counts), matrix.renew(edges.is_closed(), &counts));
         self.movable.clear();
-        self.movable.extend(movable[..rows].iter().flat_map(|&movable| [movable; D]));
-        self.unknowns.resize(rows * D, [S::ZERO]);
+        self.movable.extend(movable[..rows].iter().flat_map(|&movable| [movable; D].into_iter().take(each)));
+        self.unknowns.resize(rows * each, [S::ZERO]);
+        self.bases.resize(if self.is_in_surfaces() { edges.rows() + COUPLED } else { 0 }, [[S::ZERO; D]; 2]);
     }
 
     /// Assembles H and L at the curves where the edges are placed.
@@ -129,6 +152,51 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     pub fn hold(&mut self, row: usize, hessian: Block<S, D>, stiffness: S) {
         self.hessian.add_block(row, hessian);
         self.damping[row][0] += stiffness;
+    }
+
+    /// Adds second derivatives by two edges that follow each other: see [`BlockHessian::add_turn`].
+    #[inline(always)]
+    pub fn add_turn(
+        &mut self,
+        j: usize,
+        weight: S,
+        tangent: &[Vector<S, D>; 2],
+        inverse: &[S; 2],
+        first: &Partials<S, D, 2>,
+        second: &SecondPartials<S, D, 2>,
+    ) {
+        self.hessian.add_turn(j, weight, tangent, inverse, first, second);
+    }
+
+    /// Adds to the block of the vertices v and v + k of H.
+    #[inline(always)]
+    pub fn add_block(&mut self, v: usize, k: usize, weight: S, block: &Block<S, D>) {
+        self.hessian.add_scaled(v, k, weight, block);
+    }
+
+    /// Completes H of closed curves after [`add_turn`](Self::add_turn) and [`add_block`](Self::add_block).
+    #[inline(always)]
+    pub fn close(&mut self) {
+        self.hessian.close();
+    }
+
+    /// Sets the tangent plane of a vertex.
+    #[inline(always)]
+    pub fn set_basis(&mut self, row: usize, basis: Basis<S, D>) {
+        self.bases[row] = basis;
+    }
+
+    /// Repeats the first tangent planes of closed curves after their last.
+    #[inline(always)]
+    pub fn close_bases(&mut self, edges: &Edges<S, D>) {
+        for (lane, &count) in edges.counts().iter().enumerate() {
+            for k in 0..if edges.is_closed() { COUPLED } else { 0 } {
+                for (a, c) in [(0, 0), (0, 1), (0, D - 1), (1, 0), (1, 1), (1, D - 1)] {
+                    let first = self.bases[k % count][a][c].lane(lane);
+                    self.bases[count + k][a][c].set_lane(lane, first);
+                }
+            }
+        }
     }
 
     /// w Σ D₂p·D₂p Δa
@@ -175,13 +243,31 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     #[inline(always)]
     pub fn factor(&mut self, lambda: S) -> S {
         let (blocks, damping, movable) = (self.hessian.blocks(), &self.damping[..], &self.movable[..]);
-        let filling = Filling { blocks, damping, movable, lambda };
+        let filling = Filling { blocks, damping, movable, bases: &self.bases, lambda };
+        if D == 3
+            && let Matrix::SecondTangent(matrix) = &mut self.matrix
+        {
+            return filling.factor_tangent(matrix);
+        }
         each!(&mut self.matrix, matrix => filling.factor(matrix), filling.factor_apart(matrix))
     }
 
     /// Computes x ← (H + λL)⁻¹ x, which is 0 at pins.
     #[inline(always)]
     pub fn solve(&mut self, x: &mut [Vector<S, D>]) {
+        if D == 3
+            && let Matrix::SecondTangent(matrix) = &self.matrix
+        {
+            for (k, unknown) in self.unknowns.iter_mut().enumerate() {
+                unknown[0] = self.movable[k] * dot(self.bases[k / 2][k % 2], x[k / 2]);
+            }
+            matrix.solve(&mut self.unknowns);
+            for (row, unknowns) in self.unknowns.chunks_exact(2).enumerate() {
+                let [first, second] = self.bases[row];
+                x[row] = add(scale(unknowns[0][0], first), scale(unknowns[1][0], second));
+            }
+            return;
+        }
         for (unknowns, x) in self.unknowns.chunks_exact_mut(D).zip(&*x) {
             for c in 0..D {
                 unknowns[c] = [x[c]];
@@ -199,12 +285,18 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
+    /// Computes y = H x.
+    #[cfg(test)]
+    pub fn multiply(&self, x: &[Vector<S, D>], y: &mut [Vector<S, D>]) {
+        self.hessian.multiply(x, y);
+    }
+
     /// The largest entry on the diagonal of H where vertices may move.
     pub fn largest(&self) -> S {
         let mut largest = S::ZERO;
-        for (blocks, movable) in self.hessian.blocks().iter().zip(self.movable.chunks_exact(D)) {
+        for (blocks, movable) in self.hessian.blocks().iter().zip(self.movable.chunks_exact(self.unknowns_each())) {
             for c in 0..D {
-                largest = largest.max(movable[c] * blocks[0][c][c].abs());
+                largest = largest.max(movable[0] * blocks[0][c][c].abs());
             }
         }
         largest
@@ -216,6 +308,7 @@ struct Filling<'a, S, const D: usize> {
     blocks: &'a [[Block<S, D>; COUPLED + 1]],
     damping: &'a [[S; COUPLED + 1]],
     movable: &'a [S],
+    bases: &'a [Basis<S, D>],
     lambda: S,
 }
 
@@ -237,6 +330,37 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
                             continue;
                         }
                         let x = if a == b { blocks[k][a][b] + damped } else { blocks[k][a][b] };
+                        if row == column {
+                            matrix.add_diagonal(row, x);
+                        } else {
+                            matrix.add_entry(row, column, x);
+                        }
+                    }
+                }
+            }
+        }
+        matrix.factor(self.movable)
+    }
+
+    /// [`factor`](Self::factor) of Bᵀ(H + λL)B, in the tangent planes of a surface.
+    #[inline(always)]
+    fn factor_tangent(&self, matrix: &mut Banded<S, 5>) -> S {
+        matrix.clear();
+        for (v, (blocks, damping)) in self.blocks.iter().zip(self.damping).enumerate() {
+            for k in 0..3 {
+                if 2 * (v + k) >= matrix.rows() {
+                    continue;
+                }
+                let mut block = blocks[k];
+                for a in 0..D {
+                    block[a][a] += self.lambda * damping[k];
+                }
+                let (own, other) = (self.bases[v], self.bases[v + k]);
+                for b in 0..2.min(matrix.rows() - 2 * (v + k)) {
+                    let product = times(&block, other[b]);
+                    for a in 0..if k == 0 { b + 1 } else { 2 } {
+                        let (row, column) = ((v + k) * 2 + b, v * 2 + a);
+                        let x = dot(own[a], product);
                         if row == column {
                             matrix.add_diagonal(row, x);
                         } else {

@@ -2,6 +2,8 @@
 //!
 //! The CPU descends many side by side in lanes.
 
+use std::f64::consts::TAU;
+
 use super::constrain::Constraints;
 use super::descent::Descent;
 use super::edges::Edges;
@@ -10,6 +12,7 @@ use super::lane::Standing;
 use super::metric::{Pins, Weights};
 use super::newton::Newton;
 use super::plan::{Direction, Plan};
+use super::within::{Local, Within};
 use crate::linalg::scalar::{Vector, add, dot, subtract};
 use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
 use crate::parallel;
@@ -26,6 +29,11 @@ const LONG: usize = 16_384;
 ///
 /// A loop in it turns by more than 45° at every one, if all are alike.
 const FEW: usize = 8;
+
+/// The least λ of closed curves in surfaces that nothing holds.
+///
+/// Sliding along itself, and along symmetries of the surface, costs a curve nothing.
+const SLIDING: f64 = 1e-7;
 
 /// One curve with everything that its descent needs, translated and scaled to size 1.
 #[derive(Clone, Debug, Default)]
@@ -52,8 +60,11 @@ pub(crate) struct Problem<const D: usize> {
     pub fences: [Vec<Fence<f64>>; FENCE_KINDS],
     /// The walls that each vertex keeps from, one a layer; empty without limits of places.
     pub walls: Vec<Vec<Wall<f64, D>>>,
-    /// Where each vertex of the base lies, from the first vertex of the start on; empty without limits of places.
+    /// Where each vertex of the base lies, from the first vertex of the start on; empty without limits of places and
+    /// without a surface.
     pub places: Vec<Vector<f64, D>>,
+    /// The surface that the curve lies in.
+    pub surface: Option<Local>,
     /// The direction of the fences of the way ahead, a unit vector.
     pub direction: [f64; 3],
     /// The weight of the highest derivative in the inner product.
@@ -109,6 +120,19 @@ impl<const D: usize> Problem<D> {
     /// The number of vertices.
     pub fn vertices(&self) -> usize {
         self.base.len() + usize::from(!self.closed)
+    }
+
+    /// Whether nothing holds the curve: neither a pin nor an attachment.
+    fn is_loose(&self) -> bool {
+        self.pinned.is_empty() && self.attached.is_empty()
+    }
+
+    /// The weight of |g|² at each vertex in the inner product of a loose curve.
+    ///
+    /// Moving all vertices alike then counts as much as the longest wave, 2w |D₂g|² for g″ = (2π/ℓ)² g.
+    fn stiffness_of_all(&self) -> f64 {
+        let length = self.length();
+        2.0 * self.highest * (TAU / length).powi(4) * length / self.base.len() as f64
     }
 
     /// The length of the base.
@@ -362,6 +386,10 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
         let problem = lane(l);
         (0..problem.vertices()).for_each(|row| pins.movable[row].set_lane(l, number(1.0)));
         problem.pinned.iter().for_each(|&row| pins.movable[row as usize].set_lane(l, number(0.0)));
+        if problem.is_loose() && problem.surface.is_some() {
+            let whole = number(problem.stiffness_of_all());
+            (0..problem.vertices()).for_each(|row| vertices[row].set_lane(l, whole));
+        }
         for attached in &problem.attached {
             let row = attached.row as usize;
             vertices[row].set_lane(l, number(attached.stiffness));
@@ -381,6 +409,7 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
             to.set_lane(l, wall);
         }
     }
+    let attached = attached || members.iter().any(|problem| problem.is_loose() && problem.surface.is_some());
     let weights = Weights { highest: each(&|problem| problem.highest), vertices, attached };
     let terms = functionals.iter().enumerate().map(|(k, f)| (each(&|problem| problem.weights[k]), *f)).collect();
     let gauge = each(&|problem| problem.gauge);
@@ -394,6 +423,12 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, holds, &bounds);
     descent.constraints = lane(0).constraints.clone();
     descent.walls = walls;
+    if D == 3 && lane(0).surface.is_some() {
+        let own = |l: usize| lane(l).surface.as_ref().map(|surface| (surface, &lane(l).places[..]));
+        let surfaces: Vec<_> = (0..S::LANES).filter_map(own).collect();
+        descent.within = Some(Within::new(&surfaces, &descent.edges));
+        descent.least_damping = each(&|problem| if problem.is_loose() { SLIDING } else { 0.0 });
+    }
     descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);
     descent
 }

@@ -9,6 +9,7 @@ use super::constrain::{Constraints as Kept, constrained};
 use super::division::divide;
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins};
+use super::onto::Onto;
 use super::problem::{Attached, Outcome, Problem, order_of};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
@@ -169,7 +170,19 @@ fn ready<const D: usize>(
 ) -> Result<Ready<D>, Unfitted> {
     let closed = batch.is_closed(i);
     let points = batch.points(i).as_chunks::<D>().0;
-    let (mut vertices, rows) = divide(curve, points, fair.segments, interpolates);
+    let (mut vertices, rows) = match &fair.surface {
+        Some(surface) => divide(&Onto { curve, surface: &**surface }, points, fair.segments, interpolates),
+        None => divide(curve, points, fair.segments, interpolates),
+    };
+    if let (Some(surface), Some(row)) = (&fair.surface, vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())))
+    {
+        let what = format!(
+            "the way to the next point passes a place of which {} has no point near, such as its middle: give points between",
+            surface.name()
+        );
+        let k = rows.partition_point(|&own| own as usize <= row).saturating_sub(1).min(points.len() - 1);
+        return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &what) });
+    }
     let constraints = constrained::<D>(batch, i, &rows, vertices.len(), closed)?;
     let attached = fair.energy.attachment_weight();
     let size = Bounds::of(points.iter().copied()).diagonal();
@@ -216,6 +229,14 @@ fn ready<const D: usize>(
             attach(&mut targets, data[k], weight(k) * attached * size * size / energy_unit, at);
         }
     }
+    if fair.surface.is_some() && pinned.is_empty() && attached == 0.0 {
+        if !closed {
+            let what = "nothing holds an open curve in its surface: pin its ends, or attach it";
+            return refuse(0, CurveStatus::Invalid, what);
+        }
+        // It goes through none of its points, and all its edges are equal.
+        data.truncate(1);
+    }
     // Edges beside a given curvature have a length of their own.
     data.extend(fixed());
     let data = increasing(data);
@@ -254,13 +275,18 @@ fn ready<const D: usize>(
         fences: Default::default(),
         walls: Vec::new(),
         places: Vec::new(),
+        surface: fair.local(&vertices, size),
         direction: [0.0; 3],
         highest,
         curvature,
         tolerance: fair.tolerance,
         longest,
     };
-    Ok(Ready { problem, vertices, rows, size, energy_unit })
+    let mut ready = Ready { problem, vertices, rows, size, energy_unit };
+    if ready.problem.surface.is_some() {
+        ready.place();
+    }
+    Ok(ready)
 }
 
 /// Rows in order, each once.

@@ -9,7 +9,7 @@
 //!   or two.
 
 use super::descent_gpu::descend_on_gpu;
-use super::energy::{Energy, Functional};
+use super::energy::Energy;
 use super::fair::Fair;
 use super::lane::Standing;
 use super::plan::{Direction, Plan};
@@ -99,8 +99,9 @@ impl Fair {
         let is_fenced = self.energy.is_fenced();
         let well_conditioned = well_conditioned && order < 3 && !is_fenced;
         let gpu = match device.as_gpu() {
-            Some(gpu) => Some((gpu, device.kernel_precision(gpu, well_conditioned)?)),
-            None => None,
+            // Surfaces have no kernels.
+            Some(gpu) if self.surface.is_none() => Some((gpu, device.kernel_precision(gpu, well_conditioned)?)),
+            _ => None,
         };
         let is_newton = self.direction == Direction::Newton;
         let gpu = gpu.filter(|(_, precision)| order < 3 || is_newton && *precision == Precision::F64);
@@ -186,10 +187,8 @@ fn going_on<const D: usize>(before: Option<Vec<Outcome<D>>>, after: Vec<Outcome<
 ///
 /// They bound large exponents from above and small ones from below.
 fn stages(energy: &Energy) -> Vec<f64> {
-    let exponents = energy.terms().iter().filter_map(|(weight, functional)| match functional {
-        Functional::Bending(bending) if *weight > 0.0 => Some(bending.exponent),
-        _ => None,
-    });
+    let weighed = energy.terms().iter().filter(|(weight, _)| *weight > 0.0);
+    let exponents = weighed.filter_map(|(_, functional)| functional.exponent());
     let farthest =
         exponents.fold(2.0, |far: f64, nu| if (nu - 1.0).ln().abs() > (far - 1.0).ln().abs() { nu } else { far });
     let mut stages = Vec::new();
@@ -214,8 +213,8 @@ impl Energy {
     fn within(&self, bound: f64) -> Energy {
         let mut energy = self.clone();
         for (_, functional) in energy.terms_mut() {
-            if let Functional::Bending(bending) = functional {
-                bending.exponent = nearer(bending.exponent, bound);
+            if let Some(exponent) = functional.exponent() {
+                functional.set_exponent(nearer(exponent, bound));
             }
         }
         energy
@@ -235,8 +234,7 @@ impl<const D: usize> Problem<D> {
         problem.tolerance = problem.tolerance.max(STAGE_TOLERANCE);
         let mut highest = (0.0, 0.0);
         for (weight, (_, functional)) in problem.weights.iter_mut().zip(energy.terms()) {
-            if let Functional::Bending(bending) = functional {
-                let exponent = bending.exponent;
+            if let Some(exponent) = functional.exponent() {
                 let nu = nearer(exponent, bound);
                 let share = *weight * self.curvature.powf(exponent - 2.0);
                 highest.0 += share * exponent * (exponent - 1.0);

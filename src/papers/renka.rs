@@ -228,6 +228,7 @@ impl Minimisation {
             fences: Default::default(),
             walls: Vec::new(),
             places: Vec::new(),
+            surface: None,
             direction: [0.0; 3],
             highest: 1.0,
             curvature: 1.0,
@@ -295,7 +296,7 @@ impl Minimisation {
         let problem = self.problem(vertices);
         let Descent { mut edges, pins, weights, terms, mut u, .. } =
             start::<f64, D>(&plan, &self.functionals(), &[&problem]);
-        let mut newton = Newton::new(self.energy.order(), &edges, &pins.movable);
+        let mut newton = Newton::new(self.energy.order(), false, &edges, &pins.movable);
         let (mut g, mut p) = (u.clone(), u.clone());
         let mut here = Here::new(vertices);
         for iteration in 0.. {

@@ -21,6 +21,7 @@ mod fair_scf;
 mod fair_shortest;
 mod fair_starts;
 mod fair_status;
+mod fair_surfaces;
 mod newton;
 mod renka;
 mod toms828;

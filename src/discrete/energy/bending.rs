@@ -87,7 +87,7 @@ impl Bending {
     ///
     /// Where q is below the rounding of tangents, that rounding is taken instead.
     #[inline(always)]
-    fn power<S: Scalar>(&self, q: S, lower: f64) -> S {
+    pub(super) fn power<S: Scalar>(&self, q: S, lower: f64) -> S {
         let exponent = 0.5 * self.exponent - lower;
         if exponent == 0.0 {
             S::ONE
@@ -102,7 +102,7 @@ impl Bending {
 
     /// a^exponent
     #[inline(always)]
-    fn measure<S: Scalar>(&self, a: S, lower: f64) -> S {
+    pub(super) fn measure<S: Scalar>(&self, a: S, lower: f64) -> S {
         match 1.0 - self.exponent - lower {
             -1.0 => S::ONE / a,
             -2.0 => S::ONE / (a * a),

@@ -44,7 +44,7 @@ macro_rules! energies {
 
         impl Energy {
             /// The names of the energies, as [`named`](Self::named) takes them.
-            pub const NAMES: &[&str] = &[$($(#[$when])? stringify!($word),)+ "attachment"];
+            pub const NAMES: &[&str] = &[$($(#[$when])? stringify!($word),)+ "attachment", "geodesic_bending"];
 
             /// The energy with this name and weight 1.
             ///
@@ -53,6 +53,7 @@ macro_rules! energies {
                 match name {
                     $($(#[$when])? stringify!($word) => Some($word::$Name::default().into()),)+
                     "attachment" => Some(attachment()),
+                    "geodesic_bending" => Some(geodesic_bending(2.0)),
                     _ => None,
                 }
             }
@@ -64,6 +65,7 @@ macro_rules! energies {
             $($(#[$when])? $Name($word::$Name),)+
             $($Own($own::$Own),)+
             Attachment,
+            GeodesicBending(geodesic::GeodesicBending),
             Custom(Arc<dyn Custom>),
         }
 
@@ -74,6 +76,7 @@ macro_rules! energies {
                     $($(#[$when])? Functional::$Name(_) => stringify!($word),)+
                     $(Functional::$Own(_) => stringify!($own),)+
                     Functional::Attachment => "attachment",
+                    Functional::GeodesicBending(_) => "geodesic_bending",
                     Functional::Custom(custom) => custom.name(),
                 }
             }
@@ -84,19 +87,20 @@ macro_rules! energies {
                     $($(#[$when])? Functional::$Name(functional) => functional,)+
                     $(Functional::$Own(functional) => functional,)+
                     Functional::Attachment => &attachment::Attachment,
+                    Functional::GeodesicBending(functional) => functional,
                     Functional::Custom(custom) => custom,
                 }
             }
 
             /// Shows the functional's term to a visitor.
             ///
-            /// An attachment has none.
+            /// What depends on places of vertices has none.
             #[inline(always)]
             pub fn visit<V: Visitor>(&self, visitor: V) -> Option<V::Output> {
                 match self {
                     $($(#[$when])? Functional::$Name(functional) => Some(visitor.visit(functional)),)+
                     $(Functional::$Own(functional) => Some(visitor.visit(functional)),)+
-                    Functional::Attachment => None,
+                    Functional::Attachment | Functional::GeodesicBending(_) => None,
                     Functional::Custom(custom) => Some(custom::visit(custom.as_ref(), visitor)),
                 }
             }
@@ -121,6 +125,7 @@ mod curvatures;
 mod custom;
 mod fence;
 pub(super) mod gauge;
+pub(super) mod geodesic;
 mod sum;
 mod wall;
 mod wgsl;
@@ -132,6 +137,7 @@ pub(crate) use attachment::Hold;
 pub use attachment::attachment;
 pub use custom::Custom;
 pub(crate) use fence::{FENCE_KINDS, Fence, Fencing};
+pub use geodesic::geodesic_bending;
 pub use sum::Energy;
 pub(crate) use tautness::of_spans;
 pub use torsion::TORSION_CURVATURE;
@@ -140,6 +146,7 @@ pub(crate) use wall::Wall;
 
 use crate::linalg::Scalar;
 use crate::linalg::scalar::Vector;
+use geodesic::GeodesicBending;
 
 /// The most consecutive edges that a term sees.
 ///
@@ -297,6 +304,26 @@ impl Functional {
                 W
             }
         }
-        self.visit(Order).unwrap_or(0)
+        match self {
+            Functional::GeodesicBending(_) => 2,
+            other => other.visit(Order).unwrap_or(0),
+        }
+    }
+
+    /// The exponent ν, of those that have one.
+    pub fn exponent(&self) -> Option<f64> {
+        match self {
+            Functional::Bending(own) | Functional::GeodesicBending(GeodesicBending { bending: own }) => {
+                Some(own.exponent)
+            }
+            _ => None,
+        }
+    }
+
+    /// Sets the exponent ν of those that have one.
+    pub fn set_exponent(&mut self, exponent: f64) {
+        if let Functional::Bending(own) | Functional::GeodesicBending(GeodesicBending { bending: own }) = self {
+            own.exponent = exponent;
+        }
     }
 }

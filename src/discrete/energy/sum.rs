@@ -37,11 +37,7 @@ impl Energy {
     /// The same energy with this exponent of bending.
     #[must_use]
     pub fn with_exponent(mut self, exponent: f64) -> Self {
-        for (_, functional) in &mut self.terms {
-            if let Functional::Bending(bending) = functional {
-                bending.exponent = exponent;
-            }
-        }
+        self.terms.iter_mut().for_each(|(_, functional)| functional.set_exponent(exponent));
         self
     }
 
@@ -74,6 +70,11 @@ impl Energy {
     /// Whether it holds an attachment to data, of any weight.
     pub(crate) fn is_attached(&self) -> bool {
         self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Attachment))
+    }
+
+    /// Whether it holds geodesic bending, of any weight, and so asks for a surface.
+    pub(crate) fn is_geodesic(&self) -> bool {
+        self.terms.iter().any(|(_, functional)| matches!(functional, Functional::GeodesicBending(_)))
     }
 
     /// Whether it holds tautness, of any weight, and so asks where spans lie.

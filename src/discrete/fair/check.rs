@@ -37,6 +37,7 @@ impl Fair {
         if let Some(allowed) = self.deviation {
             deviation::check(self, allowed)?;
         }
+        self.check_surface(batch)?;
         self.limits.check(batch.dimension())?;
         if self.asks_for_shortest(batch) {
             self.check_shortest(batch)?;
@@ -66,7 +67,8 @@ impl Fair {
             ));
         }
         let attached = self.energy.attachment_weight() > 0.0 || self.deviation.is_some();
-        if self.pins != Pins::All && !attached {
+        // In a surface a closed curve need not shrink to a point.
+        if self.pins != Pins::All && !attached && !(self.pins == Pins::None && self.surface.is_some()) {
             return refuse(
                 "points that are not pinned need an attachment, or the curve would not know of them: add attachment \
                  to the energy, or pin all points"

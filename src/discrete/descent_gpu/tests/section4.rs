@@ -28,6 +28,7 @@ fn one_sobolev_step_of_length_1_gives_the_segment_of_theorem_2_2() {
         fences: Default::default(),
         walls: Vec::new(),
         places: Vec::new(),
+        surface: None,
         direction: [0.0; 3],
         highest: 1.0,
         curvature: 1.0,

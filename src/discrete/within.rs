@@ -1,0 +1,419 @@
+//! [`Within`]: the surface that the curves of all lanes lie in.
+//!
+//! A step moves every vertex in its tangent plane, and then back to the surface:
+//!
+//! ```text
+//! x ← R(x + B u),  g → Bᵀg,  H_ij → B_iᵀ (H_ij − δ_ij l_i ∇²F/|∇F|) B_j,  l = n·g
+//! ```
+//!
+//! B holds two unit vectors across n, and R goes along ∇F. No multipliers are left, and the systems are those of planar
+//! curves: see [`Newton`](super::newton::Newton).
+
+// Loops over coordinates and lanes by index match the formulas, and stay within code for wide registers.
+#![allow(clippy::needless_range_loop)]
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+
+use super::block::{Block, add_scaled, transpose};
+use super::edges::Edges;
+use super::energy::Functional;
+use super::energy::geodesic::{GeodesicBending, Turn, times};
+use super::newton::Newton;
+use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
+use crate::linalg::{Real, Scalar};
+use crate::surface::Surface;
+
+/// A surface in the coordinates (x − origin)/size of one problem.
+#[derive(Clone, Debug)]
+pub(crate) struct Local {
+    pub surface: Arc<dyn Surface>,
+    pub origin: [f64; 3],
+    pub size: f64,
+}
+
+/// Two unit vectors across the normal.
+pub(super) type Basis<S, const D: usize> = [Vector<S, D>; 2];
+
+/// The surface of every lane, and what it does to its vertices.
+pub(crate) struct Within<S, const D: usize> {
+    form: Form<S, D>,
+    /// Where the vertices of the bases lie. Closed curves repeat their first.
+    places: Vec<Vector<S, D>>,
+    /// n and W = ∇²F/|∇F| where the vertices were last framed.
+    normals: Vec<Vector<S, D>>,
+    shapes: Vec<Block<S, D>>,
+    /// The gradient of geodesic bending by the places of vertices.
+    by_place: Vec<Vector<S, D>>,
+    /// n·g of the last evaluation, and of the curves as they stand.
+    pushes_there: Vec<S>,
+    pushes: Vec<S>,
+}
+
+/// F of every lane.
+enum Form<S, const D: usize> {
+    /// ½ yᵀA y + b·y + c
+    Quadric {
+        matrix: Block<S, D>,
+        linear: Vector<S, D>,
+        constant: S,
+    },
+    Other(Vec<Local>),
+}
+
+impl Local {
+    /// The place in space of a point of the problem.
+    fn place<const D: usize>(&self, y: Vector<f64, D>) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|c| self.origin[c] + self.size * y[c]))
+    }
+
+    /// Coefficients ½A, b and c of F at size 1, of a gradient of length 1 at the origin.
+    fn quadric(&self) -> Option<(DMat3, DVec3, f64)> {
+        let quadric = self.surface.quadric()?;
+        let origin = DVec3::from_array(self.origin);
+        let (gradient, size) = (quadric.gradient(origin), self.size);
+        let unit = size * gradient.length();
+        Some((quadric.matrix * (size * size / unit), gradient * (size / unit), quadric.value(origin) / unit))
+    }
+
+    /// n, W and F/|∇F| at a point of the problem.
+    fn jet<const D: usize>(&self, y: Vector<f64, D>) -> (DVec3, DMat3, f64) {
+        let x = self.place(y);
+        let gradient = self.surface.gradient(x);
+        let length = gradient.length();
+        let value = self.surface.value(x) / (length * self.size);
+        (gradient / length, self.surface.hessian(x) * (self.size / length), value)
+    }
+
+    /// The way to the foot of a point of the problem.
+    fn way<const D: usize>(&self, y: Vector<f64, D>) -> Vector<f64, D> {
+        let x = self.place(y);
+        // A point that has no foot is no number, and its trial is refused.
+        let foot = self.surface.foot(x).unwrap_or(DVec3::NAN);
+        let way = ((foot - x) / self.size).to_array();
+        std::array::from_fn(|c| way[c])
+    }
+
+    /// The derivative of ∇²F along a vector of the problem, over |∇F|.
+    fn third<const D: usize>(&self, y: Vector<f64, D>, along: Vector<f64, D>) -> [[f64; 3]; 3] {
+        let x = self.place(y);
+        let along = DVec3::from_array(std::array::from_fn(|c| along[c]));
+        let unit = self.size * self.size / self.surface.gradient(x).length();
+        (self.surface.third(x, along) * unit).to_cols_array_2d()
+    }
+}
+
+/// A vector of one lane in f64.
+fn lane_of<S: Scalar, const D: usize>(x: &Vector<S, D>, lane: usize) -> Vector<f64, D> {
+    std::array::from_fn(|c| x[c].lane(lane).to_f64())
+}
+
+impl<S: Scalar, const D: usize> Form<S, D> {
+    fn new(lanes: &[&Local]) -> Self {
+        let quadrics: Option<Vec<_>> = lanes.iter().map(|local| local.quadric()).collect();
+        let Some(quadrics) = quadrics else {
+            return Form::Other(lanes.iter().map(|local| (*local).clone()).collect());
+        };
+        let (mut matrix, mut linear, mut constant) = ([[S::ZERO; D]; D], [S::ZERO; D], S::ZERO);
+        for (lane, (a, b, c)) in quadrics.into_iter().enumerate() {
+            constant.set_lane(lane, number::<S>(c));
+            for row in 0..D {
+                linear[row].set_lane(lane, number::<S>(b[row]));
+                (0..D).for_each(|column| matrix[row][column].set_lane(lane, number::<S>(a.col(column)[row])));
+            }
+        }
+        Form::Quadric { matrix, linear, constant }
+    }
+
+    /// n and W at a place.
+    #[inline(always)]
+    fn jet(&self, y: Vector<S, D>) -> (Vector<S, D>, Block<S, D>) {
+        match self {
+            Form::Quadric { matrix, linear, .. } => {
+                let gradient = add(times(matrix, y), *linear);
+                let inverse = S::ONE / dot(gradient, gradient).sqrt();
+                let mut shape = *matrix;
+                for a in 0..D {
+                    shape[a] = scale(inverse, matrix[a]);
+                }
+                (scale(inverse, gradient), shape)
+            }
+            Form::Other(lanes) => Self::jet_of_any(lanes, y),
+        }
+    }
+
+    #[inline(never)]
+    fn jet_of_any(lanes: &[Local], y: Vector<S, D>) -> (Vector<S, D>, Block<S, D>) {
+        let (mut normal, mut shape) = (y, [y; D]);
+        for (lane, local) in lanes.iter().enumerate() {
+            let (n, w, _) = local.jet(lane_of(&y, lane));
+            for a in 0..D {
+                normal[a].set_lane(lane, number::<S>(n[a]));
+                (0..D).for_each(|b| shape[a][b].set_lane(lane, number::<S>(w.col(b)[a])));
+            }
+        }
+        (normal, shape)
+    }
+
+    /// The way from a place to the surface along ∇F.
+    #[inline(always)]
+    fn way(&self, y: Vector<S, D>) -> Vector<S, D> {
+        match self {
+            Form::Quadric { matrix, linear, constant } => {
+                let product = times(matrix, y);
+                let gradient = add(product, *linear);
+                let value = dot(y, add(scale(S::of(0.5), product), *linear)) + *constant;
+                // ½ a t² + s t + F = 0 along y + t ∇F. No root is no number, and the trial is refused.
+                let square = dot(gradient, gradient);
+                let bend = dot(gradient, times(matrix, gradient));
+                let root = (square * square - S::of(2.0) * bend * value).sqrt();
+                scale(-S::of(2.0) * value / (square + root), gradient)
+            }
+            Form::Other(lanes) => Self::way_of_any(lanes, y),
+        }
+    }
+
+    #[inline(never)]
+    fn way_of_any(lanes: &[Local], y: Vector<S, D>) -> Vector<S, D> {
+        let mut way = y;
+        for (lane, local) in lanes.iter().enumerate() {
+            let own = local.way(lane_of(&y, lane));
+            (0..D).for_each(|c| way[c].set_lane(lane, number::<S>(own[c])));
+        }
+        way
+    }
+
+    /// The derivative of ∇²F along a vector, over |∇F|.
+    #[inline(always)]
+    fn third(&self, y: Vector<S, D>, along: Vector<S, D>) -> Block<S, D> {
+        match self {
+            Form::Quadric { .. } => [[S::ZERO; D]; D],
+            Form::Other(lanes) => Self::third_of_any(lanes, y, along),
+        }
+    }
+
+    #[inline(never)]
+    fn third_of_any(lanes: &[Local], y: Vector<S, D>, along: Vector<S, D>) -> Block<S, D> {
+        let mut third = [y; D];
+        for (lane, local) in lanes.iter().enumerate() {
+            let own = local.third(lane_of(&y, lane), lane_of(&along, lane));
+            for a in 0..D {
+                (0..D).for_each(|b| third[a][b].set_lane(lane, number::<S>(own[b][a])));
+            }
+        }
+        third
+    }
+}
+
+impl<S: Scalar, const D: usize> Within<S, D> {
+    /// The surfaces of all lanes, and where the vertices of their bases lie.
+    pub fn new(lanes: &[(&Local, &[Vector<f64, D>])], edges: &Edges<S, D>) -> Self {
+        let rows = edges.rows();
+        let mut places = vec![[S::ZERO; D]; rows];
+        for (lane, (_, own)) in lanes.iter().enumerate() {
+            for (row, place) in places.iter_mut().enumerate() {
+                // Rows beyond the last vertex repeat the first, which a closed curve asks for.
+                let own = own.get(row).unwrap_or(&own[0]);
+                (0..D).for_each(|c| place[c].set_lane(lane, number::<S>(own[c])));
+            }
+        }
+        let locals: Vec<&Local> = lanes.iter().map(|(local, _)| *local).collect();
+        Within {
+            form: Form::new(&locals),
+            places,
+            normals: vec![[S::ZERO; D]; rows],
+            shapes: vec![[[S::ZERO; D]; D]; rows],
+            by_place: vec![[S::ZERO; D]; rows],
+            pushes_there: vec![S::ZERO; rows],
+            pushes: vec![S::ZERO; rows],
+        }
+    }
+
+    /// Moves vertices that may move back to the surface.
+    #[inline(always)]
+    pub fn retract(&self, movable: &[S], u: &mut [Vector<S, D>]) {
+        for row in 0..u.len() {
+            let way = self.form.way(add(self.places[row], u[row]));
+            for c in 0..D {
+                u[row][c] = movable[row].if_positive(u[row][c] + way[c], u[row][c]);
+            }
+        }
+    }
+
+    /// Takes normals and second derivatives at the vertices.
+    #[inline(always)]
+    pub fn frame(&mut self, u: &[Vector<S, D>]) {
+        for row in 0..u.len() {
+            (self.normals[row], self.shapes[row]) = self.form.jet(add(self.places[row], u[row]));
+        }
+    }
+
+    /// The vertex between the edges j and j + 1.
+    #[inline(always)]
+    fn turn(&self, edges: &Edges<S, D>, j: usize) -> Turn<S, D> {
+        Turn {
+            tangent: [edges.tangent[j], edges.tangent[j + 1]],
+            length: [edges.length[j], edges.length[j + 1]],
+            normal: self.normals[j + 1],
+            shape: self.shapes[j + 1],
+        }
+    }
+
+    /// Adds geodesic bending to the partial derivatives, and returns its value. The vertices have been
+    /// [framed](Self::frame).
+    #[inline(always)]
+    pub fn add(&mut self, edges: &mut Edges<S, D>, terms: &[(S, &Functional)]) -> S {
+        self.by_place.fill([S::ZERO; D]);
+        let mut value = S::ZERO;
+        for (weight, functional) in terms {
+            let Functional::GeodesicBending(geodesic) = functional else { continue };
+            for j in 0..edges.windows::<2>() {
+                let (partials, by_place) = geodesic.gradient(&self.turn(edges, j));
+                let weight = *weight * edges.starts::<2>(j);
+                self.by_place[j + 1] = add(self.by_place[j + 1], scale(weight, by_place));
+                value += edges.scatter_both(j, weight, &partials);
+            }
+        }
+        if edges.is_closed() {
+            for (lane, &count) in edges.counts().iter().enumerate() {
+                for c in 0..D {
+                    let sum = self.by_place[0][c].lane(lane) + self.by_place[count][c].lane(lane);
+                    self.by_place[0][c].set_lane(lane, sum);
+                }
+            }
+        }
+        value
+    }
+
+    /// The value of geodesic bending where the vertices were framed.
+    pub fn value(&self, edges: &Edges<S, D>, terms: &[(S, &Functional)]) -> S {
+        let mut value = S::ZERO;
+        for (weight, functional) in terms {
+            let Functional::GeodesicBending(geodesic) = functional else { continue };
+            for j in 0..edges.windows::<2>() {
+                value += *weight * edges.starts::<2>(j) * geodesic.value(&self.turn(edges, j));
+            }
+        }
+        value
+    }
+
+    /// Completes a gradient, and leaves its part in the tangent planes.
+    #[inline(always)]
+    pub fn settle(&mut self, movable: &[S], gradient: &mut [Vector<S, D>]) {
+        for row in 0..gradient.len() {
+            let whole = add(gradient[row], scale(movable[row], self.by_place[row]));
+            let push = dot(whole, self.normals[row]);
+            self.pushes_there[row] = push;
+            gradient[row] = subtract(whole, scale(push, self.normals[row]));
+        }
+    }
+
+    /// The part of a direction at a vertex that lies in its tangent plane.
+    #[inline(always)]
+    pub fn tangential(&self, row: usize, x: Vector<S, D>) -> Vector<S, D> {
+        subtract(x, scale(dot(x, self.normals[row]), self.normals[row]))
+    }
+
+    /// Keeps the last evaluation where `accepted` is 1.
+    #[inline(always)]
+    pub fn accept(&mut self, accepted: S) {
+        for row in 0..self.pushes.len() {
+            self.pushes[row] = accepted.if_positive(self.pushes_there[row], self.pushes[row]);
+        }
+    }
+
+    /// Adds what the surface adds to the Hessian at the curves as they stand, where the edges are placed, and gives
+    /// Newton's systems their tangent planes.
+    #[inline(always)]
+    pub fn assemble(
+        &mut self,
+        newton: &mut Newton<S, D>,
+        edges: &Edges<S, D>,
+        terms: &[(S, &Functional)],
+        u: &[Vector<S, D>],
+    ) {
+        self.frame(u);
+        for (weight, functional) in terms {
+            let Functional::GeodesicBending(geodesic) = functional else { continue };
+            for j in 0..edges.windows::<2>() {
+                self.add_hessian(geodesic, newton, edges, j, *weight * edges.starts::<2>(j), u);
+            }
+            newton.close();
+        }
+        for row in 0..u.len() {
+            let mut bent = self.shapes[row];
+            for a in 0..D {
+                bent[a] = scale(-self.pushes[row], bent[a]);
+            }
+            newton.hold(row, bent, S::ZERO);
+            newton.set_basis(row, basis(self.normals[row]));
+        }
+        newton.close_bases(edges);
+    }
+
+    /// Adds the second derivatives of geodesic bending at the vertex between the edges j and j + 1.
+    #[inline(always)]
+    fn add_hessian(
+        &self,
+        geodesic: &GeodesicBending,
+        newton: &mut Newton<S, D>,
+        edges: &Edges<S, D>,
+        j: usize,
+        weight: S,
+        u: &[Vector<S, D>],
+    ) {
+        let turn = self.turn(edges, j);
+        let third = self.form.third(add(self.places[j + 1], u[j + 1]), GeodesicBending::bend(&turn));
+        let (first, _) = geodesic.gradient(&turn);
+        let (second, by) = geodesic.hessian(&turn, &third);
+        let inverse = [edges.inverse[j], edges.inverse[j + 1]];
+        newton.add_turn(j, weight, &turn.tangent, &inverse, &first, &second);
+        // By edge and place: ∂T/∂e = P/Δs, ∂Δs/∂e = T.
+        let mut by_edges = by.tangents;
+        for e in 0..2 {
+            let (t, r) = (turn.tangent[e], inverse[e]);
+            for b in 0..D {
+                let mut along = S::ZERO;
+                for a in 0..D {
+                    along += t[a] * by.tangents[e][a][b];
+                }
+                for a in 0..D {
+                    by_edges[e][a][b] = r * (by.tangents[e][a][b] - t[a] * along) + t[a] * by.lengths[b];
+                }
+            }
+        }
+        // The edges are v₁ − v₀ and v₂ − v₁, and the place is v₁.
+        let [before, after] = &by_edges;
+        newton.add_block(j, 1, -weight, before);
+        newton.add_block(j + 1, 1, weight, &transpose(after));
+        let mut own = by.place;
+        add_scaled(&mut own, S::ONE, before);
+        add_scaled(&mut own, S::ONE, &transpose(before));
+        add_scaled(&mut own, -S::ONE, after);
+        add_scaled(&mut own, -S::ONE, &transpose(after));
+        newton.add_block(j + 1, 0, weight, &own);
+    }
+}
+
+/// Two unit vectors across a unit vector in space, without a branch.
+///
+/// Source: T. Duff et al., *Building an orthonormal basis, revisited*, JCGT 6 (2017).
+#[inline(always)]
+fn basis<S: Scalar, const D: usize>(n: Vector<S, D>) -> Basis<S, D> {
+    let (x, y, z) = (n[0], n[1], n[D - 1]);
+    let sign = z.if_positive(S::ONE, -S::ONE);
+    let a = -S::ONE / (sign + z);
+    let b = x * y * a;
+    let (mut first, mut second) = (n, n);
+    first[0] = S::ONE + sign * x * x * a;
+    first[1] = sign * b;
+    first[D - 1] = -sign * x;
+    second[0] = b;
+    second[1] = sign + y * y * a;
+    second[D - 1] = -y;
+    [first, second]
+}
+
+#[cfg(test)]
+mod tests;

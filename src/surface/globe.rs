@@ -1,0 +1,108 @@
+//! [`Globe`]: longitudes and latitudes.
+
+use glam::DVec3;
+
+use super::Quadric;
+use super::quadric::positive;
+use crate::error::Result;
+
+/// A sphere or a spheroid on which points are longitudes and latitudes in degrees.
+///
+/// Latitudes are geodetic: the angle of the normal with the plane of the equator. On a sphere that is the angle at the
+/// centre. Heights are along the normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Globe {
+    /// The radius of the equator.
+    pub equatorial: f64,
+    /// The distance of the poles from the centre.
+    pub polar: f64,
+}
+
+impl Globe {
+    /// The ellipsoid of the World Geodetic System 1984, in metres.
+    pub const WGS84: Globe = Globe { equatorial: 6_378_137.0, polar: 6_356_752.314_245_179 };
+
+    /// The mean radius (2a + b)/3 of the Earth, in metres.
+    pub const EARTH: f64 = 6_371_008.771_4;
+
+    /// The sphere of a radius.
+    ///
+    /// # Errors
+    /// A radius that is not positive and finite.
+    pub fn sphere(radius: f64) -> Result<Self> {
+        positive("radius", "sphere", radius)?;
+        Ok(Globe { equatorial: radius, polar: radius })
+    }
+
+    /// The surface.
+    pub fn surface(&self) -> Quadric {
+        match self.equatorial == self.polar {
+            true => Quadric::sphere(self.equatorial),
+            false => Quadric::spheroid(self.equatorial, self.polar),
+        }
+    }
+
+    /// The place of a longitude and a latitude, in degrees, in space: x towards (0°, 0°), z towards the north pole.
+    pub fn place(&self, longitude: f64, latitude: f64) -> DVec3 {
+        let [(sin_lon, cos_lon), (sin_lat, cos_lat)] = [longitude, latitude].map(sin_cos_of_degrees);
+        // N = a²/√(a² cos²φ + b² sin²φ)
+        let (a, b) = (self.equatorial, self.polar);
+        let (across, along) = (a * cos_lat, b * sin_lat);
+        let root = across.hypot(along);
+        DVec3::new(a * across * cos_lon, a * across * sin_lon, b * along) / root
+    }
+
+    /// The longitude, from −180° to 180°, and the latitude of a place on the surface. The longitude of a pole is 0.
+    pub fn angles(&self, place: DVec3) -> [f64; 2] {
+        let (a, b) = (self.equatorial, self.polar);
+        let out = place.x.hypot(place.y);
+        let longitude = if out == 0.0 { 0.0 } else { place.y.atan2(place.x) };
+        // The normal of the spheroid at a place of it is along (x/a², y/a², z/b²).
+        [longitude.to_degrees(), (a / b * (a / b) * place.z).atan2(out).to_degrees()]
+    }
+}
+
+/// Sine and cosine of degrees, exact at multiples of 90°.
+fn sin_cos_of_degrees(degrees: f64) -> (f64, f64) {
+    let quarters = (degrees / 90.0).round();
+    let (sin, cos) = (degrees - 90.0 * quarters).to_radians().sin_cos();
+    match quarters.rem_euclid(4.0) as u8 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        // 0 and not −0, so that 180° does not become −180°.
+        2 => (0.0 - sin, -cos),
+        _ => (-cos, sin),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::Surface;
+
+    #[test]
+    fn places_lie_on_the_surface_and_lead_back_to_their_angles() {
+        for globe in [Globe::sphere(3.0).unwrap(), Globe::WGS84] {
+            let surface = globe.surface();
+            for (longitude, latitude) in [(0.0, 0.0), (180.0, -30.0), (-179.5, 89.9), (13.4, 52.5), (-90.0, 45.0)] {
+                let place = globe.place(longitude, latitude);
+                let height = surface.value(place) / surface.gradient(place).length();
+                assert!(height.abs() < 4e-16 * globe.equatorial, "{height}");
+                let [lon, lat] = globe.angles(place);
+                assert!((lon - longitude).abs() < 1e-12 && (lat - latitude).abs() < 1e-13, "{lon} {lat}");
+            }
+            assert_eq!(globe.place(77.0, 90.0), DVec3::new(0.0, 0.0, globe.polar));
+            assert_eq!(globe.angles(DVec3::new(0.0, 0.0, -globe.polar)), [0.0, -90.0]);
+        }
+    }
+
+    #[test]
+    fn latitudes_of_wgs84_are_geodetic() {
+        // By N = a/√(1 − e² sin²φ) and z = N (1 − e²) sin φ.
+        let place = Globe::WGS84.place(13.4, 52.5);
+        let wanted = DVec3::new(3785041.526193605, 901724.084635326, 5036864.5848322);
+        assert!((place - wanted).length() < 1e-8, "{place}");
+        let normal = crate::surface::normal(&Globe::WGS84.surface(), place);
+        assert!((normal.z.asin().to_degrees() - 52.5).abs() < 1e-12);
+    }
+}

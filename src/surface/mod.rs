@@ -1,0 +1,124 @@
+//! [`Surface`]: regular surfaces F(x) = 0 that curves lie in.
+//!
+//! [`Fair::surface`](crate::discrete::Fair::surface) keeps every vertex of a curve in one. What a surface says of itself
+//! is F with its derivatives. The unit normal is n = ∇F/|∇F|, and the scale of F does not count.
+//!
+//! - [`Quadric`]: plane, sphere, spheroid, ellipsoid, cylinder, cone.
+//! - [`Torus`].
+//! - [`Globe`]: longitudes and latitudes on a sphere or a spheroid.
+//! - Your own: implement [`Surface`].
+
+mod globe;
+mod quadric;
+mod torus;
+
+use std::fmt::Debug;
+
+use glam::{DMat3, DVec3};
+
+pub use globe::Globe;
+pub use quadric::Quadric;
+pub use torus::Torus;
+
+/// Steps that lead to a foot from wherever the curve's descent has gone.
+///
+/// Each squares the distance over the radius of curvature. 6 are enough from half a radius.
+const MOST_STEPS: usize = 50;
+
+/// Differences of F‴ are taken over this part of the distance from the origin, about ∛ε.
+const DIFFERENCE: f64 = 6e-6;
+
+/// A regular surface F(x) = 0 in space.
+///
+/// F is smooth where ∇F ≠ 0, which must hold near the surface.
+///
+/// ```
+/// use faircurve::surface::{Quadric, Surface};
+/// use glam::DVec3;
+///
+/// let sphere = Quadric::sphere(2.0);
+/// assert_eq!(sphere.closest(DVec3::new(0.0, 3.0, 0.0)), Some(DVec3::new(0.0, 2.0, 0.0)));
+/// ```
+pub trait Surface: Debug + Send + Sync {
+    /// What it is, for messages, such as `the sphere of radius 1`.
+    fn name(&self) -> String;
+
+    /// F at x, of any scale.
+    fn value(&self, x: DVec3) -> f64;
+
+    /// ∇F at x.
+    fn gradient(&self, x: DVec3) -> DVec3;
+
+    /// The second derivatives of F at x.
+    fn hessian(&self, x: DVec3) -> DMat3;
+
+    /// The derivative of the Hessian at x in a direction.
+    ///
+    /// By default the central difference of Hessians. Newton's method takes it where curves bend in the surface.
+    fn third(&self, x: DVec3, along: DVec3) -> DMat3 {
+        let length = along.length();
+        if length == 0.0 {
+            return DMat3::ZERO;
+        }
+        let h = DIFFERENCE * x.length().max(1.0);
+        let step = h / length * along;
+        (self.hessian(x + step) - self.hessian(x - step)) * (0.5 * length / h)
+    }
+
+    /// A point of the surface near x: where the way along ∇F ends. `None` if it leads nowhere.
+    ///
+    /// It is the closest point to second order in the distance.
+    fn foot(&self, x: DVec3) -> Option<DVec3> {
+        let mut foot = x;
+        for _ in 0..MOST_STEPS {
+            let gradient = self.gradient(foot);
+            let step = -self.value(foot) / gradient.length_squared() * gradient;
+            if !step.is_finite() {
+                return None;
+            }
+            foot += step;
+            if step.length() <= 4.0 * f64::EPSILON * foot.abs().max_element() {
+                return Some(foot);
+            }
+        }
+        None
+    }
+
+    /// The closest point of the surface, for points near it. `None` if there is none near.
+    ///
+    /// By default Newton's method on y + μ ∇F(y) = x and F(y) = 0, from the foot.
+    fn closest(&self, x: DVec3) -> Option<DVec3> {
+        let mut y = self.foot(x)?;
+        let gradient = self.gradient(y);
+        let mut mu = (x - y).dot(gradient) / gradient.length_squared();
+        for _ in 0..MOST_STEPS {
+            // (I + μH) dy + ∇F dμ = x − y − μ∇F, ∇F·dy = −F, by elimination of dy.
+            let gradient = self.gradient(y);
+            let inverse = (DMat3::IDENTITY + mu * self.hessian(y)).inverse();
+            let (rest, across) = (inverse * (x - y - mu * gradient), inverse * gradient);
+            let change = (self.value(y) + gradient.dot(rest)) / gradient.dot(across);
+            let step = rest - change * across;
+            if !step.is_finite() {
+                return None;
+            }
+            (y, mu) = (y + step, mu + change);
+            if step.length() <= 4.0 * f64::EPSILON * x.abs().max_element().max(y.abs().max_element()) {
+                return self.foot(y);
+            }
+        }
+        None
+    }
+
+    /// The surface as a quadric, if it is one. Curves in quadrics are the fastest.
+    fn quadric(&self) -> Option<Quadric> {
+        None
+    }
+}
+
+/// ∇F/|∇F|
+pub(crate) fn normal(surface: &dyn Surface, x: DVec3) -> DVec3 {
+    surface.gradient(x).normalize()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,68 @@
+use super::*;
+
+/// Surfaces of every kind with points near them.
+fn surfaces() -> Vec<(Box<dyn Surface>, DVec3)> {
+    let at = DVec3::new;
+    vec![
+        (Box::new(Quadric::plane(at(1.0, 2.0, -0.5), 0.3)), at(0.2, 0.1, 0.4)),
+        (Box::new(Quadric::sphere(1.3)), at(0.7, -0.8, 0.6)),
+        (Box::new(Quadric::spheroid(6378137.0, 6356752.3)), at(4e6, 3e6, 4e6)),
+        (Box::new(Quadric::ellipsoid(at(3.0, 2.0, 1.0))), at(1.5, 1.0, 0.6)),
+        (Box::new(Quadric::cylinder(0.5)), at(0.3, 0.45, 2.0)),
+        (Box::new(Quadric::cone(0.4)), at(0.3, -0.3, 1.1)),
+        (Box::new(Torus::new(2.0, 1.0).unwrap()), at(1.2, 1.9, 0.9)),
+    ]
+}
+
+fn error(found: DMat3, wanted: DMat3) -> f64 {
+    (found - wanted).to_cols_array().into_iter().fold(0.0, |most: f64, x| most.max(x.abs()))
+}
+
+#[test]
+fn derivatives_are_those_of_differences() {
+    for (surface, x) in surfaces() {
+        let (scale, name) = (x.length(), surface.name());
+        let h = 1e-5 * scale;
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        let slope = DVec3::from_array(axes.map(|e| (surface.value(x + h * e) - surface.value(x - h * e)) / (2.0 * h)));
+        let gradient = surface.gradient(x);
+        assert!((slope - gradient).length() < 1e-9 * gradient.length(), "{name}: {slope} {gradient}");
+        let bend = axes.map(|e| (surface.gradient(x + h * e) - surface.gradient(x - h * e)) / (2.0 * h));
+        let hessian = surface.hessian(x);
+        let size = error(hessian, DMat3::ZERO);
+        assert!(error(DMat3::from_cols(bend[0], bend[1], bend[2]), hessian) <= 1e-9 * size, "{name}");
+        let along = DVec3::new(0.3, -0.5, 0.8);
+        let third = (surface.hessian(x + h * along) - surface.hessian(x - h * along)) * (0.5 / h);
+        assert!(error(third, surface.third(x, along)) <= 1e-8 * size / scale, "{name}");
+    }
+}
+
+#[test]
+fn closest_points_are_on_the_surface_and_straight_below() {
+    for (surface, x) in surfaces() {
+        let name = surface.name();
+        let closest = surface.closest(x).unwrap_or_else(|| panic!("{name}"));
+        let normal = normal(&*surface, closest);
+        let away = x - closest;
+        assert!(away.length() > 1e-3 * x.length(), "{name} is tried off the surface");
+        assert!(away.cross(normal).length() < 1e-13 * x.length(), "{name}");
+        let height = surface.value(closest) / surface.gradient(closest).length();
+        assert!(height.abs() < 1e-15 * x.length(), "{name}: {height}");
+        let foot = surface.foot(x).unwrap();
+        // To second order in the distance.
+        assert!((foot - closest).length() < 2.0 * away.length_squared() / x.length(), "{name}");
+    }
+}
+
+#[test]
+fn singular_points_have_no_closest_point() {
+    assert_eq!(Quadric::sphere(1.0).closest(DVec3::ZERO), None);
+    assert_eq!(Torus::new(2.0, 1.0).unwrap().closest(DVec3::Z), None);
+}
+
+#[test]
+fn tori_that_meet_themselves_are_refused_with_a_sentence() {
+    for (major, minor, what) in [(1.0, 1.0, "meets itself"), (0.0, 1.0, "radius R"), (1.0, f64::NAN, "radius r")] {
+        assert!(Torus::new(major, minor).unwrap_err().to_string().contains(what));
+    }
+}
