@@ -471,10 +471,12 @@ impl CurveBatch {
         Ok(self.with_points(Arc::unwrap_or_clone(other.coords), other.offsets))
     }
 
-    /// The same curves with as many other points, and with these problems besides their own.
-    pub(crate) fn moved(&self, coords: Vec<f64>, problems: Vec<(usize, Unfitted)>) -> Self {
-        debug_assert_eq!(coords.len(), self.coords.len());
-        let mut moved = CurveBatch { coords: Arc::new(coords), ..self.clone() };
+    /// The same curves with as many other points of this dimension, and with these problems besides their own.
+    ///
+    /// Constraints that are vectors must not be given where the dimension changes.
+    pub(crate) fn moved(&self, dimension: usize, coords: Vec<f64>, problems: Vec<(usize, Unfitted)>) -> Self {
+        debug_assert_eq!(coords.len(), dimension * self.total_points());
+        let mut moved = CurveBatch { dimension, coords: Arc::new(coords), ..self.clone() };
         moved.problems.extend(problems);
         moved
     }

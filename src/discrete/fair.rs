@@ -211,7 +211,8 @@ pub struct Fair {
     ///
     /// Every vertex lies in the surface, to rounding. Newton's method moves vertices in their tangent planes and then back
     /// along ∇F, so that an iteration solves the system of a planar curve. The start is the natural spline through the
-    /// points, moved onto the surface. Curves are in space; [`Globe`](crate::surface::Globe) has longitudes and latitudes.
+    /// points, moved onto the surface. Curves are in space. Those in a [`Globe`](crate::surface::Globe) are planar: x and y
+    /// are longitudes and latitudes in degrees, and lengths, distances and curvatures are in units of the globe.
     ///
     /// [`geodesic_bending`](super::geodesic_bending) measures the bending within the surface, and
     /// [`bending`](super::bending) the whole. With geodesic bending alone a curve is a geodesic from point to point if it can
@@ -320,6 +321,9 @@ impl Fair {
     /// - On a GPU, errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
+        if let Some(globe) = self.surface.as_ref().and_then(|surface| surface.globe()) {
+            return self.fit_on_globe(globe, batch, device);
+        }
         let moved = self.surface.as_ref().map(|surface| (self.onto(batch, &**surface), surface));
         match (&moved, batch.dimension()) {
             (Some((moved, surface)), _) => {
@@ -347,7 +351,7 @@ impl Fair {
         Ok((fit, polylines))
     }
 
-    fn fit_in<const D: usize>(
+    pub(super) fn fit_in<const D: usize>(
         &self,
         batch: &CurveBatch,
         device: &Device,

@@ -60,6 +60,7 @@ mod evaluate_gpu;
 mod fair;
 mod fenced;
 mod fences;
+mod globe;
 mod hessian;
 mod kept;
 pub(crate) mod lane;

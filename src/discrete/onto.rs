@@ -1,6 +1,6 @@
 //! The way of points, starts and samples onto a surface.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::fair::Fair;
 use super::within::Local;
@@ -51,7 +51,7 @@ impl Fair {
                 }
             }
         }
-        Moved { batch: batch.moved(coords, problems), moves }
+        Moved { batch: batch.moved(3, coords, problems), moves }
     }
 
     fn curve_onto(
@@ -103,7 +103,10 @@ impl Fair {
             quadric.check()?;
         }
         let constraints = batch.constraints();
-        let what = if batch.dimension() == 2 {
+        let is_planar = batch.dimension() == 2;
+        let what = if surface.globe().is_some() && !is_planar {
+            "have longitudes and latitudes, and keep no heights yet: leave the third coordinate out"
+        } else if surface.globe().is_none() && is_planar {
             return refuse(format!(
                 "curves in {} have points of three coordinates, and these have two",
                 surface.name()
@@ -138,6 +141,14 @@ impl Moved {
     }
 }
 
+/// The vertex after which a curve moved onto a surface is lost: one that is no number, or from which the normal turns by more
+/// than 90° to the next.
+pub(super) fn lost_between<const D: usize>(surface: &dyn Surface, vertices: &[Vector<f64, D>]) -> Option<usize> {
+    let normals: Vec<DVec3> = vertices.iter().map(|vertex| normal(surface, vector(vertex))).collect();
+    let turns_little = |row: usize| normals[row - 1].dot(normals[row]) > 0.0;
+    (1..normals.len()).find(|&row| !turns_little(row)).map(|row| row - 1)
+}
+
 /// A curve moved onto a surface, along ∇F.
 pub(super) struct Onto<'a> {
     pub curve: &'a dyn Curve,
@@ -146,11 +157,17 @@ pub(super) struct Onto<'a> {
 
 /// A point with its derivatives, moved onto a surface.
 ///
-/// The derivatives are turned into the tangent plane, which is exact for points of the surface.
+/// The foot y of x = y + d n moves by (I + d S)⁻¹ P x′ with the shape operator S = P W P. Higher derivatives are left.
 pub(super) fn jet_onto(surface: &dyn Surface, jet: Jet) -> Jet {
     let point = surface.foot(jet.point).unwrap_or(DVec3::NAN);
-    let normal = normal(surface, point);
-    Jet { point, first: jet.first - jet.first.dot(normal) * normal, ..jet }
+    let gradient = surface.gradient(point);
+    let (normal, length) = (gradient.normalize(), gradient.length());
+    let tangential = |v: DVec3| v - v.dot(normal) * normal;
+    let away = (jet.point - point).dot(normal) / length;
+    let shape = surface.hessian(point) * away;
+    let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|e| e + tangential(shape * tangential(e)));
+    let spread = DMat3::from_cols(columns[0], columns[1], columns[2]);
+    Jet { point, first: spread.inverse() * tangential(jet.first), ..jet }
 }
 
 impl Curve for Onto<'_> {

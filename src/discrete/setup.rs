@@ -9,7 +9,7 @@ use super::constrain::{Constraints as Kept, constrained};
 use super::division::divide;
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins};
-use super::onto::Onto;
+use super::onto::{Onto, lost_between};
 use super::problem::{Attached, Outcome, Problem, order_of};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
@@ -174,10 +174,12 @@ fn ready<const D: usize>(
         Some(surface) => divide(&Onto { curve, surface: &**surface }, points, fair.segments, interpolates),
         None => divide(curve, points, fair.segments, interpolates),
     };
-    if let (Some(surface), Some(row)) = (&fair.surface, vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())))
+    if let Some(surface) = &fair.surface
+        && let Some(row) = lost_between(&**surface, &vertices)
     {
         let what = format!(
-            "the way to the next point passes a place of which {} has no point near, such as its middle: give points between",
+            "the way to the next point passes a place of which {} has no one point that is nearest, such as its middle: \
+             give points between",
             surface.name()
         );
         let k = rows.partition_point(|&own| own as usize <= row).saturating_sub(1).min(points.len() - 1);

@@ -1,9 +1,9 @@
 //! [`Globe`]: longitudes and latitudes.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
-use super::Quadric;
 use super::quadric::positive;
+use super::{Quadric, Surface};
 use crate::error::Result;
 
 /// A sphere or a spheroid on which points are longitudes and latitudes in degrees.
@@ -62,6 +62,36 @@ impl Globe {
     }
 }
 
+/// That of its [quadric](Globe::surface).
+impl Surface for Globe {
+    fn name(&self) -> String {
+        match *self {
+            Globe::WGS84 => "the ellipsoid of WGS84".into(),
+            _ => self.surface().name,
+        }
+    }
+
+    fn value(&self, x: DVec3) -> f64 {
+        self.surface().value(x)
+    }
+
+    fn gradient(&self, x: DVec3) -> DVec3 {
+        self.surface().gradient(x)
+    }
+
+    fn hessian(&self, x: DVec3) -> DMat3 {
+        self.surface().hessian(x)
+    }
+
+    fn quadric(&self) -> Option<Quadric> {
+        Some(self.surface())
+    }
+
+    fn globe(&self) -> Option<Globe> {
+        Some(*self)
+    }
+}
+
 /// Sine and cosine of degrees, exact at multiples of 90°.
 fn sin_cos_of_degrees(degrees: f64) -> (f64, f64) {
     let quarters = (degrees / 90.0).round();
@@ -78,7 +108,6 @@ fn sin_cos_of_degrees(degrees: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::Surface;
 
     #[test]
     fn places_lie_on_the_surface_and_lead_back_to_their_angles() {

@@ -5,7 +5,7 @@
 //!
 //! - [`Quadric`]: plane, sphere, spheroid, ellipsoid, cylinder, cone.
 //! - [`Torus`].
-//! - [`Globe`]: longitudes and latitudes on a sphere or a spheroid.
+//! - [`Globe`]: a sphere or a spheroid whose points are longitudes and latitudes.
 //! - Your own: implement [`Surface`].
 
 mod globe;
@@ -111,6 +111,11 @@ pub trait Surface: Debug + Send + Sync {
 
     /// The surface as a quadric, if it is one. Curves in quadrics are the fastest.
     fn quadric(&self) -> Option<Quadric> {
+        None
+    }
+
+    /// The globe that the surface is, if its points are longitudes and latitudes.
+    fn globe(&self) -> Option<Globe> {
         None
     }
 }

@@ -14,6 +14,7 @@ mod fair_constraints;
 mod fair_corners;
 mod fair_crossings;
 mod fair_deviation;
+mod fair_globe;
 mod fair_limits;
 mod fair_neighbours;
 mod fair_places;
