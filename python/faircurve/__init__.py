@@ -12,9 +12,9 @@
 from . import bezier, laplacian, linalg, scf
 from ._arrays import Ragged, ragged
 from ._core import __version__, adapters
-from ._energy import Energy, attachment, bending, length, tautness, tension, torsion, variation
+from ._energy import Energy, attachment, bending, geodesic_bending, length, tautness, tension, torsion, variation
 from ._fit import Fit
-from ._methods import Fair, Natural, Smooth, Smoothing
+from ._methods import Fair, Geodesic, Natural, Smooth, Smoothing
 from ._splines import CubicSplineBatch, PPolyBatch
 from ._tables import FairBatch
 
@@ -24,6 +24,7 @@ __all__ = [
     "Fair",
     "FairBatch",
     "Fit",
+    "Geodesic",
     "Natural",
     "PPolyBatch",
     "Ragged",
@@ -34,6 +35,7 @@ __all__ = [
     "attachment",
     "bending",
     "bezier",
+    "geodesic_bending",
     "laplacian",
     "length",
     "linalg",

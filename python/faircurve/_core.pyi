@@ -117,6 +117,8 @@ def fair(
     pins: str,
     deviation: str | None,
     limits: Mapping[str, object],
+    surface: str | None,
+    off_surface: float | None,
     corners: float | None,
     solver: str,
     tolerance: float,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 class Energy:
     """A weighted sum of energies.
 
-    Made by :func:`bending`, :func:`length`, :func:`tension`, :func:`tautness`, :func:`variation`, :func:`torsion` and :func:`attachment`.
+    Made by :func:`bending`, :func:`geodesic_bending`, :func:`length`, :func:`tension`, :func:`tautness`, :func:`variation`, :func:`torsion` and :func:`attachment`.
     Weights are in units of the input; that of tautness against bending has none.
 
     >>> bending(2) + 0.1 * length()
@@ -41,6 +41,11 @@ def _one(name: str, exponent: float = 2.0) -> Energy:
 def bending(exponent: float = 2.0) -> Energy:
     """∫ |κ|^ν ds, κ the curvature and ν ≥ 1 the exponent."""
     return _one("bending", exponent)
+
+
+def geodesic_bending(exponent: float = 2.0) -> Energy:
+    """∫ |κ_g|^ν ds, κ_g the curvature within a surface and ν ≥ 1 the exponent. For curves in a surface."""
+    return _one("geodesic_bending", exponent)
 
 
 def length() -> Energy:

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _core
 from ._arrays import Ragged, per_curve, per_point, ragged, vectors_per_point
-from ._energy import Energy, bending, energy_of, tautness
+from ._energy import Energy, bending, energy_of, geodesic_bending, tautness
 from ._fit import Fit
 
 Parametrisation: TypeAlias = Literal["auto", "chord", "centripetal", "uniform", "given"]
@@ -189,6 +189,12 @@ class Fair:
     no_crossing : bool
         Whether planar curves may not cross each other: contour lines, lanes of a road. Pairs whose points' polygons cross or touch
         are left out. ``report()`` has the ``neighbours`` that each is kept from, and how many are ``touching``.
+    surface : str, optional
+        The surface that curves lie in: ``"sphere"``, ``"sphere:R"`` or ``"wgs84"``, with longitudes and latitudes in degrees for
+        points and metres for lengths, or ``"ellipsoid:a,b,c"``, ``"spheroid:a,b"``, ``"torus:R,r"``, ``"cylinder:R"``,
+        ``"cone:degrees"`` with points in space. The energy is then ``geodesic_bending() + tautness()`` by default.
+    off_surface : float, optional
+        The largest distance of a point from the surface, onto which it is moved. By default a thousandth of the curve's size.
     corners : float, optional
         Points where the input turns by more than this angle (degrees) stay corners.
     solver : {"newton", "cg", "descent"}
@@ -224,6 +230,8 @@ class Fair:
     half_planes: Any = None
     max_stretch: float | None = None
     no_crossing: bool = False
+    surface: str | None = None
+    off_surface: float | None = None
     corners: float | None = None
     solver: Literal["newton", "cg", "descent"] = "newton"
     tolerance: float = 1e-8
@@ -239,7 +247,8 @@ class Fair:
 
         The other arguments are those of :meth:`Natural.fit`.
         """
-        energy = bending() + tautness() if self.energy is None else energy_of(self.energy)
+        default = (bending() if self.surface is None else geodesic_bending()) + tautness()
+        energy = default if self.energy is None else energy_of(self.energy)
         near = self.deviation is not None or energy.has("attachment")
         pins = self.pins or ("ends" if near else "all")
         deviation = None if self.deviation is None else str(self.deviation)
@@ -247,7 +256,7 @@ class Fair:
         batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned, largest_curvatures=largest_curvatures, corridors=corridors)
         fit = _core.fair(
             batch, list(energy.terms), self.per_span, self.spacing, pins, deviation,
-            self._limits(given.coords.shape[1]), self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
+            self._limits(given.coords.shape[1]), self.surface, self.off_surface, self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
         )  # fmt: skip
         return Fit(fit, given, given.coords.shape[1])
 
@@ -283,6 +292,46 @@ def _regions(rows: Any, dimension: int, name: str) -> list[tuple[list[float], fl
     if found.ndim != 2 or found.shape[1] != dimension + 1:
         raise ValueError(f"{name} has the shape {found.shape}; rows of {dimension + 1} numbers are needed")
     return [(_vector(row[:-1], dimension, name), float(row[-1])) for row in found]
+
+
+@dataclass(frozen=True)
+class Geodesic:
+    """Geodesics of a surface: from point to point, or the closed one to which a closed curve descends.
+
+    Closed geodesics need not be the shortest: those that are not stable are found too. A closed curve's points are no more than
+    the start.
+
+    Parameters
+    ----------
+    surface : str
+        As in :class:`Fair`, such as ``"wgs84"`` or ``"torus:2,1"``.
+    per_span : int
+        Edges between points. Lengths of the curves are exact to their fourth power.
+    off_surface, tolerance, max_iterations
+        As in :class:`Fair`.
+
+    Examples
+    --------
+    >>> import faircurve as fc
+    >>> berlin, tokyo = (13.4, 52.5), (139.7, 35.7)
+    >>> fit = fc.Geodesic("wgs84", per_span=64).fit([[berlin, tokyo]])
+    >>> round(fit.report()["length"][0] / 1000)
+    8941
+    """
+
+    surface: str
+    per_span: int = 16
+    off_surface: float | None = None
+    tolerance: float = 1e-8
+    max_iterations: int = 500
+
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+        """Fits every curve. The arguments are those of :meth:`Natural.fit`."""
+        fair = Fair(
+            geodesic_bending(), self.per_span, pins="ends", surface=self.surface, off_surface=self.off_surface, corners=0.0,
+            tolerance=self.tolerance, max_iterations=self.max_iterations,
+        )  # fmt: skip
+        return fair.fit(curves, t=t, closed=closed, device=device, precision=precision)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 use faircurve::discrete::{Energy, Fair, Limits, Region, Segments};
 use faircurve::scf::{Smooth, Start};
 use faircurve::spline::{Amount, Ends, Natural, Parametrisation, Smoothing};
+use faircurve::surface::named;
 use faircurve::{CurveBatch, Deviation, Device, Work};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -94,7 +95,7 @@ fn energy(terms: Vec<(String, f64, f64)>) -> PyResult<Energy> {
             return Err(PyValueError::new_err(sentence));
         }
         if weight > 0.0 {
-            let energy = if name == "bending" { energy.with_exponent(exponent) } else { energy };
+            let energy = if name.ends_with("bending") { energy.with_exponent(exponent) } else { energy };
             sum = sum + weight * energy;
         }
     }
@@ -134,7 +135,7 @@ impl Limited {
 }
 
 #[pyfunction]
-#[pyo3(signature = (batch, terms, per_span, spacing, pins, deviation, limits, corners, solver, tolerance, max_iterations, starts, seed, device, precision))]
+#[pyo3(signature = (batch, terms, per_span, spacing, pins, deviation, limits, surface, off_surface, corners, solver, tolerance, max_iterations, starts, seed, device, precision))]
 pub fn fair(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
@@ -144,6 +145,8 @@ pub fn fair(
     pins: &str,
     deviation: Option<&str>,
     limits: Limited,
+    surface: Option<&str>,
+    off_surface: Option<f64>,
     corners: Option<f64>,
     solver: &str,
     tolerance: f64,
@@ -159,6 +162,8 @@ pub fn fair(
         pins: pins.parse().map_err(crate::error)?,
         deviation: deviation.map(str::parse).transpose().map_err(crate::error)?,
         limits: limits.limits(),
+        surface: surface.map(named).transpose().map_err(crate::error)?,
+        off_surface,
         corners: corners.map(f64::to_radians),
         direction: solver.parse().map_err(crate::error)?,
         tolerance,

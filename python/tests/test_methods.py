@@ -235,3 +235,34 @@ def test_fair_curves_keep_corridors_regions_directions_and_lengths():
         fc.Fair(max_stretch=1.0).fit([points])
     with pytest.raises(ValueError, match="no direction"):
         fc.Fair(monotone=(0, 0)).fit([points])
+
+
+def test_curves_on_a_globe_do_not_know_where_its_poles_and_its_date_line_are():
+    track = np.array([(0.0, -8.0), (6.0, 3.0), (15.0, 1.0), (22.0, 9.0)])
+    fit = fc.Fair(surface="sphere:1").fit([track])
+    here = _places(fit.sample(per_span=16)[0])
+    turn = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    moved = _angles(_places(track) @ turn.T)
+    there = _places(fc.Fair(surface="sphere:1").fit([moved]).sample(per_span=16)[0])
+    assert np.abs(here @ turn.T - there).max() < 1e-9
+    with pytest.raises(ValueError, match="there is no surface 'ball'"):
+        fc.Fair(surface="ball").fit([track])
+
+
+def test_geodesics_have_their_lengths():
+    quarter = fc.Geodesic("sphere:1").fit([[(0, 0), (90, 0)], [(0, 0), (90, 0), (90, 90)]])
+    assert np.abs(quarter.report()["length"] / (np.pi / 2) - [1, 2]).max() < 1e-6
+    ring = [(2 + np.cos(0.3 * np.sin(s)) * 0.9, s) for s in np.linspace(0, 2 * np.pi, 32, endpoint=False)]
+    start = [(r * np.cos(s), r * np.sin(s), np.sqrt(max(0.0, 1 - (r - 2) ** 2))) for r, s in ring]
+    outer = fc.Geodesic("torus:2,1").fit([start], closed=True)
+    assert outer.status.tolist() == ["converged"] and abs(outer.report()["length"][0] / (6 * np.pi) - 1) < 1e-5
+
+
+def _places(angles):
+    lon, lat = np.radians(angles).T
+    return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=1)
+
+
+def _angles(places):
+    x, y, z = places.T
+    return np.degrees(np.stack([np.arctan2(y, x), np.arcsin(z)], axis=1))

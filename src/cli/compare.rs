@@ -126,7 +126,7 @@ impl CompareArgs {
 
     fn bounds(&self, precision: Precision) -> Bounds {
         match self.method.name() {
-            MethodName::Fair | MethodName::Scf => Bounds::of_iterated_curves(precision),
+            MethodName::Fair | MethodName::Scf | MethodName::Geodesic => Bounds::of_iterated_curves(precision),
             MethodName::Natural | MethodName::Smoothing => Bounds::of_splines(precision),
         }
     }

@@ -2,17 +2,19 @@
 
 mod chosen;
 mod limits;
+mod surface;
 
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use faircurve::discrete::{Direction, Energy, Fair, Pins, Segments, bending};
+use faircurve::discrete::{Direction, Energy, Fair, Pins, Segments, bending, geodesic_bending, tautness};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
 use faircurve::{Deviation, Error, Result};
 
 pub use self::chosen::Method;
 use self::limits::LimitArgs;
+use self::surface::SurfaceArgs;
 use super::sampling::per_span;
 use super::words::one_of;
 
@@ -27,6 +29,8 @@ pub enum MethodName {
     Fair,
     /// Smooth connection functions through every point: exact planar curves of least ∫|κ|^ν ds
     Scf,
+    /// Geodesics of a --surface from point to point; a closed curve descends to a closed geodesic near it
+    Geodesic,
 }
 
 /// Weights of energies, such as bending=1,length=0.1.
@@ -110,8 +114,8 @@ impl FromStr for Degrees {
 pub struct MethodArgs {
     /// How curves are fitted [default: natural]
     ///
-    /// With --smoothing, --deviation or --tube the default is smoothing, and with a limit, such as --max-curvature, it is
-    /// fair.
+    /// With --smoothing, --deviation or --tube the default is smoothing, and with a limit, such as --max-curvature, or a
+    /// --surface it is fair.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
     /// Segments a span between data points [default: 16]
@@ -201,13 +205,15 @@ pub struct MethodArgs {
     pub tolerance: Option<f64>,
     #[command(flatten)]
     limits: LimitArgs,
+    #[command(flatten)]
+    surface: SurfaceArgs,
 }
 
 impl MethodArgs {
     /// The method asked for by its name, or by an option that only makes sense with it.
     pub fn name(&self) -> MethodName {
         let near = self.deviation.is_some() || self.smoothing.is_some() || self.tube.is_some();
-        let has_limits = self.limits.given().next().is_some();
+        let has_limits = self.limits.given().next().is_some() || self.surface.is_given();
         self.method.unwrap_or(match (has_limits, near) {
             (true, _) => MethodName::Fair,
             (_, true) => MethodName::Smoothing,
@@ -221,7 +227,7 @@ impl MethodArgs {
         match self.name() {
             MethodName::Natural => 1.0,
             MethodName::Smoothing | MethodName::Scf => 10.0,
-            MethodName::Fair => 50.0,
+            MethodName::Fair | MethodName::Geodesic => 50.0,
         }
     }
 
@@ -232,6 +238,7 @@ impl MethodArgs {
             MethodName::Smoothing => "smoothing",
             MethodName::Fair => "fair",
             MethodName::Scf => "scf",
+            MethodName::Geodesic => "geodesic",
         }
     }
 
@@ -248,9 +255,11 @@ impl MethodArgs {
                 let mut title = format!("fair curves, {}", self.energy());
                 self.deviation.iter().for_each(|deviation| title += &format!(", deviation ≤ {deviation}"));
                 title += &self.limits.title();
+                title += &self.surface.title();
                 self.corners.iter().for_each(|Degrees(angle)| title += &format!(", corners over {angle}°"));
                 title
             }
+            (MethodName::Geodesic, ..) => "geodesics".to_string() + &self.surface.title(),
             (_, Some(lambda), _) => format!("smoothing splines, λ = {lambda}"),
             (_, _, Some(deviation)) => format!("smoothing splines, deviation ≤ {deviation}"),
             _ => match self.tube {
@@ -274,6 +283,7 @@ impl MethodArgs {
         let parametrisation = self.parametrisation.unwrap_or_default();
         match self.name() {
             MethodName::Fair => Ok(Method::Fair(self.fair(spacing)?)),
+            MethodName::Geodesic => Ok(Method::Fair(self.geodesic(spacing)?)),
             MethodName::Scf => Ok(Method::Scf(self.scf()?)),
             MethodName::Natural => {
                 self.refuse_distance("natural splines")?;
@@ -308,8 +318,10 @@ impl MethodArgs {
     fn energy(&self) -> Energy {
         match (&self.energy, self.exponent) {
             (Some(weights), exponent) => weights.energy(exponent.unwrap_or(2.0)),
+            (None, None) if self.surface.is_given() => geodesic_bending(2.0) + tautness(),
             (None, None) => Fair::default().energy,
-            (None, exponent) => bending(exponent.unwrap_or(2.0)),
+            (None, Some(exponent)) if self.surface.is_given() => geodesic_bending(exponent),
+            (None, Some(exponent)) => bending(exponent),
         }
     }
 
@@ -322,6 +334,7 @@ impl MethodArgs {
         let deviation = self.deviation.map(|deviation| positive("--deviation", deviation)).transpose()?;
         if let (Some(exponent), Some(weights)) = (self.exponent, &self.energy)
             && !weights.has("bending")
+            && !weights.has("geodesic_bending")
         {
             return Err(Error::argument(format!(
                 "--exponent {exponent} is that of bending, which --energy does not name: add bending=1, or leave it out"
@@ -348,6 +361,8 @@ impl MethodArgs {
             pins,
             deviation,
             limits: self.limits.limits()?,
+            surface: self.surface.surface()?,
+            off_surface: self.surface.off_surface(),
             corners: self.corners.map(|Degrees(angle)| angle.to_radians()),
             direction: self.solver.unwrap_or(defaults.direction),
             tolerance: self.tolerance.unwrap_or(defaults.tolerance),
@@ -355,6 +370,14 @@ impl MethodArgs {
             starts: self.starts.unwrap_or(defaults.starts),
             ..defaults
         })
+    }
+
+    fn geodesic(&self, spacing: Option<f64>) -> Result<Fair> {
+        self.refuse_distance("geodesics")?;
+        if !self.surface.is_given() {
+            return Err(Error::argument("--method geodesic needs a surface: give --surface, such as --surface wgs84"));
+        }
+        Ok(Fair { energy: geodesic_bending(2.0), pins: Pins::Ends, corners: Some(0.0), ..self.fair(spacing)? })
     }
 
     fn scf(&self) -> Result<Smooth> {
@@ -393,11 +416,14 @@ impl MethodArgs {
     }
 
     fn refuse_options_of_others(&self) -> Result<()> {
-        use MethodName::{Fair, Natural, Scf};
+        use MethodName::{Fair, Geodesic, Natural, Scf};
+        if self.surface.is_given() && !matches!(self.name(), Fair | Geodesic) {
+            return Err(Error::argument("--surface belongs to --method fair and --method geodesic"));
+        }
         if let Some(tube) = self.tube.filter(|_| self.name() != MethodName::Smoothing) {
             return Err(Error::argument(format!("--tube {tube} belongs to --method smoothing")));
         }
-        if let Some(parametrisation) = self.parametrisation.filter(|_| matches!(self.name(), Fair | Scf)) {
+        if let Some(parametrisation) = self.parametrisation.filter(|_| matches!(self.name(), Fair | Scf | Geodesic)) {
             return Err(Error::argument(format!(
                 "--parametrisation {parametrisation} belongs to --method natural and --method smoothing"
             )));
@@ -409,8 +435,8 @@ impl MethodArgs {
             ("--solver", self.solver.is_some(), &[Fair, Scf]),
             ("--starts", self.starts.is_some(), &[Fair, Scf]),
             ("--tension", self.tension.is_some(), &[Scf]),
-            ("--max-iterations", self.max_iterations.is_some(), &[Fair, Scf]),
-            ("--tolerance", self.tolerance.is_some(), &[Fair, Scf]),
+            ("--max-iterations", self.max_iterations.is_some(), &[Fair, Scf, Geodesic]),
+            ("--tolerance", self.tolerance.is_some(), &[Fair, Scf, Geodesic]),
         ];
         let is_of_others = |option: &&str| *option != "--preserve-shape" || !matches!(self.name(), Natural | Scf);
         if let Some(option) = self.limits.given().find(is_of_others).filter(|_| self.name() != Fair) {

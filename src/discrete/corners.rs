@@ -22,12 +22,14 @@ pub(super) struct Corners {
 }
 
 impl Corners {
-    /// Cuts every curve at the points where its polygon turns by more than `angle` (radians).
-    pub fn cut<const D: usize>(batch: &CurveBatch, angle: f64) -> Self {
+    /// Cuts every curve at the points where its polygon turns by more than `angle` (radians), but for those that stay
+    /// whole.
+    pub fn cut<const D: usize>(batch: &CurveBatch, angle: f64, is_whole: &dyn Fn(usize) -> bool) -> Self {
         let (mut pieces, mut kept) = (Vec::new(), Vec::new());
         for curve in 0..batch.len() {
             let (count, closed) = (batch.count(curve), batch.is_closed(curve));
-            let corners = if batch.problem(curve).is_none() { corners::<D>(batch, curve, angle) } else { vec![] };
+            let is_whole = batch.problem(curve).is_some() || is_whole(curve);
+            let corners = if !is_whole { corners::<D>(batch, curve, angle) } else { vec![] };
             let whole = Piece { curve, first: 0, count, closed };
             let Some((&first, &last)) = corners.first().zip(corners.last()) else {
                 pieces.push(whole);

@@ -359,7 +359,9 @@ impl Fair {
         let allowed = self.deviation.map(|deviation| (0..batch.len()).map(|i| deviation.of(batch, i)).collect());
         let fitted = match self.corners {
             Some(angle) => {
-                let cut = Corners::cut::<D>(batch, angle);
+                // Where nothing holds a closed curve its points say nothing of corners.
+                let is_loose = self.pins != Pins::All && self.surface.is_some() && !self.energy.is_attached();
+                let cut = Corners::cut::<D>(batch, angle, &|i| is_loose && batch.is_closed(i));
                 let curves = cut.curves();
                 let allowed = allowed.map(|own: Vec<f64>| curves.iter().map(|&i| own[i]).collect());
                 let tally = Tally::of_pieces(device, curves.clone());

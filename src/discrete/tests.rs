@@ -78,9 +78,10 @@ fn curve<const D: usize>(closed: bool, count: usize, rng: &mut StdRng) -> Vec<Ve
     (0..count).map(|v| std::array::from_fn(|c| at(v)[c] + shake * rng.random_range(-0.5..0.5))).collect()
 }
 
-/// Every functional there is, the gauge, and a user's.
+/// Every functional that has a term, the gauge, and a user's.
 fn functionals() -> Vec<Option<Functional>> {
-    let named = Energy::NAMES.iter().filter_map(|name| Energy::named(name)).filter(|energy| energy.order() > 0);
+    let named = Energy::NAMES.iter().filter_map(|name| Energy::named(name));
+    let named = named.filter(|energy| energy.order() > 0 && !energy.is_geodesic());
     let custom = (1..=MOST_EDGES).map(|edges| Energy::custom(Mixed(edges)));
     let fences = (0..FENCE_KINDS).map(|kind| {
         let kinds = std::array::from_fn(|own| own == kind);

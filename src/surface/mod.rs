@@ -9,6 +9,7 @@
 //! - Your own: implement [`Surface`].
 
 mod globe;
+mod named;
 mod quadric;
 mod torus;
 
@@ -17,6 +18,7 @@ use std::fmt::Debug;
 use glam::{DMat3, DVec3};
 
 pub use globe::Globe;
+pub use named::named;
 pub use quadric::Quadric;
 pub use torus::Torus;
 

@@ -68,7 +68,7 @@ impl Fair {
         }
         let attached = self.energy.attachment_weight() > 0.0 || self.deviation.is_some();
         // In a surface a closed curve need not shrink to a point.
-        if self.pins != Pins::All && !attached && !(self.pins == Pins::None && self.surface.is_some()) {
+        if self.pins != Pins::All && !attached && self.surface.is_none() {
             return refuse(
                 "points that are not pinned need an attachment, or the curve would not know of them: add attachment \
                  to the energy, or pin all points"
