@@ -52,7 +52,10 @@ pub fn named(text: &str) -> Result<Arc<dyn Surface>> {
         match part.parse::<f64>() {
             Ok(size) if size > 0.0 && size.is_finite() => sizes.push(size),
             _ => {
-                return refuse(format!("'{part}' is no size of a surface: give positive numbers, as in {}", form(kind)));
+                return refuse(format!(
+                    "'{part}' is no size of a surface: give positive numbers, as in {}",
+                    form(kind)
+                ));
             }
         }
     }

@@ -177,7 +177,7 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         assert_eq!([count("panel"), count("plot")], [panels, plots], "{name}");
         assert!(count("s") >= curves && !svg.contains("NaN"), "{name}: {} curves", count("s"));
     }
-    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 5 + 3 + 5 + 5 + 5 + 7);
+    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 5 + 3 + 5 + 5 + 5 + 3 + 7);
 }
 
 #[test]
@@ -219,6 +219,24 @@ fn shape_keeps_the_limits_of_rough_curves_and_draws_them() {
 }
 
 #[test]
+fn surfaces_have_the_exact_geodesics_and_no_poles() {
+    let folder = TempDir::new().unwrap();
+    run(&folder, "experiments surfaces -o made")
+        .code(0)
+        .stderr(is_empty())
+        .stdout(contains("every length, extrapolated, is exact to 1e-7: yes").and(contains("NO").not()));
+    let read = |name: &str| fs::read_to_string(folder.path().join("made").join(name)).unwrap();
+    let csv = read("surfaces.csv");
+    let rows = csv::Reader::from_reader(csv.as_bytes()).records().map(Result::unwrap).count();
+    assert_eq!(rows, 8 * 3);
+    let svg = read("surfaces.svg");
+    let picture = roxmltree::Document::parse(&svg).unwrap();
+    let count = |class: &str| picture.descendants().filter(|node| node.attribute("class") == Some(class)).count();
+    assert_eq!(count("panel"), 6);
+    assert!(count("s") >= 100 && !svg.contains("NaN"), "{} strokes", count("s"));
+}
+
+#[test]
 fn the_octopus_has_95_and_58_dots_and_turns_by_less_than_a_right_angle() {
     let octopus = faircurve::io::read("examples/data/octopus.csv").unwrap();
     assert_eq!((octopus.len(), octopus.count(0), octopus.count(1)), (2, 95, 58));
@@ -253,7 +271,7 @@ fn an_unknown_experiment_is_refused_with_the_names_there_are() {
     run(&folder, "experiments toms829 -o .").code(2).stderr(
         contains("toms829")
             .and(contains("possible values: "))
-            .and(contains("bezier, laplacian, renka, scf, shape, toms828")),
+            .and(contains("bezier, laplacian, renka, scf, shape, surfaces, toms828")),
     );
     run(&folder, "experiments").code(2).stderr(contains("--output"));
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);

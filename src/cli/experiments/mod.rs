@@ -7,6 +7,7 @@ mod laplacian;
 mod renka;
 mod scf;
 mod shape;
+mod surfaces;
 mod toms828;
 
 use std::fmt::{Display, Write as _};
@@ -76,6 +77,7 @@ const EXPERIMENTS: &[Experiment] = &[
     renka::EXPERIMENT,
     scf::EXPERIMENT,
     shape::EXPERIMENT,
+    surfaces::EXPERIMENT,
     toms828::EXPERIMENT,
 ];
 
