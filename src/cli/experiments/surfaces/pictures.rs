@@ -23,6 +23,7 @@ struct View<'a> {
     surface: &'a dyn Surface,
     /// To the right, up, and towards the eye.
     axes: [DVec3; 3],
+    /// The width of the surface.
     size: f64,
 }
 
@@ -34,16 +35,17 @@ impl<'a> View<'a> {
         View { surface, axes: [right, towards.cross(right), towards], size }
     }
 
+    /// In units of the size.
     fn project(&self, x: DVec3) -> DVec2 {
-        DVec2::new(x.dot(self.axes[0]), x.dot(self.axes[1]))
+        DVec2::new(x.dot(self.axes[0]), x.dot(self.axes[1])) / self.size
     }
 
     /// Whether a point of the surface is seen: its side faces the eye, and the way there passes through nothing.
     fn sees(&self, x: DVec3) -> bool {
         let towards = self.axes[2];
-        let steps = 60;
+        let steps = 200;
         let enters =
-            (2..=steps).any(|k| self.surface.value(x + self.size * f64::from(k) / f64::from(steps) * towards) < 0.0);
+            (1..=steps).any(|k| self.surface.value(x + self.size * f64::from(k) / f64::from(steps) * towards) < 0.0);
         self.surface.gradient(x).dot(towards) > 0.0 && !enters
     }
 
@@ -82,8 +84,8 @@ impl<'a> View<'a> {
 fn grid(axes: DVec3) -> Vec<Vec<DVec3>> {
     let at = |lat: f64, lon: f64| axes * DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
     let turn = |k: usize, of: usize| TAU * k as f64 / of as f64;
-    let meridians = (0..12).map(|m| (0..=90).map(|k| at(turn(k, 180) - 0.25 * TAU, turn(m, 12))).collect());
-    let parallels = (1..6).map(|p| (0..=180).map(|k| at(turn(p, 12) - 0.25 * TAU, turn(k, 180))).collect());
+    let meridians = (0..12).map(|m| (0..=180).map(|k| at(turn(k, 360) - 0.25 * TAU, turn(m, 12))).collect());
+    let parallels = (1..6).map(|p| (0..=360).map(|k| at(turn(p, 12) - 0.25 * TAU, turn(k, 360))).collect());
     meridians.chain(parallels).collect()
 }
 
@@ -93,7 +95,7 @@ fn torus_grid() -> Vec<Vec<DVec3>> {
         DVec3::new(out * v.cos(), out * v.sin(), u.sin())
     };
     let turn = |k: usize, of: usize| TAU * k as f64 / of as f64;
-    let tubes = (0..24).map(|m| (0..=90).map(|k| at(turn(k, 90), turn(m, 24))).collect());
+    let tubes = (0..24).map(|m| (0..=180).map(|k| at(turn(k, 180), turn(m, 24))).collect());
     let rounds = (0..12).map(|p| (0..=240).map(|k| at(turn(p, 12), turn(k, 240))).collect());
     tubes.chain(rounds).collect()
 }
@@ -122,7 +124,7 @@ fn torus() -> Result<Panel> {
         curves.push(ring(descend(&own.surface, &*own.start, 256)?.0));
     }
     let surface = Torus::new(2.0, 1.0).expect("R > r");
-    Ok(View::from(&surface, DVec3::new(0.5, -1.0, 1.1), 7.0).panel(
+    Ok(View::from(&surface, DVec3::new(0.5, -1.0, 1.1), 6.0).panel(
         "closed geodesics of a torus",
         &torus_grid(),
         &curves,
@@ -144,8 +146,8 @@ fn ellipsoid() -> Result<Panel> {
         };
         curves.push(ring(descend(&surface, &start, 256)?.0));
     }
-    let view = View::from(&*surface, DVec3::new(1.0, -1.3, 0.8), 4.0);
-    Ok(view.panel("the three ellipses of an ellipsoid, all found", &grid(axes), &curves, &[]))
+    let view = View::from(&*surface, DVec3::new(1.0, -1.3, 0.8), 2.5);
+    Ok(view.panel("the three ellipses of an ellipsoid", &grid(axes), &curves, &[]))
 }
 
 /// The curve of an energy through points of a surface.
@@ -168,8 +170,8 @@ fn elastic() -> Result<Panel> {
         .map(|[lon, lat]| unit().place(lon, lat));
     let curves = [0.0, 3.0, 30.0].map(|weight| through(&surface, &points, weight));
     let curves = curves.into_iter().collect::<Result<Vec<_>>>()?;
-    let view = View::from(&*surface, DVec3::new(1.0, 0.0, 0.35), 3.0);
-    Ok(view.panel("elastic curves of a sphere: length 0, 3, 30", &grid(DVec3::ONE), &curves, &points))
+    let view = View::from(&*surface, DVec3::new(1.0, 0.0, 0.35), 2.0);
+    Ok(view.panel("elastic curves: length 0, 3, 30", &grid(DVec3::ONE), &curves, &points))
 }
 
 fn tracks() -> Result<Panel> {
@@ -178,8 +180,8 @@ fn tracks() -> Result<Panel> {
     for latitude in [60.0, 90.0] {
         curves.push(curve(&turned(&TRACK, turn_to(2.0, latitude)), true)?);
     }
-    let view = View::from(&surface, DVec3::new(1.0, 0.05, 0.9), 3.0);
-    Ok(view.panel("a track turned with the globe, on the globe", &grid(DVec3::ONE), &curves, &[]))
+    let view = View::from(&surface, DVec3::new(1.0, 0.05, 0.9), 2.0);
+    Ok(view.panel("tracks turned with the globe", &grid(DVec3::ONE), &curves, &[]))
 }
 
 fn flat() -> Result<Panel> {
@@ -188,8 +190,8 @@ fn flat() -> Result<Panel> {
     for latitude in [60.0, 90.0] {
         curves.push(curve(&turned(&TRACK, turn_to(2.0, latitude)), false)?);
     }
-    let view = View::from(&surface, DVec3::new(1.0, 0.05, 0.9), 3.0);
-    Ok(view.panel("the same, fitted on a flat sheet of degrees", &grid(DVec3::ONE), &curves, &[]))
+    let view = View::from(&surface, DVec3::new(1.0, 0.05, 0.9), 2.0);
+    Ok(view.panel("the same, fitted in flat degrees", &grid(DVec3::ONE), &curves, &[]))
 }
 
 fn cone() -> Result<Panel> {
@@ -200,10 +202,10 @@ fn cone() -> Result<Panel> {
         DVec3::new(-height * slope * cos, -height * slope * sin, -height)
     };
     let points = [at(1.0, -130.0), at(1.8, -60.0), at(1.2, 0.0), at(2.0, 60.0), at(1.3, 130.0)];
-    let curves = vec![through(&surface, &points, 0.2)?, through(&surface, &points, 5.0)?];
+    let curves = vec![through(&surface, &points, 3.0)?, through(&surface, &points, 30.0)?];
     let lines = (0..18).map(|k| (1..=60).map(|h| at(2.4 * f64::from(h) / 60.0, 20.0 * f64::from(k))).collect());
     let rounds = (1..=6).map(|h| (0..=120).map(|k| at(0.4 * f64::from(h), 3.0 * f64::from(k))).collect());
     let lines: Vec<Vec<DVec3>> = lines.chain(rounds).collect();
-    let view = View::from(&*surface, DVec3::new(-1.0, 0.1, 0.35), 3.0);
-    Ok(view.panel("elastic curves of a cone: length 0.2 and 5", &lines, &curves, &points))
+    let view = View::from(&*surface, DVec3::new(-1.0, 0.1, 0.35), 2.4);
+    Ok(view.panel("elastic curves of a cone: length 3, 30", &lines, &curves, &points))
 }
