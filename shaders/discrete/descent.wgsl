@@ -74,14 +74,14 @@ const GIVEN_STEP: u32 = 3u;
 @group(0) @binding(2) var<storage, read> curves: array<DescentCurve>;
 // A row: the edge of the base from the vertex on, 1 where the vertex at its end is no data point, 1
 // where the vertex may move; with ATTACHMENT its data point's displacement and what holds it; with TAUT 1/w² of
-// the edge; the fences of the vertex at its end, and the walls of the vertex.
+// the edge; the fences of the vertex at its end, and the walls of the vertex; with SURFACE where it lies.
 @group(0) @binding(3) var<storage, read> fixed: array<real>;
 @group(0) @binding(4) var<storage, read> pins: array<u32>;
 @group(0) @binding(5) var<storage, read_write> states: array<DescentState>;
 @group(0) @binding(6) var<storage, read_write> lanes: array<real>;
 @group(0) @binding(7) var<storage, read_write> displacements: array<real>;
 // Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the
-// border, fractions of spans; last the pins'. With NEWTON the factors come before the pins', and
+// border, fractions of spans, with SURFACE n·g of the curve as it stands and of the trial; last the pins'. With NEWTON the factors come before the pins', and
 // what they share with the border of a closed curve before its first section; with LANES in their
 // place the blocks by vertices, and after the pins' what the lanes of a ring share.
 @group(0) @binding(8) var<storage, read_write> work: array<real>;
@@ -104,6 +104,10 @@ struct Curve {
     pivot: u32,
     chain: u32,
     fraction: u32,
+//:if SURFACE
+    push: u32,
+    trial_push: u32,
+//:end
     pin_section: u32,
 //:if LANES
     blocks: u32,
@@ -133,7 +137,7 @@ fn load_weight(curve: Curve, index: u32) -> real {
 //:end
 
 //:include discrete/descent/trial.wgsl
-//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset HOLD=load_hold PLACE=trial DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset HOLD=load_hold PLACE=trial DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction STORE_PUSH=store_push
 //:include discrete/lane.wgsl
 
 // Largest step that changes no edge by more than its allowed part.

@@ -12,7 +12,8 @@
 //     DERIVATIVES with STORE or DIRECTION
 //     STORE       if gradients are wanted: fn(curve: Curve, v: u32, gradient: vector), called for every vertex once, in order
 //     DIRECTION   if the slope Σ g·p is wanted: fn(curve: Curve, j: u32) -> vector: p at the end of edge j less p at its start
-//     PLACE       with WALLS: fn(curve: Curve, v: u32) -> vector: the displacement of vertex v
+//     PLACE       with WALLS or SURFACE: fn(curve: Curve, v: u32) -> vector: the displacement of vertex v
+//     STORE_PUSH  with SURFACE: fn(curve: Curve, v: u32, push: real): n·g of vertex v, of which the gradient keeps nothing
 //     DIRECTION_AT with DIRECTION, and ATTACHMENT or WALLS: fn(curve: Curve, v: u32) -> vector: p at vertex v
 
 fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
@@ -43,6 +44,13 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
     var s$k = real(0);
 //:end
     var previous = vector();
+//:if SURFACE
+    let surface = load_surface(curve);
+    // What the place of vertex j has of the window before, and the normal there.
+    var pull = vector();
+    let start = vertex_row(curve, begin);
+    var normal = frame_at(surface, load_place(curve, start) + $PLACE(curve, start)).normal;
+//:end
     for (var j = begin; j < i32(last); j++) {
         var edge = unit_edge();
         if (has_edge(curve, j + $WIDTH - 1)) {
@@ -52,6 +60,10 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
         let is_own = j >= i32(first);
         w = placed(w, curve, j);
         let edges = edges_from(curve, j);
+//:if SURFACE
+        let next = vertex_row(curve, j + 1);
+        w = framed(w, frame_at(surface, load_place(curve, next) + $PLACE(curve, next)));
+//:end
 //:if DERIVATIVES
         let p = window_gradient(w, weights, edges);
         let by_edge = edge_gradient(w.t0, w.r0, t0 + p.t0, s0 + p.s0);
@@ -83,8 +95,17 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
 //:if WALLS
             gradient += walls_gradient(curve, u32(j), place);
 //:end
+//:if SURFACE
+            gradient += pull;
+            let push = dot(gradient, normal);
+            gradient -= push * normal;
+            $STORE_PUSH(curve, u32(j), push);
+            swept.slope += dot(gradient, $DIRECTION_AT(curve, u32(j)));
+//:end
             $STORE(curve, u32(j), gradient);
 //:end
+//:if SURFACE
+//:else
 //:if DIRECTION
             if (has_edge(curve, j)) {
                 swept.slope += dot(by_edge, $DIRECTION(curve, u32(j)));
@@ -97,9 +118,14 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
             swept.slope += dot(walls_gradient(curve, u32(j), place), $DIRECTION_AT(curve, u32(j)));
 //:end
 //:end
+//:end
         }
 //:if DERIVATIVES
         previous = by_edge;
+//:if SURFACE
+        pull = p.x;
+        normal = w.normal;
+//:end
 //:end
     }
     return swept;

@@ -61,5 +61,13 @@ fn vertex_blocks(w: Window, weights: Weights, edges: u32) -> VertexBlocks {
     v.v$(j+1)$(k+1) += e$j$k;
 //:end
 //:end
+//:if SURFACE
+    // By an edge (rows) and the place of vertex 1. The edges are v₁ − v₀ and v₂ − v₁.
+    let before = w.r0 * (h.x0 - outer(w.t0, w.t0 * h.x0)) + outer(w.t0, h.sx);
+    let after = w.r1 * (h.x1 - outer(w.t1, w.t1 * h.x1)) + outer(w.t1, h.sx);
+    v.v01 -= before;
+    v.v12 += transpose(after);
+    v.v11 += h.xx + before + transpose(before) - after - transpose(after);
+//:end
     return v;
 }

@@ -166,6 +166,11 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
     front.sound = true;
     var w = shifted(window_of(curve, weights), current_edge(curve, 0u));
     var part = vec3<real>(real(0), takes_part(curve, 0u), takes_part(curve, 1u));
+//:if SURFACE
+    let surface = load_surface(curve);
+    var frame = current_frame(curve, surface, 0);
+    var next = current_frame(curve, surface, 1);
+//:end
     for (var v = 0u; v < curve.vertices; v++) {
         let j = i32(v);
         var edge = unit_edge();
@@ -176,16 +181,33 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
         w = placed(w, curve, j);
         part = vec3<real>(part.y, part.z, takes_part(curve, v + 2u));
         let edges = edges_from(curve, j);
+//:if SURFACE
+        w = framed(w, next);
+        let after = current_frame(curve, surface, j + 2);
+        let row = damping_row(curve, w, edges, lambda);
+        let blocks = in_tangent_planes(vertex_blocks(w, weights, edges), row, array<vector, 3>(frame.normal, next.normal, after.normal));
+        add_window(&front, blocks, vec3<real>(), part);
+//:else
         add_window(&front, vertex_blocks(w, weights, edges), damping_row(curve, w, edges, lambda), part);
+//:end
         // A vertex that is held is the unit row.
         var own = real(1) - part.x;
 //:if ATTACHMENT
         own += part.x * lambda * load_stiffness(curve, v);
         let held = hold_hessian(load_hold(curve, v), current_offset(curve, v));
+//:if SURFACE
+        front.a00 += part.x * in_planes(frame.normal, held, frame.normal);
+//:else
         front.a00 += part.x * held;
+//:end
 //:end
 //:if WALLS
         front.a00 += part.x * walls_hessian(curve, v, displacement(curve, v));
+//:end
+//:if SURFACE
+        front.a00 += part.x * surface_hessian(curve, v, frame);
+        frame = next;
+        next = after;
 //:end
         front.a00 += diagonal(own);
         front.r0 -= work_vector(curve.g, v);

@@ -42,6 +42,9 @@ pub(crate) struct Composition {
     edges: usize,
 }
 
+/// The coefficients of a quadric: a matrix, a vector and a number.
+pub(crate) const QUADRIC: usize = 13;
+
 #[derive(Clone, Copy, Debug)]
 enum Entry {
     /// A weight and the degree of its functional.
@@ -51,6 +54,8 @@ enum Entry {
     Gauge,
     /// ε of torsion.
     TorsionCurvature,
+    /// A coefficient of the surface that the curve lies in.
+    Surface,
 }
 
 /// What tells one functional's text from another's.
@@ -148,6 +153,13 @@ impl Composition {
         Ok(composing)
     }
 
+    /// The same for curves in quadrics, whose coefficients follow the weights.
+    pub fn in_quadrics(mut self) -> Self {
+        self.define("SURFACE", self.entries.len());
+        self.entries.extend([Entry::Surface; QUADRIC]);
+        self
+    }
+
     /// Defines the terms of the gauge of an order, the list GAUGE_TERM.
     fn define_gauge(&mut self, order: usize) {
         const SMOOTH: &str = "discrete/energy/smooth_gauge.wgsl";
@@ -205,6 +217,7 @@ impl Composition {
             Entry::Attachment(..) => 1.0,
             Entry::Gauge => gauge,
             Entry::TorsionCurvature => TORSION_CURVATURE,
+            Entry::Surface => f64::NAN,
         };
         self.entries.iter().enumerate().map(entry).collect()
     }
@@ -217,6 +230,7 @@ impl Composition {
             Entry::Weight(weight, degree) | Entry::Attachment(weight, degree) => weight * size.powf(degree),
             Entry::Gauge => gauge * size * size,
             Entry::TorsionCurvature => torsion_curvature * size,
+            Entry::Surface => f64::NAN,
         };
         let weighing = self.entries.iter().filter(|entry| matches!(entry, Entry::Weight(..) | Entry::Attachment(..)));
         let unit = weighing.map(|entry| scaled(entry).abs()).fold(0.0, f64::max);

@@ -12,7 +12,9 @@ use lanes::{LANES, fastest, open_lanes};
 use packing::Layout;
 
 use super::compose::Composition;
-use super::energy::{Energy, Fencing, attachment, bending, length, tautness, tension, torsion, variation};
+use super::energy::{
+    Energy, Fencing, attachment, bending, geodesic_bending, length, tautness, tension, torsion, variation,
+};
 use super::lane::Standing;
 use super::plan::{Direction, Plan, Step};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu, order_of};
@@ -146,6 +148,10 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (torsion() + bending(2.0) + attachment(), 3),
     ];
     let mut keys = Vec::new();
+    for energy in [geodesic_bending(2.0) + tautness(), geodesic_bending(3.0) + length() + attachment()] {
+        let composition = Composition::of(&energy, 2, 3, precision).expect("built in").in_quadrics();
+        keys.extend(LANES.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
+    }
     for (energy, order) in forms {
         for dimension in [2, 3] {
             let gauge = if order > 1 { order } else { 0 };
@@ -272,9 +278,13 @@ impl<const D: usize> Run<'_, D> {
         let (order, problem) = (self.plan.order, &self.problems[i]);
         // A triangle has no room for the third derivative.
         let has_order = order_of(order, problem.closed, problem.vertices()) == order;
+        // A curve that nothing holds slides along itself, which the host damps.
+        let is_in_surface = problem.surface.as_ref().is_none_or(|surface| {
+            surface.is_quadric() && order == 2 && self.plan.direction == Direction::Newton && !problem.is_loose()
+        });
         let holds =
             order < 3 || self.precision == Precision::F64 && has_order && self.plan.direction == Direction::Newton;
-        holds && problem.constraints.is_none()
+        holds && is_in_surface && problem.constraints.is_none()
     }
 
     /// The energy for the kernel, with an attachment where any curve has attached points.
@@ -284,7 +294,9 @@ impl<const D: usize> Run<'_, D> {
         if !names && curves.iter().any(|&i| !self.problems[i].attached.is_empty()) {
             energy = energy + attachment();
         }
-        Composition::of(&energy, self.plan.gauge, D, self.precision).map_err(Error::Argument)
+        let composition = Composition::of(&energy, self.plan.gauge, D, self.precision).map_err(Error::Argument)?;
+        let in_quadrics = D == 3 && self.problems.iter().any(|problem| problem.surface.is_some());
+        Ok(if in_quadrics { composition.in_quadrics() } else { composition })
     }
 }
 

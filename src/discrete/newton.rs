@@ -12,7 +12,7 @@
 
 use super::block::Block;
 use super::edges::Edges;
-use super::energy::geodesic::times;
+use super::energy::geodesic_bending::times;
 use super::energy::{Functional, MOST_EDGES, Partials, SecondPartials};
 use super::hessian::{BlockHessian, COUPLED};
 use super::metric::Weights;

@@ -123,7 +123,7 @@ impl<const D: usize> Problem<D> {
     }
 
     /// Whether nothing holds the curve: neither a pin nor an attachment.
-    fn is_loose(&self) -> bool {
+    pub fn is_loose(&self) -> bool {
         self.pinned.is_empty() && self.attached.is_empty()
     }
 

@@ -99,8 +99,10 @@ impl Fair {
         let is_fenced = self.energy.is_fenced();
         let well_conditioned = well_conditioned && order < 3 && !is_fenced;
         let gpu = match device.as_gpu() {
-            // Surfaces have no kernels.
-            Some(gpu) if self.surface.is_none() => Some((gpu, device.kernel_precision(gpu, well_conditioned)?)),
+            // Of surfaces quadrics alone have kernels.
+            Some(gpu) if self.surface.as_ref().is_none_or(|surface| surface.quadric().is_some()) => {
+                Some((gpu, device.kernel_precision(gpu, well_conditioned)?))
+            }
             _ => None,
         };
         let is_newton = self.direction == Direction::Newton;

@@ -17,9 +17,10 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use super::block::{Block, add_scaled, transpose};
+use super::compose::QUADRIC;
 use super::edges::Edges;
 use super::energy::Functional;
-use super::energy::geodesic::{GeodesicBending, Turn, times};
+use super::energy::geodesic_bending::{GeodesicBending, Turn, times};
 use super::newton::Newton;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 use crate::linalg::{Real, Scalar};
@@ -68,7 +69,21 @@ impl Local {
         DVec3::from_array(std::array::from_fn(|c| self.origin[c] + self.size * y[c]))
     }
 
-    /// Coefficients ½A, b and c of F at size 1, of a gradient of length 1 at the origin.
+    /// Whether it is a quadric, as kernels take them.
+    pub fn is_quadric(&self) -> bool {
+        self.surface.quadric().is_some()
+    }
+
+    /// The coefficients as kernels take them: the columns of A, b and c.
+    pub fn coefficients(&self) -> Option<[f64; QUADRIC]> {
+        let (matrix, linear, constant) = self.quadric()?;
+        let mut all = [constant; QUADRIC];
+        all[..9].copy_from_slice(&matrix.to_cols_array());
+        all[9..12].copy_from_slice(&linear.to_array());
+        Some(all)
+    }
+
+    /// A, b and c of F at size 1, with a gradient of length 1 at the origin.
     fn quadric(&self) -> Option<(DMat3, DVec3, f64)> {
         let quadric = self.surface.quadric()?;
         let origin = DVec3::from_array(self.origin);

@@ -23,6 +23,9 @@ fn take_step(curve: Curve) -> real {
         store_displacement(curve, v, x);
 //:if NEWTON
         store_vector(curve.g, v, work_vector(curve.x, v));
+//:if SURFACE
+        take_push(curve, v);
+//:end
 //:end
         if (v == 0u) {
             first = x;

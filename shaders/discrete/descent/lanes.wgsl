@@ -98,6 +98,9 @@ fn take_step(curve: Curve, ring: BlockRing, thread: u32) -> real {
         for (var v = ring.begin; v < ring.end; v++) {
             store_displacement(curve, v, trial(curve, v));
             store_vector(curve.g, v, work_vector(curve.x, v));
+//:if SURFACE
+            take_push(curve, v);
+//:end
         }
     }
     storageBarrier();

@@ -35,9 +35,14 @@ const WALLS_AT: u32 = TWIST_AT;
 // Numbers of a row of `fixed`.
 //:if WALLS
 const WALL_NUMBERS: u32 = 2u * $DIMu + 5u;
-const FIXED: u32 = WALLS_AT + $WALLSu * WALL_NUMBERS;
+const PLACE_AT: u32 = WALLS_AT + $WALLSu * WALL_NUMBERS;
 //:else
-const FIXED: u32 = WALLS_AT;
+const PLACE_AT: u32 = WALLS_AT;
+//:end
+//:if SURFACE
+const FIXED: u32 = PLACE_AT + $DIMu;
+//:else
+const FIXED: u32 = PLACE_AT;
 //:end
 
 fn load_curve(slot: u32) -> Curve {
@@ -65,8 +70,14 @@ fn load_curve(slot: u32) -> Curve {
     curve.pivot = curve.length + section;
     curve.chain = curve.pivot + section;
     curve.fraction = curve.chain + section;
+    var rest = curve.fraction + section;
+//:if SURFACE
+    curve.push = rest;
+    curve.trial_push = rest + section;
+    rest += 2u * section;
+//:end
 //:if LANES
-    curve.blocks = curve.fraction + section;
+    curve.blocks = rest;
     curve.pin_section = curve.blocks + $VERTICESu * $DIMu * $DIMu * section;
     curve.scratch = curve.pin_section;
 //:if SECOND
@@ -75,10 +86,10 @@ fn load_curve(slot: u32) -> Curve {
 //:else
 //:if NEWTON
     curve.border = table.work_start - 2u * $DIMu * $DIMu * section;
-    curve.factor = curve.fraction + section;
+    curve.factor = rest;
     curve.pin_section = curve.factor + 2u * $DIMu * $DIMu * section;
 //:else
-    curve.pin_section = curve.fraction + section;
+    curve.pin_section = rest;
 //:end
 //:end
     curve.highest = lanes[slot * params.numbers + GIVEN_HIGHEST];
@@ -161,10 +172,44 @@ fn end_of(curve: Curve, j: u32) -> u32 {
     return select(j + 1u, 0u, curve.closed != 0u && j + 1u == curve.segments);
 }
 
+//:if SURFACE
+// u + αp, moved back to the surface.
+fn trial(curve: Curve, v: u32) -> vector {
+    let u = displacement(curve, v) + curve.alpha * work_vector(curve.p, v);
+    return select(u, u + way_back(load_surface(curve), load_place(curve, v) + u), is_movable(curve, v));
+}
+
+fn load_place(curve: Curve, v: u32) -> vector {
+    return fixed_vector(curve, v, PLACE_AT);
+}
+
+fn store_push(curve: Curve, v: u32, push: real) {
+    work[curve.trial_push + v * $SIDEu] = select(real(0), push, is_movable(curve, v));
+}
+
+// The trial's n·g becomes that of the curve.
+fn take_push(curve: Curve, v: u32) {
+    work[curve.push + v * $SIDEu] = work[curve.trial_push + v * $SIDEu];
+}
+
+// The frame at vertex v, which goes on past the last, of the curve as it stands.
+fn current_frame(curve: Curve, surface: Quadric, v: i32) -> Frame {
+    let row = vertex_row(curve, v);
+    return frame_at(surface, load_place(curve, row) + displacement(curve, row));
+}
+
+// What the surface adds to the block of vertex v with itself: −(n·g) W in its plane, and 1 along its normal, which
+// nothing else has.
+fn surface_hessian(curve: Curve, v: u32, frame: Frame) -> matrix {
+    let push = work[curve.push + v * $SIDEu];
+    return in_planes(frame.normal, -push * frame.shape, frame.normal) + outer(frame.normal, frame.normal);
+}
+//:else
 // u + αp
 fn trial(curve: Curve, v: u32) -> vector {
     return displacement(curve, v) + curve.alpha * work_vector(curve.p, v);
 }
+//:end
 
 fn load_edge(curve: Curve, j: u32) -> vector {
     return fixed_vector(curve, j, 0u) + (trial(curve, end_of(curve, j)) - trial(curve, j));

@@ -14,7 +14,11 @@
 //     fn load_ahead(curve: Curve, j: u32) -> Fence         with FENCE_AHEAD: that of the way of edge j along a direction
 //     fn load_twist(curve: Curve, j: u32) -> Fence         with FENCE_TWIST: that of the volume of three tangents from edge j on
 //     fn load_wall(curve: Curve, v: u32, layer: u32) -> Wall    with WALLS: the wall of a layer that vertex v keeps from
+//     fn load_place(curve: Curve, v: u32) -> vector        with SURFACE: where vertex v of the base lies
 //:include discrete/energy/window.wgsl
+//:if SURFACE
+//:include discrete/within.wgsl
+//:end
 //:each TERM
 //:if WGSL
 // A user's text may call what the energies here call.
@@ -225,6 +229,25 @@ fn placed(window: Window, curve: Curve, j: i32) -> Window {
 //:end
     return w;
 }
+
+//:if SURFACE
+// The window from edge j on with the frame of the surface at the vertex after that edge, whose displacement is u.
+fn framed(window: Window, frame: Frame) -> Window {
+    var w = window;
+    w.normal = frame.normal;
+    w.shape = frame.shape;
+    return w;
+}
+
+// The row of vertex v ≥ −$WIDTH, which goes on past the last; of an open curve's other rows the nearest.
+fn vertex_row(curve: Curve, v: i32) -> u32 {
+    let count = i32(curve.segments) + select(1, 0, curve.closed != 0u);
+    if (curve.closed != 0u) {
+        return wrapped(curve, v);
+    }
+    return u32(clamp(v, 0, count - 1));
+}
+//:end
 
 // Shifts a window on by one edge, and takes `edge` for the last of its $WIDTH.
 fn shifted(window: Window, edge: vector) -> Window {

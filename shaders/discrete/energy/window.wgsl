@@ -37,6 +37,11 @@ struct Window {
     twist: Fence,
     // Ends of an open curve that the first two edges touch.
     ends: real,
+//:if SURFACE
+    // The normal n of the surface at the vertex between the first two edges, and W = ∇²F/|∇F| there.
+    normal: vector,
+    shape: matrix,
+//:end
 }
 
 // A term and its partial derivatives by tangents and lengths.
@@ -48,6 +53,10 @@ struct Partials {
 //:end
     // The gauge's part of a sum, which is no part of `value`.
     gauge: real,
+//:if SURFACE
+    // By the place of the vertex between the first two edges.
+    x: vector,
+//:end
 }
 
 // Second partial derivatives: t01 by two tangents (rows: the first), m01 by tangent 0 and length 1,
@@ -61,6 +70,14 @@ struct SecondPartials {
     t$j$k: matrix,
     s$j$k: real,
 //:end
+//:end
+//:if SURFACE
+    // By tangents (rows) and the place of the vertex between the first two edges, by either length and the place, and by
+    // the place.
+    x0: matrix,
+    x1: matrix,
+    sx: vector,
+    xx: matrix,
 //:end
 }
 
@@ -100,6 +117,9 @@ fn scaled_partials(weight: real, p: Partials) -> Partials {
         weight * p.s$k,
 //:end
         real(0),
+//:if SURFACE
+        weight * p.x,
+//:end
     );
 }
 
@@ -112,6 +132,9 @@ fn add_partials(sum: Partials, weight: real, p: Partials) -> Partials {
         sum.s$k + weight * p.s$k,
 //:end
         sum.gauge,
+//:if SURFACE
+        sum.x + weight * p.x,
+//:end
     );
 }
 
@@ -126,6 +149,12 @@ fn add_seconds(sum: SecondPartials, weight: real, h: SecondPartials) -> SecondPa
         sum.t$j$k + weight * h.t$j$k,
         sum.s$j$k + weight * h.s$j$k,
 //:end
+//:end
+//:if SURFACE
+        sum.x0 + weight * h.x0,
+        sum.x1 + weight * h.x1,
+        sum.sx + weight * h.sx,
+        sum.xx + weight * h.xx,
 //:end
     );
 }

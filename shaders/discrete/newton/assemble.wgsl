@@ -22,6 +22,9 @@ fn edge_or_unit(curve: Curve, j: i32) -> vector {
 }
 
 fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
+//:if SURFACE
+    let surface = load_surface(curve);
+//:end
     for (var v = ring.begin; v < ring.end; v++) {
         var own = matrix();
 //:if ATTACHMENT
@@ -29,6 +32,10 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
 //:end
 //:if WALLS
         own += walls_hessian(curve, v, displacement(curve, v));
+//:end
+//:if SURFACE
+        let frame = current_frame(curve, surface, i32(v));
+        own = in_planes(frame.normal, own, frame.normal) + surface_hessian(curve, v, frame);
 //:end
         store_matrix(block_at(curve, v, 0u), 0u, own);
 //:unroll k 1..$VERTICES
@@ -41,12 +48,26 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
 //:unroll k 0..$LAST
     w = shifted(w, edge_or_unit(curve, begin + $k));
 //:end
+//:if SURFACE
+    var here = current_frame(curve, surface, begin);
+    var next = current_frame(curve, surface, begin + 1);
+//:end
     for (var j = begin; j < i32(ring.end); j++) {
         w = shifted(w, edge_or_unit(curve, j + $LAST));
         w = placed(w, curve, j);
         let edges = edges_from(curve, j);
+//:if SURFACE
+        w = framed(w, next);
+        let after = current_frame(curve, surface, j + 2);
+        let normals = array<vector, 3>(here.normal, next.normal, after.normal);
+        let blocks = in_tangent_planes(vertex_blocks(w, weights, edges), damping_row(curve, w, edges, lambda), normals);
+        let row = vec3<real>();
+        here = next;
+        next = after;
+//:else
         let blocks = vertex_blocks(w, weights, edges);
         let row = damping_row(curve, w, edges, lambda);
+//:end
         // Blocks in memory spare registers.
 //:unroll a 0..$VERTICES
 //:unroll b $a..$VERTICES

@@ -1,5 +1,18 @@
 // What a window has of H + λL: its blocks of H, and its row of L. Twin: src/discrete/newton.rs.
 //:include discrete/hessian.wgsl
+//:if SURFACE
+
+// The blocks of H + λL in the tangent planes of the window's vertices, for the row of L.
+fn in_tangent_planes(blocks: VertexBlocks, row: vec3<real>, normals: array<vector, 3>) -> VertexBlocks {
+    var planes = VertexBlocks();
+//:unroll a 0..$VERTICES
+//:unroll b $a..$VERTICES
+    planes.v$a$b = in_planes(normals[$a], blocks.v$a$b + diagonal(row[$a] * row[$b]), normals[$b]);
+//:end
+//:end
+    return planes;
+}
+//:end
 
 //:if THIRD
 // √(λ w Δs) times the row of D₃ in this window: 0 where it has no third edge.

@@ -7,6 +7,7 @@ use super::{DescentState, Job, STANDINGS, Way, loop_turns};
 use crate::discrete::lane::Standing;
 use crate::discrete::plan::Step;
 use crate::discrete::problem::{Outcome, Problem};
+use crate::discrete::within::Local;
 use crate::gpu::Downloaded;
 use crate::linalg::block_ring::scratch_numbers;
 use crate::parallel;
@@ -64,7 +65,16 @@ impl<const D: usize> Job<'_, D> {
 
     /// The numbers of a row in `fixed`.
     fn fixed_numbers(&self) -> usize {
+        self.place_number() + if self.is_in_quadrics() { D } else { 0 }
+    }
+
+    /// Where the place of a vertex stands in a row, of curves in surfaces.
+    fn place_number(&self) -> usize {
         self.wall_number() + self.run.energy.walls() * (2 * D + WALL)
+    }
+
+    fn is_in_quadrics(&self) -> bool {
+        self.composition.definitions.contains_key("SURFACE")
     }
 
     /// Where the fences stand in a row, if the energy asks for them.
@@ -136,7 +146,8 @@ impl<const D: usize> Job<'_, D> {
                 (3, order + 1, ring(rows).max(ring(pins)))
             }
         };
-        rows * (vectors * D + 4 + matrices * D * D) + pins * pin_numbers + shared
+        let pushes = if self.is_in_quadrics() { 2 } else { 0 };
+        rows * (vectors * D + 4 + pushes + matrices * D * D) + pins * pin_numbers + shared
     }
 
     pub(super) fn numbers(&self) -> usize {
@@ -171,6 +182,10 @@ impl<const D: usize> Job<'_, D> {
         given[..GIVEN].copy_from_slice(&[problem.highest, problem.tolerance, problem.longest, step]);
         let weights = self.composition.entries(&problem.weights, problem.gauge);
         given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = x);
+        if let Some(coefficients) = problem.surface.as_ref().and_then(Local::coefficients) {
+            let first = given.len() - coefficients.len();
+            given[first..].copy_from_slice(&coefficients);
+        }
     }
 
     /// Writes the rows of a curve, which has its place in its group.
@@ -201,6 +216,11 @@ impl<const D: usize> Job<'_, D> {
                 let numbers = wall.foot.iter().chain(&wall.axis).chain(&scalars);
                 numbers.enumerate().for_each(|(k, x)| fixed[at(row, number + k)] = *x);
             }
+        }
+        if self.is_in_quadrics() {
+            let number = self.place_number();
+            let places = problem.places.iter().enumerate();
+            places.for_each(|(row, place)| (0..D).for_each(|c| fixed[at(row, number + c)] = place[c]));
         }
         (0..rows).for_each(|row| fixed[at(row, D + 1)] = 1.0);
         problem.pinned.iter().for_each(|&row| fixed[at(row as usize, D + 1)] = 0.0);

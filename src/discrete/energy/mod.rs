@@ -65,7 +65,7 @@ macro_rules! energies {
             $($(#[$when])? $Name($word::$Name),)+
             $($Own($own::$Own),)+
             Attachment,
-            GeodesicBending(geodesic::GeodesicBending),
+            GeodesicBending(geodesic_bending::GeodesicBending),
             Custom(Arc<dyn Custom>),
         }
 
@@ -125,7 +125,7 @@ mod curvatures;
 mod custom;
 mod fence;
 pub(super) mod gauge;
-pub(super) mod geodesic;
+pub(super) mod geodesic_bending;
 mod sum;
 mod wall;
 mod wgsl;
@@ -137,7 +137,7 @@ pub(crate) use attachment::Hold;
 pub use attachment::attachment;
 pub use custom::Custom;
 pub(crate) use fence::{FENCE_KINDS, Fence, Fencing};
-pub use geodesic::geodesic_bending;
+pub use geodesic_bending::geodesic_bending;
 pub use sum::Energy;
 pub(crate) use tautness::of_spans;
 pub use torsion::TORSION_CURVATURE;
@@ -146,7 +146,7 @@ pub(crate) use wall::Wall;
 
 use crate::linalg::Scalar;
 use crate::linalg::scalar::Vector;
-use geodesic::GeodesicBending;
+use geodesic_bending::GeodesicBending;
 
 /// The most consecutive edges that a term sees.
 ///

@@ -1,8 +1,11 @@
 //! Newton's method on the GPU against that of the CPU in f64.
 
+use std::sync::Arc;
+
 use super::divided::bits;
 use super::*;
-use crate::discrete::variation;
+use crate::discrete::{geodesic_bending, variation};
+use crate::surface::{Quadric, Surface};
 
 /// What curves come out as, against the CPU in f64 at the same tolerances: in f64 by the same
 /// trials.
@@ -317,4 +320,28 @@ fn curves_of_order_3_with_attached_points_take_the_steps_of_the_cpu() {
         let problems = problems(&fair, &batch::<3>(&RAGGED, |i| i % 2 == 0, 91));
         check::<3>(&gpu, &fair, &problems, &in_f64(&gpu, &[4]));
     }
+}
+
+/// A batch moved onto a surface.
+fn onto(surface: &dyn Surface, batch: &CurveBatch) -> CurveBatch {
+    let lifted = batch.coords().chunks_exact(3).map(|p| DVec3::from_slice(p) + DVec3::new(0.0, 0.0, 1.2));
+    let coords = lifted.flat_map(|p| surface.closest(p).unwrap().to_array()).collect();
+    batch.moved(3, coords, vec![])
+}
+
+#[test]
+fn curves_in_quadrics_take_the_steps_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let on = |surface: &Quadric, energy: Energy, pins: Pins, n: usize, lanes: &[usize]| {
+        let (segments, within) = (Segments::PerSpan(n), Arc::new(surface.clone()));
+        let fair = Fair { energy, segments, pins, surface: Some(within), ..Fair::default() };
+        let batch = onto(surface, &batch::<3>(&RAGGED, |i| i % 2 == 0, n as u64));
+        check::<3>(&gpu, &fair, &problems(&fair, &batch), &ways(&gpu, lanes));
+    };
+    let sphere = Quadric::sphere(1.5);
+    for n in [2, 7, 20] {
+        on(&sphere, geodesic_bending(2.0) + tautness(), Pins::All, n, &[1, 8]);
+    }
+    let attached = geodesic_bending(3.0) + bending(2.0) + length() + 1e3 * attachment();
+    on(&Quadric::ellipsoid(DVec3::new(2.0, 1.4, 1.1)), attached, Pins::Ends, 6, &[1]);
 }

@@ -49,8 +49,8 @@ impl Facts for GeodesicBending {
         self.bending.check().map_err(|why| why.replace("of bending", "of geodesic bending"))
     }
 
-    fn definitions(&self, _: f64) -> Result<BTreeMap<&'static str, String>, String> {
-        Err("geodesic bending has no kernel: curves in surfaces are fitted on the CPU".into())
+    fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
+        self.bending.definitions(epsilon)
     }
 
     fn note(&self) -> String {
