@@ -26,8 +26,11 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 /// Options that take a value, with values that may make sense.
-const OPTIONS: [(&str, &[&str]); 34] = [
-    ("--method", &["natural", "smoothing", "fair", "scf"]),
+const OPTIONS: [(&str, &[&str]); 37] = [
+    ("--method", &["natural", "smoothing", "fair", "scf", "geodesic"]),
+    ("--surface", &["sphere", "wgs84", "sphere:3", "ellipsoid:3,2,1", "torus:2,1", "cone:90", "ball"]),
+    ("--radius", &["1", "0", "1e300"]),
+    ("--off-surface", &["1e9", "0", "-1"]),
     ("--parametrisation", &["auto", "chord", "centripetal", "uniform", "given"]),
     ("--samples", &["1", "2", "16", "100000000000"]),
     ("--spacing", &["0.1", "1", "10", "1e-9", "1e-300", "5e-324"]),
@@ -38,7 +41,17 @@ const OPTIONS: [(&str, &[&str]); 34] = [
     ("--max-curvature", &["0.5", "1e-3", "1e300", "-1"]),
     ("--min-radius", &["0.5", "1e3", "0"]),
     ("--corners", &["60deg", "0", "180"]),
-    ("--energy", &["bending=1", "bending=1,length=0.1", "variation=1,length=1", "torsion=1", "bending=1,attachment=2"]),
+    (
+        "--energy",
+        &[
+            "bending=1",
+            "bending=1,length=0.1",
+            "variation=1,length=1",
+            "torsion=1",
+            "bending=1,attachment=2",
+            "geodesic_bending=1,length=2",
+        ],
+    ),
     ("--exponent", &["2", "1", "1.5", "40", "1e300"]),
     ("--solver", &["newton", "cg", "descent"]),
     ("--tension", &["0", "1", "3", "50", "-1", "1e9"]),

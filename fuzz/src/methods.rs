@@ -1,12 +1,15 @@
 //! Every method on arbitrary small batches, and what is promised of whatever comes out.
 
+use std::sync::Arc;
+
 use arbitrary::{Result, Unstructured};
 use faircurve::bezier::{Chain, Complete};
 use faircurve::discrete::{
-    Fair, Limits, Pins, Region, Segments, attachment, bending, length, tension, torsion, variation,
+    Fair, Limits, Pins, Region, Segments, attachment, bending, geodesic_bending, length, tension, torsion, variation,
 };
 use faircurve::scf::Smooth;
 use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::surface::{Globe, Quadric, Surface};
 use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Fit, Sampling};
 
 use super::batches::batch;
@@ -148,10 +151,20 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
             _ => {}
         }
     }
+    let surface: Option<Arc<dyn Surface>> = match bytes.int_in_range(0..=9)? {
+        0 => Some(Arc::new(Globe::WGS84)),
+        1 => Some(Arc::new(Quadric::sphere(option(bytes, &[1.0, 5.0])?))),
+        _ => None,
+    };
+    if surface.is_some() && bytes.ratio(1, 2)? {
+        energy = energy + geodesic_bending(2.0);
+    }
     Ok(Fair {
         energy,
         deviation,
         limits,
+        off_surface: surface.is_some().then_some(f64::INFINITY),
+        surface,
         starts: if deviation.is_none() && bytes.ratio(1, 4)? { 4 } else { 1 },
         pins: if attached || deviation.is_some() { Pins::Ends } else { Pins::All },
         segments: match bytes.ratio(3, 4)? {

@@ -218,10 +218,13 @@ pub struct Fair {
     /// [`bending`](super::bending) the whole. With geodesic bending alone a curve is a geodesic from point to point if it can
     /// be. Without pinned points and closed it descends to the closed geodesic near, also where that is not the shortest.
     ///
-    /// Energies of order 3, limits, tangents and curvature vectors are refused. The host descends in f64, on every device.
+    /// Energies of order 3, limits, tangents and curvature vectors are refused. Kernels know quadrics. In other surfaces, and
+    /// where nothing holds a curve, the host descends in f64, on every device.
     ///
-    /// Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006) names the problem. The projection of
-    /// Hessians is that of P.-A. Absil, R. Mahony and R. Sepulchre, *Optimization Algorithms on Matrix Manifolds* (2008).
+    /// Source: R. J. Renka, *A Sobolev gradient method for construction of elastic curves in regular surfaces*, Nonlinear
+    /// Analysis 63 (2005). A. Linnér and R. J. Renka, *Discrete periodic geodesics in a surface*, Experimental Mathematics 14
+    /// (2005). The projection of Hessians is that of P.-A. Absil, R. Mahony and R. Sepulchre, *Optimization Algorithms on
+    /// Matrix Manifolds* (2008).
     pub surface: Option<Arc<dyn Surface>>,
     /// The largest distance of a data point from the surface, in units of the input.
     ///

@@ -27,6 +27,7 @@
 //!   deviation allows.
 //! - With [`Fair::limits`] curves keep a largest curvature, turn only to the side to which their points turn, go on in a
 //!   direction, stay within a corridor and other regions, or are no longer than a bound.
+//! - With [`Fair::surface`] curves lie in a surface. There [`geodesic_bending`] makes elastic curves and geodesics.
 //! - With [`Fair::corners`] curves are cut where their points turn sharply.
 //!
 //! The start comes from the spline module. It is the natural spline through the points. For a
@@ -38,6 +39,9 @@
 //! - R. J. Renka, *Algorithm 828: DNSPLIN1*, ACM TOMS 29 (2003)
 //! - R. J. Renka, *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21
 //!   (2004)
+//! - R. J. Renka, *A Sobolev gradient method for construction of elastic curves in regular surfaces*, Nonlinear Analysis 63
+//!   (2005)
+//! - A. Linnér and R. J. Renka, *Discrete periodic geodesics in a surface*, Experimental Mathematics 14 (2005)
 
 mod angles;
 mod apart;

@@ -23,6 +23,7 @@ mod conformance_linalg;
 mod conformance_scf;
 mod conformance_scf_tension;
 mod conformance_smoothing;
+mod conformance_surfaces;
 mod robustness;
 mod shader_lint;
 mod twins;

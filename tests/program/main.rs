@@ -12,6 +12,7 @@ mod cli_grid;
 mod cli_map;
 mod cli_scf;
 mod cli_smoothing;
+mod cli_surfaces;
 mod cli_tracks;
 mod experiments;
 mod finished;

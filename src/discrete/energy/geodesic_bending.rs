@@ -17,8 +17,8 @@ use crate::linalg::scalar::{Vector, dot, scale, subtract};
 /// K_g = (I − n nᵀ)(T′ − T)/Δa at every vertex between two edges, with the unit normal n there and Δa = (Δs + Δs′)/2. Its
 /// order is 2. The `exponent` is ν ≥ 1. It is 0 on geodesics: on a great circle of equal edges exactly.
 ///
-/// Source: R. J. Renka, *Elastic curves in surfaces* is the continuous problem; the discrete form and its derivatives are
-/// faircurve's.
+/// Source: R. J. Renka, *A Sobolev gradient method for construction of elastic curves in regular surfaces*, Nonlinear
+/// Analysis 63 (2005), for elastic curves in surfaces. This form and its derivatives are faircurve's.
 pub fn geodesic_bending(exponent: f64) -> Energy {
     Energy::of(Functional::GeodesicBending(GeodesicBending { bending: Bending { exponent } }))
 }

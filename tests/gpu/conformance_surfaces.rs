@@ -1,0 +1,123 @@
+//! Fair curves in surfaces on the GPU are those of the CPU: the same statuses, and curves within 1e-9 (f64) and 1e-5 (f32) of
+//! their size. Surfaces without kernels, and curves that nothing holds, are left to the CPU.
+
+use std::sync::Arc;
+
+use faircurve::discrete::{Energy, Fair, Pins, attachment, bending, geodesic_bending, length, tautness};
+use faircurve::surface::{Globe, Quadric, Surface, Torus};
+use faircurve::{CurveBatch, CurveStatus, Device, Precision, Sampling};
+use glam::DVec3;
+use rand::RngExt;
+use rand::rngs::StdRng;
+
+use crate::common::{device, precisions, seeded};
+
+/// Walks on the unit sphere of steps of some degrees, which turn by σ at each; every second closed.
+fn walks(count: usize, step: f64, sigma: f64, rng: &mut StdRng) -> CurveBatch {
+    let (mut coords, mut offsets, mut closed) = (Vec::new(), vec![0], Vec::new());
+    for i in 0..count {
+        let points = 2 + i % 7 + 2 * (i % 2);
+        let mut at = DVec3::from_array([(); 3].map(|()| rng.random_range(-1.0..1.0))).normalize();
+        let mut ahead = at.any_orthonormal_vector();
+        let round = if i % 2 == 1 { std::f64::consts::TAU / points as f64 } else { 0.0 };
+        for _ in 0..points {
+            coords.extend(at.to_array());
+            let turn = round + sigma * (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
+            ahead = turn.cos() * ahead + turn.sin() * at.cross(ahead);
+            let (sin, cos) = f64::to_radians(step).sin_cos();
+            (at, ahead) = (cos * at + sin * ahead, cos * ahead - sin * at);
+        }
+        offsets.push(coords.len() / 3);
+        closed.push(i % 2 == 1);
+    }
+    CurveBatch::from_ragged(3, coords, offsets).unwrap().closed_each(closed).unwrap()
+}
+
+/// The walks moved onto a surface, whose axes are at most so many times the sphere's.
+fn onto(surface: &dyn Surface, size: f64, batch: &CurveBatch) -> CurveBatch {
+    let points = batch.coords().chunks_exact(3).map(|p| surface.closest(size * DVec3::from_slice(p)).unwrap());
+    let coords = points.flat_map(|p| p.to_array()).collect();
+    let moved = CurveBatch::from_ragged(3, coords, batch.offsets().to_vec()).unwrap();
+    moved.closed_each((0..batch.len()).map(|i| batch.is_closed(i)).collect()).unwrap()
+}
+
+fn degrees(globe: Globe, batch: &CurveBatch) -> CurveBatch {
+    let angles = batch.coords().chunks_exact(3).flat_map(|p| globe.angles(globe.equatorial * DVec3::from_slice(p)));
+    let turned = CurveBatch::from_ragged(2, angles.collect(), batch.offsets().to_vec()).unwrap();
+    turned.closed_each((0..batch.len()).map(|i| batch.is_closed(i)).collect()).unwrap()
+}
+
+/// The largest distance of the curves as a part of their size.
+fn conform(what: &str, fair: &Fair, batch: &CurveBatch, device: &Device) {
+    let sampling = Sampling::PerSpan(16);
+    let (cpu, wanted) = fair.fit_sampled(batch, sampling, &Device::cpu()).unwrap();
+    for precision in precisions(device.as_gpu().expect("a GPU")) {
+        let (gpu, found) = fair.fit_sampled(batch, sampling, &device.clone().with_precision(precision)).unwrap();
+        let mut farthest = 0.0f64;
+        for i in 0..batch.len() {
+            let (a, b) = (&cpu.reports()[i], &gpu.reports()[i]);
+            assert_eq!(a.status, b.status, "{what}, {precision:?}, curve {i}: {a:?} {b:?}");
+            let span = |own: &[f64]| own.iter().fold(0.0f64, |most, x| most.max((x - own[0]).abs()));
+            let away = wanted.points(i).iter().zip(found.points(i)).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+            if a.status == CurveStatus::Converged {
+                farthest = farthest.max(away / span(batch.points(i)));
+            }
+        }
+        println!("{what}, {precision:?}: {} of {} converged, apart {farthest:.1e}", cpu.usable(), batch.len());
+        assert!(farthest <= if precision == Precision::F64 { 1e-9 } else { 1e-5 }, "{what}: {farthest:e}");
+        assert!(9 * batch.len() <= 10 * cpu.usable(), "{what}: {} converged", cpu.usable());
+    }
+}
+
+fn within(surface: impl Surface + 'static, energy: Energy) -> Fair {
+    Fair { energy, surface: Some(Arc::new(surface)), ..Fair::default() }
+}
+
+#[test]
+fn curves_in_quadrics_end_where_the_cpu_ends() {
+    let Some(device) = device() else { return };
+    let batch = walks(300, 20.0, 0.2, &mut seeded(61));
+    conform("sphere", &within(Quadric::sphere(1.0), geodesic_bending(2.0) + tautness()), &batch, &device);
+    let axes = DVec3::new(1.4, 1.2, 1.0);
+    let moved = onto(&Quadric::ellipsoid(axes), 1.2, &walks(60, 15.0, 0.2, &mut seeded(62)));
+    conform("ellipsoid", &within(Quadric::ellipsoid(axes), bending(2.0) + 0.5 * length()), &moved, &device);
+    let fair = Fair {
+        pins: Pins::Ends,
+        ..within(Quadric::sphere(1.0), geodesic_bending(2.0) + length() + 100.0 * attachment())
+    };
+    let open = batch.select(&(0..300).step_by(2).collect::<Vec<_>>());
+    conform("attached on the sphere", &fair, &open, &device);
+}
+
+#[test]
+fn tracks_of_the_globe_end_where_the_cpu_ends() {
+    let Some(device) = device() else { return };
+    let batch = degrees(Globe::WGS84, &walks(200, 3.0, 0.3, &mut seeded(63)));
+    let fair = within(Globe::WGS84, geodesic_bending(2.0) + tautness());
+    let (cpu, wanted) = fair.fit_sampled(&batch, Sampling::PerSpan(16), &Device::cpu()).unwrap();
+    for precision in precisions(device.as_gpu().expect("a GPU")) {
+        let on = device.clone().with_precision(precision);
+        let (gpu, found) = fair.fit_sampled(&batch, Sampling::PerSpan(16), &on).unwrap();
+        let place = |p: &[f64]| Globe::WGS84.place(p[0], p[1]);
+        let pairs = wanted.coords().chunks_exact(2).zip(found.coords().chunks_exact(2));
+        let farthest = pairs.map(|(a, b)| place(a).distance(place(b))).fold(0.0, f64::max);
+        println!("{precision:?}: {farthest:.1e} m, {} usable", gpu.usable());
+        assert_eq!((cpu.usable(), gpu.usable()), (200, 200));
+        // The curves are 300 km long and more.
+        assert!(farthest <= if precision == Precision::F64 { 1e-4 } else { 3.0 }, "{farthest:e} m");
+    }
+}
+
+#[test]
+fn surfaces_without_kernels_and_curves_that_nothing_holds_are_the_cpus() {
+    let Some(device) = device() else { return };
+    let torus = Torus::new(2.0, 0.6).unwrap();
+    let near = onto(&torus, 2.5, &walks(20, 4.0, 0.2, &mut seeded(64)));
+    conform("torus", &within(torus, geodesic_bending(2.0) + length()), &near, &device);
+    let ring: Vec<[f64; 3]> =
+        (0..24).map(|k| 0.26 * k as f64).map(|s| [s.cos(), s.sin(), 0.1 * (2.0 * s).sin()]).collect();
+    let loose = CurveBatch::from_slices(&[&ring[..]]).unwrap().closed_each(vec![true]).unwrap();
+    let loose = onto(&Quadric::sphere(1.0), 1.0, &loose);
+    let fair = Fair { pins: Pins::None, ..within(Quadric::sphere(1.0), geodesic_bending(2.0)) };
+    conform("a loose ring", &fair, &loose, &device);
+}

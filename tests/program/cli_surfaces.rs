@@ -1,0 +1,106 @@
+//! `faircurve fit --surface` and `--method geodesic` as their users meet them.
+
+use std::fs;
+
+use super::ran::run;
+use predicates::prelude::PredicateBooleanExt;
+use predicates::str::contains;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A track over the north pole, and one over the date line.
+const TRACKS: &str = "curve,lon,lat\npole,100,70\npole,60,82\npole,-80,85\npole,-120,70\ndate,170,-10\ndate,178,-14\ndate,-172,-12\ndate,-165,-20\n";
+
+fn folder(text: &str) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("in.csv"), text).unwrap();
+    folder
+}
+
+fn reports(folder: &TempDir, arguments: &str, code: i32) -> Vec<Value> {
+    run(folder, &format!("fit in.csv -o out.csv --device cpu --report report.json --force {arguments}")).code(code);
+    let text = fs::read_to_string(folder.path().join("report.json")).unwrap();
+    serde_json::from_str::<Value>(&text).unwrap()["curves"].as_array().unwrap().clone()
+}
+
+#[test]
+fn tracks_on_the_globe_go_over_the_pole_and_the_date_line_in_metres() {
+    let folder = folder(TRACKS);
+    for surface in ["wgs84", "sphere"] {
+        let lines = reports(&folder, &format!("--surface {surface}"), 0);
+        assert!(lines.iter().all(|line| line["status"] == "converged"), "{lines:?}");
+        // From 70° to 70° over the pole some 40° of 111 km, and a detour.
+        let length = lines[0]["length"].as_f64().unwrap();
+        assert!((4.5e6..5.5e6).contains(&length), "{length}");
+    }
+    let text = fs::read_to_string(folder.path().join("out.csv")).unwrap();
+    let rows: Vec<[f64; 2]> = text
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').skip(1).take(2).map(|field| field.parse().unwrap()).collect::<Vec<f64>>())
+        .map(|fields| [fields[0], fields[1]])
+        .collect();
+    assert_eq!(rows.len(), 2 * 49);
+    assert!(rows.iter().all(|[lon, _]| lon.abs() <= 180.0), "longitudes come back to ±180");
+    assert!(rows[..49].iter().any(|[_, lat]| *lat > 86.0) && rows[..49].iter().all(|[_, lat]| *lat >= 70.0 - 1e-9));
+    // Data points keep their digits.
+    assert!(text.contains("pole,-80,85\n") || text.contains("pole,-80,85,"), "{text}");
+}
+
+#[test]
+fn borders_of_geojson_stay_geojson_on_the_globe() {
+    let folder = folder("");
+    let text = r#"{"type":"FeatureCollection","features":[{"type":"Feature","properties":{"n":1},"geometry":{"type":"LineString","coordinates":[[170,0],[178,6],[-172,2],[-165,8]]}}]}"#;
+    fs::write(folder.path().join("in.geojson"), text).unwrap();
+    run(&folder, "fit in.geojson -o out.geojson --surface wgs84 --device cpu").code(0);
+    let out: Value = serde_json::from_str(&fs::read_to_string(folder.path().join("out.geojson")).unwrap()).unwrap();
+    let geometry = &out["features"][0]["geometry"];
+    assert_eq!(geometry["type"], "MultiLineString", "the line is cut at the antimeridian");
+}
+
+#[test]
+fn geodesics_are_the_straight_ways_between_points() {
+    let folder = folder("curve,lon,lat\na,13.4,52.5\na,139.7,35.7\nb,0,0\nb,90,0\nb,90,45\n");
+    let lines = reports(&folder, "--surface sphere --radius 1 --method geodesic --samples 64", 0);
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let [a, b] = [0, 1].map(|i| lines[i]["length"].as_f64().unwrap());
+    // cos c = sin φ₁ sin φ₂ + cos φ₁ cos φ₂ cos Δλ
+    let [p, q, turn] = [52.5f64, 35.7, 126.3].map(f64::to_radians);
+    let arc = (p.sin() * q.sin() + p.cos() * q.cos() * turn.cos()).acos();
+    assert!((a / arc - 1.0).abs() < 1e-7, "{a} {arc}");
+    assert!((b / (1.5 * quarter) - 1.0).abs() < 1e-7, "{b}");
+    assert!(lines.iter().all(|line| line["energy"].as_f64().unwrap() < 1e-12));
+}
+
+#[test]
+fn points_are_moved_onto_their_surface_or_refused() {
+    let folder = folder(
+        "curve,x,y,z\nnear,1,0,0.0001\nnear,0,1.0001,0\nnear,-0.7,0.7,0.14\nfar,1,0,0\nfar,0,1.2,0\nfar,0,0,1\n",
+    );
+    let lines = reports(&folder, "--surface ellipsoid:1,1,1", 1);
+    assert_eq!((&lines[0]["status"], &lines[1]["status"]), (&"converged".into(), &"invalid".into()));
+    let [near, far] = [0, 1].map(|i| lines[i]["message"].as_str().unwrap());
+    assert!(near.contains("moved onto the ellipsoid"), "{near}");
+    assert!(far.contains("in.csv, line 6, curve far, point 1: it lies 2.0000e-1 off the ellipsoid"), "{far}");
+    let lines = reports(&folder, "--surface ellipsoid:1,1,1 --off-surface 0.3", 0);
+    assert!(lines.iter().all(|line| line["status"] == "converged"));
+}
+
+#[test]
+fn what_makes_no_sense_in_a_surface_is_refused_with_a_sentence() {
+    let folder = folder(TRACKS);
+    let refused = |arguments: &str, what: &str| {
+        run(&folder, &format!("fit in.csv -o out.csv --device cpu {arguments}"))
+            .code(2)
+            .stderr(contains(what).and(contains("panicked").not()));
+    };
+    refused("--surface ball", "there is no surface 'ball'");
+    refused("--surface torus:1,2", "meets itself");
+    refused("--surface wgs84 --radius 2", "--radius 2 is that of --surface sphere");
+    refused("--surface torus:2,1", "have points of three coordinates");
+    refused("--surface sphere --max-curvature 1", "keep no limits yet");
+    refused("--surface sphere --energy variation=1", "have no variation");
+    refused("--method geodesic", "needs a surface");
+    refused("--surface sphere --method natural", "--surface belongs to --method fair");
+    refused("--energy geodesic_bending=1", "is that of curves in a surface");
+}
