@@ -332,6 +332,11 @@ impl FairCurves {
         }
     }
 
+    /// The vertices of curve `i`, if it was fitted.
+    pub fn vertices(&self, i: usize) -> Option<&Vertices> {
+        self.curves[i].as_ref().ok()
+    }
+
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
         let vertices = self.curves[i].as_ref().ok()?;
         let (dimension, closed, knots) = (self.dimension, self.closed[i], &self.knots[i][..]);

@@ -1,18 +1,23 @@
 //! The division of a start curve into edges of about equal arc length, span by span.
 
+use glam::DVec3;
+
 use super::fair::Segments;
-use crate::curve::Curve;
+use super::setup::distance;
+use crate::curve::{Curve, vector};
 use crate::linalg::scalar::{Vector, add, dot, scale};
 use crate::motion::Motion;
+use crate::surface::Surface;
 
 /// The vertices at equal arc length along each span, and the row of every data point.
 ///
-/// The gauge evens out what the division leaves.
+/// With a surface they are moved onto it, and divide what is there. The gauge evens out what the division leaves.
 pub(super) fn divide<const D: usize>(
     curve: &dyn Curve,
     points: &[Vector<f64, D>],
     segments: Segments,
     interpolates: bool,
+    surface: Option<&dyn Surface>,
 ) -> (Vec<Vector<f64, D>>, Vec<u32>) {
     let expected = if let Segments::PerSpan(n) = segments { n * curve.spans() + 1 } else { 0 };
     let (mut vertices, mut rows) = (Vec::with_capacity(expected), Vec::with_capacity(points.len() + 1));
@@ -23,7 +28,8 @@ pub(super) fn divide<const D: usize>(
         if from == to {
             continue;
         }
-        let along = Along::new(curve, span);
+        let way = Along::new(curve, span);
+        let along = Moved { way, surface };
         // The data themselves are taken, without the rounding of a spline.
         vertices.push(if interpolates { from } else { along.place(0.0) });
         let n = match segments {
@@ -39,7 +45,7 @@ pub(super) fn divide<const D: usize>(
     }
     rows.push(vertices.len() as u32);
     if !curve.is_closed() {
-        let end = || Along::new(curve, curve.spans() - 1).place(1.0);
+        let end = || Moved { way: Along::new(curve, curve.spans() - 1), surface }.place(1.0);
         vertices.push(if interpolates { points[points.len() - 1] } else { end() });
     }
     (vertices, rows)
@@ -99,6 +105,41 @@ impl<'a, const D: usize> Along<'a, D> {
             length += panel / 6.0 * (before + 4.0 * self.speed((k as f64 + 0.5) * panel) + after);
             arc.push(length);
             before = after;
+        }
+    }
+}
+
+/// A span, moved onto a surface if there is one.
+struct Moved<'a, const D: usize> {
+    way: Along<'a, D>,
+    surface: Option<&'a dyn Surface>,
+}
+
+impl<const D: usize> Moved<'_, D> {
+    /// A place. In a surface it is no number where there is none near.
+    fn place(&self, u: f64) -> Vector<f64, D> {
+        let place = self.way.place(u);
+        match self.surface {
+            Some(surface) => components(surface.foot(vector(&place)).unwrap_or(DVec3::NAN).to_array()),
+            None => place,
+        }
+    }
+
+    /// The arc lengths from the start of the span to the ends of n equal pieces of the parameter.
+    ///
+    /// In a surface those of chords.
+    fn measure(&self, n: usize, arc: &mut Vec<f64>) {
+        if self.surface.is_none() {
+            return self.way.measure(n, arc);
+        }
+        arc.clear();
+        arc.push(0.0);
+        let (mut length, mut before) = (0.0, self.place(0.0));
+        for k in 1..=n {
+            let place = self.place(k as f64 / n as f64);
+            length += distance(before, place);
+            arc.push(length);
+            before = place;
         }
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::curves::FairCurves;
+use super::curves::{FairCurves, Vertices};
 use super::fair::Fair;
 use crate::Unfitted;
 use crate::batch::CurveBatch;
@@ -43,8 +43,9 @@ impl Fair {
             coords.extend(points.iter().flat_map(|&[longitude, latitude]| globe.place(longitude, latitude).to_array()));
         }
         let spatial = batch.moved(3, coords, problems);
-        let surface: Arc<dyn Surface> = Arc::new(globe);
-        let (mut curves, reports, did) = self.fit_in::<3>(&spatial, device)?;
+        let surface: Arc<dyn Surface> = Arc::new(globe.surface());
+        let within = Fair { surface: Some(surface.clone()), ..self.clone() };
+        let (mut curves, reports, did) = within.fit_in::<3>(&spatial, device)?;
         curves.lie_in(&spatial, &surface);
         let unfitted = (0..batch.len()).filter(|&i| !curves.curve(i).is_fitted()).map(|i| (i, Input::of(batch, i)));
         let unfitted = unfitted.collect();
@@ -66,7 +67,8 @@ impl GlobeCurves {
     fn fitted(&self, i: usize) -> GlobeCurve<'_> {
         let (coords, offsets) = &self.given;
         let points = coords[2 * offsets[i]..2 * offsets[i + 1]].as_chunks::<2>().0;
-        GlobeCurve::new(self.curves.curve(i), self.globe, points)
+        let vertices = self.curves.vertices(i).expect("only what was fitted is asked for");
+        GlobeCurve::new(self.curves.curve(i), vertices, self.globe, points)
     }
 }
 
@@ -126,14 +128,16 @@ struct GlobeCurve<'a> {
 }
 
 impl<'a> GlobeCurve<'a> {
-    fn new(curve: Box<dyn Curve + 'a>, globe: Globe, points: &[[f64; 2]]) -> Self {
+    fn new(curve: Box<dyn Curve + 'a>, vertices: &Vertices, globe: Globe, points: &[[f64; 2]]) -> Self {
+        let places = vertices.coords.as_chunks::<3>().0;
         let mut before = points[0][0];
         let mut ends = Vec::with_capacity(curve.spans());
-        for span in 0..curve.spans() {
-            let pieces = curve.pieces(span).max(1);
+        for (span, rows) in vertices.rows.windows(2).enumerate() {
+            let pieces = (rows[1] - rows[0]).max(1) as usize;
             let mut of_span = Vec::with_capacity(pieces + 1);
             for piece in 0..=pieces {
-                let [longitude, latitude] = globe.angles(curve.jet(span, piece as f64 / pieces as f64).point);
+                let row = (rows[0] as usize + piece).min(rows[1] as usize) % places.len();
+                let [longitude, latitude] = globe.angles(DVec3::from_array(places[row]));
                 let mut own = [nearest(longitude, latitude, before), latitude];
                 if piece == 0 || piece == pieces {
                     let [given, latitude] = points[(span + piece / pieces) % points.len()];

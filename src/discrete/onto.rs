@@ -6,7 +6,7 @@ use super::fair::Fair;
 use super::within::Local;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::bounds::Bounds;
-use crate::curve::{Curve, Jet, vector};
+use crate::curve::{Jet, vector};
 use crate::error::{Error, Result};
 use crate::linalg::scalar::Vector;
 use crate::parallel;
@@ -149,12 +149,6 @@ pub(super) fn lost_between<const D: usize>(surface: &dyn Surface, vertices: &[Ve
     (1..normals.len()).find(|&row| !turns_little(row)).map(|row| row - 1)
 }
 
-/// A curve moved onto a surface, along ∇F.
-pub(super) struct Onto<'a> {
-    pub curve: &'a dyn Curve,
-    pub surface: &'a dyn Surface,
-}
-
 /// A point with its derivatives, moved onto a surface.
 ///
 /// The foot y of x = y + d n moves by (I + d S)⁻¹ P x′ with the shape operator S = P W P. Higher derivatives are left.
@@ -168,22 +162,4 @@ pub(super) fn jet_onto(surface: &dyn Surface, jet: Jet) -> Jet {
     let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|e| e + tangential(shape * tangential(e)));
     let spread = DMat3::from_cols(columns[0], columns[1], columns[2]);
     Jet { point, first: spread.inverse() * tangential(jet.first), ..jet }
-}
-
-impl Curve for Onto<'_> {
-    fn dimension(&self) -> usize {
-        3
-    }
-
-    fn is_closed(&self) -> bool {
-        self.curve.is_closed()
-    }
-
-    fn knots(&self) -> &[f64] {
-        self.curve.knots()
-    }
-
-    fn jet(&self, span: usize, u: f64) -> Jet {
-        jet_onto(self.surface, self.curve.jet(span, u))
-    }
 }

@@ -9,7 +9,7 @@ use super::constrain::{Constraints as Kept, constrained};
 use super::division::divide;
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins};
-use super::onto::{Onto, lost_between};
+use super::onto::lost_between;
 use super::problem::{Attached, Outcome, Problem, order_of};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
@@ -170,10 +170,7 @@ fn ready<const D: usize>(
 ) -> Result<Ready<D>, Unfitted> {
     let closed = batch.is_closed(i);
     let points = batch.points(i).as_chunks::<D>().0;
-    let (mut vertices, rows) = match &fair.surface {
-        Some(surface) => divide(&Onto { curve, surface: &**surface }, points, fair.segments, interpolates),
-        None => divide(curve, points, fair.segments, interpolates),
-    };
+    let (mut vertices, rows) = divide(curve, points, fair.segments, interpolates, fair.surface.as_deref());
     if let Some(surface) = &fair.surface
         && let Some(row) = lost_between(&**surface, &vertices)
     {

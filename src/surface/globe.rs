@@ -36,9 +36,13 @@ impl Globe {
 
     /// The surface.
     pub fn surface(&self) -> Quadric {
-        match self.equatorial == self.polar {
-            true => Quadric::sphere(self.equatorial),
-            false => Quadric::spheroid(self.equatorial, self.polar),
+        match *self {
+            Globe::WGS84 => {
+                let spheroid = Quadric::spheroid(self.equatorial, self.polar);
+                Quadric { name: "the ellipsoid of WGS84".into(), ..spheroid }
+            }
+            Globe { equatorial, polar } if equatorial == polar => Quadric::sphere(equatorial),
+            Globe { equatorial, polar } => Quadric::spheroid(equatorial, polar),
         }
     }
 
@@ -65,10 +69,7 @@ impl Globe {
 /// That of its [quadric](Globe::surface).
 impl Surface for Globe {
     fn name(&self) -> String {
-        match *self {
-            Globe::WGS84 => "the ellipsoid of WGS84".into(),
-            _ => self.surface().name,
-        }
+        self.surface().name
     }
 
     fn value(&self, x: DVec3) -> f64 {
@@ -81,6 +82,10 @@ impl Surface for Globe {
 
     fn hessian(&self, x: DVec3) -> DMat3 {
         self.surface().hessian(x)
+    }
+
+    fn foot(&self, x: DVec3) -> Option<DVec3> {
+        self.surface().foot(x)
     }
 
     fn quadric(&self) -> Option<Quadric> {

@@ -108,6 +108,17 @@ impl Surface for Quadric {
         DMat3::ZERO
     }
 
+    /// The root of ½ a t² + s t + F = 0 on the way along ∇F, and one step of Newton's method against its rounding.
+    fn foot(&self, x: DVec3) -> Option<DVec3> {
+        let gradient = self.gradient(x);
+        let (square, value) = (gradient.length_squared(), self.value(x));
+        let root = (square * square - 2.0 * gradient.dot(self.matrix * gradient) * value).sqrt();
+        let near = x - (2.0 * value / (square + root)) * gradient;
+        let gradient = self.gradient(near);
+        let foot = near - self.value(near) / gradient.length_squared() * gradient;
+        foot.is_finite().then_some(foot)
+    }
+
     fn quadric(&self) -> Option<Quadric> {
         Some(self.clone())
     }

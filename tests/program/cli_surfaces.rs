@@ -102,5 +102,5 @@ fn what_makes_no_sense_in_a_surface_is_refused_with_a_sentence() {
     refused("--surface sphere --energy variation=1", "have no variation");
     refused("--method geodesic", "needs a surface");
     refused("--surface sphere --method natural", "--surface belongs to --method fair");
-    refused("--energy geodesic_bending=1", "is that of curves in a surface");
+    refused("--method fair --energy geodesic_bending=1", "is that of curves in a surface");
 }
