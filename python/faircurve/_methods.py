@@ -191,7 +191,7 @@ class Fair:
         are left out. ``report()`` has the ``neighbours`` that each is kept from, and how many are ``touching``.
     surface : str, optional
         The surface that curves lie in: ``"sphere"``, ``"sphere:R"`` or ``"wgs84"``, with longitudes and latitudes in degrees for
-        points and metres for lengths, or ``"ellipsoid:a,b,c"``, ``"spheroid:a,b"``, ``"torus:R,r"``, ``"cylinder:R"``,
+        points, heights beside them if there are any, and metres for lengths, or ``"ellipsoid:a,b,c"``, ``"spheroid:a,b"``, ``"torus:R,r"``, ``"cylinder:R"``,
         ``"cone:degrees"`` with points in space. The energy is then ``geodesic_bending() + tautness()`` by default.
     off_surface : float, optional
         The largest distance of a point from the surface, onto which it is moved. By default a thousandth of the curve's size.

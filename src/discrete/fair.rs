@@ -212,7 +212,8 @@ pub struct Fair {
     /// Every vertex lies in the surface, to rounding. Newton's method moves vertices in their tangent planes and then back
     /// along ∇F, so that an iteration solves the system of a planar curve. The start is the natural spline through the
     /// points, moved onto the surface. Curves are in space. Those in a [`Globe`](crate::surface::Globe) are planar: x and y
-    /// are longitudes and latitudes in degrees, and lengths, distances and curvatures are in units of the globe.
+    /// are longitudes and latitudes in degrees, and lengths, distances and curvatures are those on the ground, in units of the globe. A
+    /// third coordinate is a height: natural splines over the arc length on the ground go through the heights.
     ///
     /// [`geodesic_bending`](super::geodesic_bending) measures the bending within the surface, and
     /// [`bending`](super::bending) the whole. With geodesic bending alone a curve is a geodesic from point to point if it can

@@ -1,5 +1,7 @@
 //! Curves of longitudes and latitudes: fitted in space on their globe, and brought back.
 
+mod heights;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -18,6 +20,7 @@ use crate::parallel;
 use crate::report::{CurveSet, Fit};
 use crate::status::CurveStatus;
 use crate::surface::{Globe, Surface};
+use heights::{Height, Heights};
 
 const TURN: f64 = 360.0;
 
@@ -30,7 +33,7 @@ impl Fair {
         let mut coords = Vec::with_capacity(3 * batch.total_points());
         let mut problems = Vec::new();
         for i in 0..batch.len() {
-            let points = batch.points(i).as_chunks::<2>().0;
+            let points: Vec<&[f64]> = batch.points(i).chunks_exact(batch.dimension()).collect();
             if let Some(k) = points.iter().position(|point| point[1].abs() > 90.0)
                 && batch.problem(i).is_none()
             {
@@ -40,7 +43,7 @@ impl Fair {
                 );
                 problems.push((i, Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &what) }));
             }
-            coords.extend(points.iter().flat_map(|&[longitude, latitude]| globe.place(longitude, latitude).to_array()));
+            coords.extend(points.iter().flat_map(|point| globe.place(point[0], point[1]).to_array()));
         }
         let spatial = batch.moved(3, coords, problems);
         let surface: Arc<dyn Surface> = Arc::new(globe.surface());
@@ -49,33 +52,36 @@ impl Fair {
         curves.lie_in(&spatial, &surface);
         let unfitted = (0..batch.len()).filter(|&i| !curves.curve(i).is_fitted()).map(|i| (i, Input::of(batch, i)));
         let unfitted = unfitted.collect();
-        let given = (batch.coords().to_vec(), batch.offsets().to_vec());
-        Ok(Fit::new(GlobeCurves { curves, globe, given, unfitted }, reports, did))
+        let degrees = batch.coords().chunks_exact(batch.dimension()).map(|point| [point[0], point[1]]);
+        let given = (degrees.collect(), batch.offsets().to_vec());
+        let heights = Heights::new(batch, &curves)?;
+        Ok(Fit::new(GlobeCurves { curves, heights, globe, given, unfitted }, reports, did))
     }
 }
 
 /// Curves in space, seen as longitudes and latitudes.
 struct GlobeCurves {
     curves: FairCurves,
+    heights: Heights,
     globe: Globe,
-    /// The data points and where those of every curve begin.
-    given: (Vec<f64>, Vec<usize>),
+    /// Longitudes and latitudes of the data points, and where those of every curve begin.
+    given: (Vec<[f64; 2]>, Vec<usize>),
     unfitted: BTreeMap<usize, Input>,
 }
 
 impl GlobeCurves {
     fn fitted(&self, i: usize) -> GlobeCurve<'_> {
-        let (coords, offsets) = &self.given;
-        let points = coords[2 * offsets[i]..2 * offsets[i + 1]].as_chunks::<2>().0;
+        let (points, offsets) = &self.given;
+        let points = &points[offsets[i]..offsets[i + 1]];
         let vertices = self.curves.vertices(i).expect("only what was fitted is asked for");
-        GlobeCurve::new(self.curves.curve(i), vertices, self.globe, points)
+        GlobeCurve::new(self.curves.curve(i), self.heights.of(i), vertices, self.globe, points)
     }
 }
 
 impl CurveSet for GlobeCurves {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         match self.unfitted.get(&i) {
-            Some(input) => Box::new(input.polygon(2, self.curves.closed[i])),
+            Some(input) => Box::new(input.polygon(self.heights.dimension(), self.curves.closed[i])),
             None => Box::new(self.fitted(i)),
         }
     }
@@ -90,24 +96,29 @@ impl CurveSet for GlobeCurves {
             let knots = curve.knots();
             let t =
                 sites.iter().map(|&(span, u)| (knots[span] + u * (knots[span + 1] - knots[span])).min(knots[span + 1]));
-            (sites.iter().flat_map(|&(span, u)| curve.place(span, u)).collect::<Vec<f64>>(), t.collect::<Vec<f64>>())
+            let place = |&(span, u): &(usize, f64)| {
+                let [longitude, latitude] = curve.place(span, u);
+                [longitude, latitude, curve.height.at(span, u)[0]].into_iter().take(curve.dimension())
+            };
+            (sites.iter().flat_map(place).collect::<Vec<f64>>(), t.collect::<Vec<f64>>())
         };
         let samples = parallel::map(self.curves.closed.len(), 16, sample);
-        let origin = self.origin(&samples);
+        let dimension = self.heights.dimension();
+        let origin = self.origin(dimension, &samples);
         let closing = |i: usize, last: f64| match self.unfitted.get(&i) {
             Some(input) => input.closing,
             None => self.curves.knots[i][self.curves.knots[i].len() - 1] - last,
         };
         let (closed, problems) = (self.curves.closed.clone(), self.curves.problems.clone());
-        CurveBatch::from_samples(2, samples, closing, closed, problems, origin)
+        CurveBatch::from_samples(dimension, samples, closing, closed, problems, origin)
     }
 }
 
 impl GlobeCurves {
     /// The origin of the input, with curves that now go past ±180° among those that do.
-    fn origin(&self, samples: &[(Vec<f64>, Vec<f64>)]) -> Arc<Origin> {
+    fn origin(&self, dimension: usize, samples: &[(Vec<f64>, Vec<f64>)]) -> Arc<Origin> {
         let origin = &self.curves.origin;
-        let passes = |coords: &[f64]| coords.iter().step_by(2).any(|longitude| longitude.abs() > 0.5 * TURN);
+        let passes = |coords: &[f64]| coords.iter().step_by(dimension).any(|longitude| longitude.abs() > 0.5 * TURN);
         let known = |i: &usize| origin.unwrapped.binary_search(i).is_ok();
         let more: Vec<usize> = (0..samples.len()).filter(|i| !known(i) && passes(&samples[*i].0)).collect();
         if more.is_empty() {
@@ -119,16 +130,24 @@ impl GlobeCurves {
     }
 }
 
-/// A curve in space, seen as longitudes and latitudes in degrees. Lengths and curvatures are those in space.
+/// A curve in space, seen as longitudes, latitudes in degrees and heights, if there are any. Lengths and curvatures are those
+/// on the ground.
 struct GlobeCurve<'a> {
     curve: Box<dyn Curve + 'a>,
+    height: Height<'a>,
     globe: Globe,
     /// Longitude and latitude at both ends of every piece of every span, without a jump from one to the next.
     ends: Vec<Vec<[f64; 2]>>,
 }
 
 impl<'a> GlobeCurve<'a> {
-    fn new(curve: Box<dyn Curve + 'a>, vertices: &Vertices, globe: Globe, points: &[[f64; 2]]) -> Self {
+    fn new(
+        curve: Box<dyn Curve + 'a>,
+        height: Height<'a>,
+        vertices: &Vertices,
+        globe: Globe,
+        points: &[[f64; 2]],
+    ) -> Self {
         let places = vertices.coords.as_chunks::<3>().0;
         let mut before = points[0][0];
         let mut ends = Vec::with_capacity(curve.spans());
@@ -152,7 +171,7 @@ impl<'a> GlobeCurve<'a> {
             }
             ends.push(of_span);
         }
-        GlobeCurve { curve, globe, ends }
+        GlobeCurve { curve, height, globe, ends }
     }
 
     /// The piece at the fraction of a span, and the fraction of the piece.
@@ -186,7 +205,7 @@ fn nearest(longitude: f64, latitude: f64, other: f64) -> f64 {
 
 impl Curve for GlobeCurve<'_> {
     fn dimension(&self) -> usize {
-        2
+        self.height.dimension()
     }
 
     fn is_closed(&self) -> bool {
@@ -239,7 +258,10 @@ impl Curve for GlobeCurve<'_> {
         let k = ratio * ratio;
         let (p, d, dd) = (jet.point, jet.first, jet.second);
         let square = p.x * p.x + p.y * p.y;
-        let point = DVec3::new(longitude, latitude, 0.0);
+        let [height, rise, bend] = self.height.at(span, u);
+        let pace = self.curve.pace(span);
+        let heights = [rise / pace, bend / (pace * pace)];
+        let point = DVec3::new(longitude, latitude, height);
         if square == 0.0 {
             return Jet { point, ..Jet::default() };
         }
@@ -255,7 +277,8 @@ impl Curve for GlobeCurve<'_> {
         let whole = square + k * k * p.z * p.z;
         let whole_change = 2.0 * (growth + k * k * p.z * d.z);
         let latitudes = [rise / whole, rise_change / whole - rise * whole_change / (whole * whole)];
-        let of = |order: usize| DVec3::new(longitudes[order].to_degrees(), latitudes[order].to_degrees(), 0.0);
+        let of =
+            |order: usize| DVec3::new(longitudes[order].to_degrees(), latitudes[order].to_degrees(), heights[order]);
         Jet { point, first: of(0), second: of(1), third: DVec3::ZERO }
     }
 }

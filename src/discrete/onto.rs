@@ -104,9 +104,7 @@ impl Fair {
         }
         let constraints = batch.constraints();
         let is_planar = batch.dimension() == 2;
-        let what = if surface.globe().is_some() && !is_planar {
-            "have longitudes and latitudes, and keep no heights yet: leave the third coordinate out"
-        } else if surface.globe().is_none() && is_planar {
+        let what = if surface.globe().is_none() && is_planar {
             return refuse(format!(
                 "curves in {} have points of three coordinates, and these have two",
                 surface.name()

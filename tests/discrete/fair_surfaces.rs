@@ -140,6 +140,8 @@ fn gentle_curves_take_three_iterations_and_rough_ones_ten() {
             found.len(),
             found[found.len() - 1]
         );
+        assert_eq!(found.len(), 200, "all converge");
+        assert!(median <= if sigma < 0.3 { 3 } else { 10 }, "{median}");
     }
 }
 
