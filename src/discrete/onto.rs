@@ -1,6 +1,9 @@
 //! The way of points, starts and samples onto a surface.
 
+mod wide;
+
 use glam::{DMat3, DVec3};
+pub(super) use wide::Halved;
 
 use super::fair::Fair;
 use super::within::Local;

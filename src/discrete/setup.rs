@@ -9,7 +9,7 @@ use super::constrain::{Constraints as Kept, constrained};
 use super::division::divide;
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins};
-use super::onto::lost_between;
+use super::onto::{Halved, lost_between};
 use super::problem::{Attached, Outcome, Problem, order_of};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
@@ -86,8 +86,14 @@ pub(super) fn set_up_from<const D: usize>(
     starts: Starts<'_>,
 ) -> Result<Vec<Result<Ready<D>, Unfitted>>> {
     let start = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
-    let points = batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec());
-    let points = points.with_constraints(end_tangents(batch))?;
+    let halved = fair.surface.as_ref().and_then(|surface| Halved::of(batch, &**surface));
+    let points = match &halved {
+        Some(halved) => halved.batch.clone(),
+        None => {
+            let points = batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec());
+            points.with_constraints(end_tangents(batch))?
+        }
+    };
     let (splines, reports) = start.fit_splines(&points, &Device::cpu())?;
     let one = |i: usize| {
         let report: &CurveReport = &reports[i];
@@ -99,7 +105,11 @@ pub(super) fn set_up_from<const D: usize>(
         let own = starts(i).and_then(|start| ready::<D>(fair, batch, i, kept, start.as_ref(), false).ok());
         match own.filter(|ready| ready.goes_through_its_pins(batch.points(i).as_chunks::<D>().0)) {
             Some(ready) => Ok(ready),
-            None => ready::<D>(fair, batch, i, kept, splines.curve(i).as_ref(), true),
+            None => {
+                let spline = splines.curve(i);
+                let spline = halved.iter().fold(spline, |spline, halved| halved.joined(i, spline));
+                ready::<D>(fair, batch, i, kept, spline.as_ref(), true)
+            }
         }
     };
     Ok(parallel::map(batch.len(), 16, one))

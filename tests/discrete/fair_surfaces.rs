@@ -279,3 +279,22 @@ fn geodesics_between_points_of_wgs84_have_their_exact_lengths() {
     }
     assert!(seen >= 2);
 }
+
+#[test]
+fn points_far_apart_are_joined_by_great_circles() {
+    for degrees in [100.0, 170.0, 179.0, 179.9] {
+        let points = on_sphere(&[[20.0, 0.0], [-20.0, 0.0]]);
+        let turn = DMat3::from_axis_angle(DVec3::from_array(points[1]), f64::to_radians(degrees));
+        let from = DVec3::from_array(points[1]).any_orthonormal_vector();
+        let ends = [from.to_array(), (turn * from).to_array()];
+        let fit = fit(&within(Quadric::sphere(1.0), geodesic_bending(2.0), 64), &one(&ends, false));
+        let report = &fit.reports()[0];
+        assert_eq!(report.status, CurveStatus::Converged, "{degrees}: {report:?}");
+        let length = fit.curve(0).length();
+        assert!((length / f64::to_radians(degrees) - 1.0).abs() < 1e-7, "{degrees}: {length}");
+    }
+    // Rough, and from point to point a third of the way around.
+    let found = iterations(&(geodesic_bending(2.0) + length()), 120.0, 0.4, 100);
+    println!("steps of 120°: {} of 100 converge, {} iterations at the median", found.len(), found[found.len() / 2]);
+    assert!(found.len() >= 98);
+}

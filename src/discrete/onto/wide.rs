@@ -1,0 +1,112 @@
+//! Wide spans of a surface: points are put in before a spline is laid through all.
+//!
+//! A spline in space cuts through a sphere between points that are far apart. Near the middle of the sphere what is moved
+//! onto it runs away. Halving the chords by feet goes along great circles instead.
+
+use glam::DVec3;
+
+use crate::batch::CurveBatch;
+use crate::curve::{Curve, Jet, vector};
+use crate::motion::Motion;
+use crate::ragged;
+use crate::surface::{Surface, normal};
+
+/// Normals turn by at most this angle, in radians, along a span that has no points put in.
+const WIDE: f64 = std::f64::consts::FRAC_PI_4;
+
+/// A batch with points put in, and how many spans each span has become.
+pub(in crate::discrete) struct Halved {
+    pub batch: CurveBatch,
+    parts: Vec<Vec<usize>>,
+}
+
+impl Halved {
+    /// The batch with its wide spans halved as often as they are wide; `None` where no span is.
+    pub fn of(batch: &CurveBatch, surface: &dyn Surface) -> Option<Self> {
+        let (mut coords, mut parts) = (Vec::new(), Vec::with_capacity(batch.len()));
+        let mut counts = Vec::with_capacity(batch.len());
+        for i in 0..batch.len() {
+            let points: Vec<DVec3> = batch.points(i).chunks_exact(3).map(vector).collect();
+            let (before, mut own) = (coords.len(), Vec::with_capacity(batch.spans(i)));
+            for (k, from) in points.iter().enumerate() {
+                coords.extend(from.to_array());
+                if k < batch.spans(i) {
+                    let way = halved(surface, *from, points[(k + 1) % points.len()]);
+                    own.push(way.len() + 1);
+                    coords.extend(way.iter().flat_map(|x| x.to_array()));
+                }
+            }
+            counts.push((coords.len() - before) / 3);
+            parts.push(own);
+        }
+        let is_wide = parts.iter().flatten().any(|&parts| parts > 1);
+        is_wide.then(|| Halved { batch: batch.with_points(coords, ragged::offsets(counts)), parts })
+    }
+
+    /// A curve through the points of curve `i`, as one of the spans that it had.
+    pub fn joined<'a>(&self, i: usize, curve: Box<dyn Curve + 'a>) -> Box<dyn Curve + 'a> {
+        let mut first = 0;
+        let spans = self.parts[i].iter().map(|&parts| {
+            first += parts;
+            [first - parts, parts]
+        });
+        let spans: Vec<[usize; 2]> = spans.collect();
+        let knots = (0..=spans.len()).map(|k| k as f64).collect();
+        Box::new(Joined { curve, spans, knots })
+    }
+}
+
+/// The points between two, by halving: none where the normal turns little, or where a half has no foot.
+fn halved(surface: &dyn Surface, from: DVec3, to: DVec3) -> Vec<DVec3> {
+    let turn = normal(surface, from).angle_between(normal(surface, to));
+    let halvings = (turn / WIDE).log2().ceil().max(0.0);
+    if !(1.0..8.0).contains(&halvings) {
+        return Vec::new();
+    }
+    let mut way = vec![from, to];
+    for _ in 0..halvings as u32 {
+        let mut finer = vec![from];
+        for pair in way.windows(2) {
+            let Some(middle) = surface.foot(0.5 * (pair[0] + pair[1])) else { return Vec::new() };
+            finer.extend([middle, pair[1]]);
+        }
+        way = finer;
+    }
+    way[1..way.len() - 1].to_vec()
+}
+
+/// A curve some of whose spans are taken together: the first of each, and how many.
+struct Joined<'a> {
+    curve: Box<dyn Curve + 'a>,
+    spans: Vec<[usize; 2]>,
+    knots: Vec<f64>,
+}
+
+impl Curve for Joined<'_> {
+    fn dimension(&self) -> usize {
+        self.curve.dimension()
+    }
+
+    fn is_closed(&self) -> bool {
+        self.curve.is_closed()
+    }
+
+    fn knots(&self) -> &[f64] {
+        &self.knots
+    }
+
+    fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
+        let [first, parts] = self.spans[span];
+        if parts == 1 { self.curve.motion(first, piece) } else { None }
+    }
+
+    /// The place alone is that of the curve.
+    fn jet(&self, span: usize, u: f64) -> Jet {
+        let [first, parts] = self.spans[span];
+        let place = u * parts as f64;
+        let part = (place.floor().max(0.0) as usize).min(parts - 1);
+        let jet = self.curve.jet(first + part, place - part as f64);
+        let pace = parts as f64 * self.curve.pace(first + part);
+        Jet { point: jet.point, first: pace * jet.first, ..Jet::default() }
+    }
+}
