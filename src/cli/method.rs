@@ -282,8 +282,8 @@ impl MethodArgs {
         self.refuse_options_of_others()?;
         let parametrisation = self.parametrisation.unwrap_or_default();
         match self.name() {
-            MethodName::Fair => Ok(Method::Fair(self.fair(spacing)?)),
-            MethodName::Geodesic => Ok(Method::Fair(self.geodesic(spacing)?)),
+            MethodName::Fair => Ok(Method::Fair(Box::new(self.fair(spacing)?))),
+            MethodName::Geodesic => Ok(Method::Fair(Box::new(self.geodesic(spacing)?))),
             MethodName::Scf => Ok(Method::Scf(self.scf()?)),
             MethodName::Natural => {
                 self.refuse_distance("natural splines")?;

@@ -325,17 +325,16 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             }
         }
         for row in 0..self.u.len() {
-            let mut direction = subtract(scale(beta, self.p[row]), self.x[row]);
+            let mut before = scale(beta, self.p[row]);
             if D == 3
                 && let Some(within) = &self.within
             {
-                direction = within.tangential(row, direction);
+                before = within.tangential(row, before);
             }
-            for c in 0..D {
-                self.g[row][c] = accepted.if_positive(self.trial[row][c], self.g[row][c]);
-                self.z[row][c] = accepted.if_positive(self.x[row][c], self.z[row][c]);
-                self.p[row][c] = accepted.if_positive(direction[c], self.p[row][c]);
-            }
+            let direction = subtract(before, self.x[row]);
+            self.g[row] = taken(accepted, self.trial[row], self.g[row]);
+            self.z[row] = taken(accepted, self.x[row], self.z[row]);
+            self.p[row] = taken(accepted, direction, self.p[row]);
         }
         self.edges.close(&mut self.p);
         let most = self.edges.most_step(&self.p);
@@ -351,6 +350,16 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         let count = self.edges.vertices()[l];
         self.u[..count].iter().map(|u| std::array::from_fn(|c| u[c].lane(l).to_f64())).collect()
     }
+}
+
+/// One vector where `accepted` is 1, else the other.
+#[inline(always)]
+fn taken<S: Scalar, const D: usize>(accepted: S, new: Vector<S, D>, old: Vector<S, D>) -> Vector<S, D> {
+    let mut taken = new;
+    for c in 0..D {
+        taken[c] = accepted.if_positive(new[c], old[c]);
+    }
+    taken
 }
 
 #[cfg(test)]

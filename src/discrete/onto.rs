@@ -120,7 +120,7 @@ impl Fair {
             "keep no tangents and no curvature vectors yet: leave them out"
         } else {
             return match self.off_surface {
-                Some(most) if !(most >= 0.0) => refuse(format!(
+                Some(most) if most.is_nan() || most < 0.0 => refuse(format!(
                     "points may lie {most} off the surface: give a distance of at least 0 in units of the input"
                 )),
                 _ => Ok(()),

@@ -10,7 +10,7 @@ use faircurve::{CurveBatch, Device, Fit, Result, Sampling};
 pub enum Method {
     Natural(Natural),
     Smoothing(Smoothing),
-    Fair(Fair),
+    Fair(Box<Fair>),
     Scf(Smooth),
 }
 
