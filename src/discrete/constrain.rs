@@ -10,16 +10,22 @@
 //!
 //! The discrete curvature vector (T′ − T)/Δa is then exactly k for every d.
 //!
+//! In a surface τ lies in the tangent plane. The curve goes along it where b·f_{i+1} = b·f_{i−1} for the vector b = n × τ across
+//! it, and the neighbours move back to the surface within their planes b·x.
+//!
 //! The point itself is pinned. With a curvature vector its neighbours are pinned too. Every d gives
 //! the same shape, so the gauges of both spans would compete for a free d.
 
+use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 use crate::Unfitted;
 use crate::batch::CurveBatch;
+use crate::curve::vector as in_space;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
 use crate::status::CurveStatus;
+use crate::surface::{Surface, normal};
 
 /// A tangent and a curvature vector are perpendicular if their cosine is below this.
 const PERPENDICULAR: f64 = 1e-6;
@@ -38,16 +44,20 @@ pub(crate) struct Constrained<const D: usize> {
     tangent: Vector<f64, D>,
     /// The curvature vector, perpendicular to `tangent`, in 1/length.
     curvature: Option<Vector<f64, D>>,
+    /// b, in a surface.
+    across: Option<Vector<f64, D>>,
 }
 
-/// The constraints of curve `i`, whose data points stand at `rows` among `vertices` vertices.
+/// The constraints of curve `i`, whose data points stand at `rows` among these vertices.
 pub(super) fn constrained<const D: usize>(
     batch: &CurveBatch,
     i: usize,
     rows: &[u32],
-    vertices: usize,
+    places: &[Vector<f64, D>],
     closed: bool,
+    surface: Option<&dyn Surface>,
 ) -> Result<Vec<Constrained<D>>, Unfitted> {
+    let vertices = places.len();
     let constraints = batch.constraints();
     let vector = |column: &Option<Vec<f64>>, k: usize| -> Option<Vector<f64, D>> {
         let start = (batch.offsets()[i] + k) * D;
@@ -70,6 +80,23 @@ pub(super) fn constrained<const D: usize>(
             return refuse(format!("its tangent has length {length}; give a direction, or leave it empty"));
         }
         let tangent = tangent.map(|x| x / length);
+        let row = rows[k] as usize % vertices;
+        let (tangent, across) = match surface {
+            None => (tangent, None),
+            Some(surface) => {
+                let normal = normal(surface, in_space(&places[row]));
+                let flat = in_space(&tangent) - in_space(&tangent).dot(normal) * normal;
+                if flat.length() <= PERPENDICULAR {
+                    return refuse(format!(
+                        "its tangent is along the normal of {}: give a direction in it",
+                        surface.name()
+                    ));
+                }
+                let flat = flat.normalize();
+                let components = |v: DVec3| std::array::from_fn(|c| v[c]);
+                (components(flat), Some(components(normal.cross(flat))))
+            }
+        };
         if let Some(curvature) = curvature {
             let size = dot(curvature, curvature).sqrt();
             let cosine = dot(curvature, tangent).abs() / size.max(f64::MIN_POSITIVE);
@@ -80,7 +107,6 @@ pub(super) fn constrained<const D: usize>(
                 ));
             }
         }
-        let row = rows[k] as usize % vertices;
         let wrap = |row: usize| if closed { row % vertices } else { row };
         let before = (closed || row > 0).then(|| wrap(row + vertices - 1) % vertices);
         let after = (closed || row + 1 < vertices).then(|| wrap(row + 1));
@@ -100,7 +126,7 @@ pub(super) fn constrained<const D: usize>(
             }
             continue;
         }
-        found.push(Constrained { row, before, after, tangent, curvature });
+        found.push(Constrained { row, before, after, tangent, curvature, across });
     }
     Ok(found)
 }
@@ -137,9 +163,18 @@ impl<const D: usize> Constrained<D> {
         std::iter::once(self.row).chain(neighbours.collect::<Vec<_>>())
     }
 
+    /// The neighbours that move back to a surface within a plane, with the vector across it.
+    pub fn rails(&self) -> impl Iterator<Item = (usize, Vector<f64, D>)> + use<'_, D> {
+        self.across.into_iter().flat_map(|across| self.neighbours().map(move |(row, _)| (row, across)))
+    }
+
     /// The directions in which the neighbours must not move, as rows and vectors.
     fn normals(&self) -> Vec<Normal<D>> {
         let neighbours: Vec<(usize, f64)> = self.neighbours().collect();
+        if let Some(across) = self.across {
+            let share = 1.0 / (neighbours.len() as f64).sqrt();
+            return vec![neighbours.into_iter().map(|(row, sign)| (row, scale(sign * share, across))).collect()];
+        }
         let width = neighbours.len() * D;
         let mut allowed: Vec<DVector<f64>> = Vec::new();
         // The neighbours may move together, or apart along the tangent.
@@ -180,6 +215,8 @@ type Normal<const D: usize> = Vec<(usize, Vector<f64, D>)>;
 #[derive(Clone, Debug)]
 pub(crate) struct Constraints<const D: usize> {
     normals: Vec<Normal<D>>,
+    /// See [`Constrained::rails`].
+    pub rails: Vec<(usize, Vector<f64, D>)>,
 }
 
 impl<const D: usize> Constraints<D> {
@@ -187,7 +224,40 @@ impl<const D: usize> Constraints<D> {
     pub fn new(all: &[Constrained<D>]) -> Option<Self> {
         let tangents = all.iter().filter(|constraint| constraint.curvature.is_none());
         let normals: Vec<_> = tangents.flat_map(Constrained::normals).collect();
-        (!normals.is_empty()).then_some(Constraints { normals })
+        let rails = all.iter().flat_map(Constrained::rails).collect();
+        (!normals.is_empty()).then_some(Constraints { normals, rails })
+    }
+
+    /// The pairs of rows, the one k after the other on a curve of so many vertices, at which v vᵀ of a direction v has blocks.
+    ///
+    /// They are (the first row, k, v there, v at the second).
+    pub fn stiffnesses(&self, count: usize) -> Vec<(usize, usize, Vector<f64, D>, Vector<f64, D>)> {
+        let mut blocks = Vec::new();
+        for normal in &self.normals {
+            for (a, v) in normal {
+                let after = |(b, _): &&(usize, Vector<f64, D>)| (b + count - a) % count <= 2;
+                blocks.extend(normal.iter().filter(after).map(|(b, w)| (*a, (b + count - a) % count, *v, *w)));
+            }
+        }
+        blocks
+    }
+
+    /// Σ λ v at the rows of the directions v, for these multipliers λ.
+    pub fn forces<'a>(&'a self, multipliers: &'a [f64]) -> impl Iterator<Item = (usize, Vector<f64, D>)> + 'a {
+        let of = |(normal, &multiplier): (&'a Normal<D>, &'a f64)| {
+            normal.iter().map(move |(row, v)| (*row, scale(multiplier, *v)))
+        };
+        self.normals.iter().zip(multipliers).flat_map(of)
+    }
+
+    /// The same with directions in the tangent planes of a surface, whose normals are these.
+    pub fn in_planes(&self, normals: &[Vector<f64, D>]) -> Self {
+        let flat = |(row, v): &(usize, Vector<f64, D>)| {
+            let n = normals[*row];
+            (*row, subtract(*v, scale(dot(*v, n), n)))
+        };
+        let normals = self.normals.iter().map(|normal| normal.iter().map(flat).collect()).collect();
+        Constraints { normals, rails: self.rails.clone() }
     }
 
     /// Projects z = L⁻¹g onto the constraints, in the metric that `solve` solves for.
@@ -195,12 +265,14 @@ impl<const D: usize> Constraints<D> {
     /// The constraint forces are removed from `g`. They are removed first, and the rest is solved
     /// for again. Near a minimum the forces are large, and ⟨g, z⟩ would otherwise be a small
     /// difference of large numbers.
+    ///
+    /// Returns the multiplier of each direction in what was removed.
     pub fn project<S: Scalar>(
         &self,
         solve: &mut dyn FnMut(&mut [Vector<S, D>]),
         g: &mut [Vector<S, D>],
         z: &mut [Vector<S, D>],
-    ) {
+    ) -> Vec<f64> {
         let number = |x: f64| S::of(x);
         let mut responses = Vec::with_capacity(self.normals.len());
         for normal in &self.normals {
@@ -216,14 +288,16 @@ impl<const D: usize> Constraints<D> {
         };
         let count = self.normals.len();
         let gram = DMatrix::from_fn(count, count, |a, b| along(&self.normals[a], &responses[b])).lu();
+        let mut all = vec![0.0; count];
         for again in [true, false] {
             let excess = DVector::from_fn(count, |a, _| along(&self.normals[a], z));
             let Some(multipliers) = gram.solve(&excess) else {
                 // Two constraints share a vertex. Such curves are refused earlier, so this is never
                 // reached. NaN ends the curve.
                 z.iter_mut().for_each(|z| *z = [number(f64::NAN); D]);
-                return;
+                return all;
             };
+            all.iter_mut().zip(multipliers.iter()).for_each(|(sum, multiplier)| *sum += multiplier);
             for ((normal, response), &multiplier) in self.normals.iter().zip(&responses).zip(multipliers.iter()) {
                 for (row, vector) in normal {
                     g[*row] = subtract(g[*row], vector.map(|x| number(multiplier * x)));
@@ -237,5 +311,6 @@ impl<const D: usize> Constraints<D> {
                 solve(z);
             }
         }
+        all
     }
 }

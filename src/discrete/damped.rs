@@ -1,5 +1,6 @@
 //! Newton's method damped in the Sobolev metric: one trial of (H + λL) p = −g a tick.
 
+use super::block::outer;
 use super::descent::Descent;
 use super::lane::Standing;
 use super::newton::Newton;
@@ -99,6 +100,16 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
             && let Some(within) = &mut self.within
         {
             within.assemble(newton, &self.edges, &self.terms, &self.u);
+            if let Some(constraints) = &self.constraints {
+                // A step keeps b·p = 0, and so has nothing of b bᵀ. Without it H may be indefinite where only steps across
+                // are downwards, and would be damped for nothing.
+                let stiffness = newton.largest();
+                for (row, k, v, w) in
+                    constraints.stiffnesses(self.edges.counts()[0] + usize::from(!self.edges.is_closed()))
+                {
+                    newton.add_block(row, k, stiffness, &outer(S::ONE, v.map(S::of), w.map(S::of)));
+                }
+            }
         }
         let mut lambda = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {

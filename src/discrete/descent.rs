@@ -156,7 +156,8 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         if D == 3
             && let Some(within) = &self.within
         {
-            within.retract(&self.pins.movable, &mut self.x);
+            let rails = self.constraints.as_ref().map_or(&[][..], |constraints| &constraints.rails);
+            within.retract(&self.pins.movable, rails, &mut self.x);
         }
     }
 
@@ -302,8 +303,13 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         self.x.copy_from_slice(&self.trial);
         self.metric.solve(&self.pins, &mut self.x);
         if let Some(constraints) = &self.constraints {
+            let flat = self.within.as_ref().map(|within| constraints.in_planes(&within.normals_of_one()));
             let (metric, pins) = (&mut self.metric, &self.pins);
-            constraints.project(&mut |z| metric.solve(pins, z), &mut self.trial, &mut self.x);
+            let solve = &mut |z: &mut [Vector<S, D>]| metric.solve(pins, z);
+            let multipliers = flat.as_ref().unwrap_or(constraints).project(solve, &mut self.trial, &mut self.x);
+            if let Some(within) = &mut self.within {
+                within.relieve(constraints.forces(&multipliers));
+            }
         }
         for row in 0..self.u.len() {
             norm2 += dot(self.trial[row], self.x[row]);

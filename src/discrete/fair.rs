@@ -219,7 +219,9 @@ pub struct Fair {
     /// [`bending`](super::bending) the whole. With geodesic bending alone a curve is a geodesic from point to point if it can
     /// be. Without pinned points and closed it descends to the closed geodesic near, also where that is not the shortest.
     ///
-    /// Energies of order 3, limits, tangents and curvature vectors are refused. Kernels know quadrics. In other surfaces, and
+    /// Tangents are turned into the tangent plane at their point. In a globe they are directions to the east and to the north.
+    ///
+    /// Energies of order 3, limits and curvature vectors are refused. Kernels know quadrics. In other surfaces, and
     /// where nothing holds a curve, the host descends in f64, on every device.
     ///
     /// Source: R. J. Renka, *A Sobolev gradient method for construction of elastic curves in regular surfaces*, Nonlinear

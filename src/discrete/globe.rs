@@ -9,7 +9,6 @@ use glam::DVec3;
 
 use super::curves::{FairCurves, Vertices};
 use super::fair::Fair;
-use crate::Unfitted;
 use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::curve::{Curve, Input, Jet, Sampling};
@@ -20,6 +19,7 @@ use crate::parallel;
 use crate::report::{CurveSet, Fit};
 use crate::status::CurveStatus;
 use crate::surface::{Globe, Surface};
+use crate::{Constraints, Unfitted};
 use heights::{Height, Heights};
 
 const TURN: f64 = 360.0;
@@ -45,7 +45,11 @@ impl Fair {
             }
             coords.extend(points.iter().flat_map(|point| globe.place(point[0], point[1]).to_array()));
         }
-        let spatial = batch.moved(3, coords, problems);
+        let mut spatial = batch.moved(3, coords, problems);
+        if let Some(tangents) = &batch.constraints().tangents {
+            let tangents = Some(on_ground(globe, batch, tangents));
+            spatial = spatial.with_constraints(Constraints { tangents, ..batch.constraints().clone() })?;
+        }
         let surface: Arc<dyn Surface> = Arc::new(globe.surface());
         let within = Fair { surface: Some(surface.clone()), ..self.clone() };
         let (mut curves, reports, did) = within.fit_in::<3>(&spatial, device)?;
@@ -57,6 +61,16 @@ impl Fair {
         let heights = Heights::new(batch, &curves)?;
         Ok(Fit::new(GlobeCurves { curves, heights, globe, given, unfitted }, reports, did))
     }
+}
+
+/// The directions in space of tangents to the east and to the north.
+fn on_ground(globe: Globe, batch: &CurveBatch, tangents: &[f64]) -> Vec<f64> {
+    let d = batch.dimension();
+    let of = |(point, tangent): (&[f64], &[f64])| {
+        let [east, north] = globe.compass(point[0], point[1]);
+        (tangent[0] * east + tangent[1] * north).to_array()
+    };
+    batch.coords().chunks_exact(d).zip(tangents.chunks_exact(d)).flat_map(of).collect()
 }
 
 /// Curves in space, seen as longitudes and latitudes.

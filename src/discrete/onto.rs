@@ -23,6 +23,9 @@ const NEAR: f64 = 1e-3;
 /// Points moved by less than this part of their curve's size were as good as on the surface.
 const ROUNDING: f64 = 1e-9;
 
+/// Newton's steps to a foot within a plane: from half a radius away 5 lead there.
+pub(super) const WITHIN_STEPS: usize = 6;
+
 /// A batch whose points have been moved onto a surface.
 pub(super) struct Moved {
     pub batch: CurveBatch,
@@ -116,8 +119,8 @@ impl Fair {
             "have no variation and no torsion in their energy: ask for geodesic bending"
         } else if !self.limits.is_empty(batch) {
             "keep no limits yet: leave them out"
-        } else if constraints.tangents.is_some() || constraints.curvatures.is_some() {
-            "keep no tangents and no curvature vectors yet: leave them out"
+        } else if constraints.curvatures.is_some() {
+            "keep no curvature vectors yet: leave them out"
         } else {
             return match self.off_surface {
                 Some(most) if most.is_nan() || most < 0.0 => refuse(format!(
@@ -148,6 +151,21 @@ pub(super) fn lost_between<const D: usize>(surface: &dyn Surface, vertices: &[Ve
     let normals: Vec<DVec3> = vertices.iter().map(|vertex| normal(surface, vector(vertex))).collect();
     let turns_little = |row: usize| normals[row - 1].dot(normals[row]) > 0.0;
     (1..normals.len()).find(|&row| !turns_little(row)).map(|row| row - 1)
+}
+
+/// The point of a surface where the way along ∇F within a plane ends, for the vector across the plane.
+pub(super) fn foot_within<const D: usize>(
+    surface: &dyn Surface,
+    x: Vector<f64, D>,
+    across: Vector<f64, D>,
+) -> Vector<f64, D> {
+    let (mut foot, across) = (vector(&x), vector(&across));
+    for _ in 0..WITHIN_STEPS {
+        let gradient = surface.gradient(foot);
+        let way = gradient - gradient.dot(across) * across;
+        foot -= surface.value(foot) / way.length_squared() * way;
+    }
+    std::array::from_fn(|c| foot[c])
 }
 
 /// A point with its derivatives, moved onto a surface.

@@ -9,7 +9,7 @@ use super::constrain::{Constraints as Kept, constrained};
 use super::division::divide;
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins};
-use super::onto::{Halved, lost_between};
+use super::onto::{Halved, foot_within, lost_between};
 use super::problem::{Attached, Outcome, Problem, order_of};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
@@ -192,10 +192,15 @@ fn ready<const D: usize>(
         let k = rows.partition_point(|&own| own as usize <= row).saturating_sub(1).min(points.len() - 1);
         return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &what) });
     }
-    let constraints = constrained::<D>(batch, i, &rows, vertices.len(), closed)?;
+    let constraints = constrained::<D>(batch, i, &rows, &vertices, closed, fair.surface.as_deref())?;
     let attached = fair.energy.attachment_weight();
     let size = Bounds::of(points.iter().copied()).diagonal();
     constraints.iter().for_each(|constraint| constraint.meet(&mut vertices));
+    if let Some(surface) = &fair.surface {
+        for (row, across) in constraints.iter().flat_map(|constraint| constraint.rails()) {
+            vertices[row] = foot_within(&**surface, vertices[row], across);
+        }
+    }
     let scaled = |v: Vector<f64, D>| v.map(|x| x / size);
     let mut base: Vec<Vector<f64, D>> = vertices.windows(2).map(|ends| scaled(subtract(ends[1], ends[0]))).collect();
     base.extend(closed.then(|| scaled(subtract(vertices[0], vertices[vertices.len() - 1]))));

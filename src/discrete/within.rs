@@ -22,6 +22,7 @@ use super::edges::Edges;
 use super::energy::Functional;
 use super::energy::geodesic_bending::{GeodesicBending, Turn, times};
 use super::newton::Newton;
+use super::onto::WITHIN_STEPS;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 use crate::linalg::{Real, Scalar};
 use crate::surface::Surface;
@@ -171,6 +172,28 @@ impl<S: Scalar, const D: usize> Form<S, D> {
         (normal, shape)
     }
 
+    /// F/|∇F| and n at a place.
+    fn height(&self, y: Vector<S, D>) -> (S, Vector<S, D>) {
+        match self {
+            Form::Quadric { matrix, linear, constant } => {
+                let product = times(matrix, y);
+                let gradient = add(product, *linear);
+                let inverse = S::ONE / dot(gradient, gradient).sqrt();
+                let value = dot(y, add(scale(S::of(0.5), product), *linear)) + *constant;
+                (inverse * value, scale(inverse, gradient))
+            }
+            Form::Other(lanes) => {
+                let (mut height, mut normal) = (S::ZERO, y);
+                for (lane, local) in lanes.iter().enumerate() {
+                    let (n, _, value) = local.jet(lane_of(&y, lane));
+                    height.set_lane(lane, number::<S>(value));
+                    (0..D).for_each(|c| normal[c].set_lane(lane, number::<S>(n[c])));
+                }
+                (height, normal)
+            }
+        }
+    }
+
     /// The way from a place to the surface along ∇F.
     #[inline(always)]
     fn way(&self, y: Vector<S, D>) -> Vector<S, D> {
@@ -245,15 +268,37 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// Moves vertices that may move back to the surface.
+    /// Moves vertices that may move back to the surface, and those on rails within their planes.
     #[inline(always)]
-    pub fn retract(&self, movable: &[S], u: &mut [Vector<S, D>]) {
+    pub fn retract(&self, movable: &[S], rails: &[(usize, Vector<f64, D>)], u: &mut [Vector<S, D>]) {
+        if !rails.is_empty() {
+            self.retract_on_rails(rails, u);
+        }
         for row in 0..u.len() {
             let way = self.form.way(add(self.places[row], u[row]));
             for c in 0..D {
                 u[row][c] = movable[row].if_positive(u[row][c] + way[c], u[row][c]);
             }
         }
+    }
+
+    /// Moves the vertices on rails back. What has been moved is then left where it is.
+    #[inline(never)]
+    fn retract_on_rails(&self, rails: &[(usize, Vector<f64, D>)], u: &mut [Vector<S, D>]) {
+        for (row, across) in rails {
+            let mut b = u[*row];
+            (0..D).for_each(|c| b[c] = S::of(across[c]));
+            for _ in 0..WITHIN_STEPS {
+                let (value, normal) = self.form.height(add(self.places[*row], u[*row]));
+                let way = subtract(normal, scale(dot(normal, b), b));
+                u[*row] = subtract(u[*row], scale(value / dot(way, way), way));
+            }
+        }
+    }
+
+    /// The normals of a curve alone.
+    pub fn normals_of_one(&self) -> Vec<Vector<f64, D>> {
+        self.normals.iter().map(|normal| lane_of(normal, 0)).collect()
     }
 
     /// Takes normals and second derivatives at the vertices.
@@ -328,6 +373,16 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     #[inline(always)]
     pub fn tangential(&self, row: usize, x: Vector<S, D>) -> Vector<S, D> {
         subtract(x, scale(dot(x, self.normals[row]), self.normals[row]))
+    }
+
+    /// Takes the forces of constraints from n·g of the last evaluation, of a curve alone.
+    ///
+    /// A plane b·x that a vertex stays in bends on the surface as (n·b) W.
+    pub fn relieve(&mut self, forces: impl Iterator<Item = (usize, Vector<f64, D>)>) {
+        for (row, force) in forces {
+            let along: f64 = (0..D).map(|c| force[c] * self.normals[row][c].lane(0).to_f64()).sum();
+            self.pushes_there[row] = self.pushes_there[row] - S::of(along);
+        }
     }
 
     /// Keeps the last evaluation where `accepted` is 1.

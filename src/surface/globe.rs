@@ -56,6 +56,12 @@ impl Globe {
         DVec3::new(a * across * cos_lon, a * across * sin_lon, b * along) / root
     }
 
+    /// The unit vectors to the east and to the north at a longitude and a latitude, in degrees.
+    pub fn compass(&self, longitude: f64, latitude: f64) -> [DVec3; 2] {
+        let [(sin_lon, cos_lon), (sin_lat, cos_lat)] = [longitude, latitude].map(sin_cos_of_degrees);
+        [DVec3::new(-sin_lon, cos_lon, 0.0), DVec3::new(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat)]
+    }
+
     /// The longitude, from −180° to 180°, and the latitude of a place on the surface. The longitude of a pole is 0.
     pub fn angles(&self, place: DVec3) -> [f64; 2] {
         let (a, b) = (self.equatorial, self.polar);

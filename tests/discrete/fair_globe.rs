@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use faircurve::discrete::{Fair, geodesic_bending, length, tautness};
 use faircurve::surface::{Globe, Quadric};
-use faircurve::{CurveBatch, CurveStatus, Device, Sampling};
+use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Sampling};
 use glam::{DMat3, DVec3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -129,6 +129,25 @@ fn heights_are_splines_over_the_ground_and_change_nothing_on_it() {
             assert!((before.second.z / (l * l) - after.second.z / (m * m)).abs() < 1e-12);
         }
     }
+}
+
+#[test]
+fn tangents_point_east_and_north() {
+    let points = [[-179.0, 60.0], [170.0, 70.0], [100.0, 80.0]];
+    let tangents = vec![-1.0, 0.0, f64::NAN, f64::NAN, 1.0, 2.0];
+    let constraints = Constraints { tangents: Some(tangents), ..Constraints::default() };
+    let batch = one(&points, false).with_constraints(constraints).unwrap();
+    let (vertices, report) = fitted::<2>(&on(Globe::WGS84), &batch, 16);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    let place = |p: Planar| Globe::WGS84.place(p[0], p[1]);
+    // At its start it goes due west, and at its end it comes in from the south-south-west.
+    let first = place(vertices[1]) - place(vertices[0]);
+    let [east, north] = Globe::WGS84.compass(points[0][0], points[0][1]);
+    let [along, across] = [first.dot(east), first.dot(north)].map(|x| x / first.length());
+    assert!(across.abs() < 1e-9 && along < 0.0, "{along} {across:e}");
+    let last = place(vertices[32]) - place(vertices[31]);
+    let [east, north] = Globe::WGS84.compass(points[2][0], points[2][1]);
+    assert!((last.dot(north) / last.dot(east) - 2.0).abs() < 1e-8 && last.dot(east) > 0.0);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use faircurve::discrete::{Energy, Fair, Pins, Segments, geodesic_bending, length};
 use faircurve::surface::{Globe, Quadric, Surface, Torus};
-use faircurve::{CurveBatch, CurveStatus, Device};
+use faircurve::{Constraints, CurveBatch, CurveStatus, Device};
 use glam::{DMat3, DVec3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -297,4 +297,58 @@ fn points_far_apart_are_joined_by_great_circles() {
     let found = iterations(&(geodesic_bending(2.0) + length()), 120.0, 0.4, 100);
     println!("steps of 120°: {} of 100 converge, {} iterations at the median", found.len(), found[found.len() / 2]);
     assert!(found.len() >= 98);
+}
+
+#[test]
+fn tangents_in_surfaces_are_met_at_ends_and_within() {
+    let surfaces: [(Arc<dyn Surface>, f64); 3] = [
+        (Arc::new(Quadric::sphere(1.0)), 1.0),
+        (Arc::new(Quadric::cone(0.6)), 1.2),
+        (Arc::new(Torus::new(2.0, 1.0).unwrap()), 1.1),
+    ];
+    for (surface, height) in surfaces {
+        for closed in [false, true] {
+            // Around the axis, up and down.
+            let place = |k: usize| {
+                let (sin, cos) = (1.2566 * k as f64).sin_cos();
+                DVec3::new(0.8 * cos, 0.8 * sin, height + 0.1 * (k % 2) as f64)
+            };
+            let points: Vec<Spatial> = (0..5).map(|k| surface.closest(place(k)).unwrap().to_array()).collect();
+            let normal = |k: usize| surface.gradient(DVec3::from_array(points[k])).normalize();
+            // Directions 20 degrees from the way to the next point, and none at two points.
+            let tangents = (0..5).flat_map(|k| {
+                let next = if k == 4 && !closed { place(5).to_array() } else { points[(k + 1) % 5] };
+                let turned = DMat3::from_axis_angle(normal(k), 0.35) * DVec3::from_array(minus(next, points[k]));
+                if k == 1 || k == 3 { [f64::NAN; 3] } else { turned.to_array() }
+            });
+            let tangents: Vec<f64> = tangents.collect();
+            let constraints = Constraints { tangents: Some(tangents.clone()), ..Constraints::default() };
+            let batch = one(&points, closed).with_constraints(constraints).unwrap();
+            let fair =
+                Fair { energy: geodesic_bending(2.0) + length(), surface: Some(surface.clone()), ..Fair::default() };
+            let (vertices, report) = fitted::<3>(&fair, &batch, 16);
+            assert_eq!(report.status, CurveStatus::Converged, "{} {closed}: {report:?}", surface.name());
+            let free = fair.fit(&one(&points, closed), &Device::cpu()).unwrap().reports()[0].clone();
+            println!(
+                "{}, closed {closed}: {} iterations, {} without tangents",
+                surface.name(),
+                report.iterations,
+                free.iterations
+            );
+            assert!(report.iterations <= 15, "Newton's method is not damped for what tangents leave out");
+            for k in [0, 2, 4] {
+                let (row, count) = (16 * k, vertices.len());
+                let next = if closed { (row + 1) % count } else { (row + 1).min(count - 1) };
+                let before = if closed { (row + count - 1) % count } else { row.saturating_sub(1) };
+                let asked = DVec3::from_slice(&tangents[3 * k..3 * k + 3]);
+                let asked = (asked - asked.dot(normal(k)) * normal(k)).normalize();
+                let ahead = DVec3::from_array(minus(vertices[next], vertices[before]));
+                // b = n × τ
+                let across = ahead.dot(normal(k).cross(asked));
+                assert!(across.abs() < 1e-14 && ahead.dot(asked) > 0.0, "{} at {k}: {across:e}", surface.name());
+            }
+            assert!(vertices.iter().all(|v| surface.value(DVec3::from_array(*v)).abs() < 1e-14));
+            assert!(report.energy > free.energy, "what is asked for costs energy");
+        }
+    }
 }
