@@ -200,7 +200,7 @@ def geodesics():
     for a, b in pairs[:1000]:
         Geodesic.WGS84.Inverse(a[1], a[0], b[1], b[0])
     of_library = (time.perf_counter() - began) / 1000
-    found, usable = fit.report()["length"], fit.status == "converged"
+    found, usable = fit.length, fit.status == "converged"
     error = np.abs(found / exact - 1)[usable]
     angle = np.degrees(np.arccos(np.clip((at[:, 0] * at[:, 1]).sum(-1), -1, 1)))
     line(

@@ -315,8 +315,8 @@ class Geodesic:
     >>> import faircurve as fc
     >>> berlin, tokyo = (13.4, 52.5), (139.7, 35.7)
     >>> fit = fc.Geodesic("wgs84", per_span=64).fit([[berlin, tokyo]])
-    >>> round(fit.report()["length"][0] / 1000)
-    8941
+    >>> round(fit.length[0] / 1000)
+    8940
     """
 
     surface: str

@@ -251,11 +251,11 @@ def test_curves_on_a_globe_do_not_know_where_its_poles_and_its_date_line_are():
 
 def test_geodesics_have_their_lengths():
     quarter = fc.Geodesic("sphere:1").fit([[(0, 0), (90, 0)], [(0, 0), (90, 0), (90, 90)]])
-    assert np.abs(quarter.report()["length"] / (np.pi / 2) - [1, 2]).max() < 1e-6
+    assert np.abs(quarter.length / (np.pi / 2) - [1, 2]).max() < 1e-6
     ring = [(2 + np.cos(0.3 * np.sin(s)) * 0.9, s) for s in np.linspace(0, 2 * np.pi, 32, endpoint=False)]
     start = [(r * np.cos(s), r * np.sin(s), np.sqrt(max(0.0, 1 - (r - 2) ** 2))) for r, s in ring]
     outer = fc.Geodesic("torus:2,1").fit([start], closed=True)
-    assert outer.status.tolist() == ["converged"] and abs(outer.report()["length"][0] / (6 * np.pi) - 1) < 1e-5
+    assert outer.status.tolist() == ["converged"] and abs(outer.length[0] / (6 * np.pi) - 1) < 1e-5
 
 
 def _places(angles):
