@@ -8,13 +8,14 @@ use glam::DVec3;
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, vector};
 use crate::motion::Motion;
+use crate::parallel;
 use crate::ragged;
 use crate::surface::{Surface, normal};
 
 /// Normals turn by at most this angle, in radians, along a span that has no points put in.
 const WIDE: f64 = std::f64::consts::FRAC_PI_4;
 
-/// A batch with points put in, and how many spans each span has become.
+/// A batch with points put in where spans are wide, and how many spans each span has become.
 pub(in crate::discrete) struct Halved {
     pub batch: CurveBatch,
     parts: Vec<Vec<usize>>,
@@ -23,6 +24,13 @@ pub(in crate::discrete) struct Halved {
 impl Halved {
     /// The batch with its wide spans halved as often as they are wide; `None` where no span is.
     pub fn of(batch: &CurveBatch, surface: &dyn Surface) -> Option<Self> {
+        let has_wide = |i: usize| {
+            let normals: Vec<DVec3> = batch.points(i).chunks_exact(3).map(|p| normal(surface, vector(p))).collect();
+            (0..batch.spans(i)).any(|k| is_wide(normals[k], normals[(k + 1) % normals.len()]))
+        };
+        if !parallel::map(batch.len(), 256, has_wide).contains(&true) {
+            return None;
+        }
         let (mut coords, mut parts) = (Vec::new(), Vec::with_capacity(batch.len()));
         let mut counts = Vec::with_capacity(batch.len());
         for i in 0..batch.len() {
@@ -39,8 +47,7 @@ impl Halved {
             counts.push((coords.len() - before) / 3);
             parts.push(own);
         }
-        let is_wide = parts.iter().flatten().any(|&parts| parts > 1);
-        is_wide.then(|| Halved { batch: batch.with_points(coords, ragged::offsets(counts)), parts })
+        Some(Halved { batch: batch.with_points(coords, ragged::offsets(counts)), parts })
     }
 
     /// A curve through the points of curve `i`, as one of the spans that it had.
@@ -56,13 +63,18 @@ impl Halved {
     }
 }
 
+/// Whether unit normals turn by more than [`WIDE`].
+fn is_wide(from: DVec3, to: DVec3) -> bool {
+    from.dot(to) < WIDE.cos()
+}
+
 /// The points between two, by halving: none where the normal turns little, or where a half has no foot.
 fn halved(surface: &dyn Surface, from: DVec3, to: DVec3) -> Vec<DVec3> {
-    let turn = normal(surface, from).angle_between(normal(surface, to));
-    let halvings = (turn / WIDE).log2().ceil().max(0.0);
-    if !(1.0..8.0).contains(&halvings) {
+    let normals = [from, to].map(|x| normal(surface, x));
+    if !is_wide(normals[0], normals[1]) {
         return Vec::new();
     }
+    let halvings = (normals[0].angle_between(normals[1]) / WIDE).log2().ceil().clamp(1.0, 2.0);
     let mut way = vec![from, to];
     for _ in 0..halvings as u32 {
         let mut finer = vec![from];
