@@ -152,8 +152,14 @@ def by_pymanopt(points):
     def gradient(free):
         return energy(place(free), gamma)[2][FREE].T
 
-    problem = pymanopt.Problem(manifold, cost, euclidean_gradient=gradient)
-    optimizer = pymanopt.optimizers.ConjugateGradient(max_iterations=20_000, max_time=600, min_gradient_norm=1e-6, verbosity=0)
+    @pymanopt.function.numpy(manifold)
+    def hessian(free, along):
+        step = 1e-6 / max(np.linalg.norm(along), 1e-300)
+        ahead, back = (energy(place(free + sign * step * along), gamma)[2][FREE].T for sign in (1, -1))
+        return (ahead - back) / (2 * step)
+
+    problem = pymanopt.Problem(manifold, cost, euclidean_gradient=gradient, euclidean_hessian=hessian)
+    optimizer = pymanopt.optimizers.TrustRegions(max_iterations=1_000, max_time=600, min_gradient_norm=1e-6, verbosity=0)
     found = optimizer.run(problem, initial_point=x[FREE].T.copy())
     return energy(place(found.point), gamma)[1]
 
@@ -181,7 +187,7 @@ def tracks():
     degrees = np.degrees(np.stack([lon, lat], axis=-1))
     seconds_of_degrees, _ = best(lambda: fc.Fair(surface="wgs84").fit(degrees))
     line(case, "faircurve, longitudes and latitudes of WGS84, tautness", seconds_of_degrees, CURVES)
-    for peer, act, count in [("scipy L-BFGS-B", by_scipy, ARGUMENTS.scipy), ("pymanopt CG", by_pymanopt, ARGUMENTS.pymanopt)]:
+    for peer, act, count in [("scipy L-BFGS-B", by_scipy, ARGUMENTS.scipy), ("pymanopt trust regions", by_pymanopt, ARGUMENTS.pymanopt)]:
         began = time.perf_counter()
         energies = np.array([act(points[i]) for i in range(count)])
         took = time.perf_counter() - began
