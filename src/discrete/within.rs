@@ -381,7 +381,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     pub fn relieve(&mut self, forces: impl Iterator<Item = (usize, Vector<f64, D>)>) {
         for (row, force) in forces {
             let along: f64 = (0..D).map(|c| force[c] * self.normals[row][c].lane(0).to_f64()).sum();
-            self.pushes_there[row] = self.pushes_there[row] - S::of(along);
+            self.pushes_there[row] -= S::of(along);
         }
     }
 
