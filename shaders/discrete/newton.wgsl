@@ -185,7 +185,8 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
         w = framed(w, next);
         let after = current_frame(curve, surface, j + 2);
         let row = damping_row(curve, w, edges, lambda);
-        let blocks = in_tangent_planes(vertex_blocks(w, weights, edges), row, array<vector, 3>(frame.normal, next.normal, after.normal));
+        let normals = array<vector, 3>(frame.normal, next.normal, after.normal);
+        let blocks = in_tangent_planes(curve, w, edges, vertex_blocks(w, weights, edges), row, normals);
         add_window(&front, blocks, vec3<real>(), part);
 //:else
         add_window(&front, vertex_blocks(w, weights, edges), damping_row(curve, w, edges, lambda), part);

@@ -96,7 +96,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
                 newton.hold(row, wall.hessian(self.u[row]), S::ZERO);
             }
         }
-        if D == 3
+        if const { D == 3 }
             && let Some(within) = &mut self.within
         {
             within.assemble(newton, &self.edges, &self.terms, &self.u);

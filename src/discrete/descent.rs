@@ -108,7 +108,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         for (weight, functional) in &self.terms {
             energy += *weight * self.edges.value(functional);
         }
-        if D == 3
+        if const { D == 3 }
             && let Some(within) = &mut self.within
         {
             within.frame(&self.x);
@@ -153,7 +153,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     /// Moves x back to the surface, if curves lie in one.
     #[inline(always)]
     pub(super) fn retract(&mut self) {
-        if D == 3
+        if const { D == 3 }
             && let Some(within) = &self.within
         {
             let rails = self.constraints.as_ref().map_or(&[][..], |constraints| &constraints.rails);
@@ -170,7 +170,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         self.edges.place(&self.x);
         self.edges.clear();
         let mut energy = self.evaluate_terms();
-        if D == 3
+        if const { D == 3 }
             && let Some(within) = &mut self.within
         {
             within.frame(&self.x);
@@ -181,7 +181,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             energy += self.attach();
         }
         energy += self.wall_in();
-        if D == 3
+        if const { D == 3 }
             && let Some(within) = &mut self.within
         {
             within.settle(&self.pins.movable, &mut self.trial);
@@ -322,7 +322,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
                 beta.set_lane(l, b);
             }
         }
-        if D == 3
+        if const { D == 3 }
             && let Some(within) = &mut self.within
         {
             within.accept(accepted);
@@ -332,7 +332,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
         for row in 0..self.u.len() {
             let mut before = scale(beta, self.p[row]);
-            if D == 3
+            if const { D == 3 }
                 && let Some(within) = &self.within
             {
                 before = within.tangential(row, before);

@@ -244,7 +244,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     pub fn factor(&mut self, lambda: S) -> S {
         let (blocks, damping, movable) = (self.hessian.blocks(), &self.damping[..], &self.movable[..]);
         let filling = Filling { blocks, damping, movable, bases: &self.bases, lambda };
-        if D == 3
+        if const { D == 3 }
             && let Matrix::SecondTangent(matrix) = &mut self.matrix
         {
             return filling.factor_tangent(matrix);
@@ -255,7 +255,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     /// Computes x ← (H + λL)⁻¹ x, which is 0 at pins.
     #[inline(always)]
     pub fn solve(&mut self, x: &mut [Vector<S, D>]) {
-        if D == 3
+        if const { D == 3 }
             && let Matrix::SecondTangent(matrix) = &self.matrix
         {
             for (k, unknown) in self.unknowns.iter_mut().enumerate() {

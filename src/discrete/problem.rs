@@ -184,7 +184,9 @@ impl<const D: usize> Problem<D> {
     /// f64.
     pub fn rounding_in_f32(&self, energy: &Energy) -> f64 {
         let (energy, length) = self.at_base(energy);
-        1.1 * f64::from(f32::EPSILON) * (0.5 * self.highest * energy).sqrt() * self.base.len() as f64 / length
+        // Feet on a surface are rounded too: floors of 1.2 times the other were met.
+        let feet = if self.surface.is_some() { 2.0 } else { 1.0 };
+        feet * 1.1 * f64::from(f32::EPSILON) * (0.5 * self.highest * energy).sqrt() * self.base.len() as f64 / length
     }
 
     /// The energy of the base at size 1, without gauge and attachments.
@@ -423,7 +425,7 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, holds, &bounds);
     descent.constraints = lane(0).constraints.clone();
     descent.walls = walls;
-    if D == 3 && lane(0).surface.is_some() {
+    if const { D == 3 } && lane(0).surface.is_some() {
         let own = |l: usize| lane(l).surface.as_ref().map(|surface| (surface, &lane(l).places[..]));
         let surfaces: Vec<_> = (0..S::LANES).filter_map(own).collect();
         descent.within = Some(Within::new(&surfaces, &descent.edges));

@@ -117,6 +117,7 @@ fn kernel(key: &KernelKey) -> String {
     let way = match (has("NEWTON"), has("LANES")) {
         (true, true) if has("THIRD") && has("SPATIAL") => " Newton, lanes, order 3, spatial",
         (true, true) if has("THIRD") => " Newton, lanes, order 3, planar",
+        (true, true) if has("SURFACE") => " Newton, lanes, in a surface",
         (true, true) => " Newton, lanes",
         (true, false) if FENCED.iter().any(|name| has(name)) => " Newton, thread, fenced",
         (true, false) if has("SPATIAL") => " Newton, thread, spatial",
@@ -133,11 +134,15 @@ const REGISTERS_F32: u64 = 128;
 /// What kernels of curves with limits are defined with.
 const FENCED: [&str; 5] = ["FENCE_CURB", "FENCE_SIDE", "FENCE_AHEAD", "FENCE_TWIST", "WALLS"];
 
-const BEYOND: [(&str, &str); 4] = [
+const BEYOND: [(&str, &str); 5] = [
     ("discrete/evaluate.wgsl:hessian", "second derivatives of variation and torsion are 87 numbers a window in space"),
     (
         "discrete/descent.wgsl:descend Newton, lanes, order 3, spatial",
         "in f64 alone, blocks of three vertices in space, and the second derivatives of a window",
+    ),
+    (
+        "discrete/descent.wgsl:descend Newton, lanes, in a surface",
+        "second derivatives by places besides those by tangents, and the frames of three vertices",
     ),
     (
         "discrete/descent.wgsl:descend Newton, thread, spatial",

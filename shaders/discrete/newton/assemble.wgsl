@@ -60,7 +60,8 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
         w = framed(w, next);
         let after = current_frame(curve, surface, j + 2);
         let normals = array<vector, 3>(here.normal, next.normal, after.normal);
-        let blocks = in_tangent_planes(vertex_blocks(w, weights, edges), damping_row(curve, w, edges, lambda), normals);
+        let damped = damping_row(curve, w, edges, lambda);
+        let blocks = in_tangent_planes(curve, w, edges, vertex_blocks(w, weights, edges), damped, normals);
         let row = vec3<real>();
         here = next;
         next = after;

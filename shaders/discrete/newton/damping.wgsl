@@ -2,13 +2,16 @@
 //:include discrete/hessian.wgsl
 //:if SURFACE
 
-// The blocks of H + λL in the tangent planes of the window's vertices, for the row of L.
-fn in_tangent_planes(blocks: VertexBlocks, row: vec3<real>, normals: array<vector, 3>) -> VertexBlocks {
+// The blocks of H + λL in the tangent planes of the window's vertices, for the row of L. Along the normals they get a
+// stiffness as large as the others, which rounding cannot make negative; nothing pulls there.
+fn in_tangent_planes(curve: Curve, w: Window, edges: u32, blocks: VertexBlocks, row: vec3<real>, normals: array<vector, 3>) -> VertexBlocks {
     var planes = VertexBlocks();
+    let stiffness = select(real(0), curve.highest * real(2) / (w.s0 + w.s1) * w.r0 * w.r1, edges >= 2u);
 //:unroll a 0..$VERTICES
 //:unroll b $a..$VERTICES
     planes.v$a$b = in_planes(normals[$a], blocks.v$a$b + diagonal(row[$a] * row[$b]), normals[$b]);
 //:end
+    planes.v$a$a += outer(stiffness * normals[$a], normals[$a]);
 //:end
     return planes;
 }
