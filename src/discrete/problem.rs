@@ -184,8 +184,8 @@ impl<const D: usize> Problem<D> {
     /// f64.
     pub fn rounding_in_f32(&self, energy: &Energy) -> f64 {
         let (energy, length) = self.at_base(energy);
-        // Feet on a surface are rounded too: floors of 1.2 times the other were met.
-        let feet = if self.surface.is_some() { 2.0 } else { 1.0 };
+        // Feet on a surface are rounded too: floors of twice the other were met.
+        let feet = if self.surface.is_some() { 4.0 } else { 1.0 };
         feet * 1.1 * f64::from(f32::EPSILON) * (0.5 * self.highest * energy).sqrt() * self.base.len() as f64 / length
     }
 
