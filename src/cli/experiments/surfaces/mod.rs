@@ -124,7 +124,7 @@ fn closed_geodesics(record: &mut Record, csv: &mut String) -> Result<()> {
             let (vertices, report) = descend(&surface, &*start, count)?;
             *own = if report.status == CurveStatus::Converged { length_of(&vertices) } else { f64::NAN };
             iterations = report.iterations;
-            let _ = writeln!(csv, "{name},{count},{own},{length},{iterations}");
+            let _ = writeln!(csv, "\"{name}\",{count},{own},{length},{iterations}");
         }
         let extrapolated = (64.0 * lengths[2] - 20.0 * lengths[1] + lengths[0]) / 45.0;
         let error = (extrapolated / length - 1.0).abs();
