@@ -357,7 +357,14 @@ fn batches() -> impl Strategy<Value = CurveBatch> {
         .prop_map(|(d, curves, names, closed)| {
             let mut offsets = vec![0];
             curves.iter().for_each(|curve| offsets.push(offsets[offsets.len() - 1] + curve.len() / d));
-            let coords = curves.iter().flat_map(|curve| &curve[..curve.len() / d * d]).copied().collect();
+            let mut coords: Vec<f64> = curves.iter().flat_map(|curve| &curve[..curve.len() / d * d]).copied().collect();
+            for ends in offsets.windows(2).filter(|ends| ends[1] - ends[0] > 2) {
+                // A curve that comes back to its first point is read as a closed one.
+                let (first, last) = (ends[0] * d, (ends[1] - 1) * d);
+                if (0..d).all(|c| coords[first + c] == coords[last + c]) {
+                    coords[last] = if coords[first] == 1.0 { 2.0 } else { 1.0 };
+                }
+            }
             let batch = CurveBatch::from_ragged(d, coords, offsets).unwrap();
             // A closed curve of one point cannot be told from a point in GeoJSON.
             let closed = (0..batch.len()).map(|i| closed[i] && batch.count(i) > 1).collect();
