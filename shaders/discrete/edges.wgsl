@@ -14,7 +14,7 @@
 //     DIRECTION   if the slope Σ g·p is wanted: fn(curve: Curve, j: u32) -> vector: p at the end of edge j less p at its start
 //     PLACE       with WALLS or SURFACE: fn(curve: Curve, v: u32) -> vector: the displacement of vertex v
 //     STORE_PUSH  with SURFACE: fn(curve: Curve, v: u32, push: real): n·g of vertex v, of which the gradient keeps nothing
-//     DIRECTION_AT with DIRECTION, and ATTACHMENT or WALLS: fn(curve: Curve, v: u32) -> vector: p at vertex v
+//     DIRECTION_AT with DIRECTION, and ATTACHMENT, WALLS or SURFACE: fn(curve: Curve, v: u32) -> vector: p at vertex v
 
 fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
     var swept = Swept();

@@ -9,8 +9,7 @@ use glam::DVec3;
 
 use super::curves::{FairCurves, Vertices};
 use super::fair::Fair;
-use crate::batch::CurveBatch;
-use crate::batch::Origin;
+use crate::batch::{CurveBatch, Origin};
 use crate::curve::{Curve, Input, Jet, Sampling};
 use crate::device::Device;
 use crate::error::Result;

@@ -89,11 +89,10 @@ pub(super) fn set_up_from<const D: usize>(
     let halved = fair.surface.as_ref().and_then(|surface| Halved::of(batch, &**surface));
     let points = match &halved {
         Some(halved) => halved.batch.clone(),
-        None => {
-            let points = batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec());
-            points.with_constraints(end_tangents(batch))?
-        }
+        None => batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec()),
     };
+    // In a surface a start has no given tangents, whether a neighbour is halved or not.
+    let points = if fair.surface.is_some() { points } else { points.with_constraints(end_tangents(batch))? };
     let (splines, reports) = start.fit_splines(&points, &Device::cpu())?;
     let one = |i: usize| {
         let report: &CurveReport = &reports[i];

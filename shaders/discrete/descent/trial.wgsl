@@ -199,7 +199,7 @@ fn current_frame(curve: Curve, surface: Quadric, v: i32) -> Frame {
 }
 
 // What the surface adds to the block of vertex v with itself: −(n·g) W in its plane, and 1 along its normal, which
-// nothing else has.
+// a vertex without a window has from nothing else.
 fn surface_hessian(curve: Curve, v: u32, frame: Frame) -> matrix {
     let push = work[curve.push + v * $SIDEu];
     return in_planes(frame.normal, -push * frame.shape, frame.normal) + outer(frame.normal, frame.normal);
