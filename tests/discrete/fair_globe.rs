@@ -178,3 +178,18 @@ fn what_cannot_be_fitted_on_a_globe_has_a_sentence() {
     let error = free.fit(&batch, &Device::cpu()).unwrap_err().to_string();
     assert!(error.contains("give one, or ask for bending"), "{error}");
 }
+
+#[test]
+fn a_wide_neighbour_changes_no_bit() {
+    let (near, wide) = ([[0.0, 10.0], [3.0, 12.0], [6.0, 9.0]], [[0.0, 0.0], [100.0, 20.0], [170.0, -10.0]]);
+    let none = vec![f64::NAN; 6];
+    let of = |batch: CurveBatch, tangents: Vec<f64>| {
+        batch.with_constraints(Constraints { tangents: Some(tangents), ..Constraints::default() }).unwrap()
+    };
+    let mut tangents = none.clone();
+    tangents[..2].copy_from_slice(&[0.2, 1.0]);
+    let alone = fit(&on(unit_sphere()), &of(one(&near, false), tangents.clone()));
+    let both = CurveBatch::from_slices(&[&near[..], &wide]).unwrap();
+    let beside = fit(&on(unit_sphere()), &of(both, [tangents, none].concat()));
+    assert_eq!(vertices::<2>(&alone, 0, 16), vertices::<2>(&beside, 0, 16));
+}
