@@ -155,6 +155,7 @@ pub mod discrete;
 mod error;
 pub mod gpu;
 mod grids;
+mod ground;
 #[cfg(feature = "formats")]
 pub mod io;
 pub mod laplacian;

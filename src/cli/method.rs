@@ -1,6 +1,7 @@
 //! The methods and their options, checked before any work is done.
 
 mod chosen;
+mod energy;
 mod limits;
 mod surface;
 
@@ -9,10 +10,12 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use faircurve::discrete::{Direction, Energy, Fair, Pins, Segments, bending, geodesic_bending, tautness};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
+use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing, SurfaceSpline};
 use faircurve::{Deviation, Error, Result};
 
 pub use self::chosen::Method;
+pub use self::energy::weights;
+use self::energy::{EnergyWeights, energy_help};
 use self::limits::LimitArgs;
 use self::surface::SurfaceArgs;
 use super::sampling::per_span;
@@ -31,63 +34,6 @@ pub enum MethodName {
     Scf,
     /// Geodesics of a --surface from point to point; a closed curve descends to a closed geodesic near it
     Geodesic,
-}
-
-/// Weights of energies, such as bending=1,length=0.1.
-#[derive(Clone, Debug)]
-struct EnergyWeights(Vec<(String, f64)>);
-
-impl FromStr for EnergyWeights {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        weights(text, Energy::NAMES).map(EnergyWeights)
-    }
-}
-
-fn energy_help() -> String {
-    format!(
-        "What is minimised: a weighted sum of {}. Weights are in units of the input; that of tautness beside bending has \
-         none. With attachment points are no longer fixed [default: bending=1,tautness=1; with --exponent bending=1]",
-        Energy::NAMES.join(", ")
-    )
-}
-
-/// Reads weights of some of the energies named, such as bending=1,length=0.1.
-pub fn weights(text: &str, energies: &[&str]) -> Result<Vec<(String, f64)>, String> {
-    let mut weights: Vec<(String, f64)> = Vec::new();
-    for part in text.split(',') {
-        let known = energies.join(", ");
-        let (name, weight) = part.split_once('=').ok_or_else(|| format!("'{part}' is not NAME=WEIGHT"))?;
-        let (name, weight) = (name.trim(), weight.trim());
-        if !energies.contains(&name) {
-            return Err(format!("there is no energy '{name}': use {known}"));
-        }
-        if weights.iter().any(|(other, _)| other == name) {
-            return Err(format!("{name} stands twice: give it one weight"));
-        }
-        let number: f64 = weight.parse().map_err(|_| format!("the weight of {name} is '{weight}', not a number"))?;
-        if !(number >= 0.0 && number.is_finite()) {
-            return Err(format!("the weight of {name} is {weight}; weights are 0 or positive numbers"));
-        }
-        weights.push((name.to_string(), number));
-    }
-    Ok(weights)
-}
-
-impl EnergyWeights {
-    fn energy(&self, exponent: f64) -> Energy {
-        let weighted = self
-            .0
-            .iter()
-            .filter(|(_, weight)| *weight > 0.0)
-            .map(|(name, weight)| *weight * Energy::named(name).expect("names were checked on reading"));
-        weighted.fold(Energy::default(), |sum, energy| sum + energy).with_exponent(exponent)
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.0.iter().any(|(other, weight)| other == name && *weight > 0.0)
-    }
 }
 
 /// An angle, such as 60deg, 60° or 60.
@@ -213,8 +159,9 @@ impl MethodArgs {
     /// The method asked for by its name, or by an option that only makes sense with it.
     pub fn name(&self) -> MethodName {
         let near = self.deviation.is_some() || self.smoothing.is_some() || self.tube.is_some();
+        let is_smoothed_in_surface = self.surface.is_given() && self.smoothing.is_some();
         let has_limits = self.limits.given().next().is_some() || self.surface.is_given();
-        self.method.unwrap_or(match (has_limits, near) {
+        self.method.unwrap_or(match (has_limits && !is_smoothed_in_surface, near) {
             (true, _) => MethodName::Fair,
             (_, true) => MethodName::Smoothing,
             _ => MethodName::Natural,
@@ -245,7 +192,9 @@ impl MethodArgs {
     /// What a caption calls it.
     pub fn title(&self) -> String {
         match (self.name(), self.smoothing, self.deviation) {
-            (MethodName::Natural, ..) => "natural cubic splines".to_string() + &self.limits.title(),
+            (MethodName::Natural, ..) => {
+                "natural cubic splines".to_string() + &self.limits.title() + &self.surface.title()
+            }
             (MethodName::Scf, ..) => {
                 let mut title = format!("smooth connection functions, ν = {}", self.exponent.unwrap_or(2.0));
                 self.tension.iter().for_each(|tension| title += &format!(", τ = {tension}"));
@@ -260,7 +209,7 @@ impl MethodArgs {
                 title
             }
             (MethodName::Geodesic, ..) => "geodesics".to_string() + &self.surface.title(),
-            (_, Some(lambda), _) => format!("smoothing splines, λ = {lambda}"),
+            (_, Some(lambda), _) => format!("smoothing splines, λ = {lambda}") + &self.surface.title(),
             (_, _, Some(deviation)) => format!("smoothing splines, deviation ≤ {deviation}"),
             _ => match self.tube {
                 Some(tube) => format!("splines of least bending within {tube}"),
@@ -285,18 +234,16 @@ impl MethodArgs {
             MethodName::Fair => Ok(Method::Fair(Box::new(self.fair(spacing)?))),
             MethodName::Geodesic => Ok(Method::Fair(Box::new(self.geodesic(spacing)?))),
             MethodName::Scf => Ok(Method::Scf(self.scf()?)),
+            MethodName::Natural | MethodName::Smoothing if self.surface.is_given() => {
+                Ok(Method::InSurface(Box::new(self.in_surface()?)))
+            }
             MethodName::Natural => {
                 self.refuse_distance("natural splines")?;
                 Ok(Method::Natural(Natural { parametrisation, shape: self.limits.shape(), ..Natural::default() }))
             }
             MethodName::Smoothing => {
-                let amount = match (self.smoothing, self.deviation, self.tube) {
-                    (Some(lambda), ..) if lambda >= 0.0 && lambda.is_finite() => Amount::Lambda(lambda),
-                    (Some(lambda), ..) => {
-                        return Err(Error::argument(format!(
-                            "--smoothing is {lambda}; λ must be 0 or a positive number, such as --smoothing 0.1"
-                        )));
-                    }
+                let amount = match (self.lambda()?, self.deviation, self.tube) {
+                    (Some(lambda), ..) => Amount::Lambda(lambda),
                     (_, Some(deviation), _) => Amount::Deviation(positive("--deviation", deviation)?),
                     (_, _, Some(tube)) => Amount::Tube(positive("--tube", tube)?),
                     (None, None, None) => {
@@ -314,6 +261,41 @@ impl MethodArgs {
 }
 
 impl MethodArgs {
+    /// λ of smoothing splines, if it is given.
+    fn lambda(&self) -> Result<Option<f64>> {
+        match self.smoothing {
+            Some(lambda) if !(lambda >= 0.0 && lambda.is_finite()) => Err(Error::argument(format!(
+                "--smoothing is {lambda}; λ must be 0 or a positive number, such as --smoothing 0.1"
+            ))),
+            lambda => Ok(lambda),
+        }
+    }
+
+    /// Natural and smoothing splines in a surface.
+    fn in_surface(&self) -> Result<SurfaceSpline> {
+        let surface = self.surface.surface()?.expect("a surface is given");
+        let smoothing = match (self.name(), self.lambda()?) {
+            (MethodName::Natural, _) => {
+                self.refuse_distance("natural splines")?;
+                None
+            }
+            (_, Some(lambda)) => Some(lambda),
+            (_, None) => {
+                return Err(Error::argument(
+                    "smoothing splines in a surface take --smoothing λ; curves within a distance of their points are those of \
+                     --method fair --deviation D",
+                ));
+            }
+        };
+        Ok(SurfaceSpline {
+            smoothing,
+            off_surface: self.surface.off_surface(),
+            pin_ends: self.pin != Some(Pins::None),
+            parametrisation: self.parametrisation.unwrap_or_default(),
+            ..SurfaceSpline::new(surface)
+        })
+    }
+
     /// The energy of fair curves.
     fn energy(&self) -> Energy {
         match (&self.energy, self.exponent) {
@@ -417,8 +399,13 @@ impl MethodArgs {
 
     fn refuse_options_of_others(&self) -> Result<()> {
         use MethodName::{Fair, Geodesic, Natural, Scf};
-        if self.surface.is_given() && !matches!(self.name(), Fair | Geodesic) {
-            return Err(Error::argument("--surface belongs to --method fair and --method geodesic"));
+        if self.surface.is_given() && self.name() == Scf {
+            return Err(Error::argument(
+                "smooth connection functions are planar: in a --surface ask for --method fair",
+            ));
+        }
+        if self.surface.is_given() && self.name() == Natural && self.limits.shape() {
+            return Err(Error::argument("--preserve-shape is that of planar curves: leave it out in a --surface"));
         }
         if let Some(tube) = self.tube.filter(|_| self.name() != MethodName::Smoothing) {
             return Err(Error::argument(format!("--tube {tube} belongs to --method smoothing")));
@@ -464,17 +451,4 @@ fn positive(option: &str, deviation: Deviation) -> Result<Deviation> {
     Err(Error::argument(format!(
         "{option} is {deviation}; it must be a positive number, such as {option} 0.01 or {option} 2%"
     )))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_word_for_an_energy_means_that_energy() {
-        for name in Energy::NAMES {
-            let weights: EnergyWeights = format!("{name}=2").parse().unwrap();
-            assert_eq!(weights.energy(2.0).to_string(), format!("2 {name}"));
-        }
-    }
 }

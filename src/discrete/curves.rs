@@ -4,11 +4,11 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-use super::onto::jet_onto;
 use crate::batch::Origin;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Input, Jet, Sampling, vector};
 use crate::device::DeviceReport;
+use crate::ground::jet_onto;
 use crate::motion::Motion;
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
@@ -30,6 +30,13 @@ pub(crate) struct Vertices {
     pub corners: Vec<u32>,
     /// The tangent and the curvature vector at every vertex, where they are known otherwise than from the vertices.
     pub frames: Option<Vec<Frame>>,
+}
+
+impl Vertices {
+    /// The vertices in space.
+    pub fn places(&self) -> Vec<DVec3> {
+        self.coords.chunks_exact(3).map(vector).collect()
+    }
 }
 
 /// The curves of a batch in its order, with their reports.

@@ -22,6 +22,7 @@ use crate::curve::Sampling;
 use crate::deviation::Deviation;
 use crate::device::{Device, DeviceReport};
 use crate::error::Result;
+use crate::ground::{Moved, judge_known};
 use crate::parallel;
 use crate::report::{CurveReport, Fit};
 use crate::surface::Surface;
@@ -330,11 +331,13 @@ impl Fair {
         if let Some(globe) = self.surface.as_ref().and_then(|surface| surface.globe()) {
             return self.fit_on_globe(globe, batch, device);
         }
-        let moved = self.surface.as_ref().map(|surface| (self.onto(batch, &**surface), surface));
+        let moved = self.surface.as_ref().map(|surface| (Moved::onto(batch, &**surface, self.off_surface), surface));
         match (&moved, batch.dimension()) {
             (Some((moved, surface)), _) => {
                 let (mut curves, mut reports, device) = self.fit_in::<3>(&moved.batch, device)?;
                 moved.say(&mut reports, &***surface);
+                let vertices = |i: usize| curves.vertices(i).map(|own| (own.places(), own.rows.clone()));
+                judge_known(&***surface, batch, &vertices, &mut reports);
                 curves.lie_in(batch, surface);
                 Ok(Fit::new(curves, reports, device))
             }

@@ -16,6 +16,7 @@ mod costs;
 mod cubic;
 mod energy;
 mod gpu;
+mod in_surface;
 pub(crate) mod knots;
 mod natural;
 mod packing;
@@ -35,6 +36,7 @@ mod uniform_gpu;
 
 pub use cubic::CubicSplines;
 pub(crate) use gpu::GROUP;
+pub use in_surface::SurfaceSpline;
 pub use knots::Parametrisation;
 pub use natural::{Ends, Natural};
 pub use piecewise::{Boundary, Condition, Extrapolate, Knotted, Piecewise};

@@ -111,6 +111,13 @@ pub trait Surface: Debug + Send + Sync {
         None
     }
 
+    /// Why the surface is not known at a point of it, such as `lies beyond the grid`. `None` where it is known.
+    ///
+    /// Curves that end at such a point are not taken as fitted.
+    fn unknown(&self, _x: DVec3) -> Option<String> {
+        None
+    }
+
     /// The surface as a quadric, if it is one. Curves in quadrics are the fastest.
     fn quadric(&self) -> Option<Quadric> {
         None

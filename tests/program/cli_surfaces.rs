@@ -73,6 +73,40 @@ fn geodesics_are_the_straight_ways_between_points() {
 }
 
 #[test]
+fn timed_tracks_on_the_globe_are_sampled_evenly_in_time() {
+    let text = "curve,t,lon,lat,z\na,0,170,-10,5\na,6,178,-14,8\na,12,-172,-12,9\na,24,-165,-20,2\n";
+    let folder = folder(text);
+    for method in ["natural", "smoothing --smoothing 10"] {
+        let lines =
+            reports(&folder, &format!("--surface wgs84 --method {method} --columns curve=curve,t=t,z=z --every 1"), 0);
+        assert_eq!(lines[0]["status"], "converged");
+        let text = fs::read_to_string(folder.path().join("out.csv")).unwrap();
+        let (head, rows) = text.split_once('\n').unwrap();
+        let at = |name: &str| head.split(',').position(|column| column == name).unwrap_or_else(|| panic!("{head}"));
+        let columns = ["x", "y", "t"].map(at);
+        let rows: Vec<[f64; 3]> = rows
+            .lines()
+            .map(|row| {
+                let fields: Vec<&str> = row.split(',').collect();
+                columns.map(|column| fields[column].parse().unwrap())
+            })
+            .collect();
+        assert_eq!(rows.len(), 25);
+        for (hour, row) in rows.iter().enumerate() {
+            assert_eq!(row[2], hour as f64);
+        }
+        // No step is torn at the date line, and the last is shorter than a degree or two.
+        for pair in rows.windows(2) {
+            let step = (pair[1][0] - pair[0][0] + 540.0).rem_euclid(360.0) - 180.0;
+            assert!(step.abs() < 2.5 && (pair[1][1] - pair[0][1]).abs() < 2.0, "{pair:?}");
+        }
+        if method == "natural" {
+            assert_eq!(rows[6][..2], [178.0, -14.0]);
+        }
+    }
+}
+
+#[test]
 fn points_are_moved_onto_their_surface_or_refused() {
     let folder = folder(
         "curve,x,y,z\nnear,1,0,0.0001\nnear,0,1.0001,0\nnear,-0.7,0.7,0.14\nfar,1,0,0\nfar,0,1.2,0\nfar,0,0,1\n",
@@ -101,6 +135,9 @@ fn what_makes_no_sense_in_a_surface_is_refused_with_a_sentence() {
     refused("--surface sphere --max-curvature 1", "keep no limits yet");
     refused("--surface sphere --energy variation=1", "have no variation");
     refused("--method geodesic", "needs a surface");
-    refused("--surface sphere --method natural", "--surface belongs to --method fair");
+    refused("--surface sphere --method scf", "smooth connection functions are planar");
+    refused("--surface sphere --method natural --preserve-shape", "is that of planar curves");
+    refused("--surface sphere --method natural --deviation 9", "--deviation");
+    refused("--surface sphere --method smoothing --deviation 9", "take --smoothing λ");
     refused("--method fair --energy geodesic_bending=1", "is that of curves in a surface");
 }

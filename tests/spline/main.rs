@@ -3,6 +3,7 @@
 #[path = "../common/sides.rs"]
 mod sides;
 
+mod in_surface;
 mod measures;
 mod oracle;
 mod piecewise;

@@ -2,7 +2,7 @@
 
 use faircurve::discrete::Fair;
 use faircurve::scf::Smooth;
-use faircurve::spline::{Natural, Smoothing};
+use faircurve::spline::{Natural, Smoothing, SurfaceSpline};
 use faircurve::{CurveBatch, Device, Fit, Result, Sampling};
 
 /// A method with its options.
@@ -10,6 +10,7 @@ use faircurve::{CurveBatch, Device, Fit, Result, Sampling};
 pub enum Method {
     Natural(Natural),
     Smoothing(Smoothing),
+    InSurface(Box<SurfaceSpline>),
     Fair(Box<Fair>),
     Scf(Smooth),
 }
@@ -20,7 +21,7 @@ impl Method {
         match self {
             Method::Smoothing(smoothing) => smoothing.notes(fit.reports()),
             Method::Fair(fair) => fair.notes(fit.reports()),
-            Method::Natural(_) | Method::Scf(_) => Vec::new(),
+            Method::Natural(_) | Method::InSurface(_) | Method::Scf(_) => Vec::new(),
         }
     }
 
@@ -28,6 +29,7 @@ impl Method {
         match self {
             Method::Natural(natural) => natural.fit(batch, device),
             Method::Smoothing(smoothing) => smoothing.fit(batch, device),
+            Method::InSurface(spline) => spline.fit(batch, device),
             Method::Fair(fair) => fair.fit(batch, device),
             Method::Scf(smooth) => smooth.fit(batch, device),
         }
@@ -38,6 +40,7 @@ impl Method {
         match self {
             Method::Natural(natural) => natural.fit_sampled(batch, sampling, device),
             Method::Smoothing(smoothing) => smoothing.fit_sampled(batch, sampling, device),
+            Method::InSurface(spline) => spline.fit_sampled(batch, sampling, device),
             Method::Fair(fair) => fair.fit_sampled(batch, sampling, device),
             Method::Scf(smooth) => smooth.fit_sampled(batch, sampling, device),
         }

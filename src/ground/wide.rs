@@ -16,7 +16,7 @@ use crate::surface::{Surface, normal};
 const WIDE: f64 = std::f64::consts::FRAC_PI_4;
 
 /// A batch with points put in where spans are wide, and how many spans each span has become.
-pub(in crate::discrete) struct Halved {
+pub(crate) struct Halved {
     pub batch: CurveBatch,
     parts: Vec<Vec<usize>>,
 }
@@ -39,7 +39,7 @@ impl Halved {
             for (k, from) in points.iter().enumerate() {
                 coords.extend(from.to_array());
                 if k < batch.spans(i) {
-                    let way = halved(surface, *from, points[(k + 1) % points.len()]);
+                    let way = between(surface, *from, points[(k + 1) % points.len()]);
                     own.push(way.len() + 1);
                     coords.extend(way.iter().flat_map(|x| x.to_array()));
                 }
@@ -68,8 +68,8 @@ fn is_wide(from: DVec3, to: DVec3) -> bool {
     from.dot(to) < WIDE.cos()
 }
 
-/// The points between two, by halving: none where the normal turns little, or where a half has no foot.
-fn halved(surface: &dyn Surface, from: DVec3, to: DVec3) -> Vec<DVec3> {
+/// Points of the surface between two, by halving: none where the normal turns little, or where a half has no foot.
+pub(crate) fn between(surface: &dyn Surface, from: DVec3, to: DVec3) -> Vec<DVec3> {
     let normals = [from, to].map(|x| normal(surface, x));
     if !is_wide(normals[0], normals[1]) {
         return Vec::new();

@@ -1,0 +1,129 @@
+//! The way of points, splines and samples onto a surface.
+
+use glam::{DMat3, DVec3};
+
+use crate::batch::{CurveBatch, Unfitted};
+use crate::bounds::Bounds;
+use crate::curve::{Jet, vector};
+use crate::parallel;
+use crate::report::CurveReport;
+use crate::status::CurveStatus;
+use crate::surface::Surface;
+
+/// Points lie off their surface by at most this part of their curve's size where nothing else is asked for.
+const NEAR: f64 = 1e-3;
+
+/// Points moved by less than this part of their curve's size were as good as on the surface.
+const ROUNDING: f64 = 1e-9;
+
+/// A batch whose points have been moved onto a surface.
+pub(crate) struct Moved {
+    pub batch: CurveBatch,
+    /// The largest distance that a point of each curve was moved, with its number.
+    moves: Vec<(usize, f64)>,
+}
+
+impl Moved {
+    /// Moves all points onto the surface. Curves of points farther from it than `off` have a problem; without a distance
+    /// that is a thousandth of their size.
+    pub fn onto(batch: &CurveBatch, surface: &dyn Surface, off: Option<f64>) -> Self {
+        let moved = parallel::map(batch.len(), 16, |i| curve_onto(batch, i, surface, off));
+        let (mut coords, mut moves, mut problems) = (batch.coords().to_vec(), Vec::new(), Vec::new());
+        for (i, moved) in moved.into_iter().enumerate() {
+            match moved {
+                Ok((own, most)) => {
+                    coords[3 * batch.offsets()[i]..3 * batch.offsets()[i + 1]].copy_from_slice(&own);
+                    moves.push(most);
+                }
+                Err(problem) => {
+                    moves.push((0, 0.0));
+                    problems.push((i, problem));
+                }
+            }
+        }
+        Moved { batch: batch.moved(3, coords, problems), moves }
+    }
+
+    /// Says in the reports which curves were moved.
+    pub fn say(&self, reports: &mut [CurveReport], surface: &dyn Surface) {
+        for (i, (report, &(k, most))) in reports.iter_mut().zip(&self.moves).enumerate() {
+            if most > 0.0 && report.message.is_none() {
+                let what = format!("it and others were moved onto {}, by up to {most:.3e}", surface.name());
+                report.message = Some(self.batch.sentence(i, k, &what));
+            }
+        }
+    }
+}
+
+fn curve_onto(
+    batch: &CurveBatch,
+    i: usize,
+    surface: &dyn Surface,
+    off: Option<f64>,
+) -> std::result::Result<(Vec<f64>, (usize, f64)), Unfitted> {
+    let points = batch.points(i);
+    if batch.problem(i).is_some() || points.is_empty() {
+        return Ok((points.to_vec(), (0, 0.0)));
+    }
+    let size = Bounds::of(points.as_chunks::<3>().0.iter().copied()).diagonal();
+    let near = off.unwrap_or(NEAR * size);
+    let (mut moved, mut most) = (Vec::with_capacity(points.len()), (0, 0.0));
+    for (k, point) in points.chunks_exact(3).map(vector).enumerate() {
+        let refuse = |what: String| Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &what) };
+        let Some(closest) = surface.closest(point) else {
+            return Err(refuse(format!("{} has no point closest to it: move it", surface.name())));
+        };
+        let away = closest.distance(point);
+        if !(away <= near || away <= ROUNDING * point.length()) {
+            return Err(refuse(format!(
+                "it lies {away:.4e} off {}, and {near:.4e} is allowed: move it onto the surface, or allow more",
+                surface.name()
+            )));
+        }
+        if away > most.1 {
+            most = (k, away);
+        }
+        if let Some(why) = surface.unknown(closest) {
+            return Err(refuse(format!("it {why}: move it, or leave it out")));
+        }
+        moved.extend(closest.to_array());
+    }
+    Ok((moved, if most.1 > ROUNDING * size { most } else { (0, 0.0) }))
+}
+
+/// Curves that go where their surface is not known are infeasible, and say so.
+///
+/// `vertices` gives the vertices of a curve that was fitted, and the rows of its data points.
+pub(crate) fn judge_known(
+    surface: &dyn Surface,
+    batch: &CurveBatch,
+    vertices: &dyn Fn(usize) -> Option<(Vec<DVec3>, Vec<u32>)>,
+    reports: &mut [CurveReport],
+) {
+    for (i, report) in reports.iter_mut().enumerate() {
+        let Some((places, rows)) = vertices(i) else { continue };
+        let lost = places.iter().enumerate().find_map(|(row, x)| Some((row, surface.unknown(*x)?)));
+        if let Some((row, why)) = lost {
+            let after = rows.partition_point(|&own| own as usize <= row).saturating_sub(1);
+            let what =
+                format!("the curve after it {why}: put points between, which keep it where the surface is known");
+            report.status = CurveStatus::Infeasible;
+            report.message = Some(batch.sentence(i, after.min(batch.count(i) - 1), &what));
+        }
+    }
+}
+
+/// A point with its derivatives, moved onto a surface.
+///
+/// The foot y of x = y + d n moves by (I + d S)⁻¹ P x′ with the shape operator S = P W P. Higher derivatives are left.
+pub(crate) fn jet_onto(surface: &dyn Surface, jet: Jet) -> Jet {
+    let point = surface.foot(jet.point).unwrap_or(DVec3::NAN);
+    let gradient = surface.gradient(point);
+    let (normal, length) = (gradient.normalize(), gradient.length());
+    let tangential = |v: DVec3| v - v.dot(normal) * normal;
+    let away = (jet.point - point).dot(normal) / length;
+    let shape = surface.hessian(point) * away;
+    let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|e| e + tangential(shape * tangential(e)));
+    let spread = DMat3::from_cols(columns[0], columns[1], columns[2]);
+    Jet { point, first: spread.inverse() * tangential(jet.first), ..jet }
+}
