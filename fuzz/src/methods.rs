@@ -8,8 +8,8 @@ use faircurve::discrete::{
     Fair, Limits, Pins, Region, Segments, attachment, bending, geodesic_bending, length, tension, torsion, variation,
 };
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Smoothing};
-use faircurve::surface::{Globe, Quadric, Surface};
+use faircurve::spline::{Amount, Natural, Smoothing, SurfaceSpline};
+use faircurve::surface::{Globe, Quadric, Surface, Torus};
 use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Fit, Sampling};
 
 use super::batches::batch;
@@ -21,7 +21,7 @@ pub fn methods(data: &[u8]) {
 }
 
 fn run(bytes: &mut Unstructured) -> Result<()> {
-    let kind = bytes.int_in_range(0..=5)?;
+    let kind = bytes.int_in_range(0..=6)?;
     let method = method(bytes, kind)?;
     let sampling = match bytes.arbitrary()? {
         true => Sampling::PerSpan(bytes.int_in_range(1..=5)?),
@@ -102,6 +102,19 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
                 Ok((fit, samples))
             })
         }
+        5 => {
+            let surface = surface(bytes)?.unwrap_or_else(|| Arc::new(Torus::new(3.0, 1.0).expect("R > r")));
+            let spline = SurfaceSpline {
+                smoothing: if bytes.arbitrary()? { Some(option(bytes, &[0.0, 0.1, 1e3])?) } else { None },
+                off_surface: Some(f64::INFINITY),
+                pin_ends: bytes.arbitrary()?,
+                parts: bytes.int_in_range(1..=4)?,
+                max_iterations: 20,
+                ..SurfaceSpline::new(surface)
+            };
+            show(&spline);
+            Box::new(move |batch, sampling| spline.fit_sampled(batch, sampling, &cpu))
+        }
         _ => {
             let chain = Chain { degree: bytes.int_in_range(1..=5)?, ..Chain::default() };
             show(&chain);
@@ -151,11 +164,7 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
             _ => {}
         }
     }
-    let surface: Option<Arc<dyn Surface>> = match bytes.int_in_range(0..=9)? {
-        0 => Some(Arc::new(Globe::WGS84)),
-        1 => Some(Arc::new(Quadric::sphere(option(bytes, &[1.0, 5.0])?))),
-        _ => None,
-    };
+    let surface = surface(bytes)?;
     if surface.is_some() && bytes.ratio(1, 2)? {
         energy = energy + geodesic_bending(2.0);
     }
@@ -174,6 +183,14 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
         corners: if bytes.ratio(1, 5)? { Some(option(bytes, &[1.0])?) } else { None },
         max_iterations: 20,
         ..Fair::default()
+    })
+}
+
+fn surface(bytes: &mut Unstructured) -> Result<Option<Arc<dyn Surface>>> {
+    Ok(match bytes.int_in_range(0..=9)? {
+        0 => Some(Arc::new(Globe::WGS84)),
+        1 => Some(Arc::new(Quadric::sphere(option(bytes, &[1.0, 5.0])?))),
+        _ => None,
     })
 }
 

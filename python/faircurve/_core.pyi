@@ -109,6 +109,16 @@ def natural(batch: Batch, ends: str, parametrisation: str, preserve_shape: bool,
 def smoothing(
     batch: Batch, amount: str, value: str, pin_ends: bool, parametrisation: str, device: str, precision: str
 ) -> Fit: ...
+def in_surface(
+    batch: Batch,
+    surface: str,
+    off_surface: float | None,
+    smoothing: float | None,
+    pin_ends: bool,
+    parametrisation: str,
+    device: str,
+    precision: str,
+) -> Fit: ...
 def fair(
     batch: Batch,
     terms: Sequence[tuple[str, float, float]],

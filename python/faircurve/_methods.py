@@ -52,6 +52,11 @@ class Natural:
     preserve_shape : bool
         Whether planar curves turn only to the side to which their points turn. Splines that do not are replaced by the C¹ cubic
         splines of least ∫|p″|² dt that do; ``report()`` has the knots held, and the cost in energy.
+    surface : str, optional
+        The surface that curves lie in, as in :class:`Fair`, such as ``"wgs84"``. They are those of the least covariant
+        acceleration; in a sphere Riemannian cubics. ``tangents`` and ``preserve_shape`` are not kept there.
+    off_surface : float, optional
+        The largest distance of a point from the surface, onto which it is moved. By default a thousandth of the curve's size.
 
     Examples
     --------
@@ -64,6 +69,8 @@ class Natural:
     ends: Literal["auto", "natural", "clamped"] = "auto"
     parametrisation: Parametrisation = "auto"
     preserve_shape: bool = False
+    surface: str | None = None
+    off_surface: float | None = None
 
     def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
         """Fits every curve.
@@ -96,7 +103,13 @@ class Natural:
         """
         given = ragged(curves)
         batch = _batch(given, closed=closed, t=t, tangents=tangents)
-        return Fit(_core.natural(batch, self.ends, self.parametrisation, self.preserve_shape, device, precision), given, given.coords.shape[1])
+        if self.surface is None:
+            fit = _core.natural(batch, self.ends, self.parametrisation, self.preserve_shape, device, precision)
+        elif self.preserve_shape or self.ends == "clamped":
+            raise ValueError("splines in a surface have natural ends, and keep no shape: leave ends and preserve_shape out")
+        else:
+            fit = _core.in_surface(batch, self.surface, self.off_surface, None, False, self.parametrisation, device, precision)
+        return Fit(fit, given, given.coords.shape[1])
 
 
 @dataclass(frozen=True)
@@ -116,6 +129,8 @@ class Smoothing:
         Whether the ends of open curves stay where they are.
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
         Where no ``t`` is given, "auto" is chord lengths.
+    surface, off_surface
+        As in :class:`Natural`. Splines in a surface take ``lam``.
 
     Examples
     --------
@@ -132,6 +147,8 @@ class Smoothing:
     tube: float | str | None = None
     pin_ends: bool = True
     parametrisation: Parametrisation = "auto"
+    surface: str | None = None
+    off_surface: float | None = None
 
     def fit(self, curves: Any, *, t: Any = None, closed: Any = None, weights: Any = None, pinned: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
         """Fits every curve. ``weights`` are positive numbers, one a point; ``pinned`` flags points that stay.
@@ -147,7 +164,12 @@ class Smoothing:
             raise ValueError(f"{name} is {value}; it must be {'0 or ' if name == 'lam' else ''}a positive number")
         given = ragged(curves)
         batch = _batch(given, closed=closed, t=t, weights=weights, pinned=pinned)
-        fit = _core.smoothing(batch, name, str(value), self.pin_ends, self.parametrisation, device, precision)
+        if self.surface is None:
+            fit = _core.smoothing(batch, name, str(value), self.pin_ends, self.parametrisation, device, precision)
+        elif self.lam is None:
+            raise ValueError(f"smoothing splines in a surface take lam, and not {name}: within a distance of points ask for Fair(deviation=…)")
+        else:
+            fit = _core.in_surface(batch, self.surface, self.off_surface, self.lam, self.pin_ends, self.parametrisation, device, precision)
         return Fit(fit, given, given.coords.shape[1])
 
 

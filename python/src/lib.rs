@@ -47,6 +47,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
         wrap_pyfunction!(running::adapters, module)?,
         wrap_pyfunction!(methods::natural, module)?,
         wrap_pyfunction!(methods::smoothing, module)?,
+        wrap_pyfunction!(methods::in_surface, module)?,
         wrap_pyfunction!(methods::fair, module)?,
         wrap_pyfunction!(methods::smooth, module)?,
         wrap_pyfunction!(beziers::complete, module)?,

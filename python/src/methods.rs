@@ -2,7 +2,7 @@
 
 use faircurve::discrete::{Energy, Fair, Limits, Region, Segments};
 use faircurve::scf::{Smooth, Start};
-use faircurve::spline::{Amount, Ends, Natural, Parametrisation, Smoothing};
+use faircurve::spline::{Amount, Ends, Natural, Parametrisation, Smoothing, SurfaceSpline};
 use faircurve::surface::named;
 use faircurve::{CurveBatch, Deviation, Device, Work};
 use pyo3::exceptions::PyValueError;
@@ -58,6 +58,30 @@ pub fn natural(
         shape: preserve_shape,
     };
     fitted(py, batch, Place::new(device, precision)?, 1.0, |batch, device| method.fit(batch, device))
+}
+
+/// Natural splines in a surface, or with λ smoothing ones.
+#[pyfunction]
+#[pyo3(signature = (batch, surface, off_surface, smoothing, pin_ends, parametrisation, device, precision))]
+pub fn in_surface(
+    py: Python<'_>,
+    batch: &Bound<'_, Batch>,
+    surface: &str,
+    off_surface: Option<f64>,
+    smoothing: Option<f64>,
+    pin_ends: bool,
+    parametrisation: &str,
+    device: &str,
+    precision: &str,
+) -> PyResult<Fit> {
+    let method = SurfaceSpline {
+        off_surface,
+        smoothing,
+        pin_ends,
+        parametrisation: self::parametrisation(parametrisation)?,
+        ..SurfaceSpline::new(named(surface).map_err(crate::error)?)
+    };
+    fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
 }
 
 #[pyfunction]

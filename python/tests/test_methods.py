@@ -249,6 +249,20 @@ def test_curves_on_a_globe_do_not_know_where_its_poles_and_its_date_line_are():
         fc.Fair(surface="ball").fit([track])
 
 
+def test_splines_in_a_surface_keep_the_times_of_their_points():
+    track = np.array([(170.0, 0.0), (176.0, 0.0), (-174.0, 0.0), (-170.0, 0.0)])
+    hours = np.array([0.0, 6.0, 16.0, 20.0])
+    fit = fc.Natural(surface="wgs84").fit([track], t=[hours])
+    at = fit([np.array([3.0, 10.0, 18.0])])[0]
+    assert np.abs(at - [(173, 0), (180, 0), (188, 0)]).max() < 1e-7
+    smooth = fc.Smoothing(lam=100.0, surface="sphere").fit([track + [(0, 0), (0, 1), (0, -1), (0, 0)]], t=[hours])
+    assert smooth.status.tolist() == ["converged"] and smooth.report()["max_deviation"][0] > 1e4
+    with pytest.raises(ValueError, match="take lam, and not tube"):
+        fc.Smoothing(tube=1.0, surface="sphere").fit([track])
+    with pytest.raises(ValueError, match="keep no shape"):
+        fc.Natural(surface="sphere", preserve_shape=True).fit([track])
+
+
 def test_geodesics_have_their_lengths():
     quarter = fc.Geodesic("sphere:1").fit([[(0, 0), (90, 0)], [(0, 0), (90, 0), (90, 90)]])
     assert np.abs(quarter.length / (np.pi / 2) - [1, 2]).max() < 1e-6
