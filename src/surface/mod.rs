@@ -6,9 +6,11 @@
 //! - [`Quadric`]: plane, sphere, spheroid, ellipsoid, cylinder, cone.
 //! - [`Torus`].
 //! - [`Globe`]: a sphere or a spheroid whose points are longitudes and latitudes.
+//! - [`HeightField`]: terrain over a grid.
 //! - Your own: implement [`Surface`].
 
 mod globe;
+mod heights;
 mod named;
 mod quadric;
 mod torus;
@@ -18,6 +20,9 @@ use std::fmt::Debug;
 use glam::{DMat3, DVec3};
 
 pub use globe::Globe;
+pub use heights::HeightField;
+#[cfg(feature = "formats")]
+pub(crate) use named::is_named;
 pub use named::named;
 pub use quadric::Quadric;
 pub use torus::Torus;

@@ -18,6 +18,13 @@ const KINDS: [(&str, &[&str]); 7] = [
     ("cone", &["degrees"]),
 ];
 
+/// Whether a text begins with one of the words.
+#[cfg(feature = "formats")]
+pub(crate) fn is_named(text: &str) -> bool {
+    let word = text.split(':').next();
+    KINDS.iter().any(|(own, _)| word == Some(*own))
+}
+
 /// The surface of a word and its sizes.
 ///
 /// | word | surface |

@@ -11,7 +11,14 @@ fn surfaces() -> Vec<(Box<dyn Surface>, DVec3)> {
         (Box::new(Quadric::cylinder(0.5)), at(0.3, 0.45, 2.0)),
         (Box::new(Quadric::cone(0.4)), at(0.3, -0.3, 1.1)),
         (Box::new(Torus::new(2.0, 1.0).unwrap()), at(1.2, 1.9, 0.9)),
+        (Box::new(terrain()), at(5.7, 4.2, 1.9)),
     ]
+}
+
+/// Hills of 8 × 10 heights.
+fn terrain() -> HeightField {
+    let heights = (0..80).map(|k| (0.7 * f64::from(k % 10)).sin() * (0.5 * f64::from(k / 10)).cos() + 1.0);
+    HeightField::new([8, 10], heights.collect()).unwrap()
 }
 
 fn error(found: DMat3, wanted: DMat3) -> f64 {
