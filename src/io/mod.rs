@@ -61,7 +61,7 @@
 //!
 //! The checksums of gzip and of every array are compared.
 //!
-//! [`grids`] has the files of rectangular grids.
+//! [`grids`] has the files of rectangular grids, and [`surfaces`] makes surfaces of files.
 
 mod antimeridian;
 mod array;
@@ -78,6 +78,7 @@ mod memory;
 mod npy;
 mod npz;
 mod source;
+pub mod surfaces;
 mod svg;
 mod text;
 mod times;
