@@ -28,7 +28,10 @@ const FILES: [(&str, &str); 6] = [
 /// Options that take a value, with values that may make sense.
 const OPTIONS: [(&str, &[&str]); 37] = [
     ("--method", &["natural", "smoothing", "fair", "scf", "geodesic"]),
-    ("--surface", &["sphere", "wgs84", "sphere:3", "ellipsoid:3,2,1", "torus:2,1", "cone:90", "ball"]),
+    (
+        "--surface",
+        &["sphere", "wgs84", "sphere:3", "ellipsoid:3,2,1", "torus:2,1", "cone:90", "ball", "grid:in.csv,2,-3"],
+    ),
     ("--radius", &["1", "0", "1e300"]),
     ("--off-surface", &["1e9", "0", "-1"]),
     ("--parametrisation", &["auto", "chord", "centripetal", "uniform", "given"]),

@@ -23,6 +23,7 @@ mod fair_shortest;
 mod fair_starts;
 mod fair_status;
 mod fair_surfaces;
+mod fair_terrain;
 mod newton;
 mod renka;
 mod toms828;

@@ -141,3 +141,61 @@ fn what_makes_no_sense_in_a_surface_is_refused_with_a_sentence() {
     refused("--surface sphere --method smoothing --deviation 9", "take --smoothing λ");
     refused("--method fair --energy geodesic_bending=1", "is that of curves in a surface");
 }
+
+/// The shipped mountain, and its name as an argument.
+fn mountain(numbers: &str) -> (Vec<Vec<f64>>, String) {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/data/mountain.csv");
+    let text = fs::read_to_string(file).unwrap();
+    let rows = text.lines().map(|line| line.split(',').map(|height| height.parse().unwrap()).collect());
+    (rows.collect(), format!("grid:{file}{numbers}"))
+}
+
+#[test]
+fn paths_over_terrain_of_a_file_go_through_their_points_and_lie_on_it() {
+    let (heights, surface) = mountain(",74.5,-92.5");
+    let nodes = [[12, 38], [28, 30], [39, 28], [62, 24]];
+    let mut text = String::from("curve,x,y,z\n");
+    for [column, row] in nodes {
+        let (x, y) = (74.5 * column as f64, -92.5 * row as f64);
+        // A reading of a height that is 2 m off.
+        let z = heights[row][column] + 2.0;
+        text += &format!("path,{x},{y},{z}\n");
+    }
+    let folder = folder(&text);
+    let lines = reports(&folder, &format!("--surface {surface} --energy geodesic_bending=1,length=1e-6"), 0);
+    assert_eq!(lines[0]["status"], "converged", "{lines:?}");
+    let message = lines[0]["message"].as_str().unwrap();
+    assert!(
+        message.contains("moved onto the terrain of ") && message.contains("mountain.csv, by up to 1."),
+        "{message}"
+    );
+    let terrain = faircurve::io::surfaces::surface_of(&surface).unwrap();
+    let path = faircurve::io::read(folder.path().join("out.csv")).unwrap();
+    assert!(path.count(0) > 40);
+    for point in path.points(0).chunks_exact(3) {
+        let away = terrain.value(glam::DVec3::from_slice(point));
+        assert!(away.abs() < 1e-10, "{away}");
+    }
+}
+
+#[test]
+fn grids_that_make_no_terrain_are_refused_with_a_sentence() {
+    let folder = folder("curve,x,y,z\na,0,0,0\na,1,1,0\n");
+    fs::write(folder.path().join("two.csv"), "0,1\n2,3\n\n4,5\n6,7\n").unwrap();
+    fs::write(folder.path().join("words.csv"), "easting,northing\n1,2\n3,4\n").unwrap();
+    let (_, whole) = mountain("");
+    let refused = |surface: &str, what: &str| {
+        run(&folder, &format!("fit in.csv -o out.csv --device cpu --surface {surface}"))
+            .code(2)
+            .stderr(contains(what).and(contains("panicked").not()));
+    };
+    refused("grid:none.csv", "cannot read none.csv: ");
+    refused("grid:two.csv,30", "two.csv: it holds 2 grids, and a surface is made of one: keep one of them");
+    refused("grid:words.csv", "words.csv, line 1: ");
+    refused("grid:in.txt", "in.txt");
+    refused("grid:two.csv,x", "is no number: write grid:FILE,DX,DY,X0,Y0");
+    refused(&format!("{whole},0"), "the spacing of columns is 0");
+    refused(&format!("{whole} --radius 2"), "--radius 2 is that of --surface sphere");
+    refused("ball", "cone:degrees, grid:FILE");
+    assert!(!folder.path().join("out.csv").exists());
+}

@@ -4,31 +4,37 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use clap::Args;
+use faircurve::io::surfaces::{is_file, surface_of};
 use faircurve::surface::{Surface, named};
 use faircurve::{Error, Result};
 
-/// A surface by its word and its sizes.
+/// A surface by its word and its sizes. Those of files are read when everything else has been checked.
 #[derive(Clone, Debug)]
 struct Word {
     text: String,
-    surface: Arc<dyn Surface>,
+    surface: Option<Arc<dyn Surface>>,
 }
 
 impl FromStr for Word {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        Ok(Word { text: text.into(), surface: named(text)? })
+        let surface = if is_file(text) { None } else { Some(surface_of(text)?) };
+        Ok(Word { text: text.into(), surface })
     }
 }
 
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Curves in a surface")]
 pub struct SurfaceArgs {
-    /// Fits fair curves in a surface: sphere, wgs84, ellipsoid:a,b,c, spheroid:a,b, torus:R,r, cylinder:R, cone:degrees
+    /// Fits fair curves in a surface: sphere, wgs84, ellipsoid:a,b,c, spheroid:a,b, torus:R,r, cylinder:R, cone:degrees, grid:FILE
     ///
     /// On sphere and wgs84 x and y are longitudes and latitudes in degrees, and lengths are in metres. No curve tears at the
     /// date line or at a pole. The others take points in space. Their axis is along z, through 0.
+    ///
+    /// grid:FILE is the terrain over a grid of heights, as the command grid reads them from CSV and NPZ, where x is the column
+    /// and y the row. grid:FILE,D has nodes D apart, grid:FILE,DX,DY columns and rows (DY below 0 from north to
+    /// south), and grid:FILE,DX,DY,X0,Y0 column 0 of row 0 at X0, Y0.
     #[arg(long, value_name = "SURFACE")]
     surface: Option<Word>,
     /// The radius of --surface sphere [default: 6371008.7714, of the Earth in metres]
@@ -47,17 +53,18 @@ impl SurfaceArgs {
 
     /// The words of a caption, after a comma.
     pub fn title(&self) -> String {
-        self.surface.as_ref().map_or(String::new(), |word| format!(", in {}", word.surface.name()))
+        let name = |word: &Word| word.surface.as_ref().map_or(word.text.clone(), |surface| surface.name());
+        self.surface.as_ref().map_or(String::new(), |word| format!(", in {}", name(word)))
     }
 
     /// The surface.
     ///
     /// # Errors
-    /// A radius that is none, or of another surface.
+    /// A radius that is none, or of another surface. A file that cannot be read or makes no surface.
     pub fn surface(&self) -> Result<Option<Arc<dyn Surface>>> {
         match (&self.surface, self.radius) {
             (None, _) => Ok(None),
-            (Some(word), None) => Ok(Some(word.surface.clone())),
+            (Some(word), None) => word.surface.clone().map_or_else(|| surface_of(&word.text), Ok).map(Some),
             (Some(word), Some(radius)) if word.text == "sphere" => named(&format!("sphere:{radius}")).map(Some),
             (Some(word), Some(radius)) => {
                 Err(Error::Argument(format!("--radius {radius} is that of --surface sphere, and not of {}", word.text)))

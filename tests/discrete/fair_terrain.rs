@@ -1,0 +1,103 @@
+//! Curves over terrain: planes as height fields, hills, and a mountain.
+
+use std::sync::Arc;
+
+use faircurve::discrete::{Energy, Fair, Segments, geodesic_bending, length};
+use faircurve::io::surfaces::surface_of;
+use faircurve::surface::{HeightField, Quadric, Surface};
+use faircurve::{CurveStatus, Sampling};
+use glam::DVec3;
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+use crate::common::*;
+
+fn within(surface: impl Surface + 'static, energy: Energy, segments: usize) -> Fair {
+    Fair { energy, surface: Some(Arc::new(surface)), segments: Segments::PerSpan(segments), ..Fair::default() }
+}
+
+#[test]
+fn curves_in_a_tilted_height_field_are_those_in_its_plane() {
+    let (p, q) = (0.4, -0.7);
+    let heights = (0..6 * 8).map(|k| p * f64::from(k % 8) + q * f64::from(k / 8) + 2.0).collect();
+    let field = HeightField::new([6, 8], heights).unwrap();
+    let plane = Quadric::plane(DVec3::new(-p, -q, 1.0), 2.0 / (1.0 + p * p + q * q).sqrt());
+    let place = |[x, y]: [f64; 2]| [x, y, p * x + q * y + 2.0];
+    let points = [[0.5, 0.5], [2.2, 3.9], [4.1, 1.3], [6.6, 4.2], [5.0, 2.0]].map(place);
+    for closed in [false, true] {
+        let energy = || geodesic_bending(2.0) + 0.1 * length();
+        let (own, report) = fitted::<3>(&within(field.clone(), energy(), 16), &one(&points, closed), 16);
+        let (wanted, other) = fitted::<3>(&within(plane.clone(), energy(), 16), &one(&points, closed), 16);
+        assert_eq!([report.status, other.status], [CurveStatus::Converged; 2], "{report:?} {other:?}");
+        let away = apart(&own, &wanted);
+        println!("closed {closed}: {away:.1e} apart, {} and {} iterations", report.iterations, other.iterations);
+        assert!(away < 1e-9 && (report.energy / other.energy - 1.0).abs() < 1e-12, "{away:e}");
+    }
+}
+
+#[test]
+fn curves_over_hills_lie_in_them_and_take_few_iterations() {
+    let seed = 12;
+    println!("seed {seed}");
+    let mut rng = StdRng::seed_from_u64(seed);
+    let wave = |x: f64, y: f64| 150.0 * (x / 210.0).sin() * (y / 260.0).cos() + 500.0;
+    let heights = (0..40 * 50).map(|k| wave(30.0 * f64::from(k % 50), -30.0 * f64::from(k / 50)));
+    let hills = HeightField::new([40, 50], heights.collect()).unwrap().with_spacing([30.0, -30.0]).unwrap();
+    let mut iterations = Vec::new();
+    for _ in 0..100 {
+        let mut place = |k: usize| {
+            let (x, y) = (150.0 + 280.0 * k as f64 + rng.random_range(-80.0..80.0), rng.random_range(-900.0..-250.0));
+            [x, y, hills.height(x, y)]
+        };
+        let points: Vec<Spatial> = (0..5).map(&mut place).collect();
+        let fair = within(hills.clone(), geodesic_bending(2.0) + 1e-5 * length(), 16);
+        let (vertices, report) = fitted::<3>(&fair, &one(&points, false), 16);
+        assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+        assert!(vertices.iter().all(|v| hills.value(DVec3::from_array(*v)).abs() < 1e-11));
+        iterations.push(report.iterations);
+    }
+    iterations.sort();
+    println!("{} iterations at the median, {} at most", iterations[50], iterations[99]);
+    assert!(iterations[50] <= 10, "{iterations:?}");
+}
+
+#[test]
+fn curves_over_a_mountain_converge_between_points_a_kilometre_apart() {
+    let seed = 31;
+    println!("seed {seed}");
+    let mut rng = StdRng::seed_from_u64(seed);
+    let mountain = surface_of("grid:examples/data/mountain.csv,74.5,-92.5").unwrap();
+    let (mut converged, mut iterations) = (0, Vec::new());
+    for weight in [1e-6, 1e-5] {
+        let curves: Vec<Vec<Spatial>> = (0..50)
+            .map(|_| {
+                let place = |k: usize| {
+                    let (x, y) = (600.0 + 950.0 * k as f64, rng.random_range(-4000.0..-1500.0));
+                    let above = DVec3::new(x, y, 0.0);
+                    [x, y, -mountain.value(above)]
+                };
+                (0..6).map(place).collect()
+            })
+            .collect();
+        let slices: Vec<&[Spatial]> = curves.iter().map(|points| &points[..]).collect();
+        let batch = faircurve::CurveBatch::from_slices(&slices).unwrap();
+        let energy = geodesic_bending(2.0) + weight * length();
+        let fair = Fair { energy, surface: Some(mountain.clone()), segments: Segments::PerSpan(16), ..Fair::default() };
+        let fit = fit(&fair, &batch);
+        for (i, report) in fit.reports().iter().enumerate() {
+            println!("{weight} {i}: {:?} after {} {:?}", report.status, report.iterations, report.message);
+            converged += usize::from(report.status == CurveStatus::Converged);
+            iterations.push(report.iterations);
+            let vertices = fit.polylines(Sampling::PerSpan(16));
+            let off = vertices.points(i).chunks_exact(3).map(|v| mountain.value(DVec3::from_slice(v)).abs());
+            let off = off.fold(0.0, f64::max);
+            assert!(off < 1e-10, "{off:e}");
+        }
+    }
+    iterations.sort();
+    println!(
+        "{converged} of 100 converge, after {} iterations at the median and {} at most",
+        iterations[50], iterations[99]
+    );
+    assert!(converged >= 98);
+}
