@@ -177,7 +177,7 @@ fn scf_draws_figures_2_to_5_and_no_search_ends_below_newton() {
         assert_eq!([count("panel"), count("plot")], [panels, plots], "{name}");
         assert!(count("s") >= curves && !svg.contains("NaN"), "{name}: {} curves", count("s"));
     }
-    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 5 + 3 + 5 + 5 + 5 + 3 + 7);
+    assert_eq!(fs::read_dir(folder.path().join("made")).unwrap().count(), 5 + 3 + 5 + 5 + 5 + 4 + 7);
 }
 
 #[test]
@@ -234,6 +234,13 @@ fn surfaces_have_the_exact_geodesics_and_no_poles() {
     let count = |class: &str| picture.descendants().filter(|node| node.attribute("class") == Some(class)).count();
     assert_eq!(count("panel"), 6);
     assert!(count("s") >= 100 && !svg.contains("NaN"), "{} strokes", count("s"));
+    // Lines of rows and columns, some hidden in part, and three ways.
+    let svg = read("surfaces-terrain.svg");
+    let picture = roxmltree::Document::parse(&svg).unwrap();
+    let count = |class: &str| picture.descendants().filter(|node| node.attribute("class") == Some(class)).count();
+    assert_eq!(count("panel"), 1);
+    assert!(count("s") > 60 + 80 + 3 && !svg.contains("NaN"), "{} strokes", count("s"));
+    assert!(read("surfaces.txt").contains("no way is shorter than the shortest: yes"));
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Curves in surfaces: closed geodesics against their exact lengths, elastic curves of a sphere, and tracks that do not
-//! know where the poles are.
+//! know where the poles are. Paths over a mountain.
 
 mod pictures;
+mod terrain;
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
@@ -16,7 +17,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::{Experiment, Outcome, Record};
 
-const FILES: [&str; 3] = ["surfaces.txt", "surfaces.csv", "surfaces.svg"];
+const FILES: [&str; 4] = ["surfaces.txt", "surfaces.csv", "surfaces.svg", "surfaces-terrain.svg"];
 
 pub const EXPERIMENT: Experiment = Experiment { name: "surfaces", files: &FILES, run };
 
@@ -43,7 +44,9 @@ fn run() -> Result<Outcome> {
     open_geodesics(&mut record)?;
     rough_curves(&mut record)?;
     turned_tracks(&mut record)?;
-    Ok(Outcome { files: vec![record.table, csv, pictures::sheet()?], agrees: record.agrees })
+    let ways = terrain::Ways::new()?;
+    ways.compare(&mut record);
+    Ok(Outcome { files: vec![record.table, csv, pictures::sheet()?, ways.sheet()?], agrees: record.agrees })
 }
 
 /// Closed geodesics with lengths to 25 digits by quadrature.
@@ -261,5 +264,6 @@ fn turned_tracks(record: &mut Record) -> Result<()> {
         record.line(format_args!("{name:<28}{:>16.1e}{:>16.1e}", found[0], found[1]));
     }
     record.check("on the globe it is the same to 1e-9 degrees", worst < 1e-9);
+    record.line("");
     Ok(())
 }

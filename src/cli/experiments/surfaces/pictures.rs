@@ -19,7 +19,7 @@ const COLOURS: [[u8; 3]; 4] = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204,
 const PALE: f64 = 0.3;
 
 /// A parallel view of a surface.
-struct View<'a> {
+pub struct View<'a> {
     surface: &'a dyn Surface,
     /// To the right, up, and towards the eye.
     axes: [DVec3; 3],
@@ -29,7 +29,7 @@ struct View<'a> {
 
 impl<'a> View<'a> {
     /// From a direction, with z upwards.
-    fn from(surface: &'a dyn Surface, eye: DVec3, size: f64) -> Self {
+    pub fn from(surface: &'a dyn Surface, eye: DVec3, size: f64) -> Self {
         let towards = eye.normalize();
         let right = DVec3::Z.cross(towards).normalize_or(DVec3::X);
         View { surface, axes: [right, towards.cross(right), towards], size }
@@ -44,8 +44,9 @@ impl<'a> View<'a> {
     fn sees(&self, x: DVec3) -> bool {
         let towards = self.axes[2];
         let steps = 200;
-        let enters =
-            (1..=steps).any(|k| self.surface.value(x + self.size * f64::from(k) / f64::from(steps) * towards) < 0.0);
+        // Where a surface is not known it hides nothing.
+        let hides = |x: DVec3| self.surface.value(x) < 0.0 && self.surface.unknown(x).is_none();
+        let enters = (1..=steps).any(|k| hides(x + self.size * f64::from(k) / f64::from(steps) * towards));
         self.surface.gradient(x).dot(towards) > 0.0 && !enters
     }
 
@@ -71,7 +72,7 @@ impl<'a> View<'a> {
     }
 
     /// A panel of the surface's lines and some curves.
-    fn panel(&self, title: &str, lines: &[Vec<DVec3>], curves: &[Vec<DVec3>], dots: &[DVec3]) -> Panel {
+    pub fn panel(&self, title: &str, lines: &[Vec<DVec3>], curves: &[Vec<DVec3>], dots: &[DVec3]) -> Panel {
         let mut strokes = Vec::new();
         lines.iter().for_each(|line| self.strokes(line, LINES, 0.5, None, &mut strokes));
         curves.iter().enumerate().for_each(|(k, curve)| self.curve(curve, k, &mut strokes));
