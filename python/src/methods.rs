@@ -1,9 +1,9 @@
 //! The methods: each a function of a batch and of options that Python's classes hold.
 
 use faircurve::discrete::{Energy, Fair, Limits, Region, Segments};
+use faircurve::io::surfaces::surface_of;
 use faircurve::scf::{Smooth, Start};
 use faircurve::spline::{Amount, Ends, Natural, Parametrisation, Smoothing, SurfaceSpline};
-use faircurve::surface::named;
 use faircurve::{CurveBatch, Deviation, Device, Work};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -79,7 +79,7 @@ pub fn in_surface(
         smoothing,
         pin_ends,
         parametrisation: self::parametrisation(parametrisation)?,
-        ..SurfaceSpline::new(named(surface).map_err(crate::error)?)
+        ..SurfaceSpline::new(surface_of(surface).map_err(crate::error)?)
     };
     fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
 }
@@ -186,7 +186,7 @@ pub fn fair(
         pins: pins.parse().map_err(crate::error)?,
         deviation: deviation.map(str::parse).transpose().map_err(crate::error)?,
         limits: limits.limits(),
-        surface: surface.map(named).transpose().map_err(crate::error)?,
+        surface: surface.map(surface_of).transpose().map_err(crate::error)?,
         off_surface,
         corners: corners.map(f64::to_radians),
         direction: solver.parse().map_err(crate::error)?,
