@@ -61,7 +61,8 @@
 //!
 //! The checksums of gzip and of every array are compared.
 //!
-//! [`grids`] has the files of rectangular grids, and [`surfaces`] makes surfaces of files.
+//! [`grids`] has the files of rectangular grids, [`read_mesh`] reads those of triangle meshes, and [`surfaces`] makes surfaces of
+//! files.
 
 mod antimeridian;
 mod array;
@@ -75,6 +76,7 @@ mod gpx;
 pub mod grids;
 mod longitude;
 mod memory;
+mod meshes;
 mod npy;
 mod npz;
 mod source;
@@ -99,6 +101,7 @@ pub use columns::{Carried, Columns};
 pub use decimals::decimals_of;
 use formats::Entry;
 pub use formats::Format;
+pub use meshes::read_mesh;
 use source::Source;
 pub use times::{Times, read_times};
 

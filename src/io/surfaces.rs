@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::grids;
+use super::{grids, read_mesh};
 use crate::error::{Error, Result, quoted};
 use crate::surface::{HeightField, Surface, is_named, named};
 
@@ -10,7 +10,7 @@ use crate::surface::{HeightField, Surface, is_named, named};
 type Reader = fn(&str, &str) -> Result<Arc<dyn Surface>>;
 
 /// The words of surfaces that are read from files, with how each is written.
-const FILES: [(&str, &str, Reader); 1] = [("grid", "grid:FILE", grid)];
+const FILES: [(&str, &str, Reader); 2] = [("grid", "grid:FILE", grid), ("mesh", "mesh:FILE.obj", mesh)];
 
 /// Whether a text names a surface that [`surface_of`] reads from a file.
 pub fn is_file(text: &str) -> bool {
@@ -30,6 +30,7 @@ fn reader(text: &str) -> Option<(Reader, &str)> {
 /// | `grid:FILE,D` | that with nodes D apart, 1 if it is not given |
 /// | `grid:FILE,DX,DY` | that with columns DX and rows DY apart; DY below 0 where rows go from north to south |
 /// | `grid:FILE,DX,DY,X0,Y0` | that with column 0 of row 0 at (X0, Y0) |
+/// | `mesh:FILE.obj` | the [smooth surface](crate::surface::Mesh) through the vertices of triangles, as [`read_mesh`] reads them |
 /// | others | those of [`named`] |
 ///
 /// The name of a file ends at the first comma. The file holds one [grid](grids) with one value a point.
@@ -44,6 +45,7 @@ fn reader(text: &str) -> Option<(Reader, &str)> {
 /// # Errors
 /// - Those of [`named`].
 /// - A file that cannot be read, holds no grid, several grids, or several values a point.
+/// - Those of [`read_mesh`].
 /// - Numbers after the file that are none, or another number of them than 1, 2 or 4.
 /// - Those of [`HeightField`]: gaps, fewer than two rows or columns, a spacing of 0.
 pub fn surface_of(text: &str) -> Result<Arc<dyn Surface>> {
@@ -96,6 +98,13 @@ fn grid(rest: &str, text: &str) -> Result<Arc<dyn Surface>> {
     };
     let field = heights(file)?.with_spacing(spacing)?.with_origin(origin)?;
     Ok(Arc::new(field.with_name(format!("the terrain of {file}"))))
+}
+
+fn mesh(rest: &str, text: &str) -> Result<Arc<dyn Surface>> {
+    match rest.trim() {
+        "" => Err(Error::Argument(format!("{} names no file: write mesh:FILE.obj", quoted(text)))),
+        file => Ok(Arc::new(read_mesh(file)?)),
+    }
 }
 
 /// The height field of the one grid in a file.
@@ -164,7 +173,7 @@ mod tests {
         assert!(is_file("grid:a.csv") && !is_file("torus:2,1"));
         let error = |text: &str| surface_of(text).unwrap_err().to_string();
         assert!(error("ball").starts_with("there is no surface 'ball': use sphere:R"), "{}", error("ball"));
-        assert!(error("ball").ends_with(", cone:degrees, grid:FILE"), "{}", error("ball"));
+        assert!(error("ball").ends_with(", cone:degrees, grid:FILE, mesh:FILE.obj"), "{}", error("ball"));
         assert!(error("torus:2").ends_with("write torus:R,r"), "{}", error("torus:2"));
     }
 
@@ -187,6 +196,8 @@ mod tests {
             let error = surface_of(&format!("grid:{path}/{name}")).unwrap_err().to_string();
             assert!(error.contains(what) && !error.contains("panicked"), "{name}: {error}");
         }
+        assert!(surface_of("mesh:").unwrap_err().to_string().contains("names no file: write mesh:FILE.obj"));
+        assert!(surface_of("mesh:none.obj").unwrap_err().to_string().contains("none.obj"));
         for text in ["grid", "grid:", "grid:,30"] {
             let error = surface_of(text).unwrap_err().to_string();
             assert!(error.contains("names no file: write grid:FILE"), "{error}");

@@ -5,12 +5,14 @@
 //!
 //! - [`Quadric`]: plane, sphere, spheroid, ellipsoid, cylinder, cone.
 //! - [`Torus`].
+//! - [`Mesh`]: a smooth surface through the vertices of triangles.
 //! - [`Globe`]: a sphere or a spheroid whose points are longitudes and latitudes.
 //! - [`HeightField`]: terrain over a grid.
 //! - Your own: implement [`Surface`].
 
 mod globe;
 mod heights;
+mod mesh;
 mod named;
 mod quadric;
 mod torus;
@@ -21,6 +23,7 @@ use glam::{DMat3, DVec3};
 
 pub use globe::Globe;
 pub use heights::HeightField;
+pub use mesh::Mesh;
 #[cfg(feature = "formats")]
 pub(crate) use named::is_named;
 pub use named::named;
@@ -76,51 +79,15 @@ pub trait Surface: Debug + Send + Sync {
     ///
     /// It is the closest point to second order in the distance.
     fn foot(&self, x: DVec3) -> Option<DVec3> {
-        let mut foot = x;
-        for _ in 0..MOST_STEPS {
-            let gradient = self.gradient(foot);
-            let step = -self.value(foot) / gradient.length_squared() * gradient;
-            if !step.is_finite() {
-                return None;
-            }
-            foot += step;
-            if step.length() <= 4.0 * f64::EPSILON * foot.abs().max_element() {
-                return Some(foot);
-            }
-        }
-        None
+        below(self, x, 0.0)
     }
 
     /// The closest point of the surface, for points near it. `None` if there is none near.
     ///
     /// By default Newton's method on y + μ ∇F(y) = x and F(y) = 0, from the foot.
     fn closest(&self, x: DVec3) -> Option<DVec3> {
-        let mut y = self.foot(x)?;
-        let gradient = self.gradient(y);
-        let mut mu = (x - y).dot(gradient) / gradient.length_squared();
-        for _ in 0..MOST_STEPS {
-            // (I + μH) dy + ∇F dμ = x − y − μ∇F, ∇F·dy = −F, by elimination of dy.
-            let gradient = self.gradient(y);
-            let inverse = (DMat3::IDENTITY + mu * self.hessian(y)).inverse();
-            let (rest, across) = (inverse * (x - y - mu * gradient), inverse * gradient);
-            let change = (self.value(y) + gradient.dot(rest)) / gradient.dot(across);
-            let step = rest - change * across;
-            if !step.is_finite() {
-                return None;
-            }
-            (y, mu) = (y + step, mu + change);
-            if step.length() <= 4.0 * f64::EPSILON * x.abs().max_element().max(y.abs().max_element()) {
-                return self.foot(y);
-            }
-        }
-        None
-    }
-
-    /// Why the surface is not known at a point of it, such as `lies beyond the grid`. `None` where it is known.
-    ///
-    /// Curves that end at such a point are not taken as fitted.
-    fn unknown(&self, _x: DVec3) -> Option<String> {
-        None
+        let closest = straight_below(self, x, self.foot(x)?, 0.0)?;
+        self.foot(closest)
     }
 
     /// The surface as a quadric, if it is one. Curves in quadrics are the fastest.
@@ -132,6 +99,53 @@ pub trait Surface: Debug + Send + Sync {
     fn globe(&self) -> Option<Globe> {
         None
     }
+
+    /// Why the surface is not known at a point of it, such as `lies beyond the grid`. `None` where it is known.
+    ///
+    /// Curves that end at such a point are not taken as fitted.
+    fn unknown(&self, _x: DVec3) -> Option<String> {
+        None
+    }
+}
+
+/// Where the way along ∇F from a point ends. F is computed to rounding of the point and of a size.
+fn below(surface: &(impl Surface + ?Sized), x: DVec3, size: f64) -> Option<DVec3> {
+    let mut foot = x;
+    for _ in 0..MOST_STEPS {
+        let gradient = surface.gradient(foot);
+        let step = -surface.value(foot) / gradient.length_squared() * gradient;
+        if !step.is_finite() {
+            return None;
+        }
+        foot += step;
+        if step.length() <= 4.0 * f64::EPSILON * foot.abs().max_element().max(size) {
+            return Some(foot);
+        }
+    }
+    None
+}
+
+/// Newton's method on y + μ ∇F(y) = x and F(y) = 0, from a point of the surface, to rounding of the points and of a size.
+fn straight_below(surface: &(impl Surface + ?Sized), x: DVec3, start: DVec3, size: f64) -> Option<DVec3> {
+    let mut y = start;
+    let gradient = surface.gradient(y);
+    let mut mu = (x - y).dot(gradient) / gradient.length_squared();
+    for _ in 0..MOST_STEPS {
+        // (I + μH) dy + ∇F dμ = x − y − μ∇F, ∇F·dy = −F, by elimination of dy.
+        let gradient = surface.gradient(y);
+        let inverse = (DMat3::IDENTITY + mu * surface.hessian(y)).inverse();
+        let (rest, across) = (inverse * (x - y - mu * gradient), inverse * gradient);
+        let change = (surface.value(y) + gradient.dot(rest)) / gradient.dot(across);
+        let step = rest - change * across;
+        if !step.is_finite() {
+            return None;
+        }
+        (y, mu) = (y + step, mu + change);
+        if step.length() <= 4.0 * f64::EPSILON * x.abs().max_element().max(y.abs().max_element()).max(size) {
+            return Some(y);
+        }
+    }
+    None
 }
 
 /// ∇F/|∇F|

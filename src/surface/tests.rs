@@ -1,8 +1,10 @@
+use super::mesh::tests::meshes::icosphere;
 use super::*;
 
 /// Surfaces of every kind with points near them.
 fn surfaces() -> Vec<(Box<dyn Surface>, DVec3)> {
     let at = DVec3::new;
+    let (vertices, triangles) = icosphere(2, at(1.5, 1.2, 1.0));
     vec![
         (Box::new(Quadric::plane(at(1.0, 2.0, -0.5), 0.3)), at(0.2, 0.1, 0.4)),
         (Box::new(Quadric::sphere(1.3)), at(0.7, -0.8, 0.6)),
@@ -12,6 +14,7 @@ fn surfaces() -> Vec<(Box<dyn Surface>, DVec3)> {
         (Box::new(Quadric::cone(0.4)), at(0.3, -0.3, 1.1)),
         (Box::new(Torus::new(2.0, 1.0).unwrap()), at(1.2, 1.9, 0.9)),
         (Box::new(terrain()), at(5.7, 4.2, 1.9)),
+        (Box::new(Mesh::new(&vertices, &triangles).unwrap()), at(0.8, 0.9, -0.5)),
     ]
 }
 

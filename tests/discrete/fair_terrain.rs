@@ -5,7 +5,7 @@ use std::sync::Arc;
 use faircurve::discrete::{Energy, Fair, Segments, geodesic_bending, length};
 use faircurve::io::surfaces::surface_of;
 use faircurve::surface::{HeightField, Quadric, Surface};
-use faircurve::{CurveStatus, Sampling};
+use faircurve::{CurveStatus, Device, Sampling};
 use glam::DVec3;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -19,8 +19,8 @@ fn within(surface: impl Surface + 'static, energy: Energy, segments: usize) -> F
 #[test]
 fn curves_in_a_tilted_height_field_are_those_in_its_plane() {
     let (p, q) = (0.4, -0.7);
-    let heights = (0..6 * 8).map(|k| p * f64::from(k % 8) + q * f64::from(k / 8) + 2.0).collect();
-    let field = HeightField::new([6, 8], heights).unwrap();
+    let heights = (0..30 * 30).map(|k| p * f64::from(k % 30 - 12) + q * f64::from(k / 30 - 12) + 2.0).collect();
+    let field = HeightField::new([30, 30], heights).unwrap().with_origin([-12.0, -12.0]).unwrap();
     let plane = Quadric::plane(DVec3::new(-p, -q, 1.0), 2.0 / (1.0 + p * p + q * q).sqrt());
     let place = |[x, y]: [f64; 2]| [x, y, p * x + q * y + 2.0];
     let points = [[0.5, 0.5], [2.2, 3.9], [4.1, 1.3], [6.6, 4.2], [5.0, 2.0]].map(place);
@@ -33,6 +33,24 @@ fn curves_in_a_tilted_height_field_are_those_in_its_plane() {
         println!("closed {closed}: {away:.1e} apart, {} and {} iterations", report.iterations, other.iterations);
         assert!(away < 1e-9 && (report.energy / other.energy - 1.0).abs() < 1e-12, "{away:e}");
     }
+}
+
+#[test]
+fn curves_that_leave_the_grid_are_infeasible_and_say_where() {
+    let field = HeightField::new([6, 8], vec![0.0; 48]).unwrap();
+    let points = [[0.5, 0.5, 0.0], [6.9, 2.0, 0.0], [0.5, 3.5, 0.0]];
+    let fair = within(field, geodesic_bending(2.0) + 0.01 * length(), 16);
+    let fit = fair.fit(&one(&points, false), &Device::cpu()).unwrap();
+    let report = &fit.reports()[0];
+    assert_eq!(report.status, CurveStatus::Infeasible, "{report:?}");
+    let message = report.message.as_ref().unwrap();
+    assert!(
+        message.contains("curve 0, point 0: the curve after it lies beyond the grid of x from 0 to 7"),
+        "{message}"
+    );
+    let fit = fair.fit(&one(&[points[0], [7.5, 2.0, 0.0]], false), &Device::cpu()).unwrap();
+    let message = fit.reports()[0].message.clone().unwrap();
+    assert!(message.contains("curve 0, point 1: it lies beyond the grid"), "{message}");
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 #[path = "../common/elastica.rs"]
 mod elastica;
+#[path = "../common/meshes.rs"]
+mod meshes;
 #[path = "../common/points.rs"]
 mod points;
 #[path = "../common/rough.rs"]
@@ -16,6 +18,7 @@ mod fair_crossings;
 mod fair_deviation;
 mod fair_globe;
 mod fair_limits;
+mod fair_meshes;
 mod fair_neighbours;
 mod fair_places;
 mod fair_scf;

@@ -120,6 +120,47 @@ fn points_are_moved_onto_their_surface_or_refused() {
     assert!(lines.iter().all(|line| line["status"] == "converged"));
 }
 
+/// A tube of radius 1 around z, of squares.
+fn tube() -> String {
+    let mut text = String::from("# A tube\n");
+    for k in 0..=8 {
+        for i in 0..32 {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 32.0).sin_cos();
+            text += &format!("v {cos} {sin} {}\n", 0.25 * f64::from(k));
+        }
+    }
+    for k in 0..8 {
+        for i in 0..32 {
+            let [from, to] = [32 * k + i + 1, 32 * k + (i + 1) % 32 + 1];
+            text += &format!("f {from}//1 {to}//1 {}//1 {}//1\n", to + 32, from + 32);
+        }
+    }
+    text
+}
+
+#[test]
+fn curves_in_a_mesh_are_those_in_the_surface_that_it_stands_for() {
+    let points = [(0.0, 0.5), (0.9, 0.8), (1.7, 0.7), (2.4, 1.5)];
+    let rows: String = points.iter().map(|(a, z): &(f64, f64)| format!("a,{},{},{z}\n", a.cos(), a.sin())).collect();
+    let folder = folder(&format!("curve,x,y,z\n{rows}"));
+    fs::write(folder.path().join("tube.obj"), tube()).unwrap();
+    let [exact, mesh] = ["cylinder:1", "mesh:tube.obj"].map(|surface| {
+        let line = reports(&folder, &format!("--surface {surface}"), 0)[0].clone();
+        assert_eq!(line["status"], "converged", "{surface}: {line}");
+        println!("{surface}: {line}");
+        ["length", "energy", "iterations"].map(|word| line[word].as_f64().unwrap())
+    });
+    assert!((mesh[0] / exact[0] - 1.0).abs() < 1e-4 && (mesh[1] / exact[1] - 1.0).abs() < 1e-2, "{mesh:?} {exact:?}");
+    assert!((mesh[2] - exact[2]).abs() <= 2.0, "{mesh:?} {exact:?}");
+    let refused = |file: &str, text: &str, what: &str| {
+        fs::write(folder.path().join(file), text).unwrap();
+        let arguments = format!("fit in.csv -o new.csv --surface mesh:{file}");
+        run(&folder, &arguments).code(2).stderr(contains(what).and(contains("panicked").not()));
+    };
+    refused("wrong.obj", "v 0 0\n", "wrong.obj, line 1: the vertex has no z");
+    refused("tube.ply", "ply\n", "the mesh tube.ply is no OBJ file");
+}
+
 #[test]
 fn what_makes_no_sense_in_a_surface_is_refused_with_a_sentence() {
     let folder = folder(TRACKS);

@@ -27,7 +27,7 @@ impl FromStr for Word {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Curves in a surface")]
 pub struct SurfaceArgs {
-    /// Fits fair curves in a surface: sphere, wgs84, ellipsoid:a,b,c, spheroid:a,b, torus:R,r, cylinder:R, cone:degrees, grid:FILE
+    /// Fits fair curves in a surface: sphere, wgs84, ellipsoid:a,b,c, spheroid:a,b, torus:R,r, cylinder:R, cone:degrees, grid:FILE, mesh:FILE.obj
     ///
     /// On sphere and wgs84 x and y are longitudes and latitudes in degrees, and lengths are in metres. No curve tears at the
     /// date line or at a pole. The others take points in space. Their axis is along z, through 0.
@@ -35,6 +35,8 @@ pub struct SurfaceArgs {
     /// grid:FILE is the terrain over a grid of heights, as the command grid reads them from CSV and NPZ, where x is the column
     /// and y the row. grid:FILE,D has nodes D apart, grid:FILE,DX,DY columns and rows (DY below 0 from north to
     /// south), and grid:FILE,DX,DY,X0,Y0 column 0 of row 0 at X0, Y0.
+    ///
+    /// mesh:FILE.obj is a smooth surface through the vertices of triangles.
     #[arg(long, value_name = "SURFACE")]
     surface: Option<Word>,
     /// The radius of --surface sphere [default: 6371008.7714, of the Earth in metres]
