@@ -109,7 +109,7 @@ class Natural:
             raise ValueError("splines in a surface have natural ends, and keep no shape: leave ends and preserve_shape out")
         else:
             fit = _core.in_surface(batch, self.surface, self.off_surface, None, False, self.parametrisation, device, precision)
-        return Fit(fit, given, given.coords.shape[1])
+        return Fit(fit, given, fit.dimension)
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ class Smoothing:
             raise ValueError(f"smoothing splines in a surface take lam, and not {name}: within a distance of points ask for Fair(deviation=…)")
         else:
             fit = _core.in_surface(batch, self.surface, self.off_surface, self.lam, self.pin_ends, self.parametrisation, device, precision)
-        return Fit(fit, given, given.coords.shape[1])
+        return Fit(fit, given, fit.dimension)
 
 
 @dataclass(frozen=True)
@@ -280,7 +280,7 @@ class Fair:
             batch, list(energy.terms), self.per_span, self.spacing, pins, deviation,
             self._limits(given.coords.shape[1]), self.surface, self.off_surface, self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
         )  # fmt: skip
-        return Fit(fit, given, given.coords.shape[1])
+        return Fit(fit, given, fit.dimension)
 
     def _limits(self, dimension: int) -> dict[str, object]:
         """The limits, with vectors of three coordinates."""
@@ -417,4 +417,4 @@ class Smooth:
             device,
             precision,
         )
-        return Fit(fit, given, given.coords.shape[1])
+        return Fit(fit, given, fit.dimension)

@@ -96,7 +96,7 @@ impl Fit {
             return Err(PyValueError::new_err(sentence));
         }
         let width = match at {
-            At::Derivative(_) => self.batch.get().batch.dimension(),
+            At::Derivative(_) => self.dimension(),
             At::Curvature => 1,
         };
         let values = at_once(py, || {
@@ -137,6 +137,12 @@ impl Fit {
         self.fit.len()
     }
 
+    /// The coordinates of a point of the curves. Those over terrain have one more than planar points.
+    #[getter]
+    fn dimension(&self) -> usize {
+        if self.fit.is_empty() { self.batch.get().batch.dimension() } else { self.fit.curve(0).dimension() }
+    }
+
     #[getter]
     fn batch(&self, py: Python<'_>) -> Py<Batch> {
         self.batch.clone_ref(py)
@@ -165,7 +171,7 @@ impl Fit {
             let samples = at_once(py, || self.fit.polylines(sampling))?;
             return Ok(arrays(py, samples));
         };
-        let total = offsets.last().copied().unwrap_or(0) * self.batch.get().batch.dimension();
+        let total = offsets.last().copied().unwrap_or(0) * self.dimension();
         // NumPy asks for large pages, which take far less time to write to for the first time.
         let coords = py.import("numpy")?.call_method1("empty", (total,))?.cast_into::<PyArray1<f64>>()?;
         let mut writable = coords.try_readwrite()?;

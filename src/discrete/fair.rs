@@ -22,7 +22,7 @@ use crate::curve::Sampling;
 use crate::deviation::Deviation;
 use crate::device::{Device, DeviceReport};
 use crate::error::Result;
-use crate::ground::{Moved, judge_known};
+use crate::ground::{Moved, judge_known, lifted};
 use crate::parallel;
 use crate::report::{CurveReport, Fit};
 use crate::surface::Surface;
@@ -214,7 +214,11 @@ pub struct Fair {
     /// along ∇F, so that an iteration solves the system of a planar curve. The start is the natural spline through the
     /// points, moved onto the surface. Curves are in space. Those in a [`Globe`](crate::surface::Globe) are planar: x and y
     /// are longitudes and latitudes in degrees, and lengths, distances and curvatures are those on the ground, in units of the globe. A
-    /// third coordinate is a height: natural splines over the arc length on the ground go through the heights.
+    /// third coordinate is a height: natural splines over the arc length on the ground go through the heights. Planar points of a
+    /// [`HeightField`](crate::surface::HeightField) are those of the terrain over them, and its curves are in space.
+    ///
+    /// A curve that goes where its surface is not [known](crate::surface::Surface::unknown), beyond a grid or at a hole of a
+    /// mesh, is [`Infeasible`](crate::CurveStatus::Infeasible), and says where.
     ///
     /// [`geodesic_bending`](super::geodesic_bending) measures the bending within the surface, and
     /// [`bending`](super::bending) the whole. With geodesic bending alone a curve is a geodesic from point to point if it can
@@ -327,6 +331,9 @@ impl Fair {
     /// - Columns `nu` and `known`.
     /// - On a GPU, errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        if let Some(lifted) = self.surface.as_ref().and_then(|surface| lifted(batch, &**surface)) {
+            return self.fit(&lifted, device);
+        }
         self.check(batch)?;
         if let Some(globe) = self.surface.as_ref().and_then(|surface| surface.globe()) {
             return self.fit_on_globe(globe, batch, device);

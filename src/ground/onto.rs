@@ -16,6 +16,18 @@ const NEAR: f64 = 1e-3;
 /// Points moved by less than this part of their curve's size were as good as on the surface.
 const ROUNDING: f64 = 1e-9;
 
+/// The points of a planar batch on the surface over them, where the surface has [such points](Surface::over). `None` where it
+/// has none, where the batch is spatial, and where it asks for planar vectors.
+pub(crate) fn lifted(batch: &CurveBatch, surface: &dyn Surface) -> Option<CurveBatch> {
+    let constraints = batch.constraints();
+    if batch.dimension() != 2 || constraints.tangents.is_some() || constraints.curvatures.is_some() {
+        return None;
+    }
+    surface.over(0.0, 0.0)?;
+    let over = |point: &[f64]| surface.over(point[0], point[1]).unwrap_or(DVec3::NAN).to_array();
+    Some(batch.moved(3, batch.coords().chunks_exact(2).flat_map(over).collect(), Vec::new()))
+}
+
 /// A batch whose points have been moved onto a surface.
 pub(crate) struct Moved {
     pub batch: CurveBatch,

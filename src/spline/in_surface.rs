@@ -17,7 +17,7 @@ use crate::constraint::Constraint;
 use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::ground::{GlobeCurves, Heights, Moved, in_space, judge_known};
+use crate::ground::{GlobeCurves, Heights, Moved, in_space, judge_known, lifted};
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet, Fit};
 use crate::surface::{Globe, Surface};
@@ -109,6 +109,9 @@ impl SurfaceSpline {
     /// λ, parts or a tolerance that make no sense. Constraints other than pinned points. Planar curves where the surface is no
     /// globe. Parameters asked for but absent.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        if let Some(lifted) = lifted(batch, &*self.surface) {
+            return self.fit(&lifted, device);
+        }
         self.check(batch)?;
         let fit = match self.surface.globe() {
             Some(globe) => self.fit_on_globe(globe, batch),

@@ -363,6 +363,10 @@ impl Surface for HeightField {
         closest.is_finite().then_some(closest)
     }
 
+    fn over(&self, x: f64, y: f64) -> Option<DVec3> {
+        Some(self.plumb(x, y))
+    }
+
     fn unknown(&self, x: DVec3) -> Option<String> {
         let bounds = self.bounds();
         let is_within = |axis: usize| {

@@ -95,6 +95,11 @@ pub trait Surface: Debug + Send + Sync {
         None
     }
 
+    /// The point of the surface over x and y, where planar points name one, as on terrain. `None` for other surfaces.
+    fn over(&self, _x: f64, _y: f64) -> Option<DVec3> {
+        None
+    }
+
     /// The globe that the surface is, if its points are longitudes and latitudes.
     fn globe(&self) -> Option<Globe> {
         None

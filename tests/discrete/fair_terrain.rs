@@ -54,6 +54,22 @@ fn curves_that_leave_the_grid_are_infeasible_and_say_where() {
 }
 
 #[test]
+fn planar_points_are_those_of_the_terrain_over_them() {
+    let heights = (0..20 * 20).map(|k| (0.5 * f64::from(k % 20)).sin() * (0.4 * f64::from(k / 20)).cos()).collect();
+    let field = HeightField::new([20, 20], heights).unwrap();
+    let flat = [[3.2, 4.1], [8.0, 5.5], [12.7, 10.2], [15.0, 14.0]];
+    let points = flat.map(|[x, y]| [x, y, field.height(x, y)]);
+    let fair = within(field, geodesic_bending(2.0) + 0.1 * length(), 16);
+    let [lifted, given] = [one(&flat, false), one(&points, false)].map(|batch| {
+        let fit = fair.fit(&batch, &Device::cpu()).unwrap();
+        assert_eq!(fit.reports()[0].status, CurveStatus::Converged, "{:?}", fit.reports()[0]);
+        fit.polylines(Sampling::PerSpan(4))
+    });
+    assert_eq!(lifted.dimension(), 3);
+    assert_eq!(lifted.points(0), given.points(0));
+}
+
+#[test]
 fn curves_over_hills_lie_in_them_and_take_few_iterations() {
     let seed = 12;
     println!("seed {seed}");
