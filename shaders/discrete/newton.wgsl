@@ -206,7 +206,7 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
         front.a00 += part.x * walls_hessian(curve, v, displacement(curve, v));
 //:end
 //:if SURFACE
-        front.a00 += part.x * surface_hessian(curve, v, frame);
+        front.a00 += part.x * bend_of_surface(curve, v, frame);
         frame = next;
         next = after;
 //:end

@@ -1,7 +1,67 @@
-// The quadric ½ yᵀA y + b·y + c = 0 that a curve lies in, in its own coordinates. A trial goes along the tangents and then
-// back along the gradient. Twin: src/discrete/within.rs.
+// The surface that a curve lies in. A trial goes along the tangents and then back along the gradient.
+// Twin: src/discrete/within.rs.
 
-struct Quadric {
+fn load_surface_vector(curve: Curve, number: u32) -> vector {
+    let at = $SURFACEu + number;
+    return vector(load_weight(curve, at), load_weight(curve, at + 1u), load_weight(curve, at + 2u));
+}
+
+// A surface F = 0 of which SURFACE_WGSL is the text: F and its derivatives in units of the input, for the place
+// origin + size · y. A trial goes along the tangents and then along ∇F.
+//:if SURFACE_WGSL
+// Twin: ../surface/mod.rs
+const MOST_STEPS: u32 = 50u;
+// No twin: 4 ε of f64, the precision of these kernels.
+const LEAST_STEP: real = real(8.881784197001252e-16);
+// No twin: where a place has no foot the trial is refused for its energy.
+const NOWHERE: real = real(1e30);
+
+$SURFACE_WGSL
+
+struct Surface {
+    origin: vector,
+    size: real,
+}
+
+struct Frame {
+    // n and W = ∇²F/|∇F|.
+    normal: vector,
+    shape: matrix,
+    // Where it is, and size²/|∇F|, the unit of third derivatives.
+    place: vector,
+    unit: real,
+}
+
+fn load_surface(curve: Curve) -> Surface {
+    return Surface(load_surface_vector(curve, 0u), load_weight(curve, $SURFACEu + 3u));
+}
+
+fn frame_at(surface: Surface, y: vector) -> Frame {
+    let x = surface.origin + surface.size * y;
+    let gradient = surface_gradient(x);
+    let inverse = real(1) / sqrt(dot(gradient, gradient));
+    let unit = surface.size * inverse;
+    return Frame(inverse * gradient, unit * surface_hessian(x), x, surface.size * unit);
+}
+
+// The way from a place to its foot.
+fn way_back(surface: Surface, y: vector) -> vector {
+    let x = surface.origin + surface.size * y;
+    var foot = x;
+    for (var k = 0u; k < MOST_STEPS; k++) {
+        let gradient = surface_gradient(foot);
+        let step = (-surface_value(foot) / dot(gradient, gradient)) * gradient;
+        foot += step;
+        let reach = max(max(abs(foot.x), abs(foot.y)), abs(foot.z));
+        if (sqrt(dot(step, step)) <= LEAST_STEP * reach) {
+            return (foot - x) * (real(1) / surface.size);
+        }
+    }
+    return vector(NOWHERE);
+}
+//:else
+// The quadric ½ yᵀA y + b·y + c = 0 in the curve's own coordinates.
+struct Surface {
     matrix: matrix,
     linear: vector,
     constant: real,
@@ -13,24 +73,19 @@ struct Frame {
     shape: matrix,
 }
 
-fn load_surface_vector(curve: Curve, number: u32) -> vector {
-    let at = $SURFACEu + number;
-    return vector(load_weight(curve, at), load_weight(curve, at + 1u), load_weight(curve, at + 2u));
-}
-
-fn load_surface(curve: Curve) -> Quadric {
+fn load_surface(curve: Curve) -> Surface {
     let columns = matrix(load_surface_vector(curve, 0u), load_surface_vector(curve, 3u), load_surface_vector(curve, 6u));
-    return Quadric(columns, load_surface_vector(curve, 9u), load_weight(curve, $SURFACEu + 12u));
+    return Surface(columns, load_surface_vector(curve, 9u), load_weight(curve, $SURFACEu + 12u));
 }
 
-fn frame_at(surface: Quadric, y: vector) -> Frame {
+fn frame_at(surface: Surface, y: vector) -> Frame {
     let gradient = surface.matrix * y + surface.linear;
     let inverse = real(1) / sqrt(dot(gradient, gradient));
     return Frame(inverse * gradient, inverse * surface.matrix);
 }
 
 // The way from a place to the surface along ∇F: the root of ½ a t² + s t + F = 0. Where there is none it is no number.
-fn way_back(surface: Quadric, y: vector) -> vector {
+fn way_back(surface: Surface, y: vector) -> vector {
     let product = surface.matrix * y;
     let gradient = product + surface.linear;
     let value = dot(y, real(0.5) * product + surface.linear) + surface.constant;
@@ -39,6 +94,7 @@ fn way_back(surface: Quadric, y: vector) -> vector {
     let root = sqrt(square * square - real(2) * bend * value);
     return (real(-2) * value / (square + root)) * gradient;
 }
+//:end
 
 // (I − a aᵀ) m (I − b bᵀ)
 fn in_planes(a: vector, m: matrix, b: vector) -> matrix {

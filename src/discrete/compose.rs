@@ -45,6 +45,9 @@ pub(crate) struct Composition {
 /// The coefficients of a quadric: a matrix, a vector and a number.
 pub(crate) const QUADRIC: usize = 13;
 
+/// The numbers of another surface: the origin and the size of a curve's coordinates.
+const PLACED: usize = 4;
+
 #[derive(Clone, Copy, Debug)]
 enum Entry {
     /// A weight and the degree of its functional.
@@ -54,7 +57,7 @@ enum Entry {
     Gauge,
     /// ε of torsion.
     TorsionCurvature,
-    /// A coefficient of the surface that the curve lies in.
+    /// A number of the surface that the curve lies in.
     Surface,
 }
 
@@ -153,10 +156,17 @@ impl Composition {
         Ok(composing)
     }
 
-    /// The same for curves in quadrics, whose coefficients follow the weights.
-    pub fn in_quadrics(mut self) -> Self {
+    /// The same for curves in surfaces, whose numbers follow the weights: quadrics, or those of a text.
+    pub fn in_surfaces(mut self, text: Option<&str>) -> Self {
         self.define("SURFACE", self.entries.len());
-        self.entries.extend([Entry::Surface; QUADRIC]);
+        let numbers = match text {
+            Some(text) => {
+                self.define("SURFACE_WGSL", text);
+                PLACED
+            }
+            None => QUADRIC,
+        };
+        self.entries.extend((0..numbers).map(|_| Entry::Surface));
         self
     }
 

@@ -23,6 +23,7 @@ use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline};
 use crate::linalg::block_ring::ring_of;
 use crate::precision::Precision;
+use crate::surface::{Surface, Torus};
 
 /// Threads in a workgroup: a whole wave of the widest hardware.
 pub(crate) const GROUP: usize = 64;
@@ -149,7 +150,13 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     ];
     let mut keys = Vec::new();
     for energy in [geodesic_bending(2.0) + tautness(), geodesic_bending(3.0) + length() + attachment()] {
-        let composition = Composition::of(&energy, 2, 3, precision).expect("built in").in_quadrics();
+        let composition = Composition::of(&energy, 2, 3, precision).expect("built in").in_surfaces(None);
+        keys.extend(LANES.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
+    }
+    if precision == Precision::F64 {
+        let composition = Composition::of(&geodesic_bending(2.0), 2, 3, precision).expect("built in");
+        let torus = Torus::new(2.0, 1.0).expect("R > r").wgsl();
+        let composition = composition.in_surfaces(torus.as_deref());
         keys.extend(LANES.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
     }
     for (energy, order) in forms {
@@ -280,7 +287,10 @@ impl<const D: usize> Run<'_, D> {
         let has_order = order_of(order, problem.closed, problem.vertices()) == order;
         // A curve that nothing holds slides along itself, which the host damps.
         let is_in_surface = problem.surface.as_ref().is_none_or(|surface| {
-            surface.is_quadric() && order == 2 && self.plan.direction == Direction::Newton && !problem.is_loose()
+            surface.has_kernel(self.precision)
+                && order == 2
+                && self.plan.direction == Direction::Newton
+                && !problem.is_loose()
         });
         let holds =
             order < 3 || self.precision == Precision::F64 && has_order && self.plan.direction == Direction::Newton;
@@ -295,8 +305,12 @@ impl<const D: usize> Run<'_, D> {
             energy = energy + attachment();
         }
         let composition = Composition::of(&energy, self.plan.gauge, D, self.precision).map_err(Error::Argument)?;
-        let in_quadrics = D == 3 && self.problems.iter().any(|problem| problem.surface.is_some());
-        Ok(if in_quadrics { composition.in_quadrics() } else { composition })
+        let surface = self.problems.iter().find_map(|problem| problem.surface.as_ref()).filter(|_| D == 3);
+        Ok(match surface.map(|local| &local.surface) {
+            Some(surface) if surface.quadric().is_some() => composition.in_surfaces(None),
+            Some(surface) => composition.in_surfaces(surface.wgsl().as_deref()),
+            None => composition,
+        })
     }
 }
 

@@ -15,6 +15,7 @@ use super::lane::Standing;
 use super::plan::{Direction, Plan};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu};
 use super::setup::Ready;
+use super::within::has_kernel;
 use crate::batch::Unfitted;
 use crate::device::{Device, DeviceReport};
 use crate::error::Result;
@@ -97,14 +98,15 @@ impl Fair {
         // alone. Other such curves go to the CPU.
         // Nor has it the digits for fences: such descents go to the CPU where kernels have no f64.
         let is_fenced = self.energy.is_fenced();
-        let well_conditioned = well_conditioned && order < 3 && !is_fenced;
+        let is_f32_enough = self.surface.as_ref().is_none_or(|surface| has_kernel(&**surface, Precision::F32));
+        let well_conditioned = well_conditioned && order < 3 && !is_fenced && is_f32_enough;
         let gpu = match device.as_gpu() {
-            // Of surfaces quadrics alone have kernels.
-            Some(gpu) if self.surface.as_ref().is_none_or(|surface| surface.quadric().is_some()) => {
-                Some((gpu, device.kernel_precision(gpu, well_conditioned)?))
-            }
-            _ => None,
+            Some(gpu) => Some((gpu, device.kernel_precision(gpu, well_conditioned)?)),
+            None => None,
         };
+        // Not every surface has kernels, and of some only in f64.
+        let has_kernel = |precision| self.surface.as_ref().is_none_or(|surface| has_kernel(&**surface, precision));
+        let gpu = gpu.filter(|(_, precision)| has_kernel(*precision));
         let is_newton = self.direction == Direction::Newton;
         let gpu = gpu.filter(|(_, precision)| order < 3 || is_newton && *precision == Precision::F64);
         let gpu = gpu.filter(|(_, precision)| !is_fenced || *precision == Precision::F64);

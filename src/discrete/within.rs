@@ -17,7 +17,6 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use super::block::{Block, add_scaled, transpose};
-use super::compose::QUADRIC;
 use super::edges::Edges;
 use super::energy::Functional;
 use super::energy::geodesic_bending::{GeodesicBending, Turn, times};
@@ -25,6 +24,7 @@ use super::newton::Newton;
 use super::onto::WITHIN_STEPS;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 use crate::linalg::{Real, Scalar};
+use crate::precision::Precision;
 use crate::surface::Surface;
 
 /// A surface in the coordinates (x − origin)/size of one problem.
@@ -33,6 +33,11 @@ pub(crate) struct Local {
     pub surface: Arc<dyn Surface>,
     pub origin: [f64; 3],
     pub size: f64,
+}
+
+/// Whether there are kernels for curves in a surface.
+pub(super) fn has_kernel(surface: &dyn Surface, precision: Precision) -> bool {
+    surface.quadric().is_some() || (precision == Precision::F64 && surface.wgsl().is_some())
 }
 
 /// Two unit vectors across the normal.
@@ -70,18 +75,17 @@ impl Local {
         DVec3::from_array(std::array::from_fn(|c| self.origin[c] + self.size * y[c]))
     }
 
-    /// Whether it is a quadric, as kernels take them.
-    pub fn is_quadric(&self) -> bool {
-        self.surface.quadric().is_some()
+    /// Whether there are kernels for curves in it: quadrics, and in f64 those with a text.
+    pub fn has_kernel(&self, precision: Precision) -> bool {
+        has_kernel(&*self.surface, precision)
     }
 
-    /// The coefficients as kernels take them: the columns of A, b and c.
-    pub fn coefficients(&self) -> Option<[f64; QUADRIC]> {
-        let (matrix, linear, constant) = self.quadric()?;
-        let mut all = [constant; QUADRIC];
-        all[..9].copy_from_slice(&matrix.to_cols_array());
-        all[9..12].copy_from_slice(&linear.to_array());
-        Some(all)
+    /// The numbers of a curve as kernels take them: the columns of A, b and c, or the origin and the size.
+    pub fn numbers(&self) -> Vec<f64> {
+        match self.quadric() {
+            Some((matrix, linear, constant)) => [&matrix.to_cols_array()[..], &linear.to_array(), &[constant]].concat(),
+            None => [&self.origin[..], &[self.size]].concat(),
+        }
     }
 
     /// A, b and c of F at size 1, with a gradient of length 1 at the origin.

@@ -90,6 +90,17 @@ pub trait Surface: Debug + Send + Sync {
         self.foot(closest)
     }
 
+    /// F and its derivatives in WGSL, if curves in the surface are to run on GPUs with f64. Quadrics have no need of it.
+    ///
+    /// The functions are `surface_value(x: vector) -> real`, `surface_gradient(x: vector) -> vector`,
+    /// `surface_hessian(x: vector) -> matrix` and `surface_third(x: vector, along: vector) -> matrix`, as those of this trait. They use
+    /// the aliases `real`, `vector` and `matrix`, and may call `outer(a, b)`, the matrix a bᵀ, and `diagonal(a)`, a times the unit
+    /// matrix. Everything else that the text defines needs a name of its own, such as `surface_radius`. The [foot](Self::foot)
+    /// must be the default.
+    fn wgsl(&self) -> Option<String> {
+        None
+    }
+
     /// The surface as a quadric, if it is one. Curves in quadrics are the fastest.
     fn quadric(&self) -> Option<Quadric> {
         None

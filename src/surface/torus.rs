@@ -65,4 +65,9 @@ impl Surface for Torus {
         let change = out.dot(along) * outer(round, round) + round.dot(along) * (outer(round, out) + outer(out, round));
         change * (self.major / (distance * distance * self.minor))
     }
+
+    fn wgsl(&self) -> Option<String> {
+        let text = include_str!("../../shaders/surface/torus.wgsl");
+        Some(text.replace("$MAJOR", &format!("{:?}", self.major)).replace("$MINOR", &format!("{:?}", self.minor)))
+    }
 }

@@ -1,12 +1,12 @@
 //! Fair curves in surfaces on the GPU are those of the CPU: the same statuses, and curves within 1e-9 (f64) and 2e-5 (f32) of
-//! their size. Surfaces without kernels, and curves that nothing holds, are left to the CPU.
+//! their size. Surfaces without kernels, and curves that nothing holds, are left to the CPU; so are tori and own surfaces in f32.
 
 use std::sync::Arc;
 
 use faircurve::discrete::{Energy, Fair, Pins, attachment, bending, geodesic_bending, length, tautness};
 use faircurve::surface::{Globe, Quadric, Surface, Torus};
 use faircurve::{CurveBatch, CurveStatus, Device, Precision, Sampling};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rand::RngExt;
 use rand::rngs::StdRng;
 
@@ -125,12 +125,104 @@ fn tracks_of_the_globe_end_where_the_cpu_ends() {
     }
 }
 
+/// An own surface: the ripples z = ¼ sin x cos y, with the text of its kernels or without.
+#[derive(Debug)]
+struct Ripples {
+    has_text: bool,
+}
+
+impl Surface for Ripples {
+    fn name(&self) -> String {
+        "the ripples".into()
+    }
+
+    fn value(&self, x: DVec3) -> f64 {
+        x.z - 0.25 * x.x.sin() * x.y.cos()
+    }
+
+    fn gradient(&self, x: DVec3) -> DVec3 {
+        DVec3::new(-0.25 * x.x.cos() * x.y.cos(), 0.25 * x.x.sin() * x.y.sin(), 1.0)
+    }
+
+    fn hessian(&self, x: DVec3) -> DMat3 {
+        let (bend, twist) = (0.25 * x.x.sin() * x.y.cos(), 0.25 * x.x.cos() * x.y.sin());
+        DMat3::from_cols(DVec3::new(bend, twist, 0.0), DVec3::new(twist, bend, 0.0), DVec3::ZERO)
+    }
+
+    fn third(&self, x: DVec3, along: DVec3) -> DMat3 {
+        let (by_x, by_y) = (0.25 * x.x.cos() * x.y.cos(), -0.25 * x.x.sin() * x.y.sin());
+        let bend = by_x * along.x + by_y * along.y;
+        let twist = by_y * along.x + by_x * along.y;
+        DMat3::from_cols(DVec3::new(bend, twist, 0.0), DVec3::new(twist, bend, 0.0), DVec3::ZERO)
+    }
+
+    fn wgsl(&self) -> Option<String> {
+        let text = "
+            // The sine and the cosine in f64, which WGSL's own lack: by halves until the series is exact.
+            fn surface_wave(t: real) -> vec2<real> {
+                let h = t / real(1024);
+                let q = h * h;
+                var s = h * (real(1) - q / real(6) * (real(1) - q / real(20)));
+                // 1 − cos
+                var c = real(0.5) * q * (real(1) - q / real(12) * (real(1) - q / real(30)));
+                for (var k = 0u; k < 10u; k++) {
+                    let twice = real(2) * s * (real(1) - c);
+                    c = real(2) * s * s;
+                    s = twice;
+                }
+                return vec2<real>(s, real(1) - c);
+            }
+            fn surface_value(x: vector) -> real {
+                return x.z - real(0.25) * surface_wave(x.x).x * surface_wave(x.y).y;
+            }
+            fn surface_gradient(x: vector) -> vector {
+                let u = surface_wave(x.x);
+                let v = surface_wave(x.y);
+                return vector(real(-0.25) * u.y * v.y, real(0.25) * u.x * v.x, real(1));
+            }
+            fn surface_bends(bend: real, twist: real) -> matrix {
+                return matrix(vector(bend, twist, real(0)), vector(twist, bend, real(0)), vector());
+            }
+            fn surface_hessian(x: vector) -> matrix {
+                let u = surface_wave(x.x);
+                let v = surface_wave(x.y);
+                return surface_bends(real(0.25) * u.x * v.y, real(0.25) * u.y * v.x);
+            }
+            fn surface_third(x: vector, along: vector) -> matrix {
+                let u = surface_wave(x.x);
+                let v = surface_wave(x.y);
+                let by_x = real(0.25) * u.y * v.y;
+                let by_y = real(-0.25) * u.x * v.x;
+                return surface_bends(by_x * along.x + by_y * along.y, by_y * along.x + by_x * along.y);
+            }";
+        self.has_text.then(|| text.into())
+    }
+}
+
 #[test]
-fn surfaces_without_kernels_and_curves_that_nothing_holds_are_the_cpus() {
+fn curves_in_a_torus_and_in_an_own_surface_end_where_the_cpu_ends() {
     let Some(device) = device() else { return };
     let torus = Torus::new(2.0, 0.6).unwrap();
-    let near = onto(&torus, 2.5, &walks(20, 4.0, 0.2, &mut seeded(64)));
+    let near = onto(&torus, 2.5, &walks(60, 4.0, 0.2, &mut seeded(64)));
     conform("torus", &within(torus, geodesic_bending(2.0) + length()), &near, &device);
+    for has_text in [true, false] {
+        let ripples = Ripples { has_text };
+        let over = walks(60, 25.0, 0.2, &mut seeded(65));
+        let flat = over.coords().chunks_exact(3).map(|p| 2.0 * DVec3::from_slice(p));
+        let coords = flat.flat_map(|p| ripples.closest(DVec3::new(p.x, p.y, 0.0)).unwrap().to_array()).collect();
+        let over = CurveBatch::from_ragged(3, coords, over.offsets().to_vec()).unwrap();
+        let fair = within(ripples, geodesic_bending(2.0) + bending(2.0) + length());
+        conform(if has_text { "ripples" } else { "ripples without a text" }, &fair, &over, &device);
+        let on = device.clone().with_precision(Precision::F64);
+        if precisions(device.as_gpu().unwrap()).contains(&Precision::F64) {
+            assert_eq!(fair.fit(&over, &on).unwrap().device().is_gpu, has_text);
+        }
+    }
+}
+
+#[test]
+fn curves_that_nothing_holds_are_the_cpus() {
+    let Some(device) = device() else { return };
     let ring: Vec<[f64; 3]> =
         (0..24).map(|k| 0.26 * k as f64).map(|s| [s.cos(), s.sin(), 0.1 * (2.0 * s).sin()]).collect();
     let loose = CurveBatch::from_slices(&[&ring[..]]).unwrap().closed_each(vec![true]).unwrap();

@@ -30,8 +30,11 @@ fn every_kernel_is_valid_and_within_the_limits_of_any_device() {
     let defined: HashSet<String> = kernels().into_iter().flat_map(|key| key.definitions.into_values()).collect();
     let is_included =
         |path: &str| source::files().any(|other| source::file(other).unwrap().contains(&format!("include {path}")));
-    let unseen: Vec<_> =
-        source::files().filter(|path| !seen.contains(path) && !defined.contains(*path) && !is_included(path)).collect();
+    // Texts of surfaces are definitions, in which the host has written numbers.
+    let first_line = |text: &'static str| text.lines().next().unwrap_or_default();
+    let is_text = |path: &str| defined.iter().any(|text| text.starts_with(first_line(source::file(path).unwrap())));
+    let is_seen = |path: &str| seen.contains(path) || defined.contains(path) || is_included(path) || is_text(path);
+    let unseen: Vec<_> = source::files().filter(|path| !is_seen(path)).collect();
     assert!(unseen.is_empty(), "no kernel is made of {unseen:?}: add it to the catalogue");
 }
 

@@ -193,14 +193,14 @@ fn take_push(curve: Curve, v: u32) {
 }
 
 // The frame at vertex v, which goes on past the last, of the curve as it stands.
-fn current_frame(curve: Curve, surface: Quadric, v: i32) -> Frame {
+fn current_frame(curve: Curve, surface: Surface, v: i32) -> Frame {
     let row = vertex_row(curve, v);
     return frame_at(surface, load_place(curve, row) + displacement(curve, row));
 }
 
 // What the surface adds to the block of vertex v with itself: −(n·g) W in its plane, and 1 along its normal, which
 // a vertex without a window has from nothing else.
-fn surface_hessian(curve: Curve, v: u32, frame: Frame) -> matrix {
+fn bend_of_surface(curve: Curve, v: u32, frame: Frame) -> matrix {
     let push = work[curve.push + v * $SIDEu];
     return in_planes(frame.normal, -push * frame.shape, frame.normal) + outer(frame.normal, frame.normal);
 }

@@ -1,6 +1,6 @@
 // Geodesic bending: |m|^ν Δa^(1−ν) for the part m = d − (n·d) n of d = T′ − T in the tangent plane of a surface with the
 // normal n at the vertex. The powers are those of bending.wgsl, of q = |m|². Besides tangents and lengths it depends on the
-// place of the vertex, where the normal changes by W = ∇²F/|∇F|; of a quadric W∇F does not change.
+// place of the vertex, where the normal changes by W = ∇²F/|∇F|.
 // Twin: src/discrete/energy/geodesic_bending.rs.
 //:if POWER
 //:once include linalg/power.wgsl
@@ -66,8 +66,11 @@ fn $NAME_hessian(w: Window) -> SecondPartials {
     h.t00 = across * (diagonal(real(1)) - outer(n, n));
     // ∂m/∂x = −(n ∇qᵀ + q P W)
     h.x0 = across * (outer(n, b.k) + b.along * (w.shape - outer(n, wn)));
-    // ∇²q = −(∇q wᵀ + w ∇qᵀ) − q (W² − w wᵀ) for w = W n
-    let curved = real(-1) * (outer(b.k, wn) + outer(wn, b.k) + b.along * (w.shape * w.shape - outer(wn, wn)));
+    // ∇²q = ∇³F[m]/|∇F| − (∇q wᵀ + w ∇qᵀ) − q (W² − w wᵀ) for w = W n; of a quadric ∇³F is 0.
+    var curved = real(-1) * (outer(b.k, wn) + outer(wn, b.k) + b.along * (w.shape * w.shape - outer(wn, wn)));
+//:if SURFACE_WGSL
+    curved += w.unit * surface_third(w.place, b.m);
+//:end
     h.xx = real(-across) * (outer(b.k, b.k) + b.along * curved);
 //:if ALONG
     // ν (ν − 2)

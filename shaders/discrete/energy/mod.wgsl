@@ -236,6 +236,10 @@ fn framed(window: Window, frame: Frame) -> Window {
     var w = window;
     w.normal = frame.normal;
     w.shape = frame.shape;
+//:if SURFACE_WGSL
+    w.place = frame.place;
+    w.unit = frame.unit;
+//:end
     return w;
 }
 

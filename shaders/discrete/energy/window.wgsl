@@ -41,6 +41,11 @@ struct Window {
     // The normal n of the surface at the vertex between the first two edges, and W = ∇²F/|∇F| there.
     normal: vector,
     shape: matrix,
+//:if SURFACE_WGSL
+    // Where that vertex is in units of the input, and the unit of third derivatives there.
+    place: vector,
+    unit: real,
+//:end
 //:end
 }
 

@@ -35,7 +35,7 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
 //:end
 //:if SURFACE
         let frame = current_frame(curve, surface, i32(v));
-        own = in_planes(frame.normal, own, frame.normal) + surface_hessian(curve, v, frame);
+        own = in_planes(frame.normal, own, frame.normal) + bend_of_surface(curve, v, frame);
 //:end
         store_matrix(block_at(curve, v, 0u), 0u, own);
 //:unroll k 1..$VERTICES

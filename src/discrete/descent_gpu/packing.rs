@@ -7,7 +7,6 @@ use super::{DescentState, Job, STANDINGS, Way, loop_turns};
 use crate::discrete::lane::Standing;
 use crate::discrete::plan::Step;
 use crate::discrete::problem::{Outcome, Problem};
-use crate::discrete::within::Local;
 use crate::gpu::Downloaded;
 use crate::linalg::block_ring::scratch_numbers;
 use crate::parallel;
@@ -65,7 +64,7 @@ impl<const D: usize> Job<'_, D> {
 
     /// The numbers of a row in `fixed`.
     fn fixed_numbers(&self) -> usize {
-        self.place_number() + if self.is_in_quadrics() { D } else { 0 }
+        self.place_number() + if self.is_in_surfaces() { D } else { 0 }
     }
 
     /// Where the place of a vertex stands in a row, of curves in surfaces.
@@ -73,7 +72,7 @@ impl<const D: usize> Job<'_, D> {
         self.wall_number() + self.run.energy.walls() * (2 * D + WALL)
     }
 
-    fn is_in_quadrics(&self) -> bool {
+    fn is_in_surfaces(&self) -> bool {
         self.composition.definitions.contains_key("SURFACE")
     }
 
@@ -146,7 +145,7 @@ impl<const D: usize> Job<'_, D> {
                 (3, order + 1, ring(rows).max(ring(pins)))
             }
         };
-        let pushes = if self.is_in_quadrics() { 2 } else { 0 };
+        let pushes = if self.is_in_surfaces() { 2 } else { 0 };
         rows * (vectors * D + 4 + pushes + matrices * D * D) + pins * pin_numbers + shared
     }
 
@@ -182,9 +181,10 @@ impl<const D: usize> Job<'_, D> {
         given[..GIVEN].copy_from_slice(&[problem.highest, problem.tolerance, problem.longest, step]);
         let weights = self.composition.entries(&problem.weights, problem.gauge);
         given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = x);
-        if let Some(coefficients) = problem.surface.as_ref().and_then(Local::coefficients) {
-            let first = given.len() - coefficients.len();
-            given[first..].copy_from_slice(&coefficients);
+        if let Some(surface) = &problem.surface {
+            let numbers = surface.numbers();
+            let first = given.len() - numbers.len();
+            given[first..].copy_from_slice(&numbers);
         }
     }
 
@@ -217,7 +217,7 @@ impl<const D: usize> Job<'_, D> {
                 numbers.enumerate().for_each(|(k, x)| fixed[at(row, number + k)] = *x);
             }
         }
-        if self.is_in_quadrics() {
+        if self.is_in_surfaces() {
             let number = self.place_number();
             let places = problem.places.iter().enumerate();
             places.for_each(|(row, place)| (0..D).for_each(|c| fixed[at(row, number + c)] = place[c]));
