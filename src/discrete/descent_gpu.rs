@@ -141,6 +141,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
                 direction: [0.6, 0.8, 0.0],
                 walls: 2,
                 stretch: true,
+                ..Fencing::default()
             }),
             2,
         ),

@@ -133,6 +133,12 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
+    /// The fence of a kind at the vertex between the edges j and j + 1.
+    #[inline(always)]
+    pub fn fence(&self, kind: usize, j: usize) -> Fence<S> {
+        if self.fences[kind].is_empty() { Fence::NONE } else { self.fences[kind][j] }
+    }
+
     /// Copies the factors of a closed lane's first edges to the edges that repeat them.
     fn close_free(&mut self, lane: usize) {
         let count = self.counts[lane];

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use super::apart::Partings;
 use super::descended::Descended;
 use super::disc::{Discs, OF_VIOLATION, ROUGHLY};
-use super::energy::Energy;
+use super::energy::{Energy, Fencing};
 use super::fair::Fair;
 use super::fences::{ENOUGH, FIRST, Fences, MARGIN};
 use super::kept::{Ending, Kept};
@@ -221,6 +221,7 @@ impl Running<'_> {
     ) -> Result<bool> {
         let mut on_cpu = false;
         let fencing = self.fair.limits.fencing(running.iter().map(|fenced| &fenced.limits));
+        let fencing = Fencing { in_surface: self.fair.surface.is_some(), ..fencing };
         let energy = energy.fenced(fencing);
         for fenced in &mut running {
             fenced.ready.problem.weights.resize(energy.terms().len(), 1.0);

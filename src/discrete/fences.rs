@@ -210,7 +210,12 @@ impl<const D: usize> Problem<D> {
             (scale(1.0 / length, edge), length)
         };
         let ((before, s), (after, t)) = (edge(row + count - 1), edge(row));
-        let turn = subtract(after, before);
+        let mut turn = subtract(after, before);
+        if let Some(surface) = &self.surface {
+            // The geodesic curvature is that of the part in the tangent plane.
+            let normal = surface.normal(self.places[row]);
+            turn = subtract(turn, scale(dot(turn, normal), normal));
+        }
         let side = if D == 2 { before[0] * after[1] - before[1] * after[0] } else { 0.0 };
         let way = before.iter().zip(self.direction).map(|(x, n)| x * n).sum();
         let twist = if D == 3 { volume([before, after, edge(row + 1).0]) } else { 0.0 };

@@ -126,8 +126,9 @@ fn words<const D: usize>(
                 Ending::GivenUp => format!("a curvature of {:.6}", curvature * (1.0 + 1e-6)),
                 _ => "a larger curvature".into(),
             };
+            let what = if fair.surface.is_some() { "geodesic curvature" } else { "curvature" };
             let broken =
-                format!("its curvature is {curvature:.6} from here to the next point, where {bound} is the largest");
+                format!("its {what} is {curvature:.6} from here to the next point, where {bound} is the largest");
             (broken, larger)
         }
         Limit::Side => (

@@ -45,8 +45,8 @@ impl Fair {
             ));
         } else if self.energy.order() > 2 {
             "have no variation and no torsion in their energy: ask for geodesic bending"
-        } else if !self.limits.is_empty(batch) {
-            "keep no limits yet: leave them out"
+        } else if !self.limits.bounds_curvature_alone(batch) || self.limits.stretch.is_some() {
+            "keep no other limits than a largest curvature: leave them out"
         } else if constraints.curvatures.is_some() {
             "keep no curvature vectors yet: leave them out"
         } else {

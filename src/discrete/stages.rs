@@ -109,7 +109,8 @@ impl Fair {
         let gpu = gpu.filter(|(_, precision)| has_kernel(*precision));
         let is_newton = self.direction == Direction::Newton;
         let gpu = gpu.filter(|(_, precision)| order < 3 || is_newton && *precision == Precision::F64);
-        let gpu = gpu.filter(|(_, precision)| !is_fenced || *precision == Precision::F64);
+        // Fences in surfaces have no kernel.
+        let gpu = gpu.filter(|(_, precision)| !is_fenced || (*precision == Precision::F64 && self.surface.is_none()));
         let in_f32 = gpu.is_some_and(|(_, precision)| precision == Precision::F32);
         let tolerances: Vec<f64> = problems.iter().map(|problem| problem.tolerance).collect();
         if in_f32 {

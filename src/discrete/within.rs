@@ -19,13 +19,13 @@ use glam::{DMat3, DVec3};
 use super::block::{Block, add_scaled, transpose};
 use super::edges::Edges;
 use super::energy::Functional;
-use super::energy::geodesic_bending::{GeodesicBending, Turn, times};
+use super::energy::geodesic_bending::{InSurface, Turn, times};
 use super::newton::Newton;
 use super::onto::WITHIN_STEPS;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 use crate::linalg::{Real, Scalar};
 use crate::precision::Precision;
-use crate::surface::Surface;
+use crate::surface::{Surface, normal};
 
 /// A surface in the coordinates (x − origin)/size of one problem.
 #[derive(Clone, Debug)]
@@ -95,6 +95,12 @@ impl Local {
         let (gradient, size) = (quadric.gradient(origin), self.size);
         let unit = size * gradient.length();
         Some((quadric.matrix * (size * size / unit), gradient * (size / unit), quadric.value(origin) / unit))
+    }
+
+    /// n at a point of the problem.
+    pub fn normal<const D: usize>(&self, y: Vector<f64, D>) -> Vector<f64, D> {
+        let normal = normal(&*self.surface, self.place(y));
+        std::array::from_fn(|c| normal[c])
     }
 
     /// n, W and F/|∇F| at a point of the problem.
@@ -321,6 +327,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             length: [edges.length[j], edges.length[j + 1]],
             normal: self.normals[j + 1],
             shape: self.shapes[j + 1],
+            fence: edges.fence(0, j),
         }
     }
 
@@ -331,12 +338,10 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         self.by_place.fill([S::ZERO; D]);
         let mut value = S::ZERO;
         for (weight, functional) in terms {
-            let Functional::GeodesicBending(geodesic) = functional else { continue };
-            for j in 0..edges.windows::<2>() {
-                let (partials, by_place) = geodesic.gradient(&self.turn(edges, j));
-                let weight = *weight * edges.starts::<2>(j);
-                self.by_place[j + 1] = add(self.by_place[j + 1], scale(weight, by_place));
-                value += edges.scatter_both(j, weight, &partials);
+            match functional {
+                Functional::GeodesicBending(bending) => value += self.add_of(bending, *weight, edges),
+                Functional::GeodesicCurb(curb) => value += self.add_of(curb, *weight, edges),
+                _ => {}
             }
         }
         if edges.is_closed() {
@@ -350,13 +355,29 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         value
     }
 
-    /// The value of geodesic bending where the vertices were framed.
+    #[inline(always)]
+    fn add_of<E: InSurface>(&mut self, energy: &E, weight: S, edges: &mut Edges<S, D>) -> S {
+        let mut value = S::ZERO;
+        for j in 0..edges.windows::<2>() {
+            let (partials, by_place) = energy.gradient(&self.turn(edges, j));
+            let weight = weight * edges.starts::<2>(j);
+            self.by_place[j + 1] = add(self.by_place[j + 1], scale(weight, by_place));
+            value += edges.scatter_both(j, weight, &partials);
+        }
+        value
+    }
+
+    /// The value of geodesic bending and fences where the vertices were framed.
     pub fn value(&self, edges: &Edges<S, D>, terms: &[(S, &Functional)]) -> S {
         let mut value = S::ZERO;
         for (weight, functional) in terms {
-            let Functional::GeodesicBending(geodesic) = functional else { continue };
             for j in 0..edges.windows::<2>() {
-                value += *weight * edges.starts::<2>(j) * geodesic.value(&self.turn(edges, j));
+                let own = match functional {
+                    Functional::GeodesicBending(bending) => bending.value(&self.turn(edges, j)),
+                    Functional::GeodesicCurb(curb) => curb.value(&self.turn(edges, j)),
+                    _ => break,
+                };
+                value += *weight * edges.starts::<2>(j) * own;
             }
         }
         value
@@ -409,11 +430,11 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     ) {
         self.frame(u);
         for (weight, functional) in terms {
-            let Functional::GeodesicBending(geodesic) = functional else { continue };
-            for j in 0..edges.windows::<2>() {
-                self.add_hessian(geodesic, newton, edges, j, *weight * edges.starts::<2>(j), u);
+            match functional {
+                Functional::GeodesicBending(bending) => self.add_hessians(bending, newton, edges, *weight, u),
+                Functional::GeodesicCurb(curb) => self.add_hessians(curb, newton, edges, *weight, u),
+                _ => {}
             }
-            newton.close();
         }
         for row in 0..u.len() {
             let mut bent = self.shapes[row];
@@ -426,11 +447,26 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         newton.close_bases(edges);
     }
 
-    /// Adds the second derivatives of geodesic bending at the vertex between the edges j and j + 1.
     #[inline(always)]
-    fn add_hessian(
+    fn add_hessians<E: InSurface>(
         &self,
-        geodesic: &GeodesicBending,
+        energy: &E,
+        newton: &mut Newton<S, D>,
+        edges: &Edges<S, D>,
+        weight: S,
+        u: &[Vector<S, D>],
+    ) {
+        for j in 0..edges.windows::<2>() {
+            self.add_hessian(energy, newton, edges, j, weight * edges.starts::<2>(j), u);
+        }
+        newton.close();
+    }
+
+    /// Adds the second derivatives of an energy at the vertex between the edges j and j + 1.
+    #[inline(always)]
+    fn add_hessian<E: InSurface>(
+        &self,
+        energy: &E,
         newton: &mut Newton<S, D>,
         edges: &Edges<S, D>,
         j: usize,
@@ -438,9 +474,9 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         u: &[Vector<S, D>],
     ) {
         let turn = self.turn(edges, j);
-        let third = self.form.third(add(self.places[j + 1], u[j + 1]), GeodesicBending::bend(&turn));
-        let (first, _) = geodesic.gradient(&turn);
-        let (second, by) = geodesic.hessian(&turn, &third);
+        let third = self.form.third(add(self.places[j + 1], u[j + 1]), turn.bend());
+        let (first, _) = energy.gradient(&turn);
+        let (second, by) = energy.hessian(&turn, &third);
         let inverse = [edges.inverse[j], edges.inverse[j + 1]];
         newton.add_turn(j, weight, &turn.tangent, &inverse, &first, &second);
         // By edge and place: ∂T/∂e = P/Δs, ∂Δs/∂e = T.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use faircurve::discrete::{Energy, Fair, Pins, Segments, geodesic_bending, length};
+use faircurve::discrete::{Energy, Fair, Limits, Pins, Segments, bending, geodesic_bending, length};
 use faircurve::surface::{Globe, Quadric, Surface, Torus};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device};
 use glam::{DMat3, DVec3};
@@ -350,5 +350,64 @@ fn tangents_in_surfaces_are_met_at_ends_and_within() {
             assert!(vertices.iter().all(|v| surface.value(DVec3::from_array(*v)).abs() < 1e-14));
             assert!(report.energy > free.energy, "what is asked for costs energy");
         }
+    }
+}
+
+#[test]
+fn in_a_plane_a_largest_geodesic_curvature_is_that_of_planar_curves() {
+    let points = [[0.0, 0.0], [1.0, 0.9], [2.0, -0.4], [3.0, 0.7], [4.0, 0.1]];
+    let limits = Limits { curvature: Some(2.0), ..Limits::default() };
+    let planar = Fair { energy: bending(2.0) + 0.1 * length(), limits: limits.clone(), ..Fair::default() };
+    let (flat, wanted) = fitted::<2>(&planar, &one(&points, false), 16);
+    let plane = Quadric::plane(DVec3::new(2.0, -1.0, 2.0), 1.0);
+    let (p, q) = (DVec3::new(1.0, 2.0, 0.0).normalize(), DVec3::new(-4.0, 2.0, 5.0).normalize());
+    let lifted = points.map(|[x, y]| (DVec3::new(2.0, -1.0, 2.0) / 9.0 * 3.0 + x * p + y * q).to_array());
+    let fair = Fair { energy: geodesic_bending(2.0) + 0.1 * length(), surface: Some(Arc::new(plane)), ..planar };
+    let (found, report) = fitted::<3>(&fair, &one(&lifted, false), 16);
+    assert_eq!([report.status, wanted.status], [CurveStatus::Converged; 2], "{report:?} {wanted:?}");
+    let (own, other) = (report.limits.unwrap(), wanted.limits.unwrap());
+    assert!(own.active > 0 && own.active == other.active, "{own:?} {other:?}");
+    assert!((report.energy / wanted.energy - 1.0).abs() < 1e-6, "{} {}", report.energy, wanted.energy);
+    let from = DVec3::from_array(lifted[0]);
+    for (a, b) in found.iter().zip(&flat) {
+        let a = DVec3::from_array(*a) - from;
+        assert!((a.dot(p) - b[0]).abs().max((a.dot(q) - b[1]).abs()) < 1e-5);
+    }
+}
+
+#[test]
+fn a_largest_geodesic_curvature_is_kept_on_spheres_and_tori_or_said_to_be_broken() {
+    let geodesic = |surface: &dyn Surface, v: &[Spatial]| {
+        let turn = |triple: &[Spatial]| {
+            let [a, b, c] = [triple[0], triple[1], triple[2]].map(DVec3::from_array);
+            let n = surface.gradient(b).normalize();
+            let turn = (c - b).normalize() - (b - a).normalize();
+            2.0 * (turn - turn.dot(n) * n).length() / ((c - b).length() + (b - a).length())
+        };
+        v.windows(3).map(turn).fold(0.0, f64::max)
+    };
+    let sphere: Arc<dyn Surface> = Arc::new(Quadric::sphere(1.0));
+    let torus: Arc<dyn Surface> = Arc::new(Torus::new(2.0, 1.0).unwrap());
+    for (surface, size) in [(sphere, 1.0), (torus, 3.0)] {
+        let place = |[u, v]: [f64; 2]| {
+            let x = size * DVec3::new(v.cos() * u.cos(), v.cos() * u.sin(), v.sin());
+            surface.closest(x).unwrap().to_array()
+        };
+        let points = [[0.0, 0.0], [0.25, 0.3], [0.5, -0.1], [0.75, 0.25], [1.0, 0.0]].map(place);
+        let free =
+            Fair { energy: geodesic_bending(2.0) + 0.1 * length(), surface: Some(surface.clone()), ..Fair::default() };
+        let (vertices, _) = fitted::<3>(&free, &one(&points, false), 16);
+        let most = geodesic(&*surface, &vertices);
+        let bound = 0.9 * most;
+        let limits = Limits { curvature: Some(bound), ..Limits::default() };
+        let (vertices, report) = fitted::<3>(&Fair { limits, ..free.clone() }, &one(&points, false), 16);
+        let kept = report.limits.unwrap();
+        println!("{}: {most} → {bound}, {} held, {} iterations", surface.name(), kept.active, report.iterations);
+        assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+        assert!(geodesic(&*surface, &vertices) <= bound * (1.0 + 1e-9) && kept.active > 0 && kept.cost > 0.0);
+        let limits = Limits { curvature: Some(0.05 * most), ..Limits::default() };
+        let report = Fair { limits, ..free }.fit(&one(&points, false), &Device::cpu()).unwrap().reports()[0].clone();
+        assert_eq!(report.status, CurveStatus::Infeasible, "{report:?}");
+        assert!(report.message.as_ref().unwrap().contains("geodesic curvature"), "{report:?}");
     }
 }

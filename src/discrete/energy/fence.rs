@@ -36,6 +36,8 @@ pub(crate) const FENCE_KINDS: usize = 4;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Fencing {
     pub kinds: [bool; FENCE_KINDS],
+    /// Whether curvatures are geodesic ones, of curves in a surface.
+    pub in_surface: bool,
     /// The direction of those of the way ahead.
     pub direction: [f64; 3],
     /// How many walls a vertex has at most.

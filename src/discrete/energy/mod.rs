@@ -66,6 +66,7 @@ macro_rules! energies {
             $($Own($own::$Own),)+
             Attachment,
             GeodesicBending(geodesic_bending::GeodesicBending),
+            GeodesicCurb(geodesic_bending::GeodesicCurb),
             Custom(Arc<dyn Custom>),
         }
 
@@ -77,6 +78,7 @@ macro_rules! energies {
                     $(Functional::$Own(_) => stringify!($own),)+
                     Functional::Attachment => "attachment",
                     Functional::GeodesicBending(_) => "geodesic_bending",
+                    Functional::GeodesicCurb(_) => "geodesic_curb",
                     Functional::Custom(custom) => custom.name(),
                 }
             }
@@ -88,6 +90,7 @@ macro_rules! energies {
                     $(Functional::$Own(functional) => functional,)+
                     Functional::Attachment => &attachment::Attachment,
                     Functional::GeodesicBending(functional) => functional,
+                    Functional::GeodesicCurb(functional) => functional,
                     Functional::Custom(custom) => custom,
                 }
             }
@@ -100,7 +103,7 @@ macro_rules! energies {
                 match self {
                     $($(#[$when])? Functional::$Name(functional) => Some(visitor.visit(functional)),)+
                     $(Functional::$Own(functional) => Some(visitor.visit(functional)),)+
-                    Functional::Attachment | Functional::GeodesicBending(_) => None,
+                    Functional::Attachment | Functional::GeodesicBending(_) | Functional::GeodesicCurb(_) => None,
                     Functional::Custom(custom) => Some(custom::visit(custom.as_ref(), visitor)),
                 }
             }
@@ -289,7 +292,10 @@ impl Functional {
                 T::FENCE
             }
         }
-        self.visit(Kind).flatten()
+        match self {
+            Functional::GeodesicCurb(_) => Some(0),
+            other => other.visit(Kind).flatten(),
+        }
     }
 
     /// The order of the inner product that suits it.
@@ -305,7 +311,7 @@ impl Functional {
             }
         }
         match self {
-            Functional::GeodesicBending(_) => 2,
+            Functional::GeodesicBending(_) | Functional::GeodesicCurb(_) => 2,
             other => other.visit(Order).unwrap_or(0),
         }
     }

@@ -85,7 +85,10 @@ impl Energy {
     /// The same energy with fences and walls.
     pub(crate) fn fenced(&self, fencing: Fencing) -> Energy {
         let fences = [
-            Functional::Curb(Default::default()),
+            match fencing.in_surface {
+                true => Functional::GeodesicCurb(Default::default()),
+                false => Functional::Curb(Default::default()),
+            },
             Functional::Side(Default::default()),
             Functional::Ahead(Ahead { direction: fencing.direction }),
             Functional::Twist(Default::default()),
