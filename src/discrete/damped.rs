@@ -82,6 +82,19 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
     }
 
+    /// Adds v vᵀ for the directions v across given tangents.
+    ///
+    /// A step keeps v·p = 0, and so has nothing of v vᵀ. Without it H may be indefinite where only steps across are downwards,
+    /// and would be damped for nothing.
+    #[inline(never)]
+    fn stiffen_across(&self, newton: &mut Newton<S, D>) {
+        let Some(constraints) = &self.constraints else { return };
+        let stiffness = newton.largest();
+        for (row, k, v, w) in constraints.stiffnesses(self.edges.counts()[0] + usize::from(!self.edges.is_closed())) {
+            newton.add_block(row, k, stiffness, &outer(S::ONE, v.map(S::of), w.map(S::of)));
+        }
+    }
+
     /// Computes p for the curves as they stand, and returns the smallest pivot of each lane.
     #[inline(always)]
     pub(super) fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> S {
@@ -100,16 +113,9 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
             && let Some(within) = &mut self.within
         {
             within.assemble(newton, &self.edges, &self.terms, &self.u);
-            if let Some(constraints) = &self.constraints {
-                // A step keeps b·p = 0, and so has nothing of b bᵀ. Without it H may be indefinite where only steps across
-                // are downwards, and would be damped for nothing.
-                let stiffness = newton.largest();
-                for (row, k, v, w) in
-                    constraints.stiffnesses(self.edges.counts()[0] + usize::from(!self.edges.is_closed()))
-                {
-                    newton.add_block(row, k, stiffness, &outer(S::ONE, v.map(S::of), w.map(S::of)));
-                }
-            }
+        }
+        if self.constraints.is_some() {
+            self.stiffen_across(newton);
         }
         let mut lambda = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use faircurve::discrete::{Energy, Fair, Segments, bending, length, variation};
-use faircurve::{CurveBatch, CurveStatus};
+use faircurve::discrete::{Energy, Fair, Segments, bending, length, tautness, variation};
+use faircurve::{Constraints, CurveBatch, CurveStatus};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
@@ -263,5 +263,43 @@ fn a_curve_whose_constraints_are_refused_leaves_its_neighbours_as_they_were() {
     for i in [0, 2] {
         assert_eq!(fit.reports()[i], report);
         assert_eq!(vertices::<2>(&fit, i, 16), alone);
+    }
+}
+
+/// Rough curves through 6 points, of which 4 have tangents far from the chords.
+fn rough_with_tangents<const D: usize>(count: usize, seed: u64) -> CurveBatch {
+    println!("seed {seed}");
+    let mut rng = StdRng::seed_from_u64(seed);
+    let mut normal = || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
+    let (mut coords, mut tangents) = (Vec::new(), Vec::new());
+    for k in 0..6 * count {
+        let (mut point, mut tangent) = ([0.0; D], [0.0; D]);
+        (point[0], tangent[0]) = ((k % 6) as f64, 1.0);
+        for c in 1..D {
+            (point[c], tangent[c]) = (0.6 * normal(), normal());
+        }
+        coords.extend(point);
+        tangents.extend(if [0, 2, 3, 5].contains(&(k % 6)) { tangent } else { [f64::NAN; D] });
+    }
+    let batch = CurveBatch::from_ragged(D, coords, (0..=count).map(|i| 6 * i).collect()).unwrap();
+    batch.with_constraints(Constraints { tangents: Some(tangents), ..Constraints::default() }).unwrap()
+}
+
+#[test]
+fn rough_curves_with_given_tangents_converge_in_few_iterations() {
+    for energy in [bending(2.0) + 0.1 * length(), bending(2.0) + tautness()] {
+        for (spatial, most) in [(false, 14), (true, 30)] {
+            let fair = Fair { energy: energy.clone(), ..Fair::default() };
+            let batch = if spatial { rough_with_tangents::<3>(60, 8) } else { rough_with_tangents::<2>(60, 7) };
+            let fit = fit(&fair, &batch);
+            let mut iterations: Vec<u32> = fit.reports().iter().map(|report| report.iterations).collect();
+            iterations.sort_unstable();
+            let converged = fit.reports().iter().filter(|report| report.status == CurveStatus::Converged).count();
+            println!(
+                "{energy}, spatial {spatial}: {converged} of 60, {} and {} iterations",
+                iterations[30], iterations[54]
+            );
+            assert!(converged >= 58 && iterations[30] <= most, "{converged} converged, {iterations:?}");
+        }
     }
 }

@@ -366,6 +366,7 @@ fn in_a_plane_a_largest_geodesic_curvature_is_that_of_planar_curves() {
     let (found, report) = fitted::<3>(&fair, &one(&lifted, false), 16);
     assert_eq!([report.status, wanted.status], [CurveStatus::Converged; 2], "{report:?} {wanted:?}");
     let (own, other) = (report.limits.unwrap(), wanted.limits.unwrap());
+    println!("{} iterations in the plane, {} flat", report.iterations, wanted.iterations);
     assert!(own.active > 0 && own.active == other.active, "{own:?} {other:?}");
     assert!((report.energy / wanted.energy - 1.0).abs() < 1e-6, "{} {}", report.energy, wanted.energy);
     let from = DVec3::from_array(lifted[0]);

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::batch::{CurveBatch, Origin, Unfitted};
 use crate::curve::{Curve, Input, Jet, Sampling};
 use crate::ground::jet_onto;
+use crate::motion::Motion;
 use crate::parallel;
 use crate::report::CurveSet;
 use crate::spline::cubic::CubicSplines;
@@ -139,6 +140,11 @@ impl Curve for SurfaceCurve<'_> {
 
     fn pieces(&self, span: usize) -> usize {
         self.rows[span + 1] - self.rows[span]
+    }
+
+    /// That of the spline in space, which is in the surface to h⁴. Lengths and curvatures are its own.
+    fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
+        self.curve.motion(self.rows[span] + piece, 0)
     }
 
     /// A span without length, between repeated points, is all at its data point.
