@@ -108,6 +108,12 @@ impl Kept {
     }
 }
 
+/// A number rounded to seven digits, of any size.
+fn seven_digits(x: f64) -> String {
+    let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
+    if rounded.abs() < 1e-4 { format!("{rounded:e}") } else { rounded.to_string() }
+}
+
 /// How a curve breaks its worst limit, and what would be feasible.
 fn words<const D: usize>(
     fair: &Fair,
@@ -121,14 +127,14 @@ fn words<const D: usize>(
     let it_to = "it to".to_string();
     match worst.limit {
         Limit::Curvature => {
-            let bound = 1.0 / (limits.slopes[0][worst.row] * ready.size);
+            let bound = seven_digits(1.0 / (limits.slopes[0][worst.row] * ready.size));
             let larger = match ending {
-                Ending::GivenUp => format!("a curvature of {:.6}", curvature * (1.0 + 1e-6)),
+                Ending::GivenUp => format!("a curvature of {}", seven_digits(curvature * (1.0 + 1e-6))),
                 _ => "a larger curvature".into(),
             };
             let what = if fair.surface.is_some() { "geodesic curvature" } else { "curvature" };
-            let broken =
-                format!("its {what} is {curvature:.6} from here to the next point, where {bound} is the largest");
+            let curvature = seven_digits(curvature);
+            let broken = format!("its {what} is {curvature} from here to the next point, where {bound} is the largest");
             (broken, larger)
         }
         Limit::Side => (

@@ -107,6 +107,22 @@ fn timed_tracks_on_the_globe_are_sampled_evenly_in_time() {
 }
 
 #[test]
+fn a_ship_turns_no_sharper_than_its_radius_on_the_globe() {
+    let folder = folder("curve,lon,lat\na,170,60\na,176,61\na,-178,59.5\na,-172,61\n");
+    let free = reports(&folder, "--surface wgs84", 0);
+    let lines = reports(&folder, "--surface wgs84 --min-radius 250000", 0);
+    assert_eq!(lines[0]["status"], "converged");
+    let [cost, active] = ["cost", "active"].map(|name| lines[0]["limits"][name].as_f64().unwrap());
+    assert!(cost > 0.0 && active > 0.0, "{lines:?}");
+    assert!(lines[0]["energy"].as_f64() > free[0]["energy"].as_f64());
+    let lines = reports(&folder, "--surface wgs84 --min-radius 900000", 1);
+    assert_eq!(lines[0]["status"], "infeasible");
+    let message = lines[0]["message"].as_str().unwrap();
+    assert!(message.contains("in.csv, line ") && message.contains("geodesic curvature is "), "{message}");
+    assert!(message.contains("where 1.111111e-6 is the largest; allow a curvature of "), "{message}");
+}
+
+#[test]
 fn points_are_moved_onto_their_surface_or_refused() {
     let folder = folder(
         "curve,x,y,z\nnear,1,0,0.0001\nnear,0,1.0001,0\nnear,-0.7,0.7,0.14\nfar,1,0,0\nfar,0,1.2,0\nfar,0,0,1\n",
@@ -173,7 +189,8 @@ fn what_makes_no_sense_in_a_surface_is_refused_with_a_sentence() {
     refused("--surface torus:1,2", "meets itself");
     refused("--surface wgs84 --radius 2", "--radius 2 is that of --surface sphere");
     refused("--surface torus:2,1", "have points of three coordinates");
-    refused("--surface sphere --max-curvature 1", "keep no limits yet");
+    refused("--surface sphere --corridor 1", "keep no other limits than a largest curvature");
+    refused("--surface sphere --min-radius 1e5 --max-stretch 2", "keep no other limits than a largest curvature");
     refused("--surface sphere --energy variation=1", "have no variation");
     refused("--method geodesic", "needs a surface");
     refused("--surface sphere --method scf", "smooth connection functions are planar");
