@@ -9,6 +9,7 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use faircurve::discrete::{Fair, Pins, Segments, bending, geodesic_bending, length, tautness};
+use faircurve::spline::{Natural, SurfaceSpline};
 use faircurve::surface::{Globe, Quadric, Surface, Torus};
 use faircurve::{CurveBatch, CurveReport, CurveStatus, Device, Result, Sampling};
 use glam::{DQuat, DVec3};
@@ -237,6 +238,20 @@ fn turned(points: &[[f64; 2]], turn: DQuat) -> Vec<[f64; 2]> {
     points.iter().map(one).collect()
 }
 
+/// The hours of the track.
+const HOURS: [f64; 6] = [0.0, 6.0, 12.0, 18.0, 30.0, 36.0];
+
+/// The natural spline of a track over its hours, on the globe or on the flat sheet, as places on the globe.
+fn timed(points: &[[f64; 2]], on_globe: bool) -> Result<Vec<DVec3>> {
+    let batch = CurveBatch::from_slices(&[points])?.with_parameters(HOURS.to_vec())?;
+    let (sampling, device) = (Sampling::PerSpan(16), Device::cpu());
+    let (_, samples) = match on_globe {
+        true => SurfaceSpline::new(Arc::new(unit())).fit_sampled(&batch, sampling, &device)?,
+        false => Natural::default().fit_sampled(&batch, sampling, &device)?,
+    };
+    Ok(samples.points(0).chunks_exact(2).map(|p| unit().place(p[0], p[1])).collect())
+}
+
 /// The curve of a track, on the globe or on the flat sheet of longitudes and latitudes, as places on the globe.
 fn curve(points: &[[f64; 2]], on_globe: bool) -> Result<Vec<DVec3>> {
     let surface: Option<Arc<dyn Surface>> = if on_globe { Some(Arc::new(unit())) } else { None };
@@ -247,21 +262,29 @@ fn curve(points: &[[f64; 2]], on_globe: bool) -> Result<Vec<DVec3>> {
     Ok(samples.points(0).chunks_exact(2).map(|p| unit().place(p[0], p[1])).collect())
 }
 
+/// The curve of a track, on the globe or not.
+type Way = fn(&[[f64; 2]], bool) -> Result<Vec<DVec3>>;
+
 fn turned_tracks(record: &mut Record) -> Result<()> {
     record.line("A track turned with the globe, against the turned track, in degrees of arc.");
-    record.line(format_args!("{:<28}{:>16}{:>16}", "its middle is moved to", "on the globe", "on a flat sheet"));
+    record.line(format_args!(
+        "{:<28}{:>16}{:>16}{:>16}{:>16}",
+        "its middle is moved to", "on the globe", "on a flat sheet", "in time: globe", "flat sheet"
+    ));
     let places = [("latitude 60°", 0.0, 60.0), ("the north pole", 0.0, 90.0), ("the date line", 180.0, 4.0)];
     let mut worst: f64 = 0.0;
     for (name, longitude, latitude) in places {
         let turn = turn_to(longitude, latitude);
-        let mut found = [0.0; 2];
-        for (away, on_globe) in found.iter_mut().zip([true, false]) {
-            let (own, there) = (curve(&TRACK, on_globe)?, curve(&turned(&TRACK, turn), on_globe)?);
+        let mut found = [0.0; 4];
+        let ways: [(Way, bool); 4] = [(curve, true), (curve, false), (timed, true), (timed, false)];
+        for (away, (of, on_globe)) in found.iter_mut().zip(ways) {
+            let (own, there) = (of(&TRACK, on_globe)?, of(&turned(&TRACK, turn), on_globe)?);
             let apart = own.iter().zip(&there).map(|(a, b)| (0.5 * (turn * *a).distance(*b)).asin());
             *away = 2.0 * apart.fold(0.0, f64::max).to_degrees();
         }
-        worst = worst.max(found[0]);
-        record.line(format_args!("{name:<28}{:>16.1e}{:>16.1e}", found[0], found[1]));
+        worst = worst.max(found[0]).max(found[2]);
+        let [globe, flat, timed, timed_flat] = found;
+        record.line(format_args!("{name:<28}{globe:>16.1e}{flat:>16.1e}{timed:>16.1e}{timed_flat:>16.1e}"));
     }
     record.check("on the globe it is the same to 1e-9 degrees", worst < 1e-9);
     record.line("");
