@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use self::curves::SurfaceCurves;
+use self::setup::Found;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::natural::Natural;
 use super::smoothing::{Amount, Smoothing};
@@ -78,7 +79,7 @@ pub struct SurfaceSpline {
     pub pin_ends: bool,
     /// Parameters of the points. By default those of the batch; else centripetal ones, or with smoothing chord lengths.
     pub parametrisation: Parametrisation,
-    /// Parts of every span, at whose ends the spline has its unknowns. 4 by default, at least 1, 2 for closed curves.
+    /// Parts of every span, at whose ends the spline has its unknowns. 4 by default; 1 counts as 2.
     pub parts: usize,
     /// When a curve has converged: the last step's share of the root of the energy. 1e-8 by default.
     pub tolerance: f64,
@@ -153,7 +154,7 @@ impl SurfaceSpline {
             return refuse(format!("the tolerance is {}: give a positive number, such as 1e-8", self.tolerance));
         }
         if let Some(most) = self.off_surface
-            && !(most >= 0.0)
+            && (most.is_nan() || most < 0.0)
         {
             return refuse(format!("points may lie {most} off the surface: give a distance of at least 0"));
         }
@@ -212,26 +213,19 @@ impl SurfaceSpline {
         let coincident = if smooths { Coincident::Average } else { Coincident::Refuse };
         let knots = Knots::new(batch, rule, coincident)?;
         let starts = self.starts(batch, &knots)?;
-        let found = parallel::map(batch.len(), 1, |i| match knots.report_unfitted(i) {
-            Some(report) => Err(report),
+        let found = parallel::map(batch.len(), 1, |i| match knots.unfitted.get(&i) {
+            Some(problem) => Err(problem.clone()),
             None => self.find(batch, &knots, i, &starts),
         });
-        let mut reports: Vec<CurveReport> = found
-            .iter()
-            .map(|found| match found {
-                Ok(found) => found.report.clone(),
-                Err(report) => report.clone(),
-            })
-            .collect();
+        let report = |found: &Result<Found, Unfitted>| match found {
+            Ok(found) => found.report.clone(),
+            Err(problem) => CurveReport::unfitted(problem.status, problem.message.clone()),
+        };
+        let mut reports: Vec<CurveReport> = found.iter().map(report).collect();
         let splines = self.laid(&knots, &found)?;
-        let unfitted: BTreeMap<usize, Unfitted> = (0..batch.len())
-            .filter(|&i| found[i].is_err())
-            .map(|i| {
-                let CurveReport { status, message, .. } = reports[i].clone();
-                (i, Unfitted { status, message: message.unwrap_or_default() })
-            })
-            .collect();
-        let curves = SurfaceCurves::new(given, &knots, splines, self.parts(), unfitted, self.surface.clone());
+        let problems = found.iter().enumerate().filter_map(|(i, found)| Some((i, found.as_ref().err()?.clone())));
+        let unfitted: BTreeMap<usize, Unfitted> = problems.collect();
+        let curves = SurfaceCurves::new(given, &knots, splines, self.parts_a_span(), unfitted, self.surface.clone());
         let vertices = |i: usize| {
             let nodes = found[i].as_ref().ok()?.nodes.iter().map(|node| node.place).collect();
             Some((nodes, curves.rows(i).map(|row| row as u32).collect()))
@@ -240,7 +234,7 @@ impl SurfaceSpline {
         Ok((curves, reports))
     }
 
-    fn parts(&self) -> usize {
+    fn parts_a_span(&self) -> usize {
         // A closed curve of two points has four nodes at least.
         self.parts.max(2)
     }

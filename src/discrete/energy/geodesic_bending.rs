@@ -129,7 +129,7 @@ pub(crate) fn times<S: Scalar, const D: usize>(matrix: &Block<S, D>, x: Vector<S
 
 /// A function f(|m|², Δa) of the bend in a surface, with its derivatives: f of what is at hand, and those by s = |m|² and by the
 /// lengths.
-struct First<S> {
+pub(crate) struct First<S> {
     value: S,
     /// 2 ∂f/∂s
     across: S,
@@ -138,7 +138,7 @@ struct First<S> {
 }
 
 /// Second derivatives of such a function.
-struct Second<S> {
+pub(crate) struct Second<S> {
     /// 2 ∂f/∂s
     across: S,
     /// 4 ∂²f/∂s²

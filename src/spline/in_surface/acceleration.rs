@@ -9,6 +9,9 @@
 //!
 //! Simpson's rule takes the integral at both ends and in the middle. In a plane that is exact.
 
+// Loops over unknowns by index match the formulas.
+#![allow(clippy::needless_range_loop)]
+
 use glam::{DMat3, DVec3};
 
 use crate::surface::Surface;

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::SurfaceSpline;
 use super::course::{Course, Ended, Held, Node};
-use crate::batch::CurveBatch;
+use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraints;
 use crate::curve::vector;
 use crate::device::Device;
@@ -60,16 +60,10 @@ impl SurfaceSpline {
     }
 
     /// The spline of a curve that can be fitted.
-    pub(super) fn find(
-        &self,
-        batch: &CurveBatch,
-        knots: &Knots,
-        i: usize,
-        starts: &Starts,
-    ) -> Result<Found, CurveReport> {
-        let (t, closed, parts) = (knots.t(i), knots.closed[i], self.parts());
+    pub(super) fn find(&self, batch: &CurveBatch, knots: &Knots, i: usize, starts: &Starts) -> Result<Found, Unfitted> {
+        let (t, closed, parts) = (knots.t(i), knots.closed[i], self.parts_a_span());
         let refuse = |status: CurveStatus, k: usize, what: &str| {
-            Err(CurveReport::unfitted(status, batch.sentence(i, k.min(batch.count(i) - 1), what)))
+            Err(Unfitted { status, message: batch.sentence(i, k.min(batch.count(i) - 1), what) })
         };
         let start = starts.splines.curve(starts.able.binary_search(&i).expect("only what can be fitted has a start"));
         let mut nodes = Vec::with_capacity(parts * t.len());
@@ -119,7 +113,7 @@ impl SurfaceSpline {
 
     /// What holds the nodes of a curve.
     fn held(&self, batch: &CurveBatch, knots: &Knots, i: usize, count: usize) -> Vec<Held> {
-        let parts = self.parts();
+        let parts = self.parts_a_span();
         let mut held = vec![Held::Free; count];
         let places = knots.values(i).as_chunks::<3>().0;
         let Some(lambda) = self.smoothing.filter(|lambda| *lambda > 0.0) else {
@@ -142,13 +136,13 @@ impl SurfaceSpline {
     }
 
     /// Cubic splines through the nodes of all that were found, clamped at the ends.
-    pub(super) fn laid(&self, knots: &Knots, found: &[Result<Found, CurveReport>]) -> Result<CubicSplines> {
+    pub(super) fn laid(&self, knots: &Knots, found: &[Result<Found, Unfitted>]) -> Result<CubicSplines> {
         let (mut coords, mut t, mut closing, mut offsets) = (Vec::new(), Vec::new(), Vec::new(), vec![0]);
         let (mut closed, mut tangents) = (Vec::new(), Vec::new());
         for (i, found) in found.iter().enumerate() {
             let Ok(Found { nodes, steps, .. }) = found else { continue };
             let is_closed = knots.closed[i];
-            let (own, parts) = (knots.t(i), self.parts());
+            let (own, parts) = (knots.t(i), self.parts_a_span());
             for (row, node) in nodes.iter().enumerate() {
                 coords.extend(node.place.to_array());
                 let is_end = !is_closed && (row == 0 || row + 1 == nodes.len());
