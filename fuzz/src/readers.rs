@@ -3,6 +3,8 @@
 use faircurve::CurveBatch;
 use faircurve::io::grids::{self, GridFormat, GridWrite};
 use faircurve::io::{self, Carried, Closed, Flatness, Format, ReadOptions, WriteOptions};
+use faircurve::surface::{HeightField, Surface};
+use glam::DVec3;
 
 /// CSV with the options that the first byte chooses.
 pub fn csv(data: &[u8]) {
@@ -30,13 +32,25 @@ pub fn tracts(data: &[u8]) {
     read([Format::Trk, Format::Tck, Format::Gpx, Format::Npy][usize::from(first) % 4], rest);
 }
 
-/// Grids in CSV or NPZ, and out in every format.
+/// Grids in CSV or NPZ, out in every format and as terrain; meshes in OBJ.
 pub fn grids(data: &[u8]) {
     let Some((&first, rest)) = data.split_first() else { return };
+    if first & 2 != 0 {
+        return match io::read_mesh_from(rest) {
+            Err(error) => check_sentence(&error.to_string()),
+            Ok(mesh) => look_around(&mesh),
+        };
+    }
     let format = if first & 1 == 0 { GridFormat::Csv } else { GridFormat::Npz };
     match grids::read_from(rest, format) {
         Err(error) => check_sentence(&error.to_string()),
         Ok(grids) => {
+            if grids.len() == 1 && grids.dimension() == 1 {
+                match HeightField::new(grids.shape(0), grids.grid(0).to_vec()) {
+                    Err(error) => check_sentence(&error.to_string()),
+                    Ok(field) => look_around(&field),
+                }
+            }
             for format in [GridFormat::Csv, GridFormat::Npz, GridFormat::Obj, GridFormat::Svg] {
                 let options = GridWrite { format: Some(format), ..GridWrite::default() };
                 if let Err(error) = grids::write_to(Vec::new(), &grids, &options) {
@@ -44,6 +58,15 @@ pub fn grids(data: &[u8]) {
                 }
             }
         }
+    }
+}
+
+/// What is closest to a few points is in the surface or is not there.
+fn look_around(surface: &dyn Surface) {
+    for x in [DVec3::ZERO, DVec3::new(0.5, 0.5, 1.0), DVec3::new(1.5, -0.2, 1e3), DVec3::splat(1e9)] {
+        let Some(closest) = surface.closest(x) else { continue };
+        assert!(closest.is_finite(), "{closest} is closest to {x} in {}", surface.name());
+        surface.unknown(closest).iter().for_each(|why| check_sentence(why));
     }
 }
 

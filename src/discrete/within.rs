@@ -12,33 +12,19 @@
 // Loops over coordinates and lanes by index match the formulas, and stay within code for wide registers.
 #![allow(clippy::needless_range_loop)]
 
-use std::sync::Arc;
+mod form;
 
-use glam::{DMat3, DVec3};
-
+pub(crate) use self::form::Local;
+pub(super) use self::form::has_kernel;
+use self::form::{Form, lane_of};
 use super::block::{Block, add_scaled, transpose};
 use super::edges::Edges;
 use super::energy::Functional;
-use super::energy::geodesic_bending::{InSurface, Turn, times};
+use super::energy::geodesic_bending::{GeodesicCurb, InSurface, Turn};
 use super::newton::Newton;
 use super::onto::WITHIN_STEPS;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 use crate::linalg::{Real, Scalar};
-use crate::precision::Precision;
-use crate::surface::{Surface, normal};
-
-/// A surface in the coordinates (x − origin)/size of one problem.
-#[derive(Clone, Debug)]
-pub(crate) struct Local {
-    pub surface: Arc<dyn Surface>,
-    pub origin: [f64; 3],
-    pub size: f64,
-}
-
-/// Whether there are kernels for curves in a surface.
-pub(super) fn has_kernel(surface: &dyn Surface, precision: Precision) -> bool {
-    surface.quadric().is_some() || (precision == Precision::F64 && surface.wgsl().is_some())
-}
 
 /// Two unit vectors across the normal.
 pub(super) type Basis<S, const D: usize> = [Vector<S, D>; 2];
@@ -56,202 +42,6 @@ pub(crate) struct Within<S, const D: usize> {
     /// n·g of the last evaluation, and of the curves as they stand.
     pushes_there: Vec<S>,
     pushes: Vec<S>,
-}
-
-/// F of every lane.
-enum Form<S, const D: usize> {
-    /// ½ yᵀA y + b·y + c
-    Quadric {
-        matrix: Block<S, D>,
-        linear: Vector<S, D>,
-        constant: S,
-    },
-    Other(Vec<Local>),
-}
-
-impl Local {
-    /// The place in space of a point of the problem.
-    fn place<const D: usize>(&self, y: Vector<f64, D>) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|c| self.origin[c] + self.size * y[c]))
-    }
-
-    /// Whether there are kernels for curves in it: quadrics, and in f64 those with a text.
-    pub fn has_kernel(&self, precision: Precision) -> bool {
-        has_kernel(&*self.surface, precision)
-    }
-
-    /// The numbers of a curve as kernels take them: the columns of A, b and c, or the origin and the size.
-    pub fn numbers(&self) -> Vec<f64> {
-        match self.quadric() {
-            Some((matrix, linear, constant)) => [&matrix.to_cols_array()[..], &linear.to_array(), &[constant]].concat(),
-            None => [&self.origin[..], &[self.size]].concat(),
-        }
-    }
-
-    /// A, b and c of F at size 1, with a gradient of length 1 at the origin.
-    fn quadric(&self) -> Option<(DMat3, DVec3, f64)> {
-        let quadric = self.surface.quadric()?;
-        let origin = DVec3::from_array(self.origin);
-        let (gradient, size) = (quadric.gradient(origin), self.size);
-        let unit = size * gradient.length();
-        Some((quadric.matrix * (size * size / unit), gradient * (size / unit), quadric.value(origin) / unit))
-    }
-
-    /// n at a point of the problem.
-    pub fn normal<const D: usize>(&self, y: Vector<f64, D>) -> Vector<f64, D> {
-        let normal = normal(&*self.surface, self.place(y));
-        std::array::from_fn(|c| normal[c])
-    }
-
-    /// n, W and F/|∇F| at a point of the problem.
-    fn jet<const D: usize>(&self, y: Vector<f64, D>) -> (DVec3, DMat3, f64) {
-        let x = self.place(y);
-        let gradient = self.surface.gradient(x);
-        let length = gradient.length();
-        let value = self.surface.value(x) / (length * self.size);
-        (gradient / length, self.surface.hessian(x) * (self.size / length), value)
-    }
-
-    /// The way to the foot of a point of the problem.
-    fn way<const D: usize>(&self, y: Vector<f64, D>) -> Vector<f64, D> {
-        let x = self.place(y);
-        // A point that has no foot is no number, and its trial is refused.
-        let foot = self.surface.foot(x).unwrap_or(DVec3::NAN);
-        let way = ((foot - x) / self.size).to_array();
-        std::array::from_fn(|c| way[c])
-    }
-
-    /// The derivative of ∇²F along a vector of the problem, over |∇F|.
-    fn third<const D: usize>(&self, y: Vector<f64, D>, along: Vector<f64, D>) -> [[f64; 3]; 3] {
-        let x = self.place(y);
-        let along = DVec3::from_array(std::array::from_fn(|c| along[c]));
-        let unit = self.size * self.size / self.surface.gradient(x).length();
-        (self.surface.third(x, along) * unit).to_cols_array_2d()
-    }
-}
-
-/// A vector of one lane in f64.
-fn lane_of<S: Scalar, const D: usize>(x: &Vector<S, D>, lane: usize) -> Vector<f64, D> {
-    std::array::from_fn(|c| x[c].lane(lane).to_f64())
-}
-
-impl<S: Scalar, const D: usize> Form<S, D> {
-    fn new(lanes: &[&Local]) -> Self {
-        let quadrics: Option<Vec<_>> = lanes.iter().map(|local| local.quadric()).collect();
-        let Some(quadrics) = quadrics else {
-            return Form::Other(lanes.iter().map(|local| (*local).clone()).collect());
-        };
-        let (mut matrix, mut linear, mut constant) = ([[S::ZERO; D]; D], [S::ZERO; D], S::ZERO);
-        for (lane, (a, b, c)) in quadrics.into_iter().enumerate() {
-            constant.set_lane(lane, number::<S>(c));
-            for row in 0..D {
-                linear[row].set_lane(lane, number::<S>(b[row]));
-                (0..D).for_each(|column| matrix[row][column].set_lane(lane, number::<S>(a.col(column)[row])));
-            }
-        }
-        Form::Quadric { matrix, linear, constant }
-    }
-
-    /// n and W at a place.
-    #[inline(always)]
-    fn jet(&self, y: Vector<S, D>) -> (Vector<S, D>, Block<S, D>) {
-        match self {
-            Form::Quadric { matrix, linear, .. } => {
-                let gradient = add(times(matrix, y), *linear);
-                let inverse = S::ONE / dot(gradient, gradient).sqrt();
-                let mut shape = *matrix;
-                for a in 0..D {
-                    shape[a] = scale(inverse, matrix[a]);
-                }
-                (scale(inverse, gradient), shape)
-            }
-            Form::Other(lanes) => Self::jet_of_any(lanes, y),
-        }
-    }
-
-    #[inline(never)]
-    fn jet_of_any(lanes: &[Local], y: Vector<S, D>) -> (Vector<S, D>, Block<S, D>) {
-        let (mut normal, mut shape) = (y, [y; D]);
-        for (lane, local) in lanes.iter().enumerate() {
-            let (n, w, _) = local.jet(lane_of(&y, lane));
-            for a in 0..D {
-                normal[a].set_lane(lane, number::<S>(n[a]));
-                (0..D).for_each(|b| shape[a][b].set_lane(lane, number::<S>(w.col(b)[a])));
-            }
-        }
-        (normal, shape)
-    }
-
-    /// F/|∇F| and n at a place.
-    fn height(&self, y: Vector<S, D>) -> (S, Vector<S, D>) {
-        match self {
-            Form::Quadric { matrix, linear, constant } => {
-                let product = times(matrix, y);
-                let gradient = add(product, *linear);
-                let inverse = S::ONE / dot(gradient, gradient).sqrt();
-                let value = dot(y, add(scale(S::of(0.5), product), *linear)) + *constant;
-                (inverse * value, scale(inverse, gradient))
-            }
-            Form::Other(lanes) => {
-                let (mut height, mut normal) = (S::ZERO, y);
-                for (lane, local) in lanes.iter().enumerate() {
-                    let (n, _, value) = local.jet(lane_of(&y, lane));
-                    height.set_lane(lane, number::<S>(value));
-                    (0..D).for_each(|c| normal[c].set_lane(lane, number::<S>(n[c])));
-                }
-                (height, normal)
-            }
-        }
-    }
-
-    /// The way from a place to the surface along ∇F.
-    #[inline(always)]
-    fn way(&self, y: Vector<S, D>) -> Vector<S, D> {
-        match self {
-            Form::Quadric { matrix, linear, constant } => {
-                let product = times(matrix, y);
-                let gradient = add(product, *linear);
-                let value = dot(y, add(scale(S::of(0.5), product), *linear)) + *constant;
-                // ½ a t² + s t + F = 0 along y + t ∇F. No root is no number, and the trial is refused.
-                let square = dot(gradient, gradient);
-                let bend = dot(gradient, times(matrix, gradient));
-                let root = (square * square - S::of(2.0) * bend * value).sqrt();
-                scale(-S::of(2.0) * value / (square + root), gradient)
-            }
-            Form::Other(lanes) => Self::way_of_any(lanes, y),
-        }
-    }
-
-    #[inline(never)]
-    fn way_of_any(lanes: &[Local], y: Vector<S, D>) -> Vector<S, D> {
-        let mut way = y;
-        for (lane, local) in lanes.iter().enumerate() {
-            let own = local.way(lane_of(&y, lane));
-            (0..D).for_each(|c| way[c].set_lane(lane, number::<S>(own[c])));
-        }
-        way
-    }
-
-    /// The derivative of ∇²F along a vector, over |∇F|.
-    #[inline(always)]
-    fn third(&self, y: Vector<S, D>, along: Vector<S, D>) -> Block<S, D> {
-        match self {
-            Form::Quadric { .. } => [[S::ZERO; D]; D],
-            Form::Other(lanes) => Self::third_of_any(lanes, y, along),
-        }
-    }
-
-    #[inline(never)]
-    fn third_of_any(lanes: &[Local], y: Vector<S, D>, along: Vector<S, D>) -> Block<S, D> {
-        let mut third = [y; D];
-        for (lane, local) in lanes.iter().enumerate() {
-            let own = local.third(lane_of(&y, lane), lane_of(&along, lane));
-            for a in 0..D {
-                (0..D).for_each(|b| third[a][b].set_lane(lane, number::<S>(own[b][a])));
-            }
-        }
-        third
-    }
 }
 
 impl<S: Scalar, const D: usize> Within<S, D> {
@@ -340,7 +130,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         for (weight, functional) in terms {
             match functional {
                 Functional::GeodesicBending(bending) => value += self.add_of(bending, *weight, edges),
-                Functional::GeodesicCurb(curb) => value += self.add_of(curb, *weight, edges),
+                Functional::GeodesicCurb(curb) => value += self.add_apart(curb, *weight, edges),
                 _ => {}
             }
         }
@@ -353,6 +143,12 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             }
         }
         value
+    }
+
+    /// [`add_of`](Self::add_of), compiled apart from code for wide registers, which would take the compiler minutes.
+    #[inline(never)]
+    fn add_apart(&mut self, curb: &GeodesicCurb, weight: S, edges: &mut Edges<S, D>) -> S {
+        self.add_of(curb, weight, edges)
     }
 
     #[inline(always)]
@@ -432,7 +228,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         for (weight, functional) in terms {
             match functional {
                 Functional::GeodesicBending(bending) => self.add_hessians(bending, newton, edges, *weight, u),
-                Functional::GeodesicCurb(curb) => self.add_hessians(curb, newton, edges, *weight, u),
+                Functional::GeodesicCurb(curb) => self.add_hessians_apart(curb, newton, edges, *weight, u),
                 _ => {}
             }
         }
@@ -445,6 +241,19 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             newton.set_basis(row, basis(self.normals[row]));
         }
         newton.close_bases(edges);
+    }
+
+    /// [`add_hessians`](Self::add_hessians), compiled apart.
+    #[inline(never)]
+    fn add_hessians_apart(
+        &self,
+        curb: &GeodesicCurb,
+        newton: &mut Newton<S, D>,
+        edges: &Edges<S, D>,
+        weight: S,
+        u: &[Vector<S, D>],
+    ) {
+        self.add_hessians(curb, newton, edges, weight, u);
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Triangle meshes: OBJ (Wavefront, Object Files, version 3.0), the lines `v` and `f`.
 
-use std::io;
+use std::io::{self, Read};
 use std::path::Path;
 
 use super::extension_of;
@@ -37,6 +37,14 @@ pub fn read_mesh(path: impl AsRef<Path>) -> Result<Mesh> {
         )));
     }
     mesh_of(&mut Source::open(path)?)
+}
+
+/// Reads a mesh from the bytes of an OBJ file.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn read_mesh_from(reader: impl Read) -> Result<Mesh> {
+    mesh_of(&mut Source::of_reader(reader)?)
 }
 
 fn mesh_of(source: &mut Source) -> Result<Mesh> {
@@ -163,7 +171,7 @@ mod tests {
     use crate::surface::Surface;
 
     fn read(text: &str) -> Result<Mesh> {
-        mesh_of(&mut Source::of_reader(text.as_bytes())?)
+        read_mesh_from(text.as_bytes())
     }
 
     /// A square of 3 × 3 vertices.

@@ -101,7 +101,7 @@ pub use columns::{Carried, Columns};
 pub use decimals::decimals_of;
 use formats::Entry;
 pub use formats::Format;
-pub use meshes::read_mesh;
+pub use meshes::{read_mesh, read_mesh_from};
 use source::Source;
 pub use times::{Times, read_times};
 

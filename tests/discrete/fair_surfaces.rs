@@ -412,3 +412,20 @@ fn a_largest_geodesic_curvature_is_kept_on_spheres_and_tori_or_said_to_be_broken
         assert!(report.message.as_ref().unwrap().contains("geodesic curvature"), "{report:?}");
     }
 }
+
+#[test]
+fn a_way_over_the_apex_of_a_cone_gets_a_sentence_and_leaves_its_neighbours_bits() {
+    let cone: Arc<dyn Surface> = Arc::new(Quadric::cone(0.5));
+    let at = |angle: f64, z: f64| [0.5f64.tan() * z * angle.cos(), 0.5f64.tan() * z * angle.sin(), z];
+    let over = [at(0.0, 1.0), at(std::f64::consts::PI, 1.0)];
+    let beside = [at(0.0, 1.0), at(1.0, 1.3), at(2.0, 0.9)];
+    let fair = Fair { energy: geodesic_bending(2.0) + 0.1 * length(), surface: Some(cone), ..Fair::default() };
+    let batch = CurveBatch::from_slices(&[&over[..], &beside[..]]).unwrap();
+    let fit = fair.fit(&batch, &Device::cpu()).unwrap();
+    let report = &fit.reports()[0];
+    assert_eq!(report.status, CurveStatus::Invalid, "{report:?}");
+    assert!(report.message.as_ref().unwrap().contains("give points between"), "{report:?}");
+    assert_eq!(fit.reports()[1].status, CurveStatus::Converged);
+    let alone: Vec<Spatial> = fitted(&fair, &one(&beside, false), 16).0;
+    assert_eq!(vertices::<3>(&fit, 1, 16), alone);
+}

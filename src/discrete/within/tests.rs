@@ -1,9 +1,13 @@
+use std::sync::Arc;
+
+use glam::DVec3;
+
 use super::super::descent::Descent;
 use super::super::energy::{Energy, Fence, Fencing, Functional, bending, geodesic_bending, length};
 use super::super::plan::{Direction, Plan, Step};
 use super::super::problem::{Problem, start};
 use super::*;
-use crate::surface::{Quadric, Torus};
+use crate::surface::{Quadric, Surface, Torus};
 
 /// A curve of unequal edges around each surface, at size 1.
 fn problems(closed: bool) -> Vec<Problem<3>> {
