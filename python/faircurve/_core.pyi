@@ -20,6 +20,7 @@ __all__ = [
     "complete",
     "elevate",
     "fair",
+    "in_surface",
     "natural",
     "reduce",
     "run",
