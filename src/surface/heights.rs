@@ -280,6 +280,11 @@ impl Surface for HeightField {
         sheet(Cell::of(self, x.x, x.y).bend())
     }
 
+    fn jet(&self, x: DVec3) -> (f64, DVec3, DMat3) {
+        let cell = Cell::of(self, x.x, x.y);
+        (x.z - cell.derivative(0, 0), (-cell.slope()).extend(1.0), sheet(cell.bend()))
+    }
+
     /// It jumps where nodes are crossed.
     fn third(&self, x: DVec3, along: DVec3) -> DMat3 {
         let cell = Cell::of(self, x.x, x.y);

@@ -13,7 +13,7 @@ use self::jet::Jet;
 use self::patch::Patch;
 use self::topology::Topology;
 use self::tree::{Sides, Tree};
-use super::{MOST_STEPS, Surface, below, straight_below};
+use super::{MOST_STEPS, Surface, straight_below, way_down};
 use crate::error::{Error, Result};
 
 /// The reach of a patch in mean edge lengths of its vertex.
@@ -197,7 +197,7 @@ impl Mesh {
     }
 
     /// Σ w F / Σ w, with derivatives up to an order. Numbers that are none where nothing reaches.
-    fn jet<const ORDER: u8>(&self, x: DVec3, along: DVec3) -> Jet {
+    fn jet_to<const ORDER: u8>(&self, x: DVec3, along: DVec3) -> Jet {
         let (mut weights, mut sum) = (Jet::ZERO, Jet::ZERO);
         self.reaches.around(x, |i| {
             if let Some((weight, own)) = self.patches[i].jets::<ORDER>(x, along) {
@@ -212,7 +212,11 @@ impl Mesh {
     fn below(&self, x: DVec3) -> Option<DVec3> {
         let mut size = 0.0;
         self.reaches.around(x, |i| size = f64::max(size, self.patches[i].reach));
-        below(self, x, size)
+        let slope = |x: DVec3| {
+            let jet = self.jet_to::<1>(x, DVec3::ZERO);
+            (jet.value, jet.gradient)
+        };
+        way_down(slope, x, size)
     }
 
     fn nearest(&self, x: DVec3) -> Option<Nearest> {
@@ -249,20 +253,25 @@ impl Surface for Mesh {
     }
 
     fn value(&self, x: DVec3) -> f64 {
-        self.jet::<0>(x, DVec3::ZERO).value
+        self.jet_to::<0>(x, DVec3::ZERO).value
     }
 
     fn gradient(&self, x: DVec3) -> DVec3 {
-        self.jet::<1>(x, DVec3::ZERO).gradient
+        self.jet_to::<1>(x, DVec3::ZERO).gradient
     }
 
     fn hessian(&self, x: DVec3) -> DMat3 {
-        self.jet::<2>(x, DVec3::ZERO).hessian
+        self.jet_to::<2>(x, DVec3::ZERO).hessian
+    }
+
+    fn jet(&self, x: DVec3) -> (f64, DVec3, DMat3) {
+        let jet = self.jet_to::<2>(x, DVec3::ZERO);
+        (jet.value, jet.gradient, jet.hessian)
     }
 
     /// Exact: differences would look for patches twice.
     fn third(&self, x: DVec3, along: DVec3) -> DMat3 {
-        self.jet::<3>(x, along).third
+        self.jet_to::<3>(x, along).third
     }
 
     /// Beyond the reach of the triangles it is the closest point: chords of few points pass there.

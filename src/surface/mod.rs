@@ -75,6 +75,11 @@ pub trait Surface: Debug + Send + Sync {
         (self.hessian(x + step) - self.hessian(x - step)) * (0.5 * length / h)
     }
 
+    /// F, ∇F and the second derivatives at x at once, for surfaces that find them together in less time.
+    fn jet(&self, x: DVec3) -> (f64, DVec3, DMat3) {
+        (self.value(x), self.gradient(x), self.hessian(x))
+    }
+
     /// A point of the surface near x: where the way along ∇F ends. `None` if it leads nowhere.
     ///
     /// It is the closest point to second order in the distance.
@@ -126,10 +131,15 @@ pub trait Surface: Debug + Send + Sync {
 
 /// Where the way along ∇F from a point ends. F is computed to rounding of the point and of a size.
 fn below(surface: &(impl Surface + ?Sized), x: DVec3, size: f64) -> Option<DVec3> {
+    way_down(|x| (surface.value(x), surface.gradient(x)), x, size)
+}
+
+/// [`below`], of F and ∇F at a point.
+fn way_down(slope: impl Fn(DVec3) -> (f64, DVec3), x: DVec3, size: f64) -> Option<DVec3> {
     let mut foot = x;
     for _ in 0..MOST_STEPS {
-        let gradient = surface.gradient(foot);
-        let step = -surface.value(foot) / gradient.length_squared() * gradient;
+        let (value, gradient) = slope(foot);
+        let step = -value / gradient.length_squared() * gradient;
         if !step.is_finite() {
             return None;
         }

@@ -41,6 +41,12 @@ fn derivatives_are_those_of_differences() {
         let hessian = surface.hessian(x);
         let size = error(hessian, DMat3::ZERO);
         assert!(error(DMat3::from_cols(bend[0], bend[1], bend[2]), hessian) <= 1e-9 * size, "{name}");
+        let (value, at_once, bent) = surface.jet(x);
+        assert!((value - surface.value(x)).abs() <= 1e-14 * scale * gradient.length(), "{name}");
+        assert!(
+            (at_once - gradient).length() <= 1e-14 * gradient.length() && error(bent, hessian) <= 1e-13 * size,
+            "{name}"
+        );
         let along = DVec3::new(0.3, -0.5, 0.8);
         let third = (surface.hessian(x + h * along) - surface.hessian(x - h * along)) * (0.5 / h);
         assert!(error(third, surface.third(x, along)) <= 1e-8 * size / scale, "{name}");

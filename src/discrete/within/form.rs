@@ -75,10 +75,9 @@ impl Local {
     /// n, W and F/|∇F| at a point of the problem.
     fn jet<const D: usize>(&self, y: Vector<f64, D>) -> (DVec3, DMat3, f64) {
         let x = self.place(y);
-        let gradient = self.surface.gradient(x);
+        let (value, gradient, hessian) = self.surface.jet(x);
         let length = gradient.length();
-        let value = self.surface.value(x) / (length * self.size);
-        (gradient / length, self.surface.hessian(x) * (self.size / length), value)
+        (gradient / length, hessian * (self.size / length), value / (length * self.size))
     }
 
     /// The way to the foot of a point of the problem.

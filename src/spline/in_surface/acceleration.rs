@@ -66,9 +66,9 @@ pub(super) struct Frame {
 
 impl Frame {
     pub fn at(surface: &dyn Surface, place: DVec3) -> Self {
-        let gradient = surface.gradient(place);
+        let (_, gradient, hessian) = surface.jet(place);
         let length = gradient.length();
-        Frame { normal: gradient / length, shape: surface.hessian(place) * (1.0 / length), length }
+        Frame { normal: gradient / length, shape: hessian * (1.0 / length), length }
     }
 
     /// The part of a vector in the tangent plane.
