@@ -7,6 +7,7 @@ use super::within::Local;
 use crate::batch::CurveBatch;
 use crate::curve::vector;
 use crate::error::{Error, Result};
+use crate::ground;
 use crate::linalg::scalar::Vector;
 use crate::surface::{Surface, normal};
 
@@ -33,29 +34,16 @@ impl Fair {
                 false => Ok(()),
             };
         };
-        if let Some(quadric) = surface.quadric() {
-            quadric.check()?;
-        }
+        ground::check(batch, &**surface, self.off_surface)?;
         let constraints = batch.constraints();
-        let is_planar = batch.dimension() == 2;
-        let what = if surface.globe().is_none() && is_planar {
-            return refuse(format!(
-                "curves in {} have points of three coordinates, and these have two",
-                surface.name()
-            ));
-        } else if self.energy.order() > 2 {
+        let what = if self.energy.order() > 2 {
             "have no variation and no torsion in their energy: ask for geodesic bending"
         } else if !self.limits.bounds_curvature_alone(batch) || self.limits.stretch.is_some() {
             "keep no other limits than a largest curvature: leave them out"
         } else if constraints.curvatures.is_some() {
             "keep no curvature vectors yet: leave them out"
         } else {
-            return match self.off_surface {
-                Some(most) if most.is_nan() || most < 0.0 => refuse(format!(
-                    "points may lie {most} off the surface: give a distance of at least 0 in units of the input"
-                )),
-                _ => Ok(()),
-            };
+            return Ok(());
         };
         refuse(format!("curves in {} {what}", surface.name()))
     }

@@ -16,7 +16,7 @@ use crate::bounds::Bounds;
 use crate::curve::Curve;
 use crate::device::Device;
 use crate::error::Result;
-use crate::ground::Halved;
+use crate::ground::{Halved, lost};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
@@ -184,13 +184,8 @@ fn ready<const D: usize>(
     if let Some(surface) = &fair.surface
         && let Some(row) = lost_between(&**surface, &vertices)
     {
-        let what = format!(
-            "the way to the next point passes a place of which {} has no one point that is nearest, such as its middle: \
-             give points between",
-            surface.name()
-        );
         let k = rows.partition_point(|&own| own as usize <= row).saturating_sub(1).min(points.len() - 1);
-        return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &what) });
+        return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &lost(&**surface)) });
     }
     let constraints = constrained::<D>(batch, i, &rows, &vertices, closed, fair.surface.as_deref())?;
     let attached = fair.energy.attachment_weight();

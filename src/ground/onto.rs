@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 use crate::batch::{CurveBatch, Unfitted};
 use crate::bounds::Bounds;
 use crate::curve::{Jet, vector};
+use crate::error::{Error, Result};
 use crate::parallel;
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
@@ -26,6 +27,37 @@ pub(crate) fn lifted(batch: &CurveBatch, surface: &dyn Surface) -> Option<CurveB
     surface.over(0.0, 0.0)?;
     let over = |point: &[f64]| surface.over(point[0], point[1]).unwrap_or(DVec3::NAN).to_array();
     Some(batch.moved(3, batch.coords().chunks_exact(2).flat_map(over).collect(), Vec::new()))
+}
+
+/// Checks that curves of a batch can lie in a surface, and how far off it points may be.
+///
+/// # Errors
+/// Quadrics that are none. Planar curves, but on a globe. A distance that is none.
+pub(crate) fn check(batch: &CurveBatch, surface: &dyn Surface, off: Option<f64>) -> Result<()> {
+    if let Some(quadric) = surface.quadric() {
+        quadric.check()?;
+    }
+    if surface.globe().is_none() && batch.dimension() == 2 {
+        return Err(Error::Argument(format!(
+            "curves in {} have points of three coordinates, and these have two",
+            surface.name()
+        )));
+    }
+    match off {
+        Some(most) if most.is_nan() || most < 0.0 => Err(Error::Argument(format!(
+            "points may lie {most} off the surface: give a distance of at least 0 in units of the input"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// What is said of a start that is lost after a point.
+pub(crate) fn lost(surface: &dyn Surface) -> String {
+    format!(
+        "the way to the next point passes a place of which {} has no one point that is nearest, such as its middle: give \
+         points between",
+        surface.name()
+    )
 }
 
 /// A batch whose points have been moved onto a surface.
@@ -72,7 +104,7 @@ fn curve_onto(
     i: usize,
     surface: &dyn Surface,
     off: Option<f64>,
-) -> std::result::Result<(Vec<f64>, (usize, f64)), Unfitted> {
+) -> Result<(Vec<f64>, (usize, f64)), Unfitted> {
     let points = batch.points(i);
     if batch.problem(i).is_some() || points.is_empty() {
         return Ok((points.to_vec(), (0, 0.0)));

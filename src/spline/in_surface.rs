@@ -18,7 +18,7 @@ use crate::constraint::Constraint;
 use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::ground::{GlobeCurves, Heights, Moved, in_space, judge_known, lifted};
+use crate::ground::{self, GlobeCurves, Heights, Moved, in_space, judge_known, lifted};
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet, Fit};
 use crate::surface::{Globe, Surface};
@@ -153,20 +153,7 @@ impl SurfaceSpline {
         if !(self.tolerance > 0.0 && self.tolerance.is_finite()) {
             return refuse(format!("the tolerance is {}: give a positive number, such as 1e-8", self.tolerance));
         }
-        if let Some(most) = self.off_surface
-            && (most.is_nan() || most < 0.0)
-        {
-            return refuse(format!("points may lie {most} off the surface: give a distance of at least 0"));
-        }
-        if self.surface.globe().is_none() && batch.dimension() == 2 {
-            return refuse(format!(
-                "curves in {} have points of three coordinates, and these have two",
-                self.surface.name()
-            ));
-        }
-        if let Some(quadric) = self.surface.quadric() {
-            quadric.check()?;
-        }
+        ground::check(batch, &*self.surface, self.off_surface)?;
         batch.allows(&[Constraint::Pinned], "splines in a surface")
     }
 

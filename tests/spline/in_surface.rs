@@ -292,6 +292,19 @@ fn smoothed_tracks_keep_pinned_points_and_bend_less_the_larger_lambda() {
 }
 
 #[test]
+fn what_does_not_converge_says_so_within_its_iterations() {
+    let t = [0.0, 1.0, 1.6];
+    let (start, middle, end) = shot(t);
+    let batch = timed(&[start[0], middle[0], end[0]], &t);
+    for max_iterations in [0, 1] {
+        let spline = SurfaceSpline { max_iterations, ..SurfaceSpline::new(unit_sphere()) };
+        let report = spline.fit(&batch, &Device::cpu()).unwrap().reports()[0].clone();
+        assert_eq!((report.status, report.iterations), (CurveStatus::NotConverged, max_iterations));
+        assert!(report.message.unwrap().contains(&format!("{max_iterations} iterations did not lead to a minimum")));
+    }
+}
+
+#[test]
 fn heights_are_splines_over_the_same_times() {
     let points = [[10.0, 50.0, 100.0], [12.0, 51.0, 300.0], [13.0, 53.0, 250.0], [11.0, 54.0, 0.0]];
     let t = vec![0.0, 1.0, 3.0, 4.0];

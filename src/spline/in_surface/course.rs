@@ -162,7 +162,7 @@ impl Course<'_> {
         let mut damping = Damping::<f64>::new();
         let mut evaluated = self.evaluate(&self.nodes);
         let mut ended = Ended { status: CurveStatus::NotConverged, iterations: 0, norm: f64::NAN };
-        while ended.iterations <= self.max_iterations && evaluated.energy.is_finite() {
+        while evaluated.energy.is_finite() {
             let frames: Vec<Frame> = self.nodes.iter().map(|node| Frame::at(self.surface, node.place)).collect();
             let directions: Vec<Directions> =
                 frames.iter().zip(&self.nodes).map(|(frame, node)| directions(frame, node.velocity)).collect();
@@ -184,6 +184,9 @@ impl Course<'_> {
                     if -slope <= least {
                         return Ended { status: CurveStatus::Converged, ..ended };
                     }
+                }
+                if ended.iterations == self.max_iterations {
+                    return ended;
                 }
                 let moved = self.moved(&numbers, &directions, &step);
                 let there = self.evaluate(&moved);

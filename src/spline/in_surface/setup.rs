@@ -9,7 +9,7 @@ use crate::constraint::Constraints;
 use crate::curve::vector;
 use crate::device::Device;
 use crate::error::Result;
-use crate::ground::{between, jet_onto};
+use crate::ground::{between, jet_onto, lost};
 use crate::report::{CurveReport, CurveSet};
 use crate::spline::cubic::CubicSplines;
 use crate::spline::knots::{Knots, Parametrisation};
@@ -84,13 +84,8 @@ impl SurfaceSpline {
                 }
             }
         }
-        if let Some(lost) = nodes.iter().position(|node| !(node.place + node.velocity).is_finite()) {
-            let what = format!(
-                "the way to the next point passes a place of which {} has no one point that is nearest, such as its middle: \
-                 give points between",
-                self.surface.name()
-            );
-            return refuse(CurveStatus::Invalid, lost / parts, &what);
+        if let Some(row) = nodes.iter().position(|node| !(node.place + node.velocity).is_finite()) {
+            return refuse(CurveStatus::Invalid, row / parts, &lost(&*self.surface));
         }
         let held = self.held(batch, knots, i, nodes.len());
         let surface = &*self.surface;
@@ -100,6 +95,12 @@ impl SurfaceSpline {
         let energy = course.energy();
         let mut report = CurveReport { status, iterations, gradient_norm: norm, ..CurveReport::solved(energy) };
         report.smoothing = self.smoothing;
+        if status == CurveStatus::NotConverged {
+            let what = format!(
+                "{iterations} iterations did not lead to a minimum: give points between those that are far apart, or smooth less"
+            );
+            report.message = Some(batch.sentence(i, 0, &what));
+        }
         if !energy.is_finite() {
             return refuse(CurveStatus::Invalid, 0, "its spline leaves the range of the numbers: scale the curve");
         }
