@@ -25,6 +25,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 
 import faircurve as fc
+from walks import walks
 
 jax.config.update("jax_enable_x64", True)
 
@@ -35,19 +36,11 @@ parser.add_argument("--scipy", type=int, default=10, help="curves that SciPy is 
 ARGUMENTS = parser.parse_args()
 
 
-def walks(rng):
+def tracks(rng):
     """Points of the unit sphere, and their times."""
-    at = rng.normal(size=(CURVES, 3))
-    at /= np.linalg.norm(at, axis=1, keepdims=True)
-    ahead = np.cross(at, rng.normal(size=(CURVES, 3)))
-    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
-    curves = [at]
-    for turn in SIGMA * rng.normal(size=(POINTS - 1, CURVES, 1)):
-        ahead = np.cos(turn) * ahead + np.sin(turn) * np.cross(at, ahead)
-        at, ahead = np.cos(STEP) * at + np.sin(STEP) * ahead, np.cos(STEP) * ahead - np.sin(STEP) * at
-        curves.append(at)
+    points, _ = walks(rng, CURVES, POINTS, STEP, SIGMA)
     steps = rng.uniform(0.5, 1.5, size=(CURVES, POINTS - 1))
-    return np.stack(curves, axis=1), np.concatenate([np.zeros((CURVES, 1)), np.cumsum(steps, axis=1)], axis=1)
+    return points, np.concatenate([np.zeros((CURVES, 1)), np.cumsum(steps, axis=1)], axis=1)
 
 
 def angles(places):
@@ -82,7 +75,7 @@ slope = jax.jit(jax.value_and_grad(of_vector))
 
 
 def with_scipy(points, t):
-    nodes = np.concatenate([np.interp(np.arange((POINTS - 1) * PARTS + 1) / PARTS, np.arange(POINTS), t)])
+    nodes = np.interp(np.arange((POINTS - 1) * PARTS + 1) / PARTS, np.arange(POINTS), t)
     spline = CubicSpline(t, points, bc_type="natural")
     start = np.concatenate([spline(nodes), spline(nodes, 1)]).reshape(-1)
     h = np.diff(nodes)
@@ -103,7 +96,7 @@ def best(act, runs=5):
 
 
 def main():
-    points, t = walks(np.random.default_rng(1))
+    points, t = tracks(np.random.default_rng(1))
     degrees = angles(points)
     natural = fc.Natural(surface="sphere:1")
     energies = natural.fit(degrees, t=t, device="cpu").energy

@@ -28,6 +28,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize
 
 import faircurve as fc
+from walks import walks
 
 CURVES, POINTS, SEGMENTS, STEP, SIGMA = 10_000, 5, 16, np.radians(5.0), 0.2
 LENGTH = 0.1 / STEP**2
@@ -40,21 +41,12 @@ parser.add_argument("--pymanopt", type=int, default=5, help="curves that Pymanop
 ARGUMENTS = parser.parse_args()
 
 
-def walks(rng):
+def tracks(rng):
     """Points of the unit sphere, and the same turns at steps of the same length in the plane."""
-    at = rng.normal(size=(CURVES, 3))
-    at /= np.linalg.norm(at, axis=1, keepdims=True)
-    ahead = np.cross(at, rng.normal(size=(CURVES, 3)))
-    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
-    turns = SIGMA * rng.normal(size=(CURVES, POINTS - 1))
-    curves = [at]
-    for turn in turns.T[..., None]:
-        ahead = np.cos(turn) * ahead + np.sin(turn) * np.cross(at, ahead)
-        at, ahead = np.cos(STEP) * at + np.sin(STEP) * ahead, np.cos(STEP) * ahead - np.sin(STEP) * at
-        curves.append(at)
+    points, turns = walks(rng, CURVES, POINTS, STEP, SIGMA)
     angle = np.cumsum(turns, axis=1)
     steps = STEP * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    return np.stack(curves, axis=1), np.concatenate([np.zeros((CURVES, 1, 2)), np.cumsum(steps, axis=1)], axis=1)
+    return points, np.concatenate([np.zeros((CURVES, 1, 2)), np.cumsum(steps, axis=1)], axis=1)
 
 
 def best(act, runs=5):
@@ -171,7 +163,7 @@ def line(case, peer, seconds, curves, **more):
 
 
 def tracks():
-    points, flat = walks(np.random.default_rng(1))
+    points, flat = tracks(np.random.default_rng(1))
     case = f"{CURVES} tracks of {POINTS} points on the sphere, {SEGMENTS} edges a span"
     on_sphere = fc.Fair({"geodesic_bending": 1, "length": LENGTH}, surface="ellipsoid:1,1,1")
     in_space = fc.Fair({"bending": 1, "length": LENGTH})
