@@ -41,7 +41,7 @@ parser.add_argument("--pymanopt", type=int, default=5, help="curves that Pymanop
 ARGUMENTS = parser.parse_args()
 
 
-def tracks(rng):
+def on_both(rng):
     """Points of the unit sphere, and the same turns at steps of the same length in the plane."""
     points, turns = walks(rng, CURVES, POINTS, STEP, SIGMA)
     angle = np.cumsum(turns, axis=1)
@@ -163,7 +163,7 @@ def line(case, peer, seconds, curves, **more):
 
 
 def tracks():
-    points, flat = tracks(np.random.default_rng(1))
+    points, flat = on_both(np.random.default_rng(1))
     case = f"{CURVES} tracks of {POINTS} points on the sphere, {SEGMENTS} edges a span"
     on_sphere = fc.Fair({"geodesic_bending": 1, "length": LENGTH}, surface="ellipsoid:1,1,1")
     in_space = fc.Fair({"bending": 1, "length": LENGTH})
