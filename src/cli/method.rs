@@ -2,15 +2,16 @@
 
 mod chosen;
 mod energy;
+mod fair;
 mod limits;
 mod surface;
 
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use faircurve::discrete::{Direction, Energy, Fair, Pins, Segments, bending, geodesic_bending, tautness};
+use faircurve::discrete::{Direction, Pins};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing, SurfaceSpline};
+use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
 use faircurve::{Deviation, Error, Result};
 
 pub use self::chosen::Method;
@@ -18,7 +19,6 @@ pub use self::energy::weights;
 use self::energy::{EnergyWeights, energy_help};
 use self::limits::LimitArgs;
 use self::surface::SurfaceArgs;
-use super::sampling::per_span;
 use super::words::one_of;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -269,97 +269,6 @@ impl MethodArgs {
             ))),
             lambda => Ok(lambda),
         }
-    }
-
-    /// Natural and smoothing splines in a surface.
-    fn in_surface(&self) -> Result<SurfaceSpline> {
-        let surface = self.surface.surface()?.expect("a surface is given");
-        let smoothing = match (self.name(), self.lambda()?) {
-            (MethodName::Natural, _) => {
-                self.refuse_distance("natural splines")?;
-                None
-            }
-            (_, Some(lambda)) => Some(lambda),
-            (_, None) => {
-                return Err(Error::argument(
-                    "smoothing splines in a surface take --smoothing λ; curves within a distance of their points are those of \
-                     --method fair --deviation D",
-                ));
-            }
-        };
-        Ok(SurfaceSpline {
-            smoothing,
-            off_surface: self.surface.off_surface(),
-            pin_ends: self.pin != Some(Pins::None),
-            parametrisation: self.parametrisation.unwrap_or_default(),
-            ..SurfaceSpline::new(surface)
-        })
-    }
-
-    /// The energy of fair curves.
-    fn energy(&self) -> Energy {
-        match (&self.energy, self.exponent) {
-            (Some(weights), exponent) => weights.energy(exponent.unwrap_or(2.0)),
-            (None, None) if self.surface.is_given() => geodesic_bending(2.0) + tautness(),
-            (None, None) => Fair::default().energy,
-            (None, Some(exponent)) if self.surface.is_given() => geodesic_bending(exponent),
-            (None, Some(exponent)) => bending(exponent),
-        }
-    }
-
-    fn fair(&self, spacing: Option<f64>) -> Result<Fair> {
-        if let Some(lambda) = self.smoothing {
-            return Err(Error::argument(format!(
-                "--smoothing {lambda} belongs to --method smoothing; fair curves near their points take --deviation D"
-            )));
-        }
-        let deviation = self.deviation.map(|deviation| positive("--deviation", deviation)).transpose()?;
-        if let (Some(exponent), Some(weights)) = (self.exponent, &self.energy)
-            && !weights.has("bending")
-            && !weights.has("geodesic_bending")
-        {
-            return Err(Error::argument(format!(
-                "--exponent {exponent} is that of bending, which --energy does not name: add bending=1, or leave it out"
-            )));
-        }
-        let attached = self.energy.as_ref().is_some_and(|weights| weights.has("attachment"));
-        if let Some(deviation) = deviation.filter(|_| attached) {
-            return Err(Error::argument(format!(
-                "--deviation {deviation} keeps the curve near its points, and so does the attachment of --energy: leave one of both out"
-            )));
-        }
-        let pins = match self.pin {
-            Some(Pins::None) => Pins::None,
-            _ if attached || deviation.is_some() => Pins::Ends,
-            _ => Pins::All,
-        };
-        let defaults = Fair::default();
-        Ok(Fair {
-            energy: self.energy(),
-            segments: match spacing {
-                Some(spacing) => Segments::Spacing(spacing),
-                None => Segments::PerSpan(per_span(self.samples)?),
-            },
-            pins,
-            deviation,
-            limits: self.limits.limits()?,
-            surface: self.surface.surface()?,
-            off_surface: self.surface.off_surface(),
-            corners: self.corners.map(|Degrees(angle)| angle.to_radians()),
-            direction: self.solver.unwrap_or(defaults.direction),
-            tolerance: self.tolerance.unwrap_or(defaults.tolerance),
-            max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
-            starts: self.starts.unwrap_or(defaults.starts),
-            ..defaults
-        })
-    }
-
-    fn geodesic(&self, spacing: Option<f64>) -> Result<Fair> {
-        self.refuse_distance("geodesics")?;
-        if !self.surface.is_given() {
-            return Err(Error::argument("--method geodesic needs a surface: give --surface, such as --surface wgs84"));
-        }
-        Ok(Fair { energy: geodesic_bending(2.0), pins: Pins::Ends, corners: Some(0.0), ..self.fair(spacing)? })
     }
 
     fn scf(&self) -> Result<Smooth> {

@@ -4,9 +4,13 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use clap::Args;
+use faircurve::discrete::Pins;
 use faircurve::io::surfaces::{is_file, surface_of};
+use faircurve::spline::SurfaceSpline;
 use faircurve::surface::{Surface, named};
 use faircurve::{Error, Result};
+
+use super::{MethodArgs, MethodName};
 
 /// A surface by its word and its sizes. Those of files are read when everything else has been checked.
 #[derive(Clone, Debug)]
@@ -77,5 +81,32 @@ impl SurfaceArgs {
     /// The largest distance of a point from the surface.
     pub fn off_surface(&self) -> Option<f64> {
         self.off_surface
+    }
+}
+
+impl MethodArgs {
+    /// Natural and smoothing splines in a surface.
+    pub(super) fn in_surface(&self) -> Result<SurfaceSpline> {
+        let surface = self.surface.surface()?.expect("a surface is given");
+        let smoothing = match (self.name(), self.lambda()?) {
+            (MethodName::Natural, _) => {
+                self.refuse_distance("natural splines")?;
+                None
+            }
+            (_, Some(lambda)) => Some(lambda),
+            (_, None) => {
+                return Err(Error::argument(
+                    "smoothing splines in a surface take --smoothing λ; curves within a distance of their points are those of \
+                     --method fair --deviation D",
+                ));
+            }
+        };
+        Ok(SurfaceSpline {
+            smoothing,
+            off_surface: self.surface.off_surface(),
+            pin_ends: self.pin != Some(Pins::None),
+            parametrisation: self.parametrisation.unwrap_or_default(),
+            ..SurfaceSpline::new(surface)
+        })
     }
 }
