@@ -17,9 +17,10 @@ use super::block::{
     transpose,
 };
 use super::edges::Edges;
-use super::energy::gauge::{Gauge, SmoothGauge};
-use super::energy::{Functional, MOST_EDGES, Partials, SecondPartials, Term, Visitor};
+use super::energy::{Functional, MOST_EDGES, Term, Visitor};
+use super::stretches::Stretches;
 use crate::linalg::Scalar;
+#[cfg(test)]
 use crate::linalg::scalar::Vector;
 
 /// The number of successors that a vertex is coupled with.
@@ -50,6 +51,10 @@ pub(crate) struct BlockHessian<S, const D: usize> {
     reach: usize,
     /// The number of vertices of each lane's curve.
     vertices: Vec<usize>,
+    /// Those of energies of lengths alone.
+    stretches: Stretches<S>,
+    /// Whether the blocks are all 0, and are not written.
+    is_empty: bool,
     /// `at_edges[j][k]`: by edges j and j + k of a tile, where j counts from the tile's first edge.
     at_edges: Vec<[Block<S, D>; COUPLED]>,
     /// `blocks[v][k]`: by vertices v and v + k.
@@ -59,8 +64,15 @@ pub(crate) struct BlockHessian<S, const D: usize> {
 impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     /// Storage for the Hessian of these curves.
     pub fn new(edges: &Edges<S, D>) -> Self {
-        let (vertices, at_edges, blocks) = (Vec::new(), Vec::new(), Vec::new());
-        let mut hessian = BlockHessian { closed: false, reach: COUPLED, vertices, at_edges, blocks };
+        let mut hessian = BlockHessian {
+            closed: false,
+            reach: COUPLED,
+            vertices: Vec::new(),
+            stretches: Stretches::default(),
+            is_empty: false,
+            at_edges: Vec::new(),
+            blocks: Vec::new(),
+        };
         hessian.renew(edges);
         hessian
     }
@@ -73,15 +85,21 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         self.closed = edges.is_closed();
         self.vertices.clear();
         self.vertices.extend(edges.counts().iter().map(|&count| count + usize::from(!edges.is_closed())));
+        self.stretches.renew(edges.most());
         self.at_edges.resize(TILE.min(edges.most()) + COUPLED - 1, [zero; COUPLED]);
         self.blocks.resize(rows, [zero; BLOCKS]);
     }
 
     /// The blocks of every vertex with itself and its next [`COUPLED`] vertices.
     ///
-    /// Rows beyond a lane's vertices hold 0.
+    /// Rows beyond a lane's vertices hold 0. There are none where [all are 0](Self::assemble_by_tangents).
     pub fn blocks(&self) -> &[[Block<S, D>; BLOCKS]] {
-        &self.blocks
+        if self.is_empty { &[] } else { &self.blocks }
+    }
+
+    /// The second derivatives of energies of lengths alone, which [`assemble`](Self::assemble) has added to the blocks.
+    pub fn stretches(&self) -> &Stretches<S> {
+        &self.stretches
     }
 
     /// Assembles the blocks of the weighted sum of functionals and of the gauge.
@@ -98,24 +116,61 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         let terms = terms.into_iter();
         let of_terms = terms.clone().map(|(_, functional)| functional.order()).max().unwrap_or(0);
         self.reach = of_terms.max(gauge.map_or(0, |(order, _)| order.max(2)));
+        self.stretches.gather(edges, terms.clone(), gauge);
+        self.is_empty = false;
+        self.add_tiles::<true>(edges, terms);
+    }
+
+    /// Assembles the blocks of functionals of tangents, and leaves those of lengths alone in [`Stretches`].
+    ///
+    /// The order of all is at most 2.
+    #[inline(always)]
+    pub fn assemble_by_tangents<'a>(
+        &mut self,
+        edges: &Edges<S, D>,
+        terms: impl IntoIterator<Item = (S, &'a Functional), IntoIter: Clone>,
+        gauge: Option<(usize, S)>,
+    ) {
+        let terms = terms.into_iter();
+        self.reach = 2;
+        self.stretches.gather(edges, terms.clone(), gauge);
+        self.is_empty = !terms.clone().any(|(_, functional)| functional.is_by_tangent());
+        if !self.is_empty {
+            self.add_tiles::<false>(edges, terms);
+        }
+    }
+
+    /// Adds up the terms by edges, tile by tile, and writes the blocks.
+    #[inline(always)]
+    fn add_tiles<'a, const STRETCHES: bool>(
+        &mut self,
+        edges: &Edges<S, D>,
+        terms: impl Iterator<Item = (S, &'a Functional)> + Clone,
+    ) {
         let zero = [[[S::ZERO; D]; D]; COUPLED];
+        let most = edges.most();
         self.at_edges.fill(zero);
-        for first in (0..edges.most()).step_by(TILE) {
-            let tile = first..(first + TILE).min(edges.most());
+        for first in (0..most).step_by(TILE) {
+            let tile = first..(first + TILE).min(most);
             self.add_terms(edges, tile.clone(), terms.clone());
-            self.add_gauge(edges, tile.clone(), gauge);
+            if STRETCHES {
+                self.add_stretches(edges, tile.clone(), 0);
+            }
             self.scatter(tile.clone(), 0);
             // The windows of this tile have added to edges after it. Those sums move to the next
             // tile.
             let (done, left) = self.at_edges.split_at_mut(tile.len());
-            if tile.end < edges.most() {
+            if tile.end < most {
                 done[..COUPLED - 1].copy_from_slice(left);
                 done[COUPLED - 1..].fill(zero);
                 left.fill(zero);
             }
         }
-        let most = edges.most();
-        self.scatter(most..self.blocks.len() - 1, (most + TILE - 1) % TILE + 1);
+        let (rest, at) = (most..self.blocks.len() - 1, (most + TILE - 1) % TILE + 1);
+        if STRETCHES {
+            self.add_stretches(edges, rest.clone(), at);
+        }
+        self.scatter(rest, at);
         self.close();
     }
 
@@ -131,15 +186,17 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
+    /// Adds what energies of lengths have at these edges, from edge `at` of a tile on.
     #[inline(always)]
-    fn add_gauge(&mut self, edges: &Edges<S, D>, tile: Range<usize>, gauge: Option<(usize, S)>) {
-        match gauge {
-            Some((3.., weight)) => {
-                self.sweep_apart(edges, tile.clone(), weight, &SmoothGauge);
-                self.add_gauge_at_ends(edges, tile, weight);
+    fn add_stretches(&mut self, edges: &Edges<S, D>, range: Range<usize>, at: usize) {
+        let most = edges.tangent.len();
+        for j in range.clone() {
+            let (t, stretch) = (edges.tangent[j], self.stretches.of(j));
+            let blocks = &mut self.at_edges[at + j - range.start];
+            add_curvature_of_length(&mut blocks[0], t, stretch.across);
+            for k in 0..self.reach.min(most - j) {
+                add_block(&mut blocks[k], &outer(stretch.along[k], t, edges.tangent[j + k]));
             }
-            Some((_, weight)) => self.sweep(edges, tile, weight, &Gauge),
-            None => (),
         }
     }
 
@@ -156,60 +213,28 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         self.assemble(edges, terms, gauge);
     }
 
-    /// Adds the gauge of first differences beside the ends of open curves.
-    ///
-    /// It belongs to the gauge of second differences.
-    #[inline(never)]
-    fn add_gauge_at_ends(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S) {
-        for start in tile.start..if self.closed { tile.start } else { tile.end.min(edges.windows::<2>()) } {
-            self.add_window(edges, start, start - tile.start, weight * edges.ends(start), &Gauge);
-        }
-    }
-
-    /// Adds the second derivatives by two edges that follow each other, from edge j on, to their vertices.
-    ///
-    /// [`close`](Self::close) completes closed curves.
-    #[inline(always)]
-    pub fn add_turn(
-        &mut self,
-        j: usize,
-        weight: S,
-        tangent: &[Vector<S, D>; 2],
-        inverse: &[S; 2],
-        first: &Partials<S, D, 2>,
-        second: &SecondPartials<S, D, 2>,
-    ) {
-        for (a, b) in [(0, 0), (0, 1), (1, 1)] {
-            let mut block = pair(tangent, inverse, second, a, b);
-            if a == b {
-                add_curvature_of_edge(&mut block, tangent[a], inverse[a], first, a);
-            }
-            // Edge a is vertex a + 1 less vertex a.
-            let (v, k) = (j + a, b - a);
-            add_scaled(&mut self.blocks[v][k], weight, &block);
-            add_scaled(&mut self.blocks[v][k + 1], -weight, &block);
-            add_scaled(&mut self.blocks[v + 1][k], weight, &block);
-            match k {
-                0 => {}
-                _ => {
-                    add_scaled(&mut self.blocks[v + 1][0], -weight, &block);
-                    add_scaled(&mut self.blocks[v + 1][0], -weight, &transpose(&block));
-                }
-            }
-        }
-    }
-
     /// Adds to the block of the vertices v and v + k.
     #[inline(always)]
     pub fn add_scaled(&mut self, v: usize, k: usize, weight: S, block: &Block<S, D>) {
+        self.fill();
         add_scaled(&mut self.blocks[v][k], weight, block);
     }
 
     /// Adds a Hessian by one vertex alone, such as that of [`attachment`](super::attachment).
     #[inline(always)]
     pub fn add_block(&mut self, vertex: usize, x: Block<S, D>) {
+        self.fill();
         for (own, x) in self.blocks[vertex][0].iter_mut().flatten().zip(x.into_iter().flatten()) {
             *own += x;
+        }
+    }
+
+    /// Writes blocks that have been left out.
+    #[inline(always)]
+    fn fill(&mut self) {
+        if self.is_empty {
+            self.blocks.fill([[[S::ZERO; D]; D]; BLOCKS]);
+            self.is_empty = false;
         }
     }
 
@@ -248,15 +273,9 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         inverse.copy_from_slice(&edges.inverse[start..start + W]);
         for j in 0..W {
             for k in j..W {
-                let mut block = if T::BY_TANGENT {
-                    pair(&window.tangent, &inverse, &second, j, k)
-                } else {
-                    outer(second.lengths[j][k], window.tangent[j], window.tangent[k])
-                };
-                if j == k && T::BY_TANGENT {
+                let mut block = pair(&window.tangent, &inverse, &second, j, k);
+                if j == k {
                     add_curvature_of_edge(&mut block, window.tangent[j], inverse[j], &first, j);
-                } else if j == k {
-                    add_curvature_of_length(&mut block, window.tangent[j], inverse[j] * first.length[j]);
                 }
                 add_scaled(&mut self.at_edges[at + j][k - j], weight, &block);
             }
@@ -386,7 +405,9 @@ impl<S: Scalar, const D: usize> Visitor for Assembling<'_, S, D> {
     #[inline(always)]
     fn visit<T: Term<W>, const W: usize>(self, term: &T) {
         let Assembling { hessian, edges, tile, weight } = self;
-        if T::APART {
+        if !T::BY_TANGENT {
+            // They are in the stretches.
+        } else if T::APART {
             hessian.sweep_apart(edges, tile, weight, term);
         } else {
             hessian.sweep(edges, tile, weight, term);

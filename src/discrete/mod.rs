@@ -82,6 +82,7 @@ mod shortest;
 mod stages;
 mod starts;
 mod stretch;
+mod stretches;
 mod tally;
 #[cfg(test)]
 mod tests;

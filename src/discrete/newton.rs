@@ -13,10 +13,11 @@
 use super::block::Block;
 use super::edges::Edges;
 use super::energy::geodesic_bending::times;
-use super::energy::{Functional, MOST_EDGES, Partials, SecondPartials};
+use super::energy::{Functional, MOST_EDGES};
 use super::hessian::{BlockHessian, COUPLED};
 use super::metric::Weights;
-use super::within::Basis;
+use super::stretches::Stretches;
+use super::within::{self, Basis, TangentSystem};
 use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
 use crate::linalg::scalar::{Vector, add, dot, scale};
@@ -50,7 +51,7 @@ enum Matrix<S> {
     WidestPlanar(Box<Banded<S, { widest(2) }>>),
     WidestSpatial(Box<Banded<S, { widest(3) }>>),
     /// Of curves in surfaces, as wide as in the plane.
-    SecondTangent(Box<Banded<S, 5>>),
+    SecondTangent(Box<TangentSystem<S>>),
 }
 
 /// The half-bandwidth of the highest order in a dimension.
@@ -139,7 +140,14 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         gauge: Option<(usize, S)>,
         weights: &Weights<S>,
     ) {
-        self.hessian.assemble(edges, terms, gauge);
+        if const { D == 3 }
+            && let Matrix::SecondTangent(matrix) = &mut self.matrix
+        {
+            matrix.clear();
+            self.hessian.assemble_by_tangents(edges, terms, gauge);
+        } else {
+            self.hessian.assemble(edges, terms, gauge);
+        }
         self.damping.fill([S::ZERO; COUPLED + 1]);
         match self.order {
             ..3 => self.damp_second(edges, weights.highest),
@@ -154,30 +162,17 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         self.damping[row][0] += stiffness;
     }
 
-    /// Adds second derivatives by two edges that follow each other: see [`BlockHessian::add_turn`].
-    #[inline(always)]
-    pub fn add_turn(
-        &mut self,
-        j: usize,
-        weight: S,
-        tangent: &[Vector<S, D>; 2],
-        inverse: &[S; 2],
-        first: &Partials<S, D, 2>,
-        second: &SecondPartials<S, D, 2>,
-    ) {
-        self.hessian.add_turn(j, weight, tangent, inverse, first, second);
-    }
-
     /// Adds to the block of the vertices v and v + k of H.
     #[inline(always)]
     pub fn add_block(&mut self, v: usize, k: usize, weight: S, block: &Block<S, D>) {
         self.hessian.add_scaled(v, k, weight, block);
     }
 
-    /// Completes H of closed curves after [`add_turn`](Self::add_turn) and [`add_block`](Self::add_block).
+    /// The system of curves in surfaces in their tangent planes, those planes, and what energies of lengths are to add.
     #[inline(always)]
-    pub fn close(&mut self) {
-        self.hessian.close();
+    pub fn in_tangent_planes(&mut self) -> (&mut TangentSystem<S>, &[Basis<S, D>], &Stretches<S>) {
+        let Matrix::SecondTangent(matrix) = &mut self.matrix else { unreachable!("a system of curves in surfaces") };
+        (matrix, &self.bases, self.hessian.stretches())
     }
 
     /// Sets the tangent plane of a vertex.
@@ -285,18 +280,17 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
-    /// Computes y = H x.
-    #[cfg(test)]
-    pub fn multiply(&self, x: &[Vector<S, D>], y: &mut [Vector<S, D>]) {
-        self.hessian.multiply(x, y);
-    }
-
     /// The largest entry on the diagonal of H where vertices may move.
     pub fn largest(&self) -> S {
         let mut largest = S::ZERO;
         for (blocks, movable) in self.hessian.blocks().iter().zip(self.movable.chunks_exact(self.unknowns_each())) {
             for c in 0..D {
                 largest = largest.max(movable[0] * blocks[0][c][c].abs());
+            }
+        }
+        if let Matrix::SecondTangent(matrix) = &self.matrix {
+            for (x, movable) in matrix.diagonal().iter().zip(&self.movable) {
+                largest = largest.max(*movable * x.abs());
             }
         }
         largest
@@ -342,35 +336,39 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
         matrix.factor(self.movable)
     }
 
-    /// [`factor`](Self::factor) of Bᵀ(H + λL)B, in the tangent planes of a surface.
+    /// Adds Bᵀ(H + λL)B to the system in the tangent planes of a surface, and factors it.
     #[inline(always)]
-    fn factor_tangent(&self, matrix: &mut Banded<S, 5>) -> S {
-        matrix.clear();
-        for (v, (blocks, damping)) in self.blocks.iter().zip(self.damping).enumerate() {
-            for k in 0..3 {
-                if 2 * (v + k) >= matrix.rows() {
-                    continue;
+    fn factor_tangent(&self, system: &mut TangentSystem<S>) -> S {
+        let vertices = system.rows() / 2;
+        for (v, damping) in self.damping.iter().enumerate().take(vertices) {
+            let own = self.lambda * damping[0];
+            within::add_own(system, v, &[[own, S::ZERO], [S::ZERO, own]]);
+            for k in 1..3.min(vertices - v) {
+                let mut pair = within::between([&self.bases[v], &self.bases[v + k]]);
+                for a in 0..2 {
+                    pair[a] = scale(self.lambda * damping[k], pair[a]);
                 }
-                let mut block = blocks[k];
-                for a in 0..D {
-                    block[a][a] += self.lambda * damping[k];
-                }
+                within::add_pair(system, v, v + k, &pair);
+            }
+        }
+        for (v, blocks) in self.blocks.iter().enumerate().take(vertices) {
+            for k in 0..3.min(vertices - v) {
                 let (own, other) = (self.bases[v], self.bases[v + k]);
-                for b in 0..2.min(matrix.rows() - 2 * (v + k)) {
-                    let product = times(&block, other[b]);
-                    for a in 0..if k == 0 { b + 1 } else { 2 } {
-                        let (row, column) = ((v + k) * 2 + b, v * 2 + a);
-                        let x = dot(own[a], product);
-                        if row == column {
-                            matrix.add_diagonal(row, x);
-                        } else {
-                            matrix.add_entry(row, column, x);
-                        }
+                let mut pair = [[S::ZERO; 2]; 2];
+                for b in 0..2 {
+                    let product = times(&blocks[k], other[b]);
+                    for a in 0..2 {
+                        pair[a][b] = dot(own[a], product);
                     }
+                }
+                if k == 0 {
+                    within::add_own(system, v, &pair);
+                } else {
+                    within::add_pair(system, v, v + k, &pair);
                 }
             }
         }
-        matrix.factor(self.movable)
+        system.factor(self.movable)
     }
 
     #[inline(never)]

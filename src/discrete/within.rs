@@ -13,14 +13,17 @@
 #![allow(clippy::needless_range_loop)]
 
 mod form;
+mod system;
 
 pub(crate) use self::form::Local;
 pub(super) use self::form::has_kernel;
 use self::form::{Form, lane_of};
-use super::block::{Block, add_scaled, transpose};
+use self::system::{Bend, Link, Saddle, add_edge, add_edges, in_plane};
+pub(super) use self::system::{TangentSystem, add_own, add_pair, between};
+use super::block::Block;
 use super::edges::Edges;
 use super::energy::Functional;
-use super::energy::geodesic_bending::{GeodesicCurb, InSurface, Turn};
+use super::energy::geodesic_bending::{GeodesicCurb, InSurface, Turn, times};
 use super::newton::Newton;
 use super::onto::WITHIN_STEPS;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
@@ -36,7 +39,12 @@ pub(crate) struct Within<S, const D: usize> {
     places: Vec<Vector<S, D>>,
     /// n and W = ∇²F/|∇F| where the vertices were last framed.
     normals: Vec<Vector<S, D>>,
+    ///
+    /// Of quadrics 1/|∇F| stands in place of W.
     shapes: Vec<Block<S, D>>,
+    flatness: Vec<S>,
+    /// The edges in the coordinates of their ends, where the system was assembled.
+    links: Vec<Link<S>>,
     /// The gradient of geodesic bending by the places of vertices.
     by_place: Vec<Vector<S, D>>,
     /// n·g of the last evaluation, and of the curves as they stand.
@@ -57,14 +65,18 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             }
         }
         let locals: Vec<&Local> = lanes.iter().map(|(local, _)| *local).collect();
+        let form = Form::new(&locals);
+        let shapes = if form.matrix().is_some() { 0 } else { rows };
         Within {
-            form: Form::new(&locals),
             places,
             normals: vec![[S::ZERO; D]; rows],
-            shapes: vec![[[S::ZERO; D]; D]; rows],
+            shapes: vec![[[S::ZERO; D]; D]; shapes],
+            flatness: vec![S::ZERO; rows - shapes],
+            links: Vec::with_capacity(rows),
             by_place: vec![[S::ZERO; D]; rows],
             pushes_there: vec![S::ZERO; rows],
             pushes: vec![S::ZERO; rows],
+            form,
         }
     }
 
@@ -105,7 +117,11 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     #[inline(always)]
     pub fn frame(&mut self, u: &[Vector<S, D>]) {
         for row in 0..u.len() {
-            (self.normals[row], self.shapes[row]) = self.form.jet(add(self.places[row], u[row]));
+            let place = add(self.places[row], u[row]);
+            match self.form.slope(place) {
+                Some((normal, flatness)) => (self.normals[row], self.flatness[row]) = (normal, flatness),
+                None => (self.normals[row], self.shapes[row]) = self.form.jet(place),
+            }
         }
     }
 
@@ -114,10 +130,29 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     fn turn(&self, edges: &Edges<S, D>, j: usize) -> Turn<S, D> {
         Turn {
             tangent: [edges.tangent[j], edges.tangent[j + 1]],
-            length: [edges.length[j], edges.length[j + 1]],
+            measure: S::of(0.5) * (edges.length[j] + edges.length[j + 1]),
             normal: self.normals[j + 1],
-            shape: self.shapes[j + 1],
             fence: edges.fence(0, j),
+        }
+    }
+
+    /// W x at a vertex.
+    #[inline(always)]
+    fn bent(&self, row: usize, x: Vector<S, D>) -> Vector<S, D> {
+        match self.form.matrix() {
+            Some(matrix) => scale(self.flatness[row], times(matrix, x)),
+            None => times(&self.shapes[row], x),
+        }
+    }
+
+    /// How the surface bends at a vertex.
+    #[inline(always)]
+    fn saddle(&self, row: usize, basis: &Basis<S, D>) -> Saddle<S> {
+        let (first, second) = (self.bent(row, basis[0]), self.bent(row, basis[1]));
+        let (normal, beside) = (self.normals[row], dot(basis[1], first));
+        Saddle {
+            shape: [[dot(basis[0], first), beside], [beside, dot(basis[1], second)]],
+            across: [dot(normal, first), dot(normal, second)],
         }
     }
 
@@ -155,9 +190,12 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     fn add_of<E: InSurface>(&mut self, energy: &E, weight: S, edges: &mut Edges<S, D>) -> S {
         let mut value = S::ZERO;
         for j in 0..edges.windows::<2>() {
-            let (partials, by_place) = energy.gradient(&self.turn(edges, j));
+            let turn = self.turn(edges, j);
+            let (bend, q) = turn.bend();
+            let (partials, by_place) = energy.gradient(&turn, bend, q);
             let weight = weight * edges.starts::<2>(j);
-            self.by_place[j + 1] = add(self.by_place[j + 1], scale(weight, by_place));
+            let slope = self.bent(j + 1, bend);
+            self.by_place[j + 1] = add(self.by_place[j + 1], scale(weight * by_place, slope));
             value += edges.scatter_both(j, weight, &partials);
         }
         value
@@ -214,8 +252,8 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// Adds what the surface adds to the Hessian at the curves as they stand, where the edges are placed, and gives
-    /// Newton's systems their tangent planes.
+    /// Gives Newton's systems their tangent planes, and adds to them what energies of lengths, geodesic bending and the surface
+    /// have at the curves as they stand, where the edges are placed.
     #[inline(always)]
     pub fn assemble(
         &mut self,
@@ -225,93 +263,81 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         u: &[Vector<S, D>],
     ) {
         self.frame(u);
-        for (weight, functional) in terms {
-            match functional {
-                Functional::GeodesicBending(bending) => self.add_hessians(bending, newton, edges, *weight, u),
-                Functional::GeodesicCurb(curb) => self.add_hessians_apart(curb, newton, edges, *weight, u),
-                _ => {}
-            }
-        }
         for row in 0..u.len() {
-            let mut bent = self.shapes[row];
-            for a in 0..D {
-                bent[a] = scale(-self.pushes[row], bent[a]);
-            }
-            newton.hold(row, bent, S::ZERO);
             newton.set_basis(row, basis(self.normals[row]));
         }
         newton.close_bases(edges);
+        let (system, bases, stretches) = newton.in_tangent_planes();
+        // Closed curves go on in an edge that repeats their first.
+        let rows = edges.most() + usize::from(edges.is_closed());
+        self.links.clear();
+        for j in 0..rows {
+            self.links.push(Link::new(edges.tangent[j], [&bases[j], &bases[j + 1]]));
+            add_edge(system, j, &self.links[j], stretches.of(j));
+        }
+        for j in 0..edges.windows::<2>() {
+            add_edges(system, j, [&self.links[j], &self.links[j + 1]], stretches.of(j).along[1]);
+        }
+        for row in 0..u.len() {
+            // −(n·g) W
+            let Saddle { mut shape, .. } = self.saddle(row, &bases[row]);
+            for a in 0..2 {
+                shape[a] = scale(-self.pushes[row], shape[a]);
+            }
+            add_own(system, row, &shape);
+        }
+        for (weight, functional) in terms {
+            match functional {
+                Functional::GeodesicBending(bending) => self.add_bends(bending, system, bases, edges, *weight, u),
+                Functional::GeodesicCurb(curb) => self.add_bends_apart(curb, system, bases, edges, *weight, u),
+                _ => {}
+            }
+        }
     }
 
-    /// [`add_hessians`](Self::add_hessians), compiled apart.
+    /// [`add_bends`](Self::add_bends), compiled apart.
     #[inline(never)]
-    fn add_hessians_apart(
+    fn add_bends_apart(
         &self,
         curb: &GeodesicCurb,
-        newton: &mut Newton<S, D>,
+        system: &mut TangentSystem<S>,
+        bases: &[Basis<S, D>],
         edges: &Edges<S, D>,
         weight: S,
         u: &[Vector<S, D>],
     ) {
-        self.add_hessians(curb, newton, edges, weight, u);
+        self.add_bends(curb, system, bases, edges, weight, u);
     }
 
+    /// Adds the second derivatives of an energy of the bends at vertices.
     #[inline(always)]
-    fn add_hessians<E: InSurface>(
+    fn add_bends<E: InSurface>(
         &self,
         energy: &E,
-        newton: &mut Newton<S, D>,
+        system: &mut TangentSystem<S>,
+        bases: &[Basis<S, D>],
         edges: &Edges<S, D>,
         weight: S,
         u: &[Vector<S, D>],
     ) {
         for j in 0..edges.windows::<2>() {
-            self.add_hessian(energy, newton, edges, j, weight * edges.starts::<2>(j), u);
+            let turn = self.turn(edges, j);
+            let third = match self.form.matrix() {
+                Some(_) => [[S::ZERO; 2]; 2],
+                None => in_plane(&bases[j + 1], &self.form.third(add(self.places[j + 1], u[j + 1]), turn.bend().0)),
+            };
+            let bend = Bend {
+                links: [&self.links[j], &self.links[j + 1]],
+                bases: [&bases[j], &bases[j + 1], &bases[j + 2]],
+                tangents: turn.tangent,
+                inverses: [edges.inverse[j], edges.inverse[j + 1]],
+                normal: turn.normal,
+                saddle: self.saddle(j + 1, &bases[j + 1]),
+                third,
+            };
+            let (measure, fence) = (turn.measure, turn.fence);
+            bend.add_to(system, j, weight * edges.starts::<2>(j), energy, measure, &fence);
         }
-        newton.close();
-    }
-
-    /// Adds the second derivatives of an energy at the vertex between the edges j and j + 1.
-    #[inline(always)]
-    fn add_hessian<E: InSurface>(
-        &self,
-        energy: &E,
-        newton: &mut Newton<S, D>,
-        edges: &Edges<S, D>,
-        j: usize,
-        weight: S,
-        u: &[Vector<S, D>],
-    ) {
-        let turn = self.turn(edges, j);
-        let third = self.form.third(add(self.places[j + 1], u[j + 1]), turn.bend());
-        let (first, _) = energy.gradient(&turn);
-        let (second, by) = energy.hessian(&turn, &third);
-        let inverse = [edges.inverse[j], edges.inverse[j + 1]];
-        newton.add_turn(j, weight, &turn.tangent, &inverse, &first, &second);
-        // By edge and place: ∂T/∂e = P/Δs, ∂Δs/∂e = T.
-        let mut by_edges = by.tangents;
-        for e in 0..2 {
-            let (t, r) = (turn.tangent[e], inverse[e]);
-            for b in 0..D {
-                let mut along = S::ZERO;
-                for a in 0..D {
-                    along += t[a] * by.tangents[e][a][b];
-                }
-                for a in 0..D {
-                    by_edges[e][a][b] = r * (by.tangents[e][a][b] - t[a] * along) + t[a] * by.lengths[b];
-                }
-            }
-        }
-        // The edges are v₁ − v₀ and v₂ − v₁, and the place is v₁.
-        let [before, after] = &by_edges;
-        newton.add_block(j, 1, -weight, before);
-        newton.add_block(j + 1, 1, weight, &transpose(after));
-        let mut own = by.place;
-        add_scaled(&mut own, S::ONE, before);
-        add_scaled(&mut own, S::ONE, &transpose(before));
-        add_scaled(&mut own, -S::ONE, after);
-        add_scaled(&mut own, -S::ONE, &transpose(after));
-        newton.add_block(j + 1, 0, weight, &own);
     }
 }
 

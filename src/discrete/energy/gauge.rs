@@ -11,7 +11,7 @@
 //! The factor c of a difference is 1 where spans are alike. It is larger in spans of shorter edges,
 //! as the resistance to bending is.
 
-use super::{Partials, SecondPartials, Term, Window};
+use super::{Partials, Term, Window};
 use crate::linalg::Scalar;
 
 /// The term ½ c² (Δs′ − Δs)², which is 0 at a data point.
@@ -37,9 +37,9 @@ impl Term<2> for Gauge {
     }
 
     #[inline(always)]
-    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> SecondPartials<S, D, 2> {
+    fn by_lengths<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> [[S; 2]; 2] {
         let free = window.free * window.free;
-        SecondPartials { lengths: [[free, -free], [-free, free]], ..SecondPartials::ZERO }
+        [[free, -free], [-free, free]]
     }
 }
 
@@ -68,9 +68,8 @@ impl Term<3> for SmoothGauge {
     }
 
     #[inline(always)]
-    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> SecondPartials<S, D, 3> {
+    fn by_lengths<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> [[S; 3]; 3] {
         let by_length = [window.free, -(window.free + window.free_after), window.free_after];
-        let lengths = by_length.map(|x| by_length.map(|y| x * y));
-        SecondPartials { lengths, ..SecondPartials::ZERO }
+        by_length.map(|x| by_length.map(|y| x * y))
     }
 }

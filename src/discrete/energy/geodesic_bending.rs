@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use super::bending::Bending;
 use super::fence::Fence;
-use super::{Energy, Facts, Functional, Partials, SecondPartials};
-use crate::discrete::block::{Block, outer};
+use super::{Energy, Facts, Functional, Partials};
+use crate::discrete::block::Block;
 use crate::linalg::scalar::{Vector, dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
 
@@ -64,56 +64,21 @@ impl Facts for GeodesicBending {
 pub(crate) struct Turn<S, const D: usize> {
     /// T and T′.
     pub tangent: [Vector<S, D>; 2],
-    /// Δs and Δs′.
-    pub length: [S; 2],
+    /// Δa
+    pub measure: S,
     /// n at the vertex.
     pub normal: Vector<S, D>,
-    /// W = ∇²F/|∇F| at the vertex.
-    pub shape: Block<S, D>,
     /// The fence of the geodesic curvature at the vertex.
     pub fence: Fence<S>,
 }
 
 impl<S: Scalar, const D: usize> Turn<S, D> {
-    /// m, the part of T′ − T in the tangent plane.
+    /// m = T′ − T − q n and q = n·(T′ − T).
     #[inline(always)]
-    pub fn bend(&self) -> Vector<S, D> {
-        Parts::of(self).bend
-    }
-}
-
-/// Second partial derivatives that involve the place of the vertex.
-pub(crate) struct ByPlace<S, const D: usize> {
-    /// By a component of each tangent and one of the place.
-    pub tangents: [Block<S, D>; 2],
-    /// By each length and the place.
-    pub lengths: Vector<S, D>,
-    /// By the place twice.
-    pub place: Block<S, D>,
-}
-
-/// What the derivatives have in common.
-pub(crate) struct Parts<S, const D: usize> {
-    /// q = n·(T′ − T)
-    along_normal: S,
-    /// m = T′ − T − q n
-    bend: Vector<S, D>,
-    /// |m|²
-    square: S,
-    /// Δa
-    measure: S,
-    /// ∇q by the place: W m.
-    slope: Vector<S, D>,
-}
-
-impl<S: Scalar, const D: usize> Parts<S, D> {
-    #[inline(always)]
-    fn of(turn: &Turn<S, D>) -> Self {
-        let d = subtract(turn.tangent[1], turn.tangent[0]);
-        let along_normal = dot(turn.normal, d);
-        let bend = subtract(d, scale(along_normal, turn.normal));
-        let measure = S::of(0.5) * (turn.length[0] + turn.length[1]);
-        Parts { along_normal, bend, square: dot(bend, bend), measure, slope: times(&turn.shape, bend) }
+    pub fn bend(&self) -> (Vector<S, D>, S) {
+        let d = subtract(self.tangent[1], self.tangent[0]);
+        let along_normal = dot(self.normal, d);
+        (subtract(d, scale(along_normal, self.normal)), along_normal)
     }
 }
 
@@ -130,110 +95,74 @@ pub(crate) fn times<S: Scalar, const D: usize>(matrix: &Block<S, D>, x: Vector<S
 /// A function f(|m|², Δa) of the bend in a surface, with its derivatives: f of what is at hand, and those by s = |m|² and by the
 /// lengths.
 pub(crate) struct First<S> {
-    value: S,
+    pub value: S,
     /// 2 ∂f/∂s
-    across: S,
+    pub across: S,
     /// ½ ∂f/∂Δa
-    by_length: S,
+    pub by_length: S,
 }
 
 /// Second derivatives of such a function.
 pub(crate) struct Second<S> {
     /// 2 ∂f/∂s
-    across: S,
+    pub across: S,
     /// 4 ∂²f/∂s²
-    along: S,
+    pub along: S,
     /// ∂²f/∂s∂Δa
-    mixed: S,
+    pub mixed: S,
     /// ¼ ∂²f/∂Δa²
-    by_lengths: S,
+    pub by_lengths: S,
+}
+
+/// The bend at a vertex: |m|² for m, the part of T′ − T in the tangent plane, and Δa.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parts<S> {
+    pub square: S,
+    pub measure: S,
 }
 
 /// An energy of the bend at a vertex in a surface.
 pub(crate) trait InSurface {
     /// f
-    fn value_of<S: Scalar, const D: usize>(&self, parts: &Parts<S, D>, fence: &Fence<S>) -> S;
+    fn value_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> S;
     /// f and its first derivatives.
-    fn first_of<S: Scalar, const D: usize>(&self, parts: &Parts<S, D>, fence: &Fence<S>) -> First<S>;
+    fn first_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> First<S>;
     /// Its second derivatives.
-    fn second_of<S: Scalar, const D: usize>(&self, parts: &Parts<S, D>, fence: &Fence<S>) -> Second<S>;
+    fn second_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> Second<S>;
 
-    /// The value, and the derivatives by tangents and lengths and by the place of the vertex.
+    /// The value, and the derivatives by tangents and lengths; and x, where that by the place of the vertex is x W m for
+    /// W = ∇²F/|∇F|.
     #[inline(always)]
-    fn gradient<S: Scalar, const D: usize>(&self, turn: &Turn<S, D>) -> (Partials<S, D, 2>, Vector<S, D>) {
-        let parts = Parts::of(turn);
-        let First { value, across, by_length } = self.first_of(&parts, &turn.fence);
-        let by_tangent = scale(across, parts.bend);
-        let partials =
-            Partials { value, tangent: [scale(-S::ONE, by_tangent), by_tangent], length: [by_length, by_length] };
-        (partials, scale(-across * parts.along_normal, parts.slope))
-    }
-
-    /// The second derivatives by tangents and lengths, and those that involve the place.
-    ///
-    /// `third` is the derivative of ∇²F along m over |∇F|, see [`bend`](Turn::bend).
-    #[inline(always)]
-    fn hessian<S: Scalar, const D: usize>(
+    fn gradient<S: Scalar, const D: usize>(
         &self,
         turn: &Turn<S, D>,
-        third: &Block<S, D>,
-    ) -> (SecondPartials<S, D, 2>, ByPlace<S, D>) {
-        let parts = Parts::of(turn);
-        let Second { across, along, mixed, by_lengths } = self.second_of(&parts, &turn.fence);
-        let Parts { along_normal: q, bend: m, slope: k, .. } = parts;
-        let (n, shape) = (turn.normal, &turn.shape);
-        // W n, and P W for P = I − n nᵀ.
-        let w = times(shape, n);
-        let mut tangential = outer(-S::ONE, n, w);
-        for a in 0..D {
-            for b in 0..D {
-                tangential[a][b] += shape[a][b];
-            }
-        }
-        let mut second = SecondPartials::ZERO;
-        let mut by = ByPlace { tangents: [[[S::ZERO; D]; D]; 2], lengths: [S::ZERO; D], place: [[S::ZERO; D]; D] };
-        for a in 0..D {
-            let squared = times(shape, shape[a]);
-            for b in 0..D {
-                let unit = if a == b { S::ONE } else { S::ZERO };
-                let bent = along * m[a] * m[b] + across * (unit - n[a] * n[b]);
-                second.tangents[0][0][a][b] = bent;
-                second.tangents[1][1][a][b] = bent;
-                second.tangents[0][1][a][b] = -bent;
-                second.tangents[1][0][a][b] = -bent;
-                // ∂m/∂x = −(n ∇qᵀ + q P W)
-                let moved = along * m[a] * q * k[b] + across * (n[a] * k[b] + q * tangential[a][b]);
-                by.tangents[0][a][b] = moved;
-                by.tangents[1][a][b] = -moved;
-                // ∇²q = −(∇q wᵀ + w ∇qᵀ) + ∇³F[m]/|∇F| − q (W² − w wᵀ)
-                let curved = third[a][b] - k[a] * w[b] - w[a] * k[b] - q * (squared[b] - w[a] * w[b]);
-                by.place[a][b] = along * q * q * k[a] * k[b] - across * (k[a] * k[b] + q * curved);
-            }
-            second.mixed[1][0][a] = mixed * m[a];
-            second.mixed[1][1][a] = mixed * m[a];
-            second.mixed[0][0][a] = -mixed * m[a];
-            second.mixed[0][1][a] = -mixed * m[a];
-            by.lengths[a] = -mixed * q * k[a];
-        }
-        second.lengths = [[by_lengths; 2]; 2];
-        (second, by)
+        bend: Vector<S, D>,
+        q: S,
+    ) -> (Partials<S, D, 2>, S) {
+        let parts = Parts { square: dot(bend, bend), measure: turn.measure };
+        let First { value, across, by_length } = self.first_of(&parts, &turn.fence);
+        let by_tangent = scale(across, bend);
+        let partials =
+            Partials { value, tangent: [scale(-S::ONE, by_tangent), by_tangent], length: [by_length, by_length] };
+        (partials, -across * q)
     }
 
     /// The value alone.
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, turn: &Turn<S, D>) -> S {
-        self.value_of(&Parts::of(turn), &turn.fence)
+        let (bend, _) = turn.bend();
+        self.value_of(&Parts { square: dot(bend, bend), measure: turn.measure }, &turn.fence)
     }
 }
 
 impl InSurface for GeodesicBending {
     #[inline(always)]
-    fn value_of<S: Scalar, const D: usize>(&self, parts: &Parts<S, D>, _: &Fence<S>) -> S {
+    fn value_of<S: Scalar>(&self, parts: &Parts<S>, _: &Fence<S>) -> S {
         self.bending.power(parts.square, 0.0) * self.bending.measure(parts.measure, 0.0)
     }
 
     #[inline(always)]
-    fn first_of<S: Scalar, const D: usize>(&self, parts: &Parts<S, D>, _: &Fence<S>) -> First<S> {
+    fn first_of<S: Scalar>(&self, parts: &Parts<S>, _: &Fence<S>) -> First<S> {
         let nu = self.bending.exponent;
         let measure = self.bending.measure(parts.measure, 0.0);
         let value = self.bending.power(parts.square, 0.0) * measure;
@@ -242,9 +171,9 @@ impl InSurface for GeodesicBending {
     }
 
     #[inline(always)]
-    fn second_of<S: Scalar, const D: usize>(&self, parts: &Parts<S, D>, _: &Fence<S>) -> Second<S> {
+    fn second_of<S: Scalar>(&self, parts: &Parts<S>, _: &Fence<S>) -> Second<S> {
         let nu = self.bending.exponent;
-        let Parts { square, measure: a, .. } = *parts;
+        let Parts { square, measure: a } = *parts;
         let (power, measure) = (self.bending.power(square, 1.0), self.bending.measure(a, 0.0));
         let across = S::of(nu) * power * measure;
         let along =
@@ -268,7 +197,7 @@ impl Facts for GeodesicCurb {
 impl GeodesicCurb {
     /// |m|, at least the rounding of tangents, so that it can divide; and |m|/Δa.
     #[inline(always)]
-    fn curvature<S: Scalar, const D: usize>(parts: &Parts<S, D>) -> (S, S) {
+    fn curvature<S: Scalar>(parts: &Parts<S>) -> (S, S) {
         let rounding = S::of(<S::Number as Real>::EPSILON.to_f64());
         // The order of the operands keeps NaN.
         let turn = rounding.max(parts.square.sqrt());
@@ -278,12 +207,12 @@ impl GeodesicCurb {
 
 impl InSurface for GeodesicCurb {
     #[inline(always)]
-    fn value_of<S: Scalar, const D: usize>(&self, parts: &Parts<S, D>, fence: &Fence<S>) -> S {
+    fn value_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> S {
         fence.value(Self::curvature(parts).1)
     }
 
     #[inline(always)]
-    fn first_of<S: Scalar, const D: usize>(&self, parts: &Parts<S, D>, fence: &Fence<S>) -> First<S> {
+    fn first_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> First<S> {
         let (turn, curvature) = Self::curvature(parts);
         let by_curvature = fence.stiffness * fence.beyond(curvature) * fence.slope;
         First {
@@ -294,7 +223,7 @@ impl InSurface for GeodesicCurb {
     }
 
     #[inline(always)]
-    fn second_of<S: Scalar, const D: usize>(&self, parts: &Parts<S, D>, fence: &Fence<S>) -> Second<S> {
+    fn second_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> Second<S> {
         let (turn, curvature) = Self::curvature(parts);
         let beyond = fence.beyond(curvature);
         let by_curvature = fence.stiffness * beyond * fence.slope;

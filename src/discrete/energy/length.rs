@@ -1,6 +1,6 @@
 //! Length: φ = Σ Δs.
 
-use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
+use super::{Energy, Facts, Partials, Term, Window};
 use crate::linalg::Scalar;
 
 /// The length φ(f) = Σ Δs, in units of length.
@@ -41,10 +41,5 @@ impl Term<1> for Length {
     #[inline(always)]
     fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {
         Partials { value: window.length[0], tangent: [[S::ZERO; D]], length: [S::ONE] }
-    }
-
-    #[inline(always)]
-    fn hessian<S: Scalar, const D: usize>(&self, _: &Window<S, D, 1>) -> SecondPartials<S, D, 1> {
-        SecondPartials::ZERO
     }
 }

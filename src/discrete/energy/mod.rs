@@ -226,8 +226,16 @@ pub(crate) trait Term<const W: usize> {
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S;
     /// The term and its partial derivatives.
     fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W>;
-    /// Its second partial derivatives.
-    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W>;
+    /// Its second partial derivatives by lengths, if it depends on lengths alone. By default it is linear in them.
+    #[inline(always)]
+    fn by_lengths<S: Scalar, const D: usize>(&self, _: &Window<S, D, W>) -> [[S; W]; W] {
+        [[S::ZERO; W]; W]
+    }
+    /// Its second partial derivatives. By default those of lengths alone.
+    #[inline(always)]
+    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W> {
+        SecondPartials { lengths: self.by_lengths(window), ..SecondPartials::ZERO }
+    }
 }
 
 /// An operation on the term of some functional.
@@ -296,6 +304,19 @@ impl Functional {
             Functional::GeodesicCurb(_) => Some(0),
             other => other.visit(Kind).flatten(),
         }
+    }
+
+    /// Whether it depends on tangents, and has a term.
+    pub fn is_by_tangent(&self) -> bool {
+        struct ByTangent;
+        impl Visitor for ByTangent {
+            type Output = bool;
+
+            fn visit<T: Term<W>, const W: usize>(self, _: &T) -> bool {
+                T::BY_TANGENT
+            }
+        }
+        self.visit(ByTangent).unwrap_or(false)
     }
 
     /// The order of the inner product that suits it.

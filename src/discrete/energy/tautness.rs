@@ -1,6 +1,6 @@
 //! Tautness: Σ Δs/w², with w the width of the span.
 
-use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
+use super::{Energy, Facts, Partials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::width::widths;
@@ -63,11 +63,6 @@ impl Term<1> for Tautness {
     #[inline(always)]
     fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {
         Partials { value: window.taut * window.length[0], tangent: [[S::ZERO; D]], length: [window.taut] }
-    }
-
-    #[inline(always)]
-    fn hessian<S: Scalar, const D: usize>(&self, _: &Window<S, D, 1>) -> SecondPartials<S, D, 1> {
-        SecondPartials::ZERO
     }
 }
 

@@ -1,6 +1,6 @@
 //! Tension: ψ = ½ m Σ Δs².
 
-use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
+use super::{Energy, Facts, Partials, Term, Window};
 use crate::linalg::Scalar;
 
 /// The tension ψ(f) = ½ m Σ Δs² for m edges, in units of length².
@@ -46,7 +46,7 @@ impl Term<1> for Tension {
     }
 
     #[inline(always)]
-    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> SecondPartials<S, D, 1> {
-        SecondPartials { lengths: [[window.segments]], ..SecondPartials::ZERO }
+    fn by_lengths<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> [[S; 1]; 1] {
+        [[window.segments]]
     }
 }

@@ -120,19 +120,28 @@ impl<S: Scalar, const D: usize> Form<S, D> {
         Form::Quadric { matrix, linear, constant }
     }
 
-    /// n and W at a place.
+    /// A of quadrics.
     #[inline(always)]
+    pub(super) fn matrix(&self) -> Option<&Block<S, D>> {
+        match self {
+            Form::Quadric { matrix, .. } => Some(matrix),
+            Form::Other(_) => None,
+        }
+    }
+
+    /// n and 1/|∇F| at a place, of quadrics.
+    #[inline(always)]
+    pub(super) fn slope(&self, y: Vector<S, D>) -> Option<(Vector<S, D>, S)> {
+        let Form::Quadric { matrix, linear, .. } = self else { return None };
+        let gradient = add(times(matrix, y), *linear);
+        let inverse = S::ONE / dot(gradient, gradient).sqrt();
+        Some((scale(inverse, gradient), inverse))
+    }
+
+    /// n and W at a place, of surfaces that are no quadrics.
     pub(super) fn jet(&self, y: Vector<S, D>) -> (Vector<S, D>, Block<S, D>) {
         match self {
-            Form::Quadric { matrix, linear, .. } => {
-                let gradient = add(times(matrix, y), *linear);
-                let inverse = S::ONE / dot(gradient, gradient).sqrt();
-                let mut shape = *matrix;
-                for a in 0..D {
-                    shape[a] = scale(inverse, matrix[a]);
-                }
-                (scale(inverse, gradient), shape)
-            }
+            Form::Quadric { .. } => unreachable!("quadrics have a slope"),
             Form::Other(lanes) => Self::jet_of_any(lanes, y),
         }
     }

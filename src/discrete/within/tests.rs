@@ -72,18 +72,22 @@ fn gradients_and_hessians_in_surfaces_are_those_of_differences() {
             let newton = descent.newton(&mut kept).unwrap();
             descent.tick();
             let count = problem.vertices();
-            let within = descent.within.as_ref().unwrap();
-            let wave = |row: usize| -> [f64; 3] {
-                if row >= count { [0.0; 3] } else { [1.0, 1.7, 2.9].map(|f: f64| (f * row as f64 + f).sin()) }
-            };
-            let p: Vec<[f64; 3]> = (0..descent.u.len())
-                .map(|row| within.tangential(row, if row < count { wave(row) } else { [0.0; 3] }))
-                .collect();
-            let slope: f64 = descent.g.iter().zip(&p).map(|(g, p)| dot(*g, *p)).sum();
-            let mut h_p = p.clone();
+            // Where λ = 0 the step for a gradient r is p = H⁻¹ r in the tangent planes, and so pᵀH p = r·p.
+            descent.lanes[0].damping.lambda = 0.0;
+            descent.least_damping = 0.0;
             descent.newton_direction(newton);
-            newton.multiply(&p, &mut h_p);
-            let bend: f64 = h_p.iter().zip(&p).map(|(h, p)| dot(*h, *p)).sum();
+            let wave = |row: usize| -> [f64; 3] { [1.0, 1.7, 2.9].map(|f: f64| (f * row as f64 + f).sin()) };
+            let r: Vec<[f64; 3]> =
+                (0..descent.u.len()).map(|row| if row < count { wave(row) } else { [0.0; 3] }).collect();
+            let mut p = r.clone();
+            newton.solve(&mut p);
+            let (bend, largest) = (0..count).fold((0.0, 0.0), |(bend, largest), row| {
+                (bend + dot(r[row], p[row]), p[row].iter().fold(largest, |largest: f64, x| largest.max(x.abs())))
+            });
+            let bend = bend / (largest * largest);
+            p.iter_mut().for_each(|p| *p = scale(1.0 / largest, *p));
+            descent.edges.close(&mut p);
+            let slope: f64 = (0..count).map(|row| dot(descent.g[row], p[row])).sum();
             let h = 1e-4;
             let at = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|steps| stepped(&mut descent, &p, steps * h));
             let first = (8.0 * (at[3] - at[1]) - (at[4] - at[0])) / (12.0 * h);

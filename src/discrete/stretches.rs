@@ -1,0 +1,116 @@
+//! [`Stretches`]: second derivatives of energies of lengths alone.
+//!
+//! Of an energy f of the lengths of edges, with e = Δs T and P = I − T Tᵀ, they are by edges
+//!
+//! ```text
+//! ∂²f/∂e_j∂e_k = f_jk T_j T_kᵀ + δ_jk f_j P_j/Δs_j
+//! ```
+//!
+//! So a number for every f_jk and one for every f_j/Δs_j hold those of all such energies.
+
+use super::edges::Edges;
+use super::energy::gauge::{Gauge, SmoothGauge};
+use super::energy::{Functional, MOST_EDGES, Term, Visitor};
+use crate::linalg::Scalar;
+
+/// Those of an edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stretch<S> {
+    /// f_jk of the edges j and k = j, j + 1, …
+    pub along: [S; MOST_EDGES],
+    /// f_j/Δs_j
+    pub across: S,
+}
+
+/// Those of one curve, or of one curve a lane.
+///
+/// Closed curves go on in edges that repeat their first.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stretches<S> {
+    edges: Vec<Stretch<S>>,
+}
+
+impl<S: Scalar> Stretches<S> {
+    /// Storage for the edges of other curves.
+    pub fn renew(&mut self, edges: usize) {
+        self.edges.resize(edges + MOST_EDGES - 1, Stretch { along: [S::ZERO; MOST_EDGES], across: S::ZERO });
+    }
+
+    /// Those of an edge.
+    #[inline(always)]
+    pub fn of(&self, edge: usize) -> &Stretch<S> {
+        &self.edges[edge]
+    }
+
+    /// Adds up those of all terms and of the gauge, which is given by its order and weight.
+    #[inline(always)]
+    pub fn gather<'a, const D: usize>(
+        &mut self,
+        edges: &Edges<S, D>,
+        terms: impl Iterator<Item = (S, &'a Functional)>,
+        gauge: Option<(usize, S)>,
+    ) {
+        self.edges.fill(Stretch { along: [S::ZERO; MOST_EDGES], across: S::ZERO });
+        for (weight, functional) in terms {
+            functional.visit(Gathering { stretches: self, edges, weight });
+        }
+        match gauge {
+            Some((3.., weight)) => self.sweep_smooth_gauge(edges, weight),
+            Some((_, weight)) => self.sweep(edges, weight, &Gauge),
+            None => (),
+        }
+    }
+
+    /// The gauge of second differences, and that of first differences beside the ends of open curves.
+    #[inline(never)]
+    fn sweep_smooth_gauge<const D: usize>(&mut self, edges: &Edges<S, D>, weight: S) {
+        self.sweep(edges, weight, &SmoothGauge);
+        for start in 0..if edges.is_closed() { 0 } else { edges.windows::<2>() } {
+            self.add_window(edges, start, weight * edges.ends(start), &Gauge);
+        }
+    }
+
+    #[inline(always)]
+    fn sweep<T: Term<W>, const W: usize, const D: usize>(&mut self, edges: &Edges<S, D>, weight: S, term: &T) {
+        for start in 0..edges.windows::<W>() {
+            self.add_window(edges, start, weight * edges.starts::<W>(start), term);
+        }
+    }
+
+    #[inline(always)]
+    fn add_window<T: Term<W>, const W: usize, const D: usize>(
+        &mut self,
+        edges: &Edges<S, D>,
+        start: usize,
+        weight: S,
+        term: &T,
+    ) {
+        let window = edges.window::<T, W>(start);
+        let (first, second) = (term.gradient(&window), term.by_lengths(&window));
+        for j in 0..W {
+            let own = &mut self.edges[start + j];
+            own.across += weight * first.length[j] * edges.inverse[start + j];
+            for k in j..W {
+                own.along[k - j] += weight * second[j][k];
+            }
+        }
+    }
+}
+
+/// [`Stretches::gather`] of one functional's term.
+struct Gathering<'a, S, const D: usize> {
+    stretches: &'a mut Stretches<S>,
+    edges: &'a Edges<S, D>,
+    weight: S,
+}
+
+impl<S: Scalar, const D: usize> Visitor for Gathering<'_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn visit<T: Term<W>, const W: usize>(self, term: &T) {
+        if !T::BY_TANGENT {
+            self.stretches.sweep(self.edges, self.weight, term);
+        }
+    }
+}
