@@ -3,11 +3,16 @@
 use glam::DVec3;
 
 use super::fair::Segments;
-use super::setup::distance;
 use crate::curve::{Curve, vector};
 use crate::linalg::scalar::{Vector, add, dot, scale};
 use crate::motion::Motion;
 use crate::surface::Surface;
+
+/// A span is measured on a surface by one chord for so many edges, and by so many chords at least.
+///
+/// Normals turn little along a span (see `ground::wide`), and the gauge evens out the rest. Every foot costs time.
+const EDGES_A_CHORD: usize = 4;
+const LEAST_CHORDS: usize = 4;
 
 /// The vertices at equal arc length along each span, and the row of every data point.
 ///
@@ -21,7 +26,7 @@ pub(super) fn divide<const D: usize>(
 ) -> (Vec<Vector<f64, D>>, Vec<u32>) {
     let expected = if let Segments::PerSpan(n) = segments { n * curve.spans() + 1 } else { 0 };
     let (mut vertices, mut rows) = (Vec::with_capacity(expected), Vec::with_capacity(points.len() + 1));
-    let mut arc = Vec::new();
+    let (mut arc, mut feet) = (Vec::new(), Vec::new());
     for span in 0..curve.spans() {
         let (from, to) = (points[span], points[(span + 1) % points.len()]);
         rows.push(vertices.len() as u32);
@@ -40,8 +45,10 @@ pub(super) fn divide<const D: usize>(
                 (curve.span_length(span) / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
             }
         };
-        along.measure(n, &mut arc);
-        equal_fractions(&arc, |u| vertices.push(along.place(u)));
+        along.measure(n, &mut arc, &mut feet);
+        let first = vertices.len();
+        equal_fractions(&arc, |u| vertices.push(along.way.place(u)));
+        along.move_onto(&mut vertices[first..], &mut feet);
     }
     rows.push(vertices.len() as u32);
     if !curve.is_closed() {
@@ -125,21 +132,36 @@ impl<const D: usize> Moved<'_, D> {
         }
     }
 
+    /// Moves places of the way onto the surface, if there is one. `feet` is storage.
+    fn move_onto(&self, places: &mut [Vector<f64, D>], feet: &mut Vec<DVec3>) {
+        let Some(surface) = self.surface else { return };
+        feet.clear();
+        feet.extend(places.iter().map(|place| vector(place)));
+        surface.feet(feet);
+        places.iter_mut().zip(feet).for_each(|(place, foot)| *place = components(foot.to_array()));
+    }
+
     /// The arc lengths from the start of the span to the ends of n equal pieces of the parameter.
     ///
-    /// In a surface those of chords.
-    fn measure(&self, n: usize, arc: &mut Vec<f64>) {
-        if self.surface.is_none() {
-            return self.way.measure(n, arc);
-        }
-        arc.clear();
-        arc.push(0.0);
-        let (mut length, mut before) = (0.0, self.place(0.0));
-        for k in 1..=n {
-            let place = self.place(k as f64 / n as f64);
-            length += distance(before, place);
-            arc.push(length);
-            before = place;
+    /// In a surface those of the way, in proportion to the chords of what is moved.
+    fn measure(&self, n: usize, arc: &mut Vec<f64>, feet: &mut Vec<DVec3>) {
+        self.way.measure(n, arc);
+        let Some(surface) = self.surface else { return };
+        let chords = n.min(LEAST_CHORDS.max(n / EDGES_A_CHORD));
+        let end = |chord: usize| chord * n / chords;
+        let place = |chord: usize| vector(&self.way.place(end(chord) as f64 / n as f64));
+        feet.clear();
+        feet.extend((0..=chords).map(place));
+        surface.feet(feet);
+        let (mut before, mut length) = (0.0, 0.0);
+        for chord in 0..chords {
+            let own = place(chord).distance(place(chord + 1));
+            let stretch = if own > 0.0 { feet[chord].distance(feet[chord + 1]) / own } else { 1.0 };
+            for arc in &mut arc[end(chord) + 1..=end(chord + 1)] {
+                length += stretch * (*arc - before);
+                before = *arc;
+                *arc = length;
+            }
         }
     }
 }

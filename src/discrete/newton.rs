@@ -340,16 +340,8 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
     #[inline(always)]
     fn factor_tangent(&self, system: &mut TangentSystem<S>) -> S {
         let vertices = system.rows() / 2;
-        for (v, damping) in self.damping.iter().enumerate().take(vertices) {
-            let own = self.lambda * damping[0];
-            within::add_own(system, v, &[[own, S::ZERO], [S::ZERO, own]]);
-            for k in 1..3.min(vertices - v) {
-                let mut pair = within::between([&self.bases[v], &self.bases[v + k]]);
-                for a in 0..2 {
-                    pair[a] = scale(self.lambda * damping[k], pair[a]);
-                }
-                within::add_pair(system, v, v + k, &pair);
-            }
+        if (0..S::LANES).any(|l| self.lambda.lane(l) != S::ZERO.lane(0)) {
+            self.damp_tangent(system, vertices);
         }
         for (v, blocks) in self.blocks.iter().enumerate().take(vertices) {
             for k in 0..3.min(vertices - v) {
@@ -369,6 +361,22 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
             }
         }
         system.factor(self.movable)
+    }
+
+    /// Adds λ BᵀL B.
+    #[inline(always)]
+    fn damp_tangent(&self, system: &mut TangentSystem<S>, vertices: usize) {
+        for (v, damping) in self.damping.iter().enumerate().take(vertices) {
+            let own = self.lambda * damping[0];
+            within::add_own(system, v, &[[own, S::ZERO], [S::ZERO, own]]);
+            for k in 1..3.min(vertices - v) {
+                let mut pair = within::between([&self.bases[v], &self.bases[v + k]]);
+                for a in 0..2 {
+                    pair[a] = scale(self.lambda * damping[k], pair[a]);
+                }
+                within::add_pair(system, v, v + k, &pair);
+            }
+        }
     }
 
     #[inline(never)]

@@ -43,6 +43,8 @@ pub(crate) struct Within<S, const D: usize> {
     /// Of quadrics 1/|∇F| stands in place of W.
     shapes: Vec<Block<S, D>>,
     flatness: Vec<S>,
+    /// Whether they were framed where the curves stand.
+    is_framed: bool,
     /// The edges in the coordinates of their ends, where the system was assembled.
     links: Vec<Link<S>>,
     /// The gradient of geodesic bending by the places of vertices.
@@ -72,6 +74,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             normals: vec![[S::ZERO; D]; rows],
             shapes: vec![[[S::ZERO; D]; D]; shapes],
             flatness: vec![S::ZERO; rows - shapes],
+            is_framed: false,
             links: Vec::with_capacity(rows),
             by_place: vec![[S::ZERO; D]; rows],
             pushes_there: vec![S::ZERO; rows],
@@ -116,6 +119,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     /// Takes normals and second derivatives at the vertices.
     #[inline(always)]
     pub fn frame(&mut self, u: &[Vector<S, D>]) {
+        self.is_framed = false;
         for row in 0..u.len() {
             let place = add(self.places[row], u[row]);
             match self.form.slope(place) {
@@ -247,6 +251,10 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     /// Keeps the last evaluation where `accepted` is 1.
     #[inline(always)]
     pub fn accept(&mut self, accepted: S) {
+        self.is_framed = true;
+        for lane in 0..S::LANES {
+            self.is_framed &= accepted.lane(lane) != S::ZERO.lane(0);
+        }
         for row in 0..self.pushes.len() {
             self.pushes[row] = accepted.if_positive(self.pushes_there[row], self.pushes[row]);
         }
@@ -262,7 +270,9 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         terms: &[(S, &Functional)],
         u: &[Vector<S, D>],
     ) {
-        self.frame(u);
+        if !self.is_framed {
+            self.frame(u);
+        }
         for row in 0..u.len() {
             newton.set_basis(row, basis(self.normals[row]));
         }

@@ -36,13 +36,15 @@ impl Globe {
 
     /// The surface.
     pub fn surface(&self) -> Quadric {
+        Quadric { name: self.name(), ..self.nameless() }
+    }
+
+    /// The surface without a name, which costs time.
+    fn nameless(&self) -> Quadric {
+        let name = String::new();
         match *self {
-            Globe::WGS84 => {
-                let spheroid = Quadric::spheroid(self.equatorial, self.polar);
-                Quadric { name: "the ellipsoid of WGS84".into(), ..spheroid }
-            }
-            Globe { equatorial, polar } if equatorial == polar => Quadric::sphere(equatorial),
-            Globe { equatorial, polar } => Quadric::spheroid(equatorial, polar),
+            Globe { equatorial, polar } if equatorial == polar => Quadric::round(equatorial, name),
+            Globe { equatorial, polar } => Quadric::axial(DVec3::new(equatorial, equatorial, polar), name),
         }
     }
 
@@ -75,23 +77,32 @@ impl Globe {
 /// That of its [quadric](Globe::surface).
 impl Surface for Globe {
     fn name(&self) -> String {
-        self.surface().name
+        let Globe { equatorial, polar } = *self;
+        match *self {
+            Globe::WGS84 => "the ellipsoid of WGS84".into(),
+            _ if equatorial == polar => Quadric::sphere(equatorial).name,
+            _ => Quadric::spheroid(equatorial, polar).name,
+        }
     }
 
     fn value(&self, x: DVec3) -> f64 {
-        self.surface().value(x)
+        self.nameless().value(x)
     }
 
     fn gradient(&self, x: DVec3) -> DVec3 {
-        self.surface().gradient(x)
+        self.nameless().gradient(x)
     }
 
     fn hessian(&self, x: DVec3) -> DMat3 {
-        self.surface().hessian(x)
+        self.nameless().hessian(x)
     }
 
     fn foot(&self, x: DVec3) -> Option<DVec3> {
-        self.surface().foot(x)
+        self.nameless().foot(x)
+    }
+
+    fn feet(&self, points: &mut [DVec3]) {
+        self.nameless().feet(points);
     }
 
     fn quadric(&self) -> Option<Quadric> {

@@ -1,9 +1,14 @@
 //! [`Quadric`]: surfaces of second degree.
 
+// Loops over coordinates and lanes by index stay within code for wide registers.
+#![allow(clippy::needless_range_loop)]
+
 use glam::{DMat3, DVec3};
 
 use super::Surface;
 use crate::error::{Error, Result};
+use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
+use crate::linalg::{Lanes, Scalar, with_wide_registers};
 
 /// The surface ½ xᵀA x + b·x + c = 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,24 +44,32 @@ impl Quadric {
 
     /// The sphere |x| = R.
     pub fn sphere(radius: f64) -> Self {
-        Self::centred(DVec3::splat(1.0 / radius), -0.5 * radius, format!("the sphere of radius {radius}"))
+        Self::round(radius, format!("the sphere of radius {radius}"))
+    }
+
+    /// The sphere with a name.
+    pub(super) fn round(radius: f64, name: String) -> Self {
+        Self::centred(DVec3::splat(1.0 / radius), -0.5 * radius, name)
     }
 
     /// The spheroid of these semi-axes, with its axis along z.
     pub fn spheroid(equatorial: f64, polar: f64) -> Self {
-        Quadric {
-            name: format!("the spheroid of semi-axes {equatorial} and {polar}"),
-            ..Self::ellipsoid(DVec3::new(equatorial, equatorial, polar))
-        }
+        let name = format!("the spheroid of semi-axes {equatorial} and {polar}");
+        Self::axial(DVec3::new(equatorial, equatorial, polar), name)
     }
 
     /// The ellipsoid (x/a)² + (y/b)² + (z/c)² = 1.
     pub fn ellipsoid(semi_axes: DVec3) -> Self {
+        let [a, b, c] = semi_axes.to_array();
+        Self::axial(semi_axes, format!("the ellipsoid of semi-axes {a}, {b} and {c}"))
+    }
+
+    /// The ellipsoid with a name.
+    pub(super) fn axial(semi_axes: DVec3, name: String) -> Self {
         // Times the square of the largest, so that A is of the order of 1.
         let scale = semi_axes.max_element();
         let matrix = (scale / semi_axes) * (scale / semi_axes);
-        let [a, b, c] = semi_axes.to_array();
-        Self::centred(matrix, -0.5 * scale * scale, format!("the ellipsoid of semi-axes {a}, {b} and {c}"))
+        Self::centred(matrix, -0.5 * scale * scale, name)
     }
 
     /// The cylinder x² + y² = R².
@@ -108,18 +121,91 @@ impl Surface for Quadric {
         DMat3::ZERO
     }
 
-    /// The root of ½ a t² + s t + F = 0 on the way along ∇F, and one step of Newton's method against its rounding.
     fn foot(&self, x: DVec3) -> Option<DVec3> {
-        let gradient = self.gradient(x);
-        let (square, value) = (gradient.length_squared(), self.value(x));
-        let root = (square * square - 2.0 * gradient.dot(self.matrix * gradient) * value).sqrt();
-        let near = x - (2.0 * value / (square + root)) * gradient;
-        let gradient = self.gradient(near);
-        let foot = near - self.value(near) / gradient.length_squared() * gradient;
+        let foot = DVec3::from_array(Wide::<f64>::of(self).foot(x.to_array()));
         foot.is_finite().then_some(foot)
+    }
+
+    /// As [`foot`](Surface::foot), several at a time.
+    fn feet(&self, points: &mut [DVec3]) {
+        if let Err(Feet { quadric, points }) = with_wide_registers(Feet { quadric: self, points }) {
+            points.iter_mut().for_each(|x| *x = quadric.foot(*x).unwrap_or(DVec3::NAN));
+        }
     }
 
     fn quadric(&self) -> Option<Quadric> {
         Some(self.clone())
+    }
+}
+
+/// A quadric for several points at a time.
+struct Wide<S> {
+    matrix: [Vector<S, 3>; 3],
+    linear: Vector<S, 3>,
+    constant: S,
+}
+
+impl<S: Scalar> Wide<S> {
+    #[inline(always)]
+    fn of(quadric: &Quadric) -> Self {
+        let mut wide = Wide { matrix: [[S::ZERO; 3]; 3], linear: [S::ZERO; 3], constant: S::of(quadric.constant) };
+        for a in 0..3 {
+            wide.linear[a] = S::of(quadric.linear[a]);
+            for b in 0..3 {
+                wide.matrix[a][b] = S::of(quadric.matrix.col(b)[a]);
+            }
+        }
+        wide
+    }
+
+    /// A x
+    #[inline(always)]
+    fn bent(&self, x: Vector<S, 3>) -> Vector<S, 3> {
+        [dot(self.matrix[0], x), dot(self.matrix[1], x), dot(self.matrix[2], x)]
+    }
+
+    /// F at x, where its gradient is A x + b.
+    #[inline(always)]
+    fn value(&self, x: Vector<S, 3>, gradient: Vector<S, 3>) -> S {
+        S::of(0.5) * dot(x, add(gradient, self.linear)) + self.constant
+    }
+
+    /// The root of ½ a t² + s t + F = 0 on the way along ∇F, and one step of Newton's method against its rounding.
+    #[inline(always)]
+    fn foot(&self, x: Vector<S, 3>) -> Vector<S, 3> {
+        let gradient = add(self.bent(x), self.linear);
+        let (square, value, bent) = (dot(gradient, gradient), self.value(x, gradient), self.bent(gradient));
+        let root = (square * square - S::of(2.0) * dot(gradient, bent) * value).sqrt();
+        let way = S::of(2.0) * value / (square + root);
+        let (near, gradient) = (subtract(x, scale(way, gradient)), subtract(gradient, scale(way, bent)));
+        subtract(near, scale(self.value(near, gradient) / dot(gradient, gradient), gradient))
+    }
+}
+
+/// Points on their way to their feet, as many at a time as an AVX2 register holds.
+struct Feet<'a> {
+    quadric: &'a Quadric,
+    points: &'a mut [DVec3],
+}
+
+impl pulp::WithSimd for Feet<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let wide = Wide::<Lanes<f64, 4>>::of(self.quadric);
+        for points in self.points.chunks_mut(4) {
+            let mut x = [Lanes::ZERO; 3];
+            for lane in 0..4 {
+                let point = points[lane.min(points.len() - 1)];
+                for c in 0..3 {
+                    x[c].set_lane(lane, point[c]);
+                }
+            }
+            let foot = wide.foot(x);
+            for lane in 0..points.len() {
+                points[lane] = DVec3::new(foot[0].lane(lane), foot[1].lane(lane), foot[2].lane(lane));
+            }
+        }
     }
 }

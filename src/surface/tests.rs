@@ -71,6 +71,18 @@ fn closest_points_are_on_the_surface_and_straight_below() {
 }
 
 #[test]
+fn feet_of_many_points_are_those_of_each() {
+    for (surface, x) in surfaces() {
+        let point = |k: usize| x * (1.0 + 0.01 * (k as f64).sin()) + x.length() * 0.02 * DVec3::new(0.3, -0.2, 0.1);
+        let mut points: Vec<DVec3> = (0..7).map(point).collect();
+        points[5] = DVec3::NAN;
+        surface.feet(&mut points);
+        let same = |k: usize| points[k] == surface.foot(point(k)).unwrap();
+        assert!((0..7).all(|k| if k == 5 { points[k].is_nan() } else { same(k) }), "{}", surface.name());
+    }
+}
+
+#[test]
 fn singular_points_have_no_closest_point() {
     assert_eq!(Quadric::sphere(1.0).closest(DVec3::ZERO), None);
     assert_eq!(Torus::new(2.0, 1.0).unwrap().closest(DVec3::Z), None);

@@ -52,6 +52,7 @@ fn $NAME_gradient(w: Window) -> Partials {
     return p;
 }
 
+// By coordinates in space. The CPU has the same by those in tangent planes: src/discrete/within/system.rs.
 fn $NAME_hessian(w: Window) -> SecondPartials {
     let b = $NAME_arguments(w);
     let q = b.q;

@@ -92,21 +92,22 @@ const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 impl<S: Scalar> Three<S> {
     const ZERO: Self = Three { own: [[[S::ZERO; 2]; 2]; 3], pairs: [[[S::ZERO; 2]; 2]; 3] };
 
-    /// Adds xᵀ y + yᵀ x, for rows x and y of the three vertices.
+    /// Adds xᵀ y + yᵀ x, for rows x and y of these vertices.
     #[inline(always)]
-    fn add_both(&mut self, x: &[Vector<S, 2>; 3], y: &[Vector<S, 2>; 3]) {
-        for i in 0..3 {
+    fn add_both<const N: usize>(&mut self, vertices: [usize; N], x: &[Vector<S, 2>; N], y: &[Vector<S, 2>; N]) {
+        for i in 0..N {
+            let own = &mut self.own[vertices[i]];
             for a in 0..2 {
                 for b in 0..=a {
-                    self.own[i][a][b] += x[i][a] * y[i][b] + y[i][a] * x[i][b];
+                    own[a][b] += x[i][a] * y[i][b] + y[i][a] * x[i][b];
                 }
             }
-        }
-        for pair in 0..3 {
-            let (i, k) = PAIRS[pair];
-            for a in 0..2 {
-                for b in 0..2 {
-                    self.pairs[pair][a][b] += x[i][a] * y[k][b] + y[i][a] * x[k][b];
+            for k in i + 1..N {
+                let pair = &mut self.pairs[vertices[i] + vertices[k] - 1];
+                for a in 0..2 {
+                    for b in 0..2 {
+                        pair[a][b] += x[i][a] * y[k][b] + y[i][a] * x[k][b];
+                    }
                 }
             }
         }
@@ -299,8 +300,7 @@ impl<S: Scalar, const D: usize> Bend<'_, S, D> {
         [by_length, mixed, by_lengths]: [S; 3],
         slope: &[Vector<S, 2>; 3],
     ) {
-        let zero = [[S::ZERO; 2]; 3];
-        let (mut sum, mut by_sum) = (zero, zero);
+        let mut sum = [[S::ZERO; 2]; 3];
         for e in 0..2 {
             let ([a, t], turn, r) = (self.links[e].along, &self.links[e].turn, self.inverses[e]);
             // T counts as −1, and T′ as 1.
@@ -309,35 +309,34 @@ impl<S: Scalar, const D: usize> Bend<'_, S, D> {
             let even = r * by_length + along;
             let less = S::of(0.5) * even + along;
             // λ, and by what it is multiplied: bent m·e − less λ.
-            let (mut lambda, mut by_lambda) = (zero, zero);
+            let (mut lambda, mut by_lambda) = ([a, t], [a, t]);
             for i in 0..2 {
                 // m is in the plane of the middle vertex.
                 let [from, to] = match e {
                     0 => [turn[i][0] * mu[0] + turn[i][1] * mu[1], mu[i]],
                     _ => [mu[i], turn[0][i] * mu[0] + turn[1][i] * mu[1]],
                 };
-                lambda[e][i] = -a[i];
-                lambda[e + 1][i] = t[i];
-                by_lambda[e][i] = less * a[i] - bent * from;
-                by_lambda[e + 1][i] = bent * to - less * t[i];
+                lambda[0][i] = -a[i];
+                by_lambda[0][i] = less * a[i] - bent * from;
+                by_lambda[1][i] = bent * to - less * t[i];
+                sum[e][i] -= a[i];
+                sum[e + 1][i] += t[i];
             }
-            three.add_both(&lambda, &by_lambda);
+            three.add_both([e, e + 1], &lambda, &by_lambda);
             for i in 0..2 {
                 three.own[e][i][i] += even;
                 three.own[e + 1][i][i] += even;
                 for k in 0..2 {
                     three.pairs[2 * e][i][k] -= even * turn[i][k];
                 }
-                for v in 0..3 {
-                    sum[v][i] += lambda[v][i];
-                }
             }
         }
+        let mut by_sum = sum;
         for v in 0..3 {
             for i in 0..2 {
                 by_sum[v][i] = mixed * slope[v][i] + by_lengths * sum[v][i];
             }
         }
-        three.add_both(&sum, &by_sum);
+        three.add_both([0, 1, 2], &sum, &by_sum);
     }
 }
