@@ -130,6 +130,7 @@ def in_surface(
     batch: Batch,
     surface: Surface,
     off_surface: float | None,
+    ends: str,
     smoothing: float | None,
     pin_ends: bool,
     parametrisation: str,

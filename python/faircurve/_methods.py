@@ -55,7 +55,8 @@ class Natural:
         splines of least ∫|p″|² dt that do; ``report()`` has the knots held, and the cost in energy.
     surface : str, HeightField or Mesh, optional
         The surface that curves lie in, as in :class:`Fair`, such as ``"wgs84"``. They are those of the least covariant
-        acceleration; in a sphere Riemannian cubics. ``tangents`` and ``preserve_shape`` are not kept there.
+        acceleration; in a sphere Riemannian cubics. Of ``tangents`` the part along the surface counts. On a globe they are degrees
+        of longitude and latitude by the unit of t. ``preserve_shape`` is not kept.
     off_surface : float, optional
         The largest distance of a point from the surface, onto which it is moved. By default a thousandth of the curve's size.
 
@@ -106,10 +107,10 @@ class Natural:
         batch = _batch(given, closed=closed, t=t, tangents=tangents)
         if self.surface is None:
             fit = _core.natural(batch, self.ends, self.parametrisation, self.preserve_shape, device, precision)
-        elif self.preserve_shape or self.ends == "clamped":
-            raise ValueError("splines in a surface have natural ends, and keep no shape: leave ends and preserve_shape out")
+        elif self.preserve_shape:
+            raise ValueError("splines in a surface keep no shape: leave preserve_shape out")
         else:
-            fit = _core.in_surface(batch, made(self.surface), self.off_surface, None, False, self.parametrisation, device, precision)
+            fit = _core.in_surface(batch, made(self.surface), self.off_surface, self.ends, None, False, self.parametrisation, device, precision)
         return Fit(fit, given, fit.dimension)
 
 
@@ -151,8 +152,9 @@ class Smoothing:
     surface: Surface | None = None
     off_surface: float | None = None
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, weights: Any = None, pinned: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
-        """Fits every curve. ``weights`` are positive numbers, one a point; ``pinned`` flags points that stay.
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, weights: Any = None, pinned: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+        """Fits every curve. ``weights`` are positive numbers, one a point; ``pinned`` flags points that stay. ``tangents`` are
+        met in a surface alone, at ends that stay.
 
         The other arguments are those of :meth:`Natural.fit`.
         """
@@ -164,13 +166,13 @@ class Smoothing:
         if not isinstance(value, str) and not (value >= 0 if name == "lam" else value > 0):
             raise ValueError(f"{name} is {value}; it must be {'0 or ' if name == 'lam' else ''}a positive number")
         given = ragged(curves)
-        batch = _batch(given, closed=closed, t=t, weights=weights, pinned=pinned)
+        batch = _batch(given, closed=closed, t=t, tangents=tangents, weights=weights, pinned=pinned)
         if self.surface is None:
             fit = _core.smoothing(batch, name, str(value), self.pin_ends, self.parametrisation, device, precision)
         elif self.lam is None:
             raise ValueError(f"smoothing splines in a surface take lam, and not {name}: within a distance of points ask for Fair(deviation=…)")
         else:
-            fit = _core.in_surface(batch, made(self.surface), self.off_surface, self.lam, self.pin_ends, self.parametrisation, device, precision)
+            fit = _core.in_surface(batch, made(self.surface), self.off_surface, "auto", self.lam, self.pin_ends, self.parametrisation, device, precision)
         return Fit(fit, given, fit.dimension)
 
 

@@ -28,6 +28,10 @@ fn parametrisation(given: &str) -> PyResult<Parametrisation> {
     given.parse().map_err(|error: faircurve::Error| PyValueError::new_err(error.to_string()))
 }
 
+fn ends(given: &str) -> PyResult<Ends> {
+    word("ends", given, &[("auto", Ends::Auto), ("natural", Ends::Natural), ("clamped", Ends::Clamped)])
+}
+
 fn fitted(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
@@ -51,9 +55,8 @@ pub fn natural(
     device: &str,
     precision: &str,
 ) -> PyResult<Fit> {
-    let words = [("auto", Ends::Auto), ("natural", Ends::Natural), ("clamped", Ends::Clamped)];
     let method = Natural {
-        ends: word("ends", ends, &words)?,
+        ends: self::ends(ends)?,
         parametrisation: self::parametrisation(parametrisation)?,
         shape: preserve_shape,
     };
@@ -62,12 +65,13 @@ pub fn natural(
 
 /// Natural splines in a surface, or with λ smoothing ones.
 #[pyfunction]
-#[pyo3(signature = (batch, surface, off_surface, smoothing, pin_ends, parametrisation, device, precision))]
+#[pyo3(signature = (batch, surface, off_surface, ends, smoothing, pin_ends, parametrisation, device, precision))]
 pub fn in_surface(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
     surface: &Bound<'_, Surface>,
     off_surface: Option<f64>,
+    ends: &str,
     smoothing: Option<f64>,
     pin_ends: bool,
     parametrisation: &str,
@@ -76,6 +80,7 @@ pub fn in_surface(
 ) -> PyResult<Fit> {
     let method = SurfaceSpline {
         off_surface,
+        ends: self::ends(ends)?,
         smoothing,
         pin_ends,
         parametrisation: self::parametrisation(parametrisation)?,

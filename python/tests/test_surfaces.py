@@ -101,6 +101,34 @@ def test_geodesics_and_splines_of_a_rolled_sheet_are_those_of_the_flat_one():
         assert np.abs(curve - rolled(*track.T)).max() < 1e-4
 
 
+def test_splines_in_a_surface_start_and_end_with_their_tangents():
+    t = np.array([0.0, 1.0, 2.5])
+    tangents = np.full((1, 3, 2), np.nan)
+    tangents[0, 0], tangents[0, 2] = (1.5, -2), (0.5, 0.25)
+    flat = fc.Natural(ends="clamped").fit([FLAT[0]], t=t, tangents=tangents)
+    step = 1e-6
+    # The places of the sheet that velocities lead to.
+    lifted = np.full((1, 3, 3), np.nan)
+    for k in (0, 2):
+        ahead, behind = (rolled(*(FLAT[0][k] + h * tangents[0, k])) for h in (step, -step))
+        lifted[0, k] = (ahead - behind) / (2 * step)
+    at = np.linspace(0, 2.5, 21)
+    for method in (fc.Natural(ends="clamped", surface=SHEET), fc.Smoothing(lam=0, surface=SHEET)):
+        bent = method.fit([rolled(*FLAT[0].T)], t=t, tangents=lifted)
+        assert bent.status.tolist() == ["converged"]
+        assert np.abs(bent(at)[0] - rolled(*flat(at)[0].T)).max() < 1e-4
+        assert np.abs(bent([0.0, 2.5], 1)[0] - lifted[0, [0, 2]]).max() < 1e-4
+    track = np.array([(170.0, 10.0), (178.0, 14.0), (-175.0, 12.0)])
+    fit = fc.Natural(surface="wgs84").fit([track], t=t, tangents=[[(2, -1), (np.nan, np.nan), (3, 0.5)]])
+    assert np.abs(fit([0.0, 2.5], 1)[0] - [(2, -1), (3, 0.5)]).max() < 1e-10
+    planar = fc.Natural(surface=HILL).fit(TRACKS[1:], t=t, tangents=[[(30, 10), (np.nan, np.nan), (np.nan, np.nan)]])
+    assert np.abs(planar(0.0, 1)[0][:2] - (30, 10)).max() < 1e-10
+    lost = fc.Natural(ends="clamped", surface="wgs84").fit([track], t=t)
+    assert lost.status.tolist() == ["invalid"] and "clamped ends need a tangent here" in lost.messages[0]
+    with pytest.raises(ValueError, match="know no tangents"):
+        fc.Smoothing(lam=0.1).fit([FLAT[0]], t=t, tangents=tangents)
+
+
 def test_surfaces_and_methods_that_have_one_can_be_pickled():
     for surface in (HILL, SHEET):
         copied = pickle.loads(pickle.dumps(surface))
