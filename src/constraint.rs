@@ -16,7 +16,8 @@ pub struct Constraints {
     /// Tangents (columns `tx ty tz`).
     ///
     /// The splines take a tangent as the derivative dp/dt at an end, in units of length per unit of
-    /// the parameter. With chord-length parameters a unit vector is the natural choice.
+    /// the parameter. With chord-length parameters a unit vector is the natural choice. Splines in a globe take degrees of
+    /// longitude and latitude per unit of the parameter, and fair curves there directions to the east and to the north.
     pub tangents: Option<Vec<f64>>,
     /// Curvature vectors (columns `kx ky kz`), in 1/length.
     pub curvatures: Option<Vec<f64>>,

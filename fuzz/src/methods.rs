@@ -8,7 +8,7 @@ use faircurve::discrete::{
     Fair, Limits, Pins, Region, Segments, attachment, bending, geodesic_bending, length, tension, torsion, variation,
 };
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Smoothing, SurfaceSpline};
+use faircurve::spline::{Amount, Ends, Natural, Smoothing, SurfaceSpline};
 use faircurve::surface::{Globe, Quadric, Surface, Torus};
 use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Fit, Sampling};
 
@@ -110,6 +110,7 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
                 pin_ends: bytes.arbitrary()?,
                 parts: bytes.int_in_range(1..=4)?,
                 max_iterations: 20,
+                ends: *bytes.choose(&[Ends::Auto, Ends::Natural, Ends::Clamped])?,
                 ..SurfaceSpline::new(surface)
             };
             show(&spline);

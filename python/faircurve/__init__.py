@@ -16,6 +16,7 @@ from ._energy import Energy, attachment, bending, geodesic_bending, length, taut
 from ._fit import Fit
 from ._methods import Fair, Geodesic, Natural, Smooth, Smoothing
 from ._splines import CubicSplineBatch, PPolyBatch
+from ._surfaces import HeightField, Mesh
 from ._tables import FairBatch
 
 __all__ = [
@@ -25,6 +26,8 @@ __all__ = [
     "FairBatch",
     "Fit",
     "Geodesic",
+    "HeightField",
+    "Mesh",
     "Natural",
     "PPolyBatch",
     "Ragged",

@@ -14,6 +14,7 @@ __all__ = [
     "Batch",
     "Fit",
     "Piecewise",
+    "Surface",
     "__version__",
     "adapters",
     "chain",
@@ -104,6 +105,19 @@ class Piecewise:
     def integrate(self, a: float, b: float, extrapolate: str) -> _Floats: ...
     def solve(self, y: float, extrapolate: str) -> tuple[_Floats, _Offsets]: ...
 
+@final
+class Surface:
+    @staticmethod
+    def named(text: str) -> Surface: ...
+    @staticmethod
+    def height_field(heights: _Floats, spacing: tuple[float, float], origin: tuple[float, float]) -> Surface: ...
+    @staticmethod
+    def mesh(vertices: _Floats, triangles: NDArray[np.int64]) -> Surface: ...
+    @property
+    def name(self) -> str: ...
+    def heights(self, places: _Floats) -> _Floats: ...
+    def closest(self, points: _Floats) -> _Floats: ...
+
 def run(arguments: Sequence[str]) -> int: ...
 def adapters() -> list[tuple[str, str, str]]:
     """Names, drivers and addresses on the PCI bus of the GPUs that can be opened, in the order of their numbers."""
@@ -114,8 +128,9 @@ def smoothing(
 ) -> Fit: ...
 def in_surface(
     batch: Batch,
-    surface: str,
+    surface: Surface,
     off_surface: float | None,
+    ends: str,
     smoothing: float | None,
     pin_ends: bool,
     parametrisation: str,
@@ -130,7 +145,7 @@ def fair(
     pins: str,
     deviation: str | None,
     limits: Mapping[str, object],
-    surface: str | None,
+    surface: Surface | None,
     off_surface: float | None,
     corners: float | None,
     solver: str,

@@ -12,6 +12,7 @@ from . import _core
 from ._arrays import Ragged, per_curve, per_point, ragged, vectors_per_point
 from ._energy import Energy, bending, energy_of, geodesic_bending, tautness
 from ._fit import Fit
+from ._surfaces import Surface, made
 
 Parametrisation: TypeAlias = Literal["auto", "chord", "centripetal", "uniform", "given"]
 
@@ -52,9 +53,10 @@ class Natural:
     preserve_shape : bool
         Whether planar curves turn only to the side to which their points turn. Splines that do not are replaced by the C¹ cubic
         splines of least ∫|p″|² dt that do; ``report()`` has the knots held, and the cost in energy.
-    surface : str, optional
+    surface : str, HeightField or Mesh, optional
         The surface that curves lie in, as in :class:`Fair`, such as ``"wgs84"``. They are those of the least covariant
-        acceleration; in a sphere Riemannian cubics. ``tangents`` and ``preserve_shape`` are not kept there.
+        acceleration; in a sphere Riemannian cubics. Of ``tangents`` the part along the surface counts. On a globe they are degrees
+        of longitude and latitude by the unit of t. ``preserve_shape`` is not kept.
     off_surface : float, optional
         The largest distance of a point from the surface, onto which it is moved. By default a thousandth of the curve's size.
 
@@ -69,7 +71,7 @@ class Natural:
     ends: Literal["auto", "natural", "clamped"] = "auto"
     parametrisation: Parametrisation = "auto"
     preserve_shape: bool = False
-    surface: str | None = None
+    surface: Surface | None = None
     off_surface: float | None = None
 
     def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
@@ -105,10 +107,10 @@ class Natural:
         batch = _batch(given, closed=closed, t=t, tangents=tangents)
         if self.surface is None:
             fit = _core.natural(batch, self.ends, self.parametrisation, self.preserve_shape, device, precision)
-        elif self.preserve_shape or self.ends == "clamped":
-            raise ValueError("splines in a surface have natural ends, and keep no shape: leave ends and preserve_shape out")
+        elif self.preserve_shape:
+            raise ValueError("splines in a surface keep no shape: leave preserve_shape out")
         else:
-            fit = _core.in_surface(batch, self.surface, self.off_surface, None, False, self.parametrisation, device, precision)
+            fit = _core.in_surface(batch, made(self.surface), self.off_surface, self.ends, None, False, self.parametrisation, device, precision)
         return Fit(fit, given, fit.dimension)
 
 
@@ -147,11 +149,12 @@ class Smoothing:
     tube: float | str | None = None
     pin_ends: bool = True
     parametrisation: Parametrisation = "auto"
-    surface: str | None = None
+    surface: Surface | None = None
     off_surface: float | None = None
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, weights: Any = None, pinned: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
-        """Fits every curve. ``weights`` are positive numbers, one a point; ``pinned`` flags points that stay.
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, weights: Any = None, pinned: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+        """Fits every curve. ``weights`` are positive numbers, one a point; ``pinned`` flags points that stay. ``tangents`` are
+        met in a surface alone, at ends that stay.
 
         The other arguments are those of :meth:`Natural.fit`.
         """
@@ -163,13 +166,13 @@ class Smoothing:
         if not isinstance(value, str) and not (value >= 0 if name == "lam" else value > 0):
             raise ValueError(f"{name} is {value}; it must be {'0 or ' if name == 'lam' else ''}a positive number")
         given = ragged(curves)
-        batch = _batch(given, closed=closed, t=t, weights=weights, pinned=pinned)
+        batch = _batch(given, closed=closed, t=t, tangents=tangents, weights=weights, pinned=pinned)
         if self.surface is None:
             fit = _core.smoothing(batch, name, str(value), self.pin_ends, self.parametrisation, device, precision)
         elif self.lam is None:
             raise ValueError(f"smoothing splines in a surface take lam, and not {name}: within a distance of points ask for Fair(deviation=…)")
         else:
-            fit = _core.in_surface(batch, self.surface, self.off_surface, self.lam, self.pin_ends, self.parametrisation, device, precision)
+            fit = _core.in_surface(batch, made(self.surface), self.off_surface, "auto", self.lam, self.pin_ends, self.parametrisation, device, precision)
         return Fit(fit, given, fit.dimension)
 
 
@@ -211,10 +214,10 @@ class Fair:
     no_crossing : bool
         Whether planar curves may not cross each other: contour lines, lanes of a road. Pairs whose points' polygons cross or touch
         are left out. ``report()`` has the ``neighbours`` that each is kept from, and how many are ``touching``.
-    surface : str, optional
+    surface : str, HeightField or Mesh, optional
         The surface that curves lie in: ``"sphere"``, ``"sphere:R"`` or ``"wgs84"``, with longitudes and latitudes in degrees for
         points, heights beside them if there are any, and metres for lengths, or ``"ellipsoid:a,b,c"``, ``"spheroid:a,b"``, ``"torus:R,r"``, ``"cylinder:R"``,
-        ``"cone:degrees"`` with points in space. The energy is then ``geodesic_bending() + tautness()`` by default.
+        ``"cone:degrees"``, ``"grid:FILE,DX,DY,X0,Y0"`` or ``"mesh:FILE.obj"`` with points in space. The energy is then ``geodesic_bending() + tautness()`` by default.
     off_surface : float, optional
         The largest distance of a point from the surface, onto which it is moved. By default a thousandth of the curve's size.
     corners : float, optional
@@ -252,7 +255,7 @@ class Fair:
     half_planes: Any = None
     max_stretch: float | None = None
     no_crossing: bool = False
-    surface: str | None = None
+    surface: Surface | None = None
     off_surface: float | None = None
     corners: float | None = None
     solver: Literal["newton", "cg", "descent"] = "newton"
@@ -276,9 +279,10 @@ class Fair:
         deviation = None if self.deviation is None else str(self.deviation)
         given = ragged(curves)
         batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned, largest_curvatures=largest_curvatures, corridors=corridors)
+        surface = None if self.surface is None else made(self.surface)
         fit = _core.fair(
             batch, list(energy.terms), self.per_span, self.spacing, pins, deviation,
-            self._limits(given.coords.shape[1]), self.surface, self.off_surface, self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
+            self._limits(given.coords.shape[1]), surface, self.off_surface, self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
         )  # fmt: skip
         return Fit(fit, given, fit.dimension)
 
@@ -325,7 +329,7 @@ class Geodesic:
 
     Parameters
     ----------
-    surface : str
+    surface : str, HeightField or Mesh
         As in :class:`Fair`, such as ``"wgs84"`` or ``"torus:2,1"``.
     per_span : int
         Edges between points. Lengths of the curves are exact to their fourth power.
@@ -341,7 +345,7 @@ class Geodesic:
     8940
     """
 
-    surface: str
+    surface: Surface
     per_span: int = 16
     off_surface: float | None = None
     tolerance: float = 1e-8

@@ -13,6 +13,7 @@ mod methods;
 mod running;
 mod segments;
 mod splines;
+mod surfaces;
 
 use std::ffi::OsString;
 
@@ -42,6 +43,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<batch::Batch>()?;
     module.add_class::<fit::Fit>()?;
     module.add_class::<splines::Piecewise>()?;
+    module.add_class::<surfaces::Surface>()?;
     for function in [
         wrap_pyfunction!(run, module)?,
         wrap_pyfunction!(running::adapters, module)?,

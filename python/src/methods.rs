@@ -1,7 +1,6 @@
 //! The methods: each a function of a batch and of options that Python's classes hold.
 
 use faircurve::discrete::{Energy, Fair, Limits, Region, Segments};
-use faircurve::io::surfaces::surface_of;
 use faircurve::scf::{Smooth, Start};
 use faircurve::spline::{Amount, Ends, Natural, Parametrisation, Smoothing, SurfaceSpline};
 use faircurve::{CurveBatch, Deviation, Device, Work};
@@ -11,6 +10,7 @@ use pyo3::prelude::*;
 use crate::batch::Batch;
 use crate::fit::Fit;
 use crate::running::{self, Place};
+use crate::surfaces::Surface;
 
 /// How many times as long as a natural spline each point takes, roughly (benches/RESULTS.md).
 const COST_OF_SMOOTHING: f64 = 10.0;
@@ -26,6 +26,10 @@ fn word<T: Copy>(what: &str, given: &str, words: &[(&str, T)]) -> PyResult<T> {
 
 fn parametrisation(given: &str) -> PyResult<Parametrisation> {
     given.parse().map_err(|error: faircurve::Error| PyValueError::new_err(error.to_string()))
+}
+
+fn ends(given: &str) -> PyResult<Ends> {
+    word("ends", given, &[("auto", Ends::Auto), ("natural", Ends::Natural), ("clamped", Ends::Clamped)])
 }
 
 fn fitted(
@@ -51,9 +55,8 @@ pub fn natural(
     device: &str,
     precision: &str,
 ) -> PyResult<Fit> {
-    let words = [("auto", Ends::Auto), ("natural", Ends::Natural), ("clamped", Ends::Clamped)];
     let method = Natural {
-        ends: word("ends", ends, &words)?,
+        ends: self::ends(ends)?,
         parametrisation: self::parametrisation(parametrisation)?,
         shape: preserve_shape,
     };
@@ -62,12 +65,13 @@ pub fn natural(
 
 /// Natural splines in a surface, or with λ smoothing ones.
 #[pyfunction]
-#[pyo3(signature = (batch, surface, off_surface, smoothing, pin_ends, parametrisation, device, precision))]
+#[pyo3(signature = (batch, surface, off_surface, ends, smoothing, pin_ends, parametrisation, device, precision))]
 pub fn in_surface(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
-    surface: &str,
+    surface: &Bound<'_, Surface>,
     off_surface: Option<f64>,
+    ends: &str,
     smoothing: Option<f64>,
     pin_ends: bool,
     parametrisation: &str,
@@ -76,10 +80,11 @@ pub fn in_surface(
 ) -> PyResult<Fit> {
     let method = SurfaceSpline {
         off_surface,
+        ends: self::ends(ends)?,
         smoothing,
         pin_ends,
         parametrisation: self::parametrisation(parametrisation)?,
-        ..SurfaceSpline::new(surface_of(surface).map_err(crate::error)?)
+        ..SurfaceSpline::new(surface.get().shared())
     };
     fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
 }
@@ -169,7 +174,7 @@ pub fn fair(
     pins: &str,
     deviation: Option<&str>,
     limits: Limited,
-    surface: Option<&str>,
+    surface: Option<&Bound<'_, Surface>>,
     off_surface: Option<f64>,
     corners: Option<f64>,
     solver: &str,
@@ -186,7 +191,7 @@ pub fn fair(
         pins: pins.parse().map_err(crate::error)?,
         deviation: deviation.map(str::parse).transpose().map_err(crate::error)?,
         limits: limits.limits(),
-        surface: surface.map(surface_of).transpose().map_err(crate::error)?,
+        surface: surface.map(|surface| surface.get().shared()),
         off_surface,
         corners: corners.map(f64::to_radians),
         direction: solver.parse().map_err(crate::error)?,

@@ -224,7 +224,8 @@ pub struct Fair {
     /// [`bending`](super::bending) the whole. With geodesic bending alone a curve is a geodesic from point to point if it can
     /// be. Without pinned points and closed it descends to the closed geodesic near, also where that is not the shortest.
     ///
-    /// Tangents are turned into the tangent plane at their point. In a globe they are directions to the east and to the north.
+    /// Tangents are turned into the tangent plane at their point. Planar ones over a height field rise with it. In a globe they
+    /// are directions to the east and to the north.
     ///
     /// Of limits a largest curvature is kept, which bounds the geodesic curvature at every vertex; the host descends then.
     /// Energies of order 3, other limits and curvature vectors are refused. Kernels know quadrics, and in f64 tori and the surfaces that

@@ -17,7 +17,7 @@ impl Heights {
         Heights(heights)
     }
 
-    /// The heights of a batch of longitudes, latitudes and heights as planar curves, over these parameters.
+    /// The heights of a batch of longitudes, latitudes and heights as planar curves, over these parameters, without constraints.
     ///
     /// # Errors
     /// Parameters that are none.

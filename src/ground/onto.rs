@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::batch::{CurveBatch, Unfitted};
 use crate::bounds::Bounds;
+use crate::constraint::Constraints;
 use crate::curve::{Jet, vector};
 use crate::error::{Error, Result};
 use crate::parallel;
@@ -17,16 +18,26 @@ const NEAR: f64 = 1e-3;
 /// Points moved by less than this part of their curve's size were as good as on the surface.
 const ROUNDING: f64 = 1e-9;
 
-/// The points of a planar batch on the surface over them, where the surface has [such points](Surface::over). `None` where it
-/// has none, where the batch is spatial, and where it asks for planar vectors.
+/// The points of a planar batch on the surface over them, where the surface has [such points](Surface::over), with tangents that
+/// rise as it does. `None` where it has none, where the batch is spatial, and where it asks for planar curvatures.
 pub(crate) fn lifted(batch: &CurveBatch, surface: &dyn Surface) -> Option<CurveBatch> {
     let constraints = batch.constraints();
-    if batch.dimension() != 2 || constraints.tangents.is_some() || constraints.curvatures.is_some() {
+    if batch.dimension() != 2 || constraints.curvatures.is_some() {
         return None;
     }
     surface.over(0.0, 0.0)?;
-    let over = |point: &[f64]| surface.over(point[0], point[1]).unwrap_or(DVec3::NAN).to_array();
-    Some(batch.moved(3, batch.coords().chunks_exact(2).flat_map(over).collect(), Vec::new()))
+    let over = |point: &[f64]| surface.over(point[0], point[1]).unwrap_or(DVec3::NAN);
+    let points = || batch.coords().chunks_exact(2);
+    // ∇F·v = 0
+    let rising = |(point, tangent): (&[f64], &[f64])| {
+        let gradient = surface.gradient(over(point));
+        let [x, y] = [tangent[0], tangent[1]];
+        [x, y, -(gradient.x * x + gradient.y * y) / gradient.z]
+    };
+    let tangents = |tangents: &Vec<f64>| points().zip(tangents.chunks_exact(2)).flat_map(rising).collect();
+    let constraints = Constraints { tangents: constraints.tangents.as_ref().map(tangents), ..constraints.clone() };
+    let lifted = batch.moved(3, points().flat_map(|point| over(point).to_array()).collect(), Vec::new());
+    Some(lifted.with_constraints(constraints).expect("a tangent of three coordinates a point"))
 }
 
 /// Checks that curves of a batch can lie in a surface, and how far off it points may be.

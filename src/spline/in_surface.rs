@@ -1,20 +1,23 @@
-//! [`SurfaceSpline`]: natural, periodic and smoothing splines in a surface.
+//! [`SurfaceSpline`]: natural, clamped, periodic and smoothing splines in a surface.
 
 mod acceleration;
 mod course;
 mod curves;
 mod setup;
+mod velocities;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use self::curves::SurfaceCurves;
 use self::setup::Found;
+use self::velocities::{bounded, with_velocities};
+use super::ends::Ends;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::natural::Natural;
 use super::smoothing::{Amount, Smoothing};
 use crate::batch::{CurveBatch, Unfitted};
-use crate::constraint::Constraint;
+use crate::constraint::{Constraint, Constraints};
 use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -30,11 +33,16 @@ use crate::surface::{Globe, Surface};
 /// ```
 ///
 /// where P x″, the part of x″ in the tangent plane, is the covariant acceleration. In a plane they are
-/// [`Natural`](super::Natural) splines. In a sphere they are Riemannian cubics. The parameter is kept: where it is a time, the
-/// motion along the track is smooth too. Splines are C² in it.
+/// [`Natural`](super::Natural) splines with the same ends. In a sphere they are Riemannian cubics. The parameter is kept:
+/// where it is a time, the motion along the track is smooth too. Splines are C² in it.
 ///
 /// With [`smoothing`](Self::smoothing) they make Σ w_i |p_i − x(t_i)|² + λ ∫ |P x″|² dt least, as
 /// [`Smoothing`](super::Smoothing) does in space. Distances are straight, not along the surface.
+///
+/// Natural ends have no covariant acceleration. Where an end has a tangent it is clamped: the tangent is x′ there, in units of
+/// the input per unit of t, of which the part along the surface counts. In a globe it holds degrees of longitude and of
+/// latitude per unit of t, and a change of longitude at a pole is no motion. Planar tangents over a
+/// [`HeightField`](crate::surface::HeightField) rise with the terrain. Smoothing meets tangents at end points that stay.
 ///
 /// Curves are in space. Those in a [`Globe`] are of longitudes and latitudes in degrees. A third coordinate is a height:
 /// splines of the same kind over the same parameters go through the heights.
@@ -44,7 +52,8 @@ use crate::surface::{Globe, Surface};
 /// The unknowns are places and velocities at [`parts`](Self::parts) nodes a span, and cubics between them. The error falls as
 /// h⁴, for parts of length h. In a plane it is 0. On a sphere with points 30°
 /// apart, 4 parts a span leave 3e-5 of the radius, and 8 parts 2e-6. Accelerations are right to h²: 8 parts, 2e-3.
-/// Newton's method is exact and takes about 4 iterations.
+/// Newton's method is exact and takes about 4 iterations, and some more where velocities at ends are many times those between
+/// points. Clamped ends have their velocities to rounding.
 ///
 /// The result is the cubic spline through the nodes, moved onto the surface.
 ///
@@ -77,7 +86,10 @@ pub struct SurfaceSpline {
     pub smoothing: Option<f64>,
     /// Whether open curves keep their end points where they are smoothed. No by default.
     pub pin_ends: bool,
-    /// Parameters of the points. By default those of the batch; else centripetal ones, or with smoothing chord lengths.
+    /// What holds at the ends of open curves; by default clamped where a tangent is given, else natural.
+    pub ends: Ends,
+    /// Parameters of the points. By default those of the batch; else centripetal ones, or with smoothing or tangents chord
+    /// lengths.
     pub parametrisation: Parametrisation,
     /// Parts of every span, at whose ends the spline has its unknowns. 4 by default; 1 counts as 2.
     pub parts: usize,
@@ -95,6 +107,7 @@ impl SurfaceSpline {
             off_surface: None,
             smoothing: None,
             pin_ends: false,
+            ends: Ends::Auto,
             parametrisation: Parametrisation::Auto,
             parts: 4,
             tolerance: 1e-8,
@@ -107,9 +120,15 @@ impl SurfaceSpline {
     /// The energy reported is ∫|P x″|² dt.
     ///
     /// # Errors
-    /// λ, parts or a tolerance that make no sense. Constraints other than pinned points. Planar curves where the surface is no
-    /// globe. Parameters asked for but absent.
+    /// λ, parts or a tolerance that make no sense. Constraints other than pinned points and tangents. Planar curves where the
+    /// surface is no globe and no height field. Parameters asked for but absent. Tangents of smoothed curves with heights.
+    ///
+    /// A curve is refused, with a status and a sentence, for tangents elsewhere than at the ends of an open curve, that are not
+    /// finite, or that stand across the surface.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        if let Some(bounded) = bounded(batch) {
+            return self.fit(&bounded, device);
+        }
         if let Some(lifted) = lifted(batch, &*self.surface) {
             return self.fit(&lifted, device);
         }
@@ -154,12 +173,20 @@ impl SurfaceSpline {
             return refuse(format!("the tolerance is {}: give a positive number, such as 1e-8", self.tolerance));
         }
         ground::check(batch, &*self.surface, self.off_surface)?;
-        batch.allows(&[Constraint::Pinned], "splines in a surface")
+        batch.allows(&[Constraint::Pinned, Constraint::Tangents], "splines in a surface")?;
+        let has_heights = self.surface.globe().is_some() && batch.dimension() == 3;
+        if has_heights && self.smooths() && batch.constraints().tangents.is_some() {
+            return refuse(
+                "smoothing splines of heights have natural ends, and meet no tangents: leave the tangents out, or the heights"
+                    .into(),
+            );
+        }
+        Ok(())
     }
 
     /// Fits curves of longitudes and latitudes.
     fn fit_on_globe(&self, globe: Globe, batch: &CurveBatch) -> Result<Fit> {
-        let spatial = in_space(globe, batch);
+        let spatial = with_velocities(in_space(globe, batch), globe, batch)?;
         let within = SurfaceSpline { surface: Arc::new(globe.surface()), ..self.clone() };
         let (curves, reports) = within.fit_in_space(&spatial, &spatial)?;
         let heights = Heights::new(self.heights(batch, &curves)?);
@@ -181,28 +208,35 @@ impl SurfaceSpline {
         }
         let heights = Heights::batch(batch, t, closing)?;
         let (parametrisation, pin_ends) = (Parametrisation::Given, self.pin_ends);
-        let fit = match self.smoothing {
+        let fit = match self.smoothing.filter(|_| self.smooths()) {
             Some(lambda) => {
                 Smoothing { amount: Amount::Lambda(lambda), pin_ends, parametrisation }.fit(&heights, &Device::cpu())
             }
-            None => Natural { parametrisation, ..Natural::default() }.fit(&heights, &Device::cpu()),
+            None => {
+                let rise = |tangent: &[f64]| [if tangent[0].is_nan() { f64::NAN } else { tangent[2] }, 0.0];
+                let tangents = batch.constraints().tangents.as_ref();
+                let tangents = tangents.map(|tangents| tangents.chunks_exact(3).flat_map(rise).collect());
+                let heights = heights.with_constraints(Constraints { tangents, ..Constraints::default() })?;
+                Natural { ends: self.ends, parametrisation, shape: false }.fit(&heights, &Device::cpu())
+            }
         };
         fit.map(Some)
     }
 
     /// Fits curves whose points are on the surface. What is not fitted comes out as its points in `given`.
     fn fit_in_space(&self, batch: &CurveBatch, given: &CurveBatch) -> Result<(SurfaceCurves, Vec<CurveReport>)> {
-        let smooths = self.smoothing.is_some_and(|lambda| lambda > 0.0);
+        let in_lengths = self.smooths() || batch.constraints().tangents.is_some();
         let rule = match self.parametrisation {
-            Parametrisation::Auto if !smooths && !batch.has_parameters() => Parametrisation::Centripetal,
+            Parametrisation::Auto if !in_lengths && !batch.has_parameters() => Parametrisation::Centripetal,
             rule => rule,
         };
-        let coincident = if smooths { Coincident::Average } else { Coincident::Refuse };
-        let knots = Knots::new(batch, rule, coincident)?;
-        let starts = self.starts(batch, &knots)?;
+        let coincident = if self.smooths() { Coincident::Average } else { Coincident::Refuse };
+        let mut knots = Knots::new(batch, rule, coincident)?;
+        let velocities = self.velocities(batch, &mut knots);
+        let starts = self.starts(batch, &knots, &velocities)?;
         let found = parallel::map(batch.len(), 1, |i| match knots.unfitted.get(&i) {
             Some(problem) => Err(problem.clone()),
-            None => self.find(batch, &knots, i, &starts),
+            None => self.find(batch, &knots, i, &starts, velocities[i]),
         });
         let report = |found: &Result<Found, Unfitted>| match found {
             Ok(found) => found.report.clone(),
@@ -219,6 +253,11 @@ impl SurfaceSpline {
         };
         judge_known(&*self.surface, batch, &vertices, &mut reports);
         Ok((curves, reports))
+    }
+
+    /// Whether points need not be met.
+    fn smooths(&self) -> bool {
+        self.smoothing.is_some_and(|lambda| lambda > 0.0)
     }
 
     fn parts_a_span(&self) -> usize {

@@ -14,6 +14,7 @@
 
 mod costs;
 mod cubic;
+mod ends;
 mod energy;
 mod gpu;
 mod in_surface;
@@ -35,10 +36,11 @@ pub mod uniform;
 mod uniform_gpu;
 
 pub use cubic::CubicSplines;
+pub use ends::Ends;
 pub(crate) use gpu::GROUP;
 pub use in_surface::SurfaceSpline;
 pub use knots::Parametrisation;
-pub use natural::{Ends, Natural};
+pub use natural::Natural;
 pub use piecewise::{Boundary, Condition, Extrapolate, Knotted, Piecewise};
 pub use smoothing::{Amount, LAMBDA_CAP, LEAST_SHARE, LEAST_SHARE_OF_LAMBDA, Smoothing};
 pub(crate) use smoothing_gpu::kernel as smoothing_kernel;

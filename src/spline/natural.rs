@@ -14,6 +14,7 @@
 //! curve's rows go around.
 
 use super::cubic::CubicSplines;
+use super::ends::{Ends, Tangents, end_tangents};
 use super::gpu::{EndDerivatives, Samples};
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::sample::Sites;
@@ -28,19 +29,6 @@ use crate::parallel;
 use crate::precision::Precision;
 use crate::report::{CurveReport, CurveSet, Fit};
 use crate::status::CurveStatus;
-
-/// What holds at the two ends of an open curve. Closed curves are periodic, whatever is chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Ends {
-    /// Clamped at an end whose point has a tangent, natural at the other.
-    #[default]
-    Auto,
-    /// p″ = 0. A curve with tangents is refused.
-    Natural,
-    /// p′ is the tangent given at both ends; a curve without them is refused.
-    Clamped,
-}
 
 /// Interpolating cubic splines: the curve through the points with the least ∫|p″|² dt for the
 /// parameters chosen.
@@ -76,9 +64,6 @@ pub struct Natural {
     /// parametric curves*, Computer Aided Geometric Design 5 (1988), for sides; the sign of p′ × p″ of a cubic for spans.
     pub shape: bool,
 }
-
-/// Tangents asked for at the first and the last knot.
-pub(super) type Tangents<'a> = [Option<&'a [f64]>; 2];
 
 /// What solving the systems of a batch yields.
 struct Solved {
@@ -245,48 +230,14 @@ impl Natural {
 
     /// The tangents at the ends of curve `i`, or why it is refused.
     fn tangents<'a>(&self, batch: &'a CurveBatch, knots: &Knots, i: usize) -> Result<Tangents<'a>, String> {
-        let (n, d, closed) = (batch.count(i), batch.dimension(), batch.is_closed(i));
+        let (n, d) = (batch.count(i), batch.dimension());
         if let Some(curvatures) = &batch.constraints().curvatures {
             let first = batch.offsets()[i];
             if let Some(k) = (0..n).find(|k| !curvatures[(first + k) * d].is_nan()) {
                 return Err(batch.sentence(i, k, "a cubic spline cannot meet a curvature vector: leave it out"));
             }
         }
-        let entries = knots.repeats.get(&i);
-        let last = knots.range(i).len() - 1;
-        let mut ends: Tangents = [None, None];
-        for k in 0..n {
-            let Some(tangent) = batch.tangent(i, k) else { continue };
-            let knot = entries.map_or(k, |entries| entries[k] as usize);
-            let what = match knot {
-                _ if closed => "a closed spline is periodic and cannot meet a tangent: leave it out",
-                _ if self.ends == Ends::Natural => {
-                    "natural ends leave no room for a tangent: leave it out, or clamp the ends"
-                }
-                0 => {
-                    ends[0].get_or_insert(tangent);
-                    continue;
-                }
-                _ if knot == last => {
-                    ends[1].get_or_insert(tangent);
-                    continue;
-                }
-                _ => "a cubic spline meets tangents at its two ends only: leave this one out, or split the curve here",
-            };
-            return Err(batch.sentence(i, k, what));
-        }
-        if self.ends == Ends::Clamped && !closed {
-            for (end, k) in ends.iter().zip([0, n - 1]) {
-                if end.is_none() {
-                    return Err(batch.sentence(
-                        i,
-                        k,
-                        "clamped ends need a tangent here: give one, or let the ends be natural",
-                    ));
-                }
-            }
-        }
-        Ok(ends)
+        end_tangents(self.ends, batch, knots, i)
     }
 
     /// The tangents at the ends of curve `i`, none where it is not fitted.

@@ -64,6 +64,18 @@ impl Globe {
         [DVec3::new(-sin_lon, cos_lon, 0.0), DVec3::new(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat)]
     }
 
+    /// The velocity in space of a motion by so many degrees of longitude and of latitude, in a unit of time.
+    ///
+    /// Along the parallel it is that over N cos φ, and along the meridian over M = a²b²/(a² cos²φ + b² sin²φ)^3/2.
+    pub(crate) fn velocity(&self, [longitude, latitude]: [f64; 2], rates: [f64; 2]) -> DVec3 {
+        let [east, north] = self.compass(longitude, latitude);
+        let (sin, cos) = sin_cos_of_degrees(latitude);
+        let (a, b) = (self.equatorial, self.polar);
+        let root = (a * cos).hypot(b * sin);
+        let [along_parallel, along_meridian] = [a * (a * cos / root), (a / root) * (b / root) * (a / root) * b];
+        rates[0].to_radians() * along_parallel * east + rates[1].to_radians() * along_meridian * north
+    }
+
     /// The longitude, from −180° to 180°, and the latitude of a place on the surface. The longitude of a pole is 0.
     pub fn angles(&self, place: DVec3) -> [f64; 2] {
         let (a, b) = (self.equatorial, self.polar);
@@ -144,6 +156,21 @@ mod tests {
             }
             assert_eq!(globe.place(77.0, 90.0), DVec3::new(0.0, 0.0, globe.polar));
             assert_eq!(globe.angles(DVec3::new(0.0, 0.0, -globe.polar)), [0.0, -90.0]);
+        }
+    }
+
+    #[test]
+    fn velocities_are_differences_of_places() {
+        for globe in [Globe::sphere(3.0).unwrap(), Globe::WGS84] {
+            for (longitude, latitude) in [(0.0, 0.0), (180.0, -30.0), (13.4, 52.5), (-90.0, 89.0), (20.0, 90.0)] {
+                for rates in [[1.0, 0.0], [0.0, 1.0], [-2.0, 3.0]] {
+                    let h = 1e-4;
+                    let [before, after] =
+                        [-h, h].map(|h| globe.place(longitude + h * rates[0], latitude + h * rates[1]));
+                    let error = globe.velocity([longitude, latitude], rates).distance((after - before) / (2.0 * h));
+                    assert!(error < 1e-9 * globe.equatorial, "{longitude} {latitude} {rates:?}: {error:e}");
+                }
+            }
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use faircurve::discrete::{Energy, Fair, Segments, geodesic_bending, length};
 use faircurve::io::surfaces::surface_of;
 use faircurve::surface::{HeightField, Quadric, Surface};
-use faircurve::{CurveStatus, Device, Sampling};
+use faircurve::{Constraints, CurveStatus, Device, Sampling};
 use glam::DVec3;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -67,6 +67,29 @@ fn planar_points_are_those_of_the_terrain_over_them() {
     });
     assert_eq!(lifted.dimension(), 3);
     assert_eq!(lifted.points(0), given.points(0));
+}
+
+#[test]
+fn planar_tangents_are_those_of_the_terrain_over_them() {
+    let heights = (0..20 * 20).map(|k| (0.5 * f64::from(k % 20)).sin() * (0.4 * f64::from(k / 20)).cos()).collect();
+    let field = HeightField::new([20, 20], heights).unwrap();
+    let flat = [[3.2, 4.1], [8.0, 5.5], [12.7, 10.2]];
+    let (tangent, h) = ([0.6, 0.8], 1e-6);
+    let points = flat.map(|[x, y]| [x, y, field.height(x, y)]);
+    let along = |h: f64| field.height(flat[1][0] + h * tangent[0], flat[1][1] + h * tangent[1]);
+    let rise = (along(h) - along(-h)) / (2.0 * h);
+    let free = f64::NAN;
+    let fair = within(field, geodesic_bending(2.0) + 0.1 * length(), 16);
+    let planar = (one(&flat, false), vec![free, free, 0.6, 0.8, free, free]);
+    let spatial = (one(&points, false), vec![free, free, free, 0.6, 0.8, rise, free, free, free]);
+    let [lifted, given, without] = [planar, spatial, (one(&flat, false), vec![free; 6])].map(|(batch, tangents)| {
+        let constraints = Constraints { tangents: Some(tangents), ..Constraints::default() };
+        let fit = fair.fit(&batch.with_constraints(constraints).unwrap(), &Device::cpu()).unwrap();
+        assert_eq!(fit.reports()[0].status, CurveStatus::Converged, "{:?}", fit.reports()[0]);
+        fit.polylines(Sampling::PerSpan(4)).points(0).to_vec()
+    });
+    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart(&lifted, &given) < 1e-7 && apart(&lifted, &without) > 0.01, "{}", apart(&lifted, &given));
 }
 
 #[test]

@@ -178,6 +178,29 @@ fn curves_in_a_mesh_are_those_in_the_surface_that_it_stands_for() {
 }
 
 #[test]
+fn splines_on_the_globe_start_and_end_at_the_rates_of_their_tangents() {
+    let folder = folder("lon,lat,t,tx,ty\n10,50,0,0,2\n11,52,1,,\n14,53,2,1.5,0\n");
+    for method in ["--method natural", "--method smoothing --smoothing 0.1"] {
+        let lines = reports(&folder, &format!("--surface sphere {method} --write speed,heading"), 0);
+        assert_eq!(lines[0]["status"], "converged", "{lines:?}");
+        let text = fs::read_to_string(folder.path().join("out.csv")).unwrap();
+        let column = |name: &str| text.lines().next().unwrap().split(',').position(|own| own == name).unwrap();
+        let [speed, heading] = ["speed", "heading"].map(column);
+        let of = |line: &str, column: usize| line.split(',').nth(column).unwrap().parse::<f64>().unwrap();
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        let [first, last] = [rows[0], rows[rows.len() - 1]];
+        // 2° of latitude to the north, and 1.5° of longitude at 53° to the east, in a unit of t and in metres.
+        let rates = [2f64.to_radians(), 1.5f64.to_radians() * 53f64.to_radians().cos()];
+        let radii = [of(first, speed) / rates[0], of(last, speed) / rates[1]];
+        assert!(radii.iter().all(|radius| (radius / 6_371_008.8 - 1.0).abs() < 1e-8), "{radii:?}");
+        let turned = (of(first, heading) + 180.0).rem_euclid(360.0) - 180.0;
+        assert!(turned.abs() < 1e-6 && (of(last, heading) - 90.0).abs() < 1e-6, "{text}");
+    }
+    let lines = reports(&folder, "--surface sphere --smoothing 0.1 --method smoothing --pin none", 1);
+    assert!(lines[0]["message"].as_str().unwrap().contains("smoothing moves it: pin the ends"), "{lines:?}");
+}
+
+#[test]
 fn what_makes_no_sense_in_a_surface_is_refused_with_a_sentence() {
     let folder = folder(TRACKS);
     let refused = |arguments: &str, what: &str| {

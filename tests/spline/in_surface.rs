@@ -9,16 +9,16 @@ use glam::{DQuat, DVec3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-fn unit_sphere() -> Arc<dyn Surface> {
+pub fn unit_sphere() -> Arc<dyn Surface> {
     Arc::new(Quadric::sphere(1.0))
 }
 
-fn timed(points: &[DVec3], t: &[f64]) -> CurveBatch {
+pub fn timed(points: &[DVec3], t: &[f64]) -> CurveBatch {
     let points: Vec<[f64; 3]> = points.iter().map(|point| point.to_array()).collect();
     CurveBatch::from_slices(&[&points[..]]).unwrap().with_parameters(t.to_vec()).unwrap()
 }
 
-fn fit(spline: &SurfaceSpline, batch: &CurveBatch) -> Fit {
+pub fn fit(spline: &SurfaceSpline, batch: &CurveBatch) -> Fit {
     let fit = spline.fit(batch, &Device::cpu()).unwrap();
     for report in fit.reports() {
         assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
@@ -27,7 +27,7 @@ fn fit(spline: &SurfaceSpline, batch: &CurveBatch) -> Fit {
 }
 
 /// x, ẋ, a = D ẋ and j = D a of a Riemannian cubic on the unit sphere.
-type State = [DVec3; 4];
+pub type State = [DVec3; 4];
 
 /// D j + R(a, ẋ)ẋ = 0 with R(X, Y)Z = (Y·Z) X − (X·Z) Y, and D y = ẏ + (ẋ·y) x of tangent vectors.
 fn rate([x, v, a, j]: State) -> State {
@@ -36,7 +36,7 @@ fn rate([x, v, a, j]: State) -> State {
 }
 
 /// The cubic after a time, by the classical method of Runge and Kutta.
-fn go_on(mut state: State, time: f64) -> State {
+pub fn go_on(mut state: State, time: f64) -> State {
     let steps = 4000;
     let h = time / f64::from(steps);
     let moved = |state: &State, by: &State, h: f64| -> State { std::array::from_fn(|k| state[k] + h * by[k]) };
@@ -333,8 +333,8 @@ fn what_is_not_kept_is_refused_with_a_sentence() {
     refused(SurfaceSpline { tolerance: f64::NAN, ..spline.clone() }, &batch, "tolerance is NaN");
     refused(SurfaceSpline { off_surface: Some(-1.0), ..spline.clone() }, &batch, "-1 off the surface");
     refused(SurfaceSpline::new(unit_sphere()), &batch, "three coordinates");
-    let tangents = Constraints { tangents: Some(vec![1.0; 6]), ..Constraints::default() };
-    refused(spline.clone(), &batch.clone().with_constraints(tangents).unwrap(), "tangents");
+    let curvatures = Constraints { curvatures: Some(vec![1.0; 6]), ..Constraints::default() };
+    refused(spline.clone(), &batch.clone().with_constraints(curvatures).unwrap(), "curvature vectors");
     let antipodal = CurveBatch::from_slices(&[&[[0.0, 0.0], [180.0, 0.0]][..]]).unwrap();
     let report = &spline.fit(&antipodal, &Device::cpu()).unwrap().reports()[0].clone();
     assert_eq!(report.status, CurveStatus::Invalid);

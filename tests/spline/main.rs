@@ -4,6 +4,7 @@
 mod sides;
 
 mod in_surface;
+mod in_surface_ends;
 mod measures;
 mod oracle;
 mod piecewise;

@@ -43,6 +43,8 @@ pub(super) enum Held {
     Free,
     /// It stays where it is.
     Pinned,
+    /// It stays where it is, with its velocity.
+    Clamped,
     /// ½ weight |x − target|²
     Spring { weight: f64, target: DVec3 },
 }
@@ -136,13 +138,12 @@ impl Course<'_> {
 
     fn numbers(&self) -> Numbers {
         let mut count = 0;
-        let first = self.held.iter().map(|held| {
-            count += if *held == Held::Pinned { OWN - 2 } else { OWN };
-            count
+        let first = (0..self.held.len()).map(|node| {
+            let first = count;
+            count += self.free(node).len();
+            first
         });
-        let ends: Vec<usize> = first.collect();
-        let first = (0..ends.len()).map(|node| if node == 0 { 0 } else { ends[node - 1] }).collect();
-        Numbers { first, count }
+        Numbers { first: first.collect(), count }
     }
 
     /// A matrix of zeros in which every node is coupled to the one before it, and the last of a closed spline to the first.
@@ -209,7 +210,11 @@ impl Course<'_> {
 
     /// The unknowns of a node that are free, by their place among its [directions](Directions).
     fn free(&self, node: usize) -> std::ops::Range<usize> {
-        if self.held[node] == Held::Pinned { 2..OWN } else { 0..OWN }
+        match self.held[node] {
+            Held::Clamped => OWN..OWN,
+            Held::Pinned => 2..OWN,
+            Held::Free | Held::Spring { .. } => 0..OWN,
+        }
     }
 
     /// Derivatives by the unknowns.
@@ -224,6 +229,9 @@ impl Course<'_> {
     /// The nodes after a step of the unknowns.
     fn moved(&self, numbers: &Numbers, directions: &[Directions], step: &[f64]) -> Vec<Node> {
         let moved = |(node, own): (usize, &Node)| {
+            if self.held[node] == Held::Clamped {
+                return *own;
+            }
             let mut node_moved = *own;
             for (k, step) in self.free(node).zip(&step[numbers.first[node]..]) {
                 // Without the terms along the normal, which the way back to the surface brings.
@@ -299,7 +307,7 @@ impl Course<'_> {
         [by_place, by_velocity]: [DVec3; 2],
         lambda: f64,
     ) {
-        if self.held[node] == Held::Pinned {
+        if matches!(self.held[node], Held::Pinned | Held::Clamped) {
             return;
         }
         let Node { place, velocity } = self.nodes[node];

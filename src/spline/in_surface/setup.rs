@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::SurfaceSpline;
 use super::course::{Course, Ended, Held, Node};
+use super::velocities::Velocities;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraints;
 use crate::curve::vector;
@@ -30,10 +31,12 @@ pub(super) struct Starts {
 }
 
 impl SurfaceSpline {
-    /// Natural splines in space through the knots, with points between where the surface turns much.
-    pub(super) fn starts(&self, batch: &CurveBatch, knots: &Knots) -> Result<Starts> {
+    /// Splines in space through the knots, clamped where velocities are given, with points between where the surface turns
+    /// much.
+    pub(super) fn starts(&self, batch: &CurveBatch, knots: &Knots, velocities: &[Velocities]) -> Result<Starts> {
         let able: Vec<usize> = (0..batch.len()).filter(|i| !knots.unfitted.contains_key(i)).collect();
         let (mut coords, mut t, mut closing, mut offsets) = (Vec::new(), Vec::new(), Vec::new(), vec![0]);
+        let mut tangents = Vec::new();
         for &i in &able {
             let (own, places) = (knots.t(i), knots.values(i).as_chunks::<3>().0);
             for k in 0..own.len() - 1 {
@@ -54,13 +57,27 @@ impl SurfaceSpline {
                 closing.push(0.0);
             }
             offsets.push(t.len());
+            let first = tangents.len();
+            tangents.resize(3 * t.len(), f64::NAN);
+            for (velocity, at) in velocities[i].iter().zip([first, 3 * t.len() - 3]) {
+                if let Some(velocity) = velocity {
+                    tangents[at..at + 3].copy_from_slice(&velocity.to_array());
+                }
+            }
         }
-        let splines = natural(coords, offsets, able.iter().map(|&i| knots.closed[i]).collect(), t, closing, None)?;
+        let splines = natural(coords, offsets, able.iter().map(|&i| knots.closed[i]).collect(), t, closing, tangents)?;
         Ok(Starts { able, splines })
     }
 
     /// The spline of a curve that can be fitted.
-    pub(super) fn find(&self, batch: &CurveBatch, knots: &Knots, i: usize, starts: &Starts) -> Result<Found, Unfitted> {
+    pub(super) fn find(
+        &self,
+        batch: &CurveBatch,
+        knots: &Knots,
+        i: usize,
+        starts: &Starts,
+        velocities: Velocities,
+    ) -> Result<Found, Unfitted> {
         let (t, closed, parts) = (knots.t(i), knots.closed[i], self.parts_a_span());
         let refuse = |status: CurveStatus, k: usize, what: &str| {
             Err(Unfitted { status, message: batch.sentence(i, k.min(batch.count(i) - 1), what) })
@@ -87,7 +104,15 @@ impl SurfaceSpline {
         if let Some(row) = nodes.iter().position(|node| !(node.place + node.velocity).is_finite()) {
             return refuse(CurveStatus::Invalid, row / parts, &lost(&*self.surface));
         }
-        let held = self.held(batch, knots, i, nodes.len());
+        let mut held = self.held(batch, knots, i, nodes.len());
+        for (velocity, row) in velocities.into_iter().zip([0, nodes.len() - 1]) {
+            let Some(velocity) = velocity else { continue };
+            if held[row] != Held::Pinned {
+                let what = "it has a tangent, and smoothing moves it: pin the ends, or leave the tangent out";
+                return refuse(CurveStatus::Invalid, row, what);
+            }
+            (held[row], nodes[row].velocity) = (Held::Clamped, velocity);
+        }
         let surface = &*self.surface;
         let (tolerance, max_iterations) = (self.tolerance, self.max_iterations);
         let mut course = Course { surface, steps, held, nodes, tolerance, max_iterations };
@@ -155,7 +180,7 @@ impl SurfaceSpline {
             closed.push(is_closed);
             offsets.push(t.len());
         }
-        natural(coords, offsets, closed, t, closing, Some(tangents))
+        natural(coords, offsets, closed, t, closing, tangents)
     }
 }
 
@@ -166,11 +191,11 @@ fn natural(
     closed: Vec<bool>,
     t: Vec<f64>,
     closing: Vec<f64>,
-    tangents: Option<Vec<f64>>,
+    tangents: Vec<f64>,
 ) -> Result<CubicSplines> {
     let batch = CurveBatch::from_ragged(3, coords, offsets)?.closed_each(closed)?;
     let batch = batch.with_parameters(t)?.with_closing_spans(closing)?;
-    let batch = batch.with_constraints(Constraints { tangents, ..Constraints::default() })?;
+    let batch = batch.with_constraints(Constraints { tangents: Some(tangents), ..Constraints::default() })?;
     let natural = Natural { parametrisation: Parametrisation::Given, ..Natural::default() };
     Ok(natural.fit_splines(&batch, &Device::cpu())?.0)
 }
