@@ -37,10 +37,9 @@ pub(crate) struct Within<S, const D: usize> {
     form: Form<S, D>,
     /// Where the vertices of the bases lie. Closed curves repeat their first.
     places: Vec<Vector<S, D>>,
-    /// n and W = ∇²F/|∇F| where the vertices were last framed.
+    /// n where the vertices were last framed.
     normals: Vec<Vector<S, D>>,
-    ///
-    /// Of quadrics 1/|∇F| stands in place of W.
+    /// W = ∇²F/|∇F| there; of quadrics, whose ∇²F is the same everywhere, 1/|∇F| instead.
     shapes: Vec<Block<S, D>>,
     flatness: Vec<S>,
     /// Whether they were framed where the curves stand.

@@ -5,11 +5,11 @@ use glam::DVec3;
 use crate::arclength;
 use crate::batch::{Column, Values};
 use crate::curve::Curve;
+use crate::surface::Globe;
 use crate::words::words;
 
-/// The mean radius of the Earth in metres (IUGG, R₁): lengths on this sphere are within 0.6 % of those
-/// on the ellipsoid.
-const EARTH: f64 = 6_371_008.8;
+/// The mean radius of the Earth in metres: lengths on this sphere are within 0.6 % of those on the ellipsoid.
+const EARTH: f64 = Globe::EARTH;
 
 /// What is written of a curve beside its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -66,7 +66,7 @@ fn raw_positions_become_hourly_ones_with_all_that_belongs_to_them() {
     // The last track is a straight line of 0.4 and 1 degrees in two hours.
     let [speed, heading] = [7, 8].map(|k| lines[6].split(',').nth(k).unwrap().parse::<f64>().unwrap());
     let east = 0.4 * (-15.5_f64).to_radians().cos();
-    let metres = east.hypot(1.0).to_radians() * 6_371_008.8;
+    let metres = east.hypot(1.0).to_radians() * 6_371_008.771_4;
     assert!((speed / (metres / 7200.0) - 1.0).abs() < 1e-3, "{speed} {metres}");
     let course = (0.4 * (-15.1666_f64).to_radians().cos()).atan2(1.0).to_degrees();
     assert!((heading - course).abs() < 1e-3, "{heading} {course}");
@@ -218,7 +218,7 @@ fn lengths_and_speeds_of_longitudes_and_latitudes_are_metres_on_the_earth() {
     let folder = ships();
     // A quarter of the equator, of a meridian, and of the parallel of 60°, in 1,000 s each; across
     // ±180° too.
-    let quarter = std::f64::consts::FRAC_PI_2 * 6_371_008.8;
+    let quarter = std::f64::consts::FRAC_PI_2 * 6_371_008.771_4;
     let rows = "curve,t,lon,lat\n\
         equator,0,0,0\nequator,500,45,0\nequator,1000,90,0\n\
         meridian,0,5,0\nmeridian,500,5,45\nmeridian,1000,5,90\n\
