@@ -1,5 +1,6 @@
 //! [`Mesh`]: smooth surfaces through the vertices of triangles.
 
+mod cells;
 mod closest;
 mod jet;
 mod patch;
@@ -8,6 +9,7 @@ mod tree;
 
 use glam::{DMat3, DVec3};
 
+use self::cells::Cells;
 use self::closest::Part;
 use self::jet::Jet;
 use self::patch::Patch;
@@ -104,7 +106,7 @@ pub struct Mesh {
     patches: Vec<Patch>,
     /// Whether patches of another sheet reach a vertex.
     mixed: Vec<bool>,
-    reaches: Tree,
+    reaches: Cells,
     triangles: Tree,
 }
 
@@ -144,8 +146,7 @@ impl Mesh {
                 Patch::flat(place, reach, normals[i]).fitted(&ring(&topology, &normals, i))
             })
             .collect();
-        let around = |patch: &Patch| Sides::around(&[patch.place - patch.reach, patch.place + patch.reach]);
-        let reaches = Tree::new(&patches.iter().map(around).collect::<Vec<_>>());
+        let reaches = Cells::new(&patches.iter().map(|patch| (patch.place, patch.reach)).collect::<Vec<_>>());
         let corners = |t: usize| Sides::around(&topology.corners(t));
         let triangles = Tree::new(&(0..topology.triangles.len()).map(corners).collect::<Vec<_>>());
         let mut mesh = Mesh { mixed: vec![], topology, patches, reaches, triangles };
@@ -164,16 +165,16 @@ impl Mesh {
     fn is_mixed(&self, i: usize) -> bool {
         let own = &self.patches[i];
         let (mut faces_away, mut above) = (false, vec![]);
-        self.reaches.around(own.place, |k| {
-            let other = &self.patches[k];
+        for &k in self.reaches.at(own.place).1 {
+            let other = &self.patches[k as usize];
             let way = other.place - own.place;
             if way.length() < other.reach {
                 faces_away |= own.normal.dot(other.normal) < OPPOSED;
                 if own.normal.dot(way).abs() > 0.5 * way.length() {
-                    above.push(k);
+                    above.push(k as usize);
                 }
             }
-        });
+        }
         faces_away || above.iter().any(|&k| !self.leads_to(i, k))
     }
 
@@ -199,19 +200,18 @@ impl Mesh {
     /// Σ w F / Σ w, with derivatives up to an order. Numbers that are none where nothing reaches.
     fn jet_to<const ORDER: u8>(&self, x: DVec3, along: DVec3) -> Jet {
         let (mut weights, mut sum) = (Jet::ZERO, Jet::ZERO);
-        self.reaches.around(x, |i| {
-            if let Some((weight, own)) = self.patches[i].jets::<ORDER>(x, along) {
+        for &i in self.reaches.at(x).1 {
+            if let Some((weight, own)) = self.patches[i as usize].jets::<ORDER>(x, along) {
                 weights += weight;
                 sum += weight.times(&own, along);
             }
-        });
+        }
         sum.over(&weights, along)
     }
 
     /// Where the way along ∇F ends. `None` out of reach.
     fn below(&self, x: DVec3) -> Option<DVec3> {
-        let mut size = 0.0;
-        self.reaches.around(x, |i| size = f64::max(size, self.patches[i].reach));
+        let size = self.reaches.at(x).0;
         let slope = |x: DVec3| {
             let jet = self.jet_to::<1>(x, DVec3::ZERO);
             (jet.value, jet.gradient)
