@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch};
 
 /// Places this part of a spacing beyond the grid are taken as on its edge.
+// Not in the kernel: the host judges curves.
 const EDGE: f64 = 1e-9;
 
 /// Steps of the descents to a foot and to a closest point.
@@ -30,6 +31,8 @@ const MOST_HALVINGS: usize = 40;
 ///
 /// Beyond the grid h goes on along its tangents, C² too, so that descents do not break there. What lies there is no
 /// terrain: [`Surface::unknown`] says so.
+///
+/// Fair curves run on GPUs with f64, with a table of 4 numbers a node. They are within 1e-9 of their size of the CPU's.
 ///
 /// **Accuracy**, where h takes the place of a smooth function: the errors of h, of its slopes and of its second derivatives
 /// fall as D⁴, D³ and D² with the spacing D. For sin(2πx/L) sin(2πy/L) at L = 20 D they are 5.1e-5, 2.5e-4 and 8.2e-3 of
@@ -239,6 +242,21 @@ impl Surface for HeightField {
             }
         }
         None
+    }
+
+    fn wgsl(&self) -> Option<String> {
+        Some(include_str!("../../shaders/surface/heights.wgsl").into())
+    }
+
+    /// Rows, columns, Δx, Δy, x₀, y₀, and the nodes.
+    fn wgsl_table(&self) -> Vec<f64> {
+        let shape = self.shape.map(|count| count as f64);
+        [&shape[..], &self.spacing, &self.origin, self.nodes.as_flattened()].concat()
+    }
+
+    /// Steps of the foot that are halved turn twice.
+    fn wgsl_turns(&self) -> usize {
+        1
     }
 
     /// The closest point of the terrain, by a descent from straight below x.

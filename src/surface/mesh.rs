@@ -22,9 +22,11 @@ use crate::error::{Error, Result};
 ///
 /// On tori of regular and of shaken vertices, of 1.5, 2, 2.5 and 3 this and 3 have the least errors of normals and of
 /// curvatures. The larger reach asks for sheets farther apart.
+// Not in the kernel: the host fits patches and judges curves.
 const REACH: f64 = 2.5;
 
 /// At least this times the longest edge of a vertex is its reach: all triangles are within reach of their corners.
+// Not in the kernel: see `REACH`.
 const LONGEST: f64 = 1.25;
 
 /// Rings of neighbours that are fitted at the most: the third where two have fewer than so many, as at rims.
@@ -35,9 +37,11 @@ const ENOUGH: usize = 15;
 const MOST_AROUND: usize = 200;
 
 /// A point is beyond a rim by more than this part of the longest side there.
+// Not in the kernel: see `REACH`.
 const BEYOND: f64 = 0.1;
 
 /// Normals with a cosine below this are those of two sheets.
+// Not in the kernel: see `REACH`.
 const OPPOSED: f64 = -0.5;
 
 /// The smooth surface that a triangle mesh stands for.
@@ -73,6 +77,12 @@ const OPPOSED: f64 = -0.5;
 ///
 /// Vertices are taken as they stand. Noise of a scan is in the surface too: smooth the mesh first. Creases are rounded within
 /// about a reach, and the surface swings beside them: geodesics over the edge of a cube are too long by a part of about h/10.
+///
+/// # On GPUs
+///
+/// Fair curves run on GPUs with f64, with the patches in a table of 23 numbers a vertex and of 25 to 50 for the lists of those
+/// that reach into a place. Fair curves there are within 1e-9 of their size of the CPU's. A curve of which a step leaves the
+/// reach of all patches is left to the CPU.
 ///
 /// # Where it is not known
 ///
@@ -277,6 +287,21 @@ impl Surface for Mesh {
     /// Beyond the reach of the triangles it is the closest point: chords of few points pass there.
     fn foot(&self, x: DVec3) -> Option<DVec3> {
         self.below(x).or_else(|| self.closest(x))
+    }
+
+    /// Curves that come out of reach are left to the CPU.
+    fn wgsl(&self) -> Option<String> {
+        Some(include_str!("../../shaders/surface/mesh.wgsl").into())
+    }
+
+    fn wgsl_table(&self) -> Vec<f64> {
+        let mut table = self.reaches.table(Patch::NUMBERS);
+        self.patches.iter().for_each(|patch| table.extend(patch.numbers()));
+        table
+    }
+
+    fn wgsl_turns(&self) -> usize {
+        self.reaches.turns()
     }
 
     /// From the closest point of the triangles.

@@ -10,6 +10,13 @@ const TOGETHER: usize = 8;
 /// Cuts on the way to a cell at the most.
 const MOST_CUTS: usize = 64;
 
+/// The numbers of a node in a table, and of the box around all.
+const NODE: usize = 4;
+const SIDES: usize = 6;
+
+/// Where a node is no cut.
+const NO_AXIS: f64 = 3.0;
+
 #[derive(Clone, Copy, Debug)]
 enum Node {
     /// Two halves along an axis. That below the cut is the next node.
@@ -24,6 +31,8 @@ pub struct Cells {
     sides: Sides,
     nodes: Vec<Node>,
     items: Vec<u32>,
+    /// The most nodes on the way to a cell and items there.
+    turns: usize,
 }
 
 impl Cells {
@@ -31,7 +40,7 @@ impl Cells {
     pub fn new(balls: &[(DVec3, f64)]) -> Self {
         let ends = balls.iter().flat_map(|(middle, reach)| [*middle - *reach, *middle + *reach]);
         let sides = Sides::around(&ends.collect::<Vec<_>>());
-        let mut cells = Cells { sides, nodes: vec![], items: vec![] };
+        let mut cells = Cells { sides, nodes: vec![], items: vec![], turns: 0 };
         cells.divide(balls, sides, &(0..balls.len() as u32).collect::<Vec<_>>(), 0);
         cells
     }
@@ -45,6 +54,7 @@ impl Cells {
             let (first, count) = (self.items.len() as u32, within.len() as u32);
             self.items.extend(within);
             self.nodes.push(Node::Cell { first, count, reach: reaches().fold(0.0, f64::max) });
+            self.turns = self.turns.max(cuts + within.len());
             return;
         }
         let (own, at) = (self.nodes.len(), 0.5 * sides.low[axis] + 0.5 * sides.high[axis]);
@@ -72,5 +82,29 @@ impl Cells {
                 Node::Cell { first, count, reach } => return (reach, &self.items[first as usize..][..count as usize]),
             }
         }
+    }
+
+    /// The most turns that loops take on the way to a cell and through its items.
+    pub fn turns(&self) -> usize {
+        self.turns
+    }
+
+    /// The box, the nodes and the items of a table that kernels read: where a node or an item is stands there as its place
+    /// in the table. Items follow each other `width` numbers each, behind all this.
+    pub fn table(&self, width: usize) -> Vec<f64> {
+        let of_node = |node: usize| (SIDES + NODE * node) as f64;
+        let lists = SIDES + NODE * self.nodes.len();
+        let items = lists + self.items.len();
+        let mut table = [self.sides.low.to_array(), self.sides.high.to_array()].concat();
+        for node in &self.nodes {
+            table.extend(match *node {
+                Node::Cut { axis, at, above } => [axis as f64, at, of_node(above as usize), 0.0],
+                Node::Cell { first, count, reach } => {
+                    [NO_AXIS, reach, (lists + first as usize) as f64, f64::from(count)]
+                }
+            });
+        }
+        table.extend(self.items.iter().map(|&k| (items + width * k as usize) as f64));
+        table
     }
 }
