@@ -81,10 +81,14 @@ const GIVEN_STEP: u32 = 3u;
 @group(0) @binding(6) var<storage, read_write> lanes: array<real>;
 @group(0) @binding(7) var<storage, read_write> displacements: array<real>;
 // Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the
-// border, fractions of spans, with SURFACE n·g of the curve as it stands and of the trial; last the pins'. With NEWTON the factors come before the pins', and
+// border, fractions of spans, with SURFACE n·g of the curve as it stands and of the trial, and where the trial moves vertices; last the pins'. With NEWTON the factors come before the pins', and
 // what they share with the border of a closed curve before its first section; with LANES in their
 // place the blocks by vertices, and after the pins' what the lanes of a ring share.
 @group(0) @binding(8) var<storage, read_write> work: array<real>;
+//:if SURFACE_TABLE
+// What the text of the surface reads.
+@group(0) @binding(9) var<storage, read> surface_table: array<real>;
+//:end
 
 // A curve as its thread sees it: first words of its sections.
 struct Curve {
@@ -107,6 +111,7 @@ struct Curve {
 //:if SURFACE
     push: u32,
     trial_push: u32,
+    moved: u32,
 //:end
     pin_section: u32,
 //:if LANES
@@ -139,6 +144,18 @@ fn load_weight(curve: Curve, index: u32) -> real {
 //:include discrete/descent/trial.wgsl
 //:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset HOLD=load_hold PLACE=trial DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction STORE_PUSH=store_push
 //:include discrete/lane.wgsl
+
+//:if SURFACE_WGSL
+// Whether the host is to begin the curve anew: the text has left it, or the driver has ended loops of this thread, which
+// then do not turn twice.
+fn is_for_host() -> bool {
+    var turns = 0u;
+    for (var k = 0u; k <= min(params.tasks, 1u); k++) {
+        turns++;
+    }
+    return is_left || turns < 2u;
+}
+//:end
 
 // Largest step that changes no edge by more than its allowed part.
 fn most_step(largest_square: real) -> real {

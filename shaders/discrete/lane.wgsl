@@ -9,6 +9,9 @@ const STANDING_STALLED: u32 = 3u;
 const STANDING_EXHAUSTED: u32 = 4u;
 const STANDING_UNBOUNDED: u32 = 5u;
 const STANDING_BROKEN: u32 = 6u;
+// No twin: the host descends the curve.
+const STANDING_LEFT: u32 = 7u;
+
 const PATIENCE: u32 = 100u;
 const NEWTON_PATIENCE: u32 = 16u;
 const PROGRESS: real = real(0.7);

@@ -7,17 +7,65 @@ fn load_surface_vector(curve: Curve, number: u32) -> vector {
 }
 
 // A surface F = 0 of which SURFACE_WGSL is the text: F and its derivatives in units of the input, for the place
-// origin + size · y. A trial goes along the tangents and then along ∇F.
+// origin + size · y. A trial goes along the tangents and then along ∇F. With SURFACE_JET and SURFACE_FOOT the text has those
+// functions itself.
 //:if SURFACE_WGSL
 // Twin: ../surface/mod.rs
 const MOST_STEPS: u32 = 50u;
 // No twin: 4 ε of f64, the precision of these kernels.
 const LEAST_STEP: real = real(8.881784197001252e-16);
-// No twin: where a place has no foot the trial is refused for its energy.
-const NOWHERE: real = real(1e30);
+
+// F and its derivatives at a point.
+struct SurfaceJet {
+    value: real,
+    gradient: vector,
+    hessian: matrix,
+}
+
+// Whether the text has left the curve to the host.
+var<private> is_left: bool;
+
+// No number: its trial is refused.
+fn surface_nowhere(x: vector) -> vector {
+    return vector(sqrt(real(-1) - dot(x, x)));
+}
+
+// No number, of a curve that is left to the host.
+fn surface_left(x: vector) -> vector {
+    is_left = true;
+    return surface_nowhere(x);
+}
+
+// The largest of its coordinates.
+fn surface_reach(x: vector) -> real {
+    return max(max(abs(x.x), abs(x.y)), abs(x.z));
+}
 
 $SURFACE_WGSL
 
+//:if SURFACE_JET
+//:else
+fn surface_jet(x: vector) -> SurfaceJet {
+    return SurfaceJet(surface_value(x), surface_gradient(x), surface_hessian(x));
+}
+
+//:end
+//:if SURFACE_FOOT
+//:else
+fn surface_foot(x: vector) -> vector {
+    var foot = x;
+    for (var k = 0u; k < MOST_STEPS; k++) {
+        let gradient = surface_gradient(foot);
+        let step = (-surface_value(foot) / dot(gradient, gradient)) * gradient;
+        foot += step;
+        if (sqrt(dot(step, step)) <= LEAST_STEP * surface_reach(foot)) {
+            return foot;
+        }
+    }
+    return surface_nowhere(x);
+}
+
+//:end
 struct Surface {
     origin: vector,
     size: real,
@@ -38,26 +86,16 @@ fn load_surface(curve: Curve) -> Surface {
 
 fn frame_at(surface: Surface, y: vector) -> Frame {
     let x = surface.origin + surface.size * y;
-    let gradient = surface_gradient(x);
-    let inverse = real(1) / sqrt(dot(gradient, gradient));
+    let jet = surface_jet(x);
+    let inverse = real(1) / sqrt(dot(jet.gradient, jet.gradient));
     let unit = surface.size * inverse;
-    return Frame(inverse * gradient, unit * surface_hessian(x), x, surface.size * unit);
+    return Frame(inverse * jet.gradient, unit * jet.hessian, x, surface.size * unit);
 }
 
 // The way from a place to its foot.
 fn way_back(surface: Surface, y: vector) -> vector {
     let x = surface.origin + surface.size * y;
-    var foot = x;
-    for (var k = 0u; k < MOST_STEPS; k++) {
-        let gradient = surface_gradient(foot);
-        let step = (-surface_value(foot) / dot(gradient, gradient)) * gradient;
-        foot += step;
-        let reach = max(max(abs(foot.x), abs(foot.y)), abs(foot.z));
-        if (sqrt(dot(step, step)) <= LEAST_STEP * reach) {
-            return (foot - x) * (real(1) / surface.size);
-        }
-    }
-    return vector(NOWHERE);
+    return (surface_foot(x) - x) * (real(1) / surface.size);
 }
 //:else
 // The quadric ½ yᵀA y + b·y + c = 0 in the curve's own coordinates.

@@ -48,6 +48,9 @@ pub(crate) const QUADRIC: usize = 13;
 /// The numbers of another surface: the origin and the size of a curve's coordinates.
 const PLACED: usize = 4;
 
+/// The table that the text of a surface may read.
+pub(super) const SURFACE_TABLE: &str = "surface_table";
+
 #[derive(Clone, Copy, Debug)]
 enum Entry {
     /// A weight and the degree of its functional.
@@ -162,6 +165,12 @@ impl Composition {
         let numbers = match text {
             Some(text) => {
                 self.define("SURFACE_WGSL", text);
+                let own = [
+                    ("SURFACE_JET", "fn surface_jet("),
+                    ("SURFACE_FOOT", "fn surface_foot("),
+                    ("SURFACE_TABLE", SURFACE_TABLE),
+                ];
+                own.into_iter().filter(|(_, word)| text.contains(word)).for_each(|(name, _)| self.define(name, 1));
                 PLACED
             }
             None => QUADRIC,
@@ -282,5 +291,20 @@ mod tests {
         let names = [0, 1].map(|k| &composition.definitions[&format!("TERM.{k}.NAME")]);
         assert_eq!(names, ["bending", "bending_1"]);
         assert_eq!(composition.entries(&[5.0, 7.0], 0.0).iter().take(2).sum::<f64>(), 12.0);
+    }
+
+    #[test]
+    fn texts_of_surfaces_say_what_they_bring() {
+        let of = |text: &str| {
+            let composition = Composition::of(&bending(2.0), 2, 3, Precision::F64).unwrap().in_surfaces(Some(text));
+            let names = ["SURFACE_JET", "SURFACE_FOOT", "SURFACE_TABLE"];
+            names.map(|name| composition.definitions.contains_key(name))
+        };
+        assert_eq!(of("fn surface_value(x: vector) -> real"), [false, false, false]);
+        assert_eq!(
+            of("fn surface_foot(x: vector) -> vector { return surface_jet(x).gradient; }"),
+            [false, true, false]
+        );
+        assert_eq!(of("fn surface_jet(x: vector) -> SurfaceJet { return surface_table[0]; }"), [true, false, true]);
     }
 }

@@ -1,29 +1,31 @@
 //! Descents on a GPU, by dispatches of `shaders/discrete/descent.wgsl` until no curve is running.
 
+mod forms;
 mod lanes;
 mod packing;
 #[cfg(all(test, feature = "gpu"))]
 mod tests;
+mod turns;
 
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use lanes::{LANES, fastest, open_lanes};
+pub(crate) use forms::descent_kernels;
+use lanes::{fastest, open_lanes};
 use packing::Layout;
+use turns::tasks;
 
 use super::compose::Composition;
-use super::energy::{
-    Energy, Fencing, attachment, bending, geodesic_bending, length, tautness, tension, torsion, variation,
-};
+use super::energy::{Energy, attachment};
 use super::lane::Standing;
 use super::plan::{Direction, Plan, Step};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu, order_of};
+use super::within::has_kernel;
 use crate::error::{Error, Result};
 use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline};
-use crate::linalg::block_ring::ring_of;
 use crate::precision::Precision;
-use crate::surface::{Surface, Torus};
+use crate::surface::Surface;
 
 /// Threads in a workgroup: a whole wave of the widest hardware.
 pub(crate) const GROUP: usize = 64;
@@ -123,63 +125,6 @@ pub(crate) fn descent_kernel(composition: &Composition, order: usize, way: Way, 
     KernelKey { path: "discrete/descent.wgsl", entry: "descend", precision, definitions }
 }
 
-/// Some forms of the kernel, a few of each order.
-pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
-    let forms = [
-        (length(), 0),
-        (tension(), 1),
-        (length() + attachment(), 1),
-        (bending(2.0), 2),
-        (bending(3.0) + length(), 2),
-        (bending(2.7) + tension() + attachment(), 2),
-        (bending(2.0) + tautness(), 2),
-        (bending(2.0) + tautness() + attachment(), 2),
-        ((bending(2.0) + tautness()).fenced(Fencing { kinds: [true, true, false, false], ..Fencing::default() }), 2),
-        (
-            bending(2.0).fenced(Fencing {
-                kinds: [true, false, true, false],
-                direction: [0.6, 0.8, 0.0],
-                walls: 2,
-                stretch: true,
-                ..Fencing::default()
-            }),
-            2,
-        ),
-        (variation().fenced(Fencing { kinds: [false, false, false, true], walls: 1, ..Fencing::default() }), 3),
-        (variation() + length(), 3),
-        (torsion() + bending(2.0) + attachment(), 3),
-    ];
-    let mut keys = Vec::new();
-    for energy in [geodesic_bending(2.0) + tautness(), geodesic_bending(3.0) + length() + attachment()] {
-        let composition = Composition::of(&energy, 2, 3, precision).expect("built in").in_surfaces(None);
-        keys.extend(LANES.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
-    }
-    if precision == Precision::F64 {
-        let composition = Composition::of(&geodesic_bending(2.0), 2, 3, precision).expect("built in");
-        let torus = Torus::new(2.0, 1.0).expect("R > r").wgsl();
-        let composition = composition.in_surfaces(torus.as_deref());
-        keys.extend(LANES.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
-    }
-    for (energy, order) in forms {
-        for dimension in [2, 3] {
-            let gauge = if order > 1 { order } else { 0 };
-            let composition = Composition::of(&energy, gauge, dimension, precision).expect("built in");
-            let gradients = (order < 3 && !energy.is_fenced()).then_some(Way::Gradients);
-            let lanes: &[usize] = match order {
-                // In f32 it has too few digits for fences.
-                2 if energy.is_fenced() && precision != Precision::F64 => &[],
-                2 => &LANES,
-                // In f32 it has too few digits.
-                3 if precision == Precision::F64 => &LANES[1..],
-                _ => &[],
-            };
-            let ways = gradients.into_iter().chain(lanes.iter().map(|&lanes| Way::Newton(lanes)));
-            keys.extend(ways.map(|way| descent_kernel(&composition, order, way, precision)));
-        }
-    }
-    keys
-}
-
 /// Descends every curve from its base.
 ///
 /// Where the plan asks for Newton's method and the inner product is of order 2 or 3, that method is
@@ -189,6 +134,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
 ///
 /// - curves too long for a thread, where lanes do not share them;
 /// - curves that keep tangents;
+/// - curves in surfaces whose text leaves them, or turns loops too often;
 /// - curves with an inner product of order 3, in f32 and by other methods than Newton's: f32 cannot
 ///   hold it.
 ///
@@ -231,15 +177,16 @@ impl<const D: usize> Run<'_, D> {
         let problems = self.problems;
         let ways = self.ways();
         let takes = |way: Way, i: usize| self.turns(way, i) <= LOOP_TURNS;
-        let is_taken = |i: usize| self.is_for_kernel(i) && ways.iter().any(|&way| takes(way, i));
-        let (mut order, host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| is_taken(i));
+        let table = self.table();
+        let is_taken = |i: usize| table.is_some() && self.is_for_kernel(i) && ways.iter().any(|&way| takes(way, i));
+        let (mut order, mut host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| is_taken(i));
         order.sort_by_key(|&i| (problems[i].vertices(), problems[i].closed, problems[i].pinned.len(), i));
         let mut outcomes: Vec<Outcome<D>> = problems.iter().map(unfinished).collect();
-        if !order.is_empty() {
+        if let Some(table) = table.filter(|_| !order.is_empty()) {
             let composition = self.composition(&order)?;
             let possible: Vec<Way> = ways.into_iter().filter(|&way| order.iter().all(|&i| takes(way, i))).collect();
-            let job = Job { run: self, way: self.choose(&possible, &order), composition };
-            kept(job.descend(&order, &mut outcomes, progress, ended))?;
+            let job = Job { run: self, way: self.choose(&possible, &order), composition, table };
+            kept(job.descend(&order, &mut outcomes, progress, (&mut host, ended)))?;
         }
         let own: Vec<Problem<D>> = host.iter().map(|&i| problems[i].clone()).collect();
         let descended = descend_on_cpu(self.plan, self.energy, &own, &|k, outcome| ended(host[k], outcome));
@@ -278,8 +225,17 @@ impl<const D: usize> Run<'_, D> {
         Way::Newton(lanes)
     }
 
-    fn turns(&self, way: Way, i: usize) -> usize {
-        loop_turns(self.plan.order, way, self.problems[i].vertices(), self.problems[i].pinned.len())
+    /// The surface of all curves.
+    fn surface(&self) -> Option<&dyn Surface> {
+        let local = self.problems.iter().find_map(|problem| problem.surface.as_ref()).filter(|_| D == 3);
+        local.map(|local| &*local.surface)
+    }
+
+    /// The table of the surface. Nothing if no binding of the device has room for it.
+    fn table(&self) -> Option<Vec<f64>> {
+        let table = self.surface().map(Surface::wgsl_table).unwrap_or_default();
+        let bytes = table.len() as u64 * self.precision.bytes();
+        (bytes <= self.gpu.limits().array_bytes()).then_some(table)
     }
 
     fn is_for_kernel(&self, i: usize) -> bool {
@@ -288,7 +244,7 @@ impl<const D: usize> Run<'_, D> {
         let has_order = order_of(order, problem.closed, problem.vertices()) == order;
         // A curve that nothing holds slides along itself, which the host damps.
         let is_in_surface = problem.surface.as_ref().is_none_or(|surface| {
-            surface.has_kernel(self.precision)
+            has_kernel(&*surface.surface, self.precision, self.gpu.limits())
                 && order == 2
                 && self.plan.direction == Direction::Newton
                 && !problem.is_loose()
@@ -306,8 +262,7 @@ impl<const D: usize> Run<'_, D> {
             energy = energy + attachment();
         }
         let composition = Composition::of(&energy, self.plan.gauge, D, self.precision).map_err(Error::Argument)?;
-        let surface = self.problems.iter().find_map(|problem| problem.surface.as_ref()).filter(|_| D == 3);
-        Ok(match surface.map(|local| &local.surface) {
+        Ok(match self.surface() {
             Some(surface) if surface.quadric().is_some() => composition.in_surfaces(None),
             Some(surface) => composition.in_surfaces(surface.wgsl().as_deref()),
             None => composition,
@@ -320,31 +275,12 @@ fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
     Outcome::moved(vec![[0.0; D]; problem.vertices()])
 }
 
-/// The most loop turns of one tick.
-///
-/// This is an accepted step plus a restart in another lane of the same subgroup. It counts the
-/// loops over the rows in the kernel's text, some turns for the windows, and the loops over the
-/// pins.
-fn loop_turns(order: usize, way: Way, rows: usize, pins: usize) -> usize {
-    let lanes = way.lanes();
-    if lanes > 1 {
-        // The base; the blocks and the chunk's vertices before; the ring, four times; the step and
-        // its length; sums, edges, the network and four times its solutions. A lane has whole spans
-        // between pins, three times. It adds up what the other lanes found, and the workgroup. Order
-        // 3 has a second system of the vertices in place of the network.
-        let chunk = rows.div_ceil(ring_of(rows, order, lanes));
-        return 16 * (chunk + 4) + 3 * rows + 7 * pins.div_ceil(ring_of(pins, order, lanes)) + 8 * lanes + GROUP;
-    }
-    // The base (once), the sweep, the step, two directions or Newton's system there and back. Then
-    // the inner product.
-    let loops = 5 + [1, 3, 9][order];
-    loops * (rows + 8) + if order == 2 { 4 * pins } else { 0 }
-}
-
 struct Job<'a, const D: usize> {
     run: &'a Run<'a, D>,
     composition: Composition,
     way: Way,
+    /// What the text of the surface reads.
+    table: Vec<f64>,
 }
 
 impl<'a, const D: usize> Job<'a, D> {
@@ -353,7 +289,7 @@ impl<'a, const D: usize> Job<'a, D> {
         order: &[usize],
         outcomes: &mut [Outcome<D>],
         progress: &mut dyn FnMut(usize),
-        ended: Ended<'_, D>,
+        (host, ended): (&mut Vec<usize>, Ended<'_, D>),
     ) -> Result<(), Interrupted> {
         let gpu = self.run.gpu;
         let side = self.way.side();
@@ -367,8 +303,9 @@ impl<'a, const D: usize> Job<'a, D> {
             |groups| self.start(members(groups)),
             |rounds: Rounds<Layout>| rounds.advance(|r, l, a, s| self.round(r, l, a, s), &WANTED, &mut *progress),
             |groups, (layout, results)| {
-                self.unpack(members(groups), &layout, &results, outcomes);
-                members(groups).iter().for_each(|&i| ended(i, &outcomes[i]));
+                let left = self.unpack(members(groups), &layout, &results, outcomes);
+                members(groups).iter().filter(|i| !left.contains(i)).for_each(|&i| ended(i, &outcomes[i]));
+                host.extend(left);
                 Ok(())
             },
         );
@@ -379,7 +316,7 @@ impl<'a, const D: usize> Job<'a, D> {
         let layout = self.layout(curves);
         let (given, fixed) = self.pack(curves, &layout);
         let mut recording = self.run.gpu.record(self.run.precision);
-        let arrays = vec![
+        let mut arrays = vec![
             ("curves", recording.upload(&layout.table)),
             ("fixed", recording.upload_reals(&fixed)),
             ("pins", recording.upload(&layout.pins)),
@@ -388,6 +325,9 @@ impl<'a, const D: usize> Job<'a, D> {
             ("displacements", recording.storage_reals(layout.displacements)),
             ("work", recording.storage_reals(layout.work)),
         ];
+        if self.composition.definitions.contains_key("SURFACE_TABLE") {
+            arrays.push(("surface_table", recording.upload_reals(&self.table)));
+        }
         let of_curves = ("discrete/descent", curves.len());
         Rounds::start::<DescentState>(of_curves, recording, (layout, arrays), |r, l, a, s| self.round(r, l, a, s))
     }
@@ -416,17 +356,4 @@ impl<'a, const D: usize> Job<'a, D> {
         bound.extend(arrays);
         recording.dispatch(&kernel, slots.len(), GROUP / self.way.lanes(), &bound)
     }
-}
-
-/// The ticks of the listed curves.
-///
-/// All threads of a workgroup have the same number, because their loops run together.
-fn tasks(slots: &[u32], turns: &[usize], most_ticks: u32) -> Vec<DescentTask> {
-    let mut tasks = Vec::with_capacity(slots.len());
-    for group in slots.chunks(GROUP) {
-        let longest = group.iter().map(|&slot| turns[slot as usize]).max().unwrap_or(1);
-        let ticks = ((LOOP_TURNS / longest) as u32).clamp(1, most_ticks);
-        tasks.extend(group.iter().map(|&slot| DescentTask { slot, ticks }));
-    }
-    tasks
 }

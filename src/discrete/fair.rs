@@ -228,9 +228,9 @@ pub struct Fair {
     /// are directions to the east and to the north.
     ///
     /// Of limits a largest curvature is kept, which bounds the geodesic curvature at every vertex; the host descends then.
-    /// Energies of order 3, other limits and curvature vectors are refused. Kernels know quadrics, and in f64 tori and the surfaces that
-    /// bring their [text](crate::surface::Surface::wgsl). In other surfaces, and where nothing holds a curve, the host descends in
-    /// f64, on every device.
+    /// Energies of order 3, other limits and curvature vectors are refused. Kernels know quadrics, and in f64 tori, terrain, meshes and the
+    /// surfaces that bring their [text](crate::surface::Surface::wgsl). In other surfaces, and where nothing holds a curve, the
+    /// host descends in f64, on every device.
     ///
     /// Source: R. J. Renka, *A Sobolev gradient method for construction of elastic curves in regular surfaces*, Nonlinear
     /// Analysis 63 (2005). A. Linnér and R. J. Renka, *Discrete periodic geodesics in a surface*, Experimental Mathematics 14

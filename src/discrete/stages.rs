@@ -98,15 +98,17 @@ impl Fair {
         // alone. Other such curves go to the CPU.
         // Nor has it the digits for fences: such descents go to the CPU where kernels have no f64.
         let is_fenced = self.energy.is_fenced();
-        let is_f32_enough = self.surface.as_ref().is_none_or(|surface| has_kernel(&**surface, Precision::F32));
+        // Not every surface has kernels, and of some only in f64.
+        let has_kernel = |gpu: &Gpu, precision| {
+            self.surface.as_ref().is_none_or(|surface| has_kernel(&**surface, precision, gpu.limits()))
+        };
+        let is_f32_enough = device.as_gpu().is_none_or(|gpu| has_kernel(gpu, Precision::F32));
         let well_conditioned = well_conditioned && order < 3 && !is_fenced && is_f32_enough;
         let gpu = match device.as_gpu() {
             Some(gpu) => Some((gpu, device.kernel_precision(gpu, well_conditioned)?)),
             None => None,
         };
-        // Not every surface has kernels, and of some only in f64.
-        let has_kernel = |precision| self.surface.as_ref().is_none_or(|surface| has_kernel(&**surface, precision));
-        let gpu = gpu.filter(|(_, precision)| has_kernel(*precision));
+        let gpu = gpu.filter(|(gpu, precision)| has_kernel(gpu, *precision));
         let is_newton = self.direction == Direction::Newton;
         let gpu = gpu.filter(|(_, precision)| order < 3 || is_newton && *precision == Precision::F64);
         // Fences in surfaces have no kernel.

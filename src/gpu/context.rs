@@ -99,6 +99,7 @@ impl Gpu {
             buffer_bytes: granted.max_buffer_size,
             workgroup_bytes: granted.max_compute_workgroup_storage_size.min(DESIGN_WORKGROUP_BYTES),
             workgroup_threads: granted.max_compute_invocations_per_workgroup.min(granted.max_compute_workgroup_size_x),
+            storage_bindings: granted.max_storage_buffers_per_shader_stage,
             workgroups: granted.max_compute_workgroups_per_dimension,
             chunk_bytes: DESIGN_CHUNK_BYTES,
         };

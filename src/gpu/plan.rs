@@ -20,6 +20,8 @@ pub struct Limits {
     pub workgroup_bytes: u32,
     /// Threads of a workgroup.
     pub workgroup_threads: u32,
+    /// Storage bindings of a kernel.
+    pub storage_bindings: u32,
     /// Workgroups along one dimension of a dispatch.
     pub workgroups: u32,
     /// Bytes that all buffers of a chunk may take together.
@@ -122,6 +124,7 @@ mod tests {
         buffer_bytes: 2000,
         workgroup_bytes: 16384,
         workgroup_threads: 256,
+        storage_bindings: 8,
         workgroups: 10,
         chunk_bytes: 3000,
     };

@@ -9,7 +9,7 @@ use crate::error::Result;
 ///
 /// The words from 2 to [`LAST`] say how it ended. The host writes 0 first.
 const RUNNING: u32 = 1;
-const LAST: u32 = 6;
+const LAST: u32 = 7;
 
 /// The arrays of a chunk, by name.
 pub(crate) type Arrays = Vec<(&'static str, Buffer)>;

@@ -105,10 +105,35 @@ pub trait Surface: Debug + Send + Sync {
     /// The functions are `surface_value(x: vector) -> real`, `surface_gradient(x: vector) -> vector`,
     /// `surface_hessian(x: vector) -> matrix` and `surface_third(x: vector, along: vector) -> matrix`, as those of this trait. They use
     /// the aliases `real`, `vector` and `matrix`, and may call `outer(a, b)`, the matrix a bᵀ, and `diagonal(a)`, a times the unit
-    /// matrix. Everything else that the text defines needs a name of its own, such as `surface_radius`. The [foot](Self::foot)
-    /// must be the default.
+    /// matrix. Everything else that the text defines needs a name of its own, such as `surface_radius`.
+    ///
+    /// Where this trait's defaults are not used, the text has these functions too:
+    ///
+    /// - `surface_jet(x: vector) -> SurfaceJet` for [`jet`](Self::jet). The members of `SurfaceJet` are `value: real`,
+    ///   `gradient: vector` and `hessian: matrix`.
+    /// - `surface_foot(x: vector) -> vector` for [`foot`](Self::foot). Where there is none it returns `surface_nowhere(x)`, and the
+    ///   step that led there is refused. Where the text cannot tell it returns `surface_left(x)`, and the whole curve is left to
+    ///   the CPU.
+    ///
+    /// The text reads the numbers of [`wgsl_table`](Self::wgsl_table) as `surface_table[k]`.
     fn wgsl(&self) -> Option<String> {
         None
+    }
+
+    /// The numbers that the [text](Self::wgsl) reads, for surfaces of more numbers than a text should hold.
+    ///
+    /// They are one array for all curves, of type `array<real>`. Whole numbers up to 2⁵³ are exact. It takes the ninth storage
+    /// binding of a kernel. Devices that have only eight, or no room for it in one binding, leave the curves to the CPU.
+    fn wgsl_table(&self) -> Vec<f64> {
+        vec![]
+    }
+
+    /// How often loops turn in one call of a function of the [text](Self::wgsl), and in one step of its foot, at the most.
+    ///
+    /// Drivers of software end the loops of a thread after 65,535 turns in all. Curves that may need as many at once, and
+    /// those whose loops were ended, are left to the CPU.
+    fn wgsl_turns(&self) -> usize {
+        0
     }
 
     /// The surface as a quadric, if it is one. Curves in quadrics are the fastest.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use faircurve::discrete::{Energy, Fair, Pins, attachment, bending, geodesic_bending, length, tautness};
 use faircurve::surface::{Globe, Quadric, Surface, Torus};
-use faircurve::{CurveBatch, CurveStatus, Device, Precision, Sampling};
+use faircurve::{CurveBatch, CurveStatus, Device, DeviceReport, Precision, Sampling};
 use glam::{DMat3, DVec3};
 use rand::RngExt;
 use rand::rngs::StdRng;
@@ -13,7 +13,7 @@ use rand::rngs::StdRng;
 use crate::common::{device, precisions, seeded};
 
 /// Walks on the unit sphere of steps of some degrees, which turn by σ at each; every second closed.
-fn walks(count: usize, step: f64, sigma: f64, rng: &mut StdRng) -> CurveBatch {
+pub(crate) fn walks(count: usize, step: f64, sigma: f64, rng: &mut StdRng) -> CurveBatch {
     let (mut coords, mut offsets, mut closed) = (Vec::new(), vec![0], Vec::new());
     for i in 0..count {
         let points = 2 + i % 7 + 2 * (i % 2);
@@ -34,7 +34,7 @@ fn walks(count: usize, step: f64, sigma: f64, rng: &mut StdRng) -> CurveBatch {
 }
 
 /// The walks moved onto a surface, whose axes are at most so many times the sphere's.
-fn onto(surface: &dyn Surface, size: f64, batch: &CurveBatch) -> CurveBatch {
+pub(crate) fn onto(surface: &dyn Surface, size: f64, batch: &CurveBatch) -> CurveBatch {
     let points = batch.coords().chunks_exact(3).map(|p| surface.closest(size * DVec3::from_slice(p)).unwrap());
     let coords = points.flat_map(|p| p.to_array()).collect();
     let moved = CurveBatch::from_ragged(3, coords, batch.offsets().to_vec()).unwrap();
@@ -53,16 +53,24 @@ fn bound(precision: Precision) -> f64 {
 }
 
 /// Fits on both, and asserts statuses and distances.
-fn conform(what: &str, fair: &Fair, batch: &CurveBatch, device: &Device) {
+pub(crate) fn conform(what: &str, fair: &Fair, batch: &CurveBatch, device: &Device) {
     conform_in(&precisions(device.as_gpu().expect("a GPU")), what, fair, batch, device);
 }
 
-/// [`conform`] in these precisions alone.
-fn conform_in(precisions: &[Precision], what: &str, fair: &Fair, batch: &CurveBatch, device: &Device) {
+/// [`conform`] in these precisions alone. What did the work in the last is returned.
+pub(crate) fn conform_in(
+    precisions: &[Precision],
+    what: &str,
+    fair: &Fair,
+    batch: &CurveBatch,
+    device: &Device,
+) -> DeviceReport {
+    let mut report = None;
     let sampling = Sampling::PerSpan(16);
     let (cpu, wanted) = fair.fit_sampled(batch, sampling, &Device::cpu()).unwrap();
     for &precision in precisions {
         let (gpu, found) = fair.fit_sampled(batch, sampling, &device.clone().with_precision(precision)).unwrap();
+        report = Some(gpu.device().clone());
         let mut farthest = 0.0f64;
         for i in 0..batch.len() {
             let (a, b) = (&cpu.reports()[i], &gpu.reports()[i]);
@@ -77,9 +85,10 @@ fn conform_in(precisions: &[Precision], what: &str, fair: &Fair, batch: &CurveBa
         assert!(farthest <= bound(precision), "{what}: {farthest:e}");
         assert!(9 * batch.len() <= 10 * cpu.usable(), "{what}: {} converged", cpu.usable());
     }
+    report.expect("a precision")
 }
 
-fn within(surface: impl Surface + 'static, energy: Energy) -> Fair {
+pub(crate) fn within(surface: impl Surface + 'static, energy: Energy) -> Fair {
     Fair { energy, surface: Some(Arc::new(surface)), ..Fair::default() }
 }
 

@@ -6,6 +6,8 @@
 mod chains;
 #[path = "../common/elastica.rs"]
 mod elastica;
+#[path = "../common/meshes.rs"]
+mod meshes;
 #[path = "../common/rough.rs"]
 mod rough;
 
@@ -22,8 +24,10 @@ mod conformance_laplacian;
 mod conformance_linalg;
 mod conformance_scf;
 mod conformance_scf_tension;
+mod conformance_sheets;
 mod conformance_smoothing;
 mod conformance_surfaces;
+mod conformance_texts;
 mod robustness;
 mod shader_lint;
 mod twins;

@@ -20,10 +20,12 @@ fn every_kernel_is_valid_and_within_the_limits_of_any_device() {
         let reflection = reflect(&key.name(), &key.wgsl(), key.entry).unwrap_or_else(|error| panic!("{error}"));
         assert!(reflection.workgroup_bytes <= WORKGROUP_BYTES, "{}: {}", key.name(), reflection.workgroup_bytes);
         assert!(reflection.workgroup_size <= WORKGROUP_THREADS, "{}: {}", key.name(), reflection.workgroup_size);
-        // Storage bindings beyond eight are more than a default WebGPU device grants.
+        // Storage bindings beyond eight are more than a default WebGPU device grants. Kernels that read the table of a
+        // surface run where there is a ninth.
+        let most = if key.definitions.contains_key("SURFACE_TABLE") { 9 } else { 8 };
         let storage =
             reflection.bindings.iter().filter(|b| b.access != faircurve::gpu::reflect::Access::Uniform).count();
-        assert!(storage <= 8, "{}: {storage} storage bindings", key.name());
+        assert!(storage <= most, "{}: {storage} storage bindings", key.name());
         seen.insert(key.path);
     }
     // Row sources are definitions of the ring kernels; files included by others are parts of those.

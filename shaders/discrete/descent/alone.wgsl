@@ -70,6 +70,9 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     if (!is_first) {
         curve.alpha = aim(lane, curve, weights);
     }
+//:if SURFACE
+    move_back(curve, 0u, curve.vertices);
+//:end
     let swept = sweep(curve, weights, 0u, curve.vertices);
     let verdict = verdict_on(lane, swept);
     if (verdict == VERDICT_ACCEPT) {
@@ -98,5 +101,10 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
         }
         tick(&lane, curve);
     }
+//:if SURFACE_WGSL
+    if (is_for_host()) {
+        lane.standing = STANDING_LEFT;
+    }
+//:end
     store_lane(own.slot, lane);
 }

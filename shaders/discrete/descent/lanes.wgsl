@@ -131,6 +131,12 @@ fn judged(curve: Curve, ring: BlockRing, found: Found, swept: vec4<real>, thread
 
 // The trial along a direction; its verdict is returned.
 fn trial_along(curve: Curve, ring: BlockRing, found: Found, thread: u32) -> u32 {
+//:if SURFACE
+    if (ring.working) {
+        move_back(curve, ring.begin, ring.end);
+    }
+    storageBarrier();
+//:end
     var swept = Swept();
     if (ring.working) {
         swept = sweep(curve, load_weights(curve), ring.begin, ring.end);
@@ -215,4 +221,10 @@ fn anyone(runs: bool, thread: u32) -> bool {
         }
         tick(curve, ring, thread);
     }
+//:if SURFACE_WGSL
+    // All lanes of a curve that write write the same.
+    if (works && is_for_host()) {
+        states[curve.slot].standing = STANDING_LEFT;
+    }
+//:end
 }

@@ -74,7 +74,8 @@ fn load_curve(slot: u32) -> Curve {
 //:if SURFACE
     curve.push = rest;
     curve.trial_push = rest + section;
-    rest += 2u * section;
+    curve.moved = rest + 2u * section;
+    rest += (2u + $DIMu) * section;
 //:end
 //:if LANES
     curve.blocks = rest;
@@ -173,10 +174,19 @@ fn end_of(curve: Curve, j: u32) -> u32 {
 }
 
 //:if SURFACE
-// u + αp, moved back to the surface.
+// Vertices first … last − 1 of u + αp, moved back to the surface.
+fn move_back(curve: Curve, first: u32, last: u32) {
+    let surface = load_surface(curve);
+    for (var v = first; v < last; v++) {
+        let u = displacement(curve, v) + curve.alpha * work_vector(curve.p, v);
+        let moved = select(u, u + way_back(surface, load_place(curve, v) + u), is_movable(curve, v));
+        store_vector(curve.moved, v, moved);
+    }
+}
+
+// The trial, which has been moved back.
 fn trial(curve: Curve, v: u32) -> vector {
-    let u = displacement(curve, v) + curve.alpha * work_vector(curve.p, v);
-    return select(u, u + way_back(load_surface(curve), load_place(curve, v) + u), is_movable(curve, v));
+    return work_vector(curve.moved, v);
 }
 
 fn load_place(curve: Curve, v: u32) -> vector {

@@ -3,7 +3,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{DescentState, Job, STANDINGS, Way, loop_turns};
+use super::{DescentState, Job, STANDINGS, Way};
 use crate::discrete::lane::Standing;
 use crate::discrete::plan::Step;
 use crate::discrete::problem::{Outcome, Problem};
@@ -28,6 +28,9 @@ const WALL: usize = 5;
 /// The positions of the numbers that are read back: the energy without the gauge, and ⟨g, z⟩.
 const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
+
+/// `STANDING_LEFT`: the host is to descend the curve.
+const LEFT: u32 = 7;
 
 /// Curves that a thread unpacks together.
 const UNPACKED_TOGETHER: usize = 32;
@@ -104,7 +107,8 @@ impl<const D: usize> Job<'_, D> {
             let pins = members().map(|problem| problem.pinned.len()).max().unwrap_or(0);
             layout.work +=
                 if members().any(|problem| problem.closed) { self.border_numbers() * rows * side } else { 0 };
-            for (place, problem) in members().enumerate() {
+            for (place, &i) in group.iter().enumerate() {
+                let problem = &self.run.problems[i];
                 layout.table.push(DescentCurve {
                     fixed_start: (layout.fixed + place) as u32,
                     displacement_start: (layout.displacements + place) as u32,
@@ -116,8 +120,7 @@ impl<const D: usize> Job<'_, D> {
                     pin_count: problem.pinned.len() as u32,
                 });
                 layout.pins.extend(&problem.pinned);
-                let (rows, pins) = (problem.vertices(), problem.pinned.len());
-                layout.turns.push(loop_turns(self.run.plan.order, self.way, rows, pins));
+                layout.turns.push(self.run.turns(self.way, i));
             }
             layout.fixed += rows * self.fixed_numbers() * side;
             layout.displacements += rows * D * side;
@@ -145,8 +148,8 @@ impl<const D: usize> Job<'_, D> {
                 (3, order + 1, ring(rows).max(ring(pins)))
             }
         };
-        let pushes = if self.is_in_surfaces() { 2 } else { 0 };
-        rows * (vectors * D + 4 + pushes + matrices * D * D) + pins * pin_numbers + shared
+        let in_surface = if self.is_in_surfaces() { 2 + D } else { 0 };
+        rows * (vectors * D + 4 + in_surface + matrices * D * D) + pins * pin_numbers + shared
     }
 
     pub(super) fn numbers(&self) -> usize {
@@ -233,13 +236,14 @@ impl<const D: usize> Job<'_, D> {
         }
     }
 
+    /// Writes what has become of curves, and returns those that are left to the host.
     pub(super) fn unpack(
         &self,
         curves: &[usize],
         layout: &Layout,
         results: &[Downloaded],
         outcomes: &mut [Outcome<D>],
-    ) {
+    ) -> Vec<usize> {
         let states = results[0].as_slice::<DescentState>();
         let (lanes, displacements) = (results[1].reals(), results[2].reals());
         let found = parallel::map(curves.len(), UNPACKED_TOGETHER, |slot| {
@@ -257,6 +261,9 @@ impl<const D: usize> Job<'_, D> {
                 on_cpu: false,
             }
         });
+        let is_left = |slot: &usize| states[*slot].standing == LEFT;
+        let left: Vec<usize> = (0..curves.len()).filter(is_left).map(|slot| curves[slot]).collect();
         curves.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
+        left
     }
 }

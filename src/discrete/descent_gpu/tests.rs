@@ -10,6 +10,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::*;
 use crate::CurveBatch;
+use crate::discrete::energy::{bending, length, tautness, tension};
 use crate::discrete::problem::descend;
 use crate::discrete::setup::set_up;
 use crate::discrete::{Custom, Fair, MOST_EDGES, Pins, Segments};

@@ -8,7 +8,9 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use crate::discrete::block::Block;
+use crate::discrete::compose::SURFACE_TABLE;
 use crate::discrete::energy::geodesic_bending::times;
+use crate::gpu::plan::Limits;
 use crate::linalg::scalar::{Vector, add, dot, number, scale};
 use crate::linalg::{Real, Scalar};
 use crate::precision::Precision;
@@ -22,9 +24,14 @@ pub(crate) struct Local {
     pub size: f64,
 }
 
-/// Whether there are kernels for curves in a surface.
-pub(in crate::discrete) fn has_kernel(surface: &dyn Surface, precision: Precision) -> bool {
-    surface.quadric().is_some() || (precision == Precision::F64 && surface.wgsl().is_some())
+/// The storage bindings of a kernel whose text reads a table.
+const BINDINGS: u32 = 9;
+
+/// Whether there are kernels for curves in a surface: for quadrics and, in f64, for those with a text. One that reads a
+/// table asks for more bindings than some devices have.
+pub(in crate::discrete) fn has_kernel(surface: &dyn Surface, precision: Precision, limits: &Limits) -> bool {
+    let is_bound = |text: String| !text.contains(SURFACE_TABLE) || limits.storage_bindings >= BINDINGS;
+    surface.quadric().is_some() || (precision == Precision::F64 && surface.wgsl().is_some_and(is_bound))
 }
 
 /// F of every lane.
@@ -42,11 +49,6 @@ impl Local {
     /// The place in space of a point of the problem.
     fn place<const D: usize>(&self, y: Vector<f64, D>) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|c| self.origin[c] + self.size * y[c]))
-    }
-
-    /// Whether there are kernels for curves in it: quadrics, and in f64 those with a text.
-    pub fn has_kernel(&self, precision: Precision) -> bool {
-        has_kernel(&*self.surface, precision)
     }
 
     /// The numbers of a curve as kernels take them: the columns of A, b and c, or the origin and the size.

@@ -95,6 +95,17 @@ impl Patch {
         (patch.normal.is_finite() && patch.bend.is_finite() && patch.normal.dot(n) > 0.5).then_some(patch)
     }
 
+    /// How many numbers kernels know it by.
+    pub const NUMBERS: usize = 23;
+
+    /// p, r, g, the columns of S from the diagonal on, u and v, and the cubic.
+    pub fn numbers(&self) -> Vec<f64> {
+        let [first, second, third] = self.bend.to_cols_array_2d();
+        let [e, f] = self.axes.map(|axis| axis.to_array());
+        let (place, normal) = (self.place.to_array(), self.normal.to_array());
+        [&place[..], &[self.reach], &normal, &first, &second[1..], &third[2..], &e, &f, &self.cubic].concat()
+    }
+
     /// The weight and F at a point, with derivatives up to an order. `None` beyond the reach.
     pub fn jets<const ORDER: u8>(&self, x: DVec3, along: DVec3) -> Option<(Jet, Jet)> {
         let scale = 1.0 / self.reach;

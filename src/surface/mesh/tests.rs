@@ -183,7 +183,7 @@ fn meshes_through_the_origin_have_feet_there() {
 }
 
 #[test]
-fn the_tree_finds_what_all_triangles_give() {
+fn trees_and_cells_find_what_all_triangles_and_patches_give() {
     let mesh = mesh(&torus(20, [0.0, PI], 0.25));
     let mut rng = StdRng::seed_from_u64(8);
     for _ in 0..200 {
@@ -202,12 +202,9 @@ fn the_tree_finds_what_all_triangles_give() {
                 assert!(point.distance(x) >= least - 1e-15);
             }
         }
-        let mut reached: Vec<usize> = Vec::new();
-        mesh.reaches.around(x, |i| reached.push(i));
-        reached.retain(|&i| mesh.patches[i].place.distance(x) < mesh.patches[i].reach);
-        reached.sort();
         let is_near = |&i: &usize| mesh.patches[i].place.distance(x) < mesh.patches[i].reach;
-        assert_eq!(reached, (0..mesh.patches.len()).filter(is_near).collect::<Vec<_>>());
+        let reached = mesh.reaches.at(x).1.iter().map(|&i| i as usize).filter(is_near);
+        assert!(reached.eq((0..mesh.patches.len()).filter(is_near)), "{x}");
     }
 }
 

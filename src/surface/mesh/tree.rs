@@ -1,4 +1,4 @@
-//! [`Tree`]: boxes in space, halved by halves, for what holds a point or is closest to it.
+//! [`Tree`]: boxes in space, halved by halves, for what is closest to a point.
 
 use glam::DVec3;
 
@@ -28,12 +28,12 @@ impl Sides {
         0.5 * self.low + 0.5 * self.high
     }
 
-    fn holds(&self, x: DVec3) -> bool {
+    pub fn holds(&self, x: DVec3) -> bool {
         x.cmpge(self.low).all() && x.cmple(self.high).all()
     }
 
     /// The distance of a point from it. 0 inside.
-    fn distance(&self, x: DVec3) -> f64 {
+    pub fn distance(&self, x: DVec3) -> f64 {
         (self.low - x).max(x - self.high).max(DVec3::ZERO).length()
     }
 }
@@ -89,25 +89,6 @@ impl Tree {
     fn items(&self, node: &Node) -> impl Iterator<Item = usize> {
         let first = node.first as usize;
         self.items[first..first + node.count as usize].iter().map(|&k| k as usize)
-    }
-
-    /// Visits all boxes that may hold a point, in an order of the tree's.
-    pub fn around(&self, x: DVec3, mut visit: impl FnMut(usize)) {
-        let mut at = 0;
-        let mut later = Vec::with_capacity(32);
-        while let Some(node) = self.nodes.get(at) {
-            let inside = node.sides.holds(x);
-            if inside && node.count == 0 {
-                later.push(node.first as usize);
-                at += 1;
-                continue;
-            }
-            if inside {
-                self.items(node).for_each(&mut visit);
-            }
-            let Some(next) = later.pop() else { return };
-            at = next;
-        }
     }
 
     /// The item of the least distance from a point, which `distance` gives, with what that gives beside it.

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
 use crate::discrete::descent_gpu::packing::DescentCurve;
+use crate::discrete::descent_gpu::turns::loop_turns;
 use crate::discrete::tests::Mixed;
 use crate::discrete::variation;
 use crate::gpu::plan::Limits;

@@ -1,0 +1,73 @@
+//! Forms of the kernel `shaders/discrete/descent.wgsl`, which the shader tests compose and compile.
+
+use super::lanes::LANES;
+use super::{Way, descent_kernel};
+use crate::discrete::compose::Composition;
+use crate::discrete::energy::{
+    Fencing, attachment, bending, geodesic_bending, length, tautness, tension, torsion, variation,
+};
+use crate::gpu::KernelKey;
+use crate::precision::Precision;
+use crate::surface::{HeightField, Mesh, Surface, Torus};
+
+/// Some forms of the kernel, a few of each order.
+pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
+    let forms = [
+        (length(), 0),
+        (tension(), 1),
+        (length() + attachment(), 1),
+        (bending(2.0), 2),
+        (bending(3.0) + length(), 2),
+        (bending(2.7) + tension() + attachment(), 2),
+        (bending(2.0) + tautness(), 2),
+        (bending(2.0) + tautness() + attachment(), 2),
+        ((bending(2.0) + tautness()).fenced(Fencing { kinds: [true, true, false, false], ..Fencing::default() }), 2),
+        (
+            bending(2.0).fenced(Fencing {
+                kinds: [true, false, true, false],
+                direction: [0.6, 0.8, 0.0],
+                walls: 2,
+                stretch: true,
+                ..Fencing::default()
+            }),
+            2,
+        ),
+        (variation().fenced(Fencing { kinds: [false, false, false, true], walls: 1, ..Fencing::default() }), 3),
+        (variation() + length(), 3),
+        (torsion() + bending(2.0) + attachment(), 3),
+    ];
+    let mut keys = Vec::new();
+    for energy in [geodesic_bending(2.0) + tautness(), geodesic_bending(3.0) + length() + attachment()] {
+        let composition = Composition::of(&energy, 2, 3, precision).expect("built in").in_surfaces(None);
+        keys.extend(LANES.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
+    }
+    if precision == Precision::F64 {
+        let composition = Composition::of(&geodesic_bending(2.0), 2, 3, precision).expect("built in");
+        let torus = Torus::new(2.0, 1.0).expect("R > r").wgsl();
+        let heights = HeightField::new([2, 2], vec![0.0; 4]).expect("two rows and columns").wgsl();
+        let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let mesh = Mesh::new(&triangle, &[[0, 1, 2]]).expect("a triangle").wgsl();
+        for (text, lanes) in [(torus, &LANES[..]), (heights, &LANES[..2]), (mesh, &LANES[..2])] {
+            let composition = composition.clone().in_surfaces(text.as_deref());
+            keys.extend(lanes.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
+        }
+    }
+    for (energy, order) in forms {
+        for dimension in [2, 3] {
+            let gauge = if order > 1 { order } else { 0 };
+            let composition = Composition::of(&energy, gauge, dimension, precision).expect("built in");
+            let gradients = (order < 3 && !energy.is_fenced()).then_some(Way::Gradients);
+            let lanes: &[usize] = match order {
+                // In f32 it has too few digits for fences.
+                2 if energy.is_fenced() && precision != Precision::F64 => &[],
+                2 => &LANES,
+                // In f32 it has too few digits.
+                3 if precision == Precision::F64 => &LANES[1..],
+                _ => &[],
+            };
+            let ways = gradients.into_iter().chain(lanes.iter().map(|&lanes| Way::Newton(lanes)));
+            keys.extend(ways.map(|way| descent_kernel(&composition, order, way, precision)));
+        }
+    }
+    keys
+}
