@@ -18,7 +18,8 @@ impl Fair {
     /// The surface in the coordinates of a problem whose start has these vertices.
     pub(super) fn local<const D: usize>(&self, vertices: &[Vector<f64, D>], size: f64) -> Option<Local> {
         let surface = self.surface.clone()?;
-        let origin = std::array::from_fn(|c| if c < D { vertices[0][c] } else { 0.0 });
+        let (surface, own) = surface.local().unwrap_or((surface, DVec3::ZERO));
+        let origin = std::array::from_fn(|c| if c < D { vertices[0][c] - own[c] } else { 0.0 });
         Some(Local { surface, origin, size })
     }
 

@@ -2,6 +2,8 @@
 
 mod cell;
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec2, DVec3};
 
 use self::cell::Cell;
@@ -57,7 +59,7 @@ pub struct HeightField {
     /// Rows, columns.
     shape: [usize; 2],
     /// h, h_uu, h_vv and h_uuvv of every node, by u = column and v = row.
-    nodes: Vec<[f64; 4]>,
+    nodes: Arc<[[f64; 4]]>,
     /// Δx, Δy
     spacing: [f64; 2],
     /// x₀, y₀
@@ -242,6 +244,12 @@ impl Surface for HeightField {
             }
         }
         None
+    }
+
+    /// About the node of row 0 and column 0.
+    fn local(&self) -> Option<(Arc<dyn Surface>, DVec3)> {
+        let [x, y] = self.origin;
+        Some((Arc::new(HeightField { origin: [0.0; 2], ..self.clone() }), DVec3::new(x, y, 0.0)))
     }
 
     fn wgsl(&self) -> Option<String> {

@@ -18,6 +18,7 @@ mod quadric;
 mod torus;
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
@@ -100,6 +101,13 @@ pub trait Surface: Debug + Send + Sync {
         self.foot(closest)
     }
 
+    /// The surface in coordinates of its own, and where their origin lies. `None` for surfaces that need none.
+    ///
+    /// Far from the origin, such as in metres of a map's grid, the digits of a coordinate are no longer those of the surface.
+    fn local(&self) -> Option<(Arc<dyn Surface>, DVec3)> {
+        None
+    }
+
     /// F and its derivatives in WGSL, if curves in the surface are to run on GPUs with f64. Quadrics have no need of it.
     ///
     /// The functions are `surface_value(x: vector) -> real`, `surface_gradient(x: vector) -> vector`,
@@ -115,7 +123,7 @@ pub trait Surface: Debug + Send + Sync {
     ///   step that led there is refused. Where the text cannot tell it returns `surface_left(x)`, and the whole curve is left to
     ///   the CPU.
     ///
-    /// The text reads the numbers of [`wgsl_table`](Self::wgsl_table) as `surface_table[k]`.
+    /// Coordinates are those of the [local](Self::local) surface, which is asked for the text. The text reads the numbers of [`wgsl_table`](Self::wgsl_table) as `surface_table[k]`.
     fn wgsl(&self) -> Option<String> {
         None
     }

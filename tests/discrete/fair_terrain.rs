@@ -5,7 +5,7 @@ use std::sync::Arc;
 use faircurve::discrete::{Energy, Fair, Segments, geodesic_bending, length};
 use faircurve::io::surfaces::surface_of;
 use faircurve::surface::{HeightField, Quadric, Surface};
-use faircurve::{Constraints, CurveStatus, Device, Sampling};
+use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Sampling};
 use glam::DVec3;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -92,14 +92,55 @@ fn planar_tangents_are_those_of_the_terrain_over_them() {
     assert!(apart(&lifted, &given) < 1e-7 && apart(&lifted, &without) > 0.01, "{}", apart(&lifted, &given));
 }
 
+/// Hills of 1,470 by 1,170 m, from west to east and from north to south.
+fn hills() -> HeightField {
+    let wave = |x: f64, y: f64| 150.0 * (x / 210.0).sin() * (y / 260.0).cos() + 500.0;
+    let heights = (0..40 * 50).map(|k| wave(30.0 * f64::from(k % 50), -30.0 * f64::from(k / 50)));
+    HeightField::new([40, 50], heights.collect()).unwrap().with_spacing([30.0, -30.0]).unwrap()
+}
+
+#[test]
+fn terrain_at_the_coordinates_of_a_map_is_that_about_the_origin() {
+    // An easting and a northing in metres, whose last digits are 1e-9 m.
+    let [east, north] = [412_345.678, 5_654_321.987];
+    let mut rng = StdRng::seed_from_u64(14);
+    let field = hills();
+    let (far, mut flat) = (field.clone().with_origin([east, north]).unwrap(), Vec::new());
+    for _ in 0..60 {
+        let mut place = |k: usize| {
+            let (x, y) = (150.0 + 280.0 * k as f64, rng.random_range(-900.0..-250.0));
+            [x + rng.random_range(-80.0..80.0), y]
+        };
+        flat.push((0..5).map(&mut place).collect::<Vec<[f64; 2]>>());
+    }
+    let batch = |by: [f64; 2]| {
+        let moved = flat.iter().map(|curve| curve.iter().map(|[x, y]| [x + by[0], y + by[1]]).collect::<Vec<_>>());
+        let moved: Vec<Vec<[f64; 2]>> = moved.collect();
+        CurveBatch::from_slices(&moved.iter().map(|curve| &curve[..]).collect::<Vec<_>>()).unwrap()
+    };
+    let fit = |field: HeightField, by: [f64; 2]| {
+        let fair = within(field, geodesic_bending(2.0) + 1e-5 * length(), 16);
+        fair.fit_sampled(&batch(by), Sampling::PerSpan(16), &Device::cpu()).unwrap()
+    };
+    let ((near, own), (moved, other)) = (fit(field, [0.0; 2]), fit(far, [east, north]));
+    let mut most = 0.0f64;
+    for i in 0..near.len() {
+        let [a, b] = [&near, &moved].map(|fit| (fit.reports()[i].status, fit.reports()[i].iterations));
+        assert_eq!(a, b, "curve {i}");
+        for (p, q) in own.points(i).chunks_exact(3).zip(other.points(i).chunks_exact(3)) {
+            most = most.max((p[0] + east - q[0]).hypot(p[1] + north - q[1]).hypot(p[2] - q[2]));
+        }
+    }
+    println!("{most:.1e} m apart");
+    assert!(most < 1e-6, "{most:e}");
+}
+
 #[test]
 fn curves_over_hills_lie_in_them_and_take_few_iterations() {
     let seed = 12;
     println!("seed {seed}");
     let mut rng = StdRng::seed_from_u64(seed);
-    let wave = |x: f64, y: f64| 150.0 * (x / 210.0).sin() * (y / 260.0).cos() + 500.0;
-    let heights = (0..40 * 50).map(|k| wave(30.0 * f64::from(k % 50), -30.0 * f64::from(k / 50)));
-    let hills = HeightField::new([40, 50], heights.collect()).unwrap().with_spacing([30.0, -30.0]).unwrap();
+    let hills = hills();
     let mut iterations = Vec::new();
     for _ in 0..100 {
         let mut place = |k: usize| {

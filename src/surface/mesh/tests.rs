@@ -37,8 +37,10 @@ fn errors(mesh: &Mesh, exact: &dyn Surface, points: &[DVec3]) -> [f64; 3] {
 }
 
 fn mean_edge(mesh: &Mesh) -> f64 {
-    let edges = (0..mesh.patches.len()).flat_map(|i| mesh.topology.neighbours(i).iter().map(move |&k| (i, k)));
-    let lengths: Vec<f64> = edges.map(|(i, k)| mesh.patches[i].place.distance(mesh.patches[k].place)).collect();
+    let edges =
+        (0..mesh.sheet.patches.len()).flat_map(|i| mesh.sheet.topology.neighbours(i).iter().map(move |&k| (i, k)));
+    let lengths: Vec<f64> =
+        edges.map(|(i, k)| mesh.sheet.patches[i].place.distance(mesh.sheet.patches[k].place)).collect();
     lengths.iter().sum::<f64>() / lengths.len() as f64
 }
 
@@ -88,9 +90,10 @@ fn places_are_of_fourth_order_normals_of_third_and_curvatures_of_second() {
     // Around the 12 vertices of five neighbours, at the same places in triangles of every size.
     let found = [3, 4, 5].map(|times| {
         let mesh = mesh(&icosphere(times, axes));
-        let near = |t: &usize| mesh.topology.triangles[*t].iter().any(|&i| mesh.topology.neighbours(i).len() == 5);
-        let points = (0..mesh.topology.triangles.len()).filter(near).flat_map(|t| {
-            let [a, b, c] = mesh.topology.corners(t);
+        let near =
+            |t: &usize| mesh.sheet.topology.triangles[*t].iter().any(|&i| mesh.sheet.topology.neighbours(i).len() == 5);
+        let points = (0..mesh.sheet.topology.triangles.len()).filter(near).flat_map(|t| {
+            let [a, b, c] = mesh.sheet.topology.corners(t);
             [[0.34, 0.33, 0.33], [0.8, 0.1, 0.1], [0.2, 0.5, 0.3], [0.1, 0.3, 0.6]]
                 .map(|[u, v, w]| u * a + v * b + w * c)
         });
@@ -159,7 +162,7 @@ fn closest_points_are_straight_below_from_near_and_far() {
             assert!(across < 1e-12, "{across:e} from {height}");
             assert!((away.length() - height.abs()).abs() < 1e-3);
             // What is closer than the surface to its triangles is not far.
-            let on_triangles = mesh.nearest(from).unwrap().place;
+            let on_triangles = mesh.sheet.nearest(from).unwrap().place;
             assert!(y.distance(on_triangles) < 0.1);
         }
     }
@@ -188,11 +191,11 @@ fn trees_and_cells_find_what_all_triangles_and_patches_give() {
     let mut rng = StdRng::seed_from_u64(8);
     for _ in 0..200 {
         let x = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-2.0..2.0)));
-        let corners = |t: usize| mesh.topology.corners(t);
-        let least = (0..mesh.topology.triangles.len())
+        let corners = |t: usize| mesh.sheet.topology.corners(t);
+        let least = (0..mesh.sheet.topology.triangles.len())
             .map(|t| closest::closest(corners(t), x).0.distance(x))
             .fold(f64::INFINITY, f64::min);
-        let found = mesh.nearest(x).unwrap();
+        let found = mesh.sheet.nearest(x).unwrap();
         assert_eq!(found.place.distance(x), least);
         // No point of a grid of the triangle is closer, and it lies in the plane.
         let [a, b, c] = corners(found.triangle);
@@ -202,9 +205,9 @@ fn trees_and_cells_find_what_all_triangles_and_patches_give() {
                 assert!(point.distance(x) >= least - 1e-15);
             }
         }
-        let is_near = |&i: &usize| mesh.patches[i].place.distance(x) < mesh.patches[i].reach;
-        let reached = mesh.reaches.at(x).1.iter().map(|&i| i as usize).filter(is_near);
-        assert!(reached.eq((0..mesh.patches.len()).filter(is_near)), "{x}");
+        let is_near = |&i: &usize| mesh.sheet.patches[i].place.distance(x) < mesh.sheet.patches[i].reach;
+        let reached = mesh.sheet.reaches.at(x).1.iter().map(|&i| i as usize).filter(is_near);
+        assert!(reached.eq((0..mesh.sheet.patches.len()).filter(is_near)), "{x}");
     }
 }
 
@@ -246,7 +249,7 @@ fn triangles_of_any_orientation_make_the_same_surface() {
             assert_eq!(own.unknown(x), other.unknown(x));
         }
     }
-    assert_eq!(own.topology.on_rim.iter().filter(|&&is| is).count(), 40);
+    assert_eq!(own.sheet.topology.on_rim.iter().filter(|&&is| is).count(), 40);
 }
 
 /// A grid of so many cells a side in the plane at a height, from vertex `first` on.

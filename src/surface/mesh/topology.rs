@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use super::tree::Sides;
 use crate::error::{Error, Result};
 
 /// What meets what in a mesh of one orientation.
@@ -91,6 +92,13 @@ impl Topology {
         topology.orient(&pairs)?;
         topology.meet(&sides);
         Ok(topology)
+    }
+
+    /// Moves the middle of the box around the vertices to the origin, and returns where it was.
+    pub fn move_to_middle(&mut self) -> DVec3 {
+        let middle = Sides::around(&self.places).middle();
+        self.places.iter_mut().for_each(|place| *place -= middle);
+        middle
     }
 
     /// The vertices that share a side with one.

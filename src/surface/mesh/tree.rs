@@ -24,7 +24,7 @@ impl Sides {
         Sides { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    fn middle(&self) -> DVec3 {
+    pub fn middle(&self) -> DVec3 {
         0.5 * self.low + 0.5 * self.high
     }
 
