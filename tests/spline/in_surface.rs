@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing, SurfaceSpline};
-use faircurve::surface::{Globe, Quadric, Surface, Torus};
+use faircurve::surface::{Globe, HeightField, Quadric, Surface, Torus};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Fit, Sampling};
 use glam::{DQuat, DVec3};
 use rand::rngs::StdRng;
@@ -339,4 +339,36 @@ fn what_is_not_kept_is_refused_with_a_sentence() {
     let report = &spline.fit(&antipodal, &Device::cpu()).unwrap().reports()[0].clone();
     assert_eq!(report.status, CurveStatus::Invalid);
     assert!(report.message.as_ref().unwrap().contains("give points between"), "{report:?}");
+}
+
+#[test]
+fn splines_over_terrain_at_the_coordinates_of_a_map_are_those_about_the_origin() {
+    // An easting and a northing in metres, whose last digits are 1e-9 m.
+    let [east, north] = [412_345.678, 5_654_321.987];
+    let wave = |x: f64, y: f64| 150.0 * (x / 210.0).sin() * (y / 260.0).cos() + 500.0;
+    let heights = (0..40 * 50).map(|k| wave(30.0 * f64::from(k % 50), 30.0 * f64::from(k / 50)));
+    let field = HeightField::new([40, 50], heights.collect()).unwrap().with_spacing([30.0; 2]).unwrap();
+    let far = field.clone().with_origin([east, north]).unwrap();
+    let mut rng = StdRng::seed_from_u64(15);
+    let mut most = 0.0f64;
+    for _ in 0..40 {
+        let place = |k: usize, rng: &mut StdRng| {
+            [150.0 + 280.0 * k as f64 + rng.random_range(-80.0..80.0), rng.random_range(250.0..900.0)]
+        };
+        let flat: Vec<[f64; 2]> = (0..5).map(|k| place(k, &mut rng)).collect();
+        let moved: Vec<[f64; 2]> = flat.iter().map(|[x, y]| [x + east, y + north]).collect();
+        let t = vec![0.0, 1.0, 2.3, 3.1, 4.5];
+        let fits = [(flat, field.clone()), (moved, far.clone())].map(|(points, field)| {
+            let batch = CurveBatch::from_slices(&[&points[..]]).unwrap().with_parameters(t.clone()).unwrap();
+            fit(&SurfaceSpline::new(Arc::new(field)), &batch)
+        });
+        let [near, moved] = &fits;
+        assert_eq!(near.reports()[0].iterations, moved.reports()[0].iterations);
+        for k in 0..=45 {
+            let away = near.curve(0).point(0.1 * f64::from(k)) + DVec3::new(east, north, 0.0);
+            most = most.max(away.distance(moved.curve(0).point(0.1 * f64::from(k))));
+        }
+    }
+    println!("{most:.1e} m apart");
+    assert!(most < 1e-6, "{most:e}");
 }

@@ -101,7 +101,7 @@ impl Course<'_> {
     }
 
     /// ∫ |P x″|² dt
-    pub fn energy(&self) -> f64 {
+    fn energy(&self) -> f64 {
         let energy = |piece: usize| gradient(self.surface, &self.unknowns(&self.nodes, piece), self.steps[piece]).0;
         2.0 * (0..self.steps.len()).map(energy).sum::<f64>()
     }
@@ -156,8 +156,32 @@ impl Course<'_> {
         Skyline::new((0..numbers.count).map(first).collect())
     }
 
+    /// [Descends](Self::descend) about an origin, which the surface's coordinates have, and returns the energy too. Nodes that
+    /// stay keep all digits.
+    pub fn descend_about(&mut self, origin: DVec3) -> (Ended, f64) {
+        let given = self.nodes.clone();
+        self.move_by(-origin);
+        let found = (self.descend(), self.energy());
+        self.move_by(origin);
+        for (node, (held, given)) in self.nodes.iter_mut().zip(self.held.iter().zip(given)) {
+            if matches!(held, Held::Pinned | Held::Clamped) {
+                node.place = given.place;
+            }
+        }
+        found
+    }
+
+    fn move_by(&mut self, way: DVec3) {
+        self.nodes.iter_mut().for_each(|node| node.place += way);
+        for held in &mut self.held {
+            if let Held::Spring { target, .. } = held {
+                *target += way;
+            }
+        }
+    }
+
     /// Descends to the spline of least energy near.
-    pub fn descend(&mut self) -> Ended {
+    fn descend(&mut self) -> Ended {
         let numbers = self.numbers();
         let mut matrix = self.matrix(&numbers);
         let mut damping = Damping::<f64>::new();

@@ -113,11 +113,10 @@ impl SurfaceSpline {
             }
             (held[row], nodes[row].velocity) = (Held::Clamped, velocity);
         }
-        let surface = &*self.surface;
+        let (surface, origin) = self.surface.local().unwrap_or_else(|| (self.surface.clone(), DVec3::ZERO));
         let (tolerance, max_iterations) = (self.tolerance, self.max_iterations);
-        let mut course = Course { surface, steps, held, nodes, tolerance, max_iterations };
-        let Ended { status, iterations, norm } = course.descend();
-        let energy = course.energy();
+        let mut course = Course { surface: &*surface, steps, held, nodes, tolerance, max_iterations };
+        let (Ended { status, iterations, norm }, energy) = course.descend_about(origin);
         let mut report = CurveReport { status, iterations, gradient_norm: norm, ..CurveReport::solved(energy) };
         report.smoothing = self.smoothing;
         if status == CurveStatus::NotConverged {
