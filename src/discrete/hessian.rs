@@ -10,6 +10,9 @@
 //!
 //! Edges are then differences of the vertices they lie between.
 
+// Loops over edges by index match the formulas, and stay within code for wide registers.
+#![allow(clippy::needless_range_loop)]
+
 use std::ops::Range;
 
 use super::block::{

@@ -8,6 +8,9 @@
 //!
 //! So a number for every f_jk and one for every f_j/Δs_j hold those of all such energies.
 
+// Loops over edges by index match the formulas, and stay within code for wide registers.
+#![allow(clippy::needless_range_loop)]
+
 use super::edges::Edges;
 use super::energy::gauge::{Gauge, SmoothGauge};
 use super::energy::{Functional, MOST_EDGES, Term, Visitor};
