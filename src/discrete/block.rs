@@ -93,6 +93,16 @@ pub(super) fn add_curvature_of_edge<S: Scalar, const D: usize, const W: usize>(
     }
 }
 
+/// M x
+#[inline(always)]
+pub(super) fn times<S: Scalar, const D: usize>(matrix: &Block<S, D>, x: Vector<S, D>) -> Vector<S, D> {
+    let mut product = x;
+    for a in 0..D {
+        product[a] = dot(matrix[a], x);
+    }
+    product
+}
+
 /// (I − T Tᵀ) x
 #[inline(always)]
 fn across<S: Scalar, const D: usize>(x: Vector<S, D>, t: Vector<S, D>) -> Vector<S, D> {

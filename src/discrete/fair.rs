@@ -227,7 +227,7 @@ pub struct Fair {
     /// Tangents are turned into the tangent plane at their point. Planar ones over a height field rise with it. In a globe they
     /// are directions to the east and to the north.
     ///
-    /// Of limits a largest curvature is kept, which bounds the geodesic curvature at every vertex; the host descends then.
+    /// Of limits a largest curvature is kept, which bounds the geodesic curvature at every vertex.
     /// Energies of order 3, other limits and curvature vectors are refused. Kernels know quadrics, and in f64 tori, terrain, meshes and the
     /// surfaces that bring their [text](crate::surface::Surface::wgsl). In other surfaces, and where nothing holds a curve, the
     /// host descends in f64, on every device.

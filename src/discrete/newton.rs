@@ -10,9 +10,8 @@
 // Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
-use super::block::Block;
+use super::block::{Block, times};
 use super::edges::Edges;
-use super::energy::geodesic_bending::times;
 use super::energy::{Functional, MOST_EDGES};
 use super::hessian::{BlockHessian, COUPLED};
 use super::metric::Weights;

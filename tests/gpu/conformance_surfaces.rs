@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use faircurve::discrete::{Energy, Fair, Pins, attachment, bending, geodesic_bending, length, tautness};
+use faircurve::discrete::{Energy, Fair, Limits, Pins, attachment, bending, geodesic_bending, length, tautness};
 use faircurve::surface::{Globe, Quadric, Surface, Torus};
 use faircurve::{CurveBatch, CurveStatus, Device, DeviceReport, Precision, Sampling};
 use glam::{DMat3, DVec3};
@@ -225,6 +225,30 @@ fn curves_in_a_torus_and_in_an_own_surface_end_where_the_cpu_ends() {
         let on = device.clone().with_precision(Precision::F64);
         if precisions(device.as_gpu().unwrap()).contains(&Precision::F64) {
             assert_eq!(fair.fit(&over, &on).unwrap().device().is_gpu, has_text);
+        }
+    }
+}
+
+#[test]
+fn a_largest_geodesic_curvature_is_kept_as_on_the_cpu() {
+    let Some(device) = device() else { return };
+    // In f32 such curves are the CPU's.
+    let f64_alone: Vec<_> = precisions(device.as_gpu().unwrap()).into_iter().filter(|p| *p == Precision::F64).collect();
+    let torus = Torus::new(2.0, 0.6).unwrap();
+    let on_sphere = walks(160, 20.0, 0.2, &mut seeded(66));
+    let on_torus = onto(&torus, 2.5, &walks(160, 4.0, 0.2, &mut seeded(67)));
+    let sphere = within(Quadric::sphere(1.0), geodesic_bending(2.0) + tautness());
+    let torus = within(torus, geodesic_bending(2.0) + length());
+    for (what, fair, batch, bound) in [("sphere", sphere, on_sphere, 1.5), ("torus", torus, on_torus, 10.0)] {
+        let open = batch.select(&(0..160).step_by(2).collect::<Vec<_>>());
+        let fair = Fair { limits: Limits { curvature: Some(bound), ..Limits::default() }, ..fair };
+        let fit = fair.fit(&open, &Device::cpu()).unwrap();
+        let held = fit.reports().iter().filter(|report| report.limits.is_some_and(|limits| limits.active > 0)).count();
+        println!("{what}: {held} of {} are held", open.len());
+        assert!(held >= 4, "{what}");
+        if !f64_alone.is_empty() {
+            let did = conform_in(&f64_alone, what, &fair, &open, &device);
+            assert!(did.is_gpu && did.finished_on_cpu == 0, "{what}: {did:?}");
         }
     }
 }

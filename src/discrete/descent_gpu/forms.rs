@@ -37,7 +37,12 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (torsion() + bending(2.0) + attachment(), 3),
     ];
     let mut keys = Vec::new();
-    for energy in [geodesic_bending(2.0) + tautness(), geodesic_bending(3.0) + length() + attachment()] {
+    let curbed = Fencing { kinds: [true, false, false, false], in_surface: true, ..Fencing::default() };
+    let mut in_quadrics = vec![geodesic_bending(2.0) + tautness(), geodesic_bending(3.0) + length() + attachment()];
+    if precision == Precision::F64 {
+        in_quadrics.push((geodesic_bending(2.0) + tautness()).fenced(curbed));
+    }
+    for energy in in_quadrics {
         let composition = Composition::of(&energy, 2, 3, precision).expect("built in").in_surfaces(None);
         keys.extend(LANES.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
     }

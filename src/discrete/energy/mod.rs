@@ -66,7 +66,7 @@ macro_rules! energies {
             $($Own($own::$Own),)+
             Attachment,
             GeodesicBending(geodesic_bending::GeodesicBending),
-            GeodesicCurb(geodesic_bending::GeodesicCurb),
+            GeodesicCurb(geodesic_curb::GeodesicCurb),
             Custom(Arc<dyn Custom>),
         }
 
@@ -128,7 +128,9 @@ mod curvatures;
 mod custom;
 mod fence;
 pub(super) mod gauge;
-pub(super) mod geodesic_bending;
+mod geodesic_bending;
+pub(super) mod geodesic_curb;
+pub(super) mod in_surface;
 mod sum;
 mod wall;
 mod wgsl;

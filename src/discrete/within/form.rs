@@ -7,9 +7,8 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use crate::discrete::block::Block;
+use crate::discrete::block::{Block, times};
 use crate::discrete::compose::SURFACE_TABLE;
-use crate::discrete::energy::geodesic_bending::times;
 use crate::gpu::plan::Limits;
 use crate::linalg::scalar::{Vector, add, dot, number, scale};
 use crate::linalg::{Real, Scalar};

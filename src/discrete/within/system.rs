@@ -11,9 +11,9 @@
 // Loops over coordinates by index match the formulas, and stay within code for wide registers.
 #![allow(clippy::needless_range_loop)]
 
-use super::super::block::Block;
+use super::super::block::{Block, times};
 use super::super::energy::Fence;
-use super::super::energy::geodesic_bending::{InSurface, Parts, times};
+use super::super::energy::in_surface::{InSurface, Parts};
 use super::super::stretches::Stretch;
 use super::Basis;
 use crate::linalg::Scalar;

@@ -1,0 +1,44 @@
+// The curb of curves in surfaces: a fence of the geodesic curvature |m|/Δa. Twin: src/discrete/energy/geodesic_curb.rs.
+//:once include discrete/energy/fence.wgsl
+//:once include discrete/energy/in_surface.wgsl
+
+// |m|, at least the rounding of tangents, so that it can divide.
+fn geodesic_curb_turn(bend: Bend) -> real {
+    return max(real($ROUNDING), sqrt(bend.square));
+}
+
+fn geodesic_curb_value(w: Window) -> real {
+    let bend = bend_of(w);
+    return fence_value(w.curb, geodesic_curb_turn(bend) / bend.measure);
+}
+
+fn geodesic_curb_gradient(w: Window) -> Partials {
+    let bend = bend_of(w);
+    let turn = geodesic_curb_turn(bend);
+    let curvature = turn / bend.measure;
+    let by_curvature = w.curb.stiffness * fence_beyond(w.curb, curvature) * w.curb.slope;
+    var first = BendFirst();
+    first.value = fence_value(w.curb, curvature);
+    first.across = by_curvature / (turn * bend.measure);
+    first.by_length = real(-0.5) * by_curvature * curvature / bend.measure;
+    return bend_gradient(bend, first);
+}
+
+fn geodesic_curb_hessian(w: Window) -> SecondPartials {
+    let bend = bend_of(w);
+    let turn = geodesic_curb_turn(bend);
+    let curvature = turn / bend.measure;
+    let beyond = fence_beyond(w.curb, curvature);
+    let by_curvature = w.curb.stiffness * beyond * w.curb.slope;
+    let twice = select(real(0), w.curb.stiffness * w.curb.slope * w.curb.slope, beyond > real(0));
+    let inverse = real(1) / bend.measure;
+    // q = √s/a: 2 q_s = 1/(|m| a), 4 q_ss = −1/(|m|³ a), q_a = −q/a, q_sa = −q_s/a, q_aa = 2 q/a².
+    let across = inverse / turn;
+    let by_measure = -curvature * inverse;
+    var second = BendSecond();
+    second.across = by_curvature * across;
+    second.along = twice * across * across - by_curvature * across / (turn * turn);
+    second.mixed = real(0.5) * across * (twice * by_measure - by_curvature * inverse);
+    second.by_lengths = real(0.25) * (twice * by_measure * by_measure) + real(0.5) * by_curvature * curvature * inverse * inverse;
+    return bend_hessian(w, bend, second);
+}

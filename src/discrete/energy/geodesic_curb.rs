@@ -1,0 +1,71 @@
+//! The curb of curves in surfaces: a [fence](super::fence) of the geodesic curvature.
+
+use std::collections::BTreeMap;
+
+use super::Facts;
+use super::fence::Fence;
+use super::in_surface::{First, InSurface, Parts, Second};
+use super::wgsl::literal;
+use crate::linalg::{Real, Scalar};
+
+/// The [fence](super::fence) of the geodesic curvature |m|/Δa, as [`Curb`](super::curb::Curb) is that of |K|.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct GeodesicCurb;
+
+impl Facts for GeodesicCurb {
+    fn degree(&self) -> f64 {
+        0.0
+    }
+
+    fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
+        Ok(BTreeMap::from([("ROUNDING", literal(epsilon))]))
+    }
+}
+
+impl GeodesicCurb {
+    /// |m|, at least the rounding of tangents, so that it can divide; and |m|/Δa.
+    #[inline(always)]
+    fn curvature<S: Scalar>(parts: &Parts<S>) -> (S, S) {
+        let rounding = S::of(<S::Number as Real>::EPSILON.to_f64());
+        // The order of the operands keeps NaN.
+        let turn = rounding.max(parts.square.sqrt());
+        (turn, turn / parts.measure)
+    }
+}
+
+impl InSurface for GeodesicCurb {
+    #[inline(always)]
+    fn value_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> S {
+        fence.value(Self::curvature(parts).1)
+    }
+
+    #[inline(always)]
+    fn first_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> First<S> {
+        let (turn, curvature) = Self::curvature(parts);
+        let by_curvature = fence.stiffness * fence.beyond(curvature) * fence.slope;
+        First {
+            value: fence.value(curvature),
+            across: by_curvature / (turn * parts.measure),
+            by_length: S::of(-0.5) * by_curvature * curvature / parts.measure,
+        }
+    }
+
+    #[inline(always)]
+    fn second_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> Second<S> {
+        let (turn, curvature) = Self::curvature(parts);
+        let beyond = fence.beyond(curvature);
+        let by_curvature = fence.stiffness * beyond * fence.slope;
+        let twice = beyond.if_positive(fence.stiffness * fence.slope * fence.slope, S::ZERO);
+        let inverse = S::ONE / parts.measure;
+        // q = √s/a: 2 q_s = 1/(|m| a), 4 q_ss = −1/(|m|³ a), q_a = −q/a, q_sa = −q_s/a, q_aa = 2 q/a².
+        let across = inverse / turn;
+        let by_measure = -curvature * inverse;
+        Second {
+            across: by_curvature * across,
+            along: twice * across * across - by_curvature * across / (turn * turn),
+            mixed: S::of(0.5) * across * (twice * by_measure - by_curvature * inverse),
+            by_lengths: S::of(0.25) * (twice * by_measure * by_measure)
+                + S::of(0.5) * by_curvature * curvature * inverse * inverse,
+        }
+    }
+}
