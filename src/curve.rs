@@ -10,6 +10,7 @@ use std::ops::Range;
 use crate::arclength;
 use crate::motion::{Motion, Vector, searched_curvature};
 use crate::parallel;
+use crate::surface::Globe;
 use glam::{DVec2, DVec3};
 pub use sampling::Sampling;
 pub(crate) use sampling::{check_spacing, spans};
@@ -74,6 +75,11 @@ pub trait Curve: Sync {
     /// A curve that could not be fitted is its input polyline.
     fn is_fitted(&self) -> bool {
         true
+    }
+
+    /// The globe that the curve lies in, if its points are longitudes and latitudes that were fitted on one.
+    fn globe(&self) -> Option<Globe> {
+        None
     }
 
     /// Number of spans.

@@ -204,6 +204,10 @@ fn nearest(longitude: f64, latitude: f64, other: f64) -> f64 {
 }
 
 impl Curve for GlobeCurve<'_> {
+    fn globe(&self) -> Option<Globe> {
+        Some(self.globe)
+    }
+
     fn dimension(&self) -> usize {
         self.height.dimension()
     }

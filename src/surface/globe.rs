@@ -64,16 +64,22 @@ impl Globe {
         [DVec3::new(-sin_lon, cos_lon, 0.0), DVec3::new(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat)]
     }
 
-    /// The velocity in space of a motion by so many degrees of longitude and of latitude, in a unit of time.
+    /// The velocities to the east and to the north of a motion by so many degrees of longitude and of latitude, in a unit of time.
     ///
-    /// Along the parallel it is that over N cos φ, and along the meridian over M = a²b²/(a² cos²φ + b² sin²φ)^3/2.
-    pub(crate) fn velocity(&self, [longitude, latitude]: [f64; 2], rates: [f64; 2]) -> DVec3 {
-        let [east, north] = self.compass(longitude, latitude);
+    /// Along the parallel the radius is N cos φ, and along the meridian M = a²b²/(a² cos²φ + b² sin²φ)^3/2.
+    pub(crate) fn ground_velocity(&self, latitude: f64, rates: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = sin_cos_of_degrees(latitude);
         let (a, b) = (self.equatorial, self.polar);
         let root = (a * cos).hypot(b * sin);
-        let [along_parallel, along_meridian] = [a * (a * cos / root), (a / root) * (b / root) * (a / root) * b];
-        rates[0].to_radians() * along_parallel * east + rates[1].to_radians() * along_meridian * north
+        let radii = [a * (a * cos / root), (a / root) * (b / root) * (a / root) * b];
+        [0, 1].map(|k| rates[k].to_radians() * radii[k])
+    }
+
+    /// The same in space.
+    pub(crate) fn velocity(&self, [longitude, latitude]: [f64; 2], rates: [f64; 2]) -> DVec3 {
+        let [east, north] = self.compass(longitude, latitude);
+        let [eastward, northward] = self.ground_velocity(latitude, rates);
+        eastward * east + northward * north
     }
 
     /// The longitude, from −180° to 180°, and the latitude of a place on the surface. The longitude of a pole is 0.

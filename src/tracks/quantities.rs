@@ -8,8 +8,9 @@ use crate::curve::Curve;
 use crate::surface::Globe;
 use crate::words::words;
 
-/// The mean radius of the Earth in metres: lengths on this sphere are within 0.6 % of those on the ellipsoid.
-const EARTH: f64 = Globe::EARTH;
+/// The sphere of the Earth's mean radius, for longitudes and latitudes that were not fitted on a globe: lengths on it are within
+/// 0.6 % of those on the ellipsoid.
+const EARTH: Globe = Globe { equatorial: Globe::EARTH, polar: Globe::EARTH };
 
 /// What is written of a curve beside its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -20,8 +21,8 @@ pub enum Quantity {
     Tangent,
     /// The curvature (1/length). In the plane it is positive where the curve turns left.
     Curvature,
-    /// The length of the curve from its first point to here: in metres for longitudes and latitudes,
-    /// whose heights are metres too, else in the unit of the points.
+    /// The length of the curve from its first point to here, in the unit of the points. For longitudes and latitudes it is that on
+    /// their [globe](Curve::globe), else in metres on a sphere of the Earth's mean radius; heights are in the same unit.
     Arclength,
     /// The length, as of [`Quantity::Arclength`], that the curve covers in a unit of its times (a
     /// second, where times are dates).
@@ -36,7 +37,7 @@ pub enum Quantity {
 words!(Quantity, "quantity": [
     (Tangent, "tangent", "Unit tangents: tangent_x, tangent_y, tangent_z"),
     (Curvature, "curvature", "Curvature (1/length), positive to the left in the plane"),
-    (Arclength, "arclength", "Length of the curve up to here; metres for longitudes and latitudes"),
+    (Arclength, "arclength", "Length of the curve up to here; metres for longitudes and latitudes, or the unit of their --surface"),
     (Speed, "speed", "Arc length in a unit of time; in a second where times are dates"),
     (Heading, "heading", "Degrees from north (y) to the right, the course for longitudes and latitudes"),
 ]);
@@ -61,8 +62,9 @@ impl Quantity {
         curve: &dyn Curve,
         sites: &[(usize, f64)],
         times: Option<&[f64]>,
-        geographic: bool,
+        is_geographic: bool,
     ) -> Vec<Vec<f64>> {
+        let globe = curve.globe().or(is_geographic.then_some(EARTH));
         let jets = || sites.iter().map(|&(span, u)| curve.jet(span, u));
         let values = |value: &dyn Fn(usize) -> f64| vec![(0..sites.len()).map(value).collect()];
         if !curve.is_fitted() {
@@ -74,15 +76,16 @@ impl Quantity {
                 (0..curve.dimension()).map(|axis| tangents.iter().map(|t| t[axis]).collect()).collect()
             }
             Quantity::Curvature => vec![jets().map(|jet| jet.curvature(curve.dimension())).collect()],
-            Quantity::Arclength => vec![lengths(curve, sites, geographic)],
+            Quantity::Arclength => vec![lengths(curve, sites, globe)],
             Quantity::Speed => values(&|k| {
                 let (span, u) = sites[k];
-                times.map_or(f64::NAN, |t| speed(curve, span, u, geographic) / (t[span + 1] - t[span]))
+                times.map_or(f64::NAN, |t| speed(curve, span, u, globe) / (t[span + 1] - t[span]))
             }),
             Quantity::Heading => {
                 let heading = |point: DVec3, first: DVec3| {
-                    let east = if geographic { first.x * point.y.to_radians().cos() } else { first.x };
-                    let degrees = east.atan2(first.y).to_degrees();
+                    let rates = [first.x, first.y];
+                    let [east, north] = globe.map_or(rates, |globe| globe.ground_velocity(point.y, rates));
+                    let degrees = east.atan2(north).to_degrees();
                     // Not 360 where rounding would make it so.
                     if degrees < 0.0 { (degrees + 360.0) % 360.0 } else { degrees + 0.0 }
                 };
@@ -92,28 +95,25 @@ impl Quantity {
     }
 }
 
-/// How fast a curve moves along a span (length in a unit of `u`), on the Earth where its points are
+/// How fast a curve moves along a span (length in a unit of `u`), on a globe where its points are
 /// longitudes and latitudes.
-fn speed(curve: &dyn Curve, span: usize, u: f64, geographic: bool) -> f64 {
-    if !geographic {
-        return curve.speed(span, u);
-    }
+fn speed(curve: &dyn Curve, span: usize, u: f64, globe: Option<Globe>) -> f64 {
+    let Some(globe) = globe else { return curve.speed(span, u) };
     let jet = curve.jet(span, u);
-    let north = EARTH * jet.first.y.to_radians();
-    let east = EARTH * jet.first.x.to_radians() * jet.point.y.to_radians().cos();
+    let [east, north] = globe.ground_velocity(jet.point.y, [jet.first.x, jet.first.y]);
     DVec3::new(east, north, jet.first.z).length() * curve.pace(span)
 }
 
 /// The lengths from the first point of a curve to sites along it.
-fn lengths(curve: &dyn Curve, sites: &[(usize, f64)], geographic: bool) -> Vec<f64> {
+fn lengths(curve: &dyn Curve, sites: &[(usize, f64)], globe: Option<Globe>) -> Vec<f64> {
     let (mut before, mut length) = ((0, 0.0), 0.0);
     let mut lengths = Vec::with_capacity(sites.len());
     for &(span, u) in sites {
         while before.0 < span {
-            length += between(curve, before.0, before.1, 1.0, geographic);
+            length += between(curve, before.0, before.1, 1.0, globe);
             before = (before.0 + 1, 0.0);
         }
-        length += between(curve, span, before.1, u, geographic);
+        length += between(curve, span, before.1, u, globe);
         before = (span, u.max(before.1));
         lengths.push(length);
     }
@@ -121,11 +121,11 @@ fn lengths(curve: &dyn Curve, sites: &[(usize, f64)], geographic: bool) -> Vec<f
 }
 
 /// The length of a span from one fraction to another, smooth piece by smooth piece.
-fn between(curve: &dyn Curve, span: usize, from: f64, to: f64, geographic: bool) -> f64 {
+fn between(curve: &dyn Curve, span: usize, from: f64, to: f64, globe: Option<Globe>) -> f64 {
     if to <= from || curve.pieces(span) == 0 {
         return 0.0;
     }
-    if (from, to) == (0.0, 1.0) && !geographic {
+    if (from, to) == (0.0, 1.0) && globe.is_none() {
         return curve.span_length(span);
     }
     let pieces = curve.pieces(span) as f64;
@@ -135,7 +135,7 @@ fn between(curve: &dyn Curve, span: usize, from: f64, to: f64, geographic: bool)
     ends.map(|end| {
         let (start, part) = (from, end - from);
         from = end;
-        part * arclength::span_length(|v| speed(curve, span, start + v * part, geographic))
+        part * arclength::span_length(|v| speed(curve, span, start + v * part, globe))
     })
     .sum()
 }

@@ -178,6 +178,34 @@ fn curves_in_a_mesh_are_those_in_the_surface_that_it_stands_for() {
 }
 
 #[test]
+fn speeds_and_lengths_are_those_on_the_surface_that_was_given() {
+    let of = |input: &str, surface: &str| {
+        let folder = folder(input);
+        reports(
+            &folder,
+            &format!("--surface {surface} --method natural --write arclength,speed,heading --samples 8"),
+            0,
+        );
+        let text = fs::read_to_string(folder.path().join("out.csv")).unwrap();
+        let column = |name: &str| text.lines().next().unwrap().split(',').position(|own| own == name).unwrap();
+        let columns = ["arclength", "speed", "heading"].map(column);
+        let last: Vec<&str> = text.lines().last().unwrap().split(',').collect();
+        columns.map(|column| last[column].parse::<f64>().unwrap())
+    };
+    // Around the equator by 10° in a unit of time, and up a meridian from there.
+    let [equator, meridian] = ["lon,lat,t\n0,0,0\n10,0,1\n20,0,2\n", "lon,lat,t\n0,0,0\n0,5,1\n0,10,2\n"];
+    let [length, speed, heading] = of(equator, "sphere:2");
+    let wanted = 2.0 * 20f64.to_radians();
+    assert!((length / wanted - 1.0).abs() < 1e-6 && (2.0 * speed / wanted - 1.0).abs() < 1e-3, "{length} {speed}");
+    assert!((heading - 90.0).abs() < 1e-9, "{heading}");
+    let [length, ..] = of(equator, "wgs84");
+    assert!((length / (6_378_137.0 * 20f64.to_radians()) - 1.0).abs() < 1e-6, "{length}");
+    // By geographiclib. On the sphere of the Earth's mean radius it would be 0.5 % more.
+    let [length, _, heading] = of(meridian, "wgs84");
+    assert!((length / 1_105_854.833_2 - 1.0).abs() < 1e-6 && heading.abs() < 1e-9, "{length} {heading}");
+}
+
+#[test]
 fn splines_on_the_globe_start_and_end_at_the_rates_of_their_tangents() {
     let folder = folder("lon,lat,t,tx,ty\n10,50,0,0,2\n11,52,1,,\n14,53,2,1.5,0\n");
     for method in ["--method natural", "--method smoothing --smoothing 0.1"] {
