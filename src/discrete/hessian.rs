@@ -20,6 +20,7 @@ use super::block::{
     transpose,
 };
 use super::edges::Edges;
+use super::energy::gauge::{Gauge, SmoothGauge};
 use super::energy::{Functional, MOST_EDGES, Term, Visitor};
 use super::stretches::Stretches;
 use crate::linalg::Scalar;
@@ -100,7 +101,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         if self.is_empty { &[] } else { &self.blocks }
     }
 
-    /// The second derivatives of energies of lengths alone, which [`assemble`](Self::assemble) has added to the blocks.
+    /// The second derivatives of energies of lengths alone that are [left out](Self::assemble_by_tangents) of the blocks.
     pub fn stretches(&self) -> &Stretches<S> {
         &self.stretches
     }
@@ -119,9 +120,8 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         let terms = terms.into_iter();
         let of_terms = terms.clone().map(|(_, functional)| functional.order()).max().unwrap_or(0);
         self.reach = of_terms.max(gauge.map_or(0, |(order, _)| order.max(2)));
-        self.stretches.gather(edges, terms.clone(), gauge);
         self.is_empty = false;
-        self.add_tiles::<true>(edges, terms);
+        self.add_tiles::<true>(edges, terms, gauge);
     }
 
     /// Assembles the blocks of functionals of tangents, and leaves those of lengths alone in [`Stretches`].
@@ -136,29 +136,32 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     ) {
         let terms = terms.into_iter();
         self.reach = 2;
-        self.stretches.gather(edges, terms.clone(), gauge);
+        self.stretches.gather(edges, terms.clone(), gauge.map(|(_, weight)| weight));
         self.is_empty = !terms.clone().any(|(_, functional)| functional.is_by_tangent());
         if !self.is_empty {
-            self.add_tiles::<false>(edges, terms);
+            self.add_tiles::<false>(edges, terms, None);
         }
     }
 
-    /// Adds up the terms by edges, tile by tile, and writes the blocks.
+    /// Adds up the terms by edges, those of lengths alone too or not, tile by tile, and writes the blocks.
     #[inline(always)]
-    fn add_tiles<'a, const STRETCHES: bool>(
+    fn add_tiles<'a, const LENGTHS: bool>(
         &mut self,
         edges: &Edges<S, D>,
         terms: impl Iterator<Item = (S, &'a Functional)> + Clone,
+        gauge: Option<(usize, S)>,
     ) {
         let zero = [[[S::ZERO; D]; D]; COUPLED];
         let most = edges.most();
         self.at_edges.fill(zero);
         for first in (0..most).step_by(TILE) {
             let tile = first..(first + TILE).min(most);
-            self.add_terms(edges, tile.clone(), terms.clone());
-            if STRETCHES {
-                self.add_stretches(edges, tile.clone(), 0);
+            for (weight, functional) in terms.clone() {
+                if LENGTHS || functional.is_by_tangent() {
+                    functional.visit(Assembling { hessian: self, edges, tile: tile.clone(), weight });
+                }
             }
+            self.add_gauge(edges, tile.clone(), gauge);
             self.scatter(tile.clone(), 0);
             // The windows of this tile have added to edges after it. Those sums move to the next
             // tile.
@@ -169,37 +172,19 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
                 left.fill(zero);
             }
         }
-        let (rest, at) = (most..self.blocks.len() - 1, (most + TILE - 1) % TILE + 1);
-        if STRETCHES {
-            self.add_stretches(edges, rest.clone(), at);
-        }
-        self.scatter(rest, at);
+        self.scatter(most..self.blocks.len() - 1, (most + TILE - 1) % TILE + 1);
         self.close();
     }
 
     #[inline(always)]
-    fn add_terms<'a>(
-        &mut self,
-        edges: &Edges<S, D>,
-        tile: Range<usize>,
-        terms: impl Iterator<Item = (S, &'a Functional)>,
-    ) {
-        for (weight, functional) in terms {
-            functional.visit(Assembling { hessian: self, edges, tile: tile.clone(), weight });
-        }
-    }
-
-    /// Adds what energies of lengths have at these edges, from edge `at` of a tile on.
-    #[inline(always)]
-    fn add_stretches(&mut self, edges: &Edges<S, D>, range: Range<usize>, at: usize) {
-        let most = edges.tangent.len();
-        for j in range.clone() {
-            let (t, stretch) = (edges.tangent[j], self.stretches.of(j));
-            let blocks = &mut self.at_edges[at + j - range.start];
-            add_curvature_of_length(&mut blocks[0], t, stretch.across);
-            for k in 0..self.reach.min(most - j) {
-                add_block(&mut blocks[k], &outer(stretch.along[k], t, edges.tangent[j + k]));
+    fn add_gauge(&mut self, edges: &Edges<S, D>, tile: Range<usize>, gauge: Option<(usize, S)>) {
+        match gauge {
+            Some((3.., weight)) => {
+                self.sweep_apart(edges, tile.clone(), weight, &SmoothGauge);
+                self.add_gauge_at_ends(edges, tile, weight);
             }
+            Some((_, weight)) => self.sweep(edges, tile, weight, &Gauge),
+            None => (),
         }
     }
 
@@ -214,6 +199,16 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         gauge: Option<(usize, S)>,
     ) {
         self.assemble(edges, terms, gauge);
+    }
+
+    /// Adds the gauge of first differences beside the ends of open curves.
+    ///
+    /// It belongs to the gauge of second differences.
+    #[inline(never)]
+    fn add_gauge_at_ends(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S) {
+        for start in tile.start..if self.closed { tile.start } else { tile.end.min(edges.windows::<2>()) } {
+            self.add_window(edges, start, start - tile.start, weight * edges.ends(start), &Gauge);
+        }
     }
 
     /// Adds to the block of the vertices v and v + k.
@@ -271,9 +266,23 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         term: &T,
     ) {
         let window = edges.window::<T, W>(start);
-        let (first, second) = (term.gradient(&window), term.hessian(&window));
+        let first = term.gradient(&window);
         let mut inverse = [S::ZERO; W];
         inverse.copy_from_slice(&edges.inverse[start..start + W]);
+        if !T::BY_TANGENT {
+            let second = term.by_lengths(&window);
+            for j in 0..W {
+                for k in j..W {
+                    let mut block = outer(second[j][k], window.tangent[j], window.tangent[k]);
+                    if j == k {
+                        add_curvature_of_length(&mut block, window.tangent[j], inverse[j] * first.length[j]);
+                    }
+                    add_scaled(&mut self.at_edges[at + j][k - j], weight, &block);
+                }
+            }
+            return;
+        }
+        let second = term.hessian(&window);
         for j in 0..W {
             for k in j..W {
                 let mut block = pair(&window.tangent, &inverse, &second, j, k);
@@ -408,9 +417,7 @@ impl<S: Scalar, const D: usize> Visitor for Assembling<'_, S, D> {
     #[inline(always)]
     fn visit<T: Term<W>, const W: usize>(self, term: &T) {
         let Assembling { hessian, edges, tile, weight } = self;
-        if !T::BY_TANGENT {
-            // They are in the stretches.
-        } else if T::APART {
+        if T::APART {
             hessian.sweep_apart(edges, tile, weight, term);
         } else {
             hessian.sweep(edges, tile, weight, term);

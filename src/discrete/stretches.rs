@@ -6,13 +6,14 @@
 //! ∂²f/∂e_j∂e_k = f_jk T_j T_kᵀ + δ_jk f_j P_j/Δs_j
 //! ```
 //!
-//! So a number for every f_jk and one for every f_j/Δs_j hold those of all such energies.
+//! So a number for every f_jk and one for every f_j/Δs_j hold those of all such energies. Systems in tangent planes take them in
+//! this form: see [`within`](super::within).
 
 // Loops over edges by index match the formulas, and stay within code for wide registers.
 #![allow(clippy::needless_range_loop)]
 
 use super::edges::Edges;
-use super::energy::gauge::{Gauge, SmoothGauge};
+use super::energy::gauge::Gauge;
 use super::energy::{Functional, MOST_EDGES, Term, Visitor};
 use crate::linalg::Scalar;
 
@@ -45,31 +46,20 @@ impl<S: Scalar> Stretches<S> {
         &self.edges[edge]
     }
 
-    /// Adds up those of all terms and of the gauge, which is given by its order and weight.
+    /// Adds up those of all terms, and of the gauge of first differences by its weight.
     #[inline(always)]
     pub fn gather<'a, const D: usize>(
         &mut self,
         edges: &Edges<S, D>,
         terms: impl Iterator<Item = (S, &'a Functional)>,
-        gauge: Option<(usize, S)>,
+        gauge: Option<S>,
     ) {
         self.edges.fill(Stretch { along: [S::ZERO; MOST_EDGES], across: S::ZERO });
         for (weight, functional) in terms {
             functional.visit(Gathering { stretches: self, edges, weight });
         }
-        match gauge {
-            Some((3.., weight)) => self.sweep_smooth_gauge(edges, weight),
-            Some((_, weight)) => self.sweep(edges, weight, &Gauge),
-            None => (),
-        }
-    }
-
-    /// The gauge of second differences, and that of first differences beside the ends of open curves.
-    #[inline(never)]
-    fn sweep_smooth_gauge<const D: usize>(&mut self, edges: &Edges<S, D>, weight: S) {
-        self.sweep(edges, weight, &SmoothGauge);
-        for start in 0..if edges.is_closed() { 0 } else { edges.windows::<2>() } {
-            self.add_window(edges, start, weight * edges.ends(start), &Gauge);
+        if let Some(weight) = gauge {
+            self.sweep(edges, weight, &Gauge);
         }
     }
 

@@ -246,10 +246,12 @@ impl Surface for HeightField {
         None
     }
 
-    /// About the node of row 0 and column 0.
+    /// About the node in the middle.
     fn local(&self) -> Option<(Arc<dyn Surface>, DVec3)> {
-        let [x, y] = self.origin;
-        Some((Arc::new(HeightField { origin: [0.0; 2], ..self.clone() }), DVec3::new(x, y, 0.0)))
+        let [rows, columns] = self.shape;
+        let way = [(columns / 2) as f64 * self.spacing[0], (rows / 2) as f64 * self.spacing[1]];
+        let field = HeightField { origin: way.map(|x| -x), ..self.clone() };
+        Some((Arc::new(field), DVec3::new(self.origin[0] + way[0], self.origin[1] + way[1], 0.0)))
     }
 
     fn wgsl(&self) -> Option<String> {
