@@ -8,9 +8,10 @@ use crate::linalg::scalar::{Vector, add, dot, scale};
 use crate::motion::Motion;
 use crate::surface::Surface;
 
-/// A span is measured on a surface by one chord for so many edges, and by so many chords at least.
+/// A span is measured on a quadric by one chord for so many edges, and by so many chords at least.
 ///
-/// Normals turn little along a span (see `ground::wide`), and the gauge evens out the rest. Every foot costs time.
+/// Normals turn little along a span (see `ground::wide`), and the gauge evens out the rest. Every foot costs time. Other surfaces,
+/// such as terrain, may have hills in a span.
 const EDGES_A_CHORD: usize = 4;
 const LEAST_CHORDS: usize = 4;
 
@@ -27,6 +28,7 @@ pub(super) fn divide<const D: usize>(
     let expected = if let Segments::PerSpan(n) = segments { n * curve.spans() + 1 } else { 0 };
     let (mut vertices, mut rows) = (Vec::with_capacity(expected), Vec::with_capacity(points.len() + 1));
     let (mut arc, mut feet) = (Vec::new(), Vec::new());
+    let is_quadric = surface.is_some_and(|surface| surface.quadric().is_some());
     for span in 0..curve.spans() {
         let (from, to) = (points[span], points[(span + 1) % points.len()]);
         rows.push(vertices.len() as u32);
@@ -34,7 +36,7 @@ pub(super) fn divide<const D: usize>(
             continue;
         }
         let way = Along::new(curve, span);
-        let along = Moved { way, surface };
+        let along = Moved { way, surface, is_quadric };
         // The data themselves are taken, without the rounding of a spline.
         vertices.push(if interpolates { from } else { along.place(0.0) });
         let n = match segments {
@@ -52,7 +54,7 @@ pub(super) fn divide<const D: usize>(
     }
     rows.push(vertices.len() as u32);
     if !curve.is_closed() {
-        let end = || Moved { way: Along::new(curve, curve.spans() - 1), surface }.place(1.0);
+        let end = || Moved { way: Along::new(curve, curve.spans() - 1), surface, is_quadric }.place(1.0);
         vertices.push(if interpolates { points[points.len() - 1] } else { end() });
     }
     (vertices, rows)
@@ -120,6 +122,7 @@ impl<'a, const D: usize> Along<'a, D> {
 struct Moved<'a, const D: usize> {
     way: Along<'a, D>,
     surface: Option<&'a dyn Surface>,
+    is_quadric: bool,
 }
 
 impl<const D: usize> Moved<'_, D> {
@@ -147,7 +150,7 @@ impl<const D: usize> Moved<'_, D> {
     fn measure(&self, n: usize, arc: &mut Vec<f64>, feet: &mut Vec<DVec3>) {
         self.way.measure(n, arc);
         let Some(surface) = self.surface else { return };
-        let chords = n.min(LEAST_CHORDS.max(n / EDGES_A_CHORD));
+        let chords = if self.is_quadric { n.min(LEAST_CHORDS.max(n / EDGES_A_CHORD)) } else { n };
         let end = |chord: usize| chord * n / chords;
         let place = |chord: usize| vector(&self.way.place(end(chord) as f64 / n as f64));
         feet.clear();
