@@ -173,7 +173,7 @@ pub struct Fair {
     /// curve that breaks them least, and its message says where and by how much. So is a curve that only keeps them by
     /// loops: one of 1.5 times the length that it has without limits, or one that crosses itself as it did not. It stays
     /// as it is without limits, or, within a deviation, the spline near its points.
-    /// [`CurveReport::limits`] has the violation, the vertices that a limit holds, what the limits cost, and the length
+    /// [`CurveReport::limits`](crate::CurveReport::limits) has the violation, the vertices that a limit holds, what the limits cost, and the length
     /// over that of the points' polygon: a bound far below the natural curvature may be kept by loops.
     ///
     /// Limits are kept tighter by 2e-7 of them, so that rounding does not break them. Where ρ is at its largest the margin
@@ -269,7 +269,7 @@ pub struct Fair {
     ///
     /// 1 by default. The first starts from the spline, the second from circles through neighbouring points, the third
     /// from the polygon rounded, and the others from long tangents at random. A curve that crosses
-    /// itself does not take the place of one that does not. [`CurveReport::gain`] is what they saved, and the iterations
+    /// itself does not take the place of one that does not. [`CurveReport::gain`](crate::CurveReport::gain) is what they saved, and the iterations
     /// are those of all.
     pub starts: u32,
     /// The seed of the starts at random.
