@@ -47,6 +47,8 @@ pub(crate) struct Within<S, const D: usize> {
     is_framed: bool,
     /// The edges in the coordinates of their ends, where the system was assembled.
     links: Vec<Link<S>>,
+    /// How the surface bends at the vertices there.
+    saddles: Vec<Saddle<S>>,
     /// The gradient of geodesic bending by the places of vertices.
     by_place: Vec<Vector<S, D>>,
     /// n·g of the last evaluation, and of the curves as they stand.
@@ -76,6 +78,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             flatness: vec![S::ZERO; rows - shapes],
             is_framed: false,
             links: Vec::with_capacity(rows),
+            saddles: Vec::with_capacity(rows),
             by_place: vec![[S::ZERO; D]; rows],
             pushes_there: vec![S::ZERO; rows],
             pushes: vec![S::ZERO; rows],
@@ -288,9 +291,12 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         for j in 0..edges.windows::<2>() {
             add_edges(system, j, [&self.links[j], &self.links[j + 1]], stretches.of(j).along[1]);
         }
+        self.saddles.clear();
         for row in 0..u.len() {
             // −(n·g) W
-            let Saddle { mut shape, .. } = self.saddle(row, &bases[row]);
+            let saddle = self.saddle(row, &bases[row]);
+            self.saddles.push(saddle);
+            let mut shape = saddle.shape;
             for a in 0..2 {
                 shape[a] = scale(-self.pushes[row], shape[a]);
             }
@@ -342,7 +348,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
                 tangents: turn.tangent,
                 inverses: [edges.inverse[j], edges.inverse[j + 1]],
                 normal: turn.normal,
-                saddle: self.saddle(j + 1, &bases[j + 1]),
+                saddle: self.saddles[j + 1],
                 third,
             };
             let (measure, fence) = (turn.measure, turn.fence);

@@ -40,6 +40,7 @@ impl<S: Scalar> Link<S> {
 }
 
 /// How a surface bends at a vertex, in its coordinates.
+#[derive(Clone, Copy)]
 pub(super) struct Saddle<S> {
     /// S
     pub shape: Block<S, 2>,
