@@ -304,8 +304,9 @@ impl<'a, const D: usize> Job<'a, D> {
             |rounds: Rounds<Layout>| rounds.advance(|r, l, a, s| self.round(r, l, a, s), &WANTED, &mut *progress),
             |groups, (layout, results)| {
                 let left = self.unpack(members(groups), &layout, &results, outcomes);
-                members(groups).iter().filter(|i| !left.contains(i)).for_each(|&i| ended(i, &outcomes[i]));
-                host.extend(left);
+                for (&i, left) in members(groups).iter().zip(left) {
+                    if left { host.push(i) } else { ended(i, &outcomes[i]) }
+                }
                 Ok(())
             },
         );

@@ -236,14 +236,14 @@ impl<const D: usize> Job<'_, D> {
         }
     }
 
-    /// Writes what has become of curves, and returns those that are left to the host.
+    /// Writes what has become of curves, and returns which of them are left to the host.
     pub(super) fn unpack(
         &self,
         curves: &[usize],
         layout: &Layout,
         results: &[Downloaded],
         outcomes: &mut [Outcome<D>],
-    ) -> Vec<usize> {
+    ) -> Vec<bool> {
         let states = results[0].as_slice::<DescentState>();
         let (lanes, displacements) = (results[1].reals(), results[2].reals());
         let found = parallel::map(curves.len(), UNPACKED_TOGETHER, |slot| {
@@ -261,9 +261,7 @@ impl<const D: usize> Job<'_, D> {
                 on_cpu: false,
             }
         });
-        let is_left = |slot: &usize| states[*slot].standing == LEFT;
-        let left: Vec<usize> = (0..curves.len()).filter(is_left).map(|slot| curves[slot]).collect();
         curves.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
-        left
+        (0..curves.len()).map(|slot| states[slot].standing == LEFT).collect()
     }
 }
