@@ -103,7 +103,10 @@ impl Fair {
         let is_fenced = self.energy.is_fenced();
         // Not every surface has kernels, and of some only in f64.
         let has_kernel = |gpu: &Gpu, precision| {
-            self.surface.as_ref().is_none_or(|surface| has_kernel(&**surface, precision, gpu.limits()))
+            self.surface.as_ref().is_none_or(|surface| match surface.local() {
+                Some((local, _)) => has_kernel(&*local, precision, gpu.limits()),
+                None => has_kernel(&**surface, precision, gpu.limits()),
+            })
         };
         let is_f32_enough = device.as_gpu().is_none_or(|gpu| has_kernel(gpu, Precision::F32));
         let well_conditioned = well_conditioned && order < 3 && !is_fenced && is_f32_enough;

@@ -151,18 +151,6 @@ impl Surface for Mesh {
         Some((self.sheet.clone(), self.middle))
     }
 
-    fn wgsl(&self) -> Option<String> {
-        self.sheet.wgsl()
-    }
-
-    fn wgsl_table(&self) -> Vec<f64> {
-        self.sheet.wgsl_table()
-    }
-
-    fn wgsl_turns(&self) -> usize {
-        self.sheet.wgsl_turns()
-    }
-
     /// Beyond a rim by more than a tenth of the longest side there. Where sheets mix.
     fn unknown(&self, x: DVec3) -> Option<String> {
         self.sheet.unknown(x - self.middle)

@@ -123,7 +123,8 @@ pub trait Surface: Debug + Send + Sync {
     ///   step that led there is refused. Where the text cannot tell it returns `surface_left(x)`, and the whole curve is left to
     ///   the CPU.
     ///
-    /// Coordinates are those of the [local](Self::local) surface, which is asked for the text. The text reads the numbers of [`wgsl_table`](Self::wgsl_table) as `surface_table[k]`.
+    /// The [local](Self::local) surface is asked for the text, and coordinates are its own. The text reads the numbers of
+    /// [`wgsl_table`](Self::wgsl_table) as `surface_table[k]`.
     fn wgsl(&self) -> Option<String> {
         None
     }

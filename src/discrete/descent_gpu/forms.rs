@@ -51,7 +51,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         let torus = Torus::new(2.0, 1.0).expect("R > r").wgsl();
         let heights = HeightField::new([2, 2], vec![0.0; 4]).expect("two rows and columns").wgsl();
         let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let mesh = Mesh::new(&triangle, &[[0, 1, 2]]).expect("a triangle").wgsl();
+        let mesh = Mesh::new(&triangle, &[[0, 1, 2]]).expect("a triangle").local().and_then(|(sheet, _)| sheet.wgsl());
         for (text, lanes) in [(torus, &LANES[..]), (heights, &LANES[..2]), (mesh, &LANES[..2])] {
             let composition = composition.clone().in_surfaces(text.as_deref());
             keys.extend(lanes.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
