@@ -134,7 +134,7 @@ impl Estimate {
     /// The fraction at which the speed is least, if that is inside the piece and far below the
     /// largest speed.
     #[cold]
-    fn slowest(&self, speed: &impl Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
+    fn slowest(&self, speed: &dyn Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
         let at = |k: usize| {
             if k == 0 {
                 from
@@ -172,10 +172,10 @@ impl Estimate {
 }
 
 #[cold]
-fn refined(speed: &impl Fn(f64) -> f64, (from, to): (f64, f64), estimate: &Estimate, whole: f64, halvings: u32) -> f64 {
+fn refined(speed: &dyn Fn(f64) -> f64, (from, to): (f64, f64), estimate: &Estimate, whole: f64, halvings: u32) -> f64 {
     let middle = estimate.slowest(speed, from, to).unwrap_or(0.5 * (from + to));
     let part = |from: f64, to: f64| {
-        let estimate = Estimate::of(speed, from, to);
+        let estimate = Estimate::of(&speed, from, to);
         // NaN ends the recursion too.
         if halvings == 0 || estimate.is_good(whole) || !estimate.length.is_finite() {
             return estimate.length;

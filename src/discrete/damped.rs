@@ -6,8 +6,8 @@ use super::lane::Standing;
 use super::newton::Newton;
 use super::plan::Direction;
 use crate::damping::{Trial, Verdict};
-use crate::linalg::Scalar;
-use crate::linalg::scalar::{add, dot, scale, subtract};
+use crate::linalg::scalar::{scale, subtract};
+use crate::linalg::{Operation, Scalar};
 
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     /// Storage for the systems of [`newton_tick`](Self::newton_tick), if the plan uses Newton's
@@ -33,30 +33,17 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         self.lanes.iter().any(|lane| lane.evaluations > 0)
     }
 
-    /// One trial of every lane, for one curve alone.
-    ///
-    /// It is compiled once for all its callers.
-    #[inline(never)]
-    pub(super) fn newton_tick(&mut self, newton: &mut Newton<S, D>) {
-        self.newton_tick_inlined(newton);
-    }
-
-    /// One trial of every lane, compiled with the instructions of the caller.
+    /// One trial of every lane.
     ///
     /// The first tick is [`tick`](Self::tick), which evaluates the curves as they stand.
-    #[inline(always)]
-    pub(super) fn newton_tick_inlined(&mut self, newton: &mut Newton<S, D>) {
+    pub(super) fn newton_tick(&mut self, newton: &mut Newton<S, D>) {
         let smallest = self.newton_direction(newton);
         let most = self.edges.most_step(&self.p);
-        let (mut alpha, mut slope) = (S::ZERO, S::ZERO);
+        let mut alpha = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {
             alpha.set_lane(l, lane.newton_step(most.lane(l)));
         }
-        for row in 0..self.u.len() {
-            slope += dot(self.g[row], self.p[row]);
-            self.x[row] = add(self.u[row], scale(alpha, self.p[row]));
-        }
-        self.retract();
+        let slope = self.advance(alpha);
         let (energy, slope_there, length) = self.evaluate();
         let mut accepted = S::ZERO;
         for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(_, lane)| lane.standing == Standing::Running) {
@@ -86,7 +73,6 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     ///
     /// A step keeps v·p = 0, and so has nothing of v vᵀ. Without it H may be indefinite where only steps across are downwards,
     /// and would be damped for nothing.
-    #[inline(never)]
     fn stiffen_across(&self, newton: &mut Newton<S, D>) {
         let Some(constraints) = &self.constraints else { return };
         let stiffness = newton.largest();
@@ -96,19 +82,11 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     }
 
     /// Computes p for the curves as they stand, and returns the smallest pivot of each lane.
-    #[inline(always)]
     pub(super) fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> S {
         self.edges.place(&self.u);
         let gauge = (self.plan.gauge > 0).then_some((self.plan.gauge, self.gauge));
-        newton.assemble(&self.edges, self.terms.iter().copied(), gauge, &self.weights);
-        for (row, (target, hold)) in self.holds.iter().enumerate() {
-            newton.hold(row, hold.hessian(subtract(self.u[row], *target)), self.weights.vertices[row]);
-        }
-        for walls in &self.walls {
-            for (row, wall) in walls.iter().enumerate() {
-                newton.hold(row, wall.hessian(self.u[row]), S::ZERO);
-            }
-        }
+        newton.assemble(&self.edges, &self.terms, gauge, &self.weights);
+        S::run(Hold { descent: self, newton });
         if const { D == 3 }
             && let Some(within) = &mut self.within
         {
@@ -134,5 +112,28 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
         self.edges.close(&mut self.p);
         smallest
+    }
+}
+
+/// Adds the second derivatives of what holds the vertices.
+struct Hold<'d, 'a, S: Scalar, const D: usize> {
+    descent: &'d Descent<'a, S, D>,
+    newton: &'d mut Newton<S, D>,
+}
+
+impl<S: Scalar, const D: usize> Operation for Hold<'_, '_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Hold { descent, newton } = self;
+        for (row, (target, hold)) in descent.holds.iter().enumerate() {
+            newton.hold(row, hold.hessian(subtract(descent.u[row], *target)), descent.weights.vertices[row]);
+        }
+        for walls in &descent.walls {
+            for (row, wall) in walls.iter().enumerate() {
+                newton.hold(row, wall.hessian(descent.u[row]), S::ZERO);
+            }
+        }
     }
 }

@@ -19,7 +19,7 @@ use super::plan::{Plan, Step};
 use super::within::Within;
 use crate::damping::Verdict;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
-use crate::linalg::{Real, Scalar};
+use crate::linalg::{Operation, Real, Scalar};
 
 /// The curves of all lanes.
 pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
@@ -117,25 +117,13 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy
     }
 
-    /// One trial of every lane, for one curve alone.
-    ///
-    /// It is compiled once for all its callers.
-    #[inline(never)]
+    /// One trial of every lane.
     pub fn tick(&mut self) {
-        self.tick_inlined();
-    }
-
-    /// One trial of every lane, compiled with the instructions of the caller.
-    #[inline(always)]
-    pub fn tick_inlined(&mut self) {
         let mut alpha = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {
             alpha.set_lane(l, lane.search.alpha);
         }
-        for row in 0..self.u.len() {
-            self.x[row] = add(self.u[row], scale(alpha, self.p[row]));
-        }
-        self.retract();
+        self.advance(alpha);
         let (energy, slope, length) = self.evaluate();
         let mut accepted = S::ZERO;
         for l in 0..self.lanes.len() {
@@ -150,9 +138,14 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
     }
 
+    /// Moves to x = u + αp, and returns g·p.
+    pub(super) fn advance(&mut self, alpha: S) -> S {
+        S::run(Advance { descent: self, alpha })
+    }
+
     /// Moves x back to the surface, if curves lie in one.
     #[inline(always)]
-    pub(super) fn retract(&mut self) {
+    fn retract(&mut self) {
         if const { D == 3 }
             && let Some(within) = &self.within
         {
@@ -164,37 +157,10 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     /// The energy, slope and length at x.
     ///
     /// The gradient goes to `trial`.
-    #[inline(always)]
     pub(super) fn evaluate(&mut self) -> (S, S, S) {
         self.edges.close(&mut self.x);
         self.edges.place(&self.x);
         self.edges.clear();
-        let mut energy = self.evaluate_terms();
-        if const { D == 3 }
-            && let Some(within) = &mut self.within
-        {
-            within.frame(&self.x);
-            energy += within.add(&mut self.edges, &self.terms);
-        }
-        self.edges.gradient(&self.pins.movable, &mut self.trial);
-        if self.weights.attached {
-            energy += self.attach();
-        }
-        energy += self.wall_in();
-        if const { D == 3 }
-            && let Some(within) = &mut self.within
-        {
-            within.settle(&self.pins.movable, &mut self.trial);
-        }
-        let mut slope = S::ZERO;
-        for (g, p) in self.trial.iter().zip(&self.p) {
-            slope += dot(*g, *p);
-        }
-        (energy, slope, self.edges.total_length())
-    }
-
-    #[inline(always)]
-    fn evaluate_terms(&mut self) -> S {
         let mut energy = S::ZERO;
         for (weight, functional) in &self.terms {
             energy += self.edges.add(*weight, functional);
@@ -202,7 +168,13 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         if self.plan.gauge > 0 {
             energy += self.edges.add_gauge(self.plan.gauge, self.gauge);
         }
-        energy
+        if const { D == 3 }
+            && let Some(within) = &mut self.within
+        {
+            within.frame(&self.x);
+            energy += within.add(&mut self.edges, &self.terms);
+        }
+        S::run(Complete { descent: self, energy })
     }
 
     /// The energy of what holds the vertices.
@@ -290,16 +262,12 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
 
     /// Takes the step where `accepted` is 1, and prepares the Sobolev gradient, the direction and
     /// the first trial there.
-    #[inline(always)]
     pub(super) fn accept(&mut self, accepted: S, slope: S) {
         let smallest = self.metric.freeze(&self.edges, &self.pins, &self.weights);
-        // x becomes the array of the new Sobolev gradient once the displacements are taken.
-        let (mut norm2, mut mixed) = (S::ZERO, S::ZERO);
         for row in 0..self.u.len() {
-            for c in 0..D {
-                self.u[row][c] = accepted.if_positive(self.x[row][c], self.u[row][c]);
-            }
+            self.u[row] = taken(accepted, self.x[row], self.u[row]);
         }
+        // x becomes the array of the new Sobolev gradient once the displacements are taken.
         self.x.copy_from_slice(&self.trial);
         self.metric.solve(&self.pins, &mut self.x);
         if let Some(constraints) = &self.constraints {
@@ -311,6 +279,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
                 within.relieve(constraints.forces(&multipliers));
             }
         }
+        let (mut norm2, mut mixed) = (S::ZERO, S::ZERO);
         for row in 0..self.u.len() {
             norm2 += dot(self.trial[row], self.x[row]);
             mixed += dot(self.trial[row], self.z[row]);
@@ -322,26 +291,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
                 beta.set_lane(l, b);
             }
         }
-        if const { D == 3 }
-            && let Some(within) = &mut self.within
-        {
-            within.accept(accepted);
-            for row in 0..self.u.len() {
-                self.x[row] = within.tangential(row, self.x[row]);
-            }
-        }
-        for row in 0..self.u.len() {
-            let mut before = scale(beta, self.p[row]);
-            if const { D == 3 }
-                && let Some(within) = &self.within
-            {
-                before = within.tangential(row, before);
-            }
-            let direction = subtract(before, self.x[row]);
-            self.g[row] = taken(accepted, self.trial[row], self.g[row]);
-            self.z[row] = taken(accepted, self.x[row], self.z[row]);
-            self.p[row] = taken(accepted, direction, self.p[row]);
-        }
+        S::run(Turn { descent: self, accepted, beta });
         self.edges.close(&mut self.p);
         let most = self.edges.most_step(&self.p);
         for l in 0..self.lanes.len() {
@@ -355,6 +305,95 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     pub fn displacements(&self, l: usize) -> Vec<Vector<f64, D>> {
         let count = self.edges.vertices()[l];
         self.u[..count].iter().map(|u| std::array::from_fn(|c| u[c].lane(l).to_f64())).collect()
+    }
+}
+
+/// [`Descent::advance`]
+struct Advance<'d, 'a, S: Scalar, const D: usize> {
+    descent: &'d mut Descent<'a, S, D>,
+    alpha: S,
+}
+
+impl<S: Scalar, const D: usize> Operation for Advance<'_, '_, S, D> {
+    type Output = S;
+
+    #[inline(always)]
+    fn run(self) -> S {
+        let Advance { descent, alpha } = self;
+        let mut slope = S::ZERO;
+        for row in 0..descent.u.len() {
+            slope += dot(descent.g[row], descent.p[row]);
+            descent.x[row] = add(descent.u[row], scale(alpha, descent.p[row]));
+        }
+        descent.retract();
+        slope
+    }
+}
+
+/// Completes an evaluation whose energies of edges are added up: the gradient at the vertices, what holds them, and the slope
+/// along p.
+struct Complete<'d, 'a, S: Scalar, const D: usize> {
+    descent: &'d mut Descent<'a, S, D>,
+    energy: S,
+}
+
+impl<S: Scalar, const D: usize> Operation for Complete<'_, '_, S, D> {
+    type Output = (S, S, S);
+
+    #[inline(always)]
+    fn run(self) -> (S, S, S) {
+        let Complete { descent, mut energy } = self;
+        descent.edges.gradient(&descent.pins.movable, &mut descent.trial);
+        if descent.weights.attached {
+            energy += descent.attach();
+        }
+        energy += descent.wall_in();
+        if const { D == 3 }
+            && let Some(within) = &mut descent.within
+        {
+            within.settle(&descent.pins.movable, &mut descent.trial);
+        }
+        let mut slope = S::ZERO;
+        for row in 0..descent.trial.len() {
+            slope += dot(descent.trial[row], descent.p[row]);
+        }
+        (energy, slope, descent.edges.total_length())
+    }
+}
+
+/// Takes the gradient, the Sobolev gradient in x, and the direction p = −z + βp where `accepted` is 1.
+struct Turn<'d, 'a, S: Scalar, const D: usize> {
+    descent: &'d mut Descent<'a, S, D>,
+    accepted: S,
+    beta: S,
+}
+
+impl<S: Scalar, const D: usize> Operation for Turn<'_, '_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Turn { descent, accepted, beta } = self;
+        if const { D == 3 }
+            && let Some(within) = &mut descent.within
+        {
+            within.accept(accepted);
+            for row in 0..descent.u.len() {
+                descent.x[row] = within.tangential(row, descent.x[row]);
+            }
+        }
+        for row in 0..descent.u.len() {
+            let mut before = scale(beta, descent.p[row]);
+            if const { D == 3 }
+                && let Some(within) = &descent.within
+            {
+                before = within.tangential(row, before);
+            }
+            let direction = subtract(before, descent.x[row]);
+            descent.g[row] = taken(accepted, descent.trial[row], descent.g[row]);
+            descent.z[row] = taken(accepted, descent.x[row], descent.z[row]);
+            descent.p[row] = taken(accepted, direction, descent.p[row]);
+        }
     }
 }
 

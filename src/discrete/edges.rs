@@ -15,8 +15,8 @@
 use super::energy::gauge::{Gauge, SmoothGauge};
 use super::energy::{FENCE_KINDS, Fence, Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
 use super::line_search::MOST_OF_AN_EDGE;
-use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
+use crate::linalg::{Operation, Scalar};
 
 /// The edges of one curve, or of one curve a lane.
 ///
@@ -194,8 +194,12 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     }
 
     /// Computes tangents and lengths of the curve with displacements u.
-    #[inline(always)]
     pub fn place(&mut self, u: &[Vector<S, D>]) {
+        S::run(Place { edges: self, u });
+    }
+
+    #[inline(always)]
+    fn place_inlined(&mut self, u: &[Vector<S, D>]) {
         for j in 0..self.most {
             let mut edge = add(self.base[j], subtract(u[j + 1], u[j]));
             for c in 0..D {
@@ -233,8 +237,12 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     }
 
     /// The largest step along p for which no edge changes too much.
-    #[inline(always)]
     pub fn most_step(&self, p: &[Vector<S, D>]) -> S {
+        S::run(MostStep { edges: self, p })
+    }
+
+    #[inline(always)]
+    fn most_step_inlined(&self, p: &[Vector<S, D>]) -> S {
         let mut largest = S::ZERO;
         for j in 0..self.most {
             let change = subtract(p[j + 1], p[j]);
@@ -251,7 +259,6 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     }
 
     /// Adds weight · functional to the partial derivatives, and returns its value.
-    #[inline(always)]
     pub fn add(&mut self, weight: S, functional: &Functional) -> S {
         functional.visit(Adding { edges: self, weight }).unwrap_or(S::ZERO)
     }
@@ -265,12 +272,11 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     ///
     /// The gauge is of first differences of lengths up to order 2, and of second differences for
     /// order 3.
-    #[inline(always)]
     pub fn add_gauge(&mut self, order: usize, weight: S) -> S {
         if order < 3 {
-            return self.sweep(weight, &Gauge);
+            return S::run(Sweep { edges: self, weight, term: &Gauge });
         }
-        let mut value = self.sweep_apart(weight, &SmoothGauge);
+        let mut value = S::run(Sweep { edges: self, weight, term: &SmoothGauge });
         if !self.closed {
             for j in 0..self.windows::<2>() {
                 let at_ends = weight * self.ends(j);
@@ -354,12 +360,6 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         weight * partials.value
     }
 
-    /// See [`Term::APART`].
-    #[inline(never)]
-    fn sweep_apart<T: Term<W>, const W: usize>(&mut self, weight: S, term: &T) -> S {
-        self.sweep(weight, term)
-    }
-
     /// Computes the gradient at every vertex.
     ///
     /// It is 0 where `movable` is 0.
@@ -400,6 +400,36 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     }
 }
 
+/// [`Edges::place`]
+struct Place<'a, S, const D: usize> {
+    edges: &'a mut Edges<S, D>,
+    u: &'a [Vector<S, D>],
+}
+
+impl<S: Scalar, const D: usize> Operation for Place<'_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.edges.place_inlined(self.u);
+    }
+}
+
+/// [`Edges::most_step`]
+struct MostStep<'a, S, const D: usize> {
+    edges: &'a Edges<S, D>,
+    p: &'a [Vector<S, D>],
+}
+
+impl<S: Scalar, const D: usize> Operation for MostStep<'_, S, D> {
+    type Output = S;
+
+    #[inline(always)]
+    fn run(self) -> S {
+        self.edges.most_step_inlined(self.p)
+    }
+}
+
 /// [`Edges::add`] of a functional's term.
 struct Adding<'a, S, const D: usize> {
     edges: &'a mut Edges<S, D>,
@@ -409,9 +439,24 @@ struct Adding<'a, S, const D: usize> {
 impl<S: Scalar, const D: usize> Visitor for Adding<'_, S, D> {
     type Output = S;
 
-    #[inline(always)]
     fn visit<T: Term<W>, const W: usize>(self, term: &T) -> S {
-        if T::APART { self.edges.sweep_apart(self.weight, term) } else { self.edges.sweep(self.weight, term) }
+        S::run(Sweep { edges: self.edges, weight: self.weight, term })
+    }
+}
+
+/// [`Edges::sweep`]
+struct Sweep<'a, S, T, const D: usize, const W: usize> {
+    edges: &'a mut Edges<S, D>,
+    weight: S,
+    term: &'a T,
+}
+
+impl<S: Scalar, T: Term<W>, const D: usize, const W: usize> Operation for Sweep<'_, S, T, D, W> {
+    type Output = S;
+
+    #[inline(always)]
+    fn run(self) -> S {
+        self.edges.sweep(self.weight, self.term)
     }
 }
 

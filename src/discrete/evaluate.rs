@@ -11,7 +11,7 @@ use crate::bounds::Bounds;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, subtract};
-use crate::linalg::{Lanes, Scalar, with_wide_registers};
+use crate::linalg::{Lanes, Scalar, has_wide_registers};
 use crate::parallel;
 use crate::status::CurveStatus;
 
@@ -284,10 +284,10 @@ impl<'a> Evaluating<'a> {
             order.chunk_by(|&j, &k| kind(j) == kind(k)).flat_map(|alike| alike.chunks(lanes)).collect();
         let of_group = |group: &[usize]| -> Vec<(usize, Evaluation)> {
             let curves: Vec<&Ready<D>> = group.iter().map(|&k| curves[k]).collect();
-            let wide = Vectorised { evaluating: self, curves: &curves };
-            let found = match if 4 * curves.len() <= LANES { Err(wide) } else { with_wide_registers(wide) } {
-                Ok(found) => found,
-                Err(_) => curves.iter().flat_map(|curve| self.evaluate_one(curve)).collect(),
+            let found = if 4 * curves.len() > LANES && has_wide_registers() {
+                self.evaluate::<Lanes<f64, LANES>, D>(&curves)
+            } else {
+                curves.iter().flat_map(|curve| self.evaluate::<f64, D>(&[curve])).collect()
             };
             group.iter().copied().zip(found).collect()
         };
@@ -296,15 +296,9 @@ impl<'a> Evaluating<'a> {
         found.into_iter().map(|(_, evaluation)| evaluation).collect()
     }
 
-    #[inline(never)]
-    fn evaluate_one<const D: usize>(&self, curve: &Ready<D>) -> Vec<Evaluation> {
-        self.evaluate::<f64, D>(&[curve])
-    }
-
     /// Evaluates up to S::LANES curves side by side.
     ///
     /// Spare lanes repeat the first curve.
-    #[inline(always)]
     fn evaluate<S: Scalar<Number = f64>, const D: usize>(&self, curves: &[&Ready<D>]) -> Vec<Evaluation> {
         let lane = |l: usize| curves[if l < curves.len() { l } else { 0 }];
         let count = curves[0].points.len();
@@ -336,8 +330,8 @@ impl<'a> Evaluating<'a> {
         // Hessians are large, so their curves come alone.
         let mut blocks = (S::LANES == 1 && self.options.want.has_hessian()).then(|| BlockHessian::new(&edges));
         if let Some(blocks) = &mut blocks {
-            let terms = self.energy.terms().iter();
-            blocks.assemble_apart(&edges, terms.map(|(weight, functional)| (S::of(*weight), functional)), gauge);
+            let terms = self.energy.terms().iter().map(|(weight, functional)| (S::of(*weight), functional));
+            blocks.assemble(&edges, &terms.collect::<Vec<_>>(), gauge);
         }
         edges.gradient(&vec![S::ONE; edges.rows()], &mut gradients);
         let weight = self.energy.attachment_weight();
@@ -366,21 +360,6 @@ impl<'a> Evaluating<'a> {
             Evaluation { value, slope, gradient, hessian, problem: None }
         };
         curves.iter().enumerate().map(finish).collect()
-    }
-}
-
-/// [`Evaluating::evaluate`] in lanes.
-struct Vectorised<'a, const D: usize> {
-    evaluating: &'a Evaluating<'a>,
-    curves: &'a [&'a Ready<'a, D>],
-}
-
-impl<const D: usize> pulp::WithSimd for Vectorised<'_, D> {
-    type Output = Vec<Evaluation>;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        self.evaluating.evaluate::<Lanes<f64, LANES>, D>(self.curves)
     }
 }
 

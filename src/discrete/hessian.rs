@@ -23,9 +23,9 @@ use super::edges::Edges;
 use super::energy::gauge::{Gauge, SmoothGauge};
 use super::energy::{Functional, MOST_EDGES, Term, Visitor};
 use super::stretches::Stretches;
-use crate::linalg::Scalar;
 #[cfg(test)]
 use crate::linalg::scalar::Vector;
+use crate::linalg::{Operation, Scalar};
 
 /// The number of successors that a vertex is coupled with.
 ///
@@ -110,15 +110,8 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     ///
     /// The derivatives are those of the curve at which the edges are placed. The gauge is given by
     /// its order and weight.
-    #[inline(always)]
-    pub fn assemble<'a>(
-        &mut self,
-        edges: &Edges<S, D>,
-        terms: impl IntoIterator<Item = (S, &'a Functional), IntoIter: Clone>,
-        gauge: Option<(usize, S)>,
-    ) {
-        let terms = terms.into_iter();
-        let of_terms = terms.clone().map(|(_, functional)| functional.order()).max().unwrap_or(0);
+    pub fn assemble(&mut self, edges: &Edges<S, D>, terms: &[(S, &Functional)], gauge: Option<(usize, S)>) {
+        let of_terms = terms.iter().map(|(_, functional)| functional.order()).max().unwrap_or(0);
         self.reach = of_terms.max(gauge.map_or(0, |(order, _)| order.max(2)));
         self.is_empty = false;
         self.add_tiles::<true>(edges, terms, gauge);
@@ -127,28 +120,20 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     /// Assembles the blocks of functionals of tangents, and leaves those of lengths alone in [`Stretches`].
     ///
     /// The order of all is at most 2.
-    #[inline(always)]
-    pub fn assemble_by_tangents<'a>(
-        &mut self,
-        edges: &Edges<S, D>,
-        terms: impl IntoIterator<Item = (S, &'a Functional), IntoIter: Clone>,
-        gauge: Option<(usize, S)>,
-    ) {
-        let terms = terms.into_iter();
+    pub fn assemble_by_tangents(&mut self, edges: &Edges<S, D>, terms: &[(S, &Functional)], gauge: Option<(usize, S)>) {
         self.reach = 2;
-        self.stretches.gather(edges, terms.clone(), gauge.map(|(_, weight)| weight));
-        self.is_empty = !terms.clone().any(|(_, functional)| functional.is_by_tangent());
+        self.stretches.gather(edges, terms, gauge.map(|(_, weight)| weight));
+        self.is_empty = !terms.iter().any(|(_, functional)| functional.is_by_tangent());
         if !self.is_empty {
             self.add_tiles::<false>(edges, terms, None);
         }
     }
 
     /// Adds up the terms by edges, those of lengths alone too or not, tile by tile, and writes the blocks.
-    #[inline(always)]
-    fn add_tiles<'a, const LENGTHS: bool>(
+    fn add_tiles<const LENGTHS: bool>(
         &mut self,
         edges: &Edges<S, D>,
-        terms: impl Iterator<Item = (S, &'a Functional)> + Clone,
+        terms: &[(S, &Functional)],
         gauge: Option<(usize, S)>,
     ) {
         let zero = [[[S::ZERO; D]; D]; COUPLED];
@@ -156,9 +141,9 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         self.at_edges.fill(zero);
         for first in (0..most).step_by(TILE) {
             let tile = first..(first + TILE).min(most);
-            for (weight, functional) in terms.clone() {
+            for (weight, functional) in terms {
                 if LENGTHS || functional.is_by_tangent() {
-                    functional.visit(Assembling { hessian: self, edges, tile: tile.clone(), weight });
+                    functional.visit(Assembling { hessian: self, edges, tile: tile.clone(), weight: *weight });
                 }
             }
             self.add_gauge(edges, tile.clone(), gauge);
@@ -176,35 +161,20 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         self.close();
     }
 
-    #[inline(always)]
     fn add_gauge(&mut self, edges: &Edges<S, D>, tile: Range<usize>, gauge: Option<(usize, S)>) {
         match gauge {
             Some((3.., weight)) => {
-                self.sweep_apart(edges, tile.clone(), weight, &SmoothGauge);
+                Assembling { hessian: self, edges, tile: tile.clone(), weight }.visit(&SmoothGauge);
                 self.add_gauge_at_ends(edges, tile, weight);
             }
-            Some((_, weight)) => self.sweep(edges, tile, weight, &Gauge),
+            Some((_, weight)) => Assembling { hessian: self, edges, tile, weight }.visit(&Gauge),
             None => (),
         }
-    }
-
-    /// [`assemble`](Self::assemble) for callers that are not vectorised.
-    ///
-    /// It is compiled once.
-    #[inline(never)]
-    pub fn assemble_apart<'a>(
-        &mut self,
-        edges: &Edges<S, D>,
-        terms: impl IntoIterator<Item = (S, &'a Functional), IntoIter: Clone>,
-        gauge: Option<(usize, S)>,
-    ) {
-        self.assemble(edges, terms, gauge);
     }
 
     /// Adds the gauge of first differences beside the ends of open curves.
     ///
     /// It belongs to the gauge of second differences.
-    #[inline(never)]
     fn add_gauge_at_ends(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S) {
         for start in tile.start..if self.closed { tile.start } else { tile.end.min(edges.windows::<2>()) } {
             self.add_window(edges, start, start - tile.start, weight * edges.ends(start), &Gauge);
@@ -241,18 +211,6 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         for start in tile.start..tile.end.min(edges.windows::<W>()) {
             self.add_window(edges, start, start - tile.start, weight * edges.starts::<W>(start), term);
         }
-    }
-
-    /// See [`Term::APART`].
-    #[inline(never)]
-    fn sweep_apart<T: Term<W>, const W: usize>(
-        &mut self,
-        edges: &Edges<S, D>,
-        tile: Range<usize>,
-        weight: S,
-        term: &T,
-    ) {
-        self.sweep(edges, tile, weight, term);
     }
 
     /// Adds the window that starts at edge `start`, which is edge `at` of its tile.
@@ -295,11 +253,10 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     }
 
     /// Adds these edges, from edge `at` of a tile on, to the vertices.
-    #[inline(always)]
     fn scatter(&mut self, edges: Range<usize>, at: usize) {
         match self.reach {
-            ..=2 => self.scatter_within::<2>(edges, at),
-            _ => self.scatter_within::<COUPLED>(edges, at),
+            ..=2 => S::run(Scatter::<S, D, 2> { hessian: self, edges, at }),
+            _ => S::run(Scatter::<S, D, COUPLED> { hessian: self, edges, at }),
         }
     }
 
@@ -328,7 +285,6 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     }
 
     /// Moves what closed curves have beyond their last vertex to their first.
-    #[inline(always)]
     pub fn close(&mut self) {
         if self.closed {
             for (lane, &count) in self.vertices.iter().enumerate() {
@@ -414,14 +370,40 @@ struct Assembling<'a, S, const D: usize> {
 impl<S: Scalar, const D: usize> Visitor for Assembling<'_, S, D> {
     type Output = ();
 
-    #[inline(always)]
     fn visit<T: Term<W>, const W: usize>(self, term: &T) {
-        let Assembling { hessian, edges, tile, weight } = self;
-        if T::APART {
-            hessian.sweep_apart(edges, tile, weight, term);
-        } else {
-            hessian.sweep(edges, tile, weight, term);
-        }
+        S::run(Sweep { sum: self, term });
+    }
+}
+
+/// [`BlockHessian::sweep`]
+struct Sweep<'a, S, T, const D: usize, const W: usize> {
+    sum: Assembling<'a, S, D>,
+    term: &'a T,
+}
+
+impl<S: Scalar, T: Term<W>, const D: usize, const W: usize> Operation for Sweep<'_, S, T, D, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Assembling { hessian, edges, tile, weight } = self.sum;
+        hessian.sweep(edges, tile, weight, self.term);
+    }
+}
+
+/// [`BlockHessian::scatter_within`]
+struct Scatter<'a, S, const D: usize, const W: usize> {
+    hessian: &'a mut BlockHessian<S, D>,
+    edges: Range<usize>,
+    at: usize,
+}
+
+impl<S: Scalar, const D: usize, const W: usize> Operation for Scatter<'_, S, D, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.hessian.scatter_within::<W>(self.edges, self.at);
     }
 }
 

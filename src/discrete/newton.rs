@@ -17,9 +17,9 @@ use super::hessian::{BlockHessian, COUPLED};
 use super::metric::Weights;
 use super::stretches::Stretches;
 use super::within::{self, Basis, TangentSystem};
-use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
 use crate::linalg::scalar::{Vector, add, dot, scale};
+use crate::linalg::{Operation, Scalar};
 
 /// Newton's systems, one a lane, with interleaved coordinates.
 pub(crate) struct Newton<S, const D: usize> {
@@ -60,16 +60,15 @@ const fn widest(dimension: usize) -> usize {
 
 /// Runs an expression on a matrix of any width.
 ///
-/// Matrices of another dimension are excluded at compile time. Those of higher orders are compiled
-/// apart, because they would take minutes inside vectorised code.
+/// Matrices of another dimension are excluded at compile time.
 macro_rules! each {
-    ($matrix:expr, $banded:ident => $body:expr, $apart:expr) => {
+    ($matrix:expr, $banded:ident => $body:expr) => {
         match $matrix {
             Matrix::SecondPlanar($banded) if D == 2 => $body,
             Matrix::SecondSpatial($banded) if D == 3 => $body,
             Matrix::SecondTangent($banded) if D == 3 => $body,
-            Matrix::WidestPlanar($banded) => $apart,
-            Matrix::WidestSpatial($banded) => $apart,
+            Matrix::WidestPlanar($banded) if D == 2 => $body,
+            Matrix::WidestSpatial($banded) if D == 3 => $body,
             _ => unreachable!("a matrix of D coordinates a vertex"),
         }
     };
@@ -123,7 +122,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         let rows = edges.vertices().into_iter().max().unwrap_or(0);
         self.hessian.renew(edges);
         self.damping.resize(rows + COUPLED, [S::ZERO; COUPLED + 1]);
-        each!(&mut self.matrix, matrix => matrix.renew(edges.is_closed(), &counts), matrix.renew(edges.is_closed(), &counts));
+        each!(&mut self.matrix, matrix => matrix.renew(edges.is_closed(), &counts));
         self.movable.clear();
         self.movable.extend(movable[..rows].iter().flat_map(|&movable| [movable; D].into_iter().take(each)));
         self.unknowns.resize(rows * each, [S::ZERO]);
@@ -131,11 +130,10 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     }
 
     /// Assembles H and L at the curves where the edges are placed.
-    #[inline(always)]
-    pub fn assemble<'a>(
+    pub fn assemble(
         &mut self,
         edges: &Edges<S, D>,
-        terms: impl IntoIterator<Item = (S, &'a Functional), IntoIter: Clone>,
+        terms: &[(S, &Functional)],
         gauge: Option<(usize, S)>,
         weights: &Weights<S>,
     ) {
@@ -147,11 +145,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         } else {
             self.hessian.assemble(edges, terms, gauge);
         }
-        self.damping.fill([S::ZERO; COUPLED + 1]);
-        match self.order {
-            ..3 => self.damp_second(edges, weights.highest),
-            _ => self.damp_third(edges, weights.highest),
-        }
+        S::run(Damp { newton: self, edges, weight: weights.highest });
     }
 
     /// Adds what holds a vertex: its Hessian to H, and its stiffness to L.
@@ -205,7 +199,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     }
 
     /// w Σ D₃p·D₃p Δs
-    #[inline(never)]
+    #[inline(always)]
     fn damp_third(&mut self, edges: &Edges<S, D>, weight: S) {
         let two = S::of(2.0);
         for j in 0..edges.windows::<3>() {
@@ -234,21 +228,28 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     ///
     /// Where it is not positive, the matrix is not positive definite. The result of
     /// [`solve`](Self::solve) is then meaningless.
-    #[inline(always)]
     pub fn factor(&mut self, lambda: S) -> S {
         let (blocks, damping, movable) = (self.hessian.blocks(), &self.damping[..], &self.movable[..]);
-        let filling = Filling { blocks, damping, movable, bases: &self.bases, lambda };
+        let filling = Filling { blocks, damping, bases: &self.bases, lambda };
         if const { D == 3 }
             && let Matrix::SecondTangent(matrix) = &mut self.matrix
         {
-            return filling.factor_tangent(matrix);
+            S::run(FillTangent { filling: &filling, system: matrix });
+            return matrix.factor(movable);
         }
-        each!(&mut self.matrix, matrix => filling.factor(matrix), filling.factor_apart(matrix))
+        each!(&mut self.matrix, matrix => {
+            S::run(Fill { filling: &filling, matrix });
+            matrix.factor(movable)
+        })
     }
 
     /// Computes x ← (H + λL)⁻¹ x, which is 0 at pins.
-    #[inline(always)]
     pub fn solve(&mut self, x: &mut [Vector<S, D>]) {
+        S::run(Solve { newton: self, x });
+    }
+
+    #[inline(always)]
+    fn solve_inlined(&mut self, x: &mut [Vector<S, D>]) {
         if const { D == 3 }
             && let Matrix::SecondTangent(matrix) = &self.matrix
         {
@@ -271,7 +272,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
             unknown[0] *= *movable;
         }
         let unknowns = &mut self.unknowns[..];
-        each!(&self.matrix, matrix => matrix.solve(unknowns), solve_apart(matrix, unknowns));
+        each!(&self.matrix, matrix => matrix.solve(unknowns));
         for (unknowns, x) in self.unknowns.chunks_exact(D).zip(x) {
             for c in 0..D {
                 x[c] = unknowns[c][0];
@@ -300,15 +301,14 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
 struct Filling<'a, S, const D: usize> {
     blocks: &'a [[Block<S, D>; COUPLED + 1]],
     damping: &'a [[S; COUPLED + 1]],
-    movable: &'a [S],
     bases: &'a [Basis<S, D>],
     lambda: S,
 }
 
 impl<S: Scalar, const D: usize> Filling<'_, S, D> {
-    /// Fills and factors a matrix, and returns its smallest pivot.
+    /// Fills a matrix.
     #[inline(always)]
-    fn factor<const B: usize>(&self, matrix: &mut Banded<S, B>) -> S {
+    fn fill<const B: usize>(&self, matrix: &mut Banded<S, B>) {
         matrix.clear();
         // B is at least (order + 1)·D − 1. On closed lanes H has been moved to the rows that exist,
         // while L goes on beyond them.
@@ -332,12 +332,11 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
                 }
             }
         }
-        matrix.factor(self.movable)
     }
 
-    /// Adds Bᵀ(H + λL)B to the system in the tangent planes of a surface, and factors it.
+    /// Adds Bᵀ(H + λL)B to the system in the tangent planes of a surface.
     #[inline(always)]
-    fn factor_tangent(&self, system: &mut TangentSystem<S>) -> S {
+    fn fill_tangent(&self, system: &mut TangentSystem<S>) {
         let vertices = system.rows() / 2;
         if (0..S::LANES).any(|l| self.lambda.lane(l) != S::ZERO.lane(0)) {
             self.damp_tangent(system, vertices);
@@ -359,7 +358,6 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
                 }
             }
         }
-        system.factor(self.movable)
     }
 
     /// Adds λ BᵀL B.
@@ -377,14 +375,70 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
             }
         }
     }
+}
 
-    #[inline(never)]
-    fn factor_apart<const B: usize>(&self, matrix: &mut Banded<S, B>) -> S {
-        self.factor(matrix)
+/// Makes L that of the edges.
+struct Damp<'a, S, const D: usize> {
+    newton: &'a mut Newton<S, D>,
+    edges: &'a Edges<S, D>,
+    weight: S,
+}
+
+impl<S: Scalar, const D: usize> Operation for Damp<'_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Damp { newton, edges, weight } = self;
+        newton.damping.fill([S::ZERO; COUPLED + 1]);
+        match newton.order {
+            ..3 => newton.damp_second(edges, weight),
+            _ => newton.damp_third(edges, weight),
+        }
     }
 }
 
-#[inline(never)]
-fn solve_apart<S: Scalar, const B: usize>(matrix: &Banded<S, B>, x: &mut [Vector<S, 1>]) {
-    matrix.solve(x);
+/// [`Filling::fill`]
+struct Fill<'a, S, const D: usize, const B: usize> {
+    filling: &'a Filling<'a, S, D>,
+    matrix: &'a mut Banded<S, B>,
+}
+
+impl<S: Scalar, const D: usize, const B: usize> Operation for Fill<'_, S, D, B> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.filling.fill(self.matrix);
+    }
+}
+
+/// [`Filling::fill_tangent`]
+struct FillTangent<'a, S, const D: usize> {
+    filling: &'a Filling<'a, S, D>,
+    system: &'a mut TangentSystem<S>,
+}
+
+impl<S: Scalar, const D: usize> Operation for FillTangent<'_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.filling.fill_tangent(self.system);
+    }
+}
+
+/// [`Newton::solve`]
+struct Solve<'a, S, const D: usize> {
+    newton: &'a mut Newton<S, D>,
+    x: &'a mut [Vector<S, D>],
+}
+
+impl<S: Scalar, const D: usize> Operation for Solve<'_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.newton.solve_inlined(self.x);
+    }
 }

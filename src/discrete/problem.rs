@@ -14,7 +14,7 @@ use super::newton::Newton;
 use super::plan::{Direction, Plan};
 use super::within::{Local, Within};
 use crate::linalg::scalar::{Vector, add, dot, subtract};
-use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
+use crate::linalg::{Lanes, Real, Scalar, has_wide_registers};
 use crate::parallel;
 
 /// Curves side by side on the CPU, as many as one AVX2 register holds f64 numbers.
@@ -265,15 +265,18 @@ pub(crate) fn descend_on_cpu<const D: usize>(
     let solved: Vec<Vec<Outcome<D>>> = parallel::map_with(
         groups.len(),
         1,
-        || None,
-        |kept, k| {
+        || (None, None),
+        |(in_lanes, alone), k| {
             let group = &groups[k];
             let members: Vec<&Problem<D>> = group.iter().map(|&i| &problems[i]).collect();
-            let wide = Vectorised { plan, functionals: &functionals, members: &members, kept };
-            let alone = |member: &Problem<D>| descend::<f64, D>(plan, &functionals, &[member]).remove(0);
-            let outcomes = match if members.len() > 1 { with_wide_registers(wide) } else { Err(wide) } {
-                Ok(outcomes) => outcomes,
-                Err(_) => members.iter().map(|member| alone(member)).collect(),
+            let outcomes = if members.len() > 1 && has_wide_registers() {
+                descend::<Lanes<f64, LANES>, D>(plan, &functionals, &members, in_lanes)
+            } else {
+                let mut outcomes = Vec::with_capacity(members.len());
+                for member in members {
+                    outcomes.append(&mut descend::<f64, D>(plan, &functionals, &[member], alone));
+                }
+                outcomes
             };
             group.iter().zip(&outcomes).for_each(|(&i, outcome)| ended(i, outcome));
             outcomes
@@ -285,43 +288,17 @@ pub(crate) fn descend_on_cpu<const D: usize>(
     outcomes.into_iter().map(|outcome| outcome.expect("every curve is in one group")).collect()
 }
 
-/// [`descend`] in lanes.
-struct Vectorised<'a, const D: usize> {
-    plan: &'a Plan,
-    functionals: &'a [&'a Functional],
-    members: &'a [&'a Problem<D>],
-    /// Memory of curves before these.
-    kept: &'a mut Option<Newton<Lanes<f64, LANES>, D>>,
-}
-
-impl<const D: usize> pulp::WithSimd for Vectorised<'_, D> {
-    type Output = Vec<Outcome<D>>;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        // No closure or function stands in between, because only inlined code uses the
-        // instructions.
-        let mut descent = start::<Lanes<f64, LANES>, D>(self.plan, self.functionals, self.members);
-        let mut newton = descent.newton(self.kept);
-        while descent.is_running() {
-            match &mut newton {
-                Some(newton) if descent.has_begun() => descent.newton_tick_inlined(newton),
-                _ => descent.tick_inlined(),
-            }
-        }
-        outcomes(&mut descent, self.members.len())
-    }
-}
-
 /// Descends up to S::LANES curves that suit each other.
+///
+/// Memory of curves before these is used again.
 pub(crate) fn descend<S: Scalar, const D: usize>(
     plan: &Plan,
     functionals: &[&Functional],
     members: &[&Problem<D>],
+    kept: &mut Option<Newton<S, D>>,
 ) -> Vec<Outcome<D>> {
     let mut descent = start::<S, D>(plan, functionals, members);
-    let mut kept = None;
-    let mut newton = descent.newton(&mut kept);
+    let mut newton = descent.newton(kept);
     while descent.is_running() {
         match &mut newton {
             Some(newton) if descent.has_begun() => descent.newton_tick(newton),

@@ -15,7 +15,7 @@
 use super::edges::Edges;
 use super::energy::gauge::Gauge;
 use super::energy::{Functional, MOST_EDGES, Term, Visitor};
-use crate::linalg::Scalar;
+use crate::linalg::{Operation, Scalar};
 
 /// Those of an edge.
 #[derive(Clone, Copy, Debug)]
@@ -47,19 +47,13 @@ impl<S: Scalar> Stretches<S> {
     }
 
     /// Adds up those of all terms, and of the gauge of first differences by its weight.
-    #[inline(always)]
-    pub fn gather<'a, const D: usize>(
-        &mut self,
-        edges: &Edges<S, D>,
-        terms: impl Iterator<Item = (S, &'a Functional)>,
-        gauge: Option<S>,
-    ) {
+    pub fn gather<const D: usize>(&mut self, edges: &Edges<S, D>, terms: &[(S, &Functional)], gauge: Option<S>) {
         self.edges.fill(Stretch { along: [S::ZERO; MOST_EDGES], across: S::ZERO });
         for (weight, functional) in terms {
-            functional.visit(Gathering { stretches: self, edges, weight });
+            functional.visit(Gathering { stretches: self, edges, weight: *weight });
         }
         if let Some(weight) = gauge {
-            self.sweep(edges, weight, &Gauge);
+            Gathering { stretches: self, edges, weight }.visit(&Gauge);
         }
     }
 
@@ -100,10 +94,25 @@ struct Gathering<'a, S, const D: usize> {
 impl<S: Scalar, const D: usize> Visitor for Gathering<'_, S, D> {
     type Output = ();
 
-    #[inline(always)]
     fn visit<T: Term<W>, const W: usize>(self, term: &T) {
-        if !T::BY_TANGENT {
-            self.stretches.sweep(self.edges, self.weight, term);
+        if const { !T::BY_TANGENT } {
+            S::run(Sweep { sum: self, term });
         }
+    }
+}
+
+/// [`Stretches::sweep`]
+struct Sweep<'a, S, T, const D: usize, const W: usize> {
+    sum: Gathering<'a, S, D>,
+    term: &'a T,
+}
+
+impl<S: Scalar, T: Term<W>, const D: usize, const W: usize> Operation for Sweep<'_, S, T, D, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Gathering { stretches, edges, weight } = self.sum;
+        stretches.sweep(edges, weight, self.term);
     }
 }

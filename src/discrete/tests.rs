@@ -54,7 +54,8 @@ fn evaluate<S: Scalar, const D: usize>(
         None => edges.add_gauge(2, weight),
     };
     let mut hessian = BlockHessian::new(&edges);
-    hessian.assemble(&edges, functional.map(|f| (weight, f)), functional.is_none().then_some((2, weight)));
+    let terms: Vec<(S, &Functional)> = functional.map(|f| (weight, f)).into_iter().collect();
+    hessian.assemble(&edges, &terms, functional.is_none().then_some((2, weight)));
     let mut gradient = zero.clone();
     edges.gradient(&movable, &mut gradient);
     let lane = |(lane, curve): (usize, &Vec<Vector<f64, D>>)| Found {
@@ -276,8 +277,8 @@ fn products_are_those_of_the_full_matrix() {
         edges.place(&zero);
         let mut hessian = BlockHessian::new(&edges);
         let energy = variation() + 0.5 * length();
-        let terms = energy.terms().iter().map(|(weight, functional)| (*weight, functional));
-        hessian.assemble(&edges, terms, Some((2, 2.0)));
+        let terms: Vec<_> = energy.terms().iter().map(|(weight, functional)| (*weight, functional)).collect();
+        hessian.assemble(&edges, &terms, Some((2, 2.0)));
         hessian.add_block(1, [[0.25, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 0.25]]);
         let x: Vec<[f64; 3]> =
             (0..edges.rows()).map(|_| std::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();

@@ -23,12 +23,11 @@ pub(super) use self::system::{TangentSystem, add_own, add_pair, between};
 use super::block::{Block, times};
 use super::edges::Edges;
 use super::energy::Functional;
-use super::energy::geodesic_curb::GeodesicCurb;
 use super::energy::in_surface::{InSurface, Turn};
 use super::newton::Newton;
 use super::onto::WITHIN_STEPS;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
-use crate::linalg::{Real, Scalar};
+use crate::linalg::{Operation, Real, Scalar};
 
 /// Two unit vectors across the normal.
 pub(super) type Basis<S, const D: usize> = [Vector<S, D>; 2];
@@ -120,8 +119,12 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     }
 
     /// Takes normals and second derivatives at the vertices.
-    #[inline(always)]
     pub fn frame(&mut self, u: &[Vector<S, D>]) {
+        S::run(Frame { within: self, u });
+    }
+
+    #[inline(always)]
+    fn frame_inlined(&mut self, u: &[Vector<S, D>]) {
         self.is_framed = false;
         for row in 0..u.len() {
             let place = add(self.places[row], u[row]);
@@ -165,14 +168,17 @@ impl<S: Scalar, const D: usize> Within<S, D> {
 
     /// Adds geodesic bending to the partial derivatives, and returns its value. The vertices have been
     /// [framed](Self::frame).
-    #[inline(always)]
     pub fn add(&mut self, edges: &mut Edges<S, D>, terms: &[(S, &Functional)]) -> S {
         self.by_place.fill([S::ZERO; D]);
         let mut value = S::ZERO;
         for (weight, functional) in terms {
             match functional {
-                Functional::GeodesicBending(bending) => value += self.add_of(bending, *weight, edges),
-                Functional::GeodesicCurb(curb) => value += self.add_apart(curb, *weight, edges),
+                Functional::GeodesicBending(energy) => {
+                    value += S::run(Add { within: self, energy, weight: *weight, edges });
+                }
+                Functional::GeodesicCurb(energy) => {
+                    value += S::run(Add { within: self, energy, weight: *weight, edges });
+                }
                 _ => {}
             }
         }
@@ -185,12 +191,6 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             }
         }
         value
-    }
-
-    /// [`add_of`](Self::add_of), compiled apart from code for wide registers, which would take the compiler minutes.
-    #[inline(never)]
-    fn add_apart(&mut self, curb: &GeodesicCurb, weight: S, edges: &mut Edges<S, D>) -> S {
-        self.add_of(curb, weight, edges)
     }
 
     #[inline(always)]
@@ -265,7 +265,6 @@ impl<S: Scalar, const D: usize> Within<S, D> {
 
     /// Gives Newton's systems their tangent planes, and adds to them what energies of lengths, geodesic bending and the surface
     /// have at the curves as they stand, where the edges are placed.
-    #[inline(always)]
     pub fn assemble(
         &mut self,
         newton: &mut Newton<S, D>,
@@ -276,8 +275,27 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         if !self.is_framed {
             self.frame(u);
         }
-        for row in 0..u.len() {
-            newton.set_basis(row, basis(self.normals[row]));
+        S::run(AddStretches { within: self, newton, edges });
+        let (system, bases, _) = newton.in_tangent_planes();
+        for (weight, functional) in terms {
+            let (within, weight) = (&*self, *weight);
+            match functional {
+                Functional::GeodesicBending(energy) => {
+                    S::run(AddBends { within, energy, system, bases, edges, weight, u });
+                }
+                Functional::GeodesicCurb(energy) => {
+                    S::run(AddBends { within, energy, system, bases, edges, weight, u })
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Sets the tangent planes, and adds what energies of lengths have in them, and how the surface bends.
+    #[inline(always)]
+    fn add_stretches(&mut self, newton: &mut Newton<S, D>, edges: &Edges<S, D>) {
+        for (row, normal) in self.normals.iter().enumerate() {
+            newton.set_basis(row, basis(*normal));
         }
         newton.close_bases(edges);
         let (system, bases, stretches) = newton.in_tangent_planes();
@@ -292,7 +310,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             add_edges(system, j, [&self.links[j], &self.links[j + 1]], stretches.of(j).along[1]);
         }
         self.saddles.clear();
-        for row in 0..u.len() {
+        for row in 0..self.normals.len() {
             // −(n·g) W
             let saddle = self.saddle(row, &bases[row]);
             self.saddles.push(saddle);
@@ -302,27 +320,6 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             }
             add_own(system, row, &shape);
         }
-        for (weight, functional) in terms {
-            match functional {
-                Functional::GeodesicBending(bending) => self.add_bends(bending, system, bases, edges, *weight, u),
-                Functional::GeodesicCurb(curb) => self.add_bends_apart(curb, system, bases, edges, *weight, u),
-                _ => {}
-            }
-        }
-    }
-
-    /// [`add_bends`](Self::add_bends), compiled apart.
-    #[inline(never)]
-    fn add_bends_apart(
-        &self,
-        curb: &GeodesicCurb,
-        system: &mut TangentSystem<S>,
-        bases: &[Basis<S, D>],
-        edges: &Edges<S, D>,
-        weight: S,
-        u: &[Vector<S, D>],
-    ) {
-        self.add_bends(curb, system, bases, edges, weight, u);
     }
 
     /// Adds the second derivatives of an energy of the bends at vertices.
@@ -354,6 +351,75 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             let (measure, fence) = (turn.measure, turn.fence);
             bend.add_to(system, j, weight * edges.starts::<2>(j), energy, measure, &fence);
         }
+    }
+}
+
+/// [`Within::frame`]
+struct Frame<'a, S, const D: usize> {
+    within: &'a mut Within<S, D>,
+    u: &'a [Vector<S, D>],
+}
+
+impl<S: Scalar, const D: usize> Operation for Frame<'_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.within.frame_inlined(self.u);
+    }
+}
+
+/// [`Within::add_of`]
+struct Add<'a, S, E, const D: usize> {
+    within: &'a mut Within<S, D>,
+    energy: &'a E,
+    weight: S,
+    edges: &'a mut Edges<S, D>,
+}
+
+impl<S: Scalar, E: InSurface, const D: usize> Operation for Add<'_, S, E, D> {
+    type Output = S;
+
+    #[inline(always)]
+    fn run(self) -> S {
+        self.within.add_of(self.energy, self.weight, self.edges)
+    }
+}
+
+/// [`Within::add_stretches`]
+struct AddStretches<'a, S, const D: usize> {
+    within: &'a mut Within<S, D>,
+    newton: &'a mut Newton<S, D>,
+    edges: &'a Edges<S, D>,
+}
+
+impl<S: Scalar, const D: usize> Operation for AddStretches<'_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.within.add_stretches(self.newton, self.edges);
+    }
+}
+
+/// [`Within::add_bends`]
+struct AddBends<'a, S, E, const D: usize> {
+    within: &'a Within<S, D>,
+    energy: &'a E,
+    system: &'a mut TangentSystem<S>,
+    bases: &'a [Basis<S, D>],
+    edges: &'a Edges<S, D>,
+    weight: S,
+    u: &'a [Vector<S, D>],
+}
+
+impl<S: Scalar, E: InSurface, const D: usize> Operation for AddBends<'_, S, E, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let AddBends { within, energy, system, bases, edges, weight, u } = self;
+        within.add_bends(energy, system, bases, edges, weight, u);
     }
 }
 

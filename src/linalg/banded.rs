@@ -8,6 +8,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::scalar::{Scalar, Vector, scale, subtract};
+use super::wide::Operation;
 
 /// A symmetric matrix of half-bandwidth B in every lane, then its factors.
 ///
@@ -103,8 +104,12 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     ///
     /// Returns the smallest pivot of each lane: where it is not positive, the matrix was not
     /// positive definite.
-    #[inline(always)]
     pub fn factor(&mut self, movable: &[S]) -> S {
+        S::run(Factor { matrix: self, movable })
+    }
+
+    #[inline(always)]
+    fn factor_inlined(&mut self, movable: &[S]) -> S {
         self.hold(movable);
         let first = if self.cyclic { B } else { 0 };
         if self.cyclic {
@@ -283,8 +288,12 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     }
 
     /// Solves in place, D right-hand sides.
-    #[inline(always)]
     pub fn solve<const D: usize>(&self, x: &mut [Vector<S, D>]) {
+        S::run(Solve { matrix: self, x });
+    }
+
+    #[inline(always)]
+    fn solve_inlined<const D: usize>(&self, x: &mut [Vector<S, D>]) {
         let first = if self.cyclic { B } else { 0 };
         let mut kept = [[S::ZERO; D]; B];
         if self.cyclic {
@@ -337,6 +346,36 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
                 x[b] = subtract(x[b], scale(self.corner[a][b], x[a]));
             }
         }
+    }
+}
+
+/// [`Banded::factor`]
+struct Factor<'a, S, const B: usize> {
+    matrix: &'a mut Banded<S, B>,
+    movable: &'a [S],
+}
+
+impl<S: Scalar, const B: usize> Operation for Factor<'_, S, B> {
+    type Output = S;
+
+    #[inline(always)]
+    fn run(self) -> S {
+        self.matrix.factor_inlined(self.movable)
+    }
+}
+
+/// [`Banded::solve`]
+struct Solve<'a, S, const B: usize, const D: usize> {
+    matrix: &'a Banded<S, B>,
+    x: &'a mut [Vector<S, D>],
+}
+
+impl<S: Scalar, const B: usize, const D: usize> Operation for Solve<'_, S, B, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.matrix.solve_inlined(self.x);
     }
 }
 

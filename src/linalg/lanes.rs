@@ -19,6 +19,7 @@ use super::elimination::{Bands, Carry, Form, Network};
 use super::real::Real;
 use super::singular;
 use super::tridiagonal::{Matrix, TridiagonalBatch};
+use super::wide::with_wide_registers;
 use crate::status::CurveStatus;
 
 /// Rows that are carried between the arrays and the lanes at once: L·8 numbers of each array stay
@@ -124,9 +125,16 @@ impl<const L: usize> Group<L> {
         status: &mut [CurveStatus],
         eliminated: &mut Vec<T>,
     ) {
-        pulp::Arch::new().dispatch(Vectorised { group: self, part, cyclic, x, status, eliminated });
+        let all = Vectorised { group: self, part, cyclic, x, status, eliminated };
+        // One system after the other has the same bits.
+        if let Err(Vectorised { x, status, eliminated, .. }) = with_wide_registers(all) {
+            for &system in &self.system[..self.count] {
+                Group::<1>::new(part, &[system]).solve_scalar(part, cyclic, x, status, eliminated);
+            }
+        }
     }
 
+    #[inline(never)]
     fn solve_scalar<T: Real>(
         &self,
         part: &Part<T>,
@@ -362,7 +370,7 @@ impl<const L: usize> Group<L> {
     }
 }
 
-/// [`Group::solve`], compiled once for every instruction set and chosen at run time. A type of its
+/// [`Group::solve`], compiled for wide registers. A type of its
 /// own, since the call of a closure need not be inlined, and only what is inlined uses the
 /// instructions.
 struct Vectorised<'a, 'b, T, const L: usize> {

@@ -37,4 +37,6 @@ pub use scalar::{Lanes, Scalar};
 pub(crate) use size::power_of_two;
 pub(crate) use tasks::{take, tasks};
 pub use tridiagonal::{Cyclic, Matrix, Solutions, TridiagonalBatch, solve_tridiagonal_batch};
-pub(crate) use wide::with_wide_registers;
+#[doc(hidden)]
+pub use wide::Operation;
+pub(crate) use wide::{has_wide_registers, with_wide_registers};

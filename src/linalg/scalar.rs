@@ -4,6 +4,7 @@ use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use super::real::Real;
+use super::wide::{Operation, apart, apart_in_wide_registers};
 
 /// A number, or [`Lanes`] of numbers that undergo the same operations. Every operation rounds each
 /// lane like the number alone, so that a curve's bits do not depend on whether it was computed
@@ -49,6 +50,8 @@ pub trait Scalar:
     fn powf(self, exponent: f64) -> Self;
     /// `yes` where this is > 0, else (0, negative, NaN) `no`.
     fn if_positive(self, yes: Self, no: Self) -> Self;
+    /// Runs an operation on such numbers, with the registers that hold them.
+    fn run<Op: Operation>(operation: Op) -> Op::Output;
 }
 
 macro_rules! scalar {
@@ -90,6 +93,9 @@ macro_rules! scalar {
             #[inline(always)]
             fn if_positive(self, yes: Self, no: Self) -> Self {
                 if self > 0.0 { yes } else { no }
+            }
+            fn run<Op: Operation>(operation: Op) -> Op::Output {
+                apart(operation)
             }
         }
     };
@@ -233,6 +239,9 @@ impl<T: Real + Scalar<Number = T>, const L: usize> Scalar for Lanes<T, L> {
             j += 1;
         }
         out
+    }
+    fn run<Op: Operation>(operation: Op) -> Op::Output {
+        apart_in_wide_registers(operation)
     }
 }
 

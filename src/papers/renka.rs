@@ -311,7 +311,7 @@ impl Minimisation {
             (here.energy, here.length, here.gradient_norm) = (energy, edges.total_length(), f64::NAN);
             here.vertices.iter_mut().zip(vertices).zip(&u).for_each(|((to, from), u)| *to = add(*from, *u));
             observe(here.iterate());
-            newton.assemble(&edges, terms.iter().copied(), None, &weights);
+            newton.assemble(&edges, &terms, None, &weights);
             if is_singular(newton.factor(0.0), newton.largest(), D * vertices.len()) {
                 return here.end(Ending::Singular);
             }

@@ -194,7 +194,7 @@ fn single_precision_takes_the_steps_of_its_twin() {
     let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
     let mut apart = 0;
     for (i, (problem, found)) in problems.iter().zip(&found).enumerate() {
-        let twin = &descend::<f32, 2>(&plan, &functionals, &[problem])[0];
+        let twin = &descend::<f32, 2>(&plan, &functionals, &[problem], &mut None)[0];
         assert_eq!((found.standing, twin.standing), (Standing::Converged, Standing::Converged), "curve {i}");
         apart += found.iterations.abs_diff(twin.iterations);
         // Where the numbers of steps agree, only rounding is between the curves.

@@ -120,8 +120,6 @@ impl<const W: usize> Adapter<'_, W> {
 }
 
 impl<const W: usize> Term<W> for Adapter<'_, W> {
-    const APART: bool = true;
-
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S {
         let mut value = S::ZERO;
         for lane in 0..S::LANES {

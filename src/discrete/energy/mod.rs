@@ -213,11 +213,6 @@ impl<S: Scalar, const D: usize, const W: usize> SecondPartials<S, D, W> {
 
 /// The term of an energy over W edges.
 pub(crate) trait Term<const W: usize> {
-    /// Whether sweeps of the term are compiled apart from vectorised code.
-    ///
-    /// Energies over three edges would take the compiler minutes there.
-    const APART: bool = W > 2;
-
     /// Whether the term depends on tangents, and not on lengths alone.
     const BY_TANGENT: bool = true;
 

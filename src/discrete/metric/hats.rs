@@ -190,12 +190,6 @@ impl<S: Scalar, const D: usize> Hats<S, D> {
             }
             before = next;
         }
-        self.factor_pins()
-    }
-
-    /// The few rows of the pins are not worth inlining into the vectorised descent.
-    #[inline(never)]
-    fn factor_pins(&mut self) -> S {
         each!(&mut self.gram, matrix => matrix.factor(&self.turning))
     }
 

@@ -31,9 +31,9 @@ mod path;
 pub(super) mod variation;
 
 use super::edges::Edges;
-use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
 use crate::linalg::scalar::{Vector, add, dot, scale};
+use crate::linalg::{Operation, Scalar};
 use hats::Hats;
 use path::Path;
 use variation::Third;
@@ -92,8 +92,12 @@ impl<S: Scalar, const D: usize> Metric<S, D> {
     ///
     /// Returns the smallest pivot of each lane. It is not positive where the matrix is not positive
     /// definite.
-    #[inline(always)]
     pub fn freeze(&mut self, edges: &Edges<S, D>, pins: &Pins<S>, weights: &Weights<S>) -> S {
+        S::run(Freeze { metric: self, edges, pins, weights })
+    }
+
+    #[inline(always)]
+    fn freeze_inlined(&mut self, edges: &Edges<S, D>, pins: &Pins<S>, weights: &Weights<S>) -> S {
         match self {
             Metric::Euclidean => S::ONE,
             Metric::First(path) => path.freeze(edges, pins, weights),
@@ -111,8 +115,12 @@ impl<S: Scalar, const D: usize> Metric<S, D> {
     }
 
     /// Turns a gradient into the Sobolev gradient, in place.
-    #[inline(always)]
     pub fn solve(&mut self, pins: &Pins<S>, z: &mut [Vector<S, D>]) {
+        S::run(Solve { metric: self, pins, z });
+    }
+
+    #[inline(always)]
+    fn solve_inlined(&mut self, pins: &Pins<S>, z: &mut [Vector<S, D>]) {
         match self {
             Metric::Euclidean => {}
             Metric::First(path) => path.solve(z),
@@ -120,6 +128,39 @@ impl<S: Scalar, const D: usize> Metric<S, D> {
             Metric::Second(hats) => hats.solve(pins, z),
             Metric::Third(third) => third.solve(z),
         }
+    }
+}
+
+/// [`Metric::freeze`]
+struct Freeze<'a, S, const D: usize> {
+    metric: &'a mut Metric<S, D>,
+    edges: &'a Edges<S, D>,
+    pins: &'a Pins<S>,
+    weights: &'a Weights<S>,
+}
+
+impl<S: Scalar, const D: usize> Operation for Freeze<'_, S, D> {
+    type Output = S;
+
+    #[inline(always)]
+    fn run(self) -> S {
+        self.metric.freeze_inlined(self.edges, self.pins, self.weights)
+    }
+}
+
+/// [`Metric::solve`]
+struct Solve<'a, S, const D: usize> {
+    metric: &'a mut Metric<S, D>,
+    pins: &'a Pins<S>,
+    z: &'a mut [Vector<S, D>],
+}
+
+impl<S: Scalar, const D: usize> Operation for Solve<'_, S, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.metric.solve_inlined(self.pins, self.z);
     }
 }
 

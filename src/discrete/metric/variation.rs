@@ -33,20 +33,23 @@ impl<S: Scalar, const D: usize> Third<S, D> {
         }
     }
 
-    // Not inlined into the vectorised descent: eleven unrolled rows of it take minutes to compile.
     #[inline(never)]
     pub fn freeze(&mut self, edges: &Edges<S, D>, pins: &Pins<S>, weights: &Weights<S>) -> S {
         match self {
-            Third::Planar(matrix, _, movable) => freeze::<S, D, 7, 8>(matrix, movable, edges, pins, weights),
-            Third::Spatial(matrix, _, movable) => freeze::<S, D, 11, 12>(matrix, movable, edges, pins, weights),
+            Third::Planar(matrix, _, movable) if D == 2 => freeze::<S, D, 7, 8>(matrix, movable, edges, pins, weights),
+            Third::Spatial(matrix, _, movable) if D == 3 => {
+                freeze::<S, D, 11, 12>(matrix, movable, edges, pins, weights)
+            }
+            _ => unreachable!("a matrix of D coordinates a vertex"),
         }
     }
 
     #[inline(never)]
     pub fn solve(&mut self, z: &mut [Vector<S, D>]) {
         match self {
-            Third::Planar(matrix, unknowns, _) => solve(matrix, unknowns, z),
-            Third::Spatial(matrix, unknowns, _) => solve(matrix, unknowns, z),
+            Third::Planar(matrix, unknowns, _) if D == 2 => solve(matrix, unknowns, z),
+            Third::Spatial(matrix, unknowns, _) if D == 3 => solve(matrix, unknowns, z),
+            _ => unreachable!("a matrix of D coordinates a vertex"),
         }
     }
 }
