@@ -29,13 +29,13 @@ pack() {
     cargo "$@" --locked --message-format=json | grep "\"name\":\"$name\"" |
       sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' | tail -1
   }
-  local program=(build --release --bin faircurve) bench=bench example='build --release'
-  [[ -z ${FAIRCURVE_AS_TESTED:-} ]] || { program=(test --no-run --test program) bench=test example=build; }
-  cp "$(made faircurve "${program[@]}")" "$folder/faircurve"
+  local as=release
+  [[ -z ${FAIRCURVE_AS_TESTED:-} ]] || as=test
+  cp "$(made faircurve build --profile $as --bin faircurve)" "$folder/faircurve"
   cp "$(made gpu test --no-run --test gpu)" "$folder/gpu-tests"
-  cp "$(made hardware $bench --no-run --bench hardware)" "$folder/throughput"
-  cp "$(made gpu $bench --no-run --bench gpu)" "$folder/rows"
-  cp "$(made peer_fair $example --example peer_fair)" "$folder/peer_fair"
+  cp "$(made hardware build --profile $as --bench hardware)" "$folder/throughput"
+  cp "$(made gpu build --profile $as --bench gpu)" "$folder/rows"
+  cp "$(made peer_fair build --profile $as --example peer_fair)" "$folder/peer_fair"
   strip "$folder"/{faircurve,gpu-tests,throughput,rows,peer_fair}
   cp examples/data/* "$folder/data/"
   cp benches/hardware.sh benches/peers/{fair,tridiagonal,ratios}.py "$folder/"
