@@ -1,11 +1,9 @@
 //! NPZ: `grids` if all grids have one shape, else `grids_0`, `grids_1`, ….
 
-use std::io::{self, BufWriter, Cursor, Seek, Write};
-
-use zip::ZipWriter;
+use std::io::{self, Cursor, Write};
 
 use super::super::npy::{Order, numbers};
-use super::super::npz::{Archive, Array, array, arrays, tuple};
+use super::super::npz::{Archive, Array, Place, array, arrays, tuple, zip_into};
 use super::super::source::Source;
 use crate::error::Result;
 use crate::grids::Grids;
@@ -111,8 +109,8 @@ pub(super) fn write(out: &mut dyn Write, grids: &Grids) -> io::Result<()> {
 }
 
 /// Writes an archive. Equal grids give equal bytes.
-pub(super) fn write_seekable<W: Write + Seek>(out: W, grids: &Grids) -> io::Result<()> {
-    let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 16, out));
+pub(super) fn write_seekable(out: &mut dyn Place, grids: &Grids) -> io::Result<()> {
+    let mut zip = zip_into(out);
     let d = grids.dimension() as u64;
     let shape = |i: usize| -> Vec<u64> {
         let rows_and_columns = grids.shape(i).into_iter().map(|length| length as u64);
