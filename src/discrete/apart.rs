@@ -21,6 +21,7 @@ use super::curves::Vertices;
 use crate::batch::CurveBatch;
 use crate::error::Result;
 use crate::report::{CurveReport, LimitReport};
+use crate::sort;
 use crate::status::CurveStatus;
 use crate::topology::crossings::{Line, Place, contacts};
 use course::{Course, Levels};
@@ -233,7 +234,7 @@ impl Apart<'_> {
         curves.dedup();
         for i in &curves {
             let own = partings.0.entry(*i).or_default();
-            own.sort_by(Parting::by_place);
+            sort::by(own, Parting::by_place);
             // Two edges may have theirs from the vertex between them.
             own.dedup_by(|a, b| a.by_place(b).is_eq());
         }

@@ -7,6 +7,7 @@ use super::super::npz::{Archive, Array, Place, array, arrays, tuple, zip_into};
 use super::super::source::Source;
 use crate::error::Result;
 use crate::grids::Grids;
+use crate::sort;
 
 /// The name of the array if all grids have one shape, else the prefix before the number of a grid.
 const KEY: &str = "grids";
@@ -19,7 +20,7 @@ pub(super) fn read(source: &mut Source) -> Result<Grids> {
         return one_shape(&mut archive);
     }
     // In order of their numbers: grids_10 comes after grids_9.
-    keys.sort_by_key(|key| (key.len(), key.clone()));
+    sort::by(&mut keys, |a, b| (a.len(), a).cmp(&(b.len(), b)));
     if keys.is_empty() || (0..keys.len()).any(|k| keys[k] != format!("{KEY}_{k}")) {
         return Err(archive.wrong(format!(
             "the arrays are {}: wanted is {KEY} of the shape (B, rows, columns) or (B, rows, columns, d), or, for grids of several \
