@@ -2,6 +2,7 @@
 //! A comparison takes some nanoseconds longer. What is sorted a vertex at a time keeps the standard library's.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 
 /// The numbers 0 … n − 1 in the order that `compare` gives them. Equal ones stay as they are.
 pub(crate) fn order(n: usize, compare: &dyn Fn(usize, usize) -> Ordering) -> Vec<usize> {
@@ -23,6 +24,16 @@ pub(crate) fn by<T>(values: &mut [T], compare: impl Fn(&T, &T) -> Ordering) {
         }
         order[at] = at;
     }
+}
+
+/// A map of pairs, of which the last with a key counts. `collect` gives the same, and compiles a stable sort and the
+/// building of a tree for every iterator.
+pub(crate) fn map<K: Ord, V>(pairs: impl IntoIterator<Item = (K, V)>) -> BTreeMap<K, V> {
+    let mut map = BTreeMap::new();
+    for (key, value) in pairs {
+        map.insert(key, value);
+    }
+    map
 }
 
 #[cfg(test)]

@@ -263,7 +263,9 @@ impl Apart<'_> {
         }
         let fitted = found.iter_mut().enumerate().filter(|(_, (_, vertices))| vertices.is_some());
         for (i, (report, _)) in fitted {
-            let apart: BTreeSet<usize> = partings.of(i).iter().map(|parting| self.owner(parting.neighbour)).collect();
+            let mut apart: Vec<usize> = partings.of(i).iter().map(|parting| self.owner(parting.neighbour)).collect();
+            apart.sort_unstable();
+            apart.dedup();
             let (neighbours, touching) = (apart.len(), touched.get(&i).map_or(0, Vec::len));
             report.limits = Some(match report.limits {
                 Some(limits) => LimitReport { neighbours, touching, ..limits },

@@ -90,7 +90,7 @@ pub(super) fn fit<const D: usize>(
     }
     // Curves that cross start again from here.
     let before: BTreeMap<usize, (Discs<D>, Ready<D>)> = match fair.limits.no_crossing {
-        true => ended.iter().map(|own| (own.0.curve(), own.clone())).collect(),
+        true => sort::map(ended.iter().map(|own| (own.0.curve(), own.clone()))),
         false => BTreeMap::new(),
     };
     let mut on_cpu = BTreeSet::new();
