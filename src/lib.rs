@@ -171,6 +171,7 @@ mod ragged;
 mod report;
 pub mod scf;
 mod sides;
+mod sort;
 pub mod spline;
 mod status;
 pub mod surface;

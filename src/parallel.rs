@@ -1,15 +1,23 @@
 //! Work shared between threads. Rayon is instantiated here, once, and not for every closure: its iterators made an
-//! eighth of the library's machine code.
+//! eighth of the library's machine code. What is generic only fills vectors: every copy of it is compiled anew.
 
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
 
 /// So many parts a thread even out what takes unequally long.
 const PARTS: usize = 16;
 
+/// Work on a part, with the place of its results.
+type Task<'a> = Box<dyn FnMut() + Send + 'a>;
+
 /// `of` 0 … n − 1, in that order. Threads take `together` of them at a time, at least.
 pub(crate) fn map<T: Send>(n: usize, together: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    map_with(n, together, || (), |(), k| of(k))
+    ranges(n, together, &|range| {
+        let mut own = Vec::with_capacity(range.len());
+        for k in range {
+            own.push(of(k));
+        }
+        own
+    })
 }
 
 /// [`map`] with something that a thread uses again from one to the next, such as memory.
@@ -19,60 +27,116 @@ pub(crate) fn map_with<T: Send, W>(
     new: impl Fn() -> W + Sync,
     of: impl Fn(&mut W, usize) -> T + Sync,
 ) -> Vec<T> {
-    let part = together.max(n.div_ceil(PARTS * rayon::current_num_threads())).max(1);
-    let parts: Vec<Mutex<Vec<T>>> = (0..n.div_ceil(part)).map(|_| Mutex::default()).collect();
-    run(0..parts.len(), &|k| {
-        let mut with = new();
-        let own = (k * part..n.min((k + 1) * part)).map(|k| of(&mut with, k)).collect();
-        *parts[k].lock().unwrap_or_else(PoisonError::into_inner) = own;
-    });
-    let mut all = Vec::with_capacity(n);
-    for part in parts {
-        all.append(&mut part.into_inner().unwrap_or_else(PoisonError::into_inner));
-    }
-    all
+    ranges(n, together, &|range| {
+        let (mut with, mut own) = (new(), Vec::with_capacity(range.len()));
+        for k in range {
+            own.push(of(&mut with, k));
+        }
+        own
+    })
 }
 
 /// `of` every item, in their order.
 pub(crate) fn of<T: Send, U: Send>(items: impl IntoIterator<Item = T>, of: impl Fn(T) -> U + Sync) -> Vec<U> {
-    let items: Vec<Mutex<Option<T>>> = items.into_iter().map(|item| Mutex::new(Some(item))).collect();
-    let item = |k: usize| items[k].lock().unwrap_or_else(PoisonError::into_inner).take();
-    map(items.len(), 1, |k| of(item(k).expect("every item is taken once")))
+    let (items, of) = (items.into_iter(), &of);
+    let mut waiting = Vec::with_capacity(items.size_hint().0);
+    for item in items {
+        waiting.push(Some(item));
+    }
+    let (n, part) = (waiting.len(), part(waiting.len(), 1));
+    let mut found = empty(n.div_ceil(part));
+    let mut tasks: Vec<Task> = Vec::with_capacity(found.len());
+    for (items, found) in waiting.chunks_mut(part).zip(&mut found) {
+        tasks.push(Box::new(move || {
+            let mut own = Vec::with_capacity(items.len());
+            for item in &mut *items {
+                own.push(of(item.take().expect("every item is taken once")));
+            }
+            *found = own;
+        }));
+    }
+    run(&mut tasks);
+    drop(tasks);
+    joined(n, found)
 }
 
 /// `work` on every part of an array: part k is what lies between `ends[k]` and `ends[k + 1]`, less
 /// `ends[0]`. Threads take parts of some [`TOGETHER`] entries at a time, at least.
 pub(crate) fn parts<T: Send>(array: &mut [T], ends: &[usize], work: impl Fn(usize, &mut [T]) + Sync) {
-    divide(array, ends, 0, &work);
+    let mut tasks = Vec::new();
+    divide(array, ends, 0, &work, &mut tasks);
+    run(&mut tasks);
 }
 
 /// Entries that are worth a task.
 const TOGETHER: usize = 1 << 14;
 
-fn divide<T: Send>(array: &mut [T], ends: &[usize], first: usize, work: &(dyn Fn(usize, &mut [T]) + Sync)) {
+fn divide<'a, T: Send>(
+    array: &'a mut [T],
+    ends: &'a [usize],
+    first: usize,
+    work: &'a (dyn Fn(usize, &mut [T]) + Sync),
+    tasks: &mut Vec<Task<'a>>,
+) {
     let count = ends.len().saturating_sub(1);
     if count > 1 && array.len() > TOGETHER {
         let middle = count / 2;
         let (before, after) = array.split_at_mut(ends[middle] - ends[0]);
-        let halves = (&ends[..=middle], &ends[middle..]);
-        rayon::join(|| divide(before, halves.0, first, work), || divide(after, halves.1, first + middle, work));
+        divide(before, &ends[..=middle], first, work, tasks);
+        divide(after, &ends[middle..], first + middle, work, tasks);
         return;
     }
-    let mut rest = array;
-    for k in 0..count {
-        let (part, behind) = rest.split_at_mut(ends[k + 1] - ends[k]);
-        work(first + k, part);
-        rest = behind;
-    }
+    tasks.push(Box::new(move || {
+        let mut rest = &mut *array;
+        for k in 0..count {
+            let (part, behind) = rest.split_at_mut(ends[k + 1] - ends[k]);
+            work(first + k, part);
+            rest = behind;
+        }
+    }));
 }
 
-fn run(parts: Range<usize>, work: &(dyn Fn(usize) + Sync)) {
-    let middle = parts.start + parts.len() / 2;
-    match parts.len() {
-        0 => {}
-        1 => work(parts.start),
+/// The vectors `of` the parts of 0 … n − 1, one after the other.
+fn ranges<T: Send>(n: usize, together: usize, of: &(dyn Fn(Range<usize>) -> Vec<T> + Sync)) -> Vec<T> {
+    let part = part(n, together);
+    let mut found = empty(n.div_ceil(part));
+    let mut tasks: Vec<Task> = Vec::with_capacity(found.len());
+    for (k, found) in found.iter_mut().enumerate() {
+        tasks.push(Box::new(move || *found = of(k * part..n.min((k + 1) * part))));
+    }
+    run(&mut tasks);
+    drop(tasks);
+    joined(n, found)
+}
+
+/// How many of n a part has.
+fn part(n: usize, together: usize) -> usize {
+    together.max(n.div_ceil(PARTS * rayon::current_num_threads())).max(1)
+}
+
+fn empty<T>(count: usize) -> Vec<Vec<T>> {
+    let mut found = Vec::with_capacity(count);
+    for _ in 0..count {
+        found.push(Vec::new());
+    }
+    found
+}
+
+fn joined<T>(n: usize, found: Vec<Vec<T>>) -> Vec<T> {
+    let mut all = Vec::with_capacity(n);
+    for mut part in found {
+        all.append(&mut part);
+    }
+    all
+}
+
+fn run(tasks: &mut [Task]) {
+    match tasks {
+        [] => {}
+        [task] => task(),
         _ => {
-            rayon::join(|| run(parts.start..middle, work), || run(middle..parts.end, work));
+            let (before, after) = tasks.split_at_mut(tasks.len() / 2);
+            rayon::join(|| run(before), || run(after));
         }
     }
 }
@@ -94,5 +158,18 @@ mod tests {
             assert!(array[pair[0] - 7..pair[1] - 7].iter().all(|&x| x == k + 1), "part {k}");
         }
         parts(&mut array[..0], &[], |_, _| unreachable!("there is no part"));
+    }
+
+    #[test]
+    fn results_stand_in_the_order_of_what_they_are_of() {
+        for n in [0, 1, 2, 1000] {
+            let all: Vec<String> = (0..n).map(|k| k.to_string()).collect();
+            let counted = map_with(n, 3, || 0, |count, k| (std::mem::replace(count, *count + 1), k.to_string()));
+            assert!(counted.first().is_none_or(|first| first.0 == 0));
+            assert!(counted.windows(2).all(|pair| pair[1].0 == 0 || pair[1].0 == pair[0].0 + 1), "a count begins anew");
+            assert_eq!(counted.into_iter().map(|(_, text)| text).collect::<Vec<_>>(), all);
+            assert_eq!(map(n, 1, |k| k.to_string()), all);
+            assert_eq!(of(0..n, |k| k.to_string()), all);
+        }
     }
 }

@@ -9,6 +9,7 @@ use super::CurveBatch;
 use crate::batch::Origin;
 use crate::constraint::{Constraints, gather_rows, rows_of};
 use crate::ragged;
+use crate::sort;
 
 /// Consecutive points of a curve, past the end of a closed one if need be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +65,7 @@ impl CurveBatch {
         let curves = 0..closed.len();
         CurveBatch {
             dimension: self.dimension,
-            problems: curves.clone().filter_map(problem).collect(),
+            problems: sort::map(curves.clone().filter_map(problem)),
             origin: Arc::new(Origin {
                 names: Some(
                     curves
@@ -115,7 +116,7 @@ impl CurveBatch {
             offsets,
             closed: parts.iter().map(|(i, _)| self.closed[*i]).collect(),
             closing_spans: self.closing_spans.as_ref().map(|spans| parts.iter().map(|(i, _)| spans[*i]).collect()),
-            problems: parts.iter().enumerate().filter_map(problem).collect(),
+            problems: sort::map(parts.iter().enumerate().filter_map(problem)),
             origin: Arc::new(origin),
             ..self.clone()
         }
@@ -165,7 +166,7 @@ impl CurveBatch {
             weights: gather_rows(weights, 1, &points),
             constraints: constraints.gather(*dimension, &points),
             columns: Vec::new(),
-            problems: pieces.iter().enumerate().filter_map(problem).collect(),
+            problems: sort::map(pieces.iter().enumerate().filter_map(problem)),
             origin: Arc::new(Origin {
                 names: Some(names),
                 cut: Some(Cut {

@@ -18,6 +18,7 @@ use std::sync::Arc;
 use crate::constraint::{Constraint, Constraints, gather_rows, rows_of};
 use crate::error::{Error, Result, shortened};
 use crate::ragged;
+use crate::sort;
 use crate::status::CurveStatus;
 
 pub(crate) use check::are_finite;
@@ -410,6 +411,11 @@ impl CurveBatch {
         self.problems.get(&i)
     }
 
+    /// The curves that cannot be fitted.
+    pub(crate) fn problems(&self) -> &BTreeMap<usize, Unfitted> {
+        &self.problems
+    }
+
     /// A message about point `k` of curve `i`. It starts with the place: file, line, curve, point.
     pub fn sentence(&self, i: usize, k: usize, what: &str) -> String {
         let (mut origin, mut curve, mut k) = (&*self.origin, i, k);
@@ -453,7 +459,7 @@ impl CurveBatch {
             weights: gather_rows(weights, 1, &points),
             constraints: constraints.gather(*dimension, &points),
             columns: columns::gather(columns, &points),
-            problems: problems.collect(),
+            problems: sort::map(problems),
             origin: Arc::new(Origin { names: Some(names), ..Origin::default() }),
         }
     }

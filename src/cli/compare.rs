@@ -142,7 +142,7 @@ impl CompareArgs {
             ))?;
             let mut worst: Vec<(usize, f64)> =
                 outcome.differences.iter().enumerate().filter_map(|(i, d)| Some((i, (*d)?))).collect();
-            worst.sort_by(|a, b| b.1.total_cmp(&a.1));
+            worst.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
             worst.truncate(WORST_NAMED);
             let named = worst.iter().map(|(i, d)| format!("{} {d:.2e}", batch.label(*i)));
             show(format_args!("{precision}: worst curves: {}", named.collect::<Vec<_>>().join(", ")))?;

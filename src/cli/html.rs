@@ -136,10 +136,10 @@ fn counted(lines: &[Value]) -> Vec<(String, usize)> {
 fn worst(lines: &[Value]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..lines.len()).collect();
     let number = |i: usize, field: &str| lines[i][field].as_f64().unwrap_or(0.0);
-    order.sort_by(|&a, &b| {
+    order.sort_unstable_by(|&a, &b| {
         let [usable_a, usable_b] = [a, b].map(|i| is_usable(&lines[i]));
         let by = |field: &str| number(b, field).total_cmp(&number(a, field));
-        usable_a.cmp(&usable_b).then(by("max_deviation")).then(by("max_curvature"))
+        usable_a.cmp(&usable_b).then(by("max_deviation")).then(by("max_curvature")).then(a.cmp(&b))
     });
     order.truncate(WORST);
     order
@@ -152,7 +152,7 @@ fn histogram(values: &[f64]) -> Option<String> {
     const WIDTH: f64 = 480.0;
     const HEIGHT: f64 = 160.0;
     let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
+    sorted.sort_unstable_by(f64::total_cmp);
     let (least, most) = (sorted.first()?, sorted.last()?);
     let at = |part: f64| sorted[(part * (sorted.len() - 1) as f64).round() as usize];
     let (mut low, high) = if at(0.01) < at(0.99) { (at(0.01), at(0.99)) } else { (*least, *most) };

@@ -21,6 +21,7 @@ use super::curves::Vertices;
 use crate::batch::CurveBatch;
 use crate::error::Result;
 use crate::report::{CurveReport, LimitReport};
+use crate::sort;
 use crate::status::CurveStatus;
 use crate::topology::crossings::{Line, Place, contacts};
 use course::{Course, Levels};
@@ -233,7 +234,7 @@ impl Apart<'_> {
         curves.dedup();
         for i in &curves {
             let own = partings.0.entry(*i).or_default();
-            own.sort_by(Parting::by_place);
+            sort::by(own, Parting::by_place);
             // Two edges may have theirs from the vertex between them.
             own.dedup_by(|a, b| a.by_place(b).is_eq());
         }
@@ -262,7 +263,9 @@ impl Apart<'_> {
         }
         let fitted = found.iter_mut().enumerate().filter(|(_, (_, vertices))| vertices.is_some());
         for (i, (report, _)) in fitted {
-            let apart: BTreeSet<usize> = partings.of(i).iter().map(|parting| self.owner(parting.neighbour)).collect();
+            let mut apart: Vec<usize> = partings.of(i).iter().map(|parting| self.owner(parting.neighbour)).collect();
+            apart.sort_unstable();
+            apart.dedup();
             let (neighbours, touching) = (apart.len(), touched.get(&i).map_or(0, Vec::len));
             report.limits = Some(match report.limits {
                 Some(limits) => LimitReport { neighbours, touching, ..limits },

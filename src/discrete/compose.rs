@@ -3,11 +3,10 @@
 //! The text is the definitions that `shaders/discrete/energy/mod.wgsl` asks for. The weights differ
 //! from curve to curve.
 
-use std::collections::BTreeSet;
-
 use super::energy::{Energy, FENCE_KINDS, Functional, MOST_EDGES, TORSION_CURVATURE};
 use crate::gpu::source::{Definitions, definitions};
 use crate::precision::Precision;
+use crate::sort;
 
 /// Names that kernels use themselves.
 ///
@@ -87,7 +86,7 @@ impl Kind {
             rank: Energy::NAMES.iter().position(|name| *name == word).unwrap_or(usize::MAX),
             word: word.into(),
             degree: functional.facts().degree().to_string(),
-            definitions: definitions.into_iter().map(|(name, value)| (name.to_string(), value)).collect(),
+            definitions: sort::map(definitions.into_iter().map(|(name, value)| (name.to_string(), value))),
         })
     }
 }
@@ -112,7 +111,9 @@ impl Composition {
         let epsilon = precision.epsilon();
         let of_terms = energy.terms().iter().map(|(_, functional)| Kind::of(functional, epsilon));
         let of_terms: Vec<Kind> = of_terms.collect::<Result<_, _>>()?;
-        let kinds: Vec<Kind> = of_terms.iter().cloned().collect::<BTreeSet<_>>().into_iter().collect();
+        let mut kinds = of_terms.clone();
+        sort::by(&mut kinds, Kind::cmp);
+        kinds.dedup();
         let place = |kind: &Kind| kinds.binary_search(kind).expect("kinds are those of the terms");
         let places: Vec<usize> = of_terms.iter().map(place).collect();
 

@@ -185,7 +185,7 @@ impl Fair {
         let tried = reports.iter().filter(|report| report.gain.is_some()).count();
         let gains = reports.iter().filter(|report| report.status.is_usable()).filter_map(|report| report.gain);
         let mut gains: Vec<f64> = gains.filter(|gain| *gain > 0.0).collect();
-        gains.sort_by(f64::total_cmp);
+        gains.sort_unstable_by(f64::total_cmp);
         if tried == 0 {
             return Vec::new();
         }

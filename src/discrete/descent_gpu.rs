@@ -25,6 +25,7 @@ use crate::error::{Error, Result};
 use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline};
 use crate::precision::Precision;
+use crate::sort;
 use crate::surface::Surface;
 
 /// Threads in a workgroup: a whole wave of the widest hardware.
@@ -180,7 +181,8 @@ impl<const D: usize> Run<'_, D> {
         let table = self.table();
         let is_taken = |i: usize| table.is_some() && self.is_for_kernel(i) && ways.iter().any(|&way| takes(way, i));
         let (mut order, mut host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| is_taken(i));
-        order.sort_by_key(|&i| (problems[i].vertices(), problems[i].closed, problems[i].pinned.len(), i));
+        let kind = |i: usize| (problems[i].vertices(), problems[i].closed, problems[i].pinned.len(), i);
+        sort::by(&mut order, |&i, &j| kind(i).cmp(&kind(j)));
         let mut outcomes: Vec<Outcome<D>> = problems.iter().map(unfinished).collect();
         if let Some(table) = table.filter(|_| !order.is_empty()) {
             let composition = self.composition(&order)?;

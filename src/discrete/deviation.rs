@@ -25,6 +25,7 @@ use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::parallel;
 use crate::precision::Precision;
 use crate::report::CurveReport;
+use crate::sort;
 
 /// Fits every curve with the least energy within a distance of its points, `allowed[i]` for curve i.
 ///
@@ -89,7 +90,7 @@ pub(super) fn fit<const D: usize>(
     }
     // Curves that cross start again from here.
     let before: BTreeMap<usize, (Discs<D>, Ready<D>)> = match fair.limits.no_crossing {
-        true => ended.iter().map(|own| (own.0.curve(), own.clone())).collect(),
+        true => sort::map(ended.iter().map(|own| (own.0.curve(), own.clone()))),
         false => BTreeMap::new(),
     };
     let mut on_cpu = BTreeSet::new();
@@ -115,7 +116,7 @@ pub(super) fn fit<const D: usize>(
         apart::keep_apart(batch, &pieces.owners, &mut found, |curves, partings| {
             let again = curves.iter().filter_map(|i| before.get(i).cloned()).collect();
             let mut again = within(again, partings)?;
-            again.sort_by_key(|(i, _)| *i);
+            sort::by(&mut again, |a, b| a.0.cmp(&b.0));
             Ok(again.into_iter().map(|(_, found)| found).collect())
         })?;
     }

@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, subtract};
 use crate::linalg::{Lanes, Scalar, has_wide_registers};
 use crate::parallel;
+use crate::sort;
 use crate::status::CurveStatus;
 
 /// Curves side by side on the CPU, as many as one AVX2 register holds f64 numbers.
@@ -277,8 +278,7 @@ impl<'a> Evaluating<'a> {
         // The cost of a curve with a Hessian is mostly that of the Hessian, so those curves go
         // alone.
         let kind = |k: usize| (self.batch.is_closed(curves[k].i), curves[k].points.len());
-        let mut order: Vec<usize> = (0..curves.len()).collect();
-        order.sort_by_key(|&k| kind(k));
+        let order = sort::order(curves.len(), &|j, k| kind(j).cmp(&kind(k)));
         let lanes = if self.options.want.has_hessian() { 1 } else { LANES };
         let groups: Vec<&[usize]> =
             order.chunk_by(|&j, &k| kind(j) == kind(k)).flat_map(|alike| alike.chunks(lanes)).collect();
@@ -292,7 +292,7 @@ impl<'a> Evaluating<'a> {
             group.iter().copied().zip(found).collect()
         };
         let mut found: Vec<(usize, Evaluation)> = parallel::of(groups, of_group).into_iter().flatten().collect();
-        found.sort_by_key(|(k, _)| *k);
+        sort::by(&mut found, |a, b| a.0.cmp(&b.0));
         found.into_iter().map(|(_, evaluation)| evaluation).collect()
     }
 

@@ -16,6 +16,7 @@ use super::within::{Local, Within};
 use crate::linalg::scalar::{Vector, add, dot, subtract};
 use crate::linalg::{Lanes, Real, Scalar, has_wide_registers};
 use crate::parallel;
+use crate::sort;
 
 /// Curves side by side on the CPU, as many as one AVX2 register holds f64 numbers.
 const LANES: usize = 4;
@@ -249,8 +250,8 @@ pub(crate) fn descend_on_cpu<const D: usize>(
     ended: Ended<'_, D>,
 ) -> Vec<Outcome<D>> {
     let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
-    let mut order: Vec<usize> = (0..problems.len()).collect();
-    order.sort_by_key(|&i| (problems[i].closed, problems[i].base.len(), i));
+    let kind = |i: usize| (problems[i].closed, problems[i].base.len());
+    let order = sort::order(problems.len(), &|i, j| kind(i).cmp(&kind(j)));
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for &i in &order {
         match groups.last_mut() {

@@ -141,7 +141,7 @@ impl<const D: usize> Walls<D> {
                 let gap = if push > 0.0 { f64::NEG_INFINITY } else { form.gap(place) };
                 near.push((gap, region, push));
             }
-            near.sort_by(|a, b| a.0.total_cmp(&b.0));
+            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             for layer in 0..layers {
                 self.chosen[layer][row] = near.get(layer).map(|(_, region, _)| *region);
                 problem.walls[layer][row] = match near.get(layer) {

@@ -3,6 +3,7 @@
 use wgpu::{Adapter, DeviceType, Features, Instance};
 
 use super::summary::AdapterSummary;
+use crate::sort;
 
 /// Lanes for each curve in the subgroup kernels. No subgroup may be smaller.
 pub(crate) const SUBGROUP_LANES: u32 = 8;
@@ -20,7 +21,7 @@ pub(crate) fn instance() -> Instance {
 /// name.
 pub(crate) fn sorted(instance: &Instance) -> Vec<Adapter> {
     let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
-    adapters.sort_by_cached_key(|adapter| {
+    let key = |adapter: &Adapter| {
         let info = adapter.get_info();
         let rank = match info.device_type {
             DeviceType::DiscreteGpu => 0,
@@ -30,7 +31,8 @@ pub(crate) fn sorted(instance: &Instance) -> Vec<Adapter> {
             DeviceType::Cpu => 4,
         };
         (rank, info.device_pci_bus_id, info.name)
-    });
+    };
+    sort::by(&mut adapters, |a, b| key(a).cmp(&key(b)));
     adapters
 }
 

@@ -85,20 +85,81 @@ pub fn once<P, R>(mut wait: impl FnMut(P) -> Result<R>) -> impl FnMut(P) -> Resu
 /// The first error of `submit`, `wait` or `finish`, with the number of curves finished before.
 pub fn pipeline<P, R>(
     chunks: Vec<Range<usize>>,
-    mut submit: impl FnMut(&Range<usize>) -> Result<P>,
+    submit: impl FnMut(&Range<usize>) -> Result<P>,
     wait: impl FnMut(P) -> Result<Step<P, R>>,
     finish: impl FnMut(&Range<usize>, R) -> Result<()>,
 ) -> Result<(), Interrupted> {
+    drive(chunks, &mut Steps { slots: [Slot::Empty, Slot::Empty], submit, wait, finish })
+}
+
+/// What is done with a chunk, which stands in a slot while it is under way.
+trait Work {
+    fn submit(&mut self, slot: usize, curves: &Range<usize>) -> Result<()>;
+    /// Whether the results are there. If not, the chunk has been submitted again.
+    fn wait(&mut self, slot: usize) -> Result<bool>;
+    fn finish(&mut self, slot: usize, curves: &Range<usize>) -> Result<()>;
+    fn discard(&mut self, slot: usize);
+}
+
+/// The part of a run that is compiled for each kind of chunk.
+struct Steps<P, R, S, W, F> {
+    slots: [Slot<P, R>; IN_FLIGHT],
+    submit: S,
+    wait: W,
+    finish: F,
+}
+
+enum Slot<P, R> {
+    Empty,
+    Submitted(P),
+    Done(R),
+}
+
+impl<P, R, S, W, F> Work for Steps<P, R, S, W, F>
+where
+    S: FnMut(&Range<usize>) -> Result<P>,
+    W: FnMut(P) -> Result<Step<P, R>>,
+    F: FnMut(&Range<usize>, R) -> Result<()>,
+{
+    fn submit(&mut self, slot: usize, curves: &Range<usize>) -> Result<()> {
+        self.slots[slot] = Slot::Submitted((self.submit)(curves)?);
+        Ok(())
+    }
+
+    fn wait(&mut self, slot: usize) -> Result<bool> {
+        let Slot::Submitted(pending) = std::mem::replace(&mut self.slots[slot], Slot::Empty) else {
+            unreachable!("the chunk was submitted")
+        };
+        self.slots[slot] = match (self.wait)(pending)? {
+            Step::Again(pending) => Slot::Submitted(pending),
+            Step::Done(results) => Slot::Done(results),
+        };
+        Ok(matches!(self.slots[slot], Slot::Done(_)))
+    }
+
+    fn finish(&mut self, slot: usize, curves: &Range<usize>) -> Result<()> {
+        let Slot::Done(results) = std::mem::replace(&mut self.slots[slot], Slot::Empty) else {
+            unreachable!("the chunk is done")
+        };
+        (self.finish)(curves, results)
+    }
+
+    fn discard(&mut self, slot: usize) {
+        self.slots[slot] = Slot::Empty;
+    }
+}
+
+fn drive(chunks: Vec<Range<usize>>, work: &mut dyn Work) -> Result<(), Interrupted> {
     let finished = chunks.first().map_or(0, |chunk| chunk.start);
     let mut waiting: VecDeque<Range<usize>> = chunks.into();
-    let mut flight = Flight { chunks: VecDeque::with_capacity(IN_FLIGHT), finished, submissions: 0, wait, finish };
+    let mut flight = Flight { chunks: Vec::with_capacity(IN_FLIGHT), finished, submissions: 0, work };
     let mut halved = false;
     loop {
         if flight.chunks.len() < IN_FLIGHT
             && let Some(chunk) = waiting.pop_front()
         {
-            match submit(&chunk) {
-                Ok(pending) => flight.add(chunk, pending),
+            match flight.add(&chunk) {
+                Ok(()) => {}
                 Err(Error::OutOfMemory { .. }) if !halved => {
                     halved = true;
                     waiting.push_front(chunk);
@@ -121,40 +182,34 @@ pub fn pipeline<P, R>(
 }
 
 /// The chunks under way, in order.
-struct Flight<P, R, W, F> {
-    chunks: VecDeque<UnderWay<P, R>>,
+struct Flight<'a> {
+    chunks: Vec<UnderWay>,
     /// First curve that is not finished.
     finished: usize,
     /// Submissions so far.
     submissions: usize,
-    wait: W,
-    finish: F,
+    work: &'a mut dyn Work,
 }
 
-struct UnderWay<P, R> {
+struct UnderWay {
     curves: Range<usize>,
-    state: State<P, R>,
+    slot: usize,
+    /// As which submission it was submitted last. None is as late as that of a chunk that is done.
+    submission: usize,
 }
 
-enum State<P, R> {
-    /// Submitted, as which submission.
-    Submitted(usize, P),
-    Done(R),
+impl UnderWay {
+    const DONE: usize = usize::MAX;
 }
 
-impl<P, R, W, F> Flight<P, R, W, F>
-where
-    W: FnMut(P) -> Result<Step<P, R>>,
-    F: FnMut(&Range<usize>, R) -> Result<()>,
-{
-    fn add(&mut self, curves: Range<usize>, pending: P) {
-        let state = self.submitted(pending);
-        self.chunks.push_back(UnderWay { curves, state });
-    }
-
-    fn submitted(&mut self, pending: P) -> State<P, R> {
+impl Flight<'_> {
+    fn add(&mut self, curves: &Range<usize>) -> Result<()> {
+        let is_free = |slot: &usize| self.chunks.iter().all(|chunk| chunk.slot != *slot);
+        let slot = (0..IN_FLIGHT).find(is_free).expect("a slot is free");
+        self.work.submit(slot, curves)?;
         self.submissions += 1;
-        State::Submitted(self.submissions, pending)
+        self.chunks.push(UnderWay { curves: curves.clone(), slot, submission: self.submissions });
+        Ok(())
     }
 
     /// Finishes all chunks.
@@ -167,33 +222,27 @@ where
 
     /// Waits for the oldest submission, and finishes the chunks that are done.
     fn advance(&mut self) -> Result<(), Interrupted> {
-        let submission = |chunk: &UnderWay<P, R>| match &chunk.state {
-            State::Submitted(submission, _) => *submission,
-            State::Done(_) => usize::MAX,
-        };
-        let oldest = (0..self.chunks.len()).min_by_key(|&k| submission(&self.chunks[k])).expect("a chunk is under way");
-        let UnderWay { curves, state } = self.chunks.remove(oldest).expect("a chunk of the list");
-        let step = match state {
-            State::Submitted(_, pending) => (self.wait)(pending),
-            State::Done(results) => Ok(Step::Done(results)),
-        };
-        let state = match step {
-            Ok(Step::Again(pending)) => self.submitted(pending),
-            Ok(Step::Done(results)) => State::Done(results),
+        let oldest = (0..self.chunks.len()).min_by_key(|&k| self.chunks[k].submission).expect("a chunk is under way");
+        match self.work.wait(self.chunks[oldest].slot) {
+            Ok(true) => self.chunks[oldest].submission = UnderWay::DONE,
+            Ok(false) => {
+                self.submissions += 1;
+                self.chunks[oldest].submission = self.submissions;
+            }
             Err(error) => {
                 // Chunks before this one may still end well.
-                self.chunks.truncate(oldest);
+                for chunk in self.chunks.drain(oldest..) {
+                    self.work.discard(chunk.slot);
+                }
                 self.land()?;
                 return Err(Interrupted { error, finished: self.finished });
             }
-        };
-        self.chunks.insert(oldest, UnderWay { curves, state });
-        while let Some(UnderWay { state: State::Done(_), .. }) = self.chunks.front() {
-            let first = self.chunks.pop_front().expect("there is a first");
-            let State::Done(results) = first.state else { unreachable!("it is done") };
-            let done = (self.finish)(&first.curves, results);
+        }
+        while self.chunks.first().is_some_and(|chunk| chunk.submission == UnderWay::DONE) {
+            let UnderWay { curves, slot, .. } = self.chunks.remove(0);
+            let done = self.work.finish(slot, &curves);
             done.map_err(|error| Interrupted { error, finished: self.finished })?;
-            self.finished = first.curves.end;
+            self.finished = curves.end;
         }
         Ok(())
     }

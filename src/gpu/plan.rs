@@ -54,11 +54,21 @@ pub fn chunks(
     total_bytes: u64,
     limits: &Limits,
 ) -> Result<Vec<Range<usize>>> {
+    let mut points = points.into_iter();
+    divided(&mut || points.next(), largest_bytes, total_bytes, limits)
+}
+
+fn divided(
+    points: &mut dyn FnMut() -> Option<usize>,
+    largest_bytes: u64,
+    total_bytes: u64,
+    limits: &Limits,
+) -> Result<Vec<Range<usize>>> {
     let single = limits.array_bytes() / largest_bytes.max(1);
     let together = (limits.chunk_bytes / total_bytes.max(1)).clamp(1, single);
     let mut chunks = Vec::new();
     let (mut start, mut held, mut count) = (0, 0u64, 0);
-    for (i, points) in points.into_iter().enumerate() {
+    for (i, points) in std::iter::from_fn(points).enumerate() {
         let points = points as u64;
         if points > single {
             return Err(Error::Limit {
@@ -103,14 +113,12 @@ pub fn workgroups(tasks: usize, per_group: usize, limits: &Limits) -> Result<[u3
 /// bucket.
 pub fn buckets(sizes: &[usize], bounds: &[usize]) -> (Vec<u32>, Vec<Range<usize>>) {
     let bucket = |size: usize| bounds.partition_point(|&bound| bound < size);
-    let mut order: Vec<u32> = (0..sizes.len() as u32).collect();
-    order.sort_by_key(|&i| bucket(sizes[i as usize]));
+    let mut order = Vec::with_capacity(sizes.len());
     let mut ranges = Vec::with_capacity(bounds.len() + 1);
-    let mut start = 0;
     for b in 0..=bounds.len() {
-        let length = order[start..].iter().take_while(|&&i| bucket(sizes[i as usize]) == b).count();
-        ranges.push(start..start + length);
-        start += length;
+        let start = order.len();
+        order.extend((0..sizes.len() as u32).filter(|&i| bucket(sizes[i as usize]) == b));
+        ranges.push(start..order.len());
     }
     (order, ranges)
 }

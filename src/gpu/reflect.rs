@@ -6,6 +6,7 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, StorageAccess, TypeInner};
 
 use crate::error::{Error, Result};
+use crate::sort;
 
 /// How an entry point uses a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,7 +101,7 @@ pub fn reflect(kernel: &str, wgsl: &str, entry: &str) -> Result<Reflection> {
             element_bytes: layouter[element].size,
         });
     }
-    bindings.sort_by_key(|binding| binding.binding);
+    sort::by(&mut bindings, |a, b| a.binding.cmp(&b.binding));
     let workgroup_size = module.entry_points[index].workgroup_size.iter().product();
     Ok(Reflection { bindings, workgroup_size, workgroup_bytes })
 }

@@ -17,6 +17,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::precision::Precision;
+use crate::sort;
 
 include!(concat!(env!("OUT_DIR"), "/shader_files.rs"));
 
@@ -25,7 +26,7 @@ pub type Definitions = BTreeMap<String, String>;
 
 /// Makes definitions from pairs.
 pub fn definitions<const N: usize>(pairs: [(&str, &dyn ToString); N]) -> Definitions {
-    pairs.into_iter().map(|(name, value)| (name.to_string(), value.to_string())).collect()
+    sort::map(pairs.map(|(name, value)| (name.to_string(), value.to_string())))
 }
 
 /// The text of a shader file by its path below `shaders/`.
@@ -125,7 +126,7 @@ fn with(definitions: &Definitions, more: impl IntoIterator<Item = (String, Strin
 fn listed(definitions: &Definitions, list: &str, k: usize) -> Definitions {
     let prefix = format!("{list}.{k}.");
     let own = definitions.range(prefix.clone()..).map_while(|(name, value)| Some((name.strip_prefix(&prefix)?, value)));
-    own.map(|(name, value)| (name.to_string(), value.clone())).collect()
+    sort::map(own.map(|(name, value)| (name.to_string(), value.clone())))
 }
 
 /// The lines of a block up to its `else` and up to its `end`, and the line after it.

@@ -11,6 +11,7 @@ use crate::curve::{Curve, Input, Jet, Sampling};
 use crate::motion::Motion;
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
+use crate::sort;
 use crate::status::CurveStatus;
 use crate::surface::Globe;
 
@@ -71,10 +72,10 @@ impl GlobeCurves {
             heights,
             globe,
             closed: (0..batch.len()).map(|i| batch.is_closed(i)).collect(),
-            problems: lost.iter().map(problem).collect(),
+            problems: sort::map(lost.iter().map(problem)),
             origin: batch.origin().clone(),
             given: (degrees.collect(), batch.offsets().to_vec()),
-            unfitted: lost.iter().map(|&i| (i, Input::of(batch, i))).collect(),
+            unfitted: sort::map(lost.iter().map(|&i| (i, Input::of(batch, i)))),
             curves,
         }
     }

@@ -1,6 +1,7 @@
 //! Curves that were carried past ±180 come back, cut where they cross: RFC 7946, section 3.1.9.
 
 use crate::batch::CurveBatch;
+use crate::sort;
 use crate::words::words;
 
 /// What becomes of longitudes beyond ±180 where a file is written.
@@ -173,8 +174,7 @@ fn joined(mut chains: Vec<Chain>) -> Vec<Path> {
         let points = &chains[end / 2].points;
         points[if end.is_multiple_of(2) { 0 } else { points.len() - 1 }][1]
     };
-    let mut order: Vec<usize> = (0..2 * chains.len()).collect();
-    order.sort_by(|&a, &b| latitude(&chains, a).total_cmp(&latitude(&chains, b)));
+    let order = sort::order(2 * chains.len(), &|a, b| latitude(&chains, a).total_cmp(&latitude(&chains, b)));
     let mut partner = vec![0; order.len()];
     for pair in order.chunks_exact(2) {
         (partner[pair[0]], partner[pair[1]]) = (pair[1], pair[0]);

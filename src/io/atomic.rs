@@ -69,7 +69,14 @@ pub fn write_atomically(
     overwrite: bool,
     fill: impl FnOnce(&mut Output) -> io::Result<()>,
 ) -> Result<()> {
-    let path = path.as_ref();
+    let mut fill = Some(fill);
+    write_whole(path.as_ref(), overwrite, &mut |out| fill.take().expect("a file is filled once")(out))
+}
+
+/// Writes all of a file's bytes.
+type Fill<'a> = &'a mut dyn FnMut(&mut Output) -> io::Result<()>;
+
+fn write_whole(path: &Path, overwrite: bool, fill: Fill) -> Result<()> {
     let failed = |source| Error::Write { path: path.to_path_buf(), source };
     match target(path, overwrite)? {
         Target::Stdout => {
@@ -135,7 +142,7 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
-fn replace(place: &Path, overwrite: bool, fill: impl FnOnce(&mut Output) -> io::Result<()>) -> io::Result<()> {
+fn replace(place: &Path, overwrite: bool, fill: Fill) -> io::Result<()> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".faircurve-").suffix(".part");
     // The mode of any new file, less the umask, instead of the private mode of temporary files.

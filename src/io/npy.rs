@@ -5,7 +5,7 @@
 //!
 //! Source: NumPy enhancement proposal 1, *A simple file format for NumPy arrays*.
 
-use std::io::{self, Read, Write};
+use std::io::{self, BufWriter, IntoInnerError, Read, Write};
 
 use super::memory::Room;
 
@@ -50,26 +50,29 @@ impl Kind {
     }
 }
 
+/// What elements are written into. Its type is known, so that a number is a copy and no call.
+pub(super) type Buffer<'a> = BufWriter<&'a mut dyn Write>;
+
 /// An element that can be written.
 pub(super) trait Element {
     /// Its bytes, the least significant first.
-    fn write(&self, out: &mut dyn Write) -> io::Result<()>;
+    fn write(&self, out: &mut Buffer) -> io::Result<()>;
 }
 
 impl Element for f64 {
-    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+    fn write(&self, out: &mut Buffer) -> io::Result<()> {
         out.write_all(&self.to_le_bytes())
     }
 }
 
 impl Element for i64 {
-    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+    fn write(&self, out: &mut Buffer) -> io::Result<()> {
         out.write_all(&self.to_le_bytes())
     }
 }
 
 impl Element for bool {
-    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+    fn write(&self, out: &mut Buffer) -> io::Result<()> {
         out.write_all(&[u8::from(*self)])
     }
 }
@@ -78,9 +81,11 @@ impl Element for bool {
 pub(super) struct Padded<'a>(pub std::borrow::Cow<'a, str>, pub usize);
 
 impl Element for Padded<'_> {
-    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        let points = self.0.chars().chain(std::iter::repeat('\0')).take(self.1);
-        points.map(u32::from).try_for_each(|point| out.write_all(&point.to_le_bytes()))
+    fn write(&self, out: &mut Buffer) -> io::Result<()> {
+        for point in self.0.chars().chain(std::iter::repeat('\0')).take(self.1) {
+            out.write_all(&u32::from(point).to_le_bytes())?;
+        }
+        Ok(())
     }
 }
 
@@ -89,8 +94,19 @@ pub(super) fn write<E: Element>(
     out: &mut dyn Write,
     kind: &str,
     shape: &[u64],
-    mut elements: impl Iterator<Item = E>,
+    elements: impl Iterator<Item = E>,
 ) -> io::Result<()> {
+    let mut out = begun(out, kind, shape)?;
+    for element in elements {
+        element.write(&mut out)?;
+    }
+    // What is behind the buffer is not flushed: that would begin another block of a gzip file.
+    out.into_inner().map(drop).map_err(IntoInnerError::into_error)
+}
+
+/// An array whose header is written.
+fn begun<'a>(out: &'a mut dyn Write, kind: &str, shape: &[u64]) -> io::Result<Buffer<'a>> {
+    let mut out = BufWriter::with_capacity(1 << 16, out);
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({lengths}), }}");
     // The elements begin at a multiple of so many bytes. A new line ends the header.
@@ -98,7 +114,7 @@ pub(super) fn write<E: Element>(
     out.write_all(b"\x93NUMPY\x01\x00")?;
     out.write_all(&(padded as u16).to_le_bytes())?;
     writeln!(out, "{header:<width$}", width = padded - 1)?;
-    elements.try_for_each(|element| element.write(out))
+    Ok(out)
 }
 
 /// Bytes of the name of the format and its version.

@@ -6,6 +6,7 @@ use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::scf::Smooth;
+use crate::sort;
 
 /// Samples a span at which a curve is compared with the shape.
 ///
@@ -118,7 +119,7 @@ impl ExponentSearch {
             };
             let candidates: Vec<f64> = (0..CANDIDATES).map(step).collect();
             profile.extend(deviations(shape, closed, &dots, &candidates, device)?);
-            profile.sort_by(|a, b| a.exponent.total_cmp(&b.exponent));
+            sort::by(&mut profile, |a, b| a.exponent.total_cmp(&b.exponent));
             profile.dedup_by(|a, b| a.exponent == b.exponent);
             let best = best_of(&profile);
             range = [profile[best.saturating_sub(1)].exponent, profile[(best + 1).min(profile.len() - 1)].exponent];

@@ -26,6 +26,7 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::parallel;
 use crate::report::{CurveReport, Fit};
+use crate::sort;
 use crate::status::CurveStatus;
 use curves::{GraphCurve, GraphCurves};
 pub use descent::{GraphIteration, GraphMove};
@@ -152,7 +153,7 @@ impl Graph {
             }
         }
         let unfitted = (0..batch.len()).filter(|&i| curves[i].is_none());
-        let inputs = unfitted.map(|i| (i, Input::of(batch, i))).collect();
+        let inputs = sort::map(unfitted.map(|i| (i, Input::of(batch, i))));
         let curves = GraphCurves { batch: batch.clone(), curves, problems, inputs };
         Ok(Fit::new(curves, reports, Device::cpu().report(true)?))
     }

@@ -5,6 +5,7 @@ use crate::batch::CurveBatch;
 use crate::curve::vector;
 use crate::parallel;
 use crate::report::Fit;
+use crate::sort;
 use glam::{DVec2, DVec3};
 
 /// Larger coordinates are not drawn: their squares and differences would overflow.
@@ -100,7 +101,7 @@ fn principal_axes(mut a: [[f64; 3]; 3]) -> [DVec3; 3] {
         }
     }
     let mut order = [0, 1, 2];
-    order.sort_by(|&i, &j| a[j][j].total_cmp(&a[i][i]));
+    sort::by(&mut order, |&i, &j| a[j][j].total_cmp(&a[i][i]));
     order.map(|i| {
         let widest = v[i].to_array().into_iter().max_by(|x, y| x.abs().total_cmp(&y.abs())).unwrap_or(1.0);
         v[i] * widest.signum()

@@ -11,6 +11,7 @@ use crate::batch::Origin;
 use crate::curve::{Curve, Input, Jet, Polygon, Sampling, vector};
 use crate::motion::Motion;
 use crate::report::CurveSet;
+use crate::sort;
 
 /// The cubic splines of a batch: knots, points and second derivatives. Curves that could not be
 /// fitted are their input polylines.
@@ -29,7 +30,7 @@ impl CubicSplines {
     /// Splines of a batch from their knots (whose points are the spline's, not necessarily the
     /// data's) and second derivatives there.
     pub(crate) fn new(batch: &CurveBatch, knots: Knots, second: Vec<f64>) -> Self {
-        let unfitted = knots.unfitted.keys().map(|&i| (i, Input::of(batch, i))).collect();
+        let unfitted = sort::map(knots.unfitted.keys().map(|&i| (i, Input::of(batch, i))));
         CubicSplines { knots, second, sided: BTreeMap::new(), unfitted, origin: batch.origin().clone() }
     }
 

@@ -6,7 +6,6 @@ mod curves;
 mod setup;
 mod velocities;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use self::curves::SurfaceCurves;
@@ -24,6 +23,7 @@ use crate::error::{Error, Result};
 use crate::ground::{self, GlobeCurves, Heights, Moved, in_space, judge_known, lifted};
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet, Fit};
+use crate::sort;
 use crate::surface::{Globe, Surface};
 
 /// Splines in a surface: of all curves x(t) in it that go through the points at their parameters, those of the least
@@ -245,8 +245,8 @@ impl SurfaceSpline {
         let mut reports: Vec<CurveReport> = found.iter().map(report).collect();
         let splines = self.laid(&knots, &found)?;
         let problems = found.iter().enumerate().filter_map(|(i, found)| Some((i, found.as_ref().err()?.clone())));
-        let unfitted: BTreeMap<usize, Unfitted> = problems.collect();
-        let curves = SurfaceCurves::new(given, &knots, splines, self.parts_a_span(), unfitted, self.surface.clone());
+        let problems = sort::map(problems);
+        let curves = SurfaceCurves::new(given, &knots, splines, self.parts_a_span(), problems, self.surface.clone());
         let vertices = |i: usize| {
             let nodes = found[i].as_ref().ok()?.nodes.iter().map(|node| node.place).collect();
             Some((nodes, curves.rows(i).map(|row| row as u32).collect()))

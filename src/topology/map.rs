@@ -1,7 +1,6 @@
 //! [`Map`]: the curves of a batch, put together from the spans of fitted strokes.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -9,7 +8,7 @@ use glam::DVec3;
 use super::arcs::Use;
 use super::samples::{Part, Samples, sample, samples_along};
 use super::{TURN, Topology};
-use crate::batch::{CurveBatch, Unfitted};
+use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, Sampling};
 use crate::motion::Motion;
 use crate::parallel;
@@ -47,10 +46,9 @@ impl CurveSet for Map {
         });
         let ends =
             |i: usize| topology.arcs.uses[i].iter().map(|way| topology.arcs.spans(way.arc as usize)).sum::<usize>();
-        let problems: BTreeMap<usize, Unfitted> =
-            (0..batch.len()).filter_map(|i| Some((i, batch.problem(i)?.clone()))).collect();
         let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
         let origin = batch.origin().clone();
+        let problems = batch.problems().clone();
         CurveBatch::from_samples(batch.dimension(), curves, |i, last| ends(i) as f64 - last, closed, problems, origin)
     }
 }

@@ -6,6 +6,7 @@ use super::arcs::{Arcs, Stop};
 use super::vertices::Vertices;
 use crate::batch::{CurveBatch, Traced};
 use crate::constraint::Constraints;
+use crate::sort;
 
 /// Where an arc lies: its first vertex, along the stroke, is at this span of the stroke.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -113,7 +114,7 @@ fn pairs(vertices: &Vertices, arcs: &Arcs, ends: &[End], straight: f64) -> Vec<[
             }
         }
     }
-    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    sort::by(&mut candidates, |a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let mut taken = vec![false; ends.len()];
     let mut pairs = Vec::new();
     for (_, a, b) in candidates {

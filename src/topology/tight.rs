@@ -44,8 +44,7 @@ pub(super) fn polylines(curves: &impl CurveSet, batch: &CurveBatch, sampling: Sa
     });
     let closing = |i: usize, last: f64| curves.curve(i).domain().1 - last;
     let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
-    let problems = (0..batch.len()).filter_map(|i| Some((i, batch.problem(i)?.clone()))).collect();
-    CurveBatch::from_samples(d, samples, closing, closed, problems, batch.origin().clone())
+    CurveBatch::from_samples(d, samples, closing, closed, batch.problems().clone(), batch.origin().clone())
 }
 
 /// A curve of which some spans are cubics of their own.

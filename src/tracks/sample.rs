@@ -1,10 +1,9 @@
 //! Samples of fitted curves with what travels along.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use super::Quantity;
-use crate::batch::{Column, CurveBatch, Unfitted, Values};
+use crate::batch::{Column, CurveBatch, Values};
 use crate::curve::{Curve, Sampling};
 use crate::error::{Error, Result};
 use crate::parallel;
@@ -62,10 +61,9 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
         points.push((of_curve.coords, of_curve.t));
     }
     let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
-    let problems: BTreeMap<usize, Unfitted> =
-        (0..batch.len()).filter_map(|i| Some((i, batch.problem(i)?.clone()))).collect();
     let closing = |i: usize, last: f64| ends[i] - last;
     let origin = batch.origin().clone();
+    let problems = batch.problems().clone();
     CurveBatch::from_samples(batch.dimension(), points, closing, closed, problems, origin).with_columns(columns)
 }
 

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use super::wgsl::literal;
 use super::{Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
+use crate::sort;
 
 /// The fence of a = n·T, for a direction n.
 ///
@@ -25,7 +26,7 @@ impl Facts for Ahead {
 
     fn definitions(&self, _epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
         let [x, y, z] = self.direction.map(literal);
-        Ok(BTreeMap::from([("X", x), ("Y", y), ("Z", z)]))
+        Ok(sort::map([("X", x), ("Y", y), ("Z", z)]))
     }
 }
 

@@ -7,6 +7,7 @@ use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Real;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{dot, scale, subtract};
+use crate::sort;
 
 /// The bending energy ∫|κ|^ν ds as Σ |K|^ν Δa, in units of length^(1−ν).
 ///
@@ -56,7 +57,7 @@ impl Facts for Bending {
     /// c is q, or the rounding of q where q is below it.
     fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
         let nu = self.exponent;
-        let mut own = BTreeMap::from([
+        let mut own = sort::map([
             ("ROUNDING", literal(epsilon * epsilon)),
             ("EXPONENT", literal(nu)),
             ("BY_LENGTH", literal(0.5 * (1.0 - nu))),

@@ -6,6 +6,7 @@ use super::wgsl::literal;
 use super::{Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::scalar::{dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
+use crate::sort;
 
 /// The fence of |K| = |T′ − T|/Δa, with Δa = (Δs + Δs′)/2.
 ///
@@ -19,7 +20,7 @@ impl Facts for Curb {
     }
 
     fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
-        Ok(BTreeMap::from([("ROUNDING", literal(epsilon))]))
+        Ok(sort::map([("ROUNDING", literal(epsilon))]))
     }
 }
 

@@ -11,6 +11,7 @@ use glam::{DMat3, DVec3};
 use super::{Facts, MOST_EDGES, Partials, SecondPartials, Term, Visitor, Window};
 use crate::linalg::scalar::number;
 use crate::linalg::{Real, Scalar};
+use crate::sort;
 
 /// A custom energy: Σ term(tangents, lengths) over every run of [`edges`](Self::edges) consecutive
 /// edges of a curve.
@@ -79,7 +80,7 @@ impl Facts for Arc<dyn Custom> {
 
     fn definitions(&self, _: f64) -> Result<BTreeMap<&'static str, String>, String> {
         let text = self.wgsl().ok_or_else(|| format!("the energy {} has no WGSL: fit on the CPU", self.name()))?;
-        Ok(BTreeMap::from([("WGSL", text)]))
+        Ok(sort::map([("WGSL", text)]))
     }
 
     fn check(&self) -> Result<(), String> {

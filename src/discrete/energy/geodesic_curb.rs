@@ -7,6 +7,7 @@ use super::fence::Fence;
 use super::in_surface::{First, InSurface, Parts, Second};
 use super::wgsl::literal;
 use crate::linalg::{Real, Scalar};
+use crate::sort;
 
 /// The [fence](super::fence) of the geodesic curvature |m|/Δa, as [`Curb`](super::curb::Curb) is that of |K|.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,7 +19,7 @@ impl Facts for GeodesicCurb {
     }
 
     fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
-        Ok(BTreeMap::from([("ROUNDING", literal(epsilon))]))
+        Ok(sort::map([("ROUNDING", literal(epsilon))]))
     }
 }
 

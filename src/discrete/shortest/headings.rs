@@ -248,7 +248,7 @@ fn best_of(legs: &[Leg], choices: &[Vec<Heading>], most: f64) -> Option<(Vec<Hea
                 }
             }
             from.push(by);
-            next.sort_by(|a, b| a.1.total_cmp(&b.1));
+            next.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
             ways = next;
         }
         let end = ways.into_iter().find(|(k, _)| !closed || *k == start);

@@ -2,6 +2,8 @@
 
 use std::cmp::Ordering;
 
+use crate::sort;
+
 /// The curve of every row, as far as rows do not come curve by curve.
 #[derive(Default)]
 pub(super) struct Owners {
@@ -44,9 +46,7 @@ impl Owners {
         };
         let later = |a: f64, b: f64| a.partial_cmp(&b).unwrap_or_else(|| a.is_nan().cmp(&b.is_nan()));
         let by_t = |a: usize, b: usize| t.map_or(Ordering::Equal, |t| later(t[a], t[b]));
-        let mut order: Vec<usize> = (0..owners.len()).collect();
-        order.sort_by(|&a, &b| owners[a].cmp(&owners[b]).then_with(|| by_t(a, b)));
-        Some(order)
+        Some(sort::order(owners.len(), &|a, b| owners[a].cmp(&owners[b]).then_with(|| by_t(a, b))))
     }
 }
 

@@ -16,6 +16,7 @@ use crate::batch::Origin;
 use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
 use crate::io::{ReadOptions, close, longitude, topojson};
+use crate::sort;
 
 /// An upper bound of the memory that a comma or an opening bracket stands for.
 ///
@@ -341,7 +342,7 @@ impl<'a> Reader<'a> {
                 ),
             )
         })?;
-        self.cuts.sort_by_key(|(span, _)| span.start);
+        sort::by(&mut self.cuts, |a, b| a.0.start.cmp(&b.0.start));
         let shapes = std::mem::take(&mut self.shapes);
         let mut document = Document { curves: self.rings.len(), objects, shapes, ..Document::default() };
         let mut done = 0;

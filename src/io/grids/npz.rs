@@ -1,14 +1,13 @@
 //! NPZ: `grids` if all grids have one shape, else `grids_0`, `grids_1`, ….
 
-use std::io::{self, BufWriter, Cursor, Seek, Write};
-
-use zip::ZipWriter;
+use std::io::{self, Cursor, Write};
 
 use super::super::npy::{Order, numbers};
-use super::super::npz::{Archive, Array, array, arrays, tuple};
+use super::super::npz::{Archive, Array, Place, array, arrays, tuple, zip_into};
 use super::super::source::Source;
 use crate::error::Result;
 use crate::grids::Grids;
+use crate::sort;
 
 /// The name of the array if all grids have one shape, else the prefix before the number of a grid.
 const KEY: &str = "grids";
@@ -21,7 +20,7 @@ pub(super) fn read(source: &mut Source) -> Result<Grids> {
         return one_shape(&mut archive);
     }
     // In order of their numbers: grids_10 comes after grids_9.
-    keys.sort_by_key(|key| (key.len(), key.clone()));
+    sort::by(&mut keys, |a, b| (a.len(), a).cmp(&(b.len(), b)));
     if keys.is_empty() || (0..keys.len()).any(|k| keys[k] != format!("{KEY}_{k}")) {
         return Err(archive.wrong(format!(
             "the arrays are {}: wanted is {KEY} of the shape (B, rows, columns) or (B, rows, columns, d), or, for grids of several \
@@ -111,8 +110,8 @@ pub(super) fn write(out: &mut dyn Write, grids: &Grids) -> io::Result<()> {
 }
 
 /// Writes an archive. Equal grids give equal bytes.
-pub(super) fn write_seekable<W: Write + Seek>(out: W, grids: &Grids) -> io::Result<()> {
-    let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 16, out));
+pub(super) fn write_seekable(out: &mut dyn Place, grids: &Grids) -> io::Result<()> {
+    let mut zip = zip_into(out);
     let d = grids.dimension() as u64;
     let shape = |i: usize| -> Vec<u64> {
         let rows_and_columns = grids.shape(i).into_iter().map(|length| length as u64);

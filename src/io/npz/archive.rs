@@ -173,22 +173,37 @@ fn file_name(key: &str) -> String {
     format!("{key}.npy")
 }
 
+/// An archive that is written.
+pub(in crate::io) type Zip<'a> = ZipWriter<BufWriter<&'a mut dyn Place>>;
+
+/// Where an archive is written: every kind of place by the same code.
+pub(in crate::io) trait Place: Write + Seek {}
+
+impl<W: Write + Seek> Place for W {}
+
+/// An archive without arrays.
+pub(in crate::io) fn zip_into(out: &mut dyn Place) -> Zip<'_> {
+    ZipWriter::new(BufWriter::with_capacity(1 << 16, out))
+}
+
 /// Writes one array of a type as NumPy names it.
-pub(in crate::io) fn array<E: Element, W: Write + Seek>(
-    zip: &mut ZipWriter<W>,
+pub(in crate::io) fn array<E: Element>(
+    zip: &mut Zip,
     key: &str,
     kind: &str,
     shape: &[u64],
     elements: impl Iterator<Item = E>,
 ) -> io::Result<()> {
+    begin(zip, key, shape)?;
+    npy::write(zip, kind, shape, elements)
+}
+
+fn begin(zip: &mut Zip, key: &str, shape: &[u64]) -> io::Result<()> {
     // Names are the widest elements, and check_names bounds them.
     let bytes = shape.iter().product::<u64>().saturating_mul(8);
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
         .last_modified_time(DateTime::default())
         .large_file(bytes > u64::from(u32::MAX) - 4096);
-    zip.start_file(file_name(key), options)?;
-    let mut buffer = BufWriter::with_capacity(1 << 16, zip);
-    npy::write(&mut buffer, kind, shape, elements)?;
-    buffer.flush()
+    Ok(zip.start_file(file_name(key), options)?)
 }

@@ -9,10 +9,8 @@
 mod archive;
 
 use std::any::Any;
-use std::io::{self, BufWriter, Cursor, Seek, Write};
+use std::io::{self, Cursor, Write};
 use std::sync::Arc;
-
-use zip::ZipWriter;
 
 use super::antimeridian::{self, wrapped};
 use super::columns::Nearest;
@@ -23,7 +21,7 @@ use super::{Antimeridian, ReadOptions, close, close_as_marked, free_names};
 use crate::batch::{Column, CurveBatch, Origin, Values};
 use crate::constraint::Constraints;
 use crate::error::{Error, Result};
-pub(super) use archive::{Archive, Array, array, arrays, tuple};
+pub(super) use archive::{Archive, Array, Place, array, arrays, tuple, zip_into};
 
 const KEYS: [&str; 7] = ["coords", "offsets", "t", "weight", "known", "closed", "names"];
 
@@ -273,9 +271,9 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, antimeridian: Antimeridian) ->
 }
 
 /// Writes an archive. Equal batches give equal bytes.
-fn write_seekable<W: Write + Seek>(out: W, batch: &CurveBatch, antimeridian: Antimeridian) -> io::Result<()> {
+fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, antimeridian: Antimeridian) -> io::Result<()> {
     let (points, curves) = (batch.total_points() as u64, batch.len() as u64);
-    let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 16, out));
+    let mut zip = zip_into(out);
     let coords = (0..batch.len()).flat_map(|i| {
         let wrap = antimeridian == Antimeridian::Cut && antimeridian::concerns(batch, i);
         let d = batch.dimension();

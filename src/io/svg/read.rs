@@ -26,6 +26,7 @@ use crate::batch::Origin;
 use crate::error::{Error, Result, listed, quoted, shortened};
 use crate::io::source::Source;
 use crate::io::{Flatness, ReadOptions, close, xml};
+use crate::sort;
 
 /// Reads a drawing.
 pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
@@ -51,7 +52,7 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
     curves.walk(root)?;
     let names = curves.names();
     let drawing = curves.drawing.take().map(|mut drawing| {
-        drawing.edits.sort_by_key(|(range, _)| range.start);
+        sort::by(&mut drawing.edits, |a, b| a.0.start.cmp(&b.0.start));
         drawing.curves = curves.closed.len();
         drawing.text = text.clone();
         Arc::new(drawing) as Arc<dyn Any + Send + Sync>

@@ -6,6 +6,7 @@ use super::super::layout::Bounds;
 use super::super::panel;
 use super::paint::{self, Colour};
 use super::{MOST_NET_POINTS, Relief};
+use crate::sort;
 
 /// Tints from the lowest height to the highest.
 pub(super) const HEIGHTS: [[u8; 3]; 5] =
@@ -294,7 +295,7 @@ impl Sheet<'_> {
                 faces.push((self.space.view.project(depth).z, Face { corners, colour, stroke }));
             }
         }
-        faces.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        sort::by(&mut faces, |(a, _), (b, _)| b.total_cmp(a));
         faces.into_iter().map(|(_, face)| face).collect()
     }
 

@@ -9,6 +9,7 @@ use crate::ground::jet_onto;
 use crate::motion::Motion;
 use crate::parallel;
 use crate::report::CurveSet;
+use crate::sort;
 use crate::spline::cubic::CubicSplines;
 use crate::spline::knots::Knots;
 use crate::surface::Surface;
@@ -59,7 +60,7 @@ impl SurfaceCurves {
             rows,
             knots: parameters,
             closed: (0..given.len()).map(|i| given.is_closed(i)).collect(),
-            unfitted: problems.keys().map(|&i| (i, Input::of(given, i))).collect(),
+            unfitted: sort::map(problems.keys().map(|&i| (i, Input::of(given, i)))),
             problems,
             origin: given.origin().clone(),
             surface,

@@ -2,6 +2,7 @@
 
 use super::{Smoother, Target, keeps, unsolvable};
 use crate::report::CurveReport;
+use crate::sort;
 use crate::spline::tube::{Disc, GAP, Tube};
 use crate::status::CurveStatus;
 
@@ -64,7 +65,7 @@ impl Smoother {
             })
             .filter(|disc| !held[disc.knot])
             .collect();
-        discs.sort_by_key(|disc| disc.knot);
+        sort::by(&mut discs, |a, b| a.knot.cmp(&b.knot));
         let closed = self.problem.closed;
         let spans = &self.problem.spans;
         let least = Tube { dimension: d, closed, held: &held, spans, centres: &centres, discs: &discs }.least();

@@ -56,7 +56,7 @@ pub fn rows(record: &mut Record) -> Result<String> {
         let again = kept().filter(|kept| kept.neighbours > 0).count();
         let infeasible = apart.reports().iter().filter(|report| report.status == CurveStatus::Infeasible).count();
         let mut costs: Vec<f64> = kept().filter(|kept| kept.neighbours > 0).map(|kept| kept.cost).collect();
-        costs.sort_by(f64::total_cmp);
+        costs.sort_unstable_by(f64::total_cmp);
         let cost = costs.get(costs.len() / 2).copied().unwrap_or(0.0);
         let (lines, points) = (batch.len(), batch.coords().len() / 2);
         left += after;

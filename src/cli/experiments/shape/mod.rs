@@ -157,7 +157,7 @@ impl Row {
             [at(0.5), at(0.95)]
         };
         let mut costs: Vec<f64> = held.iter().map(|(.., cost)| *cost).filter(|cost| cost.is_finite()).collect();
-        costs.sort_by(f64::total_cmp);
+        costs.sort_unstable_by(f64::total_cmp);
         Ok(Row {
             name: kind.name,
             sigma,
