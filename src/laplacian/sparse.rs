@@ -1,7 +1,9 @@
 //! Sparse rules applied: every new point is the weighted sum of the old ones in its window.
 //! Twin: shaders/laplacian/sparse.wgsl.
 
-use super::stencil::{Stencils, window};
+use std::ops::Range;
+
+use super::stencil::{Axis, Stencils, window};
 use crate::linalg::{Real, with_wide_registers};
 use crate::parallel;
 
@@ -21,12 +23,8 @@ pub(super) fn subdivide<S: Real>(
 ) {
     let wide = (2 * shape[1] - 1) * dimension;
     let rows = VALUES_PER_TASK.div_ceil(wide);
-    let task = |(number, fine): (usize, &mut [S])| {
-        let band = Band { stencils, dimension, shape, coarse, first: number * rows, fine };
-        if let Err(band) = with_wide_registers(band) {
-            band.compute();
-        }
-    };
+    let round = Round { stencils, dimension, shape, coarse };
+    let task = |(number, fine): (usize, &mut [S])| Band { round, first: number * rows, fine }.compute();
     if fine.len() <= rows * wide {
         task((0, fine));
     } else {
@@ -34,78 +32,104 @@ pub(super) fn subdivide<S: Real>(
     }
 }
 
-/// Some new rows.
-struct Band<'a, S> {
+/// What all new points come from.
+#[derive(Clone, Copy)]
+struct Round<'a, S> {
     stencils: &'a Stencils<S>,
     dimension: usize,
     shape: [usize; 2],
     coarse: &'a [S],
+}
+
+impl<S: Real> Round<'_, S> {
+    /// Computes some columns of a new row one by one. Their windows may be cut by borders.
+    #[inline(never)]
+    fn each(&self, row: usize, columns: Range<usize>, fine: &mut [S]) {
+        let &Round { stencils, dimension, shape: [rows, width], coarse } = self;
+        let (n, m, radius) = (rows - 1, width - 1, stencils.radius());
+        let (top, high) = window(row, radius, n);
+        let above = &coarse[top * width * dimension..(top + high) * width * dimension];
+        for column in columns {
+            let (left, wide) = window(column, radius, m);
+            let weights = stencils.weights_of([stencils.axes[0].line(row, n), stencils.axes[1].line(column, m)]);
+            for c in 0..dimension {
+                let mut sum = S::ZERO;
+                for (weights, old) in weights.chunks_exact(wide).zip(above.chunks_exact(width * dimension)) {
+                    for (u, weight) in weights.iter().enumerate() {
+                        sum += *weight * old[(left + u) * dimension + c];
+                    }
+                }
+                fine[column * dimension + c] = sum;
+            }
+        }
+    }
+}
+
+/// Some new rows.
+struct Band<'a, S> {
+    round: Round<'a, S>,
     /// The first of the new rows.
     first: usize,
     fine: &'a mut [S],
 }
 
-impl<S: Real> pulp::WithSimd for Band<'_, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<Registers: pulp::Simd>(self, _: Registers) {
-        self.compute();
-    }
-}
-
 impl<S: Real> Band<'_, S> {
-    #[inline(always)]
     fn compute(self) {
-        match (self.stencils.radius(), self.dimension) {
-            (1, 1) => self.rows::<1, 1>(),
-            (2, 1) => self.rows::<2, 1>(),
-            (3, 1) => self.rows::<3, 1>(),
-            (4, 1) => self.rows::<4, 1>(),
-            (5, 1) => self.rows::<5, 1>(),
-            (1, _) => self.rows::<1, 0>(),
-            (2, _) => self.rows::<2, 0>(),
-            (3, _) => self.rows::<3, 0>(),
-            (4, _) => self.rows::<4, 0>(),
-            (5, _) => self.rows::<5, 0>(),
+        match (self.round.stencils.radius(), self.round.dimension) {
+            (1, 1) => self.side_by_side::<1, 1>(),
+            (2, 1) => self.side_by_side::<2, 1>(),
+            (3, 1) => self.side_by_side::<3, 1>(),
+            (4, 1) => self.side_by_side::<4, 1>(),
+            (5, 1) => self.side_by_side::<5, 1>(),
+            (1, _) => self.side_by_side::<1, 0>(),
+            (2, _) => self.side_by_side::<2, 0>(),
+            (3, _) => self.side_by_side::<3, 0>(),
+            (4, _) => self.side_by_side::<4, 0>(),
+            (5, _) => self.side_by_side::<5, 0>(),
             (radius, _) => unreachable!("there is no rule of radius {radius}"),
         }
     }
 
-    /// All rows, with radius R and D values a point. D = 0 stands for any number.
+    fn side_by_side<const R: usize, const D: usize>(self) {
+        if let Err(Rows(Band { round, first, fine })) = with_wide_registers(Rows::<S, R, D>(self)) {
+            let columns = 2 * round.shape[1] - 1;
+            for (k, fine) in fine.chunks_exact_mut(columns * round.dimension).enumerate() {
+                round.each(first + k, 0..columns, fine);
+            }
+        }
+    }
+}
+
+/// New rows with radius R and D values a point, between borders side by side. D = 0 stands for any
+/// number.
+struct Rows<'a, S, const R: usize, const D: usize>(Band<'a, S>);
+
+impl<S: Real, const R: usize, const D: usize> pulp::WithSimd for Rows<'_, S, R, D> {
+    type Output = ();
+
     #[inline(always)]
-    fn rows<const R: usize, const D: usize>(self) {
-        let dimension = if D == 0 { self.dimension } else { D };
-        let [n, m] = [self.shape[0] - 1, self.shape[1] - 1];
-        let [rows, columns] = self.stencils.axes;
+    fn with_simd<Registers: pulp::Simd>(self, _: Registers) {
+        let Band { round, first, fine } = self.0;
+        let dimension = if D == 0 { round.dimension } else { D };
+        let [n, m] = [round.shape[0] - 1, round.shape[1] - 1];
+        let [rows, columns] = round.stencils.axes;
         let width = (m + 1) * dimension;
         // Between the borders windows are whole, and lines alternate.
         let between = match columns {
-            super::stencil::Axis::Long(border) => border.next_multiple_of(2)..(2 * m + 1 - border) & !1,
-            super::stencil::Axis::Short(_) => 0..0,
+            Axis::Long(border) => border.next_multiple_of(2)..(2 * m + 1 - border) & !1,
+            Axis::Short(_) => 0..0,
         };
-        for (k, fine) in self.fine.chunks_exact_mut((2 * m + 1) * dimension).enumerate() {
-            let row = self.first + k;
-            let (top, high) = window(row, R, n);
-            let line = rows.line(row, n);
-            let above = &self.coarse[top * width..(top + high) * width];
-            for column in (0..between.start).chain(between.end..2 * m + 1) {
-                let (left, wide) = window(column, R, m);
-                let weights = self.stencils.weights_of([line, columns.line(column, m)]);
-                for c in 0..dimension {
-                    let mut sum = S::ZERO;
-                    for (weights, old) in weights.chunks_exact(wide).zip(above.chunks_exact(width)) {
-                        for (u, weight) in weights.iter().enumerate() {
-                            sum += *weight * old[(left + u) * dimension + c];
-                        }
-                    }
-                    fine[column * dimension + c] = sum;
-                }
-            }
+        for (k, fine) in fine.chunks_exact_mut((2 * m + 1) * dimension).enumerate() {
+            let row = first + k;
+            round.each(row, 0..between.start, fine);
+            round.each(row, between.end..2 * m + 1, fine);
             if between.is_empty() {
                 continue;
             }
-            let weights = [0, 1].map(|odd| self.stencils.weights_of([line, columns.line(between.start + odd, m)]));
+            let (top, high) = window(row, R, n);
+            let line = rows.line(row, n);
+            let above = &round.coarse[top * width..(top + high) * width];
+            let weights = [0, 1].map(|odd| round.stencils.weights_of([line, columns.line(between.start + odd, m)]));
             let first = [0, 1].map(|odd| window(between.start + odd, R, m).0 * dimension);
             let fine = &mut fine[between.start * dimension..between.end * dimension];
             let count = between.len() / 2 * dimension;

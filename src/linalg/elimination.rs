@@ -60,7 +60,7 @@ impl<T: Real, const L: usize, const C: usize> Carry<T, L, C> {
 /// How one form of a matrix is read and eliminated.
 pub(super) trait Form<T: Real> {
     /// Reads a block of rows. What an open system ignores becomes 0.
-    fn load<const L: usize, const CYCLIC: bool>(&self, group: &Group<L>, row: usize, matrix: &mut [[[T; L]; BLOCK]; 3]);
+    fn load<const L: usize>(&self, group: &Group<L>, row: usize, matrix: &mut [[[T; L]; BLOCK]; 3], cyclic: bool);
 
     /// Keeps row 0 of a cyclic system.
     fn keep<const L: usize, const C: usize>(
@@ -72,11 +72,12 @@ pub(super) trait Form<T: Real> {
 
     /// Eliminates a row: (ga, al, de).
     #[allow(clippy::type_complexity)]
-    fn eliminate<const L: usize, const C: usize, const CYCLIC: bool>(
+    fn eliminate<const L: usize, const C: usize>(
         &self,
         carry: &mut Carry<T, L, C>,
         row: [&[T; L]; 3],
         rhs: [&[T; L]; C],
+        cyclic: bool,
     ) -> ([T; L], [T; L], [[T; L]; C]);
 
     /// x_0 of a cyclic system, after its other rows have been eliminated.
@@ -92,16 +93,11 @@ pub(super) struct Bands<'a, T> {
 
 impl<T: Real> Form<T> for Bands<'_, T> {
     #[inline(always)]
-    fn load<const L: usize, const CYCLIC: bool>(
-        &self,
-        group: &Group<L>,
-        row: usize,
-        matrix: &mut [[[T; L]; BLOCK]; 3],
-    ) {
+    fn load<const L: usize>(&self, group: &Group<L>, row: usize, matrix: &mut [[[T; L]; BLOCK]; 3], cyclic: bool) {
         group.gather(self.lower, 1, 0, row, 0, &mut matrix[0]);
         group.gather(self.diagonal, 1, 0, row, 0, &mut matrix[1]);
         group.gather(self.upper, 1, 0, row, 0, &mut matrix[2]);
-        if !CYCLIC {
+        if !cyclic {
             if row == 0 {
                 matrix[0][0] = [T::ZERO; L];
             }
@@ -134,11 +130,12 @@ impl<T: Real> Form<T> for Bands<'_, T> {
     }
 
     #[inline(always)]
-    fn eliminate<const L: usize, const C: usize, const CYCLIC: bool>(
+    fn eliminate<const L: usize, const C: usize>(
         &self,
         carry: &mut Carry<T, L, C>,
         [lower, diagonal, upper]: [&[T; L]; 3],
         rhs: [&[T; L]; C],
+        cyclic: bool,
     ) -> ([T; L], [T; L], [[T; L]; C]) {
         let (mut ga, mut al, mut de, mut r) = ([T::ZERO; L], [T::ZERO; L], [[T::ZERO; L]; C], [T::ZERO; L]);
         for j in 0..L {
@@ -152,7 +149,7 @@ impl<T: Real> Form<T> for Bands<'_, T> {
                 de[c][j] = (rhs[c][j] - lower[j] * carry.d[c][j]) * r[j];
             }
         }
-        if CYCLIC {
+        if cyclic {
             for j in 0..L {
                 let coupling = -(lower[j] * carry.b[j]) * r[j];
                 al[j] = if coupling.abs() < T::SMALLEST_NORMAL { T::ZERO } else { coupling };
@@ -198,12 +195,7 @@ impl<T: Real> Form<T> for Network<'_, T> {
     /// Per row its excess and the weight of the edge to the next row; the third array carries row
     /// 0's own weight.
     #[inline(always)]
-    fn load<const L: usize, const CYCLIC: bool>(
-        &self,
-        group: &Group<L>,
-        row: usize,
-        matrix: &mut [[[T; L]; BLOCK]; 3],
-    ) {
+    fn load<const L: usize>(&self, group: &Group<L>, row: usize, matrix: &mut [[[T; L]; BLOCK]; 3], cyclic: bool) {
         group.gather(self.excess, 1, 0, row, 0, &mut matrix[0]);
         // Shifted by one row: the slice from 1 on, of which a system's last row has no entry.
         group.gather(self.weights.get(1..).unwrap_or(&[]), 1, 0, row, 1, &mut matrix[1]);
@@ -211,7 +203,7 @@ impl<T: Real> Form<T> for Network<'_, T> {
             for j in 0..L {
                 let last = group.rows[j].wrapping_sub(row + 1);
                 if last < BLOCK {
-                    matrix[1][last][j] = if CYCLIC { self.weights[group.start[j]] } else { T::ZERO };
+                    matrix[1][last][j] = if cyclic { self.weights[group.start[j]] } else { T::ZERO };
                 }
             }
         }
@@ -232,21 +224,22 @@ impl<T: Real> Form<T> for Network<'_, T> {
     }
 
     #[inline(always)]
-    fn eliminate<const L: usize, const C: usize, const CYCLIC: bool>(
+    fn eliminate<const L: usize, const C: usize>(
         &self,
         carry: &mut Carry<T, L, C>,
         [excess, next, _]: [&[T; L]; 3],
         rhs: [&[T; L]; C],
+        cyclic: bool,
     ) -> ([T; L], [T; L], [[T; L]; C]) {
         let (mut ga, mut al, mut de, mut r) = ([T::ZERO; L], [T::ZERO; L], [[T::ZERO; L]; C], [T::ZERO; L]);
         for j in 0..L {
             let e = excess[j] + carry.a[j];
-            let pivot = if CYCLIC { e + carry.b[j] + next[j] } else { e + next[j] };
+            let pivot = if cyclic { e + carry.b[j] + next[j] } else { e + next[j] };
             carry.sound[j] += pivot * T::ZERO;
             r[j] = T::ONE / pivot;
             ga[j] = next[j] * r[j];
             carry.a[j] = ga[j] * e;
-            if CYCLIC {
+            if cyclic {
                 al[j] = carry.b[j] * r[j];
                 carry.kept[j] += al[j] * e;
                 let coupling = carry.b[j] * ga[j];
@@ -258,7 +251,7 @@ impl<T: Real> Form<T> for Network<'_, T> {
                 let d = rhs[c][j] + carry.d[c][j];
                 de[c][j] = d * r[j];
                 carry.d[c][j] = ga[j] * d;
-                if CYCLIC {
+                if cyclic {
                     carry.kept_d[c][j] += al[j] * d;
                 }
             }

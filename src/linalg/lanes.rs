@@ -17,14 +17,21 @@ use std::ops::Range;
 
 use super::elimination::{Bands, Carry, Form, Network};
 use super::real::Real;
+use super::scalar::{Lanes, Scalar};
 use super::singular;
 use super::tridiagonal::{Matrix, TridiagonalBatch};
-use super::wide::with_wide_registers;
+use super::wide::{Operation, has_wide_registers};
 use crate::status::CurveStatus;
 
 /// Rows that are carried between the arrays and the lanes at once: L·8 numbers of each array stay
 /// in the first cache.
 pub(super) const BLOCK: usize = 8;
+
+/// The systems that a pass is compiled for. One for lanes knows whether they are cyclic. One for
+/// systems alone is told, since that costs nothing beside their divisions.
+const OPEN: u8 = 0;
+const CYCLIC: u8 = 1;
+const EITHER: u8 = 2;
 
 /// A run of consecutive systems of a batch.
 pub(crate) struct Part<'a, T> {
@@ -46,7 +53,7 @@ pub(crate) struct Scratch<T> {
 }
 
 /// Solves the systems of a part; `x` and `status` begin with its first system.
-pub(super) fn solve_part<T: Real, const L: usize>(
+pub(super) fn solve_part<T: Real + Scalar<Number = T>, const L: usize>(
     part: &Part<T>,
     x: &mut [T],
     status: &mut [CurveStatus],
@@ -77,15 +84,21 @@ pub(super) fn solve_part<T: Real, const L: usize>(
         if longest == 0 {
             continue;
         }
-        if 4 * count <= L {
+        // One system after the other has the same bits.
+        if 4 * count <= L || !has_wide_registers() {
             for &key in members {
-                Group::<1>::new(part, &[system(key)]).solve_scalar(part, cyclic, x, status, &mut scratch.eliminated);
+                let group = Group::<1>::new(part, &[system(key)]);
+                group.solve::<T, T, EITHER>(part, cyclic, x, status, &mut scratch.eliminated);
             }
         } else {
             let mut numbers = [0; L];
             numbers.iter_mut().zip(members).for_each(|(number, &key)| *number = system(key));
             let group = Group::<L>::new(part, &numbers[..count]);
-            group.solve_vector(part, cyclic, x, status, &mut scratch.eliminated);
+            if cyclic {
+                group.solve::<T, Lanes<T, L>, CYCLIC>(part, cyclic, x, status, &mut scratch.eliminated);
+            } else {
+                group.solve::<T, Lanes<T, L>, OPEN>(part, cyclic, x, status, &mut scratch.eliminated);
+            }
         }
     }
     scratch.order = order;
@@ -117,37 +130,8 @@ impl<const L: usize> Group<L> {
         group
     }
 
-    fn solve_vector<T: Real>(
-        &self,
-        part: &Part<T>,
-        cyclic: bool,
-        x: &mut [T],
-        status: &mut [CurveStatus],
-        eliminated: &mut Vec<T>,
-    ) {
-        let all = Vectorised { group: self, part, cyclic, x, status, eliminated };
-        // One system after the other has the same bits.
-        if let Err(Vectorised { x, status, eliminated, .. }) = with_wide_registers(all) {
-            for &system in &self.system[..self.count] {
-                Group::<1>::new(part, &[system]).solve_scalar(part, cyclic, x, status, eliminated);
-            }
-        }
-    }
-
-    #[inline(never)]
-    fn solve_scalar<T: Real>(
-        &self,
-        part: &Part<T>,
-        cyclic: bool,
-        x: &mut [T],
-        status: &mut [CurveStatus],
-        eliminated: &mut Vec<T>,
-    ) {
-        self.solve(part, cyclic, x, status, eliminated);
-    }
-
-    #[inline(always)]
-    fn solve<T: Real>(
+    /// Solves the systems with the registers of S.
+    fn solve<T: Real, S: Scalar, const KIND: u8>(
         &self,
         part: &Part<T>,
         cyclic: bool,
@@ -165,15 +149,12 @@ impl<const L: usize> Group<L> {
         let mut column = 0;
         while column < part.columns {
             let width = (part.columns - column).min(3);
+            let work = Work { group: self, part, column, cyclic, x, eliminated, sound: &mut sound };
             match part.systems.matrix {
                 Matrix::Bands { lower, diagonal, upper } => {
-                    let form = Bands { lower, diagonal, upper };
-                    self.columns(&form, part, cyclic, column, width, x, eliminated, &mut sound);
+                    work.columns::<S, _, KIND>(width, Bands { lower, diagonal, upper });
                 }
-                Matrix::Network { excess, weights } => {
-                    let form = Network { excess, weights };
-                    self.columns(&form, part, cyclic, column, width, x, eliminated, &mut sound);
-                }
+                Matrix::Network { excess, weights } => work.columns::<S, _, KIND>(width, Network { excess, weights }),
             }
             column += width;
         }
@@ -184,130 +165,6 @@ impl<const L: usize> Group<L> {
             // Every non-finite number on the way has made this NaN.
             status[i - part.range.start] =
                 if sound[lane] == T::ZERO { CurveStatus::Converged } else { singular::solve(part, i, &mut x[rows]) };
-        }
-    }
-
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments)]
-    fn columns<T: Real, F: Form<T>>(
-        &self,
-        form: &F,
-        part: &Part<T>,
-        cyclic: bool,
-        column: usize,
-        width: usize,
-        x: &mut [T],
-        eliminated: &mut [T],
-        sound: &mut [T; L],
-    ) {
-        match (width, cyclic) {
-            (1, false) => self.pass::<T, F, 1, false>(form, part, column, x, eliminated, sound),
-            (1, true) => self.pass::<T, F, 1, true>(form, part, column, x, eliminated, sound),
-            (2, false) => self.pass::<T, F, 2, false>(form, part, column, x, eliminated, sound),
-            (2, true) => self.pass::<T, F, 2, true>(form, part, column, x, eliminated, sound),
-            (_, false) => self.pass::<T, F, 3, false>(form, part, column, x, eliminated, sound),
-            (_, true) => self.pass::<T, F, 3, true>(form, part, column, x, eliminated, sound),
-        }
-    }
-
-    /// Eliminates and substitutes back C columns, from `column` on.
-    #[inline(always)]
-    fn pass<T: Real, F: Form<T>, const C: usize, const CYCLIC: bool>(
-        &self,
-        form: &F,
-        part: &Part<T>,
-        column: usize,
-        x: &mut [T],
-        eliminated: &mut [T],
-        sound: &mut [T; L],
-    ) {
-        let columns = part.columns;
-        let streams = C + 1 + usize::from(CYCLIC);
-        let blocks = self.longest.div_ceil(BLOCK);
-        let mut matrix = [[[T::ONE; L]; BLOCK]; 3];
-        let mut rhs = [[[T::ZERO; L]; BLOCK]; C];
-        let mut carry = Carry::<T, L, C>::default();
-        let (stored, _) = eliminated[..blocks * BLOCK * streams * L].as_chunks_mut::<L>();
-        for block in 0..blocks {
-            let row = block * BLOCK;
-            form.load::<L, CYCLIC>(self, row, &mut matrix);
-            for (c, rhs) in rhs.iter_mut().enumerate() {
-                self.gather(part.rhs, columns, column + c, row, 0, rhs);
-            }
-            if block == 0 && CYCLIC {
-                form.keep(&mut carry, &matrix, &rhs);
-            }
-            let from = usize::from(CYCLIC && block == 0);
-            let to = BLOCK.min(self.longest - row);
-            let rows = &mut stored[row * streams..(row + to) * streams];
-            let masked = row + BLOCK > self.shortest;
-            for (b, out) in rows.chunks_exact_mut(streams).enumerate().skip(from) {
-                let lanes = [&matrix[0][b], &matrix[1][b], &matrix[2][b]];
-                let d: [&[T; L]; C] = std::array::from_fn(|c| &rhs[c][b]);
-                let before = if masked { carry } else { Carry::default() };
-                let (ga, al, de) = form.eliminate::<L, C, CYCLIC>(&mut carry, lanes, d);
-                if masked {
-                    carry.restore(&before, &self.rows.map(|rows| row + b < rows));
-                }
-                out[0] = ga;
-                out[1..=C].copy_from_slice(&de);
-                if CYCLIC {
-                    out[C + 1] = al;
-                }
-            }
-        }
-        let mut first = [[T::ZERO; L]; C];
-        if CYCLIC {
-            first = form.close(&mut carry);
-        }
-        // x_n is x_0 in a cyclic system, and multiplied by 0 in an open one. The sum makes −0 to +0.
-        let mut current = first.map(|x| x.map(|x| x + T::ZERO));
-        let mut finite = carry.sound;
-        let mut solution = [[[T::ZERO; L]; BLOCK]; C];
-        for block in (0..blocks).rev() {
-            let row = block * BLOCK;
-            let from = usize::from(CYCLIC && block == 0);
-            let to = BLOCK.min(self.longest - row);
-            let rows = &stored[row * streams..(row + to) * streams];
-            let masked = row + BLOCK > self.shortest;
-            for (b, saved) in rows.chunks_exact(streams).enumerate().skip(from).rev() {
-                for c in 0..C {
-                    let mut next = current[c];
-                    for j in 0..L {
-                        next[j] = saved[1 + c][j] + saved[0][j] * next[j];
-                    }
-                    if CYCLIC {
-                        for j in 0..L {
-                            next[j] += saved[C + 1][j] * first[c][j];
-                        }
-                    }
-                    if masked {
-                        for j in 0..L {
-                            next[j] = if row + b < self.rows[j] { next[j] } else { current[c][j] };
-                        }
-                    }
-                    for j in 0..L {
-                        finite[j] += next[j] * T::ZERO;
-                    }
-                    current[c] = next;
-                    solution[c][b] = next;
-                }
-            }
-            if from == 1 {
-                for c in 0..C {
-                    solution[c][0] = first[c];
-                    for j in 0..L {
-                        finite[j] += first[c][j] * T::ZERO;
-                    }
-                }
-            }
-            let start = part.systems.offsets[part.range.start];
-            for (c, solution) in solution.iter().enumerate() {
-                self.scatter(solution, x, columns, column + c, row, start);
-            }
-        }
-        for j in 0..L {
-            sound[j] += finite[j];
         }
     }
 
@@ -370,23 +227,128 @@ impl<const L: usize> Group<L> {
     }
 }
 
-/// [`Group::solve`], compiled for wide registers. A type of its
-/// own, since the call of a closure need not be inlined, and only what is inlined uses the
-/// instructions.
-struct Vectorised<'a, 'b, T, const L: usize> {
+/// What a pass reads and writes.
+struct Work<'a, 'b, T, const L: usize> {
     group: &'a Group<L>,
     part: &'a Part<'b, T>,
+    /// The first column.
+    column: usize,
     cyclic: bool,
     x: &'a mut [T],
-    status: &'a mut [CurveStatus],
-    eliminated: &'a mut Vec<T>,
+    eliminated: &'a mut [T],
+    sound: &'a mut [T; L],
 }
 
-impl<T: Real, const L: usize> pulp::WithSimd for Vectorised<'_, '_, T, L> {
+impl<T: Real, const L: usize> Work<'_, '_, T, L> {
+    fn columns<S: Scalar, F: Form<T>, const KIND: u8>(self, width: usize, form: F) {
+        match width {
+            1 => S::run(Pass::<T, F, L, 1, KIND> { work: self, form }),
+            2 => S::run(Pass::<T, F, L, 2, KIND> { work: self, form }),
+            _ => S::run(Pass::<T, F, L, 3, KIND> { work: self, form }),
+        }
+    }
+}
+
+/// Eliminates and substitutes back C columns. Each pass is compiled as a function of its own.
+struct Pass<'a, 'b, T, F, const L: usize, const C: usize, const KIND: u8> {
+    work: Work<'a, 'b, T, L>,
+    form: F,
+}
+
+impl<T: Real, F: Form<T>, const L: usize, const C: usize, const KIND: u8> Operation for Pass<'_, '_, T, F, L, C, KIND> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        self.group.solve(self.part, self.cyclic, self.x, self.status, self.eliminated);
+    fn run(self) {
+        let Pass { work: Work { group, part, column, cyclic, x, eliminated, sound }, form } = self;
+        let cyclic = if KIND == EITHER { cyclic } else { KIND == CYCLIC };
+        let columns = part.columns;
+        let streams = C + 1 + usize::from(cyclic);
+        let blocks = group.longest.div_ceil(BLOCK);
+        let mut matrix = [[[T::ONE; L]; BLOCK]; 3];
+        let mut rhs = [[[T::ZERO; L]; BLOCK]; C];
+        let mut carry = Carry::<T, L, C>::default();
+        let (stored, _) = eliminated[..blocks * BLOCK * streams * L].as_chunks_mut::<L>();
+        for block in 0..blocks {
+            let row = block * BLOCK;
+            form.load(group, row, &mut matrix, cyclic);
+            for (c, rhs) in rhs.iter_mut().enumerate() {
+                group.gather(part.rhs, columns, column + c, row, 0, rhs);
+            }
+            if block == 0 && cyclic {
+                form.keep(&mut carry, &matrix, &rhs);
+            }
+            let from = usize::from(cyclic && block == 0);
+            let to = BLOCK.min(group.longest - row);
+            let rows = &mut stored[row * streams..(row + to) * streams];
+            let masked = L > 1 && row + BLOCK > group.shortest;
+            for (b, out) in rows.chunks_exact_mut(streams).enumerate().skip(from) {
+                let lanes = [&matrix[0][b], &matrix[1][b], &matrix[2][b]];
+                let d: [&[T; L]; C] = std::array::from_fn(|c| &rhs[c][b]);
+                let before = if masked { carry } else { Carry::default() };
+                let (ga, al, de) = form.eliminate(&mut carry, lanes, d, cyclic);
+                if masked {
+                    carry.restore(&before, &group.rows.map(|rows| row + b < rows));
+                }
+                out[0] = ga;
+                out[1..=C].copy_from_slice(&de);
+                if cyclic {
+                    out[C + 1] = al;
+                }
+            }
+        }
+        let mut first = [[T::ZERO; L]; C];
+        if cyclic {
+            first = form.close(&mut carry);
+        }
+        // x_n is x_0 in a cyclic system, and multiplied by 0 in an open one. The sum makes −0 to +0.
+        let mut current = first.map(|x| x.map(|x| x + T::ZERO));
+        let mut finite = carry.sound;
+        let mut solution = [[[T::ZERO; L]; BLOCK]; C];
+        for block in (0..blocks).rev() {
+            let row = block * BLOCK;
+            let from = usize::from(cyclic && block == 0);
+            let to = BLOCK.min(group.longest - row);
+            let rows = &stored[row * streams..(row + to) * streams];
+            let masked = L > 1 && row + BLOCK > group.shortest;
+            for (b, saved) in rows.chunks_exact(streams).enumerate().skip(from).rev() {
+                for c in 0..C {
+                    let mut next = current[c];
+                    for j in 0..L {
+                        next[j] = saved[1 + c][j] + saved[0][j] * next[j];
+                    }
+                    if cyclic {
+                        for j in 0..L {
+                            next[j] += saved[C + 1][j] * first[c][j];
+                        }
+                    }
+                    if masked {
+                        for j in 0..L {
+                            next[j] = if row + b < group.rows[j] { next[j] } else { current[c][j] };
+                        }
+                    }
+                    for j in 0..L {
+                        finite[j] += next[j] * T::ZERO;
+                    }
+                    current[c] = next;
+                    solution[c][b] = next;
+                }
+            }
+            if from == 1 {
+                for c in 0..C {
+                    solution[c][0] = first[c];
+                    for j in 0..L {
+                        finite[j] += first[c][j] * T::ZERO;
+                    }
+                }
+            }
+            let start = part.systems.offsets[part.range.start];
+            for (c, solution) in solution.iter().enumerate() {
+                group.scatter(solution, x, columns, column + c, row, start);
+            }
+        }
+        for j in 0..L {
+            sound[j] += finite[j];
+        }
     }
 }

@@ -14,7 +14,7 @@
 
 use super::root::{Canonical, Piece, cheapest, from_inflection};
 use super::universal::Universal;
-use crate::linalg::{Real, Scalar};
+use crate::linalg::{Operation, Real, Scalar};
 
 /// Cost and derivatives of a segment of unit chord.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +29,31 @@ pub(crate) struct Evaluation<S> {
     pub exists: S,
 }
 
+/// [`evaluate`] as an operation: the universal curve and both angles.
+pub(crate) struct Directed<'a, S>(pub &'a Universal, pub [S; 2]);
+
+impl<S: Scalar> Operation for Directed<'_, S> {
+    type Output = Evaluation<S>;
+
+    #[inline(always)]
+    fn run(self) -> Evaluation<S> {
+        let Directed(curve, [a, b]) = self;
+        evaluate(curve, a, b)
+    }
+}
+
+/// [`evaluate_free`] as an operation: the universal curve and the angle.
+pub(crate) struct FreeStart<'a, S>(pub &'a Universal, pub S);
+
+impl<S: Scalar> Operation for FreeStart<'_, S> {
+    type Output = Evaluation<S>;
+
+    #[inline(always)]
+    fn run(self) -> Evaluation<S> {
+        evaluate_free(self.0, self.1)
+    }
+}
+
 /// Angles that stand in for those of a straight segment, where lanes cannot part.
 /// Not in the kernel: threads can.
 const STAND_IN: f64 = 0.5;
@@ -40,7 +65,7 @@ fn straight<S: Scalar>() -> S {
 
 /// The cheapest segment with end angles a and b from its unit chord.
 #[inline(always)]
-pub(crate) fn evaluate<S: Scalar>(curve: &Universal, a: S, b: S) -> Evaluation<S> {
+fn evaluate<S: Scalar>(curve: &Universal, a: S, b: S) -> Evaluation<S> {
     let one = S::ONE;
     let bent = a.abs().max(b.abs()) - straight::<S>();
     let canonical = Canonical::of(bent.if_positive(a, S::of(STAND_IN)), bent.if_positive(b, S::of(-STAND_IN)));
@@ -91,7 +116,7 @@ fn at_piece<S: Scalar>(curve: &Universal, piece: &Piece<S>, a: S, b: S) -> Evalu
 /// The segment that starts with a free tangent, and ends at the angle b from its unit chord:
 /// derivatives in b in the second places.
 #[inline(always)]
-pub(crate) fn evaluate_free<S: Scalar>(curve: &Universal, b: S) -> Evaluation<S> {
+fn evaluate_free<S: Scalar>(curve: &Universal, b: S) -> Evaluation<S> {
     let (zero, one, nu, q) = (S::ZERO, S::ONE, S::of(curve.exponent), S::of(curve.q));
     let bent = b.abs() - straight::<S>();
     let mirrored = b.if_positive(-one, one);

@@ -252,8 +252,14 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
     let (mut last, mut small_steps) = (zero, zero);
     // Steps in t₀ never lead past the root, those in w may.
     let mut careful = (-a).if_positive(one, -one);
-    let mut piece = given.piece(curve, t0, side);
-    for _ in 0..MOST_STEPS {
+    let mut piece;
+    let mut step = 0;
+    loop {
+        piece = given.piece(curve, t0, side);
+        if step == MOST_STEPS {
+            break;
+        }
+        step += 1;
         // 2 tan(g/2): as g near 0, and without an arctangent.
         let miss = S::of(2.0) * piece.miss[0] / (piece.chord + piece.miss[1]);
         let enough = last.if_positive(near, noise);
@@ -312,7 +318,6 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         if !(0..S::LANES).any(|lane| live.lane(lane) > <S::Number as Real>::ZERO) {
             break;
         }
-        piece = given.piece(curve, t0, side);
     }
     let apart = S::of(PI) - given.turning;
     (piece, apart.if_positive(found, zero))

@@ -1,10 +1,10 @@
 //! Segments of many curves side by side in vector lanes, whichever curve they belong to, and
 //! searches that advance by them.
 
-use super::evaluation::{Evaluation, evaluate, evaluate_free};
+use super::evaluation::{Directed, Evaluation, FreeStart};
 use super::slopes::{Ends, Search, SlopesStanding, Until};
 use super::universal::Universal;
-use crate::linalg::{Lanes, Real, Scalar, with_wide_registers};
+use crate::linalg::{Lanes, Real, Scalar, has_wide_registers};
 use crate::parallel;
 
 /// Segments a task evaluates at least: fewer are done sooner than handed over.
@@ -25,39 +25,30 @@ pub(crate) struct Workspace<T> {
     found: Vec<Evaluation<T>>,
 }
 
-/// Evaluates lists of angles, L side by side.
-struct Evaluate<'a, T, const L: usize> {
-    curve: &'a Universal,
+/// Evaluates as many segments side by side as S has lanes.
+fn evaluate_in_lanes<S: Scalar>(
+    curve: &Universal,
     free: bool,
-    angles: &'a [[T; 2]],
-    found: &'a mut [Evaluation<T>],
-}
-
-impl<T: Real + Scalar<Number = T>, const L: usize> Evaluate<'_, T, L> {
-    #[inline(always)]
-    fn run(self) {
-        for (angles, found) in self.angles.chunks(L).zip(self.found.chunks_mut(L)) {
+    angles: &[[S::Number; 2]],
+    found: &mut [Evaluation<S::Number>],
+) {
+    for (angles, found) in angles.chunks(S::LANES).zip(found.chunks_mut(S::LANES)) {
+        let mut ends = [S::ZERO; 2];
+        for lane in 0..S::LANES {
             // A group that is not full repeats its last: the same numbers twice change nothing.
-            let angle = |end: usize| Lanes::<T, L>(std::array::from_fn(|l| angles[l.min(angles.len() - 1)][end]));
-            let (a, b) = (angle(0), angle(1));
-            let all = if self.free { evaluate_free(self.curve, b) } else { evaluate(self.curve, a, b) };
-            for (l, found) in found.iter_mut().enumerate() {
-                *found = Evaluation {
-                    cost: all.cost.lane(l),
-                    gradient: all.gradient.map(|x| x.lane(l)),
-                    hessian: all.hessian.map(|x| x.lane(l)),
-                    exists: all.exists.lane(l),
-                };
+            for (end, angle) in ends.iter_mut().zip(angles[lane.min(angles.len() - 1)]) {
+                end.set_lane(lane, angle);
             }
         }
-    }
-}
-
-impl<T: Real + Scalar<Number = T>, const L: usize> pulp::WithSimd for Evaluate<'_, T, L> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<Registers: pulp::Simd>(self, _: Registers) {
-        self.run();
+        let all = if free { S::run(FreeStart(curve, ends[1])) } else { S::run(Directed(curve, ends)) };
+        for (lane, found) in found.iter_mut().enumerate() {
+            *found = Evaluation {
+                cost: all.cost.lane(lane),
+                gradient: all.gradient.map(|x| x.lane(lane)),
+                hessian: all.hessian.map(|x| x.lane(lane)),
+                exists: all.exists.lane(lane),
+            };
+        }
     }
 }
 
@@ -70,9 +61,10 @@ pub(crate) fn evaluate_all<T: Real + Scalar<Number = T>>(
     found: &mut [Evaluation<T>],
 ) {
     let part = |(angles, found): (&[[T; 2]], &mut [Evaluation<T>])| {
-        let all = Evaluate::<T, 4> { curve, free, angles, found };
-        if let Err(all) = with_wide_registers(all) {
-            all.run();
+        if has_wide_registers() {
+            evaluate_in_lanes::<Lanes<T, 4>>(curve, free, angles, found);
+        } else {
+            evaluate_in_lanes::<T>(curve, free, angles, found);
         }
     };
     if angles.len() <= TASK {

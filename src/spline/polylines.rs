@@ -9,7 +9,7 @@ use crate::batch::{CurveBatch, are_finite};
 use crate::curve::{Curve, Sampling};
 use crate::error::Result;
 use crate::gpu::Gpu;
-use crate::linalg::{take, tasks};
+use crate::linalg::{Lanes, Operation, Scalar, has_wide_registers, take, tasks};
 use crate::parallel;
 use crate::precision::Precision;
 use crate::ragged;
@@ -94,8 +94,7 @@ impl CubicSplines {
         parallel::of(work, |(curves, coords, t)| {
             let (fractions, open) = (&fractions[..], &open[..]);
             let taken = taken.map(|samples| (samples, &taken_offsets[..]));
-            let samples = SampledRun { splines: self, sampling, offsets, fractions, open, taken, curves, coords, t };
-            pulp::Arch::new().dispatch(samples);
+            SampledRun { splines: self, sampling, offsets, fractions, open, taken, curves, coords, t }.write();
         });
     }
 
@@ -246,7 +245,7 @@ fn fractions(count: usize, n: usize) -> Vec<f64> {
     (0..count).map(|k| k as f64 / n.max(1) as f64).collect()
 }
 
-/// The samples of a run of curves, compiled once for every instruction set.
+/// The samples of a run of curves.
 struct SampledRun<'a> {
     splines: &'a CubicSplines,
     sampling: Sampling,
@@ -261,11 +260,8 @@ struct SampledRun<'a> {
     t: Option<&'a mut [f64]>,
 }
 
-impl pulp::WithSimd for SampledRun<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+impl SampledRun<'_> {
+    fn write(self) {
         let (d, mut coords, mut all_t) = (self.splines.knots.dimension, self.coords, self.t);
         let mut own_t = Vec::new();
         for i in self.curves {
@@ -287,27 +283,74 @@ impl pulp::WithSimd for SampledRun<'_> {
             let taken = self.taken.map(|(samples, offsets)| &samples[offsets[i] * d..offsets[i + 1] * d]);
             let taken = taken.filter(|samples| more.is_empty() && are_finite(samples) && spline.stride == 1);
             if let Sampling::PerSpan(_) = self.sampling {
-                if let Some(t) = t {
-                    spline.per_span_parameters(own, t);
-                }
                 match taken {
-                    Some(samples) => spline.per_span_taken(own.len() * d, samples, coords),
-                    None if d == 2 => spline.per_span::<2>(own, coords),
-                    None => spline.per_span::<3>(own, coords),
+                    Some(samples) => {
+                        if let Some(t) = t {
+                            spline.per_span_parameters(own, t);
+                        }
+                        spline.per_span_taken(own.len() * d, samples, coords);
+                    }
+                    None if d == 2 => run(PerSpan::<2> { spline: &spline, fractions: own, t, coords }),
+                    None => run(PerSpan::<3> { spline: &spline, fractions: own, t, coords }),
                 }
             } else {
                 let t = t.unwrap_or_else(|| {
                     own_t.resize(count, 0.0);
                     &mut own_t
                 });
-                spline.even_parameters(even, t);
                 match taken {
-                    Some(samples) => coords.copy_from_slice(samples),
-                    None if d == 2 => spline.evenly::<2>(t, coords),
-                    None => spline.evenly::<3>(t, coords),
+                    Some(samples) => {
+                        spline.even_parameters(even, t);
+                        coords.copy_from_slice(samples);
+                    }
+                    None if d == 2 => run(Evenly::<2> { spline: &spline, fractions: even, t, coords }),
+                    None => run(Evenly::<3> { spline: &spline, fractions: even, t, coords }),
                 }
             }
         }
+    }
+}
+
+/// Runs an operation in wide registers where there are any, else compiled without.
+fn run<Op: Operation>(operation: Op) -> Op::Output {
+    if has_wide_registers() { Lanes::<f64, 4>::run(operation) } else { f64::run(operation) }
+}
+
+/// Samples of the spans of one curve, and their parameters where these are asked for.
+struct PerSpan<'a, const D: usize> {
+    spline: &'a Spline<'a>,
+    fractions: &'a [f64],
+    t: Option<&'a mut [f64]>,
+    coords: &'a mut [f64],
+}
+
+impl<const D: usize> Operation for PerSpan<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        if let Some(t) = self.t {
+            self.spline.per_span_parameters(self.fractions, t);
+        }
+        self.spline.per_span::<D>(self.fractions, self.coords);
+    }
+}
+
+/// Samples of one curve at fractions of the whole, and their parameters.
+struct Evenly<'a, const D: usize> {
+    spline: &'a Spline<'a>,
+    fractions: &'a [f64],
+    t: &'a mut [f64],
+    coords: &'a mut [f64],
+}
+
+impl<const D: usize> Operation for Evenly<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.spline.even_parameters(self.fractions, self.t);
+        self.spline.evenly::<D>(self.t, self.coords);
     }
 }
 

@@ -15,10 +15,11 @@
 //! Source: S. Boyd and L. Vandenberghe, *Convex Optimization*, chapter 11; J. Nocedal and S. J. Wright, *Numerical
 //! Optimization*, chapters 10 and 19.
 
-use super::super::evaluation::{Evaluation, evaluate, evaluate_free};
+use super::super::evaluation::{Directed, Evaluation, FreeStart};
 use super::super::slopes::{Ends, SlopesProblem, SlopesStanding};
 use super::super::universal::Universal;
 use super::room::{Room, rooms};
+use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
 use crate::sides::Asked;
 
@@ -135,10 +136,10 @@ impl Sided<'_> {
         let span = &self.problem.spans[k];
         let (curve, [a, b]) = (&self.curves[span.curve as usize], self.angles(k, turns));
         match span.ends {
-            Ends::Directed => evaluate(curve, a, b),
-            Ends::FreeStart => evaluate_free(curve, b),
+            Ends::Directed => f64::run(Directed(curve, [a, b])),
+            Ends::FreeStart => f64::run(FreeStart(curve, b)),
             Ends::FreeEnd => {
-                let found = evaluate_free(curve, -a);
+                let found = f64::run(FreeStart(curve, -a));
                 Evaluation { gradient: [-found.gradient[1], 0.0], hessian: [found.hessian[2], 0.0, 0.0], ..found }
             }
             Ends::Straight => Evaluation { cost: 0.0, gradient: [0.0; 2], hessian: [0.0; 3], exists: 1.0 },
