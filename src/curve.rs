@@ -2,16 +2,14 @@
 
 pub(crate) mod convert;
 mod even;
+pub(crate) mod measure;
 mod sampling;
 mod unfitted;
 
-use std::ops::Range;
-
-use crate::arclength;
-use crate::motion::{Motion, Vector, searched_curvature};
-use crate::parallel;
+use crate::motion::Motion;
 use crate::surface::Globe;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
+use measure::AnyCurve;
 pub use sampling::Sampling;
 pub(crate) use sampling::{check_spacing, spans};
 pub(crate) use unfitted::{Input, Polygon};
@@ -46,9 +44,6 @@ impl Jet {
         turn / (speed * speed * speed)
     }
 }
-
-/// Spans that one thread measures at once.
-const RUN: usize = 4096;
 
 /// A curve through (or near) data points, with a span from each to the next.
 ///
@@ -157,45 +152,22 @@ pub trait Curve: Sync {
         self.jet(span, u).first.length() * self.pace(span)
     }
 
-    /// Arc length, to a relative error of 1e-9 or better, near cusps too (see [`arclength`]).
+    /// Arc length, to a relative error of 1e-9 or better, near cusps too (see
+    /// [`arclength`](crate::arclength)).
     fn length(&self) -> f64 {
-        runs(self, Measure::Length).into_iter().sum()
+        measure::length::<dyn AnyCurve>(&self)
     }
 
     /// Arc length of a span, as exact as [`length`](Self::length).
-    #[inline(always)]
     fn span_length(&self, span: usize) -> f64 {
-        let pieces = self.pieces(span);
-        (0..pieces).map(|piece| piece_length(self, span, piece, pieces)).sum()
+        measure::span_length::<dyn AnyCurve>(&self, span)
     }
 
     /// The fraction of a span at which the arc length from its start is `target`.
     ///
     /// `length` is the length of the whole span. The result is good to 1e-9 of that length.
     fn fraction_at(&self, span: usize, length: f64, target: f64) -> f64 {
-        let pieces = self.pieces(span);
-        if target >= length || pieces == 0 {
-            return if target > 0.0 { 1.0 } else { 0.0 };
-        }
-        let (mut before, mut piece, mut own) = (0.0, 0, piece_length(self, span, 0, pieces));
-        while piece + 1 < pieces && before + own <= target {
-            before += own;
-            piece += 1;
-            own = piece_length(self, span, piece, pieces);
-        }
-        let target = (target - before).clamp(0.0, own);
-        if own == 0.0 || target == 0.0 {
-            return piece as f64 / pieces as f64;
-        }
-        let v = match self.motion(span, piece) {
-            Some(motion) => arclength::fraction_at(|v| motion.speed(v), own, target),
-            None => arclength::fraction_at(
-                |v| self.speed(span, (piece as f64 + v) / pieces as f64) / pieces as f64,
-                own,
-                target,
-            ),
-        };
-        (piece as f64 + v) / pieces as f64
+        measure::fraction_at::<dyn AnyCurve>(&self, span, length, target)
     }
 
     /// Largest |curvature|, in 1/length. Infinite where the curve has a cusp.
@@ -210,49 +182,19 @@ pub trait Curve: Sync {
     /// - Béziers of higher degree: maxima seen at 128 places a piece are followed to 1e-9. A peak
     ///   narrower than that may be missed.
     fn max_curvature(&self) -> f64 {
-        let known = runs(self, Measure::CurvatureSeen).into_iter().fold(0.0, f64::max);
-        runs(self, Measure::Curvature { known }).into_iter().fold(known, f64::max)
+        measure::max_curvature::<dyn AnyCurve>(&self)
     }
 
     /// The least number of samples of the whole curve or of a span: see [`Sampling`].
     fn least(&self, sampling: Sampling) -> usize {
-        // With four or more samples a span there is nothing to check.
-        if !self.is_closed() || matches!(sampling, Sampling::PerSpan(4..)) {
-            return 0;
-        }
-        let ends_differ = |span: &usize| self.jet(*span, 0.0).point != self.jet(*span, 1.0).point;
-        let long = (0..self.spans()).filter(ends_differ).take(4).count();
-        let all: usize = if (1..3).contains(&long) { 4 } else { 3 };
-        match sampling {
-            Sampling::PerSpan(_) => all.div_ceil(long.max(1)),
-            // Spans between equal points may have parameters of their own. Then the middles of the
-            // other spans are needed.
-            Sampling::Count(_) if all > 3 => 2 * self.spans(),
-            _ => all,
-        }
+        sampling::least(&self, sampling)
     }
 
     /// Spans and fractions of the samples, in order along the curve.
     ///
     /// A curve that was not fitted gives its data points, whatever `sampling` asks.
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
-        let spans = self.spans();
-        let end = (!self.is_closed() && spans > 0).then(|| (spans - 1, 1.0));
-        let sampling = if self.is_fitted() { sampling } else { Sampling::PerSpan(1) };
-        match sampling {
-            Sampling::PerSpan(n) => {
-                let n = n.max(self.least(sampling));
-                (0..spans).flat_map(|span| (0..n).map(move |k| (span, k as f64 / n as f64))).chain(end).collect()
-            }
-            Sampling::Count(n) => {
-                let (from, to) = self.domain();
-                let n = n.max(self.least(sampling));
-                let steps = if self.is_closed() { n } else { n.saturating_sub(1) }.max(1) as f64;
-                (0..n).map(|k| self.locate(from + (to - from) * (k as f64 / steps))).collect()
-            }
-            Sampling::Points(n) => even::sites(self, n.max(self.least(sampling))),
-            Sampling::Spacing(spacing) => even::even_sites(self, spacing),
-        }
+        sampling::sites(&self, sampling)
     }
 
     /// The curve as a chain of cubic Béziers, in few pieces.
@@ -270,98 +212,7 @@ pub trait Curve: Sync {
     /// Each piece starts at the point, bit for bit, where the piece before it ends. The last piece
     /// of a closed curve ends where the first one starts.
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
-        convert::beziers(self, tolerance)
-    }
-}
-
-/// Arc length of one piece of a span that has `pieces` of them.
-#[inline(always)]
-fn piece_length<C: Curve + ?Sized>(curve: &C, span: usize, piece: usize, pieces: usize) -> f64 {
-    if curve.dimension() == 2 {
-        length_in::<DVec2, C>(curve, span, piece, pieces)
-    } else {
-        length_in::<DVec3, C>(curve, span, piece, pieces)
-    }
-}
-
-/// Arc length of a piece, in the plane or in space.
-#[inline(always)]
-fn length_in<V: Vector, C: Curve + ?Sized>(curve: &C, span: usize, piece: usize, pieces: usize) -> f64 {
-    match curve.motion(span, piece) {
-        Some(motion) => motion.moving::<V>().length(),
-        None => {
-            let pieces = pieces as f64;
-            arclength::span_length(|v| curve.speed(span, (piece as f64 + v) / pieces) / pieces)
-        }
-    }
-}
-
-/// What is measured of a curve, run by run.
-#[derive(Clone, Copy)]
-enum Measure {
-    Length,
-    /// The largest |κ| at both ends and in the middle of every piece.
-    CurvatureSeen,
-    /// The largest |κ|, if it is above a known one.
-    Curvature {
-        known: f64,
-    },
-}
-
-/// Measures every run of spans on all threads. Results are in the order of the curve.
-fn runs<C: Curve + ?Sized>(curve: &C, measure: Measure) -> Vec<f64> {
-    let spans = curve.spans();
-    let run = |k: usize| {
-        let spans = k * RUN..spans.min((k + 1) * RUN);
-        pulp::Arch::new().dispatch(Run { curve, measure, spans })
-    };
-    match spans.div_ceil(RUN) {
-        1 => vec![run(0)],
-        count => parallel::map(count, 1, run),
-    }
-}
-
-/// A run of spans, compiled once for every instruction set.
-struct Run<'a, C: ?Sized> {
-    curve: &'a C,
-    measure: Measure,
-    spans: Range<usize>,
-}
-
-impl<C: Curve + ?Sized> pulp::WithSimd for Run<'_, C> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
-        if self.curve.dimension() == 2 { self.measured::<DVec2>() } else { self.measured::<DVec3>() }
-    }
-}
-
-impl<C: Curve + ?Sized> Run<'_, C> {
-    #[inline(always)]
-    fn measured<V: Vector>(self) -> f64 {
-        let Run { curve, measure, spans } = self;
-        let mut all = if let Measure::Curvature { known } = measure { known } else { 0.0 };
-        for span in spans {
-            let pieces = curve.pieces(span);
-            for piece in 0..pieces {
-                if let Measure::Length = measure {
-                    all += length_in::<V, C>(curve, span, piece, pieces);
-                    continue;
-                }
-                let moving = curve.motion(span, piece).map(|motion| motion.moving::<V>());
-                match (measure, moving) {
-                    (Measure::CurvatureSeen, Some(moving)) => all = moving.curvature_seen(all),
-                    (Measure::Curvature { .. }, Some(moving)) => all = moving.max_curvature(all),
-                    (Measure::Curvature { .. }, None) => {
-                        let at = |v: f64| curve.jet(span, (piece as f64 + v) / pieces as f64).curvature(3).abs();
-                        all = all.max(searched_curvature(at));
-                    }
-                    (Measure::CurvatureSeen, None) | (Measure::Length, _) => {}
-                }
-            }
-        }
-        all
+        convert::beziers(&self, tolerance)
     }
 }
 

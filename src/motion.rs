@@ -5,6 +5,7 @@ mod moving;
 mod roots;
 mod vector;
 
+use crate::arclength;
 use glam::DVec3;
 
 pub(crate) use moving::Moving;
@@ -58,6 +59,12 @@ impl Motion {
     #[inline(always)]
     pub fn length(&self) -> f64 {
         self.moving::<DVec3>().length()
+    }
+
+    /// The fraction at which the arc length from the start is `target`, of a piece of this length.
+    #[inline(never)]
+    pub(crate) fn fraction_at(&self, length: f64, target: f64) -> f64 {
+        arclength::fraction_at(|v| self.speed(v), length, target)
     }
 
     /// The largest of `known` and of |κ| on the piece.

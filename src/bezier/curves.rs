@@ -4,6 +4,8 @@ use std::borrow::Cow;
 
 use super::MOST_DEGREE;
 use crate::batch::CurveBatch;
+use crate::curve::convert;
+use crate::curve::measure::inlined_measures;
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::motion::Motion;
 use crate::parallel;
@@ -133,10 +135,12 @@ impl Curve for Chain<'_> {
             // Control points inside a piece may be far larger than its ends.
             let controls = (0..self.spans()).flat_map(|piece| self.chains.piece(self.i, piece).flatten());
             let largest = controls.fold(0.0, |largest: f64, x| largest.max(x.abs()));
-            return crate::curve::convert::beziers_of_size(self, largest, tolerance);
+            return convert::beziers_of_size(&self, largest, tolerance);
         }
         (0..self.spans()).map(|piece| self.cubic(piece)).collect()
     }
+
+    inlined_measures!();
 }
 
 impl Chain<'_> {

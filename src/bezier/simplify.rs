@@ -198,7 +198,7 @@ impl Simplify {
         if pieces.len() < 2 {
             return pieces.to_vec();
         }
-        let section = Section::new(pieces);
+        let section = &Section::new(pieces);
         let fewer = convert::beziers(&section, self.tolerance);
         if fewer.len() >= pieces.len() {
             return pieces.to_vec();

@@ -25,7 +25,7 @@
 
 use glam::DVec3;
 
-use super::Curve;
+use super::measure::AnyCurve;
 use crate::linalg::power_of_two;
 
 /// A cubic Bézier's control points.
@@ -78,13 +78,13 @@ const REACH_PRECISION: f64 = 1.0 / 64.0;
 /// A curve's Béziers, in order.
 ///
 /// Each starts at the point, bit for bit, at which the one before it ends.
-pub(crate) fn beziers<C: Curve + ?Sized>(curve: &C, tolerance: f64) -> Vec<Piece> {
+pub(crate) fn beziers(curve: &dyn AnyCurve, tolerance: f64) -> Vec<Piece> {
     let largest = (0..curve.spans()).map(|span| curve.jet(span, 0.0).point.abs().max_element()).fold(0.0, f64::max);
     beziers_of_size(curve, largest, tolerance)
 }
 
 /// The Béziers of a curve whose coordinates are up to about this size, also inside its spans.
-pub(crate) fn beziers_of_size<C: Curve + ?Sized>(curve: &C, size: f64, tolerance: f64) -> Vec<Piece> {
+pub(crate) fn beziers_of_size(curve: &dyn AnyCurve, size: f64, tolerance: f64) -> Vec<Piece> {
     let spans = curve.spans();
     let mut pieces = Vec::with_capacity(spans);
     let is_usual = size == 0.0 || (MOST_SIZE.recip()..MOST_SIZE).contains(&size);
@@ -112,10 +112,10 @@ pub(crate) fn beziers_of_size<C: Curve + ?Sized>(curve: &C, size: f64, tolerance
 }
 
 /// One span of a curve.
-struct Span<'a, C: ?Sized> {
-    curve: &'a C,
+struct Span<'a> {
+    curve: &'a dyn AnyCurve,
     span: usize,
-    /// The length of the parameter, or what stands for it: [`Curve::pace`].
+    /// The length of the parameter, or what stands for it: [`Curve::pace`](super::Curve::pace).
     length: f64,
     /// The last point, in `unit`s, as all distances and tolerances are.
     end: DVec3,
@@ -123,7 +123,7 @@ struct Span<'a, C: ?Sized> {
     tolerance: f64,
 }
 
-impl<C: Curve + ?Sized> Span<'_, C> {
+impl Span<'_> {
     fn convert(&self, pieces: &mut Vec<Piece>) {
         let before = pieces.len();
         let keeps = self.halve((0.0, 1.0), MAX_HALVINGS, pieces);

@@ -1,11 +1,12 @@
 //! Samples at equal arc length.
 
-use super::{Curve, Sampling};
+use super::Sampling;
+use super::measure::AnyCurve;
 
 /// Sites at equal arc length along a curve.
 ///
 /// The spacing is the largest one not above `spacing` that divides the length evenly.
-pub(crate) fn even_sites<C: Curve + ?Sized>(curve: &C, spacing: f64) -> Vec<(usize, f64)> {
+pub(super) fn even_sites(curve: &dyn AnyCurve, spacing: f64) -> Vec<(usize, f64)> {
     let lengths: Vec<f64> = (0..curve.spans()).map(|span| curve.span_length(span)).collect();
     let mut sites = Vec::new();
     for (span, target) in even_targets(&lengths, spacing, curve.is_closed(), curve.least(Sampling::Spacing(spacing))) {
@@ -14,8 +15,8 @@ pub(crate) fn even_sites<C: Curve + ?Sized>(curve: &C, spacing: f64) -> Vec<(usi
     sites
 }
 
-/// So many sites at equal arc lengths, from the first point of the curve to the last.
-pub(super) fn sites<C: Curve + ?Sized>(curve: &C, count: usize) -> Vec<(usize, f64)> {
+/// `count` sites at equal arc lengths, from the first point of the curve to the last.
+pub(super) fn sites(curve: &dyn AnyCurve, count: usize) -> Vec<(usize, f64)> {
     let lengths: Vec<f64> = (0..curve.spans()).map(|span| curve.span_length(span)).collect();
     let steps = if curve.is_closed() { count } else { count.saturating_sub(1) };
     let mut targets = targets(&lengths, steps, curve.is_closed());
@@ -32,7 +33,7 @@ const EVEN: f64 = 1e-9;
 /// For every sample its span and the length to cover inside it, from the lengths of all spans.
 ///
 /// There are at least `least` samples.
-pub(crate) fn even_targets(lengths: &[f64], spacing: f64, closed: bool, least: usize) -> Vec<(usize, f64)> {
+fn even_targets(lengths: &[f64], spacing: f64, closed: bool, least: usize) -> Vec<(usize, f64)> {
     let total: f64 = lengths.iter().sum();
     if total == 0.0 {
         return vec![(0, 0.0); if lengths.is_empty() { 0 } else { least.max(1) }];

@@ -1,5 +1,7 @@
 //! [`Sampling`]: where curves are sampled, and how many samples there may be.
 
+use super::even;
+use super::measure::AnyCurve;
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
 use crate::memory;
@@ -89,4 +91,43 @@ pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: 
         most = most as f64,
         least = 1.05 * least
     )))
+}
+
+/// See [`Curve::least`](super::Curve::least).
+pub(super) fn least(curve: &dyn AnyCurve, sampling: Sampling) -> usize {
+    // With four or more samples a span there is nothing to check.
+    if !curve.is_closed() || matches!(sampling, Sampling::PerSpan(4..)) {
+        return 0;
+    }
+    let ends_differ = |span: &usize| curve.jet(*span, 0.0).point != curve.jet(*span, 1.0).point;
+    let long = (0..curve.spans()).filter(ends_differ).take(4).count();
+    let all: usize = if (1..3).contains(&long) { 4 } else { 3 };
+    match sampling {
+        Sampling::PerSpan(_) => all.div_ceil(long.max(1)),
+        // Spans between equal points may have parameters of their own. Then the middles of the
+        // other spans are needed.
+        Sampling::Count(_) if all > 3 => 2 * curve.spans(),
+        _ => all,
+    }
+}
+
+/// See [`Curve::sites`](super::Curve::sites).
+pub(super) fn sites(curve: &dyn AnyCurve, sampling: Sampling) -> Vec<(usize, f64)> {
+    let spans = curve.spans();
+    let end = (!curve.is_closed() && spans > 0).then(|| (spans - 1, 1.0));
+    let sampling = if curve.is_fitted() { sampling } else { Sampling::PerSpan(1) };
+    match sampling {
+        Sampling::PerSpan(n) => {
+            let n = n.max(curve.least(sampling));
+            (0..spans).flat_map(|span| (0..n).map(move |k| (span, k as f64 / n as f64))).chain(end).collect()
+        }
+        Sampling::Count(n) => {
+            let (from, to) = curve.domain();
+            let n = n.max(curve.least(sampling));
+            let steps = if curve.is_closed() { n } else { n.saturating_sub(1) }.max(1) as f64;
+            (0..n).map(|k| curve.locate(from + (to - from) * (k as f64 / steps))).collect()
+        }
+        Sampling::Points(n) => even::sites(curve, n.max(curve.least(sampling))),
+        Sampling::Spacing(spacing) => even::even_sites(curve, spacing),
+    }
 }

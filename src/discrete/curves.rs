@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::batch::Origin;
 use crate::batch::{CurveBatch, Unfitted};
+use crate::curve::measure::inlined_measures;
 use crate::curve::{Curve, Input, Jet, Sampling, vector};
 use crate::device::DeviceReport;
 use crate::ground::jet_onto;
@@ -311,6 +312,8 @@ impl Curve for FairCurve<'_> {
         };
         self.surface.map_or(jet, |surface| jet_onto(surface, jet))
     }
+
+    inlined_measures!();
 }
 
 impl FairCurves {

@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::knots::Knots;
 use crate::batch::CurveBatch;
 use crate::batch::Origin;
+use crate::curve::measure::inlined_measures;
 use crate::curve::{Curve, Input, Jet, Polygon, Sampling, vector};
 use crate::motion::Motion;
 use crate::report::CurveSet;
@@ -266,4 +267,6 @@ impl Curve for Spline<'_> {
             (_, false) => 0.0,
         }
     }
+
+    inlined_measures!();
 }
