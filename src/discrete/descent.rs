@@ -145,7 +145,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
 
     /// Moves x back to the surface, if curves lie in one.
     #[inline(always)]
-    fn retract(&mut self) {
+    pub(super) fn retract(&mut self) {
         if const { D == 3 }
             && let Some(within) = &self.within
         {
