@@ -172,8 +172,8 @@ impl<'a> System<'a> {
                 self.matrix.blocks[joint][0][i][i] = 1.0;
             }
             for rhs in &mut self.rhs {
-                for i in 0..self.matrix.rows {
-                    rhs[joint][i] *= self.scale[joint][i];
+                for (x, scale) in rhs[joint].iter_mut().zip(self.scale[joint]) {
+                    *x *= scale;
                 }
             }
         }
