@@ -1,8 +1,11 @@
 //! The systems of a batch of chains on a GPU, all curves and coordinates at once.
 
+use std::collections::HashMap;
+
+use super::blocks::Row;
 use super::layout::{Layout, Trouble};
 use super::piece::Piece;
-use super::system::{Done, System};
+use super::system::{Done, System, rows};
 use crate::device::Device;
 use crate::error::Result;
 use crate::gpu::Gpu;
@@ -19,20 +22,20 @@ const LEAST_PIVOT: f64 = 1e-3;
 const LANES: [(usize, u32); 2] = [(2_000, 8), (usize::MAX, 64)];
 
 /// The unknowns of a curve, one coordinate after the other.
-type Unknowns<const N: usize> = Vec<Vec<[f64; N]>>;
+type Unknowns = Vec<Vec<Row>>;
 
 /// Completes all curves.
-pub(super) fn complete<'a, const N: usize>(
+pub(super) fn complete<'a>(
     gpu: &Gpu,
     device: &Device,
     layouts: Vec<Result<Layout<'a>, Trouble>>,
     smoothness: usize,
-    piece: impl Fn(u32) -> &'a Piece + Sync,
+    pieces: &'a HashMap<u32, Piece>,
 ) -> Result<Vec<Result<Done, Trouble>>> {
     let precision = device.kernel_precision(gpu, true)?;
-    let systems: Vec<Result<System<N>, Trouble>> =
-        parallel::of(layouts, |layout| System::new(layout?, smoothness, &piece));
-    let batch = Batch::new(&systems);
+    let systems: Vec<Result<System, Trouble>> =
+        parallel::of(layouts, |layout| System::new(layout?, smoothness, pieces));
+    let batch = Batch::new(&systems, rows(smoothness));
     let (mut x, pivots) = batch.solve(gpu, precision, |system| system.rhs.clone())?;
     if precision != Precision::F64 {
         let mut at = x.iter();
@@ -43,7 +46,7 @@ pub(super) fn complete<'a, const N: usize>(
     let mut solved = x.into_iter().zip(pivots);
     let with_unknowns: Vec<_> =
         systems.into_iter().map(|system| system.map(|system| (system, solved.next().expect("one a system")))).collect();
-    let own = |system: Result<(System<N>, (Unknowns<N>, f64)), Trouble>| {
+    let own = |system: Result<(System, (Unknowns, f64)), Trouble>| {
         let (system, (x, pivot)) = system?;
         if pivot >= LEAST_PIVOT && x.iter().flatten().flatten().all(|x| x.is_finite()) {
             return system.finish(&x, pivot);
@@ -55,8 +58,10 @@ pub(super) fn complete<'a, const N: usize>(
 }
 
 /// The arrays of all systems. Each coordinate of a curve is a system.
-struct Batch<'a, 'b, const N: usize> {
-    systems: Vec<&'a System<'b, N>>,
+struct Batch<'a, 'b> {
+    systems: Vec<&'a System<'b>>,
+    /// Rows of a block.
+    rows: usize,
     offsets: Vec<usize>,
     closed: Vec<bool>,
     blocks: Vec<f64>,
@@ -64,20 +69,32 @@ struct Batch<'a, 'b, const N: usize> {
     lanes: u32,
 }
 
-impl<'a, 'b, const N: usize> Batch<'a, 'b, N> {
-    fn new(systems: &'a [Result<System<'b, N>, Trouble>]) -> Self {
-        let systems: Vec<&System<N>> = systems.iter().flatten().collect();
-        let mut batch =
-            Batch { systems, offsets: vec![0], closed: Vec::new(), blocks: Vec::new(), movable: Vec::new(), lanes: 8 };
+impl<'a, 'b> Batch<'a, 'b> {
+    fn new(systems: &'a [Result<System<'b>, Trouble>], rows: usize) -> Self {
+        let systems: Vec<&System> = systems.iter().flatten().collect();
+        let mut batch = Batch {
+            systems,
+            rows,
+            offsets: vec![0],
+            closed: Vec::new(),
+            blocks: Vec::new(),
+            movable: Vec::new(),
+            lanes: 8,
+        };
         let mut longest = 0;
         for system in &batch.systems {
             for _ in 0..system.rhs.len() {
-                batch.blocks.extend_from_slice(system.blocks.as_flattened().as_flattened().as_flattened());
-                batch.movable.extend_from_slice(&system.movable);
+                for blocks in &system.matrix.blocks {
+                    for row in blocks.iter().flat_map(|block| &block[..rows]) {
+                        batch.blocks.extend_from_slice(&row[..rows]);
+                    }
+                    batch.blocks.extend(std::iter::repeat_n(0.0, (MOST_REACH - 1) * rows * rows));
+                }
+                batch.movable.extend_from_slice(&system.matrix.movable);
                 batch.offsets.push(batch.movable.len());
                 batch.closed.push(system.layout.closed);
             }
-            longest = longest.max(system.movable.len());
+            longest = longest.max(system.matrix.movable.len());
         }
         batch.lanes = LANES.iter().find(|(most, _)| longest <= *most).map_or(64, |&(_, lanes)| lanes);
         batch
@@ -88,15 +105,18 @@ impl<'a, 'b, const N: usize> Batch<'a, 'b, N> {
         &self,
         gpu: &Gpu,
         precision: Precision,
-        mut rhs: impl FnMut(&System<N>) -> Unknowns<N>,
-    ) -> Result<(Vec<Unknowns<N>>, Vec<f64>)> {
-        let mut sides = Vec::with_capacity(self.movable.len() * N);
+        mut rhs: impl FnMut(&System) -> Unknowns,
+    ) -> Result<(Vec<Unknowns>, Vec<f64>)> {
+        let rows = self.rows;
+        let mut sides = Vec::with_capacity(self.movable.len() * rows);
         for system in &self.systems {
-            rhs(system).iter().for_each(|rhs| sides.extend_from_slice(rhs.as_flattened()));
+            for row in rhs(system).iter().flatten() {
+                sides.extend_from_slice(&row[..rows]);
+            }
         }
-        debug_assert_eq!(self.blocks.len(), self.movable.len() * (MOST_REACH + 1) * N * N);
+        debug_assert_eq!(self.blocks.len(), self.movable.len() * (MOST_REACH + 1) * rows * rows);
         let batch = BlockBatch {
-            dimension: N,
+            dimension: rows,
             reach: 1,
             offsets: &self.offsets,
             closed: &self.closed,
@@ -104,19 +124,16 @@ impl<'a, 'b, const N: usize> Batch<'a, 'b, N> {
             movable: &self.movable,
         };
         let BlockSolutions { x, pivots } = solve_blocks_on_gpu(gpu, precision, self.lanes, &batch, &sides)?;
-        let (mut vectors, mut pivots) = (x.as_chunks::<N>().0, pivots.into_iter());
-        let mut own = |system: &&System<N>| {
-            let dimension = system.rhs.len();
-            let unknowns: Unknowns<N> = (0..dimension)
-                .map(|_| {
-                    let (head, tail) = vectors.split_at(system.movable.len());
-                    vectors = tail;
-                    head.to_vec()
-                })
-                .collect();
-            let smallest = pivots.by_ref().take(dimension).fold(f64::INFINITY, f64::min);
-            (unknowns, smallest)
-        };
-        Ok(self.systems.iter().map(&mut own).unzip())
+        let (mut numbers, mut pivots) = (x.chunks_exact(rows), pivots.into_iter());
+        let (mut all, mut smallest) = (Vec::new(), Vec::new());
+        for system in &self.systems {
+            let mut unknowns = vec![vec![Row::default(); system.matrix.movable.len()]; system.rhs.len()];
+            for (to, from) in unknowns.iter_mut().flatten().zip(&mut numbers) {
+                to[..rows].copy_from_slice(from);
+            }
+            all.push(unknowns);
+            smallest.push(pivots.by_ref().take(system.rhs.len()).fold(f64::INFINITY, f64::min));
+        }
+        Ok((all, smallest))
     }
 }

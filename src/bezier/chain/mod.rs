@@ -6,6 +6,7 @@
 //!                                    G1: Newton's method ─► the same systems, again and again
 //! ```
 
+mod blocks;
 mod corners;
 mod gpu;
 mod joint;
@@ -198,19 +199,20 @@ impl Chain {
         let used: BTreeSet<u32> = parallel::of(layouts.iter().flatten(), inner).concat().into_iter().collect();
         let new = |known: u32| (known, Piece::new(self.degree, smoothness, known, &self.energy));
         let pieces: HashMap<u32, Piece> = parallel::of(used, new).into_iter().collect();
-        let piece = |known: u32| &pieces[&known];
         let knots: Vec<Vec<f64>> =
             layouts.iter().map(|layout| layout.as_ref().map_or(Vec::new(), Layout::knots)).collect();
         let outcomes = match (self.joints, device.as_gpu()) {
             (Joints::G1, _) => parallel::of(layouts, |layout| {
-                let outcome = layout.and_then(|layout| newton::complete(layout, piece));
+                let outcome = layout.and_then(|layout| newton::complete(layout, &pieces));
                 device.finished(1);
                 outcome
             }),
-            (Joints::C2, Some(gpu)) if smoothness == 2 => gpu::complete::<3>(gpu, device, layouts, smoothness, piece)?,
-            (_, Some(gpu)) => gpu::complete::<2>(gpu, device, layouts, smoothness, piece)?,
-            (Joints::C2, None) if smoothness == 2 => complete::<3>(layouts, smoothness, piece),
-            (_, None) => complete::<2>(layouts, smoothness, piece),
+            (_, Some(gpu)) => gpu::complete(gpu, device, layouts, smoothness, &pieces)?,
+            (_, None) => parallel::of(layouts, |layout| {
+                let system = System::new(layout?, smoothness, &pieces)?;
+                let (x, smallest) = system.solve();
+                system.finish(&x, smallest)
+            }),
         };
         let iterated = self.joints == Joints::G1;
         if !iterated {
@@ -295,18 +297,4 @@ impl Chain {
         let control = batch.with_points(coords, batch.offsets().to_vec());
         Completed { chains: Chains { control, degrees, knots: Some(knots) }, reports, device }
     }
-}
-
-/// Completes all curves on all threads.
-fn complete<'a, const N: usize>(
-    layouts: Vec<Result<Layout<'a>, Trouble>>,
-    smoothness: usize,
-    piece: impl Fn(u32) -> &'a Piece + Sync,
-) -> Vec<Result<Done, Trouble>> {
-    let own = |layout: Result<Layout<'a>, Trouble>| {
-        let system = System::<N>::new(layout?, smoothness, &piece)?;
-        let (x, smallest) = system.solve();
-        system.finish(&x, smallest)
-    };
-    parallel::of(layouts, own)
 }

@@ -10,12 +10,14 @@
 // Index loops read as the formulas do.
 #![allow(clippy::needless_range_loop)]
 
+use std::collections::HashMap;
+
+use super::blocks::{Blocks, MOST_ROWS, Row};
 use super::joint::{dot, length};
 use super::layout::{Layout, Trouble, invalid};
 use super::piece::{Piece, Sized, Vector, plus};
 use super::speeds::{Side, Velocity};
 use super::system::{Done, done, finish_piece};
-use crate::linalg::block_ring::{Block, BlockSystem, MOST_REACH, solve_blocks};
 use crate::status::CurveStatus;
 
 /// The most iterations. 5 to 10 are usual.
@@ -71,14 +73,14 @@ enum End {
 /// - Joints that are unknown.
 /// - Joints with contradictory directions.
 /// - Speeds that go to 0.
-pub(super) fn complete<'a>(layout: Layout<'a>, piece: impl Fn(u32) -> &'a Piece) -> Result<Done, Trouble> {
+pub(super) fn complete(layout: Layout, pieces: &HashMap<u32, Piece>) -> Result<Done, Trouble> {
     if let Some(place) = (0..layout.joints()).map(|k| layout.joint_place(k)).find(|&place| !layout.is_known(place)) {
         let what = "it is a joint and unknown, and G1 joints must be known: give it, or take C1 joints";
         return Err(invalid(place, what));
     }
     let pieces: Vec<(&Piece, Sized)> = (0..layout.pieces)
         .map(|k| {
-            let piece = piece(layout.inner(k, 1));
+            let piece = &pieces[&layout.inner(k, 1)];
             (piece, piece.sized(layout.lengths[k]))
         })
         .collect();
@@ -100,10 +102,9 @@ pub(super) fn complete<'a>(layout: Layout<'a>, piece: impl Fn(u32) -> &'a Piece)
     }
     let forms = pieces.iter().enumerate().map(|(k, (piece, sized))| Form::new(&layout, k, piece, sized)).collect();
     let problem = Problem { layout: &layout, forms, speed };
-    let (joints, end, iterations, gradient_norm) = match (has_unknowns, d) {
-        (false, _) => (asked, End::Converged, 1, 0.0),
-        (true, 2) => problem.solve::<3>(asked, &chord),
-        (true, _) => problem.solve::<4>(asked, &chord),
+    let (joints, end, iterations, gradient_norm) = match has_unknowns {
+        false => (asked, End::Converged, 1, 0.0),
+        true => problem.solve(asked, &chord),
     };
     if let End::Still(joint) = end {
         let what = "the energy falls while the speed on one side of this joint goes to 0: give a handle or a tangent \
@@ -151,17 +152,13 @@ impl Form {
 
 impl Problem<'_, '_> {
     /// Minimises with C1 joints first, then with the joints asked for.
-    fn solve<const N: usize>(
-        &self,
-        asked: Vec<Velocity>,
-        chord: &dyn Fn(usize) -> Vector,
-    ) -> (Vec<Velocity>, End, u32, f64) {
+    fn solve(&self, asked: Vec<Velocity>, chord: &dyn Fn(usize) -> Vector) -> (Vec<Velocity>, End, u32, f64) {
         let smooth = asked.iter().map(|joint| match joint {
             Velocity::Along(direction, _) => Velocity::Along(*direction, joint.vectors().map(Side::Known)),
             even => *even,
         });
         let mut smooth: Vec<Velocity> = smooth.collect();
-        let (_, linear, _) = self.minimise::<N>(&mut smooth);
+        let (_, linear, _) = self.minimise(&mut smooth);
         let start = |(joint, (asked, smooth)): (usize, (&Velocity, &Velocity))| match (asked, smooth) {
             (Velocity::Even(_), Velocity::Even(v)) => match self.layout.around(joint) {
                 [Some(_), Some(_)] if length(*v) > 1e-3 * self.speed => Velocity::Turning(*v, 0.0),
@@ -176,7 +173,7 @@ impl Problem<'_, '_> {
             (asked, _) => *asked,
         };
         let mut joints: Vec<Velocity> = asked.iter().zip(&smooth).enumerate().map(start).collect();
-        let (end, iterations, gradient) = self.minimise::<N>(&mut joints);
+        let (end, iterations, gradient) = self.minimise(&mut joints);
         (joints, end, linear + iterations, gradient)
     }
 
@@ -210,12 +207,12 @@ impl Problem<'_, '_> {
     }
 
     /// Newton's method. Returns how it ended, the iterations and the gradient's norm.
-    fn minimise<const N: usize>(&self, joints: &mut [Velocity]) -> (End, u32, f64) {
+    fn minimise(&self, joints: &mut [Velocity]) -> (End, u32, f64) {
         let d = self.layout.dimension();
         let mut damping = 0.0;
         let mut norm = f64::INFINITY;
         for iteration in 0..=MOST {
-            let mut newton = Newton::<N>::new(self, joints);
+            let newton = Newton::new(self, joints);
             norm = newton.norm;
             if norm <= SMALL {
                 return (End::Converged, iteration, norm);
@@ -228,7 +225,7 @@ impl Problem<'_, '_> {
                 break;
             }
             loop {
-                let Some((step, slope)) = newton.step(self.layout.closed, damping) else {
+                let Some((step, slope)) = newton.step(damping) else {
                     damping = f64::max(1e-3, 4.0 * damping);
                     if damping > 1e12 {
                         return (End::NotConverged, iteration, norm);
@@ -270,85 +267,80 @@ impl Problem<'_, '_> {
 /// Newton's system at a state.
 ///
 /// It is scaled by the diagonal of its part without second derivatives of p′.
-struct Newton<const N: usize> {
+struct Newton {
     vectors: Vec<[Vector; 2]>,
-    blocks: Vec<[Block<f64, N>; MOST_REACH + 1]>,
-    gradient: Vec<[f64; N]>,
-    scale: Vec<[f64; N]>,
-    movable: Vec<bool>,
+    matrix: Blocks,
+    gradient: Vec<Row>,
+    scale: Vec<Row>,
     norm: f64,
 }
 
-impl<const N: usize> Newton<N> {
+impl Newton {
     fn new(problem: &Problem, joints: &[Velocity]) -> Self {
         let (layout, d) = (problem.layout, problem.layout.dimension());
         let vectors: Vec<[Vector; 2]> = joints.iter().map(Velocity::vectors).collect();
         let forces = problem.forces(&vectors);
         let slopes: Vec<_> = joints.iter().map(|joint| joint.slopes(d)).collect();
         let unknowns: Vec<usize> = joints.iter().map(|joint| joint.unknowns(d)).collect();
+        // Directions in the plane or in space, and a ratio of speeds.
+        let rows = if d == 2 { 3 } else { 4 };
         let mut newton = Newton {
             vectors,
-            blocks: vec![[[[0.0; N]; N]; MOST_REACH + 1]; joints.len()],
-            gradient: vec![[0.0; N]; joints.len()],
-            scale: vec![[1.0; N]; joints.len()],
-            movable: unknowns.iter().map(|&count| count > 0).collect(),
+            matrix: Blocks::new(layout.closed, rows, unknowns.iter().map(|&count| count > 0).collect()),
+            gradient: vec![Row::default(); joints.len()],
+            scale: vec![[1.0; MOST_ROWS]; joints.len()],
             norm: 0.0,
         };
+        let blocks = &mut newton.matrix.blocks;
         for (k, form) in problem.forms.iter().enumerate() {
             let next = layout.next(k);
             for (joint, side, factor) in [(k, 1, form.a), (next, 0, form.c)] {
                 for (i, j) in pairs(unknowns[joint], unknowns[joint]) {
-                    newton.blocks[joint][0][i][j] += 2.0 * factor * dot(slopes[joint][side][i], slopes[joint][side][j]);
+                    blocks[joint][0][i][j] += 2.0 * factor * dot(slopes[joint][side][i], slopes[joint][side][j]);
                 }
             }
             for (i, j) in pairs(unknowns[k], unknowns[next]) {
-                newton.blocks[k][1][i][j] += 2.0 * form.b * dot(slopes[k][1][i], slopes[next][0][j]);
+                blocks[k][1][i][j] += 2.0 * form.b * dot(slopes[k][1][i], slopes[next][0][j]);
             }
         }
         for (k, joint) in joints.iter().enumerate() {
             let curvatures = joint.curvatures(forces[k], d);
             for i in 0..unknowns[k] {
-                newton.scale[k][i] = 1.0 / newton.blocks[k][0][i][i].sqrt();
+                newton.scale[k][i] = 1.0 / blocks[k][0][i][i].sqrt();
                 let gradient = dot(slopes[k][0][i], forces[k][0]) + dot(slopes[k][1][i], forces[k][1]);
                 newton.gradient[k][i] = gradient;
                 let unit = if joint.is_ratio(i, d) { 1.0 } else { problem.speed };
-                newton.norm = newton.norm.max((gradient / newton.blocks[k][0][i][i] / unit).abs());
+                newton.norm = newton.norm.max((gradient / blocks[k][0][i][i] / unit).abs());
             }
             for (i, j) in pairs(unknowns[k], unknowns[k]) {
-                newton.blocks[k][0][i][j] += curvatures[i][j];
+                blocks[k][0][i][j] += curvatures[i][j];
             }
-            (unknowns[k]..N).for_each(|i| newton.blocks[k][0][i][i] = 1.0);
-        }
-        for k in 0..joints.len() {
-            let (left, right) = (newton.scale[k], newton.scale[(k + 1) % joints.len()]);
-            for (i, j) in pairs(N, N) {
-                newton.blocks[k][0][i][j] *= left[i] * left[j];
-                newton.blocks[k][1][i][j] *= left[i] * right[j];
+            for i in unknowns[k]..rows {
+                blocks[k][0][i][i] = 1.0;
             }
         }
+        newton.matrix.scale(&newton.scale);
         newton
     }
 
     /// The step with `damping` added to the diagonal, and the energy's slope along it.
     ///
     /// `None` if the matrix is not positive definite.
-    fn step(&mut self, closed: bool, damping: f64) -> Option<(Vec<[f64; N]>, f64)> {
-        let mut blocks = self.blocks.clone();
-        blocks.iter_mut().for_each(|block| (0..N).for_each(|i| block[0][i][i] += damping));
-        let system = BlockSystem { closed, reach: 1, blocks: &blocks, movable: &self.movable };
-        let rhs: Vec<[f64; N]> = self
-            .gradient
-            .iter()
-            .zip(&self.scale)
-            .map(|(gradient, scale)| std::array::from_fn(|i| -gradient[i] * scale[i]))
-            .collect();
-        let solution = solve_blocks(&system, &rhs, 1);
-        if solution.smallest.is_nan() || solution.smallest <= LEAST_PIVOT {
+    fn step(&self, damping: f64) -> Option<(Vec<Row>, f64)> {
+        let mut rhs = self.gradient.clone();
+        for (rhs, scale) in rhs.iter_mut().zip(&self.scale) {
+            *rhs = std::array::from_fn(|i| -rhs[i] * scale[i]);
+        }
+        let (mut steps, smallest) = self.matrix.solve(&[rhs], damping);
+        if smallest.is_nan() || smallest <= LEAST_PIVOT {
             return None;
         }
-        let step: Vec<[f64; N]> =
-            solution.x.iter().zip(&self.scale).map(|(x, scale)| std::array::from_fn(|i| x[i] * scale[i])).collect();
-        let slope = step.iter().zip(&self.gradient).map(|(x, g)| (0..N).map(|i| x[i] * g[i]).sum::<f64>()).sum();
+        let mut step = steps.remove(0);
+        let mut slope = 0.0;
+        for ((x, scale), gradient) in step.iter_mut().zip(&self.scale).zip(&self.gradient) {
+            *x = std::array::from_fn(|i| x[i] * scale[i]);
+            slope += (0..self.matrix.rows).map(|i| x[i] * gradient[i]).sum::<f64>();
+        }
         Some((step, slope))
     }
 }

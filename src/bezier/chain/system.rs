@@ -2,30 +2,30 @@
 //!
 //! The matrix is the sum over pieces of the form of their ends.
 
+use std::collections::HashMap;
+
+use super::blocks::{Blocks, MOST_ROWS, Row};
 use super::joint::Joint;
 use super::layout::{Layout, Trouble};
 use super::piece::{Piece, Sized, Vector, plus};
 use crate::batch::CurveBatch;
-use crate::linalg::block_ring::{Block, BlockSystem, MOST_REACH, solve_blocks};
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
 /// A curve with its linear system.
 ///
 /// The matrix has a unit diagonal. Each coordinate has one right-hand side.
-pub(super) struct System<'a, const N: usize> {
+pub(super) struct System<'a> {
     pub layout: Layout<'a>,
     smoothness: usize,
     joints: Vec<Joint>,
     pieces: Vec<(&'a Piece, Sized)>,
-    pub blocks: Vec<[Block<f64, N>; MOST_REACH + 1]>,
-    /// Where the matrix is not one of unit.
-    pub movable: Vec<bool>,
-    pub rhs: Vec<Vec<[f64; N]>>,
+    pub matrix: Blocks,
+    pub rhs: Vec<Vec<Row>>,
     /// The factor from an unknown of the scaled matrix to the unknown itself.
-    scale: Vec<[f64; N]>,
+    scale: Vec<Row>,
     /// The terms of the diagonal without their signs.
-    magnitudes: Vec<[f64; N]>,
+    magnitudes: Vec<Row>,
 }
 
 /// A curve completed.
@@ -64,27 +64,33 @@ fn singular(joints: usize) -> f64 {
     (SINGULAR * (joints as f64).powi(2)).min(2e-9)
 }
 
-impl<'a, const N: usize> System<'a, N> {
-    /// Sets up the system. `piece` finds the form of a pattern of inner points.
+/// Rows of a block: the unknowns of a joint in a coordinate, at most.
+pub(super) fn rows(smoothness: usize) -> usize {
+    smoothness.max(1) + 1
+}
+
+impl<'a> System<'a> {
+    /// Sets up the system. `pieces` has the forms of all patterns of inner points.
     ///
     /// # Errors
     /// A contradiction at a joint.
-    pub fn new(layout: Layout<'a>, smoothness: usize, piece: impl Fn(u32) -> &'a Piece) -> Result<Self, Trouble> {
+    pub fn new(layout: Layout<'a>, smoothness: usize, pieces: &'a HashMap<u32, Piece>) -> Result<Self, Trouble> {
         let count = layout.joints();
         let joints: Vec<Joint> =
             (0..count).map(|joint| layout.joint(joint, smoothness)).collect::<Result<_, Trouble>>()?;
         let sized = |k: usize| {
-            let piece = piece(layout.inner(k, smoothness));
+            let piece = &pieces[&layout.inner(k, smoothness)];
             (piece, piece.sized(layout.lengths[k]))
         };
         let pieces = (0..layout.pieces).map(sized).collect();
         let movable = joints.iter().map(|joint| joint.free > 0).collect();
-        let rhs = vec![vec![[0.0; N]; count]; layout.dimension()];
-        let blocks = vec![[[[0.0; N]; N]; MOST_REACH + 1]; count];
-        let scale = vec![[1.0; N]; count];
-        let magnitudes = vec![[0.0; N]; count];
-        let mut system = System { layout, smoothness, joints, pieces, blocks, movable, rhs, scale, magnitudes };
-        (0..system.pieces.len()).for_each(|k| system.add(k));
+        let matrix = Blocks::new(layout.closed, rows(smoothness), movable);
+        let rhs = vec![vec![Row::default(); count]; layout.dimension()];
+        let (scale, magnitudes) = (vec![[1.0; MOST_ROWS]; count], vec![Row::default(); count]);
+        let mut system = System { layout, smoothness, joints, pieces, matrix, rhs, scale, magnitudes };
+        for k in 0..system.pieces.len() {
+            system.add(k);
+        }
         system.normalise();
         Ok(system)
     }
@@ -118,7 +124,7 @@ impl<'a, const N: usize> System<'a, N> {
             let entries = (0..jet).flat_map(|r| (0..jet).map(move |s| (r, s)));
             entries.map(|(r, s)| (x[r] * sized.gram[(end * jet + r) * columns + end * jet + s] * x[s]).abs()).sum()
         };
-        let (mut own, mut sides) = ([[[0.0; N]; N]; 3], [[[0.0; 3]; N]; 2]);
+        let (mut own, mut sides) = ([[Row::default(); MOST_ROWS]; 3], [[[0.0; 3]; MOST_ROWS]; 2]);
         for (block, (from, to)) in own.iter_mut().zip([(0, 0), (1, 1), (0, 1)]) {
             for (i, x) in by_unknown([a, b][from]).enumerate() {
                 for (j, y) in by_unknown([a, b][to]).enumerate() {
@@ -133,7 +139,7 @@ impl<'a, const N: usize> System<'a, N> {
             }
         }
         for (joint, place, block) in [(a, 0, own[0]), (b, 0, own[1]), (a, 1, own[2])] {
-            let to = self.blocks[joint][place].as_flattened_mut();
+            let to = self.matrix.blocks[joint][place].as_flattened_mut();
             to.iter_mut().zip(block.as_flattened()).for_each(|(to, x)| *to += x);
         }
         for (joint, side) in [(a, sides[0]), (b, sides[1])] {
@@ -147,7 +153,7 @@ impl<'a, const N: usize> System<'a, N> {
     fn normalise(&mut self) {
         let count = self.joints.len();
         for (joint, scale) in self.scale.iter_mut().enumerate() {
-            let block = &mut self.blocks[joint];
+            let block = &mut self.matrix.blocks[joint];
             for i in 0..self.joints[joint].free {
                 // The only joint of a closed chain is coupled to itself.
                 let coupled = if self.layout.closed && count == 1 { 2.0 * block[1][i][i] } else { 0.0 };
@@ -160,44 +166,35 @@ impl<'a, const N: usize> System<'a, N> {
                 }
             }
         }
+        self.matrix.scale(&self.scale);
         for joint in 0..count {
-            let (left, right) = (self.scale[joint], self.scale[(joint + 1) % count]);
-            for i in 0..N {
-                for j in 0..N {
-                    self.blocks[joint][0][i][j] *= left[i] * left[j];
-                    self.blocks[joint][1][i][j] *= left[i] * right[j];
+            for i in self.joints[joint].free..self.matrix.rows {
+                self.matrix.blocks[joint][0][i][i] = 1.0;
+            }
+            for rhs in &mut self.rhs {
+                for (x, scale) in rhs[joint].iter_mut().zip(self.scale[joint]) {
+                    *x *= scale;
                 }
-                if i >= self.joints[joint].free {
-                    self.blocks[joint][0][i][i] = 1.0;
-                }
-                self.rhs.iter_mut().for_each(|rhs| rhs[joint][i] *= left[i]);
             }
         }
     }
 
     /// Solves on this thread. Returns the unknowns of each coordinate, and the smallest pivot.
-    pub fn solve(&self) -> (Vec<Vec<[f64; N]>>, f64) {
-        if !self.movable.contains(&true) {
+    pub fn solve(&self) -> (Vec<Vec<Row>>, f64) {
+        if !self.matrix.movable.contains(&true) {
             return (self.rhs.clone(), 1.0);
         }
-        let system = BlockSystem { closed: self.layout.closed, reach: 1, blocks: &self.blocks, movable: &self.movable };
-        let mut smallest = f64::INFINITY;
-        let unknowns = self.rhs.iter().map(|rhs| {
-            let solution = solve_blocks(&system, rhs, 1);
-            smallest = smallest.min(solution.smallest);
-            solution.x
-        });
-        (unknowns.collect(), smallest)
+        self.matrix.solve(&self.rhs, 0.0)
     }
 
     /// The residuals of the right-hand sides.
-    pub fn residual(&self, x: &[Vec<[f64; N]>]) -> Vec<Vec<[f64; N]>> {
-        let count = self.joints.len();
-        let residual = |(rhs, x): (&Vec<[f64; N]>, &Vec<[f64; N]>)| {
+    pub fn residual(&self, x: &[Vec<Row>]) -> Vec<Vec<Row>> {
+        let (count, rows) = (self.joints.len(), self.matrix.rows);
+        let residual = |(rhs, x): (&Vec<Row>, &Vec<Row>)| {
             let mut left = rhs.clone();
-            for (joint, block) in self.blocks.iter().enumerate() {
+            for (joint, block) in self.matrix.blocks.iter().enumerate() {
                 let next = (joint + 1) % count;
-                for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
+                for (i, j) in (0..rows).flat_map(|i| (0..rows).map(move |j| (i, j))) {
                     left[joint][i] -= block[0][i][j] * x[joint][j];
                     if joint + 1 < count || self.layout.closed {
                         left[joint][i] -= block[1][i][j] * x[next][j];
@@ -214,7 +211,7 @@ impl<'a, const N: usize> System<'a, N> {
     ///
     /// # Errors
     /// A singular matrix, or numbers that overflow.
-    pub fn finish(&self, x: &[Vec<[f64; N]>], smallest: f64) -> Result<Done, Trouble> {
+    pub fn finish(&self, x: &[Vec<Row>], smallest: f64) -> Result<Done, Trouble> {
         if smallest.is_nan() || smallest <= singular(self.joints.len()) {
             return Err(self.undetermined());
         }
