@@ -9,13 +9,14 @@ use super::MOST_DEGREE;
 use super::directions::Found;
 use super::energy::Energy;
 use super::gpu::complete_on_gpu;
+use super::operator::BLOCK;
 use super::pattern::Pattern;
 use super::polygons::{Given, Polygons};
 use super::ready::{Form, MOST_DATA, Ready};
 use super::refusal::Refusal;
 use crate::device::Device;
 use crate::error::Result;
-use crate::linalg::{take, tasks, with_wide_registers};
+use crate::linalg::{Lanes, Operation, Scalar, has_wide_registers, take, tasks};
 use crate::parallel;
 use crate::status::CurveStatus;
 
@@ -180,13 +181,7 @@ impl<'a> Completion<'a> {
     /// Collects the data of a curve of this pattern, points relative to the first known one.
     ///
     /// Returns that point, or 0 if there is none. Lengths of directions are found here.
-    #[inline(always)]
-    pub fn gather<const D: usize>(
-        &self,
-        i: usize,
-        ready: &Ready,
-        data: &mut Vec<[f64; D]>,
-    ) -> Result<[f64; D], Refusal> {
+    pub fn gather<const D: usize>(&self, i: usize, ready: &Ready, data: &mut Vec<f64>) -> Result<[f64; D], Refusal> {
         let (points, _) = self.polygons.points(i).as_chunks::<D>();
         data.clear();
         let origin = ready.known.first().map_or([0.0; D], |&first| points[usize::from(first)]);
@@ -195,19 +190,21 @@ impl<'a> Completion<'a> {
             if let Some(axis) = point.iter().position(|x| !x.is_finite()) {
                 return Err(Refusal::Value(place.into(), axis, point[axis]));
             }
-            data.push(std::array::from_fn(|c| point[c] - origin[c]));
+            for c in 0..D {
+                data.push(point[c] - origin[c]);
+            }
         }
         for (end, r) in ready.pattern.derivatives() {
             let vector = self.derivative(i, end, r).expect("the pattern says so");
             if vector.iter().any(|x| !x.is_finite()) {
                 return Err(Refusal::Derivative(end, r));
             }
-            data.push(std::array::from_fn(|c| vector[c]));
+            data.extend_from_slice(vector);
         }
         if self.given.directions
             && let Some(speeds) = &ready.speeds
         {
-            self.set_speeds(speeds, data)?;
+            self.set_speeds::<D>(speeds, data.as_chunks_mut().0)?;
         }
         Ok(origin)
     }
@@ -249,7 +246,8 @@ impl<'a> Completion<'a> {
                 curves,
             })
             .collect();
-        parallel::of(parts, |part| with_wide_registers(part).unwrap_or_else(Part::run)).concat()
+        let run = if has_wide_registers() { Lanes::<f64, BLOCK>::run } else { f64::run };
+        parallel::of(parts, run).concat()
     }
 }
 
@@ -261,30 +259,24 @@ struct Part<'a, const D: usize> {
     energies: &'a mut [f64],
 }
 
-impl<const D: usize> Part<'_, D> {
+impl<const D: usize> Operation for Part<'_, D> {
+    type Output = Vec<Outcome>;
+
     #[inline(always)]
     fn run(self) -> Vec<Outcome> {
         let Part { completion, curves, coords, energies } = self;
         let (mut points, _) = coords.as_chunks_mut::<D>();
-        let mut data = Vec::with_capacity(MOST_DATA);
+        let mut data = Vec::with_capacity(MOST_DATA * D);
         let mut outcomes = Vec::with_capacity(curves.len());
         for (i, energy) in curves.zip(energies) {
             let own = take(&mut points, completion.polygons.offsets[i + 1] - completion.polygons.offsets[i]);
             outcomes.push(completion.ready(i).and_then(|ready| {
                 let origin = completion.gather(i, ready, &mut data)?;
-                *energy = ready.complete(&data, &origin, |place, point| own[place] = point);
+                *energy = ready.complete(data.as_chunks().0, &origin, |place, point| own[place] = point);
                 ready.status(own.as_flattened(), *energy)
             }));
         }
         outcomes
-    }
-}
-
-impl<const D: usize> pulp::WithSimd for Part<'_, D> {
-    type Output = Vec<Outcome>;
-    #[inline(always)]
-    fn with_simd<Registers: pulp::Simd>(self, _: Registers) -> Vec<Outcome> {
-        self.run()
     }
 }
 

@@ -90,9 +90,14 @@ impl Product<'_> {
 struct Job<'a> {
     gpu: &'a Gpu,
     precision: Precision,
+    /// Coordinates of a point.
+    dimension: usize,
     operators: Vec<Option<Product<'a>>>,
     numbers: Vec<u32>,
 }
+
+/// Collects the data of a curve, one point a column, or says that it has none.
+type Gather<'a> = dyn Fn(usize, &mut Vec<f64>) -> bool + Sync + 'a;
 
 /// A chunk on the device.
 struct UnderWay<'a> {
@@ -104,28 +109,23 @@ struct UnderWay<'a> {
 impl<'a> Job<'a> {
     /// Applies all operators.
     ///
-    /// `gather` collects the data of a curve, one point a column, or says that it has none.
     /// `finish` gets what was found for a range of curves. Ranges come in order and cover all
     /// curves.
     ///
     /// The data of a curve are divided by the power of two at or below the largest of them, which
     /// rounds nothing. A curve whose data are not all finite is not sent.
-    fn run<const D: usize>(
-        &self,
-        gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
-        mut finish: impl FnMut(&Range<usize>, &Found<D>),
-    ) -> Result<(), Interrupted> {
+    fn run(&self, gather: &Gather, finish: &mut dyn FnMut(&Range<usize>, &Found)) -> Result<(), Interrupted> {
         let bytes = self.precision.bytes();
         self.check(bytes)?;
         // Storage, what is downloaded of it, and what is packed at the same time.
         let together = 3 * bytes;
         let limits = self.gpu.limits().with_chunks_of(MOST_NUMBERS * together);
         let numbers =
-            self.numbers.iter().map(|&number| self.product(number).map_or(1, |product| self.numbers_of::<D>(product)));
+            self.numbers.iter().map(|&number| self.product(number).map_or(1, |product| self.numbers_of(product)));
         let chunks = plan::chunks(numbers, bytes, together, &limits)?;
         pipeline(
             chunks,
-            |chunk| self.start(chunk, &gather),
+            |chunk| self.start(chunk, gather),
             once(|UnderWay { pending, layout, sizes }| Ok((pending.wait()?, layout, sizes))),
             |chunk, (results, layout, sizes): (Vec<Downloaded>, Layout, Vec<f64>)| {
                 finish(chunk, &Found::new(self, &layout, &sizes, &results[0].reals()));
@@ -140,18 +140,18 @@ impl<'a> Job<'a> {
     }
 
     /// Numbers of a curve: data and results.
-    fn numbers_of<const D: usize>(&self, product: Product) -> usize {
-        product.operator.columns() * D + self.results_of::<D>(product)
+    fn numbers_of(&self, product: Product) -> usize {
+        product.operator.columns() * self.dimension + self.results_of(product)
     }
 
     /// Numbers in the results of a curve.
     ///
     /// They are its points, one magnitude a thread in f32, the sum of its energy and, in f32, the
     /// magnitude of that sum.
-    fn results_of<const D: usize>(&self, product: Product) -> usize {
+    fn results_of(&self, product: Product) -> usize {
         let magnitude = self.magnitudes();
         let threads = product.points.div_ceil(product.rows_at_once()).max(1);
-        product.points * D + threads * magnitude + usize::from(product.has_energy()) * (1 + magnitude)
+        product.points * self.dimension + threads * magnitude + usize::from(product.has_energy()) * (1 + magnitude)
     }
 
     /// 1 if there are magnitudes, else 0.
@@ -173,12 +173,8 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
-    fn start<const D: usize>(
-        &self,
-        chunk: &Range<usize>,
-        gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
-    ) -> Result<UnderWay<'a>> {
-        let layout = Layout::new::<D>(self, chunk);
+    fn start(&self, chunk: &Range<usize>, gather: &Gather) -> Result<UnderWay<'a>> {
+        let layout = Layout::new(self, chunk);
         let mut sizes = vec![f64::NAN; layout.members.len()];
         let data = self.pack(&layout, &mut sizes, gather);
         let mut operators: Vec<[f64; BLOCK]> = Vec::new();
@@ -201,7 +197,7 @@ impl<'a> Job<'a> {
                     columns: columns as u32,
                     points: points as u32,
                     start: tile.start as u32,
-                    out: (tile.out + (row * D + k * self.magnitudes()) * tile.curves) as u32,
+                    out: (tile.out + (row * self.dimension + k * self.magnitudes()) * tile.curves) as u32,
                     curves: tile.curves as u32,
                     padding: 0,
                 });
@@ -220,18 +216,13 @@ impl<'a> Job<'a> {
             ("data", &recording.upload_reals(&data)),
             ("found", &found),
         ];
-        recording.dispatch(&kernel(self.precision, D), groups.len(), 1, &buffers)?;
+        recording.dispatch(&kernel(self.precision, self.dimension), groups.len(), 1, &buffers)?;
         recording.download(&found);
         Ok(UnderWay { pending: recording.submit()?, layout, sizes })
     }
 
     /// The data of all curves, tile by tile, and their sizes: NaN where a curve is not sent.
-    fn pack<const D: usize>(
-        &self,
-        layout: &Layout,
-        sizes: &mut [f64],
-        gather: impl Fn(usize, &mut Vec<[f64; D]>) -> bool + Sync,
-    ) -> Vec<f64> {
+    fn pack(&self, layout: &Layout, sizes: &mut [f64], gather: &Gather) -> Vec<f64> {
         let mut data = vec![0.0; layout.data];
         let (mut left, mut sizes_left) = (&mut data[..], sizes);
         let parts: Vec<_> = layout
@@ -239,16 +230,16 @@ impl<'a> Job<'a> {
             .iter()
             .map(|tile| {
                 let columns = self.product(tile.number).expect("tiles are made of such").operator.columns();
-                (tile, take(&mut left, columns * D * tile.curves), take(&mut sizes_left, tile.curves))
+                (tile, take(&mut left, columns * self.dimension * tile.curves), take(&mut sizes_left, tile.curves))
             })
             .collect();
         parallel::of(parts, |(tile, data, sizes)| {
-            let mut own = Vec::with_capacity(MOST_DATA);
+            let mut own = Vec::with_capacity(MOST_DATA * self.dimension);
             for (lane, size) in sizes.iter_mut().enumerate() {
                 let i = layout.members[tile.first + lane] as usize;
-                if gather(i, &mut own) && own.as_flattened().iter().all(|x| x.is_finite()) {
-                    *size = power_of_two(own.as_flattened());
-                    for (number, x) in own.as_flattened().iter().enumerate() {
+                if gather(i, &mut own) && own.iter().all(|x| x.is_finite()) {
+                    *size = power_of_two(&own);
+                    for (number, x) in own.iter().enumerate() {
                         data[number * tile.curves + lane] = x / *size;
                     }
                 }

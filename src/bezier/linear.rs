@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::MOST_DEGREE;
 use super::exact::{Matrix, binomial, ratio, solve};
 use super::gpu::transform_on_gpu;
-use super::operator::Operator;
+use super::operator::{BLOCK, Operator};
 use super::polygons::{Controls, Polygons};
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::linalg::{take, tasks, with_wide_registers};
+use crate::linalg::{Lanes, Operation, Scalar, has_wide_registers, take, tasks};
 use crate::parallel;
 use crate::ragged;
 use num_rational::BigRational;
@@ -202,11 +202,8 @@ fn run<const D: usize>(polygons: &Polygons, operators: &BTreeMap<usize, Operator
             Part { polygons, operators, coords: take(&mut coords, points * D), curves }
         })
         .collect();
-    parallel::of(parts, |part| {
-        if let Err(part) = with_wide_registers(part) {
-            part.run();
-        }
-    });
+    let run = if has_wide_registers() { Lanes::<f64, BLOCK>::run } else { f64::run };
+    parallel::of(parts, run);
 }
 
 struct Part<'a, const D: usize> {
@@ -216,7 +213,9 @@ struct Part<'a, const D: usize> {
     coords: &'a mut [f64],
 }
 
-impl<const D: usize> Part<'_, D> {
+impl<const D: usize> Operation for Part<'_, D> {
+    type Output = ();
+
     #[inline(always)]
     fn run(self) {
         let (mut points, _) = self.coords.as_chunks_mut::<D>();
@@ -226,13 +225,5 @@ impl<const D: usize> Part<'_, D> {
                 operator.apply::<D>(self.polygons.points(i).as_chunks().0, |row, point| own[row] = point);
             }
         }
-    }
-}
-
-impl<const D: usize> pulp::WithSimd for Part<'_, D> {
-    type Output = ();
-    #[inline(always)]
-    fn with_simd<Registers: pulp::Simd>(self, _: Registers) {
-        self.run();
     }
 }

@@ -34,7 +34,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub fn new<const D: usize>(job: &Job, chunk: &Range<usize>) -> Self {
+    pub fn new(job: &Job, chunk: &Range<usize>) -> Self {
         let for_kernel: Vec<bool> = (0..job.operators.len() as u32).map(|k| job.product(k).is_some()).collect();
         let number = |i: usize| Some(job.numbers[i]).filter(|&k| k != NONE && for_kernel[k as usize]);
         let mut ends = vec![0; for_kernel.len()];
@@ -69,8 +69,8 @@ impl Layout {
                     layout.places[i - chunk.start] = (layout.tiles.len() as u32, lane as u32);
                 }
                 layout.tiles.push(Tile { number: k as u32, first, curves, start: layout.data, out: layout.results });
-                layout.data += product.operator.columns() * D * curves;
-                layout.results += job.results_of::<D>(product) * curves;
+                layout.data += product.operator.columns() * job.dimension * curves;
+                layout.results += job.results_of(product) * curves;
             }
         }
         layout
@@ -78,21 +78,21 @@ impl Layout {
 }
 
 /// What came back of a chunk.
-pub(super) struct Found<'a, const D: usize> {
+pub(super) struct Found<'a> {
     job: &'a Job<'a>,
     layout: &'a Layout,
     sizes: &'a [f64],
     numbers: &'a [f64],
 }
 
-impl<'a, const D: usize> Found<'a, D> {
+impl<'a> Found<'a> {
     pub fn new(job: &'a Job<'a>, layout: &'a Layout, sizes: &'a [f64], numbers: &'a [f64]) -> Self {
         Found { job, layout, sizes, numbers }
     }
 
     /// What came back of a curve, if it was sent.
     #[inline(always)]
-    pub fn of(&self, i: usize) -> Option<FoundCurve<'_, D>> {
+    pub fn of(&self, i: usize) -> Option<FoundCurve<'_>> {
         let (tile, lane) = self.layout.places[i - self.layout.first];
         let tile = self.layout.tiles.get(tile as usize)?;
         let size = self.sizes[tile.first + lane as usize];
@@ -103,6 +103,7 @@ impl<'a, const D: usize> Found<'a, D> {
         (!size.is_nan()).then_some(FoundCurve {
             numbers: self.numbers,
             product,
+            dimension: self.job.dimension,
             place,
             stride: tile.curves,
             size,
@@ -113,9 +114,10 @@ impl<'a, const D: usize> Found<'a, D> {
 }
 
 /// What came back of a curve.
-pub(super) struct FoundCurve<'a, const D: usize> {
+pub(super) struct FoundCurve<'a> {
     numbers: &'a [f64],
     product: Product<'a>,
+    dimension: usize,
     place: usize,
     stride: usize,
     size: f64,
@@ -123,7 +125,7 @@ pub(super) struct FoundCurve<'a, const D: usize> {
     at_once: usize,
 }
 
-impl<const D: usize> FoundCurve<'_, D> {
+impl FoundCurve<'_> {
     #[inline(always)]
     fn at(&self, number: usize) -> f64 {
         self.numbers[self.place + number * self.stride]
@@ -131,7 +133,8 @@ impl<const D: usize> FoundCurve<'_, D> {
 
     /// Row times data.
     #[inline(always)]
-    pub fn point(&self, row: usize) -> [f64; D] {
+    pub fn point<const D: usize>(&self, row: usize) -> [f64; D] {
+        debug_assert_eq!(D, self.dimension);
         // Every thread before this one has left its magnitude too.
         let first = row * D + if row < self.at_once { 0 } else { row / self.at_once * self.magnitudes };
         std::array::from_fn(|c| self.at(first + c) * self.size)
@@ -140,7 +143,7 @@ impl<const D: usize> FoundCurve<'_, D> {
     /// The sum of squares of the other rows.
     pub fn energy(&self) -> f64 {
         if self.product.has_energy() {
-            self.at(self.product.points * D + self.magnitudes) * self.size * self.size
+            self.at(self.product.points * self.dimension + self.magnitudes) * self.size * self.size
         } else {
             0.0
         }
@@ -152,14 +155,15 @@ impl<const D: usize> FoundCurve<'_, D> {
             return None;
         }
         let threads = self.product.points.div_ceil(self.at_once).max(1);
-        let of = |thread: usize| self.at(self.product.points.min((thread + 1) * self.at_once) * D + thread);
+        let of =
+            |thread: usize| self.at(self.product.points.min((thread + 1) * self.at_once) * self.dimension + thread);
         // A NaN must not get lost.
         Some((0..threads).map(of).fold(0.0, |largest: f64, x| if x <= largest { largest } else { x }) * self.size)
     }
 
     /// The sum of the squared magnitudes of the energy's rows, in f32.
     pub fn energy_magnitude(&self) -> Option<f64> {
-        let number = self.product.points * D + self.magnitudes + 1;
+        let number = self.product.points * self.dimension + self.magnitudes + 1;
         (self.magnitudes == 1 && self.product.has_energy()).then(|| self.at(number) * self.size * self.size)
     }
 }

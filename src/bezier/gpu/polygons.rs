@@ -56,13 +56,13 @@ pub(crate) fn complete_on_gpu<const D: usize>(
         .iter()
         .map(|ready| ready.as_ref().map(|own| Product { operator: &own.operator, points: own.unknown.len() }))
         .collect();
-    let job = Job { gpu, precision, operators, numbers: completion.numbers.clone() };
-    let gather = |i: usize, data: &mut Vec<[f64; D]>| {
+    let job = Job { gpu, precision, dimension: D, operators, numbers: completion.numbers.clone() };
+    let gather = |i: usize, data: &mut Vec<f64>| {
         let number = job.numbers[i] as usize;
         let Some(ready) = &completion.ready[number] else { return false };
-        let is_given = completion.gather(i, ready, data).is_ok();
+        let is_given = completion.gather::<D>(i, ready, data).is_ok();
         if let (Some(line), true) = (&lines[number], is_given) {
-            line.take_from(data);
+            line.take_from(data.as_chunks_mut::<D>().0);
         }
         is_given
     };
@@ -70,7 +70,7 @@ pub(crate) fn complete_on_gpu<const D: usize>(
     let offsets = completion.polygons.offsets;
     let Solved { coords, energies, .. } = solved;
     let (mut coords, mut energies) = (&mut coords[..], &mut energies[..]);
-    let done = job.run::<D>(gather, |chunk, found| {
+    let done = job.run(&gather, &mut |chunk, found| {
         let parts: Vec<_> = tasks(&offsets[chunk.start..=chunk.end])
             .into_iter()
             .map(|curves| {
@@ -81,7 +81,7 @@ pub(crate) fn complete_on_gpu<const D: usize>(
             .collect();
         let found = parallel::of(parts, |(coords, energies, curves)| {
             let (mut points, _) = coords.as_chunks_mut::<D>();
-            let mut data = Vec::with_capacity(MOST_DATA);
+            let mut data = Vec::with_capacity(MOST_DATA * D);
             let mut outcomes = Vec::with_capacity(curves.len());
             for (i, energy) in curves.zip(energies) {
                 let own = take(&mut points, completion.polygons.count(i));
@@ -89,12 +89,12 @@ pub(crate) fn complete_on_gpu<const D: usize>(
                     if let Some(found) = found.of(i) {
                         *energy = complete(ready, lines[job.numbers[i] as usize].as_ref(), &found, own);
                         let outcome = ready.status(own.as_flattened(), *energy);
-                        if outcome.is_ok() && is_precise(&found, &[own], *energy) {
+                        if outcome.is_ok() && is_precise::<D>(&found, &[own], *energy) {
                             return outcome;
                         }
                     }
                     let origin = completion.gather(i, ready, &mut data)?;
-                    *energy = ready.complete(&data, &origin, |place, point| own[place] = point);
+                    *energy = ready.complete(data.as_chunks().0, &origin, |place, point| own[place] = point);
                     ready.status(own.as_flattened(), *energy)
                 }));
             }
@@ -109,12 +109,12 @@ pub(crate) fn complete_on_gpu<const D: usize>(
 
 /// Puts the unknown points in their places. Returns the energy.
 #[inline(always)]
-fn complete<const D: usize>(ready: &Ready, line: Option<&Line>, found: &FoundCurve<D>, own: &mut [[f64; D]]) -> f64 {
+fn complete<const D: usize>(ready: &Ready, line: Option<&Line>, found: &FoundCurve, own: &mut [[f64; D]]) -> f64 {
     let origin = ready.known.first().map_or([0.0; D], |&first| own[usize::from(first)]);
     let slope = line.map(|line| line.slope::<D>(&std::array::from_fn(|c| own[line.last][c] - origin[c])));
     for (row, &place) in ready.unknown.iter().enumerate() {
         let place = usize::from(place);
-        let point = found.point(row);
+        let point = found.point::<D>(row);
         own[place] = match (line, slope) {
             (Some(line), Some(slope)) => {
                 let steps = place as f64 - line.first as f64;
@@ -127,7 +127,7 @@ fn complete<const D: usize>(ready: &Ready, line: Option<&Line>, found: &FoundCur
 }
 
 /// Whether f32 was precise enough for a curve. f64 always is.
-fn is_precise<const D: usize>(found: &FoundCurve<D>, points: &[&[[f64; D]]], energy: f64) -> bool {
+fn is_precise<const D: usize>(found: &FoundCurve, points: &[&[[f64; D]]], energy: f64) -> bool {
     let Some(magnitude) = found.magnitude() else { return true };
     let lost = ROUNDINGS * 0.5 * f64::from(f32::EPSILON);
     let extent = points.iter().map(|points| Bounds::of(points.iter().copied()).half_size()).fold(0.0, f64::max);
@@ -199,18 +199,23 @@ pub(crate) fn transform_on_gpu<const D: usize>(
     let job = Job {
         gpu,
         precision,
+        dimension: D,
         operators: operators.values().map(|operator| Some(Product { operator, points: operator.rows() })).collect(),
         numbers: (0..polygons.len()).map(|i| number(i).map_or(NONE, |number| number as u32)).collect(),
     };
-    let gather = |i: usize, data: &mut Vec<[f64; D]>| {
+    let gather = |i: usize, data: &mut Vec<f64>| {
         let (points, _) = polygons.points(i).as_chunks::<D>();
         data.clear();
-        data.extend(points.iter().map(|point| std::array::from_fn(|c| point[c] - points[0][c])));
+        for point in points {
+            for c in 0..D {
+                data.push(point[c] - points[0][c]);
+            }
+        }
         true
     };
     let offsets = &made.offsets;
     let mut coords = &mut made.coords[..];
-    job.run::<D>(gather, |chunk, found| {
+    job.run(&gather, &mut |chunk, found| {
         let parts: Vec<_> = tasks(&offsets[chunk.start..=chunk.end])
             .into_iter()
             .map(|curves| {
@@ -229,7 +234,7 @@ pub(crate) fn transform_on_gpu<const D: usize>(
                         *point = match *copy {
                             Some(copy) => given[copy],
                             None => {
-                                let relative = found.point(row);
+                                let relative = found.point::<D>(row);
                                 std::array::from_fn(|c| given[0][c] + relative[c])
                             }
                         };

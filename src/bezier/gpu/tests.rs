@@ -64,15 +64,17 @@ fn apply_all<const D: usize>(
     let job = Job {
         gpu,
         precision,
+        dimension: D,
         operators: operators.iter().map(|operator| Some(Product { operator, points: points(operator) })).collect(),
         numbers: (0..data.len()).map(|i| (i % operators.len()) as u32).collect(),
     };
     let mut back = Vec::new();
-    let gather = |i: usize, own: &mut Vec<[f64; D]>| {
-        own.clone_from(&data[i]);
+    let gather = |i: usize, own: &mut Vec<f64>| {
+        own.clear();
+        own.extend_from_slice(data[i].as_flattened());
         true
     };
-    job.run::<D>(gather, |chunk, found| {
+    job.run(&gather, &mut |chunk, found| {
         for i in chunk.clone() {
             let own = found.of(i).expect("all were sent");
             let rows = points(&operators[i % operators.len()]);
@@ -213,14 +215,14 @@ fn curves_without_finite_data_are_not_sent() {
     let operator = completion(3, |i| i != 2);
     let product = Product { operator: &operator, points: operator.rows() };
     let numbers = vec![0, 0, NONE, 0, 0];
-    let job = Job { gpu: &gpu, precision: Precision::F32, operators: vec![Some(product)], numbers };
-    let gather = |i: usize, own: &mut Vec<[f64; 1]>| {
+    let job = Job { gpu: &gpu, precision: Precision::F32, dimension: 1, operators: vec![Some(product)], numbers };
+    let gather = |i: usize, own: &mut Vec<f64>| {
         own.clear();
-        own.extend([[1.0], [2.0], [[f64::NAN, 3.0, 0.0, f64::INFINITY, 4.0][i]]]);
+        own.extend([1.0, 2.0, [f64::NAN, 3.0, 0.0, f64::INFINITY, 4.0][i]]);
         i != 1
     };
     let mut back = Vec::new();
-    job.run::<1>(gather, |chunk, found| {
+    job.run(&gather, &mut |chunk, found| {
         back.extend(chunk.clone().map(|i| found.of(i).map(|own| own.point(0))));
     })
     .unwrap();
