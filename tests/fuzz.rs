@@ -2,12 +2,13 @@
 //! seconds a target (FAIRCURVE_FUZZ_SECONDS asks for more). What is found here by chance
 //! `fuzz/run.sh` searches for by coverage.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::panic::catch_unwind;
+use std::panic::{catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::{Arc, Mutex, Weak};
-use std::thread;
+use std::sync::{Arc, LazyLock, Mutex, Weak};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use rand::rngs::StdRng;
@@ -134,10 +135,19 @@ fn watch(name: &str, running: Weak<Mutex<(Instant, Vec<u8>)>>) {
     });
 }
 
-/// The target of this name; a test each, so that they run side by side.
+/// Waits for the target of this name. The first test starts all of them, side by side.
 fn target(name: &str) {
-    let (_, run) = targets::TARGETS.iter().find(|(target, _)| *target == name).expect("a target of the list");
-    drive(name, run);
+    static RUNS: LazyLock<Mutex<BTreeMap<&str, JoinHandle<()>>>> = LazyLock::new(|| {
+        let mut runs = BTreeMap::from([("command_line", thread::spawn(drive_command_line))]);
+        for (name, run) in targets::TARGETS {
+            runs.insert(name, thread::spawn(move || drive(name, run)));
+        }
+        Mutex::new(runs)
+    });
+    let run = RUNS.lock().unwrap().remove(name).expect("a target of the list");
+    if let Err(panic) = run.join() {
+        resume_unwind(panic);
+    }
 }
 
 #[test]
@@ -182,6 +192,10 @@ fn every_method_gives_every_curve_of_an_arbitrary_batch_a_status() {
 
 #[test]
 fn arbitrary_arguments_end_in_an_exit_status() {
+    target("command_line");
+}
+
+fn drive_command_line() {
     let folder = TempDir::new().unwrap();
     drive("command_line", |data| {
         let Some(arguments) = targets::arguments(data, folder.path()) else { return };

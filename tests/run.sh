@@ -7,9 +7,10 @@
 # by apt, for the browser check Chromium by apt and playwright-core by npm, for the Python package Python by apt and what
 # its tests import by pip. Without those the checks are skipped with a notice; without lavapipe the run fails, since a GPU test must never be skipped unseen.
 #
-# VK_DRIVER_FILES   set it to the driver file (ICD) of a real GPU to test that one instead of lavapipe
-# CARGO_TARGET_DIR  as cargo takes it
-# CHROMIUM          a Chromium other than /usr/bin/chromium
+# VK_DRIVER_FILES         set it to the driver file (ICD) of a real GPU to test that one instead of lavapipe
+# FAIRCURVE_ALL_FAMILIES  set it to ask compilers of all families of cards for every kernel, not of one
+# CARGO_TARGET_DIR        as cargo takes it
+# CHROMIUM                a Chromium other than /usr/bin/chromium
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -32,8 +33,10 @@ fail() {
   echo "FAILED: $1" >&2
   exit 1
 }
+preparing=''
 on_exit() {
   local status=$?
+  [[ -z $preparing ]] || kill "$preparing" 2>/dev/null || true
   ((status == 0)) || printf '\nFAILED in: %s (exit status %s)\n' "$heading" "$status" >&2
 }
 trap on_exit EXIT
@@ -91,6 +94,16 @@ export FAIRCURVE_REQUIRE_GPU=1
 # Mesa complains about a missing one, once an adapter; nothing is written there.
 export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-${TMPDIR:-/tmp}}
 
+# The environment of the Python tests comes from the network while the compiler works.
+python_tests=yes
+if ! python3 -c 'import sys; assert sys.version_info >= (3, 10); import ensurepip, venv' >/dev/null 2>&1 && ! apt_install python3-venv; then
+  notice 'the Python package is not tested: there is no Python 3.10 with venv and pip'
+  python_tests=no
+else
+  python/test.sh prepare &
+  preparing=$!
+fi
+
 browser=yes
 [[ -n ${CHROMIUM:-} ]] || has chromium || apt_install chromium || true
 : "${CHROMIUM:=$(command -v chromium || true)}"
@@ -141,22 +154,25 @@ fi
 
 # One profile for all: optimised, with debug assertions (profile.test). Criterion runs each bench once here, as a test.
 # tests/gpu/browser.rs captures dispatches of every kernel and runs them in Chromium too.
-section 'Tests, examples, and benches in test mode'
-cargo test --locked --all-targets --no-fail-fast
+section 'Tests, and benches in test mode: compiled'
+cargo test --locked --tests --benches --no-run --quiet
 
+section 'Tests, and benches in test mode'
+cargo test --locked --tests --benches --no-fail-fast
+
+export FAIRCURVE_AS_TESTED=1
 section 'What measures hardware, tried'
 hardware=$(mktemp -d)
-FAIRCURVE_AS_TESTED=1 benches/hardware.sh pack "$hardware"
+benches/hardware.sh pack "$hardware"
 FAIRCURVE_QUICK=1 "$hardware/hardware.sh" "$hardware/out"
 rm -r "$hardware"
 
 section 'Documentation examples'
 cargo test --locked --doc
 
-section 'Python'
-if ! python3 -c 'import sys; assert sys.version_info >= (3, 10); import ensurepip, venv' >/dev/null 2>&1 && ! apt_install python3-venv; then
-  notice 'the Python package is not tested: there is no Python 3.10 with venv and pip'
-else
+if [[ $python_tests == yes ]]; then
+  section 'Python'
+  wait "$preparing" || fail 'what the Python tests import cannot be installed'
   python/test.sh
 fi
 

@@ -1,5 +1,7 @@
 //! The adapters of the machine, their order, and what each can do.
 
+use std::sync::{Mutex, PoisonError};
+
 use wgpu::{Adapter, DeviceType, Features, Instance};
 
 use super::summary::AdapterSummary;
@@ -8,11 +10,23 @@ use crate::sort;
 /// Lanes for each curve in the subgroup kernels. No subgroup may be smaller.
 pub(crate) const SUBGROUP_LANES: u32 = 8;
 
+/// The connection to the drivers, one for each process. It stays open.
+///
+/// NVIDIA's library takes static thread-local storage whenever it is loaded, and gives none back: a process that opened and
+/// closed some 28 connections could open no other. A forked process has a connection of its own.
 pub(crate) fn instance() -> Instance {
+    static OPEN: Mutex<Vec<(u32, Instance)>> = Mutex::new(Vec::new());
+    let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    let process = std::process::id();
+    if let Some((_, instance)) = open.iter().find(|(of, _)| *of == process) {
+        return instance.clone();
+    }
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
     descriptor.backends = wgpu::Backends::PRIMARY;
     descriptor.flags = wgpu::InstanceFlags::empty().with_env();
-    Instance::new(descriptor)
+    let instance = Instance::new(descriptor);
+    open.push((process, instance.clone()));
+    instance
 }
 
 /// All adapters of the machine, in the order of `gpu:N` and [`Device::gpu`](crate::Device::gpu).
