@@ -112,8 +112,11 @@ impl Estimate {
             }
             (sums[0] + sums[1]) + (sums[2] + sums[3])
         };
-        let [a, b, c] = RULE.tail.each_ref().map(|weights| sum(weights).abs());
-        Estimate { length: width * sum(&RULE.weights), tail: width * a.max(b).max(c), speeds }
+        let mut tail = 0.0_f64;
+        for weights in &RULE.tail {
+            tail = tail.max(sum(weights).abs());
+        }
+        Estimate { length: width * sum(&RULE.weights), tail: width * tail, speeds }
     }
 
     /// Whether the estimate is good enough beside the length of all pieces.
@@ -221,6 +224,7 @@ pub fn span_length(speed: impl Fn(f64) -> f64) -> f64 {
 /// The fraction of a smooth span at which the arc length from its start is `target`.
 ///
 /// `length` is the length of the whole span. The result is good to 1e-9 of that length.
+#[inline(always)]
 pub fn fraction_at(speed: impl Fn(f64) -> f64, length: f64, target: f64) -> f64 {
     /// Error of a site, as a part of the length.
     const CLOSE: f64 = 1e-10;

@@ -62,8 +62,8 @@ impl Motion {
     }
 
     /// The fraction at which the arc length from the start is `target`, of a piece of this length.
-    #[inline(never)]
-    pub(crate) fn fraction_at(&self, length: f64, target: f64) -> f64 {
+    #[inline(always)]
+    pub(crate) fn fraction_at(self, length: f64, target: f64) -> f64 {
         arclength::fraction_at(|v| self.speed(v), length, target)
     }
 

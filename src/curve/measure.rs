@@ -122,7 +122,7 @@ pub(crate) fn fraction_at<C: AnyCurve + ?Sized>(curve: &C, span: usize, length: 
 }
 
 /// Arc length of one piece of a span that has `pieces` of them.
-#[inline(never)]
+#[inline(always)]
 fn piece_length<C: AnyCurve + ?Sized>(curve: &C, span: usize, piece: usize, pieces: usize) -> f64 {
     match curve.motion(span, piece) {
         Some(motion) if curve.dimension() == 2 => motion.moving::<DVec2>().length(),
