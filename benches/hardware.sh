@@ -30,7 +30,7 @@ pack() {
       sed -n 's/.*"executable":"\([^"]*\)".*/\1/p' | tail -1
   }
   local as=release
-  [[ -z ${FAIRCURVE_AS_TESTED:-} ]] || as=test
+  [[ -z ${FAIRCURVE_AS_TESTED:-} ]] || as=dev
   cp "$(made faircurve build --profile $as --bin faircurve)" "$folder/faircurve"
   cp "$(made gpu test --no-run --test gpu)" "$folder/gpu-tests"
   cp "$(made hardware build --profile $as --bench hardware)" "$folder/throughput"

@@ -27,7 +27,7 @@ fi
 [[ ${1:-} != prepare ]] || exit 0
 
 profile=release
-[[ -z ${FAIRCURVE_AS_TESTED:-} ]] || profile=test
+[[ -z ${FAIRCURVE_AS_TESTED:-} ]] || profile=dev
 quietly "$tools/bin/maturin" build --profile "$profile" --locked --out "$work/wheels"
 # The wheel with numpy alone: what the README promises.
 python3 -m venv "$work/bare"

@@ -152,7 +152,7 @@ else
   notice 'the public face is not compared with tests/public.txt: that takes a nightly toolchain and cargo-public-api'
 fi
 
-# One profile for all: optimised, with debug assertions (profile.test). Criterion runs each bench once here, as a test.
+# One profile for all: optimised, with debug assertions (profile.dev). Criterion runs each bench once here, as a test.
 # tests/gpu/browser.rs captures dispatches of every kernel and runs them in Chromium too.
 section 'Tests, and benches in test mode: compiled'
 cargo test --locked --tests --benches --no-run --quiet
