@@ -121,7 +121,7 @@
 //!
 //! # Limits
 //!
-//! - A hardware GPU fits no sooner than 16 threads of a CPU, measured on an NVIDIA H200 and an H100.
+//! - An NVIDIA H200 and an H100 take as long for a fit as 16 threads of a CPU, or longer.
 //!   [`Costs::estimated`] are estimates.
 //! - The host finds samples at equal arc lengths, and the device evaluates them.
 //! - The host fits smoothing curves of more than 1,024 knots in f64, and those beyond what the

@@ -9,14 +9,13 @@ use super::MOST_DEGREE;
 use super::directions::Found;
 use super::energy::Energy;
 use super::gpu::complete_on_gpu;
-use super::operator::BLOCK;
 use super::pattern::Pattern;
 use super::polygons::{Given, Polygons};
 use super::ready::{Form, MOST_DATA, Ready};
 use super::refusal::Refusal;
 use crate::device::Device;
 use crate::error::Result;
-use crate::linalg::{Lanes, Operation, Scalar, has_wide_registers, take, tasks};
+use crate::linalg::{Operation, run, take, tasks};
 use crate::parallel;
 use crate::status::CurveStatus;
 
@@ -246,7 +245,6 @@ impl<'a> Completion<'a> {
                 curves,
             })
             .collect();
-        let run = if has_wide_registers() { Lanes::<f64, BLOCK>::run } else { f64::run };
         parallel::of(parts, run).concat()
     }
 }

@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::MOST_DEGREE;
 use super::exact::{Matrix, binomial, ratio, solve};
 use super::gpu::transform_on_gpu;
-use super::operator::{BLOCK, Operator};
+use super::operator::Operator;
 use super::polygons::{Controls, Polygons};
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::linalg::{Lanes, Operation, Scalar, has_wide_registers, take, tasks};
+use crate::linalg::{self, Operation, take, tasks};
 use crate::parallel;
 use crate::ragged;
 use num_rational::BigRational;
@@ -202,8 +202,7 @@ fn run<const D: usize>(polygons: &Polygons, operators: &BTreeMap<usize, Operator
             Part { polygons, operators, coords: take(&mut coords, points * D), curves }
         })
         .collect();
-    let run = if has_wide_registers() { Lanes::<f64, BLOCK>::run } else { f64::run };
-    parallel::of(parts, run);
+    parallel::of(parts, linalg::run);
 }
 
 struct Part<'a, const D: usize> {

@@ -5,8 +5,9 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 
 use super::{Curve, Jet, Sampling};
+use crate::linalg::{self, Operation};
 use crate::motion::{Motion, Vector, searched_curvature};
-use crate::{arclength, linalg, parallel};
+use crate::{arclength, parallel};
 
 /// [`AnyCurve`], with these methods of [`Curve`].
 macro_rules! any_curve {
@@ -185,7 +186,7 @@ fn in_runs(spans: usize, run: &(dyn Fn(Range<usize>) -> f64 + Sync)) -> Vec<f64>
 
 #[inline(never)]
 fn in_narrow_registers(run: Run<dyn AnyCurve + '_>) -> f64 {
-    run.measured()
+    run.run()
 }
 
 /// A run of spans.
@@ -195,21 +196,16 @@ struct Run<'a, C: ?Sized> {
     spans: Range<usize>,
 }
 
-impl<C: AnyCurve + ?Sized> pulp::WithSimd for Run<'_, C> {
+impl<C: AnyCurve + ?Sized> Operation for Run<'_, C> {
     type Output = f64;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> f64 {
-        self.measured()
+    fn run(self) -> f64 {
+        if self.curve.dimension() == 2 { self.measured_in::<DVec2>() } else { self.measured_in::<DVec3>() }
     }
 }
 
 impl<C: AnyCurve + ?Sized> Run<'_, C> {
-    #[inline(always)]
-    fn measured(self) -> f64 {
-        if self.curve.dimension() == 2 { self.measured_in::<DVec2>() } else { self.measured_in::<DVec3>() }
-    }
-
     #[inline(always)]
     fn measured_in<V: Vector>(self) -> f64 {
         let Run { curve, measure, spans } = self;

@@ -7,7 +7,7 @@ use super::newton::Newton;
 use super::plan::Direction;
 use crate::damping::{Trial, Verdict};
 use crate::linalg::scalar::{scale, subtract};
-use crate::linalg::{Operation, Scalar};
+use crate::linalg::{Scalar, operation};
 
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     /// Storage for the systems of [`newton_tick`](Self::newton_tick), if the plan uses Newton's
@@ -69,6 +69,19 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
     }
 
+    /// Adds the second derivatives of what holds the vertices.
+    #[inline(always)]
+    fn hold(&self, newton: &mut Newton<S, D>) {
+        for (row, (target, hold)) in self.holds.iter().enumerate() {
+            newton.hold(row, hold.hessian(subtract(self.u[row], *target)), self.weights.vertices[row]);
+        }
+        for walls in &self.walls {
+            for (row, wall) in walls.iter().enumerate() {
+                newton.hold(row, wall.hessian(self.u[row]), S::ZERO);
+            }
+        }
+    }
+
     /// Adds v vᵀ for the directions v across given tangents.
     ///
     /// A step keeps v·p = 0, and so has nothing of v vᵀ. Without it H may be indefinite where only steps across are downwards,
@@ -115,25 +128,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     }
 }
 
-/// Adds the second derivatives of what holds the vertices.
-struct Hold<'d, 'a, S: Scalar, const D: usize> {
-    descent: &'d Descent<'a, S, D>,
-    newton: &'d mut Newton<S, D>,
-}
-
-impl<S: Scalar, const D: usize> Operation for Hold<'_, '_, S, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Hold { descent, newton } = self;
-        for (row, (target, hold)) in descent.holds.iter().enumerate() {
-            newton.hold(row, hold.hessian(subtract(descent.u[row], *target)), descent.weights.vertices[row]);
-        }
-        for walls in &descent.walls {
-            for (row, wall) in walls.iter().enumerate() {
-                newton.hold(row, wall.hessian(descent.u[row]), S::ZERO);
-            }
-        }
-    }
+operation! {
+    /// [`Descent::hold`]
+    Hold<'d, 'a, S: Scalar; D> { descent: &'d Descent<'a, S, D>, newton: &'d mut Newton<S, D> } -> () { descent.hold(newton) }
 }

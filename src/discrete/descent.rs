@@ -19,7 +19,7 @@ use super::plan::{Plan, Step};
 use super::within::Within;
 use crate::damping::Verdict;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
-use crate::linalg::{Operation, Real, Scalar};
+use crate::linalg::{Real, Scalar, operation};
 
 /// The curves of all lanes.
 pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
@@ -143,6 +143,17 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         S::run(Advance { descent: self, alpha })
     }
 
+    #[inline(always)]
+    fn advance_inlined(&mut self, alpha: S) -> S {
+        let mut slope = S::ZERO;
+        for row in 0..self.u.len() {
+            slope += dot(self.g[row], self.p[row]);
+            self.x[row] = add(self.u[row], scale(alpha, self.p[row]));
+        }
+        self.retract();
+        slope
+    }
+
     /// Moves x back to the surface, if curves lie in one.
     #[inline(always)]
     pub(super) fn retract(&mut self) {
@@ -175,6 +186,28 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             energy += within.add(&mut self.edges, &self.terms);
         }
         S::run(Complete { descent: self, energy })
+    }
+
+    /// Completes an evaluation from the energies of edges.
+    ///
+    /// Computes the gradient at the vertices, the energy of what holds them, and the slope along p.
+    #[inline(always)]
+    fn complete(&mut self, mut energy: S) -> (S, S, S) {
+        self.edges.gradient(&self.pins.movable, &mut self.trial);
+        if self.weights.attached {
+            energy += self.attach();
+        }
+        energy += self.wall_in();
+        if const { D == 3 }
+            && let Some(within) = &mut self.within
+        {
+            within.settle(&self.pins.movable, &mut self.trial);
+        }
+        let mut slope = S::ZERO;
+        for row in 0..self.trial.len() {
+            slope += dot(self.trial[row], self.p[row]);
+        }
+        (energy, slope, self.edges.total_length())
     }
 
     /// The energy of what holds the vertices.
@@ -301,6 +334,32 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
     }
 
+    /// Takes the gradient, the Sobolev gradient in x, and the direction p = −z + βp where `accepted`
+    /// is 1.
+    #[inline(always)]
+    fn turn(&mut self, accepted: S, beta: S) {
+        if const { D == 3 }
+            && let Some(within) = &mut self.within
+        {
+            within.accept(accepted);
+            for row in 0..self.u.len() {
+                self.x[row] = within.tangential(row, self.x[row]);
+            }
+        }
+        for row in 0..self.u.len() {
+            let mut before = scale(beta, self.p[row]);
+            if const { D == 3 }
+                && let Some(within) = &self.within
+            {
+                before = within.tangential(row, before);
+            }
+            let direction = subtract(before, self.x[row]);
+            self.g[row] = taken(accepted, self.trial[row], self.g[row]);
+            self.z[row] = taken(accepted, self.x[row], self.z[row]);
+            self.p[row] = taken(accepted, direction, self.p[row]);
+        }
+    }
+
     /// The coordinates of a lane's displacements, vertex after vertex.
     pub fn displacements(&self, l: usize) -> Vec<Vector<f64, D>> {
         let count = self.edges.vertices()[l];
@@ -308,93 +367,20 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     }
 }
 
-/// [`Descent::advance`]
-struct Advance<'d, 'a, S: Scalar, const D: usize> {
-    descent: &'d mut Descent<'a, S, D>,
-    alpha: S,
+operation! {
+    /// [`Descent::advance`]
+    Advance<'d, 'a, S: Scalar; D> { descent: &'d mut Descent<'a, S, D>, alpha: S } -> S { descent.advance_inlined(alpha) }
 }
 
-impl<S: Scalar, const D: usize> Operation for Advance<'_, '_, S, D> {
-    type Output = S;
-
-    #[inline(always)]
-    fn run(self) -> S {
-        let Advance { descent, alpha } = self;
-        let mut slope = S::ZERO;
-        for row in 0..descent.u.len() {
-            slope += dot(descent.g[row], descent.p[row]);
-            descent.x[row] = add(descent.u[row], scale(alpha, descent.p[row]));
-        }
-        descent.retract();
-        slope
-    }
+operation! {
+    /// [`Descent::complete`]
+    Complete<'d, 'a, S: Scalar; D> { descent: &'d mut Descent<'a, S, D>, energy: S } -> (S, S, S) { descent.complete(energy) }
 }
 
-/// Completes an evaluation whose energies of edges are added up: the gradient at the vertices, what holds them, and the slope
-/// along p.
-struct Complete<'d, 'a, S: Scalar, const D: usize> {
-    descent: &'d mut Descent<'a, S, D>,
-    energy: S,
-}
-
-impl<S: Scalar, const D: usize> Operation for Complete<'_, '_, S, D> {
-    type Output = (S, S, S);
-
-    #[inline(always)]
-    fn run(self) -> (S, S, S) {
-        let Complete { descent, mut energy } = self;
-        descent.edges.gradient(&descent.pins.movable, &mut descent.trial);
-        if descent.weights.attached {
-            energy += descent.attach();
-        }
-        energy += descent.wall_in();
-        if const { D == 3 }
-            && let Some(within) = &mut descent.within
-        {
-            within.settle(&descent.pins.movable, &mut descent.trial);
-        }
-        let mut slope = S::ZERO;
-        for row in 0..descent.trial.len() {
-            slope += dot(descent.trial[row], descent.p[row]);
-        }
-        (energy, slope, descent.edges.total_length())
-    }
-}
-
-/// Takes the gradient, the Sobolev gradient in x, and the direction p = −z + βp where `accepted` is 1.
-struct Turn<'d, 'a, S: Scalar, const D: usize> {
-    descent: &'d mut Descent<'a, S, D>,
-    accepted: S,
-    beta: S,
-}
-
-impl<S: Scalar, const D: usize> Operation for Turn<'_, '_, S, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Turn { descent, accepted, beta } = self;
-        if const { D == 3 }
-            && let Some(within) = &mut descent.within
-        {
-            within.accept(accepted);
-            for row in 0..descent.u.len() {
-                descent.x[row] = within.tangential(row, descent.x[row]);
-            }
-        }
-        for row in 0..descent.u.len() {
-            let mut before = scale(beta, descent.p[row]);
-            if const { D == 3 }
-                && let Some(within) = &descent.within
-            {
-                before = within.tangential(row, before);
-            }
-            let direction = subtract(before, descent.x[row]);
-            descent.g[row] = taken(accepted, descent.trial[row], descent.g[row]);
-            descent.z[row] = taken(accepted, descent.x[row], descent.z[row]);
-            descent.p[row] = taken(accepted, direction, descent.p[row]);
-        }
-    }
+operation! {
+    /// [`Descent::turn`]
+    Turn<'d, 'a, S: Scalar; D> { descent: &'d mut Descent<'a, S, D>, accepted: S, beta: S }
+        -> () { descent.turn(accepted, beta) }
 }
 
 /// One vector where `accepted` is 1, else the other.

@@ -16,7 +16,7 @@ use super::energy::gauge::{Gauge, SmoothGauge};
 use super::energy::{FENCE_KINDS, Fence, Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
 use super::line_search::MOST_OF_AN_EDGE;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
-use crate::linalg::{Operation, Scalar};
+use crate::linalg::{Scalar, operation};
 
 /// The edges of one curve, or of one curve a lane.
 ///
@@ -400,34 +400,14 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     }
 }
 
-/// [`Edges::place`]
-struct Place<'a, S, const D: usize> {
-    edges: &'a mut Edges<S, D>,
-    u: &'a [Vector<S, D>],
+operation! {
+    /// [`Edges::place`]
+    Place<'a, S: Scalar; D> { edges: &'a mut Edges<S, D>, u: &'a [Vector<S, D>] } -> () { edges.place_inlined(u) }
 }
 
-impl<S: Scalar, const D: usize> Operation for Place<'_, S, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.edges.place_inlined(self.u);
-    }
-}
-
-/// [`Edges::most_step`]
-struct MostStep<'a, S, const D: usize> {
-    edges: &'a Edges<S, D>,
-    p: &'a [Vector<S, D>],
-}
-
-impl<S: Scalar, const D: usize> Operation for MostStep<'_, S, D> {
-    type Output = S;
-
-    #[inline(always)]
-    fn run(self) -> S {
-        self.edges.most_step_inlined(self.p)
-    }
+operation! {
+    /// [`Edges::most_step`]
+    MostStep<'a, S: Scalar; D> { edges: &'a Edges<S, D>, p: &'a [Vector<S, D>] } -> S { edges.most_step_inlined(p) }
 }
 
 /// [`Edges::add`] of a functional's term.
@@ -444,20 +424,10 @@ impl<S: Scalar, const D: usize> Visitor for Adding<'_, S, D> {
     }
 }
 
-/// [`Edges::sweep`]
-struct Sweep<'a, S, T, const D: usize, const W: usize> {
-    edges: &'a mut Edges<S, D>,
-    weight: S,
-    term: &'a T,
-}
-
-impl<S: Scalar, T: Term<W>, const D: usize, const W: usize> Operation for Sweep<'_, S, T, D, W> {
-    type Output = S;
-
-    #[inline(always)]
-    fn run(self) -> S {
-        self.edges.sweep(self.weight, self.term)
-    }
+operation! {
+    /// [`Edges::sweep`]
+    Sweep<'a, S: Scalar, T: Term<W>; D, W> { edges: &'a mut Edges<S, D>, weight: S, term: &'a T }
+        -> S { edges.sweep(weight, term) }
 }
 
 /// [`Edges::value`] of a functional's term.

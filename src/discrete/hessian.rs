@@ -25,7 +25,7 @@ use super::energy::{Functional, MOST_EDGES, Term, Visitor};
 use super::stretches::Stretches;
 #[cfg(test)]
 use crate::linalg::scalar::Vector;
-use crate::linalg::{Operation, Scalar};
+use crate::linalg::{Scalar, operation};
 
 /// The number of successors that a vertex is coupled with.
 ///
@@ -375,36 +375,16 @@ impl<S: Scalar, const D: usize> Visitor for Assembling<'_, S, D> {
     }
 }
 
-/// [`BlockHessian::sweep`]
-struct Sweep<'a, S, T, const D: usize, const W: usize> {
-    sum: Assembling<'a, S, D>,
-    term: &'a T,
+operation! {
+    /// [`BlockHessian::sweep`]
+    Sweep<'a, S: Scalar, T: Term<W>; D, W> { sum: Assembling<'a, S, D>, term: &'a T }
+        -> () { sum.hessian.sweep(sum.edges, sum.tile, sum.weight, term) }
 }
 
-impl<S: Scalar, T: Term<W>, const D: usize, const W: usize> Operation for Sweep<'_, S, T, D, W> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Assembling { hessian, edges, tile, weight } = self.sum;
-        hessian.sweep(edges, tile, weight, self.term);
-    }
-}
-
-/// [`BlockHessian::scatter_within`]
-struct Scatter<'a, S, const D: usize, const W: usize> {
-    hessian: &'a mut BlockHessian<S, D>,
-    edges: Range<usize>,
-    at: usize,
-}
-
-impl<S: Scalar, const D: usize, const W: usize> Operation for Scatter<'_, S, D, W> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.hessian.scatter_within::<W>(self.edges, self.at);
-    }
+operation! {
+    /// [`BlockHessian::scatter_within`]
+    Scatter<'a, S: Scalar; D, W> { hessian: &'a mut BlockHessian<S, D>, edges: Range<usize>, at: usize }
+        -> () { hessian.scatter_within::<W>(edges, at) }
 }
 
 /// The offset to the other vertex, the row and the column of all entries of a vertex's blocks.

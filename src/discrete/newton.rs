@@ -19,7 +19,7 @@ use super::stretches::Stretches;
 use super::within::{self, Basis, TangentSystem};
 use crate::linalg::banded::Banded;
 use crate::linalg::scalar::{Vector, add, dot, scale};
-use crate::linalg::{Operation, Scalar};
+use crate::linalg::{Scalar, operation};
 
 /// Newton's systems, one a lane, with interleaved coordinates.
 pub(crate) struct Newton<S, const D: usize> {
@@ -184,6 +184,16 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
                     self.bases[count + k][a][c].set_lane(lane, first);
                 }
             }
+        }
+    }
+
+    /// Computes L at the curves where the edges are placed.
+    #[inline(always)]
+    fn damp_by(&mut self, edges: &Edges<S, D>, weight: S) {
+        self.damping.fill([S::ZERO; COUPLED + 1]);
+        match self.order {
+            ..3 => self.damp_second(edges, weight),
+            _ => self.damp_third(edges, weight),
         }
     }
 
@@ -377,68 +387,24 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
     }
 }
 
-/// Makes L that of the edges.
-struct Damp<'a, S, const D: usize> {
-    newton: &'a mut Newton<S, D>,
-    edges: &'a Edges<S, D>,
-    weight: S,
+operation! {
+    /// [`Newton::damp_by`]
+    Damp<'a, S: Scalar; D> { newton: &'a mut Newton<S, D>, edges: &'a Edges<S, D>, weight: S }
+        -> () { newton.damp_by(edges, weight) }
 }
 
-impl<S: Scalar, const D: usize> Operation for Damp<'_, S, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Damp { newton, edges, weight } = self;
-        newton.damping.fill([S::ZERO; COUPLED + 1]);
-        match newton.order {
-            ..3 => newton.damp_second(edges, weight),
-            _ => newton.damp_third(edges, weight),
-        }
-    }
+operation! {
+    /// [`Filling::fill`]
+    Fill<'a, S: Scalar; D, B> { filling: &'a Filling<'a, S, D>, matrix: &'a mut Banded<S, B> } -> () { filling.fill(matrix) }
 }
 
-/// [`Filling::fill`]
-struct Fill<'a, S, const D: usize, const B: usize> {
-    filling: &'a Filling<'a, S, D>,
-    matrix: &'a mut Banded<S, B>,
+operation! {
+    /// [`Filling::fill_tangent`]
+    FillTangent<'a, S: Scalar; D> { filling: &'a Filling<'a, S, D>, system: &'a mut TangentSystem<S> }
+        -> () { filling.fill_tangent(system) }
 }
 
-impl<S: Scalar, const D: usize, const B: usize> Operation for Fill<'_, S, D, B> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.filling.fill(self.matrix);
-    }
-}
-
-/// [`Filling::fill_tangent`]
-struct FillTangent<'a, S, const D: usize> {
-    filling: &'a Filling<'a, S, D>,
-    system: &'a mut TangentSystem<S>,
-}
-
-impl<S: Scalar, const D: usize> Operation for FillTangent<'_, S, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.filling.fill_tangent(self.system);
-    }
-}
-
-/// [`Newton::solve`]
-struct Solve<'a, S, const D: usize> {
-    newton: &'a mut Newton<S, D>,
-    x: &'a mut [Vector<S, D>],
-}
-
-impl<S: Scalar, const D: usize> Operation for Solve<'_, S, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.newton.solve_inlined(self.x);
-    }
+operation! {
+    /// [`Newton::solve`]
+    Solve<'a, S: Scalar; D> { newton: &'a mut Newton<S, D>, x: &'a mut [Vector<S, D>] } -> () { newton.solve_inlined(x) }
 }

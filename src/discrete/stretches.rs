@@ -15,7 +15,7 @@
 use super::edges::Edges;
 use super::energy::gauge::Gauge;
 use super::energy::{Functional, MOST_EDGES, Term, Visitor};
-use crate::linalg::{Operation, Scalar};
+use crate::linalg::{Scalar, operation};
 
 /// Those of an edge.
 #[derive(Clone, Copy, Debug)]
@@ -101,18 +101,8 @@ impl<S: Scalar, const D: usize> Visitor for Gathering<'_, S, D> {
     }
 }
 
-/// [`Stretches::sweep`]
-struct Sweep<'a, S, T, const D: usize, const W: usize> {
-    sum: Gathering<'a, S, D>,
-    term: &'a T,
-}
-
-impl<S: Scalar, T: Term<W>, const D: usize, const W: usize> Operation for Sweep<'_, S, T, D, W> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Gathering { stretches, edges, weight } = self.sum;
-        stretches.sweep(edges, weight, self.term);
-    }
+operation! {
+    /// [`Stretches::sweep`]
+    Sweep<'a, S: Scalar, T: Term<W>; D, W> { sum: Gathering<'a, S, D>, term: &'a T }
+        -> () { sum.stretches.sweep(sum.edges, sum.weight, term) }
 }

@@ -27,7 +27,7 @@ use super::energy::in_surface::{InSurface, Turn};
 use super::newton::Newton;
 use super::onto::WITHIN_STEPS;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
-use crate::linalg::{Operation, Real, Scalar};
+use crate::linalg::{Real, Scalar, operation};
 
 /// Two unit vectors across the normal.
 pub(super) type Basis<S, const D: usize> = [Vector<S, D>; 2];
@@ -354,73 +354,41 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     }
 }
 
-/// [`Within::frame`]
-struct Frame<'a, S, const D: usize> {
-    within: &'a mut Within<S, D>,
-    u: &'a [Vector<S, D>],
+operation! {
+    /// [`Within::frame`]
+    Frame<'a, S: Scalar; D> { within: &'a mut Within<S, D>, u: &'a [Vector<S, D>] } -> () { within.frame_inlined(u) }
 }
 
-impl<S: Scalar, const D: usize> Operation for Frame<'_, S, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.within.frame_inlined(self.u);
-    }
+operation! {
+    /// [`Within::add_of`]
+    Add<'a, S: Scalar, E: InSurface; D> {
+        within: &'a mut Within<S, D>,
+        energy: &'a E,
+        weight: S,
+        edges: &'a mut Edges<S, D>,
+    } -> S { within.add_of(energy, weight, edges) }
 }
 
-/// [`Within::add_of`]
-struct Add<'a, S, E, const D: usize> {
-    within: &'a mut Within<S, D>,
-    energy: &'a E,
-    weight: S,
-    edges: &'a mut Edges<S, D>,
+operation! {
+    /// [`Within::add_stretches`]
+    AddStretches<'a, S: Scalar; D> {
+        within: &'a mut Within<S, D>,
+        newton: &'a mut Newton<S, D>,
+        edges: &'a Edges<S, D>,
+    } -> () { within.add_stretches(newton, edges) }
 }
 
-impl<S: Scalar, E: InSurface, const D: usize> Operation for Add<'_, S, E, D> {
-    type Output = S;
-
-    #[inline(always)]
-    fn run(self) -> S {
-        self.within.add_of(self.energy, self.weight, self.edges)
-    }
-}
-
-/// [`Within::add_stretches`]
-struct AddStretches<'a, S, const D: usize> {
-    within: &'a mut Within<S, D>,
-    newton: &'a mut Newton<S, D>,
-    edges: &'a Edges<S, D>,
-}
-
-impl<S: Scalar, const D: usize> Operation for AddStretches<'_, S, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.within.add_stretches(self.newton, self.edges);
-    }
-}
-
-/// [`Within::add_bends`]
-struct AddBends<'a, S, E, const D: usize> {
-    within: &'a Within<S, D>,
-    energy: &'a E,
-    system: &'a mut TangentSystem<S>,
-    bases: &'a [Basis<S, D>],
-    edges: &'a Edges<S, D>,
-    weight: S,
-    u: &'a [Vector<S, D>],
-}
-
-impl<S: Scalar, E: InSurface, const D: usize> Operation for AddBends<'_, S, E, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let AddBends { within, energy, system, bases, edges, weight, u } = self;
-        within.add_bends(energy, system, bases, edges, weight, u);
-    }
+operation! {
+    /// [`Within::add_bends`]
+    AddBends<'a, S: Scalar, E: InSurface; D> {
+        within: &'a Within<S, D>,
+        energy: &'a E,
+        system: &'a mut TangentSystem<S>,
+        bases: &'a [Basis<S, D>],
+        edges: &'a Edges<S, D>,
+        weight: S,
+        u: &'a [Vector<S, D>],
+    } -> () { within.add_bends(energy, system, bases, edges, weight, u) }
 }
 
 /// Two unit vectors across a unit vector in space, without a branch.

@@ -10,10 +10,10 @@ use crate::sort;
 /// Lanes for each curve in the subgroup kernels. No subgroup may be smaller.
 pub(crate) const SUBGROUP_LANES: u32 = 8;
 
-/// The connection to the drivers, one for each process. It stays open.
+/// The connection to the drivers. Each process, forked ones too, opens one and keeps it.
 ///
-/// NVIDIA's library takes static thread-local storage whenever it is loaded, and gives none back: a process that opened and
-/// closed some 28 connections could open no other. A forked process has a connection of its own.
+/// NVIDIA's library takes static thread-local storage whenever it is loaded, and never gives it
+/// back. After some 28 connections a process could open no more.
 pub(crate) fn instance() -> Instance {
     static OPEN: Mutex<Vec<(u32, Instance)>> = Mutex::new(Vec::new());
     let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);

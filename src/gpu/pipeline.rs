@@ -194,7 +194,7 @@ struct Flight<'a> {
 struct UnderWay {
     curves: Range<usize>,
     slot: usize,
-    /// As which submission it was submitted last. None is as late as that of a chunk that is done.
+    /// Number of its last submission, or [`DONE`](Self::DONE).
     submission: usize,
 }
 

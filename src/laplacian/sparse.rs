@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::stencil::{Axis, Stencils, window};
-use crate::linalg::{Real, with_wide_registers};
+use crate::linalg::{Operation, Real, with_wide_registers};
 use crate::parallel;
 
 /// Numbers computed side by side: two AVX2 registers of f64 for even and two for odd points.
@@ -104,11 +104,11 @@ impl<S: Real> Band<'_, S> {
 /// number.
 struct Rows<'a, S, const R: usize, const D: usize>(Band<'a, S>);
 
-impl<S: Real, const R: usize, const D: usize> pulp::WithSimd for Rows<'_, S, R, D> {
+impl<S: Real, const R: usize, const D: usize> Operation for Rows<'_, S, R, D> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<Registers: pulp::Simd>(self, _: Registers) {
+    fn run(self) {
         let Band { round, first, fine } = self.0;
         let dimension = if D == 0 { round.dimension } else { D };
         let [n, m] = [round.shape[0] - 1, round.shape[1] - 1];

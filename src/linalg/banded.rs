@@ -8,7 +8,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::scalar::{Scalar, Vector, scale, subtract};
-use super::wide::Operation;
+use super::wide::operation;
 
 /// A symmetric matrix of half-bandwidth B in every lane, then its factors.
 ///
@@ -349,34 +349,14 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
     }
 }
 
-/// [`Banded::factor`]
-struct Factor<'a, S, const B: usize> {
-    matrix: &'a mut Banded<S, B>,
-    movable: &'a [S],
+operation! {
+    /// [`Banded::factor`]
+    Factor<'a, S: Scalar; B> { matrix: &'a mut Banded<S, B>, movable: &'a [S] } -> S { matrix.factor_inlined(movable) }
 }
 
-impl<S: Scalar, const B: usize> Operation for Factor<'_, S, B> {
-    type Output = S;
-
-    #[inline(always)]
-    fn run(self) -> S {
-        self.matrix.factor_inlined(self.movable)
-    }
-}
-
-/// [`Banded::solve`]
-struct Solve<'a, S, const B: usize, const D: usize> {
-    matrix: &'a Banded<S, B>,
-    x: &'a mut [Vector<S, D>],
-}
-
-impl<S: Scalar, const B: usize, const D: usize> Operation for Solve<'_, S, B, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.matrix.solve_inlined(self.x);
-    }
+operation! {
+    /// [`Banded::solve`]
+    Solve<'a, S: Scalar; B, D> { matrix: &'a Banded<S, B>, x: &'a mut [Vector<S, D>] } -> () { matrix.solve_inlined(x) }
 }
 
 #[cfg(test)]

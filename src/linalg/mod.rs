@@ -39,4 +39,4 @@ pub(crate) use tasks::{take, tasks};
 pub use tridiagonal::{Cyclic, Matrix, Solutions, TridiagonalBatch, solve_tridiagonal_batch};
 #[doc(hidden)]
 pub use wide::Operation;
-pub(crate) use wide::{has_wide_registers, with_wide_registers};
+pub(crate) use wide::{has_wide_registers, operation, run, with_wide_registers};

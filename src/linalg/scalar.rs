@@ -4,7 +4,7 @@ use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use super::real::Real;
-use super::wide::{Operation, apart, apart_in_wide_registers};
+use super::wide::{Operation, apart, in_wide_registers};
 
 /// A number, or [`Lanes`] of numbers that undergo the same operations. Every operation rounds each
 /// lane like the number alone, so that a curve's bits do not depend on whether it was computed
@@ -241,7 +241,7 @@ impl<T: Real + Scalar<Number = T>, const L: usize> Scalar for Lanes<T, L> {
         out
     }
     fn run<Op: Operation>(operation: Op) -> Op::Output {
-        apart_in_wide_registers(operation)
+        in_wide_registers(operation)
     }
 }
 

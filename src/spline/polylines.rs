@@ -9,7 +9,7 @@ use crate::batch::{CurveBatch, are_finite};
 use crate::curve::{Curve, Sampling};
 use crate::error::Result;
 use crate::gpu::Gpu;
-use crate::linalg::{Lanes, Operation, Scalar, has_wide_registers, take, tasks};
+use crate::linalg::{operation, run, take, tasks};
 use crate::parallel;
 use crate::precision::Precision;
 use crate::ragged;
@@ -311,47 +311,22 @@ impl SampledRun<'_> {
     }
 }
 
-/// Runs an operation in wide registers where there are any, else compiled without.
-fn run<Op: Operation>(operation: Op) -> Op::Output {
-    if has_wide_registers() { Lanes::<f64, 4>::run(operation) } else { f64::run(operation) }
-}
-
-/// Samples of the spans of one curve, and their parameters where these are asked for.
-struct PerSpan<'a, const D: usize> {
-    spline: &'a Spline<'a>,
-    fractions: &'a [f64],
-    t: Option<&'a mut [f64]>,
-    coords: &'a mut [f64],
-}
-
-impl<const D: usize> Operation for PerSpan<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        if let Some(t) = self.t {
-            self.spline.per_span_parameters(self.fractions, t);
+operation! {
+    /// Samples of the spans of one curve, and their parameters where these are asked for.
+    PerSpan<'a; D> { spline: &'a Spline<'a>, fractions: &'a [f64], t: Option<&'a mut [f64]>, coords: &'a mut [f64] } -> () {{
+        if let Some(t) = t {
+            spline.per_span_parameters(fractions, t);
         }
-        self.spline.per_span::<D>(self.fractions, self.coords);
-    }
+        spline.per_span::<D>(fractions, coords);
+    }}
 }
 
-/// Samples of one curve at fractions of the whole, and their parameters.
-struct Evenly<'a, const D: usize> {
-    spline: &'a Spline<'a>,
-    fractions: &'a [f64],
-    t: &'a mut [f64],
-    coords: &'a mut [f64],
-}
-
-impl<const D: usize> Operation for Evenly<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.spline.even_parameters(self.fractions, self.t);
-        self.spline.evenly::<D>(self.t, self.coords);
-    }
+operation! {
+    /// Samples of one curve at fractions of the whole, and their parameters.
+    Evenly<'a; D> { spline: &'a Spline<'a>, fractions: &'a [f64], t: &'a mut [f64], coords: &'a mut [f64] } -> () {{
+        spline.even_parameters(fractions, t);
+        spline.evenly::<D>(t, coords);
+    }}
 }
 
 impl Spline<'_> {

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use super::Surface;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
-use crate::linalg::{Lanes, Scalar, with_wide_registers};
+use crate::linalg::{Lanes, Operation, Scalar, with_wide_registers};
 
 /// The surface ½ xᵀA x + b·x + c = 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -188,11 +188,11 @@ struct Feet<'a> {
     points: &'a mut [DVec3],
 }
 
-impl pulp::WithSimd for Feet<'_> {
+impl Operation for Feet<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn run(self) {
         let wide = Wide::<Lanes<f64, 4>>::of(self.quadric);
         for points in self.points.chunks_mut(4) {
             let mut x = [Lanes::ZERO; 3];

@@ -38,6 +38,15 @@ fn an_adapter_that_is_not_there_is_refused_with_those_that_are() {
     assert_eq!(Device::gpu(99).unwrap_err().to_string(), wanted);
 }
 
+/// NVIDIA's driver gave no adapter to a process that had opened and closed some 28 devices.
+#[test]
+fn forty_devices_open_one_after_another() {
+    let Some(_) = gpu() else { return };
+    for k in 0..40 {
+        Gpu::open(0).unwrap_or_else(|error| panic!("device {k}: {error}"));
+    }
+}
+
 #[test]
 fn a_device_lost_before_the_work_is_an_error_with_its_reason() {
     let Some(gpu) = gpu() else { return };

@@ -1,6 +1,7 @@
 //! The program, and what holds for all methods and formats.
 
 mod any_batch;
+mod builds;
 mod cli;
 mod cli_bezier;
 mod cli_drawings;

@@ -18,7 +18,7 @@ pub(super) struct Blocks {
     pub rows: usize,
     /// The block on the diagonal, and the block that couples a joint with the next.
     pub blocks: Vec<[[Row; MOST_ROWS]; 2]>,
-    /// Where false, the row of blocks is that of the unit matrix.
+    /// Whether a joint moves. The other rows of blocks are those of the identity.
     pub movable: Vec<bool>,
 }
 

@@ -33,7 +33,7 @@ pub(super) mod variation;
 use super::edges::Edges;
 use crate::linalg::banded::Banded;
 use crate::linalg::scalar::{Vector, add, dot, scale};
-use crate::linalg::{Operation, Scalar};
+use crate::linalg::{Scalar, operation};
 use hats::Hats;
 use path::Path;
 use variation::Third;
@@ -131,37 +131,20 @@ impl<S: Scalar, const D: usize> Metric<S, D> {
     }
 }
 
-/// [`Metric::freeze`]
-struct Freeze<'a, S, const D: usize> {
-    metric: &'a mut Metric<S, D>,
-    edges: &'a Edges<S, D>,
-    pins: &'a Pins<S>,
-    weights: &'a Weights<S>,
+operation! {
+    /// [`Metric::freeze`]
+    Freeze<'a, S: Scalar; D> {
+        metric: &'a mut Metric<S, D>,
+        edges: &'a Edges<S, D>,
+        pins: &'a Pins<S>,
+        weights: &'a Weights<S>,
+    } -> S { metric.freeze_inlined(edges, pins, weights) }
 }
 
-impl<S: Scalar, const D: usize> Operation for Freeze<'_, S, D> {
-    type Output = S;
-
-    #[inline(always)]
-    fn run(self) -> S {
-        self.metric.freeze_inlined(self.edges, self.pins, self.weights)
-    }
-}
-
-/// [`Metric::solve`]
-struct Solve<'a, S, const D: usize> {
-    metric: &'a mut Metric<S, D>,
-    pins: &'a Pins<S>,
-    z: &'a mut [Vector<S, D>],
-}
-
-impl<S: Scalar, const D: usize> Operation for Solve<'_, S, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.metric.solve_inlined(self.pins, self.z);
-    }
+operation! {
+    /// [`Metric::solve`]
+    Solve<'a, S: Scalar; D> { metric: &'a mut Metric<S, D>, pins: &'a Pins<S>, z: &'a mut [Vector<S, D>] }
+        -> () { metric.solve_inlined(pins, z) }
 }
 
 fn add_vertices<S: Scalar>(matrix: &mut Banded<S, 1>, weights: &Weights<S>) {
