@@ -11,8 +11,9 @@ use crate::sort;
 /// Names that kernels use themselves.
 ///
 /// No energy may have one of them.
-const RESERVED: [&str; 11] = [
+const RESERVED: [&str; 12] = [
     "gauge",
+    "difference_gauge",
     "smooth_gauge",
     "end_gauge",
     "hold",
@@ -101,7 +102,7 @@ pub(crate) struct DeviceWeights {
 }
 
 impl Composition {
-    /// Composes the energies of curves of a dimension, with the gauge of an order, if it is not 0.
+    /// Composes the energies of curves of a dimension, with the gauge of a kind, if it is not 0.
     ///
     /// Functionals that differ only in their weights share one entry.
     ///
@@ -117,7 +118,7 @@ impl Composition {
         let place = |kind: &Kind| kinds.binary_search(kind).expect("kinds are those of the terms");
         let places: Vec<usize> = of_terms.iter().map(place).collect();
 
-        let edges = kinds.iter().map(|kind| kind.edges).fold(gauge.max(1), usize::max);
+        let edges = kinds.iter().map(|kind| kind.edges).fold(if gauge > 0 { gauge.max(2) } else { 1 }, usize::max);
         let mut composing = Composition {
             definitions: definitions([
                 ("DIM", &dimension),
@@ -180,19 +181,21 @@ impl Composition {
         self
     }
 
-    /// Defines the terms of the gauge of an order, the list GAUGE_TERM.
-    fn define_gauge(&mut self, order: usize) {
+    /// Defines the terms of the gauge of a kind, the list GAUGE_TERM.
+    fn define_gauge(&mut self, kind: usize) {
+        const FIRST: &str = "discrete/energy/gauge.wgsl";
         const SMOOTH: &str = "discrete/energy/smooth_gauge.wgsl";
-        let terms: &[(&str, &str, usize)] = match order {
+        let terms: &[(&str, &str, usize)] = match kind {
             3 => &[("smooth_gauge", SMOOTH, 3), ("end_gauge", SMOOTH, 2)],
-            _ => &[("gauge", "discrete/energy/gauge.wgsl", 2)],
+            2 => &[("gauge", FIRST, 2)],
+            _ => &[("difference_gauge", FIRST, 2)],
         };
         for (k, (name, file, edges)) in terms.iter().enumerate() {
             self.define(&format!("GAUGE_TERM.{k}.NAME"), name);
             self.define(&format!("GAUGE_TERM.{k}.FILE"), file);
             self.define(&format!("GAUGE_TERM.{k}.EDGES"), edges);
         }
-        if order == 3 {
+        if kind == 3 {
             self.define("SMOOTH_GAUGE", 1);
         }
     }
@@ -244,11 +247,12 @@ impl Composition {
 
     /// The weights of a curve that the device has divided by `size`.
     ///
-    /// The arguments `gauge` and `torsion_curvature` (ε of torsion) are in units of the input.
+    /// The argument `torsion_curvature` (ε of torsion) is in units of the input. The gauge is that of order 2, which
+    /// has no unit of length.
     pub fn weights(&self, size: f64, gauge: f64, torsion_curvature: f64) -> DeviceWeights {
         let scaled = |entry: &Entry| match *entry {
             Entry::Weight(weight, degree) | Entry::Attachment(weight, degree) => weight * size.powf(degree),
-            Entry::Gauge => gauge * size * size,
+            Entry::Gauge => gauge,
             Entry::TorsionCurvature => torsion_curvature * size,
             Entry::Surface => f64::NAN,
         };
@@ -274,9 +278,9 @@ mod tests {
         let composition = Composition::of(&energy, 2, 2, Precision::F32).unwrap();
         assert_eq!(composition.places, [1, 0, 1]);
         // The degrees are 1 and −1, and the curve has size 4: weights become 0.5·4 and 4/4. The
-        // larger is the unit. The gauge has degree 2.
+        // larger is the unit. The gauge has degree 0.
         let weights = composition.weights(4.0, 0.25, 1e-3);
-        assert_eq!((weights.unit, weights.entries), (2.0, vec![1.0, 0.5, 2.0, 4e-3]));
+        assert_eq!((weights.unit, weights.entries), (2.0, vec![1.0, 0.5, 0.125, 4e-3]));
     }
 
     #[test]

@@ -12,7 +12,7 @@
 // Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
-use super::energy::gauge::{Gauge, SmoothGauge};
+use super::energy::gauge::{DifferenceGauge, Gauge, SmoothGauge};
 use super::energy::{FENCE_KINDS, Fence, Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
 use super::line_search::MOST_OF_AN_EDGE;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
@@ -268,19 +268,22 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         functional.visit(Summing { edges: self }).unwrap_or(S::ZERO)
     }
 
-    /// Adds weight · the gauge of an order.
-    ///
-    /// The gauge is of first differences of lengths up to order 2, and of second differences for
-    /// order 3.
-    pub fn add_gauge(&mut self, order: usize, weight: S) -> S {
-        if order < 3 {
-            return S::run(Sweep { edges: self, weight, term: &Gauge });
+    /// Adds weight · the gauge of a kind, as [`Plan::gauge`](super::plan::Plan::gauge) has it.
+    pub fn add_gauge(&mut self, kind: usize, weight: S) -> S {
+        match kind {
+            0 | 1 => return S::run(Sweep { edges: self, weight, term: &DifferenceGauge }),
+            2 => return S::run(Sweep { edges: self, weight, term: &Gauge }),
+            _ => {}
         }
         let mut value = S::run(Sweep { edges: self, weight, term: &SmoothGauge });
         if !self.closed {
             for j in 0..self.windows::<2>() {
                 let at_ends = weight * self.ends(j);
-                value += self.scatter::<Gauge, 2>(j, at_ends, &Gauge.gradient(&self.window::<Gauge, 2>(j)));
+                value += self.scatter::<DifferenceGauge, 2>(
+                    j,
+                    at_ends,
+                    &DifferenceGauge.gradient(&self.window::<DifferenceGauge, 2>(j)),
+                );
             }
         }
         value

@@ -97,6 +97,10 @@ impl<const D: usize> Fenced<D> {
         }
         let fences = Fences::around(problem, &mut limits, energy, first);
         let stretch = limits.longest.map(|longest| Stretch::new(longest, energy, !free.is_nan()));
+        // Ratios are bounded, and a limit could be kept by edges of very unequal lengths.
+        if fair.energy.order() == 2 && fair.surface.is_none() {
+            problem.gauge_differences();
+        }
         problem.gauge *= GAUGE;
         problem.tolerance = ROUGHLY.max(fair.tolerance);
         let tolerance = fair.tolerance;

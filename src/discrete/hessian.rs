@@ -20,7 +20,7 @@ use super::block::{
     transpose,
 };
 use super::edges::Edges;
-use super::energy::gauge::{Gauge, SmoothGauge};
+use super::energy::gauge::{DifferenceGauge, Gauge, SmoothGauge};
 use super::energy::{Functional, MOST_EDGES, Term, Visitor};
 use super::stretches::Stretches;
 #[cfg(test)]
@@ -122,7 +122,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     /// The order of all is at most 2.
     pub fn assemble_by_tangents(&mut self, edges: &Edges<S, D>, terms: &[(S, &Functional)], gauge: Option<(usize, S)>) {
         self.reach = 2;
-        self.stretches.gather(edges, terms, gauge.map(|(_, weight)| weight));
+        self.stretches.gather(edges, terms, gauge);
         self.is_empty = !terms.iter().any(|(_, functional)| functional.is_by_tangent());
         if !self.is_empty {
             self.add_tiles::<false>(edges, terms, None);
@@ -167,7 +167,8 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
                 Assembling { hessian: self, edges, tile: tile.clone(), weight }.visit(&SmoothGauge);
                 self.add_gauge_at_ends(edges, tile, weight);
             }
-            Some((_, weight)) => Assembling { hessian: self, edges, tile, weight }.visit(&Gauge),
+            Some((2, weight)) => Assembling { hessian: self, edges, tile, weight }.visit(&Gauge),
+            Some((_, weight)) => Assembling { hessian: self, edges, tile, weight }.visit(&DifferenceGauge),
             None => (),
         }
     }
@@ -177,7 +178,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     /// It belongs to the gauge of second differences.
     fn add_gauge_at_ends(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S) {
         for start in tile.start..if self.closed { tile.start } else { tile.end.min(edges.windows::<2>()) } {
-            self.add_window(edges, start, start - tile.start, weight * edges.ends(start), &Gauge);
+            self.add_window(edges, start, start - tile.start, weight * edges.ends(start), &DifferenceGauge);
         }
     }
 

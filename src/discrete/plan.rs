@@ -48,7 +48,7 @@ pub(crate) struct Plan {
     ///
     /// 0 for ordinary gradients.
     pub order: usize,
-    /// The order of the gauge.
+    /// The kind of the gauge: 0 for none, 1 of differences, 2 of ratios, 3 of second differences.
     pub gauge: usize,
     /// The most accepted steps.
     pub most_iterations: u32,

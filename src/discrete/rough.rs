@@ -173,7 +173,7 @@ impl Descender<'_> {
         }
         for (own, which) in stalled {
             let mut problems = rebased(&which, problems, outcomes);
-            problems.iter_mut().for_each(|problem| problem.regauge(self.plan.order));
+            problems.iter_mut().for_each(|problem| problem.regauge());
             self.go_on_with(&which, problems, own, outcomes)?;
         }
         Ok(())
@@ -238,7 +238,7 @@ fn rebased<const D: usize>(
 
 impl<const D: usize> Outcome<D> {
     /// Whether the descent may go on by other means.
-    fn is_open(&self) -> bool {
+    pub(super) fn is_open(&self) -> bool {
         matches!(self.standing, Standing::Exhausted | Standing::Stalled | Standing::Unbounded)
     }
 

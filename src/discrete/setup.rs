@@ -262,13 +262,10 @@ fn ready<const D: usize>(
     let h = length / base.len() as f64;
     let chords: f64 = points.windows(2).map(|pair| distance(pair[0], pair[1])).sum::<f64>()
         + if closed { distance(points[points.len() - 1], points[0]) } else { 0.0 };
-    let gauge = match order {
-        // Length alone lets vertices of attached curves run together. Pinned curves take one step.
-        1 if attached > 0.0 => gauge_of(1, highest, h),
-        0 | 1 => 0.0,
-        order => gauge_of(order, highest, h),
-    };
-    let free = free(&lengths, &data, closed, order.max(2) as f64 - 0.5);
+    let (gauge, power) = gauge_of(order, order < 3 && fair.surface.is_none(), highest, h);
+    // Length alone lets vertices of attached curves run together. Pinned curves take one step.
+    let gauge = if order > 1 || (order == 1 && attached > 0.0) { gauge } else { 0.0 };
+    let free = free(&lengths, &data, closed, power);
     let longest = if fair.energy.bounds_length() { f64::INFINITY } else { LONGEST * chords / size };
     let problem = Problem {
         constraints: Kept::new(&constraints),
@@ -316,22 +313,34 @@ fn attach<const D: usize>(targets: &mut Vec<Attached<D>>, row: u32, weight: f64,
     }
 }
 
-/// The weight of the gauge for edges of length h.
-fn gauge_of(order: usize, highest: f64, h: f64) -> f64 {
-    GAUGE * highest * h.powi(1 - 2 * order as i32)
+/// The weight of the gauge of an order for edges of length h, and the power of h/h_s in the factor of a span.
+///
+/// The gauge of ratios, of orders 1 and 2, has no unit of length.
+fn gauge_of(order: usize, is_of_ratios: bool, highest: f64, h: f64) -> (f64, f64) {
+    let (of_h, of_ratio) = (1 - 2 * order as i32, order.max(2) as f64 - 0.5);
+    let (of_h, of_ratio) = if is_of_ratios { (of_h + 2, of_ratio - 1.0) } else { (of_h, of_ratio) };
+    (GAUGE * highest * h.powi(of_h), of_ratio)
 }
 
 impl<const D: usize> Problem<D> {
-    /// Sets the gauge for the edges of the base, whose spans may have grown since it was set.
-    pub(super) fn regauge(&mut self, order: usize) {
+    /// Sets the gauge of order 3 for the edges of the base, whose spans may have grown since it was set.
+    pub(super) fn regauge(&mut self) {
         let lengths: Vec<f64> = self.base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
         let h = lengths.iter().sum::<f64>() / lengths.len() as f64;
-        self.gauge = gauge_of(order, self.highest, h);
-        self.free = free(&lengths, &self.data, self.closed, order as f64 - 0.5);
+        let (gauge, power) = gauge_of(3, false, self.highest, h);
+        self.gauge = gauge;
+        self.free = free(&lengths, &self.data, self.closed, power);
+    }
+
+    /// Makes the gauge of ratios of order 2 that of differences, which is the same for the edges that it was set for.
+    pub(super) fn gauge_differences(&mut self) {
+        let inverse = self.gauge / (GAUGE * self.highest);
+        self.gauge *= inverse * inverse;
+        self.free.iter_mut().for_each(|free| *free = free.powi(3));
     }
 }
 
-/// The factors of differences of lengths in the gauge at each vertex.
+/// The factors of the gauge at each vertex.
 ///
 /// They are (h/h_s)^power. h_s is the mean edge of the vertex's span, and h that of all edges. In
 /// every span the tangential stiffness then equals the normal stiffness. Factors are 0 at data

@@ -90,6 +90,7 @@ impl Fair {
             gauge: match order {
                 1 if self.energy.attachment_weight() > 0.0 => 2,
                 1 => 0,
+                2 if self.surface.is_some() || self.energy.is_fenced() => 1,
                 _ => order,
             },
             most_iterations: self.max_iterations,

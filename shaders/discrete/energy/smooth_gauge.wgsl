@@ -1,5 +1,5 @@
 // The gauge of order 3: ½ (q′ − q)² over the middle edge of three, with q = c (Δs′ − Δs) at its ends, 0 at a data
-// point; and beside the ends of an open curve the gauge of order 2. Twin: src/discrete/energy/gauge.rs.
+// point; and beside the ends of an open curve the gauge of differences. Twin: src/discrete/energy/gauge.rs.
 //:once include discrete/energy/gauge.wgsl
 
 fn smooth_gauge_value(w: Window) -> real {
@@ -30,13 +30,13 @@ fn smooth_gauge_hessian(w: Window) -> SecondPartials {
 }
 
 fn end_gauge_value(w: Window) -> real {
-    return w.ends * gauge_value(w);
+    return w.ends * difference_gauge_value(w);
 }
 
 fn end_gauge_gradient(w: Window) -> Partials {
-    return scaled_partials(w.ends, gauge_gradient(w));
+    return scaled_partials(w.ends, difference_gauge_gradient(w));
 }
 
 fn end_gauge_hessian(w: Window) -> SecondPartials {
-    return add_seconds(SecondPartials(), w.ends, gauge_hessian(w));
+    return add_seconds(SecondPartials(), w.ends, difference_gauge_hessian(w));
 }

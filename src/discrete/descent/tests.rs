@@ -54,7 +54,7 @@ fn run(energy: &super::super::Energy, batch: &CurveBatch, n: usize, order: usize
     let vertices = vec![Four::ZERO; edges.rows()];
     let mut h = 0.0;
     bases[0].iter().for_each(|e| h += dot(*e, *e).sqrt() / m as f64);
-    let gauge = Four::of(2.0 * h.powi(if order == 3 { -5 } else { -3 }));
+    let gauge = Four::of(2.0 * h.powi(if order == 3 { -5 } else { -1 }));
     let plan = Plan { direction: Direction::Hybrid, step: Step::Search, order, gauge: order, most_iterations: 2000 };
     let terms = energy.terms().iter().map(|(w, f)| (Four::of(*w), f)).collect();
     let weights = Weights { highest: Four::of(2.0), vertices, attached: false };

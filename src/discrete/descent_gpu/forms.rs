@@ -43,11 +43,11 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         in_quadrics.push((geodesic_bending(2.0) + tautness()).fenced(curbed));
     }
     for energy in in_quadrics {
-        let composition = Composition::of(&energy, 2, 3, precision).expect("built in").in_surfaces(None);
+        let composition = Composition::of(&energy, 1, 3, precision).expect("built in").in_surfaces(None);
         keys.extend(LANES.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
     }
     if precision == Precision::F64 {
-        let composition = Composition::of(&geodesic_bending(2.0), 2, 3, precision).expect("built in");
+        let composition = Composition::of(&geodesic_bending(2.0), 1, 3, precision).expect("built in");
         let torus = Torus::new(2.0, 1.0).expect("R > r").wgsl();
         let heights = HeightField::new([2, 2], vec![0.0; 4]).expect("two rows and columns").wgsl();
         let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -59,7 +59,16 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     }
     for (energy, order) in forms {
         for dimension in [2, 3] {
-            let gauge = if order > 1 { order } else { 0 };
+            let gauge = match order {
+                2 if energy.is_fenced() => 1,
+                order => {
+                    if order > 1 {
+                        order
+                    } else {
+                        0
+                    }
+                }
+            };
             let composition = Composition::of(&energy, gauge, dimension, precision).expect("built in");
             let gradients = (order < 3 && !energy.is_fenced()).then_some(Way::Gradients);
             let lanes: &[usize] = match order {

@@ -49,7 +49,7 @@ impl Case {
             let edges = batch.points(i).windows(2 * d).step_by(d);
             let total: f64 = edges.map(|w| (0..d).map(|c| (w[c + d] - w[c]).powi(2)).sum::<f64>().sqrt()).sum();
             let mean = total / batch.count(i).max(1) as f64;
-            if mean > 0.0 && mean.is_finite() { mean.powi(-3) } else { 1.0 }
+            if mean > 0.0 && mean.is_finite() { 1.0 / mean } else { 1.0 }
         };
         let weights = (0..batch.len()).map(weight).collect();
         self.gauge = Some((weights, (0..batch.total_points()).map(|v| v % 5 == 0).collect()));
