@@ -34,6 +34,11 @@ pub struct CurveReport {
     ///
     /// `None` where there was one start.
     pub gain: Option<f64>,
+    /// Where a fair curve is more than twice as long as the polygon of its points: how many times as long. The minimum
+    /// is one with loops, which cost less than turns between the points.
+    ///
+    /// `None` of all others, and where points attach the curve.
+    pub loops: Option<f64>,
     /// How the curve keeps its limits. `None` without limits.
     pub limits: Option<LimitReport>,
     /// Largest distance from a data point to the curve's point of the same parameter.
@@ -53,6 +58,7 @@ impl CurveReport {
             gradient_norm: 0.0,
             smoothing: None,
             gain: None,
+            loops: None,
             limits: None,
             max_deviation: 0.0,
         }
@@ -70,6 +76,7 @@ impl CurveReport {
     pub(crate) fn joined(pieces: Vec<CurveReport>) -> Self {
         let join = |mut joined: CurveReport, next: CurveReport| {
             joined.gain = gain([&joined, &next]);
+            joined.loops = [joined.loops, next.loops].into_iter().flatten().reduce(f64::max);
             joined.limits = LimitReport::joined([&joined, &next]);
             let [so_far, severity] = [&joined, &next].map(|report| report.status.severity());
             if severity > so_far || (severity == so_far && joined.message.is_none()) {

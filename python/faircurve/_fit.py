@@ -28,11 +28,12 @@ class Fit:
 
     def report(self) -> dict[str, Any]:
         """One entry a curve in every column: status, message, energy, iterations, gradient_norm, max_deviation, smoothing, gain,
-        and, of fair curves with limits, violation, active, cost, stretch, neighbours and touching.
+        loops, and, of fair curves with limits, violation, active, cost, stretch, neighbours and touching.
 
         ``pandas.DataFrame(fit.report())`` is a table. ``max_deviation`` is the largest distance of the curve from its
         points, ``smoothing`` the λ of smoothing splines (NaN for others), ``gain`` the part of the energy that further ``starts`` of
-        fair curves saved (NaN for one start), ``energy`` in units of the input.
+        fair curves saved (NaN for one start), ``loops`` how many times as long as their points' polygon fair curves with
+        loops are (NaN for others), ``energy`` in units of the input.
         """
         columns = dict(self._fit.report())
         columns["status"] = np.array(columns["status"], dtype=object)

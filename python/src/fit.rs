@@ -42,6 +42,7 @@ pub fn columns<'py>(py: Python<'py>, reports: &[faircurve::CurveReport]) -> PyRe
     report.set_item("max_deviation", numbers(&|report| report.max_deviation))?;
     report.set_item("smoothing", numbers(&|report| report.smoothing.unwrap_or(f64::NAN)))?;
     report.set_item("gain", numbers(&|report| report.gain.unwrap_or(f64::NAN)))?;
+    report.set_item("loops", numbers(&|report| report.loops.unwrap_or(f64::NAN)))?;
     if reports.iter().any(|report| report.limits.is_some()) {
         let of = |of: fn(faircurve::LimitReport) -> f64| numbers(&|report| report.limits.map_or(f64::NAN, of));
         report.set_item("violation", of(|limits| limits.violation))?;

@@ -107,6 +107,8 @@ pub struct Line<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     gain: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    loops: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     limits: Option<KeptLimits>,
     #[serde(skip_serializing_if = "Option::is_none")]
     message: Option<String>,
@@ -142,6 +144,7 @@ impl<'a> Line<'a> {
             gradient_norm,
             smoothing,
             gain,
+            loops,
             limits,
             max_deviation,
             ..
@@ -159,6 +162,7 @@ impl<'a> Line<'a> {
             max_deviation: *max_deviation,
             smoothing: *smoothing,
             gain: *gain,
+            loops: *loops,
             limits: limits.map(KeptLimits::of),
             message: message.as_ref().map(with_options),
         }

@@ -16,6 +16,9 @@ use crate::report::{CurveReport, CurveSet};
 use crate::surface::Surface;
 use glam::DVec3;
 
+use super::problem::Outcome;
+use super::setup::Ready;
+
 /// One fitted curve: its vertices, and the rows that stand for data points.
 #[derive(Clone, Debug)]
 pub(crate) struct Vertices {
@@ -34,6 +37,12 @@ pub(crate) struct Vertices {
 }
 
 impl Vertices {
+    /// Those of a curve where its descent ended.
+    pub fn of<const D: usize>(ready: &Ready<D>, outcome: &Outcome<D>) -> Self {
+        let coords = ready.vertices_of(outcome).into_iter().flatten().collect();
+        Vertices { coords, rows: ready.rows.clone(), corners: vec![], frames: None }
+    }
+
     /// The vertices in space.
     pub fn places(&self) -> Vec<DVec3> {
         self.coords.chunks_exact(3).map(vector).collect()
@@ -63,6 +72,8 @@ pub(crate) struct FairCurves {
     pub origin: Arc<Origin>,
     /// The surface that the curves lie in.
     surface: Option<Arc<dyn Surface>>,
+    /// The unit vector along which no edge goes back where its span does not.
+    ahead: Option<DVec3>,
 }
 
 /// The parameters of a curve's data points.
@@ -79,8 +90,9 @@ pub(super) fn knots_of(batch: &CurveBatch, i: usize) -> Vec<f64> {
 /// Between two data points the parameter grows by the same step from edge to edge. If both data
 /// points have the same parameter, derivatives are taken by the fraction of the span.
 ///
-/// - At a vertex the tangent is halfway between those of the two edges, and the curvature vector is
-///   K = (T′ − T)/Δa.
+/// - At a vertex between edges of lengths h and h′ with the tangents T and T′ the curvature vector is
+///   K = (T′ − T)/Δa. The tangent is (h′T + hT′)/(h + h′) − hh′ (K₊ − K₋)/(6 (h + h′)) with the curvature
+///   vectors at the vertices beside it, which is that of the smooth curve to the fourth order.
 /// - Along an edge the curve is the cubic with the tangents at both ends. Its curvature changes
 ///   linearly from one K to the next.
 /// - At a corner each side has the tangent and the curvature of an end. Neither contains the turn
@@ -94,6 +106,8 @@ struct FairCurve<'a> {
     /// The parameter of every data point.
     knots: &'a [f64],
     surface: Option<&'a dyn Surface>,
+    /// That of [`FairCurves`].
+    ahead: Option<DVec3>,
 }
 
 /// The curve along an edge, as p + v (a + v (c + v d)) at the fraction v of the edge.
@@ -233,40 +247,79 @@ impl FairCurve<'_> {
     }
 
     /// The frame at a vertex of a smooth piece.
-    ///
-    /// At the ends of the piece the curvature is extrapolated.
     #[inline(always)]
     fn frame(&self, chords: &[Chord], row: usize, piece: Option<(usize, usize)>) -> Frame {
         if let Some(frames) = &self.vertices.frames {
             return frames[self.wrapped(row)];
         }
-        match piece {
-            Some((first, last)) if row == first || row == last => {
-                self.frame_at_an_end(chords, row == first, first, last)
+        let curvature = |row| self.curvature(chords, row, piece);
+        let (before, after) = self.chords_at(chords, row);
+        let own = curvature(row);
+        let (tangent, otherwise) = match piece {
+            Some((first, _)) if row == first => {
+                (after.direction - after.length / 6.0 * (2.0 * own + curvature(row + 1)), after.direction)
             }
-            _ => self.frame_within(chords, row),
+            Some((_, last)) if row == last => {
+                (before.direction + before.length / 6.0 * (2.0 * own + curvature(row - 1)), before.direction)
+            }
+            _ => {
+                let change = curvature(row + 1) - curvature(self.before(row));
+                let mean = after.length * before.direction + before.length * after.direction;
+                (mean - before.length * after.length / 6.0 * change, after.direction)
+            }
+        };
+        let tangent = tangent.normalize_or(otherwise);
+        let Some(ahead) = self.ahead else { return (tangent, own) };
+        let beside = match piece {
+            Some((first, _)) if row == first => [after, after],
+            Some((_, last)) if row == last => [before, before],
+            _ => [before, after],
+        };
+        (kept_ahead(tangent, ahead, beside.map(|chord| ahead.dot(chord.direction))), own)
+    }
+
+    /// The curvature vector at a vertex of a smooth piece, which is extrapolated at the ends of the piece.
+    #[inline(always)]
+    fn curvature(&self, chords: &[Chord], row: usize, piece: Option<(usize, usize)>) -> DVec3 {
+        let within = |row: usize| {
+            let (before, after) = self.chords_at(chords, row);
+            (after.direction - before.direction) / (0.5 * (before.length + after.length))
+        };
+        let inner = |k: usize, (first, last): (usize, usize)| within(if row == first { first + k } else { last - k });
+        match piece {
+            Some(piece @ (first, last)) if row == first || row == last => match last - first {
+                0 | 1 => DVec3::ZERO,
+                2 => inner(1, piece),
+                _ => 2.0 * inner(1, piece) - inner(2, piece),
+            },
+            _ => within(row),
         }
     }
 
+    /// The chords that end and begin at a vertex. At the end of an open curve there is but one of them, twice.
     #[inline(always)]
-    fn frame_within(&self, chords: &[Chord], row: usize) -> Frame {
-        let before = &chords[if row == 0 { self.count() - 1 } else { self.wrapped(row - 1) }];
-        let after = &chords[self.wrapped(row)];
-        let (from, to) = (before.direction, after.direction);
-        ((from + to).normalize_or(to), (to - from) / (0.5 * (before.length + after.length)))
+    fn chords_at<'c>(&self, chords: &'c [Chord], row: usize) -> (&'c Chord, &'c Chord) {
+        (&chords[self.before(row).min(chords.len() - 1)], &chords[self.wrapped(row).min(chords.len() - 1)])
     }
 
-    fn frame_at_an_end(&self, chords: &[Chord], at_first: bool, first: usize, last: usize) -> Frame {
-        let (row, sign) = if at_first { (first, -1.0) } else { (last - 1, 1.0) };
-        let inner = |k: usize| self.frame_within(chords, if at_first { first + k } else { last - k }).1;
-        let curvature = match last - first {
-            0 | 1 => DVec3::ZERO,
-            2 => inner(1),
-            _ => 2.0 * inner(1) - inner(2),
-        };
-        let chord = &chords[self.wrapped(row)];
-        let tangent = chord.vector.normalize_or_zero();
-        ((tangent + sign * 0.5 * chord.length * curvature).normalize_or(tangent), curvature)
+    /// The row before another, on a closed curve.
+    #[inline(always)]
+    fn before(&self, row: usize) -> usize {
+        if row == 0 { self.count() - 1 } else { self.wrapped(row - 1) }
+    }
+}
+
+/// The tangent with which cubics along two edges do not go back along a unit vector n, if the edges do not.
+///
+/// `slopes` are n·T of the edges. Cubics are monotone where n·T at both ends is between 0 and three times that of the
+/// edge. Source: F. N. Fritsch and R. E. Carlson, *Monotone piecewise cubic interpolation* (1980).
+fn kept_ahead(tangent: DVec3, ahead: DVec3, [before, after]: [f64; 2]) -> DVec3 {
+    let most = if before * after > 0.0 { 3.0 * before.abs().min(after.abs()) } else { 0.0 };
+    let along = tangent.dot(ahead);
+    let kept = if before < 0.0 { along.clamp(-most, 0.0) } else { along.clamp(0.0, most) };
+    match (tangent - along * ahead).try_normalize() {
+        Some(across) if kept != along => kept * ahead + (1.0 - kept * kept).max(0.0).sqrt() * across,
+        _ => tangent,
     }
 }
 
@@ -331,7 +384,13 @@ impl FairCurves {
             problems,
             origin: batch.origin().clone(),
             surface: None,
+            ahead: None,
         }
+    }
+
+    /// Keeps the curves from going back along a direction between vertices, where their edges do not.
+    pub fn keep_ahead(&mut self, direction: [f64; 3]) {
+        self.ahead = DVec3::from(direction).try_normalize();
     }
 
     /// Keeps all places of the curves in a surface. What could not be fitted is its points as they were given.
@@ -350,8 +409,8 @@ impl FairCurves {
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
         let vertices = self.curves[i].as_ref().ok()?;
         let (dimension, closed, knots) = (self.dimension, self.closed[i], &self.knots[i][..]);
-        let surface = self.surface.as_deref();
-        Some(FairCurve { dimension, closed, vertices, edges: OnceLock::new(), knots, surface })
+        let (surface, ahead) = (self.surface.as_deref(), self.ahead);
+        Some(FairCurve { dimension, closed, vertices, edges: OnceLock::new(), knots, surface, ahead })
     }
 
     /// The coordinates and parameters of the samples of curve `i`.

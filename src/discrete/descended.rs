@@ -3,18 +3,20 @@
 //! A descent ends at the minimum below its start. From other [`starts`](super::starts) it may find other minima, of
 //! which the cheapest is kept. Curves that cross themselves where their points do not are drawn anew.
 
+use super::curves::{FairCurves, Vertices};
 use super::fair::{Fair, Segments};
 use super::lane::Standing;
 use super::problem::Outcome;
-use super::setup::Ready;
+use super::setup::{Ready, set_up_on, set_up_pieces};
 use super::starts::set_up_at;
 use super::untangle::{Untangled, message, untangle};
 use crate::Unfitted;
 use crate::batch::CurveBatch;
+use crate::curve::Curve;
 use crate::device::{Device, DeviceReport};
 use crate::error::{Result, thousands};
 use crate::parallel;
-use crate::report::CurveReport;
+use crate::report::{CurveReport, CurveSet};
 
 /// Starts at most. What a thousand do not find, more will not.
 pub(super) const MOST: u32 = 1_000;
@@ -35,6 +37,16 @@ const REMEDIES: [(bool, u32, &str); 4] = [
 ///
 /// The same one has an energy that differs by some 1e-6, since the gauge is that of the start.
 const LOWER: f64 = 1e-4;
+
+/// The fewest edges a span of a curve that a finer one starts from.
+const COARSEST: usize = 8;
+
+/// Curves that have not converged: their numbers among those that are ready, and which keep their ends.
+struct Left {
+    numbers: Vec<usize>,
+    batch: CurveBatch,
+    kept: Vec<[bool; 2]>,
+}
 
 /// Curves that have been descended, with their problems.
 pub(super) struct Descended<const D: usize> {
@@ -119,6 +131,83 @@ impl<const D: usize> Descended<D> {
         }
     }
 
+    /// Descends what has not converged again, from the curve of half the edges.
+    ///
+    /// Energies of order 3 have minima that descents from the spline miss, the more so the more edges there are. Each curve
+    /// of half the edges starts from that of a quarter, down to [`COARSEST`] edges a span. `curves` are the numbers of
+    /// those that are ready.
+    fn refine(
+        &mut self,
+        fair: &Fair,
+        batch: &CurveBatch,
+        kept: &[[bool; 2]],
+        curves: &[usize],
+        device: &Device,
+    ) -> Result<()> {
+        let left = self.left(batch, kept, curves);
+        if left.numbers.is_empty() {
+            return Ok(());
+        }
+        let segments = match fair.segments {
+            Segments::PerSpan(n) if n >= 2 * COARSEST => Segments::PerSpan(n / 2),
+            _ => return Ok(()),
+        };
+        let coarse = Fair { segments, starts: 1, ..fair.clone() };
+        let ready = set_up_pieces(&coarse, &left.batch, &left.kept)?;
+        if ready.iter().all(Result::is_err) {
+            return Ok(());
+        }
+        let found = Self::best(&coarse, &left.batch, &left.kept, ready, device, &|_| {})?;
+        let mut outcomes = found.outcomes.iter();
+        let vertices = found.ready.iter().map(|ready| {
+            let (ready, outcome) = (ready.as_ref().map_err(|_| vec![])?, outcomes.next().expect("one a ready curve"));
+            let has_converged = outcome.standing == Standing::Converged;
+            if has_converged { Ok(Vertices::of(ready, outcome)) } else { Err(vec![]) }
+        });
+        let coarse = FairCurves::new(&left.batch, vertices.collect(), Default::default());
+        self.go_on_from(fair, left, curves, device, &|at| coarse.vertices(at).map(|_| coarse.curve(at)))
+    }
+
+    /// What has not converged, of those that are ready.
+    fn left(&self, batch: &CurveBatch, kept: &[[bool; 2]], curves: &[usize]) -> Left {
+        let numbers: Vec<usize> = (0..curves.len()).filter(|&k| self.outcomes[k].is_open()).collect();
+        let which: Vec<usize> = numbers.iter().map(|&k| curves[k]).collect();
+        let kept = which.iter().map(|&i| kept.get(i).copied().unwrap_or_default()).collect();
+        Left { batch: batch.select(&which), kept, numbers }
+    }
+
+    /// Descends curves again from other ones, where there are some, and keeps what converges.
+    fn go_on_from<'c>(
+        &mut self,
+        fair: &Fair,
+        left: Left,
+        curves: &[usize],
+        device: &Device,
+        start: &dyn Fn(usize) -> Option<Box<dyn Curve + 'c>>,
+    ) -> Result<()> {
+        let (mut able, mut ready) = (Vec::new(), Vec::new());
+        for (at, &k) in left.numbers.iter().enumerate() {
+            let Some(start) = start(at) else { continue };
+            if let Ok(again) = set_up_on(fair, &left.batch, at, left.kept[at], &*start) {
+                able.push(k);
+                ready.push(Ok(again));
+            }
+        }
+        if able.is_empty() {
+            return Ok(());
+        }
+        let found = Self::new(fair, ready, device, &|_| {})?;
+        let found = found.ready.into_iter().zip(found.outcomes).zip(found.untangled.tauter);
+        for (k, ((ready, mut outcome), tauter)) in able.into_iter().zip(found) {
+            outcome.iterations += self.outcomes[k].iterations;
+            if outcome.standing == Standing::Converged {
+                self.ready[curves[k]] = ready;
+                (self.outcomes[k], self.untangled.tauter[k]) = (outcome, tauter);
+            }
+        }
+        Ok(())
+    }
+
     /// Descends curves from the spline and from `fair.starts` − 1 other starts.
     ///
     /// `ended` is called for every curve that is ready, by its number among those.
@@ -138,6 +227,9 @@ impl<const D: usize> Descended<D> {
         };
         let mut best = Self::new(fair, ready, device, &|k| at_last(0, k))?;
         best.redraw(fair, batch, kept, &curves, device)?;
+        if fair.energy.order() > 2 && fair.surface.is_none() {
+            best.refine(fair, batch, kept, &curves, device)?;
+        }
         if fair.starts > 1 {
             best.gains = vec![0.0; curves.len()];
         }
@@ -179,15 +271,26 @@ impl<const D: usize> Descended<D> {
 }
 
 impl Fair {
-    /// Sentences about usable curves, for people who fit many: how many curves were found cheaper from further
-    /// starts, and by how much. The reports are those of a fit with these options.
+    /// Sentences about usable curves, for people who fit many: how many have loops, and how many were found cheaper from
+    /// further starts, and by how much. The reports are those of a fit with these options.
     pub fn notes(&self, reports: &[CurveReport]) -> Vec<String> {
+        let mut notes = Vec::new();
+        let looping: Vec<f64> =
+            reports.iter().filter(|report| report.status.is_usable()).filter_map(|report| report.loops).collect();
+        if let Some(most) = looping.iter().copied().reduce(f64::max) {
+            notes.push(format!(
+                "{} of {} curves have loops, and are up to {most:.1} times as long as their points' polygon: {}",
+                thousands(looping.len()),
+                thousands(reports.len()),
+                if self.energy.bounds_length() { "weigh length, tension or tautness more" } else { self.remedy() }
+            ));
+        }
         let tried = reports.iter().filter(|report| report.gain.is_some()).count();
         let gains = reports.iter().filter(|report| report.status.is_usable()).filter_map(|report| report.gain);
         let mut gains: Vec<f64> = gains.filter(|gain| *gain > 0.0).collect();
         gains.sort_unstable_by(f64::total_cmp);
         if tried == 0 {
-            return Vec::new();
+            return notes;
         }
         let found = match gains.last() {
             None => format!("none of {} curves found a cheaper minimum", thousands(tried)),
@@ -199,6 +302,7 @@ impl Fair {
                 100.0 * most
             ),
         };
-        vec![format!("{} starts: {found}", self.starts)]
+        notes.push(format!("{} starts: {found}", self.starts));
+        notes
     }
 }

@@ -177,9 +177,10 @@ pub struct Fair {
     /// over that of the points' polygon: a bound far below the natural curvature may be kept by loops.
     ///
     /// Limits are kept tighter by 2e-7 of them, so that rounding does not break them. Where ρ is at its largest the margin
-    /// grows to 4e-5 at most. They hold at vertices. The curvature of the smooth curve between two vertices may exceed
-    /// its bound by O(h²) of it, with h the edge over the radius: bound it by 1 − h² of what may not be exceeded. Ends have
-    /// no curvature. What lies between vertices of a region leaves it by κh²/8 at most, and no edge cuts a disc to stay out
+    /// grows to 4e-5 at most. They hold at vertices. The curvature of the smooth curve between two vertices exceeds its bound
+    /// where a limit begins to hold or edges of two lengths meet: of 40 rough curves with 16 edges a span by 4 % at the
+    /// median and 20 % at most, and by less with more edges. No curve goes back along a direction between vertices either.
+    /// Ends have no curvature. What lies between vertices of a region leaves it by κh²/8 at most, and no edge cuts a disc to stay out
     /// of, but for those at pinned points, which have no wall.
     ///
     /// Iterations are those of all rounds. The descents are in f64. Kernels without f64 leave them to the CPU.

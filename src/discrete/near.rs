@@ -109,6 +109,7 @@ impl<const D: usize> Ready<D> {
             gradient_norm: f64::NAN,
             smoothing: None,
             gain: None,
+            loops: None,
             limits: None,
             max_deviation: deviation(&self.vertices, &self.rows, batch.points(i).as_chunks::<D>().0),
         };

@@ -21,8 +21,7 @@ const ROUNDING_REACHES: f64 = 1e3;
 /// This was measured with borders of countries.
 const ENOUGH_ITERATIONS: u32 = 200;
 
-/// A curve that has not converged is not shown if it is this many times as long as its chord
-/// polygon.
+/// A curve this many times as long as its chord polygon has loops. One that has not converged is not shown then.
 ///
 /// A half circle through two points is 1.57 times as long. No curve that converged was seen to
 /// pass 1.23 on its way.
@@ -93,8 +92,8 @@ impl Fair {
         let points = batch.points(i).as_chunks::<D>().0;
         let times = length(&vertices, ready.problem.closed) / length(points, ready.problem.closed);
         // Attached curves keep to their points, and small rings may grow round.
-        let astray = times > ASTRAY && ready.problem.attached.is_empty();
-        if status == CurveStatus::NotConverged && astray {
+        let loops = (times > ASTRAY && ready.problem.attached.is_empty()).then_some(times);
+        if status == CurveStatus::NotConverged && loops.is_some() {
             let what = format!(
                 "after {iterations} iterations it has not converged, and is {times:.1} times as long as its points' polygon: it is on its way into \
                  loops, and stays as it is; {}",
@@ -104,19 +103,24 @@ impl Fair {
             let report = CurveReport::unfitted(status, batch.sentence(i, 0, &what));
             return (CurveReport { iterations, ..report }, None);
         }
+        let looping = || {
+            format!(
+                "it is {times:.1} times as long as its points' polygon: loops cost less than turns between its points"
+            )
+        };
         let report = CurveReport {
             status,
-            message,
+            message: message.or_else(|| loops.and_then(|_| say(looping()))),
             energy: outcome.energy * ready.energy_unit,
             iterations,
             gradient_norm: norm,
             smoothing: None,
             gain: None,
+            loops,
             limits: None,
             max_deviation: deviation(&vertices, &ready.rows, points),
         };
-        let coords = vertices.into_iter().flatten().collect();
-        (report, Some(Vertices { coords, rows: ready.rows.clone(), corners: vec![], frames: None }))
+        (report, Some(Vertices::of(ready, outcome)))
     }
 
     /// The remedy for a curve that does not converge.

@@ -16,7 +16,7 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 /// A vertex in the corner between two regions has two, and a corridor as a third.
 const MOST: usize = 3;
 
-/// An edge may be longer than the mean of its span by this factor, where walls push vertices apart.
+/// An edge may grow by this factor after it was measured.
 const UNEVEN: f64 = 1.01;
 
 /// The regions of a curve at size 1.
@@ -155,15 +155,13 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// Measures the edges of the base: the mean of each span, which the gauge keeps nearly equal.
+    /// Measures the edges of the base.
     pub fn measure(&mut self, problem: &Problem<D>) {
         self.edges.fill(0.0);
-        for &[from, to] in &self.spans {
-            let length: f64 = problem.base[from..to].iter().map(|edge| dot(*edge, *edge).sqrt()).sum();
-            let edge = UNEVEN * length / (to - from) as f64;
-            for row in from..=to {
-                let own = &mut self.edges[row % self.movable.len()];
-                *own = own.max(edge);
+        for (row, edge) in problem.base.iter().enumerate() {
+            let length = UNEVEN * dot(*edge, *edge).sqrt();
+            for row in [row, (row + 1) % self.movable.len()] {
+                self.edges[row] = self.edges[row].max(length);
             }
         }
     }

@@ -233,6 +233,7 @@ impl Graph {
             gradient_norm: trace.gradient_norm,
             smoothing: None,
             gain: None,
+            loops: None,
             limits: None,
             max_deviation: moved.fold(0.0, f64::max),
         };

@@ -363,6 +363,7 @@ impl Smooth {
             gradient_norm: found.decrement,
             smoothing: None,
             gain: None,
+            loops: None,
             limits: None,
             max_deviation: 0.0,
         };

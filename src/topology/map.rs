@@ -255,6 +255,7 @@ pub(super) fn report(topology: &Topology, fit: &Fit, i: usize) -> CurveReport {
         gradient_norm: reports().map(|report| report.gradient_norm).fold(0.0, f64::max),
         smoothing: first.filter(|_| smoothing.all(|other| other == first)),
         gain: gain(reports()),
+        loops: reports().filter_map(|report| report.loops).reduce(f64::max),
         limits: LimitReport::joined(reports()),
         max_deviation: deviation(topology, fit, i),
     }

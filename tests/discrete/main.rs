@@ -27,6 +27,7 @@ mod fair_starts;
 mod fair_status;
 mod fair_surfaces;
 mod fair_terrain;
+mod fair_written;
 mod newton;
 mod renka;
 mod toms828;

@@ -55,7 +55,11 @@ impl Fair {
             let message = report.message.clone().unwrap_or_default();
             problems.insert(i, Unfitted { status: report.status, message });
         }
-        Ok((FairCurves::new(batch, curves, problems), reports, device))
+        let mut curves = FairCurves::new(batch, curves, problems);
+        if let Some(direction) = self.limits.monotone {
+            curves.keep_ahead(direction);
+        }
+        Ok((curves, reports, device))
     }
 
     /// Fits curves that have no corners.
