@@ -160,7 +160,7 @@ impl BezierArgs {
         let (mut coords, mut offsets) = (Vec::with_capacity(near.coords().len()), vec![0]);
         for (i, &degree) in degrees.iter().enumerate() {
             let pieces = controls.spans(i) / 3;
-            let whole = controls.count(i) > 1 && pieces * 3 == controls.spans(i);
+            let whole = controls.count(i) < 2 || pieces * 3 == controls.spans(i);
             // What was not completed is still what was read: of a drawing cubics, else a polygon.
             let is_cubic = degree.map_or(plan.reads_cubics(), |degree| degree == 3);
             let points = if whole && is_cubic { controls.points(i) } else { near.points(i) };

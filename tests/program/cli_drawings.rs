@@ -225,6 +225,24 @@ fn an_element_that_cannot_be_read_is_its_trouble_alone() {
 }
 
 #[test]
+fn what_was_not_fitted_stays_byte_for_byte() {
+    let dots = "<path id='dot' d=' m 5e1 50 z'/><polyline points=' 3,3 '/>";
+    let folder = drawing(&format!("<svg>{GOOD}{dots}</svg>"));
+    for command in COMMANDS {
+        run(&folder, &format!("{command} --device cpu --force")).code(0).stderr(contains("2 curves are single points"));
+        let out = read(&folder, "out.svg");
+        assert!(out.ends_with(&format!("{dots}</svg>")), "{command}: {out}");
+    }
+    // A dot is drawn where it is closed, and not where it is a move alone.
+    let folder = drawing("<svg><path d='M10 10C20 0 30 0 40 10M50 50zm7 7'/></svg>");
+    for command in COMMANDS {
+        run(&folder, &format!("{command} --device cpu --force")).code(0).stderr(contains("2 curves are single points"));
+        let out = read(&folder, "out.svg");
+        assert!(data(&out, "path").ends_with("M50,50ZM57,57"), "{command}: {out}");
+    }
+}
+
+#[test]
 fn what_a_transform_without_an_inverse_hides_stays_and_is_said() {
     let hidden = "<g transform='translate(50,50) scale(0)'><path id='a' d='M1 1C1 2 3 2 4 4'/></g>\
                   <path id='b' transform='scale(1,0)' d='M1 1C1 2 3 2 4 4'/>\

@@ -205,9 +205,7 @@ impl Curves<'_> {
             chain::add_vertex(vertices, element);
         }
         if element == PathEl::ClosePath {
-            // A chain without a piece is a point.
-            let closed = vertices.len() > 1 || !self.controls;
-            self.end(vertices, closed)?;
+            self.end(vertices, true)?;
         }
         Ok(())
     }

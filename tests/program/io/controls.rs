@@ -154,7 +154,7 @@ fn subpaths_elements_and_transforms_make_chains_too() {
     let names: Vec<String> = (0..batch.len()).map(|i| batch.name(i).into_owned()).collect();
     assert_eq!(names, ["a/0", "a/1", "a/2", "a/3", "b", "c", "d"]);
     let shapes: Vec<(usize, bool)> = (0..batch.len()).map(|i| (batch.count(i), batch.is_closed(i))).collect();
-    assert_eq!(shapes, [(4, false), (1, false), (6, true), (4, false), (4, false), (9, true), (4, false)]);
+    assert_eq!(shapes, [(4, false), (1, true), (6, true), (4, false), (4, false), (9, true), (4, false)]);
     assert_near(batch.points(0), &[10., 20., 14., 20., 16., 22., 16., 26.]);
     assert_near(batch.points(2), &[24., 34., 24., 36., 24., 38., 24., 40., 24., 38., 24., 36.]);
     assert_near(batch.points(3), &[24., 34., 26., 34., 28., 34., 30., 34.]);
