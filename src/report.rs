@@ -300,7 +300,7 @@ impl Fit {
     pub fn beziers_each(&self, tolerance: impl Fn(usize) -> f64 + Sync) -> CurveBatch {
         let shape = self.polylines(Sampling::PerSpan(1));
         let chain = |i: usize| {
-            let pieces = self.curve(i).beziers(tolerance(i));
+            let pieces = if shape.count(i) > 1 { self.curve(i).beziers(tolerance(i)) } else { Vec::new() };
             let mut points: Vec<DVec3> = pieces.iter().flat_map(|piece| &piece[..3]).copied().collect();
             match pieces.last() {
                 // The last point is the very first one, bit for bit. It is dropped where the chain

@@ -80,7 +80,12 @@ impl CurveBatch {
     /// Records why curve `i` cannot be fitted: its point, and what is wrong with it.
     pub(crate) fn refuse(&mut self, i: usize, point: usize, what: &str) {
         let message = self.sentence(i, point, what);
-        self.problems.insert(i, Unfitted { status: CurveStatus::Invalid, message });
+        self.refuse_as(i, CurveStatus::Invalid, message);
+    }
+
+    /// Records why curve `i` cannot be fitted, in a sentence that names the place.
+    pub(crate) fn refuse_as(&mut self, i: usize, status: CurveStatus, message: String) {
+        self.problems.insert(i, Unfitted { status, message });
     }
 
     /// Records the first problem that `find` sees in each curve that has none yet.

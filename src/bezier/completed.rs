@@ -92,6 +92,7 @@ impl Completed {
         for i in 0..self.reports.len() {
             if let Some(what) = self.chains.degrees[i].and_then(&sentence) {
                 let message = self.chains.control.sentence(i, 0, &what);
+                self.chains.control.refuse_as(i, CurveStatus::Invalid, message.clone());
                 self.reports[i] = CurveReport::unfitted(CurveStatus::Invalid, message);
                 self.chains.degrees[i] = None;
             }

@@ -9,7 +9,7 @@ use crate::curve::measure::inlined_measures;
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::motion::Motion;
 use crate::parallel;
-use crate::report::CurveSet;
+use crate::report::{CurveReport, CurveSet};
 use glam::DVec3;
 
 /// Control points of chains of Béziers, each of its own degree.
@@ -25,6 +25,19 @@ pub(super) struct Chains {
 }
 
 impl Chains {
+    /// Chains whose curves without a degree could not be completed, for what their reports say.
+    pub fn new(
+        mut control: CurveBatch,
+        degrees: Vec<Option<usize>>,
+        knots: Option<Vec<Vec<f64>>>,
+        reports: &[CurveReport],
+    ) -> Self {
+        for (i, report) in reports.iter().enumerate().filter(|(i, _)| degrees[*i].is_none()) {
+            control.refuse_as(i, report.status, report.message.clone().unwrap_or_default());
+        }
+        Chains { control, degrees, knots }
+    }
+
     /// Number of pieces of curve `i`.
     pub fn pieces(&self, i: usize) -> usize {
         let points = self.control.count(i);

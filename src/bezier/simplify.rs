@@ -136,11 +136,8 @@ impl Simplify {
             offsets.push(coords.len() / d);
         }
         let control = chains.replaced(coords, offsets)?;
-        Ok(Completed {
-            chains: Chains { control, degrees, knots: None },
-            reports,
-            device: Device::cpu().report(false)?,
-        })
+        let chains = Chains::new(control, degrees, None, &reports);
+        Ok(Completed { chains, reports, device: Device::cpu().report(false)? })
     }
 
     /// A simpler chain.
@@ -260,7 +257,7 @@ fn pieces(chains: &CurveBatch, i: usize) -> std::result::Result<Vec<Piece>, Unfi
     let points: Vec<DVec3> = chains.points(i).chunks_exact(chains.dimension()).map(vector).collect();
     let unfitted = |status, what: &str| Unfitted { status, message: chains.sentence(i, count.saturating_sub(1), what) };
     match spans {
-        0 => Err(unfitted(CurveStatus::Degenerate, "it is a single point: there is nothing to simplify")),
+        _ if count < 2 => Err(unfitted(CurveStatus::Degenerate, "it is a single point: there is nothing to simplify")),
         spans if !spans.is_multiple_of(3) => {
             let more = if chains.is_closed(i) { "" } else { " and one more" };
             let what = format!("{count} control points are no cubics: give three a piece{more}");

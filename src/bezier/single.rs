@@ -105,7 +105,8 @@ impl Complete {
             .collect();
         let control = batch.with_points(coords, batch.offsets().to_vec());
         device.finished(batch.len());
-        Ok(Completed { chains: Chains { control, degrees, knots: None }, reports, device: device.report(true)? })
+        let chains = Chains::new(control, degrees, None, &reports);
+        Ok(Completed { chains, reports, device: device.report(true)? })
     }
 }
 

@@ -3,7 +3,7 @@
 
 use clap::Args;
 use faircurve::bezier::MOST_DEGREE;
-use faircurve::io::{self, Format, WriteOptions};
+use faircurve::io::{self, Flatness, Format, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result, Sampling, Work};
 
@@ -13,6 +13,9 @@ use super::polygons::{Plan, PlanArgs};
 use super::run::{Run, RunArgs};
 use super::sampling::{per_span, points};
 use super::{count, thousands};
+
+/// Arcs of a drawing become cubics within this part of --tolerance.
+const ARCS: f64 = 0.01;
 
 #[derive(Args, Debug)]
 pub struct BezierArgs {
@@ -35,7 +38,7 @@ pub struct BezierArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Output")]
     samples: Option<i64>,
     /// Largest distance of the new cubics from the curves given, with --simplify; of cubics in SVG from
-    /// curves of higher degree else
+    /// arcs and from curves of higher degree else
     ///
     /// In units of the input [default: 1e-6 of the size, none with --simplify].
     #[arg(long, value_name = "T", allow_negative_numbers = true, help_heading = "Output")]
@@ -46,14 +49,14 @@ pub struct BezierArgs {
 
 pub fn run(args: &BezierArgs) -> Result<bool> {
     let beziers = args.shape == Shape::Bezier;
-    let plan = args
-        .plan
-        .plan(&args.curves.input, args.tolerance.map(|tolerance| tolerance - args.rounding(beziers).unwrap_or(0.0)))?;
+    let taken = args.rounding(beziers).unwrap_or(0.0) + args.arcs().unwrap_or(0.0);
+    let plan = args.plan.plan(&args.curves.input, args.tolerance.map(|tolerance| tolerance - taken))?;
     let [elevate, reduce] = args.changes_of_degree()?;
     args.check()?;
 
     let mut run = Run::start(&args.run, "curve", ["completing", "completed"]);
-    let batch = plan.read(&args.curves.input)?;
+    let arcs = args.arcs().map_or(Flatness::OfSize(BEZIER_TOLERANCE), Flatness::Within);
+    let batch = plan.read(&args.curves.input, arcs)?;
     args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "control point"));
     // Completing a control point takes the CPU about as long as a point of a natural spline.
@@ -141,16 +144,23 @@ impl BezierArgs {
         self.tolerance.filter(|_| rounds).map(|tolerance| ROUNDING * tolerance)
     }
 
+    /// How far the cubics that arcs of a drawing become may be from them.
+    fn arcs(&self) -> Option<f64> {
+        let svg = self.curves.input.format() == Some(Format::Svg);
+        self.tolerance.filter(|_| svg).map(|tolerance| ARCS * tolerance)
+    }
+
     /// Chains of cubics for SVG: control points of cubics as they are, curves of other degrees
     /// within the tolerance.
     fn cubics(&self, plan: &Plan, controls: &CurveBatch, degrees: &[Option<usize>], fit: &Fit) -> Result<CurveBatch> {
         let own = |i: usize| BEZIER_TOLERANCE * size(controls.points(i), controls.dimension());
-        let near = fit.beziers_each(|i| self.tolerance.unwrap_or_else(|| own(i)));
+        let tolerance = self.tolerance.map(|tolerance| tolerance - self.arcs().unwrap_or(0.0));
+        let near = fit.beziers_each(|i| tolerance.unwrap_or_else(|| own(i)));
         let d = controls.dimension();
         let (mut coords, mut offsets) = (Vec::with_capacity(near.coords().len()), vec![0]);
         for (i, &degree) in degrees.iter().enumerate() {
             let pieces = controls.spans(i) / 3;
-            let whole = controls.count(i) > 1 && pieces * 3 == controls.spans(i);
+            let whole = controls.count(i) < 2 || pieces * 3 == controls.spans(i);
             // What was not completed is still what was read: of a drawing cubics, else a polygon.
             let is_cubic = degree.map_or(plan.reads_cubics(), |degree| degree == 3);
             let points = if whole && is_cubic { controls.points(i) } else { near.points(i) };

@@ -4,7 +4,6 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use faircurve::io::{self, Flatness, ReadOptions};
 use faircurve::papers::exponent::{DotsOf, ExponentSearch, ShapeExponent};
 use faircurve::picture::{Bar, Panel, Sheet, Stroke};
 use faircurve::{CurveBatch, Device, Error, Result};
@@ -14,9 +13,6 @@ use rayon::prelude::*;
 use super::output::{self, title};
 use super::progress::Progress;
 use super::{InputArgs, Talk, count};
-
-/// Points along the paths of a drawing: their chords are within this part of a path's size.
-const FLATNESS: f64 = 1e-3;
 
 /// Dots of a curve that has points enough, and the points a dot that a shape needs to be told by.
 const DOTS: usize = 10;
@@ -80,8 +76,7 @@ pub fn run(args: &ExponentArgs) -> Result<bool> {
     output::check(&files, args.force)?;
     let mut progress = Progress::new(args.talk.quiet);
     progress.step("reading");
-    let options = ReadOptions { flatness: Some(Flatness::OfSize(FLATNESS)), ..args.input.options() };
-    let batch = io::read_with(&args.input.input, &options)?;
+    let batch = args.input.read()?;
     if batch.dimension() != 2 {
         return Err(Error::argument(
             "exponents are those of planar curves, and the points have three coordinates: leave z out",

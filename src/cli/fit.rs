@@ -15,9 +15,6 @@ use super::run::{Run, RunArgs};
 use super::sampling::{points, sampling};
 use super::track::TrackArgs;
 
-/// Points along the paths of a drawing: their chords are within this part of a path's size.
-const FLATNESS: f64 = 1e-3;
-
 #[derive(Args, Debug)]
 pub struct FitArgs {
     #[command(flatten)]
@@ -55,8 +52,9 @@ pub fn run(args: &FitArgs) -> Result<bool> {
 
     let mut run = Run::start(&args.run, "curve", ["fitting", "fitted"]);
     let input = &args.curves.input;
-    let flatness = Some(args.asked_tolerance().map_or(Flatness::OfSize(FLATNESS), Flatness::Within));
-    let options = ReadOptions { carried: args.tracks.carried(), flatness, ..input.options() };
+    let by_default = input.options();
+    let flatness = args.asked_tolerance().map(Flatness::Within).or(by_default.flatness);
+    let options = ReadOptions { carried: args.tracks.carried(), flatness, ..by_default };
     let batch = io::read_with(&input.input, &options)?;
     let batch = args.tracks.split(batch)?;
     let tracks = args.tracks.samples(&batch, sampling)?;

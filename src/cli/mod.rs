@@ -31,7 +31,7 @@ use std::path::PathBuf;
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand};
-use faircurve::io::{self, Closed, Columns, Format, ReadOptions};
+use faircurve::io::{self, Closed, Columns, Flatness, Format, ReadOptions};
 use faircurve::{CurveBatch, Error, Result};
 
 use words::with_options;
@@ -81,6 +81,9 @@ enum Command {
 /// So many letters may be missing, wrong, too many or exchanged in a subcommand that is meant.
 const MISTYPED: usize = 2;
 
+/// Points along the paths of a drawing: their chords are within this part of a path's size.
+const FLATNESS: f64 = 1e-3;
+
 /// What is read, and how.
 #[derive(Args, Debug)]
 struct InputArgs {
@@ -118,6 +121,7 @@ impl InputArgs {
             columns: self.columns.clone().unwrap_or_default(),
             closed: self.closed,
             sorted: self.sort.is_some(),
+            flatness: Some(Flatness::OfSize(FLATNESS)),
             ..ReadOptions::default()
         }
     }

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use faircurve::bezier::{Chain, Complete, Completed, EndTangents, Energy, Joints, MOST_DEGREE, PieceLengths, Simplify};
-use faircurve::io::{self, Closed, Format, ReadOptions};
+use faircurve::io::{self, Closed, Flatness, Format, ReadOptions};
 use faircurve::{Constraints, CurveBatch, Device, Error, Result};
 
 use super::method::{Degrees, weights};
@@ -220,13 +220,13 @@ impl PlanArgs {
 }
 
 impl Plan {
-    /// Reads the control points, and marks those that are kept.
+    /// Reads the control points, with cubics so near to the arcs of a drawing, and marks those that are kept.
     ///
     /// # Errors
     /// Those of reading; weights; closed chains of which only the ends would be kept.
-    pub fn read(&self, input: &InputArgs) -> Result<CurveBatch> {
-        let batch =
-            io::read_with(&input.input, &ReadOptions { closed: self.closed, controls: self.svg, ..input.options() })?;
+    pub fn read(&self, input: &InputArgs, arcs: Flatness) -> Result<CurveBatch> {
+        let options = ReadOptions { closed: self.closed, controls: self.svg, flatness: Some(arcs), ..input.options() };
+        let batch = io::read_with(&input.input, &options)?;
         if (0..batch.len()).any(|i| batch.weights(i).is_some()) {
             return Err(Error::argument(
                 "the file gives its points weights, but Bézier curves are polynomial here and have none: drop the column with \

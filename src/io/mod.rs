@@ -56,8 +56,7 @@
 //!   numbers packs to a third or a tenth. Only data of next to no content packs to less than a
 //!   hundredth. The limit does not hold for unpacked files, so such a file can be unpacked first.
 //! - A row of CSV may have 16 MiB.
-//! - An element of SVG may have 10,000 attributes, and an arc a radius of 10⁹. Entities of SVG may
-//!   make 16 MiB of text.
+//! - An element of SVG may have 10,000 attributes. Entities of SVG may make 16 MiB of text.
 //!
 //! The checksums of gzip and of every array are compared.
 //!
@@ -150,12 +149,13 @@ pub struct ReadOptions {
     ///
     /// The points of a curve are then control points, 3 a piece and one more. A closed chain does
     /// not repeat its first point. Lines and quadratic curves become the cubics that they are. Arcs
-    /// become cubics near them. The points of other formats are read as they stand. False by
+    /// become cubics as near to them as [`flatness`](Self::flatness) says. The points of other formats are read as they stand. False by
     /// default.
     pub controls: bool,
-    /// SVG: how near the chords between the points of a curve are to the curved segments of its path.
+    /// SVG: how near the chords between the points of a curve are to the curved segments of its path. The points are on the
+    /// path. With [`controls`](Self::controls), how near cubics are to arcs.
     ///
-    /// By default curved segments have their ends alone.
+    /// By default curved segments have their ends alone, and arcs are divided into quarters of a turn.
     pub flatness: Option<Flatness>,
 }
 
@@ -208,8 +208,8 @@ pub struct WriteOptions {
 /// # Errors
 /// A file that cannot be read or does not hold what its format promises.
 ///
-/// A fault of one curve (NaN, decreasing parameters) is not an error. The curve gets an
-/// [`Unfitted`](crate::Unfitted).
+/// A fault of one curve (NaN, decreasing parameters, an element of SVG that cannot be read) is not an
+/// error. The curve gets an [`Unfitted`](crate::Unfitted).
 pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
     read_with(path, &ReadOptions::default())
 }

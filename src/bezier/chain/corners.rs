@@ -72,7 +72,7 @@ impl Corners {
             joined.push(report);
         }
         let control = batch.with_points(coords, batch.offsets().to_vec());
-        Completed { chains: Chains { control, degrees, knots: Some(knots) }, reports: joined, device }
+        Completed { chains: Chains::new(control, degrees, Some(knots), &joined), reports: joined, device }
     }
 }
 

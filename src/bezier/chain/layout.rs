@@ -42,6 +42,10 @@ impl<'a> Layout<'a> {
         }
         let spans = if closed { count } else { count - 1 };
         if spans == 0 || !spans.is_multiple_of(degree) {
+            if count == 1 {
+                let what = "it is a single point: there is nothing to complete".into();
+                return Err((CurveStatus::Degenerate, 0, what));
+            }
             let (kind, form) = if closed { ("a closed", "") } else { ("an open", " + 1") };
             return Err(invalid(
                 count - 1,

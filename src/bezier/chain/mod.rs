@@ -295,6 +295,6 @@ impl Chain {
             }
         }
         let control = batch.with_points(coords, batch.offsets().to_vec());
-        Completed { chains: Chains { control, degrees, knots: Some(knots) }, reports, device }
+        Completed { chains: Chains::new(control, degrees, Some(knots), &reports), reports, device }
     }
 }

@@ -35,7 +35,7 @@ pub(super) fn steps(vertices: &Vertices, element: PathEl, within: f64) -> Option
 }
 
 /// The most points of one segment.
-const MOST_STEPS: f64 = 1000.0;
+pub(super) const MOST_STEPS: f64 = 1000.0;
 
 /// Adds the points of a cubic at the ends of so many steps.
 pub(super) fn add_sampled(vertices: &mut Vertices, cubic: CubicBez, steps: usize) {

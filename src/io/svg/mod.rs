@@ -1,8 +1,10 @@
 //! SVG: reads the curves of a drawing, or their control points, and writes the drawing again with
 //! other paths; draws curves that come from elsewhere, also as cubic Béziers.
 
+mod arc;
 mod chain;
 mod document;
+mod length;
 mod path;
 mod read;
 mod shape;

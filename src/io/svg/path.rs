@@ -1,104 +1,149 @@
-//! Path data, checked before kurbo reads it.
+//! Paths: svgtypes reads their data, and a pen follows it from point to point.
 
-use kurbo::{BezPath, PathEl};
+use kurbo::{Affine, PathEl, Point, Vec2};
+use svgtypes::{Error, NumberListParser, PathParser, PathSegment};
 
-/// The largest number in a path with arcs. Paths with larger ones are refused.
-///
-/// kurbo divides an arc into as many Béziers as the sixth root of its radius asks for, without
-/// limit.
-const LARGEST_ARC: f64 = 1e9;
+use super::arc::Arc;
+use crate::error::quoted;
 
-/// Béziers that kurbo divides a full turn of the largest arc into: (1.1163 · 1e9 / 0.1)^(1/6),
-/// rounded up.
-const ARC_PIECES: usize = 48;
-
-/// The most memory that path data makes.
-///
-/// - An element takes at least two bytes ("h1 1 1").
-/// - An arc makes the elements of a full turn from at least ten bytes ("A1 1 0 11 1").
-/// - The vector of elements grows by doubling.
-/// - Each element has three points.
-pub(super) fn most_bytes(data: &str) -> usize {
-    let elements = match has_arcs(data) {
-        true => data.len().saturating_mul(ARC_PIECES) / 10,
-        false => 0,
-    };
-    elements.saturating_add(data.len() / 2).saturating_mul(2 * size_of::<PathEl>() + 48)
+/// A segment of a path. Arcs stay arcs until it is known how exact they must be.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Segment {
+    Element(PathEl),
+    Arc(Arc),
 }
 
-/// Parses a path, or says what is wrong with it.
-pub(super) fn parse(data: &str) -> Result<BezPath, String> {
-    // kurbo stops at a letter it does not expect and returns what came before it.
-    let foreign =
-        |c: char| !(c.is_ascii_digit() || c.is_ascii_whitespace() || "+-.,eEMmLlHhVvCcSsQqTtAaZz".contains(c));
-    if let Some(c) = data.chars().find(|&c| foreign(c)) {
-        return Err(format!("its path holds {c:?}, which is no path command: mend it"));
-    }
-    if has_arcs(data)
-        && let Some(number) = numbers(data).find(|x| x.abs() > LARGEST_ARC)
-    {
-        return Err(format!(
-            "its path has arcs and the number {number:e}, but arcs can be divided up to {LARGEST_ARC:e}: scale it down"
-        ));
-    }
-    BezPath::from_svg(data).map_err(|error| format!("its path cannot be read ({error}): mend it"))
-}
-
-fn has_arcs(data: &str) -> bool {
-    data.contains(['a', 'A'])
-}
-
-/// The numbers of the data, also those separated only by a sign or a point.
-///
-/// Flags of arcs may stick to a number, as further digits.
-fn numbers(data: &str) -> impl Iterator<Item = f64> {
-    let bytes = data.as_bytes();
-    let mut at = 0;
-    std::iter::from_fn(move || {
-        let digit = |at: usize| bytes.get(at).is_some_and(u8::is_ascii_digit);
-        let digits = |mut at: usize| {
-            while digit(at) {
-                at += 1;
-            }
-            at
+impl Segment {
+    /// The elements that draw it elsewhere, an arc as cubics within a distance (> 0) of it.
+    pub fn elements(self, place: Affine, within: f64) -> impl Iterator<Item = PathEl> {
+        let (element, arc) = match self {
+            Segment::Element(element) => (Some(element), None),
+            Segment::Arc(arc) => (None, Some(arc.cubics(within / largest_scale(place)))),
         };
-        while at < bytes.len() && !digit(at) && !(bytes[at] == b'.' && digit(at + 1)) {
-            at += 1;
-        }
-        if at >= bytes.len() {
-            return None;
-        }
-        let start = at;
-        at = digits(at);
-        if bytes.get(at) == Some(&b'.') {
-            at = digits(at + 1);
-        }
-        if matches!(bytes.get(at), Some(b'e' | b'E')) {
-            let sign = usize::from(matches!(bytes.get(at + 1), Some(b'+' | b'-')));
-            if digit(at + 1 + sign) {
-                at = digits(at + 1 + sign);
-            }
-        }
-        Some(data[start..at].parse().unwrap_or(f64::INFINITY))
-    })
+        let elements = element.into_iter().chain(arc.into_iter().flatten());
+        elements.map(move |element| if place == Affine::IDENTITY { element } else { place * element })
+    }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// No less than the most that a map lengthens a vector.
+pub(super) fn largest_scale(map: Affine) -> f64 {
+    map.as_coeffs()[..4].iter().fold(0.0, |length: f64, x| length.hypot(*x))
+}
 
-    #[test]
-    fn an_arc_of_any_size_ends_in_a_path_or_a_sentence() {
-        for data in ["M0 0A1e300 1e300 0 1 1 1 1", "M0 0a5e9.5 0 11 1 1", "M1e99,0 A2,2 0 0 0 3,3"] {
-            let sentence = parse(data).unwrap_err();
-            assert!(sentence.contains("arcs can be divided up to 1e9: scale it down"), "{sentence}");
+/// The most memory that path data makes: a segment takes at least two bytes ("h1 1 1"), and the
+/// vector of segments grows by doubling.
+pub(super) fn most_bytes(data: &str) -> usize {
+    data.len().saturating_mul(size_of::<Segment>())
+}
+
+/// The segments of path data, or what is wrong with it. `none` is no path (SVG 2).
+pub(super) fn parse(data: &str) -> Result<Vec<Segment>, String> {
+    if data.trim() == "none" {
+        return Ok(Vec::new());
+    }
+    let mut pen = Pen::default();
+    for segment in PathParser::from(data) {
+        pen.draw(segment.map_err(|error| unread("path data", data, &error))?);
+    }
+    Ok(pen.path)
+}
+
+/// The segments from point to point of an attribute `points`.
+pub(super) fn through(points: &str, closed: bool) -> Result<Vec<Segment>, String> {
+    let numbers: Result<Vec<f64>, _> = NumberListParser::from(points).collect();
+    let numbers = numbers.map_err(|error| unread("list of points", points, &error))?;
+    let (points, odd) = numbers.as_chunks::<2>();
+    if let [x] = odd {
+        return Err(format!("its list of points ends with an x, {x}, that has no y: add it, or remove the x"));
+    }
+    let element = |(k, &[x, y]): (usize, &[f64; 2])| match k {
+        0 => PathEl::MoveTo(Point::new(x, y)),
+        _ => PathEl::LineTo(Point::new(x, y)),
+    };
+    let closing = (closed && !points.is_empty()).then_some(PathEl::ClosePath);
+    Ok(points.iter().enumerate().map(element).chain(closing).map(Segment::Element).collect())
+}
+
+/// Names the place where data cannot be read on.
+fn unread(what: &str, data: &str, error: &Error) -> String {
+    let at = match *error {
+        Error::UnexpectedData(at)
+        | Error::InvalidNumber(at)
+        | Error::InvalidChar(_, at)
+        | Error::InvalidString(_, at) => data.char_indices().nth(at.saturating_sub(1)),
+        _ => None,
+    };
+    match at.map(|(at, _)| data[at..].trim()).filter(|rest| !rest.is_empty()) {
+        Some(rest) => format!("its {what} cannot be read from {} on: mend it", quoted(rest)),
+        None => format!("its {what} ends where a number must follow: complete it"),
+    }
+}
+
+/// What draws a path.
+#[derive(Default)]
+struct Pen {
+    path: Vec<Segment>,
+    at: Point,
+    start: Point,
+    is_closed: bool,
+    /// The last control point where the command before was C or S, and where it was Q or T.
+    cubic: Option<Point>,
+    quadratic: Option<Point>,
+}
+
+impl Pen {
+    fn draw(&mut self, segment: PathSegment) {
+        let from = self.at;
+        let to = |x: f64, y: f64| match segment.is_abs() {
+            true => Point::new(x, y),
+            false => from + Vec2::new(x, y),
+        };
+        // A shorthand goes on from a curve of its own kind, and else starts without a handle.
+        let mirrored = |control: Option<Point>| control.map_or(from, |control| from + (from - control));
+        let (cubic, quadratic) = (mirrored(self.cubic.take()), mirrored(self.quadratic.take()));
+        if self.is_closed && !matches!(segment, PathSegment::MoveTo { .. }) {
+            self.add(PathEl::MoveTo(from));
         }
-        for data in ["M0 0A1e9 1e9 0 1 1 1 1", "M0 0 A5 5 0 10 1e1-1", "M0,0A0 0 0 0 0 3 3"] {
-            let path = parse(data).unwrap();
-            let elements = path.elements();
-            assert!(elements.len() <= ARC_PIECES + 1 && size_of_val(elements) < most_bytes(data), "{}", elements.len());
+        match segment {
+            PathSegment::MoveTo { x, y, .. } => {
+                self.start = to(x, y);
+                self.add(PathEl::MoveTo(self.start));
+            }
+            PathSegment::LineTo { x, y, .. } => self.add(PathEl::LineTo(to(x, y))),
+            PathSegment::HorizontalLineTo { x, .. } => self.add(PathEl::LineTo(Point::new(to(x, 0.0).x, from.y))),
+            PathSegment::VerticalLineTo { y, .. } => self.add(PathEl::LineTo(Point::new(from.x, to(0.0, y).y))),
+            PathSegment::CurveTo { x1, y1, x2, y2, x, y, .. } => self.curve(to(x1, y1), to(x2, y2), to(x, y)),
+            PathSegment::SmoothCurveTo { x2, y2, x, y, .. } => self.curve(cubic, to(x2, y2), to(x, y)),
+            PathSegment::Quadratic { x1, y1, x, y, .. } => self.quadratic(to(x1, y1), to(x, y)),
+            PathSegment::SmoothQuadratic { x, y, .. } => self.quadratic(quadratic, to(x, y)),
+            PathSegment::EllipticalArc { rx, ry, x_axis_rotation, large_arc, sweep, x, y, .. } => {
+                let end = to(x, y);
+                match Arc::between(from, end, Vec2::new(rx, ry), x_axis_rotation.to_radians(), [large_arc, sweep]) {
+                    Some(arc) => self.path.push(Segment::Arc(arc)),
+                    None => self.path.push(Segment::Element(PathEl::LineTo(end))),
+                }
+                self.at = end;
+            }
+            PathSegment::ClosePath { .. } => {
+                self.add(PathEl::ClosePath);
+                self.at = self.start;
+            }
         }
-        assert!(parse("M1e300 0L1e300 5").is_ok());
-        assert_eq!(numbers("M1-2.5.5e3,7e 1e400").collect::<Vec<_>>(), [1.0, 2.5, 500.0, 7.0, f64::INFINITY]);
+        self.is_closed = matches!(segment, PathSegment::ClosePath { .. });
+    }
+
+    fn add(&mut self, element: PathEl) {
+        self.path.push(Segment::Element(element));
+        self.at = element.end_point().unwrap_or(self.at);
+    }
+
+    fn curve(&mut self, first: Point, second: Point, end: Point) {
+        self.cubic = Some(second);
+        self.add(PathEl::CurveTo(first, second, end));
+    }
+
+    fn quadratic(&mut self, control: Point, end: Point) {
+        self.quadratic = Some(control);
+        self.add(PathEl::QuadTo(control, end));
     }
 }

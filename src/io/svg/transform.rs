@@ -1,7 +1,9 @@
-//! The attribute `transform`.
+//! The attribute `transform`, and what hides an element.
 
 use kurbo::{Affine, Vec2};
+use svgtypes::NumberListParser;
 
+use super::path::largest_scale;
 use crate::error::quoted;
 
 /// Reads a list of transforms: `translate scale rotate matrix skewX skewY`, applied from right to
@@ -9,16 +11,29 @@ use crate::error::quoted;
 pub(super) fn parse(text: &str) -> Result<Affine, String> {
     let mut whole = Affine::IDENTITY;
     let mut rest = text.trim_matches(separator);
+    if rest == "none" {
+        return Ok(whole);
+    }
     while !rest.is_empty() {
         let (name, after) = rest.split_once('(').ok_or_else(|| unknown(rest))?;
         let (inner, after) = after.split_once(')').ok_or_else(|| format!("{} has no closing bracket", quoted(rest)))?;
-        let numbers: Result<Vec<f64>, _> =
-            inner.split(separator).filter(|number| !number.is_empty()).map(str::parse).collect();
-        let numbers = numbers.map_err(|_| format!("{} is no list of numbers", quoted(inner)))?;
+        let numbers: Result<Vec<f64>, _> = NumberListParser::from(inner).collect();
+        let numbers =
+            numbers.map_err(|_| format!("{} is no list of numbers: give numbers without units", quoted(inner)))?;
         whole *= single(name.trim(), &numbers)?;
         rest = after.trim_start_matches(separator);
     }
     Ok(whole)
+}
+
+/// Transforms that lengthen some vectors by this much more than others leave no digits on the way back.
+const MOST_CONDITION: f64 = 1e12;
+
+/// The way back. `None` where there is none: what such a transform draws is not seen.
+pub(super) fn inverse(affine: Affine) -> Option<Affine> {
+    let inverse = affine.inverse();
+    let condition = largest_scale(affine) * largest_scale(inverse);
+    (inverse.is_finite() && (1.0..MOST_CONDITION).contains(&condition)).then_some(inverse)
 }
 
 fn separator(c: char) -> bool {

@@ -9,6 +9,7 @@ use kurbo::{Affine, Point};
 
 use super::chain::straight;
 use super::document::{Drawing, Edit, Element};
+use super::path::largest_scale;
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
 use crate::io::text::Text;
@@ -16,6 +17,9 @@ use crate::io::{WriteOptions, is_finite};
 
 /// A transform leaves so many digits of a coordinate as they were, of about sixteen.
 const KEPT_DIGITS: f64 = 13.0;
+
+/// The most decimals that they are rounded to.
+const MOST_DECIMALS: f64 = 300.0;
 
 /// The margin around the drawing, as a part of its larger side.
 const MARGIN: f64 = 0.02;
@@ -66,15 +70,20 @@ fn fill(
     rounding: Option<f64>,
 ) -> io::Result<()> {
     let mut done = 0;
-    for (range, edit) in &drawing.edits {
+    for (range, element, edit) in &drawing.edits {
+        let element = &drawing.elements[*element];
+        // What was not fitted stays as it is.
+        if element.curves.clone().all(|i| batch.problem(i).is_some()) {
+            continue;
+        }
         text.push(&drawing.text[done..range.start])?;
         done = range.end;
         match *edit {
             Edit::Text(other) => text.push(other)?,
-            Edit::Data(element) => data(text, batch, drawing, element, beziers, rounding)?,
-            Edit::Attribute(element) => {
+            Edit::Data => data(text, batch, element, beziers, rounding)?,
+            Edit::Attribute => {
                 text.push(" d=\"")?;
-                data(text, batch, drawing, element, beziers, rounding)?;
+                data(text, batch, element, beziers, rounding)?;
                 text.push("\"")?;
             }
         }
@@ -86,35 +95,28 @@ fn fill(
 fn data(
     text: &mut Text,
     batch: &CurveBatch,
-    drawing: &Drawing,
-    element: usize,
+    element: &Element,
     beziers: bool,
     rounding: Option<f64>,
 ) -> io::Result<()> {
-    let Element { affine, curves } = &drawing.elements[element];
+    let Element { affine, inverse, curves } = element;
     if *affine == Affine::IDENTITY {
         let unit = rounding.and_then(|rounding| unit(batch, curves.clone(), rounding));
         return curves.clone().try_for_each(|i| subpath(text, batch, i, beziers, unit, down));
     }
-    let back = affine.inverse();
     let place = |point: &[f64]| {
         let [x, y] = down(point);
-        let point = back * Point::new(x, y);
+        let point = *inverse * Point::new(x, y);
         [point.x, point.y]
     };
     let largest = curves.clone().flat_map(|i| batch.points(i).chunks_exact(2).map(place)).flatten();
     let largest = largest.filter(|x| x.is_finite()).fold(0.0f64, |largest, x| largest.max(x.abs()));
-    let decimals = (KEPT_DIGITS - largest.log10().ceil()).clamp(0.0, KEPT_DIGITS);
+    let decimals = (KEPT_DIGITS - largest.log10().ceil()).clamp(0.0, MOST_DECIMALS);
     let tidy = 10f64.powi(decimals as i32);
     let place = |point: &[f64]| place(point).map(|x| (x * tidy).round() / tidy + 0.0);
     // What a step of the rounding is before the transform.
     let unit = rounding.and_then(|rounding| unit(batch, curves.clone(), rounding / largest_scale(*affine)));
     curves.clone().try_for_each(|i| subpath(text, batch, i, beziers, unit, place))
-}
-
-/// No less than the most that a map lengthens a vector.
-fn largest_scale(affine: Affine) -> f64 {
-    affine.as_coeffs()[..4].iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The point in SVG coordinates. Not −y, which makes −0 of 0.

@@ -278,10 +278,6 @@ fn drawings_that_grow_without_end_are_a_sentence() {
     );
     let nested: String = (0..100_000).map(|k| format!("<a xmlns:n{k}=''>")).collect();
     assert_eq!(say(format!("<svg>{nested}")), ": there are more than 64 names of namespaces: give an SVG file");
-    assert_eq!(
-        say("<svg><path d='M0,0A1e60,1e60 0 1 1 1e60,1e60'/></svg>".into()),
-        ", line 1: <path>: its path has arcs and the number 1e60, but arcs can be divided up to 1e9: scale it down"
-    );
 }
 
 #[cfg(target_os = "linux")]

@@ -95,6 +95,29 @@ fn every_path_command_is_read_as_the_cubic_that_it_is() {
 }
 
 #[test]
+fn shorthands_go_on_from_curves_of_their_own_kind_alone() {
+    for (short, explicit) in [
+        ("M0 5C0 8 4 8 4 5T8 5", "M0 5C0 8 4 8 4 5Q4 5 8 5"),
+        ("M0 5Q2 9 4 5S8 1 8 5", "M0 5Q2 9 4 5C4 5 8 1 8 5"),
+        ("M0 5C1 7 3 7 4 5ZS2 4 4 4", "M0 5C1 7 3 7 4 5ZM0 5C0 5 2 4 4 4"),
+        ("M0 5Q1 7 4 5zt2 4", "M0 5Q1 7 4 5ZM0 5Q0 5 2 9"),
+        ("M1 2S3 4 5 6", "M1 2C1 2 3 4 5 6"),
+        ("M1 2L3 3T5 6", "M1 2L3 3Q3 3 5 6"),
+        ("M1 2H3t5 6", "M1 2L3 2Q3 2 8 8"),
+        ("M1 2A5 5 0 0 1 3 3S4 4 5 5", "M1 2A5 5 0 0 1 3 3C3 3 4 4 5 5"),
+        ("M1 2C1 3 2 4 3 4S5 6 7 8s1 2 3 4", "M1 2C1 3 2 4 3 4C4 4 5 6 7 8C9 10 8 10 10 12"),
+        ("M1 2Q2 4 3 4T5 6t1 0", "M1 2Q2 4 3 4Q4 4 5 6Q6 8 6 6"),
+        // What follows a move is a line, and a close starts again where its subpath did.
+        ("m1 2 3 4-1-1zl1 1", "M1 2L4 6L3 5ZM1 2L2 3"),
+        ("M1 2 3.5.5e1-1-1", "M1 2L3.5 5L-1-1"),
+    ] {
+        let (found, wanted) = (controls(short), controls(explicit));
+        assert_eq!(found.offsets(), wanted.offsets(), "{short}");
+        assert_eq!(bits(found.coords()), bits(wanted.coords()), "{short}");
+    }
+}
+
+#[test]
 fn arcs_are_read_as_cubics_that_meet_their_circle() {
     let batch = controls("M5 0 A5 5 0 0 1 0 5 A5 5 0 0 1 -5 0 A5 5 0 0 1 5 0 Z");
     assert!(batch.is_closed(0), "the last arc ends at the start but for rounding");
@@ -131,7 +154,7 @@ fn subpaths_elements_and_transforms_make_chains_too() {
     let names: Vec<String> = (0..batch.len()).map(|i| batch.name(i).into_owned()).collect();
     assert_eq!(names, ["a/0", "a/1", "a/2", "a/3", "b", "c", "d"]);
     let shapes: Vec<(usize, bool)> = (0..batch.len()).map(|i| (batch.count(i), batch.is_closed(i))).collect();
-    assert_eq!(shapes, [(4, false), (1, false), (6, true), (4, false), (4, false), (9, true), (4, false)]);
+    assert_eq!(shapes, [(4, false), (1, true), (6, true), (4, false), (4, false), (9, true), (4, false)]);
     assert_near(batch.points(0), &[10., 20., 14., 20., 16., 22., 16., 26.]);
     assert_near(batch.points(2), &[24., 34., 24., 36., 24., 38., 24., 40., 24., 38., 24., 36.]);
     assert_near(batch.points(3), &[24., 34., 26., 34., 28., 34., 30., 34.]);

@@ -335,23 +335,57 @@ fn svg_that_cannot_be_read_names_the_line() {
         complaint("a.svg", "<svg>\n<path d='M0,0 L1,1'/>\n"),
         "a.svg: the root node was opened but never closed: this is no XML, or the file was cut off"
     );
-    assert_eq!(
-        complaint("a.svg", "<svg>\n<path id='leaf' d='M0,0 L1,oops'/></svg>"),
-        "a.svg, line 2: <path> \"leaf\": its path holds 'o', which is no path command: mend it"
-    );
-    assert_eq!(
-        complaint("a.svg", "<svg><polyline points='1,2 3'/></svg>"),
-        "a.svg, line 1: <polyline>: its path cannot be read (Unexpected EOF): mend it"
-    );
-    assert_eq!(
-        complaint("a.svg", "<svg><g transform='turn(3)'><path d='M0,0 L1,1'/></g></svg>"),
-        "a.svg, line 1: <g>: transform: there is no transform \"turn\": translate, scale, rotate, matrix, skewX and skewY \
-         are possible"
-    );
-    assert_eq!(
-        complaint("a.svg", "<svg><g transform='scale(1,2,3)'/></svg>"),
-        "a.svg, line 1: <g>: transform: scale has 3 numbers, which is not how many it takes"
-    );
+    let trouble = |text: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.svg");
+        std::fs::write(&path, text).unwrap();
+        let batch = io::read(&path).unwrap();
+        let problem = batch.problem(0).unwrap();
+        assert_eq!((problem.status, batch.count(0)), (CurveStatus::Invalid, 0));
+        without_folder(&problem.message, folder.path())
+    };
+    for (element, sentence) in [
+        (
+            "<path id='leaf' d='M0,0 L1,oops'/>",
+            "<path> \"leaf\": its path data cannot be read from \"oops\" on: mend it",
+        ),
+        ("<path d='M0,0 L1'/>", "<path>: its path data ends where a number must follow: complete it"),
+        ("<path d='M0,0 L1,1;'/>", "<path>: its path data cannot be read from \";\" on: mend it"),
+        ("<path d='L1,1 2,2'/>", "<path>: its path data cannot be read from \"L1,1 2,2\" on: mend it"),
+        (
+            "<polyline points='1,2 3'/>",
+            "<polyline>: its list of points ends with an x, 3, that has no y: add it, or remove the x",
+        ),
+        ("<polygon points='1,2 L3,4'/>", "<polygon>: its list of points cannot be read from \"L3,4\" on: mend it"),
+        (
+            "<g transform='turn(3)'><path d='M0,0 L1,1'/></g>",
+            "<g>: transform: there is no transform \"turn\": translate, scale, rotate, matrix, skewX and skewY are possible",
+        ),
+        (
+            "<g transform='scale(1,2,3)'><g><line x2='1'/></g></g>",
+            "<g>: transform: scale has 3 numbers, which is not how many it takes",
+        ),
+        (
+            "<line x2='1' transform='rotate(45deg)'/>",
+            "<line>: transform: \"45deg\" is no list of numbers: give numbers without units",
+        ),
+        (
+            "<line x2='1' transform='scale(nan)'/>",
+            "<line>: transform: \"nan\" is no list of numbers: give numbers without units",
+        ),
+        ("<circle r='2em'/>", "<circle>: r is \"2em\": sizes of fonts are not read: give it in px"),
+        (
+            "<circle r='2 apples'/>",
+            "<circle>: r is \"2 apples\": give a number, or a length in px, mm, cm, in, pt, pc or %",
+        ),
+        (
+            "<rect width='100%' height='5'/>",
+            "<rect>: width is \"100%\": the drawing has no size that this is a part of: give it in px, or <svg> a viewBox",
+        ),
+        ("<path d='M1e308,0 l1e308,0 5,5'/>", "<path>: its coordinates are too large for f64: scale it down"),
+    ] {
+        assert_eq!(trouble(&format!("<svg>\n{element}</svg>")), format!("a.svg, line 2: {sentence}"));
+    }
     assert_eq!(complaint("a.svg", "<html/>"), "a.svg: the document is <html>, and must be <svg>: give an SVG file");
 }
 
