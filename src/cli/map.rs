@@ -188,10 +188,12 @@ pub fn note_of(divided: &Divided) -> String {
 
 /// What was found, in a line.
 fn note(topology: &Topology) -> String {
+    let strokes = topology.strokes();
+    let fitted = (0..strokes.len()).filter(|&i| strokes.problem(i).is_none()).count();
     format!(
         "{} that curves share stay shared, and {} stay in place: {} were fitted",
         count(topology.shared_arcs(), "border"),
         count(topology.junctions(), "junction"),
-        count(topology.strokes().len(), "curve")
+        count(fitted, "curve")
     )
 }

@@ -15,6 +15,8 @@
 //! - Junctions stay where they are: their points are
 //!   [`pinned`](crate::Constraints::pinned).
 //! - A ring without a junction is a closed curve as it always was.
+//! - Of longitudes and latitudes, edges along ±180° and along the poles are the frame of the map. They stay straight, and what
+//!   meets them is fitted as an open curve that ends there.
 //! - A stroke of several arcs for which a method has no curve is [divided](Topology::divide), and its arcs are
 //!   fitted one by one: a bad place spoils the border that it lies on, and no whole coast.
 //!
@@ -41,6 +43,7 @@ mod arcs;
 pub(crate) mod crossings;
 mod divided;
 mod faults;
+mod frame;
 mod levels;
 mod map;
 mod mend;
@@ -153,7 +156,7 @@ impl Topology {
         }
         let alone: Vec<bool> = all.map(|i| batch.problem(i).is_some()).collect();
         let vertices = Vertices::new(batch, snap, geographic, &alone);
-        let arcs = Arcs::new(batch, &vertices, alone);
+        let arcs = Arcs::new(batch, &vertices, geographic, alone);
         let strokes = Strokes::new(batch, &vertices, &arcs, straight);
         Ok(Arc::new(Topology { batch: batch.clone(), geographic, vertices, arcs, strokes }))
     }
@@ -180,6 +183,8 @@ impl Topology {
     }
 
     /// What is to be fitted: every stroke once.
+    ///
+    /// Parts of a map's frame are among them. They have a [problem](CurveBatch::problem), so that no method fits them.
     pub fn strokes(&self) -> &CurveBatch {
         &self.strokes.batch
     }
