@@ -4,9 +4,20 @@
 //! ends on the frame.
 
 use super::TURN;
+use crate::batch::CurveBatch;
+use crate::curve::vector;
 
 /// Degrees by which points may miss the frame: rounding of conversions.
 const ROUNDING: f64 = 1e-9;
+
+/// Whether curve `i` has an edge of the frame.
+pub(super) fn is_in(batch: &CurveBatch, i: usize) -> bool {
+    let points: Vec<[f64; 3]> = batch.points(i).chunks_exact(batch.dimension()).map(|p| vector(p).to_array()).collect();
+    (0..batch.spans(i)).any(|k| {
+        let edge = [points[k], points[(k + 1) % points.len()]];
+        edge[0] != edge[1] && holds(edge)
+    })
+}
 
 /// Whether an edge belongs to the frame: it goes along the antimeridian, along a pole, or along a meridian to a pole.
 pub(super) fn holds([a, b]: [[f64; 3]; 2]) -> bool {

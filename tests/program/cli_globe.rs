@@ -66,7 +66,9 @@ fn rings_round_a_pole_keep_the_pole() {
         for turned in [false, true] {
             let side = if turned { -1.0 } else { 1.0 };
             fs::write(folder.path().join("in.geojson"), polygons(&[&ring])).unwrap();
-            for options in ["", "--surface wgs84", "--smoothing 0.01", "--antimeridian keep", "--digits 3"] {
+            for options in
+                ["", "--surface wgs84", "--smoothing 0.01", "--topology no", "--antimeridian keep", "--digits 3"]
+            {
                 let fit = format!("fit in.geojson -o out.geojson --samples 4 --device cpu --force {options}");
                 run(&folder, &fit).code(0).stderr(said());
                 let geometry = read(&folder, "out.geojson")["features"][0]["geometry"].clone();
@@ -103,7 +105,15 @@ fn the_frame_of_a_map_stays_straight() {
     let west: Ring = vec![[-180.0, 58.0], [-170.0, 60.0], [-170.0, 66.0], [-180.0, 70.0], [-180.0, 58.0]];
     fs::write(folder.path().join("in.geojson"), polygons(&[&framed(), &east, &west])).unwrap();
     run(&folder, "fit in.geojson -o in.topojson --samples 1 --device cpu").code(0);
-    let methods = ["", "--method fair", "--deviation 0.2", "--smoothing 1", "--surface wgs84 --method natural"];
+    let methods = [
+        "",
+        "--topology no",
+        "--topology no --method fair",
+        "--method fair",
+        "--deviation 0.2",
+        "--smoothing 1",
+        "--surface wgs84 --method natural",
+    ];
     for (input, method) in ["in.geojson", "in.topojson"].iter().flat_map(|i| methods.map(|m| (i, m))) {
         run(&folder, &format!("fit {input} -o out.geojson --samples 4 --device cpu --force {method}")).code(0);
         let out = read(&folder, "out.geojson");
