@@ -146,10 +146,12 @@ pub trait Curve: Sync {
         knots[span + 1] - knots[span]
     }
 
-    /// |dp/du| at the fraction `u` of a span.
+    /// |dp/du| at the fraction `u` of a span. On a [globe](Self::globe) it is that on the ground, with the rise of
+    /// heights.
     #[inline(always)]
     fn speed(&self, span: usize, u: f64) -> f64 {
-        self.jet(span, u).first.length() * self.pace(span)
+        let Jet { point, first, .. } = self.jet(span, u);
+        self.globe().map_or(first, |globe| globe.motion(point, first)).length() * self.pace(span)
     }
 
     /// Arc length, to a relative error of 1e-9 or better, near cusps too (see
@@ -170,7 +172,8 @@ pub trait Curve: Sync {
         measure::fraction_at::<dyn AnyCurve>(&self, span, length, target)
     }
 
-    /// Largest |curvature|, in 1/length. Infinite where the curve has a cusp.
+    /// Largest |curvature|, in 1/length. Infinite where the curve has a cusp. On a [globe](Self::globe) it is the
+    /// curvature in space of the way on the ground: that of a great circle is 1/R.
     ///
     /// The accuracy depends on the curve:
     ///

@@ -96,7 +96,7 @@ impl Made<'_> {
     /// A file that cannot be written.
     pub fn finish(self, mut run: Run, args: &CurveArgs) -> Result<bool> {
         let Made { batch, fit, curves, mut options, .. } = self;
-        if args.format() == Some(Format::GeoJson) {
+        if args.to.or_else(|| Format::to_write(&args.output, batch)) == Some(Format::GeoJson) {
             options.decimals = options.decimals.or_else(|| io::decimals_of(batch));
         }
         run.write(&args.output, || io::write_with(&args.output, &curves, &options))?;

@@ -61,10 +61,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
     let tolerances = args.bezier_tolerances(&batch)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
-    let topology = args.map.topology(&batch)?;
-    if let (Some(_), Some(option)) = (&topology, args.tracks.given()) {
-        return Err(Error::argument(format!("{option} is of each curve, but borders are shared: add --topology no")));
-    }
+    let topology = args.map.topology(&batch, args.tracks.given())?;
     let fitted = topology.as_ref().map_or(&batch, |topology| topology.strokes());
     let work = Work { points: points(fitted, sampling), cost: args.method.cost() };
     let device = run.device(&work, volume, Some(fitted.len()))?;

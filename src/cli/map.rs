@@ -66,11 +66,13 @@ pub struct MapArgs {
 }
 
 impl MapArgs {
-    /// What the curves share, where that is asked for.
+    /// What the curves share, where that is asked for, and else the frame of the map. `option` is one that is of each
+    /// curve.
     ///
     /// # Errors
-    /// Options of maps where no borders are looked for, and those of [`Topology::new`].
-    pub fn topology(&self, batch: &CurveBatch) -> Result<Option<Arc<Topology>>> {
+    /// Options of maps where no borders are looked for, options of each curve where they are, and those of
+    /// [`Topology::new`].
+    pub fn topology(&self, batch: &CurveBatch, option: Option<&str>) -> Result<Option<Arc<Topology>>> {
         let wanted = match self.topology {
             Shared::Auto => batch.is_map(),
             Shared::Yes => true,
@@ -84,11 +86,17 @@ impl MapArgs {
                 ("--keep-area", self.keep_area.is_some()),
             ];
             return match given.into_iter().find(|(_, given)| *given) {
+                None if batch.is_map() && option.is_none() => Topology::frame(batch),
                 None => Ok(None),
                 Some((option, _)) => Err(Error::argument(format!(
                     "{option} is for borders that curves share, which are not looked for here: add --topology yes"
                 ))),
             };
+        }
+        if let Some(option) = option {
+            return Err(Error::argument(format!(
+                "{option} is of each curve, but borders are shared: add --topology no"
+            )));
         }
         let mut options = Options::of(batch);
         options.snap = self.snap.unwrap_or(options.snap);
@@ -113,6 +121,9 @@ impl MapArgs {
 
     /// The fitted strokes, mended where that is asked for, and what is worth a line.
     pub fn mend(&self, topology: &Topology, strokes: Sampled) -> (Sampled, Vec<String>) {
+        if self.topology == Shared::No {
+            return (strokes, vec![]);
+        }
         let note = vec![note(topology)];
         match self.crossings.unwrap_or(Crossings::Count) {
             Crossings::Ignore => (strokes, note),
@@ -188,10 +199,12 @@ pub fn note_of(divided: &Divided) -> String {
 
 /// What was found, in a line.
 fn note(topology: &Topology) -> String {
+    let strokes = topology.strokes();
+    let fitted = (0..strokes.len()).filter(|&i| strokes.problem(i).is_none()).count();
     format!(
         "{} that curves share stay shared, and {} stay in place: {} were fitted",
         count(topology.shared_arcs(), "border"),
         count(topology.junctions(), "junction"),
-        count(topology.strokes().len(), "curve")
+        count(fitted, "curve")
     )
 }

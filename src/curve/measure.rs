@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 use super::{Curve, Jet, Sampling};
 use crate::linalg::{self, Operation};
 use crate::motion::{Motion, Vector, searched_curvature};
+use crate::surface::Globe;
 use crate::{arclength, parallel};
 
 /// [`AnyCurve`], with these methods of [`Curve`].
@@ -40,6 +41,7 @@ any_curve! {
     fn dimension() -> usize;
     fn is_closed() -> bool;
     fn is_fitted() -> bool;
+    fn globe() -> Option<Globe>;
     fn domain() -> (f64, f64);
     fn spans() -> usize;
     fn locate(t: f64) -> (usize, f64);
@@ -153,7 +155,44 @@ fn fraction_by_speed(curve: &dyn AnyCurve, piece: [usize; 3], length: f64, targe
 /// Largest |κ| of a piece without a motion.
 #[inline(never)]
 fn curvature_by_jets(curve: &dyn AnyCurve, [span, piece, pieces]: [usize; 3]) -> f64 {
-    searched_curvature(|v| curve.jet(span, (piece as f64 + v) / pieces as f64).curvature(3).abs())
+    let globe = curve.globe();
+    searched_curvature(|v| {
+        let jet = curve.jet(span, (piece as f64 + v) / pieces as f64);
+        globe.map_or_else(|| jet.curvature(3), |globe| globe.curvature_in_space(jet.point, jet.first, jet.second)).abs()
+    })
+}
+
+/// A curve whose lengths are measured by its speed, though it has motions: those of a curve nearby.
+pub(crate) struct BySpeed<'a>(pub &'a dyn Curve);
+
+impl Curve for BySpeed<'_> {
+    fn dimension(&self) -> usize {
+        self.0.dimension()
+    }
+
+    fn is_closed(&self) -> bool {
+        self.0.is_closed()
+    }
+
+    fn knots(&self) -> &[f64] {
+        self.0.knots()
+    }
+
+    fn jet(&self, span: usize, u: f64) -> Jet {
+        self.0.jet(span, u)
+    }
+
+    fn globe(&self) -> Option<Globe> {
+        self.0.globe()
+    }
+
+    fn pace(&self, span: usize) -> f64 {
+        self.0.pace(span)
+    }
+
+    fn pieces(&self, span: usize) -> usize {
+        self.0.pieces(span)
+    }
 }
 
 /// What is measured of a curve, run by run.

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::batch::Origin;
 use crate::batch::{CurveBatch, Unfitted};
-use crate::curve::measure::inlined_measures;
+use crate::curve::measure::{self, BySpeed};
 use crate::curve::{Curve, Input, Jet, Sampling, vector};
 use crate::device::DeviceReport;
 use crate::ground::jet_onto;
@@ -366,7 +366,24 @@ impl Curve for FairCurve<'_> {
         self.surface.map_or(jet, |surface| jet_onto(surface, jet))
     }
 
-    inlined_measures!();
+    fn length(&self) -> f64 {
+        if self.surface.is_some() { BySpeed(self).length() } else { measure::length(&self) }
+    }
+
+    fn span_length(&self, span: usize) -> f64 {
+        if self.surface.is_some() { BySpeed(self).span_length(span) } else { measure::span_length(&self, span) }
+    }
+
+    fn fraction_at(&self, span: usize, length: f64, target: f64) -> f64 {
+        match self.surface {
+            Some(_) => BySpeed(self).fraction_at(span, length, target),
+            None => measure::fraction_at(&self, span, length, target),
+        }
+    }
+
+    fn max_curvature(&self) -> f64 {
+        measure::max_curvature(&self)
+    }
 }
 
 impl FairCurves {

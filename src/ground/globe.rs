@@ -139,8 +139,8 @@ impl GlobeCurves {
     }
 }
 
-/// A curve in space, seen as longitudes, latitudes in degrees and heights, if there are any. Lengths and curvatures are those
-/// on the ground.
+/// A curve in space, seen as longitudes, latitudes in degrees and heights, if there are any. Lengths
+/// are those on the ground, with the rise of heights, and curvatures those in space of the way on the ground.
 struct GlobeCurve<'a> {
     curve: Box<dyn Curve + 'a>,
     height: Height<'a>,
@@ -233,16 +233,8 @@ impl Curve for GlobeCurve<'_> {
         None
     }
 
-    fn length(&self) -> f64 {
-        self.curve.length()
-    }
-
-    fn span_length(&self, span: usize) -> f64 {
-        self.curve.span_length(span)
-    }
-
-    fn fraction_at(&self, span: usize, length: f64, target: f64) -> f64 {
-        self.curve.fraction_at(span, length, target)
+    fn speed(&self, span: usize, u: f64) -> f64 {
+        self.curve.speed(span, u).hypot(self.height.at(span, u)[1])
     }
 
     fn max_curvature(&self) -> f64 {

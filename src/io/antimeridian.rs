@@ -1,13 +1,14 @@
 //! Curves that were carried past ±180 come back, cut where they cross: RFC 7946, section 3.1.9.
 
+use super::longitude::within_half_turn;
 use crate::batch::CurveBatch;
 use crate::sort;
 use crate::words::words;
 
 /// What becomes of longitudes beyond ±180 where a file is written.
 ///
-/// It concerns curves that were carried past ±180 when they were read, of files whose longitudes
-/// were all within ±180.
+/// It concerns curves that were carried past ±180 when they were read, and those that a fit moves past
+/// it, of files whose longitudes were all within ±180.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Antimeridian {
     /// They stay as they are: a curve goes on past ±180.
@@ -30,7 +31,9 @@ const TURN: f64 = 360.0;
 /// Whether curve `i` is to be cut, or wrapped.
 pub(super) fn concerns(batch: &CurveBatch, i: usize) -> bool {
     let origin = batch.origin();
-    origin.within_half_turn && origin.unwrapped.binary_search(&i).is_ok()
+    // A fit may bulge past ±180 where its points do not.
+    let passes = || batch.points(i).iter().step_by(batch.dimension()).any(|&x| !within_half_turn(x));
+    origin.within_half_turn && (origin.unwrapped.binary_search(&i).is_ok() || origin.geographic && passes())
 }
 
 /// A longitude without whole turns.

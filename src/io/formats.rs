@@ -99,6 +99,16 @@ impl Format {
         Self::ALL.iter().copied().find(|format| format.extensions().any(|own| own == extension))
     }
 
+    /// The format that curves are written in to a file of this name: that of its extension. `.json` is GeoJSON, and
+    /// TopoJSON for curves that were read from a topology.
+    pub fn to_write(path: impl AsRef<Path>, batch: &CurveBatch) -> Option<Self> {
+        let path = path.as_ref();
+        match Self::of_extension(path)? {
+            Format::GeoJson if is_json(path) && !geojson::objects(batch).is_empty() => Some(Format::TopoJson),
+            format => Some(format),
+        }
+    }
+
     /// The extensions of its files, the word first.
     pub fn extensions(self) -> impl Iterator<Item = &'static str> {
         let Entry { word, extensions, .. } = self.entry();
@@ -153,6 +163,11 @@ impl Format {
     pub(super) fn of(path: &Path, given: Option<Format>, option: &str) -> Result<Self> {
         given.or_else(|| Self::of_extension(path)).ok_or_else(|| unknown_format(path, option, &alternatives(&words())))
     }
+}
+
+/// Whether a file is called `.json`, as those of several formats are.
+fn is_json(path: &Path) -> bool {
+    extension_of(path).is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
 }
 
 /// The words of all formats.

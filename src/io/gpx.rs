@@ -69,7 +69,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
         file: Some(source.path.display().to_string()),
         names: Some(names),
         clock,
-        within_half_turn: coords.iter().step_by(2).all(|x| x.abs() <= 180.0),
+        within_half_turn: coords.iter().step_by(2).all(|&x| longitude::within_half_turn(x)),
         geographic: longitude::is_geographic(&coords, 2),
         document: Some(Arc::new(tracks)),
         ..Origin::default()

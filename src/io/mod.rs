@@ -43,8 +43,9 @@
 //! `long`, `lng` or `longitude`. If all of such a curve lies within |x| ≤ 360, |y| ≤ 90, neighbours
 //! more than 180 apart are taken to cross the antimeridian. ±360 is added from there on. So curves
 //! run on past ±180 and never tear. They do so in the output too, unless [`WriteOptions::antimeridian`] cuts them there. A line that winds round a pole becomes an
-//! open curve that ends 360 from its start. A polygon ring that winds round a pole is left as it
-//! is. The holes of a polygon are brought to their shell.
+//! open curve that ends 360 from its start. A polygon ring that winds once round a pole is opened where it crosses ±180 nearest
+//! to the pole, and closed along ±180 and over the pole; a note says so. The holes of a polygon are brought to their shell.
+//! Longitudes and latitudes of GeoJSON that miss ±180 or a pole by rounding, 1e-9 at most, are set there.
 //!
 //! **Sizes.** No file ends a program for want of memory. What a file claims is compared with what
 //! it has, and memory that grows with it is requested before it is used. A larger input is an error
@@ -171,7 +172,7 @@ pub enum Flatness {
 /// How a file is written.
 #[derive(Clone, Debug, Default)]
 pub struct WriteOptions {
-    /// The format. By default that of the extension.
+    /// The format. By default [that of the extension](Format::to_write).
     pub format: Option<Format>,
     /// Whether a file that exists is replaced. False by default.
     pub overwrite: bool,
@@ -262,7 +263,8 @@ pub fn write(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<()> {
     write_with(path, batch, &WriteOptions::default())
 }
 
-/// Writes curves to a file, or to standard output for `-` (then the format must be given).
+/// Writes curves to a file, or to standard output for `-` (then the format must be given). By default it is that of
+/// [`Format::to_write`].
 ///
 /// CSV and NPZ keep coordinates that are NaN or infinite. GeoJSON and SVG have no such numbers.
 /// There the curve keeps its place and its name but has no points.
@@ -271,7 +273,8 @@ pub fn write(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<()> {
 /// Those of [`write()`], and an unknown format.
 pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let path = path.as_ref();
-    let format = Format::of(path, options.format, "`WriteOptions::format`")?;
+    let given = options.format.or_else(|| Format::to_write(path, batch));
+    let format = Format::of(path, given, "`WriteOptions::format`")?;
     check_batch(batch, format, options)?;
     let (Entry { write, write_file, .. }, extension) = (format.entry(), extension_of(path).unwrap_or_default());
     write_atomically(path, options.overwrite, |out| {

@@ -75,7 +75,53 @@ impl Globe {
         [0, 1].map(|k| rates[k].to_radians() * radii[k])
     }
 
-    /// The same in space.
+    /// The velocity to the east, to the north and up of a point of a longitude, a latitude and a height whose coordinates
+    /// change at these rates.
+    pub(crate) fn motion(&self, point: DVec3, rates: DVec3) -> DVec3 {
+        let [east, north] = self.ground_velocity(point.y, [rates.x, rates.y]);
+        DVec3::new(east, north, rates.z)
+    }
+
+    /// The curvature within the surface of a curve of longitudes and latitudes with these derivatives, positive where it
+    /// turns left as seen from above: 0 of a geodesic. Heights do not count.
+    ///
+    /// κ = (α′ + λ′ sin φ)/v with the angle α from the east to the motion, α′ = (e n′ − n e′)/v² (Liouville).
+    pub(crate) fn curvature(&self, point: DVec3, first: DVec3, second: DVec3) -> f64 {
+        let (sin, cos) = sin_cos_of_degrees(point.y);
+        let (a, b) = (self.equatorial, self.polar);
+        let rates = [first.x.to_radians(), first.y.to_radians()];
+        let [east, north] = self.ground_velocity(point.y, [first.x, first.y]);
+        let [eastward, northward] = self.ground_velocity(point.y, [second.x, second.y]);
+        let root = (a * cos).hypot(b * sin);
+        // M, and its derivative by the latitude.
+        let radius = (a / root) * (b / root) * (a / root) * b;
+        let radius_change = 3.0 * radius * (a - b) * (a + b) * sin * cos / (root * root);
+        let east_change = eastward - radius * sin * rates[1] * rates[0];
+        let north_change = northward + radius_change * rates[1] * rates[1];
+        let speed = east.hypot(north);
+        if speed == 0.0 {
+            return 0.0;
+        }
+        let turn = (east / speed * north_change - north / speed * east_change) / speed;
+        (turn + rates[0] * sin) / speed
+    }
+
+    /// The curvature in space of a curve of longitudes and latitudes: κ² = κ_g² + κ_n², κ_n = (e²/N + n²/M)/v² by Euler.
+    pub(crate) fn curvature_in_space(&self, point: DVec3, first: DVec3, second: DVec3) -> f64 {
+        let (sin, cos) = sin_cos_of_degrees(point.y);
+        let (a, b) = (self.equatorial, self.polar);
+        let [east, north] = self.ground_velocity(point.y, [first.x, first.y]);
+        let speed = east.hypot(north);
+        if speed == 0.0 {
+            return 0.0;
+        }
+        let root = (a * cos).hypot(b * sin);
+        let radii = [a * (a / root), (a / root) * (b / root) * (a / root) * b];
+        let [e, n] = [east / speed, north / speed];
+        self.curvature(point, first, second).hypot(e * e / radii[0] + n * n / radii[1])
+    }
+
+    /// The velocity in space of a motion by so many degrees of longitude and of latitude, in a unit of time.
     pub(crate) fn velocity(&self, [longitude, latitude]: [f64; 2], rates: [f64; 2]) -> DVec3 {
         let [east, north] = self.compass(longitude, latitude);
         let [eastward, northward] = self.ground_velocity(latitude, rates);

@@ -2,6 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
+use super::frame;
 use super::vertices::Vertices;
 use crate::batch::CurveBatch;
 
@@ -39,14 +40,20 @@ pub(super) struct Arcs {
     pub visits: Vec<u32>,
     /// Whether an arc is a curve that shares nothing, and no line or ring of different points.
     pub alone: Vec<bool>,
+    /// Whether an arc is a part of the map's frame, which stays as it is.
+    pub frame: Vec<bool>,
 }
 
 impl Arcs {
-    /// Cuts the curves at junctions: where curves part, meet or end.
+    /// Cuts the curves at junctions: where curves part, meet or end, and where the [`frame`] of a map of longitudes
+    /// begins.
     ///
     /// Curves in `alone` stay whole, and so do those that are no line or ring without repeated
     /// points. They share nothing.
-    pub fn new(batch: &CurveBatch, vertices: &Vertices, mut alone: Vec<bool>) -> Self {
+    pub fn new(batch: &CurveBatch, vertices: &Vertices, geographic: bool, mut alone: Vec<bool>) -> Self {
+        let is_frame = |a: &Stop, b: &Stop| {
+            geographic && frame::holds([a, b].map(|stop| vertices.position(stop.vertex, stop.turn)))
+        };
         let mut paths = Vec::with_capacity(batch.len());
         for (i, alone) in alone.iter_mut().enumerate() {
             let whole = whole(batch, vertices, i);
@@ -54,8 +61,9 @@ impl Arcs {
             *alone |= path.len() < if batch.is_closed(i) { 3 } else { 2 };
             paths.push(if *alone { whole } else { path });
         }
-        let junctions = junctions(&paths, batch, vertices.positions.len(), &alone);
-        let mut arcs = Arcs { stops: vec![], closed: vec![], uses: vec![], visits: vec![], alone: vec![] };
+        let junctions = junctions(&paths, batch, vertices.positions.len(), &alone, &is_frame);
+        let mut arcs =
+            Arcs { stops: vec![], closed: vec![], uses: vec![], visits: vec![], alone: vec![], frame: vec![] };
         let mut known = FxHashMap::default();
         for (i, path) in paths.into_iter().enumerate() {
             let closed = batch.is_closed(i);
@@ -67,6 +75,8 @@ impl Arcs {
             };
             arcs.uses.push(uses);
         }
+        arcs.frame =
+            arcs.stops.iter().zip(&arcs.alone).map(|(stops, alone)| !alone && is_frame(&stops[0], &stops[1])).collect();
         arcs
     }
 
@@ -125,9 +135,15 @@ fn without_repeats(path: &[Stop], closed: bool) -> Vec<Stop> {
     path
 }
 
-/// Whether each vertex is a junction: a line ends there, or curves come from or go to different
-/// vertices.
-fn junctions(paths: &[Vec<Stop>], batch: &CurveBatch, count: usize, alone: &[bool]) -> Vec<bool> {
+/// Whether each vertex is a junction: a line ends there, curves come from or go to different
+/// vertices, or the frame of the map begins.
+fn junctions(
+    paths: &[Vec<Stop>],
+    batch: &CurveBatch,
+    count: usize,
+    alone: &[bool],
+    is_frame: &dyn Fn(&Stop, &Stop) -> bool,
+) -> Vec<bool> {
     const NONE: u32 = u32::MAX;
     let mut neighbours = vec![[NONE; 2]; count];
     let mut junctions = vec![false; count];
@@ -139,8 +155,11 @@ fn junctions(paths: &[Vec<Stop>], batch: &CurveBatch, count: usize, alone: &[boo
                 junctions[here] = true;
                 continue;
             }
-            let (before, after) = (path[(k + n - 1) % n].vertex, path[(k + 1) % n].vertex);
-            let pair = [before.min(after), before.max(after)];
+            let (before, after) = (path[(k + n - 1) % n], path[(k + 1) % n]);
+            if is_frame(&before, &path[k]) != is_frame(&path[k], &after) {
+                junctions[here] = true;
+            }
+            let pair = [before.vertex.min(after.vertex), before.vertex.max(after.vertex)];
             if neighbours[here][0] == NONE {
                 neighbours[here] = pair;
             } else if neighbours[here] != pair {

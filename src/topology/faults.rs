@@ -34,7 +34,7 @@ impl Sampled {
     ///
     /// Each pair of spans whose samples have a point in common counts, but for neighbours along a
     /// curve and curves that meet at a junction. What curves share is looked at once. Curves that
-    /// share nothing because they cannot be fitted are left out. Longitudes are compared as they
+    /// share nothing because they cannot be fitted are left out, and so is the frame of a map. Longitudes are compared as they
     /// are: two curves on both sides of the antimeridian do not meet.
     pub fn faults(&self) -> Faults {
         let (topology, samples) = (&self.topology, &self.samples);
@@ -63,7 +63,7 @@ impl Topology {
 
     /// Pairs of segments of arcs that cross, one of them of an arc that is `new`.
     pub(super) fn places(&self, samples: &[Samples], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
-        let line = |arc: usize| match self.arcs.alone[arc] {
+        let line = |arc: usize| match self.arcs.alone[arc] || self.arcs.frame[arc] {
             true => Line { points: &[], closed: false },
             false => Line { points: &samples[arc].points, closed: self.arcs.closed[arc] },
         };

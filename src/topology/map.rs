@@ -9,10 +9,12 @@ use super::arcs::Use;
 use super::samples::{Part, Samples, sample, samples_along};
 use super::{TURN, Topology};
 use crate::batch::CurveBatch;
+use crate::curve::measure::BySpeed;
 use crate::curve::{Curve, Jet, Sampling};
 use crate::motion::Motion;
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet, Fit, LimitReport, gain};
+use crate::surface::Globe;
 
 /// Curves from fitted strokes.
 pub(super) struct Map {
@@ -80,6 +82,8 @@ struct Way {
     against_arc: bool,
     /// Whether it is all of the stroke.
     whole: bool,
+    /// Whether it is a part of the map's frame, which is not fitted.
+    frame: bool,
 }
 
 impl<'a> Joined<'a> {
@@ -103,6 +107,7 @@ impl<'a> Joined<'a> {
                 against_arc: reversed,
                 whole: spans == topology.strokes.batch.spans(place.stroke as usize)
                     && topology.arcs.closed[arc as usize] == topology.strokes.batch.is_closed(place.stroke as usize),
+                frame: topology.arcs.frame[arc as usize],
             });
             offsets.push(offsets[offsets.len() - 1] + spans);
         }
@@ -151,8 +156,41 @@ impl Curve for Joined<'_> {
         Jet { point, first: first * pace, second: second * (pace * pace), third: third * (pace * pace * pace) }
     }
 
+    fn globe(&self) -> Option<Globe> {
+        self.strokes.iter().find_map(|curve| curve.globe())
+    }
+
+    fn speed(&self, span: usize, u: f64) -> f64 {
+        let (curve, along, way) = self.place(span);
+        match self.globe() {
+            // The frame of a map lies on no globe.
+            Some(globe) if way.frame => {
+                let Jet { point, first, .. } = self.jet(span, u);
+                globe.motion(point, first).length()
+            }
+            _ => curve.speed(along, if way.reversed { 1.0 - u } else { u }),
+        }
+    }
+
+    fn length(&self) -> f64 {
+        (0..self.spans()).map(|span| self.span_length(span)).sum()
+    }
+
+    fn span_length(&self, span: usize) -> f64 {
+        let (curve, along, way) = self.place(span);
+        if way.frame { BySpeed(self).span_length(span) } else { curve.span_length(along) }
+    }
+
+    fn fraction_at(&self, span: usize, length: f64, target: f64) -> f64 {
+        let (curve, along, way) = self.place(span);
+        match way.reversed {
+            false => curve.fraction_at(along, length, target),
+            true => 1.0 - curve.fraction_at(along, length, length - target),
+        }
+    }
+
     fn is_fitted(&self) -> bool {
-        self.strokes.iter().all(|curve| curve.is_fitted())
+        self.ways.iter().all(|way| way.frame || self.strokes[way.stroke].is_fitted())
     }
 
     fn pieces(&self, span: usize) -> usize {
@@ -199,7 +237,10 @@ impl Curve for Joined<'_> {
         let mut all = Vec::new();
         for (way, &first) in self.ways.iter().zip(&self.offsets) {
             let curve = &*self.strokes[way.stroke];
-            let mut sites = if way.whole { curve.sites(sampling) } else { self.part(way).sites(sampling) };
+            // The next way begins where this one ends.
+            let ends = !way.whole || !curve.is_closed();
+            let mut sites =
+                if way.whole && !(way.frame && ends) { curve.sites(sampling) } else { self.part(way).sites(sampling) };
             if way.reversed {
                 let round = way.whole && curve.is_closed();
                 let turned = |(span, u): (usize, f64)| match (span, u) {
@@ -212,8 +253,6 @@ impl Curve for Joined<'_> {
                 sites.rotate_right(usize::from(round));
                 sites = sites.into_iter().map(turned).collect();
             }
-            // The next way begins where this one ends.
-            let ends = !way.whole || !curve.is_closed();
             if ends && (self.closed || first + way.spans < self.spans()) {
                 sites.pop();
             }
@@ -225,17 +264,21 @@ impl Curve for Joined<'_> {
 
 impl Joined<'_> {
     fn part(&self, way: &Way) -> Part<'_> {
-        Part { curve: &*self.strokes[way.stroke], spans: way.first..way.first + way.spans }
+        Part { curve: &*self.strokes[way.stroke], spans: way.first..way.first + way.spans, frame: way.frame }
     }
 }
 
 /// The report of curve `i` from those of its strokes.
 pub(super) fn report(topology: &Topology, fit: &Fit, i: usize) -> CurveReport {
     let (arcs, strokes) = (&topology.arcs, &topology.strokes);
-    let mut numbers: Vec<usize> =
-        arcs.uses[i].iter().map(|way| strokes.places[way.arc as usize].stroke as usize).collect();
+    let fitted = arcs.uses[i].iter().filter(|way| !arcs.frame[way.arc as usize]);
+    let mut numbers: Vec<usize> = fitted.map(|way| strokes.places[way.arc as usize].stroke as usize).collect();
     numbers.sort_unstable();
     numbers.dedup();
+    if numbers.is_empty() {
+        // Nothing but the frame of the map.
+        return CurveReport { iterations: 0, ..CurveReport::solved(0.0) };
+    }
     let reports = || numbers.iter().map(|&number| &fit.reports()[number]);
     if let ([number], [only]) = (&numbers[..], &arcs.uses[i][..])
         && arcs.spans(only.arc as usize) == strokes.batch.spans(*number)

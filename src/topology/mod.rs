@@ -15,6 +15,8 @@
 //! - Junctions stay where they are: their points are
 //!   [`pinned`](crate::Constraints::pinned).
 //! - A ring without a junction is a closed curve as it always was.
+//! - Of longitudes and latitudes, edges along ±180° and along the poles are the frame of the map. They stay straight, and what
+//!   meets them is fitted as an open curve that ends there.
 //! - A stroke of several arcs for which a method has no curve is [divided](Topology::divide), and its arcs are
 //!   fitted one by one: a bad place spoils the border that it lies on, and no whole coast.
 //!
@@ -41,6 +43,7 @@ mod arcs;
 pub(crate) mod crossings;
 mod divided;
 mod faults;
+mod frame;
 mod levels;
 mod map;
 mod mend;
@@ -128,6 +131,21 @@ impl Topology {
     /// - A batch with parameters, weights or constraints, which belong to a curve's points and not
     ///   to a border's.
     pub fn new(batch: &CurveBatch, options: &Options) -> Result<Arc<Self>> {
+        Self::of(batch, options, false)
+    }
+
+    /// The frame of a map of longitudes and latitudes, without anything that curves share: `None` where no curve has a
+    /// part of it, and where points have parameters, weights or constraints.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn frame(batch: &CurveBatch) -> Result<Option<Arc<Self>>> {
+        let framed = batch.is_geographic() && (0..batch.len()).any(|i| frame::is_in(batch, i));
+        if !framed || has_values(batch) { Ok(None) } else { Self::of(batch, &Options::of(batch), true).map(Some) }
+    }
+
+    /// What curves share, or with `apart` nothing but the frame.
+    fn of(batch: &CurveBatch, options: &Options, apart: bool) -> Result<Arc<Self>> {
         let Options { snap, straight, geographic } = *options;
         for (what, value) in
             [("the distance within which points are one", snap), ("the angle of borders that go on", straight)]
@@ -136,10 +154,7 @@ impl Topology {
                 return Err(Error::argument(format!("{what} is {value}; it must be 0 or a positive number")));
             }
         }
-        let all = 0..batch.len();
-        if all.clone().any(|i| batch.parameters(i).is_some() || batch.weights(i).is_some())
-            || !batch.constraints().is_empty()
-        {
+        if has_values(batch) {
             return Err(Error::argument(
                 "the points have parameters, weights or constraints (such as columns t, weight, tx ty): borders that curves share \
                  know of none; leave these columns out, or the topology",
@@ -151,9 +166,10 @@ impl Topology {
                 "x is {x:e}, which is no longitude in degrees: take it for a length, by `topology::Options::geographic`"
             )));
         }
-        let alone: Vec<bool> = all.map(|i| batch.problem(i).is_some()).collect();
-        let vertices = Vertices::new(batch, snap, geographic, &alone);
-        let arcs = Arcs::new(batch, &vertices, alone);
+        let is_alone = |i: usize| batch.problem(i).is_some() || apart && !frame::is_in(batch, i);
+        let alone: Vec<bool> = (0..batch.len()).map(is_alone).collect();
+        let vertices = Vertices::new(batch, snap, geographic, apart, &alone);
+        let arcs = Arcs::new(batch, &vertices, geographic, alone);
         let strokes = Strokes::new(batch, &vertices, &arcs, straight);
         Ok(Arc::new(Topology { batch: batch.clone(), geographic, vertices, arcs, strokes }))
     }
@@ -180,6 +196,8 @@ impl Topology {
     }
 
     /// What is to be fitted: every stroke once.
+    ///
+    /// Parts of a map's frame are among them. They have a [problem](CurveBatch::problem), so that no method fits them.
     pub fn strokes(&self) -> &CurveBatch {
         &self.strokes.batch
     }
@@ -212,4 +230,10 @@ impl Topology {
     fn is_ring(&self, i: usize) -> bool {
         self.batch.is_closed(i) && !self.arcs.alone[self.arcs.uses[i][0].arc as usize]
     }
+}
+
+/// Whether points have parameters, weights or constraints.
+fn has_values(batch: &CurveBatch) -> bool {
+    (0..batch.len()).any(|i| batch.parameters(i).is_some() || batch.weights(i).is_some())
+        || !batch.constraints().is_empty()
 }

@@ -12,6 +12,7 @@ use crate::curve::{Curve, Jet, Sampling};
 use crate::motion::Motion;
 use crate::parallel;
 use crate::report::Fit;
+use crate::surface::Globe;
 
 /// The samples of an arc, in its direction.
 #[derive(Clone)]
@@ -79,8 +80,9 @@ fn sample_arc(topology: &Topology, curve: &dyn Curve, arc: usize, sampling: Samp
     let (place, spans) = (topology.strokes.places[arc], topology.arcs.spans(arc));
     let first = place.first as usize;
     let whole = spans == curve.spans() && topology.arcs.closed[arc] == curve.is_closed();
-    let part = Part { curve, spans: first..first + spans };
-    let sites = if whole { curve.sites(sampling) } else { part.sites(sampling) };
+    let frame = topology.arcs.frame[arc] && !topology.arcs.closed[arc];
+    let part = Part { curve, spans: first..first + spans, frame };
+    let sites = if whole && !frame { curve.sites(sampling) } else { part.sites(sampling) };
     let at = |&(span, u): &(usize, f64)| {
         let point = curve.jet(if whole { span } else { first + span }, u).point;
         if place.turn == 0 { point } else { DVec3 { x: point.x - TURN * f64::from(place.turn), ..point } }
@@ -141,6 +143,8 @@ fn meet(topology: &Topology, samples: &mut [Samples]) {
 pub(super) struct Part<'a> {
     pub curve: &'a dyn Curve,
     pub spans: Range<usize>,
+    /// Whether it is a part of the map's frame, which is sampled as if it were fitted.
+    pub frame: bool,
 }
 
 impl Curve for Part<'_> {
@@ -161,7 +165,23 @@ impl Curve for Part<'_> {
     }
 
     fn is_fitted(&self) -> bool {
-        self.curve.is_fitted()
+        self.frame || self.curve.is_fitted()
+    }
+
+    fn globe(&self) -> Option<Globe> {
+        self.curve.globe()
+    }
+
+    fn speed(&self, span: usize, u: f64) -> f64 {
+        self.curve.speed(self.spans.start + span, u)
+    }
+
+    fn span_length(&self, span: usize) -> f64 {
+        self.curve.span_length(self.spans.start + span)
+    }
+
+    fn fraction_at(&self, span: usize, length: f64, target: f64) -> f64 {
+        self.curve.fraction_at(self.spans.start + span, length, target)
     }
 
     fn pieces(&self, span: usize) -> usize {
@@ -176,8 +196,8 @@ impl Curve for Part<'_> {
         self.curve.pace(self.spans.start + span)
     }
 
-    /// Two where there are two spans, so that a ring of two arcs has an area.
-    fn least(&self, _: Sampling) -> usize {
-        self.spans.len().min(2)
+    /// Two where there are two spans, so that a ring of two arcs has an area. Every span has one.
+    fn least(&self, sampling: Sampling) -> usize {
+        if matches!(sampling, Sampling::PerSpan(_)) { 1 } else { self.spans.len().min(2) }
     }
 }

@@ -43,7 +43,8 @@ impl Strokes {
         let meeting = meeting(arcs);
         let mut partner = vec![None; 2 * arcs.stops.len()];
         for ends in meeting.values().filter(|_| straight > 0.0) {
-            for [a, b] in pairs(vertices, arcs, ends, straight) {
+            let ends: Vec<End> = ends.iter().copied().filter(|&end| !arcs.frame[end as usize / 2]).collect();
+            for [a, b] in pairs(vertices, arcs, &ends, straight) {
                 partner[a as usize] = Some(b);
                 partner[b as usize] = Some(a);
             }
@@ -84,7 +85,10 @@ impl Strokes {
         }
         let Walk { places, strokes, .. } = walk;
         let places = places.into_iter().map(|place| place.expect("every arc was walked")).collect();
-        let batch = traced(batch, vertices, &strokes, |vertex| pinned.contains(&vertex));
+        let mut batch = traced(batch, vertices, &strokes, |vertex| pinned.contains(&vertex));
+        for (number, _) in strokes.iter().enumerate().filter(|(_, stroke)| arcs.frame[stroke.arcs[0] as usize]) {
+            batch.refuse(number, 0, "it is a part of the map's frame, which stays straight");
+        }
         Strokes { batch, places, arcs: strokes.into_iter().map(|stroke| stroke.arcs).collect(), pinned, partner }
     }
 }

@@ -8,6 +8,7 @@ use crate::curve::{Curve, Jet, Sampling};
 use crate::motion::Motion;
 use crate::parallel;
 use crate::report::{CurveSet, Fit};
+use crate::surface::Globe;
 
 /// Strokes of which some spans are tighter.
 pub(super) struct Tightened {
@@ -76,6 +77,10 @@ impl Curve for Tight<'_> {
         self.curve.is_fitted()
     }
 
+    fn globe(&self) -> Option<Globe> {
+        self.curve.globe()
+    }
+
     fn pace(&self, span: usize) -> f64 {
         self.curve.pace(span)
     }
@@ -103,7 +108,8 @@ impl Curve for Tight<'_> {
 
     fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
         match self.cubic(span) {
-            Some(&cubic) => Some(Motion::of_bezier(cubic)),
+            // Those of longitudes and latitudes are no motion on the ground.
+            Some(&cubic) => self.curve.globe().is_none().then(|| Motion::of_bezier(cubic)),
             None => self.curve.motion(span, piece),
         }
     }

@@ -27,13 +27,17 @@ impl Vertices {
     /// Finds equal points: those within `snap` of each other, or exactly equal ones for 0.
     ///
     /// With `turning` x is a longitude, and points whole turns apart are equal. Points of curves in
-    /// `alone` equal no others.
-    pub fn new(batch: &CurveBatch, snap: f64, turning: bool, alone: &[bool]) -> Self {
+    /// `alone` equal no others, and with `apart` none of other curves.
+    pub fn new(batch: &CurveBatch, snap: f64, turning: bool, apart: bool, alone: &[bool]) -> Self {
         let d = batch.dimension();
         let snap = if turning { snap.max(ROUNDED) } else { snap };
         let mut found = Found { snap, d, exact: FxHashMap::default(), cells: FxHashMap::default(), positions: vec![] };
         let (mut of, mut turns) = (Vec::with_capacity(batch.total_points()), Vec::with_capacity(batch.total_points()));
         for (i, &alone) in alone.iter().enumerate() {
+            if apart {
+                found.exact.clear();
+                found.cells.clear();
+            }
             for point in batch.points(i).chunks_exact(d) {
                 let turn = if turning && !alone { (point[0] / TURN).round() } else { 0.0 };
                 let mut position = [point[0] - TURN * turn, point[1], point.get(2).copied().unwrap_or(0.0)];

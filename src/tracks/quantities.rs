@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::arclength;
 use crate::batch::{Column, Values};
-use crate::curve::Curve;
+use crate::curve::{Curve, Jet};
 use crate::surface::Globe;
 use crate::words::words;
 
@@ -17,9 +17,11 @@ const EARTH: Globe = Globe { equatorial: Globe::EARTH, polar: Globe::EARTH };
 #[non_exhaustive]
 pub enum Quantity {
     /// The unit tangent, in columns `tangent_x`, `tangent_y` and in space `tangent_z`. 0 where the
-    /// curve rests.
+    /// curve rests. For longitudes and latitudes it is that on the ground: to the east, to the north and up.
     Tangent,
-    /// The curvature (1/length). In the plane it is positive where the curve turns left.
+    /// The curvature (1/length). In the plane it is positive where the curve turns left. For longitudes and latitudes it is that
+    /// within the ground, 0 along a great circle, with the same sign and in 1/length as of [`Quantity::Arclength`]; heights do not
+    /// count.
     Curvature,
     /// The length of the curve from its first point to here, in the unit of the points. For longitudes and latitudes it is that on
     /// their [globe](Curve::globe), else in metres on a sphere of the Earth's mean radius; heights are in the same unit.
@@ -35,8 +37,8 @@ pub enum Quantity {
 }
 
 words!(Quantity, "quantity": [
-    (Tangent, "tangent", "Unit tangents: tangent_x, tangent_y, tangent_z"),
-    (Curvature, "curvature", "Curvature (1/length), positive to the left in the plane"),
+    (Tangent, "tangent", "Unit tangents: tangent_x, tangent_y, tangent_z; east, north and up for longitudes and latitudes"),
+    (Curvature, "curvature", "Curvature (1/length), positive to the left in the plane; for longitudes and latitudes that within the ground, 0 along a great circle, in 1/metre or the unit of their --surface"),
     (Arclength, "arclength", "Length of the curve up to here; metres for longitudes and latitudes, or the unit of their --surface"),
     (Speed, "speed", "Arc length in a unit of time; in a second where times are dates"),
     (Heading, "heading", "Degrees from north (y) to the right, the course for longitudes and latitudes"),
@@ -72,10 +74,17 @@ impl Quantity {
         }
         match self {
             Quantity::Tangent => {
-                let tangents: Vec<DVec3> = jets().map(|jet| jet.first.normalize_or_zero()).collect();
+                let motion = |jet: Jet| globe.map_or(jet.first, |globe| globe.motion(jet.point, jet.first));
+                let tangents: Vec<DVec3> = jets().map(|jet| motion(jet).normalize_or_zero()).collect();
                 (0..curve.dimension()).map(|axis| tangents.iter().map(|t| t[axis]).collect()).collect()
             }
-            Quantity::Curvature => vec![jets().map(|jet| jet.curvature(curve.dimension())).collect()],
+            Quantity::Curvature => {
+                let of = |jet: Jet| match globe {
+                    Some(globe) => globe.curvature(jet.point, jet.first, jet.second),
+                    None => jet.curvature(curve.dimension()),
+                };
+                vec![jets().map(of).collect()]
+            }
             Quantity::Arclength => vec![lengths(curve, sites, globe)],
             Quantity::Speed => values(&|k| {
                 let (span, u) = sites[k];
@@ -83,9 +92,8 @@ impl Quantity {
             }),
             Quantity::Heading => {
                 let heading = |point: DVec3, first: DVec3| {
-                    let rates = [first.x, first.y];
-                    let [east, north] = globe.map_or(rates, |globe| globe.ground_velocity(point.y, rates));
-                    let degrees = east.atan2(north).to_degrees();
+                    let motion = globe.map_or(first, |globe| globe.motion(point, first));
+                    let degrees = motion.x.atan2(motion.y).to_degrees();
                     // Not 360 where rounding would make it so.
                     if degrees < 0.0 { (degrees + 360.0) % 360.0 } else { degrees + 0.0 }
                 };
@@ -98,10 +106,9 @@ impl Quantity {
 /// How fast a curve moves along a span (length in a unit of `u`), on a globe where its points are
 /// longitudes and latitudes.
 fn speed(curve: &dyn Curve, span: usize, u: f64, globe: Option<Globe>) -> f64 {
-    let Some(globe) = globe else { return curve.speed(span, u) };
+    let Some(globe) = globe.filter(|_| curve.globe().is_none()) else { return curve.speed(span, u) };
     let jet = curve.jet(span, u);
-    let [east, north] = globe.ground_velocity(jet.point.y, [jet.first.x, jet.first.y]);
-    DVec3::new(east, north, jet.first.z).length() * curve.pace(span)
+    globe.motion(jet.point, jet.first).length() * curve.pace(span)
 }
 
 /// The lengths from the first point of a curve to sites along it.

@@ -97,9 +97,9 @@ fn crossings_are_told_and_mended() {
     let world =
         format!("fit {}/examples/data/world-110m.topojson --device cpu --samples 8", env!("CARGO_MANIFEST_DIR"));
     let folder = TempDir::new().unwrap();
-    let told = contains("crossings (5 in the data): curve").and(contains("--crossings mend mends them"));
+    let told = contains("crossings (2 in the data): curve").and(contains("--crossings mend mends them"));
     run(&folder, &format!("{world} -o a.geojson")).code(0).stderr(told);
-    let mended = contains("were drawn tighter, 5 left, which the data have: curve");
+    let mended = contains("were drawn tighter, 2 left, which the data have: curve");
     run(&folder, &format!("{world} -o b.geojson --crossings mend --digits 6")).code(0).stderr(mended);
     let text = fs::read_to_string(folder.path().join("b.geojson")).unwrap();
     let decimals = |number: &str| number.split_once('.').map_or(0, |(_, decimals)| decimals.len());

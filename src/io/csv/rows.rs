@@ -252,7 +252,7 @@ impl<'a> Rows<'a> {
             geographic: self.longitude && longitude::is_geographic(&self.coords, d),
             ..Origin::default()
         };
-        origin.within_half_turn = self.coords.iter().step_by(d).all(|x| x.abs() <= 180.0 || x.is_nan());
+        origin.within_half_turn = self.coords.iter().step_by(d).all(|&x| longitude::within_half_turn(x));
         for i in 0..offsets.len() - 1 {
             let points = &mut self.coords[offsets[i] * d..offsets[i + 1] * d];
             if self.longitude

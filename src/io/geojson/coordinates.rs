@@ -71,6 +71,12 @@ impl<'a> Lines<'a> {
         2 * self.offsets[i]..2 * self.offsets[i + 1]
     }
 
+    /// The line of a position, counted among all, and its number there.
+    pub fn locate(&self, point: usize) -> (usize, usize) {
+        let i = self.offsets.partition_point(|&offset| offset <= point) - 1;
+        (i, point - self.offsets[i])
+    }
+
     /// The dimension and the coordinates.
     ///
     /// If altitudes are mixed, the features with and without one.

@@ -7,6 +7,7 @@ use super::write::list;
 use crate::batch::CurveBatch;
 use crate::io::antimeridian::{Path, concerns, cut_line, cut_polygon};
 use crate::io::is_finite;
+use crate::io::longitude::settled_on_turns;
 use crate::io::text::Text;
 
 /// The parts of a geometry.
@@ -24,7 +25,8 @@ impl Cut {
         }
         let path = |i: usize| -> Path {
             let points = if is_finite(batch, i) { batch.points(i) } else { &[] };
-            points.chunks_exact(batch.dimension()).map(<[f64]>::to_vec).collect()
+            let settled = |point: &[f64]| [&[settled_on_turns(point[0])], &point[1..]].concat();
+            points.chunks_exact(batch.dimension()).map(settled).collect()
         };
         let line = |i: usize| {
             let mut path = path(i);

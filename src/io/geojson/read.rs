@@ -120,6 +120,8 @@ struct Reader<'a> {
     features: Vec<(usize, Option<String>)>,
     unwrapped: Vec<usize>,
     round_pole: Vec<usize>,
+    /// Rings that wind once round a pole, the turns of their points, and the pole.
+    framed: Vec<(usize, Vec<f64>, f64)>,
     within_half_turn: bool,
 }
 
@@ -137,6 +139,7 @@ impl<'a> Reader<'a> {
             features: Vec::new(),
             unwrapped: Vec::new(),
             round_pole: Vec::new(),
+            framed: Vec::new(),
             within_half_turn: true,
         }
     }
@@ -258,9 +261,23 @@ impl<'a> Reader<'a> {
 
     fn unwrap_rings(&mut self, mut shell: usize, polygons: &[usize]) {
         for rings in polygons {
+            let before = self.framed.len();
             (shell..shell + rings).for_each(|i| self.unwrap(i, Some(shell)));
+            self.find_pole(before);
             shell += rings;
         }
+    }
+
+    /// The pole that the rings of a polygon wind round, of those from `first` on: that beyond its hole, or else the
+    /// nearer one.
+    fn find_pole(&mut self, first: usize) {
+        let mean = |(i, ..): &(usize, Vec<f64>, f64)| longitude::mean_latitude(&self.lines.xy[self.lines.range(*i)], 2);
+        let latitude = match &self.framed[first..] {
+            [] => return,
+            [ring] => mean(ring),
+            [shell, .., hole] => mean(hole) - mean(shell),
+        };
+        self.framed[first..].iter_mut().for_each(|(.., pole)| *pole = longitude::POLE.copysign(latitude));
     }
 
     /// Carries the longitudes of curve `i` past ±180 where it crosses.
@@ -268,11 +285,12 @@ impl<'a> Reader<'a> {
     /// `shell` is the first ring of its polygon.
     fn unwrap(&mut self, i: usize, shell: Option<usize>) {
         let points = self.lines.range(i);
-        let x = self.lines.xy[points.clone()].iter().step_by(2);
-        self.within_half_turn &= x.clone().all(|x| x.abs() <= 180.0 || x.is_nan());
+        let mut x = self.lines.xy[points.clone()].iter().step_by(2);
+        self.within_half_turn &= x.all(|&x| longitude::within_half_turn(x));
         if !self.geographic || !longitude::is_geographic(&self.lines.xy[points.clone()], 2) {
             return;
         }
+        longitude::settle(&mut self.lines.xy[points.clone()], 2);
         if let Some(shell) =
             shell.filter(|shell| *shell < i && self.unwrapped.binary_search(shell).is_ok() && !points.is_empty())
         {
@@ -285,6 +303,9 @@ impl<'a> Reader<'a> {
         let is_ring = points[..2] == points[points.len() - 2..];
         let winds = is_ring && longitude::winds(&turns);
         if winds && shell.is_some() {
+            if (turns[turns.len() - 1] - turns[0]).abs() == 1.0 {
+                self.framed.push((i, turns, longitude::POLE));
+            }
             return;
         }
         if winds {
@@ -342,6 +363,9 @@ impl<'a> Reader<'a> {
                 ),
             )
         })?;
+        // The curve and the point of it, since frames of the map move what follows.
+        let lacking: Vec<(usize, usize)> = self.lines.lacking.iter().map(|&point| self.lines.locate(point)).collect();
+        let coords = self.with_frames(coords, dimension);
         sort::by(&mut self.cuts, |a, b| a.0.start.cmp(&b.0.start));
         let shapes = std::mem::take(&mut self.shapes);
         let mut document = Document { curves: self.rings.len(), objects, shapes, ..Document::default() };
@@ -352,6 +376,7 @@ impl<'a> Reader<'a> {
             done = span.end;
         }
         document.text.push_str(&self.text[done..]);
+        let notes = self.note_of_frames().into_iter().collect();
         let origin = Origin {
             within_half_turn: self.within_half_turn,
             file: Some(self.source.path.display().to_string()),
@@ -362,15 +387,43 @@ impl<'a> Reader<'a> {
             geographic: self.geographic && longitude::is_geographic(&coords, dimension),
             round_pole: self.round_pole.clone(),
             document: Some(Arc::new(document)),
+            notes,
             ..Origin::default()
         };
         let mut batch = CurveBatch::from_file(dimension, coords, self.lines.offsets, Arc::new(origin))?;
-        for point in self.lines.lacking {
-            let i = batch.offsets().partition_point(|&offset| offset <= point) - 1;
-            let what = "its position is null, or lacks a number: fill it in, or remove it";
-            batch.refuse(i, point - batch.offsets()[i], what);
+        for (i, point) in lacking {
+            batch.refuse(i, point, "its position is null, or lacks a number: fill it in, or remove it");
         }
         close(batch, options.closed, &self.rings, &self.round_pole)
+    }
+
+    /// The coordinates, with the frame of the map in rings that wind round a pole.
+    fn with_frames(&mut self, coords: Vec<f64>, dimension: usize) -> Vec<f64> {
+        if self.framed.is_empty() {
+            return coords;
+        }
+        let (mut all, mut offsets, mut framed) =
+            (Vec::with_capacity(coords.len()), vec![0], self.framed.iter().peekable());
+        for i in 0..self.rings.len() {
+            let points = &coords[dimension * self.lines.offsets[i]..dimension * self.lines.offsets[i + 1]];
+            match framed.next_if(|(ring, ..)| *ring == i) {
+                Some((_, turns, pole)) => all.extend(longitude::framed(points, dimension, turns, *pole)),
+                None => all.extend_from_slice(points),
+            }
+            offsets.push(all.len() / dimension);
+        }
+        self.lines.offsets = offsets;
+        all
+    }
+
+    fn note_of_frames(&self) -> Option<String> {
+        let count = self.framed.len();
+        (count > 0).then(|| {
+            let (rings, wind) = if count == 1 { ("ring", "winds") } else { ("rings", "wind") };
+            format!(
+                "{count} {rings} that {wind} round a pole: closed along ±180 degrees of longitude and over the pole"
+            )
+        })
     }
 
     /// Names of the curves: the features' properties `curve` if they tell all features apart, else

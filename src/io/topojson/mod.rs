@@ -17,7 +17,7 @@ pub(super) const ENTRY: Entry = Entry {
     extensions: &[],
     title: "TopoJSON",
     reads: "the same, quantised or not; also as `.json`",
-    writes: "the same objects with arcs of new coordinates, quantised with `--digits`",
+    writes: "the same objects with arcs of new coordinates, quantised with `--digits`; also as `.json`",
     lacks: geojson::LACKS,
     dimensions: 2..=3,
     beziers: false,

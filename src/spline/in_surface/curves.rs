@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::batch::{CurveBatch, Origin, Unfitted};
+use crate::curve::measure::BySpeed;
 use crate::curve::{Curve, Input, Jet, Sampling};
 use crate::ground::jet_onto;
 use crate::motion::Motion;
@@ -143,7 +144,7 @@ impl Curve for SurfaceCurve<'_> {
         self.rows[span + 1] - self.rows[span]
     }
 
-    /// That of the spline in space, which is in the surface to h⁴. Lengths and curvatures are its own.
+    /// That of the spline in space, which is in the surface to h⁴. Curvatures are its own.
     fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
         self.curve.motion(self.rows[span] + piece, 0)
     }
@@ -165,5 +166,17 @@ impl Curve for SurfaceCurve<'_> {
         let is_node = v == 0.0 || v == 1.0;
         let moved = jet_onto(self.surface, jet);
         if is_node { Jet { point: jet.point, ..moved } } else { moved }
+    }
+
+    fn length(&self) -> f64 {
+        BySpeed(self).length()
+    }
+
+    fn span_length(&self, span: usize) -> f64 {
+        BySpeed(self).span_length(span)
+    }
+
+    fn fraction_at(&self, span: usize, length: f64, target: f64) -> f64 {
+        BySpeed(self).fraction_at(span, length, target)
     }
 }

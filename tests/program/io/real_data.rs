@@ -89,7 +89,7 @@ fn longitudes_are_carried_on_in_csv_too_but_only_where_x_is_one() {
 }
 
 #[test]
-fn polygons_across_the_antimeridian_stay_whole_and_those_round_a_pole_as_they_are() {
+fn polygons_across_the_antimeridian_stay_whole_and_those_round_a_pole_too() {
     let folder = tempfile::tempdir().unwrap();
     let read = |text: &str| {
         let path = folder.path().join("a.json");
@@ -106,7 +106,8 @@ fn polygons_across_the_antimeridian_stay_whole_and_those_round_a_pole_as_they_ar
     let from_the_east = r#"{"type":"Polygon","coordinates":[[[-175,0],[160,0],[160,20],[-175,20],[-175,0]]]}"#;
     assert_eq!(read(from_the_east), [[185.0, 160.0, 160.0, 185.0]]);
     let round = r#"{"type":"Polygon","coordinates":[[[0,80],[120,80],[-120,80],[0,80]]]}"#;
-    assert_eq!(read(round), [[0.0, 120.0, -120.0]]);
+    // From one side of the antimeridian to the other, and back along the frame of the map.
+    assert_eq!(read(round), [[-180.0, -120.0, 0.0, 120.0, 180.0, 180.0, -180.0]]);
     let metres = r#"{"type":"LineString","coordinates":[[0,2000],[300,2000]]}"#;
     assert_eq!(read(metres), [[0.0, 300.0]]);
     let projected = r#"{"type":"FeatureCollection","crs":{"properties":{"name":"urn:ogc:def:crs:EPSG::3857"}},"features":[
