@@ -106,6 +106,7 @@ impl CurveBatch {
             first_lines: whole.first_lines.as_ref().map(lines),
             geographic: whole.geographic,
             clock: whole.clock,
+            clocks: whole.clocks.as_ref().map(|clocks| parts.iter().map(|(i, _)| clocks[*i]).collect()),
             within_half_turn: whole.within_half_turn,
             unwrapped: (0..parts.len()).filter(|&k| whole.unwrapped.contains(&parts[k].0)).collect(),
             names: Some(names.collect()),

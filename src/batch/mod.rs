@@ -311,12 +311,6 @@ impl CurveBatch {
         Some(&self.parameters.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
     }
 
-    /// All parameters, point after point. None if there are none.
-    #[cfg(feature = "formats")]
-    pub(crate) fn all_parameters(&self) -> &[f64] {
-        self.parameters.as_deref().map_or(&[], Vec::as_slice)
-    }
-
     /// All parameters, to keep.
     pub(crate) fn shared_parameters(&self) -> Option<&Arc<Vec<f64>>> {
         self.parameters.as_ref()

@@ -34,6 +34,8 @@ pub(crate) struct Origin {
     pub notes: Vec<String>,
     /// How times are written, where the parameters are times.
     pub clock: Option<Clock>,
+    /// How those of every curve are, where not all are given with one offset from UTC.
+    pub clocks: Option<Vec<Clock>>,
     /// Whether x and y of all curves are longitudes and latitudes in degrees.
     pub geographic: bool,
     /// What a format keeps of the file to write it again. Only that format knows the type.
@@ -49,6 +51,11 @@ impl Origin {
             Some(names) => Cow::Borrowed(&names[i]),
             None => Cow::Owned(i.to_string()),
         }
+    }
+
+    /// How the times of curve `i` are written, where the parameters are times.
+    pub(crate) fn clock(&self, i: usize) -> Option<Clock> {
+        self.clocks.as_ref().map(|clocks| clocks[i]).or(self.clock)
     }
 
     /// `"file, line 12, "` for point `k` of curve `i`, as far as known.

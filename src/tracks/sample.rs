@@ -124,7 +124,7 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
         _ if !curve.is_fitted() => None,
         At::Along(_) => None,
         At::Every(step) => {
-            Some(multiples(knots[0], end, *step, batch.origin().clock.map_or(0.0, |clock| clock.offset())))
+            Some(multiples(knots[0], end, *step, batch.origin().clock(i).map_or(0.0, |clock| clock.offset())))
         }
         At::Times(times) => {
             let within = times[i].iter().copied().filter(|&t| knots[0] <= t && t <= end);
