@@ -60,6 +60,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let batch = io::read_with(&input.input, &options)?;
     let batch = args.tracks.split(batch)?;
     let tracks = args.tracks.samples(&batch, sampling)?;
+    let repeated = tracks.as_ref().and_then(|tracks| tracks.note(&batch));
     args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
     let tolerances = args.bezier_tolerances(&batch)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
@@ -116,6 +117,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         ..Picture::default()
     };
     let options = args.write_options();
+    let notes = repeated.into_iter().chain(notes).collect();
     let made = Made { batch: &batch, fit: &fit, curves, options, method: args.method.word(), picture, notes };
     made.finish(run, &args.curves)
 }

@@ -25,6 +25,7 @@ pub enum At<'a> {
 
 /// Samples of fitted curves, with their times.
 ///
+/// - Samples at times are open curves, of closed ones too: they have the times that were asked for, and no other.
 /// - The parameter of a sample is its time. Within a span of a method with parameters of its own, such
 ///   as arc lengths, time passes evenly with these.
 /// - Samples have all [columns](CurveBatch::columns) of the batch: numbers between those of the data
@@ -49,6 +50,7 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
         }
         columns.push(column);
     }
+    let closed = (0..batch.len()).map(|i| batch.is_closed(i) && !samples[i].at_times).collect();
     let (mut points, mut ends) = (Vec::with_capacity(samples.len()), Vec::new());
     for (i, of_curve) in samples.into_iter().enumerate() {
         of_curve.sites.iter().for_each(|&site| push_carried(batch, i, site, &mut columns));
@@ -60,7 +62,6 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
         ends.push(of_curve.end);
         points.push((of_curve.coords, of_curve.t));
     }
-    let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
     let closing = |i: usize, last: f64| ends[i] - last;
     let origin = batch.origin().clone();
     let problems = batch.problems().clone();
@@ -108,6 +109,8 @@ struct Samples {
     /// The parameter at which the curve ends.
     end: f64,
     quantities: Vec<Vec<f64>>,
+    /// Whether they are at times that were asked for.
+    at_times: bool,
 }
 
 fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities: &[Quantity]) -> Samples {
@@ -136,6 +139,7 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
         (At::Along(sampling), None) if curve.is_fitted() => curve.sites(*sampling),
         _ => all(),
     };
+    let at_times = times.is_some();
     let t = match times {
         Some(times) => times,
         // What was given for points that were not fitted may be no numbers.
@@ -152,7 +156,7 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     let geographic = batch.is_geographic();
     let of = |quantity: &Quantity| quantity.of(curve, &sites, given.as_deref(), geographic);
     let quantities = quantities.iter().flat_map(of).collect();
-    Samples { sites, coords, t, end, quantities }
+    Samples { sites, coords, t, end, quantities, at_times }
 }
 
 /// The multiples of a step from one time to another. Days begin `offset` before those of the times.
@@ -163,9 +167,9 @@ fn multiples(from: f64, to: f64, step: f64, offset: f64) -> Vec<f64> {
     (0..count).map(|k| ((first + k as f64) * step - offset).clamp(from, to)).collect()
 }
 
-/// The span of a time, and the fraction of it.
+/// The span of a time, and the fraction of it. Where several points have the last time it is the end of the span that comes to it.
 fn site(knots: &[f64], t: f64) -> (usize, f64) {
-    let last = knots.len().saturating_sub(2);
+    let last = knots.partition_point(|&knot| knot < knots[knots.len() - 1]).saturating_sub(1);
     let span = knots.partition_point(|&knot| knot <= t).saturating_sub(1).min(last);
     let length = knots[span + 1] - knots[span];
     (span, if length > 0.0 { ((t - knots[span]) / length).clamp(0.0, 1.0) } else { 0.0 })

@@ -22,6 +22,25 @@ fn column(folder: &TempDir, name: &str, cell: usize) -> Vec<f64> {
 }
 
 #[test]
+fn closed_curves_are_sampled_at_the_times_asked_for_alone() {
+    let folder = with("curve,t,x,y\nball,0,0,0\nball,1,100,80\nball,2,200,0\nball,3,100,-80\nball,4,0,0\n");
+    fs::write(folder.path().join("at.csv"), "t\n1\n2\n2.5\n").unwrap();
+    for method in ["natural", "smoothing --smoothing 0", "fair", "scf", "natural --closed yes"] {
+        let fit = format!("--device cpu --force --method {method}");
+        run(&folder, &format!("fit in.csv -o out.csv --every 1 {fit}")).code(0);
+        assert_eq!(column(&folder, "out.csv", 3), [0.0, 1.0, 2.0, 3.0, 4.0], "{method}");
+        assert_eq!(column(&folder, "out.csv", 1), [0.0, 100.0, 200.0, 100.0, 0.0], "{method}");
+        run(&folder, &format!("fit in.csv -o out.csv --at at.csv {fit}")).code(0);
+        assert_eq!(column(&folder, "out.csv", 3), [1.0, 2.0, 2.5], "{method}");
+    }
+    run(&folder, "fit in.csv -o out.geojson --at at.csv --device cpu").code(0);
+    assert_eq!(lines(&folder, "out.geojson")[1].matches("[").count(), 5);
+    // Along the curve it is closed still.
+    run(&folder, "fit in.csv -o out.csv --samples 1 --device cpu --force").code(0);
+    assert_eq!(column(&folder, "out.csv", 4), [1.0; 5]);
+}
+
+#[test]
 fn a_curve_has_the_offset_and_the_grid_of_its_own_times() {
     let own = |name: &str, zone: &str| -> String {
         let row = |k: usize| format!("{name},{k},{},2024-03-01T0{}:10:00{zone}\n", k * k, 2 * k);
@@ -48,4 +67,44 @@ fn a_curve_has_the_offset_and_the_grid_of_its_own_times() {
     let parts = rows(&folder, "out.csv");
     assert_eq!((&*parts[4][0], &*parts[4][3]), ("a.2", "2024-03-02T00:00:00+05:30"));
     assert_eq!((parts.len(), &parts[6..]), (10, &alone(&b)[..]));
+}
+
+#[test]
+fn a_last_time_given_twice_has_the_speed_of_arrival() {
+    for (x, y) in [("lon", "lat"), ("x", "y")] {
+        let folder = with(&format!("curve,{x},{y},t\na,0,0,0\na,1,0,1\na,2,0.5,2\na,2,1,2\n"));
+        let unit = if x == "lon" { 111_195.0 } else { 1.0 };
+        let globe: &[&str] = if x == "lon" { &["--surface wgs84", "--surface wgs84 --smoothing 1"] } else { &[] };
+        for method in ["--method fair", "--method scf", "--smoothing 1", "--smoothing 0"].iter().chain(globe) {
+            let said =
+                contains("1 curve has several places at one time").and(contains("in.csv, line 5, curve a, point 3"));
+            run(&folder, &format!("fit in.csv -o out.csv --every 1 --write speed --device cpu --force {method}"))
+                .code(0)
+                .stderr(said);
+            let speeds = column(&folder, "out.csv", 4);
+            assert!(
+                speeds.len() == 3 && speeds.iter().all(|v| (0.9..1.7).contains(&(v / unit))),
+                "{method}: {speeds:?}"
+            );
+            // On the way from one place to another at one time there is no speed.
+            run(&folder, &format!("fit in.csv -o out.csv --samples 4 --write speed --device cpu --force {method}"))
+                .code(0);
+            let cells: Vec<String> = rows(&folder, "out.csv").into_iter().map(|row| row[4].clone()).collect();
+            assert!(
+                cells.iter().all(|cell| cell.is_empty() || cell.parse::<f64>().unwrap().is_finite()),
+                "{method}: {cells:?}"
+            );
+            assert!((cells[8].parse::<f64>().unwrap() / unit - 1.3).abs() < 0.4, "{method}: {cells:?}");
+        }
+    }
+    // Points that are given twice take no time, and the speed goes on.
+    let folder = with("x,y,t\n0,0,0\n0,0,0\n1,0,1\n1,0,1\n2,0,2\n2,0,2\n");
+    for method in ["natural", "fair", "scf"] {
+        run(
+            &folder,
+            &format!("fit in.csv -o out.csv --samples 2 --write speed --device cpu --force --method {method}"),
+        )
+        .code(0);
+        assert!(column(&folder, "out.csv", 4).iter().all(|v| (v - 1.0).abs() < 1e-9), "{method}");
+    }
 }
