@@ -14,8 +14,8 @@ use super::words::one_of;
 pub struct TrackArgs {
     /// Other columns of a CSV file that travel along: all, or names
     ///
-    /// Numbers are interpolated. Texts, and numbers after whose name stands :nearest, are those of the nearest point. What is the same in all rows of
-    /// a curve stays as it is.
+    /// Numbers are interpolated. COG, course, heading, and what has :angle after its name are angles in degrees, which go the short way round. Texts,
+    /// and what has :nearest after its name, are those of the nearest point. What is the same in all rows of a curve stays as it is.
     #[arg(long, value_name = "all|COLUMN,...", help_heading = "Tracks")]
     carry: Option<Carried>,
     /// Cuts tracks where times are more than DT apart

@@ -214,8 +214,8 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &Wri
                 text.push(separator)?;
                 match &column.values {
                     // A blank, as it was read.
-                    Values::Numbers(numbers) if numbers[first + own].is_nan() => {}
-                    Values::Numbers(numbers) => text.number(numbers[first + own])?,
+                    Values::Numbers(numbers) | Values::Angles(numbers) if numbers[first + own].is_nan() => {}
+                    Values::Numbers(numbers) | Values::Angles(numbers) => text.number(numbers[first + own])?,
                     Values::Texts(texts) => text.push(row([&*texts[first + own]], separator))?,
                 }
             }

@@ -29,7 +29,7 @@ pub enum At<'a> {
 /// - The parameter of a sample is its time. Within a span of a method with parameters of its own, such
 ///   as arc lengths, time passes evenly with these.
 /// - Samples have all [columns](CurveBatch::columns) of the batch: numbers between those of the data
-///   points on both sides, in proportion to the time, and the text of the nearer of both.
+///   points on both sides, in proportion to the time, angles on the short way round, and the text of the nearer of both.
 /// - After them come the columns of the `quantities`, called `curve_speed` and so on where the batch has
 ///   such a column. They are NaN for curves that were not fitted.
 /// - A curve that was not fitted has its data points, whatever is asked.
@@ -43,6 +43,7 @@ pub enum At<'a> {
 pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -> Result<CurveBatch> {
     check(batch, at, quantities)?;
     let samples = parallel::map(batch.len(), 1, |i| of_curve(batch, &*fit.curve(i), i, at, quantities));
+    let empty = |column: &Column| Column { name: column.name.clone(), values: column.values.emptied() };
     let mut columns: Vec<Column> = batch.columns().iter().map(empty).collect();
     for mut column in quantities.iter().flat_map(|quantity| quantity.columns(batch.dimension())) {
         if columns.iter().any(|carried| carried.name == column.name) {
@@ -57,7 +58,7 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
         let own = columns.iter_mut().skip(batch.columns().len()).zip(&of_curve.quantities);
         own.for_each(|(column, values)| match &mut column.values {
             Values::Numbers(numbers) => numbers.extend(values),
-            Values::Texts(_) => unreachable!("quantities are numbers"),
+            _ => unreachable!("quantities are numbers"),
         });
         ends.push(of_curve.end);
         points.push((of_curve.coords, of_curve.t));
@@ -175,29 +176,11 @@ fn site(knots: &[f64], t: f64) -> (usize, f64) {
     (span, if length > 0.0 { ((t - knots[span]) / length).clamp(0.0, 1.0) } else { 0.0 })
 }
 
-/// A column of the same name and kind, without entries.
-fn empty(column: &Column) -> Column {
-    let values = match column.values {
-        Values::Numbers(_) => Values::Numbers(vec![]),
-        Values::Texts(_) => Values::Texts(vec![]),
-    };
-    Column { name: column.name.clone(), values }
-}
-
 /// Appends what a sample of curve `i` has of the batch's columns.
 fn push_carried(batch: &CurveBatch, i: usize, (span, u): (usize, f64), columns: &mut [Column]) {
     let (first, count) = (batch.offsets()[i], batch.count(i));
-    let [a, b] = [span, span + 1].map(|k| first + k % count);
+    let ends = [span, span + 1].map(|k| first + k % count);
     for (column, carried) in columns.iter_mut().zip(batch.columns()) {
-        match (&mut column.values, &carried.values) {
-            (Values::Numbers(out), Values::Numbers(numbers)) => out.push(match u {
-                0.0 => numbers[a],
-                1.0 => numbers[b],
-                // Equal numbers stay what they are.
-                _ => numbers[a] + (numbers[b] - numbers[a]) * u,
-            }),
-            (Values::Texts(out), Values::Texts(texts)) => out.push(texts[if u < 0.5 { a } else { b }].clone()),
-            _ => unreachable!("a column of a kind stays of that kind"),
-        }
+        column.values.push_between(&carried.values, ends, u);
     }
 }

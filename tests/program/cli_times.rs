@@ -70,6 +70,33 @@ fn a_curve_has_the_offset_and_the_grid_of_its_own_times() {
 }
 
 #[test]
+fn angles_are_carried_on_the_short_way_round() {
+    let folder = with(
+        "curve,x,y,t,COG,heading,drift,Course\n\
+         a,0,0,0,350,-170,355,511\na,0,1,2,10,170,5,90\na,1,1,4,90,-170,95,90\na,1,2,6,270,100,0,91\n",
+    );
+    let carried = |columns: &str| -> Vec<Vec<f64>> {
+        run(&folder, &format!("fit in.csv -o out.csv --every 1 --carry {columns} --device cpu --force")).code(0);
+        let width = rows(&folder, "out.csv")[0].len();
+        (4..width).map(|cell| column(&folder, "out.csv", cell)).collect()
+    };
+    let all = carried("all");
+    assert_eq!(all[0], [350.0, 0.0, 10.0, 50.0, 90.0, 180.0, 270.0]);
+    assert_eq!(all[1], [-170.0, -180.0, 170.0, -180.0, -170.0, 145.0, 100.0]);
+    assert_eq!(all[2], [355.0, 180.0, 5.0, 50.0, 95.0, 47.5, 0.0]);
+    // What stands for an angle that is not known is none, and is not mixed with one.
+    assert_eq!(all[3], [511.0, 90.0, 90.0, 90.0, 90.0, 90.5, 91.0]);
+    assert_eq!(
+        carried("drift:angle,COG:linear"),
+        [[350.0, 180.0, 10.0, 50.0, 90.0, 180.0, 270.0], [355.0, 0.0, 5.0, 50.0, 95.0, 47.5, 0.0]]
+    );
+    // Arrays, too.
+    run(&folder, "fit in.csv -o in.npz --samples 1 --carry all --device cpu").code(0);
+    run(&folder, "fit in.npz -o out.csv --every 1 --carry heading,drift:angle --device cpu --force").code(0);
+    assert_eq!([column(&folder, "out.csv", 4)[1], column(&folder, "out.csv", 5)[1]], [0.0, -180.0]);
+}
+
+#[test]
 fn a_last_time_given_twice_has_the_speed_of_arrival() {
     for (x, y) in [("lon", "lat"), ("x", "y")] {
         let folder = with(&format!("curve,{x},{y},t\na,0,0,0\na,1,0,1\na,2,0.5,2\na,2,1,2\n"));

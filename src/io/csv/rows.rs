@@ -11,7 +11,7 @@ use super::order::{Owners, arranged};
 use crate::batch::{Clock, CurveBatch, Origin};
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, quoted};
-use crate::io::columns::{Nearest, Table};
+use crate::io::columns::{Between, Table};
 use crate::io::source::Source;
 use crate::io::{ReadOptions, close, close_as_marked, longitude};
 use crate::ragged;
@@ -53,7 +53,7 @@ pub(super) struct Rows<'a> {
     tangents: Vec<f64>,
     curvatures: Vec<f64>,
     t: Option<Numbers>,
-    /// How the times are written, if they are dates.
+    /// How the times are written, if they are dates, and how those of every curve are.
     clock: Option<Clock>,
     clocks: Vec<Option<Clock>>,
     weight: Option<Numbers>,
@@ -80,7 +80,7 @@ impl<'a> Rows<'a> {
         table: &Table,
         header: &'a [String],
         dialect: Dialect,
-        carried: Vec<(usize, &str, Nearest)>,
+        carried: Vec<(usize, &str, Between)>,
     ) -> Self {
         let cells = |names: [&str; 3]| names.iter().filter_map(|name| table.cell(name)).collect::<Vec<_>>();
         let axes = cells(["x", "y", "z"]);
@@ -100,7 +100,7 @@ impl<'a> Rows<'a> {
             curvatures: Vec::new(),
             t: Numbers::new(table.cell("t"), false),
             clock: None,
-            carried: carried.into_iter().map(|(cell, name, nearest)| CarriedCells::new(name, cell, nearest)).collect(),
+            carried: carried.into_iter().map(|(cell, name, between)| CarriedCells::new(name, cell, between)).collect(),
             weight: Numbers::new(table.cell("weight"), false),
             nu: Numbers::new(table.cell("nu"), true),
             kmax: Numbers::new(table.cell("kmax"), true),

@@ -115,7 +115,7 @@ fn collect(text: &mut Text, batch: &CurveBatch, cut: Cutting, line: Line) -> io:
 fn of_curve(batch: &CurveBatch, column: &Column, i: usize) -> Option<serde_json::Value> {
     let points = batch.offsets()[i]..batch.offsets()[i + 1];
     match &column.values {
-        Values::Numbers(numbers) => same(&numbers[points]).map(|&number| number.into()),
+        Values::Numbers(numbers) | Values::Angles(numbers) => same(&numbers[points]).map(|&number| number.into()),
         Values::Texts(texts) => {
             let text = same(&texts[points])?;
             // A number stays one, unless it would be written in another way.
