@@ -105,6 +105,7 @@ impl CurveBatch {
             file: whole.file.clone(),
             first_lines: whole.first_lines.as_ref().map(lines),
             geographic: whole.geographic,
+            timed: whole.timed,
             clock: whole.clock,
             clocks: whole.clocks.as_ref().map(|clocks| parts.iter().map(|(i, _)| clocks[*i]).collect()),
             within_half_turn: whole.within_half_turn,

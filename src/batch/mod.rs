@@ -160,6 +160,7 @@ impl CurveBatch {
     pub fn with_parameters(mut self, parameters: Vec<f64>) -> Result<Self> {
         expect_length("parameters", parameters.len(), self.total_points(), "point")?;
         self.parameters = Some(Arc::new(parameters));
+        Arc::make_mut(&mut self.origin).timed = true;
         self.check_parameters();
         Ok(self)
     }

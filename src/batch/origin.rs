@@ -32,6 +32,8 @@ pub(crate) struct Origin {
     pub is_map: bool,
     /// What is worth a line about the file.
     pub notes: Vec<String>,
+    /// Whether parameters were given, of which those of samples are made.
+    pub timed: bool,
     /// How times are written, where the parameters are times.
     pub clock: Option<Clock>,
     /// How those of every curve are, where not all are given with one offset from UTC.

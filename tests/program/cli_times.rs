@@ -135,3 +135,67 @@ fn a_last_time_given_twice_has_the_speed_of_arrival() {
         assert!(column(&folder, "out.csv", 4).iter().all(|v| (v - 1.0).abs() < 1e-9), "{method}");
     }
 }
+
+#[test]
+fn geojson_has_times_and_columns_of_positions() {
+    let features = |folder: &TempDir, options: &str| -> Vec<serde_json::Value> {
+        run(folder, &format!("fit in.csv -o out.geojson --device cpu --force {options}")).code(0);
+        let document: serde_json::Value = serde_json::from_str(&lines(folder, "out.geojson").join("\n")).unwrap();
+        document["features"].as_array().unwrap().clone()
+    };
+    let folder = with(
+        "curve,lon,lat,t,sog,COG,ship,note\na,0,0,2024-03-01T00:10:00+01:00,1,350,7,in\na,1,0,2024-03-01T02:10:00+01:00,2,10,7,\n\
+         a,2,1,2024-03-01T04:10:00+01:00,,20,7,3\nb,0,5,2024-03-01T00:00:00Z,5,5,8,x\nb,0,6,2024-03-01T01:00:00Z,6,5,8,y\n",
+    );
+    let hours = features(&folder, "--every 1h --carry all");
+    let expected = serde_json::json!({
+        "curve": "a",
+        "coordTimes": ["2024-03-01T01:00:00+01:00", "2024-03-01T02:00:00+01:00", "2024-03-01T03:00:00+01:00", "2024-03-01T04:00:00+01:00"],
+        "sog": [1.0 + 50.0 / 120.0, 1.0 + 110.0 / 120.0, null, null],
+        "COG": [350.0 + 20.0 * 50.0 / 120.0, 20.0 * 110.0 / 120.0 - 10.0, 10.0 + 10.0 * 50.0 / 120.0, 10.0 + 10.0 * 110.0 / 120.0],
+        "ship": 7,
+        "note": ["in", "", "", 3],
+    });
+    let [given, wanted] = [&hours[0]["properties"], &expected].map(|value| value.as_object().unwrap().clone());
+    assert_eq!(given.keys().collect::<Vec<_>>(), wanted.keys().collect::<Vec<_>>());
+    for (name, value) in wanted {
+        let numbers = |value: &serde_json::Value| -> Option<Vec<f64>> {
+            value.as_array()?.iter().map(|entry| if entry.is_null() { Some(-1.0) } else { entry.as_f64() }).collect()
+        };
+        match (numbers(&given[&name]), numbers(&value)) {
+            (Some(a), Some(b)) => {
+                assert!(a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12), "{name}: {a:?}")
+            }
+            _ => assert_eq!(given[&name], value, "{name}"),
+        }
+    }
+    assert_eq!(
+        hours[1]["properties"]["coordTimes"],
+        serde_json::json!(["2024-03-01T00:00:00Z", "2024-03-01T01:00:00Z"])
+    );
+    // Where a line is cut its arrays are, too.
+    let folder = with("lon,lat,t,v\n170,0,0,1\n176,0,1,2\n-176,0,3,4\n-170,0,4,5\n");
+    let cut = features(&folder, "--samples 1 --carry v --method fair");
+    assert_eq!(cut[0]["geometry"]["type"], "MultiLineString");
+    let flat = |name: &str| {
+        cut[0]["properties"][name]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|part| part.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect())
+            .collect::<Vec<Vec<f64>>>()
+    };
+    let (t, v) = (flat("t"), flat("v"));
+    assert_eq!(t.iter().map(Vec::len).collect::<Vec<_>>(), [3, 3]);
+    assert!(
+        (t[0][2] - 2.0).abs() < 1e-9 && (v[1][0] - 3.0).abs() < 1e-9 && (t[1][2], v[1][2]) == (4.0, 5.0),
+        "{t:?} {v:?}"
+    );
+    let kept = features(&folder, "--samples 1 --carry v --method fair --antimeridian keep");
+    assert_eq!(kept[0]["properties"]["t"], serde_json::json!([0, 1, 3, 4]));
+    // A closed curve comes back at a time of its own, and parameters that were not given are no times.
+    let folder = with("x,y,t\n0,0,0\n1,0,1\n1,1,2\n0,0,5\n");
+    assert_eq!(features(&folder, "--samples 1")[0]["properties"]["t"], serde_json::json!([0, 1, 2, 5]));
+    fs::write(folder.path().join("in.csv"), "x,y\n0,0\n1,0\n1,1\n").unwrap();
+    assert_eq!(features(&folder, "")[0]["properties"], serde_json::json!({"curve": "0"}));
+}
