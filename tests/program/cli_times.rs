@@ -199,3 +199,87 @@ fn geojson_has_times_and_columns_of_positions() {
     fs::write(folder.path().join("in.csv"), "x,y\n0,0\n1,0\n1,1\n").unwrap();
     assert_eq!(features(&folder, "")[0]["properties"], serde_json::json!({"curve": "0"}));
 }
+
+#[test]
+fn lambda_counts_hours_where_times_are_dates() {
+    let rows = |time: &dyn Fn(u32) -> String| -> String {
+        let row =
+            |k: u32| format!("{},{},{}\n", 7.0 + 0.002 * f64::from(k), 54.0 + 0.001 * f64::from(k * k % 3), time(k));
+        "lon,lat,t\n".to_string() + &(0..13).map(row).collect::<String>()
+    };
+    let folder = with(&rows(&|k| format!("2024-03-01T{:02}:{:02}:00Z", k / 12, k * 5 % 60)));
+    fs::write(folder.path().join("hours.csv"), rows(&|k| (f64::from(k) / 12.0).to_string())).unwrap();
+    let moved = |input: &str, options: &str| -> [f64; 2] {
+        let fit = format!("fit {input} -o out.csv --report out.json --device cpu --force {options}");
+        let said = contains("--smoothing 1 counts hours, since times are dates: 4.6656e10 in seconds");
+        let outcome = run(&folder, &fit).code(0);
+        if input == "in.csv" && options.starts_with("--smoothing 1") && !options.contains("chord") {
+            outcome.stderr(said);
+        } else {
+            outcome.stderr(said.not());
+        }
+        let report: serde_json::Value = serde_json::from_str(&lines(&folder, "out.json").join("\n")).unwrap();
+        ["max_deviation", "smoothing"].map(|what| report["curves"][0][what].as_f64().unwrap())
+    };
+    for options in ["--smoothing 1", "--smoothing 1 --surface wgs84", "--deviation 0.0005"] {
+        let [dates, hours] = ["in.csv", "hours.csv"].map(|input| moved(input, options));
+        assert!((0..2).all(|k| (dates[k] / hours[k] - 1.0).abs() < 1e-3), "{options}: {dates:?}, {hours:?}");
+        assert!(hours[0] > 4e-4, "{options}: {hours:?}");
+    }
+    // Chords are no times.
+    let chord = "--smoothing 1e-9 --parametrisation chord";
+    assert_eq!(moved("in.csv", chord), moved("hours.csv", chord));
+    run(&folder, "compare in.csv --smoothing 1 --device cpu").stderr(contains("counts hours"));
+}
+
+#[test]
+fn distances_in_degrees_or_larger_than_curves_are_said() {
+    let point = |k: u32| {
+        format!(
+            "<trkpt lat=\"{}\" lon=\"{}\"/>",
+            47.0 + 0.01 * (0.33 * f64::from(k)).sin(),
+            11.0 + 0.0005 * f64::from(k)
+        )
+    };
+    let points: String = (0..40).map(point).collect();
+    let folder = with("curve,x,y\nsmall,0,0\nsmall,1,1\nsmall,2,0\nlarge,0,5\nlarge,9,9\nlarge,20,5\n");
+    fs::write(
+        folder.path().join("run.gpx"),
+        format!("<gpx><trk><name>run</name><trkseg>{points}</trkseg></trk></gpx>"),
+    )
+    .unwrap();
+    for option in ["--deviation", "--tube", "--deviation 5 --method fair --pin"] {
+        let (option, rest) = option.split_once(' ').unwrap_or((option, ""));
+        let rest = if rest.is_empty() { "5".into() } else { format!("{rest} ends") };
+        let sentence =
+            contains(format!("{option} 5 is in degrees, as longitudes and latitudes are, up to 556 km on the ground"));
+        let remedy =
+            contains("run, the largest, measures 0.0279 degrees; for metres give --surface wgs84 --deviation 5");
+        run(&folder, &format!("fit run.gpx -o out.csv {option} {rest} --device cpu"))
+            .code(2)
+            .stderr(sentence.and(remedy));
+    }
+    run(&folder, "fit run.gpx -o out.csv --deviation 5 --surface wgs84 --points 50 --device cpu")
+        .code(0)
+        .stderr(contains("degrees").not());
+    let latitudes = column(&folder, "out.csv", 2);
+    assert!(latitudes.iter().any(|y| (y - 47.0).abs() > 0.009), "{latitudes:?}");
+    run(&folder, "fit run.gpx -o out.csv --deviation 0.0001 --device cpu --force").code(0).stderr(contains(
+        "--deviation 0.0001 is in degrees, up to 11.1 m on the ground: with --surface wgs84 it is in metres",
+    ));
+    run(&folder, "fit run.gpx -o out.csv --deviation 2% --device cpu --force")
+        .code(0)
+        .stderr(contains("degrees").not());
+    run(&folder, "fit run.gpx -o out.csv --spacing 0.01 --device cpu --force")
+        .code(0)
+        .stderr(contains("--spacing 0.01 is in degrees"));
+    for option in ["--deviation", "--tube"] {
+        let said = contains(format!("1 curve of 2 is smaller than {option} 3, small of size 2.24"));
+        run(&folder, &format!("fit in.csv -o out.csv {option} 3 --device cpu --force")).code(0).stderr(said);
+        run(&folder, &format!("fit in.csv -o out.csv {option} 1 --device cpu --force"))
+            .code(0)
+            .stderr(contains("smaller").not());
+    }
+    let said = contains("2 curves of 2 are smaller than --deviation 30, the largest of them large of size 20.4");
+    run(&folder, "fit in.csv -o out.csv --deviation 30 --method fair --device cpu --force").stderr(said);
+}
