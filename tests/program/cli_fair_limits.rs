@@ -222,8 +222,11 @@ fn points_in_a_line_are_joined_by_straight_spans() {
             x += steps.get(k).unwrap_or(&0.0);
         }
         let folder = folder(&text);
-        for method in ["natural", "natural --parametrisation uniform", "natural --parametrisation chord", "scf"] {
-            let lines = reports(&folder, &format!("--method {method} --preserve-shape --samples 64"), 0);
+        let splines = ["natural", "natural --parametrisation uniform", "natural --parametrisation chord"];
+        let options = splines.into_iter().chain(["scf", "fair"]).map(|method| format!("{method} --preserve-shape"));
+        let level = (angle == 0.0).then(|| "fair --monotone y".to_string());
+        for method in options.chain(level) {
+            let lines = reports(&folder, &format!("--method {method} --samples 64"), 0);
             assert_eq!(lines[0]["status"], "converged", "{method}: {}", lines[0]);
             assert_eq!(lines[0]["limits"]["violation"], 0.0, "{method}: {}", lines[0]);
             let off = off_line(&folder, angle, 2);
