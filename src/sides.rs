@@ -2,7 +2,8 @@
 //!
 //! At a point it is the side to which the polygon of the points turns. In a span between two points that turn to one
 //! side it is that side, and between an end and its neighbour that of the neighbour. A span between turns to different
-//! sides may turn to both, which is one inflection. Points in a line ask for nothing.
+//! sides may turn to both, which is one inflection. Where the polygon goes straight on through a point, both spans beside
+//! it are straight. Where it reverses there is no side.
 //!
 //! Source: T. N. T. Goodman and K. Unsworth, *Shape preserving interpolation by curvature continuous parametric curves*,
 //! Computer Aided Geometric Design 5 (1988), section 2.
@@ -11,12 +12,14 @@
 pub(crate) const STRAIGHT: f64 = 1e-9;
 
 /// What a span asks of its curvature: 1 for the left, −1 for the right, 0 for nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Asked {
     /// At its start and at its end.
     pub ends: [f64; 2],
     /// All along it.
     pub within: f64,
+    /// Whether it is straight, which leaves it no side.
+    pub straight: bool,
 }
 
 /// The side to which a polygon turns from an edge to the next.
@@ -29,6 +32,13 @@ pub(crate) fn side(a: [f64; 2], b: [f64; 2]) -> f64 {
     let ([a, b], [u, v]) = (unit(a), unit(b));
     let sine = a * v - b * u;
     if sine.abs() < STRAIGHT || sine.is_nan() { 0.0 } else { sine.signum() }
+}
+
+/// Whether a polygon goes straight on from an edge to the next.
+pub(crate) fn goes_on([a, b]: [f64; 2], [u, v]: [f64; 2]) -> bool {
+    // Vectors in a line have their larger components along the same axis. Products may be out of range.
+    let same = if a.abs() > b.abs() { a.signum() == u.signum() } else { b.signum() == v.signum() };
+    side([a, b], [u, v]) == 0.0 && same
 }
 
 /// The side of two ends that agree, one of which may have none of its own.
@@ -48,15 +58,17 @@ pub(crate) fn of_spans(points: &[[f64; 2]], closed: bool) -> Vec<Asked> {
         let ([x, y], [u, v]) = (points[k % n], points[(k + 1) % n]);
         [u - x, v - y]
     };
-    let at = |k: usize| match k {
-        0 if !closed => None,
-        k if !closed && k + 1 == n => None,
-        k => Some(side(chord((k + n - 1) % n), chord(k))),
-    };
+    let is_end = |k: usize| !closed && (k == 0 || k + 1 == n);
+    let at = |k: usize| (!is_end(k)).then(|| side(chord((k + n - 1) % n), chord(k)));
+    let is_in_line = |k: usize| !is_end(k) && goes_on(chord((k + n - 1) % n), chord(k));
     let span = |k: usize| {
-        let sides = [at(k), at((k + 1) % n)];
+        let points = [k, (k + 1) % n];
+        if points.into_iter().any(is_in_line) {
+            return Asked { straight: true, ..Asked::default() };
+        }
+        let sides = points.map(at);
         let within = agreed(sides);
-        Asked { ends: sides.map(|side| side.unwrap_or(within)), within }
+        Asked { ends: sides.map(|side| side.unwrap_or(within)), within, straight: false }
     };
     (0..spans).map(span).collect()
 }
@@ -71,26 +83,30 @@ mod tests {
         let points = [[0.0, 0.0], [1.0, 0.0], [1.5, 1.0], [1.0, 2.0], [1.5, 3.0]];
         let [left, both, right] = [1.0, 0.0, -1.0];
         let asked = of_spans(&points, false);
-        assert_eq!(asked[0], Asked { ends: [left; 2], within: left });
-        assert_eq!(asked[1], Asked { ends: [left; 2], within: left });
-        assert_eq!(asked[2], Asked { ends: [left, right], within: both });
-        assert_eq!(asked[3], Asked { ends: [right; 2], within: right });
+        let of = |ends, within| Asked { ends, within, straight: false };
+        assert_eq!(asked, [of([left; 2], left), of([left; 2], left), of([left, right], both), of([right; 2], right)]);
     }
 
     #[test]
-    fn lines_reversals_and_two_points_ask_for_nothing_at_any_scale() {
-        let nothing = Asked { ends: [0.0; 2], within: 0.0 };
+    fn spans_in_a_line_are_straight_and_others_keep_sides() {
+        let points = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 5.0], [4.0, 5.0], [5.0, 5.0]];
+        let straight = Asked { straight: true, ..Asked::default() };
+        let rise = Asked { ends: [1.0, -1.0], within: 0.0, straight: false };
+        assert_eq!(of_spans(&points, false), [straight, straight, rise, straight, straight]);
+    }
+
+    #[test]
+    fn reversals_and_two_points_ask_for_nothing_at_any_scale() {
+        let nothing = Asked::default();
         for scale in [1e-300, 1.0, 1e300] {
             let at = |x: f64, y: f64| [scale * x, scale * y];
-            for points in
-                [&[at(0.0, 0.0), at(1.0, 0.0), at(0.5, 0.0)][..], &[at(0.0, 0.0), at(1.0, 1e-10), at(2.0, 0.0)]]
-            {
-                assert_eq!(of_spans(points, false), [nothing; 2], "{scale:e}");
-            }
+            assert_eq!(of_spans(&[at(0.0, 0.0), at(1.0, 0.0), at(0.5, 0.0)], false), [nothing; 2], "{scale:e}");
+            let line = [at(0.0, 0.0), at(1.0, 1e-10), at(2.0, 0.0)];
+            assert_eq!(of_spans(&line, false), [Asked { straight: true, ..nothing }; 2], "{scale:e}");
             assert_eq!(of_spans(&[at(0.0, 0.0), at(1.0, 0.0)], false), [nothing]);
             assert_eq!(of_spans(&[at(0.0, 0.0), at(1.0, 0.0)], true), [nothing; 2]);
             let ring = of_spans(&[at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)], true);
-            assert_eq!(ring, [Asked { ends: [1.0; 2], within: 1.0 }; 3], "{scale:e}");
+            assert_eq!(ring, [Asked { ends: [1.0; 2], within: 1.0, straight: false }; 3], "{scale:e}");
         }
     }
 }

@@ -38,7 +38,7 @@ impl CurveBatch {
                 return Some((point, format!("its parameter is {}; parameters must be finite", short(t[point]))));
             }
             let point = t.windows(2).position(|pair| pair[1] < pair[0])? + 1;
-            let written = |t: f64| batch.origin.clock.map_or_else(|| short(t), |clock| clock.write(t));
+            let written = |t: f64| batch.origin.clock(i).map_or_else(|| short(t), |clock| clock.write(t));
             let (before, here) = (written(t[point - 1]), written(t[point]));
             Some((
                 point,

@@ -54,7 +54,12 @@ impl Clock {
         Some((seconds, clock))
     }
 
-    /// The clock that writes what both write.
+    /// Whether both write the same instants alike, but for digits.
+    pub fn hangs_with(&self, other: &Clock) -> bool {
+        self.zone == other.zone
+    }
+
+    /// The clock that writes what both write, where this one hangs.
     pub fn with(self, other: Clock) -> Self {
         Clock {
             separator: self.separator.or(other.separator),

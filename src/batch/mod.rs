@@ -160,6 +160,7 @@ impl CurveBatch {
     pub fn with_parameters(mut self, parameters: Vec<f64>) -> Result<Self> {
         expect_length("parameters", parameters.len(), self.total_points(), "point")?;
         self.parameters = Some(Arc::new(parameters));
+        Arc::make_mut(&mut self.origin).timed = true;
         self.check_parameters();
         Ok(self)
     }
@@ -309,12 +310,6 @@ impl CurveBatch {
     /// The parameters of curve `i`, if the batch has any.
     pub fn parameters(&self, i: usize) -> Option<&[f64]> {
         Some(&self.parameters.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
-    }
-
-    /// All parameters, point after point. None if there are none.
-    #[cfg(feature = "formats")]
-    pub(crate) fn all_parameters(&self) -> &[f64] {
-        self.parameters.as_deref().map_or(&[], Vec::as_slice)
     }
 
     /// All parameters, to keep.

@@ -32,8 +32,12 @@ pub(crate) struct Origin {
     pub is_map: bool,
     /// What is worth a line about the file.
     pub notes: Vec<String>,
+    /// Whether parameters were given, of which those of samples are made.
+    pub timed: bool,
     /// How times are written, where the parameters are times.
     pub clock: Option<Clock>,
+    /// How those of every curve are, where not all are given with one offset from UTC.
+    pub clocks: Option<Vec<Clock>>,
     /// Whether x and y of all curves are longitudes and latitudes in degrees.
     pub geographic: bool,
     /// What a format keeps of the file to write it again. Only that format knows the type.
@@ -49,6 +53,11 @@ impl Origin {
             Some(names) => Cow::Borrowed(&names[i]),
             None => Cow::Owned(i.to_string()),
         }
+    }
+
+    /// How the times of curve `i` are written, where the parameters are times.
+    pub(crate) fn clock(&self, i: usize) -> Option<Clock> {
+        self.clocks.as_ref().map(|clocks| clocks[i]).or(self.clock)
     }
 
     /// `"file, line 12, "` for point `k` of curve `i`, as far as known.

@@ -40,6 +40,8 @@ pub fn run(args: &CompareArgs) -> Result<bool> {
     let mut progress = Progress::new(talk.quiet);
     progress.step("reading");
     let batch = args.input.read()?;
+    let (method, note) = method.for_times_of(&batch);
+    note.iter().for_each(|note| talk.say(note));
     let sampling = Sampling::PerSpan(per_span);
     let fit =
         |device: &Device| difference::fit(&batch, device, |batch, device| method.fit_sampled(batch, sampling, device));

@@ -87,6 +87,8 @@ pub struct Made<'a> {
     pub picture: Picture,
     /// What is worth a line about curves that are usable.
     pub notes: Vec<String>,
+    /// The unit of λ in that of the parameters, cubed.
+    pub lambda_unit: f64,
 }
 
 impl Made<'_> {
@@ -108,7 +110,7 @@ impl Made<'_> {
         run.report(
             [fit.usable(), fit.len()],
             || Head::of(self.method, fit.device()),
-            |i| Line::of(batch, fit, i, points_out[i]),
+            |i| Line::of(batch, fit, i, points_out[i]).with_lambda_in(self.lambda_unit),
             |i| Some(small_picture(batch, fit, i)),
         )?;
         run.tell("", fit.device());

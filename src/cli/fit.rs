@@ -58,6 +58,9 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let batch = io::read_with(&input.input, &options)?;
     let batch = args.tracks.split(batch)?;
     let tracks = args.tracks.samples(&batch, sampling)?;
+    let mut units = args.method.distances(&batch, args.spacing)?;
+    let (method, of_lambda) = method.for_times_of(&batch);
+    units.extend(of_lambda.into_iter().chain(tracks.as_ref().and_then(|tracks| tracks.note(&batch))));
     args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
     let tolerances = args.bezier_tolerances(&batch)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
@@ -111,7 +114,10 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         ..Picture::default()
     };
     let options = args.write_options();
-    let made = Made { batch: &batch, fit: &fit, curves, options, method: args.method.word(), picture, notes };
+    let lambda_unit = method.lambda_unit(&batch);
+    let notes = units.into_iter().chain(notes).collect();
+    let method = args.method.word();
+    let made = Made { batch: &batch, fit: &fit, curves, options, method, picture, notes, lambda_unit };
     made.finish(run, &args.curves)
 }
 

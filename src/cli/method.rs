@@ -5,6 +5,7 @@ mod energy;
 mod fair;
 mod limits;
 mod surface;
+mod units;
 
 use std::str::FromStr;
 
@@ -74,7 +75,8 @@ pub struct MethodArgs {
     pin: Option<Pins>,
     /// Smoothing parameter λ ≥ 0
     ///
-    /// A larger one is smoother. 0 goes through every point.
+    /// A larger one is smoother. 0 goes through every point. It is in the cube of the unit of t: of an hour where t holds
+    /// dates.
     #[arg(
         long,
         value_name = "λ",
@@ -86,7 +88,8 @@ pub struct MethodArgs {
     /// Moves no point by more than D
     ///
     /// Each curve is then as smooth, or as fair, as it can be. D is in units of the input, or a part of
-    /// each curve's size (the diagonal of the box around its points), such as 2%.
+    /// each curve's size (the diagonal of the box around its points), such as 2%. Longitudes and latitudes are in degrees,
+    /// and with --surface wgs84 D is in metres.
     #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Near the points")]
     deviation: Option<Deviation>,
     /// Smoothing splines of least bending within D of every point

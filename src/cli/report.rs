@@ -133,6 +133,11 @@ impl KeptLimits {
 }
 
 impl<'a> Line<'a> {
+    /// With λ in this unit of it.
+    pub fn with_lambda_in(self, unit: f64) -> Self {
+        Line { smoothing: self.smoothing.map(|lambda| lambda / unit), ..self }
+    }
+
     /// Of curve `i`, of which so many points were written.
     pub fn of(batch: &'a CurveBatch, fit: &Fit, i: usize, points_out: usize) -> Self {
         let curve = fit.curve(i);

@@ -14,8 +14,8 @@ use super::words::one_of;
 pub struct TrackArgs {
     /// Other columns of a CSV file that travel along: all, or names
     ///
-    /// Numbers are interpolated. Texts, and numbers after whose name stands :nearest, are those of the nearest point. What is the same in all rows of
-    /// a curve stays as it is.
+    /// Numbers are interpolated. COG, course, heading, and what has :angle after its name are angles in degrees, which go the short way round. Texts,
+    /// and what has :nearest after its name, are those of the nearest point. What is the same in all rows of a curve stays as it is.
     #[arg(long, value_name = "all|COLUMN,...", help_heading = "Tracks")]
     carry: Option<Carried>,
     /// Cuts tracks where times are more than DT apart
@@ -113,6 +113,24 @@ impl TrackArgs {
 }
 
 impl Samples<'_> {
+    /// What is to be said of times that several places of a curve have.
+    pub fn note(&self, batch: &CurveBatch) -> Option<String> {
+        if matches!(self.places, Places::Along(_)) && !self.quantities.contains(&Quantity::Speed) {
+            return None;
+        }
+        let d = batch.dimension();
+        let repeated = |i: usize| {
+            let (t, points) = (batch.parameters(i)?, batch.points(i));
+            let differ = |k: usize| points[(k - 1) * d..k * d] != points[k * d..(k + 1) * d];
+            (1..t.len()).find(|&k| batch.problem(i).is_none() && t[k] == t[k - 1] && differ(k)).map(|k| (i, k))
+        };
+        let all: Vec<_> = (0..batch.len()).filter_map(repeated).collect();
+        let (i, k) = *all.first()?;
+        let curves = if all.len() == 1 { "1 curve has".into() } else { format!("{} curves have", all.len()) };
+        let place = batch.sentence(i, k, "its time is that of the point before");
+        Some(format!("{curves} several places at one time, of which a sample at that time has one: {place}"))
+    }
+
     /// The samples of a fit.
     pub fn of(&self, batch: &CurveBatch, fit: &Fit) -> Result<CurveBatch> {
         let at = match &self.places {

@@ -27,12 +27,13 @@ pub fn format() -> impl TypedValueParser<Value = Format> {
 }
 
 /// What sentences of the library name, and the options here that stand for it.
-const OPTIONS: [(&str, &str); 14] = [
+const OPTIONS: [(&str, &str); 15] = [
     ("`Device::cpu`", "--device cpu"),
     ("`Precision::F32`", "--precision f32"),
     ("`gpu::adapters`", "`faircurve doctor`"),
     ("`discrete::Fair`", "--method fair"),
     ("`Smooth::tension`", "--tension"),
+    ("`spline::Natural`", "--method natural"),
     ("`spline::Smoothing`", "--method smoothing"),
     ("`ReadOptions::columns`", "--columns"),
     ("`ReadOptions::format`", "--from"),

@@ -37,7 +37,8 @@ pub struct Limits {
     ///
     /// Planar curves keep the sign of their curvature. At a data point that is the side of the turn there. Between two
     /// points that turn to one side it is that side, and between an end and its neighbour that of the neighbour. A span
-    /// between turns to different sides may turn to both. Points in a line, of a turn below 1e-9, ask for nothing.
+    /// between turns to different sides may turn to both. Points in a line, of a turn below 1e-9, are joined by straight spans
+    /// where they are pinned and without tangents; others ask for nothing.
     ///
     /// Spatial curves keep the sign of their torsion, that of det(T, T′, T″) for three edges that follow each other. In a
     /// span it is that of its chord with the chords beside it, and in a span at an end that of its neighbour. At a data
@@ -47,7 +48,8 @@ pub struct Limits {
     /// A direction n in which no curve goes back between two points. `None`, the default, asks for none.
     ///
     /// Every edge of a span goes along n if its chord does, and against n if its chord does: n·T keeps its sign. Along
-    /// (1, 0, 0) x grows or falls from point to point, and has no bump between them. A chord across n asks for nothing.
+    /// (1, 0, 0) x grows or falls from point to point, and has no bump between them. In the plane a span whose chord is
+    /// across n is straight, between points that are pinned and have no tangents. Other such chords ask for nothing.
     /// The length of n does not count. In the plane its third coordinate is 0.
     pub monotone: Option<[f64; 3]>,
     /// The half-width d > 0 of a corridor about the polygon of the points, in units of the input.

@@ -140,12 +140,13 @@ impl<const D: usize> Ready<D> {
         self.problem.places = self.vertices.iter().map(place).collect();
     }
 
-    /// Whether every pinned vertex stands at its data point, and only data points are pinned.
+    /// Whether every data point that is pinned has its vertex, and nothing else is asked of it.
     fn goes_through_its_pins(&self, points: &[Vector<f64, D>]) -> bool {
         let count = self.vertices.len() as u32;
         let is_there = |&row: &u32| {
             let of_row = self.rows[..points.len()].iter().position(|&own| own % count == row);
-            of_row.is_some_and(|k| points[k] == self.vertices[row as usize])
+            // Others lie on a chord.
+            of_row.is_none_or(|k| points[k] == self.vertices[row as usize])
         };
         self.problem.constraints.is_none() && self.problem.pinned.iter().all(is_there)
     }
@@ -187,6 +188,13 @@ fn ready<const D: usize>(
         let k = rows.partition_point(|&own| own as usize <= row).saturating_sub(1).min(points.len() - 1);
         return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &lost(&**surface)) });
     }
+    let pinned_at = |k: usize| match fair.pins {
+        Pins::All => true,
+        Pins::Ends => !closed && (k == 0 || k + 1 == points.len()),
+        Pins::None => (kept[0] && k == 0) || (kept[1] && k + 1 == points.len()),
+    };
+    let is_pinned = |&k: &usize| pinned_at(k) || batch.is_pinned(i, k);
+    let lined = lay_straight(fair, batch, i, &rows, &mut vertices, &is_pinned);
     let constraints = constrained::<D>(batch, i, &rows, &vertices, closed, fair.surface.as_deref())?;
     let attached = fair.energy.attachment_weight();
     let size = Bounds::of(points.iter().copied()).diagonal();
@@ -216,13 +224,8 @@ fn ready<const D: usize>(
     }
     // The last points of a closed curve may repeat its first.
     let mut data: Vec<u32> = rows[..points.len()].iter().map(|&row| row % vertices.len() as u32).collect();
-    let pinned_at = |k: usize| match fair.pins {
-        Pins::All => true,
-        Pins::Ends => !closed && (k == 0 || k + 1 == points.len()),
-        Pins::None => (kept[0] && k == 0) || (kept[1] && k + 1 == points.len()),
-    };
-    let is_pinned = |&k: &usize| pinned_at(k) || batch.is_pinned(i, k);
-    let fixed = || constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32);
+    let of_constraints = || constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32);
+    let fixed = || of_constraints().chain(lined.iter().copied());
     // A constraint at a point pins the point.
     let pinned = increasing((0..points.len()).filter(is_pinned).map(|k| data[k]).chain(fixed()).collect());
     let point_of = |row: u32| rows[..points.len()].partition_point(|&own| own <= row).saturating_sub(1);
@@ -293,6 +296,36 @@ fn ready<const D: usize>(
         ready.place();
     }
     Ok(ready)
+}
+
+/// Lays the vertices of spans that can only be straight on their chords, between points that stay and ask for nothing else.
+///
+/// Returns their rows.
+fn lay_straight<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    i: usize,
+    rows: &[u32],
+    vertices: &mut [Vector<f64, D>],
+    is_pinned: &dyn Fn(&usize) -> bool,
+) -> Vec<u32> {
+    let points = batch.points(i).as_chunks::<D>().0;
+    let asks = |column: &Option<Vec<f64>>, k: usize| {
+        column.as_ref().is_some_and(|column| !column[(batch.offsets()[i] + k) * D].is_nan())
+    };
+    let constraints = batch.constraints();
+    let stays = |k: usize| is_pinned(&k) && !asks(&constraints.tangents, k) && !asks(&constraints.curvatures, k);
+    let mut lined = Vec::new();
+    for span in fair.limits.straight(points, rows).into_iter().filter(|span| stays(span.point) && stays(span.next)) {
+        let [from, to] = span.rows;
+        let chord = subtract(points[span.next], points[span.point]);
+        for (k, vertex) in vertices[from + 1..to].iter_mut().enumerate() {
+            let part = (k + 1) as f64 / (to - from) as f64;
+            *vertex = add(points[span.point], scale(part, chord));
+        }
+        lined.extend((from + 1..to).map(|row| row as u32));
+    }
+    lined
 }
 
 /// Rows in order, each once.

@@ -74,8 +74,11 @@ impl FromStr for Columns {
 /// Which columns of a CSV file travel along, though no method knows them: `all`, or names.
 ///
 /// They become [columns](crate::CurveBatch::columns) of the batch. Numbers are quantities, which are
-/// interpolated, unless they are the same in all rows of each curve. `:nearest` after a name makes
-/// texts of them, of which samples take the nearest: `speed,status:nearest`. By default none.
+/// interpolated, unless they are the same in all rows of each curve. By default none are carried.
+///
+/// What stands after a name says what is between two points: `speed:linear`, `drift:angle`, which goes the short way round,
+/// in degrees, or `status:nearest`, which makes texts of numbers. Columns called `COG`, `course` or `heading` are angles by
+/// themselves, and other numbers linear.
 ///
 /// ```
 /// let carried: faircurve::io::Carried = "speed,status:nearest".parse()?;
@@ -84,14 +87,28 @@ impl FromStr for Columns {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Carried {
     all: bool,
-    names: Vec<(String, Nearest)>,
+    names: Vec<(String, Between)>,
 }
 
-/// Whether the nearest of both data points gives a sample its value.
+/// What a carried column has between two data points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Nearest {
-    Yes,
-    No,
+pub(super) enum Between {
+    /// A number in proportion to the time.
+    Linear,
+    /// An angle on the short way round.
+    Angle,
+    /// The entry of the nearer of both.
+    Nearest,
+}
+
+/// Columns that are angles in degrees by their name.
+const ANGLES: [&str; 3] = ["cog", "course", "heading"];
+
+impl Between {
+    /// That of a column where nothing else is asked for.
+    fn by_name(name: &str) -> Self {
+        if is_one_of(name, &ANGLES) { Between::Angle } else { Between::Linear }
+    }
 }
 
 impl FromStr for Carried {
@@ -100,15 +117,16 @@ impl FromStr for Carried {
     fn from_str(text: &str) -> Result<Self> {
         let mut carried = Carried::default();
         for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
-            let (name, nearest) = match entry.rsplit_once(':') {
-                Some((name, "nearest")) => (name, Nearest::Yes),
-                Some((name, "linear")) => (name, Nearest::No),
-                _ => (entry, Nearest::No),
+            let (name, between) = match entry.rsplit_once(':') {
+                Some((name, "nearest")) => (name, Between::Nearest),
+                Some((name, "linear")) => (name, Between::Linear),
+                Some((name, "angle")) => (name, Between::Angle),
+                _ => (entry, Between::by_name(entry)),
             };
             if name == "all" {
                 carried.all = true;
             } else {
-                carried.names.push((name.to_string(), nearest));
+                carried.names.push((name.to_string(), between));
             }
         }
         if !carried.all && carried.names.is_empty() {
@@ -127,13 +145,13 @@ impl Carried {
     }
 
     /// Whether a column of this name is carried, and how.
-    pub(super) fn how(&self, name: &str) -> Option<Nearest> {
-        let own = self.names.iter().find(|(own, _)| own == name).map(|(_, nearest)| *nearest);
-        own.or(self.all.then_some(Nearest::No))
+    pub(super) fn how(&self, name: &str) -> Option<Between> {
+        let own = self.names.iter().find(|(own, _)| own == name).map(|(_, between)| *between);
+        own.or(self.all.then(|| Between::by_name(name)))
     }
 
     /// Those of a header that are carried, as far as they have no role: cell, name, and how.
-    pub(super) fn among<'a>(&self, table: &Table, header: &'a [String]) -> Vec<(usize, &'a str, Nearest)> {
+    pub(super) fn among<'a>(&self, table: &Table, header: &'a [String]) -> Vec<(usize, &'a str, Between)> {
         let free = header.iter().enumerate().filter(|(cell, _)| !table.cells.contains(&Some(*cell)));
         free.filter_map(|(cell, name)| Some((cell, &**name, self.how(name)?))).collect()
     }

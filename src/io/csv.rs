@@ -17,7 +17,7 @@ use super::formats::Entry;
 use super::source::{ROW_BYTES, RowReader, Source, read_line};
 use super::text::Text;
 use super::{Antimeridian, ReadOptions, WriteOptions, antimeridian, free_names};
-use crate::batch::{CurveBatch, Values};
+use crate::batch::{Clock, CurveBatch, Values};
 use crate::error::{Error, Result, quoted, shortened};
 
 /// Whether cells are separated by tabs in files of this extension.
@@ -177,10 +177,13 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &Wri
     let names = own.into_iter().filter(|&name| (name != "z" || d == 3) && (name != "closed" || any_closed));
     text.push(row(names.chain(free_names(batch, &own).iter().map(|name| &**name)), separator))?;
     text.push("\n")?;
-    let clock = batch.origin().clock.map(|clock| clock.for_all(batch.all_parameters().iter().copied()));
+    // All times have as many digits.
+    let of_curve = |i: usize| Some(batch.origin().clock(i)?.for_all(batch.parameters(i)?.iter().copied()));
+    let digits = (0..batch.len()).filter_map(of_curve).reduce(Clock::with);
     for i in 0..batch.len() {
         let name = row([&*batch.name(i)], separator);
         let parameters = batch.parameters(i);
+        let clock = batch.origin().clock(i).zip(digits).map(|(clock, digits)| clock.with(digits));
         let (first, count) = (batch.offsets()[i], batch.count(i));
         let wrap = options.antimeridian == Antimeridian::Cut && antimeridian::concerns(batch, i);
         let again = usize::from(batch.is_closed(i) && count > 0);
@@ -211,8 +214,8 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &Wri
                 text.push(separator)?;
                 match &column.values {
                     // A blank, as it was read.
-                    Values::Numbers(numbers) if numbers[first + own].is_nan() => {}
-                    Values::Numbers(numbers) => text.number(numbers[first + own])?,
+                    Values::Numbers(numbers) | Values::Angles(numbers) if numbers[first + own].is_nan() => {}
+                    Values::Numbers(numbers) | Values::Angles(numbers) => text.number(numbers[first + own])?,
                     Values::Texts(texts) => text.push(row([&*texts[first + own]], separator))?,
                 }
             }

@@ -188,7 +188,7 @@ fn segment(text: &mut Text, batch: &CurveBatch, i: usize) -> io::Result<()> {
         Values::Numbers(numbers) if column.name == ELEVATION => Some(numbers),
         _ => None,
     });
-    let times = batch.parameters(i).zip(batch.origin().clock);
+    let times = batch.parameters(i).zip(batch.origin().clock(i));
     let count = if is_finite(batch, i) { batch.count(i) } else { 0 };
     text.push("<trkseg>\n")?;
     for k in (0..count).chain((batch.is_closed(i) && count > 0).then_some(0)) {

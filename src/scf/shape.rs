@@ -66,7 +66,17 @@ impl Smooth {
         let (found, chain) =
             if is_gpu { self.found_here(dots, exponents, &until, found, chain) } else { (found, chain) };
         let is_minimum = found.standing == SlopesStanding::Converged;
-        let said = match self.mended(dots, exponents, &asked, &found) {
+        let mended = dots.along_lines(&asked).and_then(|lined| {
+            let mended = match &lined {
+                None => self.mended(dots, exponents, &asked, &found),
+                Some(lined) => {
+                    let (found, _) = self.found_here(lined, exponents, &until, found.clone(), None);
+                    self.mended(lined, exponents, &asked, &found)
+                }
+            };
+            mended.map_err(|short| infeasible(dots, &asked, short))
+        });
+        let said = match mended {
             // Where there is no minimum without sides, what is reached with them says no more.
             Ok((mended, ..)) if !is_minimum && mended.standing != SlopesStanding::Converged => None,
             Ok((mended, (kept, held), said)) => {
@@ -104,7 +114,7 @@ impl Smooth {
     /// The curve that keeps its shape, laid, with the dots that a side holds, and what there is to say of it.
     ///
     /// # Errors
-    /// The dot at which none was found, and a sentence.
+    /// The end of a span whose side none has that was found.
     #[allow(clippy::type_complexity)]
     fn mended(
         &self,
@@ -112,7 +122,7 @@ impl Smooth {
         exponents: &Exponents,
         asked: &[Asked],
         found: &Found,
-    ) -> Result<(Found, (Chain, usize), Option<(CurveStatus, usize, String)>), (usize, String)> {
+    ) -> Result<(Found, (Chain, usize), Option<(CurveStatus, usize, String)>), Short> {
         let sizes: Vec<f64> = (0..asked.len()).map(|k| dots.size_of_turns(k)).collect();
         let free = found.directions.clone().filter(|_| found.standing == SlopesStanding::Converged);
         let others = [Start::Circle, Start::Bisector].map(|start| dots.directions(start));
@@ -154,7 +164,7 @@ impl Smooth {
             };
             return Ok((mended, (chain, held), said));
         }
-        Err(infeasible(dots, asked, short.unwrap_or(Short { span: 0, end: 0 })))
+        Err(short.unwrap_or(Short { span: 0, end: 0 }))
     }
 }
 
@@ -202,6 +212,38 @@ impl CurveReport {
 }
 
 impl Dots {
+    /// The same with the directions of lines of points for tangents; `None` where there is no line.
+    ///
+    /// # Errors
+    /// The dot at which no direction is that of every line, and a sentence.
+    fn along_lines(&self, asked: &[Asked]) -> Result<Option<Self>, (usize, String)> {
+        if !asked.iter().any(|asked| asked.straight) {
+            return Ok(None);
+        }
+        let mut lined = self.clone();
+        for (span, _) in asked.iter().enumerate().filter(|(_, asked)| asked.straight) {
+            let direction = self.chords.directions[span];
+            for dot in [span, (span + 1) % self.points.len()] {
+                let fixed = &mut lined.fixed[dot];
+                if fixed.is_finite() && wrap(*fixed - direction).abs() > sides::STRAIGHT {
+                    let what = match self.fixed[dot].is_finite() {
+                        true => {
+                            "no curve with its tangent keeps its shape: the points lie in a line here, and the tangent leads off it; turn \
+                             the tangent along the line, or leave it out"
+                        }
+                        false => {
+                            "no smooth curve keeps its shape: two lines of points meet here at an angle; leave out a point of one of \
+                             them, or choose `spline::Natural`, which has a corner there"
+                        }
+                    };
+                    return Err((dot, what.into()));
+                }
+                *fixed = direction;
+            }
+        }
+        Ok(Some(lined))
+    }
+
     /// The smaller turn of the polygon at the ends of a span, where there is one; 1 where there is none.
     fn size_of_turns(&self, span: usize) -> f64 {
         let (chords, n) = (&self.chords.directions, self.points.len());
@@ -219,11 +261,14 @@ impl Chain {
     /// ends that agree leave none.
     fn keeps(&self, asked: &[Asked], exponents: &Exponents) -> bool {
         let arcs = self.segments.iter().filter_map(|laid| match &laid.arc {
-            Piece::Arc(arc) if arc.chord > 0.0 => Some(arc.curvatures(&exponents.universal[laid.curve as usize])),
+            Piece::Arc(arc) if arc.chord > 0.0 => {
+                Some((arc.chord, arc.curvatures(&exponents.universal[laid.curve as usize])))
+            }
             _ => None,
         });
-        let keeps = |(curvatures, asked): ([f64; 2], &Asked)| {
-            curvatures.iter().zip(asked.ends).all(|(curvature, side)| side * curvature >= 0.0)
+        let keeps = |((chord, curvatures), asked): ((f64, [f64; 2]), &Asked)| {
+            let is_flat = |curvature: &f64| !asked.straight || (curvature * chord).abs() <= sides::STRAIGHT;
+            curvatures.iter().zip(asked.ends).all(|(curvature, side)| side * curvature >= 0.0 && is_flat(curvature))
         };
         arcs.zip(asked).all(keeps)
     }
@@ -241,7 +286,8 @@ impl Chain {
                     _ => asked.within,
                 };
                 let jet = laid.jet(&exponents.universal, number as f64 / JETS as f64);
-                worst = worst.max(-side * jet.first.cross(jet.second).z * mean);
+                let curvature = jet.first.cross(jet.second).z;
+                worst = worst.max(if asked.straight { curvature.abs() } else { -side * curvature } * mean);
             }
         }
         worst

@@ -84,7 +84,8 @@ pub struct Smooth {
     ///
     /// A span between two points that turn to one side has curvature of that sign or none, and so has that between an end and
     /// such a neighbour. At a point between turns to different sides the curvature has the sign of the turn at the point.
-    /// Points in a line ask for nothing. A curve that keeps this by itself stays as it is, in every bit; the others
+    /// Points in a line, of a turn below 1e-9, are joined by straight segments. Where two lines of points meet at an angle no
+    /// curve keeps both. A curve that keeps this by itself stays as it is, in every bit; the others
     /// become, on every device by the CPU in f64, the curves of least Σ∫|κ|^ν ds that keep it, to about 1e-9 of the energy.
     /// Where a side holds an end of a span, the curvature there is 0 up to rounding of angles, and curvature jumps at both
     /// points of the span; `LimitReport::active` counts these ends.

@@ -52,7 +52,8 @@ pub struct Natural {
     ///
     /// At a point that is the side of the turn there. Between two points that turn to one side it is that side, and between
     /// an end and its neighbour that of the neighbour. A span between turns to different sides has one inflection. Points
-    /// in a line, of a turn below 1e-9, ask for nothing.
+    /// in a line, of a turn below 1e-9, are joined by straight spans. Where two lines of points meet at an angle the curve has a
+    /// corner, and its message says so.
     ///
     /// A spline that does so stays as it is. Of the others the result is the C¹ cubic spline on the same knots of least ∫|p″|²
     /// dt that keeps the shape, a local minimum. p″ is continuous at every knot but those that a side holds, which

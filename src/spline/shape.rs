@@ -1,9 +1,11 @@
 //! Splines that keep the shape of their points: which do, and what the others become.
 
 mod mend;
+mod span;
 mod start;
 
-use mend::{Span, Vector, cross, dot, length, mend, minus, times};
+use mend::mend;
+use span::{Span, Vector, cross, dot, length, minus, plus, times};
 use start::start;
 
 use super::cubic::CubicSplines;
@@ -34,6 +36,8 @@ enum Shaped {
         decrement: f64,
         converged: bool,
         held: usize,
+        /// A point at which two lines of points meet.
+        corner: Option<usize>,
     },
     /// None was found, for what is said of a point.
     Infeasible { point: usize, what: String },
@@ -67,10 +71,15 @@ impl Natural {
                 LimitReport { violation: 0.0, active: 0, cost: 0.0, stretch: 1.0, neighbours: 0, touching: 0 };
             match shaped {
                 None => {}
-                Some(Shaped::Mended { second, energy, iterations, decrement, converged, held }) => {
+                Some(Shaped::Mended { second, energy, iterations, decrement, converged, held, corner }) => {
                     splines.sided.insert(i, second);
                     (report.energy, report.iterations, report.gradient_norm) = (energy, 1 + iterations, decrement);
                     (limits.active, limits.cost) = (held, energy / free - 1.0);
+                    if let Some(point) = corner {
+                        let what =
+                            "two lines of points meet here at an angle, and the curve follows both: it has a corner";
+                        report.message = Some(batch.sentence(i, point, what));
+                    }
                     if !converged {
                         let what = format!(
                             "after {iterations} iterations no step leads further down: it keeps its shape, and may bend more than it needs to; \
@@ -113,13 +122,19 @@ impl Natural {
         let given = tangents.map(|v| v.map(|v| times(time / size, [v[0], v[1]])));
         let natural =
             |knot: usize| !spline.closed && (knot == 0 && given[0].is_none() || knot == count && given[1].is_none());
-        let knot = |knot: usize| (!natural(knot)).then_some(knot % distinct);
-        let spans: Vec<Span> = (0..count)
-            .map(|k| Span { h: step(k), chord: chords[k], asked: asked[k], knots: [knot(k), knot(k + 1)] })
-            .collect();
+        // Two lines of points meet at an angle.
+        let is_corner = |knot: usize| {
+            let [before, after] = [(knot + count - 1) % count, knot % count];
+            let meet = (closed || knot > 0 && knot < count) && asked[before].straight && asked[after].straight;
+            meet && !sides::goes_on(chords[before], chords[after])
+        };
+        let span = |k: usize, asked: Asked, ends: &dyn Fn(usize) -> bool| {
+            let knot = |knot: usize| (!natural(knot) && !ends(knot)).then_some(knot % distinct);
+            Span { h: step(k), chord: chords[k], asked, knots: [knot(k), knot(k + 1)] }
+        };
+        let spans: Vec<Span> = (0..count).map(|k| span(k, asked[k], &is_corner)).collect();
         // Found here again, so that the result is the same bits whatever device found the spline.
-        let asks_nothing = |span: &Span| Span { asked: Asked { ends: [0.0; 2], within: 0.0 }, ..*span };
-        let unasked: Vec<Span> = spans.iter().map(asks_nothing).collect();
+        let unasked: Vec<Span> = (0..count).map(|k| span(k, Asked::default(), &|_| false)).collect();
         let spline = mend(&unasked, start(&unasked, spline.closed, given), 1.0)?.derivatives;
         let free: f64 = unasked.iter().map(|span| bending(span.h, span.moments(&spline))).sum();
         let Some(found) = mend(&spans, start(&spans, closed, given), free) else {
@@ -132,7 +147,9 @@ impl Natural {
             energy += bending(step(k), moments);
             sided.extend(moments.iter().flatten().map(|m| m * size / time / time));
         }
-        let largest = sided.iter().fold(0.0f64, |most, m| most.max(m.abs()));
+        // What is straight all along has rounding for p″.
+        let rounding = HELD * size / time / time;
+        let largest = sided.iter().fold(rounding, |most, m| most.max(m.abs()));
         let jumps = |k: &usize| {
             let (end, start) = (4 * ((k + count - 1) % count) + 2, 4 * (k % count));
             (0..2).any(|c| (sided[end + c] - sided[start + c]).abs() > HELD * largest)
@@ -145,17 +162,25 @@ impl Natural {
             decrement: found.decrement,
             converged: found.converged,
             held,
+            corner: (0..count).find(|&knot| is_corner(knot)).map(|knot| point_of(entries, knot)),
         })
     }
 }
 
 /// Whether a span of p″ = `moments` at its ends has the sides asked for, all at size 1.
 fn keeps(asked: &Asked, h: f64, chord: Vector, [m, n]: [Vector; 2]) -> bool {
-    let Asked { ends: [start, end], within } = *asked;
+    let Asked { ends: [start, end], within, straight } = *asked;
     // The outer legs of the Bézier polygon.
     let bent = |m: Vector, n: Vector, share: f64| times(share * h * h / 18.0, plus(times(2.0, m), n));
     let third = times(1.0 / 3.0, chord);
     let [a, b] = [plus(third, bent(m, n, -1.0)), plus(third, bent(n, m, 1.0))];
+    if straight {
+        let square = dot(chord, chord);
+        let in_line = [a, b].iter().all(|leg| cross(*leg, chord).abs() <= sides::STRAIGHT * square);
+        let (first, last) = (dot(a, chord), dot(b, chord));
+        let middle = square - first - last;
+        return in_line && first >= 0.0 && last >= 0.0 && middle >= -(first * last).sqrt();
+    }
     let (first, last) = (start * cross(a, m), end * cross(b, n));
     // f and l of `mend` are these times h²/6.
     let root = h * h / 3.0 * (first * last).max(0.0).sqrt();
@@ -185,7 +210,8 @@ fn violation(splines: &CubicSplines, i: usize) -> f64 {
             let jet = spline.jet_at(k, jet as f64 / JETS as f64);
             let speed = jet.first.length();
             let curvature = jet.first.cross(jet.second).z / (speed * speed * speed);
-            worst = worst.max(-side * curvature * mean);
+            let broken = if asked.straight { curvature.abs() } else { -side * curvature };
+            worst = worst.max(broken * mean);
         }
     }
     worst
@@ -194,14 +220,19 @@ fn violation(splines: &CubicSplines, i: usize) -> f64 {
 /// Which given tangent leaves no curve, and which would.
 fn infeasible(entries: Option<&[u32]>, spans: &[Span], given: &[Option<Vector>; 2]) -> Shaped {
     let last = spans.len() - 1;
-    let point_of = |knot: usize| match entries {
-        Some(entries) => entries.iter().position(|&entry| entry as usize == knot).unwrap_or(0),
-        None => knot,
-    };
+    let point_of = |knot: usize| point_of(entries, knot);
     // Seen from each end, so that the tangent begins the curve.
     let views = [(0, 0, 1.min(last), 1.0), (last + 1, last, last.saturating_sub(1), -1.0)];
     for ((knot, own, next, sign), v) in views.into_iter().zip(given) {
         let Some(v) = v else { continue };
+        if spans[own].asked.straight {
+            if spans[own].is_along(*v) && dot(*v, spans[own].chord) > 0.0 {
+                continue;
+            }
+            let what = "no spline with its tangent keeps its shape: the points lie in a line here, and the tangent leads off it; turn \
+                        the tangent along the line, or leave it out";
+            return Shaped::Infeasible { point: point_of(knot), what: what.into() };
+        }
         let side = sign * spans[own].asked.within;
         let leg = times(spans[own].h / 3.0, *v);
         let (chord, beyond) = (spans[own].chord, spans[next].chord);
@@ -233,8 +264,12 @@ fn infeasible(entries: Option<&[u32]>, spans: &[Span], given: &[Option<Vector>; 
     Shaped::Infeasible { point: 0, what: what.into() }
 }
 
-fn plus([a, b]: Vector, [c, d]: Vector) -> Vector {
-    [a + c, b + d]
+/// The first data point at a knot.
+fn point_of(entries: Option<&[u32]>, knot: usize) -> usize {
+    match entries {
+        Some(entries) => entries.iter().position(|&entry| entry as usize == knot).unwrap_or(0),
+        None => knot,
+    }
 }
 
 impl Span {

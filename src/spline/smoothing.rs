@@ -21,7 +21,8 @@ use crate::status::CurveStatus;
 #[non_exhaustive]
 pub enum Amount {
     /// The factor λ ≥ 0 of the bending energy, the same for every curve. 0 interpolates; larger is
-    /// smoother. Its unit is that of t³ times that of the weights.
+    /// smoother. Its unit is that of t³ times that of the weights. Parameters that were read as dates are in seconds; the program
+    /// takes λ in hours there.
     Lambda(f64),
     /// The largest distance D > 0 between a data point and the curve's point of the same parameter:
     /// every curve gets the largest λ that keeps it. Smaller is closer.

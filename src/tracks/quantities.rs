@@ -27,7 +27,8 @@ pub enum Quantity {
     /// their [globe](Curve::globe), else in metres on a sphere of the Earth's mean radius; heights are in the same unit.
     Arclength,
     /// The length, as of [`Quantity::Arclength`], that the curve covers in a unit of its times (a
-    /// second, where times are dates).
+    /// second, where times are dates). Where points have one time it is the speed with which the curve comes to them, and NaN on
+    /// the way from one to another.
     Speed,
     /// The direction in degrees from north (the y axis) to the right, from 0 up to 360.
     ///
@@ -87,8 +88,8 @@ impl Quantity {
             }
             Quantity::Arclength => vec![lengths(curve, sites, globe)],
             Quantity::Speed => values(&|k| {
-                let (span, u) = sites[k];
-                times.map_or(f64::NAN, |t| speed(curve, span, u, globe) / (t[span + 1] - t[span]))
+                let timed = times.and_then(|t| Some((t, with_time(curve, t, sites[k])?)));
+                timed.map_or(f64::NAN, |(t, (span, u))| speed(curve, span, u, globe) / (t[span + 1] - t[span]))
             }),
             Quantity::Heading => {
                 let heading = |point: DVec3, first: DVec3| {
@@ -101,6 +102,22 @@ impl Quantity {
             }
         }
     }
+}
+
+/// The same place of a curve in a span that takes time, if there is one: the end of one before, or the start of one after.
+fn with_time(curve: &dyn Curve, times: &[f64], (mut span, mut u): (usize, f64)) -> Option<(usize, f64)> {
+    let takes_time = |span: usize| times[span + 1] > times[span];
+    let (from, is_point) = (span, |span: usize| curve.span_length(span) == 0.0);
+    while !takes_time(span) && span > 0 && (u == 0.0 || is_point(span)) {
+        (span, u) = (span - 1, 1.0);
+    }
+    if !takes_time(span) {
+        span = from;
+        while !takes_time(span) && span + 1 < curve.spans() && is_point(span) {
+            (span, u) = (span + 1, 0.0);
+        }
+    }
+    takes_time(span).then_some((span, u))
 }
 
 /// How fast a curve moves along a span (length in a unit of `u`), on a globe where its points are

@@ -25,10 +25,11 @@ pub enum At<'a> {
 
 /// Samples of fitted curves, with their times.
 ///
+/// - Samples at times are open curves, of closed ones too: they have the times that were asked for, and no other.
 /// - The parameter of a sample is its time. Within a span of a method with parameters of its own, such
 ///   as arc lengths, time passes evenly with these.
 /// - Samples have all [columns](CurveBatch::columns) of the batch: numbers between those of the data
-///   points on both sides, in proportion to the time, and the text of the nearer of both.
+///   points on both sides, in proportion to the time, angles on the short way round, and the text of the nearer of both.
 /// - After them come the columns of the `quantities`, called `curve_speed` and so on where the batch has
 ///   such a column. They are NaN for curves that were not fitted.
 /// - A curve that was not fitted has its data points, whatever is asked.
@@ -42,6 +43,7 @@ pub enum At<'a> {
 pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -> Result<CurveBatch> {
     check(batch, at, quantities)?;
     let samples = parallel::map(batch.len(), 1, |i| of_curve(batch, &*fit.curve(i), i, at, quantities));
+    let empty = |column: &Column| Column { name: column.name.clone(), values: column.values.emptied() };
     let mut columns: Vec<Column> = batch.columns().iter().map(empty).collect();
     for mut column in quantities.iter().flat_map(|quantity| quantity.columns(batch.dimension())) {
         if columns.iter().any(|carried| carried.name == column.name) {
@@ -49,18 +51,18 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
         }
         columns.push(column);
     }
+    let closed = (0..batch.len()).map(|i| batch.is_closed(i) && !samples[i].at_times).collect();
     let (mut points, mut ends) = (Vec::with_capacity(samples.len()), Vec::new());
     for (i, of_curve) in samples.into_iter().enumerate() {
         of_curve.sites.iter().for_each(|&site| push_carried(batch, i, site, &mut columns));
         let own = columns.iter_mut().skip(batch.columns().len()).zip(&of_curve.quantities);
         own.for_each(|(column, values)| match &mut column.values {
             Values::Numbers(numbers) => numbers.extend(values),
-            Values::Texts(_) => unreachable!("quantities are numbers"),
+            _ => unreachable!("quantities are numbers"),
         });
         ends.push(of_curve.end);
         points.push((of_curve.coords, of_curve.t));
     }
-    let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
     let closing = |i: usize, last: f64| ends[i] - last;
     let origin = batch.origin().clone();
     let problems = batch.problems().clone();
@@ -108,6 +110,8 @@ struct Samples {
     /// The parameter at which the curve ends.
     end: f64,
     quantities: Vec<Vec<f64>>,
+    /// Whether they are at times that were asked for.
+    at_times: bool,
 }
 
 fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities: &[Quantity]) -> Samples {
@@ -124,7 +128,7 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
         _ if !curve.is_fitted() => None,
         At::Along(_) => None,
         At::Every(step) => {
-            Some(multiples(knots[0], end, *step, batch.origin().clock.map_or(0.0, |clock| clock.offset())))
+            Some(multiples(knots[0], end, *step, batch.origin().clock(i).map_or(0.0, |clock| clock.offset())))
         }
         At::Times(times) => {
             let within = times[i].iter().copied().filter(|&t| knots[0] <= t && t <= end);
@@ -136,6 +140,7 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
         (At::Along(sampling), None) if curve.is_fitted() => curve.sites(*sampling),
         _ => all(),
     };
+    let at_times = times.is_some();
     let t = match times {
         Some(times) => times,
         // What was given for points that were not fitted may be no numbers.
@@ -152,7 +157,7 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     let geographic = batch.is_geographic();
     let of = |quantity: &Quantity| quantity.of(curve, &sites, given.as_deref(), geographic);
     let quantities = quantities.iter().flat_map(of).collect();
-    Samples { sites, coords, t, end, quantities }
+    Samples { sites, coords, t, end, quantities, at_times }
 }
 
 /// The multiples of a step from one time to another. Days begin `offset` before those of the times.
@@ -163,37 +168,19 @@ fn multiples(from: f64, to: f64, step: f64, offset: f64) -> Vec<f64> {
     (0..count).map(|k| ((first + k as f64) * step - offset).clamp(from, to)).collect()
 }
 
-/// The span of a time, and the fraction of it.
+/// The span of a time, and the fraction of it. Where several points have the last time it is the end of the span that comes to it.
 fn site(knots: &[f64], t: f64) -> (usize, f64) {
-    let last = knots.len().saturating_sub(2);
+    let last = knots.partition_point(|&knot| knot < knots[knots.len() - 1]).saturating_sub(1);
     let span = knots.partition_point(|&knot| knot <= t).saturating_sub(1).min(last);
     let length = knots[span + 1] - knots[span];
     (span, if length > 0.0 { ((t - knots[span]) / length).clamp(0.0, 1.0) } else { 0.0 })
 }
 
-/// A column of the same name and kind, without entries.
-fn empty(column: &Column) -> Column {
-    let values = match column.values {
-        Values::Numbers(_) => Values::Numbers(vec![]),
-        Values::Texts(_) => Values::Texts(vec![]),
-    };
-    Column { name: column.name.clone(), values }
-}
-
 /// Appends what a sample of curve `i` has of the batch's columns.
 fn push_carried(batch: &CurveBatch, i: usize, (span, u): (usize, f64), columns: &mut [Column]) {
     let (first, count) = (batch.offsets()[i], batch.count(i));
-    let [a, b] = [span, span + 1].map(|k| first + k % count);
+    let ends = [span, span + 1].map(|k| first + k % count);
     for (column, carried) in columns.iter_mut().zip(batch.columns()) {
-        match (&mut column.values, &carried.values) {
-            (Values::Numbers(out), Values::Numbers(numbers)) => out.push(match u {
-                0.0 => numbers[a],
-                1.0 => numbers[b],
-                // Equal numbers stay what they are.
-                _ => numbers[a] + (numbers[b] - numbers[a]) * u,
-            }),
-            (Values::Texts(out), Values::Texts(texts)) => out.push(texts[if u < 0.5 { a } else { b }].clone()),
-            _ => unreachable!("a column of a kind stays of that kind"),
-        }
+        column.values.push_between(&carried.values, ends, u);
     }
 }

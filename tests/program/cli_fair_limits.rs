@@ -199,3 +199,80 @@ fn the_shortest_curves_keep_a_turning_radius_exactly() {
         run(&folder, "fit in.csv -o out.csv --force --device cpu --method fair --energy tension=1 --min-radius 0.8");
     run.code(2).stderr(contains("curves of least tension are polygons, which have corners"));
 }
+
+/// The largest distance of the rows of a curve, up to point `to` of 64 segments a span, from the line through 0 at this angle.
+fn off_line(folder: &TempDir, angle: f64, to: usize) -> f64 {
+    let text = fs::read_to_string(folder.path().join("out.csv")).unwrap();
+    let off = |line: &str| {
+        let cells: Vec<f64> = line.split(',').skip(1).take(2).map(|cell| cell.parse().unwrap()).collect();
+        (cells[1] * angle.cos() - cells[0] * angle.sin()).abs()
+    };
+    text.lines().skip(1).take(64 * to + 1).map(off).fold(0.0, f64::max)
+}
+
+#[test]
+fn points_in_a_line_are_joined_by_straight_spans() {
+    // A step up, even and uneven, level and sloping; in the end a line between arcs.
+    for (steps, angle) in [([1.0; 5], 0.0f64), ([1.0, 3.0, 0.5, 2.0, 0.1], 0.0), ([1.0; 5], 0.7)] {
+        let mut x = 0.0;
+        let mut text = "x,y\n".to_string();
+        for k in 0..6 {
+            let y = if k < 3 { 0.0 } else { 5.0 };
+            text += &format!("{},{}\n", x * angle.cos() - y * angle.sin(), x * angle.sin() + y * angle.cos());
+            x += steps.get(k).unwrap_or(&0.0);
+        }
+        let folder = folder(&text);
+        let splines = ["natural", "natural --parametrisation uniform", "natural --parametrisation chord"];
+        let options = splines.into_iter().chain(["scf", "fair"]).map(|method| format!("{method} --preserve-shape"));
+        let level = (angle == 0.0).then(|| "fair --monotone y".to_string());
+        for method in options.chain(level) {
+            let lines = reports(&folder, &format!("--method {method} --samples 64"), 0);
+            assert_eq!(lines[0]["status"], "converged", "{method}: {}", lines[0]);
+            assert_eq!(lines[0]["limits"]["violation"], 0.0, "{method}: {}", lines[0]);
+            let off = off_line(&folder, angle, 2);
+            assert!(off < 1e-9, "{method} at {angle}, {steps:?}: {off} off the line");
+        }
+        // They bend away from the line without.
+        reports(&folder, "--method natural --samples 64", 0);
+        assert!(off_line(&folder, angle, 2) > 0.01);
+    }
+    let folder = folder("x,y\n0,0\n1,0\n2,0\n4,0\n5,1\n4,2\n1,2\n0,2\n-1,1\n0,0\n");
+    let lines = reports(&folder, "--method natural --preserve-shape --samples 64", 0);
+    assert!(lines[0]["limits"]["active"].as_u64().unwrap() > 0, "{}", lines[0]);
+    assert!(off_line(&folder, 0.0, 3) == 0.0 && off_line(&folder, 0.0, 4) > 0.9);
+}
+
+#[test]
+fn lines_of_points_that_meet_have_a_corner_that_is_said() {
+    let folder =
+        folder("curve,x,y\nroof,-2,2\nroof,-1,1\nroof,0,0\nroof,1,1\nroof,2,2\nplain,0,9\nplain,1,9.5\nplain,2,9\n");
+    let lines = reports(&folder, "--method natural --preserve-shape --samples 64 --write tangent", 0);
+    let message = lines[0]["message"].as_str().unwrap();
+    assert!(message.contains("curve roof, point 2: two lines of points meet here at an angle"), "{message}");
+    assert_eq!((&lines[0]["max_curvature"], &lines[1]["message"]), (&0.0.into(), &Value::Null));
+    assert!((lines[0]["length"].as_f64().unwrap() - 4.0 * 2.0f64.sqrt()).abs() < 1e-12, "{}", lines[0]);
+    let lines = reports(&folder, "--method scf --preserve-shape", 1);
+    let message = lines[0]["message"].as_str().unwrap();
+    assert!(message.contains("meet here at an angle") && message.contains("choose --method natural"), "{message}");
+    assert_eq!(lines[1]["status"], "converged");
+}
+
+#[test]
+fn a_tangent_that_leads_off_a_line_of_points_is_infeasible() {
+    let with = |tx: f64, ty: f64| {
+        let folder = folder(&format!("x,y,tx,ty\n0,0,{tx},{ty}\n1,0,,\n2,0,,\n3,0.5,,\n3.8,1.3,,\n"));
+        ["natural", "scf"].map(|method| {
+            let line = &reports(&folder, &format!("--method {method} --preserve-shape"), i32::from(ty != 0.0))[0];
+            (
+                line["status"].clone(),
+                line["message"].as_str().unwrap_or_default().to_string(),
+                off_line(&folder, 0.0, 0),
+            )
+        })
+    };
+    for (status, message, _) in with(1.0, 0.5) {
+        assert_eq!(status, "infeasible");
+        assert!(message.contains("point 0") && message.contains("the tangent leads off it"), "{message}");
+    }
+    with(1.0, 0.0).iter().for_each(|(status, message, _)| assert_eq!(status, "converged", "{message}"));
+}

@@ -15,6 +15,7 @@ mod cli_map;
 mod cli_scf;
 mod cli_smoothing;
 mod cli_surfaces;
+mod cli_times;
 mod cli_tracks;
 mod experiments;
 mod finished;

@@ -111,6 +111,11 @@ impl LimitArgs {
         self.preserve_shape
     }
 
+    /// The half-width of the corridor.
+    pub fn corridor(&self) -> Option<f64> {
+        self.corridor
+    }
+
     /// The words of a caption, each after a comma.
     pub fn title(&self) -> String {
         let mut title = String::new();

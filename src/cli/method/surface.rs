@@ -57,6 +57,11 @@ impl SurfaceArgs {
         self.surface.is_some()
     }
 
+    /// Whether its points are longitudes and latitudes.
+    pub fn is_globe(&self) -> bool {
+        self.surface.as_ref().and_then(|word| word.surface.as_ref()?.globe()).is_some()
+    }
+
     /// The words of a caption, after a comma.
     pub fn title(&self) -> String {
         let name = |word: &Word| word.surface.as_ref().map_or(word.text.clone(), |surface| surface.name());

@@ -4,7 +4,7 @@ use super::{Limits, of_spans};
 use crate::batch::CurveBatch;
 use crate::discrete::energy::FENCE_KINDS;
 use crate::linalg::scalar::{Vector, dot, subtract};
-use crate::sides::{STRAIGHT, agreed};
+use crate::sides::{self, STRAIGHT, agreed};
 
 /// A span that has edges: those from a row to another, the second not below the first.
 pub(in crate::discrete) struct Span {
@@ -31,6 +31,31 @@ pub(super) fn spans(rows: &[u32], points: usize) -> Vec<Span> {
         last.next = first;
     }
     spans
+}
+
+impl Limits {
+    /// The spans of a planar curve that can only be straight: between points in a line, where the shape is kept, and between
+    /// two that are level in the direction in which it does not go back.
+    pub(in crate::discrete) fn straight<const D: usize>(&self, points: &[Vector<f64, D>], rows: &[u32]) -> Vec<Span> {
+        let direction = self.monotone.filter(|_| D == 2);
+        let shape = self.shape && D == 2;
+        if !shape && direction.is_none() {
+            return vec![];
+        }
+        let spans = spans(rows, points.len());
+        let planar = |k: usize| [points[k][0], points[k][1]];
+        let mut distinct: Vec<[f64; 2]> = spans.iter().map(|span| planar(span.point)).collect();
+        let closed = rows.len() > points.len();
+        distinct.extend(spans.last().filter(|_| !closed).map(|span| planar(span.next)));
+        let asked = sides::of_spans(&distinct, closed);
+        let is_straight = |(k, span): (usize, Span)| {
+            let chord = subtract(points[span.next], points[span.point]);
+            let is_level = direction
+                .is_some_and(|[x, y, _]| (x * chord[0] + y * chord[1]).abs() < STRAIGHT * length(chord) * x.hypot(y));
+            (shape && asked[k].straight || is_level).then_some(span)
+        };
+        spans.into_iter().enumerate().filter_map(is_straight).collect()
+    }
 }
 
 /// The polygon of a curve's data points, span by span, and where its vertices are.

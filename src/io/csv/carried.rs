@@ -5,22 +5,22 @@ use csv::ByteRecord;
 use super::dialect::Dialect;
 use crate::batch::{Column, Values};
 use crate::error::Result;
-use crate::io::columns::Nearest;
+use crate::io::columns::Between;
 use crate::io::source::Source;
 
 /// A column that no method knows.
 pub(super) struct Cells {
     name: String,
     cell: usize,
-    nearest: bool,
+    between: Between,
     /// All cells as text, one after the other, and where each ends.
     text: Vec<u8>,
     ends: Vec<usize>,
 }
 
 impl Cells {
-    pub fn new(name: &str, cell: usize, nearest: Nearest) -> Self {
-        Cells { name: name.into(), cell, nearest: nearest == Nearest::Yes, text: vec![], ends: vec![] }
+    pub fn new(name: &str, cell: usize, between: Between) -> Self {
+        Cells { name: name.into(), cell, between, text: vec![], ends: vec![] }
     }
 
     pub fn push(&mut self, source: &Source, record: &ByteRecord) -> Result<()> {
@@ -57,9 +57,10 @@ impl Cells {
             of_curve.iter().all(|&row| self.cell(row) == self.cell(of_curve[0]))
         });
         let number = |row: &usize| dialect.number(self.cell(*row)).ok().map(|number| number.unwrap_or(f64::NAN));
-        let numbers =
-            if self.nearest || constant { None } else { rows.iter().map(number).collect::<Option<Vec<f64>>>() };
+        let is_text = self.between == Between::Nearest || constant;
+        let numbers = if is_text { None } else { rows.iter().map(number).collect::<Option<Vec<f64>>>() };
         let values = match numbers {
+            Some(angles) if self.between == Between::Angle => Values::Angles(angles),
             Some(numbers) => Values::Numbers(numbers),
             None => {
                 source.take(self.text.len() + TEXT_BYTES * rows.len())?;

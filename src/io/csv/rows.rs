@@ -11,7 +11,7 @@ use super::order::{Owners, arranged};
 use crate::batch::{Clock, CurveBatch, Origin};
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, quoted};
-use crate::io::columns::{Nearest, Table};
+use crate::io::columns::{Between, Table};
 use crate::io::source::Source;
 use crate::io::{ReadOptions, close, close_as_marked, longitude};
 use crate::ragged;
@@ -53,8 +53,9 @@ pub(super) struct Rows<'a> {
     tangents: Vec<f64>,
     curvatures: Vec<f64>,
     t: Option<Numbers>,
-    /// How the times are written, if they are dates.
+    /// How the times are written, if they are dates, and how those of every curve are.
     clock: Option<Clock>,
+    clocks: Vec<Option<Clock>>,
     weight: Option<Numbers>,
     nu: Option<Numbers>,
     kmax: Option<Numbers>,
@@ -79,7 +80,7 @@ impl<'a> Rows<'a> {
         table: &Table,
         header: &'a [String],
         dialect: Dialect,
-        carried: Vec<(usize, &str, Nearest)>,
+        carried: Vec<(usize, &str, Between)>,
     ) -> Self {
         let cells = |names: [&str; 3]| names.iter().filter_map(|name| table.cell(name)).collect::<Vec<_>>();
         let axes = cells(["x", "y", "z"]);
@@ -99,7 +100,7 @@ impl<'a> Rows<'a> {
             curvatures: Vec::new(),
             t: Numbers::new(table.cell("t"), false),
             clock: None,
-            carried: carried.into_iter().map(|(cell, name, nearest)| CarriedCells::new(name, cell, nearest)).collect(),
+            carried: carried.into_iter().map(|(cell, name, between)| CarriedCells::new(name, cell, between)).collect(),
             weight: Numbers::new(table.cell("weight"), false),
             nu: Numbers::new(table.cell("nu"), true),
             kmax: Numbers::new(table.cell("kmax"), true),
@@ -108,6 +109,7 @@ impl<'a> Rows<'a> {
             pinned: table.cell("pinned").map(|cell| (cell, Vec::new())),
             closed: table.cell("closed").map(|cell| (cell, Vec::new())),
             blanks: BTreeMap::new(),
+            clocks: Vec::new(),
             names: Vec::new(),
             curves: HashMap::new(),
             lines: Vec::new(),
@@ -138,7 +140,8 @@ impl<'a> Rows<'a> {
             cells.vector(cells_of, values)?;
         }
         if let Some(t) = &mut self.t {
-            let x = cells.time(t, &mut self.clock)?;
+            self.clocks.resize(self.names.len(), None);
+            let x = cells.time(t, &mut self.clock, &mut self.clocks[curve])?;
             if x.is_none() {
                 blank.get_or_insert((t.cell, None));
             }
@@ -249,6 +252,7 @@ impl<'a> Rows<'a> {
             first_lines: Some((0..self.names.len()).map(first_line).collect()),
             names: self.curve.map(|_| self.names),
             clock: self.clock,
+            clocks: own_clocks(self.clock, &self.clocks),
             geographic: self.longitude && longitude::is_geographic(&self.coords, d),
             ..Origin::default()
         };
@@ -296,6 +300,12 @@ impl<'a> Rows<'a> {
     }
 }
 
+/// The clocks of curves that are not all given with one offset from UTC.
+fn own_clocks(clock: Option<Clock>, clocks: &[Option<Clock>]) -> Option<Vec<Clock>> {
+    let all: Vec<Clock> = clocks.iter().map(|own| own.or(clock)).collect::<Option<_>>()?;
+    all.windows(2).any(|pair| !pair[0].hangs_with(&pair[1])).then_some(all)
+}
+
 /// One row, and what is needed to say what is wrong with it.
 struct Cells<'a> {
     record: &'a ByteRecord,
@@ -312,8 +322,8 @@ impl Cells<'_> {
         number.map_err(|()| self.wrong(cell, "which is no number: mend it, or remove the row"))
     }
 
-    /// The time in a cell: a number, or a date as in the rows before.
-    fn time(&self, column: &Numbers, clock: &mut Option<Clock>) -> Result<Option<f64>> {
+    /// The time in a cell: a number, or a date as in the rows before, of all curves and of its own.
+    fn time(&self, column: &Numbers, clock: &mut Option<Clock>, own: &mut Option<Clock>) -> Result<Option<f64>> {
         let cell = column.cell;
         let none_before = || column.values.iter().all(|t| t.is_nan());
         match (self.dialect.number(&self.record[cell]), &clock) {
@@ -325,12 +335,14 @@ impl Cells<'_> {
             (Ok(_), Some(_)) => Err(self.wrong(cell, "but the times before it are dates: write all in one way")),
             (Err(()), _) => {
                 let text = String::from_utf8_lossy(self.record[cell].trim_ascii());
-                let Some((t, own)) = Clock::read(&text) else {
+                let Some((t, here)) = Clock::read(&text) else {
                     let why =
                         "which is neither a number nor a date such as 2024-03-01T06:00:00Z: mend it, or remove the row";
                     return Err(self.wrong(cell, why));
                 };
-                *clock = Some(clock.map_or(own, |clock| clock.with(own)));
+                for clock in [clock, own] {
+                    *clock = Some(clock.map_or(here, |clock| clock.with(here)));
+                }
                 Ok(Some(t))
             }
         }

@@ -12,6 +12,7 @@ use crate::io::text::Text;
 
 /// The parts of a geometry.
 pub(super) enum Cut {
+    /// The positions, and at the end of each the number of its point, or one between two.
     Lines(Vec<Path>),
     Polygons(Vec<Vec<Path>>),
 }
@@ -31,6 +32,7 @@ impl Cut {
         let line = |i: usize| {
             let mut path = path(i);
             path.extend(path.first().cloned().filter(|_| batch.is_closed(i)));
+            path.iter_mut().enumerate().for_each(|(k, position)| position.push(k as f64));
             cut_line(&path)
         };
         let polygons = |counts: &[usize]| {
@@ -62,8 +64,9 @@ impl Cut {
     /// Writes the coordinates.
     pub fn write(&self, text: &mut Text) -> io::Result<()> {
         match self {
-            Cut::Lines(lines) if lines.len() == 1 => positions(text, &lines[0], false),
-            Cut::Lines(lines) => list(text, lines.len(), |text, k| positions(text, &lines[k], false)),
+            Cut::Lines(lines) => nested(text, lines.len(), |text, k| {
+                list(text, lines[k].len(), |text, at| position(text, lines[k][at].split_last().map_or(&[], |(_, x)| x)))
+            }),
             Cut::Polygons(polygons) if polygons.len() == 1 => rings(text, &polygons[0]),
             Cut::Polygons(polygons) => list(text, polygons.len(), |text, k| rings(text, &polygons[k])),
         }
@@ -71,15 +74,26 @@ impl Cut {
 }
 
 fn rings(text: &mut Text, polygon: &[Path]) -> io::Result<()> {
-    list(text, polygon.len(), |text, k| positions(text, &polygon[k], true))
+    list(text, polygon.len(), |text, k| ring(text, &polygon[k]))
 }
 
-/// The positions of a path. A ring repeats its first, and has four at least.
-fn positions(text: &mut Text, path: &Path, ring: bool) -> io::Result<()> {
-    let count = if ring { (path.len() + 1).max(4) } else { path.len() };
-    list(text, if path.is_empty() { 0 } else { count }, |text, k| {
-        text.push("[")?;
-        text.point(path.get(k).unwrap_or(&path[0]), ",")?;
-        text.push("]")
-    })
+/// The positions of a ring, which repeats its first, and has four at least.
+fn ring(text: &mut Text, path: &Path) -> io::Result<()> {
+    let count = (path.len() + 1).max(4);
+    list(text, if path.is_empty() { 0 } else { count }, |text, k| position(text, path.get(k).unwrap_or(&path[0])))
+}
+
+fn position(text: &mut Text, position: &[f64]) -> io::Result<()> {
+    text.push("[")?;
+    text.point(position, ",")?;
+    text.push("]")
+}
+
+/// Lists of one line, or a list of them.
+pub(super) fn nested(
+    text: &mut Text,
+    lines: usize,
+    mut line: impl FnMut(&mut Text, usize) -> io::Result<()>,
+) -> io::Result<()> {
+    if lines == 1 { line(text, 0) } else { list(text, lines, line) }
 }

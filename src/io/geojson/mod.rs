@@ -5,6 +5,7 @@
 //! tree of numbers. (The `geojson` crate holds each position in a vector of its own and numbers of
 //! properties as f64. The tests use it as a second opinion.)
 
+mod along;
 mod coordinates;
 mod cut;
 mod read;

@@ -3,26 +3,33 @@
 
 use std::io::{self, Write};
 
+use super::along::{Along, CURVE, DATES, TIMES};
 use super::cut::Cut;
 use super::{Document, Object, Part, Shape};
 use crate::batch::{Column, CurveBatch, Values};
 use crate::io::text::Text;
-use crate::io::{Antimeridian, WriteOptions, is_finite};
+use crate::io::{Antimeridian, WriteOptions, free_names, is_finite};
 
 /// Writes the batch, into the document that it came from if there is one.
 pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let text = Text::new(out).with_decimals(options.decimals);
     let cut = options.antimeridian == Antimeridian::Cut;
-    write_with(text, batch, cut, &mut |text, i, ring| line(text, batch, i, ring))
+    write_with(text, batch, cut, true, &mut |text, i, ring| line(text, batch, i, ring))
 }
 
 /// Writes the batch with what `line` writes of each curve in place of its coordinates. It is told
-/// which of them are rings. On demand geometries are cut at the antimeridian.
-pub(in crate::io) fn write_with(mut text: Text, batch: &CurveBatch, cut: bool, line: Line) -> io::Result<()> {
+/// which of them are rings. On demand geometries are cut at the antimeridian, and lines have what their positions do.
+pub(in crate::io) fn write_with(
+    mut text: Text,
+    batch: &CurveBatch,
+    cut: bool,
+    along: bool,
+    line: Line,
+) -> io::Result<()> {
     let cut = |first: usize, shape: &Shape| if cut { Cut::of(batch, first, shape) } else { None };
     match document(batch) {
         Some(document) => fill(&mut text, document, &cut, line)?,
-        None => collect(&mut text, batch, &cut, line)?,
+        None => collect(&mut text, batch, &cut, along, line)?,
     }
     text.finish()
 }
@@ -89,16 +96,25 @@ fn coordinates(text: &mut Text, i: usize, shape: &Shape, line: Line) -> io::Resu
     }
 }
 
-fn collect(text: &mut Text, batch: &CurveBatch, cut: Cutting, line: Line) -> io::Result<()> {
+fn collect(text: &mut Text, batch: &CurveBatch, cut: Cutting, along: bool, line: Line) -> io::Result<()> {
+    let names = free_names(batch, &[CURVE, if batch.has_dates() { DATES } else { TIMES }]);
     text.push("{\"type\":\"FeatureCollection\",\"features\":[")?;
     for i in 0..batch.len() {
         text.push(if i == 0 { "\n" } else { ",\n" })?;
         text.push("{\"type\":\"Feature\",\"properties\":{\"curve\":")?;
         text.push(serde_json::to_string(&batch.name(i))?)?;
-        for (column, value) in batch.columns().iter().filter_map(|column| Some((column, of_curve(batch, column, i)?))) {
-            text.push(format!(",{}:{value}", serde_json::to_string(&column.name)?))?;
-        }
         let cut = cut(i, &Shape::Line);
+        let along = along.then(|| Along::of(batch, i, cut.as_ref())).flatten();
+        if let Some(along) = &along {
+            along.write_times(text)?;
+        }
+        for (column, name) in batch.columns().iter().zip(&names) {
+            match (of_curve(batch, column, i), &along) {
+                (Some(value), _) => text.push(format!(",{}:{value}", serde_json::to_string(name)?))?,
+                (None, Some(along)) => along.write_column(text, name, column)?,
+                (None, None) => {}
+            }
+        }
         text.push("},\"geometry\":{\"type\":")?;
         kind(text, cut.as_ref().map_or("LineString", Cut::kind))?;
         text.push(",\"coordinates\":")?;
@@ -115,14 +131,15 @@ fn collect(text: &mut Text, batch: &CurveBatch, cut: Cutting, line: Line) -> io:
 fn of_curve(batch: &CurveBatch, column: &Column, i: usize) -> Option<serde_json::Value> {
     let points = batch.offsets()[i]..batch.offsets()[i + 1];
     match &column.values {
-        Values::Numbers(numbers) => same(&numbers[points]).map(|&number| number.into()),
-        Values::Texts(texts) => {
-            let text = same(&texts[points])?;
-            // A number stays one, unless it would be written in another way.
-            let number = text.parse::<serde_json::Number>().ok().filter(|number| number.to_string() == *text);
-            Some(number.map_or_else(|| text.as_str().into(), serde_json::Value::Number))
-        }
+        Values::Numbers(numbers) | Values::Angles(numbers) => same(&numbers[points]).map(|&number| number.into()),
+        Values::Texts(texts) => same(&texts[points]).map(|text| of_text(text)),
     }
+}
+
+/// A text as JSON. A number stays one, unless it would be written in another way.
+pub(super) fn of_text(text: &str) -> serde_json::Value {
+    let number = text.parse::<serde_json::Number>().ok().filter(|number| number.to_string() == text);
+    number.map_or_else(|| text.into(), serde_json::Value::Number)
 }
 
 /// The value that all of some values are.

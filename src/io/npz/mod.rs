@@ -13,7 +13,7 @@ use std::io::{self, Cursor, Write};
 use std::sync::Arc;
 
 use super::antimeridian::{self, wrapped};
-use super::columns::Nearest;
+use super::columns::Between;
 use super::formats::Entry;
 use super::npy::{Order, Padded, integers, numbers, texts};
 use super::source::Source;
@@ -140,7 +140,7 @@ impl Archive<'_> {
             let (header, how) = (self.header(&name), options.carried.how(&name));
             // Of all arrays those are carried that have an entry a point.
             let fits = header.as_ref().is_some_and(|header| header.shape == [points as u64]);
-            let Some(nearest) = how.filter(|_| fits || options.carried.names(&name)) else {
+            let Some(between) = how.filter(|_| fits || options.carried.names(&name)) else {
                 passed_over.push(name);
                 continue;
             };
@@ -152,9 +152,10 @@ impl Archive<'_> {
                 false => {
                     let array = self.array(&name, numbers)?;
                     let numbers = self.expect_length(&name, array, points, "point")?.unwrap_or_default();
-                    match nearest {
-                        Nearest::No => Values::Numbers(numbers),
-                        Nearest::Yes => Values::Texts(numbers.iter().map(f64::to_string).collect()),
+                    match between {
+                        Between::Linear => Values::Numbers(numbers),
+                        Between::Angle => Values::Angles(numbers),
+                        Between::Nearest => Values::Texts(numbers.iter().map(f64::to_string).collect()),
                     }
                 }
             };
@@ -309,7 +310,9 @@ fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, antimeridian: Antimer
     }
     for (column, name) in batch.columns().iter().zip(free_names(batch, &KEYS)) {
         match &column.values {
-            Values::Numbers(numbers) => array(&mut zip, &name, "<f8", &[points], numbers.iter().copied())?,
+            Values::Numbers(numbers) | Values::Angles(numbers) => {
+                array(&mut zip, &name, "<f8", &[points], numbers.iter().copied())?
+            }
             Values::Texts(texts) => {
                 let longest = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
                 let texts = texts.iter().map(|text| Padded(text.into(), longest));

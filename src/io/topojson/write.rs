@@ -19,7 +19,7 @@ pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, decimals: Op
     let options = Options { geographic: false, ..Options::of(&plain) };
     let topology = Topology::new(&plain, &options).map_err(io::Error::other)?;
     let mut features = Vec::new();
-    geojson::write_with(Text::new(&mut features), batch, false, &mut |text, i, _| {
+    geojson::write_with(Text::new(&mut features), batch, false, false, &mut |text, i, _| {
         let numbers = match is_finite(batch, i) {
             true => topology.numbers(i),
             false => vec![],

@@ -100,7 +100,7 @@ mod tests {
             for (i, j) in (0..61).flat_map(|i| (0..61).map(move |j| (i, j))) {
                 let [a, b] = [i, j].map(|k| -1.5 + 0.0501 * f64::from(k));
                 let Some(arc) = Arc::cheapest(&curve, 1.0, [a, b]) else { continue };
-                let asked = Asked { ends: [1.0; 2], within: 0.0 };
+                let asked = Asked { ends: [1.0; 2], ..Asked::default() };
                 let rooms = rooms(&curve, Ends::Directed, &asked, [a, b]).unwrap().map(|room| room.unwrap().value);
                 for (room, curvature) in rooms.iter().zip(arc.curvatures(&curve)) {
                     assert_eq!(*room > 0.0, curvature > 0.0, "ν {exponent}, angles {a} and {b}: {room}, {curvature}");
@@ -118,7 +118,7 @@ mod tests {
             let curve = Universal::new(exponent);
             for angles in [[0.4, -0.3], [-0.4, 0.9], [1e-3, 2e-3], [0.5, 0.5], [0.1, 0.1 + 1e-9], [1.5, -1.2]] {
                 for [start, end] in SIDES.map(|side| [side, -side]) {
-                    let asked = Asked { ends: [start, end], within: 0.0 };
+                    let asked = Asked { ends: [start, end], ..Asked::default() };
                     let at = |a: f64, b: f64| rooms(&curve, Ends::Directed, &asked, [a, b]).unwrap();
                     let [a, b] = angles;
                     let around = [[at(a - h, b), at(a + h, b)], [at(a, b - h), at(a, b + h)]];

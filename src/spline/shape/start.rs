@@ -2,9 +2,10 @@
 //!
 //! A derivative within the turn of the polygon has the sides asked for, if those beside it are short enough. The turn is
 //! divided so that the part towards a span is as large as the turn at its other end: a span to an almost straight point
-//! has to leave almost straight.
+//! has to leave almost straight. Beside a straight span the derivative is along it.
 
-use super::mend::{Ahead, Begin, Span, Vector, cross, dot, length, minus, times};
+use super::mend::{Ahead, Begin, Freedom};
+use super::span::{Span, Vector, cross, dot, length, minus, plus, times};
 
 /// The least turn at the other end of a span that counts: below it both spans have equal parts.
 const LEAST: f64 = 1e-12;
@@ -32,16 +33,22 @@ pub(super) fn start(spans: &[Span], closed: bool, given: [Option<Vector>; 2]) ->
         let [a, b] = [left[before(knot)], left[knot]];
         cross(a, b).atan2(dot(a, b))
     };
-    let mut fixed = vec![false; knots];
+    let mut freedom = vec![Freedom::Fixed; knots];
     let mut v = vec![[0.0; 2]; knots];
     let mut paces = vec![0.0; knots];
     for knot in 0..knots {
         if is_end(knot) {
-            fixed[knot] = true;
             v[knot] = given[usize::from(knot == count)].unwrap_or_default();
             continue;
         }
+        // A corner, at which both spans end naturally.
+        if spans[knot].knots[0].is_none() {
+            continue;
+        }
         let own = turn(knot);
+        let pace = |span: usize| length(spans[span].chord) / spans[span].h;
+        paces[knot] = pace(before(knot)).min(pace(knot));
+        freedom[knot] = beside_lines(&spans[before(knot)], &spans[knot]);
         let weight = |other: usize, span: usize| {
             let beyond = if is_end(other) { own } else { turn(other) };
             let beyond = if beyond * own > 0.0 { beyond } else { own };
@@ -49,22 +56,40 @@ pub(super) fn start(spans: &[Span], closed: bool, given: [Option<Vector>; 2]) ->
         };
         let [back, ahead] = [weight(before(knot), before(knot)), weight((knot + 1) % knots, knot)];
         let [x, y] = left[before(knot)];
-        let direction = y.atan2(x) + own * back / (back + ahead);
-        let pace = |span: usize| length(spans[span].chord) / spans[span].h;
-        paces[knot] = pace(before(knot)).min(pace(knot));
-        v[knot] = times(paces[knot] * (0.5 * own).cos().max(PACE), [direction.cos(), direction.sin()]);
+        let angle = y.atan2(x) + own * back / (back + ahead);
+        let direction = match freedom[knot] {
+            Freedom::Along(direction) => direction,
+            _ => [angle.cos(), angle.sin()],
+        };
+        v[knot] = times(paces[knot] * (0.5 * own).cos().max(PACE), direction);
     }
-    shorten(spans, &fixed, &mut v);
+    shorten(spans, &freedom, &mut v);
     let ahead = |knot: usize| {
-        let is_asked = !fixed[knot] && spans[knot].asked.ends[0] != 0.0;
+        let is_asked = match freedom[knot] {
+            Freedom::Fixed => false,
+            Freedom::Along(_) => true,
+            Freedom::Free => spans[knot].asked.ends[0] != 0.0,
+        };
         let size = length(v[knot]);
         is_asked.then(|| Ahead { direction: times(1.0 / size, v[knot]), least: PART * size.min(PACE * paces[knot]) })
     };
-    Begin { ahead: (0..knots).map(ahead).collect(), v, fixed }
+    Begin { ahead: (0..knots).map(ahead).collect(), v, freedom }
+}
+
+/// How the derivative between two spans may change, of which both are straight only where the polygon goes straight on.
+fn beside_lines(before: &Span, after: &Span) -> Freedom {
+    match [before, after].map(|span| span.asked.straight.then(|| span.direction())) {
+        [None, None] => Freedom::Free,
+        [Some(direction), None] | [None, Some(direction)] => Freedom::Along(direction),
+        [Some(a), Some(b)] => {
+            let sum = plus(a, b);
+            Freedom::Along(times(1.0 / length(sum), sum))
+        }
+    }
 }
 
 /// Shortens derivatives that reach beyond what those at the other ends of their spans allow.
-fn shorten(spans: &[Span], fixed: &[bool], v: &mut [Vector]) {
+fn shorten(spans: &[Span], freedom: &[Freedom], v: &mut [Vector]) {
     let mut parts = vec![1.0f64; v.len()];
     for span in spans {
         let [Some(first), Some(last)] = span.knots else { continue };
@@ -80,6 +105,6 @@ fn shorten(spans: &[Span], fixed: &[bool], v: &mut [Vector]) {
             }
         }
     }
-    let free = v.iter_mut().zip(parts).zip(fixed).filter(|(_, fixed)| !**fixed);
+    let free = v.iter_mut().zip(parts).zip(freedom).filter(|(_, freedom)| **freedom != Freedom::Fixed);
     free.for_each(|((v, part), _)| *v = times(part, *v));
 }

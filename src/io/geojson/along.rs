@@ -1,0 +1,93 @@
+//! What the positions of a line have: their times, and columns. An array each, with an entry a position in the same order, and
+//! where the line is cut, one a part.
+
+use std::io;
+
+use super::cut::{Cut, nested};
+use super::write::{list, of_text};
+use crate::batch::{Column, CurveBatch, Values};
+use crate::io::is_finite;
+use crate::io::text::Text;
+
+/// The properties that a feature has by itself: its curve's name, and times as dates or as numbers.
+pub(super) const CURVE: &str = "curve";
+pub(super) const DATES: &str = "coordTimes";
+pub(super) const TIMES: &str = "t";
+
+/// The positions of a curve, each by its point, or a number between two.
+pub(super) struct Along<'a> {
+    batch: &'a CurveBatch,
+    i: usize,
+    lines: Vec<Vec<f64>>,
+}
+
+impl<'a> Along<'a> {
+    /// The positions of curve `i`, cut or whole, if it has any.
+    pub fn of(batch: &'a CurveBatch, i: usize, cut: Option<&Cut>) -> Option<Self> {
+        let lines: Vec<Vec<f64>> = match cut {
+            Some(Cut::Lines(lines)) => {
+                let place = |position: &Vec<f64>| position.last().copied().unwrap_or_default();
+                lines.iter().map(|line| line.iter().map(place).collect()).collect()
+            }
+            _ => vec![(0..batch.count(i) + usize::from(batch.is_closed(i))).map(|k| k as f64).collect()],
+        };
+        (batch.count(i) > 0 && is_finite(batch, i)).then_some(Along { batch, i, lines })
+    }
+
+    /// The times, if they were given.
+    pub fn write_times(&self, text: &mut Text) -> io::Result<()> {
+        let origin = self.batch.origin();
+        let Some(t) = self.batch.parameters(self.i).filter(|_| origin.timed) else { return Ok(()) };
+        let mut knots = t.to_vec();
+        if let Some(last) = t.last().filter(|_| self.batch.is_closed(self.i)) {
+            knots.push(last + self.batch.closing_length(self.i, t));
+        }
+        let mut times = Values::Numbers(vec![]);
+        let knots = Values::Numbers(knots);
+        self.places().for_each(|(k, u)| times.push_between(&knots, [k, (k + 1).min(knots.len() - 1)], u));
+        let Values::Numbers(times) = times else { return Ok(()) };
+        match origin.clock(self.i).map(|clock| clock.for_all(t.iter().copied())) {
+            Some(clock) => self.write(text, DATES, |text, k| text.push(format!("\"{}\"", clock.write(times[k])))),
+            None => self.write(text, TIMES, |text, k| number(text, times[k])),
+        }
+    }
+
+    /// A column of the batch, as a property of this name.
+    pub fn write_column(&self, text: &mut Text, name: &str, column: &Column) -> io::Result<()> {
+        let (first, count) = (self.batch.offsets()[self.i], self.batch.count(self.i));
+        let mut values = column.values.emptied();
+        self.places().for_each(|(k, u)| {
+            values.push_between(&column.values, [k, k + 1].map(|k| first + k % count), u);
+        });
+        self.write(text, name, |text, k| match &values {
+            Values::Numbers(numbers) | Values::Angles(numbers) => number(text, numbers[k]),
+            Values::Texts(texts) => text.push(of_text(&texts[k]).to_string()),
+        })
+    }
+
+    /// The point of every position, and the part of the way from there to the next.
+    fn places(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.lines.iter().flatten().map(|place| (place.floor() as usize, place.fract()))
+    }
+
+    fn write(
+        &self,
+        text: &mut Text,
+        name: &str,
+        mut entry: impl FnMut(&mut Text, usize) -> io::Result<()>,
+    ) -> io::Result<()> {
+        text.push(format!(",{}:", serde_json::to_string(name)?))?;
+        let mut first = 0;
+        nested(text, self.lines.len(), |text, line| {
+            let count = self.lines[line].len();
+            list(text, count, |text, k| entry(text, first + k))?;
+            first += count;
+            Ok(())
+        })
+    }
+}
+
+/// JSON has no NaN.
+fn number(text: &mut Text, x: f64) -> io::Result<()> {
+    if x.is_finite() { text.number(x) } else { text.push("null") }
+}
