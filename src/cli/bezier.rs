@@ -131,6 +131,7 @@ impl BezierArgs {
             rounding: self.rounding(beziers),
             decimals: self.curves.digits,
             antimeridian: self.curves.antimeridian,
+            ..WriteOptions::default()
         }
     }
 

@@ -153,6 +153,7 @@ impl FitArgs {
             decimals: self.curves.digits,
             antimeridian: self.curves.antimeridian,
             rounding: self.asked_tolerance().map(|tolerance| ROUNDING * tolerance),
+            ..WriteOptions::default()
         }
     }
 

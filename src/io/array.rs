@@ -21,6 +21,8 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: true,
     columns: false,
+    statuses: false,
+    fills: |_| false,
     read,
     write: |out, batch, _, _| write(out, batch),
     write_file: None,

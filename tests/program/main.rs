@@ -11,6 +11,7 @@ mod cli_fair_deviation;
 mod cli_fair_limits;
 mod cli_grid;
 mod cli_map;
+mod cli_output;
 mod cli_scf;
 mod cli_smoothing;
 mod cli_surfaces;

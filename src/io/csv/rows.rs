@@ -71,6 +71,7 @@ pub(super) struct Rows<'a> {
     curves: HashMap<String, usize>,
     /// First and last line of every curve.
     lines: Vec<(u64, u64)>,
+    passes_status: bool,
 }
 
 impl<'a> Rows<'a> {
@@ -111,6 +112,7 @@ impl<'a> Rows<'a> {
             names: Vec::new(),
             curves: HashMap::new(),
             lines: Vec::new(),
+            passes_status: table.passes_status,
         }
     }
 
@@ -249,6 +251,7 @@ impl<'a> Rows<'a> {
             first_lines: Some((0..self.names.len()).map(first_line).collect()),
             names: self.curve.map(|_| self.names),
             clock: self.clock,
+            notes: self.passes_status.then(|| "column status passed over".into()).into_iter().collect(),
             geographic: self.longitude && longitude::is_geographic(&self.coords, d),
             ..Origin::default()
         };
