@@ -98,6 +98,8 @@ use crate::error::{Error, Result, quoted};
 use crate::status::CurveStatus;
 
 pub use antimeridian::Antimeridian;
+#[doc(hidden)]
+pub use atomic::give_up;
 pub use atomic::{Output, write_atomically};
 pub use columns::{Carried, Columns};
 pub use decimals::decimals_of;

@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::ran::{folder, run};
-use faircurve::io;
+use faircurve::{CurveBatch, io};
 use predicates::prelude::*;
 use predicates::str::contains;
 use serde_json::Value;
@@ -95,4 +95,99 @@ fn a_column_status_is_passed_over_or_carried() {
     run(&folder, "fit in.csv -o carried.csv --samples 1 --carry all").code(1);
     assert!(read(&folder, "carried.csv").starts_with("curve,x,y,t,status,status_\na,0,0,0,converged,invalid\n"));
     run(&folder, "fit out.csv -o again.csv --samples 1").code(1);
+}
+
+/// Sends a signal to a run that writes, as soon as it does, and tells how it ends. `sh` starts it.
+#[cfg(unix)]
+fn interrupted(folder: &TempDir, signal: &str, before: &str) -> std::process::ExitStatus {
+    use std::process::Command;
+    let program = assert_cmd::cargo::cargo_bin!("faircurve");
+    let line = format!("{before} exec {} fit in.csv -o out.csv --samples 200000 -q --device cpu", program.display());
+    let mut child = Command::new("sh").args(["-c", &line]).current_dir(folder).spawn().unwrap();
+    while parts(folder) == 0 {
+        assert!(child.try_wait().unwrap().is_none(), "the run ended before it was seen to write");
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    let killed = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    child.wait().unwrap()
+}
+
+/// The number of files that are half written.
+#[cfg(unix)]
+fn parts(folder: &TempDir) -> usize {
+    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.filter(|name| name.ends_with(".part")).count()
+}
+
+#[cfg(unix)]
+#[test]
+fn signals_leave_nothing_half_written_and_end_as_they_did() {
+    use std::os::unix::process::ExitStatusExt;
+    let folder = folder("curve,x,y\na,0,0\na,1,2\na,3,1\na,4,0\n");
+    for (signal, number) in [("HUP", 1), ("INT", 2), ("TERM", 15)] {
+        assert_eq!(interrupted(&folder, signal, "").signal(), Some(number), "{signal}");
+        assert!(parts(&folder) == 0 && !folder.path().join("out.csv").exists(), "{signal}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_that_is_to_be_ignored_is_ignored() {
+    let folder = folder("curve,x,y\na,0,0\na,1,2\na,3,1\na,4,0\n");
+    assert!(interrupted(&folder, "HUP", "trap '' HUP;").success());
+    assert!(parts(&folder) == 0 && folder.path().join("out.csv").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_one_line_whatever_the_format() {
+    let folder = folder(&waves(3, 40));
+    fs::write(folder.path().join("grid.csv"), "0,1,2\n1,3,1\n2,0,2\n").unwrap();
+    let program = assert_cmd::cargo::cargo_bin!("faircurve");
+    for name in ["out.csv", "out.npz", "out.npy", "out.svg", "out.geojson", "out.topojson", "out.csv.gz", "grid.npz"] {
+        let what = if name == "grid.npz" { "grid grid.csv --rounds 7" } else { "fit in.csv --samples 60" };
+        // Files may have 8 KiB.
+        let line = format!("ulimit -f 16; exec {} {what} -o {name} -q", program.display());
+        let output = std::process::Command::new("sh").args(["-c", &line]).current_dir(&folder).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), said.lines().count()), (Some(2), 1), "{name}: {said}");
+        assert!(said.starts_with(&format!("faircurve: cannot write {name}: File too large")), "{said}");
+        assert!(parts(&folder) == 0 && !folder.path().join(name).exists(), "{name}");
+    }
+}
+
+/// So many curves of so many points.
+fn waves(curves: usize, points: usize) -> String {
+    let row = |i: usize, k: usize| format!("{i},{k},{}\n", ((k * (i + 2)) as f64).sin());
+    let rows = (0..curves).flat_map(|i| (0..points).map(move |k| row(i, k)));
+    "curve,x,y\n".to_string() + &rows.collect::<String>()
+}
+
+#[test]
+fn no_format_is_written_in_small_pieces() {
+    struct Counted {
+        calls: usize,
+        bytes: usize,
+    }
+    impl std::io::Write for Counted {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            (self.calls, self.bytes) = (self.calls + 1, self.bytes + bytes.len());
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+    let points: Vec<[f64; 3]> = (0..50_000).map(|k| [f64::from(k), f64::from(k).sin(), 1.0]).collect();
+    let flat: Vec<[f64; 2]> = points.iter().map(|&[x, y, _]| [0.001 * x, y]).collect();
+    let (flat, space) = (CurveBatch::from_slices(&[&flat[..]]), CurveBatch::from_slices(&[&points[..]]));
+    let (flat, space) = (flat.unwrap(), space.unwrap());
+    for &format in io::Format::ALL {
+        let batch = if format.check(2, false).is_ok() { &flat } else { &space };
+        let mut out = Counted { calls: 0, bytes: 0 };
+        let options = io::WriteOptions { format: Some(format), ..Default::default() };
+        io::write_to(&mut out, batch, &options).unwrap();
+        assert!(out.bytes > 500_000 && out.calls <= 3 + out.bytes / 50_000, "{format}: {} calls", out.calls);
+    }
 }

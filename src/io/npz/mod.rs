@@ -287,7 +287,7 @@ fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, options: &WriteOption
         array(&mut zip, DATA, "<f8", &shape, coords)?;
         array(&mut zip, "offsets", "<i8", &[curves], offsets.take(batch.len()))?;
         array(&mut zip, LENGTHS, "<i8", &[curves], (0..batch.len()).map(|i| batch.count(i) as i64))?;
-        return zip.finish()?.flush();
+        return zip.finish();
     }
     array(&mut zip, "coords", "<f8", &shape, coords)?;
     array(&mut zip, "offsets", "<i8", &[curves + 1], offsets)?;
@@ -326,5 +326,5 @@ fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, options: &WriteOption
             }
         }
     }
-    zip.finish()?.flush()
+    zip.finish()
 }
