@@ -192,7 +192,7 @@ pub trait Curve: Sync {
 
     /// Spans and fractions of the samples, in order along the curve.
     ///
-    /// A curve that was not fitted gives its data points, whatever `sampling` asks.
+    /// A curve that was not fitted gives its data points: see [`Sampling`].
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
         sampling::sites(&self, sampling)
     }

@@ -54,7 +54,7 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
 
     let mut run = Run::start(&args.run, "curve", ["completing", "completed"]);
     let batch = plan.read(&args.curves.input)?;
-    args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
+    args.curves.check_format(&batch, batch.dimension(), args.shape == Shape::Bezier, |_| None)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "control point"));
     // Completing a control point takes the CPU about as long as a point of a natural spline.
     let device = run.device(&Work::splines(points(&batch, Sampling::PerSpan(1))), volume, Some(batch.len()))?;

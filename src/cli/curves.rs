@@ -75,9 +75,17 @@ impl CurveArgs {
         self.to.or_else(|| Format::of_extension(&self.output))
     }
 
-    /// Refuses curves that the format, as far as it is known, cannot hold.
-    pub fn check_format(&self, batch: &CurveBatch, beziers: bool) -> Result<()> {
-        self.format().map_or(Ok(()), |format| format.check(batch.dimension(), beziers))
+    /// Refuses curves that the format, as far as it is known, cannot hold: those of a batch, of this dimension, with so many
+    /// points where that is known.
+    pub fn check_format(
+        &self,
+        batch: &CurveBatch,
+        dimension: usize,
+        beziers: bool,
+        points: impl Fn(usize) -> Option<usize>,
+    ) -> Result<()> {
+        let Some(format) = self.format() else { return Ok(()) };
+        io::check_before(batch, format, dimension, beziers, points)
     }
 }
 

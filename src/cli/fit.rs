@@ -2,7 +2,7 @@
 
 use clap::Args;
 use faircurve::bezier::LEAST_TOLERANCE;
-use faircurve::io::{self, Flatness, ReadOptions, WriteOptions};
+use faircurve::io::{self, Flatness, Format, ReadOptions, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, Error, Result, Work};
 
@@ -12,7 +12,7 @@ use super::map::{self, MapArgs};
 use super::method::{Method, MethodArgs};
 use super::output::title;
 use super::run::{Run, RunArgs};
-use super::sampling::{points, sampling};
+use super::sampling::{count_of, points, sampling};
 use super::track::TrackArgs;
 
 /// Points along the paths of a drawing: their chords are within this part of a path's size.
@@ -60,7 +60,17 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let batch = io::read_with(&input.input, &options)?;
     let batch = args.tracks.split(batch)?;
     let tracks = args.tracks.samples(&batch, sampling)?;
-    args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
+    let points_out = |i: usize| match &tracks {
+        _ if args.shape == Shape::Bezier => None,
+        Some(tracks) => tracks.count(&batch, i),
+        None => count_of(&batch, i, sampling),
+    };
+    if args.curves.format() == Some(Format::Npy) && args.spacing.is_some() && batch.len() > 1 {
+        return Err(Error::argument(
+            "NPY holds curves of one length, and with --spacing each has its own: give --points N, or write NPZ",
+        ));
+    }
+    args.curves.check_format(&batch, method.dimension(&batch), args.shape == Shape::Bezier, points_out)?;
     let tolerances = args.bezier_tolerances(&batch)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
     let topology = args.map.topology(&batch)?;

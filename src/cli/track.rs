@@ -8,6 +8,7 @@ use faircurve::tracks::{self, At, Quantity};
 use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
 use jiff::{Span, SpanRelativeTo, Unit};
 
+use super::sampling::count_of;
 use super::words::one_of;
 
 #[derive(Args, Debug)]
@@ -113,14 +114,29 @@ impl TrackArgs {
 }
 
 impl Samples<'_> {
+    /// The number of samples of curve `i`, where it is known before the fit.
+    pub fn count(&self, batch: &CurveBatch, i: usize) -> Option<usize> {
+        match self.at() {
+            At::Along(sampling) => count_of(batch, i, sampling),
+            at => {
+                let t = batch.parameters(i)?;
+                let end = t.last()? + batch.closing_span(i).unwrap_or(0.0);
+                tracks::times(batch, i, &at, [t[0], end]).map(|times| times.len())
+            }
+        }
+    }
+
     /// The samples of a fit.
     pub fn of(&self, batch: &CurveBatch, fit: &Fit) -> Result<CurveBatch> {
-        let at = match &self.places {
+        tracks::sample(batch, fit, &self.at(), self.quantities)
+    }
+
+    fn at(&self) -> At<'_> {
+        match &self.places {
             Places::Along(sampling) => At::Along(*sampling),
             Places::Every(step) => At::Every(*step),
             Places::Times(times) => At::Times(times),
-        };
-        tracks::sample(batch, fit, &at, self.quantities)
+        }
     }
 }
 

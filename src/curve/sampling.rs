@@ -10,7 +10,10 @@ use crate::memory;
 ///
 /// A closed curve has at least three samples, whatever is asked, so that they have an area. If no
 /// more than two of its spans lie between different points, it has enough samples that three of
-/// them differ. Such spans may go there and back.
+/// them differ. Such spans may go there and back. A curve that is a point has no area.
+///
+/// A curve that was not fitted has its data points, whatever is asked, but for a number of [`Points`](Self::Points): then a
+/// single point is repeated, and a polyline with coordinates that are not finite has NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Sampling {
@@ -101,9 +104,14 @@ pub(super) fn least(curve: &dyn AnyCurve, sampling: Sampling) -> usize {
     }
     let ends_differ = |span: &usize| curve.jet(*span, 0.0).point != curve.jet(*span, 1.0).point;
     let long = (0..curve.spans()).filter(ends_differ).take(4).count();
-    let all: usize = if (1..3).contains(&long) { 4 } else { 3 };
+    let all: usize = match long {
+        // Points have no area, whatever their number.
+        0 => return 0,
+        1 | 2 => 4,
+        _ => 3,
+    };
     match sampling {
-        Sampling::PerSpan(_) => all.div_ceil(long.max(1)),
+        Sampling::PerSpan(_) => all.div_ceil(long),
         // Spans between equal points may have parameters of their own. Then the middles of the
         // other spans are needed.
         Sampling::Count(_) if all > 3 => 2 * curve.spans(),
@@ -115,7 +123,6 @@ pub(super) fn least(curve: &dyn AnyCurve, sampling: Sampling) -> usize {
 pub(super) fn sites(curve: &dyn AnyCurve, sampling: Sampling) -> Vec<(usize, f64)> {
     let spans = curve.spans();
     let end = (!curve.is_closed() && spans > 0).then(|| (spans - 1, 1.0));
-    let sampling = if curve.is_fitted() { sampling } else { Sampling::PerSpan(1) };
     match sampling {
         Sampling::PerSpan(n) => {
             let n = n.max(curve.least(sampling));

@@ -155,8 +155,8 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
 /// Removes what is half written, then ends the process.
 ///
 /// Meanwhile no write begins, and none comes to its end.
-#[doc(hidden)]
-pub fn give_up(end: impl FnOnce()) {
+#[cfg(all(unix, feature = "cli"))]
+pub(crate) fn give_up(end: impl FnOnce()) {
     let unfinished = unfinished();
     for path in &*unfinished {
         // Nothing is left to be done about a file that cannot be removed.

@@ -98,8 +98,8 @@ use crate::error::{Error, Result, quoted};
 use crate::status::CurveStatus;
 
 pub use antimeridian::Antimeridian;
-#[doc(hidden)]
-pub use atomic::give_up;
+#[cfg(all(unix, feature = "cli"))]
+pub(crate) use atomic::give_up;
 pub use atomic::{Output, write_atomically};
 pub use columns::{Carried, Columns};
 pub use decimals::decimals_of;
@@ -357,7 +357,32 @@ fn check_batch(batch: &CurveBatch, format: Format, options: &WriteOptions) -> Re
     if options.beziers {
         check_chains(batch)?;
     }
-    (format.entry().check)(batch)
+    (format.entry().check)(batch)?;
+    match format {
+        Format::Npy => array::length(batch, &options.statuses).map(drop),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses, before anything is fitted, curves that the format cannot hold, as far as that is known: their samples have
+/// this dimension, and so many points.
+#[cfg(feature = "cli")]
+pub(crate) fn check_before(
+    batch: &CurveBatch,
+    format: Format,
+    dimension: usize,
+    beziers: bool,
+    points: impl Fn(usize) -> Option<usize>,
+) -> Result<()> {
+    format.check(dimension, beziers)?;
+    (format.entry().check)(batch)?;
+    match format {
+        Format::Npy => {
+            let fitted = (0..batch.len()).filter(|&i| batch.problem(i).is_none() && !array::is_point(batch, i));
+            array::common(fitted.filter_map(|i| Some(points(i)? + usize::from(batch.is_closed(i))))).map(drop)
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Checks, before anything is computed, that an output can be written.

@@ -43,7 +43,9 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
     check(batch, at, quantities)?;
     let samples = parallel::map(batch.len(), 1, |i| of_curve(batch, &*fit.curve(i), i, at, quantities));
     let mut columns: Vec<Column> = batch.columns().iter().map(empty).collect();
-    for mut column in quantities.iter().flat_map(|quantity| quantity.columns(batch.dimension())) {
+    // Planar points rise onto a terrain.
+    let dimension = if fit.is_empty() { batch.dimension() } else { fit.curve(0).dimension() };
+    for mut column in quantities.iter().flat_map(|quantity| quantity.columns(dimension)) {
         if columns.iter().any(|carried| carried.name == column.name) {
             column.name = format!("curve_{}", column.name);
         }
@@ -64,7 +66,7 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
     let closing = |i: usize, last: f64| ends[i] - last;
     let origin = batch.origin().clone();
     let problems = batch.problems().clone();
-    CurveBatch::from_samples(batch.dimension(), points, closing, closed, problems, origin).with_columns(columns)
+    CurveBatch::from_samples(dimension, points, closing, closed, problems, origin).with_columns(columns)
 }
 
 fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
@@ -114,45 +116,39 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     let given = batch.given_knots(i);
     let knots = given.as_deref().map_or_else(|| Cow::Borrowed(curve.knots()), Cow::Borrowed);
     let time = |(span, u): (usize, f64)| match (knots.get(span), knots.get(span + 1)) {
-        (Some(from), Some(to)) if u > 0.0 => (from + u * (to - from)).min(*to),
+        // What was given for points that were not fitted may be no number.
+        (Some(from), Some(to)) if u != 0.0 && curve.is_fitted() => (from + u * (to - from)).min(*to),
+        (Some(from), Some(to)) if u != 0.0 => from + u * (to - from),
         (Some(from), _) => *from,
         _ => 0.0,
     };
     let end = knots.last().copied().unwrap_or(0.0);
     let all = || curve.sites(Sampling::PerSpan(1));
-    let times: Option<Vec<f64>> = match at {
-        _ if !curve.is_fitted() => None,
-        At::Along(_) => None,
-        At::Every(step) => {
-            Some(multiples(knots[0], end, *step, batch.origin().clock.map_or(0.0, |clock| clock.offset())))
-        }
-        At::Times(times) => {
-            let within = times[i].iter().copied().filter(|&t| knots[0] <= t && t <= end);
-            Some(within.collect())
-        }
-    };
+    let times = if curve.is_fitted() { times(batch, i, at, [knots[0], end]) } else { None };
     let sites = match (at, &times) {
         (_, Some(times)) => times.iter().map(|&t| site(&knots, t)).collect(),
-        (At::Along(sampling), None) if curve.is_fitted() => curve.sites(*sampling),
+        (At::Along(sampling), None) => curve.sites(*sampling),
         _ => all(),
     };
     let t = match times {
         Some(times) => times,
-        // What was given for points that were not fitted may be no numbers.
-        None if !curve.is_fitted() => {
-            batch.parameters(i).map_or_else(|| sites.iter().map(|&site| time(site)).collect(), <[f64]>::to_vec)
-        }
         None => sites.iter().map(|&site| time(site)).collect(),
     };
-    let d = batch.dimension();
-    let coords = match curve.is_fitted() {
-        true => sites.iter().flat_map(|&(span, u)| curve.jet(span, u).point.to_array().into_iter().take(d)).collect(),
-        false => batch.points(i).to_vec(),
-    };
+    let point = |&(span, u): &(usize, f64)| curve.jet(span, u).point.to_array().into_iter().take(curve.dimension());
+    let coords = sites.iter().flat_map(point).collect();
     let geographic = batch.is_geographic();
     let of = |quantity: &Quantity| quantity.of(curve, &sites, given.as_deref(), geographic);
     let quantities = quantities.iter().flat_map(of).collect();
     Samples { sites, coords, t, end, quantities }
+}
+
+/// The times that are asked for of curve `i`, which goes from one time to another.
+pub(crate) fn times(batch: &CurveBatch, i: usize, at: &At, [from, to]: [f64; 2]) -> Option<Vec<f64>> {
+    match at {
+        At::Along(_) => None,
+        At::Every(step) => Some(multiples(from, to, *step, batch.origin().clock.map_or(0.0, |clock| clock.offset()))),
+        At::Times(times) => Some(times[i].iter().copied().filter(|&t| from <= t && t <= to).collect()),
+    }
 }
 
 /// The multiples of a step from one time to another. Days begin `offset` before those of the times.
@@ -183,9 +179,12 @@ fn empty(column: &Column) -> Column {
 /// Appends what a sample of curve `i` has of the batch's columns.
 fn push_carried(batch: &CurveBatch, i: usize, (span, u): (usize, f64), columns: &mut [Column]) {
     let (first, count) = (batch.offsets()[i], batch.count(i));
-    let [a, b] = [span, span + 1].map(|k| first + k % count);
+    let [a, b] = [span, span + 1].map(|k| first + k % count.max(1));
     for (column, carried) in columns.iter_mut().zip(batch.columns()) {
         match (&mut column.values, &carried.values) {
+            // A curve without points may be asked for samples all the same.
+            (Values::Numbers(out), _) if count == 0 => out.push(f64::NAN),
+            (Values::Texts(out), _) if count == 0 => out.push(String::new()),
             (Values::Numbers(out), Values::Numbers(numbers)) => out.push(match u {
                 0.0 => numbers[a],
                 1.0 => numbers[b],

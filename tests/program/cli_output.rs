@@ -3,6 +3,7 @@
 use std::fs;
 
 use super::ran::{folder, run};
+use assert_cmd::cargo::cargo_bin_cmd;
 use faircurve::{CurveBatch, io};
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -189,5 +190,111 @@ fn no_format_is_written_in_small_pieces() {
         let options = io::WriteOptions { format: Some(format), ..Default::default() };
         io::write_to(&mut out, batch, &options).unwrap();
         assert!(out.bytes > 500_000 && out.calls <= 3 + out.bytes / 50_000, "{format}: {} calls", out.calls);
+    }
+}
+
+/// The shape in the header of an NPY file.
+fn shape(folder: &TempDir, name: &str) -> String {
+    let bytes = fs::read(folder.path().join(name)).unwrap();
+    let header = String::from_utf8_lossy(&bytes[..128]).into_owned();
+    header.split_once("'shape': ").unwrap().1.split(", )").next().unwrap().to_string()
+}
+
+/// Curves of four points: a good one, a single point, and one with a blank.
+const FOUR: &str = "curve,x,y\na,0,0\na,1,2\na,3,1\na,4,4\np,5,5\np,5,5\np,5,5\np,5,5\nb,0,0\nb,1,1\nb,,1\nb,2,2\n";
+
+#[test]
+fn a_number_of_points_is_kept_by_curves_that_are_not_fitted() {
+    let folder = folder(&(FOUR.to_string() + "d,0,0\nd,1,0\nd,1,1\nd,0,3\n"));
+    for method in
+        ["natural", "smoothing --smoothing 1", "fair", "scf", "natural --surface sphere", "fair --surface sphere"]
+    {
+        for write in ["", " --carry all --write arclength"] {
+            run(&folder, &format!("fit in.csv -o out.csv --points 6 --force --method {method}{write}")).code(1);
+            let text = read(&folder, "out.csv");
+            let rows = |curve: &str| text.lines().filter(|line| line.starts_with(curve)).collect::<Vec<_>>();
+            assert_eq!(["a,", "b,", "d,"].map(|curve| rows(curve).len()), [6, 6, 6], "{method}: {text}");
+            // All points equal close the curve, which meets its first point again.
+            assert!(
+                rows("p,").len() == 7 && rows("p,").iter().all(|row| row.starts_with("p,5,5,")),
+                "{method}: {text}"
+            );
+            assert!(rows("b,").iter().all(|row| row.starts_with("b,NaN,NaN,")), "{method}: {text}");
+        }
+    }
+}
+
+#[test]
+fn npy_is_written_whatever_curves_are_not_usable() {
+    let folder = folder(FOUR);
+    for (options, wanted) in
+        [("--points 8", "(3, 8, 2"), ("--samples 5", "(3, 16, 2"), ("--samples 5 --drop-unusable", "(2, 16, 2")]
+    {
+        run(&folder, &format!("fit in.csv -o out.npy --force {options}")).code(1);
+        assert_eq!(shape(&folder, "out.npy"), wanted, "{options}");
+        let out = io::read(folder.path().join("out.npy")).unwrap();
+        assert!(out.points(1).iter().all(|x| *x == 5.0) && out.points(0).iter().all(|x| x.is_finite()), "{options}");
+        assert!(out.len() == 2 || out.points(2).iter().all(|x| x.is_nan()), "{options}");
+    }
+}
+
+#[test]
+fn what_a_format_cannot_hold_is_refused_before_the_fit() {
+    let folder = folder("curve,x,y,t\na,0,0,0\na,1,2,1\na,3,1,2\nb,0,0,0\nb,1,1,1\nb,1,3,2\nb,2,2,3\n");
+    fs::write(folder.path().join("terrain.csv"), "0,1,2,3\n1,1,2,4\n0,2,3,3\n0,0,0,2\n").unwrap();
+    let twice = io::read(folder.path().join("in.csv")).unwrap().with_names(vec!["a".into(), "a".into()]).unwrap();
+    io::write(folder.path().join("twice.npz"), &twice).unwrap();
+    for (arguments, sentence) in [
+        ("in.csv -o out.npy --samples 2", "NPY holds curves of one length, and these have 5 to 7 points"),
+        ("in.csv -o out.npy --every 1", "NPY holds curves of one length, and these have 3 to 4 points"),
+        ("in.csv -o out.npy --spacing 0.5", "with --spacing each has its own: give --points N, or write NPZ"),
+        ("twice.npz -o out.csv", "curves 0 and 1 are both called \"a\""),
+        ("in.csv -o out.svg --surface grid:terrain.csv", "SVG holds points of 2 dimensions, but the curves have 3"),
+    ] {
+        // The device is asked for after that, and there is none.
+        cargo_bin_cmd!("faircurve")
+            .current_dir(&folder)
+            .env("VK_DRIVER_FILES", "/none")
+            .args(["fit", "--device", "gpu"])
+            .args(arguments.split_whitespace())
+            .assert()
+            .code(2)
+            .stderr(contains(sentence));
+    }
+}
+
+#[test]
+fn a_curve_that_is_a_point_is_not_divided_to_have_an_area() {
+    let folder = folder("curve,x,y,t\na,1,2,0\na,1,2,6\na,1,2,12\n");
+    for method in ["natural", "smoothing --smoothing 1", "smoothing --tube 1", "fair", "scf"] {
+        for closed in ["auto", "yes", "no"] {
+            run(&folder, &format!("fit in.csv -o out.csv --samples 1 --force --method {method} --closed {closed}"))
+                .code(0);
+            let text = read(&folder, "out.csv");
+            let rows: Vec<&str> = text.lines().skip(1).map(|row| row.trim_end_matches(",1")).collect();
+            assert_eq!(rows, ["a,1,2,0", "a,1,2,6", "a,1,2,12"], "{method}, {closed}");
+        }
+    }
+}
+
+#[test]
+fn samples_over_terrain_have_heights_however_they_are_taken() {
+    let folder = folder("curve,x,y,t\np,5,5,0\np,20,12,5\np,30,30,10\n");
+    let row = |i: usize| (0..6).map(|k| (2 * i + k).to_string()).collect::<Vec<_>>().join(",") + "\n";
+    fs::write(folder.path().join("grid.csv"), (0..6).map(row).collect::<String>()).unwrap();
+    for options in [
+        "--samples 2",
+        "--every 5",
+        "--points 3",
+        "--at in.csv",
+        "--points 3 --write arclength",
+        "--every 5 --write heading",
+    ] {
+        run(&folder, &format!("fit in.csv -o out.csv --force --surface grid:grid.csv,10 {options}")).code(0);
+        let text = read(&folder, "out.csv");
+        assert!(text.starts_with("curve,x,y,z,t"), "{options}: {text}");
+        let last: Vec<f64> =
+            text.lines().last().unwrap().split(',').skip(1).take(3).map(|x| x.parse().unwrap()).collect();
+        assert!((last[2] - (0.1 * last[0] + 0.2 * last[1])).abs() < 1e-9, "{options}: {text}");
     }
 }
