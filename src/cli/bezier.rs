@@ -3,7 +3,9 @@
 
 use clap::Args;
 use faircurve::bezier::MOST_DEGREE;
+use faircurve::curve::sample_bytes;
 use faircurve::io::{self, Format, WriteOptions};
+use faircurve::memory;
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result, Sampling, Work};
 
@@ -70,7 +72,11 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     let fit = completed.into_fit();
     let is_drawn = args.shape == Shape::Bezier && args.curves.format() == Some(Format::Svg);
     let curves = match args.shape {
-        Shape::Polyline => fit.polylines(Sampling::PerSpan(per_span(args.samples)?)),
+        Shape::Polyline => {
+            let (n, pieces) = (per_span(args.samples)?, (0..fit.len()).map(|i| fit.curve(i).spans()).sum::<usize>());
+            memory::check(n as f64 * pieces as f64, sample_bytes(&batch, 0), &format!("{n} samples a piece"), n)?;
+            fit.polylines(Sampling::PerSpan(n))
+        }
         Shape::Bezier if is_drawn => args.cubics(&plan, &controls, &degrees, &fit)?,
         Shape::Bezier => controls,
     };

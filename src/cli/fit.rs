@@ -2,6 +2,7 @@
 
 use clap::Args;
 use faircurve::bezier::LEAST_TOLERANCE;
+use faircurve::ground::check_samples;
 use faircurve::io::{self, Flatness, Format, ReadOptions, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, Error, Result, Work};
@@ -71,6 +72,11 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         ));
     }
     args.curves.check_format(&batch, method.dimension(&batch), args.shape == Shape::Bezier, points_out)?;
+    match &tracks {
+        Some(tracks) => tracks.check(&batch, method.surface())?,
+        None if args.shape == Shape::Polyline => check_samples(sampling, &batch, method.surface(), 0)?,
+        None => {}
+    }
     let tolerances = args.bezier_tolerances(&batch)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
     let topology = args.map.topology(&batch)?;

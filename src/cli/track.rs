@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use faircurve::ground::check_samples;
 use faircurve::io::{self, Carried, Format};
+use faircurve::surface::Surface;
 use faircurve::tracks::{self, At, Quantity};
 use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
 use jiff::{Span, SpanRelativeTo, Unit};
@@ -123,6 +125,15 @@ impl Samples<'_> {
                 let end = t.last()? + batch.closing_span(i).unwrap_or(0.0);
                 tracks::times(batch, i, &at, [t[0], end]).map(|times| times.len())
             }
+        }
+    }
+
+    /// Checks, before the fit, that the samples can be had. Spacings are lengths in the surface.
+    pub fn check(&self, batch: &CurveBatch, surface: Option<&dyn Surface>) -> Result<()> {
+        tracks::check(batch, &self.at(), self.quantities)?;
+        match self.at() {
+            At::Along(sampling) => check_samples(sampling, batch, surface, tracks::columns_out(batch, self.quantities)),
+            _ => Ok(()),
         }
     }
 

@@ -28,6 +28,6 @@ mod sample;
 
 pub use gaps::split;
 pub use quantities::Quantity;
-#[cfg(feature = "cli")]
-pub(crate) use sample::times;
 pub use sample::{At, sample};
+#[cfg(feature = "cli")]
+pub(crate) use sample::{check, columns_out, times};

@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use super::Quantity;
 use crate::batch::{Column, CurveBatch, Values};
-use crate::curve::{Curve, Sampling};
-use crate::error::{Error, Result};
+use crate::curve::{Curve, Sampling, excess, rounded_up, sample_bytes};
+use crate::error::{Error, Result, short};
+use crate::memory::number;
 use crate::parallel;
 use crate::report::Fit;
 
@@ -69,7 +70,7 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
     CurveBatch::from_samples(dimension, points, closing, closed, problems, origin).with_columns(columns)
 }
 
-fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
+pub(crate) fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
     let timed = batch.is_empty() || batch.parameters(0).is_some();
     let untimed = |what: &str| {
         Error::argument(format!("{what} needs times, and the points have none: give them parameters, a column t"))
@@ -78,7 +79,7 @@ fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
         return Err(untimed("the speed"));
     }
     match at {
-        At::Along(sampling) => sampling.check(batch),
+        At::Along(sampling) => sampling.check_with(batch, columns_out(batch, quantities)),
         At::Every(_) | At::Times(_) if !timed => Err(untimed("a sample at a time")),
         At::Every(step) if !(*step > 0.0 && step.is_finite()) => {
             Err(Error::argument(format!("the time between samples is {step}; it must be a positive number")))
@@ -86,12 +87,14 @@ fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
         At::Every(step) => {
             let length = |i: usize| batch.given_knots(i).map_or(0.0, |t| t[t.len() - 1] - t[0]);
             let samples: f64 = (0..batch.len()).map(|i| length(i) / step).sum();
-            if samples <= Sampling::MOST_SAMPLES as f64 {
-                return Ok(());
-            }
-            let most = Sampling::MOST_SAMPLES;
+            let bytes = sample_bytes(batch, columns_out(batch, quantities));
+            let Some((most, limit)) = excess(samples, bytes, Sampling::MOST_SAMPLES) else { return Ok(()) };
+            let unit = if batch.has_dates() { " s" } else { "" };
             Err(Error::argument(format!(
-                "a sample every {step} makes {samples:.1e} of them; {most} are possible: take a longer time"
+                "a sample every {}{unit} makes {} of all curves, which {limit}: give {}{unit} or more",
+                short(*step),
+                number(samples),
+                rounded_up(step * samples / most)
             )))
         }
         At::Times(times) if times.len() != batch.len() => {
@@ -100,6 +103,12 @@ fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
         }
         At::Times(_) => Ok(()),
     }
+}
+
+/// The number of columns of samples.
+pub(crate) fn columns_out(batch: &CurveBatch, quantities: &[Quantity]) -> usize {
+    let own: usize = quantities.iter().map(|quantity| quantity.columns(batch.dimension()).len()).sum();
+    own + batch.columns().len()
 }
 
 /// The samples of a curve.

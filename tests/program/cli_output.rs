@@ -298,3 +298,84 @@ fn samples_over_terrain_have_heights_however_they_are_taken() {
         assert!((last[2] - (0.1 * last[0] + 0.2 * last[1])).abs() < 1e-9, "{options}: {text}");
     }
 }
+
+#[test]
+fn more_than_fits_is_refused_before_the_fit_with_what_would_fit() {
+    let folder = folder("curve,x,y,t\na,0,0,0\na,90,10,1\na,170,-10,1e9\nb,0,5,0\nb,60,9,1\nb,120,0,1e9\n");
+    for (options, sentences) in [
+        ("--spacing 1 --surface wgs84", ["samples of all curves, which take ", "give a spacing of "]),
+        ("--spacing 1e-9", ["of all curves, which take ", " or more"]),
+        ("--spacing 1 --surface sphere --method natural --write speed", ["which take ", "give a spacing of "]),
+        ("--points 100000000000000", [" of all curves, which take 9.2e9 MiB of memory, but ", " or fewer, or give"]),
+        (
+            "--points 100000000000000 --write speed",
+            [" of all curves, which take 1.2e10 MiB of memory, but ", " or fewer, or give"],
+        ),
+        ("--every 1", [" of all curves, which take ", ": give "]),
+        ("--every 1e-9", [" of all curves, which take ", ": give "]),
+    ] {
+        // The device is asked for after that, and there is none.
+        let sentences = contains(sentences[0].trim_start_matches("samples")).and(contains(sentences[1]));
+        cargo_bin_cmd!("faircurve")
+            .current_dir(&folder)
+            .env("VK_DRIVER_FILES", "/none")
+            .args("fit in.csv -o out.csv --device gpu".split_whitespace())
+            .args(options.split_whitespace())
+            .assert()
+            .code(2)
+            .stderr(sentences.and(contains(" MiB ")));
+    }
+}
+
+#[test]
+fn a_blank_cell_is_the_trouble_of_its_grid_alone() {
+    for blank in ["", " ", "NA", "null", "nan"] {
+        let folder = folder(&format!("0,1,2\n1,{blank},3\n2,3,4\n\n0,1,2\n1,1,3\n2,3,4\n"));
+        run(&folder, "grid in.csv -o out.csv --rounds 1")
+            .code(1)
+            .stderr(contains("grid 0: the value in row 1, column 1 (counted from 0) is NaN"));
+        let out = io::grids::read(folder.path().join("out.csv"), None).unwrap();
+        assert!(out.shapes() == [[5, 5], [5, 5]] && out.grid(1).iter().all(|x| x.is_finite()), "{blank}");
+    }
+}
+
+#[test]
+fn a_hole_of_a_terrain_concerns_what_needs_it_alone() {
+    let path =
+        "curve,x,y\nnear,5,5\nnear,20,12\nnear,30,30\nin,40,40\nin,90,90\nin,100,115\nover,80,100\nover,120,100\n";
+    let folder = folder(path);
+    let height = |row: usize, column: usize| (0.4 * row as f64).sin() + (0.3 * column as f64).cos();
+    for (name, hole) in [("clean", "0.5"), ("blank", ""), ("nan", "NaN"), ("inf", "-inf")] {
+        let cell = |row: usize, column: usize| match (row, column) {
+            (9..=11, 10) if name != "clean" => hole.to_string(),
+            _ => height(row, column).to_string(),
+        };
+        let row = |row: usize| (0..16).map(|column| cell(row, column)).collect::<Vec<_>>().join(",") + "\n";
+        fs::write(folder.path().join(format!("{name}.csv")), (0..16).map(row).collect::<String>()).unwrap();
+    }
+    let z = |name: &str| {
+        let text = read(&folder, name);
+        let rows = text.lines().filter(|row| row.starts_with("near,"));
+        rows.map(|row| row.split(',').nth(3).unwrap().parse::<f64>().unwrap()).collect::<Vec<_>>()
+    };
+    for method in ["fair", "natural", "geodesic"] {
+        run(
+            &folder,
+            &format!("fit in.csv -o out.csv --force --surface grid:clean.csv,10 --samples 2 --method {method}"),
+        )
+        .code(0);
+        let clean = z("out.csv");
+        for name in ["blank", "nan", "inf"] {
+            run(
+                &folder,
+                &format!("fit in.csv -o out.csv --force --surface grid:{name}.csv,10 --samples 2 --method {method}"),
+            )
+            .code(1)
+            .stderr(contains("curve in, point 2: it lies in a hole of the grid: row 11 and column 10"))
+            .stderr(contains(
+                "curve over, point 0: the curve after it lies in a hole of the grid: row 9 and column 10",
+            ));
+            assert!(clean.iter().zip(z("out.csv")).all(|(a, b)| (a - b).abs() < 1e-3), "{method} {name}");
+        }
+    }
+}
