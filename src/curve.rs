@@ -11,7 +11,7 @@ use crate::surface::Globe;
 use glam::DVec3;
 use measure::AnyCurve;
 pub use sampling::Sampling;
-pub(crate) use sampling::{check_spacing, spans};
+pub(crate) use sampling::{check_spacing, excess, rounded_up, sample_bytes, spans};
 pub(crate) use unfitted::{Input, Polygon};
 
 /// A point of a curve with its derivatives with respect to the curve's own parameter.
@@ -195,7 +195,7 @@ pub trait Curve: Sync {
 
     /// Spans and fractions of the samples, in order along the curve.
     ///
-    /// A curve that was not fitted gives its data points, whatever `sampling` asks.
+    /// A curve that was not fitted gives its data points: see [`Sampling`].
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
         sampling::sites(&self, sampling)
     }

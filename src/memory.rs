@@ -1,33 +1,53 @@
 //! How much memory is free, and whether a request fits into it.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, thousands};
 
 pub(crate) use system::free_bytes;
 
 /// A request of less than this is granted without a look at the free memory.
-const SMALL_BYTES: f64 = (64 << 20) as f64;
+pub(crate) const SMALL_BYTES: f64 = (64 << 20) as f64;
 
 /// More than any process can get, for systems whose free memory is not known: the address space of
 /// today's processors.
 const MOST_BYTES: u64 = 1 << 47;
 
+/// The most items of so many bytes each that fit into the free memory.
+pub(crate) fn most(bytes: usize) -> f64 {
+    free_bytes().unwrap_or(MOST_BYTES) as f64 / bytes as f64
+}
+
 /// Refuses a request of `count` items of `bytes` bytes each if it takes more than the free memory.
-pub(crate) fn check(count: f64, bytes: usize, what: &str, remedy: &str) -> Result<()> {
-    let wanted = count * bytes as f64;
-    if wanted <= SMALL_BYTES {
+///
+/// `n` is what was asked for, in proportion to the count; fewer are the remedy.
+pub(crate) fn check(count: f64, bytes: usize, what: &str, n: usize) -> Result<()> {
+    if count * bytes as f64 <= SMALL_BYTES {
         return Ok(());
     }
-    let free = free_bytes().unwrap_or(MOST_BYTES) as f64;
-    if wanted <= free {
+    let most = most(bytes);
+    if count <= most {
         return Ok(());
     }
-    let mib = |bytes: f64| bytes / f64::from(1 << 20);
+    // Less than is free now, since other programs take some of it meanwhile.
+    let remedy = match (0.9 * n as f64 * most / count) as usize {
+        0 => "ask for fewer".to_string(),
+        fewer => format!("ask for {} or fewer", thousands(fewer)),
+    };
     Err(Error::argument(format!(
-        "{what} make {count:.1e} of all curves, which take {:.1e} MiB of memory, but {:.0} MiB are free: {remedy}, or give the curves in smaller \
-         batches",
-        mib(wanted),
-        mib(free)
+        "{what} make {} of all curves, which take {} of memory, but {} are free: {remedy}, or give the curves in smaller batches",
+        number(count),
+        mib(count * bytes as f64),
+        mib(most * bytes as f64)
     )))
+}
+
+/// A number of bytes for a sentence.
+pub(crate) fn mib(bytes: f64) -> String {
+    format!("{} MiB", number((bytes / f64::from(1 << 20)).ceil()))
+}
+
+/// A count for a sentence, with an exponent where it would be long.
+pub(crate) fn number(count: f64) -> String {
+    if count < 1e9 { thousands(count as usize) } else { format!("{count:.1e}") }
 }
 
 #[cfg(target_os = "linux")]
@@ -79,14 +99,17 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused_with_both_sizes() {
-        assert!(check(1e6, 64, "samples", "ask for fewer").is_ok());
-        let error = check(1e18, 24, "1000000 samples a span", "ask for fewer").unwrap_err().to_string();
+        assert!(check(1e6, 64, "samples", 1).is_ok());
+        let error = check(1e18, 24, "1000000 samples a span", 1_000_000).unwrap_err().to_string();
         assert!(
             error
                 .starts_with("1000000 samples a span make 1.0e18 of all curves, which take 2.3e13 MiB of memory, but "),
             "{error}"
         );
         assert!(error.ends_with(" MiB are free: ask for fewer, or give the curves in smaller batches"), "{error}");
+        let error = check(1e18, 24, "10¹⁸ samples a span", 1_000_000_000_000_000_000).unwrap_err().to_string();
+        let fewer = error.split("ask for ").nth(1).unwrap().split(' ').next().unwrap().replace(',', "");
+        assert!(check(fewer.parse().unwrap(), 24, "samples", 1).is_ok(), "{error}");
     }
 
     #[cfg(target_os = "linux")]

@@ -56,7 +56,8 @@ class HeightField(_OfArrays):
     Parameters
     ----------
     heights : (rows, columns) array
-        Two of each or more, all finite. The masked values of a masked array are gaps, which are refused.
+        Two of each or more. Values that are not finite, and the masked values of a masked array, are gaps: cells that touch one
+        are holes, in which ``height`` is NaN and curves are ``infeasible``.
     spacing : float or (dx, dy)
         Distances of columns and of rows, in the unit of the heights. dy is below 0 where rows go from north to south.
     origin : (x0, y0)
@@ -71,7 +72,7 @@ class HeightField(_OfArrays):
     Raises
     ------
     ValueError
-        Arrays of other shapes, gaps, a spacing of 0.
+        Arrays of other shapes or without any height, a spacing of 0.
 
     Notes
     -----

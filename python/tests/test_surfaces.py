@@ -169,11 +169,16 @@ BAND = np.stack([np.array([np.cos(s) * (1 + w * np.cos(s / 2)), np.sin(s) * (1 +
 TWISTED = [t for k in range(12) for a, b, c, d in [(2 * k, 2 * k + 1, *((1, 0) if k == 11 else (2 * k + 2, 2 * k + 3)))] for t in ((a, b, d), (a, d, c))]
 
 
+def test_gaps_are_holes():
+    heights = fc.HeightField(GAP).height([5, 8], [2, 2])
+    assert np.isnan(heights[0]) and abs(heights[1] - fc.HeightField(HEIGHTS).height(8, 2)) < 0.05 * np.ptp(HEIGHTS)
+
+
 @pytest.mark.parametrize(
     ("act", "error", "sentence"),
     [
-        (lambda: fc.HeightField(GAP), ValueError, "the height in row 2 and column 5, counted from 0, is NaN: fill gaps"),
-        (lambda: fc.HeightField(np.ma.masked_less(HEIGHTS.astype(int), 3)), ValueError, "is NaN: fill gaps"),
+        (lambda: fc.HeightField(GAP * np.nan), ValueError, "heights of a height field is a finite number: give some"),
+        (lambda: fc.HeightField(np.ma.masked_all((3, 4))), ValueError, "none of the 3 × 4 heights"),
         (lambda: fc.HeightField(HEIGHTS[0]), ValueError, r"heights have the shape \(24,\); rows of columns are needed"),
         (lambda: fc.HeightField(HEIGHTS[:1]), ValueError, "1 × 24 heights is no surface"),
         (lambda: fc.HeightField([["high", "low"]] * 2), TypeError, "heights must be numbers"),

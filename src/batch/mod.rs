@@ -7,6 +7,8 @@ mod clock;
 mod closed;
 mod columns;
 mod cut;
+#[cfg(feature = "formats")]
+mod left_out;
 mod origin;
 mod point;
 mod sampled;

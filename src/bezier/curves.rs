@@ -65,9 +65,6 @@ impl Chains {
             false => span as f64,
         };
         let sites = curve.sites(sampling);
-        if !curve.is_fitted() {
-            return (self.control.points(i).to_vec(), sites.iter().map(at).collect());
-        }
         for &(span, u) in &sites {
             coords.extend_from_slice(&curve.jet(span, u).point.to_array()[..self.control.dimension()]);
         }

@@ -3,7 +3,9 @@
 
 use clap::Args;
 use faircurve::bezier::MOST_DEGREE;
+use faircurve::curve::sample_bytes;
 use faircurve::io::{self, Flatness, Format, WriteOptions};
+use faircurve::memory;
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result, Sampling, Work};
 
@@ -57,7 +59,7 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     let mut run = Run::start(&args.run, "curve", ["completing", "completed"]);
     let arcs = args.arcs().map_or(Flatness::OfSize(BEZIER_TOLERANCE), Flatness::Within);
     let batch = plan.read(&args.curves.input, arcs)?;
-    args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
+    args.curves.check_format(&batch, batch.dimension(), args.shape == Shape::Bezier, |_| None)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "control point"));
     // Completing a control point takes the CPU about as long as a point of a natural spline.
     let device = run.device(&Work::splines(points(&batch, Sampling::PerSpan(1))), volume, Some(batch.len()))?;
@@ -73,7 +75,11 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     let fit = completed.into_fit();
     let is_drawn = args.shape == Shape::Bezier && args.curves.format() == Some(Format::Svg);
     let curves = match args.shape {
-        Shape::Polyline => fit.polylines(Sampling::PerSpan(per_span(args.samples)?)),
+        Shape::Polyline => {
+            let (n, pieces) = (per_span(args.samples)?, (0..fit.len()).map(|i| fit.curve(i).spans()).sum::<usize>());
+            memory::check(n as f64 * pieces as f64, sample_bytes(&batch, 0), &format!("{n} samples a piece"), n)?;
+            fit.polylines(Sampling::PerSpan(n))
+        }
         Shape::Bezier if is_drawn => args.cubics(&plan, &controls, &degrees, &fit)?,
         Shape::Bezier => controls,
     };
@@ -135,6 +141,7 @@ impl BezierArgs {
             rounding: self.rounding(beziers),
             decimals: self.curves.digits,
             antimeridian: self.curves.antimeridian,
+            ..WriteOptions::default()
         }
     }
 

@@ -61,6 +61,12 @@ pub struct CurveArgs {
     /// They stay as they are, and are not counted otherwise.
     #[arg(long, help_heading = "Run")]
     pub strict: bool,
+    /// Leaves curves out of the output that are not usable
+    ///
+    /// By default they are written, with the status of every curve: a column of CSV, an array of NPZ, a property of GeoJSON
+    /// and TopoJSON.
+    #[arg(long, help_heading = "Output")]
+    pub drop_unusable: bool,
 }
 
 impl CurveArgs {
@@ -69,9 +75,17 @@ impl CurveArgs {
         self.to.or_else(|| Format::of_extension(&self.output))
     }
 
-    /// Refuses curves that the format, as far as it is known, cannot hold.
-    pub fn check_format(&self, batch: &CurveBatch, beziers: bool) -> Result<()> {
-        self.format().map_or(Ok(()), |format| format.check(batch.dimension(), beziers))
+    /// Refuses curves that the format, as far as it is known, cannot hold: those of a batch, of this dimension, with so many
+    /// points where that is known.
+    pub fn check_format(
+        &self,
+        batch: &CurveBatch,
+        dimension: usize,
+        beziers: bool,
+        points: impl Fn(usize) -> Option<usize>,
+    ) -> Result<()> {
+        let Some(format) = self.format() else { return Ok(()) };
+        io::check_before(batch, format, dimension, beziers, points)
     }
 }
 
@@ -101,8 +115,23 @@ impl Made<'_> {
         if args.to.or_else(|| Format::to_write(&args.output, batch)) == Some(Format::GeoJson) {
             options.decimals = options.decimals.or_else(|| io::decimals_of(batch));
         }
+        let (points, unusable) = unusable(args.strict, batch, fit);
+        let mut notes = self.notes;
+        if args.drop_unusable {
+            notes.extend((!unusable.is_empty()).then(|| format!("{} left out", count(unusable.len(), "curve"))));
+            options.left_out = unusable.clone();
+        } else if let (false, Some(format)) = (unusable.is_empty(), args.format()) {
+            options.statuses = fit.reports().iter().map(|report| report.status).collect();
+            notes.extend((!format.has_statuses()).then(|| {
+                format!(
+                    "{} has no place for a status: curves that are not usable are among the others; --drop-unusable leaves them out",
+                    format.title()
+                )
+            }));
+        }
         run.write(&args.output, || io::write_with(&args.output, &curves, &options))?;
-        let points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
+        let mut points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
+        options.left_out.iter().for_each(|&i| points_out[i] = 0);
         drop(curves);
         run.draw(args.picture.as_deref(), |path| {
             output::write(path, options.overwrite, |out| self.picture.write(batch, fit, out))
@@ -114,8 +143,15 @@ impl Made<'_> {
             |i| Some(small_picture(batch, fit, i)),
         )?;
         run.tell("", fit.device());
-        batch.notes().iter().chain(&self.notes).for_each(|note| run.say(note));
-        Ok(judge(&run, args.strict, batch, fit))
+        batch.notes().iter().chain(&notes).for_each(|note| run.say(note));
+        match points.len() {
+            0 => {}
+            1 => run.say("1 curve is a single point and stays as it is"),
+            n => run.say(format_args!("{} are single points and stay as they are", count(n, "curve"))),
+        }
+        let reports = fit.reports();
+        let of = |i: usize| (reports[i].status, reports[i].message.as_deref(), batch.label(i).to_string());
+        Ok(run.judge(fit.len(), &unusable, of))
     }
 }
 
@@ -125,19 +161,11 @@ fn small_picture(batch: &CurveBatch, fit: &Fit, i: usize) -> String {
     picture.draw(&batch.select(&[i]), &fit.select(&[i]))
 }
 
-/// Lists the curves that are not usable, and why; whether there is none. Single points count only
-/// where `strict`.
-fn judge(run: &Run, strict: bool, batch: &CurveBatch, fit: &Fit) -> bool {
+/// The curves that are single points, and those that are not usable: single points too where `strict`.
+fn unusable(strict: bool, batch: &CurveBatch, fit: &Fit) -> (Vec<usize>, Vec<usize>) {
     let reports = fit.reports();
     let is_point = |&i: &usize| !strict && reports[i].status == CurveStatus::Degenerate && is_single_point(batch, i);
-    let unusable = (0..fit.len()).filter(|&i| !reports[i].status.is_usable());
-    let (points, unusable): (Vec<usize>, Vec<usize>) = unusable.partition(is_point);
-    match points.len() {
-        0 => {}
-        1 => run.say("1 curve is a single point and stays as it is"),
-        n => run.say(format_args!("{} are single points and stay as they are", count(n, "curve"))),
-    }
-    run.judge(fit.len(), &unusable, |i| (reports[i].status, reports[i].message.as_deref(), batch.label(i).to_string()))
+    (0..fit.len()).filter(|&i| !reports[i].status.is_usable()).partition(is_point)
 }
 
 /// Whether a curve is one point, once or repeated, and has nothing to fit.

@@ -2,7 +2,8 @@
 
 use clap::Args;
 use faircurve::bezier::LEAST_TOLERANCE;
-use faircurve::io::{self, Flatness, ReadOptions, WriteOptions};
+use faircurve::ground::check_samples;
+use faircurve::io::{self, Flatness, Format, ReadOptions, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, Error, Result, Work};
 
@@ -12,7 +13,7 @@ use super::map::{self, MapArgs};
 use super::method::{Method, MethodArgs};
 use super::output::title;
 use super::run::{Run, RunArgs};
-use super::sampling::{points, sampling};
+use super::sampling::{count_of, points, sampling};
 use super::track::TrackArgs;
 
 #[derive(Args, Debug)]
@@ -61,7 +62,22 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let mut units = args.method.distances(&batch, args.spacing)?;
     let (method, of_lambda) = method.for_times_of(&batch);
     units.extend(of_lambda.into_iter().chain(tracks.as_ref().and_then(|tracks| tracks.note(&batch))));
-    args.curves.check_format(&batch, args.shape == Shape::Bezier)?;
+    let points_out = |i: usize| match &tracks {
+        _ if args.shape == Shape::Bezier => None,
+        Some(tracks) => tracks.count(&batch, i),
+        None => count_of(&batch, i, sampling),
+    };
+    if args.curves.format() == Some(Format::Npy) && args.spacing.is_some() && batch.len() > 1 {
+        return Err(Error::argument(
+            "NPY holds curves of one length, and with --spacing each has its own: give --points N, or write NPZ",
+        ));
+    }
+    args.curves.check_format(&batch, method.dimension(&batch), args.shape == Shape::Bezier, points_out)?;
+    match &tracks {
+        Some(tracks) => tracks.check(&batch, method.surface())?,
+        None if args.shape == Shape::Polyline => check_samples(sampling, &batch, method.surface(), 0)?,
+        None => {}
+    }
     let tolerances = args.bezier_tolerances(&batch)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
     let topology = args.map.topology(&batch, args.tracks.given())?;
@@ -154,6 +170,7 @@ impl FitArgs {
             decimals: self.curves.digits,
             antimeridian: self.curves.antimeridian,
             rounding: self.asked_tolerance().map(|tolerance| ROUNDING * tolerance),
+            ..WriteOptions::default()
         }
     }
 

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use faircurve::io::grids::{self, GridFormat, GridWrite};
 use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
+use faircurve::memory;
 use faircurve::{DeviceReport, Error, Result, Work};
 
 use super::output::title;
@@ -161,8 +162,9 @@ impl GridArgs {
     /// # Errors
     /// More values than there may be, with the number of rounds that is possible.
     fn points_out(&self, grids: &Grids) -> Result<usize> {
-        let fits =
-            |rounds: u32| points_after(grids, rounds).filter(|points| *points <= MOST_VALUES / grids.dimension());
+        // A value takes its memory twice while grids are made.
+        let most = MOST_VALUES.min(memory::most(2 * size_of::<f64>()) as usize);
+        let fits = |rounds: u32| points_after(grids, rounds).filter(|points| *points <= most / grids.dimension());
         let rounds = self.rounds as u32;
         if let Some(points) = fits(rounds) {
             return Ok(points);
@@ -175,10 +177,12 @@ impl GridArgs {
             Some(rounds) => format!("give --rounds {rounds} or fewer, or divide the file"),
             None => "divide the file".into(),
         };
-        let (from, most) = (count(grids.total_points(), "point"), thousands(MOST_VALUES));
+        let from = count(grids.total_points(), "point");
+        let limit = if most < MOST_VALUES { "fit into the free memory" } else { "are possible" };
         Err(Error::argument(format!(
-            "--rounds {rounds} makes {number} of the {from} in {}, and {most} are possible: {remedy}",
-            self.input.display()
+            "--rounds {rounds} makes {number} of the {from} in {}, and {} {limit}: {remedy}",
+            self.input.display(),
+            thousands(most)
         )))
     }
 

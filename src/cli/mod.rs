@@ -14,6 +14,7 @@ mod exponent;
 mod fit;
 mod grid;
 mod html;
+mod interrupt;
 mod map;
 mod method;
 mod output;
@@ -168,6 +169,7 @@ fn show(line: impl std::fmt::Display) -> Result<()> {
 /// Runs the program with these arguments, its name first; its exit status. A `true` from a
 /// subcommand means that everything was as it should be.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    interrupt::remove_half_written();
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {

@@ -49,3 +49,12 @@ pub fn points(batch: &CurveBatch, sampling: Sampling) -> usize {
     let spans: usize = (0..batch.len()).map(|i| batch.spans(i)).sum();
     batch.total_points().saturating_add(spans.saturating_mul(per_span))
 }
+
+/// The number of samples of curve `i`, where it is known before the fit.
+pub fn count_of(batch: &CurveBatch, i: usize, sampling: Sampling) -> Option<usize> {
+    match sampling {
+        Sampling::PerSpan(n) => Some(batch.spans(i).saturating_mul(n) + usize::from(!batch.is_closed(i))),
+        Sampling::Count(n) | Sampling::Points(n) => Some(n),
+        _ => None,
+    }
+}

@@ -3,11 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use faircurve::ground::check_samples;
 use faircurve::io::{self, Carried, Format};
+use faircurve::surface::Surface;
 use faircurve::tracks::{self, At, Quantity};
 use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
 use jiff::{Span, SpanRelativeTo, Unit};
 
+use super::sampling::count_of;
 use super::words::one_of;
 
 #[derive(Args, Debug)]
@@ -131,14 +134,38 @@ impl Samples<'_> {
         Some(format!("{curves} several places at one time, of which a sample at that time has one: {place}"))
     }
 
+    /// The number of samples of curve `i`, where it is known before the fit.
+    pub fn count(&self, batch: &CurveBatch, i: usize) -> Option<usize> {
+        match self.at() {
+            At::Along(sampling) => count_of(batch, i, sampling),
+            at => {
+                let t = batch.parameters(i)?;
+                let end = t.last()? + batch.closing_span(i).unwrap_or(0.0);
+                tracks::times(batch, i, &at, [t[0], end]).map(|times| times.len())
+            }
+        }
+    }
+
+    /// Checks, before the fit, that the samples can be had. Spacings are lengths in the surface.
+    pub fn check(&self, batch: &CurveBatch, surface: Option<&dyn Surface>) -> Result<()> {
+        tracks::check(batch, &self.at(), self.quantities)?;
+        match self.at() {
+            At::Along(sampling) => check_samples(sampling, batch, surface, tracks::columns_out(batch, self.quantities)),
+            _ => Ok(()),
+        }
+    }
+
     /// The samples of a fit.
     pub fn of(&self, batch: &CurveBatch, fit: &Fit) -> Result<CurveBatch> {
-        let at = match &self.places {
+        tracks::sample(batch, fit, &self.at(), self.quantities)
+    }
+
+    fn at(&self) -> At<'_> {
+        match &self.places {
             Places::Along(sampling) => At::Along(*sampling),
             Places::Every(step) => At::Every(*step),
             Places::Times(times) => At::Times(times),
-        };
-        tracks::sample(batch, fit, &at, self.quantities)
+        }
     }
 }
 

@@ -3,14 +3,17 @@
 use super::even;
 use super::measure::AnyCurve;
 use crate::batch::CurveBatch;
-use crate::error::{Error, Result};
-use crate::memory;
+use crate::error::{Error, Result, short};
+use crate::memory::{self, number};
 
 /// Where a curve is sampled.
 ///
 /// A closed curve has at least three samples, whatever is asked, so that they have an area. If no
 /// more than two of its spans lie between different points, it has enough samples that three of
-/// them differ. Such spans may go there and back.
+/// them differ. Such spans may go there and back. A curve that is a point has no area.
+///
+/// A curve that was not fitted has its data points, whatever is asked, but for a number of [`Points`](Self::Points): then a
+/// single point is repeated, and a polyline with coordinates that are not finite has NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Sampling {
@@ -50,14 +53,25 @@ impl Sampling {
     ///   [`MOST_SAMPLES`](Self::MOST_SAMPLES) spacings.
     /// - Samples that take more than the free memory, as far as the system tells it.
     pub fn check(self, batch: &CurveBatch) -> Result<()> {
-        let (samples, what) = match self {
-            Sampling::Spacing(spacing) => return check_spacing(batch, spacing, "samples", Self::MOST_SAMPLES),
-            Sampling::PerSpan(n) => (n as f64 * spans(batch), format!("{n} samples a span")),
-            Sampling::Count(n) | Sampling::Points(n) => (n as f64 * batch.len() as f64, format!("{n} samples a curve")),
-        };
-        // Coordinates and a parameter.
-        memory::check(samples, 8 * (batch.dimension() + 1), &what, "ask for fewer")
+        self.check_with(batch, 0)
     }
+
+    /// [`check`](Self::check) of samples with so many columns.
+    pub(crate) fn check_with(self, batch: &CurveBatch, columns: usize) -> Result<()> {
+        let bytes = sample_bytes(batch, columns);
+        match self {
+            Sampling::Spacing(spacing) => check_spacing(batch, spacing, "samples", Self::MOST_SAMPLES, bytes),
+            Sampling::PerSpan(n) => memory::check(n as f64 * spans(batch), bytes, &format!("{n} samples a span"), n),
+            Sampling::Count(n) | Sampling::Points(n) => {
+                memory::check(n as f64 * batch.len() as f64, bytes, &format!("{n} samples a curve"), n)
+            }
+        }
+    }
+}
+
+/// The memory for a sample with so many columns: coordinates, a parameter and the columns, twice while they are put together.
+pub(crate) fn sample_bytes(batch: &CurveBatch, columns: usize) -> usize {
+    2 * 8 * (batch.dimension() + 1 + columns)
 }
 
 /// Number of spans of all curves that may be fitted.
@@ -65,10 +79,10 @@ pub(crate) fn spans(batch: &CurveBatch) -> f64 {
     (0..batch.len()).filter(|&i| batch.problem(i).is_none()).map(|i| batch.spans(i) as f64).sum()
 }
 
-/// Refuses a spacing that makes more of something than there may be.
+/// Refuses a spacing that makes more of something than there may be, or than fit into memory, with so many bytes each.
 ///
 /// Curves are at least as long as the chords between their points.
-pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: usize) -> Result<()> {
+pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: usize, bytes: usize) -> Result<()> {
     if !(spacing > 0.0 && spacing.is_finite()) {
         return Err(Error::argument(format!(
             "the spacing is {spacing}; it must be a positive length in units of the input, such as 0.5"
@@ -78,19 +92,41 @@ pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: 
     let lengths: Vec<f64> = (0..batch.len()).map(chords).collect();
     // The sum of the quotients, since the sum of the lengths may overflow.
     let count: f64 = lengths.iter().map(|length| length / spacing).sum();
-    if count <= most as f64 {
-        return Ok(());
-    }
+    let Some((most, limit)) = excess(count, bytes, most) else { return Ok(()) };
     let longest = (0..lengths.len()).max_by(|&i, &j| lengths[i].total_cmp(&lengths[j])).unwrap_or(0);
-    let (length, name) = (lengths[longest], batch.name(longest));
-    let own = length / spacing;
-    let least = lengths.iter().map(|length| length / most as f64).sum::<f64>();
+    let (length, name) = (lengths[longest], batch.label(longest));
+    let least = lengths.iter().map(|length| length / most).sum::<f64>();
     Err(Error::argument(format!(
-        "a spacing of {spacing:e} makes {own:.1e} {what} of curve {name}, whose points are {length:.4e} apart one after the other, and \
-         {count:.1e} of all curves; {most:.0e} of all are possible: give a spacing of {least:.1e} or more",
-        most = most as f64,
-        least = 1.05 * least
+        "a spacing of {} makes {} {what} of curve {name}, whose points are {length:.4e} apart one after the other, and \
+         {} of all curves, which {limit}: give a spacing of {} or more",
+        short(spacing),
+        number(length / spacing),
+        number(count),
+        rounded_up(least)
     )))
+}
+
+/// If so many items are more than there may be, or than fit into memory with so many bytes each: how many are possible, and what
+/// is said of them.
+pub(crate) fn excess(count: f64, bytes: usize, most: usize) -> Option<(f64, String)> {
+    let (most, bytes) = (most as f64, bytes as f64);
+    let fit = if count * bytes > memory::SMALL_BYTES { memory::most(bytes as usize) } else { f64::INFINITY };
+    if count <= fit.min(most) {
+        return None;
+    }
+    let limit = match fit < most {
+        true => format!("{} are free", memory::mib(fit * bytes)),
+        false => format!("{} of all are possible", number(most)),
+    };
+    // Less than is free now, since other programs take some of it meanwhile.
+    Some((most.min(0.9 * fit), format!("take {} of memory, and {limit}", memory::mib(count * bytes))))
+}
+
+/// A number of two digits that is larger by a tenth at most, for a sentence.
+pub(crate) fn rounded_up(x: f64) -> String {
+    let unit = 10f64.powi(x.log10().floor() as i32 - 1);
+    let digits = (x / unit).ceil();
+    format!("{digits}e{}", x.log10().floor() as i32 - 1).parse::<f64>().map_or_else(|_| short(x), short)
 }
 
 /// See [`Curve::least`](super::Curve::least).
@@ -101,9 +137,14 @@ pub(super) fn least(curve: &dyn AnyCurve, sampling: Sampling) -> usize {
     }
     let ends_differ = |span: &usize| curve.jet(*span, 0.0).point != curve.jet(*span, 1.0).point;
     let long = (0..curve.spans()).filter(ends_differ).take(4).count();
-    let all: usize = if (1..3).contains(&long) { 4 } else { 3 };
+    let all: usize = match long {
+        // Points have no area, whatever their number.
+        0 => return 0,
+        1 | 2 => 4,
+        _ => 3,
+    };
     match sampling {
-        Sampling::PerSpan(_) => all.div_ceil(long.max(1)),
+        Sampling::PerSpan(_) => all.div_ceil(long),
         // Spans between equal points may have parameters of their own. Then the middles of the
         // other spans are needed.
         Sampling::Count(_) if all > 3 => 2 * curve.spans(),
@@ -115,7 +156,6 @@ pub(super) fn least(curve: &dyn AnyCurve, sampling: Sampling) -> usize {
 pub(super) fn sites(curve: &dyn AnyCurve, sampling: Sampling) -> Vec<(usize, f64)> {
     let spans = curve.spans();
     let end = (!curve.is_closed() && spans > 0).then(|| (spans - 1, 1.0));
-    let sampling = if curve.is_fitted() { sampling } else { Sampling::PerSpan(1) };
     match sampling {
         Sampling::PerSpan(n) => {
             let n = n.max(curve.least(sampling));

@@ -54,7 +54,8 @@ impl Curve for Polygon<'_> {
     fn jet(&self, span: usize, u: f64) -> Jet {
         // The last vertex is a site, from which no span leads on.
         if span + 1 >= self.knots.len() {
-            return Jet { point: self.vertex(span), ..Jet::default() };
+            let point = if u.is_nan() { DVec3::NAN } else { self.vertex(span) };
+            return Jet { point, ..Jet::default() };
         }
         let (a, b) = (self.vertex(span), self.vertex(span + 1));
         // An end is returned as it is, even if the other end is no number.
@@ -88,8 +89,15 @@ impl Curve for Polygon<'_> {
     }
 
     /// The vertices, also of a single point, which has no span.
-    fn sites(&self, _: Sampling) -> Vec<(usize, f64)> {
-        (0..self.coords.len() / self.dimension).map(|k| (k, 0.0)).collect()
+    ///
+    /// A number of points at equal lengths is kept: a single point is repeated, and a polyline without a length that is finite
+    /// has NaN.
+    fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
+        match sampling {
+            Sampling::Points(n) if self.length().is_finite() && !self.coords.is_empty() => super::even::sites(&self, n),
+            Sampling::Points(n) => vec![(0, f64::NAN); n],
+            _ => (0..self.coords.len() / self.dimension).map(|k| (k, 0.0)).collect(),
+        }
     }
 }
 
@@ -115,6 +123,30 @@ impl Input {
         };
         let closing = if batch.is_closed(i) { closing } else { f64::NAN };
         Input { coords: batch.points(i).to_vec(), t, closing }
+    }
+
+    /// Coordinates and parameters of samples: the input, unless a number of points at equal lengths is asked for.
+    pub fn sample(&self, dimension: usize, closed: bool, sampling: Sampling) -> (Vec<f64>, Vec<f64>) {
+        if !matches!(sampling, Sampling::Points(_)) {
+            return (self.coords.clone(), self.t.clone());
+        }
+        let polygon = self.polygon(dimension, closed);
+        let sites = polygon.sites(sampling);
+        let point = |&(span, u): &(usize, f64)| polygon.jet(span, u).point.to_array().into_iter().take(dimension);
+        let t = |&(span, u): &(usize, f64)| match (polygon.knots.get(span), polygon.knots.get(span + 1)) {
+            (Some(from), Some(to)) if u != 0.0 => from + u * (to - from),
+            (Some(from), _) => *from,
+            _ => f64::NAN,
+        };
+        (sites.iter().flat_map(point).collect(), sites.iter().map(t).collect())
+    }
+
+    /// The parameter length from the last sample, at this parameter, to the first of a closed curve.
+    pub fn closing_after(&self, last: f64) -> f64 {
+        match self.t.last() {
+            Some(&end) if end != last => end + self.closing - last,
+            _ => self.closing,
+        }
     }
 
     pub fn polygon(&self, dimension: usize, closed: bool) -> Polygon<'_> {

@@ -436,7 +436,7 @@ impl FairCurves {
             return self.curves[i]
                 .as_ref()
                 .err()
-                .map(|input| (input.coords.clone(), input.t.clone()))
+                .map(|input| input.sample(self.dimension, self.closed[i], sampling))
                 .unwrap_or_default();
         };
         let sites = curve.sites(sampling);
@@ -464,7 +464,7 @@ impl CurveSet for FairCurves {
         let samples: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.curves.len(), 16, |i| self.sample(i, sampling));
         let closing = |i: usize, last: f64| match &self.curves[i] {
             Ok(_) => self.knots[i][self.knots[i].len() - 1] - last,
-            Err(input) => input.closing,
+            Err(input) => input.closing_after(last),
         };
         let (closed, problems) = (self.closed.clone(), self.problems.clone());
         CurveBatch::from_samples(self.dimension, samples, closing, closed, problems, self.origin.clone())

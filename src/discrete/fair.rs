@@ -14,7 +14,7 @@ use crate::curve::Sampling;
 use crate::deviation::Deviation;
 use crate::device::Device;
 use crate::error::Result;
-use crate::ground::{Moved, judge_known, lifted};
+use crate::ground::{Moved, check_samples, judge_known, lifted};
 use crate::report::Fit;
 use crate::surface::Surface;
 use crate::words::words;
@@ -356,7 +356,7 @@ impl Fair {
     /// # Errors
     /// Those of [`fit`](Self::fit) and of [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
-        sampling.check(batch)?;
+        check_samples(sampling, batch, self.surface.as_deref(), 0)?;
         let fit = self.fit(batch, device)?;
         let polylines = fit.polylines(sampling);
         Ok((fit, polylines))

@@ -98,7 +98,7 @@ impl CurveSet for GlobeCurves {
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
         let sample = |i: usize| {
             if let Some(input) = self.unfitted.get(&i) {
-                return (input.coords.clone(), input.t.clone());
+                return input.sample(self.heights.dimension(), self.closed[i], sampling);
             }
             let curve = self.fitted(i);
             let sites = curve.sites(sampling);
@@ -115,7 +115,7 @@ impl CurveSet for GlobeCurves {
         let dimension = self.heights.dimension();
         let origin = self.origin(dimension, &samples);
         let closing = |i: usize, last: f64| match self.unfitted.get(&i) {
-            Some(input) => input.closing,
+            Some(input) => input.closing_after(last),
             None => self.curves.curve(i).knots().last().map_or(0.0, |end| end - last),
         };
         let (closed, problems) = (self.closed.clone(), self.problems.clone());

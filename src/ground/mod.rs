@@ -7,5 +7,5 @@ mod wide;
 
 pub(crate) use globe::{GlobeCurves, in_space};
 pub(crate) use heights::Heights;
-pub(crate) use onto::{Moved, check, jet_onto, judge_known, lifted, lost};
+pub(crate) use onto::{Moved, check, check_samples, jet_onto, judge_known, lifted, lost};
 pub(crate) use wide::{Halved, between};

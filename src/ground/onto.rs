@@ -2,10 +2,11 @@
 
 use glam::{DMat3, DVec3};
 
+use super::in_space;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::bounds::Bounds;
 use crate::constraint::Constraints;
-use crate::curve::{Jet, vector};
+use crate::curve::{Jet, Sampling, vector};
 use crate::error::{Error, Result};
 use crate::parallel;
 use crate::report::CurveReport;
@@ -59,6 +60,22 @@ pub(crate) fn check(batch: &CurveBatch, surface: &dyn Surface, off: Option<f64>)
             "points may lie {most} off the surface: give a distance of at least 0 in units of the input"
         ))),
         _ => Ok(()),
+    }
+}
+
+/// Checks, before anything is fitted, that so many samples with so many columns can be had. Spacings are lengths in the surface.
+///
+/// # Errors
+/// Those of [`Sampling::check`].
+pub(crate) fn check_samples(
+    sampling: Sampling,
+    batch: &CurveBatch,
+    surface: Option<&dyn Surface>,
+    columns: usize,
+) -> Result<()> {
+    match surface.and_then(Surface::globe) {
+        Some(globe) => sampling.check_with(&in_space(globe, batch), columns),
+        None => sampling.check_with(batch, columns),
     }
 }
 
@@ -125,6 +142,10 @@ fn curve_onto(
     let (mut moved, mut most) = (Vec::with_capacity(points.len()), (0, 0.0));
     for (k, point) in points.chunks_exact(3).map(vector).enumerate() {
         let refuse = |what: String| Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &what) };
+        // A place over which the surface has no point.
+        if let Some(why) = surface.unknown(point).filter(|_| point.is_nan()) {
+            return Err(refuse(format!("it {why}: move it, or leave it out")));
+        }
         let Some(closest) = surface.closest(point) else {
             return Err(refuse(format!("{} has no point closest to it: move it", surface.name())));
         };

@@ -7,9 +7,10 @@ use super::formats::Entry;
 use super::npy::{self, Elements, Header, Order, numbers};
 use super::npz::tuple;
 use super::source::Source;
-use super::{ReadOptions, close};
+use super::{ReadOptions, WriteOptions, close};
 use crate::batch::{CurveBatch, Origin};
 use crate::error::{Error, Result, shortened};
+use crate::status::CurveStatus;
 
 pub(super) const ENTRY: Entry = Entry {
     word: "npy",
@@ -21,10 +22,12 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: true,
     columns: false,
+    statuses: false,
+    fills: |_| false,
     read,
-    write: |out, batch, _, _| write(out, batch),
+    write: |out, batch, options, _| write(out, batch, options),
     write_file: None,
-    check,
+    check: |_| Ok(()),
 };
 
 fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
@@ -68,23 +71,50 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     close(batch, options.closed, &marked, &[])
 }
 
-/// Refuses curves of several lengths.
-fn check(batch: &CurveBatch) -> Result<()> {
-    let rows = |i: usize| batch.count(i) + usize::from(batch.is_closed(i));
-    let (least, most) = (0..batch.len()).map(rows).fold((usize::MAX, 0), |(a, b), n| (a.min(n), b.max(n)));
-    if least < most {
-        return Err(Error::Argument(format!(
-            "NPY holds curves of one length, and these have {least} to {most} points: write NPZ, or sample each at as many points"
-        )));
+/// The number of rows of every curve.
+///
+/// # Errors
+/// Curves of several lengths, but for those that are not usable.
+pub(super) fn length(batch: &CurveBatch, statuses: &[CurveStatus]) -> Result<usize> {
+    let is_fitted = |i: usize| batch.problem(i).is_none() && !is_point(batch, i);
+    let usable = |i: &usize| is_fitted(*i) && statuses.get(*i).is_none_or(|status| status.is_usable());
+    match common((0..batch.len()).filter(usable).map(|i| rows(batch, i)))? {
+        Some(length) => Ok(length),
+        None => Ok((0..batch.len()).map(|i| rows(batch, i)).max().unwrap_or(0)),
     }
-    Ok(())
 }
 
-/// Writes (B, n, d). A closed curve repeats its first point.
-fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
-    let d = batch.dimension();
-    let rows = |i: usize| batch.count(i) + usize::from(batch.is_closed(i) && batch.count(i) > 0);
-    let length = if batch.is_empty() { 0 } else { rows(0) };
-    let points = (0..batch.len()).flat_map(|i| batch.points(i).iter().cycle().take(rows(i) * d));
+/// The length that all have, if there are any.
+pub(super) fn common(lengths: impl Iterator<Item = usize>) -> Result<Option<usize>> {
+    let ends = lengths.fold(None, |ends: Option<(usize, usize)>, n| {
+        Some(ends.map_or((n, n), |(least, most)| (least.min(n), most.max(n))))
+    });
+    match ends {
+        Some((least, most)) if least < most => Err(Error::Argument(format!(
+            "NPY holds curves of one length, and these have {least} to {most} points (closed ones repeat their first): write NPZ, or sample each at as many points"
+        ))),
+        ends => Ok(ends.map(|(length, _)| length)),
+    }
+}
+
+/// The rows of curve `i`. A closed curve repeats its first point.
+fn rows(batch: &CurveBatch, i: usize) -> usize {
+    batch.count(i) + usize::from(batch.is_closed(i) && batch.count(i) > 0)
+}
+
+/// Whether a curve is one point, once or repeated.
+pub(super) fn is_point(batch: &CurveBatch, i: usize) -> bool {
+    let mut points = batch.points(i).chunks_exact(batch.dimension());
+    points.next().is_none_or(|first| points.all(|point| point == first))
+}
+
+/// Writes (B, n, d). Curves that are not usable and have another length are NaN, but for single points, which are repeated.
+fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
+    let (d, length) = (batch.dimension(), length(batch, &options.statuses).map_err(io::Error::other)?);
+    let points = (0..batch.len()).flat_map(|i| {
+        let fits = (rows(batch, i) == length || is_point(batch, i)) && batch.count(i) > 0;
+        let own = if fits { batch.points(i) } else { &[f64::NAN] };
+        own.iter().cycle().take(length * d)
+    });
     npy::write(out, "<f8", &[batch.len() as u64, length as u64, d as u64], points.copied())
 }

@@ -3,6 +3,9 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tempfile::TempPath;
 
 use crate::error::{Error, Result};
 
@@ -142,13 +145,44 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
+/// The temporary files of all writes under way.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes what is half written, then ends the process.
+///
+/// Meanwhile no write begins, and none comes to its end.
+#[cfg(all(unix, feature = "cli"))]
+pub(crate) fn give_up(end: impl FnOnce()) {
+    let unfinished = unfinished();
+    for path in &*unfinished {
+        // Nothing is left to be done about a file that cannot be removed.
+        let _ = std::fs::remove_file(path);
+    }
+    end();
+}
+
 fn replace(place: &Path, overwrite: bool, fill: Fill) -> io::Result<()> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".faircurve-").suffix(".part");
     // The mode of any new file, less the umask, instead of the private mode of temporary files.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut listed = unfinished();
     let (file, temporary) = builder.tempfile_in(folder(place))?.into_parts();
+    let path = temporary.to_path_buf();
+    listed.push(path.clone());
+    drop(listed);
+    let written = write_through(file, temporary, place, overwrite, fill);
+    unfinished().retain(|other| *other != path);
+    written
+}
+
+/// Fills a temporary file, and brings it to its place.
+fn write_through(file: File, temporary: TempPath, place: &Path, overwrite: bool, fill: Fill) -> io::Result<()> {
     let mut out = Output::File(file);
     fill(&mut out)?;
     let Output::File(file) = out else { unreachable!("made four lines above") };
@@ -157,6 +191,7 @@ fn replace(place: &Path, overwrite: bool, fill: Fill) -> io::Result<()> {
         file.set_permissions(data.permissions())?;
     }
     drop(file);
+    let _no_end_meanwhile = unfinished();
     if overwrite {
         return temporary.persist(place).map_err(|error| error.error);
     }

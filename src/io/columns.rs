@@ -12,6 +12,9 @@ pub(super) const ROLES: [&str; 18] = [
     "corridor", "closed",
 ];
 
+/// The column that says how the fit of a curve ended. It is written, and no role of a column.
+pub(super) const STATUS: &str = "status";
+
 /// Columns that can only be x, in a file with a latitude and without a column `x` or `y`.
 const LONGITUDES: [&str; 4] = ["lon", "long", "lng", "longitude"];
 const LATITUDES: [&str; 2] = ["lat", "latitude"];
@@ -30,7 +33,7 @@ fn is_one_of(heading: &str, words: &[&str]) -> bool {
 ///   then needs no header.
 /// - `weight=`, with nothing after it, drops a column.
 /// - If any entry is given, columns without a meaning are dropped. If none is given, such columns
-///   are an error that names them. So a misspelt name is not passed over.
+///   are an error that names them. So a misspelt name is not passed over. Only `status`, which faircurve writes, is.
 ///
 /// ```
 /// let columns: faircurve::io::Columns = "x=lon,y=lat,curve=id,t=hours".parse()?;
@@ -163,6 +166,8 @@ pub(super) struct Table {
     cells: [Option<usize>; ROLES.len()],
     /// Whether x is a longitude.
     pub longitude: bool,
+    /// Whether the column `status` is passed over, in which earlier fits said how they ended.
+    pub passes_status: bool,
 }
 
 impl Table {
@@ -233,7 +238,7 @@ impl Columns {
                 (cells[x], cells[y]) = (Some(longitude), Some(latitude));
             }
         }
-        let table = Table { cells, longitude: false };
+        let table = Table { cells, longitude: false, passes_status: false };
         if let Some((name, _)) = carried.names.iter().find(|(name, _)| !header.contains(name)) {
             return wrong(format!("there is no column {} to carry: the columns are {}", quoted(name), all(header)));
         }
@@ -242,7 +247,8 @@ impl Columns {
             .iter()
             .enumerate()
             .filter(|(cell, _)| !cells.contains(&Some(*cell)) && !along.iter().any(|(carried, ..)| carried == cell));
-        let unknown: Vec<String> = unknown.map(|(_, heading)| heading.clone()).collect();
+        let (statuses, unknown): (Vec<String>, Vec<String>) =
+            unknown.map(|(_, heading)| heading.clone()).partition(|heading| heading == STATUS);
         if self.entries.is_empty() && carried.names.is_empty() && !unknown.is_empty() {
             let separator = if header.len() == 1 { "separate columns by commas; " } else { "" };
             return wrong(format!(
@@ -271,6 +277,6 @@ impl Columns {
             }
         }
         let longitude = cells[x].is_some_and(|cell| is_one_of(&header[cell], &LONGITUDES));
-        Ok(Table { longitude, ..table })
+        Ok(Table { longitude, passes_status: !statuses.is_empty(), ..table })
     }
 }

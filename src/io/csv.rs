@@ -13,6 +13,7 @@ use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
 
 pub(super) use self::dialect::Dialect;
 use self::rows::Rows;
+use super::columns::STATUS;
 use super::formats::Entry;
 use super::source::{ROW_BYTES, RowReader, Source, read_line};
 use super::text::Text;
@@ -35,6 +36,8 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: true,
     columns: true,
+    statuses: true,
+    fills: |_| false,
     read,
     write: |out, batch, options, extension| write(out, batch, if is_tabbed(extension) { '\t' } else { ',' }, options),
     write_file: None,
@@ -164,7 +167,7 @@ fn check_names(batch: &CurveBatch) -> Result<()> {
     Ok(())
 }
 
-/// Writes `curve,x,y[,z],t`, and `closed` if a curve is, and all columns.
+/// Writes `curve,x,y[,z],t`, `closed` if a curve is, `status` if statuses are given, and all columns.
 ///
 /// t is the parameter, or the number of the vertex if there is none. The last row of a closed curve
 /// repeats its first, where the curve meets it again.
@@ -173,9 +176,16 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &Wri
     let mut text = Text::new(out).with_decimals(options.decimals);
     let any_closed = (0..batch.len()).any(|i| batch.is_closed(i));
     let separator = &*separator.to_string();
-    let own = ["curve", "x", "y", "z", "t", "closed"];
-    let names = own.into_iter().filter(|&name| (name != "z" || d == 3) && (name != "closed" || any_closed));
-    text.push(row(names.chain(free_names(batch, &own).iter().map(|name| &**name)), separator))?;
+    let own = ["curve", "x", "y", "z", "t", "closed", STATUS];
+    let is_written = |&name: &&str| match name {
+        "z" => d == 3,
+        "closed" => any_closed,
+        STATUS => !options.statuses.is_empty(),
+        _ => true,
+    };
+    let names: Vec<&str> = own.into_iter().filter(is_written).collect();
+    let columns = free_names(batch, if options.statuses.is_empty() { &own[..6] } else { &own });
+    text.push(row(names.into_iter().chain(columns.iter().map(|name| &**name)), separator))?;
     text.push("\n")?;
     // All times have as many digits.
     let of_curve = |i: usize| Some(batch.origin().clock(i)?.for_all(batch.parameters(i)?.iter().copied()));
@@ -209,6 +219,10 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &Wri
             if any_closed {
                 text.push(separator)?;
                 text.push(if batch.is_closed(i) { "1" } else { "0" })?;
+            }
+            if let Some(status) = options.statuses.get(i) {
+                text.push(separator)?;
+                text.push(status.word())?;
             }
             for column in batch.columns() {
                 text.push(separator)?;

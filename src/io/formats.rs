@@ -36,6 +36,10 @@ pub(super) struct Entry {
     pub beziers: bool,
     /// Whether it holds [columns](CurveBatch::columns) of any name.
     pub columns: bool,
+    /// Whether it holds [statuses](WriteOptions::statuses).
+    pub statuses: bool,
+    /// Whether the document that a batch was read from is written again, in which every curve has its place.
+    pub fills: fn(&CurveBatch) -> bool,
     pub read: fn(&mut Source, &ReadOptions) -> Result<CurveBatch>,
     /// Writes a batch into a file of this extension.
     pub write: fn(&mut dyn Write, &CurveBatch, &WriteOptions, &str) -> io::Result<()>,
@@ -128,6 +132,11 @@ impl Format {
     /// Whether it holds columns of any name.
     pub fn has_columns(self) -> bool {
         self.entry().columns
+    }
+
+    /// Whether it holds the [statuses](WriteOptions::statuses) of curves.
+    pub fn has_statuses(self) -> bool {
+        self.entry().statuses
     }
 
     /// Refuses what the format cannot hold: three dimensions in SVG, Bézier curves in GeoJSON.

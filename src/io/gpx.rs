@@ -23,6 +23,8 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=2,
     beziers: false,
     columns: false,
+    statuses: false,
+    fills: |batch| tracks(batch).is_some(),
     read,
     write: |out, batch, options, _| write(out, batch, options),
     write_file: None,
@@ -155,13 +157,18 @@ fn child<'a, 't>(node: Node<'a, 't>, name: &str) -> Option<Node<'a, 't>> {
     node.children().find(|child| child.tag_name().name() == name)
 }
 
+/// The tracks that were read, if the batch has the same curves still.
+fn tracks(batch: &CurveBatch) -> Option<&Tracks> {
+    let tracks: &Tracks = batch.origin().document.as_ref()?.downcast_ref()?;
+    (tracks.of.len() == batch.len()).then_some(tracks)
+}
+
 /// Writes a track for every one that was read, or for every curve.
 fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let mut text = Text::new(out).with_decimals(options.decimals);
     text.push("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n")?;
     text.push("<gpx version=\"1.1\" creator=\"faircurve\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n")?;
-    let tracks = batch.origin().document.as_ref().and_then(|document| document.downcast_ref::<Tracks>());
-    let tracks = tracks.filter(|tracks| tracks.of.len() == batch.len());
+    let tracks = tracks(batch);
     let track = |i: usize| tracks.map_or(i, |tracks| tracks.of[i]);
     for i in 0..batch.len() {
         if i == 0 || track(i) != track(i - 1) {

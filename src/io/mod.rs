@@ -88,14 +88,18 @@ mod topojson;
 mod tracts;
 mod xml;
 
+use std::borrow::Cow;
 use std::io::{Read, Write};
 use std::path::Path;
 use std::str::FromStr;
 
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result, quoted};
+use crate::status::CurveStatus;
 
 pub use antimeridian::Antimeridian;
+#[cfg(all(unix, feature = "cli"))]
+pub(crate) use atomic::give_up;
 pub use atomic::{Output, write_atomically};
 pub use columns::{Carried, Columns};
 pub use decimals::decimals_of;
@@ -196,6 +200,15 @@ pub struct WriteOptions {
     pub decimals: Option<u8>,
     /// What becomes of longitudes beyond ±180. By default they stay.
     pub antimeridian: Antimeridian,
+    /// How the fit of each curve ended, to be written with the curves. By default nothing is written.
+    ///
+    /// CSV has a column `status`, NPZ an array, GeoJSON and TopoJSON a property of each feature: the worst of its
+    /// curves. [`Format::has_statuses`] tells the others, which pass them over.
+    pub statuses: Vec<CurveStatus>,
+    /// Curves that are left out, by their number. By default none.
+    ///
+    /// A document that was read keeps their places, without points.
+    pub left_out: Vec<usize>,
 }
 
 /// Reads curves from a file, in the format of its extension.
@@ -275,7 +288,8 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
     let path = path.as_ref();
     let given = options.format.or_else(|| Format::to_write(path, batch));
     let format = Format::of(path, given, "`WriteOptions::format`")?;
-    check_batch(batch, format, options)?;
+    let (batch, options) = prepared(batch, format, options)?;
+    let (batch, options) = (&*batch, &*options);
     let (Entry { write, write_file, .. }, extension) = (format.entry(), extension_of(path).unwrap_or_default());
     write_atomically(path, options.overwrite, |out| {
         if is_gzip(path) {
@@ -308,8 +322,36 @@ pub fn write_with(path: impl AsRef<Path>, batch: &CurveBatch, options: &WriteOpt
 /// - [`Error::Stream`] with the error of `out`, which may then hold a part.
 pub fn write_to(mut out: impl Write, batch: &CurveBatch, options: &WriteOptions) -> Result<()> {
     let format = options.format.ok_or_else(|| unnamed("WriteOptions::format"))?;
-    check_batch(batch, format, options)?;
-    (format.entry().write)(&mut out, batch, options, "").map_err(|source| Error::Stream { source })
+    let (batch, options) = prepared(batch, format, options)?;
+    (format.entry().write)(&mut out, &batch, &options, "").map_err(|source| Error::Stream { source })
+}
+
+/// The curves that are written, without those left out, and how. Refuses what the format cannot hold.
+fn prepared<'a>(
+    batch: &'a CurveBatch,
+    format: Format,
+    options: &'a WriteOptions,
+) -> Result<(Cow<'a, CurveBatch>, Cow<'a, WriteOptions>)> {
+    let WriteOptions { statuses, left_out, .. } = options;
+    if !statuses.is_empty() && statuses.len() != batch.len() {
+        let (statuses, curves) = (statuses.len(), batch.len());
+        return Err(Error::Argument(format!("there are {statuses} statuses for {curves} curves: give one per curve")));
+    }
+    if let Some(i) = left_out.iter().find(|&&i| i >= batch.len()) {
+        let curves = batch.len();
+        return Err(Error::Argument(format!("curve {i} is to be left out of {curves}: give numbers counted from 0")));
+    }
+    let (batch, options) = match left_out[..] {
+        [] => (Cow::Borrowed(batch), Cow::Borrowed(options)),
+        _ if (format.entry().fills)(batch) => (Cow::Owned(batch.emptied(left_out)), Cow::Borrowed(options)),
+        _ => {
+            let kept = batch.others(left_out).into_iter();
+            let statuses = kept.filter_map(|i| statuses.get(i).copied()).collect();
+            (Cow::Owned(batch.without(left_out)), Cow::Owned(WriteOptions { statuses, ..options.clone() }))
+        }
+    };
+    check_batch(&batch, format, &options)?;
+    Ok((batch, options))
 }
 
 /// Refuses what the format cannot hold.
@@ -318,7 +360,32 @@ fn check_batch(batch: &CurveBatch, format: Format, options: &WriteOptions) -> Re
     if options.beziers {
         check_chains(batch)?;
     }
-    (format.entry().check)(batch)
+    (format.entry().check)(batch)?;
+    match format {
+        Format::Npy => array::length(batch, &options.statuses).map(drop),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses, before anything is fitted, curves that the format cannot hold, as far as that is known: their samples have
+/// this dimension, and so many points.
+#[cfg(feature = "cli")]
+pub(crate) fn check_before(
+    batch: &CurveBatch,
+    format: Format,
+    dimension: usize,
+    beziers: bool,
+    points: impl Fn(usize) -> Option<usize>,
+) -> Result<()> {
+    format.check(dimension, beziers)?;
+    (format.entry().check)(batch)?;
+    match format {
+        Format::Npy => {
+            let fitted = (0..batch.len()).filter(|&i| batch.problem(i).is_none() && !array::is_point(batch, i));
+            array::common(fitted.filter_map(|i| Some(points(i)? + usize::from(batch.is_closed(i))))).map(drop)
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Checks, before anything is computed, that an output can be written.

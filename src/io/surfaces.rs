@@ -47,7 +47,7 @@ fn reader(text: &str) -> Option<(Reader, &str)> {
 /// - A file that cannot be read, holds no grid, several grids, or several values a point.
 /// - Those of [`read_mesh`].
 /// - Numbers after the file that are none, or another number of them than 1, 2 or 4.
-/// - Those of [`HeightField`]: gaps, fewer than two rows or columns, a spacing of 0.
+/// - Those of [`HeightField`]: no heights at all, fewer than two rows or columns, a spacing of 0.
 pub fn surface_of(text: &str) -> Result<Arc<dyn Surface>> {
     match reader(text) {
         Some((read, rest)) => read(rest, text),
@@ -139,7 +139,7 @@ mod tests {
         let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
         write("one.csv", "0,1,2\n3,4,5\n");
         write("two.csv", "0,1\n3,4\n\n5,6\n7,8\n");
-        write("gap.csv", "0,1\nnan,4\n");
+        write("gap.csv", "nan,nan\n,nan\n");
         write("row.csv", "0,1,4\n");
         write("words.csv", "a,b\n1,2\n");
         let points = Grids::uniform(3, [2, 2], vec![0.0; 12]).unwrap();
@@ -185,7 +185,7 @@ mod tests {
             ("none.csv", "none.csv: "),
             ("two.csv", "two.csv: it holds 2 grids, and a surface is made of one"),
             ("points.npz", "points.npz: its points have 3 values each, and heights are one value a point"),
-            ("gap.csv", "gap.csv: the height in row 1 and column 0, counted from 0, is NaN"),
+            ("gap.csv", "gap.csv: none of the 2 × 2 heights of a height field is a finite number"),
             ("row.csv", "row.csv: a height field of 1 × 3 heights is no surface"),
             ("words.csv", "words.csv, line 1: the row holds \"a\", \"b\" as a header does"),
             ("one.txt", "one.txt"),

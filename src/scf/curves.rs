@@ -220,7 +220,7 @@ impl Chains {
             return self.curves[i]
                 .as_ref()
                 .err()
-                .map(|input| (input.coords.clone(), input.t.clone()))
+                .map(|input| input.sample(2, self.closed[i], sampling))
                 .unwrap_or_default();
         };
         let knots = self.times[i].as_ref().unwrap_or(&curve.chain.knots);
@@ -246,7 +246,7 @@ impl CurveSet for Chains {
         let samples: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.curves.len(), 16, |i| self.sample(i, sampling));
         let closing = |i: usize, last: f64| match &self.curves[i] {
             Ok(chain) => self.times[i].as_ref().unwrap_or(&chain.knots).last().expect("one knot a point") - last,
-            Err(input) => input.closing,
+            Err(input) => input.closing_after(last),
         };
         let (closed, problems) = (self.closed.clone(), self.problems.clone());
         CurveBatch::from_samples(2, samples, closing, closed, problems, self.origin.clone())

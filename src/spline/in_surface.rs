@@ -20,7 +20,7 @@ use crate::constraint::{Constraint, Constraints};
 use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::{Error, Result};
-use crate::ground::{self, GlobeCurves, Heights, Moved, in_space, judge_known, lifted};
+use crate::ground::{self, GlobeCurves, Heights, Moved, check_samples, in_space, judge_known, lifted};
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet, Fit};
 use crate::sort;
@@ -151,7 +151,7 @@ impl SurfaceSpline {
     /// # Errors
     /// Those of [`fit`](Self::fit) and of [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
-        sampling.check(batch)?;
+        check_samples(sampling, batch, Some(&*self.surface), 0)?;
         let fit = self.fit(batch, device)?;
         let polylines = fit.polylines(sampling);
         Ok((fit, polylines))

@@ -112,7 +112,7 @@ impl CubicSplines {
         let closed = self.knots.closed.clone();
         let spans = closed.contains(&true).then(|| {
             let span = |i: usize| match t[offsets[i]..offsets[i + 1]].last() {
-                _ if self.unfitted.contains_key(&i) => self.unfitted[&i].closing,
+                Some(last) if self.unfitted.contains_key(&i) => self.unfitted[&i].closing_after(*last),
                 Some(last) if closed[i] => self.knots.t(i)[self.knots.range(i).len() - 1] - last,
                 _ => f64::NAN,
             };
@@ -140,7 +140,7 @@ impl CubicSplines {
         let samples = gpu::sample(gpu, precision, &self.knots, &self.second, &wanted)?;
         Ok(match &sites {
             Some(sites) if matches!(sampling, Sampling::Points(_) | Sampling::Spacing(_)) => {
-                self.polylines_at(sites, samples)
+                self.polylines_at(sampling, sites, samples)
             }
             _ => self.polylines_of(sampling, &samples),
         })
@@ -168,16 +168,17 @@ impl CubicSplines {
         sites
     }
 
-    /// Polylines of samples taken elsewhere at sites; unfitted curves are their data points.
-    fn polylines_at(&self, sites: &Sites, samples: Vec<f64>) -> CurveBatch {
+    /// Polylines of samples taken elsewhere at sites. Those of unfitted curves are their own.
+    fn polylines_at(&self, sampling: Sampling, sites: &Sites, samples: Vec<f64>) -> CurveBatch {
         let d = self.knots.dimension;
         let (mut coords, mut t, mut offsets) = (Vec::with_capacity(samples.len()), Vec::new(), vec![0]);
         for i in 0..self.len() {
             let own = sites.offsets[i]..sites.offsets[i + 1];
             match self.unfitted.get(&i) {
                 Some(input) => {
-                    coords.extend_from_slice(&input.coords);
-                    t.extend_from_slice(&input.t);
+                    let (own_coords, own_t) = input.sample(d, self.knots.closed[i], sampling);
+                    coords.extend(own_coords);
+                    t.extend(own_t);
                 }
                 None => {
                     let taken = &samples[own.start * d..own.end * d];
@@ -218,15 +219,12 @@ impl CubicSplines {
     fn by_length(&self, sampling: Sampling) -> CurveBatch {
         let d = self.knots.dimension;
         let pieces: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.len(), 1, |i| {
-            let sites = self.curve(i).sites(sampling);
-            let (mut coords, mut t) = (vec![0.0; sites.len() * d], vec![0.0; sites.len()]);
-            match self.unfitted.get(&i) {
-                Some(input) => {
-                    coords.copy_from_slice(&input.coords);
-                    t.copy_from_slice(&input.t);
-                }
-                None => Self::walk(&self.spline(i), &sites, &mut coords, &mut t),
+            if let Some(input) = self.unfitted.get(&i) {
+                return input.sample(d, self.knots.closed[i], sampling);
             }
+            let sites = self.spline(i).sites(sampling);
+            let (mut coords, mut t) = (vec![0.0; sites.len() * d], vec![0.0; sites.len()]);
+            Self::walk(&self.spline(i), &sites, &mut coords, &mut t);
             (coords, t)
         });
         let offsets = ragged::offsets(pieces.iter().map(|(_, t)| t.len()));

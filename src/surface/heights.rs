@@ -1,12 +1,14 @@
 //! [`HeightField`]: terrain over a grid.
 
 mod cell;
+mod holes;
 
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use self::cell::Cell;
+use self::cell::{Cell, Place};
+use self::holes::Holes;
 use super::Surface;
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -30,6 +32,9 @@ const MOST_HALVINGS: usize = 40;
 /// south Δy is.
 ///
 /// F = z − h(x, y), with the normal upwards. x, y and z are in one unit.
+///
+/// Heights that are not finite are gaps. Cells that touch one are holes in the terrain, which [`Surface::unknown`] tells. The spline
+/// is laid through neighbours' means there, so that descents do not break.
 ///
 /// Beyond the grid h goes on along its tangents, C² too, so that descents do not break there. What lies there is no
 /// terrain: [`Surface::unknown`] says so.
@@ -60,6 +65,8 @@ pub struct HeightField {
     shape: [usize; 2],
     /// h, h_uu, h_vv and h_uuvv of every node, by u = column and v = row.
     nodes: Arc<[[f64; 4]]>,
+    /// The nodes without a height, if there are any.
+    holes: Option<Arc<Holes>>,
     /// Δx, Δy
     spacing: [f64; 2],
     /// x₀, y₀
@@ -71,8 +78,8 @@ impl HeightField {
     /// The surface through heights, row after row, of so many rows and columns. Spacings are 1, and the origin is 0.
     ///
     /// # Errors
-    /// Fewer than two rows or columns. Another number of heights. A height that is not finite.
-    pub fn new(shape: [usize; 2], heights: Vec<f64>) -> Result<Self> {
+    /// Fewer than two rows or columns. Another number of heights. No height that is finite.
+    pub fn new(shape: [usize; 2], mut heights: Vec<f64>) -> Result<Self> {
         let [rows, columns] = shape;
         let refuse = |why: String| Err(Error::Argument(why));
         if rows < 2 || columns < 2 {
@@ -86,20 +93,18 @@ impl HeightField {
                 heights.len()
             ));
         }
-        if let Some(k) = heights.iter().position(|height| !height.is_finite()) {
-            let (row, column) = (k / columns, k % columns);
+        let Some(holes) = holes::fill(shape, &mut heights) else {
             return refuse(format!(
-                "the height in row {row} and column {column}, counted from 0, is {}: fill gaps with heights, or cut the \
-                 grid to a part without any",
-                heights[k]
+                "none of the {rows} × {columns} heights of a height field is a finite number: give some"
             ));
-        }
+        };
+        let holes = holes.contains(&true).then(|| Arc::new(holes));
         let across = |values: &[f64]| transposed(&bends(&transposed(values, rows), rows), columns);
         let bends_v = bends(&heights, columns);
         let [bends_u, bends_uv] = [across(&heights), across(&bends_v)];
         let nodes = (0..heights.len()).map(|k| [heights[k], bends_u[k], bends_v[k], bends_uv[k]]).collect();
         let name = format!("the height field of {rows} × {columns} heights");
-        Ok(HeightField { shape, nodes, spacing: [1.0; 2], origin: [0.0; 2], name })
+        Ok(HeightField { shape, nodes, holes, spacing: [1.0; 2], origin: [0.0; 2], name })
     }
 
     /// With distances Δx of columns and Δy of rows.
@@ -148,14 +153,27 @@ impl HeightField {
         [ends(0, self.shape[1]), ends(1, self.shape[0])]
     }
 
-    /// h(x, y)
+    /// h(x, y), NaN in a hole.
     pub fn height(&self, x: f64, y: f64) -> f64 {
+        if self.hole(x, y).is_some() { f64::NAN } else { self.laid(x, y) }
+    }
+
+    /// h(x, y), in holes too.
+    fn laid(&self, x: f64, y: f64) -> f64 {
         Cell::of(self, x, y).derivative(0, 0)
+    }
+
+    /// The row and the column of a gap that makes a hole of a place.
+    fn hole(&self, x: f64, y: f64) -> Option<[usize; 2]> {
+        let [rows, columns] = self.shape;
+        let x = Place::of(x, self.origin[0], self.spacing[0], columns);
+        let y = Place::of(y, self.origin[1], self.spacing[1], rows);
+        holes::beside(self.holes.as_ref()?, columns, &x, &y)
     }
 
     /// The point of the terrain straight below or above a place.
     fn plumb(&self, x: f64, y: f64) -> DVec3 {
-        DVec3::new(x, y, self.height(x, y))
+        DVec3::new(x, y, self.laid(x, y))
     }
 }
 
@@ -195,7 +213,7 @@ impl Surface for HeightField {
     }
 
     fn value(&self, x: DVec3) -> f64 {
-        x.z - self.height(x.x, x.y)
+        x.z - self.laid(x.x, x.y)
     }
 
     fn gradient(&self, x: DVec3) -> DVec3 {
@@ -273,7 +291,7 @@ impl Surface for HeightField {
     ///
     /// The distance is a minimum, and no longer than straight down. High above a valley another place may be closer.
     fn closest(&self, x: DVec3) -> Option<DVec3> {
-        let away = |at: DVec2| (at - x.truncate()).extend(self.height(at.x, at.y) - x.z);
+        let away = |at: DVec2| (at - x.truncate()).extend(self.laid(at.x, at.y) - x.z);
         let mut at = x.truncate();
         let mut from = away(at);
         for _ in 0..DESCENT_STEPS {
@@ -318,7 +336,7 @@ impl Surface for HeightField {
     }
 
     fn over(&self, x: f64, y: f64) -> Option<DVec3> {
-        Some(self.plumb(x, y))
+        Some(DVec3::new(x, y, self.height(x, y)))
     }
 
     fn unknown(&self, x: DVec3) -> Option<String> {
@@ -328,7 +346,10 @@ impl Surface for HeightField {
             (bounds[axis][0] - slack..=bounds[axis][1] + slack).contains(&x[axis])
         };
         if is_within(0) && is_within(1) {
-            return None;
+            let [row, column] = self.hole(x.x, x.y)?;
+            return Some(format!(
+                "lies in a hole of the grid: row {row} and column {column}, counted from 0, have no height"
+            ));
         }
         let [[left, right], [lowest, highest]] = bounds;
         Some(format!("lies beyond the grid of x from {left} to {right} and y from {lowest} to {highest}"))

@@ -29,3 +29,5 @@ mod sample;
 pub use gaps::split;
 pub use quantities::Quantity;
 pub use sample::{At, sample};
+#[cfg(feature = "cli")]
+pub(crate) use sample::{check, columns_out, times};

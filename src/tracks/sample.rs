@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use super::Quantity;
 use crate::batch::{Column, CurveBatch, Values};
-use crate::curve::{Curve, Sampling};
-use crate::error::{Error, Result};
+use crate::curve::{Curve, Sampling, excess, rounded_up, sample_bytes};
+use crate::error::{Error, Result, short};
+use crate::memory::number;
 use crate::parallel;
 use crate::report::Fit;
 
@@ -45,7 +46,9 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
     let samples = parallel::map(batch.len(), 1, |i| of_curve(batch, &*fit.curve(i), i, at, quantities));
     let empty = |column: &Column| Column { name: column.name.clone(), values: column.values.emptied() };
     let mut columns: Vec<Column> = batch.columns().iter().map(empty).collect();
-    for mut column in quantities.iter().flat_map(|quantity| quantity.columns(batch.dimension())) {
+    // Planar points rise onto a terrain.
+    let dimension = if fit.is_empty() { batch.dimension() } else { fit.curve(0).dimension() };
+    for mut column in quantities.iter().flat_map(|quantity| quantity.columns(dimension)) {
         if columns.iter().any(|carried| carried.name == column.name) {
             column.name = format!("curve_{}", column.name);
         }
@@ -66,10 +69,10 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
     let closing = |i: usize, last: f64| ends[i] - last;
     let origin = batch.origin().clone();
     let problems = batch.problems().clone();
-    CurveBatch::from_samples(batch.dimension(), points, closing, closed, problems, origin).with_columns(columns)
+    CurveBatch::from_samples(dimension, points, closing, closed, problems, origin).with_columns(columns)
 }
 
-fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
+pub(crate) fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
     let timed = batch.is_empty() || batch.parameters(0).is_some();
     let untimed = |what: &str| {
         Error::argument(format!("{what} needs times, and the points have none: give them parameters, a column t"))
@@ -78,7 +81,7 @@ fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
         return Err(untimed("the speed"));
     }
     match at {
-        At::Along(sampling) => sampling.check(batch),
+        At::Along(sampling) => sampling.check_with(batch, columns_out(batch, quantities)),
         At::Every(_) | At::Times(_) if !timed => Err(untimed("a sample at a time")),
         At::Every(step) if !(*step > 0.0 && step.is_finite()) => {
             Err(Error::argument(format!("the time between samples is {step}; it must be a positive number")))
@@ -86,12 +89,14 @@ fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
         At::Every(step) => {
             let length = |i: usize| batch.given_knots(i).map_or(0.0, |t| t[t.len() - 1] - t[0]);
             let samples: f64 = (0..batch.len()).map(|i| length(i) / step).sum();
-            if samples <= Sampling::MOST_SAMPLES as f64 {
-                return Ok(());
-            }
-            let most = Sampling::MOST_SAMPLES;
+            let bytes = sample_bytes(batch, columns_out(batch, quantities));
+            let Some((most, limit)) = excess(samples, bytes, Sampling::MOST_SAMPLES) else { return Ok(()) };
+            let unit = if batch.has_dates() { " s" } else { "" };
             Err(Error::argument(format!(
-                "a sample every {step} makes {samples:.1e} of them; {most} are possible: take a longer time"
+                "a sample every {}{unit} makes {} of all curves, which {limit}: give {}{unit} or more",
+                short(*step),
+                number(samples),
+                rounded_up(step * samples / most)
             )))
         }
         At::Times(times) if times.len() != batch.len() => {
@@ -100,6 +105,12 @@ fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
         }
         At::Times(_) => Ok(()),
     }
+}
+
+/// The number of columns of samples.
+pub(crate) fn columns_out(batch: &CurveBatch, quantities: &[Quantity]) -> usize {
+    let own: usize = quantities.iter().map(|quantity| quantity.columns(batch.dimension()).len()).sum();
+    own + batch.columns().len()
 }
 
 /// The samples of a curve.
@@ -118,46 +129,40 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     let given = batch.given_knots(i);
     let knots = given.as_deref().map_or_else(|| Cow::Borrowed(curve.knots()), Cow::Borrowed);
     let time = |(span, u): (usize, f64)| match (knots.get(span), knots.get(span + 1)) {
-        (Some(from), Some(to)) if u > 0.0 => (from + u * (to - from)).min(*to),
+        // What was given for points that were not fitted may be no number.
+        (Some(from), Some(to)) if u != 0.0 && curve.is_fitted() => (from + u * (to - from)).min(*to),
+        (Some(from), Some(to)) if u != 0.0 => from + u * (to - from),
         (Some(from), _) => *from,
         _ => 0.0,
     };
     let end = knots.last().copied().unwrap_or(0.0);
     let all = || curve.sites(Sampling::PerSpan(1));
-    let times: Option<Vec<f64>> = match at {
-        _ if !curve.is_fitted() => None,
-        At::Along(_) => None,
-        At::Every(step) => {
-            Some(multiples(knots[0], end, *step, batch.origin().clock(i).map_or(0.0, |clock| clock.offset())))
-        }
-        At::Times(times) => {
-            let within = times[i].iter().copied().filter(|&t| knots[0] <= t && t <= end);
-            Some(within.collect())
-        }
-    };
+    let times = if curve.is_fitted() { times(batch, i, at, [knots[0], end]) } else { None };
     let sites = match (at, &times) {
         (_, Some(times)) => times.iter().map(|&t| site(&knots, t)).collect(),
-        (At::Along(sampling), None) if curve.is_fitted() => curve.sites(*sampling),
+        (At::Along(sampling), None) => curve.sites(*sampling),
         _ => all(),
     };
     let at_times = times.is_some();
     let t = match times {
         Some(times) => times,
-        // What was given for points that were not fitted may be no numbers.
-        None if !curve.is_fitted() => {
-            batch.parameters(i).map_or_else(|| sites.iter().map(|&site| time(site)).collect(), <[f64]>::to_vec)
-        }
         None => sites.iter().map(|&site| time(site)).collect(),
     };
-    let d = batch.dimension();
-    let coords = match curve.is_fitted() {
-        true => sites.iter().flat_map(|&(span, u)| curve.jet(span, u).point.to_array().into_iter().take(d)).collect(),
-        false => batch.points(i).to_vec(),
-    };
+    let point = |&(span, u): &(usize, f64)| curve.jet(span, u).point.to_array().into_iter().take(curve.dimension());
+    let coords = sites.iter().flat_map(point).collect();
     let geographic = batch.is_geographic();
     let of = |quantity: &Quantity| quantity.of(curve, &sites, given.as_deref(), geographic);
     let quantities = quantities.iter().flat_map(of).collect();
     Samples { sites, coords, t, end, quantities, at_times }
+}
+
+/// The times that are asked for of curve `i`, which goes from one time to another.
+pub(crate) fn times(batch: &CurveBatch, i: usize, at: &At, [from, to]: [f64; 2]) -> Option<Vec<f64>> {
+    match at {
+        At::Along(_) => None,
+        At::Every(step) => Some(multiples(from, to, *step, batch.origin().clock(i).map_or(0.0, |clock| clock.offset()))),
+        At::Times(times) => Some(times[i].iter().copied().filter(|&t| from <= t && t <= to).collect()),
+    }
 }
 
 /// The multiples of a step from one time to another. Days begin `offset` before those of the times.
@@ -179,8 +184,13 @@ fn site(knots: &[f64], t: f64) -> (usize, f64) {
 /// Appends what a sample of curve `i` has of the batch's columns.
 fn push_carried(batch: &CurveBatch, i: usize, (span, u): (usize, f64), columns: &mut [Column]) {
     let (first, count) = (batch.offsets()[i], batch.count(i));
-    let ends = [span, span + 1].map(|k| first + k % count);
+    let ends = [span, span + 1].map(|k| first + k % count.max(1));
     for (column, carried) in columns.iter_mut().zip(batch.columns()) {
-        column.values.push_between(&carried.values, ends, u);
+        match &mut column.values {
+            // A curve without points may be asked for samples all the same.
+            Values::Numbers(out) | Values::Angles(out) if count == 0 => out.push(f64::NAN),
+            Values::Texts(out) if count == 0 => out.push(String::new()),
+            values => values.push_between(&carried.values, ends, u),
+        }
     }
 }

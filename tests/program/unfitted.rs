@@ -330,7 +330,8 @@ fn a_curve_that_is_not_fitted_changes_no_tolerance_digit_or_extent_of_the_others
     {
         let arguments = [&["--method", method], arguments].concat();
         let [csv, other] = [&tame, &wild].map(|input| run(input, "out.csv", &arguments)[0].clone());
-        assert!(other.starts_with(&csv), "{method}");
+        // Beside a curve that is not usable all have a status.
+        assert!(other.replace(",status\n", "\n").replace(",converged\n", "\n").starts_with(&csv), "{method}");
         let [a, b] = [&tame, &wild].map(|input| run(input, "out.svg", &arguments));
         let paths = |text: &str| -> Vec<String> {
             text.lines()

@@ -3,6 +3,7 @@
 use faircurve::discrete::Fair;
 use faircurve::scf::Smooth;
 use faircurve::spline::{Natural, Smoothing, SurfaceSpline};
+use faircurve::surface::Surface;
 use faircurve::{CurveBatch, Device, Fit, Result, Sampling};
 
 /// A method with its options.
@@ -23,6 +24,21 @@ impl Method {
             Method::Fair(fair) => fair.notes(fit.reports()),
             Method::Natural(_) | Method::InSurface(_) | Method::Scf(_) => Vec::new(),
         }
+    }
+
+    /// The surface that curves lie in.
+    pub fn surface(&self) -> Option<&dyn Surface> {
+        match self {
+            Method::InSurface(spline) => Some(&*spline.surface),
+            Method::Fair(fair) => fair.surface.as_deref(),
+            Method::Natural(_) | Method::Smoothing(_) | Method::Scf(_) => None,
+        }
+    }
+
+    /// The dimension of the curves. Planar points rise onto a terrain.
+    pub fn dimension(&self, batch: &CurveBatch) -> usize {
+        let rises = self.surface().is_some_and(|surface| surface.over(0.0, 0.0).is_some());
+        if rises { 3 } else { batch.dimension() }
     }
 
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {

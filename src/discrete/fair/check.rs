@@ -30,9 +30,12 @@ impl Fair {
             Segments::PerSpan(0) => return refuse("0 segments a span: at least 1 is needed, such as 16".into()),
             Segments::PerSpan(n) => {
                 let (vertices, bytes) = (n as f64 * spans(batch), VERTEX_BYTES * batch.dimension());
-                memory::check(vertices, bytes, &format!("{n} segments a span"), "ask for fewer")?;
+                memory::check(vertices, bytes, &format!("{n} segments a span"), n)?;
             }
-            Segments::Spacing(spacing) => check_spacing(batch, spacing, "vertices", Segments::MOST_VERTICES)?,
+            Segments::Spacing(spacing) => {
+                let bytes = VERTEX_BYTES * batch.dimension();
+                check_spacing(batch, spacing, "vertices", Segments::MOST_VERTICES, bytes)?;
+            }
         }
         if let Some(allowed) = self.deviation {
             deviation::check(self, allowed)?;

@@ -72,6 +72,7 @@ pub(super) struct Rows<'a> {
     curves: HashMap<String, usize>,
     /// First and last line of every curve.
     lines: Vec<(u64, u64)>,
+    passes_status: bool,
 }
 
 impl<'a> Rows<'a> {
@@ -113,6 +114,7 @@ impl<'a> Rows<'a> {
             names: Vec::new(),
             curves: HashMap::new(),
             lines: Vec::new(),
+            passes_status: table.passes_status,
         }
     }
 
@@ -253,6 +255,7 @@ impl<'a> Rows<'a> {
             names: self.curve.map(|_| self.names),
             clock: self.clock,
             clocks: own_clocks(self.clock, &self.clocks),
+            notes: self.passes_status.then(|| "column status passed over".into()).into_iter().collect(),
             geographic: self.longitude && longitude::is_geographic(&self.coords, d),
             ..Origin::default()
         };

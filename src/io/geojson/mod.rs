@@ -11,9 +11,11 @@ mod cut;
 mod read;
 mod write;
 
+use std::ops::Range;
+
 use super::formats::Entry;
 pub(super) use read::read;
-pub(super) use write::{objects, write_with};
+pub(super) use write::{fills, objects, write_with};
 
 pub(super) const ENTRY: Entry = Entry {
     word: "geojson",
@@ -25,6 +27,8 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: false,
     columns: false,
+    statuses: true,
+    fills: write::fills,
     read,
     write: |out, batch, options, _| write::write(out, batch, options),
     write_file: None,
@@ -72,6 +76,20 @@ enum Part {
     /// The value of its type.
     Kind(usize),
     Coordinates(usize),
+    /// The status of curves, where it is written.
+    Status(Mark),
+}
+
+/// A place for the status of curves.
+#[derive(Debug)]
+struct Mark {
+    /// The curves of a feature.
+    curves: Range<usize>,
+    /// The member's name.
+    name: &'static str,
+    /// What stands around the member, and what stands there without it.
+    around: [&'static str; 2],
+    otherwise: &'static str,
 }
 
 /// How the curves of one geometry nest.

@@ -10,7 +10,7 @@ use serde::de::{DeserializeSeed, Deserializer, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
 use super::coordinates::{Lines, List};
-use super::{Document, Object, Part, Shape, Slot};
+use super::{Document, Mark, Object, Part, Shape, Slot};
 use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::error::{Error, Result, quoted, shortened};
@@ -176,7 +176,10 @@ impl<'a> Reader<'a> {
             "Feature" => self.feature(&members),
             _ => {
                 self.features.push((0, None));
-                self.geometry(root, 0)
+                self.geometry(root, 0)?;
+                let start = self.span(members.0[0].0).start;
+                self.mark(0, "status", start..start, ["", ","], "");
+                Ok(())
             }
         }
     }
@@ -189,8 +192,46 @@ impl<'a> Reader<'a> {
             self.geometry(geometry, 0)?;
         }
         self.cut_bbox(members, first);
+        self.mark_feature(members, first);
         self.feature += 1;
         Ok(())
+    }
+
+    /// Notes where the status of a feature's curves belongs: before its properties, which may be missing.
+    fn mark_feature(&mut self, members: &Members<'a>, first: usize) {
+        let properties = members.get("properties");
+        let own: Option<Members> = properties.and_then(|own| serde_json::from_str(own.get()).ok());
+        let name = if own.as_ref().is_some_and(|own| own.get("status").is_some()) { "status_" } else { "status" };
+        match (properties, own) {
+            (Some(object), Some(own)) => {
+                let start = self.span(object.get()).start + 1;
+                self.mark(first, name, start..start, ["", if own.0.is_empty() { "" } else { "," }], "");
+            }
+            (Some(null), _) if null.get() == "null" => {
+                self.mark(first, name, self.span(null.get()), ["{", "}"], "null");
+            }
+            (Some(_), _) => {}
+            // A feature has a type at least.
+            (None, _) => {
+                let start = self.span(members.0[0].0).start;
+                self.mark(first, name, start..start, ["\"properties\":{", "},"], "");
+            }
+        }
+    }
+
+    /// Notes a place for the status of the curves from `first` on.
+    fn mark(
+        &mut self,
+        first: usize,
+        name: &'static str,
+        place: Range<usize>,
+        around: [&'static str; 2],
+        otherwise: &'static str,
+    ) {
+        let curves = first..self.rings.len();
+        if !curves.is_empty() {
+            self.cuts.push((place, Some(Part::Status(Mark { curves, name, around, otherwise }))));
+        }
     }
 
     fn geometry(&mut self, geometry: &'a RawValue, depth: usize) -> Result<()> {
@@ -366,7 +407,7 @@ impl<'a> Reader<'a> {
         // The curve and the point of it, since frames of the map move what follows.
         let lacking: Vec<(usize, usize)> = self.lines.lacking.iter().map(|&point| self.lines.locate(point)).collect();
         let coords = self.with_frames(coords, dimension);
-        sort::by(&mut self.cuts, |a, b| a.0.start.cmp(&b.0.start));
+        sort::by(&mut self.cuts, |a, b| (a.0.start, a.0.end).cmp(&(b.0.start, b.0.end)));
         let shapes = std::mem::take(&mut self.shapes);
         let mut document = Document { curves: self.rings.len(), objects, shapes, ..Document::default() };
         let mut done = 0;

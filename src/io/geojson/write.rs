@@ -2,34 +2,39 @@
 //! one feature a curve.
 
 use std::io::{self, Write};
+use std::ops::Range;
 
 use super::along::{Along, CURVE, DATES, TIMES};
 use super::cut::Cut;
 use super::{Document, Object, Part, Shape};
 use crate::batch::{Column, CurveBatch, Values};
+use crate::io::columns::STATUS;
 use crate::io::text::Text;
 use crate::io::{Antimeridian, WriteOptions, free_names, is_finite};
+use crate::status::CurveStatus;
 
 /// Writes the batch, into the document that it came from if there is one.
 pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let text = Text::new(out).with_decimals(options.decimals);
     let cut = options.antimeridian == Antimeridian::Cut;
-    write_with(text, batch, cut, true, &mut |text, i, ring| line(text, batch, i, ring))
+    write_with(text, batch, &options.statuses, cut, true, &mut |text, i, ring| line(text, batch, i, ring))
 }
 
 /// Writes the batch with what `line` writes of each curve in place of its coordinates. It is told
-/// which of them are rings. On demand geometries are cut at the antimeridian, and lines have what their positions do.
+/// which of them are rings. On demand features have statuses, geometries are cut at the antimeridian, and lines have what
+/// their positions do.
 pub(in crate::io) fn write_with(
     mut text: Text,
     batch: &CurveBatch,
+    statuses: &[CurveStatus],
     cut: bool,
     along: bool,
     line: Line,
 ) -> io::Result<()> {
     let cut = |first: usize, shape: &Shape| if cut { Cut::of(batch, first, shape) } else { None };
     match document(batch) {
-        Some(document) => fill(&mut text, document, &cut, line)?,
-        None => collect(&mut text, batch, &cut, along, line)?,
+        Some(document) => fill(&mut text, document, statuses, &cut, line)?,
+        None => collect(&mut text, batch, statuses, &cut, along, line)?,
     }
     text.finish()
 }
@@ -48,15 +53,27 @@ fn document(batch: &CurveBatch) -> Option<&Document> {
     (document.curves == batch.len()).then_some(document)
 }
 
+/// Whether the document that the batch came from is written again.
+pub(in crate::io) fn fills(batch: &CurveBatch) -> bool {
+    document(batch).is_some()
+}
+
 /// Cuts a geometry whose first curve this is, where it is to be cut.
 type Cutting<'a> = &'a dyn Fn(usize, &Shape) -> Option<Cut>;
 
-fn fill(text: &mut Text, document: &Document, cut: Cutting, line: Line) -> io::Result<()> {
+fn fill(text: &mut Text, document: &Document, statuses: &[CurveStatus], cut: Cutting, line: Line) -> io::Result<()> {
     let mut done = 0;
     for slot in &document.slots {
         text.push(&document.text[done..slot.at])?;
         done = slot.at;
         match slot.part {
+            Part::Status(ref mark) => match worst(statuses, &mark.curves) {
+                Some(status) => {
+                    let [before, after] = mark.around;
+                    text.push(format!("{before}\"{}\":\"{}\"{after}", mark.name, status.word()))?;
+                }
+                None => text.push(mark.otherwise)?,
+            },
             Part::Kind(k) => {
                 let (first, shape) = &document.shapes[k];
                 kind(text, cut(*first, shape).map_or(shape.kind(), |cut| cut.kind()))?;
@@ -71,6 +88,11 @@ fn fill(text: &mut Text, document: &Document, cut: Cutting, line: Line) -> io::R
         }
     }
     text.push(&document.text[done..])
+}
+
+/// The worst status of some curves, if they are told and there are any.
+fn worst(statuses: &[CurveStatus], curves: &Range<usize>) -> Option<CurveStatus> {
+    statuses.get(curves.clone())?.iter().copied().max_by_key(|status| status.severity())
 }
 
 fn kind(text: &mut Text, kind: &str) -> io::Result<()> {
@@ -96,13 +118,25 @@ fn coordinates(text: &mut Text, i: usize, shape: &Shape, line: Line) -> io::Resu
     }
 }
 
-fn collect(text: &mut Text, batch: &CurveBatch, cut: Cutting, along: bool, line: Line) -> io::Result<()> {
-    let names = free_names(batch, &[CURVE, if batch.has_dates() { DATES } else { TIMES }]);
+fn collect(
+    text: &mut Text,
+    batch: &CurveBatch,
+    statuses: &[CurveStatus],
+    cut: Cutting,
+    along: bool,
+    line: Line,
+) -> io::Result<()> {
+    let times = if batch.has_dates() { DATES } else { TIMES };
+    let taken = [CURVE, times, STATUS];
+    let names = free_names(batch, if statuses.is_empty() { &taken[..2] } else { &taken });
     text.push("{\"type\":\"FeatureCollection\",\"features\":[")?;
     for i in 0..batch.len() {
         text.push(if i == 0 { "\n" } else { ",\n" })?;
         text.push("{\"type\":\"Feature\",\"properties\":{\"curve\":")?;
         text.push(serde_json::to_string(&batch.name(i))?)?;
+        if let Some(status) = statuses.get(i) {
+            text.push(format!(",\"{STATUS}\":\"{}\"", status.word()))?;
+        }
         let cut = cut(i, &Shape::Line);
         let along = along.then(|| Along::of(batch, i, cut.as_ref())).flatten();
         if let Some(along) = &along {

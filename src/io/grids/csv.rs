@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use super::super::csv::Dialect;
 use super::super::source::{Source, read_line};
 use super::super::text::Text;
 use crate::error::{Error, Result, listed, quoted};
@@ -76,8 +77,9 @@ impl Blocks {
     }
 }
 
+/// The number in a cell. A blank is NaN, as it is in points: the trouble of its grid alone.
 fn number(cell: &[u8]) -> Option<f64> {
-    std::str::from_utf8(cell.trim_ascii()).ok()?.parse().ok()
+    Dialect::of(b",").number(cell).ok().map(|number| number.unwrap_or(f64::NAN))
 }
 
 /// Whether no cell of a row is a number, and none is empty.
@@ -100,9 +102,7 @@ fn wrong(source: &Source, line: u64, column: usize, cell: &[u8]) -> Error {
     let text = cell.trim_ascii();
     source.error(
         line,
-        if text.is_empty() {
-            format!("column {column} is empty: fill in a number, or remove the comma")
-        } else if text.split(|byte| b"; \t".contains(byte)).all(|part| part.is_empty() || number(part).is_some()) {
+        if text.split(|byte| b"; \t".contains(byte)).all(|part| part.is_empty() || number(part).is_some()) {
             format!("column {column} holds {}, which is no number: separate numbers by commas", quoted_cell(text))
         } else {
             format!("column {column} holds {}, which is no number: mend it", quoted_cell(text))

@@ -147,7 +147,7 @@ impl Default for GridWrite<'_> {
 
 /// Reads grids from a file, or from standard input for `-` (then the format must be given).
 ///
-/// A value that is NaN or infinite is kept. It is a fault of its grid and not of the file.
+/// A value that is NaN or infinite is kept. It is a fault of its grid and not of the file. Blank cells of CSV, `NA` and the like are NaN.
 ///
 /// ```
 /// let grids = faircurve::io::grids::read("examples/data/heights.csv", None)?;

@@ -125,5 +125,5 @@ pub(super) fn write_seekable(out: &mut dyn Place, grids: &Grids) -> io::Result<(
             array(&mut zip, &format!("{KEY}_{i}"), "<f8", &shape(i), grids.grid(i).iter().copied())?;
         }
     }
-    zip.finish()?.flush()
+    zip.finish()
 }

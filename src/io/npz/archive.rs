@@ -1,6 +1,8 @@
 //! [`Archive`]: a zip of arrays, read with care and written.
 
-use std::io::{self, BufReader, BufWriter, Cursor, Read, Seek, Write};
+use std::cell::RefCell;
+use std::io::{self, BufReader, BufWriter, Cursor, Read, Seek, SeekFrom, Write};
+use std::rc::Rc;
 
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
@@ -174,16 +176,78 @@ fn file_name(key: &str) -> String {
 }
 
 /// An archive that is written.
-pub(in crate::io) type Zip<'a> = ZipWriter<BufWriter<&'a mut dyn Place>>;
+pub(in crate::io) struct Zip<'a> {
+    archive: ZipWriter<Kept<'a>>,
+    failure: Rc<RefCell<Option<io::Error>>>,
+}
+
+impl Zip<'_> {
+    /// Ends the archive.
+    ///
+    /// # Errors
+    /// The first of all that was written.
+    pub fn finish(self) -> io::Result<()> {
+        // The zip crate's destructor would try again, and complain on standard error.
+        self.archive.finish()?.flush()?;
+        self.failure.take().map_or(Ok(()), Err)
+    }
+}
+
+/// A place that keeps its first failure to itself, and takes nothing from then on.
+struct Kept<'a> {
+    out: BufWriter<&'a mut dyn Place>,
+    failure: Rc<RefCell<Option<io::Error>>>,
+    /// Where the next byte goes, and where the last one is.
+    at: u64,
+    end: u64,
+}
+
+impl Kept<'_> {
+    fn keep(&mut self, step: impl FnOnce(&mut BufWriter<&mut dyn Place>) -> io::Result<()>) {
+        let mut failure = self.failure.borrow_mut();
+        if failure.is_none() {
+            *failure = step(&mut self.out).err();
+        }
+    }
+}
+
+impl Write for Kept<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.keep(|out| out.write_all(bytes));
+        self.at += bytes.len() as u64;
+        self.end = self.end.max(self.at);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.keep(|out| out.flush());
+        Ok(())
+    }
+}
+
+impl Seek for Kept<'_> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let at = match to {
+            SeekFrom::Start(at) => Some(at),
+            SeekFrom::End(by) => self.end.checked_add_signed(by),
+            SeekFrom::Current(by) => self.at.checked_add_signed(by),
+        };
+        self.at = at.ok_or(io::ErrorKind::InvalidInput)?;
+        self.keep(|out| out.seek(SeekFrom::Start(at.unwrap_or_default())).map(drop));
+        Ok(self.at)
+    }
+}
 
 /// Where an archive is written: every kind of place by the same code.
 pub(in crate::io) trait Place: Write + Seek {}
 
 impl<W: Write + Seek> Place for W {}
 
-/// An archive without arrays.
+/// An archive without arrays, into an empty place.
 pub(in crate::io) fn zip_into(out: &mut dyn Place) -> Zip<'_> {
-    ZipWriter::new(BufWriter::with_capacity(1 << 16, out))
+    let failure = Rc::default();
+    let out = Kept { out: BufWriter::with_capacity(1 << 16, out), failure: Rc::clone(&failure), at: 0, end: 0 };
+    Zip { archive: ZipWriter::new(out), failure }
 }
 
 /// Writes one array of a type as NumPy names it.
@@ -194,11 +258,11 @@ pub(in crate::io) fn array<E: Element>(
     shape: &[u64],
     elements: impl Iterator<Item = E>,
 ) -> io::Result<()> {
-    begin(zip, key, shape)?;
-    npy::write(zip, kind, shape, elements)
+    begin(&mut zip.archive, key, shape)?;
+    npy::write(&mut zip.archive, kind, shape, elements)
 }
 
-fn begin(zip: &mut Zip, key: &str, shape: &[u64]) -> io::Result<()> {
+fn begin(zip: &mut ZipWriter<Kept>, key: &str, shape: &[u64]) -> io::Result<()> {
     // Names are the widest elements, and check_names bounds them.
     let bytes = shape.iter().product::<u64>().saturating_mul(8);
     let options = SimpleFileOptions::default()

@@ -13,11 +13,11 @@ use std::io::{self, Cursor, Write};
 use std::sync::Arc;
 
 use super::antimeridian::{self, wrapped};
-use super::columns::Between;
+use super::columns::{Between, STATUS};
 use super::formats::Entry;
 use super::npy::{Order, Padded, integers, numbers, texts};
 use super::source::Source;
-use super::{Antimeridian, ReadOptions, close, close_as_marked, free_names};
+use super::{Antimeridian, ReadOptions, WriteOptions, close, close_as_marked, free_names};
 use crate::batch::{Column, CurveBatch, Origin, Values};
 use crate::constraint::Constraints;
 use crate::error::{Error, Result};
@@ -42,9 +42,11 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: true,
     columns: true,
+    statuses: true,
+    fills: |_| false,
     read,
-    write: |out, batch, options, _| write(out, batch, options.antimeridian),
-    write_file: Some(|file, batch, options| write_seekable(file, batch, options.antimeridian)),
+    write: |out, batch, options, _| write(out, batch, options),
+    write_file: Some(|file, batch, options| write_seekable(file, batch, options)),
     check: check_names,
 };
 
@@ -265,18 +267,18 @@ fn check_names(batch: &CurveBatch) -> Result<()> {
 }
 
 /// Writes an archive through memory, to an output that cannot seek.
-fn write(out: &mut dyn Write, batch: &CurveBatch, antimeridian: Antimeridian) -> io::Result<()> {
+fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let mut bytes = Cursor::new(Vec::new());
-    write_seekable(&mut bytes, batch, antimeridian)?;
+    write_seekable(&mut bytes, batch, options)?;
     out.write_all(bytes.get_ref())
 }
 
 /// Writes an archive. Equal batches give equal bytes.
-fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, antimeridian: Antimeridian) -> io::Result<()> {
+fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let (points, curves) = (batch.total_points() as u64, batch.len() as u64);
     let mut zip = zip_into(out);
     let coords = (0..batch.len()).flat_map(|i| {
-        let wrap = antimeridian == Antimeridian::Cut && antimeridian::concerns(batch, i);
+        let wrap = options.antimeridian == Antimeridian::Cut && antimeridian::concerns(batch, i);
         let d = batch.dimension();
         batch.points(i).iter().enumerate().map(move |(at, &x)| if wrap && at % d == 0 { wrapped(x) } else { x })
     });
@@ -286,7 +288,7 @@ fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, antimeridian: Antimer
         array(&mut zip, DATA, "<f8", &shape, coords)?;
         array(&mut zip, "offsets", "<i8", &[curves], offsets.take(batch.len()))?;
         array(&mut zip, LENGTHS, "<i8", &[curves], (0..batch.len()).map(|i| batch.count(i) as i64))?;
-        return zip.finish()?.flush();
+        return zip.finish();
     }
     array(&mut zip, "coords", "<f8", &shape, coords)?;
     array(&mut zip, "offsets", "<i8", &[curves + 1], offsets)?;
@@ -308,7 +310,14 @@ fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, antimeridian: Antimer
         let names = all().map(|i| Padded(batch.name(i), longest));
         array(&mut zip, "names", &format!("<U{longest}"), &[curves], names)?;
     }
-    for (column, name) in batch.columns().iter().zip(free_names(batch, &KEYS)) {
+    let mut own = KEYS.to_vec();
+    if !options.statuses.is_empty() {
+        own.push(STATUS);
+        let words = || options.statuses.iter().map(|status| status.word());
+        let longest = words().map(str::len).max().unwrap_or(1);
+        array(&mut zip, STATUS, &format!("<U{longest}"), &[curves], words().map(|word| Padded(word.into(), longest)))?;
+    }
+    for (column, name) in batch.columns().iter().zip(free_names(batch, &own)) {
         match &column.values {
             Values::Numbers(numbers) | Values::Angles(numbers) => {
                 array(&mut zip, &name, "<f8", &[points], numbers.iter().copied())?
@@ -320,5 +329,5 @@ fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, antimeridian: Antimer
             }
         }
     }
-    zip.finish()?.flush()
+    zip.finish()
 }

@@ -23,6 +23,8 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=2,
     beziers: true,
     columns: false,
+    statuses: false,
+    fills: write::fills,
     read: read::read,
     write: |out, batch, options, _| write::write(out, batch, options),
     write_file: None,

@@ -45,6 +45,11 @@ fn drawing(batch: &CurveBatch) -> Option<&Drawing> {
     (drawing.curves == batch.len()).then_some(drawing)
 }
 
+/// Whether the drawing that was read is written again.
+pub(super) fn fills(batch: &CurveBatch) -> bool {
+    drawing(batch).is_some()
+}
+
 /// A drawing with one path a curve.
 fn draw(text: &mut Text, batch: &CurveBatch, beziers: bool, rounding: Option<f64>) -> io::Result<()> {
     text.push("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"")?;

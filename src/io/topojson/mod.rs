@@ -22,9 +22,11 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: false,
     columns: false,
+    statuses: true,
+    fills: geojson::fills,
     // Both end in .json. A topology says that it is one.
     read: geojson::read,
-    write: |out, batch, options, _| write::write(out, batch, options.decimals),
+    write: |out, batch, options, _| write::write(out, batch, options),
     write_file: None,
     check: |_| Ok(()),
 };

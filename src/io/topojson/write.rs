@@ -6,24 +6,24 @@ use serde_json::{Map, Value, json};
 
 use crate::batch::CurveBatch;
 use crate::io::geojson;
-use crate::io::is_finite;
 use crate::io::text::Text;
+use crate::io::{WriteOptions, is_finite};
 use crate::topology::{Options, Topology};
 
 /// The name of the object of a document that names none.
 const OBJECT: &str = "features";
 
 /// Writes the batch, with coordinates of so many decimals, quantised, or of all.
-pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, decimals: Option<u8>) -> io::Result<()> {
+pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
+    let WriteOptions { decimals, ref statuses, .. } = *options;
     let plain = batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec());
-    let options = Options { geographic: false, ..Options::of(&plain) };
-    let topology = Topology::new(&plain, &options).map_err(io::Error::other)?;
+    let shared = Options { geographic: false, ..Options::of(&plain) };
+    // Arcs are those of curves that have any: JSON has no number that is not finite.
+    let drawn: Vec<usize> = (0..batch.len()).filter(|&i| is_finite(batch, i) && batch.count(i) > 0).collect();
+    let topology = Topology::new(&plain.select(&drawn), &shared).map_err(io::Error::other)?;
     let mut features = Vec::new();
-    geojson::write_with(Text::new(&mut features), batch, false, false, &mut |text, i, _| {
-        let numbers = match is_finite(batch, i) {
-            true => topology.numbers(i),
-            false => vec![],
-        };
+    geojson::write_with(Text::new(&mut features), batch, statuses, false, false, &mut |text, i, _| {
+        let numbers = drawn.binary_search(&i).map_or_else(|_| vec![], |k| topology.numbers(k));
         text.push(serde_json::to_string(&numbers)?)
     })?;
     let document: Value = serde_json::from_slice(&features)?;

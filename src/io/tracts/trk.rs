@@ -26,6 +26,8 @@ pub(in crate::io) const ENTRY: Entry = Entry {
     dimensions: 3..=3,
     beziers: false,
     columns: true,
+    statuses: false,
+    fills: |_| false,
     read,
     write: |out, batch, _, _| write(out, batch),
     write_file: None,

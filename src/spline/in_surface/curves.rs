@@ -93,7 +93,7 @@ impl CurveSet for SurfaceCurves {
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
         let sample = |i: usize| match self.fitted(i) {
-            None => (self.unfitted[&i].coords.clone(), self.unfitted[&i].t.clone()),
+            None => self.unfitted[&i].sample(3, self.closed[i], sampling),
             Some(curve) => {
                 let sites = curve.sites(sampling);
                 let t = |&(span, u): &(usize, f64)| {
@@ -106,7 +106,7 @@ impl CurveSet for SurfaceCurves {
         };
         let samples: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.closed.len(), 16, sample);
         let closing = |i: usize, last: f64| match self.unfitted.get(&i) {
-            Some(input) => input.closing,
+            Some(input) => input.closing_after(last),
             None => self.knots[i][self.knots[i].len() - 1] - last,
         };
         let (closed, problems) = (self.closed.clone(), self.problems.clone());

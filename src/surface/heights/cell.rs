@@ -5,17 +5,17 @@ use glam::DVec2;
 use super::HeightField;
 
 /// A place along one axis: its span, and by what the value and the bend at both ends of the span count there.
-struct Place {
-    span: usize,
+pub(super) struct Place {
+    pub span: usize,
     /// t within the span, from 0 to 1, and by how much the place is beyond the grid.
-    t: f64,
+    pub t: f64,
     beyond: f64,
     /// 1/Δ
     rate: f64,
 }
 
 impl Place {
-    fn of(x: f64, origin: f64, spacing: f64, count: usize) -> Self {
+    pub fn of(x: f64, origin: f64, spacing: f64, count: usize) -> Self {
         let u = (x - origin) / spacing;
         let inside = u.clamp(0.0, (count - 1) as f64);
         let span = (inside.floor() as usize).min(count - 2);

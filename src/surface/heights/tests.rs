@@ -208,6 +208,32 @@ fn places_beyond_the_grid_are_unknown_and_its_edges_are_known() {
 }
 
 #[test]
+fn gaps_are_holes_that_change_nothing_far_from_them() {
+    let hill = |x: f64, y: f64| (0.3 * x).sin() + 0.1 * x * y;
+    let whole = field([20, 24], [1.0, 1.0], [0.0, 0.0], hill);
+    let gaps = [[9usize, 11usize], [9, 12], [10, 11], [0, 0]];
+    let mut heights: Vec<f64> = (0..480).map(|k| hill((k % 24) as f64, (k / 24) as f64)).collect();
+    gaps.iter().for_each(|[row, column]| heights[24 * row + column] = f64::NAN);
+    heights[24 * 19] = f64::INFINITY;
+    let field = HeightField::new([20, 24], heights).unwrap();
+    for (x, y) in [(11.0, 9.0), (10.5, 9.2), (12.7, 8.3), (11.0, 10.9), (0.0, 0.5), (0.5, 18.5)] {
+        let why = field.unknown(DVec3::new(x, y, 0.0)).unwrap();
+        assert!(why.starts_with("lies in a hole of the grid: row ") && field.height(x, y).is_nan(), "{x} {y} {why}");
+        // Descents do not break there.
+        assert!(field.foot(DVec3::new(x, y, 3.0)).is_some_and(|foot| foot.is_finite()), "{x} {y}");
+    }
+    for (x, y) in [(10.0, 9.0), (10.0, 9.5), (13.0, 9.0), (1.0, 0.0), (1.0, 0.4), (12.0, 11.0), (2.5, 3.5)] {
+        assert_eq!(field.unknown(DVec3::new(x, y, 0.0)), None, "{x} {y}");
+    }
+    // What a gap does falls to 2 − √3 from node to node.
+    for away in [4.0, 6.0, 8.0] {
+        let (x, y) = (11.5, 10.0 + away + 0.5);
+        let error = (field.height(x, y) - whole.height(x, y)).abs();
+        assert!(error <= 2.0 * (2.0 - 3f64.sqrt()).powf(away), "{away}: {error}");
+    }
+}
+
+#[test]
 fn what_is_no_height_field_is_refused_with_a_sentence() {
     let new = |shape, heights: &[f64]| HeightField::new(shape, heights.to_vec());
     for (refused, what) in [
@@ -215,10 +241,7 @@ fn what_is_no_height_field_is_refused_with_a_sentence() {
         (new([0, 0], &[]), "a height field of 0 × 0 heights is no surface"),
         (new([2, 3], &[0.0; 5]), "5 heights for a height field of 2 rows and 3 columns: give one for each"),
         (new([usize::MAX, 3], &[0.0; 5]), "5 heights for"),
-        (
-            new([2, 3], &[0.0, 1.0, 2.0, 3.0, f64::NAN, 5.0]),
-            "the height in row 1 and column 1, counted from 0, is NaN: fill gaps with heights, or cut the grid",
-        ),
+        (new([2, 3], &[f64::NAN; 6]), "none of the 2 × 3 heights of a height field is a finite number: give some"),
         (new([2, 2], &[0.0; 4]).unwrap().with_spacing([30.0, 0.0]), "the spacing of rows is 0: give a finite number"),
         (new([2, 2], &[0.0; 4]).unwrap().with_spacing([f64::NAN, 1.0]), "the spacing of columns is NaN"),
         (new([2, 2], &[0.0; 4]).unwrap().with_origin([0.0, f64::INFINITY]), "is at inf: give finite coordinates"),
