@@ -120,11 +120,11 @@ fn heights_are_splines_over_the_ground_and_change_nothing_on_it() {
         let (lifted, below): (Vec<Spatial>, Vec<Planar>) = (vertices(&own, 0, 16), vertices(&ground, 0, 16));
         assert!(lifted.iter().zip(&below).all(|([x, y, _], b)| [*x, *y] == *b));
         assert!(points.iter().enumerate().all(|(k, point)| lifted[16 * k] == *point), "{lifted:?}");
-        let curve = own.curve(0);
-        // Slope and bend of the height by the arc length go on from span to span.
+        let (curve, below) = (own.curve(0), ground.curve(0));
+        // Slope and bend of the height by the arc length on the ground go on from span to span.
         for span in 1..3 {
             let [before, after] = [curve.jet(span - 1, 1.0), curve.jet(span, 0.0)];
-            let [l, m] = [curve.span_length(span - 1), curve.span_length(span)];
+            let [l, m] = [below.span_length(span - 1), below.span_length(span)];
             assert!((before.first.z / l - after.first.z / m).abs() < 1e-9 * after.first.z.abs() / m + 1e-12);
             assert!((before.second.z / (l * l) - after.second.z / (m * m)).abs() < 1e-12);
         }
