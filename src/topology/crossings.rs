@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
+use rustc_hash::FxHashSet;
 
 /// Segments of a run.
 const RUN: usize = 16;
@@ -56,8 +57,7 @@ pub(crate) fn crossings(lines: &[Line], new: impl Fn(u32) -> bool) -> Vec<[Place
     let is_new: Vec<bool> = runs.iter().map(|run| new(run.arc)).collect();
     let mut found = Vec::new();
     runs.iter().zip(&is_new).filter(|(_, new)| **new).for_each(|(run, _)| within(lines, run, &mut found));
-    let is_one_new = |a: usize, b: usize| is_new[a] || is_new[b];
-    for [a, b] in meeting(&runs, is_one_new) {
+    for [a, b] in meeting(&runs, &is_new, |_, _| true) {
         between(lines, &runs[a as usize], &runs[b as usize], |a, b| may_meet(lines, a, b), &mut found);
     }
     found.sort_unstable();
@@ -71,9 +71,8 @@ pub(crate) fn contacts(lines: &[Line], groups: &[usize], new: impl Fn(u32) -> bo
     let runs = runs(lines);
     let is_new: Vec<bool> = runs.iter().map(|run| new(run.arc)).collect();
     let group = |run: usize| groups[runs[run].arc as usize];
-    let of_two = |a: usize, b: usize| (is_new[a] || is_new[b]) && group(a) != group(b);
     let mut found = Vec::new();
-    for [a, b] in meeting(&runs, of_two) {
+    for [a, b] in meeting(&runs, &is_new, |a, b| group(a) != group(b)) {
         between(lines, &runs[a as usize], &runs[b as usize], |_, _| false, &mut found);
     }
     found.sort_unstable();
@@ -95,8 +94,8 @@ fn runs(lines: &[Line]) -> Vec<Run> {
     runs
 }
 
-/// Pairs of runs whose boxes meet, of those that are asked for.
-fn meeting(runs: &[Run], is_asked: impl Fn(usize, usize) -> bool) -> Vec<[u32; 2]> {
+/// Pairs of runs whose boxes meet, one of them new, of those that are asked for.
+fn meeting(runs: &[Run], is_new: &[bool], is_asked: impl Fn(usize, usize) -> bool) -> Vec<[u32; 2]> {
     let boxed =
         runs.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), run| (l.min(run.low), h.max(run.high)));
     // By halves, whose differences do not overflow.
@@ -105,20 +104,30 @@ fn meeting(runs: &[Run], is_asked: impl Fn(usize, usize) -> bool) -> Vec<[u32; 2
     let mean = runs.iter().map(|run| half(run.low, run.high) / runs.len() as f64).sum::<f64>();
     let cell = (2.0 * mean).max(half(boxed.0, boxed.1) / f64::from(MOST_ROWS)).max(f64::MIN_POSITIVE);
     let number = |x: f64, low: f64| ((0.5 * x - 0.5 * low) / cell) as u64;
-    let (mut places, mut large) = (Vec::new(), Vec::new());
-    for (k, run) in runs.iter().enumerate() {
+    // New runs first: others need no cell without one.
+    let (mut places, mut large, mut cells) = (Vec::new(), Vec::new(), FxHashSet::default());
+    let of = |new: bool| runs.iter().enumerate().filter(move |(k, _)| is_new[*k] == new);
+    for (k, run) in of(true).chain(of(false)) {
         let [from, to] = [run.low, run.high].map(|p| [number(p.x, boxed.0.x), number(p.y, boxed.0.y)]);
         if (to[0] - from[0] + 1) * (to[1] - from[1] + 1) > MOST_CELLS {
             large.push(k as u32);
             continue;
         }
         for x in from[0]..=to[0] {
-            places.extend((from[1]..=to[1]).map(|y| (x << 32 | y, k as u32)));
+            for y in from[1]..=to[1] {
+                let cell = x << 32 | y;
+                if is_new[k] {
+                    cells.insert(cell);
+                }
+                if is_new[k] || cells.contains(&cell) {
+                    places.push((cell, k as u32));
+                }
+            }
         }
     }
     places.sort_unstable();
     let meet = |a: u32, b: u32| {
-        let is_asked = is_asked(a as usize, b as usize);
+        let is_asked = (is_new[a as usize] || is_new[b as usize]) && is_asked(a as usize, b as usize);
         let (a, b) = (&runs[a as usize], &runs[b as usize]);
         is_asked && a.low.cmple(b.high).all() && b.low.cmple(a.high).all()
     };

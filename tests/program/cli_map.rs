@@ -174,3 +174,72 @@ fn topologies_that_are_none_are_explained() {
     );
     assert_eq!(with("7"), "a.json: object \"o\", geometry 0: it is no JSON object: TopoJSON needs one with a \"type\"");
 }
+
+/// The positions of a ring or line, without that which a ring repeats.
+fn positions(document: &Value, feature: usize) -> Vec<[f64; 2]> {
+    let geometry = &document["features"][feature]["geometry"];
+    let line = if geometry["type"] == "Polygon" { &geometry["coordinates"][0] } else { &geometry["coordinates"] };
+    let mut line: Vec<[f64; 2]> = serde_json::from_value(line.clone()).unwrap();
+    line.truncate(line.len() - usize::from(geometry["type"] == "Polygon"));
+    line
+}
+
+/// By how many degrees a line turns in all.
+fn turning(line: &[[f64; 2]]) -> f64 {
+    let steps = line.windows(2).map(|w| [w[1][0] - w[0][0], w[1][1] - w[0][1]]);
+    let steps: Vec<[f64; 2]> = steps.filter(|step| *step != [0.0; 2]).collect();
+    let angle = |u: [f64; 2], v: [f64; 2]| (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1]).abs();
+    steps.windows(2).map(|w| angle(w[0], w[1])).sum::<f64>().to_degrees()
+}
+
+#[test]
+fn mended_contour_lines_bring_no_stairs_of_pixels_back() {
+    let folder = TempDir::new().unwrap();
+    let contours = format!("fit {}/tests/data/contours.geojson --device cpu", env!("CARGO_MANIFEST_DIR"));
+    for limit in ["--tube 3", "--tube 2.5"] {
+        let fit = |how: &str| {
+            run(&folder, &format!("{contours} {limit} --topology yes --crossings {how} -o {how}.geojson --force"))
+        };
+        fit("ignore").code(0);
+        fit("mend").code(0).stderr(contains(" 0 left"));
+        for i in 0..2 {
+            let [before, after] =
+                ["ignore.geojson", "mend.geojson"].map(|file| turning(&positions(&json(&folder, file), i)));
+            assert!(after < 1.5 * before, "{limit}, line {i}: {before} became {after}");
+        }
+    }
+}
+
+#[test]
+fn mended_borders_keep_their_own_direction_at_a_corner() {
+    let folder = TempDir::new().unwrap();
+    let rings = "[[[0,0.3],[0,0],[6,-0.03],[10,-0.01],[9.3,0.04],[9,0.3],[9,3],[0,3],[0,0.3]]]
+        [[[0,0.3],[-3,0.3],[-3,-3],[14,-3],[14,-0.3],[10,-0.01],[6,-0.03],[0,0],[0,0.3]]]
+        [[[10,-0.01],[14,-0.3],[14,3],[9,3],[9,0.3],[9.3,0.04],[10,-0.01]]]";
+    polygons(&folder, "corner.geojson", rings);
+    let direction = |how: &str| {
+        let fit =
+            format!("fit corner.geojson --method fair --corners 60 --samples 8 -o {how}.geojson --crossings {how}");
+        run(&folder, &format!("{fit} --device cpu")).code(0);
+        let ring = positions(&json(&folder, &format!("{how}.geojson")), 0);
+        let corner = ring.iter().position(|p| *p == [0.0, 0.0]).unwrap();
+        let next = ring[(corner + 1) % ring.len()];
+        next[1].atan2(next[0]).to_degrees()
+    };
+    let (before, after) = (direction("ignore"), direction("mend"));
+    assert!((before - after).abs() < 1.0, "{before} became {after}");
+}
+
+/// Writes polygons of one ring, a line each.
+fn polygons(folder: &TempDir, file: &str, rings: &str) {
+    let feature = |ring: &str| {
+        format!(
+            r#"{{"type":"Feature","properties":{{}},"geometry":{{"type":"Polygon","coordinates":{}}}}}"#,
+            ring.trim()
+        )
+    };
+    let features = rings.lines().map(feature).collect::<Vec<_>>().join(",");
+    let crs = r#""crs":{"type":"name","properties":{"name":"EPSG:25832"}}"#;
+    let text = format!(r#"{{"type":"FeatureCollection",{crs},"features":[{features}]}}"#);
+    fs::write(folder.path().join(file), text).unwrap();
+}
