@@ -80,6 +80,46 @@ pub(crate) fn contacts(lines: &[Line], groups: &[usize], new: impl Fn(u32) -> bo
     found
 }
 
+/// All points that lie on a segment between its ends, or so near: the segment, how far along it, and the point.
+pub(crate) fn points_on_segments(lines: &[Line], tolerance: f64) -> Vec<(Place, f64, Place)> {
+    let mut runs = runs(lines);
+    for run in &mut runs {
+        (run.low, run.high) = (run.low - tolerance, run.high + tolerance);
+    }
+    let mut found = Vec::new();
+    for run in &runs {
+        on_run(lines, run, run, tolerance, &mut found);
+    }
+    for [a, b] in meeting(&runs, &vec![true; runs.len()], |_, _| true) {
+        on_run(lines, &runs[a as usize], &runs[b as usize], tolerance, &mut found);
+        on_run(lines, &runs[b as usize], &runs[a as usize], tolerance, &mut found);
+    }
+    found
+}
+
+/// Points of a run `b` on segments of a run `a`.
+fn on_run(lines: &[Line], a: &Run, b: &Run, tolerance: f64, found: &mut Vec<(Place, f64, Place)>) {
+    let (of_a, of_b) = (lines[a.arc as usize].points, lines[b.arc as usize].points);
+    let points: Vec<(u32, DVec3)> = (b.first..=b.first + b.count)
+        .map(|k| k % of_b.len() as u32)
+        .map(|k| (k, of_b[k as usize]))
+        .filter(|(_, point)| a.low.cmple(point.truncate()).all() && point.truncate().cmple(a.high).all())
+        .collect();
+    if points.is_empty() {
+        return;
+    }
+    for segment in a.first..a.first + a.count {
+        let (p, q) = (of_a[segment as usize], of_a[(segment as usize + 1) % of_a.len()]);
+        let (low, high, along) = (p.min(q) - tolerance, p.max(q) + tolerance, q - p);
+        for &(k, point) in points.iter().filter(|(_, x)| low.cmple(*x).all() && x.cmple(high).all()) {
+            let t = (point - p).dot(along) / along.length_squared();
+            if t > 0.0 && t < 1.0 && point.distance(p + along * t) <= tolerance {
+                found.push(((a.arc, segment), t, (b.arc, k)));
+            }
+        }
+    }
+}
+
 fn runs(lines: &[Line]) -> Vec<Run> {
     let mut runs = Vec::new();
     for (arc, line) in lines.iter().enumerate() {

@@ -156,7 +156,7 @@ impl Topology {
         let (mut data, mut now) = (Area::default(), Area::default());
         points.for_each(|point| data.add(DVec2::from_slice(&point[..2])));
         samples::along(self, samples, i, |point| now.add(point.truncate()));
-        now.get() * data.get().signum() < keep_area * data.get().abs()
+        data.get() != 0.0 && now.get() * data.get().signum() < keep_area * data.get().abs()
     }
 }
 

@@ -40,6 +40,7 @@
 mod arcs;
 pub(crate) mod crossings;
 mod divided;
+mod edges;
 mod faults;
 mod levels;
 mod map;
@@ -119,8 +120,9 @@ pub struct Topology {
 impl Topology {
     /// Finds what curves share.
     ///
-    /// Curves that cannot be fitted, single points and rings of fewer than three different points
-    /// share nothing. They are strokes of their own.
+    /// Curves that cannot be fitted and single points share nothing. They are strokes of their own. An edge has the
+    /// vertices of others that lie on it, within [`snap`](Options::snap) or rounding: neighbours share a border on which one
+    /// has a vertex more.
     ///
     /// # Errors
     /// - A distance or an angle that is negative or no finite number.
@@ -153,7 +155,7 @@ impl Topology {
         }
         let alone: Vec<bool> = all.map(|i| batch.problem(i).is_some()).collect();
         let vertices = Vertices::new(batch, snap, geographic, &alone);
-        let arcs = Arcs::new(batch, &vertices, alone);
+        let arcs = Arcs::new(batch, &vertices, alone, snap);
         let strokes = Strokes::new(batch, &vertices, &arcs, straight);
         Ok(Arc::new(Topology { batch: batch.clone(), geographic, vertices, arcs, strokes }))
     }

@@ -243,3 +243,42 @@ fn polygons(folder: &TempDir, file: &str, rings: &str) {
     let text = format!(r#"{{"type":"FeatureCollection",{crs},"features":[{features}]}}"#);
     fs::write(folder.path().join(file), text).unwrap();
 }
+
+#[test]
+fn borders_with_a_vertex_on_one_side_only_are_shared() {
+    let folder = TempDir::new().unwrap();
+    for (vertex, snap) in [("64,40", ""), ("64.1,40", "--snap 0.2")] {
+        let left = format!("[[[0,0],[50,-10],[60,20],[{vertex}],[68,60],[60,90],[20,100],[-10,60],[0,0]]]");
+        let right = "[[[50,-10],[110,0],[120,50],[100,95],[60,90],[68,60],[60,20],[50,-10]]]";
+        polygons(&folder, "map.geojson", &format!("{left}\n{right}"));
+        for method in ["", "--deviation 3", "--method fair", "--method scf"] {
+            run(&folder, &format!("fit map.geojson -o out.geojson --samples 4 {method} {snap} --device cpu --force"))
+                .code(0)
+                .stderr(contains("1 border that curves share stay shared, and 2 junctions"));
+            let out = json(&folder, "out.geojson");
+            let shared = ring(&out, 0, "/coordinates/0").intersection(&ring(&out, 1, "/coordinates/0")).count();
+            assert_eq!(shared, 17, "{method} {snap}");
+        }
+    }
+}
+
+#[test]
+fn rings_that_go_there_and_back_stay_on_their_border() {
+    let folder = TempDir::new().unwrap();
+    let west = "[[[0,0],[4,0],[5,2],[4,4],[5,6],[0,6],[0,0]]]";
+    let east = "[[[4,0],[9,0],[9,6],[5,6],[4,4],[5,2],[4,0]]]";
+    for (sliver, count) in [("[[[5,2],[4,4],[5,2]]]", 3), ("[[[4,0],[5,2],[4,4],[5,2],[4,0]]]", 5)] {
+        for method in ["--deviation 0.3", "", "--method fair"] {
+            let fit = |rings: &str, file: &str| {
+                polygons(&folder, "map.geojson", rings);
+                run(&folder, &format!("fit map.geojson -o {file} --samples 2 {method} --device cpu --force")).code(0);
+                json(&folder, file)
+            };
+            let with = fit(&format!("{west}\n{east}\n{sliver}"), "with.geojson");
+            let without = fit(&format!("{west}\n{east}"), "without.geojson");
+            let [border, sliver] = [0, 2].map(|i| ring(&with, i, "/coordinates/0"));
+            assert!(sliver.len() == count && sliver.is_subset(&border), "{method}: {sliver:?}");
+            assert_eq!(border, ring(&without, 0, "/coordinates/0"), "{method}: the border is as without it");
+        }
+    }
+}
