@@ -240,6 +240,11 @@ fn may_meet(lines: &[Line], a: Place, b: Place) -> bool {
     neighbours || (is_end(a) && is_end(b))
 }
 
+/// Whether a line from `a` to `b` goes on to `c` by the way that it came.
+pub(crate) fn turns_back(a: DVec2, b: DVec2, c: DVec2) -> bool {
+    cross([a, b], [b, c], true)
+}
+
 /// Whether two segments have a point in common, besides a common end if they may have one.
 fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2], may_meet: bool) -> bool {
     if a == b || c == d || !(a.min(b).cmple(c.max(d)).all() && c.min(d).cmple(a.max(b)).all()) {

@@ -98,9 +98,9 @@ fn crossings_are_told_and_mended() {
         format!("fit {}/examples/data/world-110m.topojson --device cpu --samples 8", env!("CARGO_MANIFEST_DIR"));
     let folder = TempDir::new().unwrap();
     let told = contains("crossings (5 in the data): curve").and(contains("--crossings mend mends them"));
-    run(&folder, &format!("{world} -o a.geojson")).code(0).stderr(told);
+    run(&folder, &format!("{world} -o a.geojson --crossings count")).code(0).stderr(told);
     let mended = contains("were drawn tighter, 5 left, which the data have: curve");
-    run(&folder, &format!("{world} -o b.geojson --crossings mend --digits 6")).code(0).stderr(mended);
+    run(&folder, &format!("{world} -o b.geojson --digits 6")).code(0).stderr(mended);
     let text = fs::read_to_string(folder.path().join("b.geojson")).unwrap();
     let decimals = |number: &str| number.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let digits = text.split(|c: char| !(c.is_ascii_digit() || c == '.')).map(decimals).max();
@@ -133,7 +133,7 @@ fn options_of_maps_are_refused_where_they_mean_nothing() {
         "--keep-area is 2; it is a share of a ring's area, from 0 to 1",
     );
     refused(
-        "fit map.json -o b.geojson --keep-area 0.2",
+        "fit map.json -o b.geojson --keep-area 0.2 --crossings count",
         "--keep-area 0.2 is kept where crossings are mended: add --crossings mend",
     );
     refused("fit map.json -o b.geojson --snap -1", "the distance within which points are one is -1");
@@ -281,4 +281,36 @@ fn rings_that_go_there_and_back_stay_on_their_border() {
             assert_eq!(border, ring(&without, 0, "/coordinates/0"), "{method}: the border is as without it");
         }
     }
+}
+
+#[test]
+fn polygons_are_mended_as_they_are_written() {
+    let folder = TempDir::new().unwrap();
+    let south = "[[[0,0],[40,0],[40,20],[22,20],[20.7,10],[20,4],[19.4,10],[18,20],[0,20],[0,0]]]";
+    let north = "[[[0,40],[0,20],[18,20],[19.4,10],[20,4],[20.7,10],[22,20],[40,20],[40,40],[0,40]]]";
+    polygons(&folder, "bay.geojson", &format!("{south}\n{north}"));
+    for file in ["out.geojson", "out.topojson"] {
+        let fit =
+            |digits: u8| run(&folder, &format!("fit bay.geojson -o {file} --digits {digits} --device cpu --force"));
+        fit(1).code(0).stderr(contains("0 left").and(contains("left out").not()));
+        fit(0).code(0).stderr(contains("0 left").and(contains("left out where rounding folds a border")));
+        let out = io::read(folder.path().join(file)).unwrap();
+        for i in 0..2 {
+            let points = out.points(i).as_chunks::<2>().0;
+            let different: BTreeSet<_> = points.iter().map(|p| p.map(f64::to_bits)).collect();
+            assert!(
+                different.len() == points.len() && points.iter().flatten().all(|x| x.fract() == 0.0),
+                "{file}, {i}"
+            );
+        }
+    }
+    // Where rounding leaves nothing between two, it is said, and what would help.
+    polygons(
+        &folder,
+        "near.geojson",
+        "[[[0,0],[10.2,0],[10.2,10],[0,10],[0,0]]]\n[[[10.4,1],[20,1],[20,9],[10.4,9],[10.4,1]]]",
+    );
+    let said = contains("in the data or once rounded")
+        .and(contains("0 decimals do not keep apart what is left: --digits 1 does"));
+    run(&folder, "fit near.geojson -o near.csv --digits 0 --device cpu").code(0).stderr(said);
 }
