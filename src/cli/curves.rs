@@ -69,6 +69,22 @@ impl CurveArgs {
         self.to.or_else(|| Format::of_extension(&self.output))
     }
 
+    /// The format in which a batch is written.
+    fn format_of(&self, batch: &CurveBatch) -> Option<Format> {
+        self.to.or_else(|| Format::to_write(&self.output, batch))
+    }
+
+    /// The decimals that are written, if not all.
+    pub fn decimals(&self, batch: &CurveBatch) -> Option<u8> {
+        let needed = || (self.format_of(batch) == Some(Format::GeoJson)).then(|| io::decimals_of(batch)).flatten();
+        self.digits.or_else(needed)
+    }
+
+    /// Whether the format writes the decimals asked for, and in the units of the input.
+    pub fn rounds(&self, batch: &CurveBatch) -> bool {
+        matches!(self.format_of(batch), Some(Format::Csv | Format::GeoJson | Format::TopoJson))
+    }
+
     /// Refuses curves that the format, as far as it is known, cannot hold.
     pub fn check_format(&self, batch: &CurveBatch, beziers: bool) -> Result<()> {
         self.format().map_or(Ok(()), |format| format.check(batch.dimension(), beziers))
@@ -98,9 +114,7 @@ impl Made<'_> {
     /// A file that cannot be written.
     pub fn finish(self, mut run: Run, args: &CurveArgs) -> Result<bool> {
         let Made { batch, fit, curves, mut options, .. } = self;
-        if args.to.or_else(|| Format::to_write(&args.output, batch)) == Some(Format::GeoJson) {
-            options.decimals = options.decimals.or_else(|| io::decimals_of(batch));
-        }
+        options.decimals = args.decimals(batch);
         run.write(&args.output, || io::write_with(&args.output, &curves, &options))?;
         let points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
         drop(curves);
