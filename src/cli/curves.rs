@@ -75,6 +75,22 @@ impl CurveArgs {
         self.to.or_else(|| Format::of_extension(&self.output))
     }
 
+    /// The format in which a batch is written.
+    fn format_of(&self, batch: &CurveBatch) -> Option<Format> {
+        self.to.or_else(|| Format::to_write(&self.output, batch))
+    }
+
+    /// The decimals that are written, if not all.
+    pub fn decimals(&self, batch: &CurveBatch) -> Option<u8> {
+        let needed = || (self.format_of(batch) == Some(Format::GeoJson)).then(|| io::decimals_of(batch)).flatten();
+        self.digits.or_else(needed)
+    }
+
+    /// Whether the format writes the decimals asked for, and in the units of the input.
+    pub fn rounds(&self, batch: &CurveBatch) -> bool {
+        matches!(self.format_of(batch), Some(Format::Csv | Format::GeoJson | Format::TopoJson))
+    }
+
     /// Refuses curves that the format, as far as it is known, cannot hold: those of a batch, of this dimension, with so many
     /// points where that is known.
     pub fn check_format(
@@ -112,9 +128,7 @@ impl Made<'_> {
     /// A file that cannot be written.
     pub fn finish(self, mut run: Run, args: &CurveArgs) -> Result<bool> {
         let Made { batch, fit, curves, mut options, .. } = self;
-        if args.to.or_else(|| Format::to_write(&args.output, batch)) == Some(Format::GeoJson) {
-            options.decimals = options.decimals.or_else(|| io::decimals_of(batch));
-        }
+        options.decimals = args.decimals(batch);
         let (points, unusable) = unusable(args.strict, batch, fit);
         let mut notes = self.notes;
         if args.drop_unusable {

@@ -114,7 +114,13 @@ pub fn run(args: &FitArgs) -> Result<bool> {
             };
             let mut notes = method.notes(&strokes);
             run.step("looking at crossings");
-            let (strokes, of_map) = args.map.mend(&topology, topology.sample(strokes, sampling));
+            let mut strokes = topology.sample(strokes, sampling);
+            let decimals =
+                args.curves.decimals(&batch).filter(|_| shape == Shape::Polyline && args.curves.rounds(&batch));
+            if let Some(decimals) = decimals {
+                strokes = strokes.rounded(decimals);
+            }
+            let (strokes, of_map) = args.map.mend(&topology, strokes, decimals);
             notes.extend(of_map.into_iter().chain(divided));
             let fit = strokes.join();
             // One tolerance, so that curves share the Béziers of their borders.

@@ -30,7 +30,7 @@ enum Junctions {
 enum Crossings {
     /// They are counted, and the first are named
     Count,
-    /// They are mended: spans that cross are drawn tighter until they do not
+    /// They are mended: spans that cross are drawn tighter, as far as it takes, in what is written with --digits
     Mend,
     /// They are not looked for
     Ignore,
@@ -55,7 +55,7 @@ pub struct MapArgs {
     /// How borders go through points where three or more meet [default: smooth]
     #[arg(long, value_enum, value_name = "HOW", help_heading = "Maps")]
     junctions: Option<Junctions>,
-    /// What is done where curves cross each other or themselves [default: count]
+    /// What is done where curves cross each other or themselves [default: mend in files with polygons, count in others]
     #[arg(long, value_enum, value_name = "HOW", help_heading = "Maps")]
     crossings: Option<Crossings>,
     /// The share of its area that a ring keeps, with --crossings mend [default: 0.5]
@@ -98,6 +98,11 @@ impl MapArgs {
                 "{option} is of each curve, but borders are shared: add --topology no"
             )));
         }
+        if let (Some(share), false) = (self.keep_area, self.crossings(batch) == Crossings::Mend) {
+            return Err(Error::argument(format!(
+                "--keep-area {share} is kept where crossings are mended: add --crossings mend"
+            )));
+        }
         let mut options = Options::of(batch);
         options.snap = self.snap.unwrap_or(options.snap);
         if self.junctions == Some(Junctions::Free) {
@@ -112,20 +117,22 @@ impl MapArgs {
             Some(share) if !(0.0..=1.0).contains(&share) => Err(Error::argument(format!(
                 "--keep-area is {share}; it is a share of a ring's area, from 0 to 1, such as --keep-area {KEEP_AREA}"
             ))),
-            Some(share) if self.crossings != Some(Crossings::Mend) => Err(Error::argument(format!(
-                "--keep-area {share} is kept where crossings are mended: add --crossings mend"
-            ))),
             _ => Ok(()),
         }
     }
 
-    /// The fitted strokes, mended where that is asked for, and what is worth a line.
-    pub fn mend(&self, topology: &Topology, strokes: Sampled) -> (Sampled, Vec<String>) {
+    fn crossings(&self, batch: &CurveBatch) -> Crossings {
+        self.crossings.unwrap_or(if batch.is_map() { Crossings::Mend } else { Crossings::Count })
+    }
+
+    /// The fitted strokes, mended where that is asked for, and what is worth a line. Samples have this number of
+    /// decimals.
+    pub fn mend(&self, topology: &Topology, strokes: Sampled, decimals: Option<u8>) -> (Sampled, Vec<String>) {
         if self.topology == Shared::No {
             return (strokes, vec![]);
         }
         let note = vec![note(topology)];
-        match self.crossings.unwrap_or(Crossings::Count) {
+        match self.crossings(topology.curves()) {
             Crossings::Ignore => (strokes, note),
             Crossings::Count => {
                 let Faults { crossings, of_data, misplaced } = strokes.faults();
@@ -153,8 +160,27 @@ impl MapArgs {
                     thousands(mended.left.len())
                 );
                 if !mended.left.is_empty() {
-                    line += &format!(", which the data have: {}", named(topology, &mended.left));
+                    let why =
+                        if mended.decimals.is_some() { "in the data or once rounded" } else { "which the data have" };
+                    line += &format!(", {why}: {}", named(topology, &mended.left));
                 }
+                let left_out = (mended.left_out > 0).then(|| {
+                    format!("{} were left out where rounding folds a border", count(mended.left_out, "point"))
+                });
+                let lost = (!mended.lost.is_empty()).then(|| {
+                    let first = topology.curves().label(mended.lost[0]);
+                    format!(
+                        "{} less than {share} of their area, such as {first}",
+                        if mended.lost.len() == 1 {
+                            "1 ring has".into()
+                        } else {
+                            count(mended.lost.len(), "ring") + " have"
+                        }
+                    )
+                });
+                let rounded = decimals.zip(mended.decimals).map(|(decimals, more)| {
+                    format!("{decimals} decimals do not keep apart what is left: --digits {more} does")
+                });
                 let kept = (mended.kept > 0).then(|| {
                     format!(
                         "{} would have had less than {share} of their area, and keep more",
@@ -167,7 +193,17 @@ impl MapArgs {
                         count(mended.misplaced, "ring")
                     )
                 });
-                (strokes, note.into_iter().chain([line]).chain(kept).chain(misplaced).collect())
+                (
+                    strokes,
+                    note.into_iter()
+                        .chain([line])
+                        .chain(kept)
+                        .chain(misplaced)
+                        .chain(left_out)
+                        .chain(lost)
+                        .chain(rounded)
+                        .collect(),
+                )
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
+use super::edges;
 use super::frame;
 use super::vertices::Vertices;
 use crate::batch::CurveBatch;
@@ -42,15 +43,23 @@ pub(super) struct Arcs {
     pub alone: Vec<bool>,
     /// Whether an arc is a part of the map's frame, which stays as it is.
     pub frame: Vec<bool>,
+    /// Whether curves are cut at each vertex for no other reason than that one turns back there along the border.
+    pub turned: Vec<bool>,
 }
 
 impl Arcs {
     /// Cuts the curves at junctions: where curves part, meet or end, and where the [`frame`] of a map of longitudes
     /// begins.
     ///
-    /// Curves in `alone` stay whole, and so do those that are no line or ring without repeated
-    /// points. They share nothing.
-    pub fn new(batch: &CurveBatch, vertices: &Vertices, geographic: bool, mut alone: Vec<bool>) -> Self {
+    /// Curves in `alone` stay whole, and so do those of one point. They share nothing. Where a vertex lies on another
+    /// curve's edge, within `snap` or rounding, that curve has the vertex too; without `snap` edges stay as they are.
+    pub fn new(
+        batch: &CurveBatch,
+        vertices: &Vertices,
+        geographic: bool,
+        mut alone: Vec<bool>,
+        snap: Option<f64>,
+    ) -> Self {
         let is_frame = |a: &Stop, b: &Stop| {
             geographic && frame::holds([a, b].map(|stop| vertices.position(stop.vertex, stop.turn)))
         };
@@ -58,25 +67,37 @@ impl Arcs {
         for (i, alone) in alone.iter_mut().enumerate() {
             let whole = whole(batch, vertices, i);
             let path = without_repeats(&whole, batch.is_closed(i));
-            *alone |= path.len() < if batch.is_closed(i) { 3 } else { 2 };
+            *alone |= path.len() < 2;
             paths.push(if *alone { whole } else { path });
         }
-        let junctions = junctions(&paths, batch, vertices.positions.len(), &alone, &is_frame);
-        let mut arcs =
-            Arcs { stops: vec![], closed: vec![], uses: vec![], visits: vec![], alone: vec![], frame: vec![] };
+        if let Some(snap) = snap {
+            edges::complete(&mut paths, batch, vertices, &alone, snap);
+        }
+        let Cuts { junctions, turned } = cuts(&paths, batch, vertices.positions.len(), &alone, &is_frame);
+        let is_cut = |vertex: usize| junctions[vertex] || turned[vertex];
+        let mut arcs = Arcs {
+            stops: vec![],
+            closed: vec![],
+            uses: vec![],
+            visits: vec![],
+            alone: vec![],
+            frame: vec![],
+            turned: vec![],
+        };
         let mut known = FxHashMap::default();
         for (i, path) in paths.into_iter().enumerate() {
             let closed = batch.is_closed(i);
             let uses = if alone[i] {
                 vec![arcs.add(path, closed, true)]
             } else {
-                let pieces = cut(path, closed, &junctions);
+                let pieces = cut(path, closed, is_cut);
                 pieces.into_iter().map(|(stops, closed)| arcs.use_of(stops, closed, &mut known)).collect()
             };
             arcs.uses.push(uses);
         }
         arcs.frame =
             arcs.stops.iter().zip(&arcs.alone).map(|(stops, alone)| !alone && is_frame(&stops[0], &stops[1])).collect();
+        arcs.turned = turned;
         arcs
     }
 
@@ -135,18 +156,24 @@ fn without_repeats(path: &[Stop], closed: bool) -> Vec<Stop> {
     path
 }
 
-/// Whether each vertex is a junction: a line ends there, curves come from or go to different
-/// vertices, or the frame of the map begins.
-fn junctions(
+/// Where curves are cut, by vertex.
+struct Cuts {
+    /// A line ends there, curves come from or go to different vertices, or the frame of the map begins.
+    junctions: Vec<bool>,
+    /// A curve turns back there, along the border of the others if there are any. They go on as if it were not there.
+    turned: Vec<bool>,
+}
+
+fn cuts(
     paths: &[Vec<Stop>],
     batch: &CurveBatch,
     count: usize,
     alone: &[bool],
     is_frame: &dyn Fn(&Stop, &Stop) -> bool,
-) -> Vec<bool> {
+) -> Cuts {
     const NONE: u32 = u32::MAX;
     let mut neighbours = vec![[NONE; 2]; count];
-    let mut junctions = vec![false; count];
+    let (mut junctions, mut turned, mut turns) = (vec![false; count], vec![false; count], Vec::new());
     for (i, path) in paths.iter().enumerate().filter(|(i, _)| !alone[*i]) {
         let (n, closed) = (path.len(), batch.is_closed(i));
         for k in 0..n {
@@ -160,19 +187,31 @@ fn junctions(
                 junctions[here] = true;
             }
             let pair = [before.vertex.min(after.vertex), before.vertex.max(after.vertex)];
-            if neighbours[here][0] == NONE {
+            if before.vertex == after.vertex {
+                turns.push((here, before.vertex));
+            } else if neighbours[here][0] == NONE {
                 neighbours[here] = pair;
             } else if neighbours[here] != pair {
                 junctions[here] = true;
             }
         }
     }
-    junctions
+    for (here, neighbour) in turns {
+        if neighbours[here][0] == NONE {
+            neighbours[here] = [neighbour; 2];
+        }
+        turned[here] = true;
+        junctions[here] |= !neighbours[here].contains(&neighbour);
+    }
+    for (turned, junction) in turned.iter_mut().zip(&junctions) {
+        *turned &= !junction;
+    }
+    Cuts { junctions, turned }
 }
 
-/// Cuts a path at junctions.
-fn cut(mut path: Vec<Stop>, closed: bool, junctions: &[bool]) -> Vec<(Vec<Stop>, bool)> {
-    let is_junction = |stop: &Stop| junctions[stop.vertex as usize];
+/// Cuts a path at vertices.
+fn cut(mut path: Vec<Stop>, closed: bool, is_cut: impl Fn(usize) -> bool) -> Vec<(Vec<Stop>, bool)> {
+    let is_junction = |stop: &Stop| is_cut(stop.vertex as usize);
     if closed {
         match path.iter().position(is_junction) {
             None => return vec![(path, true)],

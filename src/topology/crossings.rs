@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
+use rustc_hash::FxHashSet;
 
 /// Segments of a run.
 const RUN: usize = 16;
@@ -56,8 +57,7 @@ pub(crate) fn crossings(lines: &[Line], new: impl Fn(u32) -> bool) -> Vec<[Place
     let is_new: Vec<bool> = runs.iter().map(|run| new(run.arc)).collect();
     let mut found = Vec::new();
     runs.iter().zip(&is_new).filter(|(_, new)| **new).for_each(|(run, _)| within(lines, run, &mut found));
-    let is_one_new = |a: usize, b: usize| is_new[a] || is_new[b];
-    for [a, b] in meeting(&runs, is_one_new) {
+    for [a, b] in meeting(&runs, &is_new, |_, _| true) {
         between(lines, &runs[a as usize], &runs[b as usize], |a, b| may_meet(lines, a, b), &mut found);
     }
     found.sort_unstable();
@@ -71,14 +71,53 @@ pub(crate) fn contacts(lines: &[Line], groups: &[usize], new: impl Fn(u32) -> bo
     let runs = runs(lines);
     let is_new: Vec<bool> = runs.iter().map(|run| new(run.arc)).collect();
     let group = |run: usize| groups[runs[run].arc as usize];
-    let of_two = |a: usize, b: usize| (is_new[a] || is_new[b]) && group(a) != group(b);
     let mut found = Vec::new();
-    for [a, b] in meeting(&runs, of_two) {
+    for [a, b] in meeting(&runs, &is_new, |a, b| group(a) != group(b)) {
         between(lines, &runs[a as usize], &runs[b as usize], |_, _| false, &mut found);
     }
     found.sort_unstable();
     found.dedup();
     found
+}
+
+/// All points that lie on a segment between its ends, or so near: the segment, how far along it, and the point.
+pub(crate) fn points_on_segments(lines: &[Line], tolerance: f64) -> Vec<(Place, f64, Place)> {
+    let mut runs = runs(lines);
+    for run in &mut runs {
+        (run.low, run.high) = (run.low - tolerance, run.high + tolerance);
+    }
+    let mut found = Vec::new();
+    for run in &runs {
+        on_run(lines, run, run, tolerance, &mut found);
+    }
+    for [a, b] in meeting(&runs, &vec![true; runs.len()], |_, _| true) {
+        on_run(lines, &runs[a as usize], &runs[b as usize], tolerance, &mut found);
+        on_run(lines, &runs[b as usize], &runs[a as usize], tolerance, &mut found);
+    }
+    found
+}
+
+/// Points of a run `b` on segments of a run `a`.
+fn on_run(lines: &[Line], a: &Run, b: &Run, tolerance: f64, found: &mut Vec<(Place, f64, Place)>) {
+    let (of_a, of_b) = (lines[a.arc as usize].points, lines[b.arc as usize].points);
+    let points: Vec<(u32, DVec3)> = (b.first..=b.first + b.count)
+        .map(|k| k % of_b.len() as u32)
+        .map(|k| (k, of_b[k as usize]))
+        .filter(|(_, point)| a.low.cmple(point.truncate()).all() && point.truncate().cmple(a.high).all())
+        .collect();
+    if points.is_empty() {
+        return;
+    }
+    for segment in a.first..a.first + a.count {
+        let (p, q) = (of_a[segment as usize], of_a[(segment as usize + 1) % of_a.len()]);
+        let (low, high, along) = (p.min(q) - tolerance, p.max(q) + tolerance, q - p);
+        for &(k, point) in points.iter().filter(|(_, x)| low.cmple(*x).all() && x.cmple(high).all()) {
+            let t = (point - p).dot(along) / along.length_squared();
+            if t > 0.0 && t < 1.0 && point.distance(p + along * t) <= tolerance {
+                found.push(((a.arc, segment), t, (b.arc, k)));
+            }
+        }
+    }
 }
 
 fn runs(lines: &[Line]) -> Vec<Run> {
@@ -95,8 +134,8 @@ fn runs(lines: &[Line]) -> Vec<Run> {
     runs
 }
 
-/// Pairs of runs whose boxes meet, of those that are asked for.
-fn meeting(runs: &[Run], is_asked: impl Fn(usize, usize) -> bool) -> Vec<[u32; 2]> {
+/// Pairs of runs whose boxes meet, one of them new, of those that are asked for.
+fn meeting(runs: &[Run], is_new: &[bool], is_asked: impl Fn(usize, usize) -> bool) -> Vec<[u32; 2]> {
     let boxed =
         runs.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), run| (l.min(run.low), h.max(run.high)));
     // By halves, whose differences do not overflow.
@@ -105,20 +144,30 @@ fn meeting(runs: &[Run], is_asked: impl Fn(usize, usize) -> bool) -> Vec<[u32; 2
     let mean = runs.iter().map(|run| half(run.low, run.high) / runs.len() as f64).sum::<f64>();
     let cell = (2.0 * mean).max(half(boxed.0, boxed.1) / f64::from(MOST_ROWS)).max(f64::MIN_POSITIVE);
     let number = |x: f64, low: f64| ((0.5 * x - 0.5 * low) / cell) as u64;
-    let (mut places, mut large) = (Vec::new(), Vec::new());
-    for (k, run) in runs.iter().enumerate() {
+    // New runs first: others need no cell without one.
+    let (mut places, mut large, mut cells) = (Vec::new(), Vec::new(), FxHashSet::default());
+    let of = |new: bool| runs.iter().enumerate().filter(move |(k, _)| is_new[*k] == new);
+    for (k, run) in of(true).chain(of(false)) {
         let [from, to] = [run.low, run.high].map(|p| [number(p.x, boxed.0.x), number(p.y, boxed.0.y)]);
         if (to[0] - from[0] + 1) * (to[1] - from[1] + 1) > MOST_CELLS {
             large.push(k as u32);
             continue;
         }
         for x in from[0]..=to[0] {
-            places.extend((from[1]..=to[1]).map(|y| (x << 32 | y, k as u32)));
+            for y in from[1]..=to[1] {
+                let cell = x << 32 | y;
+                if is_new[k] {
+                    cells.insert(cell);
+                }
+                if is_new[k] || cells.contains(&cell) {
+                    places.push((cell, k as u32));
+                }
+            }
         }
     }
     places.sort_unstable();
     let meet = |a: u32, b: u32| {
-        let is_asked = is_asked(a as usize, b as usize);
+        let is_asked = (is_new[a as usize] || is_new[b as usize]) && is_asked(a as usize, b as usize);
         let (a, b) = (&runs[a as usize], &runs[b as usize]);
         is_asked && a.low.cmple(b.high).all() && b.low.cmple(a.high).all()
     };
@@ -189,6 +238,11 @@ fn may_meet(lines: &[Line], a: Place, b: Place) -> bool {
         !line.closed && (k == 0 || k as usize + 1 == line.segments())
     };
     neighbours || (is_end(a) && is_end(b))
+}
+
+/// Whether a line from `a` to `b` goes on to `c` by the way that it came.
+pub(crate) fn turns_back(a: DVec2, b: DVec2, c: DVec2) -> bool {
+    cross([a, b], [b, c], true)
 }
 
 /// Whether two segments have a point in common, besides a common end if they may have one.

@@ -7,27 +7,136 @@ use rustc_hash::FxHashMap;
 
 use super::Topology;
 use super::tight::Tightened;
-use crate::curve::vector;
+use crate::curve::{Curve, Jet, vector};
 use crate::report::Fit;
 
-/// The lengths of handles at every level, as parts of a third of the chord; 0 is a straight span.
-const HANDLES: [f64; 8] = [1.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.0];
+/// How tight a span is, and how near to the data a point.
+struct Level {
+    /// What is left of a span's handles.
+    handles: f64,
+    /// How much of its way back to the data a point goes.
+    back: f64,
+    /// The way back is the mean over this number of neighbours on both sides, which has no noise.
+    neighbours: usize,
+}
 
-/// How far points stay from the data at every level, as parts of what the fit moved them.
-const MOVED: [f64; 8] = [1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0, 0.0];
-
-/// From point to point away from a span the level of points falls by so much.
-const FADING: u8 = 2;
+/// All levels, from what was fitted to the chord between data points. The first double: nothing is tightened more than
+/// twice as much as its crossing asks for. Points follow the means of ever fewer neighbours, so that steps in the data
+/// come back last: two contour lines of pixels turn by 1.2 times what they did, and by 4 times without means.
+const LEVELS: [Level; 10] = [
+    Level { handles: 1.0, back: 0.0, neighbours: 0 },
+    Level { handles: 0.9375, back: 0.0625, neighbours: 16 },
+    Level { handles: 0.875, back: 0.125, neighbours: 16 },
+    Level { handles: 0.75, back: 0.25, neighbours: 16 },
+    Level { handles: 0.625, back: 0.5, neighbours: 16 },
+    Level { handles: 0.5, back: 1.0, neighbours: 16 },
+    Level { handles: 0.375, back: 1.0, neighbours: 8 },
+    Level { handles: 0.25, back: 1.0, neighbours: 4 },
+    Level { handles: 0.125, back: 1.0, neighbours: 1 },
+    Level { handles: 0.0, back: 1.0, neighbours: 0 },
+];
 
 /// The tightest level.
-const TIGHTEST: u8 = (HANDLES.len() - 1) as u8;
+const TIGHTEST: u8 = (LEVELS.len() - 1) as u8;
+
+/// After this number of points away from a span the level of points is one less.
+const FADING: f64 = 8.0;
 
 /// How tight the spans and points of every stroke are.
 pub(super) struct Levels<'a> {
     topology: &'a Topology,
     fit: &'a Fit,
-    /// The levels of every stroke that has any: of its spans and of its points.
-    strokes: FxHashMap<u32, (Vec<u8>, Vec<u8>)>,
+    /// The strokes that have any level.
+    strokes: FxHashMap<u32, Stroke>,
+}
+
+/// A stroke and its levels.
+struct Stroke {
+    closed: bool,
+    /// The level of every span.
+    spans: Vec<u8>,
+    /// The level of every point, between whole ones too.
+    points: Vec<f64>,
+    fitted: Vec<DVec3>,
+    /// From every fitted point to the data.
+    back: Vec<DVec3>,
+    /// The part of it that is across the curve: along it nothing comes apart.
+    across: Vec<DVec3>,
+    /// The largest distance between both.
+    farthest: f64,
+}
+
+impl Stroke {
+    fn new(curve: &dyn Curve, data: impl Iterator<Item = DVec3>) -> Self {
+        let (spans, closed) = (curve.spans(), curve.is_closed());
+        let last = (!closed).then(|| curve.jet(spans - 1, 1.0));
+        let jets: Vec<Jet> = (0..spans).map(|k| curve.jet(k, 0.0)).chain(last).collect();
+        let back: Vec<DVec3> = data.zip(&jets).map(|(data, jet)| data - jet.point).collect();
+        let across = back.iter().zip(&jets).map(|(&back, jet)| {
+            let along = jet.first / jet.first.abs().max_element();
+            if along.is_finite() { back.reject_from(along) } else { back }
+        });
+        let (across, fitted) = (across.collect(), jets.iter().map(|jet| jet.point).collect::<Vec<_>>());
+        let farthest = back.iter().map(|&back| length(back)).fold(0.0, f64::max);
+        Stroke { closed, spans: vec![0; spans], points: vec![0.0; jets.len()], fitted, back, across, farthest }
+    }
+
+    /// The point before or after point `k` by `away`, if there is one.
+    fn beside(&self, k: usize, away: isize) -> Option<usize> {
+        let (n, at) = (self.points.len() as isize, k as isize + away);
+        if self.closed { Some(at.rem_euclid(n) as usize) } else { (0..n).contains(&at).then_some(at as usize) }
+    }
+
+    /// How far every point goes back. No further from the data than the fit is anywhere.
+    fn ways(&self) -> Vec<DVec3> {
+        let way = |k: usize| {
+            let level = self.points[k];
+            let at = |level: f64| {
+                let level = &LEVELS[level as usize];
+                if level.back == 0.0 { DVec3::ZERO } else { self.mean(k, level.neighbours) * level.back }
+            };
+            let way = at(level.floor()).lerp(at(level.ceil()), level.fract());
+            let left = self.back[k] - way;
+            let distance = length(left);
+            if distance > self.farthest { self.back[k] - left * (self.farthest / distance) } else { way }
+        };
+        (0..self.points.len()).map(way).collect()
+    }
+
+    /// How fast the ways change at point `k`, by the curve's parameter. Points that the fit left in place keep their
+    /// direction.
+    fn slope(&self, curve: &dyn Curve, ways: &[DVec3], k: usize) -> DVec3 {
+        let neighbours = (self.beside(k, -1), self.beside(k, 1));
+        match neighbours {
+            (Some(before), Some(after)) if self.back[k] != DVec3::ZERO => {
+                let (h, i) = (curve.pace(before), curve.pace(k));
+                ((ways[k] - ways[before]) * (i / h) + (ways[after] - ways[k]) * (h / i)) / (h + i)
+            }
+            _ => DVec3::ZERO,
+        }
+    }
+
+    /// The mean way back around point `k`, by a triangle of weights. It ends at ends and at points that the fit left in
+    /// place, and small rings have none: what they lost is their size.
+    fn mean(&self, k: usize, neighbours: usize) -> DVec3 {
+        let most = if self.closed { neighbours.min(self.points.len() / 16) } else { neighbours };
+        if most == 0 || self.back[k] == DVec3::ZERO {
+            return self.back[k];
+        }
+        let (mut sums, mut sum) = (self.across[k], self.across[k]);
+        // A triangle is the sum of boxes.
+        let mut count = 1;
+        for away in 1..=most as isize {
+            let (Some(before), Some(after)) = (self.beside(k, -away), self.beside(k, away)) else { break };
+            sum += self.across[before] + self.across[after];
+            sums += sum;
+            count += 2 * away + 1;
+            if self.back[before] == DVec3::ZERO || self.back[after] == DVec3::ZERO {
+                break;
+            }
+        }
+        sums / count as f64
+    }
 }
 
 impl<'a> Levels<'a> {
@@ -37,25 +146,17 @@ impl<'a> Levels<'a> {
 
     /// Draws a span of a stroke tighter, with its points. False where it is as tight as can be.
     pub fn tighten(&mut self, stroke: u32, span: usize) -> bool {
-        let closed = self.topology.strokes().is_closed(stroke as usize);
-        let Some((spans, points)) = self.of(stroke) else { return false };
-        if spans[span] == TIGHTEST {
-            return false;
-        }
-        spans[span] += 1;
-        let (level, count) = (spans[span], points.len());
-        let mut at_least = |k: usize, level: u8| points[k % count] = points[k % count].max(level);
+        let Some(stroke) = self.of(stroke).filter(|stroke| stroke.spans[span] < TIGHTEST) else { return false };
+        stroke.spans[span] += 1;
+        let level = stroke.spans[span];
         // The points beyond follow a little, so that there is no step.
-        for away in 0..count.div_ceil(2) {
-            let Some(level) = level.checked_sub(FADING * away as u8).filter(|&level| level > 0) else { break };
-            let (before, after) = (span.checked_sub(away), span + 1 + away);
-            match (before, closed) {
-                (Some(k), _) => at_least(k, level),
-                (None, true) => at_least(span + count - away, level),
-                (None, false) => {}
+        for away in 0..stroke.points.len() as isize {
+            let level = f64::from(level) - away as f64 / FADING;
+            if level <= 0.0 {
+                break;
             }
-            if closed || after < count {
-                at_least(after, level);
+            for k in [stroke.beside(span, -away), stroke.beside(span, away + 1)].into_iter().flatten() {
+                stroke.points[k] = stroke.points[k].max(level);
             }
         }
         true
@@ -64,27 +165,27 @@ impl<'a> Levels<'a> {
     /// Brings the points of some spans of a stroke nearer to the data, and then draws the spans
     /// tighter. False where they are as tight as can be.
     pub fn bring_back(&mut self, stroke: u32, range: Range<usize>) -> bool {
-        let Some((spans, points)) = self.of(stroke) else { return false };
-        let raise = |level: &mut u8| {
-            let changed = *level < TIGHTEST;
-            *level += u8::from(changed);
-            changed
-        };
-        let count = points.len();
-        let nearer = (range.start..=range.end).map(|k| raise(&mut points[k % count])).filter(|&raised| raised).count();
-        nearer > 0 || spans[range].iter_mut().map(raise).filter(|&raised| raised).count() > 0
+        let Some(Stroke { spans, points, .. }) = self.of(stroke) else { return false };
+        let (count, mut changed) = (points.len(), false);
+        for k in range.start..=range.end {
+            let level = &mut points[k % count];
+            changed |= *level < f64::from(TIGHTEST);
+            *level = (*level + 2.0).min(f64::from(TIGHTEST));
+        }
+        if !changed {
+            for level in spans[range].iter_mut().filter(|level| **level < TIGHTEST) {
+                (*level, changed) = (*level + 1, true);
+            }
+        }
+        changed
     }
 
     /// The levels of a stroke, unless it was not fitted.
-    fn of(&mut self, stroke: u32) -> Option<(&mut Vec<u8>, &mut Vec<u8>)> {
-        let batch = self.topology.strokes();
-        let s = stroke as usize;
-        if !self.fit.curve(s).is_fitted() {
-            return None;
-        }
-        let (spans, points) =
-            self.strokes.entry(stroke).or_insert_with(|| (vec![0; batch.spans(s)], vec![0; batch.count(s)]));
-        Some((spans, points))
+    fn of(&mut self, stroke: u32) -> Option<&mut Stroke> {
+        let (batch, s) = (self.topology.strokes(), stroke as usize);
+        let curve = self.fit.curve(s);
+        let data = || batch.points(s).chunks_exact(batch.dimension()).map(vector);
+        curve.is_fitted().then(|| self.strokes.entry(stroke).or_insert_with(|| Stroke::new(&*curve, data())))
     }
 
     /// The strokes as they were fitted.
@@ -94,33 +195,33 @@ impl<'a> Levels<'a> {
 
     /// Number of spans that are tighter than they were fitted.
     pub fn tightened(&self) -> usize {
-        self.strokes.values().flat_map(|(spans, _)| spans).filter(|&&level| level > 0).count()
+        self.strokes.values().flat_map(|stroke| &stroke.spans).filter(|&&level| level > 0).count()
     }
 
     /// The tightened spans of a stroke.
     pub fn cubics(&self, stroke: u32) -> FxHashMap<u32, [DVec3; 4]> {
-        let Some((spans, points)) = self.strokes.get(&stroke) else { return FxHashMap::default() };
-        let (curve, batch, s) = (self.fit.curve(stroke as usize), self.topology.strokes(), stroke as usize);
-        let count = points.len();
-        let place = |k: usize| {
-            let fitted = if k == spans.len() { curve.jet(k - 1, 1.0) } else { curve.jet(k, 0.0) };
-            let d = batch.dimension();
-            let data = vector(&batch.points(s)[k % count * d..][..d]);
-            let direction = scaled(fitted.first).0.normalize_or_zero();
-            (data + (fitted.point - data) * MOVED[points[k % count] as usize], direction)
-        };
-        let is_moved = |k: usize| points[k % count] > 0;
         let mut cubics = FxHashMap::default();
-        for span in (0..spans.len()).filter(|&k| spans[k] > 0 || is_moved(k) || is_moved(k + 1)) {
-            let ((p, u), (q, v)) = (place(span), place(span + 1));
-            let chord = q - p;
-            let (unit, size) = scaled(chord);
-            let length = size * unit.length();
-            let handle = |direction: DVec3| match HANDLES[spans[span] as usize] * f64::from(direction != DVec3::ZERO) {
-                0.0 => chord / 3.0,
-                part => direction * (part * length / 3.0),
+        let Some(of) = self.strokes.get(&stroke) else { return cubics };
+        let curve = self.fit.curve(stroke as usize);
+        let ways = of.ways();
+        for span in 0..of.spans.len() {
+            let ends = [span, (span + 1) % of.points.len()];
+            if of.spans[span] == 0 && ends.iter().all(|&k| of.points[k] == 0.0) {
+                continue;
+            }
+            let [p, q] = ends.map(|k| of.fitted[k] + ways[k]);
+            // Handles of points that come nearer to each other shrink with their chord.
+            let chord = length(of.fitted[ends[1]] - of.fitted[ends[0]]);
+            let nearer = if chord > 0.0 { (length(q - p) / chord).min(1.0) } else { 1.0 };
+            let part = LEVELS[of.spans[span] as usize].handles * nearer * curve.pace(span) / 3.0;
+            // At a corner each side has its own direction.
+            let [u, v] = match part > 0.0 {
+                true => {
+                    [0, 1].map(|end| (curve.jet(span, end as f64).first + of.slope(&*curve, &ways, ends[end])) * part)
+                }
+                false => [(q - p) / 3.0; 2],
             };
-            cubics.insert(span as u32, [p, p + handle(u), q - handle(v), q]);
+            cubics.insert(span as u32, [p, p + u, q - v, q]);
         }
         cubics
     }
@@ -128,26 +229,19 @@ impl<'a> Levels<'a> {
     /// The strokes as they are now, with the largest distance of a point from the data.
     pub fn finish(self) -> Fit {
         let mut reports = self.fit.reports().to_vec();
-        let batch = self.topology.strokes();
         let mut cubics = FxHashMap::default();
-        for (&stroke, (_, points)) in &self.strokes {
-            let s = stroke as usize;
-            cubics.insert(stroke, self.cubics(stroke));
-            let curve = self.fit.curve(s);
-            let data = batch.points(s).chunks_exact(batch.dimension()).map(vector);
-            let distance = |(k, data): (usize, DVec3)| {
-                let fitted = if k == curve.spans() { curve.jet(k - 1, 1.0) } else { curve.jet(k, 0.0) };
-                (fitted.point - data).length() * MOVED[points[k] as usize]
-            };
-            reports[s].max_deviation = data.enumerate().map(distance).fold(0.0, f64::max);
+        for (&number, stroke) in &self.strokes {
+            cubics.insert(number, self.cubics(number));
+            let distances = stroke.back.iter().zip(stroke.ways()).map(|(&back, way)| length(back - way));
+            reports[number as usize].max_deviation = distances.fold(0.0, f64::max);
         }
-        let device = self.fit.device().clone();
-        Fit::new(Tightened { fit: self.fit.clone(), cubics, batch: batch.clone() }, reports, device)
+        let (device, batch) = (self.fit.device().clone(), self.topology.strokes().clone());
+        Fit::new(Tightened { fit: self.fit.clone(), cubics, batch }, reports, device)
     }
 }
 
-/// A vector whose largest component is 1, and its size: squares of both stay in range.
-fn scaled(vector: DVec3) -> (DVec3, f64) {
+/// The length of a vector whose square may be out of range.
+fn length(vector: DVec3) -> f64 {
     let size = vector.abs().max_element();
-    if size > 0.0 { (vector / size, size) } else { (DVec3::ZERO, 0.0) }
+    if size > 0.0 { size * (vector / size).length() } else { 0.0 }
 }

@@ -2,8 +2,8 @@
 //!
 //! A span that is tightened becomes a cubic with the curve's directions at both ends and shorter
 //! handles, so that the direction never breaks. Points that the fit moved go back towards the data
-//! at the same time. In the end a span is the chord between its data points: where the data do not
-//! cross, nothing is left to cross.
+//! at the same time, as far as the crossing asks and those beside them a little less. In the end a
+//! span is the chord between its data points: where the data do not cross, nothing is left to cross.
 
 use std::collections::BTreeSet;
 
@@ -19,16 +19,26 @@ use super::samples::{self, Samples};
 use crate::curve::Sampling;
 use crate::report::Fit;
 
+/// Numbers have no more decimals.
+const MOST_DECIMALS: u8 = 15;
+
 /// What came of mending.
 #[derive(Clone, Debug, Default)]
 pub struct Mended {
     /// Crossings before.
     pub before: usize,
-    /// Crossings that are left, which the data have.
+    /// Crossings that are left, which the data have, or which come of [rounding](Sampled::rounded).
     pub left: Vec<Crossing>,
+    /// Points that were left out where [rounding](Sampled::rounded) folds a border back on itself.
+    pub left_out: usize,
+    /// Curves that have less than their share of area all the same, because of rounding.
+    pub lost: Vec<usize>,
+    /// What rounding did, where anything is left that is not there without it: the number of decimals with which it is
+    /// not. `None` where all that is left is in the data.
+    pub decimals: Option<u8>,
     /// Spans that were tightened.
     pub tightened: usize,
-    /// Rings that would have lost too much of their area.
+    /// Rings that had lost too much of their area.
     pub kept: usize,
     /// Curves that would have come to lie on the other side of others, such as islands inland.
     pub misplaced: usize,
@@ -41,14 +51,20 @@ impl Sampled {
     /// and points that the fit moved go back towards the data, step by step, until nothing crosses.
     /// In the last step a span is its chord. So nothing is left that the data have not.
     pub fn mend(self, keep_area: f64) -> (Sampled, Mended) {
-        let Sampled { topology, fit, sampling, mut samples } = self;
-        let (fit, mended) = topology.mend(fit, sampling, keep_area, &mut samples);
-        (Sampled { topology, fit, sampling, samples }, mended)
+        let Sampled { topology, fit, sampling, decimals, mut samples } = self;
+        let (fit, mended) = topology.mend(fit, (sampling, decimals), keep_area, &mut samples);
+        (Sampled { topology, fit, sampling, decimals, samples }, mended)
     }
 }
 
 impl Topology {
-    fn mend(&self, fit: Fit, sampling: Sampling, keep_area: f64, samples: &mut [Samples]) -> (Fit, Mended) {
+    fn mend(
+        &self,
+        fit: Fit,
+        written: (Sampling, Option<u8>),
+        keep_area: f64,
+        samples: &mut [Samples],
+    ) -> (Fit, Mended) {
         let mut levels = Levels::new(self, &fit);
         let mut crossing = self.places(samples, |_| true);
         let rings: Vec<usize> = (0..self.batch.len()).filter(|&i| self.is_ring(i)).collect();
@@ -62,6 +78,12 @@ impl Topology {
             kept: shrunken.len(),
             ..Mended::default()
         };
+        if written.1.is_some() {
+            for (of_arc, &closed) in samples.iter_mut().zip(&self.arcs.closed) {
+                mended.left_out += of_arc.leave_out(closed);
+            }
+            crossing = self.places(samples, |_| true);
+        }
         loop {
             // Once each, however many of their segments cross.
             let crossed = crossing.iter().flatten().flat_map(|&place| self.spans_of(samples, place));
@@ -81,7 +103,7 @@ impl Topology {
             }
             changed.sort_unstable();
             changed.dedup();
-            samples::sample_again(self, &levels, &changed, sampling, samples);
+            samples::sample_again(self, &levels, &changed, written, samples);
             let is_new = |arc: u32| changed.binary_search(&self.strokes.places[arc as usize].stroke).is_ok();
             crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
             crossing.extend(self.places(samples, is_new));
@@ -90,6 +112,21 @@ impl Topology {
         }
         mended.tightened = levels.tightened();
         mended.left = self.named(samples, crossing);
+        mended.lost = shrunken;
+        let left = mended.left.len() + mended.lost.len();
+        if let (Some(decimals), true) = (written.1, left > 0) {
+            let all: Vec<u32> = (0..self.strokes().len() as u32).collect();
+            let mut left_with = |decimals: Option<u8>| {
+                samples::sample_again(self, &levels, &all, (written.0, decimals), samples);
+                let crossing = self.named(samples, self.places(samples, |_| true));
+                crossing.len() + rings.iter().filter(|&&i| self.is_shrunken(i, samples, keep_area)).count()
+            };
+            let of_data = left_with(None);
+            if left > of_data {
+                mended.decimals = (decimals + 1..MOST_DECIMALS).find(|&more| left_with(Some(more)) <= of_data);
+            }
+            left_with(Some(decimals));
+        }
         (levels.finish(), mended)
     }
 
@@ -156,7 +193,7 @@ impl Topology {
         let (mut data, mut now) = (Area::default(), Area::default());
         points.for_each(|point| data.add(DVec2::from_slice(&point[..2])));
         samples::along(self, samples, i, |point| now.add(point.truncate()));
-        now.get() * data.get().signum() < keep_area * data.get().abs()
+        data.get() != 0.0 && now.get() * data.get().signum() < keep_area * data.get().abs()
     }
 }
 

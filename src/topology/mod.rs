@@ -42,6 +42,7 @@
 mod arcs;
 pub(crate) mod crossings;
 mod divided;
+mod edges;
 mod faults;
 mod frame;
 mod levels;
@@ -122,8 +123,9 @@ pub struct Topology {
 impl Topology {
     /// Finds what curves share.
     ///
-    /// Curves that cannot be fitted, single points and rings of fewer than three different points
-    /// share nothing. They are strokes of their own.
+    /// Curves that cannot be fitted and single points share nothing. They are strokes of their own. An edge has the
+    /// vertices of others that lie on it, within [`snap`](Options::snap) or rounding: neighbours share a border on which one
+    /// has a vertex more.
     ///
     /// # Errors
     /// - A distance or an angle that is negative or no finite number.
@@ -169,7 +171,7 @@ impl Topology {
         let is_alone = |i: usize| batch.problem(i).is_some() || apart && !frame::is_in(batch, i);
         let alone: Vec<bool> = (0..batch.len()).map(is_alone).collect();
         let vertices = Vertices::new(batch, snap, geographic, apart, &alone);
-        let arcs = Arcs::new(batch, &vertices, geographic, alone);
+        let arcs = Arcs::new(batch, &vertices, geographic, alone, (!apart).then_some(snap));
         let strokes = Strokes::new(batch, &vertices, &arcs, straight);
         Ok(Arc::new(Topology { batch: batch.clone(), geographic, vertices, arcs, strokes }))
     }

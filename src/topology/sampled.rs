@@ -13,6 +13,8 @@ pub struct Sampled {
     pub(super) topology: Arc<Topology>,
     pub(super) fit: Fit,
     pub(super) sampling: Sampling,
+    /// The samples are rounded to this number of decimals.
+    pub(super) decimals: Option<u8>,
     /// Of every arc.
     pub(super) samples: Vec<Samples>,
 }
@@ -28,11 +30,19 @@ impl Topology {
     pub fn sample(self: &Arc<Self>, fit: Fit, sampling: Sampling) -> Sampled {
         assert_eq!(fit.len(), self.strokes.arcs.len(), "a fit of the strokes");
         let samples = samples::sample(self, &fit, sampling);
-        Sampled { topology: self.clone(), fit, sampling, samples }
+        Sampled { topology: self.clone(), fit, sampling, decimals: None, samples }
     }
 }
 
 impl Sampled {
+    /// The same with samples rounded to `decimals`, as a file will have them: [`faults`](Self::faults) and
+    /// [`mend`](Self::mend) refer to what is written then.
+    pub fn rounded(mut self, decimals: u8) -> Self {
+        self.samples.iter_mut().for_each(|of_arc| of_arc.round(decimals));
+        self.decimals = Some(decimals);
+        self
+    }
+
     /// The fit of the strokes.
     pub fn strokes(&self) -> &Fit {
         &self.fit
@@ -40,7 +50,7 @@ impl Sampled {
 
     /// The curves of the batch, as of [`Topology::join`], whose samples by this sampling are known.
     pub fn join(self) -> Fit {
-        let Sampled { topology, fit, sampling, samples } = self;
+        let Sampled { topology, fit, sampling, samples, .. } = self;
         let reports = (0..topology.batch.len()).map(|i| report(&topology, &fit, i)).collect();
         let device = fit.device().clone();
         Fit::new(Map { topology, fit, sampled: Some((sampling, samples)) }, reports, device)

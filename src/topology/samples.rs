@@ -7,7 +7,7 @@ use rustc_hash::FxHashMap;
 
 use super::levels::Levels;
 use super::tight::Tight;
-use super::{TURN, Topology};
+use super::{TURN, Topology, crossings};
 use crate::curve::{Curve, Jet, Sampling};
 use crate::motion::Motion;
 use crate::parallel;
@@ -20,6 +20,44 @@ pub(super) struct Samples {
     pub points: Vec<DVec3>,
     /// The number of the span, and the fraction of it.
     pub t: Vec<f64>,
+}
+
+impl Samples {
+    /// Rounds the points to this number of decimals, as writers do.
+    pub fn round(&mut self, decimals: u8) {
+        let by = 10_f64.powi(decimals.into());
+        let round = |x: f64| Some((x * by).round() / by + 0.0).filter(|rounded| rounded.is_finite()).unwrap_or(x);
+        for point in &mut self.points {
+            *point = point.map(round);
+        }
+    }
+
+    /// Leaves out points where the line repeats a point or turns back on itself, such as at the end of a bay that
+    /// rounding has closed. Ends stay, and so do lines of nothing else. The number of turns that are gone.
+    pub fn leave_out(&mut self, closed: bool) -> usize {
+        let at = |k: usize| self.points[k].truncate();
+        let n = self.points.len();
+        let (mut kept, mut turns, last) = (Vec::with_capacity(n), 0, n - usize::from(!closed));
+        // A closed line comes back to its first point.
+        for k in 0..=last {
+            while let [.., a, b] = kept[..]
+                && (at(b) == at(k % n) || crossings::turns_back(at(a), at(b), at(k % n)))
+            {
+                turns += usize::from(at(b) != at(k % n));
+                kept.pop();
+            }
+            let repeats = kept.last().is_some_and(|&b| at(b) == at(k % n));
+            if k < n && (!repeats || k == last) {
+                kept.push(k);
+            }
+        }
+        if kept.len() < if closed { 3 } else { 2 } {
+            return 0;
+        }
+        self.points = kept.iter().map(|&k| self.points[k]).collect();
+        self.t = kept.iter().map(|&k| self.t[k]).collect();
+        turns
+    }
 }
 
 /// Goes along the samples of curve `i`, from those of the arcs: `each` point, with the number of its
@@ -71,7 +109,7 @@ pub(super) fn sample(topology: &Topology, fit: &Fit, sampling: Sampling) -> Vec<
     of_strokes.into_iter().flatten().for_each(|(arc, of_arc)| samples[arc as usize] = Some(of_arc));
     let mut samples: Vec<Samples> =
         samples.into_iter().map(|of_arc| of_arc.expect("every arc lies on a stroke")).collect();
-    meet(topology, &mut samples);
+    meet(topology, &mut samples, None);
     samples
 }
 
@@ -97,12 +135,12 @@ fn sample_arc(topology: &Topology, curve: &dyn Curve, arc: usize, sampling: Samp
     Samples { points, t }
 }
 
-/// Samples the arcs of some strokes again, as tight as they are.
+/// Samples the arcs of some strokes again, as tight as they are and with this number of decimals.
 pub(super) fn sample_again(
     topology: &Topology,
     levels: &Levels,
     changed: &[u32],
-    sampling: Sampling,
+    (sampling, decimals): (Sampling, Option<u8>),
     samples: &mut [Samples],
 ) {
     let again = parallel::map(changed.len(), 1, |k| {
@@ -112,12 +150,19 @@ pub(super) fn sample_again(
         let arcs = topology.strokes.arcs[stroke as usize].iter();
         arcs.map(|&arc| (arc, sample_arc(topology, &curve, arc as usize, sampling))).collect::<Vec<_>>()
     });
-    again.into_iter().flatten().for_each(|(arc, of_arc)| samples[arc as usize] = of_arc);
-    meet(topology, samples);
+    for (arc, of_arc) in again.into_iter().flatten() {
+        samples[arc as usize] = of_arc;
+    }
+    meet(topology, samples, decimals);
+    if decimals.is_some() {
+        for &arc in changed.iter().flat_map(|&stroke| &topology.strokes.arcs[stroke as usize]) {
+            samples[arc as usize].leave_out(topology.arcs.closed[arc as usize]);
+        }
+    }
 }
 
-/// Gives arcs that meet one point there, bit for bit: a junction's own, or else the first arc's.
-fn meet(topology: &Topology, samples: &mut [Samples]) {
+/// Gives arcs that meet one point there, bit for bit: a junction's own, or else the first arc's. All are rounded then.
+pub(super) fn meet(topology: &Topology, samples: &mut [Samples], decimals: Option<u8>) {
     let mut places: FxHashMap<u32, DVec3> = FxHashMap::default();
     for (arc, stops) in topology.arcs.stops.iter().enumerate() {
         if topology.arcs.closed[arc] || topology.arcs.alone[arc] {
@@ -136,6 +181,9 @@ fn meet(topology: &Topology, samples: &mut [Samples]) {
                 });
             points[at] = moved(*place, stop.turn);
         }
+    }
+    if let Some(decimals) = decimals {
+        samples.iter_mut().for_each(|of_arc| of_arc.round(decimals));
     }
 }
 

@@ -42,9 +42,15 @@ impl Strokes {
     pub fn new(batch: &CurveBatch, vertices: &Vertices, arcs: &Arcs, straight: f64) -> Self {
         let meeting = meeting(arcs);
         let mut partner = vec![None; 2 * arcs.stops.len()];
-        for ends in meeting.values().filter(|_| straight > 0.0) {
+        for (&vertex, ends) in &meeting {
             let ends: Vec<End> = ends.iter().copied().filter(|&end| !arcs.frame[end as usize / 2]).collect();
-            for [a, b] in pairs(vertices, arcs, &ends, straight) {
+            let pairs = match ends[..] {
+                // Only a curve that turns back has cut the others there.
+                [a, b] if arcs.turned[vertex as usize] => vec![[a, b]],
+                _ if straight > 0.0 => pairs(vertices, arcs, &ends, straight),
+                _ => continue,
+            };
+            for [a, b] in pairs {
                 partner[a as usize] = Some(b);
                 partner[b as usize] = Some(a);
             }

@@ -98,9 +98,9 @@ fn crossings_are_told_and_mended() {
         format!("fit {}/examples/data/world-110m.topojson --device cpu --samples 8", env!("CARGO_MANIFEST_DIR"));
     let folder = TempDir::new().unwrap();
     let told = contains("crossings (2 in the data): curve").and(contains("--crossings mend mends them"));
-    run(&folder, &format!("{world} -o a.geojson")).code(0).stderr(told);
+    run(&folder, &format!("{world} -o a.geojson --crossings count")).code(0).stderr(told);
     let mended = contains("were drawn tighter, 2 left, which the data have: curve");
-    run(&folder, &format!("{world} -o b.geojson --crossings mend --digits 6")).code(0).stderr(mended);
+    run(&folder, &format!("{world} -o b.geojson --digits 6")).code(0).stderr(mended);
     let text = fs::read_to_string(folder.path().join("b.geojson")).unwrap();
     let decimals = |number: &str| number.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let digits = text.split(|c: char| !(c.is_ascii_digit() || c == '.')).map(decimals).max();
@@ -133,7 +133,7 @@ fn options_of_maps_are_refused_where_they_mean_nothing() {
         "--keep-area is 2; it is a share of a ring's area, from 0 to 1",
     );
     refused(
-        "fit map.json -o b.geojson --keep-area 0.2",
+        "fit map.json -o b.geojson --keep-area 0.2 --crossings count",
         "--keep-area 0.2 is kept where crossings are mended: add --crossings mend",
     );
     refused("fit map.json -o b.geojson --snap -1", "the distance within which points are one is -1");
@@ -173,4 +173,144 @@ fn topologies_that_are_none_are_explained() {
         "a.json: object \"o\", geometry 0: the type \"Line\" is none of TopoJSON's"
     );
     assert_eq!(with("7"), "a.json: object \"o\", geometry 0: it is no JSON object: TopoJSON needs one with a \"type\"");
+}
+
+/// The positions of a ring or line, without that which a ring repeats.
+fn positions(document: &Value, feature: usize) -> Vec<[f64; 2]> {
+    let geometry = &document["features"][feature]["geometry"];
+    let line = if geometry["type"] == "Polygon" { &geometry["coordinates"][0] } else { &geometry["coordinates"] };
+    let mut line: Vec<[f64; 2]> = serde_json::from_value(line.clone()).unwrap();
+    line.truncate(line.len() - usize::from(geometry["type"] == "Polygon"));
+    line
+}
+
+/// By how many degrees a line turns in all.
+fn turning(line: &[[f64; 2]]) -> f64 {
+    let steps = line.windows(2).map(|w| [w[1][0] - w[0][0], w[1][1] - w[0][1]]);
+    let steps: Vec<[f64; 2]> = steps.filter(|step| *step != [0.0; 2]).collect();
+    let angle = |u: [f64; 2], v: [f64; 2]| (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1]).abs();
+    steps.windows(2).map(|w| angle(w[0], w[1])).sum::<f64>().to_degrees()
+}
+
+#[test]
+fn mended_contour_lines_bring_no_stairs_of_pixels_back() {
+    let folder = TempDir::new().unwrap();
+    let contours = format!("fit {}/tests/data/contours.geojson --device cpu", env!("CARGO_MANIFEST_DIR"));
+    for limit in ["--tube 3", "--tube 2.5"] {
+        let fit = |how: &str| {
+            run(&folder, &format!("{contours} {limit} --topology yes --crossings {how} -o {how}.geojson --force"))
+        };
+        fit("ignore").code(0);
+        fit("mend").code(0).stderr(contains(" 0 left"));
+        for i in 0..2 {
+            let [before, after] =
+                ["ignore.geojson", "mend.geojson"].map(|file| turning(&positions(&json(&folder, file), i)));
+            assert!(after < 1.5 * before, "{limit}, line {i}: {before} became {after}");
+        }
+    }
+}
+
+#[test]
+fn mended_borders_keep_their_own_direction_at_a_corner() {
+    let folder = TempDir::new().unwrap();
+    let rings = "[[[0,0.3],[0,0],[6,-0.03],[10,-0.01],[9.3,0.04],[9,0.3],[9,3],[0,3],[0,0.3]]]
+        [[[0,0.3],[-3,0.3],[-3,-3],[14,-3],[14,-0.3],[10,-0.01],[6,-0.03],[0,0],[0,0.3]]]
+        [[[10,-0.01],[14,-0.3],[14,3],[9,3],[9,0.3],[9.3,0.04],[10,-0.01]]]";
+    polygons(&folder, "corner.geojson", rings);
+    let direction = |how: &str| {
+        let fit =
+            format!("fit corner.geojson --method fair --corners 60 --samples 8 -o {how}.geojson --crossings {how}");
+        run(&folder, &format!("{fit} --device cpu")).code(0);
+        let ring = positions(&json(&folder, &format!("{how}.geojson")), 0);
+        let corner = ring.iter().position(|p| *p == [0.0, 0.0]).unwrap();
+        let next = ring[(corner + 1) % ring.len()];
+        next[1].atan2(next[0]).to_degrees()
+    };
+    let (before, after) = (direction("ignore"), direction("mend"));
+    assert!((before - after).abs() < 1.0, "{before} became {after}");
+}
+
+/// Writes polygons of one ring, a line each.
+fn polygons(folder: &TempDir, file: &str, rings: &str) {
+    let feature = |ring: &str| {
+        format!(
+            r#"{{"type":"Feature","properties":{{}},"geometry":{{"type":"Polygon","coordinates":{}}}}}"#,
+            ring.trim()
+        )
+    };
+    let features = rings.lines().map(feature).collect::<Vec<_>>().join(",");
+    let crs = r#""crs":{"type":"name","properties":{"name":"EPSG:25832"}}"#;
+    let text = format!(r#"{{"type":"FeatureCollection",{crs},"features":[{features}]}}"#);
+    fs::write(folder.path().join(file), text).unwrap();
+}
+
+#[test]
+fn borders_with_a_vertex_on_one_side_only_are_shared() {
+    let folder = TempDir::new().unwrap();
+    for (vertex, snap) in [("64,40", ""), ("64.1,40", "--snap 0.2")] {
+        let left = format!("[[[0,0],[50,-10],[60,20],[{vertex}],[68,60],[60,90],[20,100],[-10,60],[0,0]]]");
+        let right = "[[[50,-10],[110,0],[120,50],[100,95],[60,90],[68,60],[60,20],[50,-10]]]";
+        polygons(&folder, "map.geojson", &format!("{left}\n{right}"));
+        for method in ["", "--deviation 3", "--method fair", "--method scf"] {
+            run(&folder, &format!("fit map.geojson -o out.geojson --samples 4 {method} {snap} --device cpu --force"))
+                .code(0)
+                .stderr(contains("1 border that curves share stay shared, and 2 junctions"));
+            let out = json(&folder, "out.geojson");
+            let shared = ring(&out, 0, "/coordinates/0").intersection(&ring(&out, 1, "/coordinates/0")).count();
+            assert_eq!(shared, 17, "{method} {snap}");
+        }
+    }
+}
+
+#[test]
+fn rings_that_go_there_and_back_stay_on_their_border() {
+    let folder = TempDir::new().unwrap();
+    let west = "[[[0,0],[4,0],[5,2],[4,4],[5,6],[0,6],[0,0]]]";
+    let east = "[[[4,0],[9,0],[9,6],[5,6],[4,4],[5,2],[4,0]]]";
+    for (sliver, count) in [("[[[5,2],[4,4],[5,2]]]", 3), ("[[[4,0],[5,2],[4,4],[5,2],[4,0]]]", 5)] {
+        for method in ["--deviation 0.3", "", "--method fair"] {
+            let fit = |rings: &str, file: &str| {
+                polygons(&folder, "map.geojson", rings);
+                run(&folder, &format!("fit map.geojson -o {file} --samples 2 {method} --device cpu --force")).code(0);
+                json(&folder, file)
+            };
+            let with = fit(&format!("{west}\n{east}\n{sliver}"), "with.geojson");
+            let without = fit(&format!("{west}\n{east}"), "without.geojson");
+            let [border, sliver] = [0, 2].map(|i| ring(&with, i, "/coordinates/0"));
+            assert!(sliver.len() == count && sliver.is_subset(&border), "{method}: {sliver:?}");
+            assert_eq!(border, ring(&without, 0, "/coordinates/0"), "{method}: the border is as without it");
+        }
+    }
+}
+
+#[test]
+fn polygons_are_mended_as_they_are_written() {
+    let folder = TempDir::new().unwrap();
+    let south = "[[[0,0],[40,0],[40,20],[22,20],[20.7,10],[20,4],[19.4,10],[18,20],[0,20],[0,0]]]";
+    let north = "[[[0,40],[0,20],[18,20],[19.4,10],[20,4],[20.7,10],[22,20],[40,20],[40,40],[0,40]]]";
+    polygons(&folder, "bay.geojson", &format!("{south}\n{north}"));
+    for file in ["out.geojson", "out.topojson"] {
+        let fit =
+            |digits: u8| run(&folder, &format!("fit bay.geojson -o {file} --digits {digits} --device cpu --force"));
+        fit(1).code(0).stderr(contains("0 left").and(contains("left out").not()));
+        fit(0).code(0).stderr(contains("0 left").and(contains("left out where rounding folds a border")));
+        let out = io::read(folder.path().join(file)).unwrap();
+        for i in 0..2 {
+            let points = out.points(i).as_chunks::<2>().0;
+            let different: BTreeSet<_> = points.iter().map(|p| p.map(f64::to_bits)).collect();
+            assert!(
+                different.len() == points.len() && points.iter().flatten().all(|x| x.fract() == 0.0),
+                "{file}, {i}"
+            );
+        }
+    }
+    // Where rounding leaves nothing between two, it is said, and what would help.
+    polygons(
+        &folder,
+        "near.geojson",
+        "[[[0,0],[10.2,0],[10.2,10],[0,10],[0,0]]]\n[[[10.4,1],[20,1],[20,9],[10.4,9],[10.4,1]]]",
+    );
+    let said = contains("in the data or once rounded")
+        .and(contains("0 decimals do not keep apart what is left: --digits 1 does"));
+    run(&folder, "fit near.geojson -o near.csv --digits 0 --device cpu").code(0).stderr(said);
 }
