@@ -34,6 +34,8 @@ pub(crate) struct Origin {
     pub notes: Vec<String>,
     /// How times are written, where the parameters are times.
     pub clock: Option<Clock>,
+    /// The curves without parameters in a batch that has parameters, in order.
+    pub untimed: Vec<usize>,
     /// Whether x and y of all curves are longitudes and latitudes in degrees.
     pub geographic: bool,
     /// What a format keeps of the file to write it again. Only that format knows the type.

@@ -166,7 +166,7 @@ fn check_names(batch: &CurveBatch) -> Result<()> {
 
 /// Writes `curve,x,y[,z],t`, and `closed` if a curve is, and all columns.
 ///
-/// t is the parameter, or the number of the vertex if there is none. The last row of a closed curve
+/// t is the parameter, or the number of the vertex if no curve has any. The last row of a closed curve
 /// repeats its first, where the curve meets it again.
 fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &WriteOptions) -> io::Result<()> {
     let d = batch.dimension();
@@ -177,7 +177,10 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &Wri
     let names = own.into_iter().filter(|&name| (name != "z" || d == 3) && (name != "closed" || any_closed));
     text.push(row(names.chain(free_names(batch, &own).iter().map(|name| &**name)), separator))?;
     text.push("\n")?;
-    let clock = batch.origin().clock.map(|clock| clock.for_all(batch.all_parameters().iter().copied()));
+    let clock = batch.origin().clock.map(|clock| {
+        let times = (0..batch.len()).filter_map(|i| batch.parameters(i)).flatten();
+        clock.for_all(times.copied())
+    });
     for i in 0..batch.len() {
         let name = row([&*batch.name(i)], separator);
         let parameters = batch.parameters(i);
@@ -194,14 +197,13 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &Wri
                 true => text.point(&[&[antimeridian::wrapped(point[0])], &point[1..]].concat(), separator)?,
             }
             text.push(separator)?;
-            let t = match parameters {
-                Some(t) if k < count => t[k],
-                Some(t) => t[count - 1] + batch.closing_length(i, t),
-                None => k as f64,
-            };
-            match clock.filter(|_| parameters.is_some()) {
-                Some(clock) => text.push(clock.write(t))?,
-                None => text.number(t)?,
+            let t = parameters.map(|t| if k < count { t[k] } else { t[count - 1] + batch.closing_length(i, t) });
+            match (t, clock) {
+                (Some(t), Some(clock)) => text.push(clock.write(t))?,
+                (Some(t), None) => text.number(t)?,
+                // A blank, where others have parameters.
+                (None, _) if batch.has_parameters() => {}
+                (None, _) => text.number(k as f64)?,
             }
             if any_closed {
                 text.push(separator)?;
