@@ -13,6 +13,11 @@ pub(super) fn is_geographic(points: &[f64], stride: usize) -> bool {
     points.chunks_exact(stride).all(|point| point[0].abs() <= TURN && point[1].abs() <= 90.0)
 }
 
+/// The same of numbers some of which are missing.
+pub(super) fn are_geographic(points: &[f64], stride: usize) -> bool {
+    points.chunks_exact(stride).all(|point| point[0].is_nan() || point[1].is_nan() || is_geographic(point, stride))
+}
+
 /// The number of whole turns to add to every point `k`.
 ///
 /// `None` if no neighbours are more than 180 apart.

@@ -15,11 +15,16 @@
 //!
 //! **Blanks.** Some curves lack a number: a blank coordinate, parameter or weight in CSV, or a
 //! position of GeoJSON that is `null`, holds `null` or has fewer than two numbers. The number is
-//! NaN in the batch. It makes that curve [`Invalid`](crate::CurveStatus::Invalid), and no other.
+//! NaN in the batch. It makes that curve [`Invalid`](crate::CurveStatus::Invalid), and no other. A curve of CSV whose
+//! parameters are all blank has none.
 //!
 //! **Separators.** Cells of CSV are separated by commas, semicolons or tabs, whichever the first line
-//! has most of. Between semicolons a comma may be the decimal point. `NA`, `N/A`, `null` and `none`
-//! are blanks. Files called `.tsv` are written with tabs.
+//! has most of, or by what a line such as `sep=;` above it says. Unless commas separate, a comma may be the decimal
+//! point. `NA`, `N/A`, `null`, `none` and what databases and spreadsheets write for them, such as `\N` and `#N/A`, are
+//! blanks. Files called `.tsv` are written with tabs.
+//!
+//! **Encodings.** Text is UTF-8, or UTF-16 where its first bytes say so. XML may declare UTF-16, ISO-8859-1 or
+//! Windows-1252. What is written is UTF-8.
 //!
 //! **Times.** Dates in a column `t`, such as `2024-03-01T06:00:00Z`, `2024-03-01 06:00` or `2024-03-01` (ISO 8601),
 //! become seconds since the beginning of 1970. CSV writes them as they came, with as many digits as
@@ -70,6 +75,7 @@ mod atomic;
 mod columns;
 mod csv;
 mod decimals;
+mod encoding;
 mod formats;
 mod geojson;
 mod gpx;
