@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use faircurve::io::{self, Antimeridian, Format, WriteOptions};
 use faircurve::picture::Picture;
-use faircurve::{CurveBatch, CurveStatus, Fit, Result};
+use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result};
 
 use super::report::{Head, Line};
 use super::run::Run;
@@ -56,9 +56,9 @@ pub struct CurveArgs {
     /// Draws input and curves into an SVG file
     #[arg(long, value_name = "FILE.svg", help_heading = "Picture")]
     pub picture: Option<PathBuf>,
-    /// Counts single points as curves that are not usable
+    /// Counts single points as curves that are not usable, and refuses files without curves
     ///
-    /// They stay as they are, and are not counted otherwise.
+    /// Single points stay as they are, and are not counted otherwise.
     #[arg(long, help_heading = "Run")]
     pub strict: bool,
 }
@@ -69,8 +69,12 @@ impl CurveArgs {
         self.to.or_else(|| Format::of_extension(&self.output))
     }
 
-    /// Refuses curves that the format, as far as it is known, cannot hold.
+    /// Refuses curves that the format, as far as it is known, cannot hold, and that there are none where `--strict`.
     pub fn check_format(&self, batch: &CurveBatch, beziers: bool) -> Result<()> {
+        if self.strict && batch.is_empty() {
+            let input = self.input.input.display();
+            return Err(Error::argument(format!("{input} has no curve, which --strict refuses: leave it out")));
+        }
         self.format().map_or(Ok(()), |format| format.check(batch.dimension(), beziers))
     }
 }

@@ -97,6 +97,7 @@ mod xml;
 use std::io::{Read, Write};
 use std::path::Path;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result, quoted};
@@ -215,7 +216,8 @@ pub struct WriteOptions {
 /// A file that cannot be read or does not hold what its format promises.
 ///
 /// A fault of one curve (NaN, decreasing parameters) is not an error. The curve gets an
-/// [`Unfitted`](crate::Unfitted).
+/// [`Unfitted`](crate::Unfitted). Nor is a file without curves, whose batch is empty:
+/// [`CurveBatch::notes`] says so.
 pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
     read_with(path, &ReadOptions::default())
 }
@@ -252,10 +254,12 @@ pub fn read_from(reader: impl Read, options: &ReadOptions) -> Result<CurveBatch>
 fn read_source(mut source: Source, format: Format, options: &ReadOptions) -> Result<CurveBatch> {
     let Entry { read, lacks, .. } = format.entry();
     let batch = read(&mut source, options)?;
-    match batch.is_empty() {
-        true => Err(source.error(None, format!("no curve was found: {lacks}"))),
-        false => Ok(batch),
+    if !batch.is_empty() {
+        return Ok(batch);
     }
+    let mut origin = (**batch.origin()).clone();
+    origin.notes.push(format!("no curve was found: {lacks}"));
+    Ok(batch.with_origin(Arc::new(origin)))
 }
 
 /// Writes curves to a file, in the format of its extension. A file that exists is never replaced.
