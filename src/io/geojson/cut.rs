@@ -3,10 +3,9 @@
 use std::io;
 
 use super::Shape;
-use super::write::list;
+use super::write::{has_places, is_flat, list, position};
 use crate::batch::CurveBatch;
 use crate::io::antimeridian::{Path, concerns, cut_line, cut_polygon};
-use crate::io::is_finite;
 use crate::io::text::Text;
 
 /// The parts of a geometry.
@@ -23,8 +22,9 @@ impl Cut {
             return None;
         }
         let path = |i: usize| -> Path {
-            let points = if is_finite(batch, i) { batch.points(i) } else { &[] };
-            points.chunks_exact(batch.dimension()).map(<[f64]>::to_vec).collect()
+            let points = if has_places(batch, i) { batch.points(i) } else { &[] };
+            let axes = if is_flat(batch, i) { 2 } else { batch.dimension() };
+            points.chunks_exact(batch.dimension()).map(|point| point[..axes].to_vec()).collect()
         };
         let line = |i: usize| {
             let mut path = path(i);
@@ -77,7 +77,7 @@ fn positions(text: &mut Text, path: &Path, ring: bool) -> io::Result<()> {
     let count = if ring { (path.len() + 1).max(4) } else { path.len() };
     list(text, if path.is_empty() { 0 } else { count }, |text, k| {
         text.push("[")?;
-        text.point(path.get(k).unwrap_or(&path[0]), ",")?;
+        text.point(position(path.get(k).unwrap_or(&path[0])), ",")?;
         text.push("]")
     })
 }

@@ -45,6 +45,8 @@ pub(crate) struct Document {
     shapes: Vec<(usize, Shape)>,
     /// Number of curves of all slots together.
     curves: usize,
+    /// Curves without altitudes in a document that has altitudes, in order. They are at 0.
+    flat: Vec<usize>,
     /// The objects of a topology that the features are of, in order. GeoJSON has none.
     objects: Vec<Object>,
 }
@@ -55,6 +57,8 @@ pub(super) struct Object {
     pub name: String,
     /// Number of its features.
     pub features: usize,
+    /// Those of them that are null.
+    pub nulls: Vec<usize>,
 }
 
 /// A part of the text taken out.
