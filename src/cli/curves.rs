@@ -103,6 +103,7 @@ impl Made<'_> {
         if args.format() == Some(Format::GeoJson) {
             options.decimals = options.decimals.or_else(|| io::decimals_of(batch));
         }
+        let left_out = left_out(batch, &curves, args);
         run.write(&args.output, || io::write_with(&args.output, &curves, &options))?;
         let points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
         drop(curves);
@@ -116,9 +117,28 @@ impl Made<'_> {
             |i| Some(small_picture(batch, fit, i)),
         )?;
         run.tell("", fit.device());
-        batch.notes().iter().chain(&self.notes).for_each(|note| run.say(note));
+        batch.notes().iter().chain(&self.notes).chain(&left_out).for_each(|note| run.say(note));
         Ok(judge(&run, args.strict, batch, fit))
     }
+}
+
+/// What points of the input have that is not written, in a line.
+fn left_out(batch: &CurveBatch, curves: &CurveBatch, args: &CurveArgs) -> Option<String> {
+    let mut names = args.format()?.left_out(batch);
+    let names_of = |batch: &CurveBatch| -> Vec<String> {
+        let times = (0..batch.len()).any(|i| batch.parameters(i).is_some()).then(|| "times".to_string());
+        batch.columns().iter().map(|column| column.name.clone()).chain(times).collect()
+    };
+    let written = names_of(curves);
+    let mut lost = names_of(batch);
+    lost.retain(|name| !written.contains(name) && !names.contains(name));
+    names.extend(lost);
+    let (last, them) = (names.pop()?, if names.is_empty() { "it" } else { "them" });
+    let are = match &names[..] {
+        [] => format!("{last} is"),
+        others => format!("{} and {last} are", others.join(", ")),
+    };
+    Some(format!("{are} left out: {} has no place for {them}", args.output.display()))
 }
 
 /// A picture of one curve.

@@ -36,6 +36,7 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: true,
     columns: true,
+    parameters: true,
     read,
     write: |out, batch, options, extension| write(out, batch, if is_tabbed(extension) { '\t' } else { ',' }, options),
     write_file: None,

@@ -12,7 +12,7 @@ mod write;
 
 use super::formats::Entry;
 pub(super) use read::read;
-pub(super) use write::{objects, write_with};
+pub(super) use write::{holds, objects, write_with};
 
 pub(super) const ENTRY: Entry = Entry {
     word: "geojson",
@@ -24,6 +24,7 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: false,
     columns: false,
+    parameters: false,
     read,
     write: |out, batch, options, _| write::write(out, batch, options),
     write_file: None,

@@ -125,6 +125,12 @@ fn of_curve(batch: &CurveBatch, column: &Column, i: usize) -> Option<serde_json:
     }
 }
 
+/// Whether a document has a place for a column: a property, if each curve has one value.
+pub(in crate::io) fn holds(batch: &CurveBatch, column: &Column) -> bool {
+    let is_constant = |i: usize| batch.count(i) == 0 || of_curve(batch, column, i).is_some();
+    document(batch).is_none() && (0..batch.len()).all(is_constant)
+}
+
 /// The value that all of some values are.
 fn same<T: PartialEq>(values: &[T]) -> Option<&T> {
     values.first().filter(|first| values.iter().all(|value| value == *first))

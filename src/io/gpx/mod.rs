@@ -8,7 +8,7 @@ mod write;
 use std::ops::Range;
 
 use super::formats::Entry;
-use crate::batch::CurveBatch;
+use crate::batch::{Column, CurveBatch, Values};
 
 pub(super) const ENTRY: Entry = Entry {
     word: "gpx",
@@ -20,6 +20,7 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=2,
     beziers: false,
     columns: false,
+    parameters: true,
     read: read::read,
     write: |out, batch, options, _| write::write(out, batch, options),
     write_file: None,
@@ -57,9 +58,20 @@ struct Value {
     is_whole: bool,
 }
 
+/// Whether files have a place for a column of a batch.
+pub(super) fn holds(batch: &CurveBatch, column: &Column) -> bool {
+    let own = |document: &Document| document.values.iter().any(|value| value.column == column.name);
+    matches!(column.values, Values::Numbers(_)) && (column.name == ELEVATION || document(batch).is_some_and(own))
+}
+
 /// The file that the batch came from, if it has the same curves still.
 fn document(batch: &CurveBatch) -> Option<&Document> {
     whole(batch).filter(|document| document.curves == batch.len())
+}
+
+/// Whether curves of the file were divided, so that it cannot be written again.
+pub(super) fn is_divided(batch: &CurveBatch) -> bool {
+    whole(batch).is_some() && document(batch).is_none()
 }
 
 fn whole(batch: &CurveBatch) -> Option<&Document> {

@@ -42,6 +42,7 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: true,
     columns: true,
+    parameters: true,
     read,
     write: |out, batch, options, _| write(out, batch, options.antimeridian),
     write_file: Some(|file, batch, options| write_seekable(file, batch, options.antimeridian)),

@@ -27,6 +27,7 @@ pub(in crate::io) const ENTRY: Entry = Entry {
     dimensions: 3..=3,
     beziers: false,
     columns: true,
+    parameters: false,
     read,
     write: |out, batch, _, _| write(out, batch),
     write_file: None,

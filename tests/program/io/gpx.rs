@@ -182,6 +182,7 @@ fn numbers_of_points_go_along_within_the_elements_around_them() {
                   <t:temp>2</t:temp></t:x><power>103</power></g:extensions></g:trkpt>\n  <g:trkpt";
     assert!(text.contains(wanted) && text.contains("<g:metadata></g:metadata>"), "{text}");
     assert_eq!(text.matches("<g:trkpt ").count(), 5);
+    assert_eq!(Format::Gpx.left_out(&samples), [""; 0]);
 }
 
 #[test]
