@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use faircurve::io::{self, Antimeridian, Format, WriteOptions};
 use faircurve::picture::Picture;
-use faircurve::{CurveBatch, CurveStatus, Fit, Result};
+use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result};
 
 use super::report::{Head, Line};
 use super::run::Run;
@@ -56,9 +56,9 @@ pub struct CurveArgs {
     /// Draws input and curves into an SVG file
     #[arg(long, value_name = "FILE.svg", help_heading = "Picture")]
     pub picture: Option<PathBuf>,
-    /// Counts single points as curves that are not usable
+    /// Counts single points as curves that are not usable, and refuses files without curves
     ///
-    /// They stay as they are, and are not counted otherwise.
+    /// Single points stay as they are, and are not counted otherwise.
     #[arg(long, help_heading = "Run")]
     pub strict: bool,
 }
@@ -69,8 +69,12 @@ impl CurveArgs {
         self.to.or_else(|| Format::of_extension(&self.output))
     }
 
-    /// Refuses curves that the format, as far as it is known, cannot hold.
+    /// Refuses curves that the format, as far as it is known, cannot hold, and that there are none where `--strict`.
     pub fn check_format(&self, batch: &CurveBatch, beziers: bool) -> Result<()> {
+        if self.strict && batch.is_empty() {
+            let input = self.input.input.display();
+            return Err(Error::argument(format!("{input} has no curve, which --strict refuses: leave it out")));
+        }
         self.format().map_or(Ok(()), |format| format.check(batch.dimension(), beziers))
     }
 }
@@ -101,6 +105,7 @@ impl Made<'_> {
         if args.to.or_else(|| Format::to_write(&args.output, batch)) == Some(Format::GeoJson) {
             options.decimals = options.decimals.or_else(|| io::decimals_of(batch));
         }
+        let left_out = left_out(batch, &curves, args);
         run.write(&args.output, || io::write_with(&args.output, &curves, &options))?;
         let points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
         drop(curves);
@@ -114,9 +119,29 @@ impl Made<'_> {
             |i| Some(small_picture(batch, fit, i)),
         )?;
         run.tell("", fit.device());
-        batch.notes().iter().chain(&self.notes).for_each(|note| run.say(note));
+        batch.notes().iter().chain(&self.notes).chain(&left_out).for_each(|note| run.say(note));
         Ok(judge(&run, args.strict, batch, fit))
     }
+}
+
+/// What points of the input have that is not written, in a line.
+fn left_out(batch: &CurveBatch, curves: &CurveBatch, args: &CurveArgs) -> Option<String> {
+    let format = args.to.or_else(|| Format::to_write(&args.output, batch))?;
+    let mut names = format.left_out(batch);
+    let names_of = |batch: &CurveBatch| -> Vec<String> {
+        let times = (0..batch.len()).any(|i| batch.parameters(i).is_some()).then(|| "times".to_string());
+        batch.columns().iter().map(|column| column.name.clone()).chain(times).collect()
+    };
+    let written = names_of(curves);
+    let mut lost = names_of(batch);
+    lost.retain(|name| !written.contains(name) && !names.contains(name));
+    names.extend(lost);
+    let (last, them) = (names.pop()?, if names.is_empty() { "it" } else { "them" });
+    let are = match &names[..] {
+        [] => format!("{last} is"),
+        others => format!("{} and {last} are", others.join(", ")),
+    };
+    Some(format!("{are} left out: {} has no place for {them}", args.output.display()))
 }
 
 /// A picture of one curve.

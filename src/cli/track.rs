@@ -8,6 +8,7 @@ use faircurve::tracks::{self, At, Quantity};
 use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
 use jiff::{Span, SpanRelativeTo, Unit};
 
+use super::count;
 use super::words::one_of;
 
 #[derive(Args, Debug)]
@@ -129,6 +130,17 @@ impl Samples<'_> {
         let curves = if all.len() == 1 { "1 curve has".into() } else { format!("{} curves have", all.len()) };
         let place = batch.sentence(i, k, "its time is that of the point before");
         Some(format!("{curves} several places at one time, of which a sample at that time has one: {place}"))
+    }
+
+    /// What is worth a line about curves without times where samples at times are asked for.
+    pub fn note_of_untimed(&self, batch: &CurveBatch) -> Option<String> {
+        let untimed: Vec<usize> = match self.places {
+            Places::Along(_) => vec![],
+            _ => (0..batch.len()).filter(|&i| batch.parameters(i).is_none()).collect(),
+        };
+        let first = batch.label(*untimed.first()?);
+        let have = format!("{} {}", count(untimed.len(), "curve"), if untimed.len() == 1 { "has" } else { "have" });
+        Some(format!("{have} no times, such as {first}: points stay as they are"))
     }
 
     /// The samples of a fit.

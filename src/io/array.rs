@@ -21,6 +21,7 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: true,
     columns: false,
+    parameters: false,
     read,
     write: |out, batch, _, _| write(out, batch),
     write_file: None,

@@ -32,7 +32,8 @@ pub enum At<'a> {
 ///   points on both sides, in proportion to the time, angles on the short way round, and the text of the nearer of both.
 /// - After them come the columns of the `quantities`, called `curve_speed` and so on where the batch has
 ///   such a column. They are NaN for curves that were not fitted.
-/// - A curve that was not fitted has its data points, whatever is asked.
+/// - A curve that was not fitted has its data points, whatever is asked. So has one without
+///   parameters, where samples at times are asked.
 ///
 /// `fit` is a fit of `batch`.
 ///
@@ -70,7 +71,7 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
 }
 
 fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
-    let timed = batch.is_empty() || batch.parameters(0).is_some();
+    let timed = batch.is_empty() || batch.has_parameters();
     let untimed = |what: &str| {
         Error::argument(format!("{what} needs times, and the points have none: give them parameters, a column t"))
     };
@@ -126,6 +127,7 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     let all = || curve.sites(Sampling::PerSpan(1));
     let times: Option<Vec<f64>> = match at {
         _ if !curve.is_fitted() => None,
+        _ if batch.parameters(i).is_none() => None,
         At::Along(_) => None,
         At::Every(step) => {
             Some(multiples(knots[0], end, *step, batch.origin().clock(i).map_or(0.0, |clock| clock.offset())))

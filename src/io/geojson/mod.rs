@@ -13,7 +13,7 @@ mod write;
 
 use super::formats::Entry;
 pub(super) use read::read;
-pub(super) use write::{objects, write_with};
+pub(super) use write::{holds, is_own, objects, write_with};
 
 pub(super) const ENTRY: Entry = Entry {
     word: "geojson",
@@ -25,6 +25,7 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: false,
     columns: false,
+    parameters: true,
     read,
     write: |out, batch, options, _| write::write(out, batch, options),
     write_file: None,
@@ -46,6 +47,8 @@ pub(crate) struct Document {
     shapes: Vec<(usize, Shape)>,
     /// Number of curves of all slots together.
     curves: usize,
+    /// Curves without altitudes in a document that has altitudes, in order. They are at 0.
+    flat: Vec<usize>,
     /// The objects of a topology that the features are of, in order. GeoJSON has none.
     objects: Vec<Object>,
 }
@@ -56,6 +59,8 @@ pub(super) struct Object {
     pub name: String,
     /// Number of its features.
     pub features: usize,
+    /// Those of them that are null.
+    pub nulls: Vec<usize>,
 }
 
 /// A part of the text taken out.

@@ -23,6 +23,7 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=2,
     beziers: true,
     columns: false,
+    parameters: false,
     read: read::read,
     write: |out, batch, options, _| write::write(out, batch, options),
     write_file: None,

@@ -22,6 +22,7 @@ pub(super) const ENTRY: Entry = Entry {
     dimensions: 2..=3,
     beziers: false,
     columns: false,
+    parameters: false,
     // Both end in .json. A topology says that it is one.
     read: geojson::read,
     write: |out, batch, options, _| write::write(out, batch, options.decimals),
