@@ -78,8 +78,10 @@ fn what_an_output_has_no_place_for_is_named() {
     };
     left_out("-o a.csv", None);
     left_out("-o a.npz", None);
-    left_out("-o a.geojson", Some("speed and times are left out: a.geojson has no place for them"));
-    left_out("-o a.geojson --every 1", Some("speed and times are left out: a.geojson has no place for them"));
+    // Lines of GeoJSON have the times and columns of their positions, and topologies what is one for a line.
+    left_out("-o a.geojson", None);
+    left_out("-o a.geojson --every 1", None);
+    left_out("-o a.topojson", Some("speed and times are left out: a.topojson has no place for them"));
     left_out("-o a.svg", Some("speed, ship and times are left out: a.svg has no place for them"));
     left_out("-o a.npy", Some("speed, ship and times are left out: a.npy has no place for them"));
     left_out("-o a.gpx", Some("speed and ship are left out: a.gpx has no place for them"));

@@ -264,7 +264,7 @@ impl<'a> Rows<'a> {
             first_lines: Some((0..self.names.len()).map(first_line).collect()),
             names: self.curve.map(|_| self.names),
             clock: self.clock,
-            clocks: own_clocks(self.clock, &self.clocks),
+            clocks: self.clock.and_then(|clock| clock.each_own(&self.clocks)),
             geographic: self.longitude && longitude::are_geographic(&self.coords, d),
             ..Origin::default()
         };
@@ -310,12 +310,6 @@ impl<'a> Rows<'a> {
             }
         }
     }
-}
-
-/// The clocks of curves that are not all given with one offset from UTC.
-fn own_clocks(clock: Option<Clock>, clocks: &[Option<Clock>]) -> Option<Vec<Clock>> {
-    let all: Vec<Clock> = clocks.iter().map(|own| own.or(clock)).collect::<Option<_>>()?;
-    all.windows(2).any(|pair| !pair[0].hangs_with(&pair[1])).then_some(all)
 }
 
 /// One row, and what is needed to say what is wrong with it.

@@ -43,7 +43,7 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
         for segment in node.descendants().filter(|node| node.tag_name().name() == segment) {
             let mut range: Option<Range<usize>> = None;
             for node in segment.children().filter(|node| node.tag_name().name() == point) {
-                points.add(node)?;
+                points.add(node, tracks.of.len())?;
                 range = Some(range.map_or(node.range().start, |range| range.start)..node.range().end);
             }
             if let Some(range) = range {
@@ -58,14 +58,17 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     let mut notes = points.notes(waypoints);
     notes.extend(points.whole_times(&offsets, &names));
     let (columns, values) = points.columns()?;
-    let Points { mut coords, times, clock, misplaced, .. } = points;
+    let Points { mut coords, times, clock, mut clocks, misplaced, .. } = points;
+    clocks.resize(tracks.of.len(), None);
+    let clock = clock.filter(|_| times.iter().any(|t| !t.is_nan()));
     // Where entities make elements, their places are others.
     let in_order = edits.windows(2).all(|pair| pair[0].0.end <= pair[1].0.start);
     let document = in_order.then(|| Document { text: text.clone(), edits, values, curves: tracks.of.len() });
     let mut origin = Origin {
         file: Some(source.path.display().to_string()),
         names: Some(names),
-        clock: clock.filter(|_| times.iter().any(|t| !t.is_nan())),
+        clock,
+        clocks: clock.and_then(|clock| clock.each_own(&clocks)),
         within_half_turn: coords.iter().step_by(2).all(|&x| longitude::within_half_turn(x)),
         geographic: true,
         notes,
@@ -123,7 +126,9 @@ struct Points<'a> {
     text: &'a str,
     coords: Vec<f64>,
     times: Vec<f64>,
+    /// How times are written, of all curves and of each as far as it has points.
     clock: Option<Clock>,
+    clocks: Vec<Option<Clock>>,
     elevations: Vec<f64>,
     /// Other numbers of points, by the names of the elements around them.
     numbers: Vec<Numbers>,
@@ -151,6 +156,7 @@ impl<'a> Points<'a> {
             coords: vec![],
             times: vec![],
             clock: None,
+            clocks: vec![],
             elevations: vec![],
             numbers: vec![],
             places: HashMap::new(),
@@ -159,7 +165,8 @@ impl<'a> Points<'a> {
         }
     }
 
-    fn add(&mut self, node: Node) -> Result<()> {
+    fn add(&mut self, node: Node, curve: usize) -> Result<()> {
+        self.clocks.resize(curve + 1, None);
         let line = u64::from(node.document().text_pos_at(node.range().start).row);
         let point = self.coords.len() / 2;
         let [x, y] = [("lon", 360.0), ("lat", 90.0)].map(|(name, most)| {
@@ -179,7 +186,9 @@ impl<'a> Points<'a> {
                 (ELEVATION, true) => number().map(|number| elevation = number),
                 ("time", true) => Clock::read(text).map(|(t, clock)| {
                     time = t;
-                    self.clock = Some(self.clock.map_or(clock, |before| before.with(clock)));
+                    for known in [&mut self.clock, &mut self.clocks[curve]] {
+                        *known = Some(known.map_or(clock, |before| before.with(clock)));
+                    }
                 }),
                 _ if leaf.children().any(|child| child.is_element()) => Some(()),
                 _ => {

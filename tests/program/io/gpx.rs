@@ -232,3 +232,23 @@ fn xml_is_decoded_as_it_declares_itself() {
     let error = read(odd).unwrap_err();
     assert!(error.contains("the text begins as UTF-16, and is damaged or cut off"), "{error}");
 }
+
+#[test]
+fn courses_are_angles_and_every_track_has_its_own_offset() {
+    let point = |k: u8, course: u16, zone: &str| {
+        let time = format!("<time>2024-03-01T0{k}:00:00{zone}</time>");
+        format!("<trkpt lat=\"1\" lon=\"{k}\">{time}<extensions><course>{course}</course></extensions></trkpt>")
+    };
+    let track = |zone: &str| {
+        let points = [point(1, 350, zone), point(2, 10, zone), point(3, 20, zone)];
+        format!("<trk><trkseg>{}</trkseg></trk>", points.concat())
+    };
+    let batch = parsed(&format!("<gpx>{}{}</gpx>", track("Z"), track("+05:30"))).unwrap();
+    let fit = faircurve::spline::Natural::default().fit(&batch, &faircurve::Device::cpu()).unwrap();
+    let half_hours = faircurve::tracks::At::Every(1800.0);
+    let text = written(&faircurve::tracks::sample(&batch, &fit, &half_hours, &[]).unwrap());
+    for zone in ["Z", "+05:30"] {
+        let middle = format!("<time>2024-03-01T01:30:00{zone}</time><extensions><course>0</course></extensions>");
+        assert!(text.contains(&middle), "{middle} in {text}");
+    }
+}
