@@ -54,9 +54,10 @@ impl Clock {
         Some((seconds, clock))
     }
 
-    /// Whether both write the same instants alike, but for digits.
-    pub fn hangs_with(&self, other: &Clock) -> bool {
-        self.zone == other.zone
+    /// The clocks of curves that are not all given with one offset from UTC. This one is that of curves without one of their own.
+    pub fn each_own(self, clocks: &[Option<Clock>]) -> Option<Vec<Clock>> {
+        let all: Vec<Clock> = clocks.iter().map(|own| own.unwrap_or(self)).collect();
+        all.windows(2).any(|pair| pair[0].zone != pair[1].zone).then_some(all)
     }
 
     /// The clock that writes what both write, where this one hangs.

@@ -92,8 +92,9 @@ impl CurveBatch {
         if self.parameters.is_some() {
             let mut spans = self.closing_spans.take().unwrap_or_else(|| vec![f64::NAN; self.len()]);
             for &i in curves {
-                let t = self.parameters(i).expect("checked above");
-                spans[i] = t[t.len() - 1] - t[t.len() - 2];
+                if let Some([.., before, last]) = self.parameters(i) {
+                    spans[i] = last - before;
+                }
             }
             self.closing_spans = Some(spans);
         }

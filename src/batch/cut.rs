@@ -33,6 +33,8 @@ pub(crate) struct Cut {
     /// The origin of the curves that were given.
     pub whole: Arc<Origin>,
     offsets: Vec<usize>,
+    /// Of every curve the one given that it begins with, though it may have no points.
+    curves: Vec<u32>,
     /// Of every point the curve given, and the point of it.
     points: Vec<(u32, u32)>,
 }
@@ -40,7 +42,8 @@ pub(crate) struct Cut {
 impl Cut {
     /// The curve given, and its point, that are point `k` of curve `i`.
     pub fn given(&self, i: usize, k: usize) -> (usize, usize) {
-        let (curve, point) = self.points.get(self.offsets[i] + k).copied().unwrap_or_default();
+        let of_curve = &self.points[self.offsets[i]..self.offsets[i + 1]];
+        let (curve, point) = of_curve.get(k).copied().unwrap_or((self.curves[i], 0));
         (curve as usize, point as usize)
     }
 }
@@ -51,28 +54,26 @@ pub(crate) struct Traced {
     pub offsets: Vec<usize>,
     pub closed: Vec<bool>,
     pub constraints: Constraints,
+    /// Of every curve the one given that it begins with.
+    pub curves: Vec<u32>,
     /// Of every point the curve given, and the point of it.
     pub points: Vec<(u32, u32)>,
 }
 
 impl CurveBatch {
-    /// Curves of this batch's points. A curve has the name of the one that its first point is of,
+    /// Curves of this batch's points. A curve has the name of the one that it begins with,
     /// and the first problem of all its points' curves.
     pub(crate) fn traced(&self, traced: Traced) -> CurveBatch {
-        let Traced { coords, offsets, closed, constraints, points } = traced;
+        let Traced { coords, offsets, closed, constraints, curves: firsts, points } = traced;
         let of = |i: usize| points[offsets[i]..offsets[i + 1]].iter().map(|&(curve, _)| curve as usize);
         let problem = |i: usize| Some((i, of(i).find_map(|curve| self.problem(curve))?.clone()));
         let curves = 0..closed.len();
         CurveBatch {
             dimension: self.dimension,
-            problems: sort::map(curves.clone().filter_map(problem)),
+            problems: sort::map(curves.filter_map(problem)),
             origin: Arc::new(Origin {
-                names: Some(
-                    curves
-                        .map(|i| of(i).next().map_or_else(String::new, |curve| self.name(curve).into_owned()))
-                        .collect(),
-                ),
-                cut: Some(Cut { whole: self.origin.clone(), offsets: offsets.clone(), points }),
+                names: Some(firsts.iter().map(|&curve| self.name(curve as usize).into_owned()).collect()),
+                cut: Some(Cut { whole: self.origin.clone(), offsets: offsets.clone(), curves: firsts, points }),
                 ..Origin::default()
             }),
             coords: Arc::new(coords),
@@ -106,10 +107,13 @@ impl CurveBatch {
             first_lines: whole.first_lines.as_ref().map(lines),
             geographic: whole.geographic,
             timed: whole.timed,
+            notes: whole.notes.clone(),
+            document: whole.document.clone(),
             clock: whole.clock,
             clocks: whole.clocks.as_ref().map(|clocks| parts.iter().map(|(i, _)| clocks[*i]).collect()),
             within_half_turn: whole.within_half_turn,
             unwrapped: (0..parts.len()).filter(|&k| whole.unwrapped.contains(&parts[k].0)).collect(),
+            untimed: (0..parts.len()).filter(|&k| whole.untimed.contains(&parts[k].0)).collect(),
             names: Some(names.collect()),
             ..Origin::default()
         };
@@ -173,6 +177,7 @@ impl CurveBatch {
                 names: Some(names),
                 cut: Some(Cut {
                     whole: origin.clone(),
+                    curves: pieces.iter().map(|piece| piece.curve as u32).collect(),
                     points: pieces.iter().flat_map(given).collect(),
                     offsets: ends.clone(),
                 }),

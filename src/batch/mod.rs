@@ -155,14 +155,20 @@ impl CurveBatch {
     /// Parameters must increase along a curve. Equal ones are possible where the points are equal
     /// too (and, for smoothing, anywhere). A closed curve's first point may be repeated at its end
     /// to state the length of the closing span. In that case call this before
-    /// [`closed`](Self::closed).
+    /// [`closed`](Self::closed). A curve whose parameters are all NaN has none.
     ///
     /// # Errors
     /// If the number of parameters is not the number of points.
     pub fn with_parameters(mut self, parameters: Vec<f64>) -> Result<Self> {
         expect_length("parameters", parameters.len(), self.total_points(), "point")?;
-        self.parameters = Some(Arc::new(parameters));
-        Arc::make_mut(&mut self.origin).timed = true;
+        let lacks = |&i: &usize| parameters[self.offsets[i]..self.offsets[i + 1]].iter().all(|t| t.is_nan());
+        let untimed: Vec<usize> = (0..self.len()).filter(|i| self.count(*i) > 0 && lacks(i)).collect();
+        let timed = parameters.is_empty() || parameters.iter().any(|t| !t.is_nan());
+        self.parameters = timed.then(|| Arc::new(parameters));
+        if self.origin.untimed != untimed || self.origin.timed != timed {
+            let origin = Arc::make_mut(&mut self.origin);
+            (origin.untimed, origin.timed) = (untimed, timed);
+        }
         self.check_parameters();
         Ok(self)
     }
@@ -304,17 +310,18 @@ impl CurveBatch {
         self.closed[i]
     }
 
-    /// Whether its points have parameters. A batch without curves has none.
+    /// Whether points of some curve have parameters. A batch without curves has none.
     pub(crate) fn has_parameters(&self) -> bool {
-        !self.is_empty() && self.parameters(0).is_some()
+        !self.is_empty() && self.parameters.is_some()
     }
 
-    /// The parameters of curve `i`, if the batch has any.
+    /// The parameters of curve `i`, if it has any.
     pub fn parameters(&self, i: usize) -> Option<&[f64]> {
-        Some(&self.parameters.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
+        let all = self.parameters.as_ref().filter(|_| self.origin.untimed.binary_search(&i).is_err())?;
+        Some(&all[self.offsets[i]..self.offsets[i + 1]])
     }
 
-    /// All parameters, to keep.
+    /// All parameters, to keep. Those of curves without any are not to be used.
     pub(crate) fn shared_parameters(&self) -> Option<&Arc<Vec<f64>>> {
         self.parameters.as_ref()
     }
@@ -446,6 +453,7 @@ impl CurveBatch {
         let points: Vec<usize> = curves.iter().flat_map(|&i| self.offsets[i]..self.offsets[i + 1]).collect();
         let names = curves.iter().map(|&i| self.name(i).into_owned()).collect();
         let problems = curves.iter().enumerate().filter_map(|(to, i)| Some((to, problems.get(i)?.clone())));
+        let untimed = (0..curves.len()).filter(|&to| self.origin.untimed.contains(&curves[to])).collect();
         CurveBatch {
             dimension: *dimension,
             coords: Arc::new(rows_of(coords, *dimension, &points)),
@@ -457,7 +465,7 @@ impl CurveBatch {
             constraints: constraints.gather(*dimension, &points),
             columns: columns::gather(columns, &points),
             problems: sort::map(problems),
-            origin: Arc::new(Origin { names: Some(names), ..Origin::default() }),
+            origin: Arc::new(Origin { names: Some(names), untimed, ..Origin::default() }),
         }
     }
 

@@ -38,6 +38,8 @@ pub(crate) struct Origin {
     pub clock: Option<Clock>,
     /// How those of every curve are, where not all are given with one offset from UTC.
     pub clocks: Option<Vec<Clock>>,
+    /// The curves without parameters in a batch that has parameters, in order.
+    pub untimed: Vec<usize>,
     /// Whether x and y of all curves are longitudes and latitudes in degrees.
     pub geographic: bool,
     /// What a format keeps of the file to write it again. Only that format knows the type.

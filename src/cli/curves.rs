@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use faircurve::io::{self, Antimeridian, Format, WriteOptions};
 use faircurve::picture::Picture;
-use faircurve::{CurveBatch, CurveStatus, Fit, Result};
+use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result};
 
 use super::report::{Head, Line};
 use super::run::Run;
@@ -56,9 +56,9 @@ pub struct CurveArgs {
     /// Draws input and curves into an SVG file
     #[arg(long, value_name = "FILE.svg", help_heading = "Picture")]
     pub picture: Option<PathBuf>,
-    /// Counts single points as curves that are not usable
+    /// Counts single points as curves that are not usable, and refuses files without curves
     ///
-    /// They stay as they are, and are not counted otherwise.
+    /// Single points stay as they are, and are not counted otherwise.
     #[arg(long, help_heading = "Run")]
     pub strict: bool,
     /// Leaves curves out of the output that are not usable
@@ -92,7 +92,7 @@ impl CurveArgs {
     }
 
     /// Refuses curves that the format, as far as it is known, cannot hold: those of a batch, of this dimension, with so many
-    /// points where that is known.
+    /// points where that is known. With `--strict` it refuses that there are none.
     pub fn check_format(
         &self,
         batch: &CurveBatch,
@@ -100,6 +100,10 @@ impl CurveArgs {
         beziers: bool,
         points: impl Fn(usize) -> Option<usize>,
     ) -> Result<()> {
+        if self.strict && batch.is_empty() {
+            let input = self.input.input.display();
+            return Err(Error::argument(format!("{input} has no curve, which --strict refuses: leave it out")));
+        }
         let Some(format) = self.format() else { return Ok(()) };
         io::check_before(batch, format, dimension, beziers, points)
     }
@@ -143,6 +147,7 @@ impl Made<'_> {
                 )
             }));
         }
+        let left_out = left_out(batch, &curves, args);
         run.write(&args.output, || io::write_with(&args.output, &curves, &options))?;
         let mut points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
         options.left_out.iter().for_each(|&i| points_out[i] = 0);
@@ -157,7 +162,7 @@ impl Made<'_> {
             |i| Some(small_picture(batch, fit, i)),
         )?;
         run.tell("", fit.device());
-        batch.notes().iter().chain(&notes).for_each(|note| run.say(note));
+        batch.notes().iter().chain(&notes).chain(&left_out).for_each(|note| run.say(note));
         match points.len() {
             0 => {}
             1 => run.say("1 curve is a single point and stays as it is"),
@@ -167,6 +172,26 @@ impl Made<'_> {
         let of = |i: usize| (reports[i].status, reports[i].message.as_deref(), batch.label(i).to_string());
         Ok(run.judge(fit.len(), &unusable, of))
     }
+}
+
+/// What points of the input have that is not written, in a line.
+fn left_out(batch: &CurveBatch, curves: &CurveBatch, args: &CurveArgs) -> Option<String> {
+    let format = args.to.or_else(|| Format::to_write(&args.output, batch))?;
+    let mut names = format.left_out(batch);
+    let names_of = |batch: &CurveBatch| -> Vec<String> {
+        let times = (0..batch.len()).any(|i| batch.parameters(i).is_some()).then(|| "times".to_string());
+        batch.columns().iter().map(|column| column.name.clone()).chain(times).collect()
+    };
+    let written = names_of(curves);
+    let mut lost = names_of(batch);
+    lost.retain(|name| !written.contains(name) && !names.contains(name));
+    names.extend(lost);
+    let (last, them) = (names.pop()?, if names.is_empty() { "it" } else { "them" });
+    let are = match &names[..] {
+        [] => format!("{last} is"),
+        others => format!("{} and {last} are", others.join(", ")),
+    };
+    Some(format!("{are} left out: {} has no place for {them}", args.output.display()))
 }
 
 /// A picture of one curve.

@@ -87,7 +87,8 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let (fit, curves, notes) = match (&topology, args.shape, &tracks) {
         (None, Shape::Polyline, Some(tracks)) => {
             let fit = method.fit(&batch, &device)?;
-            let (samples, notes) = (tracks.of(&batch, &fit)?, method.notes(&fit));
+            let samples = tracks.of(&batch, &fit)?;
+            let notes = method.notes(&fit).into_iter().chain(tracks.note_of_untimed(&batch)).collect();
             (fit, samples, notes)
         }
         (None, Shape::Polyline, None) => {

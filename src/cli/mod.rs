@@ -44,7 +44,8 @@ Exit status:
   1  fit, bezier, grid, exponent: some curves or grids could not be used, and are listed;
      compare, doctor: a difference beyond its bound was found
   2  the run failed: the last line on standard error says why
-A curve that is a single point has nothing to fit, stays as it is, and leaves the status 0 unless --strict is given.";
+A curve that is a single point has nothing to fit, stays as it is, and leaves the status 0 unless --strict is given.
+A file without curves leaves the status 0, too, unless --strict is given.";
 
 /// Fair curves by the thousand: fits smooth curves to files full of points, on the GPU or on the
 /// CPU.

@@ -10,6 +10,7 @@ use faircurve::tracks::{self, At, Quantity};
 use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
 use jiff::{Span, SpanRelativeTo, Unit};
 
+use super::count;
 use super::sampling::count_of;
 use super::words::one_of;
 
@@ -153,6 +154,17 @@ impl Samples<'_> {
             At::Along(sampling) => check_samples(sampling, batch, surface, tracks::columns_out(batch, self.quantities)),
             _ => Ok(()),
         }
+    }
+
+    /// What is worth a line about curves without times where samples at times are asked for.
+    pub fn note_of_untimed(&self, batch: &CurveBatch) -> Option<String> {
+        let untimed: Vec<usize> = match self.places {
+            Places::Along(_) => vec![],
+            _ => (0..batch.len()).filter(|&i| batch.parameters(i).is_none()).collect(),
+        };
+        let first = batch.label(*untimed.first()?);
+        let have = format!("{} {}", count(untimed.len(), "curve"), if untimed.len() == 1 { "has" } else { "have" });
+        Some(format!("{have} no times, such as {first}: points stay as they are"))
     }
 
     /// The samples of a fit.

@@ -24,6 +24,7 @@ pub(super) const ENTRY: Entry = Entry {
     columns: false,
     statuses: false,
     fills: |_| false,
+    parameters: false,
     read,
     write: |out, batch, options, _| write(out, batch, options),
     write_file: None,

@@ -109,7 +109,7 @@ const ANGLES: [&str; 3] = ["cog", "course", "heading"];
 
 impl Between {
     /// That of a column where nothing else is asked for.
-    fn by_name(name: &str) -> Self {
+    pub(super) fn by_name(name: &str) -> Self {
         if is_one_of(name, &ANGLES) { Between::Angle } else { Between::Linear }
     }
 }
@@ -201,9 +201,9 @@ impl Columns {
         self.entries.iter().any(|(entry, column)| ROLES[*entry] == role && column.is_none())
     }
 
-    /// Finds the columns in a header.
-    pub(super) fn resolve(&self, file: &Path, header: &[String], carried: &Carried) -> Result<Table> {
-        let wrong = |message: String| Err(Error::parse(file, 1, message));
+    /// Finds the columns in a header, which stands in this line.
+    pub(super) fn resolve(&self, file: &Path, line: u64, header: &[String], carried: &Carried) -> Result<Table> {
+        let wrong = |message: String| Err(Error::parse(file, line, message));
         let all = |names: &[String]| listed(names.iter().map(|name| quoted(name)));
         let mut cells = [None; ROLES.len()];
         for (role, name) in ROLES.iter().enumerate() {

@@ -14,6 +14,7 @@ use ::csv::{ByteRecord, ErrorKind, ReaderBuilder, Trim};
 pub(super) use self::dialect::Dialect;
 use self::rows::Rows;
 use super::columns::STATUS;
+use super::encoding::NOT_UTF8;
 use super::formats::Entry;
 use super::source::{ROW_BYTES, RowReader, Source, read_line};
 use super::text::Text;
@@ -38,6 +39,7 @@ pub(super) const ENTRY: Entry = Entry {
     columns: true,
     statuses: true,
     fills: |_| false,
+    parameters: true,
     read,
     write: |out, batch, options, extension| write(out, batch, if is_tabbed(extension) { '\t' } else { ',' }, options),
     write_file: None,
@@ -50,7 +52,15 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let mut first_line = Vec::new();
     read_line(&mut reader, &source.room, &mut first_line, ROW_BYTES).map_err(|error| source.failed(error))?;
     // Memory for the names of columns.
-    let dialect = Dialect::of(&first_line);
+    let (dialect, heading) = match Dialect::stated(&first_line) {
+        None => (Dialect::of(&first_line), 1),
+        Some(dialect) => {
+            // A blank line in its place keeps the numbers of lines.
+            first_line.retain(|byte| b"\r\n".contains(byte));
+            read_line(&mut reader, &source.room, &mut first_line, ROW_BYTES).map_err(|error| source.failed(error))?;
+            (dialect, 2)
+        }
+    };
     source.take(HEADING_BYTES * first_line.iter().filter(|&&c| c == dialect.separator).count())?;
     let endings = if first_line.ends_with(b"\r\n") { Endings::CrLf } else { Endings::Lf };
     let since_row = Cell::new(0);
@@ -59,7 +69,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let mut csv = ReaderBuilder::new().delimiter(dialect.separator).trim(Trim::Headers).from_reader(whole);
     let header: Vec<String> = match csv.byte_headers() {
         Ok(header) => header.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect(),
-        Err(error) => return Err(row_error(source, error, 1)),
+        Err(error) => return Err(row_error(source, error, heading)),
     };
     if header.iter().all(String::is_empty) {
         return Err(source.error(None, "the file is empty: there is nothing to read"));
@@ -80,14 +90,21 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
                 "there is no header, but a row of numbers, {columns} of them: two are read as x and y, three as x, y and z; put \
                  a line above that names the columns, such as curve,x,y,t, or give `ReadOptions::columns` by number, as in x=1,y=2"
             );
-            return Err(source.error(1, message));
+            return Err(source.error(heading, message));
         }
     };
-    let table = options.columns.resolve(&source.path, &header, &options.carried)?;
+    let table = options.columns.resolve(&source.path, heading, &header, &options.carried)?;
     if options.sorted && table.cell("t").is_none() {
-        return Err(source.error(1, "there is no column t to sort by: map one with `ReadOptions::columns`, as in t=…"));
+        return Err(
+            source.error(heading, "there is no column t to sort by: map one with `ReadOptions::columns`, as in t=…")
+        );
     }
-    let mut rows = Rows::new(source, &table, &header, dialect, options.carried.among(&table, &header));
+    let carried = options.carried.among(&table, &header);
+    let names = csv.byte_headers().map_err(|error| row_error(source, error, heading))?;
+    if let Some((_, name, _)) = carried.iter().find(|(cell, ..)| std::str::from_utf8(&names[*cell]).is_err()) {
+        return Err(source.error(heading, format!("the name of column {} is {NOT_UTF8}", quoted(name))));
+    }
+    let mut rows = Rows::new(source, &table, &header, dialect, carried);
     if headless {
         record.clone_from(csv.byte_headers().expect("read above"));
         rows.push(&record, endings.line(csv.position().line(), &record))?;
@@ -169,7 +186,7 @@ fn check_names(batch: &CurveBatch) -> Result<()> {
 
 /// Writes `curve,x,y[,z],t`, `closed` if a curve is, `status` if statuses are given, and all columns.
 ///
-/// t is the parameter, or the number of the vertex if there is none. The last row of a closed curve
+/// t is the parameter, or the number of the vertex if no curve has any. The last row of a closed curve
 /// repeats its first, where the curve meets it again.
 fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &WriteOptions) -> io::Result<()> {
     let d = batch.dimension();
@@ -207,14 +224,13 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &Wri
                 true => text.point(&[&[antimeridian::wrapped(point[0])], &point[1..]].concat(), separator)?,
             }
             text.push(separator)?;
-            let t = match parameters {
-                Some(t) if k < count => t[k],
-                Some(t) => t[count - 1] + batch.closing_length(i, t),
-                None => k as f64,
-            };
-            match clock.filter(|_| parameters.is_some()) {
-                Some(clock) => text.push(clock.write(t))?,
-                None => text.number(t)?,
+            let t = parameters.map(|t| if k < count { t[k] } else { t[count - 1] + batch.closing_length(i, t) });
+            match (t, clock) {
+                (Some(t), Some(clock)) => text.push(clock.write(t))?,
+                (Some(t), None) => text.number(t)?,
+                // A blank, where others have parameters.
+                (None, _) if batch.has_parameters() => {}
+                (None, _) => text.number(k as f64)?,
             }
             if any_closed {
                 text.push(separator)?;

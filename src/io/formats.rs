@@ -11,7 +11,7 @@ use super::source::Source;
 use super::tracts::{tck, trk};
 use super::{ReadOptions, WriteOptions, extension_of, unknown_format};
 use super::{array, csv, geojson, gpx, npz, svg, topojson};
-use crate::batch::CurveBatch;
+use crate::batch::{Column, CurveBatch};
 use crate::error::{Error, Result, quoted};
 
 /// Writes a batch into a file that can be gone back in.
@@ -40,6 +40,8 @@ pub(super) struct Entry {
     pub statuses: bool,
     /// Whether the document that a batch was read from is written again, in which every curve has its place.
     pub fills: fn(&CurveBatch) -> bool,
+    /// Whether it holds the parameters of points.
+    pub parameters: bool,
     pub read: fn(&mut Source, &ReadOptions) -> Result<CurveBatch>,
     /// Writes a batch into a file of this extension.
     pub write: fn(&mut dyn Write, &CurveBatch, &WriteOptions, &str) -> io::Result<()>,
@@ -137,6 +139,22 @@ impl Format {
     /// Whether it holds the [statuses](WriteOptions::statuses) of curves.
     pub fn has_statuses(self) -> bool {
         self.entry().statuses
+    }
+
+    /// What points of a batch have that its files have no place for: names of columns, and `times`. Where tracks of
+    /// a GPX file were divided also `what is no track`.
+    pub fn left_out(self, batch: &CurveBatch) -> Vec<String> {
+        let holds = |column: &&Column| match self {
+            Format::GeoJson | Format::TopoJson => geojson::holds(batch, column, self == Format::GeoJson),
+            Format::Gpx => gpx::holds(batch, column),
+            _ => self.has_columns(),
+        };
+        let columns = batch.columns().iter().filter(|column| !holds(column)).map(|column| column.name.clone());
+        let holds_times = self.entry().parameters && (self != Format::GeoJson || geojson::is_own(batch));
+        let times = batch.has_parameters() && !holds_times;
+        let rest = self == Format::Gpx && gpx::is_divided(batch);
+        let others = [(times, "times"), (rest, "what is no track")].into_iter().filter(|(lost, _)| *lost);
+        columns.chain(others.map(|(_, what)| what.to_string())).collect()
     }
 
     /// Refuses what the format cannot hold: three dimensions in SVG, Bézier curves in GeoJSON.

@@ -43,6 +43,11 @@ pub(super) fn settled_on_turns(x: f64) -> f64 {
     if (x - nearest).abs() <= ROUNDING { nearest } else { x }
 }
 
+/// The same of numbers some of which are missing.
+pub(super) fn are_geographic(points: &[f64], stride: usize) -> bool {
+    points.chunks_exact(stride).all(|point| point[0].is_nan() || point[1].is_nan() || is_geographic(point, stride))
+}
+
 /// The number of whole turns to add to every point `k`.
 ///
 /// `None` if no neighbours are more than 180 apart.

@@ -15,11 +15,16 @@
 //!
 //! **Blanks.** Some curves lack a number: a blank coordinate, parameter or weight in CSV, or a
 //! position of GeoJSON that is `null`, holds `null` or has fewer than two numbers. The number is
-//! NaN in the batch. It makes that curve [`Invalid`](crate::CurveStatus::Invalid), and no other.
+//! NaN in the batch. It makes that curve [`Invalid`](crate::CurveStatus::Invalid), and no other. A curve of CSV whose
+//! parameters are all blank has none.
 //!
 //! **Separators.** Cells of CSV are separated by commas, semicolons or tabs, whichever the first line
-//! has most of. Between semicolons a comma may be the decimal point. `NA`, `N/A`, `null` and `none`
-//! are blanks. Files called `.tsv` are written with tabs.
+//! has most of, or by what a line such as `sep=;` above it says. Unless commas separate, a comma may be the decimal
+//! point. `NA`, `N/A`, `null`, `none` and what databases and spreadsheets write for them, such as `\N` and `#N/A`, are
+//! blanks. Files called `.tsv` are written with tabs.
+//!
+//! **Encodings.** Text is UTF-8, or UTF-16 where its first bytes say so. XML may declare UTF-16, ISO-8859-1 or
+//! Windows-1252. What is written is UTF-8.
 //!
 //! **Times.** Dates in a column `t`, such as `2024-03-01T06:00:00Z`, `2024-03-01 06:00` or `2024-03-01` (ISO 8601),
 //! become seconds since the beginning of 1970. CSV writes them as they came, with as many digits as
@@ -70,6 +75,7 @@ mod atomic;
 mod columns;
 mod csv;
 mod decimals;
+mod encoding;
 mod formats;
 mod geojson;
 mod gpx;
@@ -92,6 +98,7 @@ use std::borrow::Cow;
 use std::io::{Read, Write};
 use std::path::Path;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result, quoted};
@@ -223,7 +230,8 @@ pub struct WriteOptions {
 /// A file that cannot be read or does not hold what its format promises.
 ///
 /// A fault of one curve (NaN, decreasing parameters, an element of SVG that cannot be read) is not an
-/// error. The curve gets an [`Unfitted`](crate::Unfitted).
+/// error. The curve gets an [`Unfitted`](crate::Unfitted). Nor is a file without curves, whose batch is empty:
+/// [`CurveBatch::notes`] says so.
 pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
     read_with(path, &ReadOptions::default())
 }
@@ -260,10 +268,12 @@ pub fn read_from(reader: impl Read, options: &ReadOptions) -> Result<CurveBatch>
 fn read_source(mut source: Source, format: Format, options: &ReadOptions) -> Result<CurveBatch> {
     let Entry { read, lacks, .. } = format.entry();
     let batch = read(&mut source, options)?;
-    match batch.is_empty() {
-        true => Err(source.error(None, format!("no curve was found: {lacks}"))),
-        false => Ok(batch),
+    if !batch.is_empty() {
+        return Ok(batch);
     }
+    let mut origin = (**batch.origin()).clone();
+    origin.notes.push(format!("no curve was found: {lacks}"));
+    Ok(batch.with_origin(Arc::new(origin)))
 }
 
 /// Writes curves to a file, in the format of its extension. A file that exists is never replaced.

@@ -1,4 +1,4 @@
-//! Input as bytes: a file, standard input or any reader, without gzip and the byte-order mark.
+//! Input as bytes: a file, standard input or any reader, without gzip and the byte-order mark, UTF-16 as UTF-8.
 
 use std::cell::Cell;
 use std::fmt;
@@ -9,8 +9,9 @@ use std::rc::Rc;
 
 use flate2::bufread::MultiGzDecoder;
 
+use super::encoding::{self, NOT_UTF8, NoUtf16};
 use super::memory::{Full, Room};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, quoted};
 
 /// Packed data may unpack to this many times its size, and [`UNPACKED_BYTES`] more.
 ///
@@ -34,6 +35,8 @@ pub(super) struct Source<'a> {
     /// The memory that reading may take.
     pub room: Room,
     zipped: bool,
+    /// Whether the first bytes told the encoding of the text.
+    is_utf8: bool,
 }
 
 impl<'a> Source<'a> {
@@ -55,11 +58,17 @@ impl<'a> Source<'a> {
 
     /// Takes off gzip, which is known by its first two bytes, whatever the name says.
     fn unwrapped(path: &Path, raw: Box<dyn BufRead + 'a>) -> Result<Self> {
-        let source =
-            Source { path: path.to_path_buf(), reader: Box::new(io::empty()), room: Room::of_system(), zipped: false };
+        let source = Source {
+            path: path.to_path_buf(),
+            reader: Box::new(io::empty()),
+            room: Room::of_system(),
+            zipped: false,
+            is_utf8: false,
+        };
         let (head, raw) = peek(raw).map_err(|error| source.failed(error))?;
         if !head.starts_with(&[0x1f, 0x8b]) {
-            return Ok(Source { reader: without_mark(&head, raw), ..source });
+            let (reader, is_utf8) = encoding::as_utf8(&head, raw);
+            return Ok(Source { reader, is_utf8, ..source });
         }
         let source = Source { zipped: true, ..source };
         let packed = Rc::new(Cell::new(0));
@@ -67,7 +76,8 @@ impl<'a> Source<'a> {
         let unpacked = Unpacked { inner: MultiGzDecoder::new(raw), packed, bytes: 0 };
         let (head, unzipped) =
             peek(Box::new(BufReader::with_capacity(1 << 16, unpacked))).map_err(|error| source.failed(error))?;
-        Ok(Source { reader: without_mark(&head, unzipped), ..source })
+        let (reader, is_utf8) = encoding::as_utf8(&head, unzipped);
+        Ok(Source { reader, is_utf8, ..source })
     }
 
     /// A failure to read, as a sentence.
@@ -75,7 +85,9 @@ impl<'a> Source<'a> {
     /// It is the system's, or that of gzip data that is cut off or much too large.
     pub fn failed(&self, error: io::Error) -> Error {
         let inner = error.get_ref();
-        if inner.is_some_and(|inner| inner.is::<Full>() || inner.is::<Bomb>() || inner.is::<LongRow>()) {
+        if inner.is_some_and(|inner| {
+            inner.is::<Full>() || inner.is::<Bomb>() || inner.is::<LongRow>() || inner.is::<NoUtf16>()
+        }) {
             return self.error(None, error.to_string());
         }
         match error.kind() {
@@ -137,12 +149,30 @@ impl<'a> Source<'a> {
         Ok(bytes)
     }
 
-    /// Everything, as text.
+    /// Everything, as text. XML in another encoding says that it is UTF-8 then.
     pub fn text(&mut self) -> Result<String> {
-        String::from_utf8(self.bytes()?).map_err(|error| {
-            let at = error.utf8_error().valid_up_to();
-            self.error(None, format!("byte {at} is not UTF-8 text: save the file as UTF-8"))
-        })
+        let bytes = self.bytes()?;
+        let declared = encoding::declared(&bytes);
+        let name = declared.clone().map(|place| String::from_utf8_lossy(&bytes[place]).into_owned());
+        let mut text = match name.filter(|name| !(self.is_utf8 || bytes.is_ascii() || encoding::is_utf8(name))) {
+            None => String::from_utf8(bytes).map_err(|error| {
+                let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+                let line = 1 + good.iter().filter(|&&byte| byte == b'\n').count() as u64;
+                self.error(line, format!("byte {} of the file is {NOT_UTF8}", good.len()))
+            })?,
+            Some(name) if encoding::is_latin(&name) => {
+                self.take(2 * bytes.len())?;
+                encoding::of_latin(&bytes)
+            }
+            Some(name) => {
+                let read = "UTF-8, UTF-16, ISO-8859-1 and windows-1252 are read: save the file as UTF-8";
+                return Err(self.error(1, format!("its encoding is {}, and {read}", quoted(&name))));
+            }
+        };
+        if let Some(place) = declared {
+            text.replace_range(place, "UTF-8");
+        }
+        Ok(text)
     }
 }
 
@@ -155,10 +185,6 @@ fn peek<'a>(mut reader: Box<dyn BufRead + 'a>) -> io::Result<(Vec<u8>, Box<dyn B
 
 fn chain<'a>(head: Vec<u8>, reader: Box<dyn BufRead + 'a>) -> Box<dyn BufRead + 'a> {
     Box::new(io::Cursor::new(head).chain(reader))
-}
-
-fn without_mark<'a>(head: &[u8], reader: Box<dyn BufRead + 'a>) -> Box<dyn BufRead + 'a> {
-    if head == b"\xef\xbb\xbf" { reader } else { chain(head.to_vec(), reader) }
 }
 
 /// Counts the bytes taken from a reader.

@@ -59,21 +59,26 @@ impl Times {
 pub fn read_times(path: impl AsRef<Path>) -> Result<Times> {
     let mut source = Source::open(path.as_ref())?;
     let bytes = source.bytes()?;
-    let first_line = bytes.split(|&c| c == b'\n').next().unwrap_or_default();
-    let dialect = Dialect::of(first_line);
+    let first_line = bytes.split_inclusive(|&c| c == b'\n').next().unwrap_or_default();
+    let (dialect, table) = match Dialect::stated(first_line) {
+        Some(dialect) => (dialect, &bytes[first_line.len()..]),
+        None => (Dialect::of(first_line), &bytes[..]),
+    };
+    let skipped = u64::from(table.len() < bytes.len());
     let mut csv =
-        ReaderBuilder::new().delimiter(dialect.separator).trim(Trim::All).has_headers(false).from_reader(&bytes[..]);
+        ReaderBuilder::new().delimiter(dialect.separator).trim(Trim::All).has_headers(false).from_reader(table);
     let mut times = Times::default();
     let (mut t, mut curve) = (0, None);
     for (k, record) in csv.records().enumerate() {
-        let line = k as u64 + 1;
+        let line = k as u64 + 1 + skipped;
         let record = record.map_err(|error| source.error(line, format!("{error}: mend the row")))?;
         let cell = |cell: usize| record.get(cell).unwrap_or_default();
         if k == 0 && (record.len() > 1 || time(dialect, cell(0)).is_none()) {
             let place = |name: &str| record.iter().position(|heading| heading.eq_ignore_ascii_case(name));
             curve = place("curve");
             t = place("t").ok_or_else(|| {
-                source.error(1, format!("there is no column t: the columns are {}", listed(record.iter().map(quoted))))
+                source
+                    .error(line, format!("there is no column t: the columns are {}", listed(record.iter().map(quoted))))
             })?;
             continue;
         }

@@ -107,19 +107,26 @@ impl Knots {
     /// [`Parametrisation::Given`] for a batch without parameters.
     pub fn new(batch: &CurveBatch, parametrisation: Parametrisation, coincident: Coincident) -> Result<Self> {
         let has_parameters = batch.has_parameters();
-        let rule = match parametrisation {
-            Parametrisation::Auto if has_parameters => Parametrisation::Given,
-            Parametrisation::Auto => Parametrisation::ChordLength,
-            Parametrisation::Given if !has_parameters && !batch.is_empty() => {
-                return Err(Error::argument(
-                    "the given parametrisation needs a parameter for every point, but the batch has none: \
-                     add a column t, or choose chord length",
-                ));
-            }
+        if parametrisation == Parametrisation::Given && !has_parameters && !batch.is_empty() {
+            return Err(Error::argument(
+                "the given parametrisation needs a parameter for every point, but the batch has none: \
+                 add a column t, or choose chord length",
+            ));
+        }
+        // A curve without parameters beside others that have them is fitted as it is alone.
+        let constraints = batch.constraints();
+        let in_lengths = coincident == Coincident::Average
+            || constraints.tangents.is_some()
+            || constraints.curvatures.is_some()
+            || !has_parameters;
+        let rule = |i: usize| match parametrisation {
+            Parametrisation::Auto if batch.parameters(i).is_some() => Parametrisation::Given,
+            Parametrisation::Auto if in_lengths => Parametrisation::ChordLength,
+            Parametrisation::Auto => Parametrisation::Centripetal,
             other => other,
         };
         if coincident == Coincident::Refuse
-            && let Some(knots) = Self::one_a_point(batch, rule)
+            && let Some(knots) = Self::one_a_point(batch, &rule)
         {
             return Ok(knots);
         }
@@ -154,7 +161,7 @@ impl Knots {
                     values: take(&mut values, room * d),
                     weights: average.then(|| take(&mut weights, room)),
                 };
-                match slots.fill(batch, i, rule) {
+                match slots.fill(batch, i, rule(i)) {
                     Ok(None) => {}
                     Ok(Some(merged)) => exceptions.push((i, Ok(merged))),
                     Err(problem) => exceptions.push((i, Err(problem))),
@@ -178,19 +185,20 @@ impl Knots {
 
     /// The knots of open curves that have one a point, which most have: arrays of the batch are
     /// shared then, not copied.
-    fn one_a_point(batch: &CurveBatch, rule: Parametrisation) -> Option<Self> {
+    fn one_a_point(batch: &CurveBatch, rule: &(dyn Fn(usize) -> Parametrisation + Sync)) -> Option<Self> {
         let is_open = |i: usize| !batch.is_closed(i) && batch.count(i) > 1 && batch.problem(i).is_none();
         if !(0..batch.len()).all(is_open) {
             return None;
         }
         let offsets = batch.offsets();
+        let is_given = |i: usize| rule(i) == Parametrisation::Given && batch.parameters(i).is_some();
         let t = match batch.shared_parameters() {
-            Some(given) if rule == Parametrisation::Given => given.clone(),
+            Some(given) if (0..batch.len()).all(is_given) => given.clone(),
             _ => {
                 let mut t = vec![0.0; batch.total_points()];
                 parallel::parts(&mut t, offsets, |i, t| {
                     // What is wrong with a curve does not increase, and is said where curves are copied.
-                    let _ = parameters(t, batch, i, rule);
+                    let _ = parameters(t, batch, i, rule(i));
                 });
                 Arc::new(t)
             }
@@ -273,6 +281,11 @@ fn parameters(t: &mut [f64], batch: &CurveBatch, i: usize, rule: Parametrisation
     let chord = |k: usize| distance(point(k), point(if k + 1 == n { 0 } else { k + 1 }));
     let entries = t.len();
     match (rule, batch.parameters(i)) {
+        (Parametrisation::Given, None) => {
+            let what = "the given parametrisation needs a parameter for every point, and the curve has none: \
+                        add them, or choose another parametrisation";
+            return Err(invalid(0, what));
+        }
         (Parametrisation::Given | Parametrisation::Auto, Some(given)) => {
             t[..n].copy_from_slice(given);
             if entries > n {

@@ -91,7 +91,7 @@ impl Strokes {
         }
         let Walk { places, strokes, .. } = walk;
         let places = places.into_iter().map(|place| place.expect("every arc was walked")).collect();
-        let mut batch = traced(batch, vertices, &strokes, |vertex| pinned.contains(&vertex));
+        let mut batch = traced(batch, vertices, arcs, &strokes, |vertex| pinned.contains(&vertex));
         for (number, _) in strokes.iter().enumerate().filter(|(_, stroke)| arcs.frame[stroke.arcs[0] as usize]) {
             batch.refuse(number, 0, "it is a part of the map's frame, which stays straight");
         }
@@ -203,8 +203,23 @@ impl Walk<'_> {
 }
 
 /// The strokes as a batch. Points of vertices that are `pinned` stay where they are.
-fn traced(batch: &CurveBatch, vertices: &Vertices, strokes: &[Stroke], pinned: impl Fn(u32) -> bool) -> CurveBatch {
+fn traced(
+    batch: &CurveBatch,
+    vertices: &Vertices,
+    arcs: &Arcs,
+    strokes: &[Stroke],
+    pinned: impl Fn(u32) -> bool,
+) -> CurveBatch {
     let d = batch.dimension();
+    // An arc without stops is a curve without points, and that curve's alone.
+    let mut curves = vec![0; arcs.stops.len()];
+    for (i, uses) in arcs.uses.iter().enumerate() {
+        uses.iter().for_each(|use_of| curves[use_of.arc as usize] = i as u32);
+    }
+    let first = |stroke: &Stroke| match stroke.stops.first() {
+        Some((stop, _)) => stop.curve,
+        None => curves[stroke.arcs[0] as usize],
+    };
     let (mut coords, mut offsets, mut points, mut pins) = (vec![], vec![0], vec![], vec![]);
     for stroke in strokes {
         for &(stop, turn) in &stroke.stops {
@@ -216,5 +231,6 @@ fn traced(batch: &CurveBatch, vertices: &Vertices, strokes: &[Stroke], pinned: i
     }
     let constraints = Constraints { pinned: pins.contains(&true).then_some(pins), ..Constraints::default() };
     let closed = strokes.iter().map(|stroke| stroke.closed).collect();
-    batch.traced(Traced { coords, offsets, closed, constraints, points })
+    let curves = strokes.iter().map(first).collect();
+    batch.traced(Traced { coords, offsets, closed, constraints, curves, points })
 }

@@ -33,7 +33,8 @@ pub enum At<'a> {
 ///   points on both sides, in proportion to the time, angles on the short way round, and the text of the nearer of both.
 /// - After them come the columns of the `quantities`, called `curve_speed` and so on where the batch has
 ///   such a column. They are NaN for curves that were not fitted.
-/// - A curve that was not fitted has its data points, whatever is asked.
+/// - A curve that was not fitted has its data points, whatever is asked. So has one without
+///   parameters, where samples at times are asked.
 ///
 /// `fit` is a fit of `batch`.
 ///
@@ -73,7 +74,7 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
 }
 
 pub(crate) fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Result<()> {
-    let timed = batch.is_empty() || batch.parameters(0).is_some();
+    let timed = batch.is_empty() || batch.has_parameters();
     let untimed = |what: &str| {
         Error::argument(format!("{what} needs times, and the points have none: give them parameters, a column t"))
     };
@@ -137,7 +138,8 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     };
     let end = knots.last().copied().unwrap_or(0.0);
     let all = || curve.sites(Sampling::PerSpan(1));
-    let times = if curve.is_fitted() { times(batch, i, at, [knots[0], end]) } else { None };
+    let is_timed = curve.is_fitted() && batch.parameters(i).is_some();
+    let times = if is_timed { times(batch, i, at, [knots[0], end]) } else { None };
     let sites = match (at, &times) {
         (_, Some(times)) => times.iter().map(|&t| site(&knots, t)).collect(),
         (At::Along(sampling), None) => curve.sites(*sampling),
@@ -160,7 +162,9 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
 pub(crate) fn times(batch: &CurveBatch, i: usize, at: &At, [from, to]: [f64; 2]) -> Option<Vec<f64>> {
     match at {
         At::Along(_) => None,
-        At::Every(step) => Some(multiples(from, to, *step, batch.origin().clock(i).map_or(0.0, |clock| clock.offset()))),
+        At::Every(step) => {
+            Some(multiples(from, to, *step, batch.origin().clock(i).map_or(0.0, |clock| clock.offset())))
+        }
         At::Times(times) => Some(times[i].iter().copied().filter(|&t| from <= t && t <= to).collect()),
     }
 }

@@ -9,6 +9,7 @@ mod cli_exponent;
 mod cli_fair;
 mod cli_fair_deviation;
 mod cli_fair_limits;
+mod cli_files;
 mod cli_globe;
 mod cli_grid;
 mod cli_map;

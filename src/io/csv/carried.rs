@@ -4,8 +4,9 @@ use csv::ByteRecord;
 
 use super::dialect::Dialect;
 use crate::batch::{Column, Values};
-use crate::error::Result;
+use crate::error::{Result, quoted};
 use crate::io::columns::Between;
+use crate::io::encoding::NOT_UTF8;
 use crate::io::source::Source;
 
 /// A column that no method knows.
@@ -23,8 +24,11 @@ impl Cells {
         Cells { name: name.into(), cell, between, text: vec![], ends: vec![] }
     }
 
-    pub fn push(&mut self, source: &Source, record: &ByteRecord) -> Result<()> {
+    pub fn push(&mut self, source: &Source, record: &ByteRecord, line: u64) -> Result<()> {
         let cell = &record[self.cell];
+        if std::str::from_utf8(cell).is_err() {
+            return Err(source.error(line, format!("column {} is {NOT_UTF8}", quoted(&self.name))));
+        }
         source.grow(&mut self.text, cell.len())?;
         self.text.extend_from_slice(cell);
         source.push(&mut self.ends, self.text.len())

@@ -3,8 +3,8 @@
 /// Separators, the usual one first.
 const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
 
-/// Words for a number that is not there.
-const BLANKS: [&str; 4] = ["na", "n/a", "null", "none"];
+/// Words for a number that is not there, as people, databases, spreadsheets and programs write them.
+const BLANKS: [&str; 10] = ["na", "n/a", "null", "none", "\\n", "(null)", "<null>", "#n/a", "<na>", "nat"];
 
 /// A way to write tables as text.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +13,17 @@ pub(in crate::io) struct Dialect {
 }
 
 impl Dialect {
+    /// The one that a line such as `sep=;` states, which spreadsheets write above the header.
+    pub fn stated(line: &[u8]) -> Option<Self> {
+        let line = line.strip_suffix(b"\n").unwrap_or(line);
+        let line = line.strip_suffix(b"\r").unwrap_or(line);
+        let line = line.strip_prefix(b"\"").and_then(|inner| inner.strip_suffix(b"\"")).unwrap_or(line);
+        match *line {
+            [b's' | b'S', b'e' | b'E', b'p' | b'P', b'=', separator] => Some(Dialect { separator }),
+            _ => None,
+        }
+    }
+
     /// By the separator that stands most often in the first line, outside quotation marks.
     pub fn of(first_line: &[u8]) -> Self {
         let (mut counts, mut quoted) = ([0; SEPARATORS.len()], false);
@@ -28,7 +39,7 @@ impl Dialect {
 
     /// The number in a cell, `None` where none is there. An error is the cell's.
     ///
-    /// Where semicolons separate cells a comma may stand for the decimal point.
+    /// Unless commas separate cells, a comma may stand for the decimal point.
     pub fn number(self, cell: &[u8]) -> Result<Option<f64>, ()> {
         let text = std::str::from_utf8(cell.trim_ascii()).map_err(drop)?;
         if text.is_empty() || BLANKS.iter().any(|blank| text.eq_ignore_ascii_case(blank)) {
@@ -36,7 +47,7 @@ impl Dialect {
         }
         match text.parse() {
             Ok(number) => Ok(Some(number)),
-            Err(_) if self.separator == b';' => text.replacen(',', ".", 1).parse().map(Some).map_err(drop),
+            Err(_) if self.separator != b',' => text.replacen(',', ".", 1).parse().map(Some).map_err(drop),
             Err(_) => Err(()),
         }
     }

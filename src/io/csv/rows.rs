@@ -12,6 +12,7 @@ use crate::batch::{Clock, CurveBatch, Origin};
 use crate::constraint::Constraints;
 use crate::error::{Error, Result, quoted};
 use crate::io::columns::{Between, Table};
+use crate::io::encoding::NOT_UTF8;
 use crate::io::source::Source;
 use crate::io::{ReadOptions, close, close_as_marked, longitude};
 use crate::ragged;
@@ -66,6 +67,8 @@ pub(super) struct Rows<'a> {
     closed: Option<(usize, Vec<bool>)>,
     /// The first point of a curve with a cell that must not be blank, and what to do.
     blanks: BTreeMap<usize, (usize, String)>,
+    /// The first point of a curve without a parameter. Where all lack it, the curve has none.
+    timeless: BTreeMap<usize, usize>,
     names: Vec<String>,
     carried: Vec<CarriedCells>,
     /// Curves by name, to find a curve that goes on after another one began.
@@ -111,6 +114,7 @@ impl<'a> Rows<'a> {
             closed: table.cell("closed").map(|cell| (cell, Vec::new())),
             blanks: BTreeMap::new(),
             clocks: Vec::new(),
+            timeless: BTreeMap::new(),
             names: Vec::new(),
             curves: HashMap::new(),
             lines: Vec::new(),
@@ -145,7 +149,7 @@ impl<'a> Rows<'a> {
             self.clocks.resize(self.names.len(), None);
             let x = cells.time(t, &mut self.clock, &mut self.clocks[curve])?;
             if x.is_none() {
-                blank.get_or_insert((t.cell, None));
+                self.timeless.entry(curve).or_insert(point);
             }
             self.source.push(&mut t.values, x.unwrap_or(f64::NAN))?;
         }
@@ -157,7 +161,7 @@ impl<'a> Rows<'a> {
             self.source.push(&mut column.values, x.unwrap_or(f64::NAN))?;
         }
         for column in &mut self.carried {
-            column.push(self.source, record)?;
+            column.push(self.source, record, line)?;
         }
         if let Some((cell, known)) = blank {
             let why = match known {
@@ -193,7 +197,7 @@ impl<'a> Rows<'a> {
             return Ok(());
         }
         let name = std::str::from_utf8(name)
-            .map_err(|_| self.source.error(line, "the curve's name is not UTF-8 text: save the file as UTF-8"))?;
+            .map_err(|_| self.source.error(line, format!("the curve's name is {NOT_UTF8}")))?;
         if let Some(&earlier) = self.curves.get(name) {
             // From now on rows of the file are no longer curve by curve.
             if !self.owners.is_mixed() {
@@ -242,6 +246,14 @@ impl<'a> Rows<'a> {
         }
         let finish =
             |column: CarriedCells| column.finish(self.source, order.as_deref(), &self.owners.counts, self.dialect);
+        for (curve, point) in std::mem::take(&mut self.timeless) {
+            let Some(t) = self.t.as_ref() else { break };
+            let has_none = t.values[offsets[curve]..offsets[curve + 1]].iter().all(|t| t.is_nan());
+            if !has_none && self.blanks.get(&curve).is_none_or(|(first, _)| point < *first) {
+                let what = format!("column {} is blank: fill it in, or remove the row", quoted(&self.header[t.cell]));
+                self.blanks.insert(curve, (point, what));
+            }
+        }
         let columns = std::mem::take(&mut self.carried).into_iter().map(finish).collect::<Result<Vec<_>>>()?;
         // Blank lines, names of several lines, and rows between others or in another order make the
         // line of a point uncertain. Then only the curve is named.
@@ -254,9 +266,9 @@ impl<'a> Rows<'a> {
             first_lines: Some((0..self.names.len()).map(first_line).collect()),
             names: self.curve.map(|_| self.names),
             clock: self.clock,
-            clocks: own_clocks(self.clock, &self.clocks),
+            clocks: self.clock.and_then(|clock| clock.each_own(&self.clocks)),
             notes: self.passes_status.then(|| "column status passed over".into()).into_iter().collect(),
-            geographic: self.longitude && longitude::is_geographic(&self.coords, d),
+            geographic: self.longitude && longitude::are_geographic(&self.coords, d),
             ..Origin::default()
         };
         origin.within_half_turn = self.coords.iter().step_by(d).all(|&x| longitude::within_half_turn(x));
@@ -301,12 +313,6 @@ impl<'a> Rows<'a> {
             }
         }
     }
-}
-
-/// The clocks of curves that are not all given with one offset from UTC.
-fn own_clocks(clock: Option<Clock>, clocks: &[Option<Clock>]) -> Option<Vec<Clock>> {
-    let all: Vec<Clock> = clocks.iter().map(|own| own.or(clock)).collect::<Option<_>>()?;
-    all.windows(2).any(|pair| !pair[0].hangs_with(&pair[1])).then_some(all)
 }
 
 /// One row, and what is needed to say what is wrong with it.

@@ -4,9 +4,8 @@
 use std::io;
 
 use super::cut::{Cut, nested};
-use super::write::{list, of_text};
+use super::write::{has_places, list, of_text};
 use crate::batch::{Column, CurveBatch, Values};
-use crate::io::is_finite;
 use crate::io::text::Text;
 
 /// The properties that a feature has by itself: its curve's name, and times as dates or as numbers.
@@ -31,7 +30,7 @@ impl<'a> Along<'a> {
             }
             _ => vec![(0..batch.count(i) + usize::from(batch.is_closed(i))).map(|k| k as f64).collect()],
         };
-        (batch.count(i) > 0 && is_finite(batch, i)).then_some(Along { batch, i, lines })
+        (batch.count(i) > 0 && has_places(batch, i)).then_some(Along { batch, i, lines })
     }
 
     /// The times, if they were given.

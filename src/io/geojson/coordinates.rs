@@ -16,12 +16,10 @@ pub(super) struct Lines<'a> {
     pub offsets: Vec<usize>,
     /// Numbers of lines in each innermost list of lines of the current geometry.
     pub counts: Vec<usize>,
-    pub feature: usize,
     /// The first position of each line that lacks a number, by its place among all positions.
     pub lacking: Vec<usize>,
-    /// The first feature with an altitude, and the first without one.
-    with_z: Option<usize>,
-    without_z: Option<usize>,
+    /// Whether some position has an altitude.
+    has_z: bool,
 }
 
 impl<'a> Lines<'a> {
@@ -33,14 +31,12 @@ impl<'a> Lines<'a> {
             z: Vec::new(),
             offsets: vec![0],
             counts: Vec::new(),
-            feature: 0,
             lacking: Vec::new(),
-            with_z: None,
-            without_z: None,
+            has_z: false,
         }
     }
 
-    /// Adds a position that lacks a number, and says nothing of altitudes.
+    /// Adds a position that lacks a number.
     fn lack<E: serde::de::Error>(&mut self, xy: [f64; 2]) -> std::result::Result<(), E> {
         self.grow()?;
         let point = self.xy.len() / 2;
@@ -55,7 +51,7 @@ impl<'a> Lines<'a> {
     fn grow<E: serde::de::Error>(&mut self) -> std::result::Result<(), E> {
         let room = self.room;
         let lower = (self.xy.len() / 2 + 1).saturating_sub(self.z.len());
-        let z = self.with_z.map_or(Ok(()), |_| room.grow(&mut self.z, lower));
+        let z = if self.has_z { room.grow(&mut self.z, lower) } else { Ok(()) };
         let grown = z
             .and_then(|()| room.grow(&mut self.xy, 2))
             .and_then(|()| room.grow(&mut self.offsets, 1))
@@ -77,19 +73,24 @@ impl<'a> Lines<'a> {
         (i, point - self.offsets[i])
     }
 
-    /// The dimension and the coordinates.
-    ///
-    /// If altitudes are mixed, the features with and without one.
-    pub fn interleave(&mut self, drop_z: bool) -> std::result::Result<(usize, Vec<f64>), (usize, usize)> {
+    /// The dimension, the coordinates, and the lines none of whose positions has an altitude, which become 0. Other
+    /// altitudes that are missing are NaN.
+    pub fn interleave(&mut self, drop_z: bool) -> (usize, Vec<f64>, Vec<usize>) {
         let xy = std::mem::take(&mut self.xy);
-        match (self.with_z.filter(|_| !drop_z), self.without_z) {
-            (None, _) => Ok((2, xy)),
-            (Some(with), Some(without)) => Err((with, without)),
-            (Some(_), None) => {
-                self.z.resize(xy.len() / 2, f64::NAN);
-                Ok((3, xy.chunks_exact(2).zip(&self.z).flat_map(|(xy, z)| [xy[0], xy[1], *z]).collect()))
+        if drop_z || !self.has_z {
+            return (2, xy, vec![]);
+        }
+        self.z.resize(xy.len() / 2, f64::NAN);
+        let mut flat = Vec::new();
+        for i in 0..self.offsets.len() - 1 {
+            let z = &mut self.z[self.offsets[i]..self.offsets[i + 1]];
+            if !z.is_empty() && z.iter().all(|z| z.is_nan()) {
+                z.fill(0.0);
+                flat.push(i);
             }
         }
+        let coords = xy.chunks_exact(2).zip(&self.z).flat_map(|(xy, z)| [xy[0], xy[1], *z]).collect();
+        (3, coords, flat)
     }
 }
 
@@ -102,7 +103,7 @@ pub(super) struct List<'l, 'a> {
 impl<'de> DeserializeSeed<'de> for List<'_, '_> {
     type Value = ();
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> std::result::Result<(), D::Error> {
-        deserializer.deserialize_seq(self)
+        deserializer.deserialize_any(self)
     }
 }
 
@@ -111,6 +112,18 @@ impl<'de> Visitor<'de> for List<'_, '_> {
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(["a position", "a list of positions", "a list of lines", "a list of polygons"][self.depth])
+    }
+
+    /// A list that is null has no entries.
+    fn visit_unit<E: serde::de::Error>(self) -> std::result::Result<(), E> {
+        let List { depth, lines } = self;
+        lines.grow()?;
+        match depth {
+            1 => lines.offsets.push(lines.xy.len() / 2),
+            2 => lines.counts.push(0),
+            _ => {}
+        }
+        Ok(())
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> std::result::Result<(), A::Error> {
@@ -176,12 +189,11 @@ impl<'de> Visitor<'de> for Position<'_, '_> {
                 lines.z.resize(lines.xy.len() / 2, f64::NAN);
                 lines.xy.extend([x, y]);
                 lines.z.push(z);
-                lines.with_z.get_or_insert(lines.feature);
+                lines.has_z = true;
             }
             Some(None) => lines.lack([x, y])?,
             None => {
                 lines.xy.extend([x, y]);
-                lines.without_z.get_or_insert(lines.feature);
                 return Ok(());
             }
         }

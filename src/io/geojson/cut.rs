@@ -3,10 +3,9 @@
 use std::io;
 
 use super::Shape;
-use super::write::list;
+use super::write::{has_places, is_flat, list, position};
 use crate::batch::CurveBatch;
 use crate::io::antimeridian::{Path, concerns, cut_line, cut_polygon};
-use crate::io::is_finite;
 use crate::io::longitude::settled_on_turns;
 use crate::io::text::Text;
 
@@ -25,8 +24,9 @@ impl Cut {
             return None;
         }
         let path = |i: usize| -> Path {
-            let points = if is_finite(batch, i) { batch.points(i) } else { &[] };
-            let settled = |point: &[f64]| [&[settled_on_turns(point[0])], &point[1..]].concat();
+            let points = if has_places(batch, i) { batch.points(i) } else { &[] };
+            let axes = if is_flat(batch, i) { 2 } else { batch.dimension() };
+            let settled = |point: &[f64]| [&[settled_on_turns(point[0])], &point[1..axes]].concat();
             points.chunks_exact(batch.dimension()).map(settled).collect()
         };
         let line = |i: usize| {
@@ -81,12 +81,6 @@ fn rings(text: &mut Text, polygon: &[Path]) -> io::Result<()> {
 fn ring(text: &mut Text, path: &Path) -> io::Result<()> {
     let count = (path.len() + 1).max(4);
     list(text, if path.is_empty() { 0 } else { count }, |text, k| position(text, path.get(k).unwrap_or(&path[0])))
-}
-
-fn position(text: &mut Text, position: &[f64]) -> io::Result<()> {
-    text.push("[")?;
-    text.point(position, ",")?;
-    text.push("]")
 }
 
 /// Lists of one line, or a list of them.

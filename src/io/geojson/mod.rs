@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use super::formats::Entry;
 pub(super) use read::read;
-pub(super) use write::{fills, objects, write_with};
+pub(super) use write::{fills, holds, is_own, objects, write_with};
 
 pub(super) const ENTRY: Entry = Entry {
     word: "geojson",
@@ -29,6 +29,7 @@ pub(super) const ENTRY: Entry = Entry {
     columns: false,
     statuses: true,
     fills: write::fills,
+    parameters: true,
     read,
     write: |out, batch, options, _| write::write(out, batch, options),
     write_file: None,
@@ -50,6 +51,8 @@ pub(crate) struct Document {
     shapes: Vec<(usize, Shape)>,
     /// Number of curves of all slots together.
     curves: usize,
+    /// Curves without altitudes in a document that has altitudes, in order. They are at 0.
+    flat: Vec<usize>,
     /// The objects of a topology that the features are of, in order. GeoJSON has none.
     objects: Vec<Object>,
 }
@@ -60,6 +63,8 @@ pub(super) struct Object {
     pub name: String,
     /// Number of its features.
     pub features: usize,
+    /// Those of them that are null.
+    pub nulls: Vec<usize>,
 }
 
 /// A part of the text taken out.

@@ -162,6 +162,11 @@ impl<'a> Reader<'a> {
                 let features: Vec<&RawValue> = serde_json::from_str(features.get())
                     .map_err(|_| self.source.error(None, "\"features\" is no list: make it one"))?;
                 for feature in features {
+                    if feature.get() == "null" {
+                        self.features.push((self.rings.len(), None));
+                        self.feature += 1;
+                        continue;
+                    }
                     let members = self.members(feature, "a feature")?;
                     match self.kind(&members)?.as_str() {
                         "Feature" => self.feature(&members)?,
@@ -188,7 +193,7 @@ impl<'a> Reader<'a> {
         let first = self.rings.len();
         let name = members.get("properties").and_then(property_curve);
         self.features.push((first, name));
-        if let Some(geometry) = members.get("geometry").filter(|geometry| geometry.get() != "null") {
+        if let Some(geometry) = members.get("geometry") {
             self.geometry(geometry, 0)?;
         }
         self.cut_bbox(members, first);
@@ -238,6 +243,9 @@ impl<'a> Reader<'a> {
         if depth > MAX_NESTING {
             return Err(self.wrong(format!("geometry collections nest deeper than {MAX_NESTING}: flatten them")));
         }
+        if geometry.get() == "null" {
+            return Ok(());
+        }
         let first = self.rings.len();
         let members = self.members(geometry, "a geometry")?;
         let kind = self.kind(&members)?;
@@ -278,7 +286,6 @@ impl<'a> Reader<'a> {
     fn coordinates(&mut self, raw: &'a RawValue, depth: usize, shape: impl Fn(&[usize]) -> Shape) -> Result<()> {
         let first = self.rings.len();
         self.lines.counts.clear();
-        self.lines.feature = self.feature;
         let mut json = serde_json::Deserializer::from_str(raw.get());
         List { depth, lines: &mut self.lines }.deserialize(&mut json).map_err(|error| {
             if let Some(full) = self.lines.full {
@@ -395,21 +402,25 @@ impl<'a> Reader<'a> {
     }
 
     fn finish(mut self, objects: Vec<Object>, options: &ReadOptions) -> Result<CurveBatch> {
-        let (dimension, coords) = self.lines.interleave(options.columns.drops("z")).map_err(|(with, without)| {
-            self.source.error(
-                None,
-                format!(
-                    "feature {with} has altitudes, feature {without} has positions without one: give every position an \
-                     altitude, or drop all of them with `ReadOptions::columns` z="
-                ),
-            )
-        })?;
+        let (dimension, coords, flat) = self.lines.interleave(options.columns.drops("z"));
+        let names = self.names();
+        let note_of_flat = flat.first().map(|&first| {
+            let have = if flat.len() == 1 { "line has" } else { "lines have" };
+            let name = shortened(&names[first]);
+            format!("{} {have} no altitudes, such as {name}: 0 is taken, and not written in GeoJSON", flat.len())
+        });
         // The curve and the point of it, since frames of the map move what follows.
         let lacking: Vec<(usize, usize)> = self.lines.lacking.iter().map(|&point| self.lines.locate(point)).collect();
+        let lacks_altitude = |point: &[f64]| point[2..].iter().any(|z| z.is_nan());
+        let without_altitude = |i: usize| {
+            let points = &coords[dimension * self.lines.offsets[i]..dimension * self.lines.offsets[i + 1]];
+            Some((i, points.chunks_exact(dimension).position(lacks_altitude)?))
+        };
+        let sunk: Vec<(usize, usize)> = (0..self.rings.len()).filter_map(without_altitude).collect();
         let coords = self.with_frames(coords, dimension);
         sort::by(&mut self.cuts, |a, b| (a.0.start, a.0.end).cmp(&(b.0.start, b.0.end)));
         let shapes = std::mem::take(&mut self.shapes);
-        let mut document = Document { curves: self.rings.len(), objects, shapes, ..Document::default() };
+        let mut document = Document { curves: self.rings.len(), objects, shapes, flat, ..Document::default() };
         let mut done = 0;
         for (span, part) in std::mem::take(&mut self.cuts) {
             document.text.push_str(&self.text[done..span.start]);
@@ -417,21 +428,25 @@ impl<'a> Reader<'a> {
             done = span.end;
         }
         document.text.push_str(&self.text[done..]);
-        let notes = self.note_of_frames().into_iter().collect();
+        let notes = self.note_of_frames().into_iter().chain(note_of_flat).collect();
         let origin = Origin {
             within_half_turn: self.within_half_turn,
             file: Some(self.source.path.display().to_string()),
-            names: Some(self.names()),
-            first_lines: None,
+            names: Some(names),
             unwrapped: self.unwrapped,
             is_map: self.rings.contains(&true),
-            geographic: self.geographic && longitude::is_geographic(&coords, dimension),
+            geographic: self.geographic && longitude::are_geographic(&coords, dimension),
             round_pole: self.round_pole.clone(),
             document: Some(Arc::new(document)),
             notes,
             ..Origin::default()
         };
         let mut batch = CurveBatch::from_file(dimension, coords, self.lines.offsets, Arc::new(origin))?;
+        for (i, point) in sunk {
+            let what = "it has no altitude, and others of its line have one: add it, or drop all altitudes with \
+                        `ReadOptions::columns` z=";
+            batch.refuse(i, point, what);
+        }
         for (i, point) in lacking {
             batch.refuse(i, point, "its position is null, or lacks a number: fill it in, or remove it");
         }

@@ -10,7 +10,7 @@ use super::{Document, Object, Part, Shape};
 use crate::batch::{Column, CurveBatch, Values};
 use crate::io::columns::STATUS;
 use crate::io::text::Text;
-use crate::io::{Antimeridian, WriteOptions, free_names, is_finite};
+use crate::io::{Antimeridian, WriteOptions, free_names};
 use crate::status::CurveStatus;
 
 /// Writes the batch, into the document that it came from if there is one.
@@ -176,6 +176,18 @@ pub(super) fn of_text(text: &str) -> serde_json::Value {
     number.map_or_else(|| text.into(), serde_json::Value::Number)
 }
 
+/// Whether a document of its own has a place for a column: a property, if each curve has one value, and for lines of
+/// GeoJSON one `along` their positions.
+pub(in crate::io) fn holds(batch: &CurveBatch, column: &Column, along: bool) -> bool {
+    let is_constant = |i: usize| batch.count(i) == 0 || of_curve(batch, column, i).is_some();
+    is_own(batch) && (along || (0..batch.len()).all(is_constant))
+}
+
+/// Whether the batch is written into a document of its own, which has times of positions, too.
+pub(in crate::io) fn is_own(batch: &CurveBatch) -> bool {
+    document(batch).is_none()
+}
+
 /// The value that all of some values are.
 fn same<T: PartialEq>(values: &[T]) -> Option<&T> {
     values.first().filter(|first| values.iter().all(|value| value == *first))
@@ -200,21 +212,39 @@ pub(super) fn list(
 ///
 /// The first position is repeated if the curve is closed, or is a ring that does not end where it
 /// began. A ring has four positions at least: those of fewer repeat the first. JSON has no NaN. A
-/// curve with such a number gets no positions, which RFC 7946 reads as no geometry.
+/// curve with such a longitude or latitude gets no positions, which RFC 7946 reads as no geometry.
+/// A position with such an altitude has none, and so have all of a curve that came without.
 fn line(text: &mut Text, batch: &CurveBatch, i: usize, ring: bool) -> io::Result<()> {
     let (d, points) = (batch.dimension(), batch.points(i));
-    if points.is_empty() || !is_finite(batch, i) {
+    if points.is_empty() || !has_places(batch, i) {
         return text.push("[]");
     }
+    let axes = if is_flat(batch, i) { 2 } else { d };
     let ends_where_it_began = points.len() > d && points[..d] == points[points.len() - d..];
     let again = batch.is_closed(i) || (ring && !ends_where_it_began);
     let count = points.len() / d;
     let least = if ring { 4 } else { 0 };
     list(text, (count + usize::from(again)).max(least), |text, k| {
-        text.push("[")?;
-        text.point(&points[if k < count { k * d } else { 0 }..][..d], ",")?;
-        text.push("]")
+        position(text, &points[if k < count { k * d } else { 0 }..][..axes])
     })
+}
+
+/// Whether curve `i` came without altitudes, in a document that has altitudes.
+pub(super) fn is_flat(batch: &CurveBatch, i: usize) -> bool {
+    document(batch).is_some_and(|document| document.flat.binary_search(&i).is_ok())
+}
+
+/// Whether every point of curve `i` has a longitude and a latitude.
+pub(super) fn has_places(batch: &CurveBatch, i: usize) -> bool {
+    batch.points(i).chunks_exact(batch.dimension()).all(|point| point[0].is_finite() && point[1].is_finite())
+}
+
+/// Writes a point, without an altitude that is none.
+pub(super) fn position(text: &mut Text, point: &[f64]) -> io::Result<()> {
+    let axes = point.len() - usize::from(point.last().is_some_and(|x| !x.is_finite()));
+    text.push("[")?;
+    text.point(&point[..axes], ",")?;
+    text.push("]")
 }
 
 #[cfg(test)]

@@ -44,6 +44,7 @@ pub(super) const ENTRY: Entry = Entry {
     columns: true,
     statuses: true,
     fills: |_| false,
+    parameters: true,
     read,
     write: |out, batch, options, _| write(out, batch, options),
     write_file: Some(|file, batch, options| write_seekable(file, batch, options)),
@@ -295,8 +296,8 @@ fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, options: &WriteOption
     array(&mut zip, "closed", "|b1", &[curves], (0..batch.len()).map(|i| batch.is_closed(i)))?;
     let all = || 0..batch.len();
     if all().any(|i| batch.parameters(i).is_some()) {
-        let t = all().flat_map(|i| batch.parameters(i).unwrap_or_default()).copied();
-        array(&mut zip, "t", "<f8", &[points], t)?;
+        let t = |i: usize| batch.parameters(i).map_or_else(|| vec![f64::NAN; batch.count(i)], <[f64]>::to_vec);
+        array(&mut zip, "t", "<f8", &[points], all().flat_map(t))?;
     }
     if all().any(|i| batch.weights(i).is_some()) {
         let weights = all().flat_map(|i| batch.weights(i).unwrap_or_default()).copied();

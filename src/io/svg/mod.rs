@@ -25,6 +25,7 @@ pub(super) const ENTRY: Entry = Entry {
     columns: false,
     statuses: false,
     fills: write::fills,
+    parameters: false,
     read: read::read,
     write: |out, batch, options, _| write::write(out, batch, options),
     write_file: None,

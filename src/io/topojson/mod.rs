@@ -24,6 +24,7 @@ pub(super) const ENTRY: Entry = Entry {
     columns: false,
     statuses: true,
     fills: geojson::fills,
+    parameters: false,
     // Both end in .json. A topology says that it is one.
     read: geojson::read,
     write: |out, batch, options, _| write::write(out, batch, options),

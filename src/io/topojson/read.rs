@@ -72,8 +72,7 @@ pub(in crate::io) fn as_geojson(source: &Source, text: &str) -> Result<(String, 
     reader.push("{\"type\":\"FeatureCollection\",\"features\":[")?;
     let mut found = Vec::new();
     for (name, object) in &objects {
-        let features = reader.object(name, object)?;
-        found.push(Object { name: name.clone(), features });
+        found.push(reader.object(name, object)?);
     }
     reader.push("\n]}\n")?;
     Ok((reader.out, found))
@@ -119,8 +118,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// An object: a collection of features, or one. The number of features.
-    fn object(&mut self, name: &str, object: &Value) -> Result<usize> {
+    /// An object: a collection of features, or one.
+    fn object(&mut self, name: &str, object: &Value) -> Result<Object> {
         let features = match object.get("geometries").and_then(Value::as_array) {
             Some(geometries) if object.get("type").is_some_and(|kind| kind == "GeometryCollection") => &geometries[..],
             _ => std::slice::from_ref(object),
@@ -129,12 +128,17 @@ impl Reader<'_> {
             self.place = format!("object {}, geometry {k}", quoted(name));
             self.feature(feature)?;
         }
-        Ok(features.len())
+        let nulls = (0..features.len()).filter(|&k| features[k].is_null()).collect();
+        Ok(Object { name: name.into(), features: features.len(), nulls })
     }
 
     fn feature(&mut self, geometry: &Value) -> Result<()> {
-        let Some(members) = geometry.as_object() else {
-            return Err(self.wrong("it is no JSON object: TopoJSON needs one with a \"type\""));
+        let none = Map::new();
+        let members = match geometry {
+            Value::Object(members) => members,
+            // A shape that vanished when a map was made simpler.
+            Value::Null => &none,
+            _ => return Err(self.wrong("it is no JSON object: TopoJSON needs one with a \"type\"")),
         };
         let own = |name: &str| !matches!(name, "type" | "arcs" | "coordinates" | "geometries" | "bbox" | "properties");
         self.push(if self.out.ends_with('[') { "\n{\"type\":\"Feature\"," } else { ",\n{\"type\":\"Feature\"," })?;
@@ -208,6 +212,9 @@ impl Reader<'_> {
     }
 
     fn nested(&mut self, list: &Value, depth: usize) -> Result<()> {
+        if list.is_null() {
+            return self.push("null");
+        }
         let Some(entries) = list.as_array() else {
             return Err(self.wrong("its arcs do not nest as its type asks: see TopoJSON's specification"));
         };

@@ -80,7 +80,10 @@ fn objects(document: Value, named: &[geojson::Object]) -> Value {
     let mut geometries = features.into_iter().map(geometry);
     let mut objects = Map::new();
     for object in named {
-        let of_object: Vec<Value> = geometries.by_ref().take(object.features).collect();
+        let mut of_object: Vec<Value> = geometries.by_ref().take(object.features).collect();
+        for &k in &object.nulls {
+            of_object[k] = Value::Null;
+        }
         objects.insert(object.name.clone(), json!({"type": "GeometryCollection", "geometries": of_object}));
     }
     let rest: Vec<Value> = geometries.collect();

@@ -7,7 +7,7 @@ pub(super) mod tck;
 pub(super) mod trk;
 
 use super::source::Source;
-use super::{ReadOptions, close_as_marked, is_finite};
+use super::{ReadOptions, close_as_marked};
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
 
@@ -17,10 +17,9 @@ fn as_streamlines(batch: CurveBatch, options: &ReadOptions) -> Result<CurveBatch
     close_as_marked(batch, options.closed, open)
 }
 
-/// The points of a curve as a streamline. A closed one repeats its first; one that is not all numbers
-/// has none.
+/// The points of a curve as a streamline. A closed one repeats its first.
 fn streamline(batch: &CurveBatch, i: usize) -> impl Iterator<Item = usize> {
-    let count = if is_finite(batch, i) { batch.count(i) } else { 0 };
+    let count = batch.count(i);
     (0..count).chain((batch.is_closed(i) && count > 0).then_some(0))
 }
 

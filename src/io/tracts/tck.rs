@@ -7,9 +7,9 @@ use std::sync::Arc;
 use super::{Bytes, as_streamlines, cut_off, streamline};
 use crate::batch::{CurveBatch, Origin};
 use crate::error::{Result, quoted};
-use crate::io::ReadOptions;
 use crate::io::formats::Entry;
 use crate::io::source::Source;
+use crate::io::{ReadOptions, is_finite};
 
 pub(in crate::io) const ENTRY: Entry = Entry {
     word: "tck",
@@ -23,6 +23,7 @@ pub(in crate::io) const ENTRY: Entry = Entry {
     columns: false,
     statuses: false,
     fills: |_| false,
+    parameters: false,
     read,
     write: |out, batch, _, _| write(out, batch),
     write_file: None,
@@ -35,7 +36,7 @@ const MAGIC: &str = "mrtrix tracks";
 /// What is kept of a file.
 struct Header {
     /// Lines of the header, but for those that are written anew.
-    fields: Vec<String>,
+    fields: Vec<Vec<u8>>,
     datatype: Datatype,
 }
 
@@ -71,14 +72,18 @@ impl Datatype {
 
 fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let bytes = source.bytes()?;
-    if !bytes.starts_with(MAGIC.as_bytes()) {
+    let mut lines = bytes.split(|&byte| byte == b'\n');
+    if lines.next().is_none_or(|line| line.trim_ascii_end() != MAGIC.as_bytes()) {
         return Err(source.error(None, format!("it does not begin with \"{MAGIC}\": this is no TCK file")));
     }
-    let end = find(&bytes, b"\nEND").ok_or_else(|| source.error(None, "its header has no END: it was cut off"))?;
-    let text = String::from_utf8_lossy(&bytes[..end]).into_owned();
     let (mut fields, mut start, mut datatype) = (Vec::new(), None, None);
-    for line in text.lines().skip(1) {
-        let (key, value) = line.split_once(':').map_or((line, ""), |(key, value)| (key.trim(), value.trim()));
+    loop {
+        let bytes = lines.next().ok_or_else(|| source.error(None, "its header has no END: it was cut off"))?;
+        if bytes.trim_ascii_end() == b"END" {
+            break;
+        }
+        let line = String::from_utf8_lossy(bytes);
+        let (key, value) = line.split_once(':').map_or((&*line, ""), |(key, value)| (key.trim(), value.trim()));
         match key {
             "file" => start = value.strip_prefix('.').and_then(|offset| offset.trim().parse::<usize>().ok()),
             "datatype" => {
@@ -88,7 +93,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
                 datatype = Some(Datatype::of(value).ok_or_else(|| source.error(None, wrong()))?);
             }
             "count" => {}
-            _ => fields.push(line.to_string()),
+            _ => fields.push(bytes.to_vec()),
         }
     }
     let start = start.filter(|start| *start <= bytes.len());
@@ -123,23 +128,22 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     as_streamlines(CurveBatch::from_file(3, coords, offsets, Arc::new(origin))?, options)
 }
 
-/// Where bytes first occur.
-fn find(bytes: &[u8], wanted: &[u8]) -> Option<usize> {
-    bytes.windows(wanted.len()).position(|window| window == wanted)
-}
-
 fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     let header: Option<&Header> = batch.origin().document.as_ref().and_then(|document| document.downcast_ref());
     let datatype = header.map_or(Datatype { is_double: false, is_big_endian: false }, |header| header.datatype);
-    let fields: String = header.iter().flat_map(|header| &header.fields).map(|field| format!("{field}\n")).collect();
-    let head = format!("{MAGIC}\n{fields}datatype: {}\ncount: {}\n", datatype.word(), batch.len());
-    // The length of the header depends on the digits of its own length.
-    let with_offset = |offset: usize| format!("{head}file: . {offset}\nEND\n");
-    let mut offset = with_offset(0).len();
-    while with_offset(offset).len() > offset {
-        offset = with_offset(offset).len();
+    let mut text = format!("{MAGIC}\n").into_bytes();
+    for field in header.iter().flat_map(|header| &header.fields) {
+        text.extend_from_slice(field);
+        text.push(b'\n');
     }
-    let mut text = with_offset(offset).into_bytes();
+    text.extend(format!("datatype: {}\ncount: {}\n", datatype.word(), batch.len()).bytes());
+    // The length of the header depends on the digits of its own length.
+    let end = |offset: usize| format!("file: . {offset}\nEND\n");
+    let mut offset = text.len();
+    while text.len() + end(offset).len() > offset {
+        offset = text.len() + end(offset).len();
+    }
+    text.extend(end(offset).bytes());
     text.resize(offset, b'\n');
     out.write_all(&text)?;
     let mut buffer = Vec::new();
@@ -150,7 +154,10 @@ fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
         (true, true) => buffer.extend(x.to_be_bytes()),
     };
     for i in 0..batch.len() {
-        streamline(batch, i).for_each(|k| batch.points(i)[3 * k..3 * k + 3].iter().for_each(|x| push(*x)));
+        // What is not all numbers has no points: they would end the streamline, or the file.
+        streamline(batch, i)
+            .filter(|_| is_finite(batch, i))
+            .for_each(|k| batch.points(i)[3 * k..3 * k + 3].iter().for_each(|x| push(*x)));
         (0..3).for_each(|_| push(f64::NAN));
     }
     (0..3).for_each(|_| push(f64::INFINITY));

@@ -4,6 +4,7 @@
 //! The layout is TrackVis' own (trackvis.org/docs, version 2). Scalars of several values are named as
 //! nibabel does: the name, a zero byte, and how many.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::Arc;
 
@@ -11,9 +12,9 @@ use super::space::to_millimetres;
 use super::{Bytes, CutOff, as_streamlines, cut_off, streamline};
 use crate::batch::{Column, CurveBatch, Origin, Values};
 use crate::error::{Error, Result};
-use crate::io::ReadOptions;
 use crate::io::formats::Entry;
 use crate::io::source::Source;
+use crate::io::{ReadOptions, encoding};
 use glam::{DAffine3, DVec3};
 
 pub(in crate::io) const ENTRY: Entry = Entry {
@@ -28,6 +29,7 @@ pub(in crate::io) const ENTRY: Entry = Entry {
     columns: true,
     statuses: false,
     fills: |_| false,
+    parameters: false,
     read,
     write: |out, batch, _, _| write(out, batch),
     write_file: None,
@@ -53,8 +55,11 @@ struct Header {
     is_big_endian: bool,
     /// From the file's coordinates to millimetres.
     to_millimetres: DAffine3,
-    /// The columns that are properties of streamlines.
-    properties: Vec<String>,
+    /// The columns that are scalars of points, and those that are properties of streamlines.
+    columns: [Vec<String>; 2],
+    streamlines: usize,
+    /// The properties of streamlines without points, for which columns have no entry.
+    of_empty: BTreeMap<usize, Vec<f64>>,
 }
 
 /// Values of one name.
@@ -98,6 +103,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
         [scalars, properties].map(|named| named.iter().flat_map(Named::columns).collect::<Vec<String>>());
     let (mut coords, mut offsets) = (Vec::new(), vec![0]);
     let mut columns: Vec<Vec<f64>> = vec![vec![]; scalars.len() + properties.len()];
+    let mut of_empty = BTreeMap::new();
     let mut numbers = at(HEADER_BYTES);
     while !numbers.is_at_end() {
         let streamline = offsets.len() - 1;
@@ -125,10 +131,20 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
         for column in &mut columns[scalars.len()..] {
             let value = numbers.f32().map_err(cut_off)?;
             column.extend(std::iter::repeat_n(value, count));
+            if count == 0 {
+                of_empty.entry(streamline).or_insert_with(Vec::new).push(value);
+            }
         }
         source.push(&mut offsets, coords.len() / 3)?;
     }
-    let header = Header { bytes: *head, is_big_endian, to_millimetres, properties: properties.clone() };
+    let header = Header {
+        bytes: *head,
+        is_big_endian,
+        to_millimetres,
+        columns: [scalars.clone(), properties.clone()],
+        streamlines: offsets.len() - 1,
+        of_empty,
+    };
     let origin =
         Origin { file: Some(source.path.display().to_string()), document: Some(Arc::new(header)), ..Origin::default() };
     let named = scalars.into_iter().chain(properties).zip(columns);
@@ -141,8 +157,8 @@ fn names(head: &[u8; HEADER_BYTES], (_, start): (usize, usize), values: i16, wha
     let (mut left, mut named) = (usize::try_from(values).ok()?, Vec::new());
     for slot in head[start..].chunks_exact(NAME_BYTES).take(NAMES).take_while(|slot| slot[0] != 0) {
         let mut parts = slot.split(|byte| *byte == 0);
-        let [name, count] =
-            [parts.next(), parts.next()].map(|part| String::from_utf8_lossy(part.unwrap_or_default()).into_owned());
+        let text = |part: &[u8]| String::from_utf8(part.into()).unwrap_or_else(|_| encoding::of_latin(part));
+        let [name, count] = [parts.next(), parts.next()].map(|part| text(part.unwrap_or_default()));
         let count = count.parse().unwrap_or(1).min(left);
         if count > 0 {
             named.push(Named { name, count });
@@ -188,7 +204,7 @@ fn header(batch: &CurveBatch) -> Option<&Header> {
 /// The columns of points, and those of streamlines: those that were, and texts.
 fn columns(batch: &CurveBatch) -> [Vec<&Column>; 2] {
     let is_property = |column: &&Column| match header(batch) {
-        Some(header) => header.properties.contains(&column.name),
+        Some(header) => header.columns[1].contains(&column.name),
         None => matches!(column.values, Values::Texts(_)),
     };
     let (properties, scalars) = batch.columns().iter().partition(is_property);
@@ -225,7 +241,11 @@ fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
         }
         bytes
     };
-    for ((count, start), columns) in [(SCALARS, &scalars), (PROPERTIES, &properties)] {
+    let header = header(batch);
+    for (k, ((count, start), columns)) in [(SCALARS, &scalars), (PROPERTIES, &properties)].into_iter().enumerate() {
+        if header.is_some_and(|header| columns.iter().map(|column| &column.name).eq(&header.columns[k])) {
+            continue;
+        }
         let bytes = (columns.len() as i16).to_le_bytes();
         head[count..count + 2].copy_from_slice(&if is_big_endian { [bytes[1], bytes[0]] } else { bytes });
         head[start..start + NAMES * NAME_BYTES].fill(0);
@@ -239,6 +259,7 @@ fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     }
     head[COUNT..COUNT + 4].copy_from_slice(&order((batch.len() as i32).to_le_bytes()));
     out.write_all(&head)?;
+    let of_empty = header.filter(|header| header.streamlines == batch.len());
     let mut buffer = Vec::new();
     for i in 0..batch.len() {
         let (first, count) = (batch.offsets()[i], streamline(batch, i).count());
@@ -250,7 +271,14 @@ fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
             point.to_array().into_iter().for_each(&mut push);
             scalars.iter().for_each(|column| push(number(column, k)));
         }
-        properties.iter().for_each(|column| push(if batch.count(i) == 0 { f64::NAN } else { number(column, 0) }));
+        for column in &properties {
+            let of_empty = || {
+                let header = of_empty?;
+                let place = header.columns[1].iter().position(|name| *name == column.name)?;
+                header.of_empty.get(&i)?.get(place).copied()
+            };
+            push(if batch.count(i) > 0 { number(column, 0) } else { of_empty().unwrap_or(f64::NAN) });
+        }
         if buffer.len() > 1 << 16 {
             out.write_all(&buffer)?;
             buffer.clear();

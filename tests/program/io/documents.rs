@@ -58,3 +58,24 @@ fn features_and_geometries_alone_altitudes_and_more_numbers_are_read() {
     assert_eq!((batch.count(0), batch.count(1)), (0, 1));
     assert_eq!(out, r#"{"type":"MultiLineString","coordinates":[[],[[0,1]]]}"#);
 }
+
+#[test]
+fn a_drawing_in_another_encoding_comes_back_as_utf_8() {
+    let text = |encoding: &str| {
+        format!(
+            "<?xml version=\"1.0\" encoding=\"{encoding}\"?>\n<svg><title>Größe</title><path id=\"ü\" d=\"M0,0L1,1\"/></svg>\n"
+        )
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let [from, to] = ["a.svg", "b.svg"].map(|name| folder.path().join(name));
+    let latin: Vec<u8> = text("iso-8859-1").chars().map(|c| c as u8).collect();
+    let units: Vec<u8> = format!("\u{feff}{}", text("UTF-16")).encode_utf16().flat_map(u16::to_be_bytes).collect();
+    for bytes in [latin, units] {
+        std::fs::write(&from, bytes).unwrap();
+        let batch = io::read(&from).unwrap();
+        assert_eq!(batch.name(0), "ü");
+        io::write_with(&to, &batch, &WriteOptions { overwrite: true, ..WriteOptions::default() }).unwrap();
+        let written = std::fs::read_to_string(&to).unwrap();
+        assert_eq!(written.replace("M0 0L1 1", "M0,0L1,1"), text("UTF-8"));
+    }
+}

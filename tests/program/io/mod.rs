@@ -11,6 +11,7 @@ mod formats;
 mod gpx;
 mod grids;
 mod npz;
+mod odd;
 mod real_data;
 mod rows;
 mod sentences;

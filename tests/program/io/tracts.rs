@@ -168,8 +168,9 @@ fn damaged_tracts_are_sentences() {
         (Format::Trk, with(1000, &[255; 4]), "streamline 0 has -1 points"),
         (Format::Trk, with(1000, &[0, 0, 0, 127]), "it ends within streamline 0"),
         (Format::Trk, trk[..trk.len() - 3].to_vec(), "it ends within streamline 4"),
-        (Format::Trk, trk[..1000].to_vec(), "no curve was found: there is no streamline after the header"),
         (Format::Tck, b"tracks".to_vec(), "it does not begin with \"mrtrix tracks\""),
+        (Format::Tck, b"mrtrix tracks 2\nfile: . 30\nEND\n".to_vec(), "it does not begin with \"mrtrix tracks\""),
+        (Format::Tck, b"mrtrix tracks\nENDPOINTS: a\n END\n".to_vec(), "its header has no END"),
         (Format::Tck, b"mrtrix tracks\ncount: 1\n".to_vec(), "its header has no END"),
         (Format::Tck, b"mrtrix tracks\ncount: 1\nEND\n".to_vec(), "no line such as \"file: . 67\""),
         (Format::Tck, tck("datatype: Int8", &[]), "its datatype is \"Int8\""),
@@ -179,6 +180,79 @@ fn damaged_tracts_are_sentences() {
         let found = parsed(&bytes, format).map(|batch| batch.len()).unwrap_err();
         assert!(found.contains(sentence), "{found}, not {sentence}");
     }
+}
+
+#[test]
+fn a_line_that_is_end_and_nothing_else_ends_a_header() {
+    let numbers: Vec<u8> = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0_f32]
+        .into_iter()
+        .chain([f32::NAN; 3])
+        .chain([f32::INFINITY; 3])
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    for line in ["ENDPOINTS: roi: left", "END: 3", "ENDING", "ends: x", "label: END", "note: gr\u{f6}\u{df}e"] {
+        // In Latin-1: what is no UTF-8 stays as it is.
+        let head: Vec<u8> = format!("mrtrix tracks    \n{line}\nfile: . 80\nEND\n").chars().map(|c| c as u8).collect();
+        let mut file = head.clone();
+        file.resize(80, 0);
+        file.extend(&numbers);
+        let batch = parsed(&file, Format::Tck).unwrap();
+        assert_eq!((batch.len(), batch.points(0)), (1, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0][..]), "{line}");
+        let field: Vec<u8> = line.chars().map(|c| c as u8).collect();
+        let written = bytes(&batch, Format::Tck);
+        assert!(written.windows(field.len()).any(|part| part == field), "{line}");
+        assert_eq!(parsed(&written, Format::Tck).unwrap().coords(), batch.coords());
+    }
+}
+
+/// A TRK file: a scalar of points and a property of streamlines, in the header under these names.
+fn trk(names: [&[u8]; 2], streamlines: &[(&[[f32; 4]], f32)]) -> Vec<u8> {
+    let mut bytes = std::fs::read(data("tracts_las.trk")).unwrap()[..1000].to_vec();
+    for (at, name) in [36, 238].into_iter().zip(names) {
+        bytes[at..at + 202].fill(0);
+        bytes[at] = 1;
+        bytes[at + 2..at + 2 + name.len()].copy_from_slice(name);
+    }
+    bytes[988..992].copy_from_slice(&(streamlines.len() as i32).to_le_bytes());
+    for (points, property) in streamlines {
+        bytes.extend((points.len() as i32).to_le_bytes());
+        bytes.extend(points.iter().flatten().chain([property]).flat_map(|x| x.to_le_bytes()));
+    }
+    bytes
+}
+
+#[test]
+fn what_belongs_to_a_streamline_stays_with_or_without_points() {
+    let good: &[[f32; 4]] = &[[1.0, 2.0, 3.0, 0.5], [4.0, 5.0, 6.0, 0.75], [7.0, 9.0, 9.0, 1.0]];
+    let blank: &[[f32; 4]] = &[[1.0, f32::NAN, 3.0, 0.25], [4.0, 5.0, 6.0, 0.125]];
+    let names: [&[u8]; 2] = [b"gr\xf6\xdfe\0\x31", b"id"];
+    let given = trk(names, &[(good, 100.0), (&[], 101.0), (blank, 102.0), (&[], 103.0), (&good[..1], 104.0)]);
+    let batch = parsed(&given, Format::Trk).unwrap();
+    assert_eq!(batch.columns()[0].name, "größe");
+    let fit = faircurve::spline::Natural::default().fit(&batch, &faircurve::Device::cpu()).unwrap();
+    let along = faircurve::tracks::At::Along(faircurve::Sampling::PerSpan(1));
+    let samples = faircurve::tracks::sample(&batch, &fit, &along, &[]).unwrap();
+    for batch in [&batch, &samples] {
+        let written = bytes(batch, Format::Trk);
+        assert_eq!((written.len(), &written[..1000]), (given.len(), &given[..1000]), "the header stays, bit for bit");
+        let mut at = 1000;
+        let number = |at: usize| f32::from_le_bytes(written[at..at + 4].try_into().unwrap());
+        for (count, scalar, property) in
+            [(3, 0.5, 100.0), (0, 0.0, 101.0), (2, 0.25, 102.0), (0, 0.0, 103.0), (1, 0.5, 104.0)]
+        {
+            assert_eq!(written[at..at + 4], (count as i32).to_le_bytes());
+            if count > 0 {
+                assert_eq!(number(at + 16), scalar);
+            }
+            at += 4 + 16 * count;
+            assert_eq!(number(at), property);
+            at += 4;
+        }
+    }
+    assert_eq!(
+        parsed(&given[..1000], Format::Trk).unwrap().notes()[0],
+        "no curve was found: there is no streamline after the header"
+    );
 }
 
 #[test]
