@@ -206,7 +206,9 @@ impl<'a> Levels<'a> {
         let ways = of.ways();
         for span in 0..of.spans.len() {
             let ends = [span, (span + 1) % of.points.len()];
-            if of.spans[span] == 0 && ends.iter().all(|&k| of.points[k] == 0.0) {
+            let slopes = ends.map(|k| of.slope(&*curve, &ways, k));
+            // What moves at neither end is as it was fitted, bit for bit.
+            if of.spans[span] == 0 && ends.iter().all(|&k| ways[k] == DVec3::ZERO) && slopes == [DVec3::ZERO; 2] {
                 continue;
             }
             let [p, q] = ends.map(|k| of.fitted[k] + ways[k]);
@@ -216,9 +218,7 @@ impl<'a> Levels<'a> {
             let part = LEVELS[of.spans[span] as usize].handles * nearer * curve.pace(span) / 3.0;
             // At a corner each side has its own direction.
             let [u, v] = match part > 0.0 {
-                true => {
-                    [0, 1].map(|end| (curve.jet(span, end as f64).first + of.slope(&*curve, &ways, ends[end])) * part)
-                }
+                true => [0, 1].map(|end| (curve.jet(span, end as f64).first + slopes[end]) * part),
                 false => [(q - p) / 3.0; 2],
             };
             cubics.insert(span as u32, [p, p + u, q - v, q]);
