@@ -19,9 +19,11 @@ pub(super) fn even_sites(curve: &dyn AnyCurve, spacing: f64) -> Vec<(usize, f64)
 pub(super) fn sites(curve: &dyn AnyCurve, count: usize) -> Vec<(usize, f64)> {
     let lengths: Vec<f64> = (0..curve.spans()).map(|span| curve.span_length(span)).collect();
     let steps = if curve.is_closed() { count } else { count.saturating_sub(1) };
-    let mut targets = targets(&lengths, steps, curve.is_closed());
-    // A curve that is a point has it as often as asked for.
-    targets.resize(count, targets.last().copied().unwrap_or_default());
+    let targets = targets(&lengths, steps, curve.is_closed());
+    if targets.is_empty() {
+        // A curve that is a point has it as often as asked for.
+        return vec![(0, 0.0); count];
+    }
     targets.into_iter().map(|(span, target)| (span, curve.fraction_at(span, lengths[span], target))).collect()
 }
 

@@ -67,6 +67,18 @@ impl Descender<'_> {
 }
 
 impl Fair {
+    /// How its descents go.
+    pub(super) fn plan(&self) -> Plan {
+        let order = self.energy.order();
+        let gauge = match order {
+            1 if self.energy.attachment_weight() > 0.0 => 2,
+            1 => 0,
+            2 if self.surface.is_some() || self.energy.is_fenced() => 1,
+            _ => order,
+        };
+        Plan { direction: self.direction, step: self.step, order, gauge, most_iterations: self.max_iterations }
+    }
+
     /// Descends all curves that are ready.
     ///
     /// Returns the device that did the work. After an error nothing is ready any more.
@@ -82,19 +94,8 @@ impl Fair {
         // They are lent, and not copied.
         let mut problems: Vec<Problem<D>> =
             ready.iter_mut().flatten().map(|ready| std::mem::take(&mut ready.problem)).collect();
-        let order = self.energy.order();
-        let plan = Plan {
-            direction: self.direction,
-            step: self.step,
-            order,
-            gauge: match order {
-                1 if self.energy.attachment_weight() > 0.0 => 2,
-                1 => 0,
-                2 if self.surface.is_some() || self.energy.is_fenced() => 1,
-                _ => order,
-            },
-            most_iterations: self.max_iterations,
-        };
+        let plan = self.plan();
+        let order = plan.order;
         let edges_a_span = |ready: &Ready<D>| ready.rows.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
         let coarse: Vec<bool> = ready.iter().flatten().map(|ready| edges_a_span(ready) <= MOST_EDGES_IN_F32).collect();
         let well_conditioned = coarse.iter().all(|coarse| *coarse);

@@ -228,9 +228,10 @@ mod tests {
 
     #[test]
     fn spans_that_cross_where_their_points_do_not_are_drawn_tauter_until_they_do_not() {
+        let fair = Fair { energy: bending(2.0) + 0.5 * tautness(), ..Fair::default() };
         let batch = CurveBatch::from_slices(&[&CAPE[..], &GENTLE[..], &EIGHT[..]]).unwrap();
-        let mut ready = set_up::<2>(&Fair::default(), &batch).unwrap();
-        let (outcomes, _) = Fair::default().descend(&mut ready, &Device::cpu(), &|_, _| {}).unwrap();
+        let mut ready = set_up::<2>(&fair, &batch).unwrap();
+        let (outcomes, _) = fair.descend(&mut ready, &Device::cpu(), &|_, _| {}).unwrap();
         let before: Vec<usize> = ready
             .iter()
             .zip(&outcomes)
@@ -238,7 +239,7 @@ mod tests {
             .collect();
         assert!(before[0] > 0 && before[1] == 0 && before[2] > 0, "{before:?}");
 
-        let (fit, samples) = Fair::default().fit_sampled(&batch, crate::Sampling::PerSpan(16), &Device::cpu()).unwrap();
+        let (fit, samples) = fair.fit_sampled(&batch, crate::Sampling::PerSpan(16), &Device::cpu()).unwrap();
         let reports = fit.reports();
         assert!(reports.iter().all(|report| report.status == CurveStatus::Converged), "{reports:?}");
         assert_eq!(crossings_of(samples.points(0)), 0);
@@ -252,7 +253,7 @@ mod tests {
         assert_eq!(crossings_of(samples.points(2)), before[2]);
         for (k, points) in [(1, &GENTLE[..]), (2, &EIGHT[..])] {
             let alone = CurveBatch::from_slices(&[points]).unwrap();
-            let (_, alone) = Fair::default().fit_sampled(&alone, crate::Sampling::PerSpan(16), &Device::cpu()).unwrap();
+            let (_, alone) = fair.fit_sampled(&alone, crate::Sampling::PerSpan(16), &Device::cpu()).unwrap();
             assert_eq!(alone.points(0), samples.points(k));
         }
     }

@@ -248,7 +248,7 @@ fn a_curve_that_cannot_be_completed_comes_out_as_it_was_and_is_listed() {
             .and(contains("curve many, point 31: 32 control points make a curve of degree 31; up to 30 is possible")),
     );
     assert_eq!(read(&folder, "out.csv").lines().filter(|line| line.starts_with("many,")).count(), 32);
-    assert!(read(&folder, "out.csv").contains("\nnan,NaN,1,1\n"), "{}", read(&folder, "out.csv"));
+    assert!(read(&folder, "out.csv").contains("\nnan,NaN,1,1,invalid\n"), "{}", read(&folder, "out.csv"));
     assert_eq!(points(&folder, "out.csv", "a")[2], [2.0, 1.0], "the neighbours are completed");
     let statuses: Vec<Value> = report(&folder, "report.json")["curves"]
         .as_array()

@@ -63,7 +63,9 @@ fn a_curve_that_loops_to_keep_its_limits_is_infeasible_and_stays_as_it_is() {
         "{}",
         lines[0]
     );
-    assert_eq!(points(), free);
+    let marked =
+        free.lines().enumerate().map(|(k, line)| format!("{line},{}\n", if k == 0 { "status" } else { "infeasible" }));
+    assert_eq!(points(), marked.collect::<String>());
     let within = reports(&folder, "--min-radius 0.9 --deviation 0.2", 1);
     assert_eq!(within[0]["status"], "infeasible");
     assert!(

@@ -162,7 +162,10 @@ fn options_of_tracks_are_refused_where_they_mean_nothing() {
         ),
         ("ais.csv -o o.csv --columns x=LON,y=LAT,t=Time --sort t --gap 0", "a length of time must be positive"),
         ("ais.csv -o o.csv --columns x=LON,y=LAT,t=Name", "which is neither a number nor a date such as"),
-        ("ais.csv -o o.csv --columns x=LON,y=LAT,t=Time --sort t --every 1e-9", "are possible: take a longer time"),
+        (
+            "ais.csv -o o.csv --columns x=LON,y=LAT,t=Time --sort t --every 1e-9",
+            "of all are possible: give 0.0051 s or more",
+        ),
     ] {
         run(&folder, &format!("fit {arguments} --device cpu")).code(2).stderr(contains(sentence));
     }

@@ -41,14 +41,7 @@ fn conjugate() -> Fair {
 }
 
 fn plan_of(fair: &Fair) -> Plan {
-    let order = fair.energy.order();
-    Plan {
-        direction: fair.direction,
-        step: fair.step,
-        order,
-        gauge: if order > 1 { order } else { 0 },
-        most_iterations: fair.max_iterations,
-    }
+    fair.plan()
 }
 
 fn problems<const D: usize>(fair: &Fair, batch: &CurveBatch) -> Vec<Problem<D>> {

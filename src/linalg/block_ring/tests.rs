@@ -72,7 +72,8 @@ impl<const D: usize> Case<D> {
             points.extend_from_slice(&at[..D]);
         }
         let batch = CurveBatch::from_ragged(D, points, vec![0, n]).unwrap().closed_each(vec![closed]).unwrap();
-        let gauge = Some(Gauging { weights: &[1.0], is_data: &vec![false; n] });
+        // Of ratios of edges. A heavier one would have its least eigenvalue at a single vertex.
+        let gauge = Some(Gauging { weights: &[turn.powi(4)], is_data: &vec![false; n] });
         let options = Evaluate { want: Want::Blocks, gauge, ..Evaluate::default() };
         let found = energy.evaluate(&batch, options, &Device::cpu()).unwrap().remove(0).hessian;
         let block = |v: usize, k: usize| -> Block<f64, D> {

@@ -8,8 +8,8 @@ use flate2::Compression;
 use flate2::write::{DeflateEncoder, GzEncoder};
 use tempfile::TempDir;
 
-/// The program may have so many KiB of addresses.
-const LIMIT_KIB: u64 = 1_500_000;
+/// The program may have so many KiB of addresses. Each of its threads reserves 128 MiB, that which waits for signals too.
+const LIMIT_KIB: u64 = 1_500_000 + (128 << 10);
 
 /// An entry of an archive, which says what it likes.
 struct Entry {
