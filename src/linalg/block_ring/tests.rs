@@ -71,9 +71,14 @@ impl<const D: usize> Case<D> {
             let at = [r * angle.cos(), r * angle.sin(), 0.3 * (2.0 * angle).cos()];
             points.extend_from_slice(&at[..D]);
         }
+        Self::at(energy, points, closed, reach, fraction, rng)
+    }
+
+    /// That at a curve of these points.
+    fn at(energy: &Energy, points: Vec<f64>, closed: bool, reach: usize, fraction: f64, mut rng: StdRng) -> Self {
+        let n = points.len() / D;
         let batch = CurveBatch::from_ragged(D, points, vec![0, n]).unwrap().closed_each(vec![closed]).unwrap();
-        // Of ratios of edges. A heavier one would have its least eigenvalue at a single vertex.
-        let gauge = Some(Gauging { weights: &[turn.powi(4)], is_data: &vec![false; n] });
+        let gauge = Some(Gauging { weights: &[1.0], is_data: &vec![false; n] });
         let options = Evaluate { want: Want::Blocks, gauge, ..Evaluate::default() };
         let found = energy.evaluate(&batch, options, &Device::cpu()).unwrap().remove(0).hessian;
         let block = |v: usize, k: usize| -> Block<f64, D> {
@@ -252,7 +257,10 @@ fn a_singular_hessian_has_a_pivot_of_rounding_alone() {
     // Nothing holds a closed curve in its place: translations and turns cost nothing.
     let energy = bending(2.0) + length();
     for n in [5, 12, 65] {
-        let mut case = Case::<2>::hessian(&energy, n, true, 2, 1e-3, 1);
+        // A regular polygon, whose null vectors are waves.
+        let around = (0..n).map(|v| std::f64::consts::TAU * v as f64 / n as f64);
+        let points = around.flat_map(|angle| [angle.cos(), angle.sin()]).collect();
+        let mut case = Case::<2>::at(&energy, points, true, 2, 1e-3, StdRng::seed_from_u64(1));
         let eigenvalues = case.dense().symmetric_eigenvalues();
         let (least, most) = (eigenvalues.min(), eigenvalues.max());
         case.shift(-least);
