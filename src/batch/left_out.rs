@@ -28,7 +28,7 @@ impl CurveBatch {
         let mut counts = vec![0; self.len()];
         self.others(left_out).into_iter().for_each(|i| counts[i] = self.count(i));
         CurveBatch {
-            offsets: crate::ragged::offsets(counts.into_iter()),
+            offsets: crate::ragged::offsets(counts),
             closed: self.closed.clone(),
             closing_spans: self.closing_spans.clone(),
             problems: self.problems.clone(),
