@@ -64,7 +64,7 @@ def test_reports_are_tables_and_pictures_are_pictures():
     assert fit.to_svg().startswith("<svg") and fit._repr_svg_() == fit.to_svg()
     assert repr(fit).startswith("<faircurve.Fit: 31 curves (30 converged, 1 degenerate), CPU")
     pandas = pytest.importorskip("pandas")
-    assert pandas.DataFrame(report).shape == (31, 8)
+    assert pandas.DataFrame(report).shape == (31, 9)
 
 
 def test_matplotlib_draws_every_curve():
