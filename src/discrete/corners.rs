@@ -124,7 +124,7 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
     if parts.len() == 1 && !closed || pieces[0].closed {
         return parts.swap_remove(0);
     }
-    let (mut coords, mut rows, mut corners) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut coords, mut rows, mut corners, mut given) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for part in &parts {
         // The last vertex of a piece is the first of the next piece. On a closed curve the last
         // piece ends at the very first vertex.
@@ -132,6 +132,7 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
         corners.push(start);
         coords.extend_from_slice(&part.coords[..part.coords.len() - dimension]);
         rows.extend(part.rows[..part.rows.len() - 1].iter().map(|row| start + row));
+        given.extend(part.given.iter().map(|own| own.after(start)));
     }
     let count = (coords.len() / dimension) as u32;
     rows.push(count);
@@ -148,9 +149,11 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
         coords.rotate_left(first as usize * dimension);
         let mut corners: Vec<u32> = corners.into_iter().map(round).collect();
         corners.sort_unstable();
-        return Vertices { coords, rows: turned, corners, frames: None };
+        given.iter_mut().for_each(|own| own.row = round(own.row));
+        given.sort_unstable_by_key(|own| own.row);
+        return Vertices { coords, rows: turned, corners, given, frames: None };
     };
     coords.extend_from_slice(&last.coords[last.coords.len() - dimension..]);
     corners.remove(0);
-    Vertices { coords, rows, corners, frames: None }
+    Vertices { coords, rows, corners, given, frames: None }
 }

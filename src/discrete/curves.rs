@@ -32,15 +32,46 @@ pub(crate) struct Vertices {
     ///
     /// Ends of open curves are not among them.
     pub corners: Vec<u32>,
+    /// The tangents that are given, by increasing rows.
+    pub given: Vec<Given>,
     /// The tangent and the curvature vector at every vertex, where they are known otherwise than from the vertices.
     pub frames: Option<Vec<Frame>>,
 }
 
+/// A tangent, and perhaps a curvature vector, given at a vertex.
+#[derive(Clone, Debug)]
+pub(crate) struct Given {
+    pub row: u32,
+    tangent: DVec3,
+    curvature: Option<DVec3>,
+}
+
+impl Given {
+    /// The same behind so many vertices.
+    pub fn after(&self, vertices: u32) -> Self {
+        Given { row: vertices + self.row, ..self.clone() }
+    }
+}
+
 impl Vertices {
-    /// Those of a curve where its descent ended.
+    /// Those of a curve where its descent ended, one at the ends of short edges.
     pub fn of<const D: usize>(ready: &Ready<D>, outcome: &Outcome<D>) -> Self {
-        let coords = ready.vertices_of(outcome).into_iter().flatten().collect();
-        Vertices { coords, rows: ready.rows.clone(), corners: vec![], frames: None }
+        let mut vertices = ready.vertices_of(outcome);
+        for own in ready.given.iter().rev() {
+            vertices.drain(own.row + 1..=own.row + own.edges());
+        }
+        let given = ready.given.iter().map(|own| Given {
+            row: ready.drawn_row(own.row as u32),
+            tangent: vector(&own.tangent),
+            curvature: own.curvature.map(|curvature| vector(&curvature)),
+        });
+        Vertices {
+            coords: vertices.into_flattened(),
+            rows: ready.rows.iter().map(|&row| ready.drawn_row(row)).collect(),
+            corners: vec![],
+            given: given.collect(),
+            frames: None,
+        }
     }
 
     /// The vertices in space.
@@ -97,10 +128,13 @@ pub(super) fn knots_of(batch: &CurveBatch, i: usize) -> Vec<f64> {
 ///   linearly from one K to the next.
 /// - At a corner each side has the tangent and the curvature of an end. Neither contains the turn
 ///   of the corner itself.
+/// - Where a tangent τ is given it is that. The curvature vector is 2(T − τ)/h on the side of each edge, or the given one.
 struct FairCurve<'a> {
     dimension: usize,
     closed: bool,
     vertices: &'a Vertices,
+    /// The rows at which smooth pieces meet, increasing: corners, and vertices whose tangent is given.
+    breaks: Vec<u32>,
     /// The curve along every edge, computed once on demand: lengths and curvatures ask for it many times.
     edges: OnceLock<Vec<Edge>>,
     /// The parameter of every data point.
@@ -200,11 +234,17 @@ impl FairCurve<'_> {
         &self.edges.get_or_init(|| self.laid())[row]
     }
 
+    /// What is given at a row.
+    fn given(&self, row: usize) -> Option<&Given> {
+        let (row, given) = (self.wrapped(row) as u32, &self.vertices.given);
+        given.binary_search_by_key(&row, |own| own.row).ok().map(|k| &given[k])
+    }
+
     /// The first and last row of the smooth piece that holds the edge beginning at a row.
     ///
     /// `None` for a closed curve without corners. On closed curves rows go on past the last.
     fn piece(&self, row: usize) -> Option<(usize, usize)> {
-        let (count, corners) = (self.count(), &self.vertices.corners);
+        let (count, corners) = (self.count(), &self.breaks[..]);
         let next = corners.partition_point(|&corner| corner as usize <= row);
         let corner = |k: usize| corners[k] as usize;
         match (self.closed, corners.len()) {
@@ -268,7 +308,7 @@ impl FairCurve<'_> {
                 (mean - before.length * after.length / 6.0 * change, after.direction)
             }
         };
-        let tangent = tangent.normalize_or(otherwise);
+        let tangent = self.given(row).map_or_else(|| tangent.normalize_or(otherwise), |given| given.tangent);
         let Some(ahead) = self.ahead else { return (tangent, own) };
         let beside = match piece {
             Some((first, _)) if row == first => [after, after],
@@ -287,10 +327,16 @@ impl FairCurve<'_> {
         };
         let inner = |k: usize, (first, last): (usize, usize)| within(if row == first { first + k } else { last - k });
         match piece {
-            Some(piece @ (first, last)) if row == first || row == last => match last - first {
-                0 | 1 => DVec3::ZERO,
-                2 => inner(1, piece),
-                _ => 2.0 * inner(1, piece) - inner(2, piece),
+            Some(piece @ (first, last)) if row == first || row == last => match (self.given(row), last - first) {
+                // Both T and τ lead on: into the piece, or out of it.
+                (Some(given), _) => given.curvature.unwrap_or_else(|| {
+                    let (sign, edge) = if row == first { (2.0, first) } else { (-2.0, last - 1) };
+                    let edge = &chords[self.wrapped(edge)];
+                    sign * (edge.direction - given.tangent) / edge.length
+                }),
+                (None, 0 | 1) => DVec3::ZERO,
+                (None, 2) => inner(1, piece),
+                (None, _) => 2.0 * inner(1, piece) - inner(2, piece),
             },
             _ => within(row),
         }
@@ -427,7 +473,10 @@ impl FairCurves {
         let vertices = self.curves[i].as_ref().ok()?;
         let (dimension, closed, knots) = (self.dimension, self.closed[i], &self.knots[i][..]);
         let (surface, ahead) = (self.surface.as_deref(), self.ahead);
-        Some(FairCurve { dimension, closed, vertices, edges: OnceLock::new(), knots, surface, ahead })
+        let mut breaks = vertices.corners.clone();
+        breaks.extend(vertices.given.iter().map(|own| own.row));
+        breaks.sort_unstable();
+        Some(FairCurve { dimension, closed, vertices, breaks, edges: OnceLock::new(), knots, surface, ahead })
     }
 
     /// The coordinates and parameters of the samples of curve `i`.

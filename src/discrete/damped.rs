@@ -1,6 +1,5 @@
 //! Newton's method damped in the Sobolev metric: one trial of (H + λL) p = −g a tick.
 
-use super::block::outer;
 use super::descent::Descent;
 use super::lane::Standing;
 use super::newton::Newton;
@@ -82,18 +81,6 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
     }
 
-    /// Adds v vᵀ for the directions v across given tangents.
-    ///
-    /// A step keeps v·p = 0, and so has nothing of v vᵀ. Without it H may be indefinite where only steps across are downwards,
-    /// and would be damped for nothing.
-    fn stiffen_across(&self, newton: &mut Newton<S, D>) {
-        let Some(constraints) = &self.constraints else { return };
-        let stiffness = newton.largest();
-        for (row, k, v, w) in constraints.stiffnesses(self.edges.counts()[0] + usize::from(!self.edges.is_closed())) {
-            newton.add_block(row, k, stiffness, &outer(S::ONE, v.map(S::of), w.map(S::of)));
-        }
-    }
-
     /// Computes p for the curves as they stand, and returns the smallest pivot of each lane.
     pub(super) fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> S {
         self.edges.place(&self.u);
@@ -105,9 +92,6 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         {
             within.assemble(newton, &self.edges, &self.terms, &self.u);
         }
-        if self.constraints.is_some() {
-            self.stiffen_across(newton);
-        }
         let mut lambda = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {
             lambda.set_lane(l, lane.damping.lambda);
@@ -116,10 +100,6 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         let smallest = newton.factor(lambda);
         self.p.copy_from_slice(&self.g);
         newton.solve(&mut self.p);
-        if let Some(constraints) = &self.constraints {
-            self.trial.copy_from_slice(&self.g);
-            constraints.project(&mut |p| newton.solve(p), &mut self.trial, &mut self.p);
-        }
         for p in &mut self.p {
             *p = scale(-S::ONE, *p);
         }

@@ -9,7 +9,6 @@
 //! Otherwise another α is tried. Lanes that have ended stay as they are. A lane holds everything
 //! its curve needs to go on, so a descent can be stopped after any tick and resumed.
 
-use super::constrain::Constraints;
 use super::edges::Edges;
 use super::energy::{Functional, Hold, Wall};
 use super::lane::{Lane, Standing};
@@ -41,10 +40,6 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     pub within: Option<Within<S, D>>,
     /// λ is never less: 0, but where curves may slide along themselves.
     pub least_damping: S,
-    /// Tangents to keep.
-    ///
-    /// A descent that has any has one lane.
-    pub constraints: Option<Constraints<D>>,
     pub u: Vec<Vector<S, D>>,
     pub(super) x: Vec<Vector<S, D>>,
     pub(super) p: Vec<Vector<S, D>>,
@@ -90,7 +85,6 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             walls: Vec::new(),
             within: None,
             least_damping: S::ZERO,
-            constraints: None,
         }
     }
 
@@ -160,8 +154,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         if const { D == 3 }
             && let Some(within) = &self.within
         {
-            let rails = self.constraints.as_ref().map_or(&[][..], |constraints| &constraints.rails);
-            within.retract(&self.pins.movable, rails, &mut self.x);
+            within.retract(&self.pins.movable, &mut self.x);
         }
     }
 
@@ -303,15 +296,6 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         // x becomes the array of the new Sobolev gradient once the displacements are taken.
         self.x.copy_from_slice(&self.trial);
         self.metric.solve(&self.pins, &mut self.x);
-        if let Some(constraints) = &self.constraints {
-            let flat = self.within.as_ref().map(|within| constraints.in_planes(&within.normals_of_one()));
-            let (metric, pins) = (&mut self.metric, &self.pins);
-            let solve = &mut |z: &mut [Vector<S, D>]| metric.solve(pins, z);
-            let multipliers = flat.as_ref().unwrap_or(constraints).project(solve, &mut self.trial, &mut self.x);
-            if let Some(within) = &mut self.within {
-                within.relieve(constraints.forces(&multipliers));
-            }
-        }
         let (mut norm2, mut mixed) = (S::ZERO, S::ZERO);
         for row in 0..self.u.len() {
             norm2 += dot(self.trial[row], self.x[row]);

@@ -134,7 +134,6 @@ pub(crate) fn descent_kernel(composition: &Composition, order: usize, way: Way, 
 /// The CPU descends some curves in f64:
 ///
 /// - curves too long for a thread, where lanes do not share them;
-/// - curves that keep tangents;
 /// - curves in surfaces whose text leaves them, or turns loops too often;
 /// - curves with an inner product of order 3, in f32 and by other methods than Newton's: f32 cannot
 ///   hold it.
@@ -253,7 +252,7 @@ impl<const D: usize> Run<'_, D> {
         });
         let holds =
             order < 3 || self.precision == Precision::F64 && has_order && self.plan.direction == Direction::Newton;
-        holds && is_in_surface && problem.constraints.is_none()
+        holds && is_in_surface
     }
 
     /// The energy for the kernel, with an attachment where any curve has attached points.

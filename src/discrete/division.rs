@@ -170,7 +170,7 @@ impl<const D: usize> Moved<'_, D> {
 }
 
 /// The first D components.
-fn components<const D: usize>(v: [f64; 3]) -> Vector<f64, D> {
+pub(super) fn components<const D: usize>(v: [f64; 3]) -> Vector<f64, D> {
     let mut own = [0.0; D];
     own.copy_from_slice(&v[..D]);
     own

@@ -12,6 +12,7 @@
 // Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
+use super::energy::curvatures::{LEAST, Way};
 use super::energy::gauge::{DifferenceGauge, Gauge, SmoothGauge};
 use super::energy::{FENCE_KINDS, Fence, Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
 use super::line_search::MOST_OF_AN_EDGE;
@@ -42,6 +43,9 @@ pub(crate) struct Edges<S, const D: usize> {
     /// 1/w² for the width w of the span that the edge lies in: 1, or the value from
     /// [`Self::set_taut`].
     taut: Vec<S>,
+    /// How much of the turn between this edge and the next counts where terms stand [for ends](Term::AT_ENDS) too; empty
+    /// where they do not.
+    turns: Vec<S>,
     /// The fences of every kind at the vertex between this edge and the next.
     ///
     /// Empty without limits.
@@ -75,6 +79,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             exists: vec![S::ZERO; rows],
             free: vec![S::ZERO; rows],
             taut: vec![S::ONE; rows],
+            turns: Vec::new(),
             fences: Default::default(),
             tangent: vec![unit; rows],
             length: vec![S::ONE; rows],
@@ -117,6 +122,23 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     /// Sets 1/w² of a lane's edges, with w the width of the span that the edge lies in.
     pub fn set_taut(&mut self, lane: usize, taut: &[f64]) {
         taut.iter().enumerate().for_each(|(j, x)| self.taut[j].set_lane(lane, number::<S>(*x)));
+    }
+
+    /// Lets terms stand [for free ends](Term::AT_ENDS) too.
+    pub fn stand_for_ends(&mut self) {
+        if self.closed {
+            return;
+        }
+        self.turns = (0..self.windows::<2>()).map(|j| self.starts::<2>(j) + S::of(0.5) * self.free_ends(j)).collect();
+    }
+
+    /// The number of ends of an open lane that the window of two edges from edge j touches, without those whose tangent a
+    /// [short edge](super::constrain) gives.
+    fn free_ends(&self, j: usize) -> S {
+        let length = |edge: &Vector<S, D>| dot(*edge, *edge).sqrt();
+        let (s, t) = (length(&self.base[j]), length(&self.base[j + 1]));
+        let shorter = -((-s).max(-t));
+        (shorter - S::of(LEAST) * (s + t)).if_positive(self.ends(j), S::ZERO)
     }
 
     /// Sets the fences of every kind, for each vertex of a lane, where there are any.
@@ -289,6 +311,12 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         value
     }
 
+    /// The way between the curvatures at both ends of the edge after edge j.
+    #[inline(always)]
+    pub fn way(&self, j: usize) -> Way<S> {
+        Way::of([0, 1, 2].map(|k| self.length[j + k]))
+    }
+
     /// The window of W edges that starts at edge j, as a term sees it.
     #[inline(always)]
     pub fn window<T: Term<W>, const W: usize>(&self, j: usize) -> Window<S, D, W> {
@@ -332,12 +360,18 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         ends
     }
 
+    /// How much the term of the window of W edges from row j counts: 0 where none starts.
+    #[inline(always)]
+    pub fn share<T: Term<W>, const W: usize>(&self, j: usize) -> S {
+        if T::AT_ENDS && !self.turns.is_empty() { self.turns[j] } else { self.starts::<W>(j) }
+    }
+
     #[inline(always)]
     fn sweep<T: Term<W>, const W: usize>(&mut self, weight: S, term: &T) -> S {
         let mut value = S::ZERO;
         for j in 0..self.windows::<W>() {
             let partials = term.gradient(&self.window::<T, W>(j));
-            value += self.scatter::<T, W>(j, weight * self.starts::<W>(j), &partials);
+            value += self.scatter::<T, W>(j, weight * self.share::<T, W>(j), &partials);
         }
         value
     }
@@ -445,7 +479,7 @@ impl<S: Scalar, const D: usize> Visitor for Summing<'_, S, D> {
     fn visit<T: Term<W>, const W: usize>(self, term: &T) -> S {
         let mut value = S::ZERO;
         for j in 0..self.edges.windows::<W>() {
-            value += self.edges.starts::<W>(j) * term.value(&self.edges.window::<T, W>(j));
+            value += self.edges.share::<T, W>(j) * term.value(&self.edges.window::<T, W>(j));
         }
         value
     }

@@ -208,7 +208,7 @@ impl Running<'_> {
         // One that keeps to its side of neighbours must not go back across them.
         let has_sides = fenced.limits.walls.as_ref().is_some_and(Walls::has_sides);
         let crosses = D == 2 && !has_sides && !start.tangled(&within).is_empty() && start.tangled(free).is_empty();
-        if (is_longer || crosses) && fenced.ready.problem.constraints.is_none() {
+        if (is_longer || crosses) && fenced.ready.problem.short.is_empty() {
             return ((Outcome { iterations: within.iterations, ..free.clone() }, without), false);
         }
         ((within, own), is_good)
@@ -247,7 +247,7 @@ impl Running<'_> {
                 {
                     *weight = fenced.stretch.map_or(0.0, |stretch| stretch.weight());
                 }
-                Ok(Ready { problem, vertices: vec![], rows: fenced.ready.rows.clone(), ..fenced.ready })
+                Ok(Ready { problem, vertices: vec![], given: vec![], rows: fenced.ready.rows.clone(), ..fenced.ready })
             };
             let mut trials: Vec<Result<Ready<D>, Unfitted>> = now.iter_mut().map(lent).collect();
             let (outcomes, did) = fair.descend(&mut trials, self.device, &|_, _| {})?;

@@ -182,13 +182,6 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Adds to the block of the vertices v and v + k.
-    #[inline(always)]
-    pub fn add_scaled(&mut self, v: usize, k: usize, weight: S, block: &Block<S, D>) {
-        self.fill();
-        add_scaled(&mut self.blocks[v][k], weight, block);
-    }
-
     /// Adds a Hessian by one vertex alone, such as that of [`attachment`](super::attachment).
     #[inline(always)]
     pub fn add_block(&mut self, vertex: usize, x: Block<S, D>) {
@@ -210,7 +203,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     #[inline(always)]
     fn sweep<T: Term<W>, const W: usize>(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S, term: &T) {
         for start in tile.start..tile.end.min(edges.windows::<W>()) {
-            self.add_window(edges, start, start - tile.start, weight * edges.starts::<W>(start), term);
+            self.add_window(edges, start, start - tile.start, weight * edges.share::<T, W>(start), term);
         }
     }
 

@@ -252,7 +252,7 @@ impl Limits {
             let [foot, axis] = [parting.foot, parting.axis].map(|v| first([v[0], v[1], 0.0]));
             let unit = unit.min(OF_ROOM * parting.gap / size);
             let form = Form::half_plane(scale(1.0 / size, subtract(foot, from)), axis, unit);
-            Side { row: parting.row, form, neighbour: parting.neighbour }
+            Side { row: ready.row_of_drawn(parting.row), form, neighbour: parting.neighbour }
         };
         let sides = partings.iter().map(side).collect();
         let rows = spans.iter().map(|span| span.rows).collect();

@@ -114,7 +114,7 @@ impl<const D: usize> Ready<D> {
             max_deviation: deviation(&self.vertices, &self.rows, batch.points(i).as_chunks::<D>().0),
         };
         let coords = self.vertices.into_iter().flatten().collect();
-        (report, Some(Vertices { coords, rows: self.rows, corners: vec![], frames: None }))
+        (report, Some(Vertices { coords, rows: self.rows, corners: vec![], given: vec![], frames: None }))
     }
 }
 

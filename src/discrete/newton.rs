@@ -155,12 +155,6 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         self.damping[row][0] += stiffness;
     }
 
-    /// Adds to the block of the vertices v and v + k of H.
-    #[inline(always)]
-    pub fn add_block(&mut self, v: usize, k: usize, weight: S, block: &Block<S, D>) {
-        self.hessian.add_scaled(v, k, weight, block);
-    }
-
     /// The system of curves in surfaces in their tangent planes, those planes, and what energies of lengths are to add.
     #[inline(always)]
     pub fn in_tangent_planes(&mut self) -> (&mut TangentSystem<S>, &[Basis<S, D>], &Stretches<S>) {
@@ -213,7 +207,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     fn damp_third(&mut self, edges: &Edges<S, D>, weight: S) {
         let two = S::of(2.0);
         for j in 0..edges.windows::<3>() {
-            let weight = weight * edges.starts::<3>(j) * edges.inverse[j + 1];
+            let weight = weight * edges.starts::<3>(j) * edges.way(j).inverse;
             let [r0, r1, r2] = [0, 1, 2].map(|k| edges.inverse[j + k]);
             let before = two / (edges.length[j] + edges.length[j + 1]);
             let after = two / (edges.length[j + 1] + edges.length[j + 2]);

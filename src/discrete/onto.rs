@@ -11,9 +11,6 @@ use crate::ground;
 use crate::linalg::scalar::Vector;
 use crate::surface::{Surface, normal};
 
-/// Newton's steps to a foot within a plane: from half a radius away 5 lead there.
-pub(super) const WITHIN_STEPS: usize = 6;
-
 impl Fair {
     /// The surface in the coordinates of a problem whose start has these vertices.
     pub(super) fn local<const D: usize>(&self, vertices: &[Vector<f64, D>], size: f64) -> Option<Local> {
@@ -56,19 +53,4 @@ pub(super) fn lost_between<const D: usize>(surface: &dyn Surface, vertices: &[Ve
     let normals: Vec<DVec3> = vertices.iter().map(|vertex| normal(surface, vector(vertex))).collect();
     let turns_little = |row: usize| normals[row - 1].dot(normals[row]) > 0.0;
     (1..normals.len()).find(|&row| !turns_little(row)).map(|row| row - 1)
-}
-
-/// The point of a surface where the way along ∇F within a plane ends, for the vector across the plane.
-pub(super) fn foot_within<const D: usize>(
-    surface: &dyn Surface,
-    x: Vector<f64, D>,
-    across: Vector<f64, D>,
-) -> Vector<f64, D> {
-    let (mut foot, across) = (vector(&x), vector(&across));
-    for _ in 0..WITHIN_STEPS {
-        let gradient = surface.gradient(foot);
-        let way = gradient - gradient.dot(across) * across;
-        foot -= surface.value(foot) / way.length_squared() * way;
-    }
-    std::array::from_fn(|c| foot[c])
 }

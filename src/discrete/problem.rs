@@ -4,7 +4,6 @@
 
 use std::f64::consts::TAU;
 
-use super::constrain::Constraints;
 use super::descent::Descent;
 use super::edges::Edges;
 use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, Wall};
@@ -78,8 +77,8 @@ pub(crate) struct Problem<const D: usize> {
     ///
     /// Infinite where the energy bounds the length.
     pub longest: f64,
-    /// Tangents to keep.
-    pub constraints: Option<Constraints<D>>,
+    /// The [short edges](super::constrain) that give tangents, increasing.
+    pub short: Vec<u32>,
 }
 
 /// A vertex that is held near a data point.
@@ -203,8 +202,10 @@ impl<const D: usize> Problem<D> {
     /// The energy, without the gauge, and the length of the base.
     fn at_base(&self, energy: &Energy) -> (f64, f64) {
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
+        // Of inner products order 3 alone changes what counts.
+        let order = if energy.order() > 2 { 3 } else { 0 };
         let plan =
-            Plan { direction: Default::default(), step: Default::default(), order: 0, gauge: 0, most_iterations: 0 };
+            Plan { direction: Default::default(), step: Default::default(), order, gauge: 0, most_iterations: 0 };
         let mut at_base = start::<f64, D>(&plan, &functionals, &[self]);
         (at_base.energy_without_gauge(), at_base.edges.total_length())
     }
@@ -222,8 +223,6 @@ impl<const D: usize> Problem<D> {
             && (!self.closed
                 || order_of(MOST_EDGES, true, short.base.len()) == order_of(MOST_EDGES, true, long.base.len()))
             && self.attached.is_empty() == other.attached.is_empty()
-            && self.constraints.is_none()
-            && other.constraints.is_none()
             && pins <= long.pinned.len()
             && short.pinned[..] == long.pinned[..pins]
             && (!short.closed || short.base.len() == long.base.len() || boundary(long) == short.base.len() as u32)
@@ -350,6 +349,9 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
         edges.set_taut(l, &lane(l).taut);
         edges.set_fences(l, &lane(l).fences);
     }
+    if plan.order > 2 {
+        edges.stand_for_ends();
+    }
     let number = <S::Number as Scalar>::of;
     let each = |value: &dyn Fn(&Problem<D>) -> f64| {
         let mut out = S::ZERO;
@@ -401,7 +403,6 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let direction = if plan.direction == Direction::Newton && !newton { Direction::Hybrid } else { plan.direction };
     let plan = Plan { direction, order: limited(plan.order), gauge: limited(plan.gauge), ..*plan };
     let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, holds, &bounds);
-    descent.constraints = lane(0).constraints.clone();
     descent.walls = walls;
     if const { D == 3 } && lane(0).surface.is_some() {
         let own = |l: usize| lane(l).surface.as_ref().map(|surface| (surface, &lane(l).places[..]));

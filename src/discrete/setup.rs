@@ -4,16 +4,17 @@
 //! length.
 
 use std::ops::Range;
+use std::sync::Arc;
 
-use super::constrain::{Constraints as Kept, constrained};
-use super::division::divide;
+use super::constrain::{Constrained, bend_along, constrained, lay_short, repeat};
+use super::division::{components, divide};
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins};
-use super::onto::{foot_within, lost_between};
+use super::onto::lost_between;
 use super::problem::{Attached, Outcome, Problem, order_of};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
-use crate::curve::Curve;
+use crate::curve::{Curve, vector};
 use crate::device::Device;
 use crate::error::Result;
 use crate::ground::{Halved, lost};
@@ -22,6 +23,7 @@ use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
 use crate::spline::{Natural, Parametrisation};
 use crate::status::CurveStatus;
+use crate::surface::Surface;
 use crate::{Constraints, Unfitted};
 
 /// The γ h³/w at which the tangential and the normal stiffness of a vertex are equal.
@@ -52,6 +54,8 @@ pub(crate) struct Ready<const D: usize> {
     ///
     /// A closed curve has one more, the row after its last.
     pub rows: Vec<u32>,
+    /// The tangents and curvature vectors that are given, in the order of their rows.
+    pub given: Vec<Constrained<D>>,
     /// The length of the unit of [`problem`](Self::problem), in units of the input.
     pub size: f64,
     /// The energy in units of the input that is 1 in those of the problem.
@@ -133,6 +137,17 @@ impl<const D: usize> Ready<D> {
         self.vertices.iter().zip(&outcome.displacements).map(place).collect()
     }
 
+    /// The row of a vertex where short edges have one vertex instead of two.
+    pub fn drawn_row(&self, row: u32) -> u32 {
+        let before = |own: &Constrained<D>| row.saturating_sub(own.row as u32).min(own.edges() as u32);
+        row - self.given.iter().map(before).sum::<u32>()
+    }
+
+    /// The row whose [drawn row](Self::drawn_row) is this.
+    pub fn row_of_drawn(&self, drawn: usize) -> usize {
+        self.given.iter().fold(drawn, |row, own| if row > own.row { row + own.edges() } else { row })
+    }
+
     /// Tells the problem where its vertices lie at the start.
     pub(super) fn place(&mut self) {
         let from = self.vertices[0];
@@ -140,7 +155,7 @@ impl<const D: usize> Ready<D> {
         self.problem.places = self.vertices.iter().map(place).collect();
     }
 
-    /// Whether every data point that is pinned has its vertex, and nothing else is asked of it.
+    /// Whether every data point that is pinned has its vertex.
     fn goes_through_its_pins(&self, points: &[Vector<f64, D>]) -> bool {
         let count = self.vertices.len() as u32;
         let is_there = |&row: &u32| {
@@ -148,7 +163,7 @@ impl<const D: usize> Ready<D> {
             // Others lie on a chord.
             of_row.is_none_or(|k| points[k] == self.vertices[row as usize])
         };
-        self.problem.constraints.is_none() && self.problem.pinned.iter().all(is_there)
+        self.problem.pinned.iter().all(is_there)
     }
 }
 
@@ -181,7 +196,7 @@ fn ready<const D: usize>(
 ) -> Result<Ready<D>, Unfitted> {
     let closed = batch.is_closed(i);
     let points = batch.points(i).as_chunks::<D>().0;
-    let (mut vertices, rows) = divide(curve, points, fair.segments, interpolates, fair.surface.as_deref());
+    let (mut vertices, mut rows) = divide(curve, points, fair.segments, interpolates, fair.surface.as_deref());
     if let Some(surface) = &fair.surface
         && let Some(row) = lost_between(&**surface, &vertices)
     {
@@ -194,23 +209,35 @@ fn ready<const D: usize>(
         Pins::None => (kept[0] && k == 0) || (kept[1] && k + 1 == points.len()),
     };
     let is_pinned = |&k: &usize| pinned_at(k) || batch.is_pinned(i, k);
-    let lined = lay_straight(fair, batch, i, &rows, &mut vertices, &is_pinned);
-    let constraints = constrained::<D>(batch, i, &rows, &vertices, closed, fair.surface.as_deref())?;
-    let attached = fair.energy.attachment_weight();
-    let size = Bounds::of(points.iter().copied()).diagonal();
-    constraints.iter().for_each(|constraint| constraint.meet(&mut vertices));
-    if let Some(surface) = &fair.surface {
-        for (row, across) in constraints.iter().flat_map(|constraint| constraint.rails()) {
-            vertices[row] = foot_within(&**surface, vertices[row], across);
+    let order = fair.energy.order();
+    let mut given = constrained::<D>(batch, i, &rows, &vertices, closed, order, fair.surface.as_deref())?;
+    if !given.is_empty() {
+        let start = vertices.clone();
+        bend_along(&given, &mut vertices, &rows, closed);
+        for (vertex, before) in vertices.iter_mut().zip(start).filter(|(vertex, before)| *vertex != before) {
+            let foot =
+                |surface: &Arc<dyn Surface>| surface.foot(vector(vertex)).map(|foot| components(foot.to_array()));
+            *vertex = fair.surface.as_ref().map_or(*vertex, |surface| foot(surface).unwrap_or(before));
         }
     }
+    repeat(&mut given, &mut vertices, &mut rows, closed);
+    let lined = lay_straight(fair, batch, i, &rows, &mut vertices, &is_pinned);
+    let attached = fair.energy.attachment_weight();
+    let size = Bounds::of(points.iter().copied()).diagonal();
     let scaled = |v: Vector<f64, D>| v.map(|x| x / size);
     let mut base: Vec<Vector<f64, D>> = vertices.windows(2).map(|ends| scaled(subtract(ends[1], ends[0]))).collect();
     base.extend(closed.then(|| scaled(subtract(vertices[0], vertices[vertices.len() - 1]))));
+    let short = lay_short(&given, &mut base, size);
     let lengths: Vec<f64> = base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
     let length: f64 = lengths.iter().sum();
     let curvature = mean_curvature(&base, &lengths, closed).max(LEAST_CURVATURE);
-    let (energy_weights, energy_unit) = normalised_weights(&fair.energy, size, curvature);
+    let (mut energy_weights, energy_unit) = normalised_weights(&fair.energy, size, curvature);
+    // Tension is in units of edges, of which short ones are none.
+    let tensions = energy_weights
+        .iter_mut()
+        .zip(fair.energy.terms())
+        .filter(|(_, (_, own))| matches!(own, Functional::Tension(_)));
+    tensions.for_each(|(weight, _)| *weight *= 1.0 - short.len() as f64 / base.len() as f64);
     let refuse =
         |k: usize, status: CurveStatus, what: &str| Err(Unfitted { status, message: batch.sentence(i, k, what) });
     let in_range = |x: f64| x > 0.0 && x.is_finite();
@@ -224,8 +251,13 @@ fn ready<const D: usize>(
     }
     // The last points of a closed curve may repeat its first.
     let mut data: Vec<u32> = rows[..points.len()].iter().map(|&row| row % vertices.len() as u32).collect();
-    let of_constraints = || constraints.iter().flat_map(|constraint| constraint.pinned()).map(|row| row as u32);
-    let fixed = || of_constraints().chain(lined.iter().copied());
+    let fixed = || {
+        given
+            .iter()
+            .flat_map(Constrained::rows)
+            .map(|row| row as u32 % vertices.len() as u32)
+            .chain(lined.iter().copied())
+    };
     // A constraint at a point pins the point.
     let pinned = increasing((0..points.len()).filter(is_pinned).map(|k| data[k]).chain(fixed()).collect());
     let point_of = |row: u32| rows[..points.len()].partition_point(|&own| own <= row).saturating_sub(1);
@@ -249,10 +281,9 @@ fn ready<const D: usize>(
         // It goes through none of its points, and all its edges are equal.
         data.truncate(1);
     }
-    // Edges beside a given curvature have a length of their own.
     data.extend(fixed());
     let data = increasing(data);
-    let order = order_of(fair.energy.order(), closed, vertices.len());
+    let order = order_of(order, closed, vertices.len());
     if order > 1
         && let Some(j) = fold(&base, &lengths, closed)
     {
@@ -271,7 +302,7 @@ fn ready<const D: usize>(
     let free = free(&lengths, &data, closed, power);
     let longest = if fair.energy.bounds_length() { f64::INFINITY } else { LONGEST * chords / size };
     let problem = Problem {
-        constraints: Kept::new(&constraints),
+        short,
         closed,
         base,
         data,
@@ -291,7 +322,7 @@ fn ready<const D: usize>(
         tolerance: fair.tolerance,
         longest,
     };
-    let mut ready = Ready { problem, vertices, rows, size, energy_unit };
+    let mut ready = Ready { problem, vertices, rows, given, size, energy_unit };
     if ready.problem.surface.is_some() {
         ready.place();
     }

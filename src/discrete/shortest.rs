@@ -167,7 +167,7 @@ impl Fair {
             coords.extend(points[points.len() - 1]);
             frames.push(frame(&last.place(last.length())));
         }
-        (Vertices { coords, rows, corners: vec![], frames: Some(frames) }, active)
+        (Vertices { coords, rows, corners: vec![], given: vec![], frames: Some(frames) }, active)
     }
 }
 

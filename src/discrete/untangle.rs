@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::curves::Vertices;
 use super::fair::Fair;
 use super::lane::Standing;
 use super::problem::Outcome;
@@ -109,25 +110,25 @@ impl<const D: usize> Ready<D> {
             return vec![];
         }
         let closed = self.problem.closed;
-        let vertices = self.vertices_of(outcome);
-        if is_simple(&vertices, closed) {
+        let Vertices { coords, rows, .. } = Vertices::of(self, outcome);
+        let vertices = coords.as_chunks::<D>().0;
+        if is_simple(vertices, closed) {
             return vec![];
         }
-        let crossing = edges_that_cross(&vertices, closed);
+        let crossing = edges_that_cross(vertices, closed);
         if crossing.is_empty() {
             return vec![];
         }
         // Spans between repeated points have no edge.
-        let data: Vec<usize> =
-            (1..self.rows.len()).map(|k| k - 1).filter(|&k| self.rows[k] < self.rows[k + 1]).collect();
-        let mut corners: Vec<Vector<f64, D>> = data.iter().map(|&k| vertices[self.rows[k] as usize]).collect();
+        let data: Vec<usize> = (1..rows.len()).map(|k| k - 1).filter(|&k| rows[k] < rows[k + 1]).collect();
+        let mut corners: Vec<Vector<f64, D>> = data.iter().map(|&k| vertices[rows[k] as usize]).collect();
         corners.extend((!closed).then(|| vertices[vertices.len() - 1]));
         let of_data: Vec<[usize; 2]> =
             edges_that_cross(&corners, closed).into_iter().map(|pair| pair.map(|edge| data[edge as usize])).collect();
-        let spans = self.rows.len() - 1;
+        let spans = rows.len() - 1;
         let near = |a: usize, b: usize| a.abs_diff(b) <= 1 || (closed && a.abs_diff(b) + 1 >= spans);
         let is_new = |[a, b]: &[usize; 2]| !of_data.iter().any(|[c, d]| near(*a, *c) && near(*b, *d));
-        let span = |edge: u32| self.rows.partition_point(|&row| row <= edge) - 1;
+        let span = |edge: u32| rows.partition_point(|&row| row <= edge) - 1;
         let mut tangled: Vec<usize> =
             crossing.into_iter().map(|pair| pair.map(span)).filter(is_new).flatten().collect();
         tangled.sort_unstable();

@@ -15,9 +15,9 @@
 mod form;
 mod system;
 
+use self::form::Form;
 pub(crate) use self::form::Local;
 pub(super) use self::form::has_kernel;
-use self::form::{Form, lane_of};
 use self::system::{Bend, Link, Saddle, add_edge, add_edges, in_plane};
 pub(super) use self::system::{TangentSystem, add_own, add_pair, between};
 use super::block::{Block, times};
@@ -25,9 +25,8 @@ use super::edges::Edges;
 use super::energy::Functional;
 use super::energy::in_surface::{InSurface, Turn};
 use super::newton::Newton;
-use super::onto::WITHIN_STEPS;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
-use crate::linalg::{Real, Scalar, operation};
+use crate::linalg::{Scalar, operation};
 
 /// Two unit vectors across the normal.
 pub(super) type Basis<S, const D: usize> = [Vector<S, D>; 2];
@@ -85,37 +84,15 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// Moves vertices that may move back to the surface, and those on rails within their planes.
+    /// Moves vertices that may move back to the surface.
     #[inline(always)]
-    pub fn retract(&self, movable: &[S], rails: &[(usize, Vector<f64, D>)], u: &mut [Vector<S, D>]) {
-        if !rails.is_empty() {
-            self.retract_on_rails(rails, u);
-        }
+    pub fn retract(&self, movable: &[S], u: &mut [Vector<S, D>]) {
         for row in 0..u.len() {
             let way = self.form.way(add(self.places[row], u[row]));
             for c in 0..D {
                 u[row][c] = movable[row].if_positive(u[row][c] + way[c], u[row][c]);
             }
         }
-    }
-
-    /// Moves the vertices on rails back. What has been moved is then left where it is.
-    #[inline(never)]
-    fn retract_on_rails(&self, rails: &[(usize, Vector<f64, D>)], u: &mut [Vector<S, D>]) {
-        for (row, across) in rails {
-            let mut b = u[*row];
-            (0..D).for_each(|c| b[c] = S::of(across[c]));
-            for _ in 0..WITHIN_STEPS {
-                let (value, normal) = self.form.height(add(self.places[*row], u[*row]));
-                let way = subtract(normal, scale(dot(normal, b), b));
-                u[*row] = subtract(u[*row], scale(value / dot(way, way), way));
-            }
-        }
-    }
-
-    /// The normals of a curve alone.
-    pub fn normals_of_one(&self) -> Vec<Vector<f64, D>> {
-        self.normals.iter().map(|normal| lane_of(normal, 0)).collect()
     }
 
     /// Takes normals and second derivatives at the vertices.
@@ -239,16 +216,6 @@ impl<S: Scalar, const D: usize> Within<S, D> {
     #[inline(always)]
     pub fn tangential(&self, row: usize, x: Vector<S, D>) -> Vector<S, D> {
         subtract(x, scale(dot(x, self.normals[row]), self.normals[row]))
-    }
-
-    /// Takes the forces of constraints from n·g of the last evaluation, of a curve alone.
-    ///
-    /// A plane b·x that a vertex stays in bends on the surface as (n·b) W.
-    pub fn relieve(&mut self, forces: impl Iterator<Item = (usize, Vector<f64, D>)>) {
-        for (row, force) in forces {
-            let along: f64 = (0..D).map(|c| force[c] * self.normals[row][c].lane(0).to_f64()).sum();
-            self.pushes_there[row] -= S::of(along);
-        }
     }
 
     /// Keeps the last evaluation where `accepted` is 1.

@@ -91,3 +91,19 @@ fn across_hessian(x: Across, t: vector) -> SecondPartials {
     h.s22 = dot(x.u2, q2) + b2;
     return h;
 }
+
+// The way ℓ between both curvature vectors of three edges: the slopes of ln(1/ℓ) by their lengths, and 1/ℓ.
+struct Way {
+    l0: real,
+    l1: real,
+    l2: real,
+    inverse: real,
+}
+
+// It is Δs₁, and where an edge is short (Δs₀ + 2Δs₁ + Δs₂)/4. Twin: src/discrete/energy/curvatures.rs.
+fn way_of(s0: real, s1: real, s2: real) -> Way {
+    let is_long = min(min(s0, s1), s2) > real(1e-4) * (s0 + s1 + s2);
+    let inverse = real(1) / select(real(0.25) * (s0 + real(2) * s1 + s2), s1, is_long);
+    let beside = -(select(real(0.25), real(0), is_long) * inverse);
+    return Way(beside, -(select(real(0.5), real(1), is_long) * inverse), beside, inverse);
+}

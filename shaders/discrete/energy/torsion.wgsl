@@ -1,9 +1,9 @@
-// Torsion: det(T, K̄, C)²/(|K̄|² + ε²) Δs of the middle edge, with C = (K′ − K)/Δs and K̄ the mean
+// Torsion: det(T, K̄, C)²/(|K̄|² + ε²) ℓ with the way ℓ from K to K′, C = (K′ − K)/ℓ and K̄ the mean
 // of K and K′ across T.
 // Twin: src/discrete/energy/torsion.rs.
 //
-// det(T, K̄, C) = r₀ r₂ δ/Δs with δ = det(T₀, T, T₂), so the term is U B of U = δ² A, A = r₀²
-// r₂²/Δs, and B = 1/(Φ + ε²). δ and its derivatives are taken of differences of tangents, which
+// det(T, K̄, C) = r₀ r₂ δ/ℓ with δ = det(T₀, T, T₂), so the term is U B of U = δ² A, A = r₀²
+// r₂²/ℓ, and B = 1/(Φ + ε²). δ and its derivatives are taken of differences of tangents, which
 // keep more digits.
 //:once include discrete/energy/across.wgsl
 
@@ -22,6 +22,8 @@ struct Determinant {
     // ½ r₀², ½ r₂²
     q0: real,
     q2: real,
+    // Those of ln(1/ℓ).
+    way: Way,
 }
 
 fn determinant_of(w: Window) -> Determinant {
@@ -34,10 +36,11 @@ fn determinant_of(w: Window) -> Determinant {
     x.d2 = cross(w.t1, before);
     x.d1 = cross(before, after) - (x.d0 + x.d2);
     x.value = -dot(x.d0, before);
-    x.a = r0 * r0 * (r2 * r2) * w.r1;
-    x.l0 = -r0;
-    x.l2 = -r2;
-    x.l1 = -(r0 + r2 + w.r1);
+    x.way = way_of(w.s0, w.s1, w.s2);
+    x.a = r0 * r0 * (r2 * r2) * x.way.inverse;
+    x.l0 = x.way.l0 - r0;
+    x.l2 = x.way.l2 - r2;
+    x.l1 = x.way.l1 - (r0 + r2);
     x.q0 = real(0.5) * r0 * r0;
     x.q2 = real(0.5) * r2 * r2;
     return x;
@@ -111,9 +114,14 @@ fn torsion_hessian(w: Window) -> SecondPartials {
     h.s00 += value * (x.l0 * x.l0 + x.q0) - lm * (real(2) * x.l0 * m.s0) + mm * m.s0 * m.s0;
     h.s01 += value * (x.l0 * x.l1 + x.q0) - lm * (x.l0 * m.s1 + x.l1 * m.s0) + mm * m.s0 * m.s1;
     h.s02 += value * (x.l0 * x.l2) - lm * (x.l0 * m.s2 + x.l2 * m.s0) + mm * m.s0 * m.s2;
-    h.s11 += value * (x.l1 * x.l1 + x.q0 + x.q2 + w.r1 * w.r1) - lm * (real(2) * x.l1 * m.s1) + mm * m.s1 * m.s1;
+    h.s11 += value * (x.l1 * x.l1 + x.q0 + x.q2) - lm * (real(2) * x.l1 * m.s1) + mm * m.s1 * m.s1;
     h.s12 += value * (x.l1 * x.l2 + x.q2) - lm * (x.l1 * m.s2 + x.l2 * m.s1) + mm * m.s1 * m.s2;
     h.s22 += value * (x.l2 * x.l2 + x.q2) - lm * (real(2) * x.l2 * m.s2) + mm * m.s2 * m.s2;
+//:unroll j 0..3
+//:unroll k $j..3
+    h.s$j$k += value * x.way.l$j * x.way.l$k;
+//:end
+//:end
     return h;
 }
 //:else

@@ -1,28 +1,34 @@
-// Variation of curvature: |(I − T Tᵀ)(K′ − K)|²/Δs of the middle edge.
+// Variation of curvature: |(I − T Tᵀ)(K′ − K)|²/ℓ with the way ℓ from K to K′.
 // Twin: src/discrete/energy/variation.rs.
 //:once include discrete/energy/across.wgsl
 
 fn variation_value(w: Window) -> real {
     let x = across_of(w, real(-1), real(1));
-    return dot(x.across, x.across) * w.r1;
+    return dot(x.across, x.across) * way_of(w.s0, w.s1, w.s2).inverse;
 }
 
 fn variation_gradient(w: Window) -> Partials {
-    var p = scaled_partials(w.r1, across_gradient(across_of(w, real(-1), real(1))));
-    p.s1 -= p.value * w.r1;
+    let way = way_of(w.s0, w.s1, w.s2);
+    var p = scaled_partials(way.inverse, across_gradient(across_of(w, real(-1), real(1))));
+//:unroll k 0..3
+    p.s$k += p.value * way.l$k;
+//:end
     return p;
 }
 
 fn variation_hessian(w: Window) -> SecondPartials {
+    let way = way_of(w.s0, w.s1, w.s2);
     let x = across_of(w, real(-1), real(1));
-    // Of Φ/Δs: by its gradient p = ∇Φ/Δs.
-    let p = scaled_partials(w.r1, across_gradient(x));
-    var h = add_seconds(SecondPartials(), w.r1, across_hessian(x, w.t1));
-    h.m01 -= w.r1 * p.t0;
-    h.m11 -= w.r1 * p.t1;
-    h.m21 -= w.r1 * p.t2;
-    h.s01 -= w.r1 * p.s0;
-    h.s12 -= w.r1 * p.s2;
-    h.s11 += real(2) * w.r1 * (p.value * w.r1 - p.s1);
+    // Of Φ/ℓ: by its gradient p = ∇Φ/ℓ.
+    let p = scaled_partials(way.inverse, across_gradient(x));
+    var h = add_seconds(SecondPartials(), way.inverse, across_hessian(x, w.t1));
+//:unroll j 0..3
+//:unroll k 0..3
+    h.m$j$k += way.l$k * p.t$j;
+//:end
+//:unroll k $j..3
+    h.s$j$k += way.l$k * p.s$j + way.l$j * p.s$k + real(2) * p.value * way.l$j * way.l$k;
+//:end
+//:end
     return h;
 }

@@ -62,16 +62,18 @@ fn freeze(curve: Curve, ring: BlockRing, thread: u32) -> Frozen {
 
 // Adds 2 w D₃g·D₃h Δs on the middle one of the three edges from j on.
 fn add_third(curve: Curve, ring: BlockRing, j: i32) {
+    let s0 = length_at(curve, wrapped(curve, j));
     let s1 = length_at(curve, wrapped(curve, j + 1));
-    let before = second_difference(length_at(curve, wrapped(curve, j)), s1);
-    let after = second_difference(s1, length_at(curve, wrapped(curve, j + 2)));
+    let s2 = length_at(curve, wrapped(curve, j + 2));
+    let before = second_difference(s0, s1);
+    let after = second_difference(s1, s2);
     let p = counted(curve, wrapped(curve, j + 1));
     let q = counted(curve, wrapped(curve, j + 2));
     let a0 = -before.x * p;
     let a1 = after.x * q - before.y * p;
     let a2 = after.y * q - before.z * p;
     let a3 = after.z * q;
-    let weight = curve.highest / s1;
+    let weight = curve.highest * way_of(s0, s1, s2).inverse;
 //:unroll a 0..4
 //:unroll b $a..4
     add_to_block(curve, ring, j + $a, $bu - $au, weight * (a$a * a$b));

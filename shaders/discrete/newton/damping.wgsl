@@ -23,7 +23,7 @@ fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec4<real> 
     if (edges < 3u) {
         return vec4<real>();
     }
-    let root = sqrt(lambda * curve.highest * w.r1);
+    let root = sqrt(lambda * curve.highest * way_of(w.s0, w.s1, w.s2).inverse);
     let before = real(2) / (w.s0 + w.s1);
     let after = real(2) / (w.s1 + w.s2);
     let second = before * (w.r0 + w.r1) + after * w.r1;

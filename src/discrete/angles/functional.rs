@@ -108,9 +108,12 @@ impl Functional {
                 let d = shape.turn(curve, j);
                 let f = [2.0 - 2.0 * d.cos(), 2.0 * d.sin(), 2.0 * d.cos()];
                 let local = over_length(f, edges.map(|edge| curve.length(shape, edge)));
-                energy += self.bending * local.value;
+                // A turn next to an end stands for the half edge there too.
+                let ends = if shape.closed { 0 } else { u8::from(j == 0) + u8::from(j + 2 == shape.edges()) };
+                let weight = self.bending * (1.0 + 0.5 * f64::from(ends));
+                energy += weight * local.value;
                 let [u, v] = edges.map(|edge| shape.row_of_length(edge));
-                of_two([shape.row(edges[0]), shape.row(edges[1]), u, v], self.bending, &local);
+                of_two([shape.row(edges[0]), shape.row(edges[1]), u, v], weight, &local);
             }
         }
         for (k, edges) in shape.spans.iter().enumerate() {

@@ -114,6 +114,8 @@ impl Bending {
 }
 
 impl Term<2> for Bending {
+    const AT_ENDS: bool = true;
+
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> S {
         let d = subtract(window.tangent[1], window.tangent[0]);

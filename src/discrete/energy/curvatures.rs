@@ -15,6 +15,38 @@ pub(super) fn matrix<S, const D: usize>(entry: impl Fn(usize, usize) -> S) -> Ma
     std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
 }
 
+/// The way ℓ = w₋Δs₋ + wΔs + w₊Δs₊ between two curvature vectors of three edges.
+///
+/// It is the middle edge, Δs. Where one of the edges is [short](crate::discrete::constrain) the curvature between two
+/// edges is that halfway between their middles, and ℓ = (Δs₋ + 2Δs + Δs₊)/4.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way<S> {
+    /// w₋, w, w₊
+    share: [S; 3],
+    /// 1/ℓ
+    pub inverse: S,
+}
+
+impl<S: Scalar> Way<S> {
+    #[inline(always)]
+    pub fn of([s0, s1, s2]: [S; 3]) -> Self {
+        let least = -((-s0).max(-s1).max(-s2));
+        let is_long = least - S::of(LEAST) * (s0 + s1 + s2);
+        let choose = |long: f64, short: f64| is_long.if_positive(S::of(long), S::of(short));
+        let share = [choose(0.0, 0.25), choose(1.0, 0.5), choose(0.0, 0.25)];
+        Way { share, inverse: S::ONE / is_long.if_positive(s1, S::of(0.25) * (s0 + S::of(2.0) * s1 + s2)) }
+    }
+
+    /// The derivatives of ln(1/ℓ) by the lengths.
+    #[inline(always)]
+    pub fn slopes(&self) -> [S; 3] {
+        self.share.map(|share| -(share * self.inverse))
+    }
+}
+
+/// An edge is short below this part of the sum of it and those beside it.
+pub(crate) const LEAST: f64 = 1e-4;
+
 /// The curvature vectors K = r (T − T₋) and K′ = r′ (T₊ − T) at the ends of the middle edge.
 ///
 /// The factors are r = 2/(Δs₋ + Δs) and r′ = 2/(Δs + Δs₊).
@@ -24,6 +56,7 @@ pub(super) struct Curvatures<S, const D: usize> {
     pub rate: [S; 2],
     /// K and K′
     pub vector: [Vector<S, D>; 2],
+    pub way: Way<S>,
 }
 
 impl<S: Scalar, const D: usize> Curvatures<S, D> {
@@ -32,11 +65,12 @@ impl<S: Scalar, const D: usize> Curvatures<S, D> {
         let ([t0, t1, t2], [s0, s1, s2]) = (window.tangent, window.length);
         let two = S::of(2.0);
         let rate = [two / (s0 + s1), two / (s1 + s2)];
-        Curvatures { rate, vector: [scale(rate[0], subtract(t1, t0)), scale(rate[1], subtract(t2, t1))] }
+        let way = Way::of(window.length);
+        Curvatures { rate, way, vector: [scale(rate[0], subtract(t1, t0)), scale(rate[1], subtract(t2, t1))] }
     }
 }
 
-/// The derivatives of a term V = f(K, K′, T)/Δs.
+/// The derivatives of a term V = f(K, K′, T)/ℓ.
 pub(super) struct ByCurvatures<S, const D: usize> {
     pub value: S,
     /// First derivatives by K, K′ and T.
@@ -55,7 +89,7 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
     /// - ∂K = r ∂d − ½ r K ∂(Δs₋ + Δs)
     /// - ∂²K = −r² ∂d ∂(Δs₋ + Δs) + ½ r² K (∂(Δs₋ + Δs))²
     #[inline(always)]
-    pub fn to_edges(&self, curvatures: &Curvatures<S, D>, length: S) -> SecondPartials<S, D, 3> {
+    pub fn to_edges(&self, curvatures: &Curvatures<S, D>) -> SecondPartials<S, D, 3> {
         let half = S::of(0.5);
         let ([r0, r2], [k0, k2]) = (curvatures.rate, curvatures.vector);
         // The factor of each tangent in the differentials of K, K′ and T.
@@ -68,12 +102,12 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
         let times = |y: usize, z: usize, x: Vector<S, D>| -> Vector<S, D> {
             std::array::from_fn(|a| dot(std::array::from_fn(|b| entry(y, z, a, b)), x))
         };
-        // Second derivatives by one of K, K′, T and by a length, through K and K′ and through Δs
-        // itself.
-        let explicit = -S::ONE / length;
+        // Second derivatives by one of K, K′, T and by a length, through K and K′ and through ℓ.
+        let slopes = curvatures.way.slopes();
         let by_lengths: [[Vector<S, D>; 3]; 3] = std::array::from_fn(|y| {
             let (before, after) = (times(y, 0, by_length[0]), times(y, 1, by_length[1]));
-            [before, add(add(before, after), scale(explicit, self.first[y])), after]
+            let through = [before, add(before, after), after];
+            std::array::from_fn(|k| add(through[k], scale(slopes[k], self.first[y])))
         });
         let mut second = SecondPartials::<S, D, 3>::ZERO;
         for j in 0..3 {
@@ -104,17 +138,13 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
                         second.lengths[j][k] += dot(by_length[end], by_lengths[end][k]);
                     }
                 }
-                // ∂V/∂Δs = −V/Δs, differentiated once more.
-                if j == 1 {
-                    for (end, by_length) in by_length.into_iter().enumerate() {
-                        if touches(end, k) {
-                            second.lengths[j][k] += explicit * dot(by_length, self.first[end]);
-                        }
-                    }
-                    if k == 1 {
-                        second.lengths[j][k] += S::of(2.0) * self.value * explicit * explicit;
+                // V/ℓ by Δs of edge j is V/ℓ times the slope of ln(1/ℓ), differentiated once more.
+                for (end, by_length) in by_length.into_iter().enumerate() {
+                    if touches(end, k) {
+                        second.lengths[j][k] += slopes[j] * dot(by_length, self.first[end]);
                     }
                 }
+                second.lengths[j][k] += S::of(2.0) * self.value * slopes[j] * slopes[k];
             }
         }
         second

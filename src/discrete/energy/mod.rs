@@ -124,7 +124,7 @@ energies! {
 }
 
 mod attachment;
-mod curvatures;
+pub(super) mod curvatures;
 mod custom;
 mod fence;
 pub(super) mod gauge;
@@ -215,6 +215,11 @@ impl<S: Scalar, const D: usize, const W: usize> SecondPartials<S, D, W> {
 pub(crate) trait Term<const W: usize> {
     /// Whether the term depends on tangents, and not on lengths alone.
     const BY_TANGENT: bool = true;
+
+    /// Whether the term next to a free end of an open curve stands for the half edge there too, in energies of order 3.
+    ///
+    /// Under those the curvature does not vanish at the end, but its slope does.
+    const AT_ENDS: bool = false;
 
     /// The kind of fences that the term is of.
     const FENCE: Option<usize> = None;

@@ -21,7 +21,8 @@ pub fn torsion() -> Energy {
     Torsion.into()
 }
 
-/// δ²/(n Δs) with δ = T·(K × K′), which is Δs det(T, K̄, C), and n = |K̄|² + ε².
+/// δ²/(n ℓ) with δ = T·(K × K′), which is ℓ det(T, K̄, C), n = |K̄|² + ε², and the [way](super::curvatures::Way) ℓ from K
+/// to K′.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Torsion;
 
@@ -41,7 +42,7 @@ struct Parts<S, const D: usize> {
     mean: Vector<S, D>,
     along: S,
     bar: Vector<S, D>,
-    /// 1/n and 1/Δs
+    /// 1/n and 1/ℓ
     by_n: S,
     by_s: S,
 }
@@ -55,7 +56,7 @@ impl<S: Scalar, const D: usize> Parts<S, D> {
         let along = dot(mean, t);
         let bar = subtract(mean, scale(along, t));
         let by_n = S::ONE / (dot(bar, bar) + window.torsion_curvature * window.torsion_curvature);
-        Parts { cross, delta: dot(t, cross), mean, along, bar, by_n, by_s: S::ONE / window.length[1] }
+        Parts { cross, delta: dot(t, cross), mean, along, bar, by_n, by_s: curvatures.way.inverse }
     }
 
     #[inline(always)]
@@ -97,13 +98,13 @@ impl Term<3> for Torsion {
         let delta = parts.delta_first(curvatures.vector, window.tangent[1]);
         let [by_k0, by_k2, by_t] = parts.first(&delta, &parts.n_first());
         let value = parts.value();
-        let half = S::of(0.5);
+        let (half, slopes) = (S::of(0.5), curvatures.way.slopes());
         let by_a0 = -(half * r0 * dot(by_k0, k0));
         let by_a2 = -(half * r2 * dot(by_k2, k2));
         Partials {
             value,
             tangent: [scale(-r0, by_k0), add(by_t, subtract(scale(r0, by_k0), scale(r2, by_k2))), scale(r2, by_k2)],
-            length: [by_a0, by_a0 + by_a2 - value * parts.by_s, by_a2],
+            length: std::array::from_fn(|k| [by_a0, by_a0 + by_a2, by_a2][k] + value * slopes[k]),
         }
     }
 
@@ -140,7 +141,7 @@ impl Term<3> for Torsion {
                 })
             })
         });
-        ByCurvatures { value, first: parts.first(&delta, &n), second }.to_edges(&curvatures, window.length[1])
+        ByCurvatures { value, first: parts.first(&delta, &n), second }.to_edges(&curvatures)
     }
 }
 

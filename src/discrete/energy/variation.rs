@@ -1,6 +1,6 @@
-//! Variation of curvature: Σ |(I − T Tᵀ)(K′ − K)|²/Δs.
+//! Variation of curvature: Σ |(I − T Tᵀ)(K′ − K)|²/ℓ.
 
-use super::curvatures::{ByCurvatures, Curvatures, Matrix, matrix};
+use super::curvatures::{ByCurvatures, Curvatures, Matrix, Way, matrix};
 use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{dot, scale, subtract};
@@ -8,8 +8,8 @@ use crate::linalg::scalar::{dot, scale, subtract};
 /// The variation of curvature ∫κ′² + κ²τ² ds as Σ |(I − T Tᵀ)(K′ − K)|²/Δs, in units of 1/length³.
 ///
 /// The sum is over every edge between two interior vertices. K and K′ are the curvature vectors at
-/// the edge's ends, and T is its tangent. It is 0 on polygons of a circle with equal edges. Its
-/// order is 3.
+/// the edge's ends, and T is its tangent. Beside a tangent that is given Δs is the way from K to K′. It is 0 on polygons of
+/// a circle with equal edges. Its order is 3.
 ///
 /// Without the projection a term κ⁴ would remain, and circles would not be optimal.
 ///
@@ -18,7 +18,7 @@ pub fn variation() -> Energy {
     Variation.into()
 }
 
-/// |(I − T Tᵀ)(K′ − K)|²/Δs
+/// |(I − T Tᵀ)(K′ − K)|²/ℓ, with the [way](super::curvatures::Way) ℓ from K to K′.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Variation;
 
@@ -44,17 +44,19 @@ impl Term<3> for Variation {
         let c = subtract(k2, k0);
         let along = dot(c, t1);
         let across = subtract(c, scale(along, t1));
-        let r1 = S::ONE / s1;
+        let way = Way::of(window.length);
+        let r1 = way.inverse;
         let value = dot(across, across) * r1;
         // The derivatives by c, and the explicit part by the middle tangent.
         let by_c = scale(two * r1, across);
         let by_t1 = scale(-two * r1 * along, c);
+        let slopes = way.slopes();
         let by_a0 = S::of(0.5) * r0 * dot(by_c, k0);
         let by_a2 = -(S::of(0.5) * r2 * dot(by_c, k2));
         Partials {
             value,
             tangent: [scale(r0, by_c), subtract(by_t1, scale(r0 + r2, by_c)), scale(r2, by_c)],
-            length: [by_a0, by_a0 + by_a2 - value * r1, by_a2],
+            length: std::array::from_fn(|k| [by_a0, by_a0 + by_a2, by_a2][k] + value * slopes[k]),
         }
     }
 
@@ -65,7 +67,7 @@ impl Term<3> for Variation {
         let c = subtract(curvatures.vector[1], curvatures.vector[0]);
         let along = dot(c, t);
         let across = subtract(c, scale(along, t));
-        let r = S::ONE / window.length[1];
+        let r = curvatures.way.inverse;
         let factor = S::of(2.0) * r;
         let by_c = scale(factor, across);
         // The derivatives of |c|² − (c·T)², which is |(I − T Tᵀ) c|² for unit tangents.
@@ -79,6 +81,6 @@ impl Term<3> for Variation {
             first: [scale(-S::ONE, by_c), by_c, scale(-factor * along, c)],
             second: [[by_cc, negative(by_cc), negative(by_ct)], [zero, by_cc, by_ct], [zero, zero, by_tt]],
         }
-        .to_edges(&curvatures, window.length[1])
+        .to_edges(&curvatures)
     }
 }

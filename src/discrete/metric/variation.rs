@@ -111,7 +111,7 @@ fn freeze<S: Scalar, const D: usize, const B: usize, const N: usize>(
         *movable = pins.movable[row / D];
     }
     for j in 0..edges.windows::<3>() {
-        let weight = weights.highest * edges.starts::<3>(j) * edges.inverse[j + 1];
+        let weight = weights.highest * edges.starts::<3>(j) * edges.way(j).inverse;
         let (before, after) = (second(edges, j), second(edges, j + 1));
         let (p, q) = (counted(edges, pins, j + 1), counted(edges, pins, j + 2));
         for c in 0..D {

@@ -80,7 +80,7 @@ pub fn shortest(legs: &[Leg], given: &[Option<f64>]) -> Option<(Vec<Dubins>, u32
         return None;
     }
     // Between points that are farther apart than a circle is wide the first directions lead to the best path.
-    let is_close = legs.iter().any(|leg| dot(leg.chord, leg.chord) < (2.0 * leg.radius).powi(2));
+    let is_close = legs.iter().any(|leg| dot(leg.chord, leg.chord) < (4.0 * leg.radius).powi(2));
     while is_close && search.rounds < MOST && search.take_best_of(&search.over_jumps(&around)) {}
     let deep = if is_close { DEEP } else { 0 };
     let (mut step, mut since) = (0.5 * TAU / FIRST as f64, 0);

@@ -160,28 +160,6 @@ impl<S: Scalar, const D: usize> Form<S, D> {
         (normal, shape)
     }
 
-    /// F/|∇F| and n at a place.
-    pub(super) fn height(&self, y: Vector<S, D>) -> (S, Vector<S, D>) {
-        match self {
-            Form::Quadric { matrix, linear, constant } => {
-                let product = times(matrix, y);
-                let gradient = add(product, *linear);
-                let inverse = S::ONE / dot(gradient, gradient).sqrt();
-                let value = dot(y, add(scale(S::of(0.5), product), *linear)) + *constant;
-                (inverse * value, scale(inverse, gradient))
-            }
-            Form::Other(lanes) => {
-                let (mut height, mut normal) = (S::ZERO, y);
-                for (lane, local) in lanes.iter().enumerate() {
-                    let (n, _, value) = local.jet(lane_of(&y, lane));
-                    height.set_lane(lane, number::<S>(value));
-                    (0..D).for_each(|c| normal[c].set_lane(lane, number::<S>(n[c])));
-                }
-                (height, normal)
-            }
-        }
-    }
-
     /// The way from a place to the surface along ∇F.
     #[inline(always)]
     pub(super) fn way(&self, y: Vector<S, D>) -> Vector<S, D> {
