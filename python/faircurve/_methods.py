@@ -265,7 +265,7 @@ class Fair:
     seed: int = 0
 
     def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, corridors: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
-        """Fits every curve. ``tangents`` and ``curvatures`` (vectors, NaN where there are none) are met at their points.
+        """Fits every curve. ``tangents`` and ``curvatures`` (vectors, NaN where there are none) are met at their points; ``curvatures`` ask for variation.
 
         ``largest_curvatures`` bound the span that begins at each point (1/length, NaN: not at all). ``corridors`` are
         half-widths about the chord that begins there (units of the input, NaN: none).

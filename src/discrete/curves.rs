@@ -74,6 +74,31 @@ impl Vertices {
         }
     }
 
+    /// Planar vertices in space, by what lifts a place, of a data point if there is one, and a vector.
+    pub fn lifted(
+        &self,
+        points: &[DVec3],
+        place: &dyn Fn([f64; 2], Option<DVec3>) -> DVec3,
+        vector: &dyn Fn(DVec3) -> DVec3,
+    ) -> Self {
+        let count = self.coords.len() / 2;
+        let mut of_row = vec![None; count];
+        self.rows.iter().zip(points).for_each(|(&row, &point)| of_row[row as usize % count] = Some(point));
+        let places = self.coords.as_chunks::<2>().0.iter().zip(of_row).map(|(x, point)| place(*x, point));
+        let given = self.given.iter().map(|own| Given {
+            row: own.row,
+            tangent: vector(own.tangent),
+            curvature: own.curvature.map(vector),
+        });
+        Vertices {
+            coords: places.flat_map(|place| place.to_array()).collect(),
+            rows: self.rows.clone(),
+            corners: self.corners.clone(),
+            given: given.collect(),
+            frames: None,
+        }
+    }
+
     /// The vertices in space.
     pub fn places(&self) -> Vec<DVec3> {
         self.coords.chunks_exact(3).map(vector).collect()

@@ -94,9 +94,11 @@ words!(Pins, "choice of points": [
 /// hides the curvature there: it is `not_converged`, unless it is beside a span of fewer than 8 segments. Rough rings grow loops in
 /// which 16 segments a span turn so far.
 ///
-/// Tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) are met. A
-/// tangent τ is met by f_{i+1} − f_{i−1} ∥ τ. A curvature vector k ⊥ τ is met exactly, by
-/// (T′ − T)/Δa = k.
+/// Tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) are those of the curve at their points, to
+/// rounding. A tangent τ clamps the half edges beside it, whose curvature is 2(T − τ)/Δs. A curvature vector k ⊥ τ needs an
+/// energy of order 3: bending lets curvature jump.
+///
+/// Curves whose points lie in a plane in space have, under [`variation`](super::variation()) and without limits, the curve of that plane.
 ///
 /// # Accuracy
 ///
@@ -120,7 +122,7 @@ words!(Pins, "choice of points": [
 /// ```
 ///
 /// Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006). The gauge, the
-/// metric at pins and the curvature constraints are faircurve's.
+/// metric at pins and the tangents by half edges are faircurve's.
 #[derive(Clone, Debug)]
 pub struct Fair {
     /// The energy to minimise, with weights in units of the input.

@@ -64,6 +64,7 @@ mod evaluate_gpu;
 mod fair;
 mod fenced;
 mod fences;
+mod flat;
 mod globe;
 mod hessian;
 mod kept;

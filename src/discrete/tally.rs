@@ -7,18 +7,12 @@ use crate::device::Device;
 /// Counts curves at a device's counter as they are finished.
 ///
 /// A curve that was cut into pieces counts with its last piece.
-pub(super) struct Tally<'a> {
-    device: &'a Device,
-    /// The curve of every piece, and the number of pieces left of every curve.
-    ///
-    /// `None` where nothing was cut.
-    pieces: Option<(Vec<usize>, Vec<AtomicUsize>)>,
-}
+pub(super) struct Tally<'a>(Box<dyn Fn(usize) + Sync + 'a>);
 
 impl<'a> Tally<'a> {
     /// A tally of whole curves.
     pub fn whole(device: &'a Device) -> Self {
-        Tally { device, pieces: None }
+        Tally(Box::new(|_| device.finished(1)))
     }
 
     /// A tally of pieces.
@@ -28,16 +22,25 @@ impl<'a> Tally<'a> {
         let count = curves.iter().max().map_or(0, |last| last + 1);
         let left: Vec<AtomicUsize> = (0..count).map(|_| AtomicUsize::new(0)).collect();
         curves.iter().for_each(|&curve| _ = left[curve].fetch_add(1, Ordering::Relaxed));
-        Tally { device, pieces: Some((curves, left)) }
+        Tally(Box::new(move |i| {
+            if left[curves[i]].fetch_sub(1, Ordering::Relaxed) == 1 {
+                device.finished(1);
+            }
+        }))
+    }
+
+    /// A tally that counts some of these curves or pieces.
+    pub fn of_some<'b>(&'b self, counts: &'b (dyn Fn(usize) -> bool + Sync)) -> Tally<'b> {
+        Tally(Box::new(move |i| {
+            if counts(i) {
+                self.finished(i);
+            }
+        }))
     }
 
     /// Records that curve or piece `i` is finished.
     pub fn finished(&self, i: usize) {
-        let is_last =
-            |(curves, left): &(Vec<usize>, Vec<AtomicUsize>)| left[curves[i]].fetch_sub(1, Ordering::Relaxed) == 1;
-        if self.pieces.as_ref().is_none_or(is_last) {
-            self.device.finished(1);
-        }
+        self.0(i);
     }
 }
 

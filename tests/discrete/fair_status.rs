@@ -1,8 +1,12 @@
 //! Every fair curve ends with an honest status: hard, degenerate and impossible ones, at every
 //! size; and what does not make sense is refused with a sentence.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tautness, tension, variation};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Sampling, io};
+use glam::{DMat3, DVec3};
 use rand::RngExt;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
@@ -386,5 +390,41 @@ fn the_curve_goes_on_smoothly_across_spans_and_has_the_vertices_curvature() {
             // The samples are 0.001 apart at most.
             assert!(outside(middle) <= 1e-4 + 0.001, "{}", outside(middle));
         }
+    }
+}
+
+#[test]
+fn flat_points_in_space_have_the_curve_of_their_plane() {
+    let points: [Planar; 5] = [[0.0, 0.0], [1.0, 0.5], [2.0, -0.4], [3.0, 0.6], [4.0, 0.0]];
+    let ring: [Planar; 5] = [[2.0, 0.1], [0.9, 1.4], [-1.2, 1.0], [-1.0, -1.3], [1.1, -0.9]];
+    let fair = Fair { energy: variation() + 0.5 * length(), segments: Segments::PerSpan(64), ..Fair::default() };
+    let turned = DMat3::from_euler(glam::EulerRot::ZXZ, 0.4, 1.1, -2.0);
+    let level = |[x, y]: Planar| [x, y, 0.7];
+    let steep = |[x, y]: Planar| (turned * DVec3::new(x, y, 0.0) + DVec3::new(5.0, -3.0, 2.0)).to_array();
+    for closed in [false, true] {
+        let own = if closed { ring } else { points };
+        let planar = fit(&fair, &one(&own, closed));
+        assert_eq!(planar.reports()[0].status, CurveStatus::Converged, "{:?}", planar.reports());
+        let wanted: Vec<Planar> = vertices(&planar, 0, 64);
+        // A curve that lies in no plane is beside them.
+        let wound: Vec<Spatial> = (0..5).map(|k| [own[k][0], own[k][1], 0.1 * (k * k) as f64]).collect();
+        let curves = [own.map(level).to_vec(), wound, own.map(steep).to_vec()];
+        let coords = curves.concat().into_flattened();
+        let batch = CurveBatch::from_ragged(3, coords, vec![0, 5, 10, 15]).unwrap().closed(closed);
+        let counter = Arc::new(AtomicUsize::new(0));
+        let both = fair.fit(&batch, &Device::cpu().with_counter(counter.clone())).unwrap();
+        assert_eq!(counter.load(Ordering::Relaxed), 3);
+        for i in [0, 2] {
+            assert_eq!(both.reports()[i].status, CurveStatus::Converged, "{:?}", both.reports()[i]);
+            let found: Vec<Spatial> = vertices(&both, i, 64);
+            (0..5).for_each(|k| assert_eq!(found[64 * k], curves[i][k]));
+            let away =
+                found.iter().zip(&wanted).map(|(x, y)| norm(minus(*x, if i == 0 { level(*y) } else { steep(*y) })));
+            let away = away.fold(0.0, f64::max);
+            assert!(away <= if i == 0 { 0.0 } else { 1e-8 }, "closed {closed}, {i}: {away:e}");
+        }
+        let alone = fit(&fair, &one(&curves[1], closed));
+        assert_eq!(alone.reports()[0], both.reports()[1]);
+        assert_eq!(vertices::<3>(&alone, 0, 64), vertices::<3>(&both, 1, 64));
     }
 }

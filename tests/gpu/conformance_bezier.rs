@@ -135,9 +135,11 @@ fn compare_completions(
     let polygons = batch.polygons();
     let wanted = complete(&polygons, given, energy, &Device::cpu()).unwrap();
     let completed = Polygons { coords: &wanted.coords, ..polygons };
-    // What is straight has an energy of rounding.
-    let of_rounding = half_extents(completed).into_iter().map(|size| 1e-9 * size * size);
-    let units: Vec<f64> = wanted.energies.iter().zip(of_rounding).map(|(energy, least)| energy.max(least)).collect();
+    // An energy is a sum of squares of differences of numbers as large as the polygon: a rounding of these, which a device
+    // makes where it contracts, changes the energy E of an almost straight polygon of size s by s√E. What is straight has
+    // an energy of rounding.
+    let unit = |(energy, size): (&f64, f64)| energy.max(size * energy.sqrt()).max(1e-9 * size * size);
+    let units: Vec<f64> = wanted.energies.iter().zip(half_extents(completed)).map(unit).collect();
     for (device, precision) in devices {
         let what = format!("{what}, {}-D, {}", batch.dimension, precision.word());
         let found = complete(&polygons, given, energy, device).unwrap();

@@ -12,7 +12,7 @@ use crate::discrete::descended::Descended;
 use crate::discrete::kept::Kept;
 use crate::discrete::setup::set_up_pieces;
 use crate::discrete::tally::Tally;
-use crate::discrete::{deviation, fenced};
+use crate::discrete::{deviation, fenced, flat};
 use crate::error::Result;
 use crate::parallel;
 use crate::report::CurveReport;
@@ -65,7 +65,7 @@ impl Fair {
     /// Fits curves that have no corners.
     ///
     /// `allowed` says how far each may pass from its points.
-    fn fit_pieces<const D: usize>(
+    pub(in crate::discrete) fn fit_pieces<const D: usize>(
         &self,
         batch: &CurveBatch,
         pieces: &Pieces<'_>,
@@ -73,6 +73,10 @@ impl Fair {
         device: &Device,
         tally: &Tally<'_>,
     ) -> Result<Fitted> {
+        let planes = flat::planes(self, batch);
+        if planes.iter().any(Option::is_some) {
+            return flat::fit(self, batch, &planes, pieces, allowed, device, tally);
+        }
         if self.asks_for_shortest(batch) {
             return self.fit_shortest::<D>(batch, pieces.kept, device, tally);
         }
