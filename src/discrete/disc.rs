@@ -66,10 +66,10 @@ const MOST_ROUNDS: u32 = 30;
 const ROUND_ITERATIONS: u32 = 100;
 
 /// The tolerance of the first round, and the largest of all.
-pub(super) const ROUGHLY: f64 = 1e-2;
+pub(super) const ROUGHLY: f64 = 0.3;
 
 /// The tolerance of the next round in units of √(E/n) v, for n vertices and the violation v.
-pub(super) const OF_VIOLATION: f64 = 0.05;
+pub(super) const OF_VIOLATION: f64 = 1.5;
 
 /// A span that is this many times as long as its own chord, and longer by the deviation, has swung out.
 ///
