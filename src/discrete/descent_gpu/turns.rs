@@ -40,7 +40,7 @@ pub(super) fn loop_turns(order: usize, way: Way, rows: usize, pins: usize) -> us
         // The base; the blocks and the chunk's vertices before; the ring, four times; the step and
         // its length; sums and edges. A lane adds up what the other lanes found, and the workgroup.
         let chunk = rows.div_ceil(ring_of(rows, order, lanes));
-        return 12 * (chunk + 4) + 3 * rows + 8 * lanes + GROUP;
+        return 12 * (chunk + 4) + 8 * lanes + GROUP;
     }
     // The base (once), the sweep, the step, two directions or Newton's system there and back. Then, without Newton's, the inner
     // product.

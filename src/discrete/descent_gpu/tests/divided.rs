@@ -140,11 +140,11 @@ fn what_the_iterations_or_the_length_end_is_said_as_by_the_cpu() {
 #[test]
 fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_host() {
     let Some(gpu) = gpu() else { return };
-    // 5 (n + 8) turns for n vertices.
-    let longest = LOOP_TURNS / 5 - 8;
+    // 14 (n + 8) + 4 · 5 turns for n vertices.
+    let longest = (LOOP_TURNS - 20) / 14 - 8;
     assert!(
-        loop_turns(2, Way::Newton(1), longest, 5) <= LOOP_TURNS
-            && loop_turns(2, Way::Newton(1), longest + 1, 5) > LOOP_TURNS
+        loop_turns(2, Way::Gradients, longest, 5) <= LOOP_TURNS
+            && loop_turns(2, Way::Gradients, longest + 1, 5) > LOOP_TURNS
     );
     let spans = 4;
     let n = (longest - 1) / spans;
