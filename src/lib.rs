@@ -126,9 +126,8 @@
 //! - The host finds samples at equal arc lengths, and the device evaluates them.
 //! - The host fits smoothing curves of more than 1,024 knots in f64, and those beyond what the
 //!   device's precision can resolve.
-//! - The host fits some fair curves in f64: those with tangents to meet, those with energies of
-//!   order 3 (variation, torsion) in f32 or by another method than Newton's, and on software those
-//!   of some thousand vertices.
+//! - The host fits some fair curves in f64: those with energies of order 3 (variation, torsion) in f32 or by
+//!   another method than Newton's, and on software those of some thousand vertices.
 //! - The host evaluates a segment of a smooth connection function again in f64, if f32 finds no
 //!   minimiser of it or no cost of full precision.
 //! - The host finds the spans of curves under tension in f64 at the start and at the end of a
