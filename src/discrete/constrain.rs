@@ -167,7 +167,7 @@ pub(super) fn bend_along<const D: usize>(
 ) {
     let count = vertices.len();
     let start = vertices.to_vec();
-    let is_data = |row: usize| rows.iter().any(|own| *own as usize % count == row);
+    let is_data = |row: usize| rows.binary_search(&(row as u32)).is_ok();
     for constraint in constraints {
         for (sign, step) in [(1.0, 1), (-1.0, count - 1)] {
             let next = |row: usize| {
@@ -206,17 +206,25 @@ pub(super) fn repeat<const D: usize>(
     closed: bool,
 ) {
     let count = vertices.len();
-    let mut added = 0;
-    for constraint in constraints {
-        let (own, edges) = (constraint.row + added, constraint.edges());
-        let place = vertices[own];
-        vertices.splice(own..own, std::iter::repeat_n(place, edges));
-        let is_last = !closed && constraint.row + 1 == count;
-        let from = own as u32 + u32::from(!is_last);
-        rows.iter_mut().filter(|row| **row >= from).for_each(|row| *row += edges as u32);
-        constraint.row = own;
-        added += edges;
+    let mut all = Vec::with_capacity(count + 2 * constraints.len());
+    let mut own = rows.iter_mut().peekable();
+    let mut next = 0;
+    for (row, vertex) in vertices.drain(..).enumerate() {
+        let first = all.len();
+        all.push(vertex);
+        if let Some(constraint) = constraints.get_mut(next).filter(|constraint| constraint.row == row) {
+            all.resize(first + 1 + constraint.edges(), vertex);
+            constraint.row = first;
+            next += 1;
+        }
+        let is_last = !closed && row + 1 == count;
+        while let Some(data) = own.next_if(|data| **data as usize == row) {
+            *data = if is_last { all.len() - 1 } else { first } as u32;
+        }
     }
+    // A closed curve has one more, the row after its last.
+    own.for_each(|data| *data = all.len() as u32);
+    *vertices = all;
 }
 
 /// Gives the short edges their directions, and returns them in order.

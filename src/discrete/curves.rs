@@ -56,22 +56,26 @@ impl Given {
 impl Vertices {
     /// Those of a curve where its descent ended, one at the ends of short edges.
     pub fn of<const D: usize>(ready: &Ready<D>, outcome: &Outcome<D>) -> Self {
-        let mut vertices = ready.vertices_of(outcome);
-        for own in ready.given.iter().rev() {
-            vertices.drain(own.row + 1..=own.row + own.edges());
+        let vertices = ready.vertices_of(outcome);
+        let (mut coords, mut rows) = (Vec::with_capacity(vertices.len() * D), Vec::with_capacity(ready.rows.len()));
+        let (mut given, mut from) = (Vec::with_capacity(ready.given.len()), 0);
+        let mut data = ready.rows.iter().peekable();
+        // Up to the end of each short edge, whose vertices are one.
+        for own in ready.given.iter().map(Some).chain([None]) {
+            let to = own.map_or(vertices.len(), |own| own.row + 1);
+            let (last, removed) = (own.map_or(to, |own| own.row + own.edges()), from - coords.len() / D);
+            coords.extend_from_slice(vertices[from..to].as_flattened());
+            while let Some(&row) = data.next_if(|row| **row as usize <= last) {
+                rows.push((row as usize).min(own.map_or(last, |own| own.row)) as u32 - removed as u32);
+            }
+            given.extend(own.map(|own| Given {
+                row: (own.row - removed) as u32,
+                tangent: vector(&own.tangent),
+                curvature: own.curvature.map(|curvature| vector(&curvature)),
+            }));
+            from = last + 1;
         }
-        let given = ready.given.iter().map(|own| Given {
-            row: ready.drawn_row(own.row as u32),
-            tangent: vector(&own.tangent),
-            curvature: own.curvature.map(|curvature| vector(&curvature)),
-        });
-        Vertices {
-            coords: vertices.into_flattened(),
-            rows: ready.rows.iter().map(|&row| ready.drawn_row(row)).collect(),
-            corners: vec![],
-            given: given.collect(),
-            frames: None,
-        }
+        Vertices { coords, rows, corners: vec![], given, frames: None }
     }
 
     /// Planar vertices in space, by what lifts a place, of a data point if there is one, and a vector.

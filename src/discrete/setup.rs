@@ -137,13 +137,7 @@ impl<const D: usize> Ready<D> {
         self.vertices.iter().zip(&outcome.displacements).map(place).collect()
     }
 
-    /// The row of a vertex where short edges have one vertex instead of two.
-    pub fn drawn_row(&self, row: u32) -> u32 {
-        let before = |own: &Constrained<D>| row.saturating_sub(own.row as u32).min(own.edges() as u32);
-        row - self.given.iter().map(before).sum::<u32>()
-    }
-
-    /// The row whose [drawn row](Self::drawn_row) is this.
+    /// The row of a vertex by its number where short edges have one vertex instead of two.
     pub fn row_of_drawn(&self, drawn: usize) -> usize {
         self.given.iter().fold(drawn, |row, own| if row > own.row { row + own.edges() } else { row })
     }
