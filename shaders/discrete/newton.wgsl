@@ -275,7 +275,5 @@ fn newton_direction(curve: Curve, weights: Weights, lambda: real) -> Found {
 }
 
 fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real {
-    let found = newton_direction(curve, weights, (*lane).lambda);
-    end_before(lane, curve, found);
-    return aimed(lane, found);
+    return aimed(lane, newton_direction(curve, weights, (*lane).lambda));
 }

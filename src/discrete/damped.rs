@@ -1,11 +1,11 @@
-//! Newton's method damped in the Sobolev metric: one trial of (H + λL) p = −g a tick, until the decrement √(−g·p) is small.
+//! Newton's method damped in the Sobolev metric: one trial of (H + λL) p = −g a tick.
 
 use super::descent::Descent;
 use super::lane::Standing;
 use super::newton::Newton;
 use super::plan::Direction;
 use crate::damping::{Trial, Verdict};
-use crate::linalg::scalar::{dot, scale, subtract};
+use crate::linalg::scalar::{scale, subtract};
 use crate::linalg::{Scalar, operation};
 
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
@@ -36,19 +36,13 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     ///
     /// The first tick is [`tick`](Self::tick), which evaluates the curves as they stand.
     pub(super) fn newton_tick(&mut self, newton: &mut Newton<S, D>) {
-        let (smallest, slope) = self.newton_direction(newton);
-        for (l, lane) in self.lanes.iter_mut().enumerate() {
-            lane.aim(self.plan, smallest.lane(l), slope.lane(l));
-        }
-        if !self.is_running() {
-            return;
-        }
+        let smallest = self.newton_direction(newton);
         let most = self.edges.most_step(&self.p);
         let mut alpha = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {
             alpha.set_lane(l, lane.newton_step(most.lane(l)));
         }
-        self.advance(alpha);
+        let slope = self.advance(alpha);
         let (energy, slope_there, length) = self.evaluate();
         let mut accepted = S::ZERO;
         for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(_, lane)| lane.standing == Standing::Running) {
@@ -70,7 +64,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
             }
         }
         if (0..self.lanes.len()).any(|l| accepted.lane(l) != S::ZERO.lane(0)) {
-            self.take(accepted);
+            self.accept(accepted, slope_there);
         }
     }
 
@@ -87,8 +81,8 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
     }
 
-    /// Computes p for the curves as they stand, and returns the smallest pivot of each lane and g·p.
-    pub(super) fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> (S, S) {
+    /// Computes p for the curves as they stand, and returns the smallest pivot of each lane.
+    pub(super) fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> S {
         self.edges.place(&self.u);
         let gauge = (self.plan.gauge > 0).then_some((self.plan.gauge, self.gauge));
         newton.assemble(&self.edges, &self.terms, gauge, &self.weights);
@@ -106,28 +100,12 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         let smallest = newton.factor(lambda);
         self.p.copy_from_slice(&self.g);
         newton.solve(&mut self.p);
-        let slope = S::run(Turn { descent: self });
-        self.edges.close(&mut self.p);
-        (smallest, slope)
-    }
-}
-
-impl<S: Scalar, const D: usize> Descent<'_, S, D> {
-    /// Turns p about, and returns g·p.
-    #[inline(always)]
-    fn turn_about(&mut self) -> S {
-        let mut slope = S::ZERO;
-        for (p, g) in self.p.iter_mut().zip(&self.g) {
+        for p in &mut self.p {
             *p = scale(-S::ONE, *p);
-            slope += dot(*g, *p);
         }
-        slope
+        self.edges.close(&mut self.p);
+        smallest
     }
-}
-
-operation! {
-    /// [`Descent::turn_about`]
-    Turn<'d, 'a, S: Scalar; D> { descent: &'d mut Descent<'a, S, D> } -> S { descent.turn_about() }
 }
 
 operation! {

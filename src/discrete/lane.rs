@@ -10,7 +10,7 @@ use crate::linalg::{Real, Scalar};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Standing {
     Running = 1,
-    /// The norm of the gradient, √⟨g, z⟩ or Newton's decrement, is at most the tolerance.
+    /// √⟨g, z⟩ ≤ tolerance.
     Converged,
     /// No direction leads down any more, because of rounding or not.
     Stalled,
@@ -53,7 +53,7 @@ const DOWNWARDS: f64 = 0.01;
 pub(crate) struct Lane<N> {
     pub standing: Standing,
     pub energy: N,
-    /// ⟨g, z⟩, or the square of Newton's decrement.
+    /// ⟨g, z⟩
     pub norm2: N,
     pub length: N,
     pub iterations: u32,
@@ -112,54 +112,6 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
-    /// Ends the lane before a trial along Newton's direction p, if it does. `slope` is g·p, and `smallest` the smallest pivot
-    /// of H + λL.
-    ///
-    /// The decrement √(−g·p) is the gradient in the norm of (H + λL)⁻¹. Where H is L or more, that of H⁻¹ is √(1 + λ) times it at
-    /// most.
-    pub(super) fn aim(&mut self, plan: Plan, smallest: N, slope: N) {
-        if self.standing != Standing::Running {
-            return;
-        }
-        let square = (N::of(1.0) + self.damping.lambda) * -slope;
-        let least = self.tolerance * self.tolerance;
-        // Rounding may make a slope positive at a minimum.
-        let is_sound = smallest > N::of(0.0) && square.is_finite() && square >= -least;
-        if is_sound {
-            self.norm2 = Scalar::max(square, N::of(0.0));
-        }
-        self.standing = if is_sound && square <= least {
-            Standing::Converged
-        } else if self.length > self.longest && self.energy < self.start_energy {
-            Standing::Unbounded
-        } else if self.iterations >= plan.most_iterations {
-            Standing::Exhausted
-        } else {
-            Standing::Running
-        };
-    }
-
-    /// Ends the lane after a step of Newton's method, if it makes no more progress or the gradient is no number.
-    pub(super) fn took(&mut self, plan: Plan, is_finite: bool) {
-        if !is_finite {
-            self.standing = Standing::Broken;
-        } else if self.falls_short(NEWTON_PATIENCE) && plan.step == Step::Search {
-            self.standing = Standing::Stalled;
-        }
-    }
-
-    /// Counts a step that led nowhere, and says whether so many did one after the other.
-    fn falls_short(&mut self, patience: u32) -> bool {
-        let norm = self.norm2.sqrt();
-        if norm < N::of(PROGRESS) * self.best || self.energy < self.energy_then {
-            let rounding = N::of(FALL_EPSILONS) * <N as Real>::EPSILON * Scalar::abs(self.energy);
-            (self.best, self.energy_then, self.since_best) = (least(norm, self.best), self.energy - rounding, 0);
-        } else {
-            self.since_best += 1;
-        }
-        self.since_best > patience
-    }
-
     /// Ends the lane, or returns β of its next direction.
     ///
     /// The arguments `norm2`, `mixed` and `slope` are ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
@@ -181,7 +133,14 @@ impl<N: Real + Scalar> Lane<N> {
             self.standing = Standing::Unbounded;
         } else if self.iterations >= plan.most_iterations {
             self.standing = Standing::Exhausted;
-        } else if self.falls_short(self.patience) && plan.step == Step::Search {
+        } else if norm < N::of(PROGRESS) * self.best || self.energy < self.energy_then {
+            let rounding = N::of(FALL_EPSILONS) * <N as Real>::EPSILON * Scalar::abs(self.energy);
+            (self.best, self.energy_then, self.since_best) = (least(norm, self.best), self.energy - rounding, 0);
+        } else {
+            self.since_best += 1;
+        }
+        let patience = if plan.direction == Direction::Newton { NEWTON_PATIENCE } else { self.patience };
+        if self.standing == Standing::Running && self.since_best > patience && plan.step == Step::Search {
             self.standing = Standing::Stalled;
         }
         let change = slope - self.search.slope();

@@ -1,43 +1,28 @@
 // Descents of which each has a thread for itself. Twin: src/discrete/descent.rs.
-//:if NEWTON
-//:else
 //:include discrete/metric/mod.wgsl
 //:if SECOND
 //:include discrete/metric/hats.wgsl
 //:end
-//:end
-
-// Of a step that was taken: the length of the curve, and with NEWTON g·g.
-struct Taken {
-    length: real,
-    squares: real,
-}
 
 // The base: no displacement, no direction.
 fn begin(curve: Curve) {
     for (var v = 0u; v < curve.vertices; v++) {
         store_displacement(curve, v, vector());
         store_vector(curve.p, v, vector());
-//:if NEWTON
-//:else
         store_vector(curve.z, v, vector());
-//:end
     }
 }
 
-// Takes the step and its gradient; its edges' lengths are kept.
-fn take_step(curve: Curve) -> Taken {
+// Takes the step and its gradient; its edges' lengths are kept, and their sum is returned.
+fn take_step(curve: Curve) -> real {
     var length = real(0);
-    var squares = real(0);
     var first = vector();
     var before = vector();
     for (var v = 0u; v < curve.vertices; v++) {
         let x = trial(curve, v);
         store_displacement(curve, v, x);
 //:if NEWTON
-        let g = work_vector(curve.x, v);
-        store_vector(curve.g, v, g);
-        squares += dot(g, g);
+        store_vector(curve.g, v, work_vector(curve.x, v));
 //:if SURFACE
         take_push(curve, v);
 //:end
@@ -52,7 +37,7 @@ fn take_step(curve: Curve) -> Taken {
     if (curve.closed != 0u) {
         length += take_length(curve, curve.segments - 1u, first - before);
     }
-    return Taken(length, squares);
+    return length;
 }
 
 fn take_length(curve: Curve, j: u32, change: vector) -> real {
@@ -63,10 +48,10 @@ fn take_length(curve: Curve, j: u32, change: vector) -> real {
 }
 
 // What differs with the way directions are found:
-//     fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real: the step of the trial along p, if the lane
-//         has not ended
+//     fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real: the step of the trial along p
 //     fn judge(lane: ptr<function, Lane>, energy: real, slope: real) -> u32: the verdict on the trial
-//     fn take(lane: ptr<function, Lane>, curve: Curve, taken: Taken, slope: real): after a step that was taken
+//     fn go_on(lane: ptr<function, Lane>, curve: Curve, solved: Solved, before: real, slope: real): after a step that was
+//         taken and did not end the lane; `before` is ⟨g, z⟩ before it
 //     fn give_way(lane: ptr<function, Lane>, curve: Curve): after a direction that failed
 //:if NEWTON
 //:include discrete/newton.wgsl
@@ -84,9 +69,6 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     curve.alpha = real(0);
     if (!is_first) {
         curve.alpha = aim(lane, curve, weights);
-        if ((*lane).standing != STANDING_RUNNING) {
-            return;
-        }
     }
 //:if SURFACE
     move_back(curve, 0u, curve.vertices);
@@ -94,7 +76,13 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     let swept = sweep(curve, weights, 0u, curve.vertices);
     let verdict = verdict_on(lane, swept);
     if (verdict == VERDICT_ACCEPT) {
-        take(lane, curve, take_step(curve), swept.slope);
+        (*lane).length = take_step(curve);
+        let before = (*lane).norm2;
+        let solved = sobolev_gradient(curve);
+        turn(lane, curve, solved);
+        if ((*lane).standing == STANDING_RUNNING) {
+            go_on(lane, curve, solved, before, swept.slope);
+        }
     } else if (verdict == VERDICT_FAIL) {
         give_way(lane, curve);
     }

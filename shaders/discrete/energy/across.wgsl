@@ -92,11 +92,11 @@ fn across_hessian(x: Across, t: vector) -> SecondPartials {
     return h;
 }
 
-// The way ℓ between both curvature vectors of three edges: the slopes of ln(1/ℓ) by their lengths, and 1/ℓ.
+// The way ℓ between both curvature vectors of three edges: the slopes of ln(1/ℓ) by the length of the middle edge and by
+// those beside it, and 1/ℓ.
 struct Way {
-    l0: real,
-    l1: real,
-    l2: real,
+    middle: real,
+    beside: real,
     inverse: real,
 }
 
@@ -104,6 +104,5 @@ struct Way {
 fn way_of(s0: real, s1: real, s2: real) -> Way {
     let is_long = min(min(s0, s1), s2) > real(1e-4) * (s0 + s1 + s2);
     let inverse = real(1) / select(real(0.25) * (s0 + real(2) * s1 + s2), s1, is_long);
-    let beside = -(select(real(0.25), real(0), is_long) * inverse);
-    return Way(beside, -(select(real(0.5), real(1), is_long) * inverse), beside, inverse);
+    return Way(select(real(-0.5), real(-1), is_long) * inverse, select(real(-0.25), real(0), is_long) * inverse, inverse);
 }

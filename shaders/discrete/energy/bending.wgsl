@@ -22,23 +22,12 @@ fn $NAME_arguments(w: Window) -> $NAME_Arguments {
     return $NAME_Arguments(d, q, c, real(0.5) * (w.s0 + w.s1));
 }
 
-// How much the turn counts: beside a free end of an open curve, where the curvature does not vanish under energies of order
-// 3, for the half edge there too. A short edge gives a tangent.
-fn $NAME_share(w: Window) -> real {
-//:if SMOOTH_GAUGE
-    let is_free = min(w.s0, w.s1) > real(1e-4) * (w.s0 + w.s1);
-    return real(1) + select(real(0), real(0.5) * w.ends, is_free);
-//:else
-    return real(1);
-//:end
-}
-
 fn $NAME_value(w: Window) -> real {
     let b = $NAME_arguments(w);
     let q = b.q;
     let c = b.c;
     let a = b.a;
-    return ($POWER_0) * ($MEASURE_0) * $NAME_share(w);
+    return ($POWER_0) * ($MEASURE_0) * end_share(w);
 }
 
 fn $NAME_gradient(w: Window) -> Partials {
@@ -46,7 +35,7 @@ fn $NAME_gradient(w: Window) -> Partials {
     let q = b.q;
     let c = b.c;
     let a = b.a;
-    let measure = ($MEASURE_0) * $NAME_share(w);
+    let measure = ($MEASURE_0) * end_share(w);
     let slope = ($POWER_1) * measure;
     var p = Partials();
     p.value = ($POWER_0) * measure;
@@ -64,7 +53,7 @@ fn $NAME_hessian(w: Window) -> SecondPartials {
     let q = b.q;
     let c = b.c;
     let a = b.a;
-    let share = $NAME_share(w);
+    let share = end_share(w);
     let slope = real($EXPONENT) * ($POWER_1);
     let measure = ($MEASURE_0) * share;
     var h = SecondPartials();

@@ -224,7 +224,8 @@ fn placed(window: Window, curve: Curve, j: i32) -> Window {
     if (has_edge(curve, j + 1)) {
         w.free_after = load_free(curve, wrapped(curve, j + 1));
     }
-    w.ends = ends_at(curve, j);
+    // A short edge gives the tangent of an end, which is not free.
+    w.ends = select(real(0), ends_at(curve, j), min(w.s0, w.s1) > real(1e-4) * (w.s0 + w.s1));
 //:end
 //:end
     return w;

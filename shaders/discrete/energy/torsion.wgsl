@@ -38,9 +38,9 @@ fn determinant_of(w: Window) -> Determinant {
     x.value = -dot(x.d0, before);
     x.way = way_of(w.s0, w.s1, w.s2);
     x.a = r0 * r0 * (r2 * r2) * x.way.inverse;
-    x.l0 = x.way.l0 - r0;
-    x.l2 = x.way.l2 - r2;
-    x.l1 = x.way.l1 - (r0 + r2);
+    x.l0 = x.way.beside - r0;
+    x.l2 = x.way.beside - r2;
+    x.l1 = x.way.middle - (r0 + r2);
     x.q0 = real(0.5) * r0 * r0;
     x.q2 = real(0.5) * r2 * r2;
     return x;
@@ -117,11 +117,14 @@ fn torsion_hessian(w: Window) -> SecondPartials {
     h.s11 += value * (x.l1 * x.l1 + x.q0 + x.q2) - lm * (real(2) * x.l1 * m.s1) + mm * m.s1 * m.s1;
     h.s12 += value * (x.l1 * x.l2 + x.q2) - lm * (x.l1 * m.s2 + x.l2 * m.s1) + mm * m.s1 * m.s2;
     h.s22 += value * (x.l2 * x.l2 + x.q2) - lm * (real(2) * x.l2 * m.s2) + mm * m.s2 * m.s2;
-//:unroll j 0..3
-//:unroll k $j..3
-    h.s$j$k += value * x.way.l$j * x.way.l$k;
-//:end
-//:end
+    let own = value * x.way.beside * x.way.beside;
+    let across = value * x.way.beside * x.way.middle;
+    h.s00 += own;
+    h.s01 += across;
+    h.s02 += own;
+    h.s11 += value * x.way.middle * x.way.middle;
+    h.s12 += across;
+    h.s22 += own;
     return h;
 }
 //:else

@@ -10,9 +10,9 @@ fn variation_value(w: Window) -> real {
 fn variation_gradient(w: Window) -> Partials {
     let way = way_of(w.s0, w.s1, w.s2);
     var p = scaled_partials(way.inverse, across_gradient(across_of(w, real(-1), real(1))));
-//:unroll k 0..3
-    p.s$k += p.value * way.l$k;
-//:end
+    p.s0 += p.value * way.beside;
+    p.s1 += p.value * way.middle;
+    p.s2 += p.value * way.beside;
     return p;
 }
 
@@ -23,12 +23,17 @@ fn variation_hessian(w: Window) -> SecondPartials {
     let p = scaled_partials(way.inverse, across_gradient(x));
     var h = add_seconds(SecondPartials(), way.inverse, across_hessian(x, w.t1));
 //:unroll j 0..3
-//:unroll k 0..3
-    h.m$j$k += way.l$k * p.t$j;
+    h.m$j0 += way.beside * p.t$j;
+    h.m$j1 += way.middle * p.t$j;
+    h.m$j2 += way.beside * p.t$j;
 //:end
-//:unroll k $j..3
-    h.s$j$k += way.l$k * p.s$j + way.l$j * p.s$k + real(2) * p.value * way.l$j * way.l$k;
-//:end
-//:end
+    let both = p.value * way.middle;
+    h.s11 += real(2) * way.middle * (p.s1 + both);
+    h.s01 += way.middle * p.s0 + way.beside * (p.s1 + real(2) * both);
+    h.s12 += way.middle * p.s2 + way.beside * (p.s1 + real(2) * both);
+    let own = real(2) * p.value * way.beside;
+    h.s00 += way.beside * (real(2) * p.s0 + own);
+    h.s02 += way.beside * (p.s0 + p.s2 + own);
+    h.s22 += way.beside * (real(2) * p.s2 + own);
     return h;
 }

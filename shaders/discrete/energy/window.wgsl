@@ -35,7 +35,7 @@ struct Window {
     // That of the way of the first edge along a direction, and that of the volume of three tangents.
     ahead: Fence,
     twist: Fence,
-    // Ends of an open curve that the first two edges touch.
+    // Free ends of an open curve that the first two edges touch.
     ends: real,
 //:if SURFACE
     // The normal n of the surface at the vertex between the first two edges, and W = ∇²F/|∇F| there.
@@ -83,6 +83,16 @@ struct SecondPartials {
     x1: matrix,
     sx: vector,
     xx: matrix,
+//:end
+}
+
+// How much the turn between the first two edges counts: beside a free end of an open curve, where the curvature does not
+// vanish under energies of order 3, for the half edge there too.
+fn end_share(w: Window) -> real {
+//:if SMOOTH_GAUGE
+    return real(1) + real(0.5) * w.ends;
+//:else
+    return real(1);
 //:end
 }
 
