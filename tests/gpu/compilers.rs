@@ -138,11 +138,15 @@ const REGISTERS_F32: u64 = 128;
 /// What kernels of curves with limits are defined with.
 const FENCED: [&str; 5] = ["FENCE_CURB", "FENCE_SIDE", "FENCE_AHEAD", "FENCE_TWIST", "WALLS"];
 
-const BEYOND: [(&str, &str); 5] = [
+const BEYOND: [(&str, &str); 6] = [
     ("discrete/evaluate.wgsl:hessian", "second derivatives of variation and torsion are 87 numbers a window in space"),
     (
         "discrete/descent.wgsl:descend Newton, lanes, order 3, spatial",
         "in f64 alone, blocks of three vertices in space, and the second derivatives of a window",
+    ),
+    (
+        "discrete/descent.wgsl:descend Newton, lanes, order 3, planar",
+        "in f64 alone, nine registers: the way between curvatures beside short edges, and the half edges at free ends",
     ),
     (
         "discrete/descent.wgsl:descend Newton, lanes, in a surface",
