@@ -1,13 +1,15 @@
 //! Chains of Béziers with G1 joints: handles of a drawing of least energy.
 
+use std::slice;
+
 use faircurve::bezier::{Chain, Completed, Energy, Joints, PieceLengths};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device};
 use nalgebra::DMatrix;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use crate::chains::{Case, spread};
-use crate::reference::form_of;
+use crate::chains::{Case, batch, spread};
+use crate::reference::{form_of, pieces};
 
 const G1: Chain =
     Chain { degree: 3, joints: Joints::G1, energy: Energy::bending(), lengths: PieceLengths::Chords, corners: None };
@@ -35,15 +37,11 @@ fn case(degree: usize, joints: &[Vec<f64>], closed: bool) -> Case {
         points[k * degree * dimension..][..dimension].copy_from_slice(joint);
     }
     let known = (0..count).map(|k| k % degree == 0).collect();
-    let chord = |k: usize| {
-        let squares = joints[k].iter().zip(&joints[(k + 1) % n]).map(|(a, b)| (a - b).powi(2));
-        squares.sum::<f64>().sqrt()
-    };
-    Case { dimension, closed, points, known, lengths: (0..pieces).map(chord).collect() }
+    Case { dimension, closed, points, known }
 }
 
 fn fit(chain: &Chain, case: &Case) -> Completed {
-    chain.fit(&case.batch(), &Device::cpu()).unwrap()
+    chain.fit(&batch(slice::from_ref(case)), &Device::cpu()).unwrap()
 }
 
 fn energy(form: &DMatrix<f64>, dimension: usize, points: &[f64]) -> f64 {
@@ -67,7 +65,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Handles of every joint point opposite ways, to rounding.
 fn assert_g1(case: &Case, degree: usize, points: &[f64]) {
-    let pieces = case.lengths.len();
+    let pieces = pieces(case, degree);
     for joint in 0..if case.closed { pieces } else { pieces + 1 } {
         if let [Some((_, a)), Some((_, b))] = handles(case, degree, points, joint) {
             let ratio = (dot(&b, &b) / dot(&a, &a)).sqrt();
@@ -132,7 +130,7 @@ fn perturbed(
 fn assert_least(chain: &Chain, case: &Case, found: &[f64], turns: bool) {
     let form = form_of(chain, case);
     let least = energy(&form, case.dimension, found);
-    let pieces = case.lengths.len();
+    let pieces = pieces(case, chain.degree);
     let step = 1e-3;
     for joint in 0..if case.closed { pieces } else { pieces + 1 } {
         let planes = [(0, 1), (0, 2), (1, 2)].into_iter().filter(|&(_, y)| turns && y < case.dimension);
@@ -294,7 +292,7 @@ fn what_g1_joints_cannot_have_is_refused_with_a_sentence() {
     still.known[2] = true;
     assert!(message(&still).contains("it gives the joint no direction: move it away from the joint"));
     let refused =
-        Chain { energy: Energy::of_order(3), ..G1 }.fit(&still.batch(), &Device::cpu()).unwrap_err().to_string();
+        Chain { energy: Energy::of_order(3), ..G1 }.fit(&batch(&[still]), &Device::cpu()).unwrap_err().to_string();
     assert!(refused.starts_with("∫|p‴|² alone does not determine speeds at G1 joints"), "{refused}");
     let nowhere = case(3, &vec![vec![1.0, 1.0]; 3], false);
     let report = fit(&G1, &nowhere).reports()[0].clone();

@@ -1,13 +1,15 @@
 //! Chains of Béziers against dense least squares: control points, energies, what is determined and
 //! what is not.
 
+use std::slice;
+
 use faircurve::bezier::{Chain, Energy, Joints, PieceLengths};
 use faircurve::{CurveStatus, Device};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use crate::chains::{Case, QS, spread};
-use crate::reference::Reference;
+use crate::chains::{Case, QS, batch, spread};
+use crate::reference::{Reference, size};
 
 const ENERGIES: [[f64; 3]; 5] = [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.3, 1.0, 0.1], [0.0, 2.0, 0.5]];
 
@@ -37,7 +39,7 @@ fn chains_are_those_of_dense_least_squares_whatever_is_known() {
         for degree in 2 * q + 1..=7 {
             for (chain, case) in cases(joints, degree, 7 + degree as u64) {
                 let reference = Reference::of(&chain, &case);
-                let completed = chain.fit(&case.batch(), &Device::cpu()).unwrap();
+                let completed = chain.fit(&batch(slice::from_ref(&case)), &Device::cpu()).unwrap();
                 let report = &completed.reports()[0];
                 let place = format!("{chain:?}, {case:?}: {report:?}");
                 if !reference.is_unique {
@@ -53,7 +55,7 @@ fn chains_are_those_of_dense_least_squares_whatever_is_known() {
                 converged += 1;
                 let found = completed.control_points().points(0);
                 let tolerance = (1e-12 * reference.condition).clamp(1e-12, 1e-7);
-                let off = spread(found, &reference.points) / case.size();
+                let off = spread(found, &reference.points) / size(&case);
                 assert!(off <= tolerance, "{place}: {off:e}, condition {:e}", reference.condition);
                 worst = worst.max(off / reference.condition.max(1.0));
                 let energy = reference.energy(found);
@@ -77,15 +79,15 @@ fn no_chain_with_the_same_joints_and_known_points_has_less_energy() {
         for degree in 2 * q + 1..=7 {
             for (chain, case) in cases(joints, degree, 100 + degree as u64) {
                 let reference = Reference::of(&chain, &case);
-                let completed = chain.fit(&case.batch(), &Device::cpu()).unwrap();
+                let completed = chain.fit(&batch(slice::from_ref(&case)), &Device::cpu()).unwrap();
                 if !completed.reports()[0].status.is_usable() {
                     continue;
                 }
                 let found = completed.control_points().points(0);
                 let least = reference.energy(found);
-                assert!(reference.off(found) <= 1e-11 * case.size(), "{chain:?}, {case:?}: {}", reference.off(found));
+                assert!(reference.off(found) <= 1e-11 * size(&case), "{chain:?}, {case:?}: {}", reference.off(found));
                 for _ in 0..3 {
-                    let step = reference.feasible_step(&mut rng, 0.1 * case.size());
+                    let step = reference.feasible_step(&mut rng, 0.1 * size(&case));
                     let moved =
                         |factor: f64| -> Vec<f64> { found.iter().zip(&step).map(|(x, d)| x + factor * d).collect() };
                     let [up, down] = [1.0, -1.0].map(|factor| reference.energy(&moved(factor)));
@@ -110,13 +112,13 @@ fn cubics_and_quartics_have_c2_joints_of_least_bending() {
             let last = case.known.len() - 1;
             (case.known[1], case.known[last - 1]) = (true, true);
         }
-        let completed = chain.fit(&case.batch(), &Device::cpu()).unwrap();
+        let completed = chain.fit(&batch(slice::from_ref(&case)), &Device::cpu()).unwrap();
         assert_eq!(completed.reports()[0].status, CurveStatus::Converged);
         // The reference has C2 joints as a constraint, here the condition of a minimum.
         let reference = Reference::of(&chain, &case);
         let found = completed.control_points().points(0);
-        assert!(spread(found, &reference.points) <= 1e-10 * case.size());
-        assert!(reference.off(found) <= 1e-11 * case.size());
+        assert!(spread(found, &reference.points) <= 1e-10 * size(&case));
+        assert!(reference.off(found) <= 1e-11 * size(&case));
     }
 }
 
@@ -129,9 +131,8 @@ fn points_within_pieces_that_nothing_determines_are_the_smallest() {
         closed: false,
         points: vec![1.0, 1.0, 9.0, 9.0, 3.0, 1.0, 9.0, 9.0, 3.0, 5.0],
         known: vec![true, false, true, false, true],
-        lengths: vec![2.0, 4.0],
     };
-    let completed = chain.fit(&case.batch(), &Device::cpu()).unwrap();
+    let completed = chain.fit(&batch(slice::from_ref(&case)), &Device::cpu()).unwrap();
     assert_eq!(completed.reports()[0].status, CurveStatus::NotUnique);
     assert_eq!(completed.control_points().points(0)[2..4], [0.0, 0.0]);
     assert_eq!(completed.reports()[0].energy, 0.0);

@@ -1,7 +1,7 @@
 //! Chains of Béziers as dense least squares problems with constraints: the reference of
 //! `bezier::Chain`.
 
-use faircurve::bezier::{Chain, energy_matrix};
+use faircurve::bezier::{Chain, PieceLengths, energy_matrix};
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rand::rngs::StdRng;
@@ -27,11 +27,37 @@ pub struct Reference {
     pub largest: f64,
 }
 
+/// The number of pieces of a chain.
+pub fn pieces(case: &Case, degree: usize) -> usize {
+    (case.known.len() - usize::from(!case.closed)) / degree
+}
+
+/// The length of each piece's parameter interval.
+fn lengths(chain: &Chain, case: &Case) -> Vec<f64> {
+    let (degree, count, d) = (chain.degree, case.known.len(), case.dimension);
+    let pieces = pieces(case, degree);
+    let joints = pieces + usize::from(!case.closed);
+    let all_joints = (0..joints).all(|k| case.known[k * degree]) && joints > 1;
+    if !(all_joints && matches!(chain.lengths, PieceLengths::Chords)) {
+        return vec![1.0; pieces];
+    }
+    let joint = |k: usize| &case.points[(k * degree) % count * d..][..d];
+    let chord = |k: usize| joint(k).iter().zip(joint(k + 1)).map(|(a, b)| (b - a).powi(2)).sum::<f64>().sqrt();
+    (0..pieces).map(chord).collect()
+}
+
+/// The largest known coordinate, and at least 1.
+pub fn size(case: &Case) -> f64 {
+    let of = |k: usize| case.points[k * case.dimension..(k + 1) * case.dimension].iter();
+    let known = (0..case.known.len()).filter(|&k| case.known[k]);
+    known.flat_map(of).fold(1.0, |size: f64, x| size.max(x.abs()))
+}
+
 /// The form of the whole chain.
 pub fn form_of(chain: &Chain, case: &Case) -> DMatrix<f64> {
     let (degree, count) = (chain.degree, case.known.len());
     let mut form = DMatrix::zeros(count, count);
-    for (k, h) in case.lengths.iter().enumerate() {
+    for (k, h) in lengths(chain, case).into_iter().enumerate() {
         for r in 1..=3 {
             let matrix = energy_matrix(degree, r);
             let weight = chain.energy.weights[r - 1] * h.powi(1 - 2 * r as i32);
@@ -55,10 +81,11 @@ impl Reference {
             rows.push(row);
             values.push(case.points[k * d..(k + 1) * d].to_vec());
         }
-        let pieces = case.lengths.len();
+        let lengths = lengths(chain, case);
+        let pieces = lengths.len();
         for before in 0..if case.closed { pieces } else { pieces - 1 } {
             let after = (before + 1) % pieces;
-            let (left, right) = (case.lengths[before], case.lengths[after]);
+            let (left, right) = (lengths[before], lengths[after]);
             let small = left.min(right);
             for r in 1..=q {
                 let stencil: &[f64] = if r == 1 { &[-1.0, 1.0] } else { &[1.0, -2.0, 1.0] };
@@ -87,7 +114,7 @@ impl Reference {
             points += &free * solve(&reduced, &(-(free.transpose() * &form * &particular)), 1e-10 * form.amax());
         }
         let flat = points.row_iter().flat_map(|row| row.iter().copied().collect::<Vec<f64>>()).collect();
-        let largest = form.amax() * case.size().powi(2);
+        let largest = form.amax() * size(case).powi(2);
         let mut reference = Reference {
             dimension: d,
             form,

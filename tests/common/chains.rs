@@ -15,7 +15,6 @@ pub struct Case {
     pub closed: bool,
     pub points: Vec<f64>,
     pub known: Vec<bool>,
-    pub lengths: Vec<f64>,
 }
 
 /// What unknown points are about before.
@@ -72,23 +71,22 @@ impl Case {
                 points[k * dimension..(k + 1) * dimension].fill(ANYTHING - k as f64);
             }
         }
-        Case { dimension, closed, points, known, lengths }
+        Case { dimension, closed, points, known }
     }
+}
 
-    pub fn batch(&self) -> CurveBatch {
-        let known = Some(self.known.clone());
-        CurveBatch::from_ragged(self.dimension, self.points.clone(), vec![0, self.known.len()])
-            .and_then(|batch| batch.closed_each(vec![self.closed]))
-            .and_then(|batch| batch.with_constraints(Constraints { known, ..Constraints::default() }))
-            .unwrap()
+/// Chains as a batch. They have the same dimension.
+pub fn batch(cases: &[Case]) -> CurveBatch {
+    let (mut coords, mut offsets, mut known) = (Vec::new(), vec![0], Vec::new());
+    for case in cases {
+        coords.extend_from_slice(&case.points);
+        known.extend_from_slice(&case.known);
+        offsets.push(known.len());
     }
-
-    /// The largest coordinate that is known; 1 at least.
-    pub fn size(&self) -> f64 {
-        let of = |k: usize| self.points[k * self.dimension..(k + 1) * self.dimension].iter();
-        let known = (0..self.known.len()).filter(|&k| self.known[k]);
-        known.flat_map(of).fold(1.0, |size: f64, x| size.max(x.abs()))
-    }
+    CurveBatch::from_ragged(cases[0].dimension, coords, offsets)
+        .and_then(|batch| batch.closed_each(cases.iter().map(|case| case.closed).collect()))
+        .and_then(|batch| batch.with_constraints(Constraints { known: Some(known), ..Constraints::default() }))
+        .unwrap()
 }
 
 /// The largest difference.

@@ -12,24 +12,17 @@ use crate::common;
 /// not determined.
 fn batch(chain: &Chain, dimension: usize) -> CurveBatch {
     let mut rng = StdRng::seed_from_u64(3);
-    let (mut coords, mut offsets, mut known, mut closed) = (Vec::new(), vec![0], Vec::new(), Vec::new());
+    let mut cases = Vec::new();
     for i in 0..60 {
         let pieces = if i < 20 { 1 + i / 2 } else { i };
-        let all_known = [1.1, 0.2];
-        let flags = if i % 5 == 4 { [0.8, 0.3] } else { all_known };
+        let flags = if i % 5 == 4 { [0.8, 0.3] } else { [1.1, 0.2] };
         let mut case = Case::random(chain, dimension, pieces, i % 2 == 1, flags, &mut rng);
         if i == 30 {
             case.known.fill(false);
         }
-        coords.extend_from_slice(&case.points);
-        known.extend_from_slice(&case.known);
-        offsets.push(known.len());
-        closed.push(case.closed);
+        cases.push(case);
     }
-    CurveBatch::from_ragged(dimension, coords, offsets)
-        .and_then(|batch| batch.closed_each(closed))
-        .and_then(|batch| batch.with_constraints(Constraints { known: Some(known), ..Constraints::default() }))
-        .unwrap()
+    chains::batch(&cases)
 }
 
 #[test]

@@ -1,7 +1,5 @@
 //! The GPU against the CPU, and kernels against their twins.
 
-// Of the cases, what their reference needs is left out.
-#[allow(dead_code)]
 #[path = "../common/chains.rs"]
 mod chains;
 #[path = "../common/elastica.rs"]
