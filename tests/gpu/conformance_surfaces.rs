@@ -47,7 +47,7 @@ fn degrees(globe: Globe, batch: &CurveBatch) -> CurveBatch {
     turned.closed_each((0..batch.len()).map(|i| batch.is_closed(i)).collect()).unwrap()
 }
 
-/// A gradient within so many tolerances is that of a curve at rest: 3.2 were met on an H200.
+/// A curve is at rest if its gradient is at most 16 tolerances. An H200 left 3.2.
 const AT_REST: f64 = 16.0;
 
 /// The largest distance of curves as a part of their size.
@@ -77,10 +77,11 @@ pub(crate) fn conform_in(
         let mut farthest = 0.0f64;
         for i in 0..batch.len() {
             let (a, b) = (&cpu.reports()[i], &gpu.reports()[i]);
-            // A device that contracts may come to rest a little above the tolerance, where feet on a surface are rounded.
-            let rests = b.status == CurveStatus::NotConverged && b.gradient_norm <= AT_REST * fair.tolerance;
-            let status = if rests { CurveStatus::Converged } else { b.status };
-            assert_eq!(a.status, status, "{what}, {precision:?}, curve {i}: {a:?} {b:?}");
+            // A device that contracts may come to rest a little above the tolerance, since projections onto a surface round.
+            let rests = b.energy.is_finite() && b.gradient_norm <= AT_REST * fair.tolerance;
+            let alike = a.status == b.status
+                || rests && [a.status, b.status] == [CurveStatus::Converged, CurveStatus::NotConverged];
+            assert!(alike, "{what}, {precision:?}, curve {i}: {a:?} {b:?}");
             let span = |own: &[f64]| own.iter().fold(0.0f64, |most, x| most.max((x - own[0]).abs()));
             let away = wanted.points(i).iter().zip(found.points(i)).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
             if a.status == CurveStatus::Converged {
