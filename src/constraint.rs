@@ -19,9 +19,9 @@ pub struct Constraints {
     /// the parameter. With chord-length parameters a unit vector is the natural choice. Splines in a globe take degrees of
     /// longitude and latitude per unit of the parameter, and fair curves there directions to the east and to the north.
     pub tangents: Option<Vec<f64>>,
-    /// Curvature vectors (columns `kx ky kz`), in 1/length, of points that have a tangent too.
+    /// Curvature vectors (columns `kx ky kz`), in 1/length.
     ///
-    /// Fair curves meet them with variation or torsion in their energy.
+    /// Fair curves meet them at points with a tangent, if their energy holds variation or torsion.
     pub curvatures: Option<Vec<f64>>,
     /// Exponent of the span that starts at the point (column `nu`).
     pub exponents: Option<Vec<f64>>,

@@ -1,16 +1,16 @@
 //! Tangents and curvature vectors at data points, as short edges.
 //!
-//! A polygon whose edge at a point is vanishingly short and lies along τ has the tangent τ there. The bending of both
-//! turns beside it is |T − τ|²/(h/2): that of the curvature 2(T − τ)/h on the half edge that each stands for. So energies
-//! clamp a curve by what they are, as a knot of higher multiplicity clamps a spline, and no step has to keep an equation.
+//! A polygon has the tangent τ at a point if a vanishingly short edge along τ stands there. Each turn next to that edge
+//! contributes |T − τ|²/(h/2) to the bending, which is the bending of the curvature 2(T − τ)/h over half an edge. The energies
+//! themselves thus clamp the curve, as a multiple knot clamps a spline, and steps need no projection.
 //!
 //! | asked for | short edges | to |
 //! |---|---|---|
 //! | tangent τ | one, along τ | the point stays, and so does the other end |
 //! | curvature vector k ⊥ τ too | two of length ℓ, along τ ∓ ½ℓk | the turn between them is ℓk |
 //!
-//! On both sides the curvature is free where bending is all that counts, and continuous under variation. All of it is of
-//! second order in h. A curvature vector therefore needs an energy of order 3: under bending alone any curvature may jump.
+//! Under bending the curvature may jump at the point. Under variation it is continuous. Energies and curvatures are second
+//! order accurate in h. A curvature vector needs an energy of order 3, since under bending alone the curvature may jump to it.
 //!
 //! In a surface τ is taken in the tangent plane.
 
@@ -156,28 +156,22 @@ impl<const D: usize> Constrained<D> {
     }
 }
 
-/// Bends the vertices of the spans beside constrained points, so that they leave those along their tangents.
+/// The displacements by which the spans next to constrained points leave along the given tangents.
 ///
-/// A span that leaves along T gets L x (1 − x)² (τ − T) at its fraction x, for its length L.
-pub(super) fn bend_along<const D: usize>(
+/// A span of length L that leaves along T is displaced by L x (1 − x)² (τ − T) at its fraction x.
+pub(super) fn bends<const D: usize>(
     constraints: &[Constrained<D>],
-    vertices: &mut [Vector<f64, D>],
+    vertices: &[Vector<f64, D>],
     rows: &[u32],
     closed: bool,
-) {
+) -> Vec<Vector<f64, D>> {
     let count = vertices.len();
-    let start = vertices.to_vec();
-    let is_data = |row: usize| rows.binary_search(&(row as u32)).is_ok();
+    let mut bends = vec![[0.0; D]; count];
     for constraint in constraints {
         for (sign, step) in [(1.0, 1), (-1.0, count - 1)] {
-            let next = |row: usize| {
-                let is_end = !closed && row == if step == 1 { count - 1 } else { 0 };
-                (!is_end).then_some((row + step) % count)
-            };
-            let ahead = std::iter::successors(next(constraint.row), |&row| if is_data(row) { None } else { next(row) });
-            let span: Vec<usize> = [constraint.row].into_iter().chain(ahead).collect();
+            let span = span_from(constraint.row, step, rows, count, closed);
             let edges: Vec<Vector<f64, D>> =
-                span.windows(2).map(|pair| subtract(start[pair[1]], start[pair[0]])).collect();
+                span.windows(2).map(|pair| subtract(vertices[pair[1]], vertices[pair[0]])).collect();
             let lengths: Vec<f64> = edges.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
             let way = |k: usize| scale(1.0 / lengths[k], edges[k]);
             let Some(leaving) =
@@ -189,10 +183,26 @@ pub(super) fn bend_along<const D: usize>(
             let length: f64 = lengths.iter().sum();
             for (k, &row) in span.iter().enumerate() {
                 let x = k as f64 / edges.len() as f64;
-                vertices[row] = add(vertices[row], scale(length * x * (1.0 - x) * (1.0 - x), turn));
+                bends[row] = add(bends[row], scale(length * x * (1.0 - x) * (1.0 - x), turn));
             }
         }
     }
+    bends
+}
+
+/// The vertices from a data point to the next one, in steps of 1, or of −1 modulo the number of vertices.
+fn span_from(row: usize, step: usize, rows: &[u32], count: usize, closed: bool) -> Vec<usize> {
+    let end = if step == 1 { count - 1 } else { 0 };
+    let mut span = vec![row];
+    let mut at = row;
+    while closed || at != end {
+        at = (at + step) % count;
+        span.push(at);
+        if rows.binary_search(&(at as u32)).is_ok() {
+            break;
+        }
+    }
+    span
 }
 
 /// Repeats the vertices of constrained points, once for each short edge.
@@ -227,22 +237,20 @@ pub(super) fn repeat<const D: usize>(
     *vertices = all;
 }
 
-/// Gives the short edges their directions, and returns them in order.
+/// Gives the short edges their directions, and returns their number.
 pub(super) fn lay_short<const D: usize>(
     constraints: &[Constrained<D>],
     base: &mut [Vector<f64, D>],
     size: f64,
-) -> Vec<u32> {
-    let lengths: f64 = base.iter().map(|edge| dot(*edge, *edge).sqrt()).sum();
-    let all: usize = constraints.iter().map(Constrained::edges).sum();
-    let h = lengths / (base.len() - all) as f64;
-    let mut short = Vec::with_capacity(all);
+) -> usize {
+    let count: usize = constraints.iter().map(Constrained::edges).sum();
+    let length: f64 = base.iter().map(|edge| dot(*edge, *edge).sqrt()).sum();
+    let h = length / (base.len() - count) as f64;
     for constraint in constraints {
         let sized = Constrained { curvature: constraint.curvature.map(|k| scale(size, k)), ..constraint.clone() };
-        for (j, edge) in sized.short(h).enumerate() {
-            base[constraint.row + j] = edge;
-            short.push((constraint.row + j) as u32);
+        for (edge, short) in base[constraint.row..].iter_mut().zip(sized.short(h)) {
+            *edge = short;
         }
     }
-    short
+    count
 }

@@ -16,6 +16,7 @@ use crate::report::{CurveReport, CurveSet};
 use crate::surface::Surface;
 use glam::DVec3;
 
+use super::constrain::Constrained;
 use super::problem::Outcome;
 use super::setup::Ready;
 
@@ -47,7 +48,7 @@ pub(crate) struct Given {
 }
 
 impl Given {
-    /// The same behind so many vertices.
+    /// The same tangent on a curve with n more vertices before it.
     pub fn after(&self, vertices: u32) -> Self {
         Given { row: vertices + self.row, ..self.clone() }
     }
@@ -57,24 +58,27 @@ impl Vertices {
     /// Those of a curve where its descent ended, one at the ends of short edges.
     pub fn of<const D: usize>(ready: &Ready<D>, outcome: &Outcome<D>) -> Self {
         let vertices = ready.vertices_of(outcome);
-        let (mut coords, mut rows) = (Vec::with_capacity(vertices.len() * D), Vec::with_capacity(ready.rows.len()));
-        let (mut given, mut from) = (Vec::with_capacity(ready.given.len()), 0);
-        let mut data = ready.rows.iter().peekable();
-        // Up to the end of each short edge, whose vertices are one.
-        for own in ready.given.iter().map(Some).chain([None]) {
-            let to = own.map_or(vertices.len(), |own| own.row + 1);
-            let (last, removed) = (own.map_or(to, |own| own.row + own.edges()), from - coords.len() / D);
-            coords.extend_from_slice(vertices[from..to].as_flattened());
-            while let Some(&row) = data.next_if(|row| **row as usize <= last) {
-                rows.push((row as usize).min(own.map_or(last, |own| own.row)) as u32 - removed as u32);
-            }
-            given.extend(own.map(|own| Given {
-                row: (own.row - removed) as u32,
-                tangent: vector(&own.tangent),
-                curvature: own.curvature.map(|curvature| vector(&curvature)),
-            }));
-            from = last + 1;
+        let mut repeats = vec![false; vertices.len() + 1];
+        for own in &ready.given {
+            repeats[own.row + 1..=own.row + own.edges()].fill(true);
         }
+        // A repeat has the number of the vertex that it repeats.
+        let mut count = 0;
+        let numbers: Vec<u32> = repeats
+            .iter()
+            .map(|repeat| {
+                count += u32::from(!repeat);
+                count - 1
+            })
+            .collect();
+        let coords = vertices.iter().zip(&repeats).filter(|(_, repeat)| !**repeat).flat_map(|(x, _)| *x).collect();
+        let rows = ready.rows.iter().map(|&row| numbers[row as usize]).collect();
+        let given = |own: &Constrained<D>| Given {
+            row: numbers[own.row],
+            tangent: vector(&own.tangent),
+            curvature: own.curvature.map(|curvature| vector(&curvature)),
+        };
+        let given = ready.given.iter().map(given).collect();
         Vertices { coords, rows, corners: vec![], given, frames: None }
     }
 

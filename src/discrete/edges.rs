@@ -12,7 +12,7 @@
 // Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
-use super::energy::curvatures::{LEAST, Way};
+use super::energy::curvatures::{SHORT_EDGE, Way};
 use super::energy::gauge::{DifferenceGauge, Gauge, SmoothGauge};
 use super::energy::{FENCE_KINDS, Fence, Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
 use super::line_search::MOST_OF_AN_EDGE;
@@ -138,7 +138,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         let length = |edge: &Vector<S, D>| dot(*edge, *edge).sqrt();
         let (s, t) = (length(&self.base[j]), length(&self.base[j + 1]));
         let shorter = -((-s).max(-t));
-        (shorter - S::of(LEAST) * (s + t)).if_positive(self.ends(j), S::ZERO)
+        (shorter - S::of(SHORT_EDGE) * (s + t)).if_positive(self.ends(j), S::ZERO)
     }
 
     /// Sets the fences of every kind, for each vertex of a lane, where there are any.

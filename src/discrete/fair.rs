@@ -94,8 +94,7 @@ words!(Pins, "choice of points": [
 /// hides the curvature there: it is `not_converged`, unless it is beside a span of fewer than 8 segments. Rough rings grow loops in
 /// which 16 segments a span turn so far.
 ///
-/// Tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) are those of the curve at their points, to
-/// rounding. A tangent τ clamps the half edges beside it, whose curvature is 2(T − τ)/Δs. A curvature vector k ⊥ τ needs an
+/// The curve has the tangents and curvature vectors of the batch's [`Constraints`](crate::Constraints) to rounding. A tangent τ clamps the half edges beside it, whose curvature is 2(T − τ)/Δs. A curvature vector k ⊥ τ needs an
 /// energy of order 3: bending lets curvature jump.
 ///
 /// Curves whose points lie in a plane in space have, under [`variation`](super::variation()) and without limits, the curve of that plane.

@@ -208,7 +208,7 @@ impl Running<'_> {
         // One that keeps to its side of neighbours must not go back across them.
         let has_sides = fenced.limits.walls.as_ref().is_some_and(Walls::has_sides);
         let crosses = D == 2 && !has_sides && !start.tangled(&within).is_empty() && start.tangled(free).is_empty();
-        if (is_longer || crosses) && fenced.ready.problem.short.is_empty() {
+        if (is_longer || crosses) && !fenced.ready.problem.has_tangents {
             return ((Outcome { iterations: within.iterations, ..free.clone() }, without), false);
         }
         ((within, own), is_good)

@@ -16,7 +16,7 @@ use crate::curve::vector;
 use crate::device::Device;
 use crate::error::Result;
 
-/// Points lie in a plane within so many roundings of their largest coordinate, and vectors within so many of their length.
+/// Points lie in a plane up to 16 roundings of their largest coordinate, and vectors up to 16 roundings of their length.
 const ROUNDINGS: f64 = 16.0;
 
 /// Points lie on a line within this part of their size.
@@ -43,7 +43,7 @@ impl Plane {
         }
         let level = (0..3).find(|&c| points.iter().all(|point| point[c] == first[c]));
         let plane = match level {
-            // Coordinates in such a plane are those of the points, without rounding.
+            // The plane takes two of the three coordinates over, without rounding.
             Some(c) => {
                 Plane { origin: DVec3::AXES[c] * first[c], axes: [DVec3::AXES[(c + 1) % 3], DVec3::AXES[(c + 2) % 3]] }
             }

@@ -77,8 +77,8 @@ pub(crate) struct Problem<const D: usize> {
     ///
     /// Infinite where the energy bounds the length.
     pub longest: f64,
-    /// The [short edges](super::constrain) that give tangents, increasing.
-    pub short: Vec<u32>,
+    /// Whether [short edges](super::constrain) give tangents.
+    pub has_tangents: bool,
 }
 
 /// A vertex that is held near a data point.

@@ -4,9 +4,8 @@
 //! length.
 
 use std::ops::Range;
-use std::sync::Arc;
 
-use super::constrain::{Constrained, bend_along, constrained, lay_short, repeat};
+use super::constrain::{Constrained, bends, constrained, lay_short, repeat};
 use super::division::{components, divide};
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins};
@@ -23,7 +22,6 @@ use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
 use crate::spline::{Natural, Parametrisation};
 use crate::status::CurveStatus;
-use crate::surface::Surface;
 use crate::{Constraints, Unfitted};
 
 /// The γ h³/w at which the tangential and the normal stiffness of a vertex are equal.
@@ -206,12 +204,13 @@ fn ready<const D: usize>(
     let order = fair.energy.order();
     let mut given = constrained::<D>(batch, i, &rows, &vertices, closed, order, fair.surface.as_deref())?;
     if !given.is_empty() {
-        let start = vertices.clone();
-        bend_along(&given, &mut vertices, &rows, closed);
-        for (vertex, before) in vertices.iter_mut().zip(start).filter(|(vertex, before)| *vertex != before) {
-            let foot =
-                |surface: &Arc<dyn Surface>| surface.foot(vector(vertex)).map(|foot| components(foot.to_array()));
-            *vertex = fair.surface.as_ref().map_or(*vertex, |surface| foot(surface).unwrap_or(before));
+        let bends = bends(&given, &vertices, &rows, closed);
+        for (vertex, bend) in vertices.iter_mut().zip(bends).filter(|(_, bend)| *bend != [0.0; D]) {
+            let bent = add(*vertex, bend);
+            *vertex = match &fair.surface {
+                None => bent,
+                Some(surface) => surface.foot(vector(&bent)).map_or(*vertex, |foot| components(foot.to_array())),
+            };
         }
     }
     repeat(&mut given, &mut vertices, &mut rows, closed);
@@ -226,12 +225,12 @@ fn ready<const D: usize>(
     let length: f64 = lengths.iter().sum();
     let curvature = mean_curvature(&base, &lengths, closed).max(LEAST_CURVATURE);
     let (mut energy_weights, energy_unit) = normalised_weights(&fair.energy, size, curvature);
-    // Tension is in units of edges, of which short ones are none.
+    // Tension counts edges, and short ones do not count.
     let tensions = energy_weights
         .iter_mut()
         .zip(fair.energy.terms())
         .filter(|(_, (_, own))| matches!(own, Functional::Tension(_)));
-    tensions.for_each(|(weight, _)| *weight *= 1.0 - short.len() as f64 / base.len() as f64);
+    tensions.for_each(|(weight, _)| *weight *= 1.0 - short as f64 / base.len() as f64);
     let refuse =
         |k: usize, status: CurveStatus, what: &str| Err(Unfitted { status, message: batch.sentence(i, k, what) });
     let in_range = |x: f64| x > 0.0 && x.is_finite();
@@ -296,7 +295,7 @@ fn ready<const D: usize>(
     let free = free(&lengths, &data, closed, power);
     let longest = if fair.energy.bounds_length() { f64::INFINITY } else { LONGEST * chords / size };
     let problem = Problem {
-        short,
+        has_tangents: short > 0,
         closed,
         base,
         data,

@@ -215,7 +215,7 @@ impl Minimisation {
     fn problem<const D: usize>(&self, vertices: &[[f64; D]]) -> Problem<D> {
         let last = vertices.len() - 1;
         Problem {
-            short: vec![],
+            has_tangents: false,
             closed: false,
             base: vertices.windows(2).map(|pair| subtract(pair[1], pair[0])).collect(),
             data: vec![0, last as u32],

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use faircurve::discrete::{Energy, Fair, Segments, bending, length, tautness, variation};
+use faircurve::discrete::{Energy, Fair, Segments, bending, length, tautness, tension, variation};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Fit};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -199,9 +199,11 @@ fn energies_and_curvatures_are_of_second_order() {
     let curvatures = [(0, [-0.2, 1.0]), (2, [0.6, 0.5])];
     let bends = bending(2.0) + 0.1 * length();
     let varies = variation() + bending(2.0) + 0.1 * length();
-    let cases: [(&str, &Energy, CurveBatch); 5] = [
+    let tight = bending(2.0) + 0.5 * tension();
+    let cases: [(&str, &Energy, CurveBatch); 6] = [
         ("bending, tangents", &bends, constrained(&wave, false, &tangents, &[])),
         ("bending, a tangent within", &bends, constrained(&wave, false, &within, &[])),
+        ("tension, tangents", &tight, constrained(&wave, false, &tangents, &[])),
         ("variation, none", &varies, one(&wave, false)),
         ("variation, tangents", &varies, constrained(&wave, false, &tangents, &[])),
         ("variation, curvatures", &varies, constrained(&wave, false, &tangents, &curvatures)),

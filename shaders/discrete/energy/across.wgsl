@@ -102,7 +102,7 @@ struct Way {
 
 // It is Δs₁, and where an edge is short (Δs₀ + 2Δs₁ + Δs₂)/4. Twin: src/discrete/energy/curvatures.rs.
 fn way_of(s0: real, s1: real, s2: real) -> Way {
-    let is_long = min(min(s0, s1), s2) > real(1e-4) * (s0 + s1 + s2);
+    let is_long = min(min(s0, s1), s2) > SHORT_EDGE * (s0 + s1 + s2);
     let inverse = real(1) / select(real(0.25) * (s0 + real(2) * s1 + s2), s1, is_long);
     return Way(select(real(-0.5), real(-1), is_long) * inverse, select(real(-0.25), real(0), is_long) * inverse, inverse);
 }

@@ -225,7 +225,7 @@ fn placed(window: Window, curve: Curve, j: i32) -> Window {
         w.free_after = load_free(curve, wrapped(curve, j + 1));
     }
     // A short edge gives the tangent of an end, which is not free.
-    w.ends = select(real(0), ends_at(curve, j), min(w.s0, w.s1) > real(1e-4) * (w.s0 + w.s1));
+    w.ends = select(real(0), ends_at(curve, j), min(w.s0, w.s1) > SHORT_EDGE * (w.s0 + w.s1));
 //:end
 //:end
     return w;

@@ -5,6 +5,9 @@
 alias vector = vec$DIM<real>;
 alias matrix = mat$DIMx$DIM<real>;
 
+// Twin: curvatures.rs.
+const SHORT_EDGE: real = real(1e-4);
+
 // The fence at a vertex, for fence.wgsl: β, r and ρ.
 struct Fence {
     slope: real,

@@ -39,7 +39,7 @@ impl Shape {
     /// nothing else.
     pub fn of<const D: usize>(problem: &Problem<D>) -> Option<(Shape, Curve)> {
         let edges = problem.base.len();
-        let plain = problem.attached.is_empty() && problem.short.is_empty() && problem.pinned == problem.data;
+        let plain = problem.attached.is_empty() && !problem.has_tangents && problem.pinned == problem.data;
         let last = problem.data.last().map_or(0, |&row| row as usize);
         let whole = problem.data.first() == Some(&0) && (problem.closed || last == edges);
         if D != 2 || !plain || !whole || edges < 3 {

@@ -31,7 +31,7 @@ impl<S: Scalar> Way<S> {
     #[inline(always)]
     pub fn of([s0, s1, s2]: [S; 3]) -> Self {
         let least = -((-s0).max(-s1).max(-s2));
-        let is_long = least - S::of(LEAST) * (s0 + s1 + s2);
+        let is_long = least - S::of(SHORT_EDGE) * (s0 + s1 + s2);
         let choose = |long: f64, short: f64| is_long.if_positive(S::of(long), S::of(short));
         let share = [choose(0.0, 0.25), choose(1.0, 0.5), choose(0.0, 0.25)];
         Way { share, inverse: S::ONE / is_long.if_positive(s1, S::of(0.25) * (s0 + S::of(2.0) * s1 + s2)) }
@@ -44,8 +44,8 @@ impl<S: Scalar> Way<S> {
     }
 }
 
-/// An edge is short below this part of the sum of it and those beside it.
-pub(crate) const LEAST: f64 = 1e-4;
+/// An edge is short if it is below this fraction of the total length of itself and its neighbours.
+pub(crate) const SHORT_EDGE: f64 = 1e-4;
 
 /// The curvature vectors K = r (T − T₋) and K′ = r′ (T₊ − T) at the ends of the middle edge.
 ///

@@ -79,7 +79,7 @@ pub fn shortest(legs: &[Leg], given: &[Option<f64>]) -> Option<(Vec<Dubins>, u32
     if !search.take_best_of(&around) {
         return None;
     }
-    // Between points that are farther apart than a circle is wide the first directions lead to the best path.
+    // Lengths do not jump if all points are at least four radii apart, and the first directions lead to the best path.
     let is_close = legs.iter().any(|leg| dot(leg.chord, leg.chord) < (4.0 * leg.radius).powi(2));
     while is_close && search.rounds < MOST && search.take_best_of(&search.over_jumps(&around)) {}
     let deep = if is_close { DEEP } else { 0 };

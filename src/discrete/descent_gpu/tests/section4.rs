@@ -34,7 +34,7 @@ fn one_sobolev_step_of_length_1_gives_the_segment_of_theorem_2_2() {
         curvature: 1.0,
         tolerance: 1e-8,
         longest: f64::INFINITY,
-        short: vec![],
+        has_tangents: false,
     };
     let (direction, step) = (Direction::Steepest, Step::Constant(1.0));
     let plan = Plan { direction, step, order: 1, gauge: 0, most_iterations: 1 };
