@@ -37,9 +37,9 @@ impl Samples {
     pub fn leave_out(&mut self, closed: bool) -> usize {
         let at = |k: usize| self.points[k].truncate();
         let n = self.points.len();
-        let (mut kept, mut turns, last) = (Vec::with_capacity(n), 0, n - usize::from(!closed));
+        let (mut kept, mut turns, end) = (Vec::with_capacity(n), 0, n + usize::from(closed));
         // A closed line comes back to its first point.
-        for k in 0..=last {
+        for k in 0..end {
             while let [.., a, b] = kept[..]
                 && (at(b) == at(k % n) || crossings::turns_back(at(a), at(b), at(k % n)))
             {
@@ -47,7 +47,7 @@ impl Samples {
                 kept.pop();
             }
             let repeats = kept.last().is_some_and(|&b| at(b) == at(k % n));
-            if k < n && (!repeats || k == last) {
+            if k < n && (!repeats || k + 1 == end) {
                 kept.push(k);
             }
         }

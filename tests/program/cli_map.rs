@@ -119,6 +119,31 @@ fn rings_have_four_positions_at_least() {
 }
 
 #[test]
+fn geometries_without_points_go_through_every_way_out_of_a_map() {
+    let folder = TempDir::new().unwrap();
+    let geometry = |kind: &str, coordinates: &str| {
+        format!(r#"{{"type":"Feature","properties":{{}},"geometry":{{"type":"{kind}","coordinates":{coordinates}}}}}"#)
+    };
+    let ring = "[[[0,0],[4,0],[4,4],[0,4],[0,0]]]";
+    let odd = [("Polygon", "[]"), ("Polygon", "[[]]"), ("MultiPolygon", "[[]]"), ("LineString", "[]")];
+    let all = odd.into_iter().chain([("LineString", "[[1,1]]"), ("Polygon", ring)]);
+    let features: Vec<String> = all.map(|(kind, coordinates)| geometry(kind, coordinates)).collect();
+    fs::write(
+        folder.path().join("in.geojson"),
+        format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, features.join(",")),
+    )
+    .unwrap();
+    for options in ["", "--digits 2", "--crossings count", "--topology no", "--method fair", "--topology no --points 5"]
+    {
+        for out in ["out.geojson", "out.topojson", "out.csv"] {
+            let fit = format!("fit in.geojson -o {out} --device cpu --force {options}");
+            run(&folder, &fit).code(1).stderr(contains("2 of 4 curves are not usable").and(contains("no point")));
+            assert!(faircurve::io::read(folder.path().join(out)).unwrap().total_points() > 3, "{options} {out}");
+        }
+    }
+}
+
+#[test]
 fn options_of_maps_are_refused_where_they_mean_nothing() {
     let folder = map();
     fs::write(folder.path().join("a.csv"), "curve,x,y,t\na,0,0,0\na,1,1,1\na,2,0,3\n").unwrap();

@@ -4,7 +4,6 @@
 //! The layout is TrackVis' own (trackvis.org/docs, version 2). Scalars of several values are named as
 //! nibabel does: the name, a zero byte, and how many.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::Arc;
 
@@ -58,8 +57,8 @@ struct Header {
     /// The columns that are scalars of points, and those that are properties of streamlines.
     columns: [Vec<String>; 2],
     streamlines: usize,
-    /// The properties of streamlines without points, for which columns have no entry.
-    of_empty: BTreeMap<usize, Vec<f64>>,
+    /// The properties of streamlines. Columns have no entry for those of no points.
+    properties: Vec<f64>,
 }
 
 /// Values of one name.
@@ -103,7 +102,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
         [scalars, properties].map(|named| named.iter().flat_map(Named::columns).collect::<Vec<String>>());
     let (mut coords, mut offsets) = (Vec::new(), vec![0]);
     let mut columns: Vec<Vec<f64>> = vec![vec![]; scalars.len() + properties.len()];
-    let mut of_empty = BTreeMap::new();
+    let mut of_streamlines = Vec::new();
     let mut numbers = at(HEADER_BYTES);
     while !numbers.is_at_end() {
         let streamline = offsets.len() - 1;
@@ -131,9 +130,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
         for column in &mut columns[scalars.len()..] {
             let value = numbers.f32().map_err(cut_off)?;
             column.extend(std::iter::repeat_n(value, count));
-            if count == 0 {
-                of_empty.entry(streamline).or_insert_with(Vec::new).push(value);
-            }
+            source.push(&mut of_streamlines, value)?;
         }
         source.push(&mut offsets, coords.len() / 3)?;
     }
@@ -143,7 +140,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
         to_millimetres,
         columns: [scalars.clone(), properties.clone()],
         streamlines: offsets.len() - 1,
-        of_empty,
+        properties: of_streamlines,
     };
     let origin =
         Origin { file: Some(source.path.display().to_string()), document: Some(Arc::new(header)), ..Origin::default() };
@@ -259,25 +256,28 @@ fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     }
     head[COUNT..COUNT + 4].copy_from_slice(&order((batch.len() as i32).to_le_bytes()));
     out.write_all(&head)?;
-    let of_empty = header.filter(|header| header.streamlines == batch.len());
+    let read = header.filter(|header| header.streamlines == batch.len());
     let mut buffer = Vec::new();
     for i in 0..batch.len() {
-        let (first, count) = (batch.offsets()[i], streamline(batch, i).count());
-        buffer.extend(order((count as i32).to_le_bytes()));
+        // A number of points at equal lengths of what has no points are no numbers.
+        let has_points = !batch.points(i).iter().all(|x| x.is_nan());
+        let points = || streamline(batch, i).filter(|_| has_points);
+        let first = batch.offsets()[i];
+        buffer.extend(order((points().count() as i32).to_le_bytes()));
         let mut push = |x: f64| buffer.extend(order((x as f32).to_le_bytes()));
         let number = |column: &Column, k: usize| number(column, first + k).unwrap_or(f64::NAN);
-        for k in streamline(batch, i) {
+        for k in points() {
             let point = back.transform_point3(DVec3::from_slice(&batch.points(i)[3 * k..]));
             point.to_array().into_iter().for_each(&mut push);
             scalars.iter().for_each(|column| push(number(column, k)));
         }
         for column in &properties {
-            let of_empty = || {
-                let header = of_empty?;
-                let place = header.columns[1].iter().position(|name| *name == column.name)?;
-                header.of_empty.get(&i)?.get(place).copied()
+            let as_read = || {
+                let Header { columns: [_, names], properties, .. } = read?;
+                let place = names.iter().position(|name| *name == column.name)?;
+                Some(properties[i * names.len() + place])
             };
-            push(if batch.count(i) > 0 { number(column, 0) } else { of_empty().unwrap_or(f64::NAN) });
+            push(if has_points { number(column, 0) } else { as_read().unwrap_or(f64::NAN) });
         }
         if buffer.len() > 1 << 16 {
             out.write_all(&buffer)?;

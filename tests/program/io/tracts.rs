@@ -230,15 +230,18 @@ fn what_belongs_to_a_streamline_stays_with_or_without_points() {
     let batch = parsed(&given, Format::Trk).unwrap();
     assert_eq!(batch.columns()[0].name, "größe");
     let fit = faircurve::spline::Natural::default().fit(&batch, &faircurve::Device::cpu()).unwrap();
-    let along = faircurve::tracks::At::Along(faircurve::Sampling::PerSpan(1));
-    let samples = faircurve::tracks::sample(&batch, &fit, &along, &[]).unwrap();
-    for batch in [&batch, &samples] {
+    let sampled = |sampling: faircurve::Sampling| {
+        faircurve::tracks::sample(&batch, &fit, &faircurve::tracks::At::Along(sampling), &[]).unwrap()
+    };
+    let samples = [faircurve::Sampling::PerSpan(1), faircurve::Sampling::Points(4)].map(sampled);
+    for (batch, points) in [(&batch, [3, 2, 1]), (&samples[0], [3, 2, 1]), (&samples[1], [4, 0, 4])] {
         let written = bytes(batch, Format::Trk);
-        assert_eq!((written.len(), &written[..1000]), (given.len(), &given[..1000]), "the header stays, bit for bit");
+        assert_eq!(written[..1000], given[..1000], "the header stays, bit for bit");
         let mut at = 1000;
         let number = |at: usize| f32::from_le_bytes(written[at..at + 4].try_into().unwrap());
+        let [good, blank, alone] = points;
         for (count, scalar, property) in
-            [(3, 0.5, 100.0), (0, 0.0, 101.0), (2, 0.25, 102.0), (0, 0.0, 103.0), (1, 0.5, 104.0)]
+            [(good, 0.5, 100.0), (0, 0.0, 101.0), (blank, 0.25, 102.0), (0, 0.0, 103.0), (alone, 0.5, 104.0)]
         {
             assert_eq!(written[at..at + 4], (count as i32).to_le_bytes());
             if count > 0 {
