@@ -152,7 +152,8 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
     let curvature = if is_limited { Some(option(bytes, &[0.5, 1e-3, 1e3])?) } else { None };
     let mut limits = Limits { curvature, ..Limits::default() };
     if is_limited && bytes.ratio(1, 2)? {
-        limits.monotone = if bytes.ratio(1, 3)? { Some([1.0, 0.5, 0.0]) } else { None };
+        let ways: [[f64; 3]; 2] = [[1.0, 0.5, 0.0], [-0.5, 1.0, 0.0]];
+        limits.monotone = ways[..bytes.int_in_range(0..=2)?].to_vec();
         limits.corridor = if bytes.ratio(1, 3)? { Some(option(bytes, &[0.1, 1e-3, 1e3])?) } else { None };
         limits.no_crossing = bytes.ratio(1, 3)?;
         limits.stretch = if bytes.ratio(1, 3)? { Some(option(bytes, &[1.2, 1.0 + 1e-9])?) } else { None };

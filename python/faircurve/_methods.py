@@ -202,7 +202,8 @@ class Fair:
         Whether planar curves turn only to the side to which their points turn. Spatial curves twist only to that side; the
         energy must hold variation or torsion.
     monotone : str or array_like, optional
-        A direction in which no curve goes back between two points: ``"x"``, ``"y"``, ``"z"`` or a vector.
+        A direction in which no curve goes back between two points, ``"x"``, ``"y"``, ``"z"`` or a vector, or several,
+        perpendicular to each other: ``"xy"`` or a row each.
     corridor : float, optional
         Curves stay within this distance of the chords between their points (units of the input).
     keep_in, keep_out : array_like, optional
@@ -288,11 +289,7 @@ class Fair:
 
     def _limits(self, dimension: int) -> dict[str, object]:
         """The limits, with vectors of three coordinates."""
-        monotone: list[float] | None
-        if isinstance(self.monotone, str):
-            monotone = [float(axis == self.monotone) for axis in "xyz"]
-        else:
-            monotone = None if self.monotone is None else _vector(self.monotone, dimension, "monotone")
+        monotone = _directions(self.monotone, dimension)
         regions = {
             "half_spaces": _regions(self.half_planes, dimension, "half_planes"),
             "keep_in": _regions(self.keep_in, dimension, "keep_in"),
@@ -300,6 +297,16 @@ class Fair:
         }
         bounds = {"max_curvature": self.max_curvature, "corridor": self.corridor, "max_stretch": self.max_stretch}
         return {**bounds, **regions, "preserve_shape": self.preserve_shape, "monotone": monotone, "no_crossing": self.no_crossing}
+
+
+def _directions(monotone: Any, dimension: int) -> list[list[float]]:
+    """The directions of axes by their letters, of a vector, or of rows."""
+    if isinstance(monotone, str):
+        if not monotone or not set(monotone) <= set("xyz"):
+            raise ValueError(f"monotone is {monotone!r}; axes are 'x', 'y', 'z' or some of them, such as 'xy'")
+        return [[float(axis == other) for other in "xyz"] for axis in monotone]
+    rows = [] if monotone is None else np.atleast_2d(np.asarray(monotone, dtype=float))
+    return [_vector(row, dimension, "monotone") for row in rows]
 
 
 def _vector(vector: Any, dimension: int, name: str) -> list[float]:

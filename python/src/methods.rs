@@ -137,7 +137,7 @@ fn energy(terms: Vec<(String, f64, f64)>) -> PyResult<Energy> {
 pub struct Limited {
     max_curvature: Option<f64>,
     preserve_shape: bool,
-    monotone: Option<[f64; 3]>,
+    monotone: Vec<[f64; 3]>,
     corridor: Option<f64>,
     half_spaces: Vec<([f64; 3], f64)>,
     keep_in: Vec<([f64; 3], f64)>,

@@ -226,7 +226,7 @@ def test_fair_curves_keep_corridors_regions_directions_and_lengths():
     assert single.report()["active"][0] > 0
     assert single.report()["energy"][0] < kept(corridor=0.05).report()["energy"][0]
     bumpy = [(0, 0), (1, 1.2), (1.3, 1.3), (3, 1.35), (3.2, 2.5), (4, 2.6)]
-    for direction in ("y", (0, 2)):
+    for direction in ("y", (0, 2), "xy", [(0, 1), (1, 0)]):
         grown = fc.Fair(energy, monotone=direction).fit([bumpy])
         assert abs(grown.report()["energy"][0] / 10.00142854 - 1) < 2e-5
     with pytest.raises(ValueError, match="keep_out has the shape"):
@@ -235,6 +235,8 @@ def test_fair_curves_keep_corridors_regions_directions_and_lengths():
         fc.Fair(max_stretch=1.0).fit([points])
     with pytest.raises(ValueError, match="no direction"):
         fc.Fair(monotone=(0, 0)).fit([points])
+    with pytest.raises(ValueError, match="axes are 'x', 'y', 'z' or some of them"):
+        fc.Fair(monotone="up").fit([points])
 
 
 def test_curves_on_a_globe_do_not_know_where_its_poles_and_its_date_line_are():

@@ -72,7 +72,7 @@ enum Command {
     Exponent(exponent::ExponentArgs),
     /// Fit on the CPU in f64 and on the device, and compare the curves one by one
     #[command(after_help = EXIT_STATUS)]
-    Compare(compare::CompareArgs),
+    Compare(Box<compare::CompareArgs>),
     /// Say what this machine offers, and test that it computes correctly
     #[command(after_help = EXIT_STATUS)]
     Doctor(doctor::DoctorArgs),

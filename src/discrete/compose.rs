@@ -3,7 +3,7 @@
 //! The text is the definitions that `shaders/discrete/energy/mod.wgsl` asks for. The weights differ
 //! from curve to curve.
 
-use super::energy::{Energy, FENCE_KINDS, Functional, MOST_EDGES, TORSION_CURVATURE};
+use super::energy::{Energy, Functional, MOST_EDGES, TORSION_CURVATURE};
 use crate::gpu::source::{Definitions, definitions};
 use crate::precision::Precision;
 use crate::sort;
@@ -25,9 +25,6 @@ const RESERVED: [&str; 12] = [
     "across",
     "torsion_curvature",
 ];
-
-/// The flags of kernels with fences of each kind.
-const FENCES: [&str; FENCE_KINDS] = ["FENCE_CURB", "FENCE_SIDE", "FENCE_AHEAD", "FENCE_TWIST"];
 
 /// An energy in the form a kernel needs.
 #[derive(Clone, Debug)]
@@ -75,6 +72,8 @@ struct Kind {
     rank: usize,
     word: String,
     degree: String,
+    /// The kind of fences that it is of.
+    fence: Option<usize>,
     definitions: Definitions,
 }
 
@@ -87,6 +86,7 @@ impl Kind {
             rank: Energy::NAMES.iter().position(|name| *name == word).unwrap_or(usize::MAX),
             word: word.into(),
             degree: functional.facts().degree().to_string(),
+            fence: functional.fence(),
             definitions: sort::map(definitions.into_iter().map(|(name, value)| (name.to_string(), value))),
         })
     }
@@ -133,8 +133,12 @@ impl Composition {
             edges,
         };
         let flags = [("SPATIAL", dimension == 3), ("WIDE", edges > 3), ("TAUT", energy.is_taut())];
-        let fences = FENCES.into_iter().zip(energy.fences());
-        flags.into_iter().chain(fences).filter(|(_, is_so)| *is_so).for_each(|(name, _)| composing.define(name, 1));
+        flags.into_iter().filter(|(_, is_so)| *is_so).for_each(|(name, _)| composing.define(name, 1));
+        let fences = energy.fences();
+        let place = |kind: usize| fences[..kind].iter().filter(|has| **has).count();
+        if fences.contains(&true) {
+            composing.define("FENCES", place(fences.len()));
+        }
         if energy.walls() > 0 {
             composing.define("WALLS", energy.walls());
         }
@@ -148,7 +152,8 @@ impl Composition {
                 composing.entries.push(Entry::Attachment(weight, degree));
             } else {
                 composing.entries.push(Entry::Weight(weight, degree));
-                names.push(composing.define_term(entry, kind, &names)?);
+                let fence = kind.fence.map(place);
+                names.push(composing.define_term(entry, kind, fence, &names)?);
             }
         }
         if gauge > 0 {
@@ -205,7 +210,15 @@ impl Composition {
     }
 
     /// Defines the next entry of the list TERM, and returns the name of its functions.
-    fn define_term(&mut self, entry: usize, kind: Kind, names: &[String]) -> Result<String, String> {
+    ///
+    /// `fence` is the place of its fence in a window.
+    fn define_term(
+        &mut self,
+        entry: usize,
+        kind: Kind,
+        fence: Option<usize>,
+        names: &[String],
+    ) -> Result<String, String> {
         let (Kind { edges, word, definitions, .. }, k) = (kind, names.len() - RESERVED.len());
         let is_taken = names.contains(&word);
         if is_taken && definitions.contains_key("WGSL") {
@@ -215,6 +228,7 @@ impl Composition {
         let own: [(&str, &dyn ToString); 4] =
             [("FILE", &format!("discrete/energy/{word}.wgsl")), ("NAME", &name), ("EDGES", &edges), ("WEIGHT", &entry)];
         own.iter().for_each(|(name, value)| self.define(&format!("TERM.{k}.{name}"), value.to_string()));
+        fence.iter().for_each(|place| self.define(&format!("TERM.{k}.FENCE"), place));
         definitions.iter().for_each(|(name, value)| self.define(&format!("TERM.{k}.{name}"), value));
         Ok(name)
     }

@@ -136,8 +136,8 @@ pub(crate) struct FairCurves {
     pub origin: Arc<Origin>,
     /// The surface that the curves lie in.
     surface: Option<Arc<dyn Surface>>,
-    /// The unit vector along which no edge goes back where its span does not.
-    ahead: Option<DVec3>,
+    /// Unit vectors, perpendicular to each other, along which no edge goes back where its span does not.
+    ahead: Vec<DVec3>,
 }
 
 /// The parameters of a curve's data points.
@@ -173,8 +173,8 @@ struct FairCurve<'a> {
     /// The parameter of every data point.
     knots: &'a [f64],
     surface: Option<&'a dyn Surface>,
-    /// That of [`FairCurves`].
-    ahead: Option<DVec3>,
+    /// Those of [`FairCurves`].
+    ahead: &'a [DVec3],
 }
 
 /// The curve along an edge, as p + v (a + v (c + v d)) at the fraction v of the edge.
@@ -342,13 +342,16 @@ impl FairCurve<'_> {
             }
         };
         let tangent = self.given(row).map_or_else(|| tangent.normalize_or(otherwise), |given| given.tangent);
-        let Some(ahead) = self.ahead else { return (tangent, own) };
+        if self.ahead.is_empty() {
+            return (tangent, own);
+        }
         let beside = match piece {
             Some((first, _)) if row == first => [after, after],
             Some((_, last)) if row == last => [before, before],
             _ => [before, after],
         };
-        (kept_ahead(tangent, ahead, beside.map(|chord| ahead.dot(chord.direction))), own)
+        let is_free = self.ahead.len() < self.dimension;
+        (kept_ahead(tangent, self.ahead, beside.map(|chord| chord.direction), is_free), own)
     }
 
     /// The curvature vector at a vertex of a smooth piece, which is extrapolated at the ends of the piece.
@@ -388,17 +391,23 @@ impl FairCurve<'_> {
     }
 }
 
-/// The tangent with which cubics along two edges do not go back along a unit vector n, if the edges do not.
+/// The tangent with which cubics along two edges do not go back along unit vectors n, if the edges do not.
 ///
-/// `slopes` are n·T of the edges. Cubics are monotone where n·T at both ends is between 0 and three times that of the
-/// edge. Source: F. N. Fritsch and R. E. Carlson, *Monotone piecewise cubic interpolation* (1980).
-fn kept_ahead(tangent: DVec3, ahead: DVec3, [before, after]: [f64; 2]) -> DVec3 {
-    let most = if before * after > 0.0 { 3.0 * before.abs().min(after.abs()) } else { 0.0 };
-    let along = tangent.dot(ahead);
-    let kept = if before < 0.0 { along.clamp(-most, 0.0) } else { along.clamp(0.0, most) };
-    match (tangent - along * ahead).try_normalize() {
-        Some(across) if kept != along => kept * ahead + (1.0 - kept * kept).max(0.0).sqrt() * across,
-        _ => tangent,
+/// Cubics are monotone where n·T at both ends is between 0 and three times that of the edge. What is across all n, if any is
+/// left `free`, makes T a unit vector. Source: F. N. Fritsch and R. E. Carlson, *Monotone piecewise cubic interpolation* (1980).
+fn kept_ahead(tangent: DVec3, ahead: &[DVec3], directions: [DVec3; 2], is_free: bool) -> DVec3 {
+    let (mut kept, mut across, mut is_kept) = (DVec3::ZERO, tangent, true);
+    for n in ahead {
+        let [before, after] = directions.map(|direction| n.dot(direction));
+        let most = if before * after > 0.0 { 3.0 * before.abs().min(after.abs()) } else { 0.0 };
+        let along = tangent.dot(*n);
+        let own = if before < 0.0 { along.clamp(-most, 0.0) } else { along.clamp(0.0, most) };
+        (kept, across, is_kept) = (kept + own * n, across - along * n, is_kept && own == along);
+    }
+    match across.try_normalize().filter(|_| is_free) {
+        _ if is_kept => tangent,
+        Some(across) => kept + (1.0 - kept.length_squared()).max(0.0).sqrt() * across,
+        None => kept,
     }
 }
 
@@ -480,13 +489,13 @@ impl FairCurves {
             problems,
             origin: batch.origin().clone(),
             surface: None,
-            ahead: None,
+            ahead: vec![],
         }
     }
 
-    /// Keeps the curves from going back along a direction between vertices, where their edges do not.
-    pub fn keep_ahead(&mut self, direction: [f64; 3]) {
-        self.ahead = DVec3::from(direction).try_normalize();
+    /// Keeps the curves from going back along directions between vertices, where their edges do not.
+    pub fn keep_ahead(&mut self, directions: &[[f64; 3]]) {
+        self.ahead = directions.iter().map(|direction| DVec3::from(*direction).normalize()).collect();
     }
 
     /// Keeps all places of the curves in a surface. What could not be fitted is its points as they were given.
@@ -505,7 +514,7 @@ impl FairCurves {
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
         let vertices = self.curves[i].as_ref().ok()?;
         let (dimension, closed, knots) = (self.dimension, self.closed[i], &self.knots[i][..]);
-        let (surface, ahead) = (self.surface.as_deref(), self.ahead);
+        let (surface, ahead) = (self.surface.as_deref(), &self.ahead[..]);
         let mut breaks = vertices.corners.clone();
         breaks.extend(vertices.given.iter().map(|own| own.row));
         breaks.sort_unstable();

@@ -304,7 +304,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
                 value += self.scatter::<DifferenceGauge, 2>(
                     j,
                     at_ends,
-                    &DifferenceGauge.gradient(&self.window::<DifferenceGauge, 2>(j)),
+                    &DifferenceGauge.gradient(&self.window(&DifferenceGauge, j)),
                 );
             }
         }
@@ -319,7 +319,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
 
     /// The window of W edges that starts at edge j, as a term sees it.
     #[inline(always)]
-    pub fn window<T: Term<W>, const W: usize>(&self, j: usize) -> Window<S, D, W> {
+    pub fn window<T: Term<W>, const W: usize>(&self, term: &T, j: usize) -> Window<S, D, W> {
         let (mut tangent, mut length) = ([[S::ZERO; D]; W], [S::ZERO; W]);
         for k in 0..W {
             (tangent[k], length[k]) = (self.tangent[j + k], self.length[j + k]);
@@ -332,7 +332,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             taut: self.taut[j],
             free: self.free[j],
             free_after: if W > 2 { self.free[j + 1] } else { S::ZERO },
-            fence: T::FENCE.map_or(Fence::NONE, |kind| self.fences[kind].get(j).copied().unwrap_or(Fence::NONE)),
+            fence: term.fence().map_or(Fence::NONE, |kind| self.fences[kind].get(j).copied().unwrap_or(Fence::NONE)),
         }
     }
 
@@ -370,7 +370,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     fn sweep<T: Term<W>, const W: usize>(&mut self, weight: S, term: &T) -> S {
         let mut value = S::ZERO;
         for j in 0..self.windows::<W>() {
-            let partials = term.gradient(&self.window::<T, W>(j));
+            let partials = term.gradient(&self.window(term, j));
             value += self.scatter::<T, W>(j, weight * self.share::<T, W>(j), &partials);
         }
         value
@@ -479,7 +479,7 @@ impl<S: Scalar, const D: usize> Visitor for Summing<'_, S, D> {
     fn visit<T: Term<W>, const W: usize>(self, term: &T) -> S {
         let mut value = S::ZERO;
         for j in 0..self.edges.windows::<W>() {
-            value += self.edges.share::<T, W>(j) * term.value(&self.edges.window::<T, W>(j));
+            value += self.edges.share::<T, W>(j) * term.value(&self.edges.window(term, j));
         }
         value
     }

@@ -196,7 +196,7 @@ impl Running<'_> {
         if fenced.limits.walls.is_some() {
             without.place();
         }
-        without.problem.direction = fenced.ready.problem.direction;
+        without.problem.ways = fenced.ready.problem.ways;
         without.problem.rebase(&free.displacements);
         let without = Kept::of(self.fair, self.batch, &without, &fenced.limits, i, [fenced.free; 2], Ending::Loops);
         // A way around a region may be as long as it likes.

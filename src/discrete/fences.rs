@@ -41,11 +41,11 @@ const MOST_ROUNDING: f64 = 1e-6;
 /// Violations up to this are met with a larger margin where ρ cannot grow.
 const ROUNDING: f64 = 1e-5;
 
-/// o of c = o − βq for every kind of fences: for |K|, the signed curvature, the way ahead, the twist.
-const OFFSETS: [f64; FENCE_KINDS] = [1.0, 0.0, 0.0, 0.0];
+/// o of c = o − βq for every kind of fences.
+const OFFSETS: [f64; FENCE_KINDS] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
 /// The power of 1/h in βq·β∇q for every kind of fences, for edges of length h.
-const STEEPNESS: [i32; FENCE_KINDS] = [3, 3, 1, 1];
+const STEEPNESS: [i32; FENCE_KINDS] = [3, 3, 1, 1, 1, 1];
 
 /// The violation and the multipliers of a curve's limits.
 #[derive(Clone, Debug)]
@@ -177,8 +177,8 @@ pub(super) enum Limit {
     Curvature,
     /// The signed curvature.
     Side,
-    /// The way along a direction.
-    Way,
+    /// The way along the direction of this number.
+    Way(usize),
     /// The sign of torsion.
     Twist,
     /// The region of this number.
@@ -187,7 +187,8 @@ pub(super) enum Limit {
     Length,
 }
 
-const LIMITS: [Limit; FENCE_KINDS] = [Limit::Curvature, Limit::Side, Limit::Way, Limit::Twist];
+const LIMITS: [Limit; FENCE_KINDS] =
+    [Limit::Curvature, Limit::Side, Limit::Twist, Limit::Way(0), Limit::Way(1), Limit::Way(2)];
 
 /// The worst of a curve's limits.
 #[derive(Clone, Copy, Debug)]
@@ -217,9 +218,10 @@ impl<const D: usize> Problem<D> {
             turn = subtract(turn, scale(dot(turn, normal), normal));
         }
         let side = if D == 2 { before[0] * after[1] - before[1] * after[0] } else { 0.0 };
-        let way = before.iter().zip(self.direction).map(|(x, n)| x * n).sum();
+        let [first, second, third] =
+            self.ways.map(|direction| before.iter().zip(direction).map(|(x, n)| x * n).sum::<f64>());
         let twist = if D == 3 { volume([before, after, edge(row + 1).0]) } else { 0.0 };
-        [2.0 * dot(turn, turn).sqrt() / (s + t), 2.0 * side / (s + t), way, twist]
+        [2.0 * dot(turn, turn).sqrt() / (s + t), 2.0 * side / (s + t), twist, first, second, third]
     }
 
     /// The limit that the base keeps the least; none without limits.

@@ -217,7 +217,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         weight: S,
         term: &T,
     ) {
-        let window = edges.window::<T, W>(start);
+        let window = edges.window(term, start);
         let first = term.gradient(&window);
         let mut inverse = [S::ZERO; W];
         inverse.copy_from_slice(&edges.inverse[start..start + W]);

@@ -57,7 +57,7 @@ impl Kept {
         };
         // A way is that of the edge before the vertex.
         let count = problem.base.len();
-        let row = if worst.limit == Limit::Way { (worst.row + count - 1) % count } else { worst.row };
+        let row = if matches!(worst.limit, Limit::Way(_)) { (worst.row + count - 1) % count } else { worst.row };
         let point = ready.rows[..points.len()].partition_point(|&own| own as usize <= row).saturating_sub(1);
         let (broken, remedy) = match ending {
             Ending::Kept => Default::default(),
@@ -145,8 +145,8 @@ fn words<const D: usize>(
             it_to,
         ),
         Limit::Twist => ("it twists to the other side than its points from here to the next point".into(), it_to),
-        Limit::Way => {
-            let [x, y, z] = fair.limits.monotone.unwrap_or_default();
+        Limit::Way(k) => {
+            let [x, y, z] = fair.limits.monotone[k];
             let direction = if D == 2 { format!("({x}, {y})") } else { format!("({x}, {y}, {z})") };
             (format!("it goes back along {direction} between this point and the next"), it_to)
         }

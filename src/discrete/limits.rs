@@ -10,16 +10,19 @@ pub use region::Region;
 use region::first;
 
 use super::apart::Parting;
-use super::energy::{FENCE_KINDS, Fencing};
+use super::energy::{FENCE_KINDS, Fencing, WAYS};
 use super::problem::Problem;
 use super::setup::Ready;
 use super::walls::{Side, Walls};
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
-use crate::linalg::scalar::{Vector, add, scale, subtract};
+use crate::linalg::scalar::{self, Vector, add, scale, subtract};
 
 /// A point may lie outside of its region by this part of its largest coordinate: it is rounding.
 const TOUCHING: f64 = 1e-12;
+
+/// Directions are perpendicular up to this cosine.
+const PERPENDICULAR: f64 = 1e-9;
 
 /// Limits that a fair curve keeps at every vertex, besides passing through its points.
 ///
@@ -45,13 +48,13 @@ pub struct Limits {
     /// point between spans of different sides it is free. The energy must hold variation or torsion. Where curvature
     /// vanishes this volume has no gradient: of 200 rough curves of 5 points 14 to 18 are `not_converged`.
     pub shape: bool,
-    /// A direction n in which no curve goes back between two points. `None`, the default, asks for none.
+    /// Directions n, perpendicular to each other, in which no curve goes back between two points. None by default.
     ///
     /// Every edge of a span goes along n if its chord does, and against n if its chord does: n·T keeps its sign. Along
     /// (1, 0, 0) x grows or falls from point to point, and has no bump between them. In the plane a span whose chord is
-    /// across n is straight, between points that are pinned and have no tangents. Other such chords ask for nothing.
+    /// across one n is straight, between points that are pinned and have no tangents. Other such chords ask for nothing.
     /// The length of n does not count. In the plane its third coordinate is 0.
-    pub monotone: Option<[f64; 3]>,
+    pub monotone: Vec<[f64; 3]>,
     /// The half-width d > 0 of a corridor about the polygon of the points, in units of the input.
     ///
     /// `None`, the default, asks for none. The part of a curve between two points stays within d of the chord between
@@ -96,7 +99,7 @@ impl Limits {
     /// Whether there is nothing that a curve keeps without regard to others.
     pub(super) fn asks_nothing_alone(&self, batch: &CurveBatch) -> bool {
         let constraints = batch.constraints();
-        let has_none = self.curvature.is_none() && !self.shape && self.monotone.is_none() && self.stretch.is_none();
+        let has_none = self.curvature.is_none() && !self.shape && self.monotone.is_empty() && self.stretch.is_none();
         has_none && constraints.largest_curvatures.is_none() && !self.has_places(batch)
     }
 
@@ -107,7 +110,7 @@ impl Limits {
 
     /// Whether there is no limit besides those of curvature and of the whole length.
     pub(super) fn bounds_curvature_alone(&self, batch: &CurveBatch) -> bool {
-        !self.shape && self.monotone.is_none() && !self.no_crossing && !self.has_places(batch)
+        !self.shape && self.monotone.is_empty() && !self.no_crossing && !self.has_places(batch)
     }
 
     /// The spans of curve `i` that have edges, each with its largest curvature, infinite where there is none.
@@ -123,7 +126,7 @@ impl Limits {
     /// Checks that the limits make sense.
     ///
     /// # Errors
-    /// A curvature or a corridor that is not positive and finite. A stretch of 1 or less. A direction of length 0. A region that is none.
+    /// A curvature or a corridor that is not positive and finite. A stretch of 1 or less. A direction of length 0, or two that are not perpendicular. A region that is none.
     pub(super) fn check(&self, dimension: usize) -> Result<()> {
         let refuse = |why: String| Err(Error::argument(why));
         let is_length = |x: &f64| *x > 0.0 && x.is_finite();
@@ -142,11 +145,21 @@ impl Limits {
                 "the largest stretch is {stretch}; it must be more than 1, that of the points' polygon, such as 1.2"
             ));
         }
-        if let Some(direction) = self.monotone {
+        for (k, direction) in self.monotone.iter().enumerate() {
             let square: f64 = direction[..dimension].iter().map(|x| x * x).sum();
             if !is_length(&square) || dimension == 2 && direction[2] != 0.0 {
                 let [x, y, z] = direction;
                 return refuse(format!("({x}, {y}, {z}) is no direction in {dimension} dimensions"));
+            }
+            let size = |v: &[f64; 3]| scalar::dot(*v, *v).sqrt();
+            let is_aslant = |other: &&[f64; 3]| {
+                scalar::dot(*direction, **other).abs() > PERPENDICULAR * size(direction) * size(other)
+            };
+            if let Some([a, b, c]) = self.monotone[..k].iter().find(is_aslant) {
+                let [x, y, z] = direction;
+                return refuse(format!(
+                    "({a}, {b}, {c}) and ({x}, {y}, {z}) are not perpendicular: curves keep such directions as those of axes"
+                ));
             }
         }
         if self.no_crossing && dimension == 3 {
@@ -182,6 +195,11 @@ impl Limits {
                 ));
             }
         }
+        if let Some(point) = self.turning_back(batch.points(i).as_chunks::<D>().0, batch.is_closed(i), pinned) {
+            let what =
+                "its points turn back here along all directions of monotone, which no smooth curve does: leave one out";
+            return Some((point, what.into()));
+        }
         let scale = batch.points(i).iter().fold(0.0f64, |most, x| most.max(x.abs()));
         let outside = self.regions.iter().flat_map(|region| pinned.iter().map(move |(k, place)| (region, *k, place)));
         let mut outside = outside.map(|(region, k, place)| (region, k, region.excess(*place)));
@@ -212,7 +230,7 @@ impl Limits {
         if walls.is_some() {
             ready.place();
         }
-        ready.problem.direction = self.direction();
+        ready.problem.ways = self.ways();
         let chords: f64 = batch.chords(i).sum();
         let longest = self.stretch.map(|stretch| stretch * chords / size);
         CurveLimits { slopes, walls, longest }
@@ -259,16 +277,19 @@ impl Limits {
         Walls::new(regions, corridors, sides, rows, &ready.problem.pinned, vertices)
     }
 
-    /// The unit vector along the direction of [`monotone`](Self::monotone) curves.
-    pub(super) fn direction(&self) -> [f64; 3] {
-        let Some(direction) = self.monotone else { return [0.0; 3] };
-        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-        direction.map(|x| x / length)
+    /// The unit vectors along the directions of [`monotone`](Self::monotone) curves, then zeros.
+    pub(super) fn ways(&self) -> [[f64; 3]; WAYS] {
+        let mut ways = [[0.0; 3]; WAYS];
+        for (way, direction) in ways.iter_mut().zip(&self.monotone) {
+            let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+            *way = direction.map(|x| x / length);
+        }
+        ways
     }
 
     /// What curves are kept with that all have these limits.
     pub(super) fn fencing<'a, const D: usize>(&self, all: impl Iterator<Item = &'a CurveLimits<D>> + Clone) -> Fencing {
-        let mut fencing = Fencing { direction: self.direction(), ..Fencing::default() };
+        let mut fencing = Fencing { ways: self.ways(), ..Fencing::default() };
         for limits in all {
             for (kind, slopes) in fencing.kinds.iter_mut().zip(&limits.slopes) {
                 *kind |= !slopes.is_empty();

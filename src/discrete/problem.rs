@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use super::descent::Descent;
 use super::edges::Edges;
-use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, Wall};
+use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, WAYS, Wall};
 use super::lane::Standing;
 use super::metric::{Pins, Weights};
 use super::newton::Newton;
@@ -65,8 +65,8 @@ pub(crate) struct Problem<const D: usize> {
     pub places: Vec<Vector<f64, D>>,
     /// The surface that the curve lies in.
     pub surface: Option<Local>,
-    /// The direction of the fences of the way ahead, a unit vector.
-    pub direction: [f64; 3],
+    /// The directions of the fences of the ways ahead, unit vectors.
+    pub ways: [[f64; 3]; WAYS],
     /// The weight of the highest derivative in the inner product.
     pub highest: f64,
     /// The root mean square of |K| at the start, where |κ|^ν and κ² weigh the same.

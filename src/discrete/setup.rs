@@ -309,7 +309,7 @@ fn ready<const D: usize>(
         walls: Vec::new(),
         places: Vec::new(),
         surface: fair.local(&vertices, size),
-        direction: [0.0; 3],
+        ways: Default::default(),
         highest,
         curvature,
         tolerance: fair.tolerance,

@@ -79,7 +79,7 @@ impl<S: Scalar> Stretches<S> {
         weight: S,
         term: &T,
     ) {
-        let window = edges.window::<T, W>(start);
+        let window = edges.window(term, start);
         let (first, second) = (term.gradient(&window), term.by_lengths(&window));
         for j in 0..W {
             let own = &mut self.edges[start + j];

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::edges::Edges;
 use super::energy::{
-    Custom, Energy, FENCE_KINDS, Fence, Fencing, Functional, MOST_EDGES, Wall, bending, length, variation,
+    Custom, Energy, FENCE_KINDS, Fence, Fencing, Functional, MOST_EDGES, WAYS, Wall, bending, length, variation,
 };
 use super::hessian::{BlockHessian, dense};
 use crate::linalg::scalar::{Vector, subtract};
@@ -37,7 +37,7 @@ fn evaluate<S: Scalar, const D: usize>(
         edges.set_free(lane, &free);
         // Beyond every fence: the second derivative of one jumps at its edge.
         let fence = |slope: f64, v: usize| Fence { slope: slope + 0.1 * (v % 3) as f64, reach: 40.0, stiffness: 0.02 };
-        let fences = [0.7, -0.4, 0.9, 1.1].map(|slope| (0..curve.len()).map(|v| fence(slope, v)).collect());
+        let fences = [0.7, -0.4, 1.1, 0.9, -0.8, 0.6].map(|slope| (0..curve.len()).map(|v| fence(slope, v)).collect());
         edges.set_fences(lane, &fences);
     }
     let rows = edges.rows();
@@ -86,7 +86,7 @@ fn functionals() -> Vec<Option<Functional>> {
     let custom = (1..=MOST_EDGES).map(|edges| Energy::custom(Mixed(edges)));
     let fences = (0..FENCE_KINDS).map(|kind| {
         let kinds = std::array::from_fn(|own| own == kind);
-        Energy::default().fenced(Fencing { kinds, direction: [0.48, 0.6, -0.64], ..Fencing::default() })
+        Energy::default().fenced(Fencing { kinds, ways: [[0.48, 0.6, -0.64]; WAYS], ..Fencing::default() })
     });
     let all = named.chain([1.0, 1.5, 3.0, 4.0].map(bending)).chain(custom).chain(fences);
     all.map(|energy| Some(energy.terms()[0].1.clone())).chain([None]).collect()

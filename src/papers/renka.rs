@@ -229,7 +229,7 @@ impl Minimisation {
             walls: Vec::new(),
             places: Vec::new(),
             surface: None,
-            direction: [0.0; 3],
+            ways: Default::default(),
             highest: 1.0,
             curvature: 1.0,
             tolerance: self.tolerance,

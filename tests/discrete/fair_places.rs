@@ -42,7 +42,7 @@ fn widths<const D: usize>(vertices: &[[f64; D]], points: &[[f64; D]]) -> Vec<f64
 fn energies_within_regions_are_those_of_an_interior_point_method() {
     // Of the same sums by IPOPT 3.14, which starts from the chords. Its edges are equal in every span, where the gauge
     // lets a wall push them apart by a few thousandths. Vertices stay out of discs of √(r² + (1.01 h)²/4).
-    let along = |direction| Limits { monotone: Some(direction), ..Limits::default() };
+    let along = |direction| Limits { monotone: vec![direction], ..Limits::default() };
     let regions = |regions: &[Region]| Limits { regions: regions.to_vec(), ..Limits::default() };
     let corridor = Limits { corridor: Some(0.1), ..Limits::default() };
     let below = Region::HalfSpace { normal: [0.0, 2.0, 0.0], offset: 1.9 };
@@ -178,23 +178,43 @@ fn a_point_with_a_tangent_is_pinned_and_must_be_in_every_region() {
 
 #[test]
 fn coordinates_grow_and_fall_as_those_of_the_points_do() {
-    let batch = Family { dimension: 2, closed: false, points: 7, sigma: 0.5 }.batch(60, 9);
-    let limits = Limits { monotone: Some([0.0, 3.0, 0.0]), ..Limits::default() };
+    coordinates_do_not_go_back::<2>(&[1], 10);
+    coordinates_do_not_go_back::<2>(&[1, 0], 10);
+    coordinates_do_not_go_back::<3>(&[0, 2], 10);
+    coordinates_do_not_go_back::<3>(&[2, 0, 1], 10);
+    // A hairpin, and a corner between a level span and an upright one.
+    for points in [[[0.0, 0.0], [1.0, 1.0], [0.3, 0.2]], [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0]]] {
+        let fair = limited(Limits { monotone: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], ..Limits::default() });
+        let report = fit(&fair, &one(&points, false)).reports()[0].clone();
+        assert_eq!(report.status, CurveStatus::Invalid, "{report:?}");
+        let message = report.message.unwrap();
+        assert!(message.contains("point 1: its points turn back here along all directions"), "{message}");
+    }
+}
+
+/// Of 60 rough curves along these axes more than `least` go along a limit.
+fn coordinates_do_not_go_back<const D: usize>(axes: &[usize], least: usize) {
+    let batch = Family { dimension: D, closed: false, points: 7, sigma: 0.5 }.batch(60, 9);
+    let direction = |axis: usize| std::array::from_fn(|c| if c == axis { 3.0 } else { 0.0 });
+    let limits = Limits { monotone: axes.iter().map(|&axis| direction(axis)).collect(), ..Limits::default() };
     let fair = Fair { energy: bending(2.0) + tautness(), ..limited(limits) };
     let found = fit(&fair, &batch);
     let mut held = 0;
     for (i, report) in found.reports().iter().enumerate() {
-        assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+        let points = batch.points(i).as_chunks::<D>().0;
+        assert_eq!(report.status, CurveStatus::Converged, "{axes:?} {report:?}");
         held += usize::from(report.limits.unwrap().active > 0);
-        let (vertices, points) = (vertices::<2>(&found, i, SEGMENTS), batch.points(i).as_chunks::<2>().0);
+        let vertices = vertices::<D>(&found, i, SEGMENTS);
         for (k, ends) in points.windows(2).enumerate() {
-            let way = (ends[1][1] - ends[0][1]).signum();
             let own = &vertices[SEGMENTS * k..=SEGMENTS * (k + 1)];
-            assert!(own.windows(2).all(|edge| way * (edge[1][1] - edge[0][1]) >= 0.0), "curve {i}, span {k}");
+            for &c in axes {
+                let way = (ends[1][c] - ends[0][c]).signum();
+                assert!(own.windows(2).all(|edge| way * (edge[1][c] - edge[0][c]) >= 0.0), "curve {i}, span {k}");
+            }
         }
     }
-    println!("{held} of {} held", batch.len());
-    assert!(held > 10);
+    println!("{D}-D along {axes:?}: {held} of {} held", batch.len());
+    assert!(held > least);
 }
 
 #[test]
@@ -277,8 +297,12 @@ fn limits_of_places_that_make_no_sense_have_sentences() {
     let region = |region: Region| Limits { regions: vec![region], ..Limits::default() };
     for (limits, sentence) in [
         (Limits { corridor: Some(0.0), ..Limits::default() }, "the half-width of the corridor is 0"),
-        (Limits { monotone: Some([0.0; 3]), ..Limits::default() }, "(0, 0, 0) is no direction in 2 dimensions"),
-        (Limits { monotone: Some([0.0, 1.0, 1.0]), ..Limits::default() }, "(0, 1, 1) is no direction"),
+        (Limits { monotone: vec![[0.0; 3]], ..Limits::default() }, "(0, 0, 0) is no direction in 2 dimensions"),
+        (Limits { monotone: vec![[0.0, 1.0, 1.0]], ..Limits::default() }, "(0, 1, 1) is no direction"),
+        (
+            Limits { monotone: vec![[0.0, 1.0, 0.0], [2.0, 1.0, 0.0]], ..Limits::default() },
+            "(0, 1, 0) and (2, 1, 0) are not perpendicular",
+        ),
         (Limits { stretch: Some(1.0), ..Limits::default() }, "the largest stretch is 1; it must be more than 1"),
         (region(disc(0.0, 0.0, -1.0)), "the radius must be positive"),
         (region(disc(f64::NAN, 0.0, 1.0)), "its numbers must be finite"),

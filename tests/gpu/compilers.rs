@@ -134,10 +134,10 @@ const FAMILIES: [&str; 2] = ["vega20", "navi21"];
 /// Registers of a thread in f32 with which two waves share what executes them, on 64 lanes.
 const REGISTERS_F32: u64 = 128;
 
-/// Kernels that spill, need scratch memory or too many registers in some form, and why. All others must not.
 /// What kernels of curves with limits are defined with.
-const FENCED: [&str; 5] = ["FENCE_CURB", "FENCE_SIDE", "FENCE_AHEAD", "FENCE_TWIST", "WALLS"];
+const FENCED: [&str; 2] = ["FENCES", "WALLS"];
 
+/// Kernels that spill, need scratch memory or too many registers in some form, and why. All others must not.
 const BEYOND: [(&str, &str); 6] = [
     ("discrete/evaluate.wgsl:hessian", "second derivatives of variation and torsion are 87 numbers a window in space"),
     (

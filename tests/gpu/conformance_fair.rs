@@ -361,8 +361,13 @@ fn curves_with_limits_of_places_are_those_of_the_cpu() {
     let of_all = [
         (2, bending(2.0) + length(), Limits { corridor: Some(0.1), curvature: Some(20.0), ..Limits::default() }),
         (3, bending(2.0) + tautness(), Limits { corridor: Some(0.05), ..Limits::default() }),
-        (2, bending(2.0) + tautness(), Limits { monotone: Some([0.0, 1.0, 0.0]), ..Limits::default() }),
-        (3, bending(2.0) + tautness(), Limits { monotone: Some([0.0, 0.6, 0.8]), ..Limits::default() }),
+        (2, bending(2.0) + tautness(), Limits { monotone: vec![[0.0, 1.0, 0.0]], ..Limits::default() }),
+        (3, bending(2.0) + tautness(), Limits { monotone: vec![[0.0, 0.6, 0.8]], ..Limits::default() }),
+        (
+            3,
+            bending(2.0) + tautness(),
+            Limits { monotone: vec![[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]], curvature: Some(30.0), ..Limits::default() },
+        ),
         (3, variation() + length(), Limits { shape: true, ..Limits::default() }),
         (2, bending(2.0), Limits { stretch: Some(1.02), ..Limits::default() }),
         // The host finds these.

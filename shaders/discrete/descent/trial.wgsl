@@ -12,25 +12,10 @@ const FENCES_AT: u32 = TAUT_AT + 1u;
 const FENCES_AT: u32 = TAUT_AT;
 //:end
 // The fences of a vertex follow each other, as many as the energy holds, and then its walls.
-//:if FENCE_CURB
-const SIDE_AT: u32 = FENCES_AT + 3u;
+//:if FENCES
+const WALLS_AT: u32 = FENCES_AT + 3u * $FENCESu;
 //:else
-const SIDE_AT: u32 = FENCES_AT;
-//:end
-//:if FENCE_SIDE
-const AHEAD_AT: u32 = SIDE_AT + 3u;
-//:else
-const AHEAD_AT: u32 = SIDE_AT;
-//:end
-//:if FENCE_AHEAD
-const TWIST_AT: u32 = AHEAD_AT + 3u;
-//:else
-const TWIST_AT: u32 = AHEAD_AT;
-//:end
-//:if FENCE_TWIST
-const WALLS_AT: u32 = TWIST_AT + 3u;
-//:else
-const WALLS_AT: u32 = TWIST_AT;
+const WALLS_AT: u32 = FENCES_AT;
 //:end
 // Numbers of a row of `fixed`.
 //:if WALLS
@@ -240,28 +225,13 @@ fn load_taut(curve: Curve, j: u32) -> real {
 }
 //:end
 
-fn load_fence(curve: Curve, j: u32, first: u32) -> Fence {
+fn load_fence(curve: Curve, j: u32, k: u32) -> Fence {
+    let first = FENCES_AT + 3u * k;
     var fence = Fence();
     fence.slope = fixed[fixed_at(curve, j, first)];
     fence.reach = fixed[fixed_at(curve, j, first + 1u)];
     fence.stiffness = fixed[fixed_at(curve, j, first + 2u)];
     return fence;
-}
-
-fn load_curb(curve: Curve, j: u32) -> Fence {
-    return load_fence(curve, j, FENCES_AT);
-}
-
-fn load_side(curve: Curve, j: u32) -> Fence {
-    return load_fence(curve, j, SIDE_AT);
-}
-
-fn load_ahead(curve: Curve, j: u32) -> Fence {
-    return load_fence(curve, j, AHEAD_AT);
-}
-
-fn load_twist(curve: Curve, j: u32) -> Fence {
-    return load_fence(curve, j, TWIST_AT);
 }
 
 //:if WALLS

@@ -1,8 +1,9 @@
-// Ahead: a fence of a = n·T, the way that an edge goes along a direction. Twin: src/discrete/energy/ahead.rs.
+// Ahead: a fence of a = n·T, the way that an edge goes along a direction. Twin: src/discrete/energy/ahead.rs. Kernels may hold
+// several, each with a direction of its own: hence $NAME.
 //:once include discrete/energy/fence.wgsl
 
 // a and its partial derivatives.
-fn ahead_way(w: Window) -> Partials {
+fn $NAME_way(w: Window) -> Partials {
     var q = Partials();
 //:if SPATIAL
     q.t0 = vector(real($X), real($Y), real($Z));
@@ -13,14 +14,14 @@ fn ahead_way(w: Window) -> Partials {
     return q;
 }
 
-fn ahead_value(w: Window) -> real {
-    return fence_value(w.ahead, ahead_way(w).value);
+fn $NAME_value(w: Window) -> real {
+    return fence_value(w.fence$FENCE, $NAME_way(w).value);
 }
 
-fn ahead_gradient(w: Window) -> Partials {
-    return fence_gradient(w.ahead, ahead_way(w));
+fn $NAME_gradient(w: Window) -> Partials {
+    return fence_gradient(w.fence$FENCE, $NAME_way(w));
 }
 
-fn ahead_hessian(w: Window) -> SecondPartials {
-    return fence_hessian(w.ahead, ahead_way(w), SecondPartials());
+fn $NAME_hessian(w: Window) -> SecondPartials {
+    return fence_hessian(w.fence$FENCE, $NAME_way(w), SecondPartials());
 }

@@ -21,11 +21,11 @@ fn curb_curvature(w: Window) -> Partials {
 }
 
 fn curb_value(w: Window) -> real {
-    return fence_value(w.curb, curb_curvature(w).value);
+    return fence_value(w.fence$FENCE, curb_curvature(w).value);
 }
 
 fn curb_gradient(w: Window) -> Partials {
-    return fence_gradient(w.curb, curb_curvature(w));
+    return fence_gradient(w.fence$FENCE, curb_curvature(w));
 }
 
 fn curb_hessian(w: Window) -> SecondPartials {
@@ -47,5 +47,5 @@ fn curb_hessian(w: Window) -> SecondPartials {
     second.s00 = by_lengths;
     second.s01 = by_lengths;
     second.s11 = by_lengths;
-    return fence_hessian(w.curb, first, second);
+    return fence_hessian(w.fence$FENCE, first, second);
 }

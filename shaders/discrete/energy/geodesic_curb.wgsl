@@ -9,16 +9,16 @@ fn geodesic_curb_turn(bend: Bend) -> real {
 
 fn geodesic_curb_value(w: Window) -> real {
     let bend = bend_of(w);
-    return fence_value(w.curb, geodesic_curb_turn(bend) / bend.measure);
+    return fence_value(w.fence$FENCE, geodesic_curb_turn(bend) / bend.measure);
 }
 
 fn geodesic_curb_gradient(w: Window) -> Partials {
     let bend = bend_of(w);
     let turn = geodesic_curb_turn(bend);
     let curvature = turn / bend.measure;
-    let by_curvature = w.curb.stiffness * fence_beyond(w.curb, curvature) * w.curb.slope;
+    let by_curvature = w.fence$FENCE.stiffness * fence_beyond(w.fence$FENCE, curvature) * w.fence$FENCE.slope;
     var first = BendFirst();
-    first.value = fence_value(w.curb, curvature);
+    first.value = fence_value(w.fence$FENCE, curvature);
     first.across = by_curvature / (turn * bend.measure);
     first.by_length = real(-0.5) * by_curvature * curvature / bend.measure;
     return bend_gradient(bend, first);
@@ -28,9 +28,9 @@ fn geodesic_curb_hessian(w: Window) -> SecondPartials {
     let bend = bend_of(w);
     let turn = geodesic_curb_turn(bend);
     let curvature = turn / bend.measure;
-    let beyond = fence_beyond(w.curb, curvature);
-    let by_curvature = w.curb.stiffness * beyond * w.curb.slope;
-    let twice = select(real(0), w.curb.stiffness * w.curb.slope * w.curb.slope, beyond > real(0));
+    let beyond = fence_beyond(w.fence$FENCE, curvature);
+    let by_curvature = w.fence$FENCE.stiffness * beyond * w.fence$FENCE.slope;
+    let twice = select(real(0), w.fence$FENCE.stiffness * w.fence$FENCE.slope * w.fence$FENCE.slope, beyond > real(0));
     let inverse = real(1) / bend.measure;
     // q = √s/a: 2 q_s = 1/(|m| a), 4 q_ss = −1/(|m|³ a), q_a = −q/a, q_sa = −q_s/a, q_aa = 2 q/a².
     let across = inverse / turn;

@@ -9,10 +9,7 @@
 //     fn load_weight(curve: Curve, index: u32) -> real
 //     fn load_free(curve: Curve, j: u32) -> real           with GAUGE: the factor of the vertex at the end of edge j
 //     fn load_taut(curve: Curve, j: u32) -> real           with TAUT: 1/w² for the width w of the span of edge j
-//     fn load_curb(curve: Curve, j: u32) -> Fence          with FENCE_CURB: the fence of |K| at the end of edge j
-//     fn load_side(curve: Curve, j: u32) -> Fence          with FENCE_SIDE: that of the signed curvature
-//     fn load_ahead(curve: Curve, j: u32) -> Fence         with FENCE_AHEAD: that of the way of edge j along a direction
-//     fn load_twist(curve: Curve, j: u32) -> Fence         with FENCE_TWIST: that of the volume of three tangents from edge j on
+//     fn load_fence(curve: Curve, j: u32, k: u32) -> Fence    with FENCES: fence k at the end of edge j
 //     fn load_wall(curve: Curve, v: u32, layer: u32) -> Wall    with WALLS: the wall of a layer that vertex v keeps from
 //     fn load_place(curve: Curve, v: u32) -> vector        with SURFACE: where vertex v of the base lies
 //:include discrete/energy/window.wgsl
@@ -195,24 +192,11 @@ fn placed(window: Window, curve: Curve, j: i32) -> Window {
         w.taut = load_taut(curve, wrapped(curve, j));
     }
 //:end
-//:if FENCE_CURB
+//:if FENCES
     if (has_edge(curve, j)) {
-        w.curb = load_curb(curve, wrapped(curve, j));
-    }
+//:unroll k 0..$FENCES
+        w.fence$k = load_fence(curve, wrapped(curve, j), $ku);
 //:end
-//:if FENCE_SIDE
-    if (has_edge(curve, j)) {
-        w.side = load_side(curve, wrapped(curve, j));
-    }
-//:end
-//:if FENCE_AHEAD
-    if (has_edge(curve, j)) {
-        w.ahead = load_ahead(curve, wrapped(curve, j));
-    }
-//:end
-//:if FENCE_TWIST
-    if (has_edge(curve, j)) {
-        w.twist = load_twist(curve, wrapped(curve, j));
     }
 //:end
 //:if GAUGE

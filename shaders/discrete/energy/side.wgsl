@@ -17,11 +17,11 @@ fn side_curvature(w: Window) -> Partials {
 }
 
 fn side_value(w: Window) -> real {
-    return fence_value(w.side, side_curvature(w).value);
+    return fence_value(w.fence$FENCE, side_curvature(w).value);
 }
 
 fn side_gradient(w: Window) -> Partials {
-    return fence_gradient(w.side, side_curvature(w));
+    return fence_gradient(w.fence$FENCE, side_curvature(w));
 }
 
 fn side_hessian(w: Window) -> SecondPartials {
@@ -39,5 +39,5 @@ fn side_hessian(w: Window) -> SecondPartials {
     second.s00 = real(0.5) * r * r * first.value;
     second.s01 = second.s00;
     second.s11 = second.s00;
-    return fence_hessian(w.side, first, second);
+    return fence_hessian(w.fence$FENCE, first, second);
 }

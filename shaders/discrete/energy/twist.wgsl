@@ -22,11 +22,11 @@ fn twist_pair(c: vector) -> matrix {
 //:end
 
 fn twist_value(w: Window) -> real {
-    return fence_value(w.twist, twist_volume(w).value);
+    return fence_value(w.fence$FENCE, twist_volume(w).value);
 }
 
 fn twist_gradient(w: Window) -> Partials {
-    return fence_gradient(w.twist, twist_volume(w));
+    return fence_gradient(w.fence$FENCE, twist_volume(w));
 }
 
 fn twist_hessian(w: Window) -> SecondPartials {
@@ -36,5 +36,5 @@ fn twist_hessian(w: Window) -> SecondPartials {
     second.t12 = twist_pair(w.t0);
     second.t02 = twist_pair(-w.t1);
 //:end
-    return fence_hessian(w.twist, twist_volume(w), second);
+    return fence_hessian(w.fence$FENCE, twist_volume(w), second);
 }

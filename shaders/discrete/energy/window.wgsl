@@ -32,12 +32,12 @@ struct Window {
     // What the gauge needs. The factor of the vertex between the first two edges, 0 at a data point; that of the next.
     free: real,
     free_after: real,
-    // The fences of |K| and of the signed curvature at the vertex between the first two edges.
-    curb: Fence,
-    side: Fence,
-    // That of the way of the first edge along a direction, and that of the volume of three tangents.
-    ahead: Fence,
-    twist: Fence,
+//:if FENCES
+    // The fences at the vertex between the first two edges, in the order of their kinds.
+//:unroll k 0..$FENCES
+    fence$k: Fence,
+//:end
+//:end
     // Free ends of an open curve that the first two edges touch.
     ends: real,
 //:if SURFACE

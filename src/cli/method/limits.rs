@@ -58,11 +58,11 @@ pub struct LimitArgs {
     /// or torsion.
     #[arg(long)]
     preserve_shape: bool,
-    /// Lets fair curves go along an axis from point to point, and not back
+    /// Lets fair curves go along an axis from point to point, and not back: x, or x,y for two
     ///
     /// Between two points the coordinate grows, or falls, as it does from one to the other.
-    #[arg(long, value_name = "AXIS")]
-    monotone: Option<Axis>,
+    #[arg(long, value_name = "AXIS", value_delimiter = ',')]
+    monotone: Vec<Axis>,
     /// Keeps fair curves within D of the chords between their points, in units of the input
     ///
     /// A column corridor has widths of single spans.
@@ -95,7 +95,7 @@ impl LimitArgs {
             ("--max-curvature", self.max_curvature.is_some()),
             ("--min-radius", self.min_radius.is_some()),
             ("--preserve-shape", self.preserve_shape),
-            ("--monotone", self.monotone.is_some()),
+            ("--monotone", !self.monotone.is_empty()),
             ("--corridor", self.corridor.is_some()),
             ("--keep-out", !self.keep_out.is_empty()),
             ("--keep-in", !self.keep_in.is_empty()),
@@ -167,7 +167,7 @@ impl LimitArgs {
         Ok(Limits {
             curvature,
             shape: self.preserve_shape,
-            monotone: self.monotone.map(along),
+            monotone: self.monotone.iter().map(|&axis| along(axis)).collect(),
             corridor: self.corridor,
             regions: self.regions().collect(),
             stretch: self.max_stretch,

@@ -4,11 +4,17 @@ use super::lanes::LANES;
 use super::{Way, descent_kernel};
 use crate::discrete::compose::Composition;
 use crate::discrete::energy::{
-    Fencing, attachment, bending, geodesic_bending, length, tautness, tension, torsion, variation,
+    FENCE_KINDS, FIRST_WAY, Fencing, WAYS, attachment, bending, geodesic_bending, length, tautness, tension, torsion,
+    variation,
 };
 use crate::gpu::KernelKey;
 use crate::precision::Precision;
 use crate::surface::{HeightField, Mesh, Surface, Torus};
+
+/// Which kinds of fences are of these numbers.
+fn kinds<const N: usize>(numbers: [usize; N]) -> [bool; FENCE_KINDS] {
+    std::array::from_fn(|kind| numbers.contains(&kind))
+}
 
 /// Some forms of the kernel, a few of each order.
 pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
@@ -21,23 +27,23 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (bending(2.7) + tension() + attachment(), 2),
         (bending(2.0) + tautness(), 2),
         (bending(2.0) + tautness() + attachment(), 2),
-        ((bending(2.0) + tautness()).fenced(Fencing { kinds: [true, true, false, false], ..Fencing::default() }), 2),
+        ((bending(2.0) + tautness()).fenced(Fencing { kinds: kinds([0, 1]), ..Fencing::default() }), 2),
         (
             bending(2.0).fenced(Fencing {
-                kinds: [true, false, true, false],
-                direction: [0.6, 0.8, 0.0],
+                kinds: kinds([0, FIRST_WAY]),
+                ways: [[0.6, 0.8, 0.0]; WAYS],
                 walls: 2,
                 stretch: true,
                 ..Fencing::default()
             }),
             2,
         ),
-        (variation().fenced(Fencing { kinds: [false, false, false, true], walls: 1, ..Fencing::default() }), 3),
+        (variation().fenced(Fencing { kinds: kinds([2]), walls: 1, ..Fencing::default() }), 3),
         (variation() + length(), 3),
         (torsion() + bending(2.0) + attachment(), 3),
     ];
     let mut keys = Vec::new();
-    let curbed = Fencing { kinds: [true, false, false, false], in_surface: true, ..Fencing::default() };
+    let curbed = Fencing { kinds: kinds([0]), in_surface: true, ..Fencing::default() };
     let mut in_quadrics = vec![geodesic_bending(2.0) + tautness(), geodesic_bending(3.0) + length() + attachment()];
     if precision == Precision::F64 {
         in_quadrics.push((geodesic_bending(2.0) + tautness()).fenced(curbed));

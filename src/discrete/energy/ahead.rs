@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::wgsl::literal;
-use super::{Facts, Partials, SecondPartials, Term, Window};
+use super::{FIRST_WAY, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::sort;
 
@@ -17,6 +17,8 @@ use crate::sort;
 pub(crate) struct Ahead {
     /// n, whose last coordinate does not count in the plane.
     pub direction: [f64; 3],
+    /// The number of the way.
+    pub way: usize,
 }
 
 impl Facts for Ahead {
@@ -44,7 +46,10 @@ impl Ahead {
 }
 
 impl Term<1> for Ahead {
-    const FENCE: Option<usize> = Some(2);
+    #[inline(always)]
+    fn fence(&self) -> Option<usize> {
+        Some(FIRST_WAY + self.way)
+    }
 
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> S {

@@ -29,8 +29,14 @@ pub(crate) struct Fence<S> {
     pub stiffness: S,
 }
 
-/// The kinds of fences, in the order of their arrays: of |K|, of the signed curvature, of the way ahead, of the twist.
-pub(crate) const FENCE_KINDS: usize = 4;
+/// The most directions along which a curve does not go back.
+pub(crate) const WAYS: usize = 3;
+
+/// The kind of the fences of the first way, after those of |K|, of the signed curvature and of the twist.
+pub(crate) const FIRST_WAY: usize = 3;
+
+/// The kinds of fences, in the order of their arrays.
+pub(crate) const FENCE_KINDS: usize = FIRST_WAY + WAYS;
 
 /// What a batch of curves is kept with.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,8 +44,8 @@ pub(crate) struct Fencing {
     pub kinds: [bool; FENCE_KINDS],
     /// Whether curvatures are geodesic ones, of curves in a surface.
     pub in_surface: bool,
-    /// The direction of those of the way ahead.
-    pub direction: [f64; 3],
+    /// The directions of the ways ahead.
+    pub ways: [[f64; 3]; WAYS],
     /// How many walls a vertex has at most.
     pub walls: usize,
     /// Whether the length has a weight of its own, the last.

@@ -141,7 +141,7 @@ use std::sync::Arc;
 pub(crate) use attachment::Hold;
 pub use attachment::attachment;
 pub use custom::Custom;
-pub(crate) use fence::{FENCE_KINDS, Fence, Fencing};
+pub(crate) use fence::{FENCE_KINDS, FIRST_WAY, Fence, Fencing, WAYS};
 pub use geodesic_bending::geodesic_bending;
 pub use sum::Energy;
 pub(crate) use tautness::of_spans;
@@ -178,7 +178,7 @@ pub(crate) struct Window<S, const D: usize, const W: usize> {
     pub free: S,
     /// The gauge's factor at the vertex between the second and the third edge.
     pub free_after: S,
-    /// The term's own [`FENCE`](Term::FENCE) at the vertex that the first edge leads to.
+    /// The term's own [`fence`](Term::fence) at the vertex that the first edge leads to.
     pub fence: Fence<S>,
 }
 
@@ -222,7 +222,10 @@ pub(crate) trait Term<const W: usize> {
     const AT_ENDS: bool = false;
 
     /// The kind of fences that the term is of.
-    const FENCE: Option<usize> = None;
+    #[inline(always)]
+    fn fence(&self) -> Option<usize> {
+        None
+    }
 
     /// The term.
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S;
@@ -293,13 +296,13 @@ pub(crate) trait Facts {
 
 impl Functional {
     /// The kind of fences that it is of.
-    fn fence(&self) -> Option<usize> {
+    pub fn fence(&self) -> Option<usize> {
         struct Kind;
         impl Visitor for Kind {
             type Output = Option<usize>;
 
-            fn visit<T: Term<W>, const W: usize>(self, _: &T) -> Option<usize> {
-                T::FENCE
+            fn visit<T: Term<W>, const W: usize>(self, term: &T) -> Option<usize> {
+                term.fence()
             }
         }
         match self {

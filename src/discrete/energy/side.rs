@@ -32,7 +32,10 @@ fn curvature<S: Scalar, const D: usize>(window: &Window<S, D, 2>) -> Partials<S,
 }
 
 impl Term<2> for Side {
-    const FENCE: Option<usize> = Some(1);
+    #[inline(always)]
+    fn fence(&self) -> Option<usize> {
+        Some(1)
+    }
 
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> S {

@@ -4,7 +4,7 @@ use std::ops::{Add, Mul};
 use std::sync::Arc;
 
 use super::ahead::Ahead;
-use super::{Custom, FENCE_KINDS, Fencing, Functional};
+use super::{Custom, FENCE_KINDS, Fencing, Functional, WAYS};
 use crate::error::{Error, Result};
 
 /// A weighted sum of energies.
@@ -84,16 +84,17 @@ impl Energy {
 
     /// The same energy with fences and walls.
     pub(crate) fn fenced(&self, fencing: Fencing) -> Energy {
-        let fences = [
+        let way = |way: usize| Functional::Ahead(Ahead { direction: fencing.ways[way], way });
+        let others = [
             match fencing.in_surface {
                 true => Functional::GeodesicCurb(Default::default()),
                 false => Functional::Curb(Default::default()),
             },
             Functional::Side(Default::default()),
-            Functional::Ahead(Ahead { direction: fencing.direction }),
             Functional::Twist(Default::default()),
         ];
-        let wanted = fences.into_iter().zip(fencing.kinds).filter(|(_, wanted)| *wanted);
+        let fences = others.into_iter().chain((0..WAYS).map(way));
+        let wanted = fences.zip(fencing.kinds).filter(|(_, wanted)| *wanted);
         let mut fenced = wanted.fold(self.clone(), |energy, (fence, _)| energy + Energy::of(fence));
         if fencing.stretch {
             fenced = fenced + super::length();

@@ -47,7 +47,10 @@ fn partials<S: Scalar, const D: usize>(window: &Window<S, D, 3>) -> Partials<S, 
 }
 
 impl Term<3> for Twist {
-    const FENCE: Option<usize> = Some(3);
+    #[inline(always)]
+    fn fence(&self) -> Option<usize> {
+        Some(2)
+    }
 
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> S {

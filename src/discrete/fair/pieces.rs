@@ -56,9 +56,7 @@ impl Fair {
             problems.insert(i, Unfitted { status: report.status, message });
         }
         let mut curves = FairCurves::new(batch, curves, problems);
-        if let Some(direction) = self.limits.monotone {
-            curves.keep_ahead(direction);
-        }
+        curves.keep_ahead(&self.limits.monotone);
         Ok((curves, reports, device))
     }
 

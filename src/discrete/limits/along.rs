@@ -3,7 +3,7 @@
 use super::{Limits, of_spans};
 use crate::batch::CurveBatch;
 use crate::discrete::energy::FENCE_KINDS;
-use crate::linalg::scalar::{Vector, dot, subtract};
+use crate::linalg::scalar::{Vector, dot, scale, subtract};
 use crate::sides::{self, STRAIGHT, agreed};
 
 /// A span that has edges: those from a row to another, the second not below the first.
@@ -35,11 +35,10 @@ pub(super) fn spans(rows: &[u32], points: usize) -> Vec<Span> {
 
 impl Limits {
     /// The spans of a planar curve that can only be straight: between points in a line, where the shape is kept, and between
-    /// two that are level in the direction in which it does not go back.
+    /// two that are level in a direction in which it does not go back.
     pub(in crate::discrete) fn straight<const D: usize>(&self, points: &[Vector<f64, D>], rows: &[u32]) -> Vec<Span> {
-        let direction = self.monotone.filter(|_| D == 2);
-        let shape = self.shape && D == 2;
-        if !shape && direction.is_none() {
+        let shape = self.shape;
+        if D != 2 || !shape && self.monotone.is_empty() {
             return vec![];
         }
         let spans = spans(rows, points.len());
@@ -50,11 +49,43 @@ impl Limits {
         let asked = sides::of_spans(&distinct, closed);
         let is_straight = |(k, span): (usize, Span)| {
             let chord = subtract(points[span.next], points[span.point]);
-            let is_level = direction
-                .is_some_and(|[x, y, _]| (x * chord[0] + y * chord[1]).abs() < STRAIGHT * length(chord) * x.hypot(y));
+            let is_level = self.monotone.iter().any(|direction| way(chord, *direction) == 0.0);
             (shape && asked[k].straight || is_level).then_some(span)
         };
         spans.into_iter().enumerate().filter_map(is_straight).collect()
+    }
+}
+
+impl Limits {
+    /// The first pinned point at which the points turn back along as many directions of [`monotone`](Self::monotone) as
+    /// there are coordinates. In the plane a level span turns back, since it is straight.
+    pub(super) fn turning_back<const D: usize>(
+        &self,
+        points: &[Vector<f64, D>],
+        closed: bool,
+        pinned: &[(usize, Vector<f64, D>)],
+    ) -> Option<usize> {
+        let count = points.len();
+        // The chord to the next other point, or from the one before.
+        let chord = |k: usize, sign: f64| {
+            let most = match (closed, sign > 0.0) {
+                (true, _) => count,
+                (false, true) => count - 1 - k,
+                (false, false) => k,
+            };
+            let at = |j: usize| if sign > 0.0 { (k + j) % count } else { (k + count - j) % count };
+            let chords = (1..=most).map(|j| scale(sign, subtract(points[at(j)], points[k])));
+            chords.into_iter().find(|chord| length(*chord) > 0.0)
+        };
+        let turns_back = |k: usize| {
+            let [Some(before), Some(after)] = [chord(k, -1.0), chord(k, 1.0)] else { return false };
+            let turned = self.monotone.iter().filter(|direction| {
+                let [a, b] = [before, after].map(|chord| way(chord, **direction));
+                if D == 2 { a * b <= 0.0 } else { a * b < 0.0 }
+            });
+            turned.count() == D
+        };
+        pinned.iter().map(|(k, _)| *k).find(|&k| turns_back(k))
     }
 }
 
@@ -103,10 +134,14 @@ impl<const D: usize> Polygon<'_, D> {
         let column = batch.constraints().largest_curvatures.as_deref();
         let curb = of_spans(limits.curvature, column, batch, i, self.spans).map(|bounds| self.curbs(&bounds));
         let side = (limits.shape && D == 2).then(|| self.sides());
-        let ahead = limits.monotone.map(|direction| self.ways(direction));
         let twist = (limits.shape && D == 3).then(|| self.twists());
-        let none = |slopes: Vec<f64>| if slopes.iter().any(|slope| *slope != 0.0) { slopes } else { vec![] };
-        [curb, side, ahead, twist].map(|slopes| none(slopes.unwrap_or_default()))
+        let ways = limits.monotone.iter().map(|&direction| Some(self.way(direction)));
+        let all = [curb, side, twist].into_iter().chain(ways);
+        let mut slopes: [Vec<f64>; FENCE_KINDS] = Default::default();
+        for (own, given) in slopes.iter_mut().zip(all) {
+            *own = given.filter(|slopes| slopes.iter().any(|slope| *slope != 0.0)).unwrap_or_default();
+        }
+        slopes
     }
 
     /// 1/κ at every vertex between two edges, from the largest curvatures of the spans. At a data point both count.
@@ -143,12 +178,11 @@ impl<const D: usize> Polygon<'_, D> {
 
     /// −σ at the vertex that every edge leads to, with σ = 1 where the chord goes along the direction, and −1 where it
     /// goes against it.
-    fn ways(&self, direction: [f64; 3]) -> Vec<f64> {
+    fn way(&self, direction: [f64; 3]) -> Vec<f64> {
         let mut slopes = vec![0.0; self.vertices];
         for span in self.spans {
             let chord = self.chord(span);
-            let along: f64 = chord.iter().zip(direction).map(|(x, n)| x * n).sum();
-            let way = if along.abs() < STRAIGHT * length(chord) { 0.0 } else { along.signum() };
+            let way = way(chord, direction);
             for row in span.rows[0] + 1..=span.rows[1] {
                 slopes[row % self.vertices] = -way;
             }
@@ -187,6 +221,12 @@ impl<const D: usize> Polygon<'_, D> {
         }
         slopes
     }
+}
+
+/// 1 for a chord along a direction, −1 for one against it, 0 for one across it.
+fn way<const D: usize>(chord: Vector<f64, D>, direction: [f64; 3]) -> f64 {
+    let along: f64 = chord.iter().zip(direction).map(|(x, n)| x * n).sum();
+    if along.abs() < STRAIGHT * length(chord) * dot(direction, direction).sqrt() { 0.0 } else { along.signum() }
 }
 
 fn length<const D: usize>(v: Vector<f64, D>) -> f64 {

@@ -35,7 +35,10 @@ fn problems(closed: bool) -> Vec<Problem<3>> {
             data: vec![0],
             weights: vec![1.0, 0.3, 0.2, 1.0],
             // Of ψ = ½ ρ (r + κ_g/κ)², beyond which every vertex is.
-            fences: [vec![Fence { slope: 0.7, reach: 0.2, stiffness: 0.4 }; 9], vec![], vec![], vec![]],
+            fences: std::array::from_fn(|kind| match kind {
+                0 => vec![Fence { slope: 0.7, reach: 0.2, stiffness: 0.4 }; 9],
+                _ => vec![],
+            }),
             gauge: 0.1,
             free: vec![1.0; 9],
             places: vertices.iter().map(|v| scaled(vertices[0], *v)).collect(),
@@ -62,8 +65,9 @@ fn gradients_and_hessians_in_surfaces_are_those_of_differences() {
     let plan = Plan { direction: Direction::Newton, step: Step::Search, order: 2, gauge: 2, most_iterations: 1 };
     for (nu, closed) in [(2.0, false), (2.0, true), (3.0, false), (1.7, true)] {
         let energy: Energy = geodesic_bending(nu) + bending(2.0) + length();
-        let kinds = [true, false, false, false];
-        let energy = energy.fenced(Fencing { kinds, in_surface: true, ..Fencing::default() });
+        let mut curbed = Fencing { in_surface: true, ..Fencing::default() };
+        curbed.kinds[0] = true;
+        let energy = energy.fenced(curbed);
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
         for problem in problems(closed) {
             let name = problem.surface.as_ref().unwrap().surface.name();

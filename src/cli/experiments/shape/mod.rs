@@ -57,7 +57,7 @@ fn kinds() -> Vec<Kind> {
         Kind { part: Some(0.8), ..planar("sides, and 0.8 of the curvature", shape.clone()) },
         Kind { dimension: 3, ..planar("sides of the twist in space", shape) },
         planar("corridor, 0.1", Limits { corridor: Some(0.1), ..Limits::default() }),
-        planar("monotone in y", Limits { monotone: Some([0.0, 1.0, 0.0]), ..Limits::default() }),
+        planar("monotone in y", Limits { monotone: vec![[0.0, 1.0, 0.0]], ..Limits::default() }),
         planar("between two lines", Limits { regions: tunnel.to_vec(), ..Limits::default() }),
         planar("length, 1.05 polygons", Limits { stretch: Some(1.05), ..Limits::default() }),
     ]

@@ -67,7 +67,7 @@ pub fn sheet() -> Result<String> {
         Scene {
             title: "steps: y never falls",
             points: &steps,
-            fair: limited(bends(), Limits { monotone: Some([0.0, 1.0, 0.0]), ..Limits::default() }),
+            fair: limited(bends(), Limits { monotone: vec![[0.0, 1.0, 0.0]], ..Limits::default() }),
         },
         Scene {
             title: "at most 1.05 times its polygon",

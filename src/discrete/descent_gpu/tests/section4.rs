@@ -29,7 +29,7 @@ fn one_sobolev_step_of_length_1_gives_the_segment_of_theorem_2_2() {
         walls: Vec::new(),
         places: Vec::new(),
         surface: None,
-        direction: [0.0; 3],
+        ways: Default::default(),
         highest: 1.0,
         curvature: 1.0,
         tolerance: 1e-8,
