@@ -46,8 +46,11 @@ fn count(fit: &Fit, status: CurveStatus) -> usize {
     fit.reports().iter().filter(|report| report.status == status).count()
 }
 
+/// The name of a row, and its cell of a family.
+type Row<'a> = (&'a str, &'a dyn Fn(Family) -> Result<String>);
+
 /// Prints a table whose cells are of a family each.
-fn table(title: &str, families: &[Family], rows: &[(&str, &dyn Fn(Family) -> Result<String>)]) -> Result<()> {
+fn table(title: &str, families: &[Family], rows: &[Row<'_>]) -> Result<()> {
     println!("\n{title}\n");
     println!("| | {} |", families.iter().map(ToString::to_string).collect::<Vec<_>>().join(" | "));
     println!("|---{}|", "|---".repeat(families.len()));
@@ -102,12 +105,12 @@ fn main() -> Result<()> {
         // Energies of order 3 are not descended in f32.
         let order = if name.starts_with("f32") { 2 } else { 3 };
         let rows = energies.iter().zip(&cells).filter(|((_, energy), _)| energy.order() <= order);
-        let rows: Vec<(&str, &dyn Fn(Family) -> Result<String>)> =
+        let rows: Vec<Row<'_>> =
             rows.map(|((word, _), cell)| (*word, cell as &dyn Fn(Family) -> Result<String>)).collect();
         table(&format!("By energy, {name}"), &families(2), &rows)?;
     }
     let limit = |part: Option<f64>, shape: bool| move |family: Family| by_limit(part, shape, family, curves);
-    let planar: [(&str, &dyn Fn(Family) -> Result<String>); 6] = [
+    let planar: [Row<'_>; 6] = [
         ("none", &limit(None, false)),
         ("κ ≤ 0.9", &limit(Some(0.9), false)),
         ("κ ≤ 0.8", &limit(Some(0.8), false)),
